@@ -1,0 +1,56 @@
+# A fresh machine needs python3 (3.11 or newer, with venv), git and make; everything else goes into .venv.
+
+PYTHON ?= python3
+BIN := .venv/bin
+LOCKS := tools/requirements
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+
+.PHONY: help setup sitl test lint bench lock clean
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+setup: .venv/.run .venv/.kernels ## install into .venv and compile the kernels
+
+sitl: setup ## fly the demonstration mission and leave a report under runs/
+	@$(BIN)/sternplane sitl $(ARGS)
+
+test: setup .venv/.dev ## run the tests
+	@$(BIN)/python -m pytest $(ARGS)
+
+lint: setup .venv/.dev ## style, types, import rules
+	@$(BIN)/ruff check
+	@$(BIN)/ruff format --check
+	@$(BIN)/mypy
+	@$(BIN)/lint-imports
+
+bench: setup .venv/.dev ## measure, and print JSON
+	@$(BIN)/python -m tools.bench
+
+lock: .venv/.dev ## pin the newest versions that the *.in files permit
+	@cd $(LOCKS) && for name in run dev; do ../../$(BIN)/uv pip compile --quiet --universal --python-version 3.11 \
+		--generate-hashes --no-emit-index-url --no-header $$name.in -o $$name.txt; done
+
+clean: ## remove what was installed, compiled and flown
+	rm -rf .venv .cache build runs *.egg-info
+
+.venv/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "sternplane needs python 3.11 or newer; $$($(PYTHON) --version) was found: make PYTHON=python3.11" >&2; exit 1; }
+	@$(PYTHON) -m venv .venv || { echo "python3 has no venv: apt-get install python3-venv" >&2; rm -rf .venv; exit 1; }
+
+.venv/.run: $(LOCKS)/run.txt pyproject.toml | .venv/bin/python
+	@echo "installing into .venv"
+	@$(PIP) install --require-hashes -r $(LOCKS)/run.txt
+	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@touch $@
+
+.venv/.dev: $(LOCKS)/dev.txt .venv/.run
+	@echo "installing what the tests need into .venv"
+	@$(PIP) install --require-hashes -r $(LOCKS)/dev.txt
+	@touch $@
+
+.venv/.kernels: .venv/.run $(shell grep -rl '@kernel(' --include='*.py' firmware_py sim_bridge)
+	@echo "compiling the kernels"
+	@$(BIN)/python -m tools.warm
+	@touch $@

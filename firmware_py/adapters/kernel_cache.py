@@ -1,0 +1,33 @@
+"""Where compiled kernels are kept: a folder named by everything that decides what they are."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from importlib import metadata
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def sources() -> list[Path]:
+    """The files that hold kernels."""
+    files = (path for folder in ("firmware_py", "sim_bridge") for path in sorted((ROOT / folder).rglob("*.py")))
+    return [path for path in files if b"@kernel(" in path.read_bytes() and path != Path(__file__).resolve()]
+
+
+def use() -> Path:
+    """Points numba's cache at a folder keyed by every kernel's source, by Python and by numba; call before importing any.
+
+    The folders lie in `STERNPLANE_CACHE`, else in `.cache/kernels` beside the sources.
+    """
+    digest = hashlib.sha256(f"{sys.version} {metadata.version('numba')}".encode())
+    for path in [ROOT / "firmware_py" / "compiled.py", *sources()]:
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    base = Path(os.environ.get("STERNPLANE_CACHE", ROOT / ".cache" / "kernels"))
+    folder = base / digest.hexdigest()[:16]
+    os.environ["NUMBA_CACHE_DIR"] = str(folder)
+    if "numba" in sys.modules:
+        sys.modules["numba"].config.CACHE_DIR = str(folder)
+    return folder

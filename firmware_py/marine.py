@@ -1,0 +1,133 @@
+"""Sea and sphere: angles, frames, water, and the SNAME vectors that every room speaks (Fossen 2011, ch. 2)."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+GRAVITY = 9.80665
+"""Standard gravity, m/s^2."""
+EARTH_RADIUS = 6_378_137.0
+"""WGS-84 equatorial radius, m."""
+EARTH_FLATTENING = 1.0 / 298.257223563
+"""WGS-84 flattening."""
+
+
+class Eta(NamedTuple):
+    """Position (m, NED, z down) and Euler angles (rad, zyx) of the body in the local frame."""
+
+    x: float
+    y: float
+    z: float
+    phi: float
+    theta: float
+    psi: float
+
+
+class Nu(NamedTuple):
+    """Body-fixed velocity: surge, sway, heave (m/s), roll, pitch, yaw rate (rad/s)."""
+
+    u: float
+    v: float
+    w: float
+    p: float
+    q: float
+    r: float
+
+
+class Origin(NamedTuple):
+    """Where the local frame touches the earth: latitude and longitude, rad."""
+
+    latitude: float
+    longitude: float
+
+
+def wrap(angle: float) -> float:
+    """The angle in [-pi, pi) that points the same way, rad."""
+    return (angle + math.pi) % math.tau - math.pi
+
+
+def clip(value: float, low: float, high: float) -> float:
+    """`value` kept in [low, high]; NaN stays NaN."""
+    return low if value < low else high if value > high else value
+
+
+def body_to_ned(phi: float, theta: float, psi: float, u: float, v: float, w: float) -> tuple[float, float, float]:
+    """R_zyx(phi, theta, psi) [u v w]': a body-fixed vector in NED (Fossen 2011, Eq. 2.18)."""
+    c_phi, s_phi = math.cos(phi), math.sin(phi)
+    c_theta, s_theta = math.cos(theta), math.sin(theta)
+    c_psi, s_psi = math.cos(psi), math.sin(psi)
+    a = v * s_phi + w * c_phi
+    b = v * c_phi - w * s_phi
+    forward = u * c_theta + a * s_theta
+    return forward * c_psi - b * s_psi, forward * s_psi + b * c_psi, -u * s_theta + a * c_theta
+
+
+def euler_rates(phi: float, theta: float, p: float, q: float, r: float) -> tuple[float, float, float]:
+    """(phi_dot, theta_dot, psi_dot) from body rates (Fossen 2011, Eq. 2.28).
+
+    cos(theta) is kept at least 0.01 in size, so that a pass through the vertical stays finite.
+    """
+    c_theta = math.cos(theta)
+    if abs(c_theta) < 0.01:
+        c_theta = math.copysign(0.01, c_theta)
+    lateral = q * math.sin(phi) + r * math.cos(phi)
+    psi_dot = lateral / c_theta
+    return p + psi_dot * math.sin(theta), q * math.cos(phi) - r * math.sin(phi), psi_dot
+
+
+def quaternion_from_euler(phi: float, theta: float, psi: float) -> tuple[float, float, float, float]:
+    """Unit quaternion (x, y, z, w), body to NED, w last as DroneCAN orders it."""
+    c1, s1 = math.cos(phi / 2), math.sin(phi / 2)
+    c2, s2 = math.cos(theta / 2), math.sin(theta / 2)
+    c3, s3 = math.cos(psi / 2), math.sin(psi / 2)
+    return (
+        s1 * c2 * c3 - c1 * s2 * s3,
+        c1 * s2 * c3 + s1 * c2 * s3,
+        c1 * c2 * s3 - s1 * s2 * c3,
+        c1 * c2 * c3 + s1 * s2 * s3,
+    )
+
+
+def euler_from_quaternion(x: float, y: float, z: float, w: float) -> tuple[float, float, float]:
+    """(phi, theta, psi) from a quaternion (x, y, z, w) of any positive length; NaN where it has none."""
+    norm = x * x + y * y + z * z + w * w
+    if not norm > 0.0:
+        return math.nan, math.nan, math.nan
+    phi = math.atan2(2.0 * (w * x + y * z), norm - 2.0 * (x * x + y * y))
+    theta = math.asin(clip(2.0 * (w * y - z * x) / norm, -1.0, 1.0))
+    psi = math.atan2(2.0 * (w * z + x * y), norm - 2.0 * (y * y + z * z))
+    return phi, theta, psi
+
+
+def _radii(latitude: float) -> tuple[float, float]:
+    """Radius of curvature along the meridian and across it, m."""
+    e2 = EARTH_FLATTENING * (2.0 - EARTH_FLATTENING)
+    d = 1.0 - e2 * math.sin(latitude) ** 2
+    across = EARTH_RADIUS / math.sqrt(d)
+    return across * (1.0 - e2) / d, across
+
+
+def geodetic_to_local(origin: Origin, latitude: float, longitude: float) -> tuple[float, float]:
+    """(x, y), m north and east of the origin, on the plane that touches there; good to 1 m within 10 km below 60 deg."""
+    meridian, across = _radii(origin.latitude)
+    return (
+        (latitude - origin.latitude) * meridian,
+        wrap(longitude - origin.longitude) * across * math.cos(origin.latitude),
+    )
+
+
+def local_to_geodetic(origin: Origin, x: float, y: float) -> tuple[float, float]:
+    """(latitude, longitude), rad: the inverse of `geodetic_to_local`."""
+    meridian, across = _radii(origin.latitude)
+    return origin.latitude + x / meridian, wrap(origin.longitude + y / (across * math.cos(origin.latitude)))
+
+
+def depth_of_pressure(pressure: float, surface_pressure: float, density: float) -> float:
+    """Depth, m, of an absolute pressure, Pa, in water of constant density, kg/m^3."""
+    return (pressure - surface_pressure) / (density * GRAVITY)
+
+
+def pressure_of_depth(depth: float, surface_pressure: float, density: float) -> float:
+    """Absolute pressure, Pa, at a depth, m; above the water it is the surface's."""
+    return surface_pressure + max(depth, 0.0) * density * GRAVITY

@@ -1,0 +1,1 @@
+"""What the rooms say to each other: frozen records, SI, radians, NED, z down. One file per family."""

@@ -1,0 +1,66 @@
+"""From what is wanted to what the fins are told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from firmware_py.records.order import Mode
+
+
+@dataclass(frozen=True, slots=True)
+class ModeState:
+    """The supervisor's word: the mode, whether the mission is done, and how many ticks were late of the last second."""
+
+    mode: Mode
+    mission_done: bool
+    late: int
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """What the laws shall follow: depth, heading and speed with their derivatives (m, rad, s).
+
+    `z_d` to `z_d_dddot` come from the depth reference model, `psi_d` to `psi_d_ddot` from the heading's; `waypoint` is
+    the index of the leg being flown, `cross_track` the distance to starboard of it, m (NaN off a leg).
+    """
+
+    z_d: float
+    z_d_dot: float
+    z_d_ddot: float
+    z_d_dddot: float
+    psi_d: float
+    psi_d_dot: float
+    psi_d_ddot: float
+    u_d: float
+    waypoint: int
+    cross_track: float
+
+
+@dataclass(frozen=True, slots=True)
+class Demand:
+    """What the laws ask: stern planes and rudder (rad), propeller (rev/s), and the sliding variables behind them."""
+
+    delta_s: float
+    delta_r: float
+    n: float
+    sigma_z: float
+    sigma_psi: float
+
+
+@dataclass(frozen=True, slots=True)
+class FinCommand:
+    """What the allocator makes of a demand: one angle (rad) per fin of the vehicle's list, and the propeller (rev/s)."""
+
+    fins: tuple[float, ...]
+    n: float
+
+
+@dataclass(frozen=True, slots=True)
+class Applied:
+    """What the gate lets through to the actuators; `armed` False means centred fins and a stopped propeller."""
+
+    fins: tuple[float, ...]
+    n: float
+    armed: bool
+    limited: bool
+    """True if the gate changed what it was given."""

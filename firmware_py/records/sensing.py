@@ -1,0 +1,109 @@
+"""What was heard from the boat in one tick: values with their time of validity and their health."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Generic, NamedTuple, TypeVar
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Heard(Generic[T]):
+    """A measurement as it reached the vehicle.
+
+    `t_valid` is the vehicle time, s, at which the value was true; `fresh` that it came since the last tick; `ok` that its
+    sensor vouches for it. What was never heard has t_valid = -inf.
+    """
+
+    value: T
+    t_valid: float
+    fresh: bool
+    ok: bool
+
+    def age(self, t: float) -> float:
+        """How long ago the value was true, s."""
+        return t - self.t_valid
+
+    def usable(self, t: float, limit: float) -> bool:
+        """True if its sensor vouches for it and it is not older than `limit`, s."""
+        return self.ok and t - self.t_valid <= limit
+
+
+class Ahrs(NamedTuple):
+    """Attitude (rad) and body rates (rad/s)."""
+
+    phi: float
+    theta: float
+    psi: float
+    p: float
+    q: float
+    r: float
+
+
+class Dvl(NamedTuple):
+    """Velocity over the bottom in body axes (m/s), its figure of merit (m/s, 1 sigma), distance to the bottom (m)."""
+
+    u: float
+    v: float
+    w: float
+    fom: float
+    altitude: float
+
+
+class Fix(NamedTuple):
+    """Position at the surface: latitude, longitude (rad) and horizontal 1 sigma (m)."""
+
+    latitude: float
+    longitude: float
+    std: float
+
+
+class Battery(NamedTuple):
+    """Volts, amperes, and what is left in [0, 1]."""
+
+    voltage: float
+    current: float
+    remaining: float
+
+
+@dataclass(frozen=True, slots=True)
+class SensorFrame:
+    """Everything heard up to a tick. NaN means unknown, as on the wires.
+
+    `fins` are the angles the servos report, rad, in the order of the vehicle's fin list; `n` is the propeller speed that
+    its controller reports, rev/s; `pressure` is absolute, Pa; `altitude` the altimeter's distance to the bottom, m;
+    `leak` the humidity inside the hull in [0, 1].
+    """
+
+    ahrs: Heard[Ahrs]
+    dvl: Heard[Dvl]
+    pressure: Heard[float]
+    altitude: Heard[float]
+    fix: Heard[Fix]
+    fins: tuple[Heard[float], ...]
+    n: Heard[float]
+    battery: Heard[Battery]
+    leak: Heard[float]
+
+
+def never(value: T) -> Heard[T]:
+    """What has not been heard yet."""
+    return Heard(value, -math.inf, False, False)
+
+
+def silence(fins: int) -> SensorFrame:
+    """The frame of a vehicle of that many fins that has heard nothing yet."""
+    nan = math.nan
+    return SensorFrame(
+        ahrs=never(Ahrs(nan, nan, nan, nan, nan, nan)),
+        dvl=never(Dvl(nan, nan, nan, nan, nan)),
+        pressure=never(nan),
+        altitude=never(nan),
+        fix=never(Fix(nan, nan, nan)),
+        fins=(never(nan),) * fins,
+        n=never(nan),
+        battery=never(Battery(nan, nan, nan)),
+        leak=never(nan),
+    )

@@ -1,0 +1,103 @@
+from __future__ import annotations
+
+import enum
+import math
+import tomllib
+from dataclasses import dataclass
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_py.params import ParamError, describe, dump, load, param
+
+
+class Paint(enum.Enum):
+    RED = 1
+    BLUE = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Fin:
+    name: str
+    delta_max: float = param(23.0, unit="deg", low=1.0, high=45.0, doc="Largest angle.")
+
+
+@dataclass(frozen=True, slots=True)
+class Boat:
+    fins: tuple[Fin, ...]
+    length: float = param(unit="m", low=0.1, high=100.0, doc="Length.")
+    n_max: float = param(1000.0, unit="rpm", low=0.0, high=3000.0, doc="Fastest.", mav="N_MAX")
+    count: int = param(3, low=1, high=9, doc="A count.")
+    paint: Paint = Paint.RED
+    spare: bool = False
+    offsets: tuple[float, float] = param((0.0, 0.0), unit="deg", low=-10, high=10, doc="Two.")
+
+
+GOOD = 'length_m = 5.3\nn_max_rpm = 600\noffsets_deg = [1, -2]\npaint = "blue"\n[[fins]]\nname = "top"\ndelta_max_deg = 20\n'
+
+
+def test_units_become_si_and_defaults_are_in_the_declared_unit() -> None:
+    boat = load(Boat, tomllib.loads(GOOD), "boat.toml")
+    assert boat.fins[0].delta_max == math.radians(20.0)
+    assert boat.n_max == 10.0  # rev/s
+    assert boat.offsets == (math.radians(1.0), math.radians(-2.0))
+    assert boat.paint is Paint.BLUE
+    assert Fin("x").delta_max == math.radians(23.0)
+
+
+@given(st.floats(1.0, 45.0), st.floats(0.1, 100.0), st.floats(0.0, 3000.0))
+def test_what_is_dumped_loads_again_to_the_last_bit(angle: float, length: float, n: float) -> None:
+    table = {"length_m": length, "n_max_rpm": n, "fins": [{"name": "a", "delta_max_deg": angle}]}
+    boat = load(Boat, table, "x")
+    assert load(Boat, dump(boat), "x") == boat
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("lenght_m = 5.3", "boat.toml: lenght_m is unknown; did you mean length_m?"),
+        ("n_max_hz = 3", "boat.toml: n_max_hz has the wrong unit; write n_max_rpm (unit rpm)"),
+        ("n_max = 3", "boat.toml: n_max has the wrong unit; write n_max_rpm (unit rpm)"),
+        ("count = 10", "boat.toml: count = 10: out of bounds, must be a whole number in [1, 9]"),
+        ("count = 1.5", "boat.toml: count = 1.5: must be a whole number in [1, 9]"),
+        ("count = true", "boat.toml: count = True: must be a whole number in [1, 9]"),
+        ("spare = 1", "boat.toml: spare = 1: must be a true or false"),
+        ("length_m = 'long'", "boat.toml: length_m = 'long': must be a number in m in [0.1, 100]"),
+        ("length_m = nan", "boat.toml: length_m = nan: must be finite, a number in m in [0.1, 100]"),
+        ("length_m = inf", "must be finite"),
+        ("paint = 'green'", 'boat.toml: paint = \'green\': must be one of "red", "blue"'),
+        ("offsets_deg = [1.0]", "boat.toml: offsets_deg = [1.0]: must have 2 entries"),
+        ("offsets_deg = 3", "must be a list"),
+        ("fins = 3", "must be a list"),
+        ("fins = [3]", "boat.toml: fins[0] must be a table"),
+        ("fins = [{name = 'x', delta_max_deg = 60}]", "boat.toml: fins[0]: delta_max_deg = 60: out of bounds"),
+        ("fins = [{}]", "boat.toml: fins[0]: name is missing"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line_with_file_and_key(change: str, words: str) -> None:
+    table = tomllib.loads(GOOD)
+    table.update(tomllib.loads(change))
+    with pytest.raises(ParamError) as error:
+        load(Boat, table, "boat.toml")
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_missing_number_is_named_with_its_unit() -> None:
+    with pytest.raises(ParamError, match=r"boat.toml: length_m is missing \(a number in m in \[0.1, 100\]\)"):
+        load(Boat, {"fins": []}, "boat.toml")
+
+
+def test_every_declaration_is_listed_with_its_default_in_its_own_unit() -> None:
+    listed = {key: (declaration.unit, default) for key, declaration, default in describe(Boat)}
+    assert listed["fins.delta_max_deg"] == ("deg", 23.0)
+    assert listed["n_max_rpm"] == ("rpm", 1000.0)
+    assert "length_m" in listed
+
+
+def test_a_long_mavlink_name_or_an_unknown_unit_is_refused_where_it_is_declared() -> None:
+    with pytest.raises(ValueError, match="longer than 16"):
+        param(1.0, mav="A_NAME_OF_17_CHARS")
+    with pytest.raises(ValueError, match="furlong"):
+        param(1.0, unit="furlong")
