@@ -7,7 +7,7 @@ The cache of compiled kernels does not see changes in other files; a composition
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 
@@ -15,6 +15,5 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def kernel(signature: str) -> Callable[[F], F]:
-    """Compiles the function for `signature` (numba's notation, e.g. "void(f8[::1], f8)") when its module is imported."""
-    decorate: Callable[[F], F] = numba.njit(signature, cache=True, fastmath=False, error_model="numpy")
-    return decorate
+    """Compiles the function for `signature` (numba's words, e.g. "void(f8[::1], f8)") when its module is imported."""
+    return cast(Callable[[F], F], numba.njit(signature, cache=True, fastmath=False, error_model="numpy"))

@@ -109,7 +109,7 @@ def _radii(latitude: float) -> tuple[float, float]:
 
 
 def geodetic_to_local(origin: Origin, latitude: float, longitude: float) -> tuple[float, float]:
-    """(x, y), m north and east of the origin, on the plane that touches there; good to 1 m within 10 km below 60 deg."""
+    """(x, y), m north and east of the origin, on the plane that touches there."""
     meridian, across = _radii(origin.latitude)
     return (
         (latitude - origin.latitude) * meridian,

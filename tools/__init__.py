@@ -1,0 +1,1 @@
+"""The `sternplane` command and everything for people."""

@@ -1,0 +1,1 @@
+"""The only input, output and clocks of the vehicle."""

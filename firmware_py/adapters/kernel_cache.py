@@ -18,7 +18,7 @@ def sources() -> list[Path]:
 
 
 def use() -> Path:
-    """Points numba's cache at a folder keyed by every kernel's source, by Python and by numba; call before importing any.
+    """Points numba's cache at a folder keyed by all kernels' sources, Python and numba; call before importing any.
 
     The folders lie in `STERNPLANE_CACHE`, else in `.cache/kernels` beside the sources.
     """

@@ -49,7 +49,7 @@ class Demand:
 
 @dataclass(frozen=True, slots=True)
 class FinCommand:
-    """What the allocator makes of a demand: one angle (rad) per fin of the vehicle's list, and the propeller (rev/s)."""
+    """What the allocator makes of a demand: one angle (rad) per fin of the vehicle, and the propeller (rev/s)."""
 
     fins: tuple[float, ...]
     n: float

@@ -1,4 +1,4 @@
-"""What people ask for: modes, orders, missions. Everything a ground station may change enters the core as an `Order`."""
+"""What people ask for: modes, orders, missions. What a ground station may change enters the core as an `Order`."""
 
 from __future__ import annotations
 

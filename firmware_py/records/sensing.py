@@ -13,8 +13,8 @@ T = TypeVar("T")
 class Heard(Generic[T]):
     """A measurement as it reached the vehicle.
 
-    `t_valid` is the vehicle time, s, at which the value was true; `fresh` that it came since the last tick; `ok` that its
-    sensor vouches for it. What was never heard has t_valid = -inf.
+    `t_valid` is the vehicle time, s, at which the value was true; `fresh` that it came since the last tick; `ok`
+    that its sensor vouches for it. What was never heard has t_valid = -inf.
     """
 
     value: T
@@ -72,9 +72,9 @@ class Battery(NamedTuple):
 class SensorFrame:
     """Everything heard up to a tick. NaN means unknown, as on the wires.
 
-    `fins` are the angles the servos report, rad, in the order of the vehicle's fin list; `n` is the propeller speed that
-    its controller reports, rev/s; `pressure` is absolute, Pa; `altitude` the altimeter's distance to the bottom, m;
-    `leak` the humidity inside the hull in [0, 1].
+    `fins` are the angles the servos report, rad, in the order of the vehicle's fin list; `n` is the propeller speed
+    that its controller reports, rev/s; `pressure` is absolute, Pa; `altitude` the altimeter's distance to the bottom,
+    m; `leak` the humidity inside the hull in [0, 1].
     """
 
     ahrs: Heard[Ahrs]

@@ -34,7 +34,15 @@ class Boat:
     offsets: tuple[float, float] = param((0.0, 0.0), unit="deg", low=-10, high=10, doc="Two.")
 
 
-GOOD = 'length_m = 5.3\nn_max_rpm = 600\noffsets_deg = [1, -2]\npaint = "blue"\n[[fins]]\nname = "top"\ndelta_max_deg = 20\n'
+GOOD = """
+length_m = 5.3
+n_max_rpm = 600
+offsets_deg = [1, -2]
+paint = "blue"
+[[fins]]
+name = "top"
+delta_max_deg = 20
+"""
 
 
 def test_units_become_si_and_defaults_are_in_the_declared_unit() -> None:

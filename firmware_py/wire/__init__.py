@@ -1,0 +1,1 @@
+"""Bytes to records and back, pure: DroneCAN, serial sentences, the log."""

@@ -1,0 +1,143 @@
+"""What nodes say about themselves: life, names, parameters, time, and the lockstep with a simulated vehicle.
+
+Fields are those of the DSDL definitions, in the units of the wire.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from firmware_py.wire.layout import (
+    array,
+    boolean,
+    float32,
+    int64,
+    uint2,
+    uint3,
+    uint8,
+    uint13,
+    uint16,
+    uint32,
+    uint40,
+    uint64,
+    union,
+    upto,
+    usec,
+    void,
+)
+
+
+class NodeStatus(NamedTuple):
+    """A node lives: once a second; offline after 3 s; a reboot is uptime going backwards."""
+
+    uptime_sec: uint32
+    health: uint2 = 0
+    mode: uint3 = 0
+    sub_mode: uint3 = 0
+    vendor_specific_status_code: uint16 = 0
+
+
+class SoftwareVersion(NamedTuple):
+    """Part of GetNodeInfo."""
+
+    major: uint8 = 0
+    minor: uint8 = 0
+    optional_field_flags: uint8 = 0
+    vcs_commit: uint32 = 0
+    image_crc: uint64 = 0
+
+
+class HardwareVersion(NamedTuple):
+    """Part of GetNodeInfo."""
+
+    major: uint8 = 0
+    minor: uint8 = 0
+    unique_id: Annotated[bytes, array(uint8, 16)] = bytes(16)
+    certificate_of_authenticity: Annotated[bytes, upto(uint8, 255)] = b""
+
+
+class GetNodeInfoRequest(NamedTuple):
+    """Who are you?"""
+
+
+class GetNodeInfoResponse(NamedTuple):
+    """Status, versions, and a name such as b"org.sternplane.autopilot"."""
+
+    status: NodeStatus
+    software_version: SoftwareVersion
+    hardware_version: HardwareVersion
+    name: Annotated[bytes, upto(uint8, 80)]
+
+
+class GlobalTimeSync(NamedTuple):
+    """When the previous one was sent, us."""
+
+    previous_transmission_timestamp_usec: usec
+
+
+class RestartNodeRequest(NamedTuple):
+    """`magic_number` must be 0xACCE551B1E."""
+
+    magic_number: uint40 = 0xACCE551B1E
+
+
+class RestartNodeResponse(NamedTuple):
+    """Whether it will."""
+
+    ok: boolean
+
+
+class Empty(NamedTuple):
+    """No value."""
+
+
+class Value(NamedTuple):
+    """A parameter's value: tag 0 none, 1 int64, 2 float32, 3 bool as uint8, 4 text as bytes."""
+
+    tag: int
+    value: Empty | int | float | bytes
+
+
+class NumericValue(NamedTuple):
+    """A parameter's bound: tag 0 none, 1 int64, 2 float32."""
+
+    tag: int
+    value: Empty | int | float
+
+
+_VALUE = union(Value, Empty, int64, float32, uint8, upto(uint8, 128))
+_NUMERIC = union(NumericValue, Empty, int64, float32)
+
+
+class GetSetRequest(NamedTuple):
+    """Sets a parameter unless the value is empty, and asks for it: by index, or by name if there is one."""
+
+    param_index: uint13
+    value: Annotated[Value, _VALUE]
+    name: Annotated[bytes, upto(uint8, 92)]
+
+
+class GetSetResponse(NamedTuple):
+    """A parameter; an empty name says that there is none."""
+
+    value: Annotated[Value, void(5), _VALUE]
+    default_value: Annotated[Value, void(5), _VALUE]
+    max_value: Annotated[NumericValue, void(6), _NUMERIC]
+    min_value: Annotated[NumericValue, void(6), _NUMERIC]
+    name: Annotated[bytes, upto(uint8, 92)]
+
+
+class Tick(NamedTuple):
+    """Lockstep: the plant has sent `frames` frames for tick k, which happens at t_ns."""
+
+    k: uint32
+    t_ns: uint64
+    frames: uint16
+    version: uint8
+
+
+class TickDone(NamedTuple):
+    """Lockstep: the vehicle has sent `frames` frames in tick k."""
+
+    k: uint32
+    frames: uint16

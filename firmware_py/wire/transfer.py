@@ -1,0 +1,225 @@
+"""Transfers: payloads cut into CAN frames and put together again (DroneCAN v0 on CAN 2.0B).
+
+A frame is (can_id, data): 29 bits without flags, at most 8 bytes, of which the last, the tail, says start, end, toggle
+and transfer id. A payload of more than 7 bytes takes several frames, and begins with a CRC that the type's signature
+seeds. Time is that of the vehicle, s, as passed in.
+"""
+
+from __future__ import annotations
+
+import binascii
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeAlias, TypeVar
+
+from firmware_py.wire.messages import Kind, MessageType
+
+R = TypeVar("R")
+Frame: TypeAlias = tuple[int, bytes]
+
+TIMEOUT = 2.0
+"""A transfer that is not complete after this time is given up, s; so is the memory of what was last heard."""
+_START, _END, _TOGGLE = 0x80, 0x40, 0x20
+_TAILS = tuple(bytes((tail,)) for tail in range(256))
+
+
+def can_id(kind: MessageType[Any], source: int, priority: int = 16, destination: int = 0) -> int:
+    """The 29-bit id of a transfer's frames; priority 0 is the highest of 32; services have a destination.
+
+    Raises:
+        ValueError: if a node id is not in [1, 127], or the priority not in [0, 31].
+    """
+    if not 1 <= source <= 127 or not 0 <= priority <= 31:
+        raise ValueError(f"node {source}, priority {priority}: must be in [1, 127] and [0, 31]")
+    if kind.kind is Kind.MESSAGE:
+        return priority << 24 | kind.data_type_id << 8 | source
+    if not 1 <= destination <= 127:
+        raise ValueError(f"destination {destination} of {kind.name}: must be in [1, 127]")
+    request = kind.kind is Kind.REQUEST
+    return priority << 24 | kind.data_type_id << 16 | request << 15 | destination << 8 | 0x80 | source
+
+
+def frames_of(identifier: int, payload: bytes, transfer_id: int, crc_seed: int) -> list[Frame]:
+    """The frames of one transfer; `crc_seed` is that of the payload's type."""
+    if len(payload) < 8:
+        return [(identifier, payload + _TAILS[_START | _END | transfer_id & 31])]
+    payload = binascii.crc_hqx(payload, crc_seed).to_bytes(2, "little") + payload
+    last = (len(payload) - 1) // 7
+    frames = []
+    for i in range(last + 1):
+        tail = (i == 0 and _START) | (i == last and _END) | (i & 1 and _TOGGLE) | transfer_id & 31
+        frames.append((identifier, payload[7 * i : 7 * i + 7] + _TAILS[tail]))
+    return frames
+
+
+class Sender:
+    """A node's outgoing side: it counts the transfer ids of each type and destination."""
+
+    __slots__ = ("_next", "node_id")
+
+    def __init__(self, node_id: int) -> None:
+        if not 1 <= node_id <= 127:
+            raise ValueError(f"node id {node_id}: must be in [1, 127]")
+        self.node_id = node_id
+        self._next: dict[int, int] = {}
+
+    def send(self, kind: MessageType[R], value: R, priority: int = 16, destination: int = 0) -> list[Frame]:
+        """The frames of a message, or of a request to `destination`."""
+        return self._frames(can_id(kind, self.node_id, priority, destination), kind, value)
+
+    def respond(self, request: Transfer, kind: MessageType[R], value: R) -> list[Frame]:
+        """The frames of the response to a request, with its transfer id and priority."""
+        identifier = can_id(kind, self.node_id, request.priority, request.source)
+        return frames_of(identifier, kind.encode(value), request.transfer_id, kind.crc_seed)
+
+    def _frames(self, identifier: int, kind: MessageType[R], value: R) -> list[Frame]:
+        payload = kind.encode(value)
+        port = identifier & 0xFFFFFF
+        transfer_id = self._next.get(port, 0)
+        self._next[port] = transfer_id + 1 & 31
+        return frames_of(identifier, payload, transfer_id, kind.crc_seed)
+
+
+class Transfer(NamedTuple):
+    """What has arrived: of which type, from whom, and when its first frame came, s."""
+
+    kind: MessageType[Any]
+    source: int
+    transfer_id: int
+    priority: int
+    payload: bytes
+    t: float
+
+
+@dataclass(slots=True)
+class Dropped:
+    """How many frames or transfers were dropped, and why."""
+
+    foreign: int = 0
+    """A type that nobody asked for, or not a frame of this protocol."""
+    duplicate: int = 0
+    lost_start: int = 0
+    """A frame of a transfer whose start was not seen, or that has been given up."""
+    unfinished: int = 0
+    """A transfer whose end did not come before the next began."""
+    wrong_toggle: int = 0
+    """A frame twice, or the one after a lost one."""
+    bad_crc: int = 0
+    timed_out: int = 0
+    too_long: int = 0
+    crowded_out: int = 0
+    """The oldest of too many open transfers."""
+
+
+class _Open:
+    """A transfer that is not complete yet."""
+
+    __slots__ = ("kind", "pieces", "size", "t", "t_last", "tail")
+
+    def __init__(self, kind: MessageType[Any], data: bytes, t: float) -> None:
+        self.kind = kind
+        self.pieces = [bytes(data[:7])]
+        self.size = 7
+        self.t = self.t_last = t
+        self.tail = (data[7] & 31) | _TOGGLE
+        """Transfer id and toggle of the frame that must come next."""
+
+
+class Reassembler:
+    """A node's incoming side, for the types that it asked for. Any input is survived, in bounded memory.
+
+    Args:
+        wanted: messages from everybody; requests and responses that are addressed to `node_id`.
+        node_id: 0 if the node hears messages only.
+        most_open: transfers of many frames at once; the oldest gives way.
+    """
+
+    __slots__ = ("_heard", "_most_open", "_open", "_ports", "dropped")
+
+    def __init__(self, wanted: Iterable[MessageType[Any]], node_id: int = 0, most_open: int = 64) -> None:
+        # A port is the part of the id that says type and destination: bits 7 to 23.
+        self._ports: dict[int, MessageType[Any]] = {}
+        for kind in wanted:
+            if kind.kind is Kind.MESSAGE:
+                self._ports[kind.data_type_id << 1] = kind
+            else:
+                self._ports[can_id(kind, 1, 0, node_id) >> 7] = kind
+        self._most_open = most_open
+        self._open: dict[int, _Open] = {}
+        self._heard: dict[int, tuple[int, float]] = {}
+        self.dropped = Dropped()
+
+    def accept(self, identifier: int, data: bytes, t: float) -> Transfer | None:
+        """Takes one frame; returns the transfer that it completes, if it does."""
+        kind = self._ports.get(identifier >> 7 & 0x1FFFF)
+        if kind is None or not identifier & 0x7F or identifier >> 29 or not 1 <= len(data) <= 8:
+            self.dropped.foreign += 1
+            return None
+        key = identifier & 0xFFFFFF
+        tail = data[-1]
+        if tail & 0xE0 != _START | _END:
+            return self._accept_part(kind, key, identifier >> 24, data, t)
+        heard = self._heard.get(key)
+        if heard is not None and heard[0] == tail & 31 and t - heard[1] <= TIMEOUT:
+            self.dropped.duplicate += 1
+            return None
+        if key in self._open:
+            self._drop_open(key, t)
+        self._heard[key] = (tail & 31, t)
+        return Transfer(kind, identifier & 0x7F, tail & 31, identifier >> 24, bytes(data[:-1]), t)
+
+    def _accept_part(self, kind: MessageType[Any], key: int, priority: int, data: bytes, t: float) -> Transfer | None:
+        dropped, tail = self.dropped, data[-1]
+        if tail & _START:
+            self._start(kind, key, data, t)
+            return None
+        transfer = self._open.get(key)
+        if transfer is not None and t - transfer.t_last > TIMEOUT:
+            self._drop_open(key, t)
+            transfer = None
+        if transfer is None or (tail ^ transfer.tail) & 31:
+            dropped.lost_start += 1
+            return None
+        if (tail ^ transfer.tail) & _TOGGLE or (len(data) < 8 and not tail & _END):
+            dropped.wrong_toggle += 1
+            return None
+        transfer.pieces.append(bytes(data[:-1]))
+        transfer.size += len(data) - 1
+        transfer.tail ^= _TOGGLE
+        transfer.t_last = t
+        if transfer.size > kind.max_bytes + 2:
+            del self._open[key]
+            dropped.too_long += 1
+            return None
+        if not tail & _END:
+            return None
+        del self._open[key]
+        payload = b"".join(transfer.pieces)
+        if binascii.crc_hqx(payload[2:], kind.crc_seed) != payload[0] | payload[1] << 8:
+            dropped.bad_crc += 1
+            return None
+        self._heard[key] = (tail & 31, transfer.t)
+        return Transfer(kind, key & 0x7F, tail & 31, priority, payload[2:], transfer.t)
+
+    def _start(self, kind: MessageType[Any], key: int, data: bytes, t: float) -> None:
+        tail = data[-1]
+        if tail & (_TOGGLE | _END) or len(data) < 8:
+            self.dropped.wrong_toggle += 1
+            return
+        heard = self._heard.get(key)
+        if heard is not None and heard[0] == tail & 31 and t - heard[1] <= TIMEOUT:
+            self.dropped.duplicate += 1
+            return
+        if key in self._open:
+            self._drop_open(key, t)
+        elif len(self._open) >= self._most_open:
+            del self._open[next(iter(self._open))]
+            self.dropped.crowded_out += 1
+        self._open[key] = _Open(kind, data, t)
+
+    def _drop_open(self, key: int, t: float) -> None:
+        transfer = self._open.pop(key)
+        if t - transfer.t_last > TIMEOUT:
+            self.dropped.timed_out += 1
+        else:
+            self.dropped.unfinished += 1

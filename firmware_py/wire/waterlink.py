@@ -1,0 +1,164 @@
+"""The velocity report of a Water Linked DVL (serial protocol 2.x, sentence `wrz`), read and written.
+
+A line is `wrz,vx,vy,vz,valid,altitude,fom,covariance,time_of_validity,time_of_transmission,time,status*cc`: m/s in the
+axes of the device, `y` or `n`, m, m/s, nine entries with `;` between them, us, us, ms, a bit mask; cc is a CRC-8 of all
+before the star, in hexadecimal. Lines end with LF, CR LF or CR. Other sentences of the device are known and skipped.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+LONGEST_LINE = 512
+"""The device's longest is about 200 bytes."""
+
+
+class SentenceError(ValueError):
+    """A line that is not a sentence of this protocol; the text says why."""
+
+
+class ChecksumError(SentenceError):
+    """A line whose checksum is not that of its bytes."""
+
+
+class Velocity(NamedTuple):
+    """One report. Where `valid` is False the numbers mean nothing: gate on it, not on them."""
+
+    vx: float
+    vy: float
+    vz: float
+    valid: bool
+    altitude: float
+    fom: float
+    covariance: tuple[float, ...]
+    time_of_validity_us: int
+    time_of_transmission_us: int
+    time_ms: float
+    status: int
+
+    @property
+    def usable(self) -> bool:
+        """True if the device vouches for the velocities and they are numbers."""
+        return self.valid and math.isfinite(self.vx + self.vy + self.vz)
+
+    @property
+    def bottom(self) -> float:
+        """Distance to the bottom, m; NaN if it is not known (the device sends -1, 0 or 1e9 as well)."""
+        return self.altitude if self.valid and 0.0 < self.altitude < 1e6 else math.nan
+
+
+def _crc_table() -> tuple[int, ...]:
+    table = []
+    for crc in range(256):
+        for _ in range(8):
+            crc = (crc << 1 ^ (0x07 if crc & 0x80 else 0)) & 0xFF
+        table.append(crc)
+    return tuple(table)
+
+
+_CRC = _crc_table()
+
+
+def crc8(data: bytes) -> int:
+    """CRC-8: polynomial 0x07, begins with 0, not reflected."""
+    crc, table = 0, _CRC
+    for byte in data:
+        crc = table[crc ^ byte]
+    return crc
+
+
+def encode(report: Velocity) -> bytes:
+    """The line of a report, with CR LF, in the device's precision (mm/s, cm)."""
+    covariance = ";".join([f"{c:.6g}" for c in report.covariance])
+    text = (
+        f"wrz,{report.vx:.3f},{report.vy:.3f},{report.vz:.3f},{'y' if report.valid else 'n'},{report.altitude:.2f},"
+        f"{report.fom:.3f},{covariance},{report.time_of_validity_us},{report.time_of_transmission_us},"
+        f"{report.time_ms:.2f},{report.status}"
+    ).encode()
+    return b"%s*%02x\r\n" % (text, crc8(text))
+
+
+def decode(line: bytes) -> Velocity | None:
+    """The report of a line without its end; None for another sentence of the device.
+
+    Raises:
+        SentenceError: bad checksum, not of this protocol, or malformed.
+    """
+    body, star, checksum = line.rpartition(b"*")
+    if not star or len(checksum) != 2 or not body.startswith(b"wr"):
+        raise SentenceError("not a sentence: must be wr..., a star and two hexadecimal digits")
+    if b"%02x" % crc8(body) != checksum.lower():
+        raise ChecksumError(f"checksum is {checksum!r}: must be {crc8(body):02x}")
+    if not body.startswith(b"wrz,"):
+        return None
+    fields = body.split(b",")
+    if len(fields) != 12 or fields[4] not in (b"y", b"n"):
+        raise SentenceError(f"wrz with {len(fields)} fields and valid = {fields[4:5]!r}: must be 12, and y or n")
+    try:
+        _, vx, vy, vz, valid, altitude, fom, entries, t_valid, t_sent, time, status = fields
+        covariance = tuple(map(float, entries.split(b";")))
+        numbers = float(vx), float(vy), float(vz), valid == b"y", float(altitude), float(fom)
+        report = Velocity(*numbers, covariance, int(t_valid), int(t_sent), float(time), int(status))
+    except ValueError as error:
+        raise SentenceError(f"wrz with a field that is not a number: {error}") from None
+    if len(covariance) != 9:
+        raise SentenceError(f"wrz with {len(covariance)} entries of covariance: must be 9")
+    return report
+
+
+@dataclass(slots=True)
+class Counts:
+    """What became of the lines."""
+
+    good: int = 0
+    other: int = 0
+    """Good sentences that are no velocity report."""
+    bad_checksum: int = 0
+    malformed: int = 0
+    too_long: int = 0
+
+
+class LineBuffer:
+    """Bytes in, in whatever pieces they come; reports out. It keeps at most one line of `longest` bytes."""
+
+    __slots__ = ("_line", "_longest", "_skipping", "counts")
+
+    def __init__(self, longest: int = LONGEST_LINE) -> None:
+        self._line = b""
+        self._longest = longest
+        self._skipping = False
+        self.counts = Counts()
+
+    def feed(self, data: bytes) -> list[Velocity]:
+        """The reports that these bytes complete, in order; everything else is counted."""
+        *lines, rest = (self._line + data).replace(b"\r", b"\n").split(b"\n")
+        reports = []
+        for line in lines:
+            if self._skipping:
+                self._skipping = False
+            elif line and (report := self._read(line)) is not None:
+                reports.append(report)
+        if len(rest) > self._longest:
+            self.counts.too_long += not self._skipping
+            self._skipping = True
+        self._line = b"" if self._skipping else rest
+        return reports
+
+    def _read(self, line: bytes) -> Velocity | None:
+        counts = self.counts
+        if len(line) > self._longest:
+            counts.too_long += 1
+            return None
+        try:
+            report = decode(line)
+        except ChecksumError:
+            counts.bad_checksum += 1
+        except SentenceError:
+            counts.malformed += 1
+        else:
+            counts.good += report is not None
+            counts.other += report is None
+            return report
+        return None
