@@ -1,0 +1,1 @@
+"""The boat and the sea, on the far side of the wires."""
