@@ -129,18 +129,30 @@ def dump(record: Any) -> dict[str, Any]:
 
 
 def describe(cls: type[Any], prefix: str = "") -> Iterator[tuple[str, Declaration, Any]]:
-    """Every parameter below a dataclass: (dotted key, declaration, default in its unit or MISSING)."""
+    """Every number, choice and text below a dataclass: (dotted key, declaration, default in its unit or MISSING)."""
     hints = typing.get_type_hints(cls)
     for field in dataclasses.fields(cls):
-        declaration = field.metadata.get(_KEY)
-        inner = next((a for a in (hints[field.name], *typing.get_args(hints[field.name])) if _is_table(a)), None)
+        hint, default = hints[field.name], field.default
+        inner = next((a for a in (hint, *typing.get_args(hint)) if _is_table(a)), None)
         if inner is not None:
-            yield from describe(inner, f"{prefix}{field.name}.")
-        elif declaration is not None:
-            default = field.default
-            if default is not dataclasses.MISSING:
-                default = _plain(default, UNITS[declaration.unit][1])
-            yield prefix + toml_key(field), declaration, default
+            repeated = "[]" if typing.get_origin(hint) is tuple else ""
+            yield from describe(inner, f"{prefix}{field.name}{repeated}.")
+            continue
+        declaration = field.metadata.get(_KEY) or Declaration("", -math.inf, math.inf, _said_of(hint), "")
+        if default is not dataclasses.MISSING:
+            default = _plain(default, UNITS[declaration.unit][1])
+        yield prefix + toml_key(field), declaration, default
+
+
+def _said_of(hint: Any) -> str:
+    """A sentence for a field that is no number: the choices of an enum, else its type."""
+    choices = next(
+        (a for a in (hint, *typing.get_args(hint)) if isinstance(a, type) and issubclass(a, enum.Enum)), None
+    )
+    if choices is None:
+        return {str: "A text.", bool: "true or false."}.get(hint, "")
+    names = ", ".join(f'"{member.name.lower()}"' for member in choices)
+    return f"{(choices.__doc__ or '').partition(chr(10))[0]} One of {names}."
 
 
 def _is_table(hint: Any) -> bool:
@@ -162,6 +174,8 @@ def _plain(value: Any, factor: float) -> Any:
         return [_plain(v, factor) for v in value]
     if isinstance(value, enum.Enum):
         return value.name.lower()
+    if value is None or isinstance(value, Mapping):
+        return value
     if isinstance(value, bool | str) or factor == 1.0:
         return value
     return _inverse(value, factor)

@@ -13,6 +13,8 @@ from firmware_py.params import ParamError, describe, dump, load, param
 
 
 class Paint(enum.Enum):
+    """A colour."""
+
     RED = 1
     BLUE = 2
 
@@ -99,7 +101,9 @@ def test_a_missing_number_is_named_with_its_unit() -> None:
 
 def test_every_declaration_is_listed_with_its_default_in_its_own_unit() -> None:
     listed = {key: (declaration.unit, default) for key, declaration, default in describe(Boat)}
-    assert listed["fins.delta_max_deg"] == ("deg", 23.0)
+    said = {key: declaration.doc for key, declaration, _ in describe(Boat)}
+    assert said["paint"].endswith('One of "red", "blue".')
+    assert listed["fins[].delta_max_deg"] == ("deg", 23.0)
     assert listed["n_max_rpm"] == ("rpm", 1000.0)
     assert "length_m" in listed
 

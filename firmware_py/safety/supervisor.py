@@ -1,0 +1,145 @@
+"""The supervisor: orders ask for a mode, the rules may only make it safer.
+
+SURFACE is latched: only DISARM ends it. Most of its causes vanish as soon as the vehicle obeys (it is less deep,
+farther from the bottom), and an order given blindly, or a mission taken up again, would lead straight back into them.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from firmware_py.records.command import ModeState
+from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.order import Arming, Mode, Order
+from firmware_py.records.sensing import SensorFrame
+from firmware_py.safety.rules import ARMING, RULES, Conditions, Rule, SafetyParams, safer
+from firmware_py.schedule import NS_PER_S, Tick
+
+__all__ = ["SafetyParams", "Supervisor", "SupervisorMemory"]
+
+
+class SupervisorMemory(NamedTuple):
+    """The mode, for how many ticks each rule's condition has held, and a bit per late tick of the last second."""
+
+    mode: Mode
+    held: tuple[int, ...]
+    late: int
+
+
+class Supervisor:
+    """Decides the mode, once per tick; `events` are the sentences that the last update gave cause to."""
+
+    events: tuple[str, ...]
+
+    def __init__(self, params: SafetyParams, has_mission: bool = True) -> None:
+        self._params = params
+        self._has_mission = has_mission
+        self._rules = tuple(
+            (rule.holds, round(getattr(params, rule.time) * NS_PER_S) if rule.time else 0) for rule in RULES
+        )
+        self._memory = SupervisorMemory(Mode.DISARMED, (0,) * len(RULES), 0)
+        self.events = ()
+
+    def update(
+        self, tick: Tick, frame: SensorFrame, state: StateEstimate, order: Order, mission_done: bool
+    ) -> ModeState:
+        """The mode of this tick.
+
+        Args:
+            tick: now, and how late it is.
+            frame: what was heard; its ages are judged here again, apart from the estimator.
+            state: what the estimator makes of it.
+            order: what was asked in this tick.
+            mission_done: whether the guidance has passed the last waypoint.
+        """
+        params, was = self._params, self._memory
+        late = (was.late << 1 | (tick.late_ns > tick.dt_ns)) & ((1 << NS_PER_S // tick.dt_ns) - 1)
+        self.events = ()
+        wanted, cause = self._ordered(was.mode, order), "ordered"
+        c = self._conditions(tick, frame, state, wanted, late.bit_count(), mission_done and was.mode is Mode.MISSION)
+
+        held = tuple([n + 1 if holds(c, params) else 0 for (holds, _), n in zip(self._rules, was.held, strict=True)])
+        if wanted is not Mode.DISARMED:
+            if was.mode is Mode.DISARMED and (refusals := self._refusals(c, held)):
+                self._say("arming refused: " + "; ".join(refusals))
+                wanted = Mode.DISARMED
+            elif any(held):
+                wanted, cause = self._ruled(wanted, c, held, tick.dt_ns)
+        if wanted is not was.mode:
+            self._say(f"{was.mode.name} -> {wanted.name}: {cause}")
+        self._memory = SupervisorMemory(wanted, held, late)
+        return ModeState(wanted, mission_done, c.late)
+
+    def freeze(self) -> SupervisorMemory:
+        """All that is remembered."""
+        return self._memory
+
+    def thaw(self, memory: SupervisorMemory) -> None:
+        """Goes on from there."""
+        self._memory = memory
+
+    def _say(self, sentence: str) -> None:
+        self.events += (sentence,)
+
+    def _ordered(self, mode: Mode, order: Order) -> Mode:
+        """The mode that an order asks for, where it may be asked for."""
+        if order.arming == Arming.DISARM or order.mode == Mode.DISARMED:
+            return Mode.DISARMED
+        asked = order.mode
+        if mode is Mode.DISARMED and order.arming == Arming.ARM:
+            if asked is None:
+                asked = Mode.MANUAL  # with centred sticks and a stopped propeller
+        elif asked is None or asked is mode:
+            return mode
+        elif mode is Mode.DISARMED:
+            self._say(f"{asked.name} refused: disarmed")
+            return mode
+        elif mode is Mode.SURFACE:
+            self._say(f"{asked.name} refused: surfacing, which only disarming ends")
+            return mode
+        if asked is Mode.MISSION and not self._has_mission:
+            self._say("MISSION refused: no mission is loaded")
+            return mode
+        return asked
+
+    def _conditions(
+        self, tick: Tick, frame: SensorFrame, state: StateEstimate, wanted: Mode, late: int, mission_done: bool
+    ) -> Conditions:
+        params, t, eta, battery = self._params, tick.t, state.eta, frame.battery
+        return Conditions(
+            wanted=wanted,
+            attitude_ok=state.attitude_ok and t - frame.ahrs.t_valid <= params.attitude_timeout,
+            depth_ok=state.depth_ok and t - frame.pressure.t_valid <= params.depth_timeout,
+            depth=eta.z,
+            altitude=state.altitude,
+            fix_heard=frame.fix.usable(t, params.fix_timeout),
+            leak=state.leak,
+            charge=battery.value.remaining if battery.ok else math.nan,
+            late=late,
+            mission_done=mission_done,
+            tilt=max(abs(eta.phi), abs(eta.theta)),
+            fins_heard=wanted is self._memory.mode  # it matters on arming alone, and costs a microsecond
+            or all(fin.usable(t, params.fin_timeout) and math.isfinite(fin.value) for fin in frame.fins),
+        )
+
+    def _refusals(self, c: Conditions, held: tuple[int, ...]) -> list[str]:
+        """Why not to arm: a check of `ARMING`, or a rule that holds and would soon ask for a safer mode."""
+        checks = [rule for rule in ARMING if rule.holds(c, self._params)]
+        rules = [rule for rule, n in zip(RULES, held, strict=True) if n and safer(rule.mode, c.wanted)]
+        return list(dict.fromkeys(self._sentence(rule, c) for rule in checks + rules))
+
+    def _ruled(self, wanted: Mode, c: Conditions, held: tuple[int, ...], dt_ns: int) -> tuple[Mode, str]:
+        """The ordered mode, or the safest that a rule asks for whose time has come, and why."""
+        mode, cause = wanted, "ordered"
+        for rule, (_, after_ns), n in zip(RULES, self._rules, held, strict=True):
+            if (n - 1) * dt_ns < after_ns:
+                continue
+            if safer(rule.mode, mode):
+                mode, cause = rule.mode, self._sentence(rule, c)
+            elif rule.mode is self._memory.mode and (n - 2) * dt_ns < after_ns:
+                self._say(self._sentence(rule, c))  # one more reason for what is being done
+        return mode, cause
+
+    def _sentence(self, rule: Rule, c: Conditions) -> str:
+        return rule.because.format(c=c, p=self._params)

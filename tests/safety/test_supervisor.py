@@ -1,0 +1,363 @@
+"""The supervisor's table, one below, at and one above every bound; arming; and what people are told."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from firmware_py.marine import Eta, Nu
+from firmware_py.params import dump, load
+from firmware_py.records.command import ModeState
+from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.order import NO_ORDER, Arming, Mode, Order
+from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame, never
+from firmware_py.safety.rules import ARMING, RULES, SafetyParams, safer
+from firmware_py.safety.supervisor import Supervisor
+from firmware_py.schedule import Tick
+
+DT_NS = 10_000_000
+PARAMS = SafetyParams()
+ARM = Order(arming=Arming.ARM)
+DISARM = Order(arming=Arming.DISARM)
+STATE = StateEstimate(Eta(0, 0, 5, 0, 0, 0), Nu(1, 0, 0, 0, 0, 0), 1, 0.1, 0.1, 20.0, True, True, True, False)
+NEVER_DVL = never(Dvl(*[math.nan] * 5))
+NEVER_FIX = never(Fix(*[math.nan] * 3))
+
+
+class Boat:
+    """A supervisor with everything in order around it, until told otherwise."""
+
+    def __init__(self, params: SafetyParams = PARAMS, has_mission: bool = True) -> None:
+        self.supervisor = Supervisor(params, has_mission)
+        self.k = 0
+        self.mode = Mode.DISARMED
+        self.events: tuple[str, ...] = ()
+        self.answer = ModeState(Mode.DISARMED, False, 0)
+
+    def frame(self, **parts: Any) -> SensorFrame:
+        t = Tick(self.k, DT_NS).t
+        good = SensorFrame(
+            ahrs=Heard(Ahrs(0, 0, 0, 0, 0, 0), t, True, True),
+            dvl=NEVER_DVL,
+            pressure=Heard(1.5e5, t, True, True),
+            altitude=never(math.nan),
+            fix=NEVER_FIX,
+            fins=(Heard(0.0, t, True, True),) * 4,
+            n=Heard(0.0, t, True, True),
+            battery=Heard(Battery(48.0, 1.0, 0.8), t, True, True),
+            leak=Heard(0.3, t, True, True),
+        )
+        return replace(good, **parts)
+
+    def tick(
+        self, order: Order = NO_ORDER, *, done: bool = False, late_ns: int = 0, frame: Any = None, **state: Any
+    ) -> Mode:
+        z = state.pop("z", 5.0)
+        now = replace(STATE, eta=state.pop("eta", STATE.eta._replace(z=z)), **state)
+        tick = Tick(self.k, DT_NS, late_ns)
+        self.answer = self.supervisor.update(tick, self.frame(**(frame or {})), now, order, done)
+        self.mode, self.events, self.k = self.answer.mode, self.supervisor.events, self.k + 1
+        return self.mode
+
+    def ticks_until(self, mode: Mode, most: int, **inputs: Any) -> int:
+        """How many ticks with the same inputs it takes to come to a mode."""
+        for i in range(1, most + 1):
+            if self.tick(**inputs) is mode:
+                return i
+        raise AssertionError(f"{mode.name} not within {most} ticks, still {self.mode.name}")
+
+
+def sailing(mode: Mode = Mode.HOLD, params: SafetyParams = PARAMS) -> Boat:
+    boat = Boat(params)
+    assert boat.tick(Order(arming=Arming.ARM, mode=mode)) is mode, boat.events
+    return boat
+
+
+def old(age: float, value: Any, k: int) -> Heard[Any]:
+    return Heard(value, Tick(k, DT_NS).t - age, False, True)
+
+
+def test_begins_disarmed_and_says_nothing() -> None:
+    boat = Boat()
+    assert boat.tick() is Mode.DISARMED
+    assert boat.events == ()
+
+
+def test_arming_leads_to_manual_or_to_what_is_ordered_with_it() -> None:
+    boat = Boat()
+    assert boat.tick(ARM) is Mode.MANUAL
+    assert boat.events == ("DISARMED -> MANUAL: ordered",)
+    assert boat.tick(ARM) is Mode.MANUAL
+    assert boat.events == ()
+    for mode in (Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.SURFACE):
+        assert sailing(mode).mode is mode
+
+
+def test_a_mode_ordered_while_disarmed_is_refused_with_a_sentence() -> None:
+    boat = Boat()
+    for mode in (Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.SURFACE):
+        assert boat.tick(Order(mode=mode)) is Mode.DISARMED
+        assert boat.events == (f"{mode.name} refused: disarmed",)
+
+
+@pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.SURFACE])
+@pytest.mark.parametrize("order", [DISARM, Order(mode=Mode.DISARMED), Order(arming=Arming.DISARM, mode=Mode.MISSION)])
+def test_disarm_is_always_obeyed(mode: Mode, order: Order) -> None:
+    boat = sailing(mode)
+    assert boat.tick(order, z=99.0, leak=True, attitude_ok=False) is Mode.DISARMED
+    assert boat.events == (f"{mode.name} -> DISARMED: ordered",)
+    assert boat.tick() is Mode.DISARMED
+
+
+def test_modes_change_by_order_while_armed() -> None:
+    boat = sailing(Mode.MANUAL)
+    for mode in (Mode.HOLD, Mode.MISSION, Mode.MANUAL, Mode.SURFACE):
+        was = boat.mode
+        assert boat.tick(Order(mode=mode)) is mode
+        assert boat.events == (f"{was.name} -> {mode.name}: ordered",)
+
+
+def test_without_a_mission_there_is_no_mission_mode() -> None:
+    boat = Boat(has_mission=False)
+    assert boat.tick(Order(arming=Arming.ARM, mode=Mode.MISSION)) is Mode.DISARMED
+    assert boat.events == ("MISSION refused: no mission is loaded",)
+    boat.tick(ARM)
+    assert boat.tick(Order(mode=Mode.MISSION)) is Mode.MANUAL
+    assert boat.events == ("MISSION refused: no mission is loaded",)
+
+
+def test_surface_is_latched_until_disarmed() -> None:
+    boat = sailing()
+    assert boat.tick(z=PARAMS.depth_max + 1.0) is Mode.SURFACE
+    for mode in (Mode.MANUAL, Mode.HOLD, Mode.MISSION):
+        assert boat.tick(Order(arming=Arming.ARM, mode=mode)) is Mode.SURFACE
+        assert boat.events == (f"{mode.name} refused: surfacing, which only disarming ends",)
+    assert boat.tick(Order(mode=Mode.SURFACE)) is Mode.SURFACE
+    assert boat.events == ()
+    assert boat.tick(DISARM) is Mode.DISARMED
+    assert boat.tick(ARM) is Mode.MANUAL
+
+
+REFUSALS: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
+    ("attitude", {"attitude_ok": False}, {}),
+    ("attitude", {}, {"ahrs": never(Ahrs(*[math.nan] * 6))}),
+    ("depth", {"depth_ok": False}, {}),
+    ("depth", {}, {"pressure": never(math.nan)}),
+    ("water in the hull", {"leak": True}, {}),
+    ("battery at 19%", {}, {"battery": Heard(Battery(48.0, 1.0, 0.19), 0.0, True, True)}),
+    ("battery at nan%", {}, {"battery": Heard(Battery(48.0, 1.0, math.nan), 0.0, True, True)}),
+    ("battery at nan%", {}, {"battery": Heard(Battery(48.0, 1.0, 0.9), 0.0, True, False)}),
+    ("fin", {}, {"fins": (Heard(0.0, 0.0, True, True),) * 3 + (never(math.nan),)}),
+    ("fin", {}, {"fins": (Heard(0.0, 0.0, True, True),) * 3 + (Heard(math.nan, 0.0, True, True),)}),
+    ("rolled", {"eta": STATE.eta._replace(phi=-0.79)}, {}),
+    ("rolled", {"eta": STATE.eta._replace(theta=0.79)}, {}),
+    ("depth 31.00 m", {"z": 31.0}, {}),
+    ("altitude 1.00 m", {"altitude": 1.0}, {}),
+]
+
+
+@pytest.mark.parametrize(("why", "state", "frame"), REFUSALS)
+def test_arming_is_refused_and_says_why(why: str, state: dict[str, Any], frame: dict[str, Any]) -> None:
+    boat = Boat()
+    assert boat.tick(ARM, frame=frame, **state) is Mode.DISARMED
+    assert len(boat.events) == 1
+    assert boat.events[0].startswith("arming refused: ")
+    assert why in boat.events[0]
+    boat.k = 0
+    assert boat.tick(ARM) is Mode.MANUAL
+
+
+def test_all_reasons_to_refuse_are_told_at_once() -> None:
+    boat = Boat()
+    boat.tick(ARM, attitude_ok=False, depth_ok=False, leak=True)
+    assert all(word in boat.events[0] for word in ("attitude", "depth", "water"))
+    assert boat.events[0].count("attitude not heard") == 1
+
+
+def test_bounds_of_arming() -> None:
+    for angle, mode in ((0.785, Mode.MANUAL), (math.radians(45.0), Mode.MANUAL), (0.786, Mode.DISARMED)):
+        assert Boat().tick(ARM, eta=STATE.eta._replace(theta=-angle)) is mode
+    for charge, mode in ((0.199, Mode.DISARMED), (0.2, Mode.MANUAL), (0.201, Mode.MANUAL)):
+        battery = Heard(Battery(48.0, 1.0, charge), 0.0, True, True)
+        assert Boat().tick(ARM, frame={"battery": battery}) is mode
+    for age, mode in ((0.99, Mode.MANUAL), (1.0, Mode.MANUAL), (1.01, Mode.DISARMED)):
+        boat = Boat()
+        boat.k = 200
+        assert boat.tick(ARM, frame={"fins": (old(age, 0.0, 200),) * 4}) is mode
+    unknown = Heard(Battery(48.0, 1.0, math.nan), 0.0, True, True)
+    assert Boat(replace(PARAMS, battery_arm=0.0)).tick(ARM, frame={"battery": unknown}) is Mode.MANUAL
+    silent = replace(PARAMS, fin_needed=False)
+    assert Boat(silent).tick(ARM, frame={"fins": (never(math.nan),) * 4}) is Mode.MANUAL
+
+
+def test_what_lies_at_depth_may_be_armed_to_come_up() -> None:
+    low = {"battery": Heard(Battery(48.0, 1.0, 0.05), 0.0, True, True)}
+    bad = {"frame": low, "leak": True, "depth_ok": False, "altitude": 0.5}
+    assert Boat().tick(Order(arming=Arming.ARM, mode=Mode.SURFACE), **bad) is Mode.SURFACE
+    assert Boat().tick(Order(arming=Arming.ARM, mode=Mode.HOLD), **bad) is Mode.DISARMED
+    blind = Boat()
+    assert blind.tick(Order(arming=Arming.ARM, mode=Mode.SURFACE), attitude_ok=False) is Mode.DISARMED
+
+
+def charge(value: float) -> dict[str, Any]:
+    return {"frame": {"battery": Heard(Battery(48.0, 1.0, value), 0.0, True, True)}}
+
+
+# condition at its bound: (inputs just inside, at, just outside, ticks it must hold, word in the sentence)
+AT_BOUNDS: list[tuple[str, dict[str, Any], dict[str, Any], dict[str, Any], int]] = [
+    ("depth", {"z": 29.99}, {"z": 30.0}, {"z": 30.001}, 1),
+    ("altitude", {"altitude": 2.01}, {"altitude": 2.0}, {"altitude": 1.999}, 51),
+    ("battery", charge(0.101), charge(0.1), charge(0.0999), 501),
+    ("water", {"leak": False}, {"altitude": math.nan}, {"leak": True}, 101),
+    ("attitude", {}, charge(math.nan), {"attitude_ok": False}, 1),
+    ("depth", {}, {}, {"depth_ok": False}, 1),
+]
+
+
+@pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.HOLD, Mode.MISSION])
+@pytest.mark.parametrize(("word", "inside", "at", "outside", "ticks"), AT_BOUNDS)
+def test_each_rule_at_its_bound(
+    mode: Mode, word: str, inside: dict[str, Any], at: dict[str, Any], outside: dict[str, Any], ticks: int
+) -> None:
+    boat = sailing(mode)
+    for inputs in (inside, at):
+        for _ in range(ticks + 1):
+            assert boat.tick(**inputs) is mode
+    for _ in range(ticks - 1):
+        assert boat.tick(**outside) is mode
+        assert boat.events == ()
+    boat.tick(**inside)  # a break, and the count begins anew
+    assert boat.ticks_until(Mode.SURFACE, ticks, **outside) == ticks
+    assert len(boat.events) == 1
+    assert boat.events[0].startswith(f"{mode.name} -> SURFACE: ")
+    assert word in boat.events[0]
+
+
+@pytest.mark.parametrize(("part", "value", "limit"), [("ahrs", Ahrs(0, 0, 0, 0, 0, 0), 0.5), ("pressure", 1.5e5, 1.0)])
+def test_the_age_is_judged_here_too_whatever_the_estimator_says(part: str, value: Any, limit: float) -> None:
+    boat = sailing()
+    boat.k = 1000  # t = 10 s: limits that binary fractions hold exactly
+    for age in (limit - 0.01, limit):
+        assert boat.tick(frame={part: old(age, value, boat.k)}) is Mode.HOLD
+        boat.k = 1000
+    assert boat.tick(frame={part: old(limit + 0.01, value, boat.k)}) is Mode.SURFACE
+
+
+def test_late_cycles_of_the_last_second_are_counted() -> None:
+    for late_ns, count in ((DT_NS - 1, 0), (DT_NS, 0), (DT_NS + 1, 1)):
+        boat = sailing()
+        boat.tick(late_ns=late_ns)
+        assert boat.answer.late == count
+    boat = sailing()
+    boat.tick(late_ns=DT_NS + 1)
+    for _ in range(99):
+        boat.tick()
+        assert boat.answer.late == 1
+    boat.tick()
+    assert boat.answer.late == 0
+    for i in range(1, 11):
+        assert boat.tick(late_ns=2 * DT_NS) is Mode.HOLD
+        assert boat.answer.late == i
+    assert boat.tick(late_ns=2 * DT_NS) is Mode.SURFACE
+    assert boat.events == ("HOLD -> SURFACE: 11 cycles late within a second, limit 10",)
+
+
+def test_a_mission_ends_in_surfacing_and_surfacing_in_disarmed() -> None:
+    boat = sailing(Mode.MISSION)
+    assert boat.tick() is Mode.MISSION
+    assert boat.tick(done=True) is Mode.SURFACE
+    assert boat.answer.mission_done
+    assert boat.events == ("MISSION -> SURFACE: mission done",)
+    for _ in range(300):
+        assert boat.tick(z=0.5, done=True) is Mode.SURFACE
+    for _ in range(200):
+        assert boat.tick(z=0.499) is Mode.SURFACE
+    assert boat.tick(z=0.51) is Mode.SURFACE
+    assert boat.ticks_until(Mode.DISARMED, 201, z=0.499) == 201
+    assert boat.events == ("SURFACE -> DISARMED: surfaced",)
+
+
+def test_an_order_given_as_the_mission_ends_is_obeyed() -> None:
+    boat = sailing(Mode.MISSION)
+    assert boat.tick(Order(mode=Mode.HOLD), done=True) is Mode.HOLD
+
+
+def test_a_mission_that_was_done_before_does_not_end_the_next_one() -> None:
+    boat = sailing(Mode.HOLD)
+    assert boat.tick(Order(mode=Mode.MISSION), done=True) is Mode.MISSION  # the guidance has not yet begun it anew
+    assert boat.tick(done=False) is Mode.MISSION
+
+
+def test_only_surfacing_is_over_at_the_surface() -> None:
+    for mode in (Mode.MANUAL, Mode.HOLD, Mode.MISSION):
+        boat = sailing(mode)
+        for _ in range(300):
+            assert boat.tick(z=0.0) is mode
+
+
+def test_without_depth_a_fix_tells_of_the_surface() -> None:
+    boat = sailing()
+    fix = Fix(0.1, 0.2, 2.0)
+    assert boat.tick(depth_ok=False) is Mode.SURFACE
+    for _ in range(300):  # nothing tells: neither the estimate that is not ok, nor an old fix
+        assert boat.tick(depth_ok=False, z=0.0, frame={"fix": old(2.01, fix, boat.k)}) is Mode.SURFACE
+    for _ in range(200):
+        assert boat.tick(depth_ok=False, frame={"fix": old(0.5, fix, boat.k)}) is Mode.SURFACE
+    assert boat.tick(depth_ok=False, frame={"fix": old(0.5, fix, boat.k)}) is Mode.DISARMED
+
+
+def test_attitude_that_stays_away_ends_in_disarmed_and_one_that_comes_back_does_not() -> None:
+    boat = sailing(Mode.MISSION)
+    assert boat.tick(attitude_ok=False) is Mode.SURFACE
+    for _ in range(2999):
+        assert boat.tick(attitude_ok=False) is Mode.SURFACE
+    assert boat.tick() is Mode.SURFACE
+    assert boat.ticks_until(Mode.DISARMED, 3001, attitude_ok=False) == 3001
+    assert boat.events == ("SURFACE -> DISARMED: attitude lost for 30 s",)
+
+
+def test_the_most_severe_rule_wins_and_further_reasons_are_told_once() -> None:
+    boat = sailing()
+    assert boat.tick(z=31.0, depth_ok=False) is Mode.SURFACE
+    assert boat.events == ("HOLD -> SURFACE: depth not heard for 1 s",)
+    told = []
+    for _ in range(150):
+        boat.tick(leak=True)
+        told += boat.events
+    assert told == ["water in the hull"]
+
+
+def test_an_order_never_wins_over_a_rule() -> None:
+    boat = sailing(Mode.HOLD)
+    assert boat.tick(Order(mode=Mode.MISSION), z=31.0) is Mode.SURFACE
+    assert boat.events == ("HOLD -> SURFACE: depth 31.00 m, limit 30 m",)
+
+
+def test_frozen_and_thawed_it_goes_on_the_same() -> None:
+    boat, twin = sailing(Mode.MISSION), Boat()
+    for _ in range(30):
+        boat.tick(altitude=1.0, late_ns=2 * DT_NS if boat.k % 9 == 0 else 0)
+    twin.supervisor.thaw(boat.supervisor.freeze())
+    twin.k = boat.k
+    for _ in range(40):
+        assert twin.tick(altitude=1.0) is boat.tick(altitude=1.0)
+        assert (twin.answer, twin.events) == (boat.answer, boat.events)
+        assert twin.supervisor.freeze() == boat.supervisor.freeze()
+    assert boat.mode is Mode.SURFACE
+
+
+def test_the_table_is_in_order_of_severity_and_names_its_parameters() -> None:
+    for above, below in itertools.pairwise(RULES):
+        assert not safer(below.mode, above.mode)
+    for rule in (*RULES, *ARMING):
+        assert rule.time == "" or isinstance(getattr(PARAMS, rule.time), float)
+        assert rule.mode in (Mode.DISARMED, Mode.SURFACE)
+    assert len({rule.name for rule in RULES}) == len(RULES)
+
+
+def test_parameters_come_back_from_their_table() -> None:
+    assert load(SafetyParams, dump(PARAMS), "test") == PARAMS
