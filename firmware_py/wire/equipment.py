@@ -195,7 +195,7 @@ class CircuitStatus(NamedTuple):
 
 
 class Hygrometer(NamedTuple):
-    """Air inside the hull: K, relative humidity in %."""
+    """Air inside the hull: °C, relative humidity in %."""
 
     temperature: float16
     humidity: float16

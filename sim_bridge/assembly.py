@@ -1,0 +1,43 @@
+"""The parts of a simulated boat, put together from what the files say."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firmware_py.adapters.can_bus import CanBus, NodeIds
+from sim_bridge.bridge import Bridge
+from sim_bridge.devices import BoatParams, Devices
+from sim_bridge.environment import Environment
+from sim_bridge.instruments import Instruments, Water
+from sim_bridge.plant import Plant
+from sim_bridge.scenarios import Scenario
+from sim_bridge.serial_dvl import SerialDvl
+from sim_bridge.serial_line import SerialLine
+from sim_bridge.truth import Truth
+
+
+def assemble(
+    truth: Truth,
+    boat: BoatParams,
+    ids: NodeIds,
+    scenario: Scenario,
+    bus: CanBus,
+    dvl_line: SerialLine,
+    seed: int,
+    base_hz: int,
+    substeps: int = 1,
+) -> Bridge:
+    """The boat at the start of a scenario, on its end of the bus and of the DVL's line.
+
+    Everything random in it follows from `seed`; `substeps` are integration steps within one tick.
+
+    Raises:
+        ParamError: a rate that does not divide `base_hz`, or a fault that strikes what is not there.
+    """
+    sea, start = scenario.environment, scenario.start
+    environment = Environment(sea, np.random.SeedSequence([seed, *b"environment"]), 1.0 / base_hz)
+    plant = Plant(truth, environment, 1.0 / base_hz, substeps, start.eta, start.nu, start.n)
+    instruments = Instruments(boat, Water(truth.hull.rho, sea.surface_pressure, sea.origin), seed, base_hz)
+    dvl = SerialDvl(instruments.dvl, dvl_line)
+    devices = Devices(boat, ids, instruments, bus, dvl, len(truth.fins), base_hz)
+    return Bridge(plant, devices, scenario.faults)

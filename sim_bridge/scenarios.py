@@ -1,0 +1,162 @@
+"""A scenario: where the boat starts, in what water, what it is told and when, what breaks, and when it is over."""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from firmware_py.marine import Eta, Nu
+from firmware_py.params import ParamError, load, param
+from firmware_py.records.order import Arming, Mission, Mode, Waypoint
+from sim_bridge.environment import EnvironmentParams
+from sim_bridge.faults import Fault, Faults
+
+
+class ScenarioError(ParamError):
+    """A scenario that does not exist or cannot be read; one line."""
+
+
+class Completes(enum.Enum):
+    """What must have come to pass for the scenario to count as completed."""
+
+    SURFACED = enum.auto()
+    """The vehicle surfaced and disarmed itself; the run ends there."""
+    TIME = enum.auto()
+    """It was still armed, and not on its way up, when the time was over."""
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """The plant at t = 0."""
+
+    x: float = param(0.0, unit="m", doc="North of the origin.")
+    y: float = param(0.0, unit="m", doc="East of the origin.")
+    depth: float = param(0.0, unit="m", low=-5, high=6000, doc="Of the body's origin.")
+    phi: float = param(0.0, unit="deg", low=-180, high=180, doc="Roll.")
+    theta: float = param(0.0, unit="deg", low=-89, high=89, doc="Pitch.")
+    psi: float = param(0.0, unit="deg", low=-180, high=360, doc="Heading.")
+    u: float = param(0.0, unit="m/s", low=-10, high=10, doc="Surge over the ground.")
+    v: float = param(0.0, unit="m/s", low=-10, high=10, doc="Sway over the ground.")
+    w: float = param(0.0, unit="m/s", low=-10, high=10, doc="Heave over the ground.")
+    n: float = param(0.0, unit="rpm", low=-10000, high=10000, doc="Shaft speed.")
+
+    @property
+    def eta(self) -> Eta:
+        """Position and attitude."""
+        return Eta(self.x, self.y, self.depth, self.phi, self.theta, self.psi)
+
+    @property
+    def nu(self) -> Nu:
+        """Velocity; the boat does not turn at the start."""
+        return Nu(self.u, self.v, self.w, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Cue:
+    """What the pilot says at one time; what is not written stays as it is. Sticks, once moved, are held."""
+
+    t: float = param(unit="s", low=0, high=1e6, doc="When; said at the first tick that is not before it.")
+    arming: Arming = Arming.KEEP
+    mode: Mode | None = None
+    depth: float = param(math.nan, unit="m", low=0, high=6000, doc="To hold.")
+    heading: float = param(math.nan, unit="deg", low=-180, high=360, doc="To hold.")
+    speed: float = param(math.nan, unit="m/s", low=-10, high=10, doc="To hold.")
+    delta_s: float = param(math.nan, unit="deg", low=-90, high=90, doc="Stick: stern plane.")
+    delta_r: float = param(math.nan, unit="deg", low=-90, high=90, doc="Stick: rudder.")
+    n: float = param(math.nan, unit="rpm", low=-10000, high=10000, doc="Stick: propeller.")
+
+
+@dataclass(frozen=True, slots=True)
+class Zigzag:
+    """The zigzag (Kempf): the rudder is put over each time the heading has gone `heading` off the base course."""
+
+    t: float = param(unit="s", low=0, high=1e6, doc="First execute.")
+    delta_r: float = param(20.0, unit="deg", low=1, high=90, doc="Rudder angle, to one side and the other.")
+    heading: float = param(20.0, unit="deg", low=1, high=90, doc="Deviation at which the rudder is put over.")
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A waypoint of the mission."""
+
+    x: float = param(unit="m", doc="North of the origin.")
+    y: float = param(unit="m", doc="East of the origin.")
+    depth: float = param(unit="m", low=0, high=6000, doc="To be at from here.")
+    speed: float = param(unit="m/s", low=0, high=10, doc="To get here with.")
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """One scenario file. `autopilot` is laid over autopilot.toml, as it stands, by the vehicle's side."""
+
+    description: str
+    completes: Completes
+    duration: float = param(unit="s", low=1, high=1e6, doc="The run ends at the latest then.")
+    environment: EnvironmentParams = field(default_factory=EnvironmentParams)
+    start: Start = field(default_factory=Start)
+    orders: tuple[Cue, ...] = ()
+    zigzag: Zigzag | None = None
+    waypoints: tuple[Point, ...] = ()
+    faults: tuple[Fault, ...] = ()
+    autopilot: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}), compare=False)
+
+    def __post_init__(self) -> None:
+        if any(later.t < earlier.t for earlier, later in zip(self.orders, self.orders[1:], strict=False)):
+            raise ParamError("orders are not in order of t_s")
+        if any(cue.mode is Mode.MISSION for cue in self.orders) and not self.waypoints:
+            raise ParamError('mode = "mission" is ordered, but there are no [[waypoints]]')
+        Faults(self.faults)
+
+    @property
+    def mission(self) -> Mission:
+        """The waypoints as the vehicle is given them."""
+        return Mission(tuple(Waypoint(p.x, p.y, p.depth, p.speed) for p in self.waypoints))
+
+
+def parse(table: Mapping[str, Any], where: str) -> Scenario:
+    """Makes a scenario of a TOML table.
+
+    Raises:
+        ScenarioError: one line that names `where`, the key and what would be right.
+    """
+    table = dict(table)
+    autopilot = table.pop("autopilot", {})
+    if not isinstance(autopilot, Mapping):
+        raise ScenarioError(f"{where}: autopilot must be a table")
+    try:
+        scenario = load(Scenario, table, where)
+    except ParamError as error:
+        raise ScenarioError(str(error)) from None
+    return dataclasses.replace(scenario, autopilot=MappingProxyType(dict(autopilot)))
+
+
+def known(folder: Path) -> tuple[str, ...]:
+    """Names of the scenarios in a folder."""
+    return tuple(sorted(path.stem for path in folder.glob("*.toml")))
+
+
+def load_scenario(name: str, folder: Path) -> Scenario:
+    """Reads the scenario `name` of a folder, or the file `name` if it ends in .toml.
+
+    Raises:
+        ScenarioError: unknown (the known ones are listed), unreadable or wrong.
+    """
+    path = Path(name) if name.endswith(".toml") else folder / f"{name}.toml"
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise ScenarioError(f"unknown scenario {name!r}; known: {', '.join(known(folder)) or 'none'}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"{path}: {error}") from None
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{path}: {error}") from None
+    return parse(table, str(path))

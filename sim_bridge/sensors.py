@@ -1,0 +1,107 @@
+"""What every instrument has in common: a rate, an error, a delay, and now and then nothing at all.
+
+What an instrument measures is the business of `instruments`; here is only how it errs. Each draws from two random
+streams of its own (noise and dropout), spawned from the run's seed and its name: to change one instrument leaves every
+other one's readings as they were.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Generic, NamedTuple, TypeVar
+
+import numpy as np
+
+from firmware_py.params import ParamError, param
+
+B = TypeVar("B")
+V = TypeVar("V")
+
+BLOCK = 128
+"""How many samples' errors are drawn at once."""
+
+
+class Reading(NamedTuple, Generic[V]):
+    """A value and the time, s, at which it was true."""
+
+    value: V
+    t_valid: float
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """When an instrument speaks."""
+
+    rate: int = param(unit="Hz", low=1, high=1000, doc="Samples a second; must divide the base rate.")
+    latency: float = param(
+        0.0, unit="s", low=0.0, high=5.0, doc="From the moment of validity to delivery; whole ticks."
+    )
+    dropout: float = param(0.0, low=0.0, high=1.0, doc="Probability that a sample never arrives.")
+
+
+class Sensor(Generic[B, V]):
+    """One instrument aboard a boat of type B that gives values of type V.
+
+    Args:
+        name: names the random streams, and the instrument in errors.
+        timing: rate, latency, dropout.
+        read: makes the value from the boat and one error per channel (bias and noise, summed); it is called at the time
+            of validity, once per sample, dropped ones too.
+        noise: 1 sigma of each channel's white noise.
+        bias: 1 sigma of each channel's constant error, drawn once.
+        seed: of the run.
+        base_hz: ticks a second.
+
+    Raises:
+        ParamError: the rate does not divide the base rate.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        timing: Timing,
+        read: Callable[[B, Sequence[float]], V],
+        noise: Sequence[float],
+        bias: Sequence[float],
+        seed: int,
+        base_hz: int,
+    ) -> None:
+        if base_hz % timing.rate:
+            raise ParamError(f"{name}: rate_hz = {timing.rate} does not divide the base rate of {base_hz} Hz")
+        self._read = read
+        self._dt = 1.0 / base_hz
+        self._every = base_hz // timing.rate
+        self._delay = round(timing.latency * base_hz)
+        self._dropout = timing.dropout
+        streams = np.random.SeedSequence([seed, *name.encode()]).spawn(2)
+        self._normals, self._uniforms = (np.random.Generator(np.random.PCG64(s)) for s in streams)
+        self._noise = np.asarray(noise, dtype=np.float64)
+        self.bias: tuple[float, ...] = tuple((self._normals.standard_normal(len(bias)) * np.asarray(bias)).tolist())
+        self._errors: list[list[float]] = []
+        self._lost: list[bool] = []
+        self._line: deque[tuple[int, Reading[V]]] = deque()
+
+    @property
+    def delay(self) -> int:
+        """Latency in ticks."""
+        return self._delay
+
+    def update(self, k: int, boat: B) -> Reading[V] | None:
+        """Samples if tick `k` is one of its ticks, and returns the reading that is delivered at it, if any."""
+        line = self._line
+        if not k % self._every:
+            if not self._errors:
+                self._draw()
+            reading = Reading(self._read(boat, self._errors.pop()), k * self._dt)
+            if not self._lost.pop():
+                line.append((k + self._delay, reading))
+        if line and line[0][0] <= k:
+            return line.popleft()[1]
+        return None
+
+    def _draw(self) -> None:
+        errors = self._normals.standard_normal((BLOCK, len(self._noise))) * self._noise + self.bias
+        self._errors = errors.tolist()
+        self._lost = (self._uniforms.random(BLOCK) < self._dropout).tolist()

@@ -1,0 +1,18 @@
+"""What really happened, as the log keeps it beside what the vehicle believes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from firmware_py.marine import Eta, Nu
+
+
+@dataclass(frozen=True, slots=True)
+class TruthSample:
+    """The plant at one tick: `current` is the water's velocity in NED, m/s; `fins` true angles, rad; `n` rev/s."""
+
+    eta: Eta
+    nu: Nu
+    current: tuple[float, float, float]
+    fins: tuple[float, ...]
+    n: float

@@ -1,0 +1,148 @@
+"""A boat on a real python-can bus, and pydronecan at the other end of it."""
+
+from __future__ import annotations
+
+import itertools
+import tomllib
+from pathlib import Path
+from types import SimpleNamespace
+
+import can
+import dronecan
+import pytest
+from dronecan.transport import Frame, Transfer
+
+from firmware_py.adapters.can_bus import CanBus, NodeIds
+from firmware_py.marine import Eta, Nu, Origin
+from firmware_py.params import load
+from sim_bridge.devices import BoatParams, Devices
+from sim_bridge.instruments import Instruments, Water
+from sim_bridge.serial_dvl import SerialDvl
+from sim_bridge.serial_line import SerialLine
+
+CONFIGS = Path(__file__).resolve().parents[2] / "configs" / "npsauv2"
+BASE_HZ = 100
+ORIGIN = Origin(0.64, -2.13)
+_channels = itertools.count()
+
+
+class Peer:
+    """A foreign node: pydronecan's types over a bare python-can bus."""
+
+    def __init__(self, bus: can.BusABC, node_id: int = 10) -> None:
+        self.bus = bus
+        self.node_id = node_id
+        self.frames: list[can.Message] = []
+        self._transfer_id = itertools.count()
+
+    def send(self, payload, to: int | None = None) -> int:
+        transfer_id = next(self._transfer_id) % 32
+        transfer = Transfer(
+            transfer_id=transfer_id,
+            source_node_id=self.node_id,
+            dest_node_id=to,
+            payload=payload,
+            transfer_priority=16,
+            service_not_message=to is not None,
+            request_not_response=to is not None,
+        )
+        for frame in transfer.to_frames():
+            self.raw(frame.message_id, bytes(frame.bytes))
+        return transfer_id
+
+    def raw(self, can_id: int, data: bytes, extended: bool = True) -> None:
+        self.bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=extended))
+
+    def listen(self) -> list[Transfer]:
+        """Every transfer that has come since the last time, in order of its last frame."""
+        open_transfers: dict[object, list[Frame]] = {}
+        done = []
+        while (message := self.bus.recv(0)) is not None:
+            assert message.is_extended_id
+            assert message.dlc <= 8
+            frame = Frame(message.arbitration_id, message.data)
+            open_transfers.setdefault(frame.transfer_key, []).append(frame)
+            if frame.end_of_transfer:
+                transfer = Transfer()
+                transfer.from_frames(open_transfers.pop(frame.transfer_key))
+                done.append(transfer)
+        assert not open_transfers
+        return done
+
+    def hear(self, name: str) -> list[tuple[int, object]]:
+        """(source, payload) of every message of a type that has come; the rest is thrown away."""
+        kind = dronecan.TYPENAMES[name]
+        return [
+            (t.source_node_id, t.payload) for t in self.listen() if dronecan.get_dronecan_data_type(t.payload) == kind
+        ]
+
+
+class Boat:
+    """Devices around a plant that stands where a test puts it."""
+
+    def __init__(self, bus: CanBus, params: BoatParams) -> None:
+        self.params = params
+        self.ids = load(NodeIds, tomllib.loads((CONFIGS / "io_sitl.toml").read_text())["nodes"], "io_sitl.toml")
+        self.plant = SimpleNamespace(
+            eta=Eta(0.0, 0.0, 5.0, 0.0, 0.0, 0.0),
+            nu=Nu(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+            n=0.0,
+            altitude=20.0,
+            fins=(0.0, 0.0, 0.0, 0.0),
+        )
+        self.line = SerialLine()
+        self.bus = bus
+        instruments = Instruments(params, Water(1000.0, 101_325.0, ORIGIN), 1, BASE_HZ)
+        dvl = SerialDvl(instruments.dvl, self.line)
+        self.devices = Devices(params, self.ids, instruments, bus, dvl, 4, BASE_HZ)
+
+    def speak(self, first: int, last: int | None = None) -> None:
+        for k in range(first, first + 1 if last is None else last):
+            self.devices.speak(k, k / BASE_HZ, self.plant)
+
+    def told(self, t: float) -> tuple[list[float], float]:
+        """What servos and shaft are told at `t`, after hearing what came until then."""
+        self.devices.hear(t)
+        return self.later(t)
+
+    def later(self, t: float) -> tuple[list[float], float]:
+        fins, n = self.devices.commands(t, self.plant.fins)
+        return list(fins), n
+
+    def close(self) -> None:
+        self.line.close()
+        self.bus.close()
+
+
+def shipped(**changes: dict[str, object]) -> BoatParams:
+    """The parameters of sensors.toml, with keys of its tables changed."""
+    table = tomllib.loads((CONFIGS / "sensors.toml").read_text())
+    for name, keys in changes.items():
+        table[name] = table[name] | keys
+    return load(BoatParams, table, "sensors.toml")
+
+
+def quiet(**changes: dict[str, object]) -> BoatParams:
+    """Instruments without noise or latency."""
+    table = tomllib.loads((CONFIGS / "sensors.toml").read_text())
+    silence = {name: {key: 0.0 for key in keys if "noise" in key} for name, keys in table.items()}
+    for name, keys in changes.items():
+        silence[name] = silence[name] | keys
+    return shipped(**silence)
+
+
+@pytest.fixture
+def launch():
+    """launch(**changes of sensors.toml) -> (boat, peer), on a bus of their own."""
+    opened = []
+
+    def make(**changes):
+        channel = f"contract-{next(_channels)}"
+        ours, theirs = (can.Bus(interface="virtual", channel=channel) for _ in range(2))
+        boat = Boat(CanBus(ours), quiet(**changes))
+        opened.extend((boat.close, theirs.shutdown))
+        return boat, Peer(theirs)
+
+    yield make
+    for close in opened:
+        close()

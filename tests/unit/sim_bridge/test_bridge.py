@@ -1,0 +1,250 @@
+"""The boat as a whole, over its real wires: what acts when, what is said when, faults, and the same bytes twice."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+import tomllib
+from pathlib import Path
+
+import can
+import pytest
+import serial
+
+from firmware_py.adapters.can_bus import CanBus, NodeIds
+from firmware_py.params import ParamError, load
+from firmware_py.wire import equipment as eq
+from firmware_py.wire import messages as m
+from firmware_py.wire.transfer import Sender
+from sim_bridge.assembly import assemble
+from sim_bridge.bridge import Lockstep
+from sim_bridge.devices import BoatParams
+from sim_bridge.scenarios import parse
+from sim_bridge.serial_line import SerialLine
+from sim_bridge.truth import Truth
+
+CONFIGS = Path(__file__).resolve().parents[3] / "configs" / "npsauv2"
+STRAIGHT = {
+    "description": "Straight ahead in trim.",
+    "duration_s": 60.0,
+    "completes": "time",
+    "start": {"depth_m": 10.0, "u_m_s": 1.8288, "n_rpm": 500.0},
+}
+_channels = itertools.count()
+
+
+def table(name):
+    return tomllib.loads((CONFIGS / name).read_text())
+
+
+class Rig:
+    """A boat and the vehicle's ends of its wires."""
+
+    def __init__(self, scenario=None, seed=1, base_hz=100, **boat):
+        channel = f"bridge-{next(_channels)}"
+        ours, theirs = (CanBus(can.Bus(interface="virtual", channel=channel)) for _ in range(2))
+        self.bus = theirs
+        self.line = SerialLine()
+        self.port = serial.Serial(self.line.path, 115200, timeout=0)
+        self.sender = Sender(10)
+        self._close = [ours.close, theirs.close, self.port.close, self.line.close]
+        params = table("sensors.toml")
+        for name, keys in boat.items():
+            params[name] |= keys
+        try:
+            self.bridge = assemble(
+                load(Truth, table("truth.toml"), "truth.toml"),
+                load(BoatParams, params, "sensors.toml"),
+                load(NodeIds, table("io_sitl.toml")["nodes"], "io_sitl.toml"),
+                parse(STRAIGHT | (scenario or {}), "scenario"),
+                ours,
+                self.line,
+                seed,
+                base_hz,
+            )
+        except ParamError:
+            self.close()
+            raise
+
+    def command(self, fins=(0.0, 0.0, 0.0, 0.0), rpm=500):
+        commands = tuple(eq.Command(i, 1, angle) for i, angle in enumerate(fins))
+        self.bus.send(self.sender.send(m.ARRAY_COMMAND, eq.ArrayCommand(commands)))
+        self.bus.send(self.sender.send(m.RPM_COMMAND, eq.RpmCommand((rpm,))))
+
+    def heard(self):
+        return self.bus.drain(10_000), self.port.read(4096)
+
+    def close(self):
+        for close in self._close:
+            close()
+
+
+@pytest.fixture
+def rig():
+    rigs = []
+
+    def make(*args, **kwargs):
+        rigs.append(Rig(*args, **kwargs))
+        return rigs[-1]
+
+    yield make
+    for each in rigs:
+        each.close()
+
+
+def sources(frames):
+    return {can_id & 0x7F for can_id, _ in frames}
+
+
+def test_at_the_first_tick_every_device_speaks_and_the_plant_has_not_moved(rig):
+    boat = rig()
+    boat.bridge.step(0)
+    frames, _ = boat.heard()
+    assert sources(frames) == set(range(21, 28))
+    truth = boat.bridge.truth()
+    assert truth.eta == (0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
+    assert truth.n * 60 == pytest.approx(500.0)
+
+
+def test_a_command_given_in_a_tick_acts_until_the_next_and_no_sooner(rig):
+    boat = rig()
+    boat.bridge.step(0)
+    boat.command(fins=(0.2, 0.2, 0.0, 0.0))
+    assert boat.bridge.truth().fins == (0.0, 0.0, 0.0, 0.0)
+    boat.bridge.step(1)
+    assert min(boat.bridge.truth().fins[:2]) > 0.0
+    for k in range(2, 100):
+        boat.command(fins=(0.2, 0.2, 0.0, 0.0))
+        boat.bridge.step(k)
+    fins = boat.bridge.truth().fins
+    assert fins[0] == pytest.approx(0.2, abs=0.002)
+    assert fins[2:] == (0.0, 0.0)
+
+
+def test_in_trim_it_runs_straight_at_six_feet_per_second(rig):
+    boat = rig()
+    for k in range(1001):
+        boat.bridge.step(k)
+        boat.command()
+    truth = boat.bridge.truth()
+    assert truth.eta.x == pytest.approx(18.288, abs=0.01)
+    assert abs(truth.eta.y) < 1e-6
+    assert truth.nu.u == pytest.approx(1.8288, abs=1e-3)
+
+
+def test_the_same_seed_says_the_same_bytes_and_another_does_not(rig):
+    def said(seed):
+        boat = rig({"environment": {"turbulence_m_s": 0.1}}, seed=seed, dvl={"dropout": 0.3})
+        log = []
+        for k in range(300):
+            boat.bridge.step(k)
+            log.append(boat.heard())
+            boat.command(fins=(0.1 * math.sin(0.1 * k),) * 4)
+        return log, boat.bridge.truth()
+
+    assert said(5) == said(5)
+    assert said(5) != said(6)
+
+
+@pytest.mark.parametrize(
+    ("fault", "silenced"),
+    [("ahrs-off", {23}), ("pressure-off", {24}), ("altimeter-off", {25}), ("fix-off", {26}), ("dvl-off", set())],
+)
+def test_a_device_that_fails_is_not_heard_from_its_time_on(rig, fault, silenced):
+    boat = rig({"faults": [{"t_s": 1.0, "name": fault}]})
+    said = []
+    for k in range(200):
+        boat.bridge.step(k)
+        said.append(boat.heard())
+    before, after = said[:100], said[100:]
+    assert set.union(*(sources(frames) for frames, _ in before)) == set(range(21, 28))
+    assert set.union(*(sources(frames) for frames, _ in after)) == set(range(21, 28)) - silenced
+    assert any(line for _, line in before)
+    assert any(line for _, line in after) is (fault != "dvl-off")
+
+
+def test_a_jammed_fin_stays_where_it_is_and_the_others_move_on(rig):
+    boat = rig({"faults": [{"t_s": 0.5, "name": "fin-jam:rudder_upper"}]})
+    for k in range(150):
+        boat.bridge.step(k)
+        if k == 49:
+            stuck = boat.bridge.truth().fins[2]
+        boat.command(fins=(0.0, 0.0, 0.3 if k < 49 else -0.3, 0.3 if k < 49 else -0.3))
+    fins = boat.bridge.truth().fins
+    assert stuck > 0.2
+    assert fins[2] == stuck
+    assert fins[3] == pytest.approx(-0.3, abs=0.02)
+
+
+def test_a_fault_that_strikes_what_is_not_there_is_refused_before_the_run(rig):
+    with pytest.raises(ParamError, match=r"fin-jam:keel: there is no such fin; known: stern_port, .*rudder_lower"):
+        rig({"faults": [{"t_s": 0.5, "name": "fin-jam:keel"}]})
+
+
+def test_faults_strike_in_order_of_time_however_they_are_listed(rig):
+    boat = rig({"faults": [{"t_s": 0.3, "name": "ahrs-off"}, {"t_s": 0.1, "name": "pressure-off"}]})
+    heard = []
+    for k in range(60):
+        boat.bridge.step(k)
+        heard.append(sources(boat.heard()[0]))
+    assert max(k for k, ids in enumerate(heard) if 23 in ids) == 29
+    assert max(k for k, ids in enumerate(heard) if 24 in ids) == 5
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"servo_hub": {"status_hz": 30}}, "servo_hub: status_hz = 30 does not divide the base rate of 100 Hz"),
+        ({"esc": {"status_hz": 40}}, "esc: status_hz = 40 does not divide"),
+        ({"pressure": {"rate_hz": 30}}, "pressure: rate_hz = 30 does not divide"),
+    ],
+)
+def test_a_rate_that_does_not_divide_the_base_rate_is_refused(rig, change, words):
+    with pytest.raises(ParamError, match=words):
+        rig(**change)
+
+
+def test_two_devices_with_one_node_id_are_refused():
+    ids = table("io_sitl.toml")["nodes"] | {"ahrs": 22}
+    with pytest.raises(ParamError, match=r"io: esc and ahrs have the same node id 22"):
+        load(NodeIds, ids, "io")
+
+
+class Steps:
+    """Counts what a schedule asks of the bridge."""
+
+    def __init__(self):
+        self.steps = []
+
+    def step(self, k):
+        self.steps.append(k)
+
+
+def test_lockstep_moves_the_boat_before_each_tick_and_ends_with_the_time():
+    bridge = Steps()
+    ticks = []
+    for tick in Lockstep(bridge, 10_000_000, 5):
+        assert bridge.steps[-1] == tick.k
+        assert (tick.t_ns, tick.late_ns) == (tick.k * 10_000_000, 0)
+        ticks.append(tick.k)
+    assert ticks == bridge.steps == [0, 1, 2, 3, 4]
+
+
+def test_lockstep_ends_when_told_without_another_step():
+    bridge = Steps()
+    seen = []
+    for tick in Lockstep(bridge, 10_000_000, 1000, stop=lambda: len(seen) == 3):
+        seen.append(tick.k)
+    assert bridge.steps == seen == [0, 1, 2]
+
+
+def test_truth_is_a_record_of_the_tick(rig):
+    boat = rig({"environment": {"current_ned_m_s": [0.1, -0.2, 0.0]}})
+    boat.bridge.step(0)
+    first = boat.bridge.truth()
+    boat.bridge.step(1)
+    assert first.current == (0.1, -0.2, 0.0)
+    assert first.eta.x == 0.0 < boat.bridge.truth().eta.x
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        first.n = 0.0

@@ -1,0 +1,118 @@
+"""The pilot of a scenario: says each cue once and in time, holds the sticks, steers the zigzag, knows the end."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from types import SimpleNamespace
+
+import pytest
+
+from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Mode
+from firmware_py.schedule import Tick
+from sim_bridge.pilot import ScriptedGround
+from sim_bridge.scenarios import parse
+
+DT_NS = 10_000_000
+DEG = math.pi / 180
+
+
+def pilot(**table):
+    return ScriptedGround(
+        parse({"description": "x.", "duration_s": 100.0, "completes": "time"} | table, "here"),
+    )
+
+
+def cycle(psi=0.0, mode=Mode.MANUAL):
+    return SimpleNamespace(
+        state=SimpleNamespace(eta=SimpleNamespace(psi=psi)), mode=SimpleNamespace(mode=mode, mission_done=False)
+    )
+
+
+def orders(ground, ticks):
+    return [ground.read(Tick(k, DT_NS)) for k in range(ticks)]
+
+
+def test_each_cue_is_said_once_at_the_first_tick_that_is_not_before_it():
+    ground = pilot(
+        orders=[
+            {"t_s": 0.0, "arming": "arm"},
+            {"t_s": 0.055, "mode": "hold", "depth_m": 5.0, "heading_deg": 90.0, "speed_m_s": 1.5},
+            {"t_s": 0.1, "depth_m": 6.0},
+        ]
+    )
+    said = orders(ground, 20)
+    spoken = {k: order for k, order in enumerate(said) if order is not NO_ORDER}
+    assert sorted(spoken) == [0, 6, 10]
+    assert spoken[0].arming is Arming.ARM
+    assert spoken[0].mode is None
+    assert spoken[6].mode is Mode.HOLD
+    assert spoken[6].setpoint == (5.0, math.pi / 2, 1.5)
+    assert spoken[10].setpoint.z_d == 6.0
+    assert math.isnan(spoken[10].setpoint.psi_d)
+    assert spoken[10].mode is None
+
+
+def test_cues_of_one_time_are_said_in_the_ticks_after_it_and_none_is_lost():
+    said = orders(pilot(orders=[{"t_s": 0.0, "arming": "arm"}, {"t_s": 0.0, "mode": "manual"}]), 3)
+    assert [o.arming for o in said] == [Arming.ARM, Arming.KEEP, Arming.KEEP]
+    assert [o.mode for o in said] == [None, Mode.MANUAL, None]
+
+
+def test_sticks_are_held_and_fresh_from_the_first_touch_on():
+    said = orders(pilot(orders=[{"t_s": 0.02, "n_rpm": 600.0}, {"t_s": 0.04, "delta_r_deg": -20.0}]), 6)
+    assert [o.t_sticks for o in said[:2]] == [-math.inf] * 2
+    assert [o.t_sticks for o in said[2:]] == pytest.approx([0.02, 0.03, 0.04, 0.05])
+    assert said[3].sticks == pytest.approx((0.0, 0.0, 10.0))
+    assert said[5].sticks == pytest.approx((0.0, -20 * DEG, 10.0))
+    assert said[5].setpoint is KEEP_SETPOINT
+
+
+@pytest.mark.parametrize("to_port", [-1, 1], ids=["rudder to port", "rudder to starboard"])
+@pytest.mark.parametrize("base", [0.0, 3.1, -2.0])
+def test_zigzag_puts_the_rudder_over_at_each_heading_whichever_way_it_turns(base, to_port):
+    """On a vehicle that turns with a lag, so that its heading overshoots."""
+    ground = pilot(orders=[{"t_s": 0.0, "n_rpm": 500.0}], zigzag={"t_s": 1.0, "delta_r_deg": 15.0, "heading_deg": 20.0})
+    psi, r, track, rudder = base, 0.0, [], []
+    for k in range(4000):
+        order = ground.read(Tick(k, DT_NS))
+        r += 0.01 * (to_port * order.sticks.delta_r - r)
+        psi += 0.01 * r
+        ground.write(cycle(math.remainder(psi, math.tau)))
+        track.append((psi - base) / DEG)
+        rudder.append(order.sticks.delta_r / DEG)
+        assert order.sticks.n == pytest.approx(500 / 60)
+    assert rudder[99] == 0.0
+    assert rudder[100] == pytest.approx(15.0)
+    overs = [k for k in range(101, 4000) if rudder[k] != rudder[k - 1]]
+    assert len(overs) >= 4
+    assert [abs(track[k - 1]) for k in overs] == pytest.approx([20.0] * len(overs), abs=0.2)
+    assert all(track[a - 1] * track[b - 1] < 0 for a, b in itertools.pairwise(overs))
+    assert {round(abs(r), 6) for r in rudder[100:]} == {15.0}
+
+
+def test_a_surfacing_scenario_is_done_when_the_vehicle_disarmed_itself_at_the_surface():
+    ground = pilot(completes="surfaced")
+    for mode in (Mode.DISARMED, Mode.MANUAL, Mode.MISSION, Mode.SURFACE):
+        ground.write(cycle(mode=mode))
+        assert (ground.done, ground.completed) == (False, False)
+    ground.write(cycle(mode=Mode.DISARMED))
+    assert (ground.done, ground.completed) == (True, True)
+
+
+def test_a_vehicle_that_disarms_under_way_has_not_surfaced():
+    ground = pilot(completes="surfaced")
+    for mode in (Mode.MISSION, Mode.DISARMED):
+        ground.write(cycle(mode=mode))
+    assert (ground.done, ground.completed) == (False, False)
+
+
+@pytest.mark.parametrize(
+    ("last", "completed"), [(Mode.HOLD, True), (Mode.MANUAL, True), (Mode.SURFACE, False), (Mode.DISARMED, False)]
+)
+def test_a_timed_scenario_is_completed_by_a_vehicle_that_is_still_doing_it(last, completed):
+    ground = pilot()
+    for mode in (Mode.DISARMED, Mode.HOLD, last):
+        ground.write(cycle(mode=mode))
+    assert ground.done is False
+    assert ground.completed is completed

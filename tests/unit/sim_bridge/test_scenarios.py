@@ -1,0 +1,112 @@
+"""Scenario files: what is in them, what is refused and with which words, and the pilot who plays them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from pathlib import Path
+
+import pytest
+
+from firmware_py.records.order import Arming, Mode
+from sim_bridge.scenarios import Completes, ScenarioError, known, load_scenario, parse
+
+FOLDER = Path(__file__).resolve().parents[3] / "configs" / "scenarios"
+LEAST = {"description": "Nothing happens.", "duration_s": 10.0, "completes": "time"}
+
+
+def test_every_shipped_scenario_can_be_read_and_describes_itself_in_a_sentence():
+    names = known(FOLDER)
+    assert {"demo", "paper-depth", "paper-heading", "turning-circle", "zigzag"} <= set(names)
+    for name in names:
+        scenario = load_scenario(name, FOLDER)
+        assert scenario.description.endswith(".")
+        assert scenario.orders[0].arming is Arming.ARM
+        assert all(cue.t < scenario.duration for cue in scenario.orders)
+        deepest = max([scenario.start.depth, *(p.z for p in scenario.mission.waypoints)])
+        assert scenario.environment.bottom_depth > deepest + 10
+
+
+def test_the_demo_is_the_flight_that_was_promised():
+    demo = load_scenario("demo", FOLDER)
+    assert demo.completes is Completes.SURFACED
+    assert demo.start.depth == 0.0
+    assert math.hypot(*demo.environment.current_ned) == pytest.approx(0.1)
+    depths = [p.z for p in demo.mission.waypoints]
+    assert sum(a != b for a, b in itertools.pairwise(depths)) == 2
+    assert demo.orders[-1].mode is Mode.MISSION
+
+
+def test_everything_a_scenario_may_say_arrives_in_si():
+    scenario = parse(
+        LEAST
+        | {
+            "environment": {"current_ned_m_s": [0.1, 0.0, 0.0], "bottom_depth_m": 30.0},
+            "start": {"x_m": 1.0, "depth_m": 2.0, "psi_deg": 90.0, "u_m_s": 1.5, "n_rpm": 600.0},
+            "orders": [
+                {"t_s": 0.5, "arming": "arm"},
+                {"t_s": 1.0, "mode": "hold", "depth_m": 3.0, "heading_deg": 180.0, "speed_m_s": 1.2},
+                {"t_s": 2.0, "delta_r_deg": -10.0, "n_rpm": 60.0},
+            ],
+            "waypoints": [{"x_m": 1.0, "y_m": 2.0, "depth_m": 3.0, "speed_m_s": 1.0}],
+            "faults": [{"t_s": 5.0, "name": "fin-jam:rudder_upper"}],
+            "autopilot": {"control": {"depth": {"anything": "paper"}}},
+        },
+        "here",
+    )
+    assert scenario.start.eta == (1.0, 0.0, 2.0, 0.0, 0.0, math.pi / 2)
+    assert scenario.start.nu == (1.5, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert scenario.start.n == pytest.approx(10.0)
+    assert scenario.orders[1].heading == pytest.approx(math.pi)
+    assert math.isnan(scenario.orders[0].depth)
+    assert scenario.orders[2].delta_r == pytest.approx(math.radians(-10))
+    assert scenario.mission.waypoints == ((1.0, 2.0, 3.0, 1.0),)
+    assert scenario.autopilot["control"] == {"depth": {"anything": "paper"}}
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"duration_s": None}, "here: duration_s is missing"),
+        ({"duration_s": "long"}, "here: duration_s = 'long': must be a number in s"),
+        ({"durations_s": 3.0}, "here: durations_s is unknown; did you mean duration_s?"),
+        ({"duration": 3.0}, "here: duration has the wrong unit; write duration_s"),
+        ({"completes": "done"}, 'here: completes = \'done\': must be one of "surfaced", "time"'),
+        ({"orders": [{"t_s": 0.0, "mode": "fly"}]}, "here: orders[0]: mode = 'fly': must be one of"),
+        ({"orders": [{"t_s": -1.0}]}, "here: orders[0]: t_s = -1.0: out of bounds"),
+        ({"orders": [{"t_s": 2.0}, {"t_s": 1.0}]}, "here: orders are not in order of t_s"),
+        ({"orders": [{"t_s": 2.0, "mode": "mission"}]}, "there are no [[waypoints]]"),
+        ({"waypoints": [{"x_m": 0.0, "y_m": 0.0, "depth_m": 1.0}]}, "here: waypoints[0]: speed_m_s is missing"),
+        ({"faults": [{"t_s": 1.0, "name": "sink"}]}, "fault 'sink' is unknown; known: dvl-off"),
+        ({"faults": [{"t_s": 1.0, "name": "fin-jam"}]}, "fault 'fin-jam': write fin-jam:<fin>"),
+        ({"faults": [{"t_s": 1.0, "name": "dvl-off:1"}]}, "fault 'dvl-off:1': write dvl-off"),
+        ({"environment": {"current": 3}}, "here: environment: current is unknown"),
+        ({"start": 3}, "here: start must be a table"),
+        ({"autopilot": 3}, "here: autopilot must be a table"),
+    ],
+)
+def test_what_is_wrong_is_named_in_one_line(change, words):
+    table = {key: value for key, value in (LEAST | change).items() if value is not None}
+    with pytest.raises(ScenarioError) as caught:
+        parse(table, "here")
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_unknown_scenario_names_the_known_ones():
+    with pytest.raises(ScenarioError, match=r"unknown scenario 'dmo'; known: demo, paper-depth, .*zigzag"):
+        load_scenario("dmo", FOLDER)
+
+
+def test_a_file_of_ones_own_can_be_named(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('description = "x."\nduration_s = 1\ncompletes = "time"\n')
+    assert load_scenario(str(path), FOLDER).duration == 1.0
+
+
+@pytest.mark.parametrize("content", [b"duration_s = = 1", b"\xff\xfe", b'description = "a\nb"'])
+def test_a_file_that_is_not_toml_is_named(tmp_path, content):
+    (tmp_path / "broken.toml").write_bytes(content)
+    with pytest.raises(ScenarioError, match=r"broken\.toml") as caught:
+        load_scenario("broken", tmp_path)
+    assert "\n" not in str(caught.value)
