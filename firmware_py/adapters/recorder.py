@@ -1,0 +1,161 @@
+"""The log: an MCAP file with everything that a replay needs, readable whenever its writer dies.
+
+The first record of the file is the header, one JSON document in an MCAP metadata record named "sternplane"; then come
+chunks of messages in CDR, each no longer than half a second, handed to the kernel when they are full. A writer that is
+killed loses that half second and nothing else. (A power cut may lose more: nothing here waits for the disk.) The last
+metadata record, "sternplane.end", says how the run ended. All times are vehicle times.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, TypeVar, cast
+
+from mcap.writer import CompressionType, Writer
+
+from firmware_py.records.cycle import Cycle
+from firmware_py.wire.cdr import Codec
+
+R = TypeVar("R")
+
+FORMAT = 1
+"""Version of what is written here; a reader refuses others."""
+HEADER = "sternplane"
+END = "sternplane.end"
+CYCLE_TOPIC = "/cycle"
+TRUTH_TOPIC = "/truth"
+
+_CHUNK_NS = 500_000_000
+_CHUNK_BYTES = 1 << 24
+"""More than a chunk of half a second ever has, so that time alone closes it."""
+
+
+class LogError(Exception):
+    """A log that cannot be written or read; the text names the file and what would be right."""
+
+
+def to_json(document: Any) -> str:
+    """JSON in which every double is exact; a number that JSON does not have is {"$float": "nan" | "inf" | "-inf"}."""
+    return json.dumps(_finite(document), allow_nan=False, ensure_ascii=False)
+
+
+def from_json(text: str) -> Any:
+    """What `to_json` was given (tuples come back as lists)."""
+    return json.loads(text, object_hook=lambda found: float(found["$float"]) if found.keys() == {"$float"} else found)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float) and not math.isfinite(value):
+        return {"$float": repr(float(value))}
+    if isinstance(value, Mapping):
+        return {str(key): _finite(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(inner) for inner in value]
+    return value
+
+
+class LogWriter:
+    """Writes one log.
+
+    Args:
+        path: the file, replaced if it is there.
+        header: the document that comes first: configuration, initial state, mission, revision, versions, ...
+        compression: of the chunks.
+
+    Raises:
+        LogError: here and in every method, when the file cannot be written.
+    """
+
+    def __init__(
+        self, path: str | Path, header: Mapping[str, Any], compression: CompressionType = CompressionType.ZSTD
+    ) -> None:
+        self.path = Path(path)
+        self._channels: dict[str, tuple[int, Codec[Any]]] = {}
+        self._closed = False
+        self._chunk_end_ns: int | None = None
+        try:
+            self._file = self.path.open("wb")
+        except OSError as error:
+            raise self._error(error) from None
+        writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=compression, enable_data_crcs=True)
+        self._writer = cast(Any, writer)  # mcap's Writer is not typed throughout
+        try:
+            self._writer.start(profile="ros2", library="sternplane")
+            self._writer.add_metadata(HEADER, {"format": str(FORMAT), "header": to_json(header)})
+            self._writer.flush()
+        except OSError as error:
+            raise self._failed(error) from None
+
+    def channel(self, topic: str, sample: R) -> None:
+        """Opens a topic for records like the sample: the same type, tuples of the same length."""
+        codec = Codec.like(sample)
+        schema = self._writer.register_schema(codec.name, "ros2msg", codec.schema.encode())
+        self._channels[topic] = self._writer.register_channel(topic, "cdr", schema), codec
+
+    def write(self, topic: str, t_ns: int, record: Any) -> None:
+        """Keeps one record under its vehicle time, ns; times do not go back."""
+        channel, codec = self._channels[topic]
+        try:
+            if self._chunk_end_ns is None:
+                self._chunk_end_ns = t_ns + _CHUNK_NS
+            elif t_ns >= self._chunk_end_ns:
+                self._writer.flush()
+                self._chunk_end_ns = t_ns + _CHUNK_NS
+            self._writer.add_message(channel, t_ns, codec.encode(record), t_ns)
+        except OSError as error:
+            raise self._failed(error) from None
+
+    def close(self, end: Mapping[str, Any] | None = None) -> None:
+        """Writes how the run ended, the index and the summary. A second call does nothing."""
+        if self._closed:
+            return
+        try:
+            self._writer.flush()
+            self._writer.add_metadata(END, {"end": to_json(end or {})})
+            self._writer.finish()
+            self._file.close()
+        except OSError as error:
+            raise self._failed(error) from None
+        self._closed = True
+
+    def __enter__(self) -> LogWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _failed(self, error: OSError) -> LogError:
+        """Gives the file up; what the kernel already has stays a readable, truncated log."""
+        self._closed = True
+        with contextlib.suppress(OSError):  # the same failure again: the buffer that cannot be written
+            self._file.close()
+        return self._error(error)
+
+    def _error(self, error: OSError) -> LogError:
+        return LogError(f"{self.path}: the log cannot be written ({error.strerror}); choose another --out")
+
+
+class Recorder:
+    """The port `Recorder` over a log: every cycle on "/cycle", whose tuples are as long as the first one's."""
+
+    def __init__(self, log: LogWriter) -> None:
+        self._log = log
+        self._open = False
+
+    def write(self, cycle: Cycle) -> None:
+        """Keeps one cycle.
+
+        Raises:
+            LogError: when the file cannot be written.
+        """
+        if not self._open:
+            self._log.channel(CYCLE_TOPIC, cycle)
+            self._open = True
+        self._log.write(CYCLE_TOPIC, cycle.tick.t_ns, cycle)

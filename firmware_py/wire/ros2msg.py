@@ -1,0 +1,222 @@
+"""The layout of a logged message: its text in the ROS 2 interface language, and where each number stands in CDR.
+
+Messages are classic CDR (OMG DDSI-RTPS 2.2, 10.2): four bytes of encapsulation that say "little-endian", then the
+fields in order, each aligned to its own size counted from behind those four bytes. Everything of fixed length comes
+first; a message may end with one `string[]`. Such a log opens in any viewer that knows ROS 2, and a column of it is a
+strided view of the bytes.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+PACKAGE = "sternplane"
+ENCAPSULATION = b"\0\1\0\0"
+"""CDR, little-endian, no options."""
+
+_CODES = {"bool": "?", "int8": "b", "int64": "q", "float64": "d"}
+_SIZES = {"?": 1, "b": 1, "q": 8, "d": 8}
+_RULE = "=" * 80
+_FIELD = re.compile(r"(?:sternplane/)?(\w+)(?:\[(\d*)\])? (\w+)")
+
+
+class SchemaError(ValueError):
+    """A record or a schema that this encoding has no place for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scalar:
+    """A number. An enum is an int8 whose members are constants of the message; None, where allowed, is -1."""
+
+    kind: str
+    enum: Any = field(default=None, compare=False)
+    optional: bool = field(default=False, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Array:
+    """So many of one kind, back to back."""
+
+    item: Node
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """A message: its name, its fields in order, and the class it came from, if it came from one."""
+
+    name: str
+    fields: tuple[tuple[str, Node], ...]
+    cls: Any = field(default=None, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Texts:
+    """Any number of strings, at the very end."""
+
+
+Node = Scalar | Array | Record | Texts
+
+
+class Leaf(NamedTuple):
+    """One number of a message: dotted path (without array indices), struct code, offset from the start of the bytes."""
+
+    path: str
+    code: str
+    offset: int
+
+
+class Layout:
+    """Where everything stands in a message.
+
+    Attributes:
+        leaves: every number, in order.
+        size: bytes of the fixed part, the count of the strings included.
+        texts: the path of the closing `string[]`, or "".
+        format: the fixed part in the notation of `struct`.
+    """
+
+    def __init__(self, root: Record) -> None:
+        self.root = root
+        self.leaves: list[Leaf] = []
+        self.texts = ""
+        self._end = len(ENCAPSULATION)
+        codes = [f"<{self._end}s", *self._place(root, "")]
+        if self.texts:
+            codes.append(self._pad(4) + "I")
+            self._end += 4
+        self.size = self._end
+        self.format = "".join(codes)
+
+    def columns(self, messages: Sequence[bytes]) -> dict[str, npt.NDArray[Any]]:
+        """Every field over all messages: path -> array of shape (messages,) or, in arrays, (messages, count)."""
+        fixed = b"".join([message[: self.size] for message in messages])
+        grouped: dict[str, list[npt.NDArray[Any]]] = {}
+        for path, code, offset in self.leaves:
+            view = np.ndarray((len(messages),), "<i1" if code == "b" else f"<{code}", fixed, offset, (self.size,))
+            grouped.setdefault(path, []).append(view)
+        arrays = self._arrays(self.root, "")
+        return {path: np.stack(c, axis=-1) if path in arrays else c[0] for path, c in grouped.items()}
+
+    def strings(self, message: bytes) -> tuple[str, ...]:
+        """The strings a message ends with."""
+        at, found = self.size, []
+        for _ in range(int.from_bytes(message[at - 4 : at], "little") if self.texts else 0):
+            at += -at % 4
+            length = int.from_bytes(message[at : at + 4], "little")
+            found.append(message[at + 4 : at + 3 + length].decode())
+            at += 4 + length
+        return tuple(found)
+
+    def _place(self, node: Node, path: str) -> Iterator[str]:
+        if self.texts:
+            raise SchemaError(f"{self.root.name}: {path} comes after {self.texts}; strings must be last")
+        if isinstance(node, Scalar):
+            code = _CODES[node.kind]
+            yield self._pad(_SIZES[code]) + code
+            self.leaves.append(Leaf(path, code, self._end))
+            self._end += _SIZES[code]
+        elif isinstance(node, Array):
+            for _ in range(node.count):
+                yield from self._place(node.item, path)
+        elif isinstance(node, Record):
+            for name, inner in node.fields:
+                yield from self._place(inner, f"{path}.{name}" if path else name)
+        else:
+            self.texts = path
+
+    def _pad(self, size: int) -> str:
+        gap = -(self._end - len(ENCAPSULATION)) % size
+        self._end += gap
+        return "x" * gap
+
+    def _arrays(self, node: Node, path: str) -> set[str]:
+        """The paths of the numbers that stand in an array."""
+        if isinstance(node, Array):
+            return {leaf.path for leaf in self.leaves if leaf.path == path or leaf.path.startswith(f"{path}.")}
+        inside = node.fields if isinstance(node, Record) else ()
+        return set().union(*(self._arrays(inner, f"{path}.{name}" if path else name) for name, inner in inside))
+
+
+def text(root: Record) -> str:
+    """The message and all it is made of, as `ros2msg` schema.
+
+    Raises:
+        SchemaError: if two different messages have one name.
+    """
+    known: dict[str, Record] = {}
+    for record in _records(root):
+        if known.setdefault(record.name, record) != record:
+            raise SchemaError(f"two different messages are called {record.name}")
+    first, *others = (_body(record) for record in known.values())
+    names = list(known)[1:]
+    return first + "".join(f"{_RULE}\nMSG: {PACKAGE}/{name}\n{body}" for name, body in zip(names, others, strict=True))
+
+
+def parse(name: str, schema: str) -> Record:
+    """The message that a schema made by `text` describes, whatever version of the records wrote it.
+
+    Raises:
+        SchemaError: if it is not such a schema.
+    """
+    first, *others = schema.split(f"{_RULE}\n")
+    bodies = {name: first}
+    for part in others:
+        title, _, body = part.partition("\n")
+        bodies[title.removeprefix(f"MSG: {PACKAGE}/")] = body
+
+    def record(of: str) -> Record:
+        if of not in bodies:
+            raise SchemaError(f"schema of {name}: {of} is not described")
+        lines = [line for line in bodies[of].splitlines() if line and "=" not in line]
+        return Record(of, tuple(declared(line) for line in lines))
+
+    def declared(line: str) -> tuple[str, Node]:
+        match = _FIELD.fullmatch(line)
+        if match is None:
+            raise SchemaError(f"schema of {name}: {line!r} is not understood")
+        kind, count, title = match.groups()
+        if (kind, count) == ("string", ""):
+            return title, Texts()
+        node: Node = Scalar(kind) if kind in _CODES else record(kind)
+        return title, Array(node, int(count)) if count else node
+
+    return record(name)
+
+
+def _records(node: Node) -> Iterator[Record]:
+    if isinstance(node, Array):
+        yield from _records(node.item)
+    elif isinstance(node, Record):
+        yield node
+        for _, inner in node.fields:
+            yield from _records(inner)
+
+
+def _body(record: Record) -> str:
+    lines: list[str] = []
+    for name, node in record.fields:
+        if isinstance(node, Array) and node.count == 0:
+            continue  # ROS 2 has no arrays of length zero
+        item, count = (node.item, f"[{node.count}]") if isinstance(node, Array) else (node, "")
+        if isinstance(item, Scalar):
+            lines += [f"int8 {name.upper()}_{key}={value}" for key, value in _members(item)]
+            lines.append(f"{item.kind}{count} {name}")
+        elif isinstance(item, Record):
+            lines.append(f"{PACKAGE}/{item.name}{count} {name}")
+        else:
+            lines.append(f"string[] {name}")
+    return "\n".join(lines) + "\n"
+
+
+def _members(scalar: Scalar) -> list[tuple[str, int]]:
+    if scalar.enum is None:
+        return []
+    members = [(key, int(member)) for key, member in scalar.enum.__members__.items()]
+    return [("NONE", -1), *members] if scalar.optional else members
