@@ -1,0 +1,166 @@
+"""Guidance: what each mode wants of depth, heading and speed, made into a reference that the boat can follow.
+
+No reference moves faster than the boat can: a dive is at most as steep as pitch_max, a turn at most as tight as
+turn_radius, and both begin and end over a way, not a time, since the fins' moment goes with u^2. At rest they stand
+still, so a boat armed at u = 0 asks for nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from firmware_py.guidance.line_of_sight import LineOfSight, LineOfSightParams
+from firmware_py.guidance.reference_model import Lags, ReferenceModel, Shape
+from firmware_py.guidance.route import Progress, Route
+from firmware_py.marine import clip
+from firmware_py.params import param
+from firmware_py.records.command import ModeState, Reference
+from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.order import Mission, Mode, Order, Setpoint
+from firmware_py.schedule import Tick
+
+
+@dataclass(frozen=True, slots=True)
+class GuidanceParams:
+    """How references move."""
+
+    shape: Shape = Shape.SMOOTH
+    depth_way: float = param(4.5, unit="m", low=0.1, high=100.0, doc="Way made in each of the depth's lags.")
+    climb_max: float = param(0.5, unit="m/s", low=0.01, high=5.0, doc="Fastest change of depth.")
+    pitch_max: float = param(20.0, unit="deg", low=1.0, high=45.0, doc="Steepest change of depth.")
+    heading_way: float = param(1.5, unit="m", low=0.1, high=100.0, doc="Way made in each of the heading's lags.")
+    turn_rate_max: float = param(4.0, unit="deg/s", low=0.1, high=90.0, doc="Fastest turn.")
+    turn_radius: float = param(20.0, unit="m", low=0.1, high=1000.0, doc="Tightest turn.")
+    acceleration: float = param(0.05, unit="m/s^2", low=0.001, high=10.0, doc="Change of the speed that is asked for.")
+    speed_max: float = param(2.5, unit="m/s", low=0.1, high=20.0, doc="Fastest speed that is asked for.")
+    cruise_speed: float = param(1.8, unit="m/s", low=0.1, high=20.0, doc="Speed on legs that do not give one.")
+    surface_speed: float = param(1.5, unit="m/s", low=0.1, high=20.0, doc="Speed on the way up: fins need it.")
+    line_of_sight: LineOfSightParams = field(default_factory=LineOfSightParams)
+
+
+class GuidanceMemory(NamedTuple):
+    """Everything guidance remembers: `wanted` is what the mode asks for, `last` the reference that became of it."""
+
+    mode: Mode
+    wanted: Setpoint
+    last: Reference
+    depth: Lags
+    heading: Lags
+    crab: float
+    route: Progress
+
+
+AT_REST = Reference(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, math.nan)
+
+
+class Guidance:
+    """One reference per tick. `finished` once the last waypoint is passed; `events` are the sentences of this tick."""
+
+    def __init__(self, params: GuidanceParams, mission: Mission) -> None:
+        self._params = params
+        self._depth = ReferenceModel(params.shape)
+        self._heading = ReferenceModel(params.shape, angle=True)
+        self._sight = LineOfSight(params.line_of_sight)
+        self._route = Route(mission)
+        self._mode = Mode.DISARMED
+        self._wanted = Setpoint(0.0, 0.0, 0.0)
+        self._last = AT_REST
+        self._climb_share = math.sin(params.pitch_max)
+        self.events: tuple[str, ...] = ()
+
+    @property
+    def finished(self) -> bool:
+        """True once the mission was flown and its last waypoint passed; disarming starts it anew."""
+        return self._mode is not Mode.DISARMED and self._route.finished and len(self._route) > 0
+
+    def update(self, tick: Tick, mode: ModeState, order: Order, state: StateEstimate) -> Reference:
+        """The reference of this tick. While the state is not finite, the last one stands."""
+        self.events = ()
+        eta, nu = state.eta, state.nu
+        if not math.isfinite(eta.x + eta.y + eta.z + eta.psi + nu.u + nu.v):
+            return self._last
+        entered = mode.mode is not self._mode
+        self._mode = mode.mode
+        if mode.mode is Mode.DISARMED or mode.mode is Mode.MANUAL:
+            self._last = self._follow(mode.mode, state)
+            return self._last
+        if entered:
+            self._wanted = Setpoint(self._depth.command, self._heading.command, self._last.u_d)
+        across = math.nan
+        if mode.mode is Mode.HOLD:
+            self._hold(order.setpoint)
+        elif mode.mode is Mode.SURFACE:
+            self._wanted = Setpoint(0.0, self._wanted.psi_d, self._params.surface_speed)
+        elif len(self._route):
+            across = self._fly(entered, state, tick.dt)
+        self._last = self._shape(nu.u, across, tick.dt)
+        return self._last
+
+    def _follow(self, mode: Mode, state: StateEstimate) -> Reference:
+        """Nobody holds anything: the reference is where the boat is, so that holding begins without a bump."""
+        if mode is Mode.DISARMED:
+            self._route.reset()
+            self._sight.reset()
+        u_d = clip(state.nu.u, 0.0, self._params.speed_max) if mode is Mode.MANUAL else 0.0
+        z_d = self._depth.reset(state.eta.z).d
+        psi_d = self._heading.reset(state.eta.psi).d
+        return Reference(z_d, 0.0, 0.0, 0.0, psi_d, 0.0, 0.0, u_d, self._route.index, math.nan)
+
+    def _hold(self, setpoint: Setpoint) -> None:
+        z_d, psi_d, u_d = setpoint
+        if math.isfinite(z_d):
+            self._wanted = self._wanted._replace(z_d=max(z_d, 0.0))
+        if math.isfinite(psi_d):
+            self._wanted = self._wanted._replace(psi_d=psi_d)
+        if math.isfinite(u_d):
+            self._wanted = self._wanted._replace(u_d=clip(u_d, 0.0, self._params.speed_max))
+
+    def _fly(self, entered: bool, state: StateEstimate, dt: float) -> float:
+        """Wants what the leg wants; returns the distance across it, m."""
+        route, sight = self._route, self._params.line_of_sight
+        x, y = state.eta.x, state.eta.y
+        if entered:
+            route.enter(x, y, self._depth.command)
+        before = route.index
+        radius = max(self._params.turn_radius, state.nu.u / self._params.turn_rate_max)
+        way = route.follow(x, y, sight.acceptance, radius)
+        if route.index != before:
+            self.events = tuple(f"waypoint {i} of {len(route)} passed" for i in range(before + 1, route.index + 1))
+        u_d = route.end.u if route.end.u > 0.0 else self._params.cruise_speed
+        heading = self._sight.update(way, state, dt)
+        self._wanted = Setpoint(max(route.depth(way), 0.0), heading, min(u_d, self._params.speed_max))
+        return way.across
+
+    def _shape(self, u: float, across: float, dt: float) -> Reference:
+        params, wanted = self._params, self._wanted
+        u = max(u, 0.0)
+        climb = min(params.climb_max, self._climb_share * u)
+        turn = min(params.turn_rate_max, u / params.turn_radius)
+        z_d, z_d_dot, z_d_ddot, z_d_dddot = self._depth.update(wanted.z_d, climb, u / params.depth_way, dt)
+        psi_d, psi_d_dot, psi_d_ddot, _ = self._heading.update(wanted.psi_d, turn, u / params.heading_way, dt)
+        step = params.acceleration * dt
+        u_d = self._last.u_d + clip(wanted.u_d - self._last.u_d, -step, step)
+        index = self._route.index
+        return Reference(z_d, z_d_dot, z_d_ddot, z_d_dddot, psi_d, psi_d_dot, psi_d_ddot, u_d, index, across)
+
+    def freeze(self) -> GuidanceMemory:
+        """All it remembers."""
+        return GuidanceMemory(
+            self._mode,
+            self._wanted,
+            self._last,
+            self._depth.freeze(),
+            self._heading.freeze(),
+            self._sight.freeze(),
+            self._route.freeze(),
+        )
+
+    def thaw(self, memory: GuidanceMemory) -> None:
+        """Takes up again what `freeze` gave."""
+        self._mode, self._wanted, self._last = memory.mode, memory.wanted, memory.last
+        self._depth.thaw(memory.depth)
+        self._heading.thaw(memory.heading)
+        self._sight.thaw(memory.crab)
+        self._route.thaw(memory.route)

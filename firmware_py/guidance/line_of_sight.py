@@ -1,0 +1,98 @@
+"""Line of sight: steer for a point on the leg, a look-ahead in front of the boat (Fossen 2011, ch. 10.3).
+
+The course that is asked for is the leg's plus atan(-cross_track / look_ahead), with that error a `lead` ahead, since
+the heading reference lags. The heading is that course less the crab angle over ground: a current across the leg
+then leaves no offset. The crab angle is taken at the hull's pivot, where a turn shows no sway, and low-passed.
+All but the first is ours; with lead_s = 0 and crab_time_s = 0 this is the paper's line of sight.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from firmware_py.marine import clip
+from firmware_py.params import param
+from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.order import Waypoint
+
+
+@dataclass(frozen=True, slots=True)
+class LineOfSightParams:
+    """How a leg is flown, and when it is done."""
+
+    look_ahead: float = param(15.0, unit="m", low=0.5, high=1000.0, doc="How far ahead it steers (paper: 15 m).")
+    acceptance: float = param(5.0, unit="m", low=0.0, high=1000.0, doc="A waypoint nearer than this is passed.")
+    lead: float = param(2.0, unit="s", low=0.0, high=60.0, doc="How far ahead in time the cross-track error is taken.")
+    crab_time: float = param(10.0, unit="s", low=0.0, high=1000.0, doc="Time to learn the crab angle; 0: none.")
+    crab_max: float = param(45.0, unit="deg", low=0.0, high=80.0, doc="Bound of the crab angle.")
+    pivot: float = param(3.5, unit="m", low=0.0, high=100.0, doc="How far ahead of the origin a turn shows no sway.")
+    u_min: float = param(0.3, unit="m/s", low=0.01, high=10.0, doc="Slower than this the crab angle is not learned.")
+
+
+class Leg(NamedTuple):
+    """A straight way from one place to the next, seen from the boat.
+
+    `along` is the way done, `across` the distance to starboard of the leg, m; `course` in rad.
+    """
+
+    length: float
+    course: float
+    along: float
+    across: float
+    distance: float
+
+    @property
+    def share(self) -> float:
+        """How much of the leg is done, in [0, 1]; all of it where it has no length."""
+        return clip(self.along / self.length, 0.0, 1.0) if self.length > 0.0 else 1.0
+
+
+def leg(start: Waypoint, end: Waypoint, x: float, y: float) -> Leg:
+    """The leg as it looks from (x, y), m."""
+    dx, dy = end.x - start.x, end.y - start.y
+    length = math.hypot(dx, dy)
+    course = math.atan2(dy, dx)
+    c, s = math.cos(course), math.sin(course)
+    x0, y0 = x - start.x, y - start.y
+    return Leg(length, course, c * x0 + s * y0, c * y0 - s * x0, math.hypot(end.x - x, end.y - y))
+
+
+def passed(way: Leg, reach: float, shortest: float) -> bool:
+    """True within reach (m) of the waypoint, or beyond the line through it across the leg.
+
+    A leg no longer than `shortest`, m, is passed at once: nobody could fly it.
+    """
+    return way.distance <= reach or way.along >= way.length or way.length <= shortest
+
+
+class LineOfSight:
+    """Remembers the crab angle, rad."""
+
+    def __init__(self, params: LineOfSightParams) -> None:
+        self._params = params
+        self._memory = 0.0
+
+    def update(self, way: Leg, state: StateEstimate, dt: float) -> float:
+        """The heading to steer, rad, not wrapped."""
+        params = self._params
+        u, v = state.nu.u, state.nu.v + params.pivot * state.nu.r
+        if params.crab_time > 0.0 and state.velocity_ok and u > params.u_min:
+            crab = clip(math.atan2(v, u), -params.crab_max, params.crab_max)
+            self._memory += min(dt / params.crab_time, 1.0) * (crab - self._memory)
+        off = state.eta.psi - way.course
+        across = way.across + params.lead * (u * math.sin(off) + state.nu.v * math.cos(off))
+        return way.course - math.atan(across / params.look_ahead) - self._memory
+
+    def reset(self) -> None:
+        """Forgets the crab angle."""
+        self._memory = 0.0
+
+    def freeze(self) -> float:
+        """All it remembers."""
+        return self._memory
+
+    def thaw(self, memory: float) -> None:
+        """Takes up again what `freeze` gave."""
+        self._memory = memory
