@@ -1,0 +1,161 @@
+"""The boat as the autopilot sees it: DroneCAN devices and a DVL in, one frozen frame a tick out, commands back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import fields
+from typing import Any
+
+from firmware_py.adapters.can_bus import CanBus
+from firmware_py.adapters.dvl import DvlPort
+from firmware_py.adapters.io_params import IoParams
+from firmware_py.marine import euler_from_quaternion
+from firmware_py.records.command import Applied
+from firmware_py.records.sensing import Ahrs, Battery, Fix, Heard, SensorFrame, silence
+from firmware_py.schedule import Rate, Tick
+from firmware_py.wire import equipment as eq
+from firmware_py.wire import messages as m
+from firmware_py.wire.layout import DecodeError
+from firmware_py.wire.protocol import GetNodeInfoResponse, HardwareVersion, NodeStatus, SoftwareVersion
+from firmware_py.wire.transfer import Reassembler, Sender, Transfer
+
+NAME = b"org.sternplane.autopilot"
+FRAMES_PER_TICK = 256
+"""The most frames taken from the bus in one tick; the rest waits."""
+RADIANS = 1
+ARMED, DISARMED = 255, 0
+VALID_RANGE = 1
+FIX_3D = 3
+
+
+class Hardware:
+    """A `ports.Hardware` over one CAN bus and one serial DVL.
+
+    What is heard is believed only from the node that the io file gives the role to. Messages carry no common clock
+    (their timestamps are "unknown"), so a value's time of validity is when its first frame came less its device's
+    latency.
+    """
+
+    def __init__(self, params: IoParams, fins: int, bus: CanBus, dvl: DvlPort) -> None:
+        self._params = params
+        self._bus = bus
+        self._dvl = dvl
+        self._sender = Sender(params.can.node_id)
+        nothing = silence(fins)
+        self._fins = list(nothing.fins)
+        self._heard: dict[str, Heard[Any]] = {
+            field.name: getattr(nothing, field.name) for field in fields(nothing) if field.name != "fins"
+        }
+        self.malformed = 0
+        """Transfers whose payload was not what their type says."""
+        nodes, late = params.nodes, params.latency
+        self._hear: dict[tuple[m.MessageType[Any], int], tuple[Callable[[Any, float], None], float]] = {
+            (m.AHRS_SOLUTION, nodes.ahrs): (self._ahrs, late.ahrs),
+            (m.STATIC_PRESSURE, nodes.pressure): (self._pressure, late.pressure),
+            (m.RANGE_MEASUREMENT, nodes.altimeter): (self._range, late.altimeter),
+            (m.FIX2, nodes.fix): (self._fix, late.fix),
+            (m.ACTUATOR_STATUS, nodes.servo_hub): (self._actuator, late.servo_hub),
+            (m.ESC_STATUS, nodes.esc): (self._esc, late.esc),
+            (m.BATTERY_INFO, nodes.battery): (self._battery, 0.0),
+            (m.HYGROMETER, nodes.battery): (self._hygrometer, 0.0),
+        }
+        wanted = [*{kind for kind, _ in self._hear}, m.GET_NODE_INFO]
+        # Room for every node: no flood of others' transfers crowds out one of ours.
+        self._reassembler = Reassembler(wanted, params.can.node_id, most_open=127 * len(wanted))
+        self._asked: dict[int, Transfer] = {}
+
+    def read(self, tick: Tick) -> SensorFrame:
+        """Drains the bus and the line once; what is not heard anew keeps its value and its time."""
+        t, heard, fins = tick.t, self._heard, self._fins
+        for name, old in heard.items():
+            if old.fresh:
+                heard[name] = Heard(old.value, old.t_valid, False, old.ok)
+        for i, old in enumerate(fins):
+            if old.fresh:
+                fins[i] = Heard(old.value, old.t_valid, False, old.ok)
+        accept = self._reassembler.accept
+        for can_id, data in self._bus.drain(FRAMES_PER_TICK):
+            transfer = accept(can_id, data, t)
+            if transfer is not None:
+                self._dispatch(transfer)
+        dvl = self._dvl.read(t)
+        if dvl is not None:
+            heard["dvl"] = dvl
+        return SensorFrame(fins=tuple(fins), **heard)
+
+    def write(self, tick: Tick, applied: Applied) -> None:
+        """Commands, arming and status, each at its rate. Disarmed, zeros are sent: no device is left alone."""
+        send, out = self._sender.send, self._bus.send
+        if tick.every(self._params.commands.rate):
+            commands = tuple([eq.Command(i, RADIANS, angle) for i, angle in enumerate(applied.fins)])
+            out(send(m.ARRAY_COMMAND, eq.ArrayCommand(commands), priority=8))
+            out(send(m.RPM_COMMAND, eq.RpmCommand((round(applied.n * 60.0),)), priority=8))
+        if tick.every(Rate.HZ_2):
+            out(send(m.ARMING_STATUS, eq.ArmingStatus(ARMED if applied.armed else DISARMED)))
+        if tick.every(Rate.HZ_1):
+            out(send(m.NODE_STATUS, NodeStatus(int(tick.t))))
+        if self._asked:  # one answer a tick: nobody's questions delay the commands
+            self._introduce(tick, self._asked.pop(next(iter(self._asked))))
+
+    def close(self) -> None:
+        """Leaves the bus and the line."""
+        self._bus.close()
+        self._dvl.close()
+
+    def _dispatch(self, transfer: Transfer) -> None:
+        kind = transfer.kind
+        if kind is m.GET_NODE_INFO:
+            self._asked[transfer.source] = transfer
+            return
+        entry = self._hear.get((kind, transfer.source))
+        if entry is None:
+            return
+        hear, latency = entry
+        try:
+            hear(kind.decode(transfer.payload), transfer.t - latency)
+        except DecodeError:
+            self.malformed += 1
+
+    def _introduce(self, tick: Tick, request: Transfer) -> None:
+        status = NodeStatus(int(tick.t))
+        hardware = HardwareVersion(unique_id=NAME[-16:])
+        info = GetNodeInfoResponse(status, SoftwareVersion(major=0, minor=1), hardware, NAME)
+        self._bus.send(self._sender.respond(request, m.GET_NODE_INFO_RESPONSE, info))
+
+    def _ahrs(self, message: eq.AhrsSolution, t: float) -> None:
+        phi, theta, psi = euler_from_quaternion(*message.orientation_xyzw)
+        value = Ahrs(phi, theta, psi, *message.angular_velocity)
+        self._heard["ahrs"] = Heard(value, t, True, math.isfinite(sum(value)))
+
+    def _pressure(self, message: eq.StaticPressure, t: float) -> None:
+        value = message.static_pressure
+        self._heard["pressure"] = Heard(value, t, True, math.isfinite(value))
+
+    def _range(self, message: eq.RangeMeasurement, t: float) -> None:
+        ok = message.reading_type == VALID_RANGE and math.isfinite(message.range)
+        self._heard["altitude"] = Heard(message.range, t, True, ok)
+
+    def _fix(self, message: eq.Fix2, t: float) -> None:
+        variance = message.covariance[0] if message.covariance else math.nan
+        std = math.sqrt(variance) if variance > 0.0 else math.nan
+        value = Fix(math.radians(message.latitude_deg_1e8 * 1e-8), math.radians(message.longitude_deg_1e8 * 1e-8), std)
+        self._heard["fix"] = Heard(value, t, True, message.status == FIX_3D and math.isfinite(std))
+
+    def _actuator(self, message: eq.ActuatorStatus, t: float) -> None:
+        if message.actuator_id < len(self._fins):
+            angle = message.position
+            self._fins[message.actuator_id] = Heard(angle, t, True, math.isfinite(angle))
+
+    def _esc(self, message: eq.EscStatus, t: float) -> None:
+        if message.esc_index == 0:
+            self._heard["n"] = Heard(message.rpm / 60.0, t, True, True)
+
+    def _battery(self, message: eq.BatteryInfo, t: float) -> None:
+        charge = message.state_of_charge_pct
+        value = Battery(message.voltage, message.current, charge / 100.0 if charge <= 100 else math.nan)
+        self._heard["battery"] = Heard(value, t, True, math.isfinite(message.voltage))
+
+    def _hygrometer(self, message: eq.Hygrometer, t: float) -> None:
+        value = message.humidity / 100.0
+        self._heard["leak"] = Heard(value, t, True, math.isfinite(value))

@@ -1,0 +1,40 @@
+"""io_*.toml as the vehicle reads it: which bus, who is who on it, and how late each device speaks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from firmware_py.adapters.can_bus import CanParams, NodeIds
+from firmware_py.adapters.dvl import DvlParams
+from firmware_py.params import param
+from firmware_py.schedule import Rate
+
+
+@dataclass(frozen=True, slots=True)
+class CommandParams:
+    """Table [commands]."""
+
+    rate: Rate = Rate.HZ_50
+
+
+@dataclass(frozen=True, slots=True)
+class LatencyParams:
+    """Table [latency]: how long after its moment of validity a device's message arrives; the DVL says so itself."""
+
+    ahrs: float = param(0.0, unit="s", low=0.0, high=1.0, doc="Attitude and rates.")
+    pressure: float = param(0.0, unit="s", low=0.0, high=1.0, doc="Water pressure.")
+    altimeter: float = param(0.0, unit="s", low=0.0, high=1.0, doc="Distance to the bottom.")
+    fix: float = param(0.0, unit="s", low=0.0, high=2.0, doc="Position at the surface.")
+    servo_hub: float = param(0.0, unit="s", low=0.0, high=1.0, doc="Fin angles.")
+    esc: float = param(0.0, unit="s", low=0.0, high=1.0, doc="Propeller speed.")
+
+
+@dataclass(frozen=True, slots=True)
+class IoParams:
+    """io_*.toml, whole."""
+
+    can: CanParams
+    nodes: NodeIds
+    dvl: DvlParams
+    commands: CommandParams = field(default_factory=CommandParams)
+    latency: LatencyParams = field(default_factory=LatencyParams)

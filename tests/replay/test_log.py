@@ -1,0 +1,199 @@
+"""The log: whole, cut off anywhere, damaged, foreign, of another version, on a full disk."""
+
+from __future__ import annotations
+
+import math
+import resource
+import struct
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+from mcap.writer import Writer
+from mcap_ros2.decoder import DecoderFactory
+
+from firmware_py.adapters import recorder
+from firmware_py.adapters.recorder import LogError, LogWriter, from_json, to_json
+from tools.log import Log, find, read
+
+DOCUMENTS = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.text() | st.floats(),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4),
+    max_leaves=12,
+)
+
+
+def recovered(path: Path, data: bytes) -> Log | None:
+    """The log in these bytes; None where it was refused, in one line that names the file."""
+    path.write_bytes(data)
+    try:
+        return read(path)
+    except LogError as error:
+        refusal = str(error)
+    assert str(path) in refusal
+    assert "\n" not in refusal
+    return None
+
+
+@given(document=DOCUMENTS)
+def test_the_header_keeps_every_double(document: Any) -> None:
+    def bits(value: Any) -> Any:
+        if isinstance(value, float):
+            return "nan" if math.isnan(value) else struct.pack("<d", value)
+        if isinstance(value, dict):
+            return {key: bits(inner) for key, inner in value.items()}
+        return [bits(inner) for inner in value] if isinstance(value, list) else value
+
+    assert bits(from_json(to_json(document))) == bits(document)
+
+
+def test_a_log_holds_what_was_flown(flown: Path, toy: SimpleNamespace) -> None:
+    log = read(flown)
+    assert (log.complete, log.lost) == (True, "")
+    assert log.header == toy.header()
+    assert log.end == {"completed": True, "reason": "surfaced", "wall_s": 0.5}
+    assert [cycle.tick.k for cycle in log.cycles] == list(range(300))
+    assert log.truth["eta.x"][-1] == pytest.approx(1.8 * 2.99, rel=1e-12)
+    assert log.truth["current"].shape == (300, 3)
+    assert log.events == [(1.0, "armed"), (1.0, "the fins <move>"), (2.0, "mission: leg 1")]
+    assert read(find(flown.parent)).cycle_bytes == log.cycle_bytes
+
+
+def test_the_mcap_library_finds_index_summary_and_valid_schemas(flown: Path) -> None:
+    with flown.open("rb") as file:
+        reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        assert reader.get_header().profile == "ros2"
+        summary = reader.get_summary()
+        assert summary is not None
+        assert summary.statistics is not None
+        assert summary.statistics.message_count == 600
+        assert {channel.topic for channel in summary.channels.values()} == {"/cycle", "/truth"}
+        assert {schema.name for schema in summary.schemas.values()} == {
+            "sternplane/msg/Cycle",
+            "sternplane/msg/TruthSample",
+        }
+        assert [entry.name for entry in reader.iter_metadata()] == ["sternplane", "sternplane.end"]
+        longest = max(chunk.message_end_time - chunk.message_start_time for chunk in summary.chunk_indexes)
+        assert longest < 500_000_000
+        part = list(reader.iter_decoded_messages("/cycle", starting_at=2_000_000_000, ending_before=2_050_000_000))
+        assert [message.decoded_message.tick.k for message in part] == [200, 201, 202, 203, 204]
+        assert all(m.message.log_time == m.message.publish_time == m.decoded_message.tick.k * 10**7 for m in part)
+
+
+def test_a_log_cut_off_anywhere_is_recovered_up_to_there(flown: Path, tmp_path: Path) -> None:
+    data, whole = flown.read_bytes(), read(flown)
+    header_ends = data.index(b'"waypoints"') + 200
+    cuts = [*range(0, len(data), 1499), *range(len(data) - 300, len(data))]
+    last = 0
+    for cut in cuts:
+        log = recovered(tmp_path / "cut.mcap", data[:cut])
+        if log is None:
+            assert cut < header_ends
+            continue
+        assert log.lost
+        assert log.header == whole.header
+        found = log.topics["/cycle"].messages if log.topics else []
+        assert found == whole.cycle_bytes[: len(found)]
+        assert len(found) >= last
+        last = len(found)
+    assert last == 300
+
+
+def test_no_damage_passes_for_data(flown: Path, tmp_path: Path) -> None:
+    """One bit is turned in each of some hundred places; what is read must be a beginning of what was written."""
+    data, whole = flown.read_bytes(), read(flown)
+    for place in [*range(0, len(data), 1777), *range(len(data) - 3000, len(data), 41)]:
+        damaged = bytearray(data)
+        damaged[place] ^= 0x10
+        log = recovered(tmp_path / "damaged.mcap", bytes(damaged))
+        if log is None:
+            continue
+        found = log.topics["/cycle"].messages if log.topics else []
+        assert found == whole.cycle_bytes[: len(found)]
+        if log.complete:
+            assert (log.header, log.end, found) == (whole.header, whole.end, whole.cycle_bytes)
+
+
+@pytest.mark.parametrize("data", [b"", b"PK\3\4 not a log at all, but long enough", bytes(64)])
+def test_what_is_no_log_is_refused(tmp_path: Path, data: bytes) -> None:
+    path = tmp_path / "holiday.zip"
+    path.write_bytes(data)
+    with pytest.raises(LogError, match=r"holiday\.zip: "):
+        read(path)
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"gone\.mcap: the log cannot be read \(No such file"):
+        read(tmp_path / "gone.mcap")
+
+
+def test_a_foreign_mcap_file_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "foreign.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        channel = writer.register_channel("/imu", "json", 0)
+        writer.add_message(channel, 0, b"{}", 0)
+        writer.finish()
+    with pytest.raises(LogError, match="an MCAP file, but not a log of ours"):
+        read(path)
+
+
+def test_another_format_is_refused(tmp_path: Path, toy: SimpleNamespace, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recorder, "FORMAT", 99)
+    toy.fly(tmp_path / "log.mcap", 0.1)
+    monkeypatch.undo()
+    with pytest.raises(LogError, match="format 99, and this program reads format 1"):
+        read(tmp_path / "log.mcap")
+
+
+def test_a_log_without_a_cycle_says_so(tmp_path: Path) -> None:
+    LogWriter(tmp_path / "log.mcap", {}).close()
+    log = read(tmp_path / "log.mcap")
+    with pytest.raises(LogError, match="holds no cycle"):
+        _ = log.cycle_bytes
+
+
+def test_a_full_disk_is_one_line() -> None:
+    with pytest.raises(LogError, match=r"^/dev/full: the log cannot be written \(No space left on device\)"):
+        LogWriter("/dev/full", {})
+
+
+def test_a_disk_that_fills_up_leaves_what_was_written(tmp_path: Path, toy: SimpleNamespace) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, hard))
+    try:
+        with pytest.raises(LogError, match=r"log\.mcap: the log cannot be written"):
+            toy.fly(tmp_path / "log.mcap", 20.0)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    log = read(tmp_path / "log.mcap")
+    assert log.lost
+    assert len(log.cycle_bytes) >= 100
+
+
+def test_after_a_failure_and_after_the_end_closing_is_quiet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    log = LogWriter(tmp_path / "log.mcap", {})
+    log.close({"reason": "first"})
+    log.close({"reason": "second"})
+    assert read(tmp_path / "log.mcap").end == {"reason": "first"}
+
+    def full() -> None:
+        raise OSError(28, "No space left on device")
+
+    broken = LogWriter(tmp_path / "broken.mcap", {})
+    monkeypatch.setattr(broken._writer, "finish", full)
+    with pytest.raises(LogError, match="No space left"):
+        broken.close()
+    broken.close()
+
+
+@pytest.mark.parametrize("name", ["missing/log.mcap", "file/log.mcap"])
+def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path, name: str) -> None:
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(LogError, match=r"log\.mcap: the log cannot be written"):
+        LogWriter(tmp_path / name, {})

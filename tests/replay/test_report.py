@@ -1,0 +1,159 @@
+"""The report: one file that asks nobody for anything, and shows what the log holds."""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from firmware_py.adapters.recorder import LogError
+from tools import report, report_figures
+from tools.log import read
+from tools.summary import summarise
+
+
+class Page(HTMLParser):
+    """Addresses that a browser would fetch, text outside of scripts, and tags left open."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.fetched: list[str] = []
+        self.words: list[str] = []
+        self.open: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.fetched += [str(value) for name, value in attrs if name in ("src", "href", "srcset", "action")]
+        if tag not in ("meta", "link", "br"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] not in ("script", "style"):
+            self.words.append(data)
+
+
+def plots(text: str) -> dict[str, dict[str, Any]]:
+    """Title -> trace name -> {x, y} as the browser would draw them."""
+    titles = re.findall(r"<h2>(.*?)</h2>", text)
+    found = json.loads(re.search(r"^const plots = (.*);$", text, re.MULTILINE)[1])  # type: ignore[index]
+    return {title: {t.get("name"): t for t in data} for title, (_, data, _, _) in zip(titles, found, strict=False)}
+
+
+def numbers(array: Any) -> np.ndarray:
+    if isinstance(array, dict):
+        return np.frombuffer(base64.b64decode(array["bdata"]), dtype=np.dtype(array["dtype"]))
+    return np.array(array, dtype=float)
+
+
+@pytest.fixture(scope="module")
+def page(flown: Path) -> str:
+    log = read(flown)
+    return report.page(log, summarise(log))
+
+
+def test_it_needs_no_network(page: str) -> None:
+    found = Page(page)
+    assert found.open == []
+    assert found.fetched == ["data:,"]
+    assert "@import" not in re.search(r"<style>.*?</style>", page, re.DOTALL)[0]  # type: ignore[index]
+    assert """http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline';""" in page
+    assert len(page) < 8e6
+
+
+def test_no_button_sends_the_data_anywhere(page: str) -> None:
+    """plotly's own bar has one that uploads to its makers; ours is a list of those that do not."""
+    ours = page[page.index("const plots = ") :]
+    buttons = json.loads(re.search(r"const buttons = (\[.*?\]);", ours)[1])  # type: ignore[index]
+    assert buttons == ["toImage", "zoom2d", "pan2d", "resetScale2d"]
+    assert "modeBarButtons: [buttons]" in ours
+
+
+def test_it_shows_what_the_log_holds(page: str, flown: Path) -> None:
+    drawn, c = plots(page), read(flown).columns
+    assert list(drawn) == [
+        "Plan view",
+        "Depth",
+        "Heading",
+        "Speed",
+        "Attitude",
+        "Fins",
+        "Propeller",
+        "Tracking error",
+        "Heading error",
+        "Navigation error, horizontal",
+        "Navigation error, depth",
+    ]
+    every = slice(None, None, 10)
+    assert numbers(drawn["Depth"]["estimate"]["y"]) == pytest.approx(c["state.eta.z"][every], rel=1e-6)
+    assert numbers(drawn["Depth"]["reference"]["x"]) == pytest.approx(c["t"][every], rel=1e-6)
+    assert numbers(drawn["Fins"]["fin 3"]["y"]) == pytest.approx(np.degrees(c["applied.fins"][every, 2]), abs=1e-5)
+    assert numbers(drawn["Propeller"]["commanded"]["y"])[-1] == pytest.approx(480.0)
+    assert numbers(drawn["Plan view"]["legs"]["x"]).tolist() == [0.0, 60.0, 60.0]
+    assert numbers(drawn["Plan view"]["legs"]["y"]).tolist() == [60.0, 60.0, -20.0]
+    assert numbers(drawn["Navigation error, depth"]["3 σ"]["y"])[-1] == pytest.approx(0.15)
+    assert "every 10th cycle (10 Hz)" in page
+
+
+def test_words_from_the_log_stay_words(tmp_path: Path, toy: SimpleNamespace) -> None:
+    nasty = "</script><script>alert(1)</script>"
+    log = read(toy.fly(tmp_path / "log.mcap", scenario=nasty))
+    found = Page(report.page(log, summarise(log)))
+    assert found.open == []
+    assert nasty in found.words
+    assert "the fins <move>" in found.words
+
+
+def test_a_sea_log_and_a_cut_off_log_have_a_report(tmp_path: Path, toy: SimpleNamespace) -> None:
+    data = toy.fly(tmp_path / "log.mcap", truth=False).read_bytes()
+    (tmp_path / "log.mcap").write_bytes(data[:-4000])
+    log = read(tmp_path / "log.mcap")
+    text = report.page(log, summarise(log))
+    assert "The log is cut off" in text
+    assert "truth" not in plots(text)["Depth"]
+    assert "error" not in plots(text)["Navigation error, horizontal"]
+
+
+def test_long_runs_are_thinned(flown: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(report_figures, "_MOST_POINTS", 20)
+    drawn = report_figures.Figures(read(flown))
+    assert drawn.stride == 15
+    assert drawn.rate == pytest.approx(100.0 / 15.0)
+
+
+def test_modes_are_bands_without_gaps(tmp_path: Path, toy: SimpleNamespace) -> None:
+    drawn = report_figures.Figures(read(toy.fly(tmp_path / "log.mcap", 3.0)))
+    assert [(b.mode.name, round(b.begin, 6)) for b in drawn.bands] == [("DISARMED", 0), ("MANUAL", 1), ("MISSION", 2)]
+    assert [round(b.end, 6) for b in drawn.bands] == [1.0, 2.0, 3.0]
+
+
+def test_the_heading_line_does_not_cross_the_plot_at_north() -> None:
+    degrees = report_figures._compass(np.radians([350.0, 358.0, 5.0, 12.0, -3.0]))
+    assert np.isnan(degrees).tolist() == [False, False, True, False, True]
+    assert degrees[3] == pytest.approx(12.0)
+
+
+def test_the_command_leaves_both_files(
+    flown: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], page: str
+) -> None:
+    assert report.command(argparse.Namespace(log=flown.parent, out=tmp_path / "made")) == 0
+    assert "completed" in capsys.readouterr().out
+    assert (tmp_path / "made" / "report.html").read_text(encoding="utf-8") == page
+    summary = json.loads((tmp_path / "made" / "summary.json").read_text(encoding="utf-8"))
+    assert summary == summarise(read(flown))
+
+
+def test_an_unwritable_folder_is_one_line(flown: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(LogError, match="file: the report cannot be written"):
+        report.leave(read(flown), tmp_path / "file")

@@ -1,0 +1,226 @@
+"""The `sternplane` command as a person meets it: real processes, exit statuses, and errors of one line."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pytest
+
+from tools.log import read
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMAND = Path(sys.executable).parent / "sternplane"
+BRIEF = """
+description = "Two seconds at the surface."
+duration_s = 2.0
+completes = "time"
+[[orders]]
+t_s = 0.2
+arming = "arm"
+"""
+
+
+def sternplane(
+    *arguments: str | Path, cwd: Path, before: Callable[[], None] | None = None
+) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [COMMAND, *arguments], cwd=cwd, capture_output=True, text=True, check=False, timeout=110, preexec_fn=before
+    )
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    return Path(shutil.copytree(ROOT / "configs" / "npsauv2", tmp_path / "config"))
+
+
+@pytest.fixture
+def brief(tmp_path: Path) -> Path:
+    path = tmp_path / "brief.toml"
+    path.write_text(BRIEF)
+    return path
+
+
+def edit(path: Path, old: str, new: str) -> None:
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+
+
+def assert_one_line(result: subprocess.CompletedProcess[str], *words: str) -> None:
+    assert result.returncode == 2, result.stdout + result.stderr
+    assert result.stderr.count("\n") == 1, result.stderr
+    assert result.stderr.startswith("sternplane: ")
+    for word in words:
+        assert word in result.stderr
+    assert not result.stdout
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "words"),
+    [
+        ("autopilot.toml", "rate_hz = 100", "rate_hz = 100\ncolour = 3", ("autopilot.toml: colour is unknown",)),
+        ("autopilot.toml", "rate_hz = 100", "rate_hz = 75", ("autopilot.toml: rate_hz", "75 Hz", "100")),
+        ("autopilot.toml", "rate_hz = 100", "rate_hz = 1e", ("autopilot.toml: is not TOML",)),
+        ("autopilot.toml", "depth_max_m = 30.0", "depth_max_m = -3.0", ("safety: depth_max_m = -3.0: out of bounds",)),
+        ("autopilot.toml", "pitch_max_deg = ", "pitch_max_rad = ", ("guidance: pitch_max_rad", "write pitch_max_deg")),
+        ("autopilot.toml", 'law = "sliding"', 'law = "fuzzy"', ("control: law = 'fuzzy'", '"sliding", "pid"')),
+        ("vehicle.toml", "hinge_deg = 90", "hinge_deg = 0", ()),
+        ("vehicle.toml", 'name = "rudder_upper"', 'name = "rudder_lower"', ("vehicle.toml", "rudder_lower")),
+        ("truth.toml", "Z_w = ", "Z_u = ", ("truth.toml: coefficients: Z_u is unknown",)),
+        ("sensors.toml", "rate_hz = 20", "rate_hz = 30", ("pressure: rate_hz = 30 does not divide", "100 Hz")),
+        ("io_sitl.toml", "esc = 22", "esc = 23", ("io_sitl.toml: nodes: esc and ahrs have the same node id 23",)),
+    ],
+)
+def test_a_bad_configuration_is_one_line_with_file_and_key(
+    config: Path, brief: Path, tmp_path: Path, file: str, old: str, new: str, words: Sequence[str]
+) -> None:
+    if file == "vehicle.toml" and "hinge" in old:  # no fin is left that acts on delta_r
+        path = config / file
+        path.write_text(path.read_text().replace("hinge_deg = 90", "hinge_deg = 0"))
+        words = ("vehicle.toml", "delta_r")
+    else:
+        edit(config / file, old, new)
+    result = sternplane("sitl", "--scenario", brief, "--config", config, "--out", tmp_path / "out", cwd=tmp_path)
+    assert_one_line(result, *words)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--scenario", "atlantis"), ("atlantis", "demo", "paper-depth")),
+        (("--bus", "socketcan:vcan9"), ("socketcan:vcan9", "virtual")),
+        (("--config", "nowhere"), ("nowhere", "configs/npsauv2")),
+        (("--seed", "-1"), ("--seed -1",)),
+        (("--out", "/proc/here"), ("--out /proc/here", "choose another")),
+        (("--state", "bad_state"), ("bad_state", "navigation.json")),
+    ],
+)
+def test_a_bad_argument_is_one_line_that_says_what_would_be_right(
+    tmp_path: Path, brief: Path, arguments: tuple[str, str], words: Sequence[str]
+) -> None:
+    (tmp_path / "bad_state").mkdir()
+    (tmp_path / "bad_state" / "navigation.json").write_text('{"x": "north"}')
+    wanted = ("sitl", "--scenario", brief, *arguments) if arguments[0] != "--scenario" else ("sitl", *arguments)
+    assert_one_line(sternplane(*wanted, cwd=tmp_path), *words)
+    assert not list(tmp_path.glob("runs/*/log.mcap"))
+
+
+def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(tmp_path: Path) -> None:
+    def little_room() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+
+    result = sternplane("sitl", "--out", "full", cwd=tmp_path, before=little_room)
+    assert result.returncode == 2
+    errors = [line for line in result.stderr.splitlines() if line.startswith("sternplane: ")]
+    assert len(errors) == 1
+    assert "log.mcap" in errors[0]
+    assert "--out" in errors[0]
+    log = read(tmp_path / "full" / "log.mcap")
+    assert not log.complete
+    assert len(log.cycle_bytes) > 100
+
+
+def test_a_run_leaves_log_summary_and_report_and_a_replay_and_a_report_can_be_made_of_it(
+    tmp_path: Path, brief: Path
+) -> None:
+    flown = sternplane("sitl", "--scenario", brief, "--out", "run", cwd=tmp_path)
+    assert flown.returncode == 0, flown.stderr
+    folder = tmp_path / "run"
+    assert json.loads((folder / "summary.json").read_text())["completed"] is True
+    page = (folder / "report.html").read_text()
+    (folder / "report.html").unlink()
+
+    replayed = sternplane("replay", folder, cwd=tmp_path)
+    assert replayed.returncode == 0, replayed.stdout + replayed.stderr
+    assert "200 cycles replayed: every byte equal" in replayed.stdout
+
+    reported = sternplane("report", folder / "log.mcap", cwd=tmp_path)
+    assert reported.returncode == 0
+    assert (folder / "report.html").read_text() == page
+
+
+def test_a_vehicle_takes_up_the_state_that_it_kept(tmp_path: Path, brief: Path) -> None:
+    for name in ("one", "two"):
+        result = sternplane("sitl", "--scenario", brief, "--out", name, "--state", "kept", cwd=tmp_path)
+        assert result.returncode == 0, result.stderr
+    one, two = (read(tmp_path / name / "log.mcap") for name in ("one", "two"))
+    assert one.header["configuration"]["kept"] == {}
+    last = list(one.cycles)[-1].state
+    assert two.header["configuration"]["kept"]["x"] == last.eta.x
+    assert next(two.cycles).state.position_std < last.position_std < 3.0  # a fix alone would leave 2.8 m
+
+
+def test_a_mission_that_fails_is_status_1_and_says_why(tmp_path: Path) -> None:
+    path = tmp_path / "aground.toml"
+    path.write_text(
+        (ROOT / "configs" / "scenarios" / "demo.toml").read_text().replace("duration_s = 420.0", "duration_s = 30.0")
+    )
+    result = sternplane("sitl", "--scenario", path, "--out", "run", cwd=tmp_path)
+    assert result.returncode == 1, result.stderr
+    assert "did not surface within 30 s" in result.stdout
+
+
+def test_a_vehicle_armed_at_rest_stays_where_it_is_with_its_fins_centred(tmp_path: Path) -> None:
+    path = tmp_path / "rest.toml"
+    path.write_text(BRIEF.replace("duration_s = 2.0", "duration_s = 20.0") + 'mode = "hold"\nspeed_m_s = 0.0\n')
+    result = sternplane("sitl", "--scenario", path, "--out", "run", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr + result.stdout
+    cycles = list(read(tmp_path / "run" / "log.mcap").cycles)
+    assert all(abs(angle) < 1e-9 for cycle in cycles for angle in cycle.applied.fins)
+    assert max(abs(cycle.applied.n) for cycle in cycles) < 1.0
+    assert abs(cycles[-1].state.eta.z) < 0.2
+
+
+def test_ctrl_c_closes_the_log_and_leaves_the_report(tmp_path: Path) -> None:
+    with subprocess.Popen(
+        [COMMAND, "sitl", "--out", "run", "--pace", "realtime"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    ) as process:
+        log = tmp_path / "run" / "log.mcap"
+        while not (log.exists() and log.stat().st_size > 20_000):  # a chunk is written: it flies
+            assert process.poll() is None
+            os.sched_yield()
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert "interrupted" in out
+    recovered = read(log)
+    assert recovered.complete
+    assert len(recovered.cycle_bytes) > 50
+    assert (tmp_path / "run" / "report.html").stat().st_size > 100_000
+
+
+def test_a_truncated_log_is_replayed_as_far_as_it_goes_and_one_without_a_beginning_is_refused(
+    tmp_path: Path, brief: Path
+) -> None:
+    assert sternplane("sitl", "--scenario", brief, "--out", "run", cwd=tmp_path).returncode == 0
+    data = (tmp_path / "run" / "log.mcap").read_bytes()
+    (tmp_path / "half.mcap").write_bytes(data[: len(data) // 2])
+    (tmp_path / "stub.mcap").write_bytes(data[:100])
+    half = sternplane("replay", "half.mcap", cwd=tmp_path)
+    assert half.returncode == 0, half.stderr
+    assert "every byte equal" in half.stdout
+    assert "note:" in half.stdout
+    assert_one_line(sternplane("replay", "stub.mcap", cwd=tmp_path), "stub.mcap")
+    assert_one_line(sternplane("replay", "missing.mcap", cwd=tmp_path), "missing.mcap")
+
+
+def test_the_scenarios_are_listed_with_a_sentence_each(tmp_path: Path) -> None:
+    result = sternplane("scenarios", cwd=tmp_path)
+    assert result.returncode == 0
+    lines = dict(line.split(maxsplit=1) for line in result.stdout.splitlines())
+    assert {"demo", "paper-depth", "paper-heading", "zigzag", "turning-circle"} <= set(lines)
+    assert all(sentence.endswith(".") for sentence in lines.values())

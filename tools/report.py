@@ -1,0 +1,109 @@
+"""What a run leaves for people: report.html and summary.json."""
+
+from __future__ import annotations
+
+import argparse
+import html
+import json
+from pathlib import Path
+from typing import Any
+
+import plotly.offline
+from rich.console import Console
+
+from firmware_py.adapters.recorder import LogError
+from tools.log import Log, find, read
+from tools.report_figures import Figures, mode_colours
+from tools.report_template import PAGE, POLICY
+from tools.summary import Summary, figures, summarise, table, verdict
+
+_LAYOUT: dict[str, Any] = {
+    "template": "none",
+    "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "#94a3b8", "activecolor": "#2563eb"},
+    "margin": {"l": 56, "r": 12, "t": 30, "b": 42},
+    "hovermode": "x unified",
+    "legend": {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "font": {"size": 11}},
+    "font": {"family": "system-ui, DejaVu Sans, sans-serif", "size": 12, "color": "#334155"},
+    "paper_bgcolor": "rgba(0,0,0,0)",
+    "plot_bgcolor": "rgba(0,0,0,0)",
+}
+_AXIS = {"gridcolor": "#e2e8f0", "zerolinecolor": "#cbd5e1", "linecolor": "#cbd5e1", "ticks": "outside", "ticklen": 3}
+
+
+def leave(log: Log, folder: str | Path) -> Summary:
+    """Writes report.html and summary.json into a folder and returns the summary.
+
+    Raises:
+        LogError: nothing to report, or the folder cannot be written.
+    """
+    folder = Path(folder)
+    summary = summarise(log)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        text = json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False)
+        (folder / "summary.json").write_text(f"{text}\n", encoding="utf-8")
+        (folder / "report.html").write_text(page(log, summary), encoding="utf-8")
+    except OSError as error:
+        raise LogError(f"{folder}: the report cannot be written ({error.strerror}); choose another --out") from None
+    return summary
+
+
+def command(options: argparse.Namespace) -> int:
+    """`sternplane report LOG`: makes both again, beside the log or in --out."""
+    path = find(options.log)
+    folder = options.out or path.parent
+    console = Console()
+    console.print(table(leave(read(path), folder)))
+    console.print(f"{folder / 'report.html'}", highlight=False, soft_wrap=True)
+    return 0
+
+
+def page(log: Log, summary: Summary) -> str:
+    """The report as HTML, with all it needs inside."""
+    drawn = Figures(log)
+    cards, plots = [], []
+    for i, (title, note, figure, over_time) in enumerate(drawn):
+        figure.update_layout(_LAYOUT)
+        figure.update_xaxes(_AXIS)
+        figure.update_yaxes(_AXIS)
+        if not over_time:
+            figure.update_layout(hovermode="closest")
+        wide = " wide" if i == 0 else ""
+        words = f'<h2>{title}</h2><p class="soft">{note}&nbsp;</p>'
+        cards.append(f'<div class="card{wide}">{words}<div class="plot" id="plot{i}"></div></div>')
+        content = json.loads(figure.to_json())
+        plots.append([f"plot{i}", content["data"], content["layout"], over_time])
+    header = log.header
+    scenario = str(header.get("scenario", "run"))
+    identity = " · ".join(
+        f"{name} {html.escape(str(header[key]))}"
+        for name, key in (("seed", "seed"), ("revision", "git"), ("recorded", "stamp"))
+        if key in header
+    )
+    cells = "".join(f"<div>{html.escape(words)}<b>{html.escape(value)}</b></div>" for words, value in figures(summary))
+    key = "".join(f'<span><i style="background:{c}"></i>{name}</span>' for name, c in mode_colours(drawn.bands))
+    return PAGE.substitute(
+        policy=POLICY,
+        title=html.escape(scenario),
+        verdict=html.escape(verdict(summary)),
+        mood="good" if summary["completed"] else "bad",
+        identity=identity,
+        warning=f'<p class="warning">The log is {html.escape(log.lost)}.</p>' if log.lost else "",
+        figures=cells,
+        key=key,
+        cards="".join(cards),
+        events=_rows([(f"{t:.2f} s", text) for t, text in log.events] or [("", "none")]),
+        origin=_rows([*(header.get("machine", {}) | header.get("versions", {})).items()]),
+        thinned=f"Plots show every {_ordinal(drawn.stride)} cycle ({drawn.rate:.3g} Hz); the figures use all of them.",
+        plotly=plotly.offline.get_plotlyjs(),
+        plots=json.dumps(plots, separators=(",", ":")).replace("</", "<\\/"),
+    )
+
+
+def _rows(rows: list[tuple[Any, Any]]) -> str:
+    return "".join(f"<tr><td>{html.escape(str(a))}</td><td>{html.escape(str(b))}</td></tr>" for a, b in rows)
+
+
+def _ordinal(n: int) -> str:
+    endings = {1: "st", 2: "nd", 3: "rd"}
+    return "" if n == 1 else f"{n}{'th' if 10 < n % 100 < 14 else endings.get(n % 10, 'th')}"
