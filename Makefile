@@ -50,7 +50,7 @@ clean: ## remove what was installed, compiled and flown
 	@$(PIP) install --require-hashes -r $(LOCKS)/dev.txt
 	@touch $@
 
-.venv/.kernels: .venv/.run $(shell grep -rl '@kernel(' --include='*.py' firmware_py sim_bridge)
+.venv/.kernels: .venv/.run $(shell grep -rl '^@kernel' --include='*.py' firmware_py sim_bridge)
 	@echo "compiling the kernels"
 	@$(BIN)/python -m tools.warm
 	@touch $@

@@ -1,7 +1,7 @@
 """The vehicle's composition root: a configuration in, an autopilot out.
 
 A configuration is plain tables, as they stand in the files, so that a log's header can carry it whole:
-{"vehicle": vehicle.toml, "autopilot": autopilot.toml, "folder": where they are,
+{"vehicle": vehicle.toml, "autopilot": autopilot.toml, "files": what to call them in errors,
 "mission": {"waypoints": [[x, y, z, u], ...]}, "kept": {...} of an earlier run, or {}}.
 """
 
@@ -64,7 +64,10 @@ def read_configuration(folder: Path, over: Mapping[str, Any] | None = None) -> d
     if not folder.is_dir():
         raise ParamError(f"{folder}: there is no such configuration folder; configs/npsauv2 is an example")
     autopilot = merge(read_toml(folder / "autopilot.toml"), over or {})
-    return {"folder": str(folder), "vehicle": read_toml(folder / "vehicle.toml"), "autopilot": autopilot}
+    files = {name: str(folder / f"{name}.toml") for name in ("vehicle", "autopilot")}
+    if over:
+        files["autopilot"] += " under the scenario's [autopilot]"
+    return {"files": files, "vehicle": read_toml(folder / "vehicle.toml"), "autopilot": autopilot}
 
 
 def autopilot_params(configuration: Configuration) -> AutopilotParams:
@@ -73,7 +76,7 @@ def autopilot_params(configuration: Configuration) -> AutopilotParams:
     Raises:
         ParamError: an error that names the file and the key.
     """
-    return load(AutopilotParams, configuration["autopilot"], f"{configuration['folder']}/autopilot.toml")
+    return load(AutopilotParams, configuration["autopilot"], configuration["files"]["autopilot"])
 
 
 def vehicle(configuration: Configuration) -> Vehicle:
@@ -82,7 +85,7 @@ def vehicle(configuration: Configuration) -> Vehicle:
     Raises:
         ParamError: an error that names the file and the key.
     """
-    return load(Vehicle, configuration["vehicle"], f"{configuration['folder']}/vehicle.toml")
+    return load(Vehicle, configuration["vehicle"], configuration["files"]["vehicle"])
 
 
 def build(configuration: Configuration) -> Autopilot:

@@ -18,6 +18,7 @@ from sim_bridge.instrument_nodes import publishers
 from sim_bridge.instruments import Instruments, InstrumentsParams
 from sim_bridge.node import Node
 from sim_bridge.plant import Plant
+from sim_bridge.sensors import due
 from sim_bridge.serial_dvl import SerialDvl
 
 SERVICE = 0x80
@@ -51,8 +52,8 @@ class Devices:
         base_hz: int,
     ) -> None:
         for name, rate in (("servo_hub", params.servo_hub.status), ("esc", params.esc.status)):
-            if base_hz % rate:
-                raise ParamError(f"{name}: status_hz = {rate} does not divide the base rate of {base_hz} Hz")
+            if rate > base_hz:
+                raise ParamError(f"{name}: status_hz = {rate} is above the base rate of {base_hz} Hz")
         self.nodes = {field.name: Node(getattr(ids, field.name), field.name, bus) for field in fields(ids)}
         self.malformed = 0
         self._hub = ServoHub(params.servo_hub, self.nodes["servo_hub"], fins)
@@ -63,9 +64,8 @@ class Devices:
         self._bus = bus
         self._commands = Reassembler([m.ARRAY_COMMAND, m.RPM_COMMAND])
         self._by_id = {node.node_id: node for node in self.nodes.values()}
-        self._second = base_hz
-        self._hub_every = base_hz // params.servo_hub.status
-        self._esc_every = base_hz // params.esc.status
+        self._base_hz = base_hz
+        self._hub_rate, self._esc_rate = params.servo_hub.status, params.esc.status
 
     def settle(self, plant: Plant) -> None:
         """Lets the instruments run in before tick 0: readings that were under way then are delivered in time."""
@@ -94,11 +94,11 @@ class Devices:
         """Sends what is to be said at tick `k`, at time `t`; returns when the vehicle can read all of it."""
         for publisher in self._publishers:
             publisher.update(k, plant)
-        if not k % self._hub_every:
+        if due(k, self._hub_rate, self._base_hz):
             self._hub.report(plant.fins)
-        if not k % self._esc_every:
+        if due(k, self._esc_rate, self._base_hz):
             self._esc.report(plant.n)
-        if not k % self._second:
+        if due(k, 1, self._base_hz):
             for node in self.nodes.values():
                 node.beat(t)
         self._dvl.update(k, t, plant)

@@ -10,6 +10,9 @@ from firmware_py.records.order import CENTRED_STICKS, NO_ORDER, Arming, Mode, Or
 from firmware_py.schedule import Tick
 from sim_bridge.scenarios import Completes, Cue, Scenario, Zigzag
 
+_SURFACE = 1.0
+"""Less deep than this, m, a vehicle has come up."""
+
 
 class ScriptedGround:
     """Plays the orders of a scenario; a `ports.Ground` by shape.
@@ -57,7 +60,8 @@ class ScriptedGround:
         """Watches the heading and the mode."""
         mode = cycle.mode.mode
         if mode is not self._mode:
-            surfaced = self._mode is Mode.SURFACE and mode is Mode.DISARMED
+            came_up = cycle.frame.fix.ok or cycle.state.eta.z < _SURFACE
+            surfaced = self._mode is Mode.SURFACE and mode is Mode.DISARMED and came_up
             self.done = self.done or (surfaced and self._completes is Completes.SURFACED)
             self._mode = mode
         if self._zigzag is not None:

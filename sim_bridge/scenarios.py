@@ -94,7 +94,7 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """One scenario file. `autopilot` is laid over autopilot.toml, as it stands, by the vehicle's side."""
+    """One scenario file. `autopilot` and `sensors` are laid over autopilot.toml and sensors.toml as they stand."""
 
     description: str
     completes: Completes
@@ -106,6 +106,7 @@ class Scenario:
     waypoints: tuple[Point, ...] = ()
     faults: tuple[Fault, ...] = ()
     autopilot: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}), compare=False)
+    sensors: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}), compare=False)
 
     def __post_init__(self) -> None:
         if any(later.t < earlier.t for earlier, later in zip(self.orders, self.orders[1:], strict=False)):
@@ -127,14 +128,16 @@ def parse(table: Mapping[str, Any], where: str) -> Scenario:
         ScenarioError: one line that names `where`, the key and what would be right.
     """
     table = dict(table)
-    autopilot = table.pop("autopilot", {})
-    if not isinstance(autopilot, Mapping):
-        raise ScenarioError(f"{where}: autopilot must be a table")
+    laid_over = {name: table.pop(name, {}) for name in ("autopilot", "sensors")}
+    for name, values in laid_over.items():
+        if not isinstance(values, Mapping):
+            raise ScenarioError(f"{where}: {name} must be a table")
     try:
         scenario = load(Scenario, table, where)
     except ParamError as error:
         raise ScenarioError(str(error)) from None
-    return dataclasses.replace(scenario, autopilot=MappingProxyType(dict(autopilot)))
+    autopilot, sensors = (MappingProxyType(dict(laid_over[name])) for name in ("autopilot", "sensors"))
+    return dataclasses.replace(scenario, autopilot=autopilot, sensors=sensors)
 
 
 def known(folder: Path) -> tuple[str, ...]:

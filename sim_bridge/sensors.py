@@ -34,11 +34,16 @@ class Reading(NamedTuple, Generic[V]):
 class Timing:
     """When an instrument speaks."""
 
-    rate: int = param(unit="Hz", low=1, high=1000, doc="Samples a second; must divide the base rate.")
+    rate: int = param(unit="Hz", low=1, high=1000, doc="Samples a second, at most the base rate.")
     latency: float = param(
         0.0, unit="s", low=0.0, high=5.0, doc="From the moment of validity to delivery; whole ticks."
     )
     dropout: float = param(0.0, low=0.0, high=1.0, doc="Probability that a sample never arrives.")
+
+
+def due(k: int, rate: int, base_hz: int) -> bool:
+    """True on `rate` ticks of each second, tick 0 among them, as evenly as whole ticks allow."""
+    return k * rate % base_hz < rate
 
 
 class Sensor(Generic[B, V]):
@@ -68,11 +73,11 @@ class Sensor(Generic[B, V]):
         seed: int,
         base_hz: int,
     ) -> None:
-        if base_hz % timing.rate:
-            raise ParamError(f"{name}: rate_hz = {timing.rate} does not divide the base rate of {base_hz} Hz")
+        if timing.rate > base_hz:
+            raise ParamError(f"{name}: rate_hz = {timing.rate} is above the base rate of {base_hz} Hz")
         self._read = read
         self._dt = 1.0 / base_hz
-        self._every = base_hz // timing.rate
+        self._rate, self._base = timing.rate, base_hz
         self._delay = round(timing.latency * base_hz)
         self._dropout = timing.dropout
         streams = np.random.SeedSequence([seed, *name.encode()]).spawn(2)
@@ -91,7 +96,7 @@ class Sensor(Generic[B, V]):
     def update(self, k: int, boat: B) -> Reading[V] | None:
         """Samples if tick `k` is one of its ticks, and returns the reading that is delivered at it, if any."""
         line = self._line
-        if not k % self._every:
+        if due(k, self._rate, self._base):
             if not self._errors:
                 self._draw()
             reading = Reading(self._read(boat, self._errors.pop()), k * self._dt)

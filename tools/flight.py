@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from firmware_py import app, loop
@@ -108,7 +109,7 @@ def prepare(wish: Wish, kept: Mapping[str, float]) -> Flight:
         rate=app.autopilot_params(configuration).rate,
         io=_load(IoParams, wish.config / "io_sitl.toml"),
         truth=_load(Truth, wish.config / "truth.toml"),
-        boat=_load(BoatParams, wish.config / "sensors.toml"),
+        boat=_load(BoatParams, wish.config / "sensors.toml", scenario.sensors),
     )
 
 
@@ -175,8 +176,9 @@ def _judge(scenario: Scenario, pilot: ScriptedGround, interrupted: bool) -> Outc
     return Outcome(False, "was no longer flying when the time was over")
 
 
-def _load(cls: type[Any], path: Path) -> Any:
-    return load(cls, read_toml(path), str(path))
+def _load(cls: type[Any], path: Path, over: Mapping[str, Any] = MappingProxyType({})) -> Any:
+    where = f"{path} under the scenario's [{path.stem}]" if over else str(path)
+    return load(cls, app.merge(read_toml(path), over), where)
 
 
 def _bus(stack: contextlib.ExitStack, flight: Flight) -> CanBus:

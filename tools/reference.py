@@ -45,7 +45,11 @@ FILES: tuple[tuple[str, type[Any], str], ...] = (
     ("io_*.toml", IoParams, "Who is who on the wires."),
     ("truth.toml", Truth, "The simulated vehicle."),
     ("sensors.toml", BoatParams, "What the simulated vehicle measures with, and how its devices behave."),
-    ("scenarios/*.toml", Scenario, "What is flown. A table [autopilot] is laid over autopilot.toml."),
+    (
+        "scenarios/*.toml",
+        Scenario,
+        "What is flown. A table [autopilot] is laid over autopilot.toml, and [sensors] over sensors.toml.",
+    ),
 )
 
 
@@ -61,7 +65,7 @@ def _table(cls: type[Any]) -> Iterator[str]:
     yield "| key | unit | bounds | default | |"
     yield "|---|---|---|---|---|"
     for key, declaration, default in describe(cls):
-        if key == "autopilot":
+        if key in ("autopilot", "sensors"):
             continue
         bounds = _bounds(declaration.low, declaration.high)
         yield f"| `{key}` | {declaration.unit or '–'} | {bounds} | {_shown(default)} | {declaration.doc} |"

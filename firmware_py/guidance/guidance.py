@@ -36,8 +36,15 @@ class GuidanceParams:
     acceleration: float = param(0.05, unit="m/s^2", low=0.001, high=10.0, doc="Change of the speed that is asked for.")
     speed_max: float = param(2.5, unit="m/s", low=0.1, high=20.0, doc="Fastest speed that is asked for.")
     cruise_speed: float = param(1.8, unit="m/s", low=0.1, high=20.0, doc="Speed on legs that do not give one.")
+    blind_climb: float = param(
+        10.0, unit="m", low=0.0, high=100.0, doc="Surfacing without a depth: how far above the surface it aims."
+    )
     surface_speed: float = param(1.5, unit="m/s", low=0.1, high=20.0, doc="Speed on the way up: fins need it.")
     line_of_sight: LineOfSightParams = field(default_factory=LineOfSightParams)
+
+
+_AT_REST = 0.1
+"""Slower than this, m/s, is noise."""
 
 
 class GuidanceMemory(NamedTuple):
@@ -81,18 +88,20 @@ class Guidance:
         eta, nu = state.eta, state.nu
         if not math.isfinite(eta.x + eta.y + eta.z + eta.psi + nu.u + nu.v):
             return self._last
-        entered = mode.mode is not self._mode
-        self._mode = mode.mode
+        before, self._mode = self._mode, mode.mode
+        entered = mode.mode is not before
         if mode.mode is Mode.DISARMED or mode.mode is Mode.MANUAL:
             self._last = self._follow(mode.mode, state)
             return self._last
         if entered:
-            self._wanted = Setpoint(self._depth.command, self._heading.command, self._last.u_d)
+            u_d = 0.0 if before is Mode.DISARMED else self._last.u_d  # who was disarmed is not driven on by itself
+            self._wanted = Setpoint(self._depth.command, self._heading.command, u_d)
         across = math.nan
         if mode.mode is Mode.HOLD:
             self._hold(order.setpoint)
         elif mode.mode is Mode.SURFACE:
-            self._wanted = Setpoint(0.0, self._wanted.psi_d, self._params.surface_speed)
+            z_d = 0.0 if state.depth_ok else -self._params.blind_climb
+            self._wanted = Setpoint(z_d, self._wanted.psi_d, self._params.surface_speed)
         elif len(self._route):
             across = self._fly(entered, state, tick.dt)
         self._last = self._shape(nu.u, across, tick.dt)
@@ -103,7 +112,7 @@ class Guidance:
         if mode is Mode.DISARMED:
             self._route.reset()
             self._sight.reset()
-        u_d = clip(state.nu.u, 0.0, self._params.speed_max) if mode is Mode.MANUAL else 0.0
+        u_d = min(state.nu.u, self._params.speed_max) if state.nu.u > _AT_REST else 0.0
         z_d = self._depth.reset(state.eta.z).d
         psi_d = self._heading.reset(state.eta.psi).d
         return Reference(z_d, 0.0, 0.0, 0.0, psi_d, 0.0, 0.0, u_d, self._route.index, math.nan)

@@ -75,7 +75,7 @@ def assert_one_line(result: subprocess.CompletedProcess[str], *words: str) -> No
         ("vehicle.toml", "hinge_deg = 90", "hinge_deg = 0", ()),
         ("vehicle.toml", 'name = "rudder_upper"', 'name = "rudder_lower"', ("vehicle.toml", "rudder_lower")),
         ("truth.toml", "Z_w = ", "Z_u = ", ("truth.toml: coefficients: Z_u is unknown",)),
-        ("sensors.toml", "rate_hz = 20", "rate_hz = 30", ("pressure: rate_hz = 30 does not divide", "100 Hz")),
+        ("sensors.toml", "rate_hz = 20", "rate_hz = 300", ("pressure: rate_hz = 300 is above", "100 Hz")),
         ("io_sitl.toml", "esc = 22", "esc = 23", ("io_sitl.toml: nodes: esc and ahrs have the same node id 23",)),
     ],
 )

@@ -23,9 +23,11 @@ def pilot(**table):
     )
 
 
-def cycle(psi=0.0, mode=Mode.MANUAL):
+def cycle(psi=0.0, mode=Mode.MANUAL, z=0.2, fix=False):
     return SimpleNamespace(
-        state=SimpleNamespace(eta=SimpleNamespace(psi=psi)), mode=SimpleNamespace(mode=mode, mission_done=False)
+        state=SimpleNamespace(eta=SimpleNamespace(psi=psi, z=z)),
+        frame=SimpleNamespace(fix=SimpleNamespace(ok=fix)),
+        mode=SimpleNamespace(mode=mode, mission_done=False),
     )
 
 
@@ -98,6 +100,14 @@ def test_a_surfacing_scenario_is_done_when_the_vehicle_disarmed_itself_at_the_su
         assert (ground.done, ground.completed) == (False, False)
     ground.write(cycle(mode=Mode.DISARMED))
     assert (ground.done, ground.completed) == (True, True)
+
+
+@pytest.mark.parametrize(("z", "fix", "up"), [(8.0, False, False), (8.0, True, True), (0.4, False, True)])
+def test_a_vehicle_that_disarms_in_the_deep_has_not_surfaced(z, fix, up):
+    ground = pilot(completes="surfaced")
+    for mode in (Mode.SURFACE, Mode.DISARMED):
+        ground.write(cycle(mode=mode, z=z, fix=fix))
+    assert (ground.done, ground.completed) == (up, up)
 
 
 def test_a_vehicle_that_disarms_under_way_has_not_surfaced():

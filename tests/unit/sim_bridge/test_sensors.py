@@ -25,7 +25,7 @@ from sim_bridge.instruments import (
     PressureParams,
     Water,
 )
-from sim_bridge.sensors import Sensor, Timing
+from sim_bridge.sensors import Sensor, Timing, due
 
 ROOT = Path(__file__).resolve().parents[3]
 WATER = Water(1000.0, 101_325.0, Origin(math.radians(36.8), math.radians(-121.8)))
@@ -129,9 +129,17 @@ def test_changing_one_instrument_leaves_the_others_readings_alone():
         assert {k for k in before if repr(before[k]) != repr(after[k])} == {name}
 
 
-def test_a_rate_that_does_not_divide_the_base_rate_is_refused_by_name():
-    with pytest.raises(ParamError, match=r"sonar: rate_hz = 30 does not divide the base rate of 100 Hz"):
-        sensor(Timing(30), name="sonar")
+def test_a_rate_above_the_base_rate_is_refused_by_name():
+    with pytest.raises(ParamError, match=r"sonar: rate_hz = 101 is above the base rate of 100 Hz"):
+        sensor(Timing(101), name="sonar")
+
+
+@pytest.mark.parametrize(("rate", "base"), [(1, 50), (20, 50), (30, 100), (100, 250), (7, 1000), (100, 100)])
+def test_a_rate_has_its_ticks_in_every_second_and_evenly(rate, base):
+    ticks = [k for k in range(3 * base) if due(k, rate, base)]
+    assert ticks[0] == 0
+    assert [sum(s * base <= k < (s + 1) * base for k in ticks) for s in range(3)] == [rate] * 3
+    assert set(np.diff(ticks)) <= {base // rate, -(-base // rate)}
 
 
 def load_shipped() -> InstrumentsParams:

@@ -59,7 +59,7 @@ class Kinematic:
 
 def test_disarmed_and_manual_follow_the_boat() -> None:
     boat = Guidance(GuidanceParams(), SQUARE)
-    for mode, u_d in ((Mode.DISARMED, 0.0), (Mode.MANUAL, 1.2)):
+    for mode, u_d in ((Mode.DISARMED, 1.2), (Mode.MANUAL, 1.2)):
         at = state(z=7.0, psi=-2.0, u=1.2)
         reference = boat.update(Tick(0, 10_000_000), ModeState(mode, False, 0), NO_ORDER, at)
         assert (reference.z_d, reference.psi_d, reference.u_d) == pytest.approx((7.0, -2.0, u_d))
@@ -274,3 +274,22 @@ def test_a_corner_is_rounded_before_it_and_not_overshot(turn: float) -> None:
     assert beyond[0] < 0.0  # the turn begins before the corner
     assert max(beyond) < 5.0  # and ends on the leg: turning at the corner would carry it 25 m beyond at 90 deg
     assert abs(way[-1]) < 0.01
+
+
+def test_holding_from_disarmed_asks_for_no_speed_and_from_manual_for_the_one_it_has() -> None:
+    for before, u_d in ((Mode.DISARMED, 0.0), (Mode.MANUAL, 1.2)):
+        boat = Kinematic(Guidance(GuidanceParams(), SQUARE), z=3.0, u=1.2)
+        boat.run(before, 0.1)
+        asked = [reference.u_d for reference in boat.run(Mode.HOLD, 60.0)]
+        assert asked[0] == pytest.approx(1.2, abs=0.01)  # without a bump
+        assert asked[-1] == pytest.approx(u_d, abs=1e-9)
+
+
+def test_surfacing_without_a_depth_aims_above_the_surface() -> None:
+    guidance = Guidance(GuidanceParams(), SQUARE)
+    surface = ModeState(Mode.SURFACE, False, 0)
+    for depth_ok in (True, False):
+        for k in range(8000):
+            at = dataclasses.replace(state(z=1.0, u=1.5), depth_ok=depth_ok)
+            reference = guidance.update(Tick(k, 10_000_000), surface, NO_ORDER, at)
+        assert reference.z_d == pytest.approx(0.0 if depth_ok else -10.0, abs=0.01)

@@ -1,0 +1,173 @@
+"""Whole flights with fixed seeds, judged by where the boat really went."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+
+from firmware_py.records.order import Mode
+from tools.flight import Outcome, Wish, fly, prepare
+from tools.log import Log, read
+from tools.summary import summarise
+
+
+@cache
+def flown(scenario: str, seed: int = 1) -> tuple[Outcome, Log]:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "log.mcap"
+        return fly(prepare(Wish(scenario=scenario, seed=seed), {}), path), read(path)
+
+
+def written(folder: Path, text: str) -> str:
+    path = folder / "scenario.toml"
+    path.write_text(text)
+    return str(path)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_demonstration_dives_passes_its_waypoints_surfaces_and_disarms(seed: int) -> None:
+    outcome, log = flown("demo", seed)
+    c, truth, summary = log.columns, log.truth, summarise(log)
+    assert outcome == Outcome(True, "completed")
+    assert summary["waypoints_passed"] == summary["waypoints_total"] == 5
+    assert 270.0 < c["t"][-1] < 330.0
+    assert truth["eta.z"].max() == pytest.approx(10.0, abs=0.3)
+    assert truth["eta.z"][-1] < 0.5
+    mission = c["mode.mode"] == Mode.MISSION
+    depth_error = (c["reference.z_d"] - truth["eta.z"])[mission]
+    assert np.sqrt(np.mean(depth_error**2)) < 0.06
+    for x, y, z, _ in log.header["mission"]["waypoints"][:-1]:  # the path goes by every corner, on the inside
+        distance = np.hypot(truth["eta.x"] - x, truth["eta.y"] - y)
+        assert distance.min() < 10.0
+        assert truth["eta.z"][distance.argmin()] == pytest.approx(z, abs=0.8)
+    away = np.hypot(c["state.eta.x"] - truth["eta.x"], c["state.eta.y"] - truth["eta.y"])
+    assert np.mean(away < 2.5 * c["state.position_std"]) > 0.95
+    assert c["mode.mode"][-1] == Mode.DISARMED
+    assert not c["applied.fins"][-1].any()
+    assert c["applied.n"][-1] == 0.0
+
+
+def settled(t: np.ndarray, error: np.ndarray, begin: float, width: float) -> float:
+    """How long after `begin` the error was last larger than `width`."""
+    outside = np.flatnonzero((np.abs(error) > width) & (t >= begin) & (t < begin + 49.0))
+    return float(t[outside[-1]] - begin)
+
+
+def test_the_papers_depth_gains_settle_a_step_of_a_metre_in_20_seconds_without_overshoot() -> None:
+    _, log = flown("paper-depth")
+    t, z = log.columns["t"], log.truth["eta.z"]
+    for begin, target, way in ((20.0, 11.0, 1.0), (70.0, 10.0, -1.0)):
+        after = (t >= begin) & (t < begin + 49.0)
+        assert settled(t, z - target, begin, 0.05) == pytest.approx(20.0, abs=1.5)
+        assert np.max(way * (z - target)[after]) < 0.01
+    s = log.columns["demand.delta_s"]
+    assert np.abs(s).max() <= math.radians(23.0)
+
+
+def test_the_papers_heading_gains_reach_a_path_a_metre_to_the_side_in_17_seconds() -> None:
+    _, log = flown("paper-heading")
+    c, y = log.columns, log.truth["eta.y"]
+    first, *_, last = np.flatnonzero(np.diff(c["reference.waypoint"])) + 1
+    for begin, target, way in ((c["t"][first], 1.0, 1.0), (c["t"][last], 0.0, -1.0)):
+        after = (c["t"] >= begin) & (c["t"] < begin + 49.0)
+        assert settled(c["t"], y - target, begin, 0.05) == pytest.approx(17.0, abs=1.5)
+        assert np.max(way * (y - target)[after]) < 0.05
+
+
+def test_the_turning_circle_to_starboard_is_a_circle() -> None:
+    _, log = flown("turning-circle")
+    t, psi = log.columns["t"], np.unwrap(log.truth["eta.psi"])
+    steady = t > 100.0
+    rate = np.diff(psi[steady]) / 0.01
+    assert np.std(rate) < 0.02 * np.mean(rate)
+    assert np.mean(rate) > math.radians(3.0)
+    assert psi[-1] > 1.5 * math.tau
+    assert log.columns["applied.fins"][steady][:, 2:].mean() < 0.0  # to port of centre: the boat turns to starboard
+
+
+def test_the_zigzag_puts_its_rudder_over_at_20_degrees_each_time() -> None:
+    _, log = flown("zigzag")
+    c = log.columns
+    rudder, psi = c["order.sticks.delta_r"], np.degrees(np.unwrap(c["state.eta.psi"]))
+    moving = np.flatnonzero(np.diff(rudder))
+    base = psi[moving[0]]
+    executes = psi[moving[1:]] - base
+    assert len(executes) >= 4
+    assert np.all(np.abs(np.abs(executes) - 20.0) < 0.5)
+    assert np.all(np.sign(executes[1:]) == -np.sign(executes[:-1]))
+
+
+FAULT = """
+description = "Something breaks in the middle of a straight run."
+duration_s = 150.0
+completes = "surfaced"
+[environment]
+bottom_depth_m = {bottom}
+[start]
+depth_m = 8.0
+u_m_s = 1.8
+n_rpm = 492.0
+[[orders]]
+t_s = 0.5
+arming = "arm"
+mode = "hold"
+depth_m = {depth}
+heading_deg = 0.0
+speed_m_s = 1.8
+{fault}
+"""
+
+
+@pytest.mark.parametrize(
+    ("depth", "bottom", "fault", "cause"),
+    [
+        (8.0, 60.0, '[[faults]]\nt_s = 20.0\nname = "pressure-off"', "depth"),
+        (35.0, 60.0, "", "depth"),
+        (25.0, 26.0, "", "altitude"),
+    ],
+)
+def test_what_the_first_rules_find_brings_the_boat_up_by_itself(
+    tmp_path: Path, depth: float, bottom: float, fault: str, cause: str
+) -> None:
+    outcome, log = flown(written(tmp_path, FAULT.format(depth=depth, bottom=bottom, fault=fault)))
+    assert outcome.completed, outcome.reason
+    said = [text for _, text in log.events if text.startswith("HOLD -> SURFACE")]
+    assert len(said) == 1
+    assert cause in said[0]
+    assert log.truth["eta.z"][-1] < 0.6
+    assert log.truth["eta.z"].max() < min(depth, 30.0) + 2.5
+    assert (bottom - log.truth["eta.z"]).min() > 1.0
+
+
+def test_an_ahrs_that_falls_silent_centres_the_fins_and_stops_the_propeller(tmp_path: Path) -> None:
+    fault = '[[faults]]\nt_s = 20.0\nname = "ahrs-off"'
+    outcome, log = flown(written(tmp_path, FAULT.format(depth=8.0, bottom=60.0, fault=fault)))
+    c = log.columns
+    assert not outcome.completed  # W = B: without attitude it waits where it is
+    after = c["t"] > 23.0
+    assert not c["applied.fins"][after].any()
+    assert not c["applied.n"][after].any()
+    assert c["mode.mode"][-1] == Mode.DISARMED
+    assert abs(log.truth["eta.z"][-1] - 8.0) < 6.0
+
+
+def test_the_pid_baseline_flies_the_demonstration_too(tmp_path: Path) -> None:
+    demo = (Path(__file__).parents[2] / "configs" / "scenarios" / "demo.toml").read_text()
+    outcome, log = flown(written(tmp_path, demo + '\n[autopilot.control]\nlaw = "pid"\n'))
+    assert outcome.completed
+    assert summarise(log)["depth_error_rms_m"] < 0.1
+
+
+@pytest.mark.parametrize("rate", [50, 200])
+def test_another_base_rate_flies_as_well(tmp_path: Path, rate: int) -> None:
+    text = FAULT.format(depth=6.0, bottom=60.0, fault="").replace("surfaced", "time").replace("150.0", "60.0")
+    sensors = "[sensors.ahrs]\nrate_hz = 50\nlatency_s = 0.02\n" if rate == 50 else ""
+    outcome, log = flown(written(tmp_path, f"{text}\n[autopilot]\nrate_hz = {rate}\n{sensors}"))
+    assert outcome.completed, outcome.reason
+    assert len(log.cycle_bytes) == 60 * rate
+    assert log.truth["eta.z"][-1] == pytest.approx(6.0, abs=0.2)
