@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import queue
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
+from typing import Any
 
 import can
+from can.interfaces.virtual import VirtualBus, channels_lock
 
 from firmware_py.params import ParamError, param
 
@@ -59,24 +62,40 @@ class Frame(can.Message):
         return self
 
 
+class Virtual(VirtualBus):
+    """python-can's virtual bus with the plain queue: its own waits on locks for threads, of which we have none."""
+
+    def __init__(self, channel: str) -> None:
+        super().__init__(channel=channel, preserve_timestamps=True)
+        plain: Any = queue.SimpleQueue()
+        with channels_lock:
+            self.channel[self.channel.index(self.queue)] = plain
+        self.queue = plain
+
+
 class CanBus:
-    """One node's door to a bus of extended (29 bit) frames."""
+    """One node's door to a bus of extended (29 bit) frames. A bus that fails is silence, not an error."""
 
     def __init__(self, bus: can.BusABC) -> None:
         self._bus = bus
         self.dropped = 0
         """Frames that the bus would not take."""
+        self.deaf = 0
+        """Drains that the bus refused."""
 
     def drain(self, limit: int) -> list[tuple[int, bytes]]:
-        """The frames (id, data) that have arrived, oldest first, at most `limit`; the rest stay for the next tick."""
+        """The frames (id, data) that have arrived, oldest first; looks at no more than `limit`, and leaves the rest."""
         frames: list[tuple[int, bytes]] = []
         recv = self._bus.recv
-        while len(frames) < limit:
-            message = recv(0)
-            if message is None:
-                break
-            if message.is_extended_id and not (message.is_error_frame or message.is_remote_frame or message.is_fd):
-                frames.append((message.arbitration_id, bytes(message.data)))
+        try:
+            for _ in range(limit):
+                message = recv(0)
+                if message is None:
+                    break
+                if message.is_extended_id and not (message.is_error_frame or message.is_remote_frame or message.is_fd):
+                    frames.append((message.arbitration_id, bytes(message.data)))
+        except can.CanError:
+            self.deaf += 1
         return frames
 
     def send(self, frames: Iterable[tuple[int, bytes]]) -> None:
@@ -105,6 +124,6 @@ def open_bus(spec: str, channel: str = "sternplane") -> CanBus:
     if spec not in INTERFACES:
         raise BusError(f"bus {spec!r} is not known; write one of: {', '.join(INTERFACES)}")
     try:
-        return CanBus(can.Bus(interface="virtual", channel=channel, preserve_timestamps=True))
+        return CanBus(Virtual(channel))
     except can.CanError as error:
         raise BusError(f"bus {spec!r} cannot be opened: {error}") from None

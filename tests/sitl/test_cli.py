@@ -162,7 +162,7 @@ def test_a_vehicle_takes_up_the_state_that_it_kept(tmp_path: Path, brief: Path) 
 def test_a_mission_that_fails_is_status_1_and_says_why(tmp_path: Path) -> None:
     path = tmp_path / "aground.toml"
     path.write_text(
-        (ROOT / "configs" / "scenarios" / "demo.toml").read_text().replace("duration_s = 420.0", "duration_s = 30.0")
+        (ROOT / "configs" / "scenarios" / "demo.toml").read_text().replace("duration_s = 330.0", "duration_s = 30.0")
     )
     result = sternplane("sitl", "--scenario", path, "--out", "run", cwd=tmp_path)
     assert result.returncode == 1, result.stderr
