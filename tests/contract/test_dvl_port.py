@@ -1,0 +1,222 @@
+"""The DVL's real driver on a real pseudo-terminal, spoken to in sentences written here by hand."""
+
+from __future__ import annotations
+
+import math
+import os
+import tty
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_py.adapters import dvl
+from firmware_py.adapters.can_bus import BusError
+from firmware_py.adapters.dvl import DvlParams, DvlPort
+from firmware_py.records.sensing import Dvl
+from sim_bridge.serial_line import SerialLine
+
+
+def checksum(text: bytes) -> int:
+    """CRC-8 of polynomial x^8 + x^2 + x + 1 as long division, most significant bit first."""
+    remainder = int.from_bytes(text, "big") << 8
+    for shift in range(8 * len(text) - 1, -1, -1):
+        if remainder >> shift + 8 & 1:
+            remainder ^= 0x107 << shift
+    return remainder
+
+
+def line(body: bytes) -> bytes:
+    return b"%s*%02x\r\n" % (body, checksum(body))
+
+
+def report(u="1.500", valid="y", altitude="20.00", fom="0.010", t_valid="0", t_sent="0") -> bytes:
+    covariance = ";".join(["1e-4"] * 9)
+    return line(f"wrz,{u},-0.250,0.125,{valid},{altitude},{fom},{covariance},{t_valid},{t_sent},200.00,0".encode())
+
+
+class Device:
+    """A DVL whose plug can be pulled; `send` returns when the port can read what was sent."""
+
+    def __init__(self) -> None:
+        self.line = SerialLine()
+        self.port = DvlPort(DvlParams(port=self.line.path))
+        self.send = self.line.send
+
+    def __enter__(self) -> Device:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.port.close()
+        self.line.close()
+
+
+@pytest.fixture
+def device():
+    with Device() as device:
+        yield device
+
+
+def test_a_report_is_velocity_over_the_bottom_and_distance_to_it(device):
+    assert device.port.read(0.0) is None
+    device.send(report())
+    heard = device.port.read(1.0)
+    assert heard.value == Dvl(1.5, -0.25, 0.125, 0.01, 20.0)
+    assert (heard.t_valid, heard.fresh, heard.ok) == (1.0, True, True)
+    assert device.port.read(1.01) is None
+
+
+@given(st.lists(st.integers(1, 60), max_size=8), st.integers(1, 3))
+def test_a_line_may_come_in_any_pieces_over_any_ticks(cuts, reports):
+    stream = b"".join(report(u=f"{i}.000") for i in range(reports))
+    heard = []
+    with Device() as device:
+        for k, cut in enumerate((*cuts, len(stream))):
+            piece, stream = stream[:cut], stream[cut:]
+            if piece:
+                device.send(piece)
+            if (found := device.port.read(k / 100)) is not None:
+                heard.append(found)
+    assert heard[-1].value.u == reports - 1
+    assert all(found.ok for found in heard)
+
+
+def test_of_two_reports_in_one_tick_the_newer_counts(device):
+    device.send(report(u="1.000") + report(u="2.000"))
+    assert device.port.read(0.0).value.u == 2.0
+    assert device.port.read(0.01) is None
+
+
+@pytest.mark.parametrize(
+    "doubtful",
+    [{"valid": "n"}, {"u": "nan"}, {"u": "inf"}, {"fom": "nan"}, {"fom": "inf"}],
+    ids=lambda keys: "=".join(next(iter(keys.items()))),
+)
+def test_what_the_device_does_not_vouch_for_is_heard_and_not_ok(device, doubtful):
+    device.send(report(**doubtful))
+    heard = device.port.read(1.0)
+    assert (heard.fresh, heard.ok) == (True, False)
+
+
+@pytest.mark.parametrize("altitude", ["-1.00", "0.00", "1e9", "nan", "inf"])
+def test_a_distance_that_is_none_is_unknown_and_the_velocity_stays_good(device, altitude):
+    device.send(report(altitude=altitude))
+    heard = device.port.read(1.0)
+    assert math.isnan(heard.value.altitude)
+    assert heard.ok
+    assert heard.value.u == 1.5
+
+
+@pytest.mark.parametrize(
+    "rubbish",
+    [
+        report().replace(b"1.500", b"1.501"),
+        report()[:-4] + b"\r\n",
+        report()[20:],
+        line(b"wrz,1,2,3,y"),
+        line(b"wrz" + b",x" * 11),
+        line(b"wrp,49056.809,0.41,0.15,1.23,0.4,53.9,14.0,13.9,0"),
+        b"\x00\xff\r\n",
+        b"\r\n\r\n",
+        b"z" * 3000 + b"\r\n",
+    ],
+    ids=["wrong checksum", "no checksum", "beginning lost", "short", "no numbers", "other", "bytes", "empty", "long"],
+)
+def test_a_line_that_is_no_report_is_passed_over_and_the_next_is_heard(device, rubbish):
+    device.send(rubbish)
+    assert device.port.read(0.0) is None
+    device.send(report(u="0.750"))
+    assert device.port.read(0.01).value.u == 0.75
+
+
+@given(st.integers(0, 2**53), st.integers(0, 5_000_000), st.floats(0.0, 1e5))
+def test_time_of_validity_rests_on_the_devices_clock_wherever_that_stands(offset_us, delay_us, t):
+    with Device() as device:
+        device.send(report(t_valid=str(offset_us), t_sent=str(offset_us + delay_us)))
+        heard = device.port.read(t)
+    assert heard.ok
+    assert heard.t_valid == pytest.approx(t - delay_us * 1e-6, abs=1e-9)
+
+
+def test_a_device_whose_clock_is_set_back_between_reports_is_believed(device):
+    device.send(report(t_valid="9000000", t_sent="9100000"))
+    assert device.port.read(5.0).t_valid == pytest.approx(4.9)
+    device.send(report(t_valid="1000", t_sent="201000"))
+    heard = device.port.read(5.2)
+    assert heard.ok
+    assert heard.t_valid == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize(
+    ("t_valid", "t_sent"),
+    [("1000", "999"), ("1000000", "0"), ("0", "60000000"), ("-" + "9" * 200, "9" * 100), ("0", "9" * 380)],
+    ids=["sent before valid", "long before", "a minute late", "before all time", "beyond all numbers"],
+)
+def test_a_report_whose_times_make_no_sense_is_not_ok_and_never_from_the_future(device, t_valid, t_sent):
+    device.send(report(t_valid=t_valid, t_sent=t_sent))
+    heard = device.port.read(3.0)
+    assert not heard.ok
+    assert heard.t_valid <= 3.0
+    device.send(report())
+    assert device.port.read(3.2).ok
+
+
+def test_a_babbling_device_costs_a_bounded_read_per_tick_and_the_rest_waits(device, monkeypatch):
+    monkeypatch.setattr(dvl, "BYTES_PER_TICK", 64)
+    asked = []
+    read = device.port._serial.read
+    monkeypatch.setattr(device.port._serial, "read", lambda size: asked.append(size) or read(size))
+    device.send(b"z" * 1000 + b"\n" + report())
+    ticks = -(-(1001 + len(report())) // 64)
+    heard = [device.port.read(k / 100) for k in range(ticks)]
+    assert heard[:-1] == [None] * (ticks - 1)
+    assert heard[-1].ok
+    assert max(asked) == 64
+
+
+def test_a_plug_pulled_in_flight_is_silence(tmp_path):
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    port = DvlPort(DvlParams(port=os.ttyname(slave)))
+    os.close(slave)
+    os.write(master, report()[:20])
+    port.read(0.0)
+    os.close(master)
+    for k in range(5):
+        assert port.read(k / 100) is None
+    assert port.broken
+    port.close()
+    port.close()
+
+
+@pytest.mark.parametrize("name", ["", "/dev/no-such-port", "/dev/null", "a\0b"])
+def test_a_port_that_is_none_is_one_line_that_names_it(name):
+    with pytest.raises(BusError) as failure:
+        DvlPort(DvlParams(port=name))
+    text = str(failure.value)
+    assert "\n" not in text
+    assert repr(name) in text
+    assert text.startswith("dvl: port")
+
+
+def test_a_file_is_no_port(tmp_path):
+    path = tmp_path / "log.txt"
+    path.write_text("precious")
+    with pytest.raises(BusError, match=r"log\.txt"):
+        DvlPort(DvlParams(port=str(path)))
+    assert path.read_text() == "precious"
+
+
+def test_a_port_in_use_is_refused_and_its_user_undisturbed(device):
+    with pytest.raises(BusError, match="cannot be opened"):
+        DvlPort(DvlParams(port=device.line.path))
+    device.send(report())
+    assert device.port.read(0.0).ok
+
+
+def test_the_port_handed_over_takes_the_place_of_the_io_files():
+    with SerialLine() as line:
+        port = DvlPort(DvlParams(port="simulated"), line.path)
+        line.send(report())
+        assert port.read(0.0).ok
+        port.close()

@@ -1,0 +1,129 @@
+"""What devices say, encoded by pydronecan, reaches its field of the frame in the right unit, sign and time."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import pytest
+
+from .devices import GOOD, NAN, NOTHING, battery, distance, fields, fin, fix, humidity, pressure, propeller, solution
+from .vehicle import LATENCY, NODES, Vehicle, frames
+
+T7 = 0.07
+"""The time of tick 7."""
+
+
+@pytest.mark.parametrize(("role", "message", "field", "value"), GOOD.values(), ids=GOOD)
+def test_each_message_reaches_its_field_and_is_news_for_one_tick(role, message, field, value):
+    with Vehicle() as vehicle:
+        assert fields(vehicle.read(6)) == NOTHING
+        vehicle.node(role).send(message())
+        frame = vehicle.read(7)
+        heard = getattr(frame, field)
+        assert heard.value == pytest.approx(value, abs=1e-3, rel=1e-6)
+        assert heard.t_valid == pytest.approx(T7 - LATENCY.get(role, 0.0), abs=1e-12)
+        assert (heard.fresh, heard.ok) == (True, True)
+        assert fields(frame) | {field: NOTHING[field]} == NOTHING
+        for k in (8, 9):
+            assert getattr(vehicle.read(k), field) == dataclasses.replace(heard, fresh=False)
+
+
+def test_a_frame_that_was_handed_out_never_changes():
+    with Vehicle() as vehicle:
+        vehicle.node("pressure").send(pressure(2e5))
+        vehicle.node("servo_hub").send(fin(1, 0.25))
+        frame = vehicle.read(0)
+        before = fields(frame)
+        vehicle.node("pressure").send(pressure(3e5))
+        vehicle.node("servo_hub").send(fin(1, 0.5))
+        vehicle.read(1)
+        assert fields(frame) == before
+
+
+def test_each_fin_has_its_place_and_actuators_beyond_the_fins_have_none():
+    with Vehicle() as vehicle:
+        angles = {3: 0.25, 0: -0.125, 4: 1.0, 255: 1.0, 2: 0.5}
+        for actuator_id, angle in angles.items():
+            vehicle.node("servo_hub").send(fin(actuator_id, angle))
+        fins = vehicle.read(7).fins
+        assert [heard.value for heard in fins] == pytest.approx([-0.125, NAN, 0.5, 0.25], nan_ok=True)
+        assert [heard.fresh for heard in fins] == [True, False, True, True]
+        assert [heard.ok for heard in fins] == [True, False, True, True]
+        assert fins[0].t_valid == pytest.approx(T7 - LATENCY["servo_hub"])
+        vehicle.node("servo_hub").send(fin(1, 0.0625))
+        later = vehicle.read(8).fins
+        assert [heard.fresh for heard in later] == [False, True, False, False]
+        assert [heard.value for heard in later] == [-0.125, 0.0625, 0.5, 0.25]
+
+
+def test_only_the_first_propeller_is_ours():
+    with Vehicle() as vehicle:
+        vehicle.node("esc").send(propeller(600))
+        vehicle.node("esc").send(propeller(6000, index=1))
+        assert vehicle.read(0).n.value == 10.0
+
+
+DOUBTFUL = {
+    "attitude unknown": ("ahrs", lambda: solution((NAN,) * 4), "ahrs"),
+    "one component unknown": ("ahrs", lambda: solution((0.0, NAN, 0.0, 1.0)), "ahrs"),
+    "quaternion of no length": ("ahrs", lambda: solution((0.0,) * 4), "ahrs"),
+    "a rate unknown": ("ahrs", lambda: solution(rates=(0.0, 0.0, NAN)), "ahrs"),
+    "pressure unknown": ("pressure", lambda: pressure(NAN), "pressure"),
+    "range undefined": ("altimeter", lambda: distance(5.0, reading=0), "altitude"),
+    "bottom too close": ("altimeter", lambda: distance(0.0, reading=2), "altitude"),
+    "bottom too far": ("altimeter", lambda: distance(60.0, reading=3), "altitude"),
+    "range not a number": ("altimeter", lambda: distance(NAN), "altitude"),
+    "no fix": ("fix", lambda: fix(status=0), "fix"),
+    "time only": ("fix", lambda: fix(status=1), "fix"),
+    "flat fix": ("fix", lambda: fix(status=2), "fix"),
+    "fix without variance": ("fix", lambda: fix(covariance=()), "fix"),
+    "fix of unknown variance": ("fix", lambda: fix(covariance=(NAN,) * 6), "fix"),
+    "fix of no variance": ("fix", lambda: fix(covariance=(0.0,) * 6), "fix"),
+    "fix of negative variance": ("fix", lambda: fix(covariance=(-1.0,) * 6), "fix"),
+    "voltage unknown": ("battery", lambda: battery(voltage=NAN), "battery"),
+    "humidity unknown": ("battery", lambda: humidity(NAN), "leak"),
+}
+
+
+@pytest.mark.parametrize(("role", "message", "field"), DOUBTFUL.values(), ids=DOUBTFUL)
+def test_what_its_device_does_not_vouch_for_is_heard_and_not_ok(role, message, field):
+    with Vehicle() as vehicle:
+        vehicle.node(role).send(message())
+        frame = vehicle.read(7)
+        heard = getattr(frame, field)
+        assert (heard.fresh, heard.ok) == (True, False)
+        assert fields(frame) | {field: NOTHING[field]} == NOTHING
+        assert vehicle.hardware.malformed == 0
+
+
+INFINITE = {  # pydronecan does not say infinity, but a device may: little-endian float16 and float32
+    "attitude": ("ahrs", solution, "ahrs", (13, b"\x00\x7c")),
+    "rate": ("ahrs", solution, "ahrs", (16, b"\x00\xfc")),
+    "pressure": ("pressure", lambda: pressure(1e5), "pressure", (0, b"\x00\x00\x80\x7f")),
+    "variance": ("fix", fix, "fix", (48, b"\x00\x7c")),
+}
+
+
+@pytest.mark.parametrize(("role", "message", "field", "put"), INFINITE.values(), ids=INFINITE)
+def test_infinity_is_heard_and_not_ok(role, message, field, put):
+    with Vehicle() as vehicle:
+        for can_id, data in frames(message(), NODES[role], put=put):
+            vehicle.node(role).raw(can_id, data)
+        heard = getattr(vehicle.read(0), field)
+        assert (heard.fresh, heard.ok) == (True, False)
+
+
+def test_a_servo_that_does_not_know_its_angle_is_not_ok():
+    with Vehicle() as vehicle:
+        vehicle.node("servo_hub").send(fin(2, NAN))
+        heard = vehicle.read(0).fins[2]
+        assert (heard.fresh, heard.ok) == (True, False)
+
+
+def test_a_charge_beyond_full_is_unknown():
+    with Vehicle() as vehicle:
+        vehicle.node("battery").send(battery(charge=127))
+        heard = vehicle.read(0).battery
+        assert heard.ok
+        assert math.isnan(heard.value.remaining)

@@ -1,0 +1,132 @@
+"""One node's door to python-can's virtual bus."""
+
+from __future__ import annotations
+
+import itertools
+
+import can
+import pytest
+from can.interfaces import virtual
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_py.adapters.can_bus import BusError, CanBus, NodeIds, open_bus
+from firmware_py.params import ParamError, load
+
+_channels = itertools.count()
+FRAMES = st.lists(st.tuples(st.integers(0, 2**29 - 1), st.binary(max_size=8)), max_size=30)
+
+
+class Pair:
+    """Two doors to one bus, and python-can's own beside them."""
+
+    def __enter__(self) -> Pair:
+        channel = f"doors-{next(_channels)}"
+        self.a, self.b = open_bus("virtual", channel), open_bus("virtual", channel)
+        self.plain = can.Bus(interface="virtual", channel=channel)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.a.close()
+        self.b.close()
+        self.plain.shutdown()
+
+
+@pytest.fixture
+def pair():
+    with Pair() as pair:
+        yield pair
+
+
+@given(FRAMES, st.integers(1, 40))
+def test_frames_arrive_whole_and_in_order_at_most_so_many_at_once_and_not_at_the_sender(frames, limit):
+    with Pair() as pair:
+        pair.a.send(frames)
+        heard: list[tuple[int, bytes]] = []
+        while portion := pair.b.drain(limit):
+            assert len(portion) == min(limit, len(frames) - len(heard))
+            heard += portion
+        assert heard == frames
+        assert all(type(data) is bytes for _, data in heard)
+        assert pair.a.drain(100) == []
+        assert (pair.a.dropped, pair.b.deaf) == (0, 0)
+
+
+def test_python_cans_own_bus_hears_us_and_we_hear_it(pair):
+    pair.a.send([(0x1ABCDEF, b"123")])
+    message = pair.plain.recv(0)
+    assert (message.arbitration_id, message.data, message.dlc) == (0x1ABCDEF, b"123", 3)
+    assert message.is_extended_id
+    assert (message.is_fd, message.is_remote_frame, message.is_error_frame) == (False, False, False)
+    pair.plain.send(can.Message(arbitration_id=7, data=b"\x01"))
+    assert pair.a.drain(9) == [(7, b"\x01")]
+    assert pair.b.drain(9) == [(0x1ABCDEF, b"123"), (7, b"\x01")]
+
+
+@pytest.mark.parametrize("flag", ["is_remote_frame", "is_error_frame", "is_fd"])
+def test_what_is_not_an_extended_data_frame_is_skipped_and_costs_its_share_of_the_limit(pair, flag):
+    pair.plain.send(can.Message(arbitration_id=1, is_extended_id=False))
+    pair.plain.send(can.Message(arbitration_id=2, **{flag: True}))
+    pair.plain.send(can.Message(arbitration_id=3))
+    assert pair.a.drain(2) == []
+    assert pair.a.drain(2) == [(3, b"")]
+
+
+def test_a_bus_that_does_not_take_a_frame_costs_that_frame_alone():
+    class Stubborn(can.BusABC):
+        def __init__(self):
+            super().__init__("x")
+
+        def send(self, msg, timeout=None):
+            if msg.arbitration_id == 2:
+                raise can.CanOperationError("no buffer")
+            sent.append(msg.arbitration_id)
+
+        def _recv_internal(self, timeout):
+            raise can.CanOperationError("network is down")
+
+    sent: list[int] = []
+    door = CanBus(Stubborn())
+    door.send([(1, b""), (2, b""), (3, b"")])
+    assert sent == [1, 3]
+    assert door.dropped == 1
+    assert door.drain(10) == []
+    assert door.deaf == 1
+    door.close()
+
+
+def test_leaving_twice_is_leaving_and_the_others_stay(pair):
+    pair.a.close()
+    pair.a.close()
+    pair.b.send([(1, b"x")])
+    assert pair.plain.recv(0).data == b"x"
+    assert pair.a.drain(5) == []
+
+
+def test_when_the_last_has_left_nothing_collects_frames():
+    with Pair() as pair:
+        channel = pair.plain.channel_id
+        assert len(virtual.channels[channel]) == 3
+    assert channel not in virtual.channels
+
+
+@pytest.mark.parametrize("spec", ["", "can0", "virtuel", "socketcan:can0"])
+def test_a_bus_that_nobody_knows_is_one_line_that_says_which_are_known(spec):
+    with pytest.raises(BusError) as failure:
+        open_bus(spec)
+    assert str(failure.value) == f"bus {spec!r} is not known; write one of: virtual"
+
+
+IDS = {"servo_hub": 1, "esc": 2, "ahrs": 3, "pressure": 4, "altimeter": 5, "fix": 6, "battery": 127}
+
+
+def test_two_roles_with_one_id_are_refused_by_name():
+    assert load(NodeIds, IDS, "io.toml").battery == 127
+    with pytest.raises(ParamError, match=r"io\.toml: esc and fix have the same node id 2"):
+        load(NodeIds, IDS | {"fix": 2}, "io.toml")
+
+
+@pytest.mark.parametrize("wrong", [0, 128, 1.5, "3"])
+def test_a_node_id_out_of_range_is_refused(wrong):
+    with pytest.raises(ParamError, match="ahrs"):
+        load(NodeIds, IDS | {"ahrs": wrong}, "io.toml")

@@ -1,0 +1,38 @@
+"""Files that people write, and what becomes of those that are none."""
+
+from __future__ import annotations
+
+import pytest
+
+from firmware_py.adapters.files import read_toml
+from firmware_py.params import ParamError
+
+
+def test_a_file_is_its_table(tmp_path):
+    path = tmp_path / "io.toml"
+    path.write_bytes('[dvl]\nport = "µ"\r\nbaud = 9600\n'.encode())
+    assert read_toml(path) == {"dvl": {"port": "µ", "baud": 9600}}
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"a = ", b"[a]\n[a]\n", b"port = \xff", b"\x00", b"a = " + b"[" * 50_000],
+    ids=["cut", "twice", "not UTF-8", "zero", "bottomless"],
+)
+def test_what_is_no_toml_is_one_line_that_names_the_file(tmp_path, content):
+    path = tmp_path / "io.toml"
+    path.write_bytes(content)
+    with pytest.raises(ParamError) as failure:
+        read_toml(path)
+    assert str(failure.value).startswith(f"{path}: is not TOML (")
+    assert "\n" not in str(failure.value)
+
+
+def test_a_missing_file_and_a_folder_are_named_with_the_reason(tmp_path):
+    with pytest.raises(ParamError, match=r"none\.toml: cannot be read \(No such file"):
+        read_toml(tmp_path / "none.toml")
+    with pytest.raises(ParamError, match=r"cannot be read \(Is a directory\)"):
+        read_toml(tmp_path)
+    (tmp_path / "io.toml").write_text("")
+    with pytest.raises(ParamError, match=r"cannot be read \(Not a directory\)"):
+        read_toml(tmp_path / "io.toml" / "io.toml")

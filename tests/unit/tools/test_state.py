@@ -1,0 +1,105 @@
+"""What a vehicle keeps between runs: whole or not at all, and nothing that is not what was kept."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_py.estimation.navigation import Kept
+from tools import state
+from tools.errors import UsageError
+
+KEPT = Kept(12.5, -3.25, 4.0, 101_300.0)
+finite = st.floats(allow_nan=False, allow_infinity=False)
+
+
+def test_a_folder_that_is_new_or_empty_holds_nothing(tmp_path):
+    assert state.load(tmp_path) == {}
+    assert state.load(tmp_path / "new") == {}
+
+
+@given(st.builds(Kept, finite, finite, finite, finite))
+def test_what_was_kept_comes_back_to_the_bit(tmp_path_factory, kept):
+    folder = tmp_path_factory.getbasetemp() / "state" / "deep"
+    state.save(folder, kept)
+    assert Kept(**state.load(folder)) == kept
+    assert [path.name for path in folder.iterdir()] == [state.FILE]
+
+
+@pytest.mark.parametrize("step", ["write", "fsync", "replace"])
+def test_a_save_that_fails_half_way_leaves_what_was_there(tmp_path, monkeypatch, step):
+    state.save(tmp_path, KEPT)
+
+    def full(*arguments, **keys):
+        raise OSError(28, "No space left on device")
+
+    where, name = {"write": (json, "dumps"), "fsync": (os, "fsync"), "replace": (Path, "replace")}[step]
+    with monkeypatch.context() as patch:
+        patch.setattr(where, name, full)
+        with pytest.raises(UsageError, match=r"cannot be written \(No space left on device\)"):
+            state.save(tmp_path, KEPT._replace(x=99.0))
+    assert Kept(**state.load(tmp_path)) == KEPT
+    state.save(tmp_path, KEPT._replace(x=99.0))
+    assert state.load(tmp_path)["x"] == 99.0
+
+
+def test_what_no_run_could_start_from_does_not_replace_what_one_can(tmp_path):
+    state.save(tmp_path, KEPT)
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        state.save(tmp_path, KEPT._replace(x=float("nan")))
+    assert Kept(**state.load(tmp_path)) == KEPT
+
+
+GOOD = KEPT._asdict()
+
+
+BAD = {
+    "empty": b"",
+    "cut": b"{",
+    "not UTF-8": b"\xff\xfe",
+    "bottomless": b"[" * 100_000,
+    "null": b"null",
+    "list": b"[1, 2, 3, 4]",
+    "no entry": b"{}",
+    "one more": json.dumps(GOOD | {"more": 1.0}).encode(),
+    "one fewer": json.dumps({key: value for key, value in GOOD.items() if key != "x"}).encode(),
+    "no value": json.dumps(GOOD | {"x": None}).encode(),
+    "text": json.dumps(GOOD | {"x": "1.0"}).encode(),
+    "truth": json.dumps(GOOD | {"x": True}).encode(),
+    "nan": json.dumps(GOOD | {"x": float("nan")}).encode(),
+    "infinite": json.dumps(GOOD | {"x": float("inf")}).encode(),
+    "huge": json.dumps(GOOD | {"x": 10**400}).encode(),
+}
+
+
+@pytest.mark.parametrize("content", BAD.values(), ids=BAD)
+def test_a_file_that_is_not_what_was_saved_is_refused_and_named(tmp_path, content):
+    path = tmp_path / state.FILE
+    path.write_bytes(content)
+    with pytest.raises(UsageError) as failure:
+        state.load(tmp_path)
+    text = str(failure.value)
+    assert "\n" not in text
+    assert text.startswith("--state: ")
+    assert str(path) in text
+    assert path.read_bytes() == content
+
+
+def test_whole_numbers_are_numbers(tmp_path):
+    (tmp_path / state.FILE).write_text('{"x": 1, "y": 0, "position_std": 2, "surface_pressure": 101325}')
+    assert Kept(**state.load(tmp_path)) == Kept(1.0, 0.0, 2.0, 101_325.0)
+
+
+def test_a_file_in_the_folders_place_is_refused_both_ways(tmp_path):
+    path = tmp_path / "state"
+    path.write_text("precious")
+    with pytest.raises(UsageError, match="cannot be read"):
+        state.load(path)
+    with pytest.raises(UsageError, match="cannot be written"):
+        state.save(path, KEPT)
+    assert path.read_text() == "precious"
