@@ -5,10 +5,10 @@ BIN := .venv/bin
 LOCKS := tools/requirements
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
-.PHONY: help setup sitl test lint bench lock clean
+.PHONY: help setup sitl test test-vcan lint bench lock clean
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: .venv/.run .venv/.kernels ## install into .venv and compile the kernels
 
@@ -17,6 +17,9 @@ sitl: setup ## fly the demonstration mission and leave a report under runs/
 
 test: setup .venv/.dev ## run the tests
 	@$(BIN)/python -m pytest $(ARGS)
+
+test-vcan: setup .venv/.dev ## run the tests that need SocketCAN (root; says what is missing)
+	@tests/vcan/run $(BIN)/python -m pytest -m vcan $(ARGS)
 
 lint: setup .venv/.dev ## style, types, import rules
 	@$(BIN)/ruff check

@@ -7,6 +7,7 @@ A configuration is plain tables, as they stand in the files, so that a log's hea
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,7 +20,8 @@ from firmware_py.control.control import Control, ControlParams
 from firmware_py.estimation.navigation import Kept, Navigation, NavigationParams
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.marine import Origin
-from firmware_py.params import ParamError, load, param
+from firmware_py.mavlink.node import MavlinkParams
+from firmware_py.params import ParamError, load, naming, param
 from firmware_py.records.order import Mission, Waypoint
 from firmware_py.safety.gate import Gate
 from firmware_py.safety.supervisor import SafetyParams, Supervisor
@@ -47,6 +49,7 @@ class AutopilotParams:
     safety: SafetyParams = field(default_factory=SafetyParams)
     guidance: GuidanceParams = field(default_factory=GuidanceParams)
     control: ControlParams = field(default_factory=ControlParams)
+    mavlink: MavlinkParams = field(default_factory=MavlinkParams)
 
     def __post_init__(self) -> None:
         try:
@@ -55,19 +58,64 @@ class AutopilotParams:
             raise ParamError(f"rate_hz: {error}") from None
 
 
+@dataclass(frozen=True, slots=True)
+class WaypointParams:
+    """One [[waypoints]] of mission.toml."""
+
+    x: float = param(unit="m", low=-1e5, high=1e5, doc="North of the origin.")
+    y: float = param(unit="m", low=-1e5, high=1e5, doc="East of the origin.")
+    depth: float = param(unit="m", low=0, high=6000, doc="To be at from here.")
+    speed: float = param(unit="m/s", low=0, high=10, doc="To get here with; 0 is the cruising speed.")
+
+
+@dataclass(frozen=True, slots=True)
+class MissionParams:
+    """mission.toml, whole: what a vehicle that is on its own may be sent to fly."""
+
+    waypoints: tuple[WaypointParams, ...] = ()
+
+
+def read_mission(folder: Path) -> list[list[float]]:
+    """The waypoints of a configuration's mission.toml as `build` takes them; none if there is no such file.
+
+    Raises:
+        ParamError: an error that names the file and the key.
+    """
+    path = folder / "mission.toml"
+    if not path.exists():
+        return []
+    mission = load(MissionParams, read_toml(path), str(path))
+    return [[point.x, point.y, point.depth, point.speed] for point in mission.waypoints]
+
+
 def read_configuration(folder: Path, over: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """The tables of a configuration folder; `over` is laid upon autopilot.toml.
 
     Raises:
-        ParamError: a file is missing or is not TOML.
+        ParamError: a file is missing or is not TOML, or autopilot.toml, alone or under `over`, is wrong.
     """
-    if not folder.is_dir():
+    if not os.path.isdir(folder):
         raise ParamError(f"{folder}: there is no such configuration folder; configs/npsauv2 is an example")
-    autopilot = merge(read_toml(folder / "autopilot.toml"), over or {})
-    files = {name: str(folder / f"{name}.toml") for name in ("vehicle", "autopilot")}
+    files = {name: folder / f"{name}.toml" for name in ("vehicle", "autopilot")}
+    return {
+        "files": {name: str(path) for name, path in files.items()},
+        "vehicle": read_toml(files["vehicle"]),
+        "autopilot": read_table(AutopilotParams, files["autopilot"], over or {}),
+    }
+
+
+def read_table(cls: type[Any], path: Path, over: Mapping[str, Any]) -> dict[str, Any]:
+    """The table of a file with the scenario's table `over` laid upon it, checked with and without.
+
+    Raises:
+        ParamError: the file is wrong by itself, or `over` makes it so; the error tells which.
+    """
+    table = read_toml(path)
+    load(cls, table, str(path))
     if over:
-        files["autopilot"] += " under the scenario's [autopilot]"
-    return {"files": files, "vehicle": read_toml(folder / "vehicle.toml"), "autopilot": autopilot}
+        table = merge(table, over)
+        load(cls, table, f"{path} under the scenario's [{path.stem}]")
+    return table
 
 
 def autopilot_params(configuration: Configuration) -> AutopilotParams:
@@ -99,18 +147,19 @@ def build(configuration: Configuration) -> Autopilot:
     estimator = Navigation(params.estimation, Origin(params.origin.latitude, params.origin.longitude))
     if configuration["kept"]:
         estimator.resume(Kept(**configuration["kept"]))
-    return Autopilot(
-        estimator=estimator,
-        supervisor=Supervisor(params.safety, has_mission=bool(mission.waypoints)),
-        guidance=Guidance(params.guidance, mission),
-        control=Control(params.control, boat),
-        allocator=Allocator(boat),
-        gate=Gate(
+    with naming(configuration["files"]["autopilot"]):
+        supervisor = Supervisor(params.safety, has_mission=bool(mission.waypoints))
+        guidance = Guidance(params.guidance, mission)
+    with naming(configuration["files"]["vehicle"]):
+        control, allocator = Control(params.control, boat), Allocator(boat)
+        gate = Gate(
             params.safety.gate,
             delta_max=tuple(fin.delta_max for fin in boat.fins),
             rate_max=tuple(fin.rate_max for fin in boat.fins),
             n_max=boat.propeller.n_max,
-        ),
+        )
+    return Autopilot(
+        estimator=estimator, supervisor=supervisor, guidance=guidance, control=control, allocator=allocator, gate=gate
     )
 
 

@@ -6,6 +6,7 @@ it (`delta_max_deg = 23`), and inside it is SI: radians, metres, rev/s. Nothing 
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import difflib
 import enum
@@ -51,6 +52,15 @@ UNITS: dict[str, tuple[str, float]] = {
 
 class ParamError(ValueError):
     """A configuration that cannot be used; the text names the file and the key, and what would be right."""
+
+
+@contextlib.contextmanager
+def naming(where: str) -> Iterator[None]:
+    """Puts `where` in front of a ValueError of what is made within: for who knows which file the numbers came from."""
+    try:
+        yield
+    except ValueError as error:
+        raise ParamError(f"{where}: {error}") from None
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,8 +161,11 @@ def _said_of(hint: Any) -> str:
     )
     if choices is None:
         return {str: "A text.", bool: "true or false."}.get(hint, "")
-    names = ", ".join(f'"{member.name.lower()}"' for member in choices)
-    return f"{(choices.__doc__ or '').partition(chr(10))[0]} One of {names}."
+    return f"{(choices.__doc__ or '').partition(chr(10))[0]} One of {_choices(choices)}."
+
+
+def _choices(choices: type[enum.Enum]) -> str:
+    return ", ".join(f'"{member.name.lower()}"' for member in choices)
 
 
 def _is_table(hint: Any) -> bool:
@@ -213,11 +226,10 @@ def _value(hint: Any, declaration: Declaration | None, raw: Any, where: str) -> 
         for member in hint:
             if member.name.lower() == raw:
                 return member
-        names = ", ".join(f'"{m.name.lower()}"' for m in hint)
-        raise ParamError(f"{where} = {raw!r}: must be one of {names}")
+        raise ParamError(f"{where} = {raw!r}: must be {_wanted(hint, declaration)}")
     if hint in (bool, str):
         if not isinstance(raw, hint):
-            raise ParamError(f"{where} = {raw!r}: must be a {'true or false' if hint is bool else 'text'}")
+            raise ParamError(f"{where} = {raw!r}: must be {_wanted(hint, declaration)}")
         return raw
     return _number(hint, declaration, raw, where)
 
@@ -236,8 +248,17 @@ def _number(hint: Any, declaration: Declaration | None, raw: Any, where: str) ->
 
 
 def _wanted(hint: Any, declaration: Declaration | None) -> str:
+    """What a field takes, in words."""
+    if _is_table(hint):
+        return "a table"
+    if isinstance(hint, type) and issubclass(hint, enum.Enum):
+        return f"one of {_choices(hint)}"
+    if typing.get_origin(hint) is tuple:
+        args = typing.get_args(hint)
+        each = "tables" if _is_table(args[0]) else f"{len(args)} entries, each {_wanted(args[0], declaration)}"
+        return f"a list of {each}"
     if hint not in (int, float):
-        return "a table" if _is_table(hint) else f"a value of type {getattr(hint, '__name__', hint)}"
+        return {str: "a text", bool: "true or false"}.get(hint, "a table")
     text = "a whole number" if hint is int else "a number"
     if declaration is not None:
         if declaration.unit:

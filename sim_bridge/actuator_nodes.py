@@ -35,7 +35,7 @@ class ServoHubParams:
     silent: Silence
     travel: float = param(unit="deg", low=1, high=90, doc="Where commands saturate; full scale of a unitless one.")
     silence: float = param(unit="s", low=0.02, high=3600, doc="Without a command for longer, `silent` applies.")
-    status: int = param(unit="Hz", low=1, high=200, doc="Feedback of each fin, at most the base rate.")
+    status: int = param(unit="Hz", low=1, high=200, doc="Feedback of each fin; above the base rate: every tick.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class EscParams:
 
     n_max: float = param(unit="rpm", low=1, high=1e5, doc="Where commands saturate, ahead and astern.")
     silence: float = param(unit="s", low=0.02, high=3600, doc="Without a command for longer, the propeller stops.")
-    status: int = param(unit="Hz", low=1, high=200, doc="Feedback, at most the base rate.")
+    status: int = param(unit="Hz", low=1, high=200, doc="Feedback; above the base rate: every tick.")
 
 
 class ServoHub:

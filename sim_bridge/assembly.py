@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from firmware_py.adapters.can_bus import CanBus, NodeIds
+from firmware_py.adapters.can_bus import Door, NodeIds
+from firmware_py.params import naming
 from sim_bridge.bridge import Bridge
 from sim_bridge.devices import BoatParams, Devices
 from sim_bridge.environment import Environment
@@ -21,23 +22,25 @@ def assemble(
     boat: BoatParams,
     ids: NodeIds,
     scenario: Scenario,
-    bus: CanBus,
+    bus: Door,
     dvl_line: SerialLine,
     seed: int,
     base_hz: int,
-    substeps: int = 1,
 ) -> Bridge:
     """The boat at the start of a scenario, on its end of the bus and of the DVL's line.
 
-    Everything random in it follows from `seed`; `substeps` are integration steps within one tick.
+    Everything random in it follows from `seed`.
 
     Raises:
-        ParamError: a rate that does not divide `base_hz`, or a fault that strikes what is not there.
+        ParamError: a body or a battery that cannot be, or a fault that strikes what is not there.
     """
     sea, start = scenario.environment, scenario.start
     environment = Environment(sea, np.random.SeedSequence([seed, *b"environment"]), 1.0 / base_hz)
-    plant = Plant(truth, environment, 1.0 / base_hz, substeps, start.eta, start.nu, start.n)
-    instruments = Instruments(boat, Water(truth.hull.rho, sea.surface_pressure, sea.origin), seed, base_hz)
+    boat = boat.within(base_hz)
+    with naming("truth.toml"):
+        plant = Plant(truth, environment, 1.0 / base_hz, truth.substeps, start.eta, start.nu, start.n)
+    with naming("sensors.toml"):
+        instruments = Instruments(boat, Water(truth.hull.rho, sea.surface_pressure, sea.origin), seed, base_hz)
     dvl = SerialDvl(instruments.dvl, dvl_line)
     devices = Devices(boat, ids, instruments, bus, dvl, len(truth.fins), base_hz)
     return Bridge(plant, devices, scenario.faults)

@@ -5,117 +5,124 @@ from __future__ import annotations
 import dataclasses
 import re
 from dataclasses import dataclass
+from typing import Any
+
+from firmware_py.params import param
 
 _SYMBOL = re.compile(r"[uvwpqr]dot|d[srb]|prop|[uvwpqr]|n")
 _LENGTHS = {"udot": 1, "vdot": 1, "wdot": 1, "pdot": 2, "qdot": 2, "rdot": 2, "p": 1, "q": 1, "r": 1}
 """Powers of L that a factor of a term brings, since the terms are scaled by rho/2 L^2 U^2 (forces)."""
 
 
+def _coefficient() -> Any:
+    return param(low=-10.0, high=10.0)
+
+
 @dataclass(frozen=True, slots=True)
 class Coefficients:
-    """Healey and Lienard (1993), all of them and none by default; `db` terms are those of one bow plane.
+    """Healey and Lienard (1993), all of them, none with a default; `db` terms are those of one bow plane.
 
     The name spells the term: `X_qdsn` multiplies u q delta_s eps(n) in the surge equation.
     """
 
-    X_pp: float
-    X_qq: float
-    X_rr: float
-    X_pr: float
-    X_udot: float
-    X_wq: float
-    X_vp: float
-    X_vr: float
-    X_qds: float
-    X_rdr: float
-    X_vv: float
-    X_ww: float
-    X_vdr: float
-    X_wds: float
-    X_dsds: float
-    X_drdr: float
-    X_qdsn: float
-    X_wdsn: float
-    X_dsdsn: float
-    X_qdb: float
-    X_wdb: float
-    X_dbdb: float
+    X_pp: float = _coefficient()
+    X_qq: float = _coefficient()
+    X_rr: float = _coefficient()
+    X_pr: float = _coefficient()
+    X_udot: float = _coefficient()
+    X_wq: float = _coefficient()
+    X_vp: float = _coefficient()
+    X_vr: float = _coefficient()
+    X_qds: float = _coefficient()
+    X_rdr: float = _coefficient()
+    X_vv: float = _coefficient()
+    X_ww: float = _coefficient()
+    X_vdr: float = _coefficient()
+    X_wds: float = _coefficient()
+    X_dsds: float = _coefficient()
+    X_drdr: float = _coefficient()
+    X_qdsn: float = _coefficient()
+    X_wdsn: float = _coefficient()
+    X_dsdsn: float = _coefficient()
+    X_qdb: float = _coefficient()
+    X_wdb: float = _coefficient()
+    X_dbdb: float = _coefficient()
 
-    Y_pdot: float
-    Y_rdot: float
-    Y_pq: float
-    Y_qr: float
-    Y_vdot: float
-    Y_p: float
-    Y_r: float
-    Y_vq: float
-    Y_wp: float
-    Y_wr: float
-    Y_v: float
-    Y_vw: float
-    Y_dr: float
+    Y_pdot: float = _coefficient()
+    Y_rdot: float = _coefficient()
+    Y_pq: float = _coefficient()
+    Y_qr: float = _coefficient()
+    Y_vdot: float = _coefficient()
+    Y_p: float = _coefficient()
+    Y_r: float = _coefficient()
+    Y_vq: float = _coefficient()
+    Y_wp: float = _coefficient()
+    Y_wr: float = _coefficient()
+    Y_v: float = _coefficient()
+    Y_vw: float = _coefficient()
+    Y_dr: float = _coefficient()
 
-    Z_qdot: float
-    Z_pp: float
-    Z_pr: float
-    Z_rr: float
-    Z_wdot: float
-    Z_q: float
-    Z_vp: float
-    Z_vr: float
-    Z_w: float
-    Z_vv: float
-    Z_ds: float
-    Z_db: float
-    Z_qn: float
-    Z_wn: float
-    Z_dsn: float
+    Z_qdot: float = _coefficient()
+    Z_pp: float = _coefficient()
+    Z_pr: float = _coefficient()
+    Z_rr: float = _coefficient()
+    Z_wdot: float = _coefficient()
+    Z_q: float = _coefficient()
+    Z_vp: float = _coefficient()
+    Z_vr: float = _coefficient()
+    Z_w: float = _coefficient()
+    Z_vv: float = _coefficient()
+    Z_ds: float = _coefficient()
+    Z_db: float = _coefficient()
+    Z_qn: float = _coefficient()
+    Z_wn: float = _coefficient()
+    Z_dsn: float = _coefficient()
 
-    K_pdot: float
-    K_rdot: float
-    K_pq: float
-    K_qr: float
-    K_vdot: float
-    K_p: float
-    K_r: float
-    K_vq: float
-    K_wp: float
-    K_wr: float
-    K_v: float
-    K_vw: float
-    K_pn: float
-    K_prop: float
+    K_pdot: float = _coefficient()
+    K_rdot: float = _coefficient()
+    K_pq: float = _coefficient()
+    K_qr: float = _coefficient()
+    K_vdot: float = _coefficient()
+    K_p: float = _coefficient()
+    K_r: float = _coefficient()
+    K_vq: float = _coefficient()
+    K_wp: float = _coefficient()
+    K_wr: float = _coefficient()
+    K_v: float = _coefficient()
+    K_vw: float = _coefficient()
+    K_pn: float = _coefficient()
+    K_prop: float = _coefficient()
 
-    M_qdot: float
-    M_pp: float
-    M_pr: float
-    M_rr: float
-    M_wdot: float
-    M_q: float
-    M_vp: float
-    M_vr: float
-    M_w: float
-    M_vv: float
-    M_ds: float
-    M_db: float
-    M_qn: float
-    M_wn: float
-    M_dsn: float
+    M_qdot: float = _coefficient()
+    M_pp: float = _coefficient()
+    M_pr: float = _coefficient()
+    M_rr: float = _coefficient()
+    M_wdot: float = _coefficient()
+    M_q: float = _coefficient()
+    M_vp: float = _coefficient()
+    M_vr: float = _coefficient()
+    M_w: float = _coefficient()
+    M_vv: float = _coefficient()
+    M_ds: float = _coefficient()
+    M_db: float = _coefficient()
+    M_qn: float = _coefficient()
+    M_wn: float = _coefficient()
+    M_dsn: float = _coefficient()
 
-    N_pdot: float
-    N_rdot: float
-    N_pq: float
-    N_qr: float
-    N_vdot: float
-    N_p: float
-    N_r: float
-    N_vq: float
-    N_wp: float
-    N_wr: float
-    N_v: float
-    N_vw: float
-    N_dr: float
-    N_prop: float
+    N_pdot: float = _coefficient()
+    N_rdot: float = _coefficient()
+    N_pq: float = _coefficient()
+    N_qr: float = _coefficient()
+    N_vdot: float = _coefficient()
+    N_p: float = _coefficient()
+    N_r: float = _coefficient()
+    N_vq: float = _coefficient()
+    N_wp: float = _coefficient()
+    N_wr: float = _coefficient()
+    N_v: float = _coefficient()
+    N_vw: float = _coefficient()
+    N_dr: float = _coefficient()
+    N_prop: float = _coefficient()
 
 
 def length_power(name: str) -> int:

@@ -6,10 +6,9 @@ Nothing reaches the vehicle past them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
-from firmware_py.adapters.can_bus import CanBus, NodeIds
-from firmware_py.params import ParamError
+from firmware_py.adapters.can_bus import Door, NodeIds
 from firmware_py.wire import messages as m
 from firmware_py.wire.layout import DecodeError
 from firmware_py.wire.transfer import Reassembler, Transfer
@@ -18,7 +17,7 @@ from sim_bridge.instrument_nodes import publishers
 from sim_bridge.instruments import Instruments, InstrumentsParams
 from sim_bridge.node import Node
 from sim_bridge.plant import Plant
-from sim_bridge.sensors import due
+from sim_bridge.sensors import Timing, due
 from sim_bridge.serial_dvl import SerialDvl
 
 SERVICE = 0x80
@@ -34,6 +33,15 @@ class BoatParams(InstrumentsParams):
     servo_hub: ServoHubParams
     esc: EscParams
 
+    def within(self, base_hz: int) -> BoatParams:
+        """The same with no device faster than the base rate: who would speak more often speaks once every tick."""
+        slowed = {}
+        for field in fields(self):
+            device = getattr(self, field.name)
+            key = "rate" if isinstance(device, Timing) else "status"
+            slowed[field.name] = replace(device, **{key: min(getattr(device, key), base_hz)})
+        return replace(self, **slowed)
+
 
 class Devices:
     """Every device of the boat; `nodes` by the names of `NodeIds`.
@@ -46,14 +54,11 @@ class Devices:
         params: BoatParams,
         ids: NodeIds,
         instruments: Instruments,
-        bus: CanBus,
+        bus: Door,
         dvl: SerialDvl,
         fins: int,
         base_hz: int,
     ) -> None:
-        for name, rate in (("servo_hub", params.servo_hub.status), ("esc", params.esc.status)):
-            if rate > base_hz:
-                raise ParamError(f"{name}: status_hz = {rate} is above the base rate of {base_hz} Hz")
         self.nodes = {field.name: Node(getattr(ids, field.name), field.name, bus) for field in fields(ids)}
         self.malformed = 0
         self._hub = ServoHub(params.servo_hub, self.nodes["servo_hub"], fins)

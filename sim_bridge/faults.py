@@ -42,6 +42,11 @@ KINDS: Mapping[str, tuple[bool, Callable[[Breakable, str], None]]] = {
 }
 
 
+def known_faults() -> str:
+    """The names of KINDS, for an error or a help text."""
+    return "known: " + ", ".join(f"{name}:FIN" if argued else name for name, (argued, _) in KINDS.items())
+
+
 class Faults:
     """The failures of one run in order of time; each strikes at the first tick that is not before it.
 

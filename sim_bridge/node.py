@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TypeVar
 
-from firmware_py.adapters.can_bus import CanBus
+from firmware_py.adapters.can_bus import Door
 from firmware_py.wire.messages import GET_NODE_INFO, GET_NODE_INFO_RESPONSE, NODE_STATUS, MessageType
 from firmware_py.wire.protocol import GetNodeInfoResponse, HardwareVersion, NodeStatus, SoftwareVersion
 from firmware_py.wire.transfer import Reassembler, Sender, Transfer
@@ -16,7 +16,7 @@ VENDOR = "org.sternplane.sim."
 class Node:
     """One device's place on the bus. Without power it says nothing and hears nothing."""
 
-    def __init__(self, node_id: int, name: str, bus: CanBus) -> None:
+    def __init__(self, node_id: int, name: str, bus: Door) -> None:
         self.node_id = node_id
         self.name = VENDOR + name
         self.powered = True

@@ -6,35 +6,21 @@ import math
 
 from firmware_py.marine import wrap
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.order import CENTRED_STICKS, NO_ORDER, Arming, Mode, Order, Setpoint, Sticks
+from firmware_py.records.order import CENTRED_STICKS, NO_ORDER, Arming, Order, Setpoint, Sticks
 from firmware_py.schedule import Tick
-from sim_bridge.scenarios import Completes, Cue, Scenario, Zigzag
-
-_SURFACE = 1.0
-"""Less deep than this, m, a vehicle has come up."""
+from sim_bridge.referee import Referee
+from sim_bridge.scenarios import Cue, Scenario, Zigzag
 
 
 class ScriptedGround:
-    """Plays the orders of a scenario; a `ports.Ground` by shape.
-
-    `done` turns True when the scenario can end before its time: a vehicle that was to surface has disarmed itself.
-    """
+    """Plays the orders of a scenario; a `ports.Ground` by shape. Its `referee` sees how the flight goes."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self.done = False
+        self.referee = Referee(scenario.completes)
         self._cues = scenario.orders[::-1]
         self._ahead = len(scenario.orders)
-        self._completes = scenario.completes
         self._zigzag = _Helmsman(scenario.zigzag) if scenario.zigzag else None
         self._sticks: Sticks | None = None
-        self._mode = Mode.DISARMED
-
-    @property
-    def completed(self) -> bool:
-        """True if, with the last cycle written, the scenario has come to the end that it was meant to have."""
-        if self._completes is Completes.SURFACED:
-            return self.done
-        return self._mode not in (Mode.DISARMED, Mode.SURFACE)
 
     def read(self, tick: Tick) -> Order:
         """The order of this tick: at most one cue, and the sticks as they are held."""
@@ -57,13 +43,8 @@ class ScriptedGround:
         )
 
     def write(self, cycle: Cycle) -> None:
-        """Watches the heading and the mode."""
-        mode = cycle.mode.mode
-        if mode is not self._mode:
-            came_up = cycle.frame.fix.ok or cycle.state.eta.z < _SURFACE
-            surfaced = self._mode is Mode.SURFACE and mode is Mode.DISARMED and came_up
-            self.done = self.done or (surfaced and self._completes is Completes.SURFACED)
-            self._mode = mode
+        """Watches the heading, and lets the referee watch the rest."""
+        self.referee.see(cycle)
         if self._zigzag is not None:
             self._zigzag.look(cycle.state.eta.psi)
 

@@ -5,22 +5,18 @@ from __future__ import annotations
 import dataclasses
 import enum
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from firmware_py.adapters.files import read_toml
 from firmware_py.marine import Eta, Nu
 from firmware_py.params import ParamError, load, param
 from firmware_py.records.order import Arming, Mission, Mode, Waypoint
 from sim_bridge.environment import EnvironmentParams
 from sim_bridge.faults import Fault, Faults
-
-
-class ScenarioError(ParamError):
-    """A scenario that does not exist or cannot be read; one line."""
 
 
 class Completes(enum.Enum):
@@ -36,8 +32,8 @@ class Completes(enum.Enum):
 class Start:
     """The plant at t = 0."""
 
-    x: float = param(0.0, unit="m", doc="North of the origin.")
-    y: float = param(0.0, unit="m", doc="East of the origin.")
+    x: float = param(0.0, unit="m", low=-1e5, high=1e5, doc="North of the origin.")
+    y: float = param(0.0, unit="m", low=-1e5, high=1e5, doc="East of the origin.")
     depth: float = param(0.0, unit="m", low=-5, high=6000, doc="Of the body's origin.")
     phi: float = param(0.0, unit="deg", low=-180, high=180, doc="Roll.")
     theta: float = param(0.0, unit="deg", low=-89, high=89, doc="Pitch.")
@@ -86,8 +82,8 @@ class Zigzag:
 class Point:
     """A waypoint of the mission."""
 
-    x: float = param(unit="m", doc="North of the origin.")
-    y: float = param(unit="m", doc="East of the origin.")
+    x: float = param(unit="m", low=-1e5, high=1e5, doc="North of the origin.")
+    y: float = param(unit="m", low=-1e5, high=1e5, doc="East of the origin.")
     depth: float = param(unit="m", low=0, high=6000, doc="To be at from here.")
     speed: float = param(unit="m/s", low=0, high=10, doc="To get here with.")
 
@@ -113,6 +109,9 @@ class Scenario:
             raise ParamError("orders are not in order of t_s")
         if any(cue.mode is Mode.MISSION for cue in self.orders) and not self.waypoints:
             raise ParamError('mode = "mission" is ordered, but there are no [[waypoints]]')
+        depth, bottom = self.start.depth, self.environment.bottom_depth
+        if depth > bottom:
+            raise ParamError(f"start: depth_m = {depth:g} is below the bottom; environment.bottom_depth_m = {bottom:g}")
         Faults(self.faults)
 
     @property
@@ -125,19 +124,15 @@ def parse(table: Mapping[str, Any], where: str) -> Scenario:
     """Makes a scenario of a TOML table.
 
     Raises:
-        ScenarioError: one line that names `where`, the key and what would be right.
+        ParamError: one line that names `where`, the key and what would be right.
     """
     table = dict(table)
     laid_over = {name: table.pop(name, {}) for name in ("autopilot", "sensors")}
     for name, values in laid_over.items():
         if not isinstance(values, Mapping):
-            raise ScenarioError(f"{where}: {name} must be a table")
-    try:
-        scenario = load(Scenario, table, where)
-    except ParamError as error:
-        raise ScenarioError(str(error)) from None
+            raise ParamError(f"{where}: {name} must be a table")
     autopilot, sensors = (MappingProxyType(dict(laid_over[name])) for name in ("autopilot", "sensors"))
-    return dataclasses.replace(scenario, autopilot=autopilot, sensors=sensors)
+    return dataclasses.replace(load(Scenario, table, where), autopilot=autopilot, sensors=sensors)
 
 
 def known(folder: Path) -> tuple[str, ...]:
@@ -149,17 +144,10 @@ def load_scenario(name: str, folder: Path) -> Scenario:
     """Reads the scenario `name` of a folder, or the file `name` if it ends in .toml.
 
     Raises:
-        ScenarioError: unknown (the known ones are listed), unreadable or wrong.
+        ParamError: unknown (the known ones are listed), unreadable or wrong.
     """
-    path = Path(name) if name.endswith(".toml") else folder / f"{name}.toml"
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise ScenarioError(f"unknown scenario {name!r}; known: {', '.join(known(folder)) or 'none'}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(f"{path}: {error}") from None
-    try:
-        table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{path}: {error}") from None
-    return parse(table, str(path))
+    own = name.endswith(".toml")
+    if not own and name not in known(folder):
+        raise ParamError(f"unknown scenario {name!r}; known: {', '.join(known(folder)) or 'none'}")
+    path = Path(name) if own else folder / f"{name}.toml"
+    return parse(read_toml(path), str(path))

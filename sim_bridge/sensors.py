@@ -14,7 +14,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from firmware_py.params import ParamError, param
+from firmware_py.params import param
 
 B = TypeVar("B")
 V = TypeVar("V")
@@ -34,7 +34,7 @@ class Reading(NamedTuple, Generic[V]):
 class Timing:
     """When an instrument speaks."""
 
-    rate: int = param(unit="Hz", low=1, high=1000, doc="Samples a second, at most the base rate.")
+    rate: int = param(unit="Hz", low=1, high=1000, doc="Samples a second; above the base rate: one every tick.")
     latency: float = param(
         0.0, unit="s", low=0.0, high=5.0, doc="From the moment of validity to delivery; whole ticks."
     )
@@ -42,7 +42,7 @@ class Timing:
 
 
 def due(k: int, rate: int, base_hz: int) -> bool:
-    """True on `rate` ticks of each second, tick 0 among them, as evenly as whole ticks allow."""
+    """True on `rate` ticks of each second, tick 0 among them, as evenly as may be; on every one if above `base_hz`."""
     return k * rate % base_hz < rate
 
 
@@ -58,9 +58,6 @@ class Sensor(Generic[B, V]):
         bias: 1 sigma of each channel's constant error, drawn once.
         seed: of the run.
         base_hz: ticks a second.
-
-    Raises:
-        ParamError: the rate does not divide the base rate.
     """
 
     def __init__(
@@ -73,8 +70,6 @@ class Sensor(Generic[B, V]):
         seed: int,
         base_hz: int,
     ) -> None:
-        if timing.rate > base_hz:
-            raise ParamError(f"{name}: rate_hz = {timing.rate} is above the base rate of {base_hz} Hz")
         self._read = read
         self._dt = 1.0 / base_hz
         self._rate, self._base = timing.rate, base_hz

@@ -1,4 +1,4 @@
-"""`make bench`: what a cycle, a plant step, each message and a whole flight cost, as JSON.
+"""`make bench`: what a cycle, a plant step, each message and a whole flight cost, and how late ticks are, as JSON.
 
 All of it is measured in one run on one machine, so that the ratios mean something where the microseconds do not.
 """
@@ -32,11 +32,14 @@ from firmware_py.wire import protocol as p
 from sim_bridge import bridge
 from sim_bridge.environment import Environment
 from sim_bridge.plant import Plant
+from tools import bench_lateness
+from tools.apart import fly_apart
 from tools.flight import Wish, fly, prepare
 from tools.log import read
 
 NS = 1e-3
 """ns to us."""
+UDP = "udp:9"
 
 
 def main() -> None:
@@ -46,8 +49,12 @@ def main() -> None:
         print("flying the demonstration mission", file=sys.stderr)
         flight = _flight(path)
         print("measuring the parts", file=sys.stderr)
-        parts = {"cycle_us": _cycle(path), "plant_step_us": _plant(), "messages_us": _messages()}
-    frame = _python_can()
+        parts: dict[str, Any] = {"cycle_us": _cycle(path), "plant_step_us": _plant(), "messages_us": _messages()}
+        print("flying it again in two processes, over udp", file=sys.stderr)
+        parts["sitl_udp"] = _apart(Path(name) / "apart")
+        print("measuring lateness", file=sys.stderr)
+        parts["lateness"] = bench_lateness.measure(read(path))
+    frame = _frame("virtual:bench")
     seconds = flight["vehicle_time_s"]
     share = frame * 1e-6 * flight.pop("frames") / seconds
     flight["python_can"] = {
@@ -56,6 +63,9 @@ def main() -> None:
         "cpu_s_per_vehicle_second": round(share, 5),
         "share_of_cpu": round(share / flight["cpu_s_per_vehicle_second"], 3),
     }
+    udp = _frame(UDP)
+    parts["bus_us_per_frame"] = {"virtual": frame, UDP: udp, "udp_over_virtual": round(udp / frame, 2)}
+    parts["sitl_udp"]["speed_up_over_one_process"] = round(parts["sitl_udp"]["speed_up"] / flight["speed_up"], 2)
     print(json.dumps({"sitl": flight, **parts}, indent=2))
 
 
@@ -99,6 +109,16 @@ def _flight(path: Path) -> dict[str, Any]:
     }
 
 
+def _apart(folder: Path) -> dict[str, Any]:
+    """The demonstration mission in two processes, in lockstep over UDP multicast on loopback."""
+    folder.mkdir()
+    ready = prepare(Wish(bus=UDP), {})
+    outcome = fly_apart(ready, folder, lambda _: None, lambda pilot: pilot)
+    log = read(folder / "log.mcap")
+    vehicle_time = len(log.cycle_bytes) / ready.rate
+    return {"completed": outcome.completed, "speed_up": round(vehicle_time / log.end["wall_s"], 1)}
+
+
 def _cycle(path: Path) -> dict[str, float]:
     """One `Autopilot.step`, on the inputs of the flight."""
     log = read(path)
@@ -119,9 +139,9 @@ def _plant() -> float:
     return _best(lambda: plant.step((0.1, 0.1, 0.1, 0.1), 8.0))
 
 
-def _python_can() -> float:
-    """One frame through python-can's virtual bus, in us: sent by one node, received by another."""
-    a, b = can_bus.open_bus("virtual", "bench"), can_bus.open_bus("virtual", "bench")
+def _frame(spec: str) -> float:
+    """One frame through a bus, in us: sent by one node, received by another of the same process."""
+    a, b = can_bus.open_bus(spec), can_bus.open_bus(spec)
     frame = [(0x1234567, b"12345678")]
 
     def once() -> None:

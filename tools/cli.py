@@ -9,8 +9,11 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NoReturn
 
 from firmware_py.adapters import kernel_cache
+
+CONFIG = kernel_cache.ROOT / "configs" / "npsauv2"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -21,18 +24,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     try:
         status: int = options.run(options)
+        sys.stdout.flush()
     except BAD_INPUT as error:
         print(f"sternplane: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
+    except BrokenPipeError:  # whoever read our output has had enough
+        sys.stdout = None
+        return 1
     except KeyboardInterrupt:
         print("sternplane: interrupted", file=sys.stderr)
         return 130
     return status
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line, like all of ours."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"sternplane: {message}; see `{self.prog} --help`\n")
+
+
 def parser() -> argparse.ArgumentParser:
     """The command line: every option with what it is for."""
-    top = argparse.ArgumentParser(
+    top = _Parser(
         prog="sternplane", description="A fixed-rate autopilot for fin-controlled AUVs, and the sea to try it in."
     )
     commands = top.add_subparsers(required=True, metavar="COMMAND")
@@ -49,11 +63,16 @@ def parser() -> argparse.ArgumentParser:
     sitl.add_argument(
         "--config",
         type=Path,
-        default=kernel_cache.ROOT / "configs" / "npsauv2",
+        default=CONFIG,
         metavar="DIR",
         help="vehicle and autopilot [configs/npsauv2]",
     )
-    sitl.add_argument("--bus", default="virtual", metavar="BUS", help="the CAN bus between them: virtual [virtual]")
+    sitl.add_argument(
+        "--bus",
+        default="virtual",
+        metavar="BUS",
+        help="virtual in one process; udp:N or socketcan:IFACE in two [virtual]",
+    )
     sitl.add_argument(
         "--pace", choices=("max", "realtime"), default="max", help="as fast as it goes, or as at sea [max]"
     )
@@ -62,7 +81,53 @@ def parser() -> argparse.ArgumentParser:
     sitl.add_argument(
         "--state", type=Path, metavar="DIR", help="what the vehicle keeps between runs [empty, in the run's folder]"
     )
+    sitl.add_argument("--io", type=Path, metavar="FILE", help="who is who on the wires [DIR/io_sitl.toml]")
+    _add_shared(sitl)
     sitl.set_defaults(run=_sitl)
+
+    fly = commands.add_parser(
+        "fly",
+        help="the vehicle alone: what runs at sea",
+        description="Flies the vehicle on a real bus until Ctrl-C. It starts disarmed and waits for orders.",
+        epilog="Exit status 0 if it was ended by a person, 1 if its plant was lost, 2 for bad input.",
+    )
+    fly.add_argument(
+        "--config", type=Path, default=CONFIG, metavar="DIR", help="vehicle and autopilot [configs/npsauv2]"
+    )
+    fly.add_argument("--io", type=Path, metavar="FILE", help="who is who on the wires [DIR/io_sitl.toml]")
+    fly.add_argument("--bus", default="", metavar="BUS", help="udp:N or socketcan:IFACE [as the io file says]")
+    fly.add_argument(
+        "--pace", choices=("realtime", "bus"), default="realtime", help="its own clock, or a plant's ticks [realtime]"
+    )
+    fly.add_argument("--dvl", metavar="PATH", help="the DVL's serial port [as the io file says]")
+    fly.add_argument("--out", type=Path, metavar="DIR", help="where the log is left [runs/<stamp>]")
+    fly.add_argument("--state", type=Path, metavar="DIR", help="what the vehicle keeps between runs")
+    _add_gcs(fly)
+    fly.set_defaults(run=_fly)
+
+    plant = commands.add_parser(
+        "plant",
+        help="the plant alone: a boat on a bus",
+        description="Puts a simulated boat on a bus; `sternplane fly` in another process flies it.",
+    )
+    plant.add_argument("--scenario", default="demo", metavar="NAME", help="where it starts, in what water [demo]")
+    plant.add_argument("--config", type=Path, default=CONFIG, metavar="DIR", help="truth and sensors [configs/npsauv2]")
+    plant.add_argument("--io", type=Path, metavar="FILE", help="who is who on the wires [DIR/io_sitl.toml]")
+    plant.add_argument("--bus", default="", metavar="BUS", help="udp:N or socketcan:IFACE [as the io file says]")
+    plant.add_argument(
+        "--pace",
+        choices=("max", "realtime"),
+        default="max",
+        help="max: in lockstep with `fly --pace bus`; realtime: free-running [max]",
+    )
+    plant.add_argument("--seed", type=int, default=1, metavar="N", help="of noise, bias, dropout and turbulence [1]")
+    plant.add_argument("--dvl", metavar="PATH", help="name of the link to the DVL's line [as the io file says]")
+    plant.add_argument("--out", type=Path, metavar="DIR", help="where truth.mcap is left [nowhere]")
+    plant.add_argument(
+        "--wait", type=float, metavar="S", help="how long a vehicle may take to come [60; in real time 0, for none]"
+    )
+    _add_fault(plant)
+    plant.set_defaults(run=_plant)
 
     replay = commands.add_parser(
         "replay",
@@ -82,6 +147,43 @@ def parser() -> argparse.ArgumentParser:
     scenarios = commands.add_parser("scenarios", help="list the scenarios, with a sentence each")
     scenarios.set_defaults(run=_scenarios)
     return top
+
+
+def _add_shared(command: argparse.ArgumentParser) -> None:
+    _add_gcs(command)
+    _add_fault(command)
+
+
+def _add_gcs(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--gcs",
+        action="append",
+        default=[],
+        metavar="LINK",
+        help="a MAVLink ground station: udpout:HOST:PORT or udpin:HOST:PORT; may be repeated",
+    )
+
+
+def _add_fault(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--fault",
+        action="append",
+        default=[],
+        metavar="NAME@T",
+        help="breaks something at T s: dvl-off, ahrs-off, pressure-off, altimeter-off, fix-off, fin-jam:FIN",
+    )
+
+
+def _fly(options: argparse.Namespace) -> int:
+    from tools import fly
+
+    return fly.command(options)
+
+
+def _plant(options: argparse.Namespace) -> int:
+    from tools import plant
+
+    return plant.command(options)
 
 
 def _sitl(options: argparse.Namespace) -> int:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from firmware_py.adapters.can_bus import BusError
+from firmware_py.adapters.ground import GroundError
 from firmware_py.adapters.recorder import LogError
 from firmware_py.params import ParamError
-from sim_bridge.scenarios import ScenarioError
 
 
 class UsageError(Exception):
     """An argument that cannot be used."""
 
 
-BAD_INPUT = (BusError, LogError, ParamError, ScenarioError, UsageError)
+BAD_INPUT = (BusError, GroundError, LogError, ParamError, UsageError)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import gc
-import signal
+import dataclasses
+import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -16,24 +16,28 @@ from firmware_py import app, loop
 from firmware_py.adapters.can_bus import CanBus, open_bus
 from firmware_py.adapters.clock import RealTime
 from firmware_py.adapters.dvl import DvlPort
-from firmware_py.adapters.files import read_toml
 from firmware_py.adapters.hardware import Hardware
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.kernel_cache import ROOT
+from firmware_py.adapters.realtime import applied
 from firmware_py.adapters.recorder import TRUTH_TOPIC, LogWriter, Recorder
 from firmware_py.autopilot import Autopilot
-from firmware_py.params import load
-from firmware_py.ports import Schedule
+from firmware_py.params import ParamError, load
+from firmware_py.ports import Ground, Schedule
 from firmware_py.records.cycle import Cycle
 from firmware_py.schedule import step_ns
 from sim_bridge.assembly import assemble
 from sim_bridge.bridge import Bridge, Lockstep
 from sim_bridge.devices import BoatParams
+from sim_bridge.faults import Fault, known_faults
 from sim_bridge.pilot import ScriptedGround
-from sim_bridge.scenarios import Completes, Scenario, load_scenario
+from sim_bridge.plant import PlantError
+from sim_bridge.referee import Referee
+from sim_bridge.scenarios import Scenario, load_scenario
 from sim_bridge.serial_line import SerialLine
-from sim_bridge.truth import Truth
+from sim_bridge.truth import Truth, refuse_other_fins
 from tools import machine
+from tools.interrupt import interruptible
 
 SCENARIOS = ROOT / "configs" / "scenarios"
 CONFIG = ROOT / "configs" / "npsauv2"
@@ -48,6 +52,10 @@ class Wish:
     bus: str = "virtual"
     pace: str = "max"
     seed: int = 1
+    io: Path | None = None
+    """The io file; None is the configuration's io_sitl.toml."""
+    faults: tuple[str, ...] = ()
+    """NAME@T, beside the scenario's own."""
 
 
 class Outcome(NamedTuple):
@@ -65,24 +73,22 @@ class Flight:
     scenario: Scenario
     configuration: Mapping[str, Any]
     autopilot: Autopilot
-    rate: int
+    params: app.AutopilotParams
     io: IoParams
     truth: Truth
     boat: BoatParams
 
+    @property
+    def rate(self) -> int:
+        """Ticks a second."""
+        return self.params.rate
+
     def header(self) -> dict[str, Any]:
         """What the log begins with."""
-        return {
-            "scenario": self.wish.scenario,
-            "description": self.scenario.description,
-            "seed": self.wish.seed,
-            "pace": self.wish.pace,
-            "git": machine.git_revision(),
-            "machine": machine.fingerprint(),
-            "versions": machine.versions(),
-            "mission": self.configuration["mission"],
-            "configuration": self.configuration,
-        }
+        wish, description = self.wish, self.scenario.description
+        return machine.header(
+            wish.scenario, self.configuration, description=description, seed=wish.seed, pace=wish.pace
+        )
 
 
 def prepare(wish: Wish, kept: Mapping[str, float]) -> Flight:
@@ -96,30 +102,40 @@ def prepare(wish: Wish, kept: Mapping[str, float]) -> Flight:
         ParamError: in one line, which file and key is wrong, and what would be right.
     """
     scenario = load_scenario(wish.scenario, SCENARIOS)
+    scenario = dataclasses.replace(scenario, faults=(*scenario.faults, *map(_fault, wish.faults)))
     configuration = {
         **app.read_configuration(wish.config, scenario.autopilot),
         "mission": {"waypoints": [list(waypoint) for waypoint in scenario.mission.waypoints]},
         "kept": dict(kept),
     }
+    autopilot, truth = app.build(configuration), _load(Truth, wish.config / "truth.toml")
+    believed = len(autopilot.applied.fins)
+    refuse_other_fins(truth, str(wish.config / "truth.toml"), believed, configuration["files"]["vehicle"])
     return Flight(
         wish=wish,
         scenario=scenario,
         configuration=configuration,
-        autopilot=app.build(configuration),
-        rate=app.autopilot_params(configuration).rate,
-        io=_load(IoParams, wish.config / "io_sitl.toml"),
-        truth=_load(Truth, wish.config / "truth.toml"),
+        autopilot=autopilot,
+        params=app.autopilot_params(configuration),
+        io=_load(IoParams, wish.io or wish.config / "io_sitl.toml"),
+        truth=truth,
         boat=_load(BoatParams, wish.config / "sensors.toml", scenario.sensors),
     )
 
 
-def fly(flight: Flight, log_path: Path, watch: Callable[[Cycle], None] = lambda _cycle: None) -> Outcome:
+def fly(
+    flight: Flight,
+    log_path: Path,
+    watch: Callable[[Cycle], None] = lambda _cycle: None,
+    command: Callable[[ScriptedGround], Ground] = lambda pilot: pilot,
+) -> Outcome:
     """Flies to the end of the scenario, or to the first Ctrl-C, and leaves a log that is closed whatever happens.
 
     Args:
         flight: what `prepare` made; it is used up.
         log_path: where the log goes.
         watch: is shown every cycle.
+        command: puts the scenario's pilot together with whoever else gives orders.
 
     Raises:
         BusError: the bus or the line cannot be opened.
@@ -136,17 +152,28 @@ def fly(flight: Flight, log_path: Path, watch: Callable[[Cycle], None] = lambda 
         stack.callback(hardware.close)
         bridge = assemble(flight.truth, flight.boat, flight.io.nodes, scenario, boat_bus, line, wish.seed, rate)
         pilot = ScriptedGround(scenario)
-        interrupted = stack.enter_context(_interruptible())
+        interrupted = stack.enter_context(interruptible())
         lockstep = Lockstep(
-            bridge, step_ns(rate), round(scenario.duration * rate), stop=lambda: pilot.done or bool(interrupted)
+            bridge, step_ns(rate), round(scenario.duration * rate), stop=lambda: pilot.referee.done or bool(interrupted)
         )
-        schedule: Schedule = RealTime(step_ns(rate), lockstep.advance) if wish.pace == "realtime" else lockstep
+        schedule: Schedule = (
+            RealTime(step_ns(rate), lockstep.advance, flight.io.realtime.spin_ns)
+            if wish.pace == "realtime"
+            else lockstep
+        )
         log = stack.enter_context(LogWriter(log_path, flight.header()))
         began = time.monotonic()
-        with _no_garbage():
-            loop.run(flight.autopilot, hardware, pilot, _Tape(log, bridge, watch), schedule)
-        outcome = _judge(scenario, pilot, bool(interrupted))
-        log.close({**outcome._asdict(), "wall_s": time.monotonic() - began})
+        for refusal in stack.enter_context(applied(dataclasses.replace(flight.io.realtime, freeze_garbage=True))):
+            print(refusal, file=sys.stderr)
+        try:
+            loop.run(flight.autopilot, hardware, command(pilot), _Tape(log, bridge, watch), schedule)
+            outcome = judge(pilot.referee, bool(interrupted))
+        except PlantError as error:
+            outcome = Outcome(False, f"the plant has left the numbers: {error}")
+        if line.late and wish.pace == "max":
+            outcome = Outcome(False, f"{line.late} lines of the DVL came late: the run is not reproducible")
+        losses = {**hardware.losses(), "lines_of_the_dvl_lost": line.lost, "lines_of_the_dvl_late": line.late}
+        log.close({**outcome._asdict(), "wall_s": time.monotonic() - began, "losses": losses})
     return outcome
 
 
@@ -166,54 +193,26 @@ class _Tape:
         self._watch(cycle)
 
 
-def _judge(scenario: Scenario, pilot: ScriptedGround, interrupted: bool) -> Outcome:
+def judge(referee: Referee, interrupted: bool) -> Outcome:
+    """What a flight that ended by itself, or by Ctrl-C, came to."""
     if interrupted:
         return Outcome(False, "interrupted")
-    if pilot.completed:
-        return Outcome(True, "completed")
-    if scenario.completes is Completes.SURFACED:
-        return Outcome(False, f"did not surface within {scenario.duration:g} s")
-    return Outcome(False, "was no longer flying when the time was over")
+    return Outcome(True, "completed") if referee.completed else Outcome(False, referee.reason)
+
+
+def _fault(text: str) -> Fault:
+    name, _, t = text.rpartition("@")
+    try:
+        return load(Fault, {"t_s": float(t), "name": name}, f"--fault {text}")
+    except ValueError:
+        raise ParamError(f"--fault {text}: write NAME@T with T in s, such as dvl-off@60; {known_faults()}") from None
 
 
 def _load(cls: type[Any], path: Path, over: Mapping[str, Any] = MappingProxyType({})) -> Any:
-    where = f"{path} under the scenario's [{path.stem}]" if over else str(path)
-    return load(cls, app.merge(read_toml(path), over), where)
+    return load(cls, app.read_table(cls, path, over), str(path))
 
 
 def _bus(stack: contextlib.ExitStack, flight: Flight) -> CanBus:
-    bus = open_bus(flight.wish.bus, flight.io.can.channel)
+    bus = open_bus(flight.wish.bus)
     stack.callback(bus.close)
     return bus
-
-
-@contextlib.contextmanager
-def _interruptible() -> Iterator[list[int]]:
-    """A list that holds the first Ctrl-C (or SIGTERM); a second one interrupts in the ordinary way."""
-    caught: list[int] = []
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-
-    def note(number: int, _frame: object) -> None:
-        caught.append(number)
-        signal.signal(number, before[signal.Signals(number)])
-
-    for number in before:
-        signal.signal(number, note)
-    try:
-        yield caught
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-@contextlib.contextmanager
-def _no_garbage() -> Iterator[None]:
-    """Spares the cycle the collector's pauses: nothing that a cycle makes refers to itself."""
-    gc.collect()
-    gc.freeze()
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.enable()
-        gc.unfreeze()

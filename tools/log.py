@@ -24,6 +24,9 @@ from firmware_py.wire.ros2msg import Layout, SchemaError
 
 Columns = dict[str, npt.NDArray[Any]]
 
+TRUTH_FILE = "truth.mcap"
+"""Where a plant in a process of its own leaves what was really the case, in the folder of the run."""
+
 _DAMAGE = (McapError, ValueError, LookupError, struct.error, zstandard.ZstdError, RuntimeError, MemoryError)
 """What the mcap library and we raise on bytes that were not all written, or were changed since."""
 
@@ -140,10 +143,28 @@ def find(path: str | Path) -> Path:
 def read(path: str | Path) -> Log:
     """Reads a log up to its end, or up to the last whole chunk if it was cut off or damaged.
 
+    What a plant in another process wrote beside it, truth.mcap, is read with it.
+
     Raises:
         LogError: no such file, not a log of ours, another format, or nothing to recover.
     """
     path = Path(path)
+    log = _open(path)
+    beside = path.with_name(TRUTH_FILE)
+    if TRUTH_TOPIC not in log.topics and beside != path and beside.exists():
+        truth = _open(beside).topics.get(TRUTH_TOPIC)
+        if truth is not None and truth.times and CYCLE_TOPIC in log.topics:
+            log.topics[TRUTH_TOPIC] = _at(truth, log.topics[CYCLE_TOPIC].times)
+    return log
+
+
+def _at(truth: Topic, times: list[int]) -> Topic:
+    """The truth at the times of the cycles: the newest that is not after each."""
+    rows = np.maximum(np.searchsorted(truth.times, times, side="right") - 1, 0)
+    return Topic(truth.name, truth.schema, times, [truth.messages[row] for row in rows])
+
+
+def _open(path: Path) -> Log:
     try:
         with path.open("rb") as file:
             return _read(path, file)

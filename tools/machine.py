@@ -8,6 +8,7 @@ import platform
 import subprocess
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 _COMPUTING = ("numpy", "numba", "llvmlite")
@@ -39,6 +40,19 @@ def difference(logged: Mapping[str, str], here: Mapping[str, str]) -> str:
 def versions() -> dict[str, str]:
     """Version of every library that takes part in a run."""
     return {name: _version(name) for name in _DISTRIBUTIONS}
+
+
+def header(scenario: str, configuration: Mapping[str, Any], **more: Any) -> dict[str, Any]:
+    """What a log begins with: all that a replay needs, and where the log comes from."""
+    return {
+        "scenario": scenario,
+        **more,
+        "git": git_revision(),
+        "machine": fingerprint(),
+        "versions": versions(),
+        "mission": configuration["mission"],
+        "configuration": configuration,
+    }
 
 
 def git_revision(root: Path = ROOT) -> str:

@@ -17,10 +17,11 @@ if __name__ == "__main__":
     kernel_cache.use()
 
 from firmware_py.adapters.io_params import IoParams
-from firmware_py.app import AutopilotParams
+from firmware_py.app import AutopilotParams, MissionParams
 from firmware_py.params import describe
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.devices import BoatParams
+from sim_bridge.faults import known_faults
 from sim_bridge.scenarios import Scenario
 from sim_bridge.truth import Truth
 
@@ -29,9 +30,10 @@ PATH = kernel_cache.ROOT / "configs" / "README.md"
 INTRODUCTION = """# Configurations
 
 A folder here is a vehicle. `vehicle.toml` is what the autopilot believes of it and `autopilot.toml` how it behaves;
-`io_*.toml` says who is who on the wires. `truth.toml` and `sensors.toml` are the simulated boat: the autopilot never
-reads them. `scenarios/` holds what can be flown: `sternplane scenarios` lists it, and `--scenario FILE.toml` flies one
-of your own. To make another vehicle, copy a folder, change it, and fly it with `--config`.
+`io_*.toml` says who is who on the wires: `io_sitl.toml` in the simulation, `io_sea.toml` at sea. `truth.toml` and
+`sensors.toml` are the simulated boat: the autopilot never reads them. `scenarios/` holds what can be flown:
+`sternplane scenarios` lists it, and `--scenario FILE.toml` flies one of your own. To make another vehicle, copy a
+folder, change it, and fly it with `--config`.
 
 A key ends in the unit of its value. An unknown key, a wrong unit or a value out of bounds is refused, with the file and
 the key. `name[].key` stands for a key in each `[[name]]` table.
@@ -43,12 +45,14 @@ FILES: tuple[tuple[str, type[Any], str], ...] = (
     ("autopilot.toml", AutopilotParams, "How the autopilot behaves."),
     ("vehicle.toml", Vehicle, "What the autopilot believes of its vehicle."),
     ("io_*.toml", IoParams, "Who is who on the wires."),
+    ("mission.toml", MissionParams, "What a vehicle that is on its own may be sent to fly; it may be missing."),
     ("truth.toml", Truth, "The simulated vehicle."),
     ("sensors.toml", BoatParams, "What the simulated vehicle measures with, and how its devices behave."),
     (
         "scenarios/*.toml",
         Scenario,
-        "What is flown. A table [autopilot] is laid over autopilot.toml, and [sensors] over sensors.toml.",
+        "What is flown. A table [autopilot] is laid over autopilot.toml, and [sensors] over sensors.toml.\n"
+        f"The faults, in `faults[].name` and in `--fault NAME@T`, are {known_faults().removeprefix('known: ')}.",
     ),
 )
 

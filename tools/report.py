@@ -31,18 +31,18 @@ _AXIS = {"gridcolor": "#e2e8f0", "zerolinecolor": "#cbd5e1", "linecolor": "#cbd5
 
 
 def leave(log: Log, folder: str | Path) -> Summary:
-    """Writes report.html and summary.json into a folder and returns the summary.
+    """Writes report.html and summary.json into a folder, each whole or not at all, and returns the summary.
 
     Raises:
         LogError: nothing to report, or the folder cannot be written.
     """
     folder = Path(folder)
     summary = summarise(log)
+    text, drawn = json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False), page(log, summary)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        text = json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False)
-        (folder / "summary.json").write_text(f"{text}\n", encoding="utf-8")
-        (folder / "report.html").write_text(page(log, summary), encoding="utf-8")
+        _write(folder / "summary.json", f"{text}\n")
+        _write(folder / "report.html", drawn)
     except OSError as error:
         raise LogError(f"{folder}: the report cannot be written ({error.strerror}); choose another --out") from None
     return summary
@@ -87,6 +87,7 @@ def page(log: Log, summary: Summary) -> str:
         title=html.escape(scenario),
         verdict=html.escape(verdict(summary)),
         mood="good" if summary["completed"] else "bad",
+        description=html.escape(str(header.get("description", ""))),
         identity=identity,
         warning=f'<p class="warning">The log is {html.escape(log.lost)}.</p>' if log.lost else "",
         figures=cells,
@@ -98,6 +99,17 @@ def page(log: Log, summary: Summary) -> str:
         plotly=plotly.offline.get_plotlyjs(),
         plots=json.dumps(plots, separators=(",", ":")).replace("</", "<\\/"),
     )
+
+
+def _write(path: Path, text: str) -> None:
+    """Whoever reads the file at any time finds the old one or the new one."""
+    fresh = path.with_name(f"{path.name}.new")
+    try:
+        fresh.write_text(text, encoding="utf-8")
+        fresh.replace(path)
+    except BaseException:
+        fresh.unlink(missing_ok=True)
+        raise
 
 
 def _rows(rows: list[tuple[Any, Any]]) -> str:

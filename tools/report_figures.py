@@ -10,10 +10,20 @@ import numpy as np
 import plotly.graph_objects as go
 
 from firmware_py.records.order import Mode
-from tools.log import Log
-from tools.summary import Array, navigation_error, true_columns, wrapped_deg
+from tools import lateness
+from tools.log import Columns, Log
+from tools.report_drawing import BELIEVED, TRUE, WANTED, Plot, at_least, band, line
+from tools.report_lateness import histogram
+from tools.tracking import (
+    Array,
+    believed_columns,
+    navigation_error,
+    path_error,
+    true_columns,
+    unwrapped_deg,
+    wrapped_deg,
+)
 
-TRUE, BELIEVED, WANTED = "#0f172a", "#2563eb", "#f59e0b"
 _PAIRS = ("#2563eb", "#dc2626", "#059669", "#9333ea", "#d97706", "#0891b2", "#be185d", "#4d7c0f")
 _MODES = {
     Mode.DISARMED: "#94a3b8",
@@ -22,16 +32,9 @@ _MODES = {
     Mode.MISSION: "#3b82f6",
     Mode.SURFACE: "#eab308",
 }
+_WANTED = ("reference.z_d", "reference.psi_d", "reference.u_d")
+"""What is a reference only while somebody steers by it; in MANUAL and DISARMED it goes along with the boat."""
 _MOST_HZ, _MOST_POINTS = 10.0, 4000
-
-
-class Plot(NamedTuple):
-    """A figure with its title and a sentence on what is in it; `over_time` if its x axis is the vehicle's time."""
-
-    title: str
-    note: str
-    figure: Any
-    over_time: bool = True
 
 
 class Bands(NamedTuple):
@@ -52,27 +55,35 @@ class Figures:
         self.rate = 1.0 / dt / self.stride
         self.bands = _bands(c["t"], c["mode.mode"], dt)
         self._log = log
-        self._c = {name: column[:: self.stride] for name, column in c.items()}
-        self._truth = {name: column[:: self.stride] for name, column in true_columns(log).items()}
-        self._away = navigation_error(log)[:: self.stride]
+        truth = true_columns(log)
+        boat = truth or believed_columns(log)
+        self._c = self._thinned(c)
+        self._truth = self._thinned(truth)
+        self._boat = self._thinned(boat)
+        self._psi = unwrapped_deg(boat["eta.psi"])[:: self.stride]
+        self._off = path_error(log, boat)[:: self.stride]
+        self._away = navigation_error(log, truth)[:: self.stride]
         self._t = self._c["t"].astype(np.float32)
+        steered = ~np.isin(self._c["mode.mode"], (Mode.DISARMED, Mode.MANUAL))
+        self._c |= {name: np.where(steered, self._c[name], np.nan) for name in _WANTED}
+        self._steered = bool(steered.any())
 
     def __iter__(self) -> Iterator[Plot]:
         c, truth = self._c, self._truth
         yield self.plan()
         yield self.depth()
-        psi_d, psi, true_psi = c["reference.psi_d"], c["state.eta.psi"], truth.get("eta.psi")
+        yield self.heading()
         yield self._three(
-            "Heading", "degrees", _compass(psi_d), _compass(psi), None if true_psi is None else _compass(true_psi)
-        )
-        yield self._three(
-            "Speed", "m/s", c["reference.u_d"], c["state.nu.u"], truth.get("nu.u"), "Surge over the ground."
+            "Speed", "m/s", 0.2, c["reference.u_d"], c["state.nu.u"], truth.get("nu.u"), "Surge over the ground."
         )
         yield self.attitude()
         yield self.fins()
         yield self.propeller()
-        yield from self.tracking()
+        if self._steered:
+            yield from self.tracking()
         yield from self.navigation()
+        if late := lateness.of(self._log):
+            yield histogram(late, float(self._log.columns["tick.dt_ns"][0]) * 1e-3)
 
     def plan(self) -> Plot:
         """North over east, with the legs."""
@@ -85,12 +96,12 @@ class Figures:
                 "textposition": "top center",
                 "marker": {"size": 9, "symbol": "diamond-open"},
             }
-            _line(
+            line(
                 figure, waypoints[:, 1], waypoints[:, 0], "legs", WANTED, mode="lines+markers+text", dash="dot", **label
             )
         if truth:
-            _line(figure, truth["eta.y"], truth["eta.x"], "truth", TRUE, width=3)
-        _line(figure, c["state.eta.y"], c["state.eta.x"], "estimate", BELIEVED)
+            line(figure, truth["eta.y"], truth["eta.x"], "truth", TRUE, width=3)
+        line(figure, c["state.eta.y"], c["state.eta.x"], "estimate", BELIEVED)
         for name, at, symbol in (("begin", 0, "circle"), ("end", -1, "square")):
             marker = {"size": 10, "symbol": symbol, "color": TRUE}
             x, y = c["state.eta.y"][at : at + 1 or None], c["state.eta.x"][at : at + 1 or None]
@@ -103,11 +114,11 @@ class Figures:
         """Depth, downwards, with the bottom where the vehicle hears it and the events where they happened."""
         c, truth = self._c, self._truth
         plot = self._three(
-            "Depth", "m", c["reference.z_d"], c["state.eta.z"], truth.get("eta.z"), "Diamonds are events."
+            "Depth", "m", 0.5, c["reference.z_d"], c["state.eta.z"], truth.get("eta.z"), "Diamonds are events."
         )
         bottom = c["state.eta.z"] + c["state.altitude"]
         if np.isfinite(bottom).any():
-            _line(plot.figure, self._t, bottom, "bottom", "#a16207", width=1, visible="legendonly")
+            line(plot.figure, self._t, bottom, "bottom", "#a16207", width=1, visible="legendonly")
         if events := self._log.events:
             times, texts = zip(*events, strict=True)
             marker = {"symbol": "diamond", "size": 9, "color": "#be185d"}
@@ -116,12 +127,19 @@ class Figures:
         plot.figure.update_yaxes(autorange="reversed")
         return plot
 
+    def heading(self) -> Plot:
+        """Heading without jumps at north; all of it on the turn that the boat is on."""
+        c, boat = self._c, self._boat["eta.psi"]
+        psi_d, psi = (self._psi + wrapped_deg(c[name] - boat) for name in ("reference.psi_d", "state.eta.psi"))
+        return self._three("Heading", "heading, degrees", 5.0, psi_d, psi, self._psi if self._truth else None)
+
     def attitude(self) -> Plot:
         """Roll and pitch."""
         figure = self._figure("degrees")
         for name, colour in (("phi", "#059669"), ("theta", BELIEVED)):
             words = {"phi": "roll", "theta": "pitch"}[name]
-            _line(figure, self._t, np.degrees(self._c[f"state.eta.{name}"]), words, colour)
+            line(figure, self._t, np.degrees(self._c[f"state.eta.{name}"]), words, colour)
+        at_least(figure, 2.0)
         return Plot("Attitude", "Estimates; bow up and starboard down are positive.", figure)
 
     def fins(self) -> Plot:
@@ -130,51 +148,71 @@ class Figures:
         commanded, reported = (np.degrees(self._c[name]) for name in ("applied.fins", "frame.fins.value"))
         for i, name in enumerate(_fin_names(self._log, commanded.shape[1])):
             colour = _PAIRS[i % len(_PAIRS)]
-            _line(figure, self._t, commanded[:, i], name, colour, legendgroup=name)
-            _line(figure, self._t, reported[:, i], f"{name}, reported", colour, dash="dot", legendgroup=name)
+            line(figure, self._t, commanded[:, i], name, colour, legendgroup=name)
+            line(figure, self._t, reported[:, i], f"{name}, reported", colour, dash="dot", legendgroup=name)
+        at_least(figure, 4.0)
         return Plot("Fins", "Commanded, and what the servos report.", figure)
 
     def propeller(self) -> Plot:
         """Propeller: commanded and reported."""
         figure = self._figure("rpm")
-        _line(figure, self._t, 60.0 * self._c["applied.n"], "commanded", BELIEVED)
-        _line(figure, self._t, 60.0 * self._c["frame.n.value"], "reported", "#dc2626", dash="dot")
+        line(figure, self._t, 60.0 * self._c["applied.n"], "commanded", BELIEVED)
+        line(figure, self._t, 60.0 * self._c["frame.n.value"], "reported", "#dc2626", dash="dot")
+        at_least(figure, 20.0)
         return Plot("Propeller", "Commanded, and what its controller reports.", figure)
 
     def tracking(self) -> Iterator[Plot]:
-        """Reference minus what was true, or believed where nobody knew."""
-        c, truth = self._c, self._truth
-        against = "the truth" if truth else "the estimate"
-        z, psi = (truth.get(f"eta.{name}", c[f"state.eta.{name}"]) for name in ("z", "psi"))
+        """What was wanted minus what was true, or believed where nobody knew."""
+        against = "the truth" if self._truth else "the estimate"
         figure = self._figure("m")
-        _line(figure, self._t, c["reference.z_d"] - z, "depth", BELIEVED)
-        _line(figure, self._t, c["reference.cross_track"], "cross-track", "#059669")
-        yield Plot("Tracking error", f"Depth against {against}; cross-track as guidance has it.", figure)
+        line(figure, self._t, self._c["reference.z_d"] - self._boat["eta.z"], "depth", BELIEVED)
+        line(figure, self._t, self._off, "path", "#059669")
+        at_least(figure, 0.1)
+        flown = " Path: horizontal distance to the planned path, in MISSION." if np.isfinite(self._off).any() else ""
+        yield Plot("Tracking error", f"Against {against}.{flown}", figure)
         figure = self._figure("degrees")
-        _line(figure, self._t, wrapped_deg(c["reference.psi_d"] - psi), "heading", BELIEVED)
+        line(figure, self._t, wrapped_deg(self._c["reference.psi_d"] - self._boat["eta.psi"]), "heading", BELIEVED)
+        at_least(figure, 1.0)
         yield Plot("Heading error", f"Against {against}.", figure)
 
     def navigation(self) -> Iterator[Plot]:
         """Estimate minus truth, and what the estimate thinks of itself."""
         c, truth = self._c, self._truth
-        figure = self._figure("m")
-        _band(figure, self._t, np.zeros_like(self._t), 3.0 * c["state.position_std"])
-        if truth:
-            _line(figure, self._t, self._away, "error", BELIEVED)
-        yield Plot("Navigation error, horizontal", "Distance from estimate to truth." * bool(truth), figure)
-        figure = self._figure("m")
-        _band(figure, self._t, -3.0 * c["state.depth_std"], 3.0 * c["state.depth_std"])
-        if truth:
-            _line(figure, self._t, c["state.eta.z"] - truth["eta.z"], "error", BELIEVED)
-        yield Plot("Navigation error, depth", "Estimate minus truth." * bool(truth), figure)
+        z = c["state.eta.z"] - truth["eta.z"] if truth else np.empty(0)
+        horizontal, vertical = 3.0 * c["state.position_std"], 3.0 * c["state.depth_std"]
+        said = "Distance from estimate to truth."
+        yield self._within("Navigation error, horizontal", said, self._away, 0.0 * horizontal, horizontal, 1.0)
+        yield self._within("Navigation error, depth", "Estimate minus truth.", z, -vertical, vertical, 0.1)
 
-    def _three(self, title: str, unit: str, wanted: Array, believed: Array, true: Array | None, note: str = "") -> Plot:
+    def _within(self, title: str, note: str, error: Array, low: Array, high: Array, least: float) -> Plot:
+        """An error in the band where it should be. The error makes the height of the axis, at `least` so much."""
+        figure = self._figure("m")
+        band(figure, self._t, low, high, "3 σ")
+        if not error.size:
+            return Plot(title, "", figure)
+        line(figure, self._t, error, "error", BELIEVED)
+        top = max(2.0 * float(np.nanmax(np.abs(error), initial=0.0)), least)
+        bottom = -top if low.min() < 0.0 else 0.0
+        figure.update_yaxes(
+            autorangeoptions={"include": [bottom, top], "clipmin": 1.05 * bottom, "clipmax": 1.05 * top}
+        )
+        if high.max() > top:
+            note += " The band goes on beyond the plot."
+        return Plot(title, note, figure)
+
+    def _three(
+        self, title: str, unit: str, least: float, wanted: Array, believed: Array, true: Array | None, note: str = ""
+    ) -> Plot:
         figure = self._figure(unit)
         if true is not None:
-            _line(figure, self._t, true, "truth", TRUE, width=3)
-        _line(figure, self._t, believed, "estimate", BELIEVED)
-        _line(figure, self._t, wanted, "reference", WANTED, dash="dash")
+            line(figure, self._t, true, "truth", TRUE, width=3)
+        line(figure, self._t, believed, "estimate", BELIEVED)
+        line(figure, self._t, wanted, "reference", WANTED, dash="dash")
+        at_least(figure, least)
         return Plot(title, note, figure)
+
+    def _thinned(self, columns: Columns) -> Columns:
+        return {name: column[:: self.stride] for name, column in columns.items()}
 
     def _figure(self, unit: str) -> Any:
         figure = go.Figure()
@@ -188,28 +226,6 @@ class Figures:
 def mode_colours(bands: list[Bands]) -> list[tuple[str, str]]:
     """(mode, colour) of the modes that occur, for the key."""
     return [(mode.name.lower(), colour) for mode, colour in _MODES.items() if any(b.mode is mode for b in bands)]
-
-
-def _line(
-    figure: Any, x: Array, y: Array, name: str, colour: str, width: float = 1.8, dash: str = "solid", **other: Any
-) -> None:
-    other = {"mode": "lines", **other}
-    line = {"color": colour, "width": width, "dash": dash}
-    figure.add_scatter(x=x.astype(np.float32), y=y.astype(np.float32), name=name, line=line, **other)
-
-
-def _band(figure: Any, t: Array, low: Array, high: Array) -> None:
-    hidden = {"mode": "lines", "line": {"width": 0}, "hoverinfo": "skip"}
-    figure.add_scatter(x=t, y=low.astype(np.float32), showlegend=False, **hidden)
-    fill = {"fill": "tonexty", "fillcolor": "rgba(37, 99, 235, 0.15)"}
-    figure.add_scatter(x=t, y=high.astype(np.float32), name="3 σ", **hidden, **fill)
-
-
-def _compass(psi: Array) -> Array:
-    """Degrees in [0, 360), with a gap where the line would run across the plot."""
-    degrees: Array = np.degrees(psi) % 360.0
-    degrees[1:][np.abs(np.diff(degrees)) > 180.0] = np.nan
-    return degrees
 
 
 def _bands(t: Array, modes: Array, dt: float) -> list[Bands]:

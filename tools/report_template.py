@@ -50,6 +50,7 @@ PAGE = string.Template("""<!doctype html>
 <body>
 <main>
 <header><h1>$title</h1><span class="verdict $mood">$verdict</span></header>
+<p>$description</p>
 <p class="soft">$identity</p>
 $warning
 <section class="figures">$figures</section>

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
-import time
-from pathlib import Path
 
 from rich.console import Console
 
+from firmware_py.adapters.can_bus import open_bus
 from sim_bridge.scenarios import known, load_scenario
 from tools import report, state
+from tools.apart import fly_apart
 from tools.errors import UsageError
 from tools.flight import SCENARIOS, Wish, fly, prepare
-from tools.log import read
+from tools.folders import run_folder
+from tools.ground import open_ground
+from tools.log import TRUTH_FILE, read
 from tools.progress import Progress
 from tools.summary import table
 
@@ -22,14 +23,21 @@ def command(options: argparse.Namespace) -> int:
     """Flies, reports, and returns the exit status."""
     if options.seed < 0:
         raise UsageError(f"--seed {options.seed}: must be 0 or more")
-    wish = Wish(options.scenario, options.config, options.bus, options.pace, options.seed)
+    bus, faults = options.bus, tuple(options.fault)
+    wish = Wish(options.scenario, options.config, bus, options.pace, options.seed, options.io, faults)
     flight = prepare(wish, state.load(options.state) if options.state else {})
-    folder = run_folder(options.out)
-    scenario, log = flight.scenario, folder / "log.mcap"
-    console = Console()
-    with Progress(scenario.duration, len(scenario.waypoints), Console(stderr=True)) as progress:
-        outcome = fly(flight, log, progress.update)
+    open_bus(bus).close()  # what cannot be opened is refused before anything is written
+    with open_ground(options.gcs, flight.configuration) as stations:
+        folder = run_folder(options.out)
+        (folder / TRUTH_FILE).unlink(missing_ok=True)
+        scenario, log = flight.scenario, folder / "log.mcap"
+        with Progress(scenario.duration, len(scenario.waypoints), Console(stderr=True)) as progress:
+            if bus.startswith("virtual"):
+                outcome = fly(flight, log, progress.update, stations.beside)
+            else:
+                outcome = fly_apart(flight, folder, progress.update, stations.beside)
     state.save(options.state or folder / "state", flight.autopilot.estimator.keep())
+    console = Console()
     console.print(table(report.leave(read(log), folder)))
     for name in ("report.html", "summary.json", "log.mcap"):
         console.print(f"  {folder / name}", highlight=False, soft_wrap=True)
@@ -43,25 +51,3 @@ def list_scenarios() -> int:
     for name in names:
         print(f"{name:<{width}}  {load_scenario(name, SCENARIOS).description}")
     return 0
-
-
-def run_folder(out: Path | None) -> Path:
-    """The folder of a run, made: `out`, or a new one below runs/ where the command was called.
-
-    Raises:
-        UsageError: it cannot be made.
-    """
-    try:
-        if out is not None:
-            out.mkdir(parents=True, exist_ok=True)
-            return out
-        runs = Path("runs")
-        runs.mkdir(exist_ok=True)
-        folder = runs / time.strftime("%Y%m%d-%H%M%S")
-        if folder.exists():  # another run began in the same second
-            return Path(tempfile.mkdtemp(prefix=f"{folder.name}-", dir=runs))
-        folder.mkdir()
-        return folder
-    except OSError as error:
-        where = f"--out {out}" if out is not None else "runs/"
-        raise UsageError(f"{where}: cannot be made ({error.strerror}); choose another folder with --out") from None

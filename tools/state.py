@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from firmware_py.estimation.navigation import Kept
 from tools.errors import UsageError
 
 FILE = "navigation.json"
+BOUNDS = {"x": (-1e7, 1e7), "y": (-1e7, 1e7), "position_std": (1e-6, 1e7), "surface_pressure": (3e4, 1.3e5)}
+"""Of what was kept, m and Pa: wider than anything that a run ends with, and fit to start from."""
 
 
 def load(folder: Path) -> dict[str, float]:
@@ -28,9 +28,12 @@ def load(folder: Path) -> dict[str, float]:
         return {}
     except (OSError, ValueError, RecursionError) as error:
         raise UsageError(f"--state: {path} cannot be read ({error}); remove it to start anew") from None
-    fields = set(Kept._fields)
-    if not isinstance(kept, Mapping) or set(kept) != fields or not all(_number(value) for value in kept.values()):
-        raise UsageError(f"--state: {path} must hold a finite number for each of {', '.join(sorted(fields))}")
+    if not isinstance(kept, Mapping) or set(kept) != set(BOUNDS):
+        raise UsageError(f"--state: {path} must hold a number for each of {', '.join(BOUNDS)}; remove it to start anew")
+    for name, (low, high) in BOUNDS.items():
+        if not (isinstance(kept[name], float) and low <= kept[name] <= high):
+            wanted = f"must be a number in [{low:g}, {high:g}]"
+            raise UsageError(f"--state: {path}: {name} = {kept[name]!r}: {wanted}; remove the file to start anew")
     return dict(kept)
 
 
@@ -50,7 +53,3 @@ def save(folder: Path, kept: Kept) -> None:
         fresh.replace(folder / FILE)
     except OSError as error:
         raise UsageError(f"--state {folder}: cannot be written ({error.strerror}); choose another folder") from None
-
-
-def _number(value: Any) -> bool:
-    return isinstance(value, float) and math.isfinite(value)

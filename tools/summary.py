@@ -6,13 +6,16 @@ import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
+from rich.console import Group
+from rich.padding import Padding
 from rich.table import Table
+from rich.text import Text
 
 from firmware_py.records.order import Mode
-from tools.log import Columns, Log
+from tools import lateness, manoeuvres
+from tools.log import Log
+from tools.tracking import Array, believed_columns, navigation_error, path_error, true_columns, wrapped_deg
 
-Array = npt.NDArray[Any]
 Summary = dict[str, Any]
 
 _HELD = (Mode.HOLD, Mode.MISSION)
@@ -26,10 +29,15 @@ _ROWS: tuple[tuple[str, str, str], ...] = (
     ("depth_max_m", "greatest depth", "{:.2f} m"),
     ("depth_error_rms_m", "depth error, RMS", "{:.3f} m"),
     ("heading_error_rms_deg", "heading error, RMS", "{:.2f}°"),
-    ("cross_track_rms_m", "cross-track error, RMS", "{:.2f} m"),
-    ("cross_track_max_m", "cross-track error, greatest", "{:.2f} m"),
+    ("path_error_rms_m", "path error, RMS", "{:.2f} m"),
+    ("path_error_max_m", "path error, greatest", "{:.2f} m"),
     ("navigation_error_end_m", "navigation error, at the end", "{:.2f} m"),
     ("navigation_error_max_m", "navigation error, greatest", "{:.2f} m"),
+    ("turning_diameter_m", "turning diameter, steady", "{:.1f} m"),
+    ("turning_rate_deg_s", "turning rate, steady", "{:.2f} °/s"),
+    ("overshoot_first_deg", "first overshoot", "{:.1f}°"),
+    ("overshoot_second_deg", "second overshoot", "{:.1f}°"),
+    ("zigzag_period_s", "zigzag period", "{:.1f} s"),
     ("fin_travel_deg_s", "fin travel", "{:.2f} °/s"),
     ("late_cycles", "late cycles", "{:d}"),
 )
@@ -43,23 +51,32 @@ def summarise(log: Log) -> Summary:
     distance_m: length of the path over the ground, x, y and z. depth_max_m: greatest z.
     depth_error_rms_m, heading_error_rms_deg: of z_d - z and psi_d - psi (the short way) over all armed cycles in hold
     and mission. z and psi are the truth where it was logged, else the estimate; `against` says which.
-    cross_track_rms_m, cross_track_max_m: of the reference's `cross_track` over the same cycles, where there is a leg.
+    path_error_rms_m, path_error_max_m: of the horizontal distance from the boat (truth or estimate, as above) to the
+    planned path over the cycles in MISSION; the path is the straight lines from where MISSION was entered through the
+    waypoints, the last of them without an end (`tracking.path_error`). None if no mission was flown.
     navigation_error_end_m, navigation_error_max_m: horizontal distance from the estimate to the truth.
+    turning_diameter_m, turning_rate_deg_s (positive to starboard): of a run steered by hand in a circle.
+    overshoot_first_deg, overshoot_second_deg, zigzag_period_s: of one steered by hand in a zigzag (`manoeuvres`).
     fin_travel_deg_s: the way a fin's applied angle covers, over the time armed, mean of all fins.
     waypoints_passed, waypoints_total: legs flown to their end, of how many.
-    late_cycles: those that began more than one step after their deadline. cycles, complete, lost, events: of the log.
+    late_cycles: those that began more than one step after their deadline. lateness: `lateness.Lateness` by name, None
+    for a run that was not in real time. losses: by name, how much was lost on its way, as the log's end record counts.
+    cycles, complete, lost, events: of the log.
     """
     c = log.columns
     dt = float(c["tick.dt_ns"][-1]) * 1e-9
     vehicle_time, wall = float(c["t"][-1]) + dt, log.end.get("wall_s")
     truth = true_columns(log)
-    state = truth or {name: c[f"state.{name}"] for name in ("eta.x", "eta.y", "eta.z", "eta.psi")}
+    boat = truth or believed_columns(log)
     armed = c["applied.armed"]
     held = armed & np.isin(c["mode.mode"], _HELD)
-    cross_track = c["reference.cross_track"][held & np.isfinite(c["reference.cross_track"])]
+    off = path_error(log, boat)
+    off = off[np.isfinite(off)]
     steps = np.abs(np.diff(c["applied.fins"], axis=0))[armed[1:]]
-    away = navigation_error(log)
+    away = navigation_error(log, truth)
     passed, total = _waypoints(log)
+    late = lateness.of(log)
+    circle, zigzag = manoeuvres.circle(c, boat), manoeuvres.zigzag(c, boat)
     reason = log.end.get("reason") or (f"the log is {log.lost}" if log.lost else "the run was ended")
     summary: Summary = {
         "completed": bool(log.end.get("completed", False)),
@@ -67,19 +84,26 @@ def summarise(log: Log) -> Summary:
         "vehicle_time_s": vehicle_time,
         "wall_time_s": wall,
         "speed_up": vehicle_time / wall if wall else None,
-        "distance_m": float(np.sum(np.sqrt(sum(np.diff(state[f"eta.{axis}"]) ** 2 for axis in "xyz")))),
-        "depth_max_m": float(np.max(state["eta.z"])),
+        "distance_m": float(np.sum(np.sqrt(sum(np.diff(boat[f"eta.{axis}"]) ** 2 for axis in "xyz")))),
+        "depth_max_m": float(np.max(boat["eta.z"])),
         "against": "truth" if truth else "estimate",
-        "depth_error_rms_m": _rms((c["reference.z_d"] - state["eta.z"])[held]),
-        "heading_error_rms_deg": _rms(wrapped_deg(c["reference.psi_d"] - state["eta.psi"])[held]),
-        "cross_track_rms_m": _rms(cross_track),
-        "cross_track_max_m": float(np.max(np.abs(cross_track))) if cross_track.size else None,
+        "depth_error_rms_m": _rms((c["reference.z_d"] - boat["eta.z"])[held]),
+        "heading_error_rms_deg": _rms(wrapped_deg(c["reference.psi_d"] - boat["eta.psi"])[held]),
+        "path_error_rms_m": _rms(off),
+        "path_error_max_m": float(np.max(off)) if off.size else None,
         "navigation_error_end_m": float(away[-1]) if away.size else None,
         "navigation_error_max_m": float(np.max(away)) if away.size else None,
+        "turning_diameter_m": circle.diameter if circle else None,
+        "turning_rate_deg_s": math.degrees(circle.rate) if circle else None,
+        "overshoot_first_deg": math.degrees(zigzag.first_overshoot) if zigzag else None,
+        "overshoot_second_deg": math.degrees(zigzag.second_overshoot) if zigzag else None,
+        "zigzag_period_s": zigzag.period if zigzag else None,
         "fin_travel_deg_s": math.degrees(float(np.mean(steps))) / dt if steps.size else None,
         "waypoints_passed": passed,
         "waypoints_total": total,
         "late_cycles": int(np.sum(c["tick.late_ns"] > c["tick.dt_ns"])),
+        "lateness": late._asdict() if late else None,
+        "losses": dict(log.end.get("losses", {})),
         "cycles": len(c["t"]),
         "complete": log.complete,
         "lost": log.lost,
@@ -88,13 +112,12 @@ def summarise(log: Log) -> Summary:
     return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in summary.items()}
 
 
-def table(summary: Summary) -> Table:
-    """The summary as the terminal shows it."""
+def table(summary: Summary) -> Group:
+    """The summary as the terminal shows it: the verdict in a line of its own, then the figures."""
     rows = Table(show_header=False, box=None, padding=(0, 2))
-    rows.add_row("mission", verdict(summary))
     for words, value in figures(summary):
         rows.add_row(words, value)
-    return rows
+    return Group(Padding(Text(verdict(summary)), (0, 2)), rows)
 
 
 def verdict(summary: Summary) -> str:
@@ -107,31 +130,12 @@ def figures(summary: Summary) -> list[tuple[str, str]]:
     found = [(words, form.format(summary[key])) for key, words, form in _ROWS if summary[key] is not None]
     if summary["waypoints_total"]:
         found.append(("waypoints", f"{summary['waypoints_passed']} of {summary['waypoints_total']}"))
+    if late := summary["lateness"]:
+        found.append(("lateness, median", lateness.shown(late["median_us"])))
+        found.append(("lateness, 99 % within", lateness.shown(late["p99_us"])))
+        found.append(("lateness, greatest", lateness.shown(late["max_us"])))
+    found += [(str(name).replace("_", " "), str(count)) for name, count in summary["losses"].items() if count]
     return found
-
-
-def true_columns(log: Log) -> Columns:
-    """The plant's state at each cycle: the last one logged at or before it. Empty when there is none."""
-    truth, t = log.truth, log.columns["t"]
-    if not truth or truth["t"][0] > t[0]:
-        return {}
-    at = np.searchsorted(truth["t"], t, side="right") - 1
-    return {name: column[at] for name, column in truth.items()}
-
-
-def navigation_error(log: Log) -> Array:
-    """Horizontal distance from the estimate to the truth, m, at each cycle; empty without truth."""
-    c, truth = log.columns, true_columns(log)
-    if not truth:
-        return np.empty(0)
-    away: Array = np.hypot(c["state.eta.x"] - truth["eta.x"], c["state.eta.y"] - truth["eta.y"])
-    return away
-
-
-def wrapped_deg(angle: Array) -> Array:
-    """Radians to degrees in [-180, 180)."""
-    degrees: Array = (np.degrees(angle) + 180.0) % 360.0 - 180.0
-    return degrees
 
 
 def _waypoints(log: Log) -> tuple[int, int]:

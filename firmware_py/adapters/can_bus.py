@@ -1,18 +1,24 @@
-"""A CAN bus as both ends of it see it: drain once a tick, send at once; python-can beneath."""
+"""A CAN bus as both ends of it see it: drain once a tick, send at once; python-can beneath.
+
+Buses are named `virtual` (of this process), `udp:N` (of this machine), `socketcan:IFACE` (of the kernel).
+"""
 
 from __future__ import annotations
 
 import queue
-from collections.abc import Iterable
+import select
+import time
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Protocol
 
 import can
 from can.interfaces.virtual import VirtualBus, channels_lock
 
+from firmware_py.adapters.mcast_bus import McastBus
+from firmware_py.adapters.receive_buffer import overrun
+from firmware_py.adapters.socketcan_bus import KernelBus
 from firmware_py.params import ParamError, param
-
-INTERFACES = ("virtual",)
 
 
 class BusError(Exception):
@@ -23,9 +29,9 @@ class BusError(Exception):
 class CanParams:
     """Table [can] of io_*.toml."""
 
-    interface: str
-    channel: str
     node_id: int = param(low=1, high=127, doc="The autopilot's own.")
+    plant_id: int = param(125, low=1, high=127, doc="Under which a simulated boat says its part of the lockstep.")
+    bus: str = "virtual"
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,10 +73,24 @@ class Virtual(VirtualBus):
 
     def __init__(self, channel: str) -> None:
         super().__init__(channel=channel, preserve_timestamps=True)
+        self.channel_info = f"virtual:{channel}"
         plain: Any = queue.SimpleQueue()
         with channels_lock:
             self.channel[self.channel.index(self.queue)] = plain
         self.queue = plain
+
+
+class Door(Protocol):
+    """What devices and drivers want of a bus."""
+
+    def drain(self, limit: int) -> list[tuple[int, bytes]]:
+        """The frames (id, data) that have arrived, at most `limit`."""
+
+    def send(self, frames: Iterable[tuple[int, bytes]]) -> None:
+        """Sends frames (id, data) in order."""
+
+    def close(self) -> None:
+        """Leaves the bus."""
 
 
 class CanBus:
@@ -83,13 +103,17 @@ class CanBus:
         self.deaf = 0
         """Drains that the bus refused."""
 
-    def drain(self, limit: int) -> list[tuple[int, bytes]]:
-        """The frames (id, data) that have arrived, oldest first; looks at no more than `limit`, and leaves the rest."""
+    def drain(self, limit: int, seconds: float = 0.0) -> list[tuple[int, bytes]]:
+        """The frames (id, data) that have arrived, oldest first; looks at no more than `limit`, and leaves the rest.
+
+        While there is none it waits for the first, for at most `seconds` of wall time.
+        """
         frames: list[tuple[int, bytes]] = []
         recv = self._bus.recv
         try:
             for _ in range(limit):
-                message = recv(0)
+                message = recv(seconds)
+                seconds = 0.0
                 if message is None:
                     break
                 if message.is_extended_id and not (message.is_error_frame or message.is_remote_frame or message.is_fd):
@@ -106,24 +130,79 @@ class CanBus:
             except can.CanError:
                 self.dropped += 1
 
+    @property
+    def name(self) -> str:
+        """As `open_bus` knows it."""
+        return str(self._bus)
+
+    @property
+    def overrun(self) -> int:
+        """Frames, the node's own included, that the kernel had no room for between two drains."""
+        return 0
+
     def close(self) -> None:
         """Leaves the bus; may be called twice."""
         self._bus.shutdown()
+
+
+class BareCanBus(CanBus):
+    """The same door to a bus that gives and takes bare frames: a `can.Message` of each would double what they cost."""
+
+    def __init__(self, bus: McastBus | KernelBus) -> None:
+        super().__init__(bus)
+        self._bare = bus
+        self._arrival = select.poll()
+        self._arrival.register(bus.fileno(), select.POLLIN)
+
+    def drain(self, limit: int, seconds: float = 0.0) -> list[tuple[int, bytes]]:
+        """As `CanBus.drain`."""
+        frames: list[tuple[int, bytes]] = []
+        try:
+            self._bare.take(frames, limit)
+            if seconds > 0.0 and not frames:
+                deadline = time.monotonic() + seconds
+                while not frames and (left := deadline - time.monotonic()) > 0.0 and self._arrival.poll(left * 1e3):
+                    self._bare.take(frames, limit)
+        except OSError:
+            self.deaf += 1
+        return frames
+
+    def send(self, frames: Iterable[tuple[int, bytes]]) -> None:
+        """As `CanBus.send`."""
+        put = self._bare.put
+        for can_id, data in frames:
+            try:
+                put(can_id, data)
+            except OSError:
+                self.dropped += 1
+
+    @property
+    def overrun(self) -> int:
+        """As `CanBus.overrun`."""
+        return overrun(self._bare.socket)
+
+
+_KINDS: dict[str, Callable[[str], CanBus]] = {
+    "virtual": lambda channel: CanBus(Virtual(channel)),
+    "udp": lambda number: BareCanBus(McastBus(number)),
+    "socketcan": lambda interface: BareCanBus(KernelBus(interface)),
+}
 
 
 def open_bus(spec: str, channel: str = "sternplane") -> CanBus:
     """Opens a bus by its name on the command line or in io.toml.
 
     Args:
-        spec: "virtual".
-        channel: distinguishes virtual buses of one process.
+        spec: "virtual", "udp:N", "socketcan:IFACE".
+        channel: distinguishes virtual buses of one process, if `spec` has no colon.
 
     Raises:
         BusError: unknown or missing bus.
     """
-    if spec not in INTERFACES:
-        raise BusError(f"bus {spec!r} is not known; write one of: {', '.join(INTERFACES)}")
+    kind, _, rest = spec.partition(":")
+    if kind not in _KINDS:
+        raise BusError(f"bus {spec!r} is not known; write one of: virtual, udp:N, socketcan:IFACE")
     try:
-        return CanBus(Virtual(channel))
+        return _KINDS[kind](rest or channel if kind == "virtual" else rest)
     except can.CanError as error:
         raise BusError(f"bus {spec!r} cannot be opened: {error}") from None

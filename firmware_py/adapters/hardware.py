@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import fields
 from typing import Any
 
-from firmware_py.adapters.can_bus import CanBus
+from firmware_py.adapters.can_bus import Door
 from firmware_py.adapters.dvl import DvlPort
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.marine import euler_from_quaternion
@@ -18,7 +18,7 @@ from firmware_py.wire import equipment as eq
 from firmware_py.wire import messages as m
 from firmware_py.wire.layout import DecodeError
 from firmware_py.wire.protocol import GetNodeInfoResponse, HardwareVersion, NodeStatus, SoftwareVersion
-from firmware_py.wire.transfer import Reassembler, Sender, Transfer
+from firmware_py.wire.transfer import Dropped, Reassembler, Sender, Transfer
 
 NAME = b"org.sternplane.autopilot"
 FRAMES_PER_TICK = 256
@@ -37,7 +37,7 @@ class Hardware:
     latency.
     """
 
-    def __init__(self, params: IoParams, fins: int, bus: CanBus, dvl: DvlPort) -> None:
+    def __init__(self, params: IoParams, fins: int, bus: Door, dvl: DvlPort) -> None:
         self._params = params
         self._bus = bus
         self._dvl = dvl
@@ -97,6 +97,19 @@ class Hardware:
             out(send(m.NODE_STATUS, NodeStatus(int(tick.t))))
         if self._asked:  # one answer a tick: nobody's questions delay the commands
             self._introduce(tick, self._asked.pop(next(iter(self._asked))))
+
+    def losses(self) -> dict[str, int]:
+        """What was lost or refused on the wires, by cause."""
+        causes = [field.name for field in fields(Dropped) if field.name != "foreign"]  # what is not ours is no loss
+        dropped = {f"transfers_{cause}": getattr(self._reassembler.dropped, cause) for cause in causes}
+        return {"transfers_malformed": self.malformed, **dropped, "dvl_broken": int(self._dvl.broken)}
+
+    def park(self) -> None:
+        """Centres the fins, stops the propeller and says "disarmed", now: the last that is sent."""
+        send, out = self._sender.send, self._bus.send
+        out(send(m.ARRAY_COMMAND, eq.ArrayCommand(tuple(eq.Command(i, RADIANS, 0.0) for i in range(len(self._fins))))))
+        out(send(m.RPM_COMMAND, eq.RpmCommand((0,))))
+        out(send(m.ARMING_STATUS, eq.ArmingStatus(DISARMED)))
 
     def close(self) -> None:
         """Leaves the bus and the line."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 from firmware_py.adapters.can_bus import CanParams, NodeIds
 from firmware_py.adapters.dvl import DvlParams
-from firmware_py.params import param
+from firmware_py.adapters.realtime import RealtimeParams
+from firmware_py.params import ParamError, param
 from firmware_py.schedule import Rate
 
 
@@ -38,3 +39,14 @@ class IoParams:
     dvl: DvlParams
     commands: CommandParams = field(default_factory=CommandParams)
     latency: LatencyParams = field(default_factory=LatencyParams)
+
+    def __post_init__(self) -> None:
+        """Refuses a device that has an id of the autopilot's or the plant's, and these two the same."""
+        taken = {self.can.node_id: "can.node_id"}
+        devices = {f"nodes.{field.name}": getattr(self.nodes, field.name) for field in fields(self.nodes)}
+        for name, node_id in {"can.plant_id": self.can.plant_id, **devices}.items():
+            if node_id in taken:
+                raise ParamError(f"{name} = {node_id}: is {taken[node_id]} already; every node needs an id of its own")
+            taken[node_id] = name
+
+    realtime: RealtimeParams = field(default_factory=RealtimeParams)

@@ -3,110 +3,117 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
+
+from firmware_py.params import param
+
+
+def _coefficient() -> Any:
+    return param(low=-10.0, high=10.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Coefficients:
-    """The set of Healey and Lienard (1993). One that the vehicle file does not give is believed to be zero.
+    """The set of Healey and Lienard (1993). None has a default.
 
     The name spells the term: force or moment, then the factors it multiplies. `dot` marks added mass; ds, dr and db are
     stern planes, rudders and *one* bow plane; a last n marks what works in the propeller's race, times eps(n).
     """
 
-    X_pp: float = 0.0
-    X_qq: float = 0.0
-    X_rr: float = 0.0
-    X_pr: float = 0.0
-    X_udot: float = 0.0
-    X_wq: float = 0.0
-    X_vp: float = 0.0
-    X_vr: float = 0.0
-    X_vv: float = 0.0
-    X_ww: float = 0.0
-    X_qds: float = 0.0
-    X_wds: float = 0.0
-    X_dsds: float = 0.0
-    X_rdr: float = 0.0
-    X_vdr: float = 0.0
-    X_drdr: float = 0.0
-    X_qdb: float = 0.0
-    X_wdb: float = 0.0
-    X_qdsn: float = 0.0
-    X_wdsn: float = 0.0
-    X_dsdsn: float = 0.0
+    X_pp: float = _coefficient()
+    X_qq: float = _coefficient()
+    X_rr: float = _coefficient()
+    X_pr: float = _coefficient()
+    X_udot: float = _coefficient()
+    X_wq: float = _coefficient()
+    X_vp: float = _coefficient()
+    X_vr: float = _coefficient()
+    X_vv: float = _coefficient()
+    X_ww: float = _coefficient()
+    X_qds: float = _coefficient()
+    X_wds: float = _coefficient()
+    X_dsds: float = _coefficient()
+    X_rdr: float = _coefficient()
+    X_vdr: float = _coefficient()
+    X_drdr: float = _coefficient()
+    X_qdb: float = _coefficient()
+    X_wdb: float = _coefficient()
+    X_qdsn: float = _coefficient()
+    X_wdsn: float = _coefficient()
+    X_dsdsn: float = _coefficient()
 
-    Y_pdot: float = 0.0
-    Y_rdot: float = 0.0
-    Y_vdot: float = 0.0
-    Y_pq: float = 0.0
-    Y_qr: float = 0.0
-    Y_p: float = 0.0
-    Y_r: float = 0.0
-    Y_v: float = 0.0
-    Y_vq: float = 0.0
-    Y_wp: float = 0.0
-    Y_wr: float = 0.0
-    Y_vw: float = 0.0
-    Y_dr: float = 0.0
+    Y_pdot: float = _coefficient()
+    Y_rdot: float = _coefficient()
+    Y_vdot: float = _coefficient()
+    Y_pq: float = _coefficient()
+    Y_qr: float = _coefficient()
+    Y_p: float = _coefficient()
+    Y_r: float = _coefficient()
+    Y_v: float = _coefficient()
+    Y_vq: float = _coefficient()
+    Y_wp: float = _coefficient()
+    Y_wr: float = _coefficient()
+    Y_vw: float = _coefficient()
+    Y_dr: float = _coefficient()
 
-    Z_qdot: float = 0.0
-    Z_wdot: float = 0.0
-    Z_pp: float = 0.0
-    Z_pr: float = 0.0
-    Z_rr: float = 0.0
-    Z_q: float = 0.0
-    Z_w: float = 0.0
-    Z_vp: float = 0.0
-    Z_vr: float = 0.0
-    Z_vv: float = 0.0
-    Z_ds: float = 0.0
-    Z_db: float = 0.0
-    Z_qn: float = 0.0
-    Z_wn: float = 0.0
-    Z_dsn: float = 0.0
+    Z_qdot: float = _coefficient()
+    Z_wdot: float = _coefficient()
+    Z_pp: float = _coefficient()
+    Z_pr: float = _coefficient()
+    Z_rr: float = _coefficient()
+    Z_q: float = _coefficient()
+    Z_w: float = _coefficient()
+    Z_vp: float = _coefficient()
+    Z_vr: float = _coefficient()
+    Z_vv: float = _coefficient()
+    Z_ds: float = _coefficient()
+    Z_db: float = _coefficient()
+    Z_qn: float = _coefficient()
+    Z_wn: float = _coefficient()
+    Z_dsn: float = _coefficient()
 
-    K_pdot: float = 0.0
-    K_rdot: float = 0.0
-    K_vdot: float = 0.0
-    K_pq: float = 0.0
-    K_qr: float = 0.0
-    K_p: float = 0.0
-    K_r: float = 0.0
-    K_v: float = 0.0
-    K_vq: float = 0.0
-    K_wp: float = 0.0
-    K_wr: float = 0.0
-    K_vw: float = 0.0
-    K_pn: float = 0.0
-    K_prop: float = 0.0
+    K_pdot: float = _coefficient()
+    K_rdot: float = _coefficient()
+    K_vdot: float = _coefficient()
+    K_pq: float = _coefficient()
+    K_qr: float = _coefficient()
+    K_p: float = _coefficient()
+    K_r: float = _coefficient()
+    K_v: float = _coefficient()
+    K_vq: float = _coefficient()
+    K_wp: float = _coefficient()
+    K_wr: float = _coefficient()
+    K_vw: float = _coefficient()
+    K_pn: float = _coefficient()
+    K_prop: float = _coefficient()
 
-    M_qdot: float = 0.0
-    M_wdot: float = 0.0
-    M_pp: float = 0.0
-    M_pr: float = 0.0
-    M_rr: float = 0.0
-    M_q: float = 0.0
-    M_w: float = 0.0
-    M_vp: float = 0.0
-    M_vr: float = 0.0
-    M_vv: float = 0.0
-    M_ds: float = 0.0
-    M_db: float = 0.0
-    M_qn: float = 0.0
-    M_wn: float = 0.0
-    M_dsn: float = 0.0
+    M_qdot: float = _coefficient()
+    M_wdot: float = _coefficient()
+    M_pp: float = _coefficient()
+    M_pr: float = _coefficient()
+    M_rr: float = _coefficient()
+    M_q: float = _coefficient()
+    M_w: float = _coefficient()
+    M_vp: float = _coefficient()
+    M_vr: float = _coefficient()
+    M_vv: float = _coefficient()
+    M_ds: float = _coefficient()
+    M_db: float = _coefficient()
+    M_qn: float = _coefficient()
+    M_wn: float = _coefficient()
+    M_dsn: float = _coefficient()
 
-    N_pdot: float = 0.0
-    N_rdot: float = 0.0
-    N_vdot: float = 0.0
-    N_pq: float = 0.0
-    N_qr: float = 0.0
-    N_p: float = 0.0
-    N_r: float = 0.0
-    N_v: float = 0.0
-    N_vq: float = 0.0
-    N_wp: float = 0.0
-    N_wr: float = 0.0
-    N_vw: float = 0.0
-    N_dr: float = 0.0
-    N_prop: float = 0.0
+    N_pdot: float = _coefficient()
+    N_rdot: float = _coefficient()
+    N_vdot: float = _coefficient()
+    N_pq: float = _coefficient()
+    N_qr: float = _coefficient()
+    N_p: float = _coefficient()
+    N_r: float = _coefficient()
+    N_v: float = _coefficient()
+    N_vq: float = _coefficient()
+    N_wp: float = _coefficient()
+    N_wr: float = _coefficient()
+    N_vw: float = _coefficient()
+    N_dr: float = _coefficient()
+    N_prop: float = _coefficient()

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 
 from firmware_py.params import ParamError, param
 
+MOST = 15
+"""As many fins as one command on the bus can carry."""
 _WORTHLESS = 1e-6
 
 
@@ -33,6 +35,11 @@ class Fin:
     delta_max: float = param(23.0, unit="deg", low=1.0, high=90.0, doc="Travel to either side.")
     rate_max: float = param(60.0, unit="deg/s", low=1.0, high=1000.0, doc="Highest speed that is asked of the servo.")
 
+    def __post_init__(self) -> None:
+        """Refuses a fin without a name."""
+        if not self.name.strip():
+            raise ParamError("name is empty; every fin needs a name of its own")
+
 
 @dataclass(frozen=True, slots=True)
 class Effectiveness:
@@ -48,10 +55,12 @@ def effectiveness(fins: tuple[Fin, ...], bow_worth: float) -> Effectiveness:
     """The two rows of a layout; `bow_worth` is M_db / M_ds.
 
     Raises:
-        ParamError: no fins, two of one name, a bow plane that is not level, or nothing that acts on pitch or on yaw.
+        ParamError: no fins or too many, two of one name, a bow plane not level, or nothing that acts on pitch or yaw.
     """
     if not fins:
         raise ParamError("fins is empty; a vehicle needs fins that act on pitch and on yaw")
+    if len(fins) > MOST:
+        raise ParamError(f"fins: {len(fins)} are too many; one command holds {MOST}")
     names = [fin.name for fin in fins]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:

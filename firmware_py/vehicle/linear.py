@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from firmware_py.params import ParamError
 from firmware_py.vehicle.vehicle import Vehicle
 
 Row = tuple[float, float, float]
@@ -21,11 +22,17 @@ class Linear(NamedTuple):
 
 
 def diving(vehicle: Vehicle, u: float) -> Linear:
-    """Diving at speed u, m/s: x = (q, theta, z) in rad/s, rad, m and the input delta_s in rad (paper Eq. 26)."""
+    """Diving at speed u, m/s: x = (q, theta, z) in rad/s, rad, m and the input delta_s in rad (paper Eq. 26).
+
+    Raises:
+        ParamError: the added moment of inertia leaves none.
+    """
     hull, body, c = vehicle.hull, vehicle.body, vehicle.coefficients
     L = hull.length
     half = 0.5 * hull.density * L**3
     inertia = body.I_y - half * L**2 * c.M_qdot
+    if not inertia > 0.0:
+        raise ParamError(f"coefficients: M_qdot = {c.M_qdot:g} leaves no inertia in pitch; it should be negative")
     damping = half * L * u * c.M_q
     restoring = -(body.z_G - body.z_B) * body.weight
     control = half * u * u * c.M_ds
@@ -36,7 +43,11 @@ def diving(vehicle: Vehicle, u: float) -> Linear:
 
 
 def steering(vehicle: Vehicle, u: float) -> Linear:
-    """Steering at speed u, m/s: x = (v, r, psi) in m/s, rad/s, rad and the input delta_r in rad (paper Eq. 30)."""
+    """Steering at speed u, m/s: x = (v, r, psi) in m/s, rad/s, rad and the input delta_r in rad (paper Eq. 30).
+
+    Raises:
+        ParamError: the added mass leaves none.
+    """
     hull, body, c = vehicle.hull, vehicle.body, vehicle.coefficients
     L = hull.length
     half = 0.5 * hull.density * L**2
@@ -45,6 +56,10 @@ def steering(vehicle: Vehicle, u: float) -> Linear:
     m_rv = -half * L**2 * c.N_vdot
     m_rr = body.I_z - half * L**3 * c.N_rdot
     det = m_vv * m_rr - m_vr * m_rv
+    if not (m_vv > 0.0 and det > 0.0):
+        raise ParamError(
+            "coefficients: Y_vdot, Y_rdot, N_vdot, N_rdot leave no inertia; Y_vdot, N_rdot should be negative"
+        )
 
     def solve(force: float, moment: float) -> tuple[float, float]:
         return (m_rr * force - m_vr * moment) / det, (m_vv * moment - m_rv * force) / det

@@ -13,11 +13,11 @@ from firmware_py.vehicle.fins import Effectiveness, Fin, effectiveness
 class Hull:
     """What the water sees."""
 
-    length: float = param(unit="m", low=0.1, doc="Length over all, the L of every coefficient.")
-    height: float = param(unit="m", low=0.01, doc="Height of the section, for cross-flow drag in sway.")
-    width: float = param(unit="m", low=0.01, doc="Width of the section, for cross-flow drag in heave.")
-    C_dy: float = param(0.0, low=0.0, doc="Cross-flow drag coefficient in sway.")
-    C_dz: float = param(0.0, low=0.0, doc="Cross-flow drag coefficient in heave.")
+    length: float = param(unit="m", low=0.1, high=100.0, doc="Length over all, the L of every coefficient.")
+    height: float = param(unit="m", low=0.01, high=20.0, doc="Height of the section, for cross-flow drag in sway.")
+    width: float = param(unit="m", low=0.01, high=20.0, doc="Width of the section, for cross-flow drag in heave.")
+    C_dy: float = param(0.0, low=0.0, high=10.0, doc="Cross-flow drag coefficient in sway.")
+    C_dz: float = param(0.0, low=0.0, high=10.0, doc="Cross-flow drag coefficient in heave.")
     density: float = param(1000.0, unit="kg/m^3", low=900.0, high=1100.0, doc="Density of the water the laws assume.")
 
 
@@ -25,31 +25,31 @@ class Hull:
 class Body:
     """The rigid body, about the origin of the body axes."""
 
-    mass: float = param(unit="kg", low=0.1, doc="Mass.")
-    weight: float = param(unit="N", low=1.0, doc="Weight in air.")
-    buoyancy: float = param(unit="N", low=1.0, doc="Buoyancy fully under water.")
-    I_x: float = param(unit="kg m^2", low=0.0, doc="Moment of inertia in roll.")
-    I_y: float = param(unit="kg m^2", low=0.0, doc="Moment of inertia in pitch.")
-    I_z: float = param(unit="kg m^2", low=0.0, doc="Moment of inertia in yaw.")
-    I_xy: float = param(0.0, unit="kg m^2", doc="Product of inertia.")
-    I_yz: float = param(0.0, unit="kg m^2", doc="Product of inertia.")
-    I_xz: float = param(0.0, unit="kg m^2", doc="Product of inertia.")
-    x_G: float = param(0.0, unit="m", doc="Centre of gravity, forward.")
-    y_G: float = param(0.0, unit="m", doc="Centre of gravity, to starboard.")
-    z_G: float = param(0.0, unit="m", doc="Centre of gravity, down.")
-    x_B: float = param(0.0, unit="m", doc="Centre of buoyancy, forward.")
-    y_B: float = param(0.0, unit="m", doc="Centre of buoyancy, to starboard.")
-    z_B: float = param(0.0, unit="m", doc="Centre of buoyancy, down.")
+    mass: float = param(unit="kg", low=0.1, high=1e7, doc="Mass.")
+    weight: float = param(unit="N", low=1.0, high=1e8, doc="Weight in air.")
+    buoyancy: float = param(unit="N", low=1.0, high=1e8, doc="Buoyancy fully under water.")
+    I_x: float = param(unit="kg m^2", low=1e-6, high=1e10, doc="Moment of inertia in roll.")
+    I_y: float = param(unit="kg m^2", low=1e-6, high=1e10, doc="Moment of inertia in pitch.")
+    I_z: float = param(unit="kg m^2", low=1e-6, high=1e10, doc="Moment of inertia in yaw.")
+    I_xy: float = param(0.0, unit="kg m^2", low=-1e10, high=1e10, doc="Product of inertia.")
+    I_yz: float = param(0.0, unit="kg m^2", low=-1e10, high=1e10, doc="Product of inertia.")
+    I_xz: float = param(0.0, unit="kg m^2", low=-1e10, high=1e10, doc="Product of inertia.")
+    x_G: float = param(0.0, unit="m", low=-100.0, high=100.0, doc="Centre of gravity, forward.")
+    y_G: float = param(0.0, unit="m", low=-100.0, high=100.0, doc="Centre of gravity, to starboard.")
+    z_G: float = param(0.0, unit="m", low=-100.0, high=100.0, doc="Centre of gravity, down.")
+    x_B: float = param(0.0, unit="m", low=-100.0, high=100.0, doc="Centre of buoyancy, forward.")
+    y_B: float = param(0.0, unit="m", low=-100.0, high=100.0, doc="Centre of buoyancy, to starboard.")
+    z_B: float = param(0.0, unit="m", low=-100.0, high=100.0, doc="Centre of buoyancy, down.")
 
 
 @dataclass(frozen=True, slots=True)
 class Propeller:
     """Where propeller and hull are in trim, and how fast it may turn."""
 
-    n_trim: float = param(unit="rpm", low=1.0, doc="Propeller speed that holds u_trim.")
-    u_trim: float = param(unit="m/s", low=0.1, doc="Speed through the water at n_trim.")
-    n_max: float = param(unit="rpm", low=1.0, doc="Highest propeller speed.")
-    C_d0: float = param(0.0, low=0.0, doc="Drag at zero incidence, nondimensional with rho/2 L^2 u^2.")
+    n_trim: float = param(unit="rpm", low=1.0, high=1e5, doc="Propeller speed that holds u_trim.")
+    u_trim: float = param(unit="m/s", low=0.1, high=20.0, doc="Speed through the water at n_trim.")
+    n_max: float = param(unit="rpm", low=1.0, high=1e5, doc="Highest propeller speed.")
+    C_d0: float = param(0.0, low=0.0, high=10.0, doc="Drag at zero incidence, nondimensional with rho/2 L^2 u^2.")
 
 
 @dataclass(frozen=True, slots=True)

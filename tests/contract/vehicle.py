@@ -35,7 +35,7 @@ class Vehicle:
         channel = f"vehicle-{next(_channels)}"
         self.line = SerialLine()
         io = {
-            "can": {"interface": "virtual", "channel": channel, "node_id": OWN},
+            "can": {"node_id": OWN},
             "nodes": NODES,
             "dvl": {"port": self.line.path},
             "commands": {"rate": rate},

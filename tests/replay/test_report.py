@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import base64
+import errno
 import json
 import re
 from html.parser import HTMLParser
@@ -15,9 +16,12 @@ import numpy as np
 import pytest
 
 from firmware_py.adapters.recorder import LogError
+from firmware_py.records.order import Mode
 from tools import report, report_figures
-from tools.log import read
+from tools.log import Log, read
+from tools.report_drawing import Plot
 from tools.summary import summarise
+from tools.tracking import path_error, true_columns
 
 
 class Page(HTMLParser):
@@ -137,10 +141,99 @@ def test_modes_are_bands_without_gaps(tmp_path: Path, toy: SimpleNamespace) -> N
     assert [round(b.end, 6) for b in drawn.bands] == [1.0, 2.0, 3.0]
 
 
-def test_the_heading_line_does_not_cross_the_plot_at_north() -> None:
-    degrees = report_figures._compass(np.radians([350.0, 358.0, 5.0, 12.0, -3.0]))
-    assert np.isnan(degrees).tolist() == [False, False, True, False, True]
-    assert degrees[3] == pytest.approx(12.0)
+def drawn(log: Log, title: str) -> Plot:
+    return next(plot for plot in report_figures.Figures(log) if plot.title == title)
+
+
+def traces(log: Log, title: str) -> dict[str, np.ndarray]:
+    return {trace.name: np.array(trace.y, dtype=float) for trace in drawn(log, title).figure.data}
+
+
+def test_a_turn_past_north_is_one_line_and_all_three_are_on_the_same_turn(tmp_path: Path, toy: SimpleNamespace) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap"))
+    psi = np.linspace(340.0, 740.0, 300)
+    log.truth["eta.psi"] = wrapped(psi)
+    log.columns["state.eta.psi"] = wrapped(psi + 1.0)
+    log.columns["reference.psi_d"] = wrapped(psi - 2.0)
+    found = traces(log, "Heading")
+    turns = round(found["truth"][0] - 340.0)
+    assert turns % 360 == 0
+    assert found["truth"] - turns == pytest.approx(psi[::10], abs=1e-3)
+    assert found["estimate"] - found["truth"] == pytest.approx(1.0, abs=1e-3)
+    assert found["reference"][20:] - found["truth"][20:] == pytest.approx(-2.0, abs=1e-3)
+    assert drawn(log, "Heading").figure.layout.yaxis.title.text == "heading, degrees"
+
+
+def wrapped(degrees: np.ndarray) -> np.ndarray:
+    return np.angle(np.exp(1j * np.radians(degrees)))
+
+
+def test_what_nobody_steers_has_no_reference_and_no_error(tmp_path: Path, toy: SimpleNamespace) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap"))
+    assert np.isnan(traces(log, "Depth")["reference"][:20]).all()
+    assert np.isnan(traces(log, "Tracking error")["depth"][:20]).all()
+    assert np.isfinite(traces(log, "Tracking error")["depth"][20:]).all()
+    log.columns["mode.mode"] = np.minimum(log.columns["mode.mode"], Mode.MANUAL)
+    titles = [plot.title for plot in report_figures.Figures(log)]
+    assert "Heading" in titles
+    assert not {"Tracking error", "Heading error"} & set(titles)
+    assert set(traces(log, "Depth")) == {"truth", "estimate", "bottom", "events"}
+
+
+def test_the_path_is_in_the_tracking_plot_where_there_is_one(tmp_path: Path, toy: SimpleNamespace) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap"))
+    off = path_error(log, true_columns(log))[::10]
+    assert traces(log, "Tracking error")["path"] == pytest.approx(off, nan_ok=True, abs=1e-6)
+    log = read(toy.fly(tmp_path / "log.mcap", mission={"waypoints": []}))
+    assert "path" not in traces(log, "Tracking error")
+    assert "Path" not in drawn(log, "Tracking error").note
+
+
+def test_a_depth_that_is_held_to_the_millimetre_is_drawn_half_a_metre_high(
+    tmp_path: Path, toy: SimpleNamespace
+) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap"))
+    assert drawn(log, "Depth").figure.layout.yaxis.autorangeoptions.include is None  # it dives by metres
+    for columns, name in ((log.truth, "eta.z"), (log.columns, "state.eta.z"), (log.columns, "reference.z_d")):
+        columns[name] = 8.0 + 0.0005 * np.sin(np.arange(300))
+    axis = drawn(log, "Depth").figure.layout.yaxis
+    assert list(axis.autorangeoptions.include) == pytest.approx([7.75, 8.25], abs=1e-4)
+
+
+def test_an_uncertainty_of_hundreds_of_metres_does_not_hide_the_error(tmp_path: Path, toy: SimpleNamespace) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap"))
+    log.columns["state.position_std"] = np.full(300, 100.0)
+    log.truth["eta.x"] = log.columns["state.eta.x"] + np.linspace(0.0, 3.0, 300)
+    plot = drawn(log, "Navigation error, horizontal")
+    assert 3.0 < plot.figure.layout.yaxis.autorangeoptions.clipmax < 10.0
+    assert plot.note.endswith("The band goes on beyond the plot.")
+    log.columns["state.position_std"] = np.full(300, 1.0)
+    assert drawn(log, "Navigation error, horizontal").note == "Distance from estimate to truth."
+
+
+def test_the_scenarios_sentence_is_there(tmp_path: Path, toy: SimpleNamespace) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap", description="Sails a slow curve & <stops>."))
+    assert "Sails a slow curve & <stops>." in Page(report.page(log, summarise(log))).words
+
+
+def files(folder: Path) -> dict[str, str]:
+    return {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize("fails", ["page", "replace"])
+def test_a_report_that_fails_leaves_the_old_one(
+    flown: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fails: str
+) -> None:
+    for name in ("report.html", "summary.json"):
+        (tmp_path / name).write_text("old")
+
+    def broken(*_: object) -> str:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(*{"page": (report, "page"), "replace": (Path, "replace")}[fails], broken)
+    with pytest.raises((LogError, OSError)):
+        report.leave(read(flown), tmp_path)
+    assert files(tmp_path) == {"report.html": "old", "summary.json": "old"}
 
 
 def test_the_command_leaves_both_files(

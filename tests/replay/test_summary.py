@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from firmware_py.records.order import Mode
 from tools.log import read
 from tools.summary import figures, summarise, table, verdict
+from tools.tracking import path_error, true_columns
 
 HELD = np.arange(200, 300) * 0.01
 """The toy flies its mission from 2 s on; it is armed from 1 s on."""
@@ -26,8 +28,12 @@ def test_figures_of_a_run_with_truth(flown: Path) -> None:
     assert (s["cycles"], s["complete"], s["lost"]) == (300, True, "")
     assert s["depth_error_rms_m"] == pytest.approx(4.0 * math.sqrt(np.mean(np.exp(-HELD / 6.0) ** 2)), rel=1e-9)
     assert s["heading_error_rms_deg"] == pytest.approx(0.0, abs=1e-9)
-    assert s["cross_track_rms_m"] == pytest.approx(math.sqrt(np.mean(np.sin(HELD[1:]) ** 2)), rel=1e-9)
-    assert s["cross_track_max_m"] == pytest.approx(math.sin(2.01), rel=1e-9)
+    # From where it is at 2 s straight to (60, 0); it sails to starboard of that.
+    x, y = 1.8 * HELD, 2.0 * np.sin(0.02 * HELD) + 0.01 * HELD
+    course = math.atan2(-y[0], 60.0 - x[0])
+    off = (y - y[0]) * math.cos(course) - (x - x[0]) * math.sin(course)
+    assert s["path_error_rms_m"] == pytest.approx(math.sqrt(np.mean(off**2)), rel=1e-9)
+    assert s["path_error_max_m"] == pytest.approx(off[-1], rel=1e-9)
     assert s["depth_max_m"] == pytest.approx(4.0 - 4.0 * math.exp(-2.99 / 6.0))
     # The estimate runs ahead by the integral of gain sin(psi), and stays behind to the east by 1 cm/s.
     ahead = 0.25 * (1.0 - math.cos(0.02 * 2.99)) / 0.02
@@ -77,6 +83,64 @@ def test_waypoints_passed(tmp_path: Path, toy: SimpleNamespace, flown: Path) -> 
     assert (s["waypoints_passed"], s["waypoints_total"]) == (3, 3)
 
 
+def test_the_path_error_does_not_jump_where_the_leg_changes(tmp_path: Path, toy: SimpleNamespace) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap", 50.0))  # straight past the first corner, which guidance leaves at 40 s
+    off, t = path_error(log, true_columns(log)), log.columns["t"]
+    assert np.isnan(off[t < 1.995]).all()
+    assert np.abs(np.diff(off[t > 1.995])).max() < 0.02  # what a boat of 1.8 m/s can do in a step
+    assert off[-1] == pytest.approx(1.8 * 49.99 - 60.0, abs=1e-9)
+    assert summarise(log)["path_error_max_m"] == pytest.approx(off[-1])
+
+
+def test_a_path_is_planned_anew_from_where_the_mission_is_taken_up_again(tmp_path: Path, toy: SimpleNamespace) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap", 50.0))
+    c, t = log.columns, log.columns["t"]
+    c["mode.mode"] = np.where((t > 41.995) & (t < 44.995), Mode.HOLD, c["mode.mode"])
+    off = path_error(log, true_columns(log))
+    assert off[4199] == pytest.approx(1.8 * 41.99 - 60.0, abs=1e-9)
+    assert np.isnan(off[4200:4500]).all()
+    assert off[4500] == pytest.approx(0.0, abs=1e-9)
+    # The second waypoint is next: north-east of it is left behind, and the boat still sails north.
+    x, y = 1.8 * t[4500:] - 60.0, 2.0 * np.sin(0.02 * t[4500:]) + 0.01 * t[4500:] - 60.0
+    course = math.atan2(-y[0], -x[0])
+    across = (y - y[0]) * math.cos(course) - (x - x[0]) * math.sin(course)
+    along = (y - y[0]) * math.sin(course) + (x - x[0]) * math.cos(course)
+    assert off[4500:] == pytest.approx(np.where(along > 0.0, np.abs(across), np.hypot(x - x[0], y - y[0])), abs=1e-9)
+
+
+def test_without_a_mission_there_is_no_path_error(tmp_path: Path, toy: SimpleNamespace) -> None:
+    s = summarise(read(toy.fly(tmp_path / "log.mcap", mission={"waypoints": []})))
+    assert (s["path_error_rms_m"], s["path_error_max_m"]) == (None, None)
+    s = summarise(read(toy.fly(tmp_path / "log.mcap", 1.5)))
+    assert (s["path_error_rms_m"], s["path_error_max_m"]) == (None, None)
+
+
+def test_losses_are_shown_where_there_are_some(flown: Path) -> None:
+    log = read(flown)
+    assert summarise(log)["losses"] == {}
+    log.end["losses"] = {"transfers_malformed": 3, "dvl_broken": 0}
+    summary = summarise(log)
+    assert summary["losses"] == {"transfers_malformed": 3, "dvl_broken": 0}
+    assert figures(summary)[-1] == ("transfers malformed", "3")
+    assert "dvl broken" not in dict(figures(summary))
+
+
+def test_a_zigzag_has_its_figures(tmp_path: Path, toy: SimpleNamespace) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap", 50.0))
+    c, t = log.columns, log.columns["t"]
+    s = summarise(log)
+    names = ("overshoot_first_deg", "overshoot_second_deg", "zigzag_period_s", "turning_diameter_m")
+    assert [s[name] for name in names] == [None] * 4
+    c["mode.mode"] = np.full(len(t), Mode.MANUAL)
+    c["demand.delta_r"] = np.radians(20.0) * np.select([t < 5, t < 15, t < 25, t < 35], [0, 1, -1, 1], -1)
+    log.truth["eta.psi"] = np.radians(3.0 - np.interp(t, [5, 15, 17, 27, 28, 50], [0, 20, 26, -20, -24, 0]))
+    s = summarise(log)
+    assert s["zigzag_period_s"] == pytest.approx(20.0)
+    assert s["overshoot_first_deg"] == pytest.approx(6.0)
+    assert s["overshoot_second_deg"] == pytest.approx(4.0 + 46.0 / 10.0 * 2.0)
+    assert dict(figures(s))["first overshoot"] == "6.0°"
+
+
 def test_a_log_that_was_cut_off_is_not_completed(flown: Path, tmp_path: Path) -> None:
     data = flown.read_bytes()
     (tmp_path / "log.mcap").write_bytes(data[: len(data) // 2])
@@ -99,4 +163,7 @@ def test_the_table_shows_what_is_known(flown: Path) -> None:
     Console(file=out, width=80).print(table(summary))
     for words in ("completed", "vehicle time", "3.0 s", "0 of 3", "°/s"):
         assert words in out.getvalue()
+    reason = "it had not surfaced [/] when the time was over"
+    Console(file=out, width=80).print(table({**summary, "completed": False, "reason": reason}))
+    assert f"  not completed: {reason}  " in out.getvalue()
     assert len(figures({**summary, "speed_up": None})) == len(figures(summary)) - 1

@@ -27,6 +27,12 @@ t_s = 0.2
 arming = "arm"
 """
 
+WRONG = {
+    "mud.toml": "[start]\ndepth_m = 50.0\n[environment]\nbottom_depth_m = 40.0\n",
+    "far.toml": "[[waypoints]]\nx_m = 1e300\ny_m = 0.0\ndepth_m = 1.0\nspeed_m_s = 1.0\n",
+    "law.toml": '[autopilot.control]\nlaw = "fuzzy"\n',
+}
+
 
 def sternplane(
     *arguments: str | Path, cwd: Path, before: Callable[[], None] | None = None
@@ -74,8 +80,23 @@ def assert_one_line(result: subprocess.CompletedProcess[str], *words: str) -> No
         ("autopilot.toml", 'law = "sliding"', 'law = "fuzzy"', ("control: law = 'fuzzy'", '"sliding", "pid"')),
         ("vehicle.toml", "hinge_deg = 90", "hinge_deg = 0", ()),
         ("vehicle.toml", 'name = "rudder_upper"', 'name = "rudder_lower"', ("vehicle.toml", "rudder_lower")),
+        (
+            "vehicle.toml",
+            "mass_kg = 5454.54",
+            "mass_kg = 1e300",
+            ("vehicle.toml: body: mass_kg = 1e+300: out of bounds",),
+        ),
+        ("vehicle.toml", "M_q = -6.8e-2\n", "", ("vehicle.toml: coefficients: M_q is missing", "[-10, 10]")),
+        (
+            "vehicle.toml",
+            "M_qdot = -1.7e-2",
+            "M_qdot = 1.0",
+            ("vehicle.toml: coefficients: M_qdot = 1 leaves no inertia",),
+        ),
+        ("vehicle.toml", 'name = "rudder_lower"', 'name = ""', ("vehicle.toml: fins[3]: name is empty",)),
         ("truth.toml", "Z_w = ", "Z_u = ", ("truth.toml: coefficients: Z_u is unknown",)),
-        ("sensors.toml", "rate_hz = 20", "rate_hz = 300", ("pressure: rate_hz = 300 is above", "100 Hz")),
+        ("truth.toml", "substeps = 1", "substeps = 0", ("truth.toml: substeps = 0", "a whole number in [1, 100]")),
+        ("io_sitl.toml", "ahrs = 23", "ahrs = 10", ("io_sitl.toml: nodes.ahrs = 10: is can.node_id already",)),
         ("io_sitl.toml", "esc = 22", "esc = 23", ("io_sitl.toml: nodes: esc and ahrs have the same node id 23",)),
     ],
 )
@@ -96,21 +117,57 @@ def test_a_bad_configuration_is_one_line_with_file_and_key(
     ("arguments", "words"),
     [
         (("--scenario", "atlantis"), ("atlantis", "demo", "paper-depth")),
-        (("--bus", "socketcan:vcan9"), ("socketcan:vcan9", "virtual")),
+        (("--bus", "socketcan:vcan9"), ("bus 'socketcan:vcan9' cannot be opened",)),
+        (("--scenario", "folder.toml"), ("folder.toml: cannot be read (Is a directory)",)),
+        (("--scenario", "mud.toml"), ("mud.toml: start: depth_m = 50 is below the bottom", "bottom_depth_m = 40")),
+        (("--scenario", "far.toml"), ("far.toml: waypoints[0]: x_m = 1e+300: out of bounds",)),
+        (
+            ("--scenario", "law.toml"),
+            ("autopilot.toml under the scenario's [autopilot]: control: law = 'fuzzy'", "pid"),
+        ),
         (("--config", "nowhere"), ("nowhere", "configs/npsauv2")),
         (("--seed", "-1"), ("--seed -1",)),
         (("--out", "/proc/here"), ("--out /proc/here", "choose another")),
         (("--state", "bad_state"), ("bad_state", "navigation.json")),
+        (("--state", "sure_state"), ("navigation.json: position_std = 0.0: must be a number in [", "remove")),
     ],
 )
 def test_a_bad_argument_is_one_line_that_says_what_would_be_right(
     tmp_path: Path, brief: Path, arguments: tuple[str, str], words: Sequence[str]
 ) -> None:
-    (tmp_path / "bad_state").mkdir()
-    (tmp_path / "bad_state" / "navigation.json").write_text('{"x": "north"}')
+    sure = {"x": 0.0, "y": 0.0, "position_std": 0.0, "surface_pressure": 101325.0}
+    for name, kept in {"bad_state": {"x": "north"}, "sure_state": sure}.items():
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "navigation.json").write_text(json.dumps(kept))
+    (tmp_path / "folder.toml").mkdir()
+    for name, more in WRONG.items():
+        (tmp_path / name).write_text(BRIEF + more)
     wanted = ("sitl", "--scenario", brief, *arguments) if arguments[0] != "--scenario" else ("sitl", *arguments)
     assert_one_line(sternplane(*wanted, cwd=tmp_path), *words)
     assert not list(tmp_path.glob("runs/*/log.mcap"))
+
+
+def test_a_mistake_in_a_file_is_not_put_down_to_the_scenario(config: Path, tmp_path: Path) -> None:
+    edit(config / "autopilot.toml", "depth_max_m = 30.0", "depth_max_m = -3.0")
+    (tmp_path / "law.toml").write_text(BRIEF + WRONG["law.toml"])
+    result = sternplane("sitl", "--scenario", "law.toml", "--config", config, cwd=tmp_path)
+    assert_one_line(result, "autopilot.toml: safety: depth_max_m = -3.0: out of bounds")
+
+
+def test_sixteen_fins_are_refused_in_belief_and_in_truth(config: Path, brief: Path, tmp_path: Path) -> None:
+    for name, more, words in (
+        (
+            "truth.toml",
+            'station = "stern"\ncentre_m = [0.0, 0.0, 0.0]\nspan_m = 0.1\n',
+            "fins: 16 of them; write 1 to 15",
+        ),
+        ("vehicle.toml", "", "fins: 16 are too many; one command holds 15"),
+    ):
+        before = (config / name).read_text()
+        fins = "".join(f'[[fins]]\nname = "more_{i}"\nhinge_deg = 0.0\n{more}' for i in range(12))
+        (config / name).write_text(before + fins)
+        assert_one_line(sternplane("sitl", "--scenario", brief, "--config", config, cwd=tmp_path), f"{name}: {words}")
+        (config / name).write_text(before)
 
 
 def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(tmp_path: Path) -> None:
@@ -166,7 +223,7 @@ def test_a_mission_that_fails_is_status_1_and_says_why(tmp_path: Path) -> None:
     )
     result = sternplane("sitl", "--scenario", path, "--out", "run", cwd=tmp_path)
     assert result.returncode == 1, result.stderr
-    assert "did not surface within 30 s" in result.stdout
+    assert "it had not surfaced when the time was over" in result.stdout
 
 
 def test_a_vehicle_armed_at_rest_stays_where_it_is_with_its_fins_centred(tmp_path: Path) -> None:

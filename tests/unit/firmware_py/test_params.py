@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.params import ParamError, describe, dump, load, param
+from firmware_py.params import ParamError, describe, dump, load, naming, param
 
 
 class Paint(enum.Enum):
@@ -72,7 +72,7 @@ def test_what_is_dumped_loads_again_to_the_last_bit(angle: float, length: float,
         ("count = 10", "boat.toml: count = 10: out of bounds, must be a whole number in [1, 9]"),
         ("count = 1.5", "boat.toml: count = 1.5: must be a whole number in [1, 9]"),
         ("count = true", "boat.toml: count = True: must be a whole number in [1, 9]"),
-        ("spare = 1", "boat.toml: spare = 1: must be a true or false"),
+        ("spare = 1", "boat.toml: spare = 1: must be true or false"),
         ("length_m = 'long'", "boat.toml: length_m = 'long': must be a number in m in [0.1, 100]"),
         ("length_m = nan", "boat.toml: length_m = nan: must be finite, a number in m in [0.1, 100]"),
         ("length_m = inf", "must be finite"),
@@ -97,6 +97,43 @@ def test_what_is_wrong_is_said_in_one_line_with_file_and_key(change: str, words:
 def test_a_missing_number_is_named_with_its_unit() -> None:
     with pytest.raises(ParamError, match=r"boat.toml: length_m is missing \(a number in m in \[0.1, 100\]\)"):
         load(Boat, {"fins": []}, "boat.toml")
+
+
+@dataclass(frozen=True, slots=True)
+class Bare:
+    fins: tuple[Fin, ...]
+    paint: Paint
+    name: str
+    spare: bool
+    fin: Fin
+    offsets: tuple[float, float] = param(unit="deg", low=-10, high=10)
+
+
+@pytest.mark.parametrize(
+    ("name", "wanted"),
+    [
+        ("fins", "a list of tables"),
+        ("paint", 'one of "red", "blue"'),
+        ("name", "a text"),
+        ("spare", "true or false"),
+        ("fin", "a table"),
+        ("offsets_deg", "a list of 2 entries, each a number in deg in [-10, 10]"),
+    ],
+)
+def test_whatever_is_missing_is_named_with_what_would_be_right(name: str, wanted: str) -> None:
+    fin = {"name": "a"}
+    good = {"fins": [fin], "paint": "red", "name": "b", "spare": True, "fin": fin, "offsets_deg": [1, 2]}
+    assert load(Bare, good, "x").paint is Paint.RED
+    with pytest.raises(ParamError) as error:
+        load(Bare, {key: value for key, value in good.items() if key != name}, "x")
+    assert str(error.value) == f"x: {name} is missing ({wanted})"
+
+
+def test_the_place_is_put_before_what_cannot_be_made() -> None:
+    with pytest.raises(ParamError, match=r"^boat\.toml: too long$"), naming("boat.toml"):
+        raise ValueError("too long")
+    with pytest.raises(TypeError), naming("boat.toml"):  # a mistake of ours
+        raise TypeError
 
 
 def test_every_declaration_is_listed_with_its_default_in_its_own_unit() -> None:

@@ -23,11 +23,13 @@ def pilot(**table):
     )
 
 
-def cycle(psi=0.0, mode=Mode.MANUAL, z=0.2, fix=False):
+def cycle(psi=0.0, mode=Mode.MANUAL, z=0.2, fix=False, meant=True, said=()):
     return SimpleNamespace(
         state=SimpleNamespace(eta=SimpleNamespace(psi=psi, z=z)),
         frame=SimpleNamespace(fix=SimpleNamespace(ok=fix)),
+        order=SimpleNamespace(mode=mode if meant else None),
         mode=SimpleNamespace(mode=mode, mission_done=False),
+        events=said,
     )
 
 
@@ -97,9 +99,9 @@ def test_a_surfacing_scenario_is_done_when_the_vehicle_disarmed_itself_at_the_su
     ground = pilot(completes="surfaced")
     for mode in (Mode.DISARMED, Mode.MANUAL, Mode.MISSION, Mode.SURFACE):
         ground.write(cycle(mode=mode))
-        assert (ground.done, ground.completed) == (False, False)
+        assert (ground.referee.done, ground.referee.completed) == (False, False)
     ground.write(cycle(mode=Mode.DISARMED))
-    assert (ground.done, ground.completed) == (True, True)
+    assert (ground.referee.done, ground.referee.completed) == (True, True)
 
 
 @pytest.mark.parametrize(("z", "fix", "up"), [(8.0, False, False), (8.0, True, True), (0.4, False, True)])
@@ -107,14 +109,14 @@ def test_a_vehicle_that_disarms_in_the_deep_has_not_surfaced(z, fix, up):
     ground = pilot(completes="surfaced")
     for mode in (Mode.SURFACE, Mode.DISARMED):
         ground.write(cycle(mode=mode, z=z, fix=fix))
-    assert (ground.done, ground.completed) == (up, up)
+    assert (ground.referee.done, ground.referee.completed) == (up, up)
 
 
 def test_a_vehicle_that_disarms_under_way_has_not_surfaced():
     ground = pilot(completes="surfaced")
     for mode in (Mode.MISSION, Mode.DISARMED):
         ground.write(cycle(mode=mode))
-    assert (ground.done, ground.completed) == (False, False)
+    assert (ground.referee.done, ground.referee.completed) == (False, False)
 
 
 @pytest.mark.parametrize(
@@ -124,5 +126,30 @@ def test_a_timed_scenario_is_completed_by_a_vehicle_that_is_still_doing_it(last,
     ground = pilot()
     for mode in (Mode.DISARMED, Mode.HOLD, last):
         ground.write(cycle(mode=mode))
-    assert ground.done is False
-    assert ground.completed is completed
+    assert ground.referee.done is False
+    assert ground.referee.completed is completed
+
+
+def test_a_boat_that_a_rule_brings_up_has_not_completed_its_mission_and_the_rule_is_named():
+    ground = pilot(completes="surfaced")
+    ground.write(cycle(mode=Mode.MISSION))
+    ground.write(cycle(mode=Mode.SURFACE, meant=False, said=("MISSION -> SURFACE: depth 7.00 m, limit 7 m",)))
+    ground.write(cycle(mode=Mode.DISARMED, meant=False, said=("SURFACE -> DISARMED: surfaced",)))
+    assert (ground.referee.done, ground.referee.completed) == (True, False)
+    assert ground.referee.reason == "aborted: MISSION -> SURFACE: depth 7.00 m, limit 7 m"
+
+
+def test_the_end_of_a_mission_is_meant_and_its_end_by_a_rule_is_not():
+    for done in (True, False):
+        ground = pilot(completes="surfaced")
+        for mode in (Mode.MISSION, Mode.SURFACE, Mode.DISARMED):
+            seen = cycle(mode=mode, meant=False)
+            seen.mode.mission_done = done
+            ground.write(seen)
+        assert ground.referee.completed is done
+
+
+def test_a_boat_that_was_never_armed_says_what_it_was_told():
+    ground = pilot()
+    ground.write(cycle(mode=Mode.DISARMED, said=("arming refused: battery at 3%, needs 20%",)))
+    assert ground.referee.reason == "never armed: arming refused: battery at 3%, needs 20%"

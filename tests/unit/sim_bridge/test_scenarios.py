@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from firmware_py.params import ParamError
 from firmware_py.records.order import Arming, Mode
-from sim_bridge.scenarios import Completes, ScenarioError, known, load_scenario, parse
+from sim_bridge.scenarios import Completes, known, load_scenario, parse
 
 FOLDER = Path(__file__).resolve().parents[3] / "configs" / "scenarios"
 LEAST = {"description": "Nothing happens.", "duration_s": 10.0, "completes": "time"}
@@ -82,20 +83,40 @@ def test_everything_a_scenario_may_say_arrives_in_si():
         ({"faults": [{"t_s": 1.0, "name": "dvl-off:1"}]}, "fault 'dvl-off:1': write dvl-off"),
         ({"environment": {"current": 3}}, "here: environment: current is unknown"),
         ({"start": 3}, "here: start must be a table"),
+        (
+            {"start": {"x_m": 2e5}},
+            "here: start: x_m = 200000.0: out of bounds, must be a number in m in [-1",
+        ),
+        (
+            {"start": {"depth_m": 50.0}, "environment": {"bottom_depth_m": 40.0}},
+            "here: start: depth_m = 50 is below the bottom; environment.bottom_depth_m = 40",
+        ),
+        (
+            {"waypoints": [{"x_m": 0.0, "y_m": 1e300, "depth_m": 1.0, "speed_m_s": 1.0}]},
+            "here: waypoints[0]: y_m = 1e+300: out of bounds",
+        ),
         ({"autopilot": 3}, "here: autopilot must be a table"),
     ],
 )
 def test_what_is_wrong_is_named_in_one_line(change, words):
     table = {key: value for key, value in (LEAST | change).items() if value is not None}
-    with pytest.raises(ScenarioError) as caught:
+    with pytest.raises(ParamError) as caught:
         parse(table, "here")
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
 def test_an_unknown_scenario_names_the_known_ones():
-    with pytest.raises(ScenarioError, match=r"unknown scenario 'dmo'; known: demo, paper-depth, .*zigzag"):
+    with pytest.raises(ParamError, match=r"unknown scenario 'dmo'; known: demo, paper-depth, .*zigzag"):
         load_scenario("dmo", FOLDER)
+
+
+def test_a_folder_in_a_scenarios_place_is_said_to_be_one(tmp_path):
+    (tmp_path / "folder.toml").mkdir()
+    with pytest.raises(ParamError, match=r"folder\.toml: cannot be read \(Is a directory\)"):
+        load_scenario(str(tmp_path / "folder.toml"), FOLDER)
+    with pytest.raises(ParamError, match=r"unknown scenario '.*'; known: demo"):
+        load_scenario(str(tmp_path), FOLDER)
 
 
 def test_a_file_of_ones_own_can_be_named(tmp_path):
@@ -107,6 +128,6 @@ def test_a_file_of_ones_own_can_be_named(tmp_path):
 @pytest.mark.parametrize("content", [b"duration_s = = 1", b"\xff\xfe", b'description = "a\nb"'])
 def test_a_file_that_is_not_toml_is_named(tmp_path, content):
     (tmp_path / "broken.toml").write_bytes(content)
-    with pytest.raises(ScenarioError, match=r"broken\.toml") as caught:
+    with pytest.raises(ParamError, match=r"broken\.toml") as caught:
         load_scenario("broken", tmp_path)
     assert "\n" not in str(caught.value)

@@ -129,9 +129,10 @@ def test_changing_one_instrument_leaves_the_others_readings_alone():
         assert {k for k in before if repr(before[k]) != repr(after[k])} == {name}
 
 
-def test_a_rate_above_the_base_rate_is_refused_by_name():
-    with pytest.raises(ParamError, match=r"sonar: rate_hz = 101 is above the base rate of 100 Hz"):
-        sensor(Timing(101), name="sonar")
+@pytest.mark.parametrize("rate", [101, 150, 1000])
+def test_an_instrument_that_is_faster_than_the_base_rate_speaks_once_every_tick(rate):
+    assert [k for k, _ in run(sensor(Timing(rate)), 250)] == list(range(250))
+    assert run(sensor(Timing(rate), noise=1.0), 250) == run(sensor(Timing(100), noise=1.0), 250)
 
 
 @pytest.mark.parametrize(("rate", "base"), [(1, 50), (20, 50), (30, 100), (100, 250), (7, 1000), (100, 100)])

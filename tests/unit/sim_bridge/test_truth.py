@@ -14,9 +14,11 @@ import pytest
 
 from firmware_py import params
 from firmware_py.params import ParamError
+from firmware_py.wire.equipment import ArrayCommand, Command
+from firmware_py.wire.messages import ARRAY_COMMAND
 from sim_bridge.coefficients import Coefficients, length_power
 from sim_bridge.packing import C, constants, fin_table, mass_matrix
-from sim_bridge.truth import Fin, Station, Truth
+from sim_bridge.truth import MOST_FINS, Fin, Station, Truth, refuse_other_fins
 
 CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2" / "truth.toml"
 TABLE = tomllib.loads(CONFIG.read_text())
@@ -55,6 +57,9 @@ def test_no_coefficient_has_a_default(name: str) -> None:
         ("body", "m_kg", -1.0, "m_kg = -1.0: out of bounds"),
         ("hull", "height", 0.53, "write height_m"),
         ("servo", "limit_deg", 120.0, "limit_deg"),
+        ("body", "m_kg", 1e300, "body: m_kg = 1e\\+300: out of bounds"),
+        ("hull", "L_m", 530.0, "hull: L_m = 530.0: out of bounds"),
+        ("coefficients", "M_q", -11.0, r"coefficients: M_q = -11.0: out of bounds, must be a number in \[-10, 10\]"),
     ],
 )
 def test_faults_are_named(place: str, key: str, value: float, message: str) -> None:
@@ -71,6 +76,42 @@ def test_a_bow_plane_must_lie_flat_and_fins_have_their_own_names() -> None:
     table["fins"][1]["name"] = "stern_port"
     with pytest.raises(ParamError, match="two fins are called 'stern_port'"):
         load(table)
+
+
+def with_fins(count: int) -> dict[str, Any]:
+    fins = [TABLE["fins"][i % 4] | {"name": f"fin_{i}"} for i in range(count)]
+    return {**TABLE, "fins": fins}
+
+
+def test_there_are_no_more_fins_than_one_command_carries() -> None:
+    most = load(with_fins(MOST_FINS))
+    assert len(ARRAY_COMMAND.encode(ArrayCommand((Command(0, 1, 0.1),) * len(most.fins)))) > 0
+    with pytest.raises(ValueError, match="15"):
+        ARRAY_COMMAND.encode(ArrayCommand((Command(0, 1, 0.1),) * (MOST_FINS + 1)))
+    for count in (0, 16):
+        with pytest.raises(ParamError, match=rf"^truth\.toml: fins: {count} of them; write 1 to 15"):
+            load(with_fins(count))
+
+
+def test_a_fin_without_a_name_is_refused() -> None:
+    table = copy.deepcopy(TABLE)
+    table["fins"][2]["name"] = " "
+    with pytest.raises(ParamError, match=r"^truth\.toml: fins\[2\]: name is empty"):
+        load(table)
+
+
+def test_another_number_of_fins_than_the_autopilot_believes_in_is_refused_with_both_files() -> None:
+    refuse_other_fins(load(TABLE), "truth.toml", 4, "vehicle.toml")
+    with pytest.raises(ParamError, match=r"^truth\.toml: fins: 4 of them, but 6 in vehicle\.toml; write the same"):
+        refuse_other_fins(load(TABLE), "truth.toml", 6, "vehicle.toml")
+
+
+def test_the_substeps_are_one_unless_the_file_says_otherwise() -> None:
+    assert load({key: value for key, value in TABLE.items() if key != "substeps"}).substeps == 1
+    assert load({**TABLE, "substeps": 100}).substeps == 100
+    for wrong in (0, 101, 1.5):
+        with pytest.raises(ParamError, match=rf"truth\.toml: substeps = {wrong}: .* a whole number in \[1, 100\]"):
+            load({**TABLE, "substeps": wrong})
 
 
 def test_what_was_read_can_be_written_and_read_again() -> None:

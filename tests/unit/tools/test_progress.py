@@ -17,13 +17,14 @@ from tools import progress
 from tools.progress import Progress
 
 
-def cycle(k: int, waypoint: int = 1) -> Any:
-    eta = SimpleNamespace(z=4.25, psi=math.radians(-90.0))
+def cycle(k: int, waypoint: int = 1, degrees: float = -90.0, events: tuple[str, ...] = ()) -> Any:
+    eta = SimpleNamespace(z=4.25, psi=math.radians(degrees))
     return SimpleNamespace(
         tick=Tick(k, 10_000_000),
         state=SimpleNamespace(eta=eta),
         reference=SimpleNamespace(waypoint=waypoint),
         mode=SimpleNamespace(mode=Mode.MISSION),
+        events=events,
     )
 
 
@@ -51,13 +52,13 @@ def test_in_a_terminal_a_bar_no_oftener_than_it_can_be_seen(monkeypatch: pytest.
     out = io.StringIO()
     shown = Progress(100.0, 5, Console(file=out, width=160, force_terminal=True))
     drawn: list[float] = []
-    real = shown._bar.update
+    real = shown._live.update
 
     def draw(*words: Any, **more: Any) -> None:
         drawn.append(now[0])
         real(*words, **more)
 
-    monkeypatch.setattr(shown._bar, "update", draw)
+    monkeypatch.setattr(shown._live, "update", draw)
     with shown:
         for k in range(5000):  # 2 s of wall time
             now[0] += 0.0004
@@ -68,14 +69,55 @@ def test_in_a_terminal_a_bar_no_oftener_than_it_can_be_seen(monkeypatch: pytest.
     assert "25.0×" in out.getvalue()
 
 
-@pytest.mark.parametrize("width", [20, 60, 80, 100, 200])
-def test_a_bar_is_one_line_in_any_terminal(width: int) -> None:
+def drawn(width: int, of: Any, waypoints: int = 5) -> str:
+    """The bar's line in a terminal of that width."""
     console = Console(file=io.StringIO(), width=width, force_terminal=True)
-    shown = Progress(100.0, 5, console)
-    shown._bar.update(shown._task, completed=50.0, description=shown._line(cycle(5000)))  # type: ignore[arg-type]
-    lines = console.render_lines(shown._bar.get_renderable(), pad=False)
+    shown = Progress(330.0, waypoints, console)
+    shown._began -= 6.0
+    lines = console.render_lines(shown._bar(of, width), pad=False)
     assert len(lines) == 1
     assert sum(segment.cell_length for segment in lines[0]) <= width
+    return "".join(segment.text for segment in lines[0])
+
+
+@pytest.mark.parametrize("waypoints", [0, 5, 100])
+@pytest.mark.parametrize("width", [10, 20, 30, 40, 50, 60, 70, 80, 100, 200])
+def test_a_bar_is_one_line_in_any_terminal(width: int, waypoints: int) -> None:
+    assert drawn(width, cycle(30_123, waypoint=99), waypoints).strip()
+
+
+def test_eighty_columns_show_a_bar_and_all_the_words() -> None:
+    line = drawn(80, cycle(30_123))
+    assert line.count("━") + line.count("╸") + line.count("╺") >= 8
+    for words in ("301.2/330 s", "depth  4.25 m", "270.0°", "wp 2/5", "mission"):
+        assert words in line
+    assert line.rstrip().endswith("×")
+
+
+def test_fifty_columns_show_the_essentials() -> None:
+    line = drawn(50, cycle(30_123))
+    for words in ("301/330 s", "4.25 m", "270.0°", "2/5", "mission"):
+        assert words in line
+    assert line.rstrip().endswith("×")
+
+
+@pytest.mark.parametrize(("degrees", "shown"), [(359.96, "0.0°"), (-0.04, "0.0°"), (359.94, "359.9°"), (360.0, "0.0°")])
+def test_a_heading_is_never_360(degrees: float, shown: str) -> None:
+    for width in (30, 50, 80, 160):
+        assert f" {shown}" in drawn(width, cycle(30_123, degrees=degrees))
+        assert "360.0" not in drawn(width, cycle(30_123, degrees=degrees))
+
+
+@pytest.mark.parametrize("terminal", [False, True])
+def test_events_are_shown_at_once_and_stay(terminal: bool) -> None:
+    out = io.StringIO()
+    said = ("MISSION -> SURFACE: depth not heard for 1 s", "waypoint [1] of 5 passed")
+    with Progress(100.0, 5, Console(file=out, width=100, force_terminal=terminal)) as shown:
+        shown.update(cycle(1))
+        assert "SURFACE" not in out.getvalue()
+        shown.update(cycle(1234, events=said))
+        assert all(f"    12.34 s  {text}\n" in out.getvalue() for text in said)
+    assert out.getvalue().count("SURFACE") == 1
 
 
 def test_the_bar_goes_away_when_the_run_fails() -> None:
@@ -83,4 +125,4 @@ def test_the_bar_goes_away_when_the_run_fails() -> None:
     shown = Progress(1.0, 0, Console(file=out, width=100, force_terminal=True))
     with pytest.raises(KeyboardInterrupt), shown:
         raise KeyboardInterrupt
-    assert not shown._bar.live.is_started
+    assert not shown._live.is_started

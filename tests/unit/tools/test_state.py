@@ -15,7 +15,7 @@ from tools import state
 from tools.errors import UsageError
 
 KEPT = Kept(12.5, -3.25, 4.0, 101_300.0)
-finite = st.floats(allow_nan=False, allow_infinity=False)
+places = st.floats(-1e6, 1e6)
 
 
 def test_a_folder_that_is_new_or_empty_holds_nothing(tmp_path):
@@ -23,7 +23,7 @@ def test_a_folder_that_is_new_or_empty_holds_nothing(tmp_path):
     assert state.load(tmp_path / "new") == {}
 
 
-@given(st.builds(Kept, finite, finite, finite, finite))
+@given(st.builds(Kept, places, places, st.floats(1e-3, 1e5), st.floats(4e4, 1.2e5)))
 def test_what_was_kept_comes_back_to_the_bit(tmp_path_factory, kept):
     folder = tmp_path_factory.getbasetemp() / "state" / "deep"
     state.save(folder, kept)
@@ -73,6 +73,11 @@ BAD = {
     "truth": json.dumps(GOOD | {"x": True}).encode(),
     "nan": json.dumps(GOOD | {"x": float("nan")}).encode(),
     "infinite": json.dumps(GOOD | {"x": float("inf")}).encode(),
+    "no sigma": json.dumps(GOOD | {"position_std": 0.0}).encode(),
+    "minus sigma": json.dumps(GOOD | {"position_std": -1.0}).encode(),
+    "no air": json.dumps(GOOD | {"surface_pressure": 0.0}).encode(),
+    "under water": json.dumps(GOOD | {"surface_pressure": 2e5}).encode(),
+    "off the earth": json.dumps(GOOD | {"x": 1e300}).encode(),
     "huge": json.dumps(GOOD | {"x": 10**400}).encode(),
 }
 
@@ -88,6 +93,14 @@ def test_a_file_that_is_not_what_was_saved_is_refused_and_named(tmp_path, conten
     assert text.startswith("--state: ")
     assert str(path) in text
     assert path.read_bytes() == content
+
+
+def test_the_number_that_is_wrong_is_named_with_its_bounds(tmp_path):
+    (tmp_path / state.FILE).write_text(json.dumps(GOOD | {"surface_pressure": 2e5}))
+    with pytest.raises(
+        UsageError, match=r"surface_pressure = 200000\.0: must be a number in \[30000, 130000\]; remove"
+    ):
+        state.load(tmp_path)
 
 
 def test_whole_numbers_are_numbers(tmp_path):

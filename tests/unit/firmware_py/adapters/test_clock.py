@@ -88,6 +88,32 @@ def test_it_ends_before_the_tick_that_is_refused_and_asks_for_each_once(fake):
     assert asked == [(0, 0), *((k, k * DT + OVER) for k in (1, 2, 3))]
 
 
+def test_slips_are_the_ticks_more_than_a_step_late_of_this_run(fake):
+    schedule = clock.RealTime(DT, lambda k: k < 5)
+    costs = iter([2 * DT, 0, 2 * DT + 1, 0, 0, 0, 0, 0, 0, 0])  # tick 1 begins exactly a step late, tick 3 a ns more
+    for _ in schedule:
+        fake.now += next(costs)
+    assert schedule.slips == 1
+    for _ in schedule:
+        fake.now += next(costs)
+    assert schedule.slips == 0
+
+
+def test_who_watches_the_clock_before_a_deadline_begins_on_it(monkeypatch):
+    class Running(Clock):
+        """Every look at this clock takes 100 ns."""
+
+        def monotonic_ns(self):
+            self.now += 100
+            return self.now
+
+    fake = Running()
+    monkeypatch.setattr(clock, "time", fake)
+    late = [tick.late_ns for tick in clock.RealTime(DT, lambda k: k < 20, spin_ns=OVER)]
+    assert len(fake.slept) == 20
+    assert max(late) <= 400
+
+
 def test_each_run_begins_anew(fake):
     schedule = clock.RealTime(DT, lambda k: k < 2)
     assert [tick.k for tick in schedule] == [0, 1]

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import dataclasses
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -8,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.params import ParamError, dump, load
+from firmware_py.vehicle.coefficients import Coefficients
 from firmware_py.vehicle.linear import diving, steering
 from firmware_py.vehicle.vehicle import Vehicle
 
@@ -80,6 +83,11 @@ def test_steering_matches_newton_on_the_coupled_rows() -> None:
     ("layout", "message"),
     [
         ([], "fins is empty"),
+        (
+            fins(*((f"f{i}", i % 2 * 90, "stern") for i in range(16))),
+            "fins: 16 are too many; one command holds 15",
+        ),
+        (fins(("a", 0, "stern"), ("", 90, "stern")), "fins[1]: name is empty"),
         (fins(("a", 0, "stern"), ("a", 90, "stern")), "'a' occurs 2 times"),
         (fins(("a", 90, "stern"), ("b", 90, "stern")), "none acts on delta_s"),
         (fins(("a", 0, "stern"), ("b", 180, "stern")), "none acts on delta_r"),
@@ -101,6 +109,39 @@ def test_fins_that_do_nothing_or_the_opposite_are_refused(name: str, value: floa
     wrong["coefficients"][name] = value
     with pytest.raises(ParamError, match=f"{name} must be negative"):
         load(Vehicle, wrong, "vehicle.toml")
+
+
+@pytest.mark.parametrize("name", [field.name for field in dataclasses.fields(Coefficients)])
+def test_no_coefficient_has_a_default(name: str) -> None:
+    wrong = table()
+    del wrong["coefficients"][name]
+    with pytest.raises(ParamError, match=rf"^v: coefficients: {name} is missing \(a number in \[-10, 10\]\)"):
+        load(Vehicle, wrong, "v")
+
+
+@pytest.mark.parametrize(
+    ("place", "key", "value"),
+    [("body", "mass_kg", 1e300), ("body", "I_y_kg_m2", 0.0), ("hull", "length_m", 1e3), ("coefficients", "M_q", -68.0)],
+)
+def test_what_no_vehicle_can_have_is_out_of_bounds(place: str, key: str, value: float) -> None:
+    wrong = table()
+    wrong[place][key] = value
+    with pytest.raises(ParamError, match=f"^v: {place}: {key} = ") as caught:
+        load(Vehicle, wrong, "v")
+    assert "out of bounds" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("model", "name", "value"),
+    [(diving, "M_qdot", 0.1), (steering, "Y_vdot", 0.1), (steering, "N_rdot", 0.1), (steering, "N_vdot", 1.0)],
+)
+def test_added_mass_that_leaves_no_inertia_is_named(model: Callable, name: str, value: float) -> None:
+    wrong = table()
+    wrong["coefficients"][name] = value
+    if name == "N_vdot":
+        wrong["coefficients"]["Y_rdot"] = value
+    with pytest.raises(ParamError, match=f"^coefficients: .*{name}"):
+        model(load(Vehicle, wrong, "v"), 1.8)
 
 
 def test_a_coefficient_that_does_not_exist_is_named() -> None:

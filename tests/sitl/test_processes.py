@@ -1,0 +1,212 @@
+"""Plant and vehicle as two processes on a real bus between them: lockstep, and everything that can break it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from firmware_py.adapters.can_bus import CanBus, open_bus
+from firmware_py.adapters.turns import HELLO, VERSION, Turns
+from firmware_py.app import build
+from firmware_py.wire.messages import TICK, TICK_DONE
+from firmware_py.wire.protocol import Tick, TickDone
+from tools.log import read
+from tools.replay import replay
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMAND = Path(sys.executable).parent / "sternplane"
+SCENARIO = """
+description = "A short dive."
+duration_s = 20.0
+completes = "time"
+[environment]
+turbulence_m_s = 0.03
+[[orders]]
+t_s = 0.5
+arming = "arm"
+mode = "hold"
+depth_m = 2.0
+heading_deg = 30.0
+speed_m_s = 1.5
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Path:
+    path = tmp_path / "dive.toml"
+    path.write_text(SCENARIO)
+    return path
+
+
+@pytest.fixture
+def bus() -> Iterator[CanBus]:
+    opened = open_bus(BUS)
+    yield opened
+    opened.close()
+
+
+BUS = "udp:6"
+
+
+def sitl(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [COMMAND, "sitl", *arguments], cwd=cwd, capture_output=True, text=True, check=False, timeout=100
+    )
+
+
+Start = Callable[..., subprocess.Popen[str]]
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Start]:
+    """Starts `sternplane ...` in the background; what is still running when the test ends is ended."""
+    processes: list[subprocess.Popen[str]] = []
+
+    def start(*arguments: str | Path) -> subprocess.Popen[str]:
+        process = subprocess.Popen(
+            [COMMAND, *arguments], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        processes.append(process)
+        return process
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
+def until_heard(bus: CanBus, source: int, seconds: float = 60.0) -> None:
+    """Waits until a node is heard on the bus: its process is at work."""
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        if any(can_id & 0x7F == source for can_id, _ in bus.drain(1000, 0.1)):
+            return
+    raise AssertionError(f"node {source} was not heard for {seconds:g} s")
+
+
+def test_two_processes_give_the_cycles_that_one_gives_byte_for_byte(scenario: Path, tmp_path: Path) -> None:
+    for name, bus in (("one", "virtual"), ("two", BUS), ("again", BUS)):
+        result = sitl("--scenario", scenario, "--bus", bus, "--out", name, cwd=tmp_path)
+        assert result.returncode == 0, result.stderr + result.stdout
+    one, two, again = (read(tmp_path / name / "log.mcap") for name in ("one", "two", "again"))
+    assert len(one.cycle_bytes) == 2000
+    assert two.cycle_bytes == one.cycle_bytes
+    assert again.cycle_bytes == two.cycle_bytes
+    assert two.topics["/truth"].messages == one.topics["/truth"].messages
+
+
+def test_a_run_in_real_time_in_two_processes_is_replayed_byte_for_byte(scenario: Path, tmp_path: Path) -> None:
+    scenario.write_text(SCENARIO.replace("20.0", "4.0"))
+    result = sitl("--scenario", scenario, "--bus", BUS, "--pace", "realtime", "--out", "run", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr + result.stdout
+    log = read(tmp_path / "run" / "log.mcap")
+    assert any(cycle.tick.late_ns > 0 for cycle in log.cycles)
+    assert sum(cycle.frame.ahrs.fresh for cycle in log.cycles) > 200
+    compared = replay(log, build)
+    assert compared.equal, str(compared)
+
+
+@pytest.mark.parametrize("killed", ["plant", "fly"])
+def test_one_side_killed_in_lockstep_ends_the_other_with_its_name_and_a_readable_log(
+    tmp_path: Path, bus: CanBus, start: Start, killed: str
+) -> None:
+    dvl = tmp_path / "dvl"
+    plant = start("plant", "--bus", BUS, "--dvl", dvl, "--out", "boat")
+    fly = start("fly", "--bus", BUS, "--pace", "bus", "--dvl", dvl, "--out", "vehicle")
+    until_heard(bus, 22)  # the propeller's controller reports: they fly
+    victim, other = (plant, fly) if killed == "plant" else (fly, plant)
+    victim.kill()
+    out, err = other.communicate(timeout=20)
+    victim.communicate(timeout=20)
+    assert other.returncode == 1, out + err
+    assert f"the {'plant' if killed == 'plant' else 'vehicle'} has been silent for 5 s" in err
+    log = read(tmp_path / "vehicle" / "log.mcap")
+    assert log.complete == (killed == "plant")
+    if killed == "plant":
+        assert "silent" in log.end["reason"]
+
+
+def test_a_bus_on_which_our_nodes_speak_is_refused_with_who_was_heard(
+    tmp_path: Path, bus: CanBus, start: Start
+) -> None:
+    first = start("plant", "--bus", BUS, "--dvl", tmp_path / "a", "--pace", "realtime")
+    try:
+        until_heard(bus, 22)
+        second = start("plant", "--bus", BUS, "--dvl", tmp_path / "b")
+        _, err = second.communicate(timeout=60)
+        assert second.returncode == 2
+        assert err.count("\n") == 1
+        assert f"{BUS} is in use by" in err
+        assert "org.sternplane.sim.esc" in err
+    finally:
+        first.send_signal(signal.SIGTERM)
+        _, err = first.communicate(timeout=20)
+    assert first.returncode == 0, err
+    assert not os.path.lexists(tmp_path / "a")
+
+
+@pytest.mark.parametrize(
+    ("hello", "words"),
+    [
+        (Tick(HELLO, 10_000_000, 0, VERSION + 1), ("version 2", "version 1")),
+        (Tick(HELLO, 20_000_000, 0, VERSION), ("20 ms", "10 ms")),
+        (Tick(17, 0, 0, VERSION), ("already flying",)),
+    ],
+)
+def test_a_plant_of_another_kind_is_refused(bus: CanBus, start: Start, hello: Tick, words: tuple[str, ...]) -> None:
+    turns = Turns(bus, 125, [10])
+    fly = start("fly", "--bus", BUS, "--pace", "bus", "--dvl", "none")
+    for _ in range(300):  # 30 s
+        turns.say(TICK, hello)
+        turns.listen(TICK_DONE, 0.1)
+        if fly.poll() is not None:
+            break
+    _, err = fly.communicate(timeout=20)
+    assert fly.returncode == 1, err
+    assert all(word in err for word in words), err
+
+
+def test_a_frame_that_is_lost_ends_the_run_and_says_so(tmp_path: Path, bus: CanBus, start: Start) -> None:
+    line = tmp_path / "dvl"
+    master, slave = os.openpty()
+    os.symlink(os.ttyname(slave), line)
+    turns = Turns(bus, 125, [10])
+    fly = start("fly", "--bus", BUS, "--pace", "bus", "--dvl", line)
+    for _ in range(300):
+        turns.say(TICK, Tick(HELLO, 10_000_000, 0, VERSION))
+        done = turns.listen(TICK_DONE, 0.1)
+        if done is not None and done.k == HELLO:
+            break
+    turns.say(TICK, Tick(0, 0, 0, VERSION))
+    assert turns.listen(TICK_DONE, 10.0) == TickDone(0, 6)  # commands, arming, status
+    turns.say(TICK, Tick(1, 10_000_000, 3, VERSION))  # three frames that nobody sent
+    _, err = fly.communicate(timeout=20)
+    assert fly.returncode == 1
+    assert "0 frames came for tick 1, the plant sent 3" in err
+    os.close(master)
+    os.close(slave)
+
+
+def test_a_plant_that_dies_in_real_time_is_the_supervisors_affair(tmp_path: Path, bus: CanBus, start: Start) -> None:
+    dvl = tmp_path / "dvl"
+    plant = start("plant", "--bus", BUS, "--dvl", dvl, "--pace", "realtime")
+    until_heard(bus, 22)
+    fly = start("fly", "--bus", BUS, "--dvl", dvl, "--out", "vehicle")
+    until_heard(bus, 10)
+    plant.kill()
+    plant.communicate(timeout=20)
+    for _ in range(100):  # at 50 Hz, 2 s of commands after the plant's death
+        until_heard(bus, 10)
+    fly.send_signal(signal.SIGINT)
+    out, err = fly.communicate(timeout=20)
+    assert fly.returncode == 0, out + err
+    log = read(tmp_path / "vehicle" / "log.mcap")
+    assert log.complete
+    assert not list(log.cycles)[-1].state.attitude_ok

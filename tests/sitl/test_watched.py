@@ -1,0 +1,106 @@
+"""A flight in real time, watched and commanded by peers that nobody here wrote: mavutil, and pydronecan's node."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from pymavlink import mavutil
+
+from firmware_py.records.order import Arming, Mode
+from tools.log import read
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMAND = Path(sys.executable).parent / "sternplane"
+PORT = 14871
+NUMBER = "4"
+IDLE = """
+description = "Waits at the surface for whoever comes."
+duration_s = 90.0
+completes = "time"
+"""
+NODES = {
+    10: "org.sternplane.autopilot",
+    21: "org.sternplane.sim.servo_hub",
+    22: "org.sternplane.sim.esc",
+    23: "org.sternplane.sim.ahrs",
+    24: "org.sternplane.sim.pressure",
+    25: "org.sternplane.sim.altimeter",
+    26: "org.sternplane.sim.fix",
+    27: "org.sternplane.sim.battery",
+}
+
+
+@pytest.fixture
+def flight(tmp_path: Path) -> Iterator[Path]:
+    """A boat and its vehicle, in two processes and in real time, that talk to a station on PORT."""
+    scenario = tmp_path / "idle.toml"
+    scenario.write_text(IDLE)
+    folder = tmp_path / "run"
+    arguments = ["--scenario", scenario, "--bus", f"udp:{NUMBER}", "--pace", "realtime", "--out", folder]
+    process = subprocess.Popen(
+        [COMMAND, "sitl", *arguments, "--gcs", f"udpout:127.0.0.1:{PORT}"],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    yield folder
+    process.terminate()
+    process.wait(timeout=60)
+
+
+def test_mavutil_hears_a_submarine_arms_it_and_sets_its_mode(flight: Path) -> None:
+    station = mavutil.mavlink_connection(f"udpin:127.0.0.1:{PORT}")
+
+    def heard(kind: str, wanted=lambda message: True, seconds: float = 30.0):
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            message = station.recv_match(type=kind, blocking=True, timeout=1.0)
+            if message is not None and wanted(message):
+                return message
+        raise AssertionError(f"no {kind} as it should be within {seconds:g} s")
+
+    armed_bit = mavutil.mavlink.MAV_MODE_FLAG_SAFETY_ARMED
+    beat = heard("HEARTBEAT")
+    assert beat.type == mavutil.mavlink.MAV_TYPE_SUBMARINE
+    assert not beat.base_mode & armed_bit
+    assert abs(heard("ATTITUDE").roll) < 0.1
+    assert abs(heard("GLOBAL_POSITION_INT").relative_alt) < 1000
+
+    ahrs = mavutil.mavlink.MAV_SYS_STATUS_AHRS
+    heard("SYS_STATUS", lambda m: m.onboard_control_sensors_health & ahrs)  # before that, arming is refused
+    station.target_system, station.target_component = beat.get_srcSystem(), beat.get_srcComponent()
+    station.arducopter_arm()
+    answer = heard("COMMAND_ACK", lambda m: m.command == mavutil.mavlink.MAV_CMD_COMPONENT_ARM_DISARM)
+    assert answer.result == mavutil.mavlink.MAV_RESULT_ACCEPTED
+    heard("HEARTBEAT", lambda m: m.base_mode & armed_bit)
+    station.set_mode("ALT_HOLD")  # ArduSub's name of depth hold
+    heard("HEARTBEAT", lambda m: m.custom_mode == 2)
+    station.arducopter_disarm()
+    heard("HEARTBEAT", lambda m: not m.base_mode & armed_bit)
+    station.close()
+
+    log = read(flight / "log.mcap")  # still being written: what has reached the disk
+    modes = [cycle.mode.mode for cycle in log.cycles]
+    orders = [cycle.order.arming for cycle in log.cycles]
+    assert Mode.MANUAL in modes
+    assert Arming.ARM in orders
+
+
+def test_pydronecans_node_monitor_lists_every_node_with_its_name(flight: Path) -> None:
+    script = ROOT / "tests" / "contract" / "foreign_node.py"
+    names: dict[int, str] = {}
+    with subprocess.Popen([sys.executable, script, NUMBER], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as monitor:
+        deadline = time.monotonic() + 60.0
+        for line in monitor.stdout:  # the commands that it hears come as well, so it is never silent for long
+            said = json.loads(line)
+            if "node" in said:
+                names[said["node"]] = said["name"]
+            if NODES.items() <= names.items() or time.monotonic() > deadline:
+                break
+        monitor.kill()
+    assert NODES.items() <= names.items(), names

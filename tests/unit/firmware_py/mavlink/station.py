@@ -1,0 +1,175 @@
+"""A ground station of pymavlink's, and a boat that is moved by hand at the other end of the link."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterable
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from firmware_py.marine import Eta, Nu, Origin
+from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.node import MavlinkParams, Node
+from firmware_py.mavlink.status import Actuators
+from firmware_py.mavlink.telemetry import TelemetryParams
+from firmware_py.records.command import Applied, Demand, FinCommand, ModeState, Reference
+from firmware_py.records.cycle import Cycle
+from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.order import NO_ORDER, Arming, Mode, Order
+from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame
+from firmware_py.schedule import Tick
+
+DT_NS = 10_000_000
+ORIGIN = Origin(math.radians(46.5), math.radians(6.6))
+ACTUATORS = Actuators((0.4, 0.4, 0.4, 0.4), 10.0)
+STATE = StateEstimate(
+    eta=Eta(0.0, 0.0, 5.0, 0.0, 0.0, 0.0),
+    nu=Nu(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    position_std=1.0,
+    depth_std=0.1,
+    velocity_std=0.1,
+    altitude=20.0,
+    attitude_ok=True,
+    depth_ok=True,
+    velocity_ok=True,
+    leak=False,
+)
+
+
+def heard(value, t: float = 0.0, ok: bool = True) -> Heard:
+    return Heard(value, t, True, ok)
+
+
+def frame(t: float = 0.0) -> SensorFrame:
+    return SensorFrame(
+        ahrs=heard(Ahrs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), t),
+        dvl=heard(Dvl(0.0, 0.0, 0.0, 0.01, 20.0), t),
+        pressure=heard(150_000.0, t),
+        altitude=heard(20.0, t),
+        fix=heard(Fix(ORIGIN.latitude, ORIGIN.longitude, 1.0), t),
+        fins=tuple(heard(angle, t) for angle in (0.1, -0.1, 0.2, -0.2)),
+        n=heard(5.0, t),
+        battery=heard(Battery(48.0, 3.0, 0.8), t),
+        leak=heard(0.4, t),
+    )
+
+
+def cycle(
+    k: int = 0,
+    mode: Mode = Mode.DISARMED,
+    order: Order = NO_ORDER,
+    events: tuple[str, ...] = (),
+    mission_done: bool = False,
+    late: int = 0,
+    applied: Applied | None = None,
+    sensors: SensorFrame | None = None,
+    **state,
+) -> Cycle:
+    tick = Tick(k, DT_NS)
+    reference = Reference(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, math.nan)
+    return Cycle(
+        tick=tick,
+        frame=sensors or frame(tick.t),
+        order=order,
+        state=dataclasses.replace(STATE, **state),
+        mode=ModeState(mode, mission_done, late),
+        reference=reference,
+        demand=Demand(0.0, 0.0, 0.0, 0.0, 0.0),
+        fins=FinCommand((0.0,) * 4, 0.0),
+        applied=applied or Applied((0.0,) * 4, 0.0, mode is not Mode.DISARMED, limited=False),
+        events=events,
+    )
+
+
+def node(surface: float = 0.0, identities: Iterable[Identity] = (Identity.ARDUSUB,), system: int = 1) -> Node:
+    params = MavlinkParams(system=system, telemetry=TelemetryParams(surface_altitude=surface))
+    return Node(params, ORIGIN, ACTUATORS, tuple(identities))
+
+
+def parse(datagram: bytes) -> list:
+    """What another's parser makes of it; it is strict, and so is this."""
+    peer = mavlink.MAVLink(None)
+    messages = peer.parse_buffer(datagram) or []
+    assert peer.buf_len() == 0
+    assert peer.total_receive_errors == 0
+    return messages
+
+
+def told(surface: float = 0.0, **changes) -> dict[str, object]:
+    """Every message of one whole second in which nothing changes, by name; the last of each."""
+    boat = node(surface)
+    messages = [m for k in range(100) for m in parse(boat.report(cycle(k, **changes))[0])]
+    return {message.get_type(): message for message in messages}
+
+
+def easy_supervisor(mode: Mode, order: Order) -> tuple[Mode, tuple[str, ...]]:
+    """Does what it is told, as far as a disarmed boat can."""
+    if order.arming is Arming.DISARM:
+        return Mode.DISARMED, ()
+    if mode is Mode.DISARMED:
+        return (Mode.MANUAL, ()) if order.arming is Arming.ARM else (mode, ())
+    return order.mode or mode, ()
+
+
+class Station:
+    """Speaks and listens on one link of a `Boat`."""
+
+    def __init__(self, boat: Boat, link: int = 0, system: int = 255) -> None:
+        self.boat = boat
+        self.link = link
+        self.mav = mavlink.MAVLink(None, system, 190)
+        self.messages: list = []
+
+    def pack(self, message) -> bytes:
+        datagram = message.pack(self.mav)
+        self.mav.seq = (self.mav.seq + 1) % 256
+        return datagram
+
+    def send(self, message) -> None:
+        self.boat.incoming[self.link].append(self.pack(message))
+
+    def command(self, number: int, *params: float, system: int = 1, component: int = 1, again: int = 0) -> None:
+        filled = (*params, *(0.0,) * (7 - len(params)))
+        self.send(mavlink.MAVLink_command_long_message(system, component, number, again, *filled))
+
+    def heard(self, name: str) -> list:
+        """The messages of that name since the last time one asked for any; the rest is forgotten."""
+        found = [message for message in self.messages if message.get_type() == name]
+        self.messages.clear()
+        return found
+
+    def acks(self) -> list[tuple[int, int]]:
+        return [(ack.command, ack.result) for ack in self.heard("COMMAND_ACK")]
+
+
+class Boat:
+    """A node whose cycles come from a supervisor of the test's."""
+
+    def __init__(self, links: int = 1, supervisor: Callable = easy_supervisor, **options) -> None:
+        self.node = node(identities=(Identity.ARDUSUB,) * links, **options)
+        self.supervisor = supervisor
+        self.incoming: list[list[bytes]] = [[] for _ in range(links)]
+        self.stations = [Station(self, link) for link in range(links)]
+        self.mode = Mode.DISARMED
+        self.orders: list[Order] = []
+        self.k = 0
+
+    def step(self, ticks: int = 1) -> None:
+        for _ in range(ticks):
+            tick = Tick(self.k, DT_NS)
+            for link, datagrams in enumerate(self.incoming):
+                self.node.hear(tick, link, datagrams)
+                datagrams.clear()
+            order = self.node.order()
+            self.mode, events = self.supervisor(self.mode, order)
+            self.orders.append(order)
+            for station, datagram in zip(
+                self.stations, self.node.report(cycle(self.k, self.mode, order, events)), strict=True
+            ):
+                station.messages += parse(datagram)
+            self.k += 1
+
+    def asked(self) -> list[tuple[Arming, Mode | None]]:
+        """What the orders so far asked for, without those that asked for nothing."""
+        return [(o.arming, o.mode) for o in self.orders if o.arming is not Arming.KEEP or o.mode is not None]

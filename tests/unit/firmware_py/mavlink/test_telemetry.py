@@ -1,0 +1,200 @@
+"""What the messages say of a cycle: units, signs, unknowns, and when they say it."""
+
+from __future__ import annotations
+
+import collections
+import dataclasses
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from firmware_py.marine import Eta, Nu
+from firmware_py.mavlink.identity import Identity
+from firmware_py.records.command import Applied
+from firmware_py.records.order import Mode, Order
+from firmware_py.records.sensing import Battery, silence
+
+from .station import ORIGIN, cycle, frame, heard, node, parse, told
+
+
+def reports(boat, cycles) -> list:
+    return [message for each in cycles for message in parse(boat.report(each)[0])]
+
+
+def test_attitude_is_in_radians_about_the_bodys_axes() -> None:
+    said = told(eta=Eta(0, 0, 5, 0.1, -0.2, 3.0 + math.tau), nu=Nu(0, 0, 0, 0.01, 0.02, -0.03))["ATTITUDE"]
+    assert (said.roll, said.pitch, said.yaw) == pytest.approx((0.1, -0.2, 3.0))
+    assert (said.rollspeed, said.pitchspeed, said.yawspeed) == pytest.approx((0.01, 0.02, -0.03))
+    assert said.time_boot_ms == 900
+
+
+def test_a_place_north_and_east_of_the_origin_is_there_on_the_globe() -> None:
+    # One minute of arc along a meridian at 46.5 deg is 1852.5 m (WGS-84), and across it 1279.5 m.
+    said = told(eta=Eta(1852.5, 1279.5, 5.0, 0, 0, 0))["GLOBAL_POSITION_INT"]
+    assert said.lat / 1e7 - math.degrees(ORIGIN.latitude) == pytest.approx(1 / 60, rel=1e-3)
+    assert said.lon / 1e7 - math.degrees(ORIGIN.longitude) == pytest.approx(1 / 60, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("psi", "centidegrees", "degrees"), [(0.0, 0, 0), (-math.pi / 2, 27000, 270), (-1e-6, 0, 0), (7.0, 4107, 41)]
+)
+def test_heading_is_a_compass_reading(psi: float, centidegrees: int, degrees: int) -> None:
+    said = told(eta=Eta(0, 0, 5, 0, 0, psi))
+    assert said["GLOBAL_POSITION_INT"].hdg == centidegrees
+    assert said["VFR_HUD"].heading == degrees
+
+
+def test_fins_and_propeller_are_commanded_in_pulses_and_reported_in_radians() -> None:
+    applied = Applied((0.4, -0.4, 0.2, 0.0), -5.0, armed=True, limited=False)
+    said = told(applied=applied)
+    servo = said["SERVO_OUTPUT_RAW"]
+    assert [servo.servo1_raw, servo.servo2_raw, servo.servo3_raw, servo.servo4_raw] == [2000, 1000, 1750, 1500]
+    assert servo.servo5_raw == 1250
+    assert (servo.servo6_raw, servo.servo16_raw) == (0, 0)
+    assert said["DEBUG_FLOAT_ARRAY"].name == "fins"
+    assert said["DEBUG_FLOAT_ARRAY"].data[:4] == pytest.approx((0.1, -0.1, 0.2, -0.2))
+    assert said["RPM"].rpm1 == 300.0
+    assert said["VFR_HUD"].throttle == 50
+
+
+def test_a_fin_that_fell_silent_is_unknown_and_makes_the_motors_unhealthy() -> None:
+    sensors = frame(1.0)
+    sensors = dataclasses.replace(sensors, fins=(heard(0.1, -5.0), *sensors.fins[1:]))
+    said = told(sensors=sensors)
+    angles = said["DEBUG_FLOAT_ARRAY"].data
+    assert math.isnan(angles[0])
+    assert angles[1] == pytest.approx(-0.1)
+    assert not said["SYS_STATUS"].onboard_control_sensors_health & mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
+
+
+def test_the_battery_is_told_in_millivolts_centiamperes_and_percent() -> None:
+    said = told(late=3)
+    status, battery = said["SYS_STATUS"], said["BATTERY_STATUS"]
+    assert (status.voltage_battery, status.current_battery, status.battery_remaining) == (48000, 300, 80)
+    assert status.errors_count1 == 3
+    assert battery.voltages == [48000, *[65535] * 9]
+    assert (battery.current_battery, battery.battery_remaining) == (300, 80)
+    assert (battery.current_consumed, battery.energy_consumed, battery.temperature) == (-1, -1, 32767)
+
+
+def test_a_voltage_beyond_one_cells_field_goes_on_in_the_next() -> None:
+    sensors = dataclasses.replace(frame(), battery=heard(Battery(150.0, 3.0, 0.8)))
+    cells = told(sensors=sensors)["BATTERY_STATUS"].voltages
+    assert cells == [65534, 65534, 150_000 - 2 * 65534, *[65535] * 7]
+
+
+def test_what_was_never_heard_is_unknown() -> None:
+    said = told(sensors=silence(4))
+    status = said["SYS_STATUS"]
+    assert (status.voltage_battery, status.current_battery, status.battery_remaining) == (65535, -1, -1)
+    assert said["BATTERY_STATUS"].voltages == [65535] * 10
+    assert said["BATTERY_STATUS"].battery_remaining == -1
+    assert math.isnan(said["RPM"].rpm1)
+    assert math.isnan(said["SCALED_PRESSURE2"].press_abs)
+    assert said["SYSTEM_TIME"].time_unix_usec == 0
+
+
+def test_a_leak_is_the_extended_bit_two() -> None:
+    for leak, health in ((False, 0x02), (True, 0x00)):
+        status = told(leak=leak)["SYS_STATUS"]
+        assert status.onboard_control_sensors_present & mavlink.MAV_SYS_STATUS_EXTENSION_USED
+        assert status.onboard_control_sensors_enabled_extended & 0x02
+        assert status.onboard_control_sensors_health_extended & 0x02 == health
+
+
+def test_a_place_that_is_not_known_is_not_said() -> None:
+    said = told(eta=Eta(math.nan, 0.0, 5.0, 0.0, 0.0, 0.0))
+    assert "GLOBAL_POSITION_INT" not in said
+    assert "WATER_DEPTH" not in said
+    assert math.isnan(said["LOCAL_POSITION_NED"].x)
+
+
+@pytest.mark.parametrize(
+    ("identity", "autopilot"),
+    [(Identity.ARDUSUB, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA), (Identity.GENERIC, mavlink.MAV_AUTOPILOT_GENERIC)],
+)
+@pytest.mark.parametrize(
+    ("mode", "custom", "armed", "state"),
+    [
+        (Mode.DISARMED, 19, 0, mavlink.MAV_STATE_STANDBY),
+        (Mode.MANUAL, 19, 128, mavlink.MAV_STATE_ACTIVE),
+        (Mode.HOLD, 2, 128, mavlink.MAV_STATE_ACTIVE),
+        (Mode.MISSION, 3, 128, mavlink.MAV_STATE_ACTIVE),
+    ],
+)
+def test_the_heartbeat_is_a_submarines(identity, autopilot, mode, custom, armed, state) -> None:
+    beats = reports(node(identities=(identity,)), [cycle(k, mode) for k in range(100)])
+    (beat,) = [message for message in beats if message.get_type() == "HEARTBEAT"]
+    assert (beat.get_srcSystem(), beat.get_srcComponent()) == (1, mavlink.MAV_COMP_ID_AUTOPILOT1)
+    assert beat.type == 12
+    assert beat.autopilot == autopilot
+    assert (beat.custom_mode, beat.base_mode & 128, beat.system_status) == (custom, armed, state)
+    assert beat.base_mode & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+
+
+@pytest.mark.parametrize(
+    ("before", "order", "mission_done", "state"),
+    [
+        (Mode.MISSION, Order(), False, mavlink.MAV_STATE_CRITICAL),
+        (Mode.MANUAL, Order(), False, mavlink.MAV_STATE_CRITICAL),
+        (Mode.HOLD, Order(), True, mavlink.MAV_STATE_CRITICAL),
+        (Mode.MISSION, Order(), True, mavlink.MAV_STATE_ACTIVE),
+        (Mode.HOLD, Order(mode=Mode.SURFACE), False, mavlink.MAV_STATE_ACTIVE),
+    ],
+)
+def test_surfacing_is_critical_unless_it_was_wished(before, order, mission_done, state) -> None:
+    cycles = [
+        cycle(0, before),
+        cycle(1, Mode.SURFACE, order, mission_done=mission_done),
+        *[cycle(k, Mode.SURFACE) for k in range(2, 200)],
+        *[cycle(k, Mode.DISARMED) for k in range(200, 300)],
+    ]
+    beats = [m for m in reports(node(), cycles) if m.get_type() == "HEARTBEAT"]
+    assert [beat.system_status for beat in beats] == [state, state, mavlink.MAV_STATE_STANDBY]
+    assert [beat.custom_mode for beat in beats] == [9, 9, 19]
+
+
+def test_each_message_comes_at_its_rate_and_no_tick_carries_two() -> None:
+    boat, counts, fullest = node(), collections.Counter(), 0
+    for k in range(1000):
+        messages = parse(boat.report(cycle(k))[0])
+        counts.update(message.get_type() for message in messages)
+        fullest = max(fullest, len(messages))
+    assert fullest == 1
+    assert counts == {
+        **dict.fromkeys(("HEARTBEAT", "SYS_STATUS", "BATTERY_STATUS", "SYSTEM_TIME", "WATER_DEPTH"), 10),
+        **dict.fromkeys(("VFR_HUD", "ALTITUDE", "RPM", "SCALED_PRESSURE2"), 20),
+        **dict.fromkeys(("LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "SERVO_OUTPUT_RAW", "DEBUG_FLOAT_ARRAY"), 50),
+        "ATTITUDE": 100,
+    }
+
+
+def test_frames_are_mavlink_2_numbered_in_sequence() -> None:
+    boat = node()
+    datagrams = [boat.report(cycle(k))[0] for k in range(1000)]
+    frames = [datagram for datagram in datagrams if datagram]
+    assert {datagram[0] for datagram in frames} == {0xFD}
+    assert [datagram[4] for datagram in frames] == [i % 256 for i in range(len(frames))]
+
+
+number = st.floats(allow_nan=True, allow_infinity=True)
+
+
+@settings(max_examples=100)
+@given(st.tuples(*[number] * 6), st.tuples(*[number] * 6), number, number)
+def test_no_state_however_broken_makes_telling_it_fail(eta, nu, altitude, n) -> None:
+    applied = Applied((n, altitude, 0.0, 0.0), n, armed=True, limited=False)
+    sensors = dataclasses.replace(frame(), battery=heard(Battery(n, altitude, n)), pressure=heard(n), n=heard(n))
+    boat = node()
+    for k in range(50):
+        parse(boat.report(cycle(k, eta=Eta(*eta), nu=Nu(*nu), altitude=altitude, applied=applied, sensors=sensors))[0])
+
+
+def test_what_is_beyond_a_fields_range_stands_at_its_end() -> None:
+    applied = Applied((-4.0, 4.0, 0.0, 0.0), 0.0, armed=True, limited=False)
+    said = told(nu=Nu(-1000.0, 1000.0, 0, 0, 0, 0), applied=applied)
+    assert (said["GLOBAL_POSITION_INT"].vx, said["GLOBAL_POSITION_INT"].vy) == (-32767, 32767)
+    assert (said["SERVO_OUTPUT_RAW"].servo1_raw, said["SERVO_OUTPUT_RAW"].servo2_raw) == (1000, 2000)

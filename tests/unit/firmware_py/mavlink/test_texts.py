@@ -1,0 +1,75 @@
+"""Sentences: put together again as a station does it, and weighed."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from firmware_py.mavlink.texts import Texts, severity
+
+from .station import cycle, node, parse
+
+
+def put_together(messages) -> list[str]:
+    """By the standard: chunks of one id in sequence; a null character in the field ends the text."""
+    texts, open_text = [], {}
+    for message in messages:
+        field = message.text.encode()
+        if message.id == 0:
+            texts.append(message.text)
+            continue
+        assert message.chunk_seq == len(open_text.setdefault(message.id, []))
+        open_text[message.id].append(message.text)
+        if len(field) < 50:
+            texts.append("".join(open_text.pop(message.id)))
+    assert not open_text
+    return texts
+
+
+@given(st.lists(st.text(st.characters(min_codepoint=32, max_codepoint=126), max_size=300), max_size=5))
+def test_sentences_of_any_length_arrive_whole(sentences: list[str]) -> None:
+    texts = Texts()
+    peer, ours = mavlink.MAVLink(None), mavlink.MAVLink(None, 1, 1)
+    messages = []
+    for sentence in sentences:
+        for message in texts.say(sentence, 6):
+            messages += peer.parse_buffer(message.pack(ours))
+    assert put_together(messages) == sentences
+
+
+@pytest.mark.parametrize("length", [0, 1, 49, 50, 51, 99, 100, 101, 300, 301, 10_000])
+def test_the_last_chunk_is_known_by_the_room_it_leaves(length: int) -> None:
+    messages = Texts().say("x" * length, 6)
+    assert put_together(messages) == ["x" * min(length, 300)]
+
+
+def test_what_is_not_ascii_becomes_a_question_mark() -> None:
+    (message,) = Texts().say("23\N{DEGREE SIGN} to port", 6)
+    assert message.text == "23? to port"
+
+
+def test_the_number_of_a_sentence_is_never_that_of_short_ones() -> None:
+    texts = Texts()
+    numbers = {texts.say("x" * 60, 6)[0].id for _ in range(65_535)}
+    assert numbers == set(range(1, 65_536))
+
+
+@pytest.mark.parametrize(
+    ("event", "expected"),
+    [
+        ("MISSION -> SURFACE: water in the hull", mavlink.MAV_SEVERITY_CRITICAL),
+        ("SURFACE -> DISARMED: attitude lost for 30 s", mavlink.MAV_SEVERITY_CRITICAL),
+        ("MISSION -> SURFACE: mission done", mavlink.MAV_SEVERITY_NOTICE),
+        ("MANUAL -> HOLD: ordered", mavlink.MAV_SEVERITY_NOTICE),
+        ("SURFACE -> DISARMED: surfaced", mavlink.MAV_SEVERITY_NOTICE),
+        ("HOLD refused: disarmed", mavlink.MAV_SEVERITY_WARNING),
+        ("water in the hull", mavlink.MAV_SEVERITY_WARNING),
+        ("waypoint 1 of 3 passed", mavlink.MAV_SEVERITY_INFO),
+    ],
+)
+def test_what_is_grave_is_told_as_grave(event: str, expected: int) -> None:
+    assert severity(event) == expected
+    (text,) = [m for m in parse(node().report(cycle(7, events=(event,)))[0]) if m.get_type() == "STATUSTEXT"]
+    assert (text.text, text.severity) == (event, expected)

@@ -1,0 +1,127 @@
+"""The composition root: what files say, and what is said of files that say it wrong."""
+
+from __future__ import annotations
+
+import shutil
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from firmware_py import app
+from firmware_py.params import ParamError
+
+SHIPPED = Path(__file__).resolve().parents[3] / "configs" / "npsauv2"
+GOOD = """
+[[waypoints]]
+x_m = 100
+y_m = -20.5
+depth_m = 5.0
+speed_m_s = 1.8
+[[waypoints]]
+x_m = 0.0
+y_m = 0.0
+depth_m = 0.0
+speed_m_s = 0.0
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return Path(shutil.copytree(SHIPPED, tmp_path / "config"))
+
+
+def edit(path: Path, old: str, new: str) -> None:
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+
+
+def built(folder: Path) -> app.Autopilot:
+    return app.build({**app.read_configuration(folder), "mission": {"waypoints": app.read_mission(folder)}, "kept": {}})
+
+
+def refused(folder: Path, over: dict | None = None) -> str:
+    with pytest.raises(ParamError) as caught:
+        app.read_configuration(folder, over)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_a_configuration_without_a_mission_has_none(folder: Path) -> None:
+    assert not (folder / "mission.toml").exists()
+    assert app.read_mission(folder) == []
+
+
+def test_a_mission_is_read_as_the_autopilot_takes_it(folder: Path) -> None:
+    (folder / "mission.toml").write_text(GOOD)
+    assert app.read_mission(folder) == [[100.0, -20.5, 5.0, 1.8], [0.0, 0.0, 0.0, 0.0]]
+    assert not built(folder).guidance.finished
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("x_m = 100", "x_m = 1e6", "waypoints[0]: x_m = 1000000.0: out of bounds, must be a number in m in [-100000"),
+        ("depth_m = 0.0", "", "waypoints[1]: depth_m is missing"),
+        ("depth_m = 0.0", "z_m = 0.0", "waypoints[1]: z_m is unknown; did you mean y_m?"),
+        ("speed_m_s = 0.0", 'speed_m_s = "fast"', "waypoints[1]: speed_m_s = 'fast': must be a number in m/s"),
+        ("[[waypoints]]", "[waypoints]", "is not TOML"),
+    ],
+)
+def test_a_mission_that_cannot_be_flown_is_one_line_with_file_and_key(
+    folder: Path, old: str, new: str, words: str
+) -> None:
+    path = folder / "mission.toml"
+    path.write_text(GOOD.replace(old, new, 1))
+    with pytest.raises(ParamError) as caught:
+        app.read_mission(folder)
+    assert str(caught.value).startswith(f"{path}: {words}")
+
+
+def test_a_folder_in_a_missions_place_is_said_to_be_one(folder: Path) -> None:
+    (folder / "mission.toml").mkdir()
+    with pytest.raises(ParamError, match=r"mission\.toml: cannot be read \(Is a directory\)"):
+        app.read_mission(folder)
+
+
+def test_a_mistake_is_looked_for_in_the_file_first_and_then_in_what_is_laid_over_it(folder: Path) -> None:
+    path = folder / "autopilot.toml"
+    over = {"control": {"law": "pid"}}
+    merged = app.read_configuration(folder, over)["autopilot"]
+    assert merged == app.merge(tomllib.loads(path.read_text()), over)
+    assert merged["control"]["u_min_m_s"] == 0.5
+    said = refused(folder, {"control": {"law": "fuzzy"}})
+    assert said.startswith(f"{path} under the scenario's [autopilot]: control: law = 'fuzzy': must be one of")
+    edit(path, "depth_max_m = 30.0", "depth_max_m = -3.0")
+    for laid in (over, {"control": {"law": "fuzzy"}}, {"safety": {"depth_max_m": 20.0}}, {}):
+        assert refused(folder, laid).startswith(f"{path}: safety: depth_max_m = -3.0: out of bounds")
+
+
+@pytest.mark.parametrize("name", ["autopilot", "vehicle"])
+def test_a_file_that_is_missing_is_named(folder: Path, name: str) -> None:
+    (folder / f"{name}.toml").unlink()
+    assert refused(folder) == f"{folder / name}.toml: cannot be read (No such file or directory)"
+
+
+@pytest.mark.parametrize("name", ["nowhere", "n" * 300, "autopilot.toml"])
+def test_a_folder_that_is_none_is_named_with_an_example(folder: Path, name: str) -> None:
+    assert refused(folder / name).startswith(f"{folder / name}: there is no such configuration folder")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("M_ds = -4.1e-2", "M_ds = -1e-300", "coefficients: the model (A, b) is not controllable"),
+        ("M_qdot = -1.7e-2", "M_qdot = 1.0", "coefficients: M_qdot = 1 leaves no inertia in pitch"),
+        ("Y_vdot = -5.5e-2", "Y_vdot = 1.0", "coefficients: Y_vdot, "),
+    ],
+)
+def test_a_vehicle_that_no_law_can_be_made_for_is_named_by_its_file(
+    folder: Path, old: str, new: str, words: str
+) -> None:
+    path = folder / "vehicle.toml"
+    edit(path, old, new)
+    with pytest.raises(ParamError) as caught:
+        built(folder)
+    assert str(caught.value).startswith(f"{path}: {words}")

@@ -1,0 +1,139 @@
+"""One simulated flight in two processes: the vehicle here, the boat in a child, a real bus between them."""
+
+from __future__ import annotations
+
+import contextlib
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from firmware_py.adapters.recorder import LogWriter, Recorder
+from firmware_py.adapters.turns import LockstepError
+from firmware_py.ports import Ground
+from firmware_py.records.cycle import Cycle
+from sim_bridge.pilot import ScriptedGround
+from tools import vehicle
+from tools.errors import UsageError
+from tools.flight import Flight, Outcome, judge
+from tools.interrupt import interruptible
+
+PLANT_WORDS = "plant.txt"
+"""What the plant's process says, in the run's folder."""
+_GRACE_S = 10.0
+
+
+class _Tape:
+    """The vehicle's recorder, and whoever watches; it knows when the scenario's time is over."""
+
+    def __init__(self, log: LogWriter, watch: Callable[[Cycle], None], ticks: int) -> None:
+        self._recorder = Recorder(log)
+        self._watch = watch
+        self._left = ticks
+
+    @property
+    def full(self) -> bool:
+        return self._left <= 0
+
+    def write(self, cycle: Cycle) -> None:
+        self._recorder.write(cycle)
+        self._watch(cycle)
+        self._left -= 1
+
+
+def fly_apart(
+    flight: Flight, folder: Path, watch: Callable[[Cycle], None], command: Callable[[ScriptedGround], Ground]
+) -> Outcome:
+    """Flies to the end of the scenario, and leaves log.mcap and truth.mcap in `folder`.
+
+    Args:
+        flight: what `prepare` made; it is used up.
+        folder: of the run.
+        watch: is shown every cycle.
+        command: puts the scenario's pilot together with whoever else gives orders.
+
+    Raises:
+        UsageError: the plant's process refused what it was given.
+        BusError, LogError: as `flight.fly`.
+    """
+    wish, scenario = flight.wish, flight.scenario
+    realtime = wish.pace == "realtime"
+    pilot = ScriptedGround(scenario)
+    with (
+        _plant(flight, folder) as child,
+        interruptible() as interrupted,
+        LogWriter(folder / "log.mcap", flight.header()) as log,
+    ):
+        tape = _Tape(log, watch, round(scenario.duration * flight.rate))
+        began = time.monotonic()
+        gone = _Gone(child)
+        try:
+            vehicle.run(
+                flight.autopilot,
+                flight.rate,
+                flight.io,
+                wish.bus,
+                folder / "dvl",
+                "realtime" if realtime else "bus",
+                command(pilot),
+                tape,
+                lambda: pilot.referee.done or bool(interrupted) or tape.full or gone(),
+                lambda line: print(line, file=sys.stderr),
+                meet_plant=realtime,
+            )
+            outcome = judge(pilot.referee, bool(interrupted))
+        except LockstepError as error:
+            outcome = Outcome(False, str(error))
+        if child.poll() == 2:
+            raise UsageError(_last_words(folder))
+        if child.poll() not in (None, 0) and not outcome.completed and not interrupted:
+            outcome = Outcome(False, f"the plant has ended: {_last_words(folder) or f'status {child.returncode}'}")
+        log.close({**outcome._asdict(), "wall_s": time.monotonic() - began})
+    return outcome
+
+
+@contextlib.contextmanager
+def _plant(flight: Flight, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """The child: the same scenario, on the same bus; ended with us."""
+    wish = flight.wish
+    arguments = ["--scenario", wish.scenario, "--config", str(wish.config), "--bus", wish.bus, "--pace", wish.pace]
+    arguments += ["--seed", str(wish.seed), "--out", str(folder), "--dvl", str(folder / "dvl"), "--wait", "60"]
+    arguments += [word for fault in wish.faults for word in ("--fault", fault)]
+    arguments += ["--io", str(wish.io)] if wish.io else []
+    with (folder / PLANT_WORDS).open("wb") as words:
+        child = subprocess.Popen(
+            [sys.executable, "-m", "tools.cli", "plant", *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=words,
+            stderr=words,
+            start_new_session=True,  # Ctrl-C is ours: the plant hears of it by the bus
+        )
+        try:
+            yield child
+        finally:
+            try:
+                child.wait(_GRACE_S if child.poll() is None and flight.wish.pace != "realtime" else 0.0)
+            except subprocess.TimeoutExpired:
+                child.terminate()
+                child.wait(_GRACE_S)
+
+
+class _Gone:
+    """Whether the child has ended, asked of the kernel now and then."""
+
+    def __init__(self, child: subprocess.Popen[bytes]) -> None:
+        self._child = child
+        self._asked = time.monotonic()
+
+    def __call__(self) -> bool:
+        now = time.monotonic()
+        if now - self._asked < 0.5:
+            return False
+        self._asked = now
+        return self._child.poll() is not None
+
+
+def _last_words(folder: Path) -> str:
+    lines = (folder / PLANT_WORDS).read_text(encoding="utf-8", errors="replace").strip().splitlines()
+    return lines[-1].removeprefix("sternplane: ") if lines else ""

@@ -1,0 +1,148 @@
+"""`sternplane plant`: the boat alone, on a bus; a vehicle in another process flies it."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import fields
+from pathlib import Path
+
+from rich.console import Console
+
+from firmware_py.adapters.bus_check import refuse_if_taken
+from firmware_py.adapters.can_bus import open_bus
+from firmware_py.adapters.clock import RealTime
+from firmware_py.adapters.realtime import RealtimeParams, applied
+from firmware_py.adapters.recorder import TRUTH_TOPIC, LogWriter
+from firmware_py.adapters.turns import LockstepError, Turns
+from firmware_py.schedule import step_ns
+from sim_bridge.assembly import assemble
+from sim_bridge.bridge import Bridge
+from sim_bridge.conductor import Conductor, meet
+from sim_bridge.plant import PlantError
+from sim_bridge.serial_line import SerialLine
+from tools import machine
+from tools.errors import UsageError
+from tools.flight import Flight, Wish, prepare
+from tools.interrupt import interruptible
+from tools.log import TRUTH_FILE
+
+WAIT_S = 60.0
+"""How long a vehicle may take to come in lockstep, s; in real time the boat waits for nobody."""
+
+Stop = Callable[[], bool]
+
+
+def command(options: argparse.Namespace) -> int:
+    """Runs the boat until its scenario's time is over or someone has had enough; the exit status."""
+    faults = tuple(options.fault)
+    wish = Wish(options.scenario, options.config, options.bus, options.pace, options.seed, options.io, faults)
+    flight = prepare(wish, {})
+    wait = options.wait if options.wait is not None else 0.0 if options.pace == "realtime" else WAIT_S
+    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    try:
+        console.print(run(flight, Path(options.dvl or flight.io.dvl.port), options.out, wait, console))
+    except (LockstepError, PlantError) as error:
+        console.print(f"sternplane: {error}")
+        return 1
+    return 0
+
+
+def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Console) -> str:
+    """Runs the boat; returns why it ended.
+
+    Args:
+        flight: what to sail, in which water.
+        dvl: the name under which the DVL's line is to be found.
+        out: where truth.mcap goes, if anywhere.
+        wait: how long a vehicle may take to answer before tick 0, s; 0 does not wait for one (real time only).
+        console: for what is going on.
+
+    Raises:
+        BusError: no such bus, or somebody speaks there under our node ids.
+        LockstepError: the vehicle did not come, went, or lost a frame.
+    """
+    io, wish = flight.io, flight.wish
+    spec, dt_ns, free = wish.bus or io.can.bus, step_ns(flight.rate), wish.pace == "realtime"
+    if spec.startswith("virtual"):
+        raise UsageError("plant: a virtual bus ends at its process; give --bus udp:N or socketcan:IFACE")
+    with contextlib.ExitStack() as stack:
+        bus = open_bus(spec)
+        stack.callback(bus.close)
+        ids = {getattr(io.nodes, field.name): field.name for field in fields(io.nodes)}
+        refuse_if_taken(bus, {**ids, io.can.plant_id: "plant"})
+        turns = Turns(bus, io.can.plant_id, [io.can.node_id])
+        line = stack.enter_context(SerialLine())
+        stack.enter_context(_link(dvl, Path(line.path)))
+        door = bus if free else turns
+        bridge = assemble(flight.truth, flight.boat, io.nodes, flight.scenario, door, line, wish.seed, flight.rate)
+        interrupted = stack.enter_context(interruptible())
+        console.print(f"plant on {spec}, DVL on {dvl}")
+        if wait and not meet(turns, dt_ns, wait, lambda: bool(interrupted)):
+            return "interrupted before a vehicle came"
+        step = _kept(bridge, _truth_log(stack, flight, out), dt_ns)
+        ticks = round(flight.scenario.duration * flight.rate)
+        stack.enter_context(applied(RealtimeParams(freeze_garbage=True)))
+        conductor = Conductor(step, turns, dt_ns)
+        if free:
+            _keep_time(step, dt_ns, ticks, lambda: bool(interrupted))
+        else:
+            for k in range(ticks):
+                if not conductor.advance(k, lambda: bool(interrupted)):
+                    return "interrupted" if interrupted else "the vehicle has ended"
+        conductor.bye()
+        return "interrupted" if interrupted else "the scenario's time is over"
+
+
+def _keep_time(step: Callable[[int], None], dt_ns: int, ticks: int, stop: Stop) -> None:
+    """Moves the boat by the clock, whoever listens."""
+
+    def advance(k: int) -> bool:
+        if k >= ticks or stop():
+            return False
+        step(k)
+        return True
+
+    for _ in RealTime(dt_ns, advance):
+        pass
+
+
+def _kept(bridge: Bridge, log: LogWriter | None, dt_ns: int) -> Callable[[int], None]:
+    """The boat's step, with what is then the case written down."""
+    if log is None:
+        return bridge.step
+    log.channel(TRUTH_TOPIC, bridge.truth())
+
+    def step(k: int) -> None:
+        bridge.step(k)
+        log.write(TRUTH_TOPIC, k * dt_ns, bridge.truth())
+
+    return step
+
+
+def _truth_log(stack: contextlib.ExitStack, flight: Flight, out: Path | None) -> LogWriter | None:
+    if out is None:
+        return None
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"--out {out}: cannot be made ({error.strerror}); choose another folder") from None
+    header = {"scenario": flight.wish.scenario, "seed": flight.wish.seed, "git": machine.git_revision()}
+    return stack.enter_context(LogWriter(out / TRUTH_FILE, header))
+
+
+@contextlib.contextmanager
+def _link(name: Path, target: Path) -> Iterator[None]:
+    """A link of that name to the line, for as long as there is one; a dead link of an earlier run gives way."""
+    try:
+        if name.is_symlink() and not name.exists():
+            name.unlink()
+        os.symlink(target, name)
+    except OSError as error:
+        raise UsageError(f"--dvl {name}: the link cannot be made ({error.strerror}); choose another name") from None
+    try:
+        yield
+    finally:
+        name.unlink(missing_ok=True)

@@ -1,0 +1,87 @@
+"""The vehicle on a bus to somewhere else: what `fly` and the two processes of `sitl` have in common."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from dataclasses import astuple
+from pathlib import Path
+
+from firmware_py import loop
+from firmware_py.adapters import realtime
+from firmware_py.adapters.bus_check import refuse_if_taken
+from firmware_py.adapters.can_bus import open_bus
+from firmware_py.adapters.clock import RealTime
+from firmware_py.adapters.dvl import DvlPort
+from firmware_py.adapters.hardware import Hardware
+from firmware_py.adapters.io_params import IoParams
+from firmware_py.adapters.paced import BusPaced, answer, join
+from firmware_py.adapters.turns import Turns
+from firmware_py.autopilot import Autopilot
+from firmware_py.ports import Ground, Recorder
+from firmware_py.schedule import step_ns
+from tools.errors import UsageError
+
+PLANT_S = 60.0
+"""How long a plant may take to come, s."""
+
+
+def run(
+    autopilot: Autopilot,
+    rate: int,
+    io: IoParams,
+    spec: str,
+    dvl: Path,
+    pace: str,
+    ground: Ground,
+    recorder: Recorder,
+    stop: Callable[[], bool],
+    say: Callable[[str], None],
+    *,
+    meet_plant: bool = False,
+) -> None:
+    """Flies until `stop` says so, or the plant has had enough; leaves the actuators centred and stopped.
+
+    Args:
+        autopilot: built, fresh.
+        rate: ticks a second.
+        io: who is who on the wires.
+        spec: the bus.
+        dvl: the DVL's line.
+        pace: "bus" waits for the plant's ticks, "realtime" keeps its own time.
+        ground: who gives orders.
+        recorder: who keeps the log.
+        stop: asked at every tick.
+        say: told what people should know, such as options of real time that are not permitted.
+        meet_plant: in real time, begin together with a plant that says hello.
+
+    Raises:
+        BusError: no such bus or line, or our node id is taken there.
+        LockstepError: the plant did not come, went, or lost a frame.
+    """
+    if spec.startswith("virtual"):
+        raise UsageError("a virtual bus ends at its process; give --bus udp:N or socketcan:IFACE")
+    dt_ns = step_ns(rate)
+    with contextlib.ExitStack() as stack:
+        bus = open_bus(spec)
+        stack.callback(bus.close)
+        refuse_if_taken(bus, {io.can.node_id: "autopilot"})
+        turns = Turns(bus, io.can.node_id, astuple(io.nodes))
+        if (pace == "bus" or meet_plant) and not join(turns, dt_ns, PLANT_S, stop):
+            return
+        line = DvlPort(io.dvl, str(dvl))
+        stack.callback(line.close)
+        hardware = Hardware(io, len(autopilot.applied.fins), turns if pace == "bus" else bus, line)
+        for refusal in stack.enter_context(realtime.applied(io.realtime)):
+            say(refusal)
+        if pace == "bus":
+            paced = BusPaced(hardware, turns, dt_ns, stop)
+            loop.run(autopilot, paced, ground, recorder, paced)
+            return
+        if meet_plant:
+            answer(turns)
+        try:
+            schedule = RealTime(dt_ns, lambda _: not stop(), io.realtime.spin_ns)
+            loop.run(autopilot, hardware, ground, recorder, schedule)
+        finally:
+            hardware.park()
