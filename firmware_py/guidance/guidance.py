@@ -43,6 +43,8 @@ class GuidanceParams:
     line_of_sight: LineOfSightParams = field(default_factory=LineOfSightParams)
 
 
+_LAGS = 3
+"""A reference model has as many, so its heading comes as many ways later than the leg asks for it."""
 _AT_REST = 0.1
 """Slower than this, m/s, is noise."""
 
@@ -134,7 +136,7 @@ class Guidance:
             route.enter(x, y, self._depth.command)
         before = route.index
         radius = max(self._params.turn_radius, state.nu.u / self._params.turn_rate_max)
-        way = route.follow(x, y, sight.acceptance, radius)
+        way = route.follow(x, y, sight.acceptance, radius, _LAGS * self._params.heading_way)
         if route.index != before:
             self.events = tuple(f"waypoint {i} of {len(route)} passed" for i in range(before + 1, route.index + 1))
         u_d = route.end.u if route.end.u > 0.0 else self._params.cruise_speed

@@ -50,16 +50,16 @@ class Route:
         """Starts a leg at this place, m, to the waypoint that is next."""
         self._memory = Progress(self._memory.next, Waypoint(x, y, z, self.end.u))
 
-    def follow(self, x: float, y: float, acceptance: float, radius: float) -> Leg:
+    def follow(self, x: float, y: float, acceptance: float, radius: float, lag: float) -> Leg:
         """The leg to fly from (x, y), m, once every waypoint within reach is passed; the last leg goes on for ever.
 
         Within reach is what is nearer than `acceptance`, or than the wheel-over point from which a turn of `radius`
-        ends on the next leg.
+        that begins `lag` later, m, ends on the next leg.
         """
         index, start = self._memory
         start = start or Waypoint(x, y, self.end.z, self.end.u)
         way = leg(start, self.end, x, y)
-        while not self.finished and passed(way, max(acceptance, self._wheel_over(way, radius)), acceptance):
+        while not self.finished and passed(way, max(acceptance, self._wheel_over(way, radius, lag)), acceptance):
             index += 1
             if index < len(self._waypoints):
                 start = self._waypoints[index - 1]
@@ -67,15 +67,15 @@ class Route:
             way = leg(start, self.end, x, y)
         return way
 
-    def _wheel_over(self, way: Leg, radius: float) -> float:
-        """How far before the waypoint the turn to the next leg begins, m: R tan(turn / 2), at most half a leg."""
+    def _wheel_over(self, way: Leg, radius: float, lag: float) -> float:
+        """How far before the waypoint to turn to the next leg, m: R tan(turn / 2) + lag, at most half a leg."""
         index = self._memory.next
         if index + 1 >= len(self._waypoints):
             return 0.0
         here, there = self._waypoints[index], self._waypoints[index + 1]
         dx, dy = there.x - here.x, there.y - here.y
         turn = min(abs(wrap(math.atan2(dy, dx) - way.course)), _SHARPEST)
-        return min(radius * math.tan(0.5 * turn), 0.5 * way.length, 0.5 * math.hypot(dx, dy))
+        return min(radius * math.tan(0.5 * turn) + lag, 0.5 * way.length, 0.5 * math.hypot(dx, dy))
 
     def depth(self, way: Leg) -> float:
         """The depth, m, on the straight line from the leg's start to its end."""

@@ -272,7 +272,7 @@ def test_a_corner_is_rounded_before_it_and_not_overshot(turn: float) -> None:
     way = [r.cross_track for r in boat.run(Mode.MISSION, 190.0) if r.waypoint == 1]
     beyond = [math.copysign(1.0, -turn) * across for across in way]
     assert beyond[0] < 0.0  # the turn begins before the corner
-    assert max(beyond) < 5.0  # and ends on the leg: turning at the corner would carry it 25 m beyond at 90 deg
+    assert max(beyond) < 0.1  # and ends on the leg: turning at the corner would carry it 25 m beyond at 90 deg
     assert abs(way[-1]) < 0.01
 
 
