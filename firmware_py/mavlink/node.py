@@ -9,6 +9,7 @@ from firmware_py.marine import Origin
 from firmware_py.mavlink.codec import dialect
 from firmware_py.mavlink.helm import HelmParams
 from firmware_py.mavlink.identity import Identity, autopilot_version, heartbeat
+from firmware_py.mavlink.lateness import Lateness
 from firmware_py.mavlink.link import Link
 from firmware_py.mavlink.orders import Orders
 from firmware_py.mavlink.status import Actuators, Status
@@ -41,7 +42,9 @@ class Node:
         self._orders = Orders()
         self._mode = Mode.DISARMED
         self._failsafe = False
-        shared = Telemetry(params.telemetry, origin, actuators.n_max).makers() | Status(actuators).makers()
+        self._late = Lateness()
+        status = Status(actuators, self._late)
+        shared = Telemetry(params.telemetry, origin, actuators.n_max).makers() | status.makers()
         self.links = tuple(
             Link(i, params.system, params.helm, self._orders, shared | self._introduces(identity))
             for i, identity in enumerate(identities)
@@ -58,6 +61,7 @@ class Node:
     def report(self, cycle: Cycle) -> list[bytes]:
         """What each link has to say of a cycle; empty in most."""
         self._watch(cycle)
+        self._late.watch(cycle)
         for event in cycle.events:
             matters = severity(event)
             for link in self.links:

@@ -6,9 +6,11 @@ import math
 from typing import NamedTuple
 
 from firmware_py.mavlink.codec import Message, dialect
+from firmware_py.mavlink.lateness import Lateness
 from firmware_py.mavlink.scale import INT16, UINT16, boot_ms, boot_us, boot_us32, whole
 from firmware_py.mavlink.telemetry import Maker
 from firmware_py.records.cycle import Cycle
+from firmware_py.schedule import NS_PER_S
 
 _RECENT = 2.0
 """What was last heard longer ago, s, counts as silent."""
@@ -34,7 +36,8 @@ class Actuators(NamedTuple):
 class Status:
     """Makers of the messages on health and actuators."""
 
-    def __init__(self, actuators: Actuators) -> None:
+    def __init__(self, actuators: Actuators, late: Lateness) -> None:
+        self._late = late
         self._full = (*actuators.delta_max, actuators.n_max)
 
     def makers(self) -> dict[int, Maker]:
@@ -43,7 +46,7 @@ class Status:
             dialect.MAVLINK_MSG_ID_SYS_STATUS: self.sys_status,
             dialect.MAVLINK_MSG_ID_BATTERY_STATUS: self.battery,
             dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: self.servo_output,
-            dialect.MAVLINK_MSG_ID_DEBUG_FLOAT_ARRAY: self.fins,
+            dialect.MAVLINK_MSG_ID_DEBUG_FLOAT_ARRAY: self.arrays,
             dialect.MAVLINK_MSG_ID_RPM: self.rpm,
             dialect.MAVLINK_MSG_ID_SYSTEM_TIME: self.system_time,
         }
@@ -110,6 +113,12 @@ class Status:
         ]
         pulses = (pulses + [0] * _SERVO_FIELDS)[:_SERVO_FIELDS]
         return dialect.MAVLink_servo_output_raw_message(boot_us32(cycle.tick), 0, *pulses)
+
+    def arrays(self, cycle: Cycle) -> Message:
+        """DEBUG_FLOAT_ARRAY: the lateness in the first fifth of each second, the fins in the rest."""
+        if cycle.tick.t_ns % NS_PER_S < NS_PER_S // 5:
+            return self._late.message(cycle)
+        return self.fins(cycle)
 
     def fins(self, cycle: Cycle) -> Message:
         """DEBUG_FLOAT_ARRAY "fins": the angles that the servos report, rad; NaN where none came of late."""
