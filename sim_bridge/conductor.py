@@ -26,6 +26,8 @@ def meet(turns: Turns, dt_ns: int, seconds: float, stop: Callable[[], bool]) -> 
         if done is not None and done.k == HELLO:
             turns.forget()
             return True
+        if done is not None and done.k == BYE:
+            raise LockstepError("the vehicle refused: it has another rate, or another version of the lockstep")
     raise LockstepError(f"no vehicle answered for {seconds:g} s; start one: sternplane fly --pace bus")
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
+import signal
 import subprocess
 import sys
 import time
@@ -22,6 +24,7 @@ from tools.interrupt import interruptible
 PLANT_WORDS = "plant.txt"
 """What the plant's process says, in the run's folder."""
 _GRACE_S = 10.0
+_PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 
 
 class _Tape:
@@ -31,12 +34,19 @@ class _Tape:
         self._recorder = Recorder(log)
         self._watch = watch
         self._left = ticks
+        self._began = 0.0
 
     @property
     def full(self) -> bool:
         return self._left <= 0
 
+    @property
+    def seconds(self) -> float:
+        """Wall time since the first cycle."""
+        return time.monotonic() - self._began if self._began else 0.0
+
     def write(self, cycle: Cycle) -> None:
+        self._began = self._began or time.monotonic()
         self._recorder.write(cycle)
         self._watch(cycle)
         self._left -= 1
@@ -66,7 +76,6 @@ def fly_apart(
         LogWriter(folder / "log.mcap", flight.header()) as log,
     ):
         tape = _Tape(log, watch, round(scenario.duration * flight.rate))
-        began = time.monotonic()
         gone = _Gone(child)
         try:
             vehicle.run(
@@ -88,8 +97,10 @@ def fly_apart(
         if child.poll() == 2:
             raise UsageError(_last_words(folder))
         if child.poll() not in (None, 0) and not outcome.completed and not interrupted:
-            outcome = Outcome(False, f"the plant has ended: {_last_words(folder) or f'status {child.returncode}'}")
-        log.close({**outcome._asdict(), "wall_s": time.monotonic() - began})
+            killed = child.returncode < 0
+            why = f"killed by signal {-child.returncode}" if killed else _last_words(folder)
+            outcome = Outcome(False, f"the plant has ended: {why}")
+        log.close({**outcome._asdict(), "wall_s": tape.seconds})
     return outcome
 
 
@@ -108,6 +119,7 @@ def _plant(flight: Flight, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
             stdout=words,
             stderr=words,
             start_new_session=True,  # Ctrl-C is ours: the plant hears of it by the bus
+            preexec_fn=_end_with_us,
         )
         try:
             yield child
@@ -117,6 +129,11 @@ def _plant(flight: Flight, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
             except subprocess.TimeoutExpired:
                 child.terminate()
                 child.wait(_GRACE_S)
+
+
+def _end_with_us() -> None:
+    """Asks Linux to end the child when we are killed: it would else keep the bus for the scenario's length."""
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 class _Gone:

@@ -83,11 +83,19 @@ class Flight:
         """Ticks a second."""
         return self.params.rate
 
+    def _faults(self) -> list[str]:
+        return [f"{fault.name}@{fault.t:g}" for fault in self.scenario.faults]
+
     def header(self) -> dict[str, Any]:
         """What the log begins with."""
         wish, description = self.wish, self.scenario.description
         return machine.header(
-            wish.scenario, self.configuration, description=description, seed=wish.seed, pace=wish.pace
+            wish.scenario,
+            self.configuration,
+            description=description,
+            seed=wish.seed,
+            pace=wish.pace,
+            faults=self._faults(),
         )
 
 
@@ -103,6 +111,9 @@ def prepare(wish: Wish, kept: Mapping[str, float]) -> Flight:
     """
     scenario = load_scenario(wish.scenario, SCENARIOS)
     scenario = dataclasses.replace(scenario, faults=(*scenario.faults, *map(_fault, wish.faults)))
+    for fault in scenario.faults:
+        if fault.t > scenario.duration:
+            raise ParamError(f"fault {fault.name}@{fault.t:g}: the scenario lasts {scenario.duration:g} s")
     configuration = {
         **app.read_configuration(wish.config, scenario.autopilot),
         "mission": {"waypoints": [list(waypoint) for waypoint in scenario.mission.waypoints]},

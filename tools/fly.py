@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import time
 from pathlib import Path
 
@@ -15,12 +16,17 @@ from firmware_py.adapters.recorder import LogError, LogWriter, Recorder
 from firmware_py.adapters.turns import LockstepError
 from firmware_py.params import load
 from firmware_py.records.cycle import Cycle
+from firmware_py.schedule import NS_PER_S
 from tools import machine, report, state, vehicle
-from tools.folders import run_folder
+from tools.folders import point_latest, run_folder
 from tools.ground import open_ground
+from tools.hearing import Hearing
 from tools.interrupt import interruptible
 from tools.log import read
 from tools.summary import table
+
+_STATUS_NS = 10 * NS_PER_S
+"""How often a line says how it stands."""
 
 
 class SeaTape:
@@ -29,13 +35,22 @@ class SeaTape:
     def __init__(self, log: LogWriter, console: Console) -> None:
         self._recorder = Recorder(log)
         self._console = console
+        self._hearing = Hearing()
         self.cycles = 0
+        self.last: Cycle | None = None
         self.broken = False
 
     def write(self, cycle: Cycle) -> None:
         """Keeps one cycle while that is possible, and shows its events."""
-        for event in cycle.events:
-            self.say(f"{cycle.tick.t:9.2f} s  {event}")
+        for line in (*cycle.events, *self._hearing.changes(cycle)):
+            self.say(f"{cycle.tick.t:9.2f} s  {line}")
+        if cycle.tick.k * cycle.tick.dt_ns % _STATUS_NS == 0:
+            eta, mode = cycle.state.eta, cycle.mode.mode.name.lower()
+            heading = round(math.degrees(eta.psi)) % 360
+            self.say(
+                f"{cycle.tick.t:9.2f} s  {mode}, depth {eta.z:.2f} m, heading {heading}°, {cycle.state.nu.u:.2f} m/s"
+            )
+        self.last = cycle
         if self.broken:
             return
         try:
@@ -61,10 +76,12 @@ def command(options: argparse.Namespace) -> int:
     params = app.autopilot_params(configuration)
     io = load(IoParams, read_toml(io_file), str(io_file))
     autopilot = app.build(configuration)
+    spec = options.bus or io.can.bus
+    vehicle.check(spec)  # what cannot be opened is refused before anything is written
     folder = run_folder(options.out)
     console = Console(stderr=True)
     header = machine.header("fly", configuration, pace=options.pace)
-    completed, reason, began = True, "ended", time.monotonic()
+    lost, reason, began = False, "", time.monotonic()
     with open_ground(options.gcs, configuration) as stations, interruptible() as interrupted:
         log = LogWriter(folder / "log.mcap", header)
         tape = SeaTape(log, console)
@@ -73,8 +90,8 @@ def command(options: argparse.Namespace) -> int:
                 autopilot,
                 params.rate,
                 io,
-                options.bus or io.can.bus,
-                Path(options.dvl or io.dvl.port),
+                spec,
+                Path(options.dvl or io.dvl.place(spec)),
                 options.pace,
                 stations.ground,
                 tape,
@@ -82,12 +99,21 @@ def command(options: argparse.Namespace) -> int:
                 tape.say,
             )
         except LockstepError as error:
-            completed, reason = False, str(error)
+            lost, reason = True, str(error)
             console.print(f"sternplane: {error}", highlight=False, soft_wrap=True)
         finally:
+            reason = reason or _how(tape.last, bool(interrupted))
             if not tape.broken:
-                log.close({"completed": completed, "reason": reason, "wall_s": time.monotonic() - began})
+                log.close({"completed": None, "reason": reason, "wall_s": time.monotonic() - began})
     state.save(options.state or folder / "state", autopilot.estimator.keep())
     if tape.cycles:
         Console().print(table(report.leave(read(folder / "log.mcap"), folder)))
-    return 0 if completed else 1
+    point_latest(folder)
+    tape.say(f"  {folder}")
+    return 1 if lost else 0
+
+
+def _how(last: Cycle | None, interrupted: bool) -> str:
+    """How a flight that nothing broke off came to its end."""
+    by = "ended by a person" if interrupted else "ended with the plant's time"
+    return by if last is None else f"{by}, in mode {last.mode.mode.name.lower()}"

@@ -11,7 +11,7 @@ from tools.errors import UsageError
 
 
 def run_folder(out: Path | None) -> Path:
-    """The folder of a run, made: `out`, or a new one below runs/ here, at which runs/latest then points.
+    """The folder of a run, made: `out`, or a new one below runs/ where the command was called.
 
     Raises:
         UsageError: it cannot be made.
@@ -26,16 +26,16 @@ def run_folder(out: Path | None) -> Path:
         if folder.exists():  # another run began in the same second
             folder = Path(tempfile.mkdtemp(prefix=f"{folder.name}-", dir=runs))
         folder.mkdir(exist_ok=True)
-        _point(runs / "latest", folder.name)
         return folder
     except OSError as error:
         where = f"--out {out}" if out is not None else "runs/"
         raise UsageError(f"{where}: cannot be made ({error.strerror}); choose another folder with --out") from None
 
 
-def _point(name: Path, target: str) -> None:
-    """Makes the link `name` point at `target`, whatever it pointed at; a convenience that never stops a run."""
-    fresh = name.with_name(f".{target}")
-    with contextlib.suppress(OSError):
-        fresh.symlink_to(target)
-        fresh.replace(name)
+def point_latest(folder: Path) -> None:
+    """Makes runs/latest point at a run that was left below runs/; a convenience that never stops anything."""
+    if folder.parent == Path("runs"):
+        fresh = folder.with_name(f".{folder.name}")
+        with contextlib.suppress(OSError):
+            fresh.symlink_to(folder.name)
+            fresh.replace(folder.parent / "latest")

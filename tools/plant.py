@@ -43,7 +43,15 @@ def command(options: argparse.Namespace) -> int:
     wait = options.wait if options.wait is not None else 0.0 if options.pace == "realtime" else WAIT_S
     console = Console(stderr=True, highlight=False, soft_wrap=True)
     try:
-        console.print(run(flight, Path(options.dvl or flight.io.dvl.port), options.out, wait, console))
+        console.print(
+            run(
+                flight,
+                Path(options.dvl or flight.io.dvl.place(wish.bus or flight.io.can.bus)),
+                options.out,
+                wait,
+                console,
+            )
+        )
     except (LockstepError, PlantError) as error:
         console.print(f"sternplane: {error}")
         return 1
@@ -74,6 +82,7 @@ def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Conso
         ids = {getattr(io.nodes, field.name): field.name for field in fields(io.nodes)}
         refuse_if_taken(bus, {**ids, io.can.plant_id: "plant"})
         turns = Turns(bus, io.can.plant_id, [io.can.node_id])
+        _clear(dvl)
         line = stack.enter_context(SerialLine())
         stack.enter_context(_link(dvl, Path(line.path)))
         door = bus if free else turns
@@ -90,8 +99,10 @@ def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Conso
             _keep_time(step, dt_ns, ticks, lambda: bool(interrupted))
         else:
             for k in range(ticks):
-                if not conductor.advance(k, lambda: bool(interrupted)):
-                    return "interrupted" if interrupted else "the vehicle has ended"
+                if not conductor.advance(k, lambda: bool(interrupted)) and not interrupted:
+                    return "the vehicle has ended"
+                if interrupted:
+                    break
         conductor.bye()
         return "interrupted" if interrupted else "the scenario's time is over"
 
@@ -133,15 +144,21 @@ def _truth_log(stack: contextlib.ExitStack, flight: Flight, out: Path | None) ->
     return stack.enter_context(LogWriter(out / TRUTH_FILE, header))
 
 
+def _clear(name: Path) -> None:
+    """Removes the dead link of a boat that was killed; before a new line may get the number of the old one."""
+    if name.is_symlink() and not name.exists():
+        name.unlink()
+
+
 @contextlib.contextmanager
 def _link(name: Path, target: Path) -> Iterator[None]:
-    """A link of that name to the line, for as long as there is one; a dead link of an earlier run gives way."""
+    """A link of that name to the line, for as long as there is one."""
     try:
-        if name.is_symlink() and not name.exists():
-            name.unlink()
         os.symlink(target, name)
     except OSError as error:
-        raise UsageError(f"--dvl {name}: the link cannot be made ({error.strerror}); choose another name") from None
+        raise UsageError(
+            f"--dvl {name}: the link cannot be made ({error.strerror}); remove it, or choose another"
+        ) from None
     try:
         yield
     finally:

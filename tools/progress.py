@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from firmware_py.records.cycle import Cycle
+from tools.hearing import Hearing
 
 _REDRAW_S = 0.125
 _LOOK = 16
@@ -61,6 +62,7 @@ class Progress:
         self._began = self._drawn = time.monotonic()
         self._cycles = 0
         self._tenth = 1
+        self._hearing = Hearing()
 
     def update(self, cycle: Cycle) -> None:
         """To be called with every cycle; nearly all calls only count."""
@@ -70,6 +72,8 @@ class Progress:
         self._cycles += 1
         if self._cycles % _LOOK:
             return
+        for change in self._hearing.changes(cycle):
+            self._say(f"{cycle.tick.t:9.2f} s  {change}")
         if not self._terminal:
             if cycle.tick.t >= self._tenth * 0.1 * self._total_s:
                 self._say(self._line(cycle, _FORMS[0]))

@@ -77,8 +77,8 @@ def page(log: Log, summary: Summary) -> str:
     scenario = str(header.get("scenario", "run"))
     identity = " · ".join(
         f"{name} {html.escape(str(header[key]))}"
-        for name, key in (("seed", "seed"), ("revision", "git"), ("recorded", "stamp"))
-        if key in header
+        for name, key in (("seed", "seed"), ("faults", "faults"), ("revision", "git"), ("recorded", "stamp"))
+        if header.get(key) not in (None, [])
     )
     cells = "".join(f"<div>{html.escape(words)}<b>{html.escape(value)}</b></div>" for words, value in figures(summary))
     key = "".join(f'<span><i style="background:{c}"></i>{name}</span>' for name, c in mode_colours(drawn.bands))
@@ -86,7 +86,7 @@ def page(log: Log, summary: Summary) -> str:
         policy=POLICY,
         title=html.escape(scenario),
         verdict=html.escape(verdict(summary)),
-        mood="good" if summary["completed"] else "bad",
+        mood={True: "good", False: "bad"}.get(summary["completed"], "even"),
         description=html.escape(str(header.get("description", ""))),
         identity=identity,
         warning=f'<p class="warning">The log is {html.escape(log.lost)}.</p>' if log.lost else "",

@@ -12,7 +12,7 @@ from tools import report, state
 from tools.apart import fly_apart
 from tools.errors import UsageError
 from tools.flight import SCENARIOS, Wish, fly, prepare
-from tools.folders import run_folder
+from tools.folders import point_latest, run_folder
 from tools.ground import open_ground
 from tools.log import TRUTH_FILE, read
 from tools.progress import Progress
@@ -37,6 +37,7 @@ def command(options: argparse.Namespace) -> int:
             else:
                 outcome = fly_apart(flight, folder, progress.update, stations.beside)
     state.save(options.state or folder / "state", flight.autopilot.estimator.keep())
+    point_latest(folder)
     console = Console()
     console.print(table(report.leave(read(log), folder)))
     for name in ("report.html", "summary.json", "log.mcap"):

@@ -46,7 +46,8 @@ _ROWS: tuple[tuple[str, str, str], ...] = (
 def summarise(log: Log) -> Summary:
     """The figures of a run; None where the log cannot say.
 
-    completed, reason: from the log's end record, as the run's scenario judged; False for a log that was cut off.
+    completed, reason: from the log's end record, as the run's scenario judged; None where there was
+    none to judge; False for a log that was cut off.
     vehicle_time_s: time of the last cycle plus one step. wall_time_s: from the end record. speed_up: their quotient.
     distance_m: length of the path over the ground, x, y and z. depth_max_m: greatest z.
     depth_error_rms_m, heading_error_rms_deg: of z_d - z and psi_d - psi (the short way) over all armed cycles in hold
@@ -79,7 +80,7 @@ def summarise(log: Log) -> Summary:
     circle, zigzag = manoeuvres.circle(c, boat), manoeuvres.zigzag(c, boat)
     reason = log.end.get("reason") or (f"the log is {log.lost}" if log.lost else "the run was ended")
     summary: Summary = {
-        "completed": bool(log.end.get("completed", False)),
+        "completed": log.end.get("completed", False),
         "reason": reason,
         "vehicle_time_s": vehicle_time,
         "wall_time_s": wall,
@@ -107,6 +108,7 @@ def summarise(log: Log) -> Summary:
         "cycles": len(c["t"]),
         "complete": log.complete,
         "lost": log.lost,
+        "faults": log.header.get("faults", []),
         "events": [[t, text] for t, text in log.events],
     }
     return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in summary.items()}
@@ -117,11 +119,15 @@ def table(summary: Summary) -> Group:
     rows = Table(show_header=False, box=None, padding=(0, 2))
     for words, value in figures(summary):
         rows.add_row(words, value)
+    if summary["faults"]:
+        rows.add_row("faults", ", ".join(summary["faults"]))
     return Group(Padding(Text(verdict(summary)), (0, 2)), rows)
 
 
 def verdict(summary: Summary) -> str:
     """One phrase: did it do what it should, and if not, why not."""
+    if summary["completed"] is None:
+        return str(summary["reason"])
     return "completed" if summary["completed"] else f"not completed: {summary['reason']}"
 
 

@@ -26,6 +26,17 @@ PLANT_S = 60.0
 """How long a plant may take to come, s."""
 
 
+def check(spec: str) -> None:
+    """Makes sure that there is such a bus, and that another process can be on it.
+
+    Raises:
+        BusError, UsageError: in one line, why not.
+    """
+    if spec.startswith("virtual"):
+        raise UsageError("a virtual bus ends at its process; give --bus udp:N or socketcan:IFACE")
+    open_bus(spec).close()
+
+
 def run(
     autopilot: Autopilot,
     rate: int,
@@ -59,8 +70,6 @@ def run(
         BusError: no such bus or line, or our node id is taken there.
         LockstepError: the plant did not come, went, or lost a frame.
     """
-    if spec.startswith("virtual"):
-        raise UsageError("a virtual bus ends at its process; give --bus udp:N or socketcan:IFACE")
     dt_ns = step_ns(rate)
     with contextlib.ExitStack() as stack:
         bus = open_bus(spec)

@@ -25,6 +25,10 @@ class DvlParams:
     port: str
     baud: int = param(115200, low=1200, high=4_000_000, doc="Bits a second; the device's default is 115200.")
 
+    def place(self, spec: str) -> str:
+        """The port for a bus: "{bus}" in its name stands for the bus's, so that several simulations have one each."""
+        return self.port.replace("{bus}", spec.replace(":", "-").replace("/", "-"))
+
 
 class DvlPort:
     """Drains the line once a tick. A line that breaks is silence, not an error: the supervisor knows what to do.

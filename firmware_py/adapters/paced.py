@@ -27,13 +27,14 @@ def join(turns: Turns, dt_ns: int, seconds: float, stop: Callable[[], bool] = la
         if stop():
             return False
         raise LockstepError(f"no plant was heard on the bus for {seconds:g} s; start one: sternplane plant")
-    if hello.version != VERSION:
-        raise LockstepError(f"the plant speaks version {hello.version} of the lockstep, the vehicle version {VERSION}")
     if hello.k != HELLO:
         raise LockstepError("the plant is already flying with somebody; start it anew, or take another bus")
-    if hello.t_ns != dt_ns:
-        raise LockstepError(f"the plant steps {hello.t_ns / 1e6:g} ms, the vehicle {dt_ns / 1e6:g} ms: set one rate_hz")
-    return True
+    if hello.version == VERSION and hello.t_ns == dt_ns:
+        return True
+    turns.say(TICK_DONE, TickDone(BYE, 0))
+    if hello.version != VERSION:
+        raise LockstepError(f"the plant speaks version {hello.version} of the lockstep, the vehicle version {VERSION}")
+    raise LockstepError(f"the plant steps {hello.t_ns / 1e6:g} ms, the vehicle {dt_ns / 1e6:g} ms: set one rate_hz")
 
 
 def answer(turns: Turns) -> None:

@@ -23,8 +23,8 @@ VERSION = 1
 HELLO = 0xFFFFFFFF
 BYE = 0xFFFFFFFE
 """Values of k that are no ticks."""
-PATIENCE = 5.0
-"""How long the other side may be silent, s of wall time."""
+PATIENCE = 4.0
+"""How long the other side may be silent, s of wall time: everything has ended within 5 s."""
 _GLANCE = 0.1
 """How long one wait on the bus takes at most, s, before it is seen whether someone asked to stop."""
 _FRAMES = 4096

@@ -126,7 +126,7 @@ def test_one_side_killed_in_lockstep_ends_the_other_with_its_name_and_a_readable
     out, err = other.communicate(timeout=20)
     victim.communicate(timeout=20)
     assert other.returncode == 1, out + err
-    assert f"the {'plant' if killed == 'plant' else 'vehicle'} has been silent for 5 s" in err
+    assert f"the {'plant' if killed == 'plant' else 'vehicle'} has been silent for 4 s" in err
     log = read(tmp_path / "vehicle" / "log.mcap")
     assert log.complete == (killed == "plant")
     if killed == "plant":
