@@ -176,9 +176,11 @@ class Figures:
         yield Plot("Heading error", f"Against {against}.", figure)
 
     def navigation(self) -> Iterator[Plot]:
-        """Estimate minus truth, and what the estimate thinks of itself."""
+        """Estimate minus truth, and what the estimate thinks of itself; nothing where nobody knew the truth."""
         c, truth = self._c, self._truth
-        z = c["state.eta.z"] - truth["eta.z"] if truth else np.empty(0)
+        if not truth:
+            return
+        z = c["state.eta.z"] - truth["eta.z"]
         horizontal, vertical = 3.0 * c["state.position_std"], 3.0 * c["state.depth_std"]
         said = "Distance from estimate to truth."
         yield self._within("Navigation error, horizontal", said, self._away, 0.0 * horizontal, horizontal, 1.0)
@@ -188,8 +190,6 @@ class Figures:
         """An error in the band where it should be. The error makes the height of the axis, at `least` so much."""
         figure = self._figure("m")
         band(figure, self._t, low, high, "3 σ")
-        if not error.size:
-            return Plot(title, "", figure)
         line(figure, self._t, error, "error", BELIEVED)
         top = max(2.0 * float(np.nanmax(np.abs(error), initial=0.0)), least)
         bottom = -top if low.min() < 0.0 else 0.0

@@ -27,6 +27,7 @@ PAGE = string.Template("""<!doctype html>
   .verdict { padding: 3px 12px; border-radius: 99px; font-weight: 600; font-size: 14px; }
   .good { background: #dcfce7; color: #166534; }
   .bad { background: #fee2e2; color: #991b1b; }
+  .even { background: #e2e8f0; color: #334155; }
   .soft { color: var(--soft); font-size: 13px; overflow-wrap: anywhere; }
   .warning { background: #fef3c7; color: #92400e; padding: 8px 14px; border-radius: 10px; margin-top: 12px; }
   .figures { display: grid; grid-template-columns: repeat(auto-fill, minmax(176px, 1fr)); gap: 10px; margin: 18px 0; }

@@ -125,7 +125,7 @@ def test_a_sea_log_and_a_cut_off_log_have_a_report(tmp_path: Path, toy: SimpleNa
     text = report.page(log, summarise(log))
     assert "The log is cut off" in text
     assert "truth" not in plots(text)["Depth"]
-    assert "error" not in plots(text)["Navigation error, horizontal"]
+    assert "Navigation error, horizontal" not in plots(text)
 
 
 def test_long_runs_are_thinned(flown: Path, monkeypatch: pytest.MonkeyPatch) -> None:
