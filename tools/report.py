@@ -76,7 +76,7 @@ def page(log: Log, summary: Summary) -> str:
     header = log.header
     scenario = str(header.get("scenario", "run"))
     identity = " · ".join(
-        f"{name} {html.escape(str(header[key]))}"
+        f"{name} {html.escape(', '.join(header[key]) if isinstance(header[key], list) else str(header[key]))}"
         for name, key in (("seed", "seed"), ("faults", "faults"), ("revision", "git"), ("recorded", "stamp"))
         if header.get(key) not in (None, [])
     )
