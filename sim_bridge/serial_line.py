@@ -23,7 +23,8 @@ class SerialLine:
 
     The reading end is held open here too: a reader that leaves and comes back breaks nothing. Nothing ever blocks:
     what a reader does not collect is lost, as on a UART, and counted in `lost`; what did not arrive within
-    `patience` (s) is counted in `late`.
+    `patience` (s) is counted in `late`. With patience 0 nobody waits: where both sides keep their own time, a reader
+    may have taken the line before it was seen to arrive.
     """
 
     def __init__(self, patience: float = 1.0) -> None:
@@ -54,7 +55,7 @@ class SerialLine:
         if written < len(line):
             self.lost += 1
             return
-        if self.waiting() < wanted:
+        if self._patience and self.waiting() < wanted:
             self._await(wanted)
 
     def receive(self) -> bytes:

@@ -83,7 +83,7 @@ def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Conso
         refuse_if_taken(bus, {**ids, io.can.plant_id: "plant"})
         turns = Turns(bus, io.can.plant_id, [io.can.node_id])
         _clear(dvl)
-        line = stack.enter_context(SerialLine())
+        line = stack.enter_context(SerialLine(patience=0.0 if free else 1.0))
         stack.enter_context(_link(dvl, Path(line.path)))
         door = bus if free else turns
         bridge = assemble(flight.truth, flight.boat, io.nodes, flight.scenario, door, line, wish.seed, flight.rate)
