@@ -6,8 +6,9 @@ Exit status: 0 the mission was completed (or the replay is equal), 1 it was not,
 from __future__ import annotations
 
 import argparse
+import importlib
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
@@ -60,13 +61,7 @@ def parser() -> argparse.ArgumentParser:
     sitl.add_argument(
         "--scenario", default="demo", metavar="NAME", help="see `sternplane scenarios`, or a .toml file [demo]"
     )
-    sitl.add_argument(
-        "--config",
-        type=Path,
-        default=CONFIG,
-        metavar="DIR",
-        help="vehicle and autopilot [configs/npsauv2]",
-    )
+    _add_config(sitl, "vehicle and autopilot")
     sitl.add_argument(
         "--bus",
         default="virtual",
@@ -76,14 +71,14 @@ def parser() -> argparse.ArgumentParser:
     sitl.add_argument(
         "--pace", choices=("max", "realtime"), default="max", help="as fast as it goes, or as at sea [max]"
     )
-    sitl.add_argument("--seed", type=int, default=1, metavar="N", help="of noise, bias, dropout and turbulence [1]")
+    _add_seed(sitl)
     sitl.add_argument("--out", type=Path, metavar="DIR", help="where the run is left [runs/<stamp>]")
     sitl.add_argument(
         "--state", type=Path, metavar="DIR", help="what the vehicle keeps between runs [empty, in the run's folder]"
     )
-    sitl.add_argument("--io", type=Path, metavar="FILE", help="who is who on the wires [DIR/io_sitl.toml]")
-    _add_shared(sitl)
-    sitl.set_defaults(run=_sitl)
+    _add_gcs(sitl)
+    _add_fault(sitl)
+    sitl.set_defaults(run=_lazily("tools.sitl"))
 
     fly = commands.add_parser(
         "fly",
@@ -91,11 +86,8 @@ def parser() -> argparse.ArgumentParser:
         description="Flies the vehicle on a real bus until Ctrl-C. It starts disarmed and waits for orders.",
         epilog="Exit status 0 if it was ended by a person, 1 if its plant was lost, 2 for bad input.",
     )
-    fly.add_argument(
-        "--config", type=Path, default=CONFIG, metavar="DIR", help="vehicle and autopilot [configs/npsauv2]"
-    )
-    fly.add_argument("--io", type=Path, metavar="FILE", help="who is who on the wires [DIR/io_sitl.toml]")
-    fly.add_argument("--bus", default="", metavar="BUS", help="udp:N or socketcan:IFACE [as the io file says]")
+    _add_config(fly, "vehicle and autopilot")
+    _add_real_bus(fly)
     fly.add_argument(
         "--pace", choices=("realtime", "bus"), default="realtime", help="its own clock, or a plant's ticks [realtime]"
     )
@@ -103,7 +95,7 @@ def parser() -> argparse.ArgumentParser:
     fly.add_argument("--out", type=Path, metavar="DIR", help="where the log is left [runs/<stamp>]")
     fly.add_argument("--state", type=Path, metavar="DIR", help="what the vehicle keeps between runs")
     _add_gcs(fly)
-    fly.set_defaults(run=_fly)
+    fly.set_defaults(run=_lazily("tools.fly"))
 
     plant = commands.add_parser(
         "plant",
@@ -111,23 +103,22 @@ def parser() -> argparse.ArgumentParser:
         description="Puts a simulated boat on a bus; `sternplane fly` in another process flies it.",
     )
     plant.add_argument("--scenario", default="demo", metavar="NAME", help="where it starts, in what water [demo]")
-    plant.add_argument("--config", type=Path, default=CONFIG, metavar="DIR", help="truth and sensors [configs/npsauv2]")
-    plant.add_argument("--io", type=Path, metavar="FILE", help="who is who on the wires [DIR/io_sitl.toml]")
-    plant.add_argument("--bus", default="", metavar="BUS", help="udp:N or socketcan:IFACE [as the io file says]")
+    _add_config(plant, "truth and sensors")
+    _add_real_bus(plant)
     plant.add_argument(
         "--pace",
         choices=("max", "realtime"),
         default="max",
         help="max: in lockstep with `fly --pace bus`; realtime: free-running [max]",
     )
-    plant.add_argument("--seed", type=int, default=1, metavar="N", help="of noise, bias, dropout and turbulence [1]")
+    _add_seed(plant)
     plant.add_argument("--dvl", metavar="PATH", help="name of the link to the DVL's line [as the io file says]")
     plant.add_argument("--out", type=Path, metavar="DIR", help="where truth.mcap is left [nowhere]")
     plant.add_argument(
         "--wait", type=float, metavar="S", help="how long a vehicle may take to come [60; in real time 0, for none]"
     )
     _add_fault(plant)
-    plant.set_defaults(run=_plant)
+    plant.set_defaults(run=_lazily("tools.plant"))
 
     replay = commands.add_parser(
         "replay",
@@ -137,21 +128,29 @@ def parser() -> argparse.ArgumentParser:
     )
     replay.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
     replay.add_argument("--anyway", action="store_true", help="also if another CPU or other libraries made the log")
-    replay.set_defaults(run=_replay)
+    replay.set_defaults(run=_lazily("tools.replay"))
 
     report = commands.add_parser("report", help="make report.html and summary.json of a log again")
     report.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
     report.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [beside the log]")
-    report.set_defaults(run=_report)
+    report.set_defaults(run=_lazily("tools.report"))
 
     scenarios = commands.add_parser("scenarios", help="list the scenarios, with a sentence each")
-    scenarios.set_defaults(run=_scenarios)
+    scenarios.set_defaults(run=_lazily("tools.sitl", "list_scenarios"))
     return top
 
 
-def _add_shared(command: argparse.ArgumentParser) -> None:
-    _add_gcs(command)
-    _add_fault(command)
+def _add_config(command: argparse.ArgumentParser, what: str) -> None:
+    command.add_argument("--config", type=Path, default=CONFIG, metavar="DIR", help=f"{what} [configs/npsauv2]")
+    command.add_argument("--io", type=Path, metavar="FILE", help="who is who on the wires [DIR/io_sitl.toml]")
+
+
+def _add_real_bus(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--bus", default="", metavar="BUS", help="udp:N or socketcan:IFACE [as the io file says]")
+
+
+def _add_seed(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--seed", type=int, default=1, metavar="N", help="of noise, bias, dropout and turbulence [1]")
 
 
 def _add_gcs(command: argparse.ArgumentParser) -> None:
@@ -174,40 +173,14 @@ def _add_fault(command: argparse.ArgumentParser) -> None:
     )
 
 
-def _fly(options: argparse.Namespace) -> int:
-    from tools import fly
+def _lazily(module: str, function: str = "command") -> Callable[[argparse.Namespace], int]:
+    """A sub-command that is imported when it runs: `--help` needs no numba, and the kernels' folder is chosen first."""
 
-    return fly.command(options)
+    def run(options: argparse.Namespace) -> int:
+        status: int = getattr(importlib.import_module(module), function)(options)
+        return status
 
-
-def _plant(options: argparse.Namespace) -> int:
-    from tools import plant
-
-    return plant.command(options)
-
-
-def _sitl(options: argparse.Namespace) -> int:
-    from tools import sitl
-
-    return sitl.command(options)
-
-
-def _replay(options: argparse.Namespace) -> int:
-    from tools import replay
-
-    return replay.command(options)
-
-
-def _report(options: argparse.Namespace) -> int:
-    from tools import report
-
-    return report.command(options)
-
-
-def _scenarios(_options: argparse.Namespace) -> int:
-    from tools import sitl
-
-    return sitl.list_scenarios()
+    return run
 
 
 if __name__ == "__main__":

@@ -45,7 +45,7 @@ def command(options: argparse.Namespace) -> int:
     return 0 if outcome.completed else 1
 
 
-def list_scenarios() -> int:
+def list_scenarios(_options: argparse.Namespace) -> int:
     """Prints every scenario with its sentence."""
     names = known(SCENARIOS)
     width = max(map(len, names))
