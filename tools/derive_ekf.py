@@ -38,14 +38,14 @@ Array = NDArray[np.float64]
 '''
 
 MOTION, DOTS = model.Motion._fields, tuple(f"{name}_dot" for name in model.Motion._fields)
-TURN, FINS, RACE, CURRENT = model.Turn._fields, model.Fins._fields, model.Race._fields, ("x_c", "y_c")
+TURN, FINS, RACE, WATER = model.Turn._fields, model.Fins._fields, model.Race._fields, ("x_c", "y_c", "z_c")
 LEVEL = TURN[:4]
 RACE_U, RACE_N = ("s_u", "e_u"), ("e_n", "jet_n")
 
 S = {
     name: sympy.Symbol(name, real=True)
     for name in (
-        *(*model.CONSTANTS, *MOTION, *DOTS, *TURN, *FINS, *RACE, *CURRENT, *RACE_U, *RACE_N),
+        *(*model.CONSTANTS, *MOTION, *DOTS, *TURN, *FINS, *RACE, *WATER, *RACE_U, *RACE_N),
         *("phi", "theta", "psi", "n", "speed"),
     )
 }
@@ -115,10 +115,10 @@ def _dynamics() -> list[str]:
 def _kinematics() -> list[str]:
     omega = MOTION[3:]
     p, q, r = _symbols(omega)
-    carried = model.water(ATTITUDE, S["x_c"], S["y_c"])
+    carried = model.water(ATTITUDE, *_symbols(WATER))
     turning = [-a for a in model.cross((p, q, r), carried)]
     angles = model.euler_rates(ATTITUDE, p, q, r)
-    by = ("phi", "theta", "psi", *CURRENT)
+    by = ("phi", "theta", "psi", *WATER)
     cells = {
         **_jacobian("B", carried, by),
         **_jacobian("A", turning, (*omega, *by), column=3),
@@ -127,14 +127,14 @@ def _kinematics() -> list[str]:
     return [
         _returner(
             "kinematics",
-            "The current in body axes, what its turning there adds to nu_dot, and the rates of phi theta psi.",
-            (*omega, *TURN, *CURRENT),
+            "The water in body axes, what its turning there adds to nu_dot, and the rates of phi theta psi.",
+            (*omega, *TURN, *WATER),
             [*carried, *turning, *angles],
         ),
         _writer(
             "kinematic_slopes",
-            "Of `kinematics`: B of the current by phi theta psi x_c y_c; A of the rest by u v w p q r and these.",
-            (*omega, *TURN, *CURRENT),
+            "Of `kinematics`: B of the water by phi theta psi x_c y_c z_c; A of the rest by u v w p q r and these.",
+            (*omega, *TURN, *WATER),
             ("A", "B"),
             cells,
         ),

@@ -819,16 +819,16 @@ def factors(
     y[92] = scale*(jet - t17)
 
 
-@kernel("UniTuple(f8,9)(f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8)")
+@kernel("UniTuple(f8,9)(f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8)")
 def kinematics(
     p: float, q: float, r: float, s_phi: float, c_phi: float, s_theta: float, c_theta: float, s_psi: float,
-    c_psi: float, sec: float, x_c: float, y_c: float,
+    c_psi: float, sec: float, x_c: float, y_c: float, z_c: float,
 ) -> tuple[float, float, float, float, float, float, float, float, float]:
-    """The current in body axes, what its turning there adds to nu_dot, and the rates of phi theta psi."""
+    """The water in body axes, what its turning there adds to nu_dot, and the rates of phi theta psi."""
     t0 = c_psi*x_c + s_psi*y_c
-    t1 = c_theta*t0
+    t1 = c_theta*t0 - s_theta*z_c
     t2 = c_psi*y_c - s_psi*x_c
-    t3 = s_theta*t0
+    t3 = c_theta*z_c + s_theta*t0
     t4 = c_phi*t2 + s_phi*t3
     t5 = c_phi*t3 - s_phi*t2
     t6 = sec*(c_phi*r + q*s_phi)
@@ -845,21 +845,21 @@ def kinematics(
     )
 
 
-@kernel("void(f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8[:,::1],f8[:,::1])")
+@kernel("void(f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8[:,::1],f8[:,::1])")
 def kinematic_slopes(
     p: float, q: float, r: float, s_phi: float, c_phi: float, s_theta: float, c_theta: float, s_psi: float,
-    c_psi: float, sec: float, x_c: float, y_c: float, A: Array, B: Array,
+    c_psi: float, sec: float, x_c: float, y_c: float, z_c: float, A: Array, B: Array,
 ) -> None:
-    """Of `kinematics`: B of the current by phi theta psi x_c y_c; A of the rest by u v w p q r and these."""
+    """Of `kinematics`: B of the water by phi theta psi x_c y_c z_c; A of the rest by u v w p q r and these."""
     t0 = c_psi*x_c + s_psi*y_c
-    t1 = s_theta*t0
+    t1 = c_theta*z_c + s_theta*t0
     t2 = c_psi*c_theta
     t3 = c_theta*s_psi
-    t4 = c_phi*t1
-    t5 = c_psi*y_c - s_psi*x_c
-    t6 = -s_phi*t5 + t4
-    t7 = c_theta*t0
-    t8 = s_phi*t7
+    t4 = c_psi*y_c - s_psi*x_c
+    t5 = c_phi*t1
+    t6 = -s_phi*t4 + t5
+    t7 = s_theta*z_c
+    t8 = c_theta*s_phi
     t9 = c_phi*x_c
     t10 = s_phi*s_theta*y_c - t9
     t11 = c_phi*y_c
@@ -870,71 +870,80 @@ def kinematic_slopes(
     t16 = c_phi*c_psi
     t17 = s_phi*s_psi
     t18 = s_theta*t17 + t16
-    t19 = -t5
+    t19 = -t4
     t20 = c_phi*t19
     t21 = s_phi*t1
-    t22 = c_phi*t7
+    t22 = c_phi*c_theta
     t23 = s_theta*t11 + t12
     t24 = -s_phi*y_c + s_theta*t9
     t25 = s_theta*t16 + t17
     t26 = -c_psi*s_phi + s_theta*t14
-    t27 = c_phi*t5 + t21
-    t28 = q*t1
-    t29 = c_theta*r
-    t30 = c_theta*q
-    t31 = s_phi*sec
-    t32 = s_theta*t31
-    t33 = c_phi*sec
-    t34 = s_theta*t33
-    t35 = c_phi*r + q*s_phi
-    t36 = sec*sec*t35
+    t27 = c_phi*t4 + t21
+    t28 = q*z_c
+    t29 = c_theta*t0 - s_theta*z_c
+    t30 = c_phi*p
+    t31 = c_theta*r
+    t32 = r*s_theta
+    t33 = p*s_phi
+    t34 = c_theta*q
+    t35 = q*s_theta
+    t36 = s_phi*sec
+    t37 = c_phi*sec
+    t38 = c_phi*r + q*s_phi
+    t39 = sec*sec*t38
     B[0, 1] = -t1
     B[0, 2] = t2*y_c - t3*x_c
     B[0, 3] = t2
     B[0, 4] = t3
+    B[0, 5] = -s_theta
     B[1, 0] = t6
-    B[1, 1] = t8
+    B[1, 1] = -s_phi*t7 + t0*t8
     B[1, 2] = c_psi*t10 - s_psi*t13
     B[1, 3] = t15
     B[1, 4] = t18
+    B[1, 5] = t8
     B[2, 0] = t20 - t21
-    B[2, 1] = t22
+    B[2, 1] = -c_phi*t7 + t0*t22
     B[2, 2] = c_psi*t23 - s_psi*t24
     B[2, 3] = t25
     B[2, 4] = t26
+    B[2, 5] = t22
     A[0, 4] = -t6
     A[0, 5] = t27
-    A[0, 6] = c_phi*(-q*t19 + r*s_theta*t0) - s_phi*(r*t5 - t28)
-    A[0, 7] = c_theta*(-c_phi*q*t0 + r*s_phi*t0)
+    A[0, 6] = c_phi*(-q*t19 + r*t1) - s_phi*(-q*t1 + r*t4)
+    A[0, 7] = c_theta*(-c_phi*q*t0 + r*s_phi*t0) - s_theta*(-c_phi*t28 + r*s_phi*z_c)
     A[0, 8] = c_psi*(-q*t23 + r*t10) - s_psi*(-q*t24 + r*t13)
     A[0, 9] = -q*t25 + r*t15
     A[0, 10] = -q*t26 + r*t18
+    A[0, 11] = c_theta*r*s_phi - q*t22
     A[1, 3] = t6
-    A[1, 5] = -t7
+    A[1, 5] = -t29
     A[1, 6] = p*t20 - p*t21
-    A[1, 7] = p*t22 + r*t1
-    A[1, 8] = c_psi*(p*t23 - t29*y_c) - s_psi*(p*t24 - t29*x_c)
+    A[1, 7] = c_theta*(r*z_c + t0*t30) - s_theta*(-r*t0 + t30*z_c)
+    A[1, 8] = c_psi*(p*t23 - t31*y_c) - s_psi*(p*t24 - t31*x_c)
     A[1, 9] = p*t25 - r*t2
     A[1, 10] = p*t26 - r*t3
+    A[1, 11] = p*t22 + t32
     A[2, 3] = -t27
-    A[2, 4] = t7
-    A[2, 6] = p*s_phi*t5 - p*t4
-    A[2, 7] = -p*t8 - t28
-    A[2, 8] = c_psi*(-p*t10 + t30*y_c) - s_psi*(-p*t13 + t30*x_c)
+    A[2, 4] = t29
+    A[2, 6] = p*s_phi*t4 - p*t5
+    A[2, 7] = c_theta*(-t0*t33 - t28) - s_theta*(q*t0 - t33*z_c)
+    A[2, 8] = c_psi*(-p*t10 + t34*y_c) - s_psi*(-p*t13 + t34*x_c)
     A[2, 9] = -p*t15 + q*t2
     A[2, 10] = -p*t18 + q*t3
+    A[2, 11] = -p*t8 - t35
     A[6, 3] = 1
-    A[6, 4] = t32
-    A[6, 5] = t34
-    A[6, 6] = q*t34 - r*t32
-    A[6, 7] = c_theta*sec*t35 + s_theta*s_theta*t36
+    A[6, 4] = s_theta*t36
+    A[6, 5] = s_theta*t37
+    A[6, 6] = -t32*t36 + t35*t37
+    A[6, 7] = c_theta*sec*t38 + s_theta*s_theta*t39
     A[7, 4] = c_phi
     A[7, 5] = -s_phi
-    A[7, 6] = -t35
-    A[8, 4] = t31
-    A[8, 5] = t33
-    A[8, 6] = q*t33 - r*t31
-    A[8, 7] = s_theta*t36
+    A[7, 6] = -t38
+    A[8, 4] = t36
+    A[8, 5] = t37
+    A[8, 6] = q*t37 - r*t36
+    A[8, 7] = s_theta*t39
 
 
 @kernel("UniTuple(f8,2)(f8[::1],f8,f8,f8)")

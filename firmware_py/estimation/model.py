@@ -156,11 +156,15 @@ def strip(v: Number, w: Number, speed: Number, c: Any) -> tuple[tuple[Number, Nu
     return (along_v * v, along_v * w), (along_w * v, along_w * w)
 
 
-def water(turn: Turn, x_c: Number, y_c: Number) -> Triple:
-    """The horizontal current (x_c, y_c), m/s north and east, in body axes."""
+def water(turn: Turn, x_c: Number, y_c: Number, z_c: Number) -> Triple:
+    """The velocity of the water (x_c, y_c, z_c), m/s north, east and down, in body axes."""
     s_phi, c_phi, s_theta, c_theta, s_psi, c_psi, _ = turn
     ahead, across = c_psi * x_c + s_psi * y_c, c_psi * y_c - s_psi * x_c
-    return c_theta * ahead, s_phi * s_theta * ahead + c_phi * across, c_phi * s_theta * ahead - s_phi * across
+    return (
+        c_theta * ahead - s_theta * z_c,
+        s_phi * (s_theta * ahead + c_theta * z_c) + c_phi * across,
+        c_phi * (s_theta * ahead + c_theta * z_c) - s_phi * across,
+    )
 
 
 def euler_rates(turn: Turn, p: Number, q: Number, r: Number) -> Triple:

@@ -11,13 +11,13 @@ import numpy as np
 
 from firmware_py.estimation.jacobians import FACTORS, Array, mass
 from firmware_py.estimation.model import AXES, BODY, COEFFICIENTS, CONSTANTS
-from firmware_py.estimation.prediction import WORK, load, predict, rates
-from firmware_py.estimation.transition import DRAG, MOVING, Nine, invert
+from firmware_py.estimation.prediction import CURRENT, RESPONSE, WORK, flow_of, load, predict, rates
+from firmware_py.estimation.transition import DRAG, MOVING, WATER, Nine, invert
 from firmware_py.params import ParamError
 from firmware_py.vehicle.vehicle import Vehicle
 
-C_T = 0.008
-"""Thrust loading of the propeller, C_t = C_T L^2 eta|eta| / 2 with L in m (Healey and Lienard 1993)."""
+MOTIONS = ("u", "v", "w", "p", "q", "r", "phi", "theta", "psi")
+"""The states that move by themselves."""
 GROUPS = {
     f"{axis}_dot": tuple(name for name in COEFFICIENTS if name.startswith(f"{axis}_") and name.endswith("dot"))
     for axis in AXES
@@ -36,19 +36,29 @@ _PLACES = {
 class ObserverModel:
     """x_dot = f(x, inputs) of one vehicle. Kernels read its arrays; it is no more than their keeper.
 
-    The state x, shape (size,): u v w p q r phi theta psi, one number for each of `names` (a nondimensional coefficient,
-    or the scale of a group), then, with `current`, the water's speed north and east.
+    The state x, shape (size,): u v w p q r phi theta psi; the water, 0, 2 or 5 numbers (see `prediction`); one number
+    for each of `biases`, what a sensor of that moving state reads too much; one for each of `names`, a nondimensional
+    coefficient or the scale of a group.
     """
 
-    __slots__ = ("believed", "c", "heavy", "inverse", "names", "picks", "size", "weight", "work", "y")
+    __slots__ = (
+        *("believed", "biases", "c", "first", "heavy", "inverse", "names", "picks", "size"),
+        *("water", "weight", "work", "y"),
+    )
 
-    def __init__(self, vehicle: Vehicle, names: Sequence[str], current: bool = True) -> None:
-        """Packs the vehicle, with `names` as parameters to be estimated: any of COEFFICIENTS or GROUPS.
+    def __init__(
+        self, vehicle: Vehicle, names: Sequence[str], water: int = CURRENT, biases: Sequence[str] = ()
+    ) -> None:
+        """Packs the vehicle, with `names` as parameters: any of COEFFICIENTS or GROUPS.
 
         Raises:
             ParamError: a name is unknown, or occurs twice, or the mass matrix is not positive definite.
         """
         self.names = tuple(names)
+        self.water = water
+        """How many states the water has: STILL, CURRENT or EDDIES."""
+        self.biases = tuple(MOTIONS.index(name) for name in biases)
+        """The moving states whose sensors have one."""
         self.c = constants(vehicle)
         """Constants, shape (len(CONSTANTS),)."""
         self.inverse = inverse_mass(self.c)
@@ -62,45 +72,67 @@ class ObserverModel:
                     rows.append((i, factor, row, place))
                     weights.append(weight)
         self.picks = np.array(rows, dtype=np.int64).reshape(len(rows), 4)
-        """See `transition.transition`."""
+        """See `prediction.predict`."""
         self.weight = np.array(weights, dtype=np.float64)
         self.heavy = any("dot" in name for name in self.names)
         """Whether the inverse of the mass matrix changes with the state."""
         self.believed = tuple(1.0 if name in GROUPS else float(self.c[CONSTANTS.index(name)]) for name in self.names)
         """The parameters as the vehicle file has them."""
-        self.size = MOVING + len(self.names) + (2 if current else 0)
+        self.first = MOVING + water + len(self.biases)
+        """Place of the first parameter in x."""
+        self.size = self.first + len(self.names)
         self.work, self.y = np.zeros(WORK), np.zeros(DRAG + 8)
 
     def state(self, nu: Sequence[float], angles: Sequence[float]) -> Array:
-        """A state with the believed parameters and no current, at a velocity (m/s, rad/s) and attitude (rad)."""
+        """A state with the believed parameters in still water, at a velocity (m/s, rad/s) and attitude (rad)."""
         x = np.zeros(self.size)
-        x[: MOVING + len(self.names)] = (*nu, *angles, *self.believed)
+        x[:MOVING] = (*nu, *angles)
+        x[self.first :] = self.believed
         return x
+
+    def place(self, name: str) -> int:
+        """Where a moving state or a parameter stands in x."""
+        return MOTIONS.index(name) if name in MOTIONS else self.first + self.names.index(name)
 
     def rates(self, x: Array, inputs: Array) -> Nine:
         """f(x, inputs): the rates of u v w p q r phi theta psi; NaN if the mass matrix has no inverse."""
-        if not load(self.c, self.inverse, self.picks, self.weight, self.heavy, x, np.zeros((6, 6))):
+        if not load(self.c, self.inverse, self.picks, self.weight, self.first, self.heavy, x, np.zeros((6, 6))):
             return (math.nan,) * 9
-        x_c, y_c = x[MOVING + len(self.names) :] if self.size > MOVING + len(self.names) else (0.0, 0.0)
         u, v, w, p, q, r, phi, theta, psi = x[:MOVING].tolist()
-        return rates(self.c, self.inverse, inputs, (u, v, w, p, q, r, phi, theta, psi), x_c, y_c)
+        return rates(self.c, self.inverse, inputs, (u, v, w, p, q, r, phi, theta, psi), flow_of(x, self.water))
 
     def transition(self) -> Array:
         """Room for the transition matrix's nine rows, shape (9, size)."""
         return np.zeros((MOVING, self.size))
 
     def predict(self, x: Array, inputs: Array, h: float, Phi: Array) -> bool:
-        """Moves x on by h (s), inputs (delta_s, delta_r, delta_b, n) being means over the step; see `prediction`."""
+        """Moves x on by h (s), inputs (delta_s, delta_r, delta_b, n) being means over the step; fills Phi, (9, size).
+
+        The rest of the state stays: its rows of the transition matrix would be those of the identity.
+        """
+        if not self.advance(x, inputs, h):
+            return False
+        moved, response = self.work[:MOVING], self.work[RESPONSE : RESPONSE + MOVING]
+        Phi[:] = 0.0
+        Phi[:, :MOVING] = moved[:, :MOVING]
+        for j in range(self.water):
+            Phi[:, MOVING + j] = moved[:, WATER + (j if j < CURRENT else j - CURRENT)]
+        for (i, factor, row, _), weight in zip(self.picks.tolist(), self.weight.tolist(), strict=True):
+            Phi[:, self.first + i] += weight * self.y[factor] * response[:, row]
+        return True
+
+    def advance(self, x: Array, inputs: Array, h: float) -> bool:
+        """As `predict`, but leaves what moves the error where it was made, in `work` and `y`."""
         return predict(
-            *(self.c, self.inverse, self.picks, self.weight, len(self.names), self.heavy),
-            *(inputs, x, h, Phi, self.work, self.y),
+            *(self.c, self.inverse, self.picks, self.weight, self.water, self.first, self.heavy),
+            *(inputs, x, h, self.work, self.y),
         )
 
 
 def constants(vehicle: Vehicle) -> Array:
     """The vector that CONSTANTS names."""
     hull, body, propeller = vehicle.hull, vehicle.body, vehicle.propeller
-    L, load = hull.length, 0.5 * C_T * hull.length**2
+    L, load = hull.length, 0.5 * propeller.C_t * hull.length**2
     long = {"m": "mass", "W": "weight", "B": "buoyancy"}
     values = {
         **{name: getattr(body, long.get(name, name)) for name in BODY},

@@ -1,8 +1,8 @@
 """How an error moves over one step, compiled: the slopes of the equations and the transition matrix made from them.
 
-The slope of nu_dot by a coefficient is the column of M^-1 of the equation it acts in, times the force that it
-multiplies, one number. (For added mass that is the acceleration: M nu_dot = tau differentiates to it.) So however many
-coefficients are estimated, each costs one column.
+A coefficient acts through the force that it multiplies, one number, in one equation. (For added mass that is the
+acceleration: M nu_dot = tau differentiates to it.) So the moving states answer to six forces however many coefficients
+are estimated, and a coefficient's column of the transition matrix is one of the six, times its force.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from firmware_py.estimation.flow import cross_flow_slopes, race, race_slopes, tu
 from firmware_py.estimation.jacobians import FACTORS, Array, factors, kinematic_slopes, kinematics, slopes
 
 Nine = tuple[float, float, float, float, float, float, float, float, float]
+Three = tuple[float, float, float]
 Picks = NDArray[np.int64]
 
 MOVING = 9
@@ -24,7 +25,9 @@ MOVING = 9
 DRAG = len(FACTORS)
 """Where the factors of cross-flow drag begin, behind the others."""
 WIDTH = 16
-"""Columns of scratch arrays: nine moving states, two of the current, and zeros that make whole vectors."""
+"""Columns of such arrays: nine moving states, three of the water's velocity, and zeros that make whole vectors."""
+WATER = 9
+"""Where the water's columns begin."""
 
 
 @kernel("b1(f8[:,::1],f8[:,::1])")
@@ -56,15 +59,16 @@ def invert(M: Array, inverse: Array) -> bool:
     return True
 
 
-@kernel("void(f8[::1],f8[:,::1],f8[::1],UniTuple(f8,9),UniTuple(f8,9),f8,f8,f8[:,::1],f8[:,::1],f8[:,::1],f8[::1])")
+@kernel(
+    "void(f8[::1],f8[:,::1],f8[::1],UniTuple(f8,9),UniTuple(f8,9),UniTuple(f8,3),f8[:,::1],f8[:,::1],f8[:,::1],f8[::1])"
+)
 def linearise(
     c: Array,
     inverse: Array,
     inputs: Array,
     x: Nine,
     x_dot: Nine,
-    x_c: float,
-    y_c: float,
+    water: Three,
     A: Array,
     D: Array,
     B: Array,
@@ -77,14 +81,14 @@ def linearise(
         inverse: inverse of the mass matrix.
         inputs: as everywhere.
         x: the nine moving states; `x_dot` their rates.
-        x_c: current; `y_c` likewise.
-        A: out, (9, WIDTH): by the moving states and the current.
+        water: its velocity north, east, down, m/s.
+        A: out, (9, WIDTH): by the moving states and the water.
         D: scratch, (6, WIDTH). `B` too, (3, WIDTH).
         y: out, (DRAG + 8,): the force that each coefficient multiplies; its slope is M^-1's column of its equation.
     """
     u, v, w, p, q, r, phi, theta, psi = x
     t = turn(phi, theta, psi)
-    u_c, v_c, w_c, u_turn, v_turn, w_turn, _, _, _ = kinematics(p, q, r, *t, x_c, y_c)
+    u_c, v_c, w_c, u_turn, v_turn, w_turn, _, _, _ = kinematics(p, q, r, *t, *water)
     u, v, w = u - u_c, v - v_c, w - w_c
     ds, dr, db, n = inputs[0], inputs[1], inputs[2], inputs[3]
     s, e, jet = race(c, u, n)
@@ -103,10 +107,10 @@ def linearise(
     for i in range(3):
         for j in range(WIDTH):
             B[i, j] = 0.0
-    kinematic_slopes(p, q, r, *t, x_c, y_c, A, B)
+    kinematic_slopes(p, q, r, *t, *water, A, B)
     for i in range(6):
         for k in range(3):
-            for j in range(5):
+            for j in range(6):
                 D[i, 6 + j] -= D[i, k] * B[k, j]
     for i in range(6):
         m_0, m_1, m_2 = inverse[i, 0], inverse[i, 1], inverse[i, 2]
@@ -135,50 +139,29 @@ def product(X: Array, h: float, Y: Array, Z: Array) -> None:
             )
 
 
-@kernel("void(f8[:,::1],i8[:,::1],f8[::1],i8,f8,f8[:,::1],f8[:,::1],f8[:,::1],f8[::1],f8[:,::1])")
-def transition(
-    inverse: Array,
-    picks: Picks,
-    weight: Array,
-    parameters: int,
-    h: float,
-    A: Array,
-    G: Array,
-    Z: Array,
-    y: Array,
-    Phi: Array,
-) -> None:
+@kernel("void(f8[:,::1],f8,f8[:,::1],f8[:,::1],f8[:,::1],f8[:,::1])")
+def transition(inverse: Array, h: float, A: Array, G: Array, Phi: Array, response: Array) -> None:
     """Phi, the exponential of the slopes over a step h (s) to third order: G = 1 + A h/2 + A^2 h^2/6, Phi = 1 + h G A.
 
     Args:
         inverse: inverse of the mass matrix.
-        picks: rows (parameter, place in y, equation, place in the constants), one for every force a parameter scales.
-        weight: what a parameter's unit is of each, so that a parameter can scale a group of coefficients.
-        parameters: how many.
         h: step, s.
-        A: from `linearise`, as is `y`.
-        G: scratch, (9, WIDTH). `Z` too.
-        y: the force that each coefficient multiplies.
-        Phi: out, (9, 9 + parameters), or two columns more for the current.
+        A: from `linearise`.
+        G: scratch, (9, WIDTH).
+        Phi: out, (9, WIDTH): by the moving states and the water.
+        response: out, (9, WIDTH): six columns, by a force in each equation, held over the step, N or N m.
     """
-    product(A, h * h / 6.0, A, Z)
+    product(A, h * h / 6.0, A, Phi)
     for i in range(9):
         for j in range(9):
-            G[i, j] = h / 2.0 * A[i, j] + Z[i, j]
+            G[i, j] = h / 2.0 * A[i, j] + Phi[i, j]
         G[i, i] += 1.0
-    product(G, h, A, Z)
+    product(G, h, A, Phi)
     for i in range(9):
-        for j in range(9):
-            Phi[i, j] = Z[i, j]
         Phi[i, i] += 1.0
-        for j in range(9, 9 + parameters):
-            Phi[i, j] = 0.0
-        for j in range(9 + parameters, Phi.shape[1]):
-            Phi[i, j] = Z[i, j - parameters]
-    for i in range(9):
         g_0, g_1, g_2, g_3, g_4, g_5 = h * G[i, 0], h * G[i, 1], h * G[i, 2], h * G[i, 3], h * G[i, 4], h * G[i, 5]
         for j in range(6):
-            Z[i, j] = (
+            response[i, j] = (
                 g_0 * inverse[0, j]
                 + g_1 * inverse[1, j]
                 + g_2 * inverse[2, j]
@@ -186,7 +169,3 @@ def transition(
                 + g_4 * inverse[4, j]
                 + g_5 * inverse[5, j]
             )
-    for k in range(len(weight)):
-        column, row, force = 9 + picks[k, 0], picks[k, 2], weight[k] * y[picks[k, 1]]
-        for i in range(9):
-            Phi[i, column] += force * Z[i, row]

@@ -50,6 +50,7 @@ class Propeller:
     u_trim: float = param(unit="m/s", low=0.1, high=20.0, doc="Speed through the water at n_trim.")
     n_max: float = param(unit="rpm", low=1.0, high=1e5, doc="Highest propeller speed.")
     C_d0: float = param(0.0, low=0.0, high=10.0, doc="Drag at zero incidence, nondimensional with rho/2 L^2 u^2.")
+    C_t: float = param(0.008, low=1e-9, high=10.0, doc="Thrust loading: C_t(eta) = C_t L[m]^2 eta|eta| / 2.")
 
 
 @dataclass(frozen=True, slots=True)

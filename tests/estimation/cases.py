@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from firmware_py import params
 from firmware_py.estimation.model import COEFFICIENTS
 from firmware_py.estimation.observer_model import GROUPS, ObserverModel
+from firmware_py.estimation.prediction import flow_of
 from firmware_py.estimation.transition import WIDTH, linearise
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.truth import Truth
@@ -48,7 +49,7 @@ def case(seed: int) -> Case:
 
 def state(model: ObserverModel, at: Case) -> np.ndarray:
     x = model.state(at.nu, at.angles)
-    x[-2:] = at.current
+    x[9:11] = at.current
     return x
 
 
@@ -62,11 +63,13 @@ def slopes(model: ObserverModel, x: np.ndarray, inputs: np.ndarray) -> np.ndarra
     """d rates / d x, (9, size), from the kernels."""
     x_dot = model.rates(x, inputs)
     A, D, B = np.zeros((9, WIDTH)), np.zeros((6, WIDTH)), np.zeros((3, WIDTH))
-    linearise(model.c, model.inverse, inputs, tuple(x[:9]), x_dot, x[-2], x[-1], A, D, B, model.y)
+    linearise(model.c, model.inverse, inputs, tuple(x[:9]), x_dot, flow_of(x, model.water), A, D, B, model.y)
     full = np.zeros((9, model.size))
-    full[:, :9], full[:, -2:] = A[:, :9], A[:, 9:11]
+    full[:, :9] = A[:, :9]
+    for j in range(model.water):
+        full[:, 9 + j] = A[:, 9 + (j if j < 2 else j - 2)]
     for (i, factor, row, _), weight in zip(model.picks, model.weight, strict=True):
-        full[:6, 9 + i] += weight * model.y[factor] * model.inverse[:, row]
+        full[:6, model.first + i] += weight * model.y[factor] * model.inverse[:, row]
     return full
 
 
@@ -74,7 +77,7 @@ def differences(function: object, x: np.ndarray, step: float = 1e-5) -> np.ndarr
     """Central differences of fourth order."""
     columns = []
     for i in range(len(x)):
-        h = step * max(1.0, abs(x[i])) if i < 9 or i >= len(x) - 2 else 1e-3 * max(abs(x[i]), 1e-2)
+        h = step * max(1.0, abs(x[i])) if i < 14 else 1e-3 * max(abs(x[i]), 1e-2)
         at = [function(x + k * h * np.eye(len(x))[i]) for k in (-2, -1, 1, 2)]
         columns.append((at[0] - 8.0 * at[1] + 8.0 * at[2] - at[3]) / (12.0 * h))
     return np.array(columns).T

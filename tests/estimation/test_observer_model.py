@@ -14,6 +14,7 @@ from firmware_py.estimation import jacobians
 from firmware_py.estimation.flow import race, race_slopes
 from firmware_py.estimation.model import COEFFICIENTS
 from firmware_py.estimation.observer_model import GROUPS, ObserverModel
+from firmware_py.estimation.prediction import EDDIES
 from firmware_py.marine import Eta, Nu
 from sim_bridge.environment import Environment, EnvironmentParams
 from sim_bridge.plant import Plant
@@ -82,13 +83,14 @@ def test_500_rpm_trims_at_6_feet_per_second() -> None:
 def test_slopes_by_state_coefficients_and_current_are_those_of_finite_differences(
     names: tuple[str, ...], seed: int
 ) -> None:
-    at, model = case(seed), ObserverModel(VEHICLE, names)
-    x = state(model, at)
-    x[9:-2] *= np.random.default_rng(seed).uniform(0.8, 1.2, len(names))
+    at, model = case(seed), ObserverModel(VEHICLE, names, EDDIES)
+    x, rng = state(model, at), np.random.default_rng(seed)
+    x[11:14] = rng.uniform(-0.3, 0.3, 3)
+    x[14:] *= rng.uniform(0.8, 1.2, len(names))
     wanted = differences(lambda z: np.array(model.rates(z, at.inputs)), x)
     got = slopes(model, x, at.inputs)
     for i in range(model.size):
-        label = (*MOVING, *names, "x_c", "y_c")[i]
+        label = (*MOVING, "x_c", "y_c", "x_e", "y_e", "z_e", *names)[i]
         assert np.abs(got[:, i] - wanted[:, i]).max() <= 1e-7 * max(np.abs(wanted[:, i]).max(), 1e-3), label
 
 
@@ -118,7 +120,7 @@ def test_a_group_is_the_sum_of_its_members_at_their_believed_size() -> None:
     one, many = ObserverModel(VEHICLE, ("Y_dot",)), ObserverModel(VEHICLE, members)
     assert one.believed == (1.0,)
     together, each = slopes(one, state(one, at), at.inputs), slopes(many, state(many, at), at.inputs)
-    assert together[:, 9] == pytest.approx(each[:, 9:12] @ np.array(many.believed), rel=1e-12)
+    assert together[:, 11] == pytest.approx(each[:, 11:14] @ np.array(many.believed), rel=1e-12)
 
 
 @pytest.mark.parametrize(
