@@ -24,7 +24,7 @@ from firmware_py.estimation.jacobians import Array
 from firmware_py.estimation.model import COEFFICIENTS
 from firmware_py.estimation.observer_model import GROUPS, MOTIONS, ObserverModel
 from firmware_py.estimation.prediction import CURRENT, EDDIES, STILL
-from firmware_py.estimation.transition import MOVING
+from firmware_py.estimation.transition import MOVING, Picks
 from firmware_py.params import ParamError, param
 from firmware_py.vehicle.vehicle import Vehicle
 
@@ -120,6 +120,15 @@ class History(NamedTuple):
     weights: Array
 
 
+class EkfMemory(NamedTuple):
+    """All that a bank remembers: states, covariances, evidence, and how many measurements it did not take in."""
+
+    x: Array
+    P: Array
+    evidence: Array
+    rejected: Picks
+
+
 class CoefficientEkf:
     """The bank of one vehicle. Arrays are its own; ask `estimate`."""
 
@@ -183,7 +192,7 @@ class CoefficientEkf:
         self,
         nu: Sequence[float],
         angles: Sequence[float],
-        std: Sequence[float],
+        std: Sequence[float] | Array,
         values: Mapping[str, float] | None = None,
     ) -> None:
         """Begins anew: at a velocity (m/s, rad/s) and attitude (rad) known to `std`, (9,), in unknown water.
@@ -194,16 +203,23 @@ class CoefficientEkf:
         x = self.model.state(nu, angles)
         for name, value in (values or {}).items():
             x[self.model.place(name)] = value
-        prior = self.prior.copy()
-        prior[:MOVING] = std
         self.x[:] = x
-        self.P[:] = np.diag(prior**2)
-        if self.model.water == EDDIES:
-            for b, intensity in enumerate(self.eddies):
-                for i in range(bank.EDDY, bank.EDDY + 3):
-                    self.P[b, i, i] = intensity**2
+        self.P[:] = np.diag(self.prior**2)
         self.evidence[:] = 0.0
         self.rejected[:] = 0
+        self.resume(nu, angles, std)
+
+    def resume(self, nu: Sequence[float], angles: Sequence[float], std: Sequence[float] | Array) -> None:
+        """Begins anew in motion and in the eddies about it; current, biases and coefficients stay as they are known."""
+        forgotten = [*range(MOVING), *(range(bank.EDDY, bank.EDDY + 3) if self.model.water == EDDIES else ())]
+        self.x[:, forgotten] = 0.0
+        self.x[:, :MOVING] = (*nu, *angles)
+        self.P[:, forgotten, :] = 0.0
+        self.P[:, :, forgotten] = 0.0
+        for i in range(MOVING):
+            self.P[:, i, i] = std[i] ** 2
+        for i in forgotten[MOVING:]:
+            self.P[:, i, i] = self.eddies**2
 
     def step(self, inputs: Array, h: float, z: Array, variance: Array) -> bool:
         """Moves on by h (s), then takes in what was measured there.
@@ -217,14 +233,14 @@ class CoefficientEkf:
         Returns:
             False if a number was not finite: call `start`.
         """
-        return bank.step(*self._kept(), *(inputs, h, z, variance, self.nis, self.rejected))
+        return bank.step(*self._with(inputs, h, z, variance, self.nis, self.rejected))
 
     def run(self, h: float, inputs: Array, z: Array, variance: Array, every: int = 1) -> History:
         """`step` over the rows of inputs, (K, 4), and z, (K, 9), compiled; what it went through at every such row."""
         rows, n, members = len(inputs) // every, self.model.size, len(self.eddies)
         means, stds, weights = np.zeros((rows, n)), np.zeros((rows, n)), np.zeros((rows, members))
         nis = np.full((len(inputs), MOVING), math.nan)
-        steps = bank.run(*self._kept(), *(inputs, h, z, variance, nis, self.rejected, every, means, stds, weights))
+        steps = bank.run(*self._with(inputs, h, z, variance, nis, self.rejected, every, means, stds, weights))
         return History(steps, means, stds, nis, weights)
 
     def estimate(self) -> Estimate:
@@ -251,15 +267,23 @@ class CoefficientEkf:
             turbulence=float(weights @ np.array(self.params.turbulence)),
         )
 
-    def _kept(self) -> tuple[Any, ...]:
-        """The arguments of `bank.step` that stay the same."""
+    def freeze(self) -> EkfMemory:
+        """All it remembers."""
+        return EkfMemory(self.x.copy(), self.P.copy(), self.evidence.copy(), self.rejected.copy())
+
+    def thaw(self, memory: EkfMemory) -> None:
+        """Takes up again what `freeze` gave."""
+        self.x[:], self.P[:] = memory.x, memory.P
+        self.evidence[:], self.rejected[:] = memory.evidence, memory.rejected
+
+    def _with(self, *more: Any) -> tuple[Any, ...]:
+        """The arguments of `bank.step` that stay the same, and `more`."""
         m, params = self.model, self.params
-        kept: tuple[Any, ...] = (
+        return (
             *(m.c, m.inverse, m.picks, m.weight, m.water, m.first, m.heavy, m.work, m.y, self._room, self.rules),
             *(self._bias, params.turbulence_time, params.memory, params.gate),
-            *(self.eddies, self.x, self.P, self.evidence, self.weights),
+            *(self.eddies, self.x, self.P, self.evidence, self.weights, *more),
         )
-        return kept
 
 
 def _considered(vehicle: Vehicle, params: CoefficientParams) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from firmware_py.estimation import attitude, depth, position, velocity
 from firmware_py.marine import Eta, Nu, Origin, body_to_ned
 from firmware_py.params import param
 from firmware_py.records.command import Applied
-from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.schedule import Tick
 
@@ -109,6 +109,7 @@ class Navigation:
             depth_ok=depth_ok,
             velocity_ok=velocity_ok,
             leak=frame.leak.ok and frame.leak.value > params.humidity_max,
+            learned=NOTHING_LEARNED,
         )
 
     def keep(self) -> Kept:

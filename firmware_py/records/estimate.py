@@ -2,9 +2,55 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from firmware_py.marine import Eta, Nu
+
+
+@dataclass(frozen=True, slots=True)
+class Learned:
+    """What was learned of the vehicle and its water up to one tick; the lists are empty where nobody learns.
+
+    `value`, `std` (1 sigma), `valid` and `excited` have an entry for each name of the configuration's
+    estimation.coefficients.names, in its order: a nondimensional coefficient, or the scale of a group. `valid` says
+    that a law may rely on the value, `excited` that the motion tells something about it. `current` is the water's
+    velocity north and east, m/s, with `current_std`; `turbulence` the intensity of its eddies, m/s. `nis` is the
+    running mean of the normalised innovations squared of DVL, gyros and attitude, per degree of freedom: 1 where the
+    filter is consistent. `rejected` counts the measurements that the gate kept out, `dropped` those that came too late
+    or from the future, `resets` how often the filter began anew. `horizon` is the time that all this is true for, s.
+    NaN means unknown.
+    """
+
+    value: tuple[float, ...]
+    std: tuple[float, ...]
+    valid: tuple[bool, ...]
+    excited: tuple[bool, ...]
+    current: tuple[float, float]
+    current_std: tuple[float, float]
+    turbulence: float
+    nis: tuple[float, float, float]
+    rejected: int
+    dropped: int
+    resets: int
+    horizon: float
+
+
+NOTHING_LEARNED = Learned(
+    value=(),
+    std=(),
+    valid=(),
+    excited=(),
+    current=(math.nan, math.nan),
+    current_std=(math.nan, math.nan),
+    turbulence=math.nan,
+    nis=(math.nan, math.nan, math.nan),
+    rejected=0,
+    dropped=0,
+    resets=0,
+    horizon=math.nan,
+)
+"""Of an estimator that does not learn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,7 +60,7 @@ class StateEstimate:
     `eta` and `nu` as in SNAME (`nu` over the ground); `position_std` 1 sigma of (x, y) together, m; `depth_std`
     of z, m; `velocity_std` of u and v, m/s; `altitude` above the bottom, m, NaN when unknown. The `*_ok` flags say
     whether attitude, depth and velocity rest on measurements that are fresh enough to steer by; `leak` that water was
-    found.
+    found; `learned` what is known of vehicle and water beyond their files.
     """
 
     eta: Eta
@@ -27,3 +73,4 @@ class StateEstimate:
     depth_ok: bool
     velocity_ok: bool
     leak: bool
+    learned: Learned = NOTHING_LEARNED

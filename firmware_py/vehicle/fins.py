@@ -51,6 +51,19 @@ class Effectiveness:
     delta_r_max: float
 
 
+def sums(fins: tuple[Fin, ...]) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+    """Three rows that make delta_s, delta_r (of the stern fins) and delta_b (the sum of the bow planes) of fin angles.
+
+    These are the angles that the coefficients of stern planes, rudders and one bow plane multiply.
+    """
+    stern = [fin.station is Station.STERN for fin in fins]
+    return (
+        tuple(0.5 * round(math.cos(fin.hinge), 12) if at else 0.0 for fin, at in zip(fins, stern, strict=True)),
+        tuple(0.5 * round(math.sin(fin.hinge), 12) if at else 0.0 for fin, at in zip(fins, stern, strict=True)),
+        tuple(0.0 if at else round(math.cos(fin.hinge), 12) for fin, at in zip(fins, stern, strict=True)),
+    )
+
+
 def effectiveness(fins: tuple[Fin, ...], bow_worth: float) -> Effectiveness:
     """The two rows of a layout; `bow_worth` is M_db / M_ds.
 

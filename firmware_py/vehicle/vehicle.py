@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from firmware_py.params import ParamError, param
 from firmware_py.vehicle.coefficients import Coefficients
-from firmware_py.vehicle.fins import Effectiveness, Fin, effectiveness
+from firmware_py.vehicle.fins import Effectiveness, Fin, effectiveness, sums
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,3 +76,8 @@ class Vehicle:
     def effectiveness(self) -> Effectiveness:
         """What the fins are worth in delta_s and delta_r. Computed anew at every call: keep it."""
         return effectiveness(self.fins, self.coefficients.M_db / self.coefficients.M_ds)
+
+    @property
+    def fin_sums(self) -> tuple[tuple[float, ...], ...]:
+        """Rows that make delta_s, delta_r and delta_b of the fins' angles; see `fins.sums`."""
+        return sums(self.fins)

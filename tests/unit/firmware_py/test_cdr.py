@@ -6,6 +6,7 @@ import dataclasses
 import math
 import struct
 import typing
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from mcap_ros2.decoder import DecoderFactory
 
 from firmware_py.records.command import Applied, FinCommand
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.estimate import NOTHING_LEARNED
 from firmware_py.records.order import Mode, Order
 from firmware_py.records.sensing import Heard, silence
 from firmware_py.wire import ros2msg
@@ -30,7 +32,7 @@ TEXTS = st.text(max_size=30)
 
 
 def records(hint: Any) -> st.SearchStrategy[Any]:
-    """Any record of that type, with tuples of `FINS`."""
+    """Any record of that type, with tuples of `FINS` where they may have any length."""
     origin, args = typing.get_origin(hint), typing.get_args(hint)
     if hint is float:
         return FLOATS
@@ -43,7 +45,7 @@ def records(hint: Any) -> st.SearchStrategy[Any]:
     if args == (str, ...):
         return st.lists(TEXTS, max_size=4).map(tuple)
     if origin is tuple:
-        return st.tuples(*[records(args[0])] * FINS)
+        return st.tuples(*[records(args[0])] * (FINS if args[-1] is ... else len(args)))
     if isinstance(hint, type) and issubclass(hint, int):
         return st.sampled_from(hint)
     cls = origin or hint
@@ -68,9 +70,16 @@ def flat(value: Any) -> list[Any]:
 @pytest.fixture(scope="module")
 def codec() -> Codec[Cycle]:
     fins = (0.0,) * FINS
-    blank = dict.fromkeys(("tick", "order", "state", "mode", "reference", "demand"))
+    flags = (False,) * FINS
+    learned = dataclasses.replace(NOTHING_LEARNED, value=fins, std=fins, valid=flags, excited=flags)
+    blank = dict.fromkeys(("tick", "order", "mode", "reference", "demand"))
     sample: Any = Cycle(
-        frame=silence(FINS), fins=FinCommand(fins, 0.0), applied=Applied(fins, 0.0, False, False), events=(), **blank
+        frame=silence(FINS),
+        state=SimpleNamespace(learned=learned),
+        fins=FinCommand(fins, 0.0),
+        applied=Applied(fins, 0.0, False, False),
+        events=(),
+        **blank,
     )
     return Codec.like(sample)
 
@@ -120,6 +129,11 @@ def test_columns_hold_what_the_records_hold(codec: Codec[Cycle], cycles: list[Cy
         assert columns["frame.fins.ok"][i].tolist() == [fin.ok for fin in cycle.frame.fins]
         assert columns["reference.waypoint"][i] == cycle.reference.waypoint
         assert columns["order.mode"][i] == (-1 if cycle.order.mode is None else cycle.order.mode)
+        learned = cycle.state.learned
+        assert columns["state.learned.value"][i].tobytes() == struct.pack(f"<{FINS}d", *learned.value)
+        assert columns["state.learned.valid"][i].tolist() == list(learned.valid)
+        assert columns["state.learned.nis"].shape == (len(cycles), 3)
+        assert columns["state.learned.resets"][i] == learned.resets
         assert layout.strings(data[i]) == cycle.events
 
 
@@ -161,6 +175,21 @@ def test_structs_of_unequal_stride_stand_where_cdr_puts_them() -> None:
     data = codec.encode(hub)[4:]
     assert data == struct.pack("<dd??6xdd??", 1.0, 2.0, True, False, 3.0, 4.0, False, True)
     assert codec.layout.columns([codec.encode(hub)])["fins.t_valid"].tolist() == [[2.0, 4.0]]
+
+
+def test_lists_of_flags_and_of_counts_stand_item_by_item() -> None:
+    class Flags(NamedTuple):
+        valid: tuple[bool, ...]
+        counts: tuple[int, ...]
+        pair: tuple[bool, bool]
+
+    flags = Flags((True, False, True), (-1, 2**62), (False, True))
+    codec = Codec.like(flags)
+    data = codec.encode(flags)
+    assert data[4:] == struct.pack("<???5xqq??", True, False, True, -1, 2**62, False, True)
+    assert codec.decode(data) == flags
+    assert codec.schema == "bool[3] valid\nint64[2] counts\nbool[2] pair\n"
+    assert codec.layout.columns([data, data])["valid"].tolist() == [[True, False, True]] * 2
 
 
 def test_a_codec_made_of_the_schema_is_the_same(codec: Codec[Cycle]) -> None:

@@ -1,0 +1,74 @@
+"""The estimator that flies: navigation, and beside it what is learned of vehicle and water."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from firmware_py.estimation.coefficient_ekf import CoefficientParams
+from firmware_py.estimation.health import HealthParams
+from firmware_py.estimation.learning import Learning, LearningMemory, LearningParams
+from firmware_py.estimation.navigation import Kept, Navigation, NavigationMemory, NavigationParams
+from firmware_py.marine import Origin
+from firmware_py.records.command import Applied
+from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.sensing import SensorFrame
+from firmware_py.schedule import Tick
+from firmware_py.vehicle.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class EstimationParams(NavigationParams):
+    """Navigation's tables, and those of learning."""
+
+    learning: LearningParams = field(default_factory=LearningParams)
+    coefficients: CoefficientParams = field(default_factory=CoefficientParams)
+    health: HealthParams = field(default_factory=HealthParams)
+
+
+class EstimatorMemory(NamedTuple):
+    """Everything that is remembered."""
+
+    navigation: NavigationMemory
+    learning: LearningMemory | None
+
+
+class Estimator:
+    """An `autopilot.Estimator`. Steering rests on navigation; learning looks on from a lag behind."""
+
+    def __init__(self, params: EstimationParams, origin: Origin, vehicle: Vehicle) -> None:
+        """Makes both.
+
+        Raises:
+            ParamError: a list of coefficients that the vehicle does not have, or that gives no scale.
+        """
+        self._navigation = Navigation(params, origin)
+        self._learning = (
+            Learning(params.learning, params.coefficients, params.health, vehicle) if params.learning.enabled else None
+        )
+
+    def update(self, tick: Tick, frame: SensorFrame, applied: Applied) -> StateEstimate:
+        """The state at the tick, from what was heard up to it and what the actuators were told one tick ago."""
+        state = self._navigation.update(tick, frame, applied)
+        if self._learning is None:
+            return state
+        return dataclasses.replace(state, learned=self._learning.update(tick, frame, applied, state))
+
+    def keep(self) -> Kept:
+        """What a later run may start from."""
+        return self._navigation.keep()
+
+    def resume(self, kept: Kept) -> None:
+        """Starts from what an earlier run kept."""
+        self._navigation.resume(kept)
+
+    def freeze(self) -> EstimatorMemory:
+        """All that is remembered."""
+        return EstimatorMemory(self._navigation.freeze(), self._learning.freeze() if self._learning else None)
+
+    def thaw(self, memory: EstimatorMemory) -> None:
+        """Goes on from there."""
+        self._navigation.thaw(memory.navigation)
+        if self._learning is not None and memory.learning is not None:
+            self._learning.thaw(memory.learning)

@@ -1,0 +1,219 @@
+"""Whether what was learned may be relied on: excitation, consistency and validity, each with hysteresis.
+
+A coefficient is *excited* when the force that it multiplies moves the vehicle by more than the sensors can resolve. The
+filter is *consistent* when the running means of its normalised innovations squared (NIS; Bar-Shalom, Li and Kirubarajan
+2001, 5.4) lie where chance lets them lie. A coefficient is *valid* when the filter is consistent and is certain of it;
+it becomes so only while it is excited, and stays so while nothing contradicts it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firmware_py.compiled import kernel
+from firmware_py.estimation.jacobians import Array
+from firmware_py.estimation.observer_model import ObserverModel
+from firmware_py.estimation.transition import Picks
+from firmware_py.params import ParamError, param
+
+Flags = NDArray[np.bool_]
+
+SENSORS = ("dvl", "gyro", "attitude")
+"""Whose measurements u v w, p q r and phi theta psi are."""
+LEAST = 30.0
+"""So many recent measurements tell how a sensor's innovations are; fewer do not."""
+OUTLIER = 100.0
+"""A NIS beyond this, or below 0, counts as this: one that is far out is forgotten with the window."""
+STAY, ENTER = 3.2905, 1.96
+"""Normal quantiles: of the two-sided 99.9 % band, in which consistency stays, and of the 95 % one, where it begins."""
+CALM = 0.25
+"""An excitation ends at this share of the mean square that it begins at: half the acceleration."""
+SUM, COUNT, SQUARES = 0, 1, 2
+"""Columns of a sensor's window: the weighted NIS, the weights, their squares."""
+
+
+@dataclass(frozen=True, slots=True)
+class HealthParams:
+    """When a learned coefficient is to be relied on."""
+
+    valid_std: float = param(
+        10.0, unit="%", low=0.1, high=100.0, doc="A coefficient becomes valid below this 1 sigma, of its believed size."
+    )
+    invalid_std: float = param(20.0, unit="%", low=0.1, high=1000.0, doc="It is valid no longer above this one.")
+    excitation_time: float = param(10.0, unit="s", low=0.1, high=1000.0, doc="Window over which excitation is judged.")
+    speed_gain: float = param(
+        0.005,
+        unit="m/s",
+        low=1e-6,
+        high=10.0,
+        doc="A force excites its coefficient if by itself it would change the speed by this in a second (RMS).",
+    )
+    rate_gain: float = param(
+        0.1,
+        unit="deg/s",
+        low=1e-6,
+        high=100.0,
+        doc="A moment, if it would change the turning rate by this in a second.",
+    )
+    nis_time: float = param(10.0, unit="s", low=0.1, high=1000.0, doc="Window over which innovations are judged.")
+    nis_slack: float = param(
+        0.0, unit="%", low=0.0, high=1000.0, doc="How far their mean square may be off, beside what chance explains."
+    )
+    settle: float = param(5.0, unit="s", low=0.0, high=1000.0, doc="Nothing is valid for so long after a reset.")
+
+    def __post_init__(self) -> None:
+        if not self.invalid_std > self.valid_std:
+            raise ParamError("invalid_std must be greater than valid_std, so that validity does not flicker")
+
+
+class Verdict(NamedTuple):
+    """What `records.estimate.Learned` says of it: by coefficient, by coefficient, and by SENSORS (NaN unknown)."""
+
+    valid: tuple[bool, ...]
+    excited: tuple[bool, ...]
+    nis: tuple[float, float, float]
+
+
+class HealthMemory(NamedTuple):
+    """Everything that is remembered; see `Health`."""
+
+    valid: tuple[bool, ...]
+    excited: tuple[bool, ...]
+    level: tuple[float, ...]
+    window: tuple[tuple[float, ...], ...]
+    consistent: bool
+    wait: float
+
+
+class Health:
+    """Judges the first `count` parameters of a model, step by step."""
+
+    def __init__(self, params: HealthParams, model: ObserverModel, count: int) -> None:
+        """Begins as after a reset. Inertia and the sizes of the coefficients are as believed, whatever is learned."""
+        self._params = params
+        self._scale = np.abs(np.array(model.believed[:count], dtype=np.float64))
+        self._picks = model.picks[model.picks[:, 0] < count].copy()
+        seen = np.array((params.speed_gain,) * 3 + (params.rate_gain,) * 3)
+        parameter, row = self._picks[:, 0], self._picks[:, 2]
+        self._gain = model.weight[: len(row)] * self._scale[parameter] * np.diag(model.inverse)[row] / seen[row]
+        self._valid, self._excited = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
+        self._level = np.zeros(count)
+        """Mean square of the acceleration that each force would make, over the one that can be seen."""
+        self._window = np.zeros((len(SENSORS), 3))
+        self._consistent = False
+        self._wait = params.settle
+        """Until the filter has settled, s."""
+
+    def update(self, dt: float, std: Array, y: Array, nis: Array, reset: bool = False) -> Verdict:
+        """Judges a step of the filter.
+
+        Args:
+            dt: the step, s.
+            std: 1 sigma of the coefficients, (count,) or longer; one that is not finite is no certainty.
+            y: the force that each coefficient multiplies, as `ObserverModel.y` has it after the step.
+            nis: of u v w p q r phi theta psi, (9,), those that were gated out too; NaN where nothing came.
+            reset: the filter began anew in this step.
+        """
+        params = self._params
+        if reset:
+            self._window[:] = 0.0
+            self._consistent, self._wait = False, params.settle
+        else:
+            self._wait = max(0.0, self._wait - dt)
+        hear(nis, math.exp(-dt / params.nis_time), self._window)
+        self._consistent = inside(self._window, STAY if self._consistent else ENTER, 1.0 + params.nis_slack)
+        excite(self._picks, self._gain, y, -math.expm1(-dt / params.excitation_time), self._level, self._excited)
+        trusted = self._consistent and self._wait == 0.0
+        judge(std, self._scale, params.valid_std, params.invalid_std, trusted, self._excited, self._valid)
+        dvl, gyro, attitude = (s / n if n >= LEAST else math.nan for s, n, _ in self._window.tolist())
+        return Verdict(tuple(self._valid.tolist()), tuple(self._excited.tolist()), (dvl, gyro, attitude))
+
+    def freeze(self) -> HealthMemory:
+        """All that is remembered."""
+        return HealthMemory(
+            tuple(self._valid.tolist()),
+            tuple(self._excited.tolist()),
+            tuple(self._level.tolist()),
+            tuple(map(tuple, self._window.tolist())),
+            self._consistent,
+            self._wait,
+        )
+
+    def thaw(self, memory: HealthMemory) -> None:
+        """Goes on from there."""
+        self._valid[:], self._excited[:], self._level[:] = memory.valid, memory.excited, memory.level
+        self._window[:] = memory.window
+        self._consistent, self._wait = memory.consistent, memory.wait
+
+
+@kernel("UniTuple(f8,2)(f8,f8)")
+def band(freedom: float, z: float) -> tuple[float, float]:
+    """Where a chi-square over its degrees of freedom lies, but for tails beyond -z and z (Wilson and Hilferty 1931)."""
+    spread = 2.0 / (9.0 * freedom)
+    low, high = 1.0 - spread - z * math.sqrt(spread), 1.0 - spread + z * math.sqrt(spread)
+    return max(low, 0.0) ** 3, high**3
+
+
+@kernel("void(f8[::1],f8,f8[:,::1])")
+def hear(nis: Array, fade: float, window: Array) -> None:
+    """Takes the NIS of a step, (9,), into the exponential windows of the sensors, (3, 3)."""
+    for sensor in range(3):
+        window[sensor, SUM] *= fade
+        window[sensor, COUNT] *= fade
+        window[sensor, SQUARES] *= fade * fade
+        for i in range(3 * sensor, 3 * sensor + 3):
+            if not math.isnan(nis[i]):
+                window[sensor, SUM] += nis[i] if 0.0 <= nis[i] <= OUTLIER else OUTLIER
+                window[sensor, COUNT] += 1.0
+                window[sensor, SQUARES] += 1.0
+
+
+@kernel("b1(f8[:,::1],f8,f8)")
+def inside(window: Array, z: float, slack: float) -> bool:
+    """Whether the mean of every sensor that is heard lies in its band, and one is heard.
+
+    A weighted mean has the variance of one over COUNT^2 / SQUARES measurements that count alike.
+    """
+    heard = False
+    for sensor in range(3):
+        count = window[sensor, COUNT]
+        if count >= LEAST:
+            heard = True
+            low, high = band(count * count / window[sensor, SQUARES], z)
+            if not low / slack <= window[sensor, SUM] / count <= high * slack:
+                return False
+    return heard
+
+
+@kernel("void(i8[:,::1],f8[::1],f8[::1],f8,f8[::1],b1[::1])")
+def excite(picks: Picks, gain: Array, y: Array, share: float, level: Array, excited: Flags) -> None:
+    """Takes the forces of a step into the excitation of each coefficient: in the equation where it does most.
+
+    A force that is not finite excites nothing.
+    """
+    k = 0
+    for i in range(len(level)):
+        most = 0.0
+        while k < len(gain) and picks[k, 0] == i:
+            equation, force = picks[k, 2], 0.0
+            while k < len(gain) and picks[k, 0] == i and picks[k, 2] == equation:
+                force += gain[k] * y[picks[k, 1]]
+                k += 1
+            square = force * force
+            if most < square < math.inf:
+                most = square
+        level[i] += share * (most - level[i])
+        excited[i] = level[i] >= (CALM if excited[i] else 1.0)
+
+
+@kernel("void(f8[::1],f8[::1],f8,f8,b1,b1[::1],b1[::1])")
+def judge(std: Array, scale: Array, enter: float, leave: float, trusted: bool, excited: Flags, valid: Flags) -> None:
+    """Says of each coefficient whether it is valid; `enter` and `leave` are shares of `scale`."""
+    for i in range(len(valid)):
+        certain = std[i] <= (leave if valid[i] else enter) * scale[i]
+        valid[i] = trusted and certain and (valid[i] or excited[i])
