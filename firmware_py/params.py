@@ -10,15 +10,17 @@ import contextlib
 import dataclasses
 import difflib
 import enum
+import functools
 import math
 import types
 import typing
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
 T = TypeVar("T")
 _KEY = "sternplane"
+_PREFIX = "sternplane.prefix"
 
 UNITS: dict[str, tuple[str, float]] = {
     # unit: (suffix of the TOML key, factor to SI)
@@ -63,6 +65,16 @@ def naming(where: str) -> Iterator[None]:
         raise ParamError(f"{where}: {error}") from None
 
 
+class When(enum.Enum):
+    """When what a ground station changes may take effect."""
+
+    AT_ONCE = enum.auto()
+    DISARMED = enum.auto()
+    """The vehicle would start or stumble if it came in flight; it is refused while armed."""
+    RESTART = enum.auto()
+    """Memory has other sizes with it; it is kept for the next start."""
+
+
 @dataclass(frozen=True, slots=True)
 class Declaration:
     """What `param` was told about one number."""
@@ -72,6 +84,7 @@ class Declaration:
     high: float
     doc: str
     mav: str
+    when: When
 
 
 def param(
@@ -82,21 +95,41 @@ def param(
     high: float = math.inf,
     doc: str = "",
     mav: str = "",
+    when: When = When.AT_ONCE,
 ) -> Any:
-    """Declares a parameter: default and bounds in `unit` (as in TOML, not SI), one sentence, a MAVLink name."""
+    """Declares a parameter: default and bounds in `unit` (as in TOML, not SI), one sentence, the end of a MAVLink name.
+
+    Stations see it if it has such an end; the beginning is what `table` says of the tables it is in. A list has a name
+    for each entry, counted from 1.
+    """
     if unit not in UNITS:
         raise ValueError(f"unit {unit!r} is not declared in params.UNITS")
     if len(mav) > 16:
         raise ValueError(f"MAVLink name {mav!r} is longer than 16 characters")
-    metadata = {_KEY: Declaration(unit, low, high, doc, mav)}
+    metadata = {_KEY: Declaration(unit, low, high, doc, mav, when)}
     if default is dataclasses.MISSING:
         return dataclasses.field(metadata=metadata)
     return dataclasses.field(default=_to_si(default, UNITS[unit][1]), metadata=metadata)
 
 
+def table(cls: type[Any], mav: str = "") -> Any:
+    """Declares a table of parameters, all as `cls` has them, whose MAVLink names begin with `mav`."""
+    return dataclasses.field(default_factory=cls, metadata={_PREFIX: mav})
+
+
+def declared(field: dataclasses.Field[Any]) -> Declaration | None:
+    """What `param` was told about a field; None if it was not made by `param`."""
+    return typing.cast("Declaration | None", field.metadata.get(_KEY))
+
+
+def prefix(field: dataclasses.Field[Any]) -> str:
+    """What the MAVLink names below a table begin with."""
+    return str(field.metadata.get(_PREFIX, ""))
+
+
 def toml_key(field: dataclasses.Field[Any]) -> str:
     """The key of a field in TOML: its name, and its unit behind it."""
-    declaration = field.metadata.get(_KEY)
+    declaration = declared(field)
     return field.name + (UNITS[declaration.unit][0] if declaration else "")
 
 
@@ -111,17 +144,17 @@ def load(cls: type[T], table: Mapping[str, Any], where: str) -> T:
     Raises:
         ParamError: unknown key, missing key, wrong unit, wrong type or out of bounds.
     """
-    hints = typing.get_type_hints(cls)
+    hints = hints_of(cls)
     fields = {toml_key(f): f for f in dataclasses.fields(cls)}  # type: ignore[arg-type]
     for key in table:
         if key not in fields:
-            raise ParamError(_unknown(where, key, fields))
+            raise ParamError(unknown(where, key, fields))
     values: dict[str, Any] = {}
     for key, field in fields.items():
         if key in table:
-            values[field.name] = _value(hints[field.name], field.metadata.get(_KEY), table[key], f"{where}: {key}")
+            values[field.name] = value_of(hints[field.name], declared(field), table[key], f"{where}: {key}")
         elif field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING:
-            raise ParamError(f"{where}: {key} is missing ({_wanted(hints[field.name], field.metadata.get(_KEY))})")
+            raise ParamError(f"{where}: {key} is missing ({_wanted(hints[field.name], declared(field))})")
     try:
         return cls(**values)
     except ParamError as error:
@@ -132,43 +165,23 @@ def dump(record: Any) -> dict[str, Any]:
     """The TOML table (also JSON-able) that `load` makes the record from again, exactly."""
     table: dict[str, Any] = {}
     for field in dataclasses.fields(record):
-        declaration = field.metadata.get(_KEY)
+        declaration = declared(field)
         factor = UNITS[declaration.unit][1] if declaration else 1.0
-        table[toml_key(field)] = _plain(getattr(record, field.name), factor)
+        table[toml_key(field)] = plain(getattr(record, field.name), factor)
     return table
 
 
-def describe(cls: type[Any], prefix: str = "") -> Iterator[tuple[str, Declaration, Any]]:
-    """Every number, choice and text below a dataclass: (dotted key, declaration, default in its unit or MISSING)."""
-    hints = typing.get_type_hints(cls)
-    for field in dataclasses.fields(cls):
-        hint, default = hints[field.name], field.default
-        inner = next((a for a in (hint, *typing.get_args(hint)) if _is_table(a)), None)
-        if inner is not None:
-            repeated = "[]" if typing.get_origin(hint) is tuple else ""
-            yield from describe(inner, f"{prefix}{field.name}{repeated}.")
-            continue
-        declaration = field.metadata.get(_KEY) or Declaration("", -math.inf, math.inf, _said_of(hint), "")
-        if default is not dataclasses.MISSING:
-            default = _plain(default, UNITS[declaration.unit][1])
-        yield prefix + toml_key(field), declaration, default
+hints_of = typing.cast("Callable[[type[Any]], dict[str, Any]]", functools.cache(typing.get_type_hints))
+"""The types of a dataclass's fields; to find them anew each time takes as long as a cycle may."""
 
 
-def _said_of(hint: Any) -> str:
-    """A sentence for a field that is no number: the choices of an enum, else its type."""
-    choices = next(
-        (a for a in (hint, *typing.get_args(hint)) if isinstance(a, type) and issubclass(a, enum.Enum)), None
-    )
-    if choices is None:
-        return {str: "A text.", bool: "true or false."}.get(hint, "")
-    return f"{(choices.__doc__ or '').partition(chr(10))[0]} One of {_choices(choices)}."
-
-
-def _choices(choices: type[enum.Enum]) -> str:
+def choices_of(choices: type[enum.Enum]) -> str:
+    """An enum's members as TOML has them, for people."""
     return ", ".join(f'"{member.name.lower()}"' for member in choices)
 
 
-def _is_table(hint: Any) -> bool:
+def is_table(hint: Any) -> bool:
+    """True for the type of a field that holds a table."""
     return isinstance(hint, type) and dataclasses.is_dataclass(hint)
 
 
@@ -180,11 +193,12 @@ def _to_si(value: Any, factor: float) -> Any:
     return value * factor
 
 
-def _plain(value: Any, factor: float) -> Any:
+def plain(value: Any, factor: float) -> Any:
+    """What TOML says of a value, whose unit is `factor` times that of SI."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return dump(value)
     if isinstance(value, tuple | list):
-        return [_plain(v, factor) for v in value]
+        return [plain(v, factor) for v in value]
     if isinstance(value, enum.Enum):
         return value.name.lower()
     if value is None or isinstance(value, Mapping):
@@ -203,25 +217,26 @@ def _inverse(value: float, factor: float) -> float:
     return guess
 
 
-def _value(hint: Any, declaration: Declaration | None, raw: Any, where: str) -> Any:
+def value_of(hint: Any, declaration: Declaration | None, raw: Any, where: str) -> Any:
+    """What a field of that type is given for what TOML says of it; see `load`."""
     origin, args = typing.get_origin(hint), typing.get_args(hint)
-    if _is_table(hint):
+    if is_table(hint):
         if not isinstance(raw, Mapping):
             raise ParamError(f"{where} must be a table")
         return load(hint, raw, where)
     if origin in (typing.Union, types.UnionType):
-        return _value(next(a for a in args if a is not type(None)), declaration, raw, where)
+        return value_of(next(a for a in args if a is not type(None)), declaration, raw, where)
     if origin is tuple:
         if not isinstance(raw, list | tuple):
             raise ParamError(f"{where} = {raw!r}: must be a list")
         length = None if args[-1] is Ellipsis else len(args)
         if length is not None and len(raw) != length:
             raise ParamError(f"{where} = {raw!r}: must have {length} entries")
-        return tuple(_value(args[0], declaration, item, f"{where}[{i}]") for i, item in enumerate(raw))
+        return tuple(value_of(args[0], declaration, item, f"{where}[{i}]") for i, item in enumerate(raw))
     if origin in (dict, Mapping) or (origin is not None and issubclass(origin, Mapping)):
         if not isinstance(raw, Mapping):
             raise ParamError(f"{where} must be a table")
-        return {str(k): _value(args[1], declaration, v, f"{where}.{k}") for k, v in raw.items()}
+        return {str(k): value_of(args[1], declaration, v, f"{where}.{k}") for k, v in raw.items()}
     if isinstance(hint, type) and issubclass(hint, enum.Enum):
         for member in hint:
             if member.name.lower() == raw:
@@ -249,13 +264,13 @@ def _number(hint: Any, declaration: Declaration | None, raw: Any, where: str) ->
 
 def _wanted(hint: Any, declaration: Declaration | None) -> str:
     """What a field takes, in words."""
-    if _is_table(hint):
+    if is_table(hint):
         return "a table"
     if isinstance(hint, type) and issubclass(hint, enum.Enum):
-        return f"one of {_choices(hint)}"
+        return f"one of {choices_of(hint)}"
     if typing.get_origin(hint) is tuple:
         args = typing.get_args(hint)
-        each = "tables" if _is_table(args[0]) else f"{len(args)} entries, each {_wanted(args[0], declaration)}"
+        each = "tables" if is_table(args[0]) else f"{len(args)} entries, each {_wanted(args[0], declaration)}"
         return f"a list of {each}"
     if hint not in (int, float):
         return {str: "a text", bool: "true or false"}.get(hint, "a table")
@@ -268,11 +283,12 @@ def _wanted(hint: Any, declaration: Declaration | None) -> str:
     return text
 
 
-def _unknown(where: str, key: str, fields: Mapping[str, dataclasses.Field[Any]]) -> str:
+def unknown(where: str, key: str, fields: Mapping[str, dataclasses.Field[Any]]) -> str:
+    """The sentence for a key that is not one of `fields`, with what may have been meant."""
     suffixes = sorted((s for s, _ in UNITS.values()), key=len, reverse=True)
     stem = next((key[: -len(s)] for s in suffixes if s and key.endswith(s)), key)
     for right, field in fields.items():
-        declaration = field.metadata.get(_KEY)
+        declaration = declared(field)
         if field.name in (stem, key) and declaration is not None:
             return f"{where}: {key} has the wrong unit; write {right} (unit {declaration.unit or 'none'})"
     close = difflib.get_close_matches(key, fields, n=1)

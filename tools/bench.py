@@ -1,4 +1,4 @@
-"""`make bench`: what a cycle, a plant step, each message and a whole flight cost, and how late ticks are, as JSON.
+"""`make bench`: what a cycle, steps of plant and filter, messages and flights cost, and how late ticks are, as JSON.
 
 All of it is measured in one run on one machine, so that the ratios mean something where the microseconds do not.
 """
@@ -32,7 +32,7 @@ from firmware_py.wire import protocol as p
 from sim_bridge import bridge
 from sim_bridge.environment import Environment
 from sim_bridge.plant import Plant
-from tools import bench_lateness
+from tools import bench_ekf, bench_lateness
 from tools.apart import fly_apart
 from tools.flight import Wish, fly, prepare
 from tools.log import read
@@ -50,6 +50,8 @@ def main() -> None:
         flight = _flight(path)
         print("measuring the parts", file=sys.stderr)
         parts: dict[str, Any] = {"cycle_us": _cycle(path), "plant_step_us": _plant(), "messages_us": _messages()}
+        print("measuring a step of the coefficient filter", file=sys.stderr)
+        parts["ekf_step"] = bench_ekf.measure()
         print("flying it again in two processes, over udp", file=sys.stderr)
         parts["sitl_udp"] = _apart(Path(name) / "apart")
         print("measuring lateness", file=sys.stderr)

@@ -24,10 +24,18 @@ _VERTICAL = math.cos(math.radians(84.0))
 class AttitudeParams:
     """How much to trust gyro and AHRS."""
 
-    tau: float = param(0.5, unit="s", low=0.0, high=10.0, doc="Time constant with which AHRS angles correct the gyro.")
-    tau_rate: float = param(0.02, unit="s", low=0.0, high=0.5, doc="Low-pass of p, q, r, and so their delay; 0 is off.")
-    timeout: float = param(0.5, unit="s", low=0.02, high=5.0, doc="Attitude is lost when not heard for so long.")
-    rate_max: float = param(180.0, unit="deg/s", low=10.0, high=2000.0, doc="A report that turns faster is ignored.")
+    tau: float = param(
+        0.5, unit="s", low=0.0, high=10.0, doc="Time constant with which AHRS angles correct the gyro.", mav="TAU"
+    )
+    tau_rate: float = param(
+        0.02, unit="s", low=0.0, high=0.5, doc="Low-pass of p, q, r, and so their delay; 0 is off.", mav="TAU_RATE"
+    )
+    timeout: float = param(
+        0.5, unit="s", low=0.02, high=5.0, doc="Attitude is lost when not heard for so long.", mav="TIMEOUT"
+    )
+    rate_max: float = param(
+        180.0, unit="deg/s", low=10.0, high=2000.0, doc="A report that turns faster is ignored.", mav="RATE_MAX"
+    )
 
 
 class AttitudeMemory(NamedTuple):

@@ -10,123 +10,30 @@ bank of filters that reckon with different intensities finds the one that the me
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from types import MappingProxyType
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from firmware_py.estimation import bank
+from firmware_py.estimation.coefficient_params import ANGLES, RATES, SPEEDS, CoefficientParams, beside, share
+from firmware_py.estimation.coefficient_records import EkfMemory, Estimate, Flags, History
+from firmware_py.estimation.ekf import padded
 from firmware_py.estimation.jacobians import Array
-from firmware_py.estimation.model import COEFFICIENTS
-from firmware_py.estimation.observer_model import GROUPS, MOTIONS, ObserverModel
+from firmware_py.estimation.observer_model import GROUPS, Floats, ObserverModel
 from firmware_py.estimation.prediction import CURRENT, EDDIES, STILL
-from firmware_py.estimation.transition import MOVING, Picks
-from firmware_py.params import ParamError, param
+from firmware_py.estimation.settling import BEGINNING, FLOOR, HIGH, IS_LOST, LOW, MAY, RULES, revive, settle, watch
+from firmware_py.estimation.transition import MOVING
+from firmware_py.params import ParamError
 from firmware_py.vehicle.vehicle import Vehicle
 
-TEN = ("M_q", "M_ds", "N_r", "N_dr", "N_v", "Z_ds", "Z_q", "Y_dr", "Y_r", "Y_v")
-"""The paper's ten, in its order."""
-REST = "rest"
-"""Among the considered: every coefficient that is not named."""
+ASTRAY = (1.0,) * 3 + (0.2,) * 3 + (0.5, 0.5, math.pi)
+"""1 sigma of the motion that a lost filter believes in, m/s, rad/s, rad: wide enough for any sensor to be believed."""
+SOON = 15.0
+"""Lost again within so many s, it was not the water that had changed."""
 LEAST_EDDY = 1e-6
 """Intensity of the eddies of a member that reckons with none, m/s: so that its covariance has an inverse too."""
-SPEEDS, RATES, ANGLES = MOTIONS[:3], MOTIONS[3:6], MOTIONS[6:8]
-
-
-@dataclass(frozen=True, slots=True)
-class CoefficientParams:
-    """What is estimated, and how well it was known before."""
-
-    names: tuple[str, ...] = TEN
-    """What is learned: coefficients, C_d0, C_dy, C_dz, or the scale of an equation's added mass, X_dot to N_dot."""
-    considered: tuple[str, ...] = ()
-    """What is reckoned to be uncertain but not learned; "rest" is every other coefficient."""
-    std: float = param(70.0, unit="%", low=0.1, high=1000.0, doc="1 sigma of a learned coefficient, of its size.")
-    added_mass_std: float = param(20.0, unit="%", low=0.1, high=100.0, doc="1 sigma of a scale of added mass.")
-    drag_std: float = param(20.0, unit="%", low=0.1, high=1000.0, doc="1 sigma of C_dy and C_dz where learned.")
-    considered_std: float = param(5.0, unit="%", low=0.1, high=100.0, doc="1 sigma of what is only considered.")
-    stds: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
-    """1 sigma of single names, of their size, where it is another than these."""
-    bound: float = param(5.0, low=1.0, high=100.0, doc="How many of these sigmas a value may leave its belief.")
-    walk: float = param(0.0, unit="%", low=0.0, high=100.0, doc="Random walk of a learned coefficient, by sqrt(s).")
-    current: bool = True
-    current_std: float = param(0.3, unit="m/s", low=0.0, high=5.0, doc="1 sigma of the current, north and east.")
-    turbulence: tuple[float, ...] = param(
-        (0.0,), unit="m/s", low=0.0, high=2.0, doc="Intensities of the eddies, one for each filter of the bank."
-    )
-    turbulence_time: float = param(10.0, unit="s", low=0.1, high=1000.0, doc="Correlation time of the eddies.")
-    memory: float = param(60.0, unit="s", low=1.0, high=1e6, doc="Time over which evidence between filters fades.")
-    speed_noise: float = param(1e-5, unit="m/s", low=1e-9, high=1.0, doc="Random walk of u, v, w, by sqrt(s).")
-    rate_noise: float = param(1e-4, unit="deg/s", low=1e-9, high=10.0, doc="Random walk of p, q, r, by sqrt(s).")
-    speed_bias: float = param(0.0, unit="m/s", low=0.0, high=0.5, doc="1 sigma of the DVL's bias; 0: it has none.")
-    rate_bias: float = param(0.0, unit="deg/s", low=0.0, high=5.0, doc="1 sigma of the gyros' bias; 0: none.")
-    angle_bias: float = param(0.0, unit="deg", low=0.0, high=10.0, doc="1 sigma of roll's and pitch's bias; 0: none.")
-    gate: float = param(5.0, low=2.0, high=100.0, doc="A measurement more sigmas away is not taken in.")
-
-    def __post_init__(self) -> None:
-        if not self.names:
-            raise ParamError("names is empty; name the coefficients to learn, such as M_q")
-        if not self.turbulence:
-            raise ParamError("turbulence is empty; write 0 for a filter that reckons with none")
-
-
-class Estimate(NamedTuple):
-    """What the bank believes, its filters blended by their probabilities.
-
-    Attributes:
-        values: the learned coefficients, (names,); `std` their 1 sigma.
-        std: see values.
-        covariance: of the whole state, (n, n).
-        mean: the whole state, (n,).
-        nu: velocity over ground, m/s and rad/s, (6,).
-        angles: phi, theta, psi, rad, (3,).
-        current: steady current north and east, m/s, (2,); NaN where none is estimated. `current_std` likewise.
-        current_std: see current.
-        weights: probability of each filter of the bank.
-        turbulence: intensity of the eddies, averaged over the bank, m/s.
-    """
-
-    values: Array
-    std: Array
-    covariance: Array
-    mean: Array
-    nu: Array
-    angles: Array
-    current: Array
-    current_std: Array
-    weights: Array
-    turbulence: float
-
-
-class History(NamedTuple):
-    """What a run went through.
-
-    Attributes:
-        steps: how many were made; fewer than asked if the filter met a number that is not finite.
-        x: blended states, (K / every, n); `std` their 1 sigma.
-        std: see x.
-        nis: normalised innovations squared, (K, 9); NaN where nothing came.
-        weights: probabilities of the filters, (K / every, members).
-    """
-
-    steps: int
-    x: Array
-    std: Array
-    nis: Array
-    weights: Array
-
-
-class EkfMemory(NamedTuple):
-    """All that a bank remembers: states, covariances, evidence, and how many measurements it did not take in."""
-
-    x: Array
-    P: Array
-    evidence: Array
-    rejected: Picks
 
 
 class CoefficientEkf:
@@ -140,7 +47,7 @@ class CoefficientEkf:
         """
         self.params = params
         self.names = params.names
-        considered = _considered(vehicle, params)
+        nuisances, considered = beside(vehicle, params)
         bias = {
             **dict.fromkeys(SPEEDS, params.speed_bias),
             **dict.fromkeys(RATES, params.rate_bias),
@@ -152,10 +59,10 @@ class CoefficientEkf:
             water = CURRENT if params.turbulence == (0.0,) else EDDIES
         elif params.turbulence != (0.0,):
             raise ParamError("turbulence needs current = true: eddies waver about a current")
-        self.model = model = ObserverModel(vehicle, (*params.names, *considered), water, biases)
+        self.model = model = ObserverModel(vehicle, (*params.names, *nuisances, *considered), water, biases)
         n, first, count = model.size, model.first, len(params.names)
         scale = np.abs(np.array(model.believed))
-        shares = np.array([_share(name, params, k < count) for k, name in enumerate(model.names)])
+        shares = np.array([share(name, params) for name in model.names])
         for name, size in zip(model.names, scale, strict=True):
             if size == 0.0:
                 raise ParamError(f"{name} is believed to be 0 and gives no scale to be uncertain by; leave it out")
@@ -165,34 +72,46 @@ class CoefficientEkf:
         self.prior[MOVING : MOVING + water] = params.current_std
         self.prior[MOVING + water : first] = [bias[name] for name in biases]
         self.prior[first:] = shares * scale
-        self.rules = np.zeros((4, n))
-        self.rules[bank.GROWTH, :3], self.rules[bank.GROWTH, 3:6] = params.speed_noise**2, params.rate_noise**2
-        self.rules[bank.GROWTH, first : first + count] = (params.walk * scale[:count]) ** 2
-        self.rules[bank.LEARNS] = 1.0
-        self.rules[bank.LEARNS, first + count :] = 0.0
-        self.rules[bank.LOW], self.rules[bank.HIGH] = -math.inf, math.inf
+        width = padded(n)
+        self.rules = rules = np.zeros((RULES, width))
+        rules[FLOOR, :3], rules[FLOOR, 3:6] = params.speed_noise**2, params.rate_noise**2
+        rules[FLOOR, first : first + count] = (params.walk * scale[:count]) ** 2
+        rules[BEGINNING, :3], rules[BEGINNING, 3:6] = params.speed_settling**2, params.rate_settling**2
+        rules[MAY] = 1.0
+        rules[MAY, first + count + len(nuisances) :] = 0.0
+        rules[LOW], rules[HIGH] = -math.inf, math.inf
         reach = params.bound * self.prior[first:]
-        self.rules[bank.LOW, first:] = np.array(model.believed) - reach
-        self.rules[bank.HIGH, first:] = np.array(model.believed) + reach
+        rules[LOW, first:n] = np.array(model.believed) - reach
+        rules[HIGH, first:n] = np.array(model.believed) + reach
         for k, name in enumerate(model.names):
             if name in GROUPS:  # half to double the believed added mass: no scale makes it negative
-                self.rules[bank.LOW, first + k], self.rules[bank.HIGH, first + k] = 0.5, 2.0
+                rules[LOW, first + k], rules[HIGH, first + k] = 0.5, 2.0
         self._bias = np.full(MOVING, -1, dtype=np.int64)
         for k, state in enumerate(model.biases):
             self._bias[state] = MOVING + water + k
 
         members = len(params.turbulence)
         self.eddies = np.maximum(np.array(params.turbulence), LEAST_EDDY)
-        self.x, self.P = np.zeros((members, n)), np.zeros((members, n, n))
+        self._x, self._P = np.zeros((members, width)), np.zeros((members, n, width))
+        self.x, self.P = self._x[:, :n], self._P[:, :, :n]
+        """States, (members, n), and covariances, (members, n, n): views of what the kernels pad to whole vectors."""
         self.evidence, self.weights = np.zeros(members), np.full(members, 1.0 / members)
+        self.age = np.zeros(1)
+        """How long it has been settling, s; see `settling.settle`."""
+        self._begun = np.zeros(count, dtype=np.bool_)
+        self._window, self._since = np.zeros((3, 3)), math.inf
+        """Of `settling.watch`; and for how long it was not lost, s."""
+        self.restarts = 0
+        """How often it was lost and began anew."""
         self.nis, self.rejected = np.full(MOVING, math.nan), np.zeros(MOVING, dtype=np.int64)
-        self._room = np.zeros((bank.ROOM, n))
+        self._room = np.zeros((bank.ROOM, width))
+        settle(rules, self.age, first, 0.0, params.wait, params.settling)
 
     def start(
         self,
-        nu: Sequence[float],
-        angles: Sequence[float],
-        std: Sequence[float] | Array,
+        nu: Floats,
+        angles: Floats,
+        std: Floats,
         values: Mapping[str, float] | None = None,
     ) -> None:
         """Begins anew: at a velocity (m/s, rad/s) and attitude (rad) known to `std`, (9,), in unknown water.
@@ -207,19 +126,65 @@ class CoefficientEkf:
         self.P[:] = np.diag(self.prior**2)
         self.evidence[:] = 0.0
         self.rejected[:] = 0
+        self.age[:] = 0.0
+        self._begun[:] = False
+        self._window[:], self._since = 0.0, math.inf
         self.resume(nu, angles, std)
 
-    def resume(self, nu: Sequence[float], angles: Sequence[float], std: Sequence[float] | Array) -> None:
+    def resume(self, nu: Floats, angles: Floats, std: Floats) -> None:
         """Begins anew in motion and in the eddies about it; current, biases and coefficients stay as they are known."""
-        forgotten = [*range(MOVING), *(range(bank.EDDY, bank.EDDY + 3) if self.model.water == EDDIES else ())]
-        self.x[:, forgotten] = 0.0
+        self._forget(0, MOVING)
         self.x[:, :MOVING] = (*nu, *angles)
-        self.P[:, forgotten, :] = 0.0
-        self.P[:, :, forgotten] = 0.0
         for i in range(MOVING):
             self.P[:, i, i] = std[i] ** 2
-        for i in forgotten[MOVING:]:
-            self.P[:, i, i] = self.eddies**2
+        if self.model.water == EDDIES:
+            self._forget(bank.EDDY, bank.EDDY + 3)
+            for i in range(bank.EDDY, bank.EDDY + 3):
+                self.P[:, i, i] = self.eddies**2
+
+    def _again(self) -> None:
+        """The filter is lost. It takes up motion and water anew; if that was tried a moment ago, coefficients too.
+
+        Their values stay, for no others are better known; how uncertain they are is as in the beginning.
+        """
+        self.restarts += 1
+        mean = self.blend()[0]
+        self._drift()
+        if self._since < SOON:
+            self._forget_covariance(self.model.first, self.model.size)
+            self.age[:] = 0.0
+        self._since = 0.0
+        self._window[:] = 0.0
+        self.evidence[:] = 0.0
+        self.resume(mean[:6], mean[6:9], ASTRAY)
+
+    def _forget_covariance(self, begin: int, end: int) -> None:
+        self.P[:, begin:end, :] = 0.0
+        self.P[:, :, begin:end] = 0.0
+        for i in range(begin, end):
+            self.P[:, i, i] = self.prior[i] ** 2
+
+    def _drift(self) -> None:
+        """The current is as unknown as in the beginning."""
+        if self.model.water != STILL:
+            self.x[:, MOVING : bank.EDDY] = 0.0
+            self._forget_covariance(MOVING, bank.EDDY)
+
+    def _forget(self, begin: int, end: int) -> None:
+        self.x[:, begin:end] = 0.0
+        self.P[:, begin:end, :] = 0.0
+        self.P[:, :, begin:end] = 0.0
+
+    def permit(self, learned: Flags) -> None:
+        """Says which of the learned coefficients, (names,), may learn; the others neither learn nor become uncertain.
+
+        When one may for the first time, all settles again.
+        """
+        first, count = self.model.first, len(self.names)
+        self.rules[MAY, first : first + count] = learned
+        if (learned & ~self._begun).any():
+            self._begun |= learned
+            self.age[0] = min(self.age[0], self.params.wait)
 
     def step(self, inputs: Array, h: float, z: Array, variance: Array) -> bool:
         """Moves on by h (s), then takes in what was measured there.
@@ -233,21 +198,53 @@ class CoefficientEkf:
         Returns:
             False if a number was not finite: call `start`.
         """
-        return bank.step(*self._with(inputs, h, z, variance, self.nis, self.rejected))
+        params = self.params
+        settle(self.rules, self.age, self.model.first, h, params.wait, params.settling)
+        if not bank.step(*self._with(inputs, h, z, variance, self.nis, self.rejected)):
+            return False
+        if len(self.evidence) > 1:
+            revive(self._x, self._P, self.evidence)
+        self._since += h
+        if watch(self.nis, h, self._window):
+            self._again()
+        return math.isfinite(sum(self.evidence.tolist()))
 
     def run(self, h: float, inputs: Array, z: Array, variance: Array, every: int = 1) -> History:
         """`step` over the rows of inputs, (K, 4), and z, (K, 9), compiled; what it went through at every such row."""
         rows, n, members = len(inputs) // every, self.model.size, len(self.eddies)
         means, stds, weights = np.zeros((rows, n)), np.zeros((rows, n)), np.zeros((rows, members))
         nis = np.full((len(inputs), MOVING), math.nan)
-        steps = bank.run(*self._with(inputs, h, z, variance, nis, self.rejected, every, means, stds, weights))
+        told = (
+            inputs,
+            h,
+            z,
+            variance,
+            nis,
+            self.rejected,
+            self.age,
+            self.params.wait,
+            self.params.settling,
+            self._window,
+        )
+        steps = 0
+        while steps < len(inputs):
+            begin, steps = steps, bank.run(*self._with(*told, steps, every, means, stds, weights))
+            self._since += h * (steps - begin)
+            if not self._window[IS_LOST].any():
+                break
+            self._again()
         return History(steps, means, stds, nis, weights)
+
+    def blend(self) -> tuple[Array, Array, Array]:
+        """Mean and 1 sigma of the whole state, (n,), and the probabilities of the filters: `estimate` in short."""
+        members, n = self.x.shape
+        weights, mean, std = np.zeros(members), np.zeros(n), np.zeros(n)
+        bank.blend(self._x, self._P, self.evidence, weights, mean, std)
+        return mean, std, weights
 
     def estimate(self) -> Estimate:
         """What is believed now."""
-        members, n = self.x.shape
-        weights, mean, std = np.zeros(members), np.zeros(n), np.zeros(n)
-        bank.blend(self.x, self.P, self.evidence, weights, mean, std)
+        mean, std, weights = self.blend()
         apart = self.x - mean
         apart[:, 6:9] = (apart[:, 6:9] + math.pi) % math.tau - math.pi
         covariance = np.einsum("b,bij->ij", weights, self.P + apart[:, :, None] * apart[:, None, :])
@@ -269,12 +266,24 @@ class CoefficientEkf:
 
     def freeze(self) -> EkfMemory:
         """All it remembers."""
-        return EkfMemory(self.x.copy(), self.P.copy(), self.evidence.copy(), self.rejected.copy())
+        return EkfMemory(
+            self.x.copy(),
+            self.P.copy(),
+            self.evidence.copy(),
+            self.rejected.copy(),
+            float(self.age[0]),
+            self._begun.copy(),
+            self._window.copy(),
+            self._since,
+            self.restarts,
+        )
 
     def thaw(self, memory: EkfMemory) -> None:
         """Takes up again what `freeze` gave."""
         self.x[:], self.P[:] = memory.x, memory.P
         self.evidence[:], self.rejected[:] = memory.evidence, memory.rejected
+        self.age[:], self._begun[:] = memory.age, memory.begun
+        self._window[:], self._since, self.restarts = memory.window, memory.since, memory.restarts
 
     def _with(self, *more: Any) -> tuple[Any, ...]:
         """The arguments of `bank.step` that stay the same, and `more`."""
@@ -282,27 +291,5 @@ class CoefficientEkf:
         return (
             *(m.c, m.inverse, m.picks, m.weight, m.water, m.first, m.heavy, m.work, m.y, self._room, self.rules),
             *(self._bias, params.turbulence_time, params.memory, params.gate),
-            *(self.eddies, self.x, self.P, self.evidence, self.weights, *more),
+            *(self.eddies, self._x, self._P, self.evidence, self.weights, *more),
         )
-
-
-def _considered(vehicle: Vehicle, params: CoefficientParams) -> tuple[str, ...]:
-    """The names to consider, "rest" spelled out: without those believed to be 0, which nothing scales."""
-    if REST not in params.considered:
-        return params.considered
-    known = {**dataclasses.asdict(vehicle.coefficients), "C_d0": vehicle.propeller.C_d0}
-    known |= {"C_dy": vehicle.hull.C_dy, "C_dz": vehicle.hull.C_dz}
-    named = tuple(name for name in params.considered if name != REST)
-    taken = {member for name in (*params.names, *named) for member in GROUPS.get(name, (name,))}
-    return (*named, *(name for name in COEFFICIENTS if name not in taken and known[name] != 0.0))
-
-
-def _share(name: str, params: CoefficientParams, learned: bool) -> float:
-    """1 sigma of a parameter, of its size."""
-    if name in params.stds:
-        return params.stds[name]
-    if not learned:
-        return params.considered_std
-    if name in GROUPS:
-        return params.added_mass_std
-    return params.drag_std if name in ("C_dy", "C_dz") else params.std

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from firmware_py.estimation.arrival import arrived
 from firmware_py.marine import depth_of_pressure
-from firmware_py.params import param
+from firmware_py.params import When, param
 from firmware_py.records.sensing import Heard
 
 _LOWEST = -5.0
@@ -23,17 +23,34 @@ _LOWEST = -5.0
 class DepthParams:
     """Water, air, and the filter."""
 
-    density: float = param(1000.0, unit="kg/m^3", low=900.0, high=1100.0, doc="Density of the water.")
-    surface_pressure: float = param(101325.0, unit="Pa", low=5e4, high=1.1e5, doc="Air pressure at the surface.")
-    zero_window: float = param(
-        2000.0, unit="Pa", low=0.0, high=1e4, doc="Until first armed, a reading so near is taken for the air; 0 never."
+    density: float = param(
+        1000.0, unit="kg/m^3", low=900.0, high=1100.0, doc="Density of the water.", mav="DENSITY", when=When.DISARMED
     )
-    tau_zero: float = param(1.0, unit="s", low=0.1, high=60.0, doc="Time constant of that zero.")
-    tau: float = param(0.3, unit="s", low=0.0, high=10.0, doc="Time constant with which pressure corrects the depth.")
-    timeout: float = param(1.0, unit="s", low=0.1, high=10.0, doc="Depth is lost when not heard for so long.")
-    std: float = param(0.03, unit="m", low=1e-3, high=5.0, doc="1 sigma of the depth while pressure is heard.")
-    lost_std: float = param(0.05, unit="m/s", low=0.0, high=1.0, doc="Growth of that sigma without pressure.")
-    range: float = param(500.0, unit="m", low=1.0, high=12000.0, doc="A deeper reading is ignored.")
+    surface_pressure: float = param(
+        101325.0, unit="Pa", low=5e4, high=1.1e5, doc="Air pressure at the surface.", mav="P_SURF", when=When.DISARMED
+    )
+    zero_window: float = param(
+        2000.0,
+        unit="Pa",
+        low=0.0,
+        high=1e4,
+        doc="Until first armed, a reading so near is taken for the air; 0 never.",
+        mav="P_ZERO",
+    )
+    tau_zero: float = param(1.0, unit="s", low=0.1, high=60.0, doc="Time constant of that zero.", mav="TAU_ZERO")
+    tau: float = param(
+        0.3, unit="s", low=0.0, high=10.0, doc="Time constant with which pressure corrects the depth.", mav="TAU"
+    )
+    timeout: float = param(
+        1.0, unit="s", low=0.1, high=10.0, doc="Depth is lost when not heard for so long.", mav="TIMEOUT"
+    )
+    std: float = param(
+        0.03, unit="m", low=1e-3, high=5.0, doc="1 sigma of the depth while pressure is heard.", mav="STD"
+    )
+    lost_std: float = param(
+        0.05, unit="m/s", low=0.0, high=1.0, doc="Growth of that sigma without pressure.", mav="LOST_STD"
+    )
+    range: float = param(500.0, unit="m", low=1.0, high=12000.0, doc="A deeper reading is ignored.", mav="RANGE")
 
 
 class DepthMemory(NamedTuple):

@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass, field
+from dataclasses import dataclass, fields
+from operator import attrgetter
 from typing import NamedTuple
 
-from firmware_py.estimation.coefficient_ekf import CoefficientParams
+from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.health import HealthParams
 from firmware_py.estimation.learning import Learning, LearningMemory, LearningParams
 from firmware_py.estimation.navigation import Kept, Navigation, NavigationMemory, NavigationParams
 from firmware_py.marine import Origin
+from firmware_py.params import table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.schedule import Tick
 from firmware_py.vehicle.vehicle import Vehicle
 
+_NAVIGATED = attrgetter(*(field.name for field in fields(StateEstimate) if field.name != "learned"))
+"""All of a state but what is learned, which stands last."""
+
 
 @dataclass(frozen=True)
 class EstimationParams(NavigationParams):
     """Navigation's tables, and those of learning."""
 
-    learning: LearningParams = field(default_factory=LearningParams)
-    coefficients: CoefficientParams = field(default_factory=CoefficientParams)
-    health: HealthParams = field(default_factory=HealthParams)
+    learning: LearningParams = table(LearningParams, mav="LRN_")
+    coefficients: CoefficientParams = table(CoefficientParams, mav="COF_")
+    health: HealthParams = table(HealthParams, mav="HLT_")
 
 
 class EstimatorMemory(NamedTuple):
@@ -53,7 +57,7 @@ class Estimator:
         state = self._navigation.update(tick, frame, applied)
         if self._learning is None:
             return state
-        return dataclasses.replace(state, learned=self._learning.update(tick, frame, applied, state))
+        return StateEstimate(*(*_NAVIGATED(state), self._learning.update(tick, frame, applied, state)))
 
     def keep(self) -> Kept:
         """What a later run may start from."""

@@ -42,16 +42,26 @@ class HealthParams:
     """When a learned coefficient is to be relied on."""
 
     valid_std: float = param(
-        10.0, unit="%", low=0.1, high=100.0, doc="A coefficient becomes valid below this 1 sigma, of its believed size."
+        10.0,
+        unit="%",
+        low=0.1,
+        high=100.0,
+        doc="A coefficient becomes valid below this 1 sigma, of its believed size.",
+        mav="VALID",
     )
-    invalid_std: float = param(20.0, unit="%", low=0.1, high=1000.0, doc="It is valid no longer above this one.")
-    excitation_time: float = param(10.0, unit="s", low=0.1, high=1000.0, doc="Window over which excitation is judged.")
+    invalid_std: float = param(
+        20.0, unit="%", low=0.1, high=1000.0, doc="It is valid no longer above this one.", mav="INVALID"
+    )
+    excitation_time: float = param(
+        10.0, unit="s", low=0.1, high=1000.0, doc="Window over which excitation is judged.", mav="EXC_TIME"
+    )
     speed_gain: float = param(
         0.005,
         unit="m/s",
         low=1e-6,
         high=10.0,
         doc="A force excites its coefficient if by itself it would change the speed by this in a second (RMS).",
+        mav="U_GAIN",
     )
     rate_gain: float = param(
         0.1,
@@ -59,12 +69,27 @@ class HealthParams:
         low=1e-6,
         high=100.0,
         doc="A moment, if it would change the turning rate by this in a second.",
+        mav="R_GAIN",
     )
-    nis_time: float = param(10.0, unit="s", low=0.1, high=1000.0, doc="Window over which innovations are judged.")
+    nis_time: float = param(
+        10.0, unit="s", low=0.1, high=1000.0, doc="Window over which innovations are judged.", mav="NIS_TIME"
+    )
     nis_slack: float = param(
-        0.0, unit="%", low=0.0, high=1000.0, doc="How far their mean square may be off, beside what chance explains."
+        20.0,
+        unit="%",
+        low=0.0,
+        high=1000.0,
+        doc="How far their mean square may be off, beside what chance explains.",
+        mav="SLACK",
     )
-    settle: float = param(5.0, unit="s", low=0.0, high=1000.0, doc="Nothing is valid for so long after a reset.")
+    settle: float = param(
+        5.0,
+        unit="s",
+        low=0.0,
+        high=1000.0,
+        doc="After a reset nothing is valid, and nothing counts as excitation, for so long.",
+        mav="SETTLE",
+    )
 
     def __post_init__(self) -> None:
         if not self.invalid_std > self.valid_std:
@@ -101,7 +126,7 @@ class Health:
         seen = np.array((params.speed_gain,) * 3 + (params.rate_gain,) * 3)
         parameter, row = self._picks[:, 0], self._picks[:, 2]
         self._gain = model.weight[: len(row)] * self._scale[parameter] * np.diag(model.inverse)[row] / seen[row]
-        self._valid, self._excited = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
+        self._valid, self.excited = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
         self._level = np.zeros(count)
         """Mean square of the acceleration that each force would make, over the one that can be seen."""
         self._window = np.zeros((len(SENSORS), 3))
@@ -109,7 +134,7 @@ class Health:
         self._wait = params.settle
         """Until the filter has settled, s."""
 
-    def update(self, dt: float, std: Array, y: Array, nis: Array, reset: bool = False) -> Verdict:
+    def update(self, dt: float, std: Array, y: Array, nis: Array) -> bool:
         """Judges a step of the filter.
 
         Args:
@@ -117,27 +142,41 @@ class Health:
             std: 1 sigma of the coefficients, (count,) or longer; one that is not finite is no certainty.
             y: the force that each coefficient multiplies, as `ObserverModel.y` has it after the step.
             nis: of u v w p q r phi theta psi, (9,), those that were gated out too; NaN where nothing came.
-            reset: the filter began anew in this step.
+
+        Returns:
+            Whether what is excited has changed.
         """
         params = self._params
-        if reset:
-            self._window[:] = 0.0
-            self._consistent, self._wait = False, params.settle
-        else:
-            self._wait = max(0.0, self._wait - dt)
+        self._wait = max(0.0, self._wait - dt)
         hear(nis, math.exp(-dt / params.nis_time), self._window)
         self._consistent = inside(self._window, STAY if self._consistent else ENTER, 1.0 + params.nis_slack)
-        excite(self._picks, self._gain, y, -math.expm1(-dt / params.excitation_time), self._level, self._excited)
-        trusted = self._consistent and self._wait == 0.0
-        judge(std, self._scale, params.valid_std, params.invalid_std, trusted, self._excited, self._valid)
+        settled = self._wait == 0.0
+        share = -math.expm1(-dt / params.excitation_time) if settled else 0.0
+        changed = excite(self._picks, self._gain, y, share, self._level, self.excited)
+        trusted = self._consistent and settled
+        judge(std, self._scale, params.valid_std, params.invalid_std, trusted, self.excited, self._valid)
+        return changed
+
+    def reset(self) -> None:
+        """The filter begins anew: nothing is valid, and its innovations are yet to be judged.
+
+        What is excited stays so; but until the flow is known that the motion makes, nothing adds to it.
+        """
+        self._valid[:] = False
+        self._window[:] = 0.0
+        self._consistent, self._wait = False, self._params.settle
+
+    @property
+    def verdict(self) -> Verdict:
+        """What is to be said of it."""
         dvl, gyro, attitude = (s / n if n >= LEAST else math.nan for s, n, _ in self._window.tolist())
-        return Verdict(tuple(self._valid.tolist()), tuple(self._excited.tolist()), (dvl, gyro, attitude))
+        return Verdict(tuple(self._valid.tolist()), tuple(self.excited.tolist()), (dvl, gyro, attitude))
 
     def freeze(self) -> HealthMemory:
         """All that is remembered."""
         return HealthMemory(
             tuple(self._valid.tolist()),
-            tuple(self._excited.tolist()),
+            tuple(self.excited.tolist()),
             tuple(self._level.tolist()),
             tuple(map(tuple, self._window.tolist())),
             self._consistent,
@@ -146,7 +185,7 @@ class Health:
 
     def thaw(self, memory: HealthMemory) -> None:
         """Goes on from there."""
-        self._valid[:], self._excited[:], self._level[:] = memory.valid, memory.excited, memory.level
+        self._valid[:], self.excited[:], self._level[:] = memory.valid, memory.excited, memory.level
         self._window[:] = memory.window
         self._consistent, self._wait = memory.consistent, memory.wait
 
@@ -190,13 +229,13 @@ def inside(window: Array, z: float, slack: float) -> bool:
     return heard
 
 
-@kernel("void(i8[:,::1],f8[::1],f8[::1],f8,f8[::1],b1[::1])")
-def excite(picks: Picks, gain: Array, y: Array, share: float, level: Array, excited: Flags) -> None:
+@kernel("b1(i8[:,::1],f8[::1],f8[::1],f8,f8[::1],b1[::1])")
+def excite(picks: Picks, gain: Array, y: Array, share: float, level: Array, excited: Flags) -> bool:
     """Takes the forces of a step into the excitation of each coefficient: in the equation where it does most.
 
-    A force that is not finite excites nothing.
+    A force that is not finite excites nothing. Returns whether what is excited has changed.
     """
-    k = 0
+    k, changed = 0, False
     for i in range(len(level)):
         most = 0.0
         while k < len(gain) and picks[k, 0] == i:
@@ -208,7 +247,10 @@ def excite(picks: Picks, gain: Array, y: Array, share: float, level: Array, exci
             if most < square < math.inf:
                 most = square
         level[i] += share * (most - level[i])
-        excited[i] = level[i] >= (CALM if excited[i] else 1.0)
+        was = excited[i]
+        excited[i] = level[i] >= (CALM if was else 1.0)
+        changed = changed or excited[i] != was
+    return changed
 
 
 @kernel("void(f8[::1],f8[::1],f8,f8,b1,b1[::1],b1[::1])")

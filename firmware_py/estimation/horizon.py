@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from firmware_py.estimation.jacobians import Array
-from firmware_py.estimation.trace import Trace, TraceMemory
-from firmware_py.params import param
+from firmware_py.estimation.trace import Reports, Traces
+from firmware_py.params import When, param
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.vehicle.vehicle import Vehicle
@@ -26,7 +26,15 @@ from firmware_py.vehicle.vehicle import Vehicle
 _TOGETHER = 1e-6
 """Times as near as this, s, are one."""
 _SPANS = 8
-"""The most steps in one tick; a backlog waits."""
+"""The most steps in one tick; a backlog waits. At 50 Hz, with two measurements, seven of the shortest can be due."""
+_WILD = 50.0
+"""No speed (m/s), rate (rad/s) or angle (rad) of such a vehicle; a measurement that is as long as that is none."""
+_FINEST = 1e-6
+"""No ping is better than this, m/s, whatever it states."""
+_TRAVEL = 0.5 * math.pi
+"""No fin is turned further, rad."""
+_OVERSPEED = 2.0
+"""No propeller turns faster than its highest speed by more than this."""
 DVL, AHRS = 0, 1
 
 
@@ -34,16 +42,39 @@ DVL, AHRS = 0, 1
 class HorizonParams:
     """How far behind the clock the filter lives, and what it may expect of the sensors."""
 
-    lag: float = param(0.2, unit="s", low=0.0, high=0.5, doc="How far behind: longer than any sensor's latency.")
-    longest: float = param(0.02, unit="s", low=0.001, high=0.1, doc="Longest step without a measurement.")
-    speed_std: float = param(0.01, unit="m/s", low=1e-6, high=1.0, doc="1 sigma of a ping that states none.")
-    rate_std: float = param(0.05, unit="deg/s", low=1e-6, high=10.0, doc="1 sigma of the gyros.")
-    tilt_std: float = param(0.3, unit="deg", low=1e-6, high=30.0, doc="1 sigma of roll and pitch.")
-    heading_std: float = param(0.5, unit="deg", low=1e-6, high=60.0, doc="1 sigma of the heading.")
+    lag: float = param(
+        0.2,
+        unit="s",
+        low=0.0,
+        high=0.5,
+        doc="How far behind: longer than any sensor's latency.",
+        mav="LAG",
+        when=When.RESTART,
+    )
+    longest: float = param(
+        0.02, unit="s", low=0.005, high=0.1, doc="Longest step without a measurement.", mav="LONGEST", when=When.RESTART
+    )
+    stale: float = param(
+        0.5,
+        unit="s",
+        low=0.02,
+        high=10.0,
+        doc="A fin's or the propeller's older report gives way to the command.",
+        mav="STALE",
+    )
+    speed_std: float = param(
+        0.01, unit="m/s", low=1e-6, high=1.0, doc="1 sigma of a ping that states none.", mav="U_STD"
+    )
+    rate_std: float = param(0.05, unit="deg/s", low=1e-6, high=10.0, doc="1 sigma of the gyros.", mav="RATE_STD")
+    tilt_std: float = param(0.3, unit="deg", low=1e-6, high=30.0, doc="1 sigma of roll and pitch.", mav="TILT_STD")
+    heading_std: float = param(0.5, unit="deg", low=1e-6, high=60.0, doc="1 sigma of the heading.", mav="HDG_STD")
 
 
 class Span(NamedTuple):
-    """One step of the filter: it ends at t (s) after h (s) under `inputs`; z, (9,), was measured there, or NaN."""
+    """One step of the filter: it ends at t (s) after h (s) under `inputs`; z, (9,), was measured there, or NaN.
+
+    The arrays are the horizon's own: they are good until the next span.
+    """
 
     t: float
     h: float
@@ -52,30 +83,47 @@ class Span(NamedTuple):
     variance: Array
 
 
-class HorizonMemory(NamedTuple):
-    """Where the horizon is, and what waits before it."""
+class Measurement(NamedTuple):
+    """What a sensor said: u v w and 1 sigma of a ping, or p q r phi theta psi."""
 
     t: float
-    waiting: tuple[tuple[float, int, tuple[float, ...]], ...]
-    fins: TraceMemory
-    n: TraceMemory
-    newest: tuple[float, float]
+    sensor: int
+    values: tuple[float, ...]
+
+
+class HorizonMemory(NamedTuple):
+    """Where the horizon is, what waits before it, the times of each sensor's newest, and the last behind it."""
+
+    t: float
+    waiting: tuple[Measurement, ...]
+    acts: tuple[Reports, ...]
+    newest: tuple[float, ...]
+    last: tuple[Measurement, ...]
     dropped: int
 
 
 class Horizon:
-    """Puts in order what is heard. `dropped` counts what came behind the horizon, from the future or twice."""
+    """Puts in order what is heard.
+
+    `dropped` counts the measurements that are none: from behind the horizon, from the future, not after the last of
+    their sensor, not finite, or wild. A fin or propeller that does not report (or not what can be) is taken to do what
+    it was told.
+    """
 
     def __init__(self, params: HorizonParams, vehicle: Vehicle) -> None:
         self._params = params
-        self._rows = vehicle.fin_sums
-        self._fins, self._n = Trace(), Trace()
-        self._waiting: list[tuple[float, int, tuple[float, ...]]] = []
+        shaft = len(vehicle.fins)
+        self._acts = Traces([*((*row, 0.0) for row in vehicle.fin_sums), (*(0.0,) * shaft, 1.0)])
+        self._reach = (*(_TRAVEL,) * shaft, _OVERSPEED * vehicle.propeller.n_max)
+        self._waiting: list[Measurement] = []
         self._newest = [-math.inf, -math.inf]
         self._t = -math.inf
         self.dropped = 0
         tilt, gyro = params.tilt_std**2, params.rate_std**2
-        self._variance = (params.speed_std**2,) * 3 + (gyro,) * 3 + (tilt, tilt, params.heading_std**2)
+        self._usual = np.array((params.speed_std**2,) * 3 + (gyro,) * 3 + (tilt, tilt, params.heading_std**2))
+        self._inputs, self._z, self._variance = np.zeros(4), np.zeros(9), np.zeros(9)
+        self.last = [Measurement(-math.inf, sensor, (0.0,) * 6) for sensor in (DVL, AHRS)]
+        """The last of each sensor up to the horizon."""
 
     @property
     def t(self) -> float:
@@ -84,77 +132,69 @@ class Horizon:
 
     def hear(self, t: float, frame: SensorFrame, applied: Applied) -> None:
         """Takes in what came in the tick at t, s; `applied` is what the actuators were told one tick before."""
-        fins = frame.fins
-        if any(fin.fresh and fin.ok for fin in fins):
-            newest = max(fin.t_valid for fin in fins if fin.fresh and fin.ok)
-            self._fins.add(
-                min(newest, t),
-                self._sums([f.value if f.ok else told for f, told in zip(fins, applied.fins, strict=True)]),
-            )
-        elif not any(fin.ok for fin in fins):  # nobody reports: what they were told is the best there is
-            self._fins.add(t, self._sums(applied.fins))
-        if frame.n.fresh and frame.n.ok and math.isfinite(frame.n.value):
-            self._n.add(min(frame.n.t_valid, t), (frame.n.value,))
-        elif not frame.n.ok:
-            self._n.add(t, (applied.n,))
+        oldest, reach, acts = t - self._params.stale, self._reach, self._acts
+        told = (*applied.fins, applied.n)
+        for i, heard in enumerate((*frame.fins, frame.n)):
+            if not (heard.ok and heard.t_valid >= oldest and -reach[i] <= heard.value <= reach[i]):
+                acts.add(i, t, told[i])
+            elif heard.fresh:
+                acts.add(i, min(heard.t_valid, t), heard.value)
 
         dvl, ahrs = frame.dvl, frame.ahrs
         if dvl.fresh and dvl.ok:
             u, v, w, fom, _ = dvl.value
-            self._wait(t, dvl.t_valid, DVL, (u, v, w, fom if 0.0 < fom < math.inf else self._params.speed_std))
+            std = min(max(fom, _FINEST), _WILD) if fom > 0.0 else self._params.speed_std
+            self._wait(t, dvl.t_valid, DVL, (u, v, w, std))
         if ahrs.fresh and ahrs.ok:
             phi, theta, psi, p, q, r = ahrs.value
             self._wait(t, ahrs.t_valid, AHRS, (p, q, r, phi, theta, psi))
 
     def spans(self, t: float) -> Iterator[Span]:
         """The steps that are due at t, s, in order."""
+        waiting, longest = self._waiting, self._params.longest
         end = t - self._params.lag + _TOGETHER
         if self._t == -math.inf:
-            self._t = self._waiting[0][0] - self._params.longest if self._waiting else end
+            self._t = waiting[0].t - longest if waiting else end
         for _ in range(_SPANS):
-            waiting = self._waiting
-            here = waiting[0][0] if waiting else math.inf
-            if here > min(end, self._t + self._params.longest):
-                if end - self._t < self._params.longest:
+            here = waiting[0].t if waiting else math.inf
+            if here > min(end, self._t + longest):
+                if end - self._t < longest:
                     return
-                here = self._t + self._params.longest
-            z, variance = np.full(9, math.nan), np.array(self._variance)
-            while waiting and waiting[0][0] <= here + _TOGETHER:
-                _, sensor, values = waiting.pop(0)
-                if sensor == DVL:
-                    z[:3], variance[:3] = values[:3], values[3] ** 2
-                else:
-                    z[3:] = values
-            h = here - self._t
-            if len(self._fins) and len(self._n) and h > _TOGETHER:
-                inputs = np.array((*self._fins.mean(self._t, here), *self._n.mean(self._t, here)))
-                yield Span(here, h, inputs, z, variance)
-            self._fins.forget(here)
-            self._n.forget(here)
-            self._t = here
+                here = self._t + longest
+            self._z.fill(math.nan)
+            self._variance[:] = self._usual
+            while waiting and waiting[0].t <= here + _TOGETHER:
+                self._take(waiting.pop(0))
+            self._acts.mean(self._t, here, self._inputs)
+            h, self._t = here - self._t, here
+            yield Span(here, h, self._inputs, self._z, self._variance)
 
     def _wait(self, t: float, t_valid: float, sensor: int, values: tuple[float, ...]) -> None:
-        good = math.isfinite(sum(values))
-        if not good or not max(self._t, self._newest[sensor]) + _TOGETHER < t_valid <= t + _TOGETHER:
+        size = 0.0
+        for value in values:
+            size += value * value
+        if size <= _WILD * _WILD and max(self._t, self._newest[sensor]) + _TOGETHER < t_valid <= t + _TOGETHER:
+            self._newest[sensor] = t_valid
+            insort(self._waiting, Measurement(t_valid, sensor, values))
+        else:
             self.dropped += 1
-            return
-        self._newest[sensor] = t_valid
-        insort(self._waiting, (t_valid, sensor, values))
 
-    def _sums(self, angles: tuple[float, ...] | list[float]) -> tuple[float, float, float]:
-        delta_s, delta_r, delta_b = [
-            sum([worth * angle for worth, angle in zip(row, angles, strict=True)]) for row in self._rows
-        ]
-        return delta_s, delta_r, delta_b
+    def _take(self, measurement: Measurement) -> None:
+        _, sensor, values = measurement
+        self.last[sensor] = measurement
+        if sensor == DVL:
+            self._z[:3], self._variance[:3] = values[:3], values[3] * values[3]
+        else:
+            self._z[3:] = values
 
     def freeze(self) -> HorizonMemory:
         """All it remembers."""
-        newest = (self._newest[0], self._newest[1])
-        return HorizonMemory(self._t, tuple(self._waiting), self._fins.freeze(), self._n.freeze(), newest, self.dropped)
+        return HorizonMemory(
+            self._t, tuple(self._waiting), self._acts.freeze(), tuple(self._newest), tuple(self.last), self.dropped
+        )
 
     def thaw(self, memory: HorizonMemory) -> None:
         """Takes up again what `freeze` gave."""
         self._t, self._waiting, self.dropped = memory.t, list(memory.waiting), memory.dropped
-        self._newest = list(memory.newest)
-        self._fins.thaw(memory.fins)
-        self._n.thaw(memory.n)
+        self._newest, self.last = list(memory.newest), list(memory.last)
+        self._acts.thaw(memory.acts)

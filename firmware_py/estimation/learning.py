@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from operator import mul
 from typing import NamedTuple
 
 import numpy as np
 
-from firmware_py.estimation.coefficient_ekf import CoefficientEkf, CoefficientParams, EkfMemory
-from firmware_py.estimation.health import Health, HealthMemory, HealthParams, Verdict
+from firmware_py.estimation.coefficient_ekf import CoefficientEkf
+from firmware_py.estimation.coefficient_params import CoefficientParams
+from firmware_py.estimation.coefficient_records import EkfMemory
+from firmware_py.estimation.health import Health, HealthMemory, HealthParams
 from firmware_py.estimation.horizon import Horizon, HorizonMemory, HorizonParams, Span
-from firmware_py.estimation.jacobians import Array
+from firmware_py.estimation.prediction import STILL
 from firmware_py.estimation.transition import MOVING
-from firmware_py.params import param
+from firmware_py.params import When, param, table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned, StateEstimate
 from firmware_py.records.sensing import SensorFrame
@@ -22,18 +25,34 @@ from firmware_py.vehicle.vehicle import Vehicle
 
 SAID = Rate.HZ_10
 """How often what is learned is said anew."""
+RECENT = 0.1
+"""It begins with a ping of the DVL, and an attitude that is no older than this, s."""
+SURE = 2.0
+"""So many sigmas of depth it must be under water by."""
 
 
 @dataclass(frozen=True, slots=True)
 class LearningParams:
     """When the filter may learn."""
 
-    enabled: bool = True
-    """false: the coefficients of the vehicle file are all that is known."""
-    depth_min: float = param(1.0, unit="m", low=0.0, high=100.0, doc="Nothing is learned nearer to the surface.")
-    speed_min: float = param(0.3, unit="m/s", low=0.0, high=5.0, doc="Nothing is learned slower through the water.")
-    gap_max: float = param(3.0, unit="s", low=0.5, high=60.0, doc="After so long without DVL and AHRS it begins anew.")
-    horizon: HorizonParams = field(default_factory=HorizonParams)
+    enabled: bool = param(
+        True, doc="false: the coefficients of the vehicle file are all that is known.", mav="ENABLED", when=When.RESTART
+    )
+    depth_min: float = param(
+        1.0,
+        unit="m",
+        low=0.0,
+        high=100.0,
+        doc="Nothing is learned where it may be nearer to the surface.",
+        mav="DEPTH",
+    )
+    speed_min: float = param(
+        0.3, unit="m/s", low=0.0, high=5.0, doc="Nothing is learned slower over ground.", mav="SPEED"
+    )
+    gap_max: float = param(
+        30.0, unit="s", low=0.5, high=600.0, doc="Nothing is learned after so long without DVL.", mav="GAP_MAX"
+    )
+    horizon: HorizonParams = table(HorizonParams)
 
 
 class LearningMemory(NamedTuple):
@@ -42,11 +61,8 @@ class LearningMemory(NamedTuple):
     horizon: HorizonMemory
     ekf: EkfMemory
     health: HealthMemory
-    verdict: Verdict
     running: bool
     begun: bool
-    fresh: bool
-    heard: tuple[Array, Array]
     resets: int
     said: Learned
 
@@ -64,76 +80,94 @@ class Learning:
         """
         self._params = params
         self.ekf = CoefficientEkf(vehicle, coefficients)
-        self._count = len(coefficients.names)
+        first, count = self.ekf.model.first, len(coefficients.names)
+        self._count, self._learned = count, slice(first, first + count)
         self._horizon = Horizon(params.horizon, vehicle)
-        self._health = Health(health, self.ekf.model, self._count)
-        self._running = self._begun = self._fresh = False
-        self._z, self._heard = np.full(MOVING, math.nan), np.full(MOVING, -math.inf)
-        """What each sensor said last, and when."""
-        self._resets = 0
-        first = self.ekf.model.first
-        self._learned = slice(first, first + self._count)
-        self._growth = self.ekf.rules[0, self._learned].copy()
-        nan = (math.nan,) * 3
-        self._verdict = Verdict((False,) * self._count, (False,) * self._count, (nan[0], nan[1], nan[2]))
-        self.ekf.start((0.0,) * 6, (0.0,) * 3, (1.0,) * 9)
-        self._said = self._say()
+        self._health = Health(health, self.ekf.model, count)
+        self._running = self._begun = False
+        self._resets = self._restarts = 0
+        self._variances = [P.diagonal()[self._learned] for P in self.ekf.P]
+        """Of the coefficients, by member: views of the covariances."""
+        self._std = np.zeros(count)
+        self._intensities = coefficients.turbulence
+        self._forget()
+        self._permit()
+        self._said = self._say(None)
 
     def update(self, tick: Tick, frame: SensorFrame, applied: Applied, state: StateEstimate) -> Learned:
         """What is known after the tick; `state` is what navigation makes of the same frame."""
-        self._horizon.hear(tick.t, frame, applied)
-        may = state.eta.z >= self._params.depth_min and state.attitude_ok
-        for span in self._horizon.spans(tick.t):
-            new = ~np.isnan(span.z)
-            self._z[new], self._heard[new] = span.z[new], span.t
-            known = span.t - float(self._heard.min()) <= self._params.gap_max
-            known = known and self._z[0] >= self._params.speed_min
-            if not (may and known):
+        params, horizon = self._params, self._horizon
+        horizon.hear(tick.t, frame, applied)
+        may = state.eta.z - SURE * state.depth_std >= params.depth_min and state.attitude_ok
+        for span in horizon.spans(tick.t):
+            ping, turn = horizon.last
+            if not (may and span.t - ping.t <= params.gap_max and ping.values[0] >= params.speed_min):
                 self._running = False
             elif self._running:
                 self._step(span)
-            else:
+            elif ping.t >= span.t and span.t - turn.t <= RECENT:
                 self._begin(span)
         if tick.every(SAID):
-            self._said = self._say()
+            self._said = self._say(self._said)
         return self._said
 
     def _begin(self, span: Span) -> None:
         """Takes motion from what the sensors said last; what was learned before stays."""
-        nu, angles, std = self._z[:6].tolist(), self._z[6:].tolist(), np.sqrt(span.variance)
-        if self._begun:
-            self.ekf.resume(nu, angles, std)
-        else:
-            self.ekf.start(nu, angles, std)
-        self._running = self._begun = self._fresh = True
+        ping, turn = self._horizon.last
+        nu, angles = (*ping.values[:3], *turn.values[:3]), turn.values[3:]
+        self.ekf.resume(nu, angles, np.sqrt(span.variance))
+        self._health.reset()
+        self._running = self._begun = True
 
     def _step(self, span: Span) -> None:
-        excited = np.array(self._verdict.excited)
-        self.ekf.rules[0, self._learned] = np.where(excited, self._growth, 0.0)
-        self.ekf.rules[1, self._learned] = excited
-        if not self.ekf.step(span.inputs, span.h, span.z, span.variance):
-            self._running = self._begun = False
+        ekf = self.ekf
+        if not ekf.step(span.inputs, span.h, span.z, span.variance):
             self._resets += 1
+            self._forget()
+            self._said = self._say(None)
             return
-        std = np.sqrt(self.ekf.P[int(np.argmax(self.ekf.evidence))].diagonal()[self._learned])
-        self._verdict = self._health.update(span.h, std, self.ekf.model.y, self.ekf.nis, self._fresh)
-        self._fresh = False
+        np.sqrt(self._variances[ekf.evidence.argmax()], out=self._std)
+        if ekf.restarts > self._restarts:
+            self._restarts = ekf.restarts
+            self._health.reset()
+        if self._health.update(span.h, self._std, ekf.model.y, ekf.nis):
+            self._permit()
 
-    def _say(self) -> Learned:
-        told = self.ekf.estimate()
-        (x_c, y_c), (x_std, y_std) = told.current.tolist(), told.current_std.tolist()
+    def _forget(self) -> None:
+        """Coefficients as they are believed, and nothing known of the water."""
+        self.ekf.start((0.0,) * 6, (0.0,) * 3, (1.0,) * MOVING)
+        self._running = self._begun = False
+
+    def _permit(self) -> None:
+        """What is not excited neither learns nor becomes less certain."""
+        self.ekf.permit(np.array(self._health.excited, dtype=np.bool_))
+
+    def _say(self, before: Learned | None) -> Learned:
+        """What is known. A value that was not excited since `before` stands to the last bit, whoever leads the bank."""
+        mean, std, weights = (array.tolist() for array in self.ekf.blend())
+        value, sigma = mean[self._learned], std[self._learned]
+        valid, excited, nis = self._health.verdict
+        nothing = (False,) * self._count
+        excited = excited if self._running else nothing
+        if before is not None:
+            for i, moved in enumerate(excited):
+                if not (moved or before.excited[i]):
+                    value[i], sigma[i] = before.value[i], before.std[i]
+        water = slice(MOVING, MOVING + 2)
+        flows = self.ekf.model.water != STILL
+        (north, east), (north_std, east_std) = (mean[water], std[water]) if flows else ((math.nan,) * 2,) * 2
         return Learned(
-            value=tuple(told.values.tolist()),
-            std=tuple(told.std.tolist()),
-            valid=self._verdict.valid if self._begun else (False,) * self._count,
-            excited=self._verdict.excited if self._running else (False,) * self._count,
-            current=(x_c, y_c),
-            current_std=(x_std, y_std),
-            turbulence=told.turbulence,
-            nis=self._verdict.nis,
-            rejected=int(self.ekf.rejected.sum()),
+            value=tuple(value),
+            std=tuple(sigma),
+            valid=valid if self._begun else nothing,
+            excited=excited,
+            current=(north, east),
+            current_std=(north_std, east_std),
+            turbulence=sum(map(mul, weights, self._intensities)),
+            nis=nis,
+            rejected=sum(self.ekf.rejected.tolist()),
             dropped=self._horizon.dropped,
-            resets=self._resets,
+            resets=self._resets + self.ekf.restarts,
             horizon=self._horizon.t if self._running else math.nan,
         )
 
@@ -143,11 +177,8 @@ class Learning:
             self._horizon.freeze(),
             self.ekf.freeze(),
             self._health.freeze(),
-            self._verdict,
             self._running,
             self._begun,
-            self._fresh,
-            (self._z.copy(), self._heard.copy()),
             self._resets,
             self._said,
         )
@@ -157,6 +188,7 @@ class Learning:
         self._horizon.thaw(memory.horizon)
         self.ekf.thaw(memory.ekf)
         self._health.thaw(memory.health)
-        self._verdict, self._said, self._resets = memory.verdict, memory.said, memory.resets
-        self._running, self._begun, self._fresh = memory.running, memory.begun, memory.fresh
-        self._z[:], self._heard[:] = memory.heard
+        self._running, self._begun = memory.running, memory.begun
+        self._resets, self._said = memory.resets, memory.said
+        self._restarts = self.ekf.restarts
+        self._permit()

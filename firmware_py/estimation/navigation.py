@@ -8,12 +8,12 @@ the answer is always finite (but `altitude`, NaN when unknown). Sensors are take
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from firmware_py.estimation import attitude, depth, position, velocity
 from firmware_py.marine import Eta, Nu, Origin, body_to_ned
-from firmware_py.params import param
+from firmware_py.params import param, table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate
 from firmware_py.records.sensing import SensorFrame
@@ -24,16 +24,23 @@ from firmware_py.schedule import Tick
 class NavigationParams:
     """One table per filter, and the two sensors that need none."""
 
-    attitude: attitude.AttitudeParams = field(default_factory=attitude.AttitudeParams)
-    velocity: velocity.VelocityParams = field(default_factory=velocity.VelocityParams)
-    depth: depth.DepthParams = field(default_factory=depth.DepthParams)
-    position: position.PositionParams = field(default_factory=position.PositionParams)
-    altitude_timeout: float = param(2.0, unit="s", low=0.1, high=30.0, doc="An older altitude is unknown.")
+    attitude: attitude.AttitudeParams = table(attitude.AttitudeParams, mav="ATT_")
+    velocity: velocity.VelocityParams = table(velocity.VelocityParams, mav="VEL_")
+    depth: depth.DepthParams = table(depth.DepthParams, mav="DEP_")
+    position: position.PositionParams = table(position.PositionParams, mav="POS_")
+    altitude_timeout: float = param(
+        2.0, unit="s", low=0.1, high=30.0, doc="An older altitude is unknown.", mav="ALT_TIMEOUT"
+    )
     propeller_timeout: float = param(
-        1.0, unit="s", low=0.1, high=30.0, doc="An older report of the propeller's speed gives way to the command."
+        1.0,
+        unit="s",
+        low=0.1,
+        high=30.0,
+        doc="An older report of the propeller's speed gives way to the command.",
+        mav="N_TIMEOUT",
     )
     humidity_max: float = param(
-        80.0, unit="%", low=1.0, high=100.0, doc="More humidity in the hull than this is a leak."
+        80.0, unit="%", low=1.0, high=100.0, doc="More humidity in the hull than this is a leak.", mav="HUMID_MAX"
     )
 
 

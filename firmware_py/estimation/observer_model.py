@@ -16,6 +16,7 @@ from firmware_py.estimation.transition import DRAG, MOVING, WATER, Nine, invert
 from firmware_py.params import ParamError
 from firmware_py.vehicle.vehicle import Vehicle
 
+Floats = Sequence[float] | Array
 MOTIONS = ("u", "v", "w", "p", "q", "r", "phi", "theta", "psi")
 """The states that move by themselves."""
 GROUPS = {
@@ -83,7 +84,7 @@ class ObserverModel:
         self.size = self.first + len(self.names)
         self.work, self.y = np.zeros(WORK), np.zeros(DRAG + 8)
 
-    def state(self, nu: Sequence[float], angles: Sequence[float]) -> Array:
+    def state(self, nu: Floats, angles: Floats) -> Array:
         """A state with the believed parameters in still water, at a velocity (m/s, rad/s) and attitude (rad)."""
         x = np.zeros(self.size)
         x[:MOVING] = (*nu, *angles)
@@ -149,6 +150,11 @@ def constants(vehicle: Vehicle) -> Array:
         "C_dz": hull.C_dz,
     }
     return np.array([values[name] for name in CONSTANTS], dtype=np.float64)
+
+
+def refuse_no_inertia(vehicle: Vehicle) -> None:
+    """Raises ParamError if the vehicle's mass matrix is not positive definite."""
+    inverse_mass(constants(vehicle))
 
 
 def inverse_mass(c: Array) -> Array:

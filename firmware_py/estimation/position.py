@@ -21,14 +21,26 @@ from firmware_py.records.sensing import Fix, Heard
 class PositionParams:
     """Where the error of dead reckoning comes from, and which fixes to believe."""
 
-    std_start: float = param(100.0, unit="m", low=0.1, high=1e5, doc="1 sigma of the position before any fix.")
-    heading_std: float = param(1.0, unit="deg", low=0.0, high=20.0, doc="1 sigma of what the heading is off for long.")
-    scale_std: float = param(0.5, unit="%", low=0.0, high=20.0, doc="1 sigma of the DVL's scale.")
-    bias_std: float = param(0.002, unit="m/s", low=0.0, high=0.5, doc="1 sigma of the DVL's bias, along each axis.")
-    fix_depth: float = param(1.0, unit="m", low=0.0, high=10.0, doc="No fix is believed deeper than this.")
-    fix_std_max: float = param(30.0, unit="m", low=0.1, high=1000.0, doc="No fix of a worse 1 sigma is believed.")
-    fix_range: float = param(2e4, unit="m", low=100.0, high=1e5, doc="No fix farther from the origin is believed.")
-    fix_bias_std: float = param(0.5, unit="m", low=0.0, high=10.0, doc="What averaging fixes cannot take away.")
+    std_start: float = param(
+        100.0, unit="m", low=0.1, high=1e5, doc="1 sigma of the position before any fix.", mav="STD0"
+    )
+    heading_std: float = param(
+        1.0, unit="deg", low=0.0, high=20.0, doc="1 sigma of what the heading is off for long.", mav="HDG_STD"
+    )
+    scale_std: float = param(0.5, unit="%", low=0.0, high=20.0, doc="1 sigma of the DVL's scale.", mav="SCALE")
+    bias_std: float = param(
+        0.002, unit="m/s", low=0.0, high=0.5, doc="1 sigma of the DVL's bias, along each axis.", mav="BIAS"
+    )
+    fix_depth: float = param(1.0, unit="m", low=0.0, high=10.0, doc="No fix is believed deeper than this.", mav="FIX_Z")
+    fix_std_max: float = param(
+        30.0, unit="m", low=0.1, high=1000.0, doc="No fix of a worse 1 sigma is believed.", mav="FIX_STD"
+    )
+    fix_range: float = param(
+        2e4, unit="m", low=100.0, high=1e5, doc="No fix farther from the origin is believed.", mav="FIX_RNG"
+    )
+    fix_bias_std: float = param(
+        0.5, unit="m", low=0.0, high=10.0, doc="What averaging fixes cannot take away.", mav="FIX_BIAS"
+    )
 
 
 class PositionMemory(NamedTuple):

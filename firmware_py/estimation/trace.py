@@ -1,73 +1,93 @@
-"""A quantity as it was reported from time to time, and its mean over any stretch between."""
+"""Quantities as they were reported from time to time, and their mean over one stretch after the other, compiled."""
 
 from __future__ import annotations
 
-import itertools
-from bisect import bisect_right
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-Values = tuple[float, ...]
+import numpy as np
+from numpy.typing import NDArray
+
+from firmware_py.compiled import kernel
+from firmware_py.estimation.jacobians import Array
+
+ROOM = 1024
+"""Reports of each quantity that can wait to be averaged; more are left out."""
 
 
-class TraceMemory(NamedTuple):
-    """All reports that are kept."""
+class Reports(NamedTuple):
+    """All that is remembered of one quantity, in order of time."""
 
     times: tuple[float, ...]
-    values: tuple[Values, ...]
+    values: tuple[float, ...]
 
 
-class Trace:
-    """Reports in order of time; between two it is a straight line, before the first and after the last it stands."""
+class Traces:
+    """Reports of several quantities; between two it is a straight line, before the first and after the last it stands.
 
-    def __init__(self) -> None:
-        self._times: list[float] = []
-        self._values: list[Values] = []
+    Each quantity has its own times. What is asked for are weighted sums of the means.
+    """
 
-    def __len__(self) -> int:
-        return len(self._times)
+    def __init__(self, weights: Sequence[Sequence[float]]) -> None:
+        """Makes room for as many quantities as the rows of `weights` are long; there is one row for every sum."""
+        self._weights = np.array(weights, dtype=np.float64)
+        count = self._weights.shape[1]
+        self._times, self._values = np.zeros((count, ROOM)), np.zeros((count, ROOM))
+        self._held = np.zeros(count, dtype=np.int64)
+        self._newest = [-math.inf] * count
 
-    def add(self, t: float, values: Values) -> None:
-        """A report that is valid at t, s; one that is not newer than the last is left out."""
-        if not self._times or t > self._times[-1]:
-            self._times.append(t)
-            self._values.append(values)
+    def add(self, i: int, t: float, value: float) -> None:
+        """A report of quantity i that is true for t, s; one that is not newer than the last is left out."""
+        if t > self._newest[i] and self._held[i] < ROOM:
+            k, self._newest[i] = self._held[i], t
+            self._times[i, k], self._values[i, k] = t, value
+            self._held[i] = k + 1
 
-    def forget(self, t: float) -> None:
-        """Drops what no mean from t (s) on will need."""
-        first = bisect_right(self._times, t) - 1
-        if first > 0:
-            del self._times[:first], self._values[:first]
+    def mean(self, a: float, b: float, sums: Array) -> None:
+        """Fills `sums`, (rows,), with what they are in the mean over [a, b], b > a, s; forgets what lies before a.
 
-    def mean(self, a: float, b: float) -> Values:
-        """The mean over [a, b], b > a, s; there must have been a report."""
-        times = self._times
-        inside = range(bisect_right(times, a), bisect_right(times, b))
-        knots = [(a, self._at(a)), *((times[k], self._values[k]) for k in inside), (b, self._at(b))]
-        sums = [0.0] * len(knots[0][1])
-        for (t_0, v_0), (t_1, v_1) in itertools.pairwise(knots):
-            for i, (left, right) in enumerate(zip(v_0, v_1, strict=True)):
-                sums[i] += 0.5 * (left + right) * (t_1 - t_0)
-        return tuple([value / (b - a) for value in sums])
+        A quantity that was never reported counts as 0.
+        """
+        mean(self._times, self._values, self._held, self._weights, a, b, sums)
 
-    def _at(self, t: float) -> Values:
-        times, values = self._times, self._values
-        k = bisect_right(times, t)
-        if k == 0:
-            return values[0]
-        if k == len(times):
-            return values[-1]
-        part = (t - times[k - 1]) / (times[k] - times[k - 1])
-        return _between(values[k - 1], values[k], part)
-
-    def freeze(self) -> TraceMemory:
+    def freeze(self) -> tuple[Reports, ...]:
         """All it remembers."""
-        return TraceMemory(tuple(self._times), tuple(self._values))
+        rows = zip(self._times, self._values, self._held.tolist(), strict=True)
+        return tuple(Reports(tuple(t[:k].tolist()), tuple(v[:k].tolist())) for t, v, k in rows)
 
-    def thaw(self, memory: TraceMemory) -> None:
+    def thaw(self, memory: tuple[Reports, ...]) -> None:
         """Takes up again what `freeze` gave."""
-        self._times, self._values = list(memory.times), list(memory.values)
+        for i, (times, values) in enumerate(memory):
+            k = self._held[i] = len(times)
+            self._times[i, :k], self._values[i, :k] = times, values
+            self._newest[i] = times[-1] if times else -math.inf
 
 
-def _between(a: Sequence[float], b: Sequence[float], part: float) -> Values:
-    return tuple([x + part * (y - x) for x, y in zip(a, b, strict=True)])
+@kernel("void(f8[:,::1],f8[:,::1],i8[::1],f8[:,::1],f8,f8,f8[::1])")
+def mean(times: Array, values: Array, held: NDArray[np.int64], weights: Array, a: float, b: float, sums: Array) -> None:
+    """See `Traces.mean`; the first `held` reports of each row of times and values, (count, ROOM), count."""
+    for row in range(len(sums)):
+        sums[row] = 0.0
+    for i in range(len(held)):
+        past = 0
+        while past + 1 < held[i] and times[i, past + 1] <= a:
+            past += 1
+        if past > 0:
+            held[i] -= past
+            for k in range(held[i]):
+                times[i, k], values[i, k] = times[i, k + past], values[i, k + past]
+
+        low = min(max(a, times[i, 0]), b)
+        area = (low - a) * values[i, 0]
+        last = 0
+        for k in range(1, held[i]):
+            if low == b:
+                break
+            high = min(times[i, k], b)
+            slope = (values[i, k] - values[i, k - 1]) / (times[i, k] - times[i, k - 1])
+            area += (high - low) * (values[i, k - 1] + (0.5 * (low + high) - times[i, k - 1]) * slope)
+            low, last = high, k
+        area += (b - low) * values[i, last]
+        for row in range(len(sums)):
+            sums[row] += weights[row, i] * area / (b - a)

@@ -25,7 +25,7 @@ MOVING = 9
 DRAG = len(FACTORS)
 """Where the factors of cross-flow drag begin, behind the others."""
 WIDTH = 16
-"""Columns of such arrays: nine moving states, three of the water's velocity, and zeros that make whole vectors."""
+"""Columns of such arrays, whole vectors: nine moving states, three of the water's velocity."""
 WATER = 9
 """Where the water's columns begin."""
 
@@ -109,9 +109,9 @@ def linearise(
             B[i, j] = 0.0
     kinematic_slopes(p, q, r, *t, *water, A, B)
     for i in range(6):
-        for k in range(3):
-            for j in range(6):
-                D[i, 6 + j] -= D[i, k] * B[k, j]
+        d_0, d_1, d_2 = D[i, 0], D[i, 1], D[i, 2]
+        for j in range(WIDTH):
+            D[i, j] -= d_0 * B[0, j] + d_1 * B[1, j] + d_2 * B[2, j]
     for i in range(6):
         m_0, m_1, m_2 = inverse[i, 0], inverse[i, 1], inverse[i, 2]
         m_3, m_4, m_5 = inverse[i, 3], inverse[i, 4], inverse[i, 5]

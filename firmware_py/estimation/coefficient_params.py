@@ -1,0 +1,165 @@
+"""What the coefficient filter is told: which coefficients, and how well they are known before."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from firmware_py.estimation.model import COEFFICIENTS
+from firmware_py.estimation.observer_model import GROUPS, MOTIONS
+from firmware_py.params import ParamError, When, param
+from firmware_py.vehicle.vehicle import Vehicle
+
+TEN = ("M_q", "M_ds", "N_r", "N_dr", "N_v", "Z_ds", "Z_q", "Y_dr", "Y_r", "Y_v")
+"""The paper's ten, in its order."""
+REST = "rest"
+"""Among the considered: every coefficient that is not named."""
+SPEEDS, RATES, ANGLES = MOTIONS[:3], MOTIONS[3:6], MOTIONS[6:8]
+
+
+@dataclass(frozen=True, slots=True)
+class CoefficientParams:
+    """What is estimated, and how well it was known before."""
+
+    names: tuple[str, ...] = TEN
+    """What is learned: coefficients, C_d0, C_dy, C_dz, or the scale of an equation's added mass, X_dot to N_dot."""
+    considered: tuple[str, ...] = ()
+    """What is reckoned to be uncertain but not learned; "rest" is every other coefficient."""
+    nuisances: tuple[str, ...] = ()
+    """What is learned from as little uncertainty, for the sake of the others; "rest" here or in `considered`."""
+    std: float = param(
+        70.0,
+        unit="%",
+        low=0.1,
+        high=1000.0,
+        doc="1 sigma of a learned coefficient, of its size.",
+        mav="STD",
+        when=When.RESTART,
+    )
+    added_mass_std: float = param(
+        20.0, unit="%", low=0.1, high=100.0, doc="1 sigma of a scale of added mass.", mav="STD_MASS", when=When.RESTART
+    )
+    drag_std: float = param(
+        20.0,
+        unit="%",
+        low=0.1,
+        high=1000.0,
+        doc="1 sigma of C_dy and C_dz where learned.",
+        mav="STD_DRAG",
+        when=When.RESTART,
+    )
+    considered_std: float = param(
+        5.0, unit="%", low=0.1, high=100.0, doc="1 sigma of what is only considered.", mav="STD_REST", when=When.RESTART
+    )
+    stds: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    """1 sigma of single names, of their size, where it is another than these."""
+    bound: float = param(
+        5.0, low=1.0, high=100.0, doc="How many of these sigmas a value may leave its belief.", mav="BOUND"
+    )
+    walk: float = param(
+        0.0, unit="%", low=0.0, high=100.0, doc="Random walk of a learned coefficient, by sqrt(s).", mav="WALK"
+    )
+    current: bool = param(True, doc="false: the water stands still.", mav="CURRENT", when=When.RESTART)
+    current_std: float = param(
+        0.3,
+        unit="m/s",
+        low=0.0,
+        high=5.0,
+        doc="1 sigma of the current, north and east.",
+        mav="STD_CUR",
+        when=When.RESTART,
+    )
+    turbulence: tuple[float, ...] = param(
+        (0.0,),
+        unit="m/s",
+        low=0.0,
+        high=2.0,
+        doc="Intensities of the eddies, one for each filter of the bank.",
+        mav="TURB",
+        when=When.RESTART,
+    )
+    turbulence_time: float = param(
+        10.0, unit="s", low=0.1, high=1000.0, doc="Correlation time of the eddies.", mav="TURB_T"
+    )
+    memory: float = param(
+        60.0, unit="s", low=1.0, high=1e6, doc="Time over which evidence between filters fades.", mav="MEMORY"
+    )
+    speed_noise: float = param(
+        1e-5, unit="m/s", low=1e-9, high=1.0, doc="Random walk of u, v, w, by sqrt(s).", mav="U_NOISE"
+    )
+    rate_noise: float = param(
+        1e-4, unit="deg/s", low=1e-9, high=10.0, doc="Random walk of p, q, r, by sqrt(s).", mav="R_NOISE"
+    )
+    wait: float = param(
+        0.0, unit="s", low=0.0, high=1000.0, doc="For so long the water is found before coefficients.", mav="WAIT"
+    )
+    settling: float = param(
+        10.0, unit="s", low=0.1, high=1000.0, doc="Time constant with which the next two fade.", mav="SETTLE"
+    )
+    speed_settling: float = param(
+        0.0, unit="m/s", low=0.0, high=1.0, doc="Random walk of u, v, w as learning begins, by sqrt(s).", mav="U_SETTLE"
+    )
+    rate_settling: float = param(0.0, unit="deg/s", low=0.0, high=10.0, doc="The same of p, q, r.", mav="R_SETTLE")
+    speed_bias: float = param(
+        0.0,
+        unit="m/s",
+        low=0.0,
+        high=0.5,
+        doc="1 sigma of the DVL's bias; 0: it has none.",
+        mav="U_BIAS",
+        when=When.RESTART,
+    )
+    rate_bias: float = param(
+        0.0,
+        unit="deg/s",
+        low=0.0,
+        high=5.0,
+        doc="1 sigma of the gyros' bias; 0: none.",
+        mav="R_BIAS",
+        when=When.RESTART,
+    )
+    angle_bias: float = param(
+        0.0,
+        unit="deg",
+        low=0.0,
+        high=10.0,
+        doc="1 sigma of roll's and pitch's bias; 0: none.",
+        mav="A_BIAS",
+        when=When.RESTART,
+    )
+    gate: float = param(5.0, low=2.0, high=100.0, doc="A measurement more sigmas away is not taken in.", mav="GATE")
+
+    def __post_init__(self) -> None:
+        if not self.names:
+            raise ParamError("names is empty; name the coefficients to learn, such as M_q")
+        if not self.turbulence:
+            raise ParamError("turbulence is empty; write 0 for a filter that reckons with none")
+        if REST in self.considered and REST in self.nuisances:
+            raise ParamError('"rest" is both in considered and in nuisances; write it once')
+
+
+def beside(vehicle: Vehicle, params: CoefficientParams) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The nuisances and the considered, "rest" spelled out: without what is believed to be 0, which nothing scales."""
+    known = {**dataclasses.asdict(vehicle.coefficients), "C_d0": vehicle.propeller.C_d0}
+    known |= {"C_dy": vehicle.hull.C_dy, "C_dz": vehicle.hull.C_dz}
+    named = (*params.names, *params.nuisances, *params.considered)
+    taken = {member for name in named for member in GROUPS.get(name, (name,))}
+    rest = tuple(name for name in COEFFICIENTS if name not in taken and known[name] != 0.0)
+
+    def spelled(names: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(name for given in names for name in (rest if given == REST else (given,)))
+
+    return spelled(params.nuisances), spelled(params.considered)
+
+
+def share(name: str, params: CoefficientParams) -> float:
+    """1 sigma of a parameter, of its size."""
+    if name in params.stds:
+        return params.stds[name]
+    if name not in params.names:
+        return params.considered_std
+    if name in GROUPS:
+        return params.added_mass_std
+    return params.drag_std if name in ("C_dy", "C_dz") else params.std

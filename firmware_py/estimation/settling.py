@@ -1,0 +1,96 @@
+"""How a bank begins, and how it keeps its members alive, compiled.
+
+Begun far from the truth, an extended Kalman filter believes slopes that are not the right ones, and becomes too sure of
+what follows from them: worst where two unknowns multiply, as the current and every coefficient do. So it begins in
+two stages. At first coefficients are only considered, until the water is known. Then they learn, and the velocities
+walk at random by what the slopes may be wrong by, which fades (Jazwinski 1970, section 8.11).
+"""
+
+from __future__ import annotations
+
+import math
+
+from firmware_py.compiled import kernel
+from firmware_py.estimation.jacobians import Array
+from firmware_py.estimation.transition import MOVING
+
+GROWTH, LEARNS, LOW, HIGH = 0, 1, 2, 3
+"""Rows of `rules`: variance gained by the second, 1 for states that learn (else 0), least and greatest value."""
+FLOOR, BEGINNING, MAY = 4, 5, 6
+"""Rows that the first two follow from: the growth in the end, what it has more in the beginning, who may learn."""
+RULES = 7
+SUM, COUNT, IS_LOST = 0, 1, 2
+"""Rows of a watch, by sensor: the window's sum of squared innovations, how many, and whether that is too much."""
+WINDOW, ENOUGH, LOST = 3.0, 20.0, 3.0
+"""A mean NIS (1 expected) beyond the last, over so many s and from so many measurements, is no chance: it is lost."""
+HOPELESS = 100.0
+"""A member so far behind the likeliest in log-likelihood begins anew as its copy, half as far behind."""
+
+
+@kernel("void(f8[:,::1],f8[::1],i8,f8,f8,f8)")
+def settle(rules: Array, age: Array, first: int, h: float, wait: float, fade: float) -> None:
+    """Sets growth and learning for a step of h (s).
+
+    Args:
+        rules: (RULES, n or wider).
+        age: how long the filter has run, s, (1,); h more in the end; it stands while none may learn.
+        first: place of the first parameter.
+        h: step, s.
+        wait: for so long, s, parameters do not learn.
+        fade: time constant of the beginning, s.
+    """
+    waits = age[0] < wait
+    learned = False
+    for j in range(rules.shape[1]):
+        may = rules[MAY, j]
+        if j >= first:
+            learned = learned or may != 0.0
+            if waits:
+                may = 0.0
+        rules[LEARNS, j] = may
+        rules[GROWTH, j] = rules[FLOOR, j] * may
+    if not waits:
+        share = math.exp(-2.0 * (age[0] - wait) / fade)
+        for j in range(MOVING):
+            rules[GROWTH, j] += share * rules[BEGINNING, j]
+    if waits or learned:
+        age[0] += h
+
+
+@kernel("void(f8[:,::1],f8[:,:,::1],f8[::1])")
+def revive(x: Array, P: Array, evidence: Array) -> None:
+    """Lets members begin anew that have no hope, before they leave the numbers; shapes as in `bank.step`."""
+    likeliest = 0
+    for b in range(1, len(evidence)):
+        if evidence[b] > evidence[likeliest]:
+            likeliest = b
+    for b in range(len(evidence)):
+        if evidence[b] < evidence[likeliest] - HOPELESS:
+            for i in range(x.shape[1]):
+                x[b, i] = x[likeliest, i]
+            for i in range(P.shape[1]):
+                for j in range(P.shape[2]):
+                    P[b, i, j] = P[likeliest, i, j]
+            evidence[b] = evidence[likeliest] - 0.5 * HOPELESS
+
+
+@kernel("b1(f8[::1],f8,f8[:,::1])")
+def watch(nis: Array, h: float, window: Array) -> bool:
+    """Takes the NIS of a step of h (s), (9,), into the window, (3, 3), of DVL, gyro and attitude.
+
+    Returns:
+        Whether the filter is lost: believing firmly what the measurements contradict.
+    """
+    fade = math.exp(-h / WINDOW)
+    lost = False
+    for sensor in range(3):
+        window[SUM, sensor] *= fade
+        window[COUNT, sensor] *= fade
+        for i in range(3 * sensor, 3 * sensor + 3):
+            if not math.isnan(nis[i]):
+                window[SUM, sensor] += nis[i]
+                window[COUNT, sensor] += 1.0
+        bad = window[COUNT, sensor] > ENOUGH and window[SUM, sensor] > LOST * window[COUNT, sensor]
+        window[IS_LOST, sensor] = 1.0 if bad else 0.0
+        lost = lost or bad
+    return lost
