@@ -5,7 +5,7 @@ BIN := .venv/bin
 LOCKS := tools/requirements
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
-.PHONY: help setup sitl test test-vcan lint bench lock clean
+.PHONY: help setup sitl test test-vcan lint bench study paper lock clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -29,6 +29,12 @@ lint: setup .venv/.dev ## style, types, import rules
 
 bench: setup .venv/.dev ## measure, and print JSON
 	@$(BIN)/python -m tools.bench
+
+study: setup ## the estimation study; ARGS=--short for its quick form
+	@$(BIN)/sternplane study estimation $(ARGS)
+
+paper: setup ## every experiment of the source paper
+	@$(BIN)/sternplane paper $(ARGS)
 
 lock: .venv/.dev ## pin the newest versions that the *.in files permit
 	@cd $(LOCKS) && for name in run dev; do ../../$(BIN)/uv pip compile --quiet --universal --python-version 3.11 \

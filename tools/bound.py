@@ -1,0 +1,229 @@
+"""The Bayesian Cramér-Rao bound: how well anybody can know a state from measurements of a flight and what was believed.
+
+It is computed in information form, along the true motion, with nothing of the filter's covariance recursion: the
+sensitivity of the moving states to the state at the start is carried along, S = Phi S, and each measurement adds
+S' H' R^-1 H S to the information (Van Trees 1968, part I, section 2.4). The motion is taken to be deterministic: there
+is no process noise, so a sea with eddies is not covered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firmware_py.compiled import kernel
+from firmware_py.estimation.observer_model import ObserverModel
+from firmware_py.estimation.prediction import CURRENT, RESPONSE
+from firmware_py.estimation.transition import MOVING, WATER, Picks
+from tools.errors import UsageError
+from tools.tracking import Array
+
+NOTHING = 0.95
+"""A direction whose sigma is more than this part of what it was before has not been learned."""
+_SINGULAR = 1e-13
+"""Eigenvalues of normalised information below this part of the largest are rounding."""
+
+
+@kernel("void(f8[:,::1],f8[::1],i8[:,::1],f8[::1],i8,i8,f8[:,::1],f8[:,::1])")
+def _carry(work: Array, y: Array, picks: Picks, weight: Array, water: int, first: int, S: Array, T: Array) -> None:
+    """S, (9, size), from before a step to after it: S = Phi S, and what water and parameters do in the step.
+
+    Args:
+        work: as `prediction.predict` leaves it, as are y and the rest.
+        y: see work.
+        picks: see work.
+        weight: see work.
+        water: see work.
+        first: see work.
+        S: slopes of the moving states by the state at the start; changed.
+        T: scratch, (9, size).
+    """
+    size = S.shape[1]
+    for i in range(MOVING):
+        for j in range(size):
+            T[i, j] = S[i, j]
+            S[i, j] = 0.0
+    for i in range(MOVING):
+        for k in range(MOVING):
+            f = work[i, k]
+            for j in range(size):
+                S[i, j] += f * T[k, j]
+        for j in range(water):
+            S[i, MOVING + j] += work[i, WATER + j]
+        for k in range(len(weight)):
+            S[i, first + picks[k, 0]] += weight[k] * y[picks[k, 1]] * work[RESPONSE + i, picks[k, 2]]
+
+
+@kernel("void(f8[:,::1],i8[::1],b1[::1],f8[::1],f8[::1],f8[:,::1])")
+def _inform(S: Array, bias: Picks, came: NDArray[np.bool_], std: Array, s: Array, J: Array) -> None:
+    """Adds to the lower half of the information J, (size, size), what the measurements that `came`, (9,), tell.
+
+    Args:
+        S: see `_carry`.
+        bias: place in the state of what each sensor reads too much, (9,); negative for none.
+        came: which of the nine were measured.
+        std: of their noise, (9,).
+        s: scratch, (size,).
+        J: changed.
+    """
+    size = len(s)
+    for i in range(MOVING):
+        if came[i]:
+            for j in range(size):
+                s[j] = S[i, j] / std[i]
+            if bias[i] >= 0:
+                s[bias[i]] += 1.0 / std[i]
+            for a in range(size):
+                f = s[a]
+                if f != 0.0:
+                    for b in range(a + 1):
+                        J[a, b] += f * s[b]
+
+
+def bounds(
+    model: ObserverModel,
+    x: Array,
+    inputs: Array,
+    h: float,
+    measured: NDArray[np.bool_],
+    std: Array,
+    prior_std: Array,
+    at: Sequence[int],
+) -> Array:
+    """The bound after each number of steps in `at`, which rises: covariances, (len(at), size, size).
+
+    Args:
+        model: the observer's; its water steady or still.
+        x: true states, (K + 1, size).
+        inputs: (K, 4), means over each step.
+        h: step, s.
+        measured: (K, 9), which of u v w p q r phi theta psi came at the end of each step.
+        std: (9,) of their noise.
+        prior_std: (size,) of what is believed at the start; 0 is known exactly, inf not at all.
+        at: numbers of steps.
+
+    Returns:
+        Of the state at those times; without bound (up to 1e300) along what neither flight nor belief tells.
+
+    Raises:
+        UsageError: water with eddies, or a true motion that the model cannot follow.
+    """
+    if model.water > CURRENT:
+        raise UsageError("the bound knows no process noise: give a model with steady water (0 or 2 states)")
+    size = model.size
+    S, T, J, s = np.zeros((MOVING, size)), np.zeros((MOVING, size)), np.zeros((size, size)), np.zeros(size)
+    S[:, :MOVING] = np.eye(MOVING)
+    bias = np.full(MOVING, -1, dtype=np.int64)
+    for i, state in enumerate(model.biases):
+        bias[state] = MOVING + model.water + i
+    came, noise = np.ascontiguousarray(measured), np.ascontiguousarray(std, dtype=np.float64)
+    found: list[Array] = []
+    rows = list(at)
+    for k in range(rows[-1]):
+        if not model.advance(x[k].copy(), inputs[k], h):
+            raise UsageError(f"the model cannot follow the motion at step {k}: a number is not finite")
+        _carry(model.work, model.y, model.picks, model.weight, model.water, model.first, S, T)
+        if came[k].any():
+            _inform(S, bias, came[k], noise, s, J)
+        if k + 1 == rows[len(found)]:
+            whole = np.tril(J) + np.tril(J, -1).T
+            start = _inverse(whole, prior_std)
+            move = np.eye(size)
+            move[:MOVING] = S
+            found.append(move @ start @ move.T)
+    return np.array(found)
+
+
+def bound(
+    model: ObserverModel,
+    x: Array,
+    inputs: Array,
+    h: float,
+    measured: NDArray[np.bool_],
+    std: Array,
+    prior_std: Array,
+) -> Array:
+    """The bound after the whole flight, (size, size); see `bounds`."""
+    covariance: Array = bounds(model, x, inputs, h, measured, std, prior_std, (len(inputs),))[0]
+    return covariance
+
+
+def true_states(
+    model: ObserverModel,
+    moving: Array,
+    current: Sequence[float] | Array = (0.0, 0.0),
+    values: Sequence[float] | Array | None = None,
+) -> Array:
+    """The states of `model` along a motion, (K + 1, size).
+
+    Args:
+        model: the observer's.
+        moving: u v w p q r phi theta psi, (K + 1, 9).
+        current: of steady water, north and east, m/s.
+        values: of the parameters; None is as believed.
+    """
+    x = np.zeros((len(moving), model.size))
+    x[:, :MOVING] = moving
+    x[:, MOVING : MOVING + model.water] = tuple(current)[: model.water]
+    x[:, model.first :] = model.believed if values is None else values
+    return x
+
+
+class Direction(NamedTuple):
+    """A combination of parameters and how well it is known."""
+
+    sigma: float
+    """1 sigma, in the units that the parameters were scaled by."""
+    weights: Array
+    """Of the scaled parameters, their squares' sum 1."""
+    words: str
+    """Such as "0.3 Y_dr + 0.9 Y_r + 0.3 Y_v"."""
+
+
+def directions(covariance: Array, names: Sequence[str], scales: Sequence[float]) -> list[Direction]:
+    """The principal directions of a covariance (n, n) of parameters, the worst known first.
+
+    Args:
+        covariance: of the parameters alone, (n, n).
+        names: of the parameters.
+        scales: what each is measured in: its believed size for shares of it, its prior sigma for what was learned.
+    """
+    scale = np.abs(np.asarray(scales, dtype=np.float64))
+    variances, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    found = []
+    for i in range(len(variances) - 1, -1, -1):
+        vector = vectors[:, i] * np.sign(vectors[np.argmax(np.abs(vectors[:, i])), i])
+        found.append(Direction(float(np.sqrt(max(variances[i], 0.0))), vector, _words(vector, names)))
+    return found
+
+
+def unlearned(covariance: Array, names: Sequence[str], prior_std: Sequence[float]) -> list[Direction]:
+    """The directions that a flight tells nothing of: their sigma has hardly come below the prior's."""
+    return [one for one in directions(covariance, names, prior_std) if one.sigma > NOTHING]
+
+
+def _words(vector: Array, names: Sequence[str]) -> str:
+    """The members that count, with their weights to one digit."""
+    parts = [(f"{abs(w):.1f} {name}", w < 0.0) for name, w in zip(names, vector, strict=True) if abs(w) >= 0.15]
+    text = "".join(f" {'-' if minus else '+'} {part}" for part, minus in parts)
+    return text[3:] if text.startswith(" + ") else text[1:].replace("- ", "-", 1)
+
+
+def _inverse(J: Array, prior_std: Array) -> Array:
+    """The inverse of J with the prior's information added; rows of what is known exactly are 0.
+
+    It is scaled to a unit diagonal first: the states have many units. What nothing tells of comes out as 1e300.
+    """
+    free = np.flatnonzero(prior_std > 0.0)
+    total = J[np.ix_(free, free)] + np.diag(1.0 / prior_std[free] ** 2)
+    diagonal = np.diag(total)
+    scale = np.where(diagonal > 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), 1.0)
+    values, vectors = np.linalg.eigh(total * np.outer(scale, scale))
+    told = values > _SINGULAR * values[-1]
+    inverse = np.where(told, 1.0 / np.where(told, values, 1.0), 1e300)
+    out = np.zeros_like(J)
+    out[np.ix_(free, free)] = (vectors * inverse) @ vectors.T * np.outer(scale, scale)
+    return out
