@@ -1,0 +1,77 @@
+"""What the log cannot say: combinations of coefficients that are as unknown after it as they were before."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from firmware_py.estimation.observer_model import GROUPS
+from tools.bound import Direction, directions, unlearned
+from tools.identify.estimate import Answer
+
+ALONE = 0.97
+"""A coefficient that lies so far within what was not learned was not learned by itself, not only in a combination."""
+PART = 0.15
+"""With less weight than this a coefficient takes no part in a direction."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What can be said, and what not.
+
+    Attributes:
+        weak: principal directions of the estimate, scaled by the believed sizes, the worst known first.
+        unknown: the coefficients that stay as believed.
+        sentences: one for each thing that is not identifiable; empty if all is.
+    """
+
+    weak: tuple[Direction, ...]
+    unknown: tuple[str, ...]
+    sentences: tuple[str, ...]
+
+
+def judge(answer: Answer) -> Verdict:
+    """Finds what is not identifiable in the answer that is taken."""
+    covariance, names = answer.taken.covariance, answer.names
+    lost = unlearned(covariance, names, answer.prior.tolist())
+    within = np.sqrt(sum((one.weights**2 for one in lost), np.zeros(len(names))))
+    alone = [name for name, share in zip(names, within, strict=True) if share > ALONE]
+    rest = [i for i, name in enumerate(names) if name not in alone]
+    left = [names[i] for i in rest]
+    mixed = unlearned(covariance[np.ix_(rest, rest)], left, answer.prior[rest].tolist()) if rest else []
+    sentences = []
+    if alone:
+        sentences.append(f"{', '.join(alone)}: nothing in the log excites {'it' if len(alone) == 1 else 'them'}")
+    sentences += [
+        f"{one.words}, each over its prior sigma: the log knows this sum no better than the vehicle file did"
+        for one in mixed
+    ]
+    parts = {
+        names[i] for one in mixed for i, weight in zip(rest, one.weights.tolist(), strict=True) if abs(weight) >= PART
+    }
+    return Verdict(
+        weak=tuple(directions(covariance, names, answer.believed.tolist())),
+        unknown=tuple(name for name in names if name in alone or name in parts),
+        sentences=tuple(sentences),
+    )
+
+
+def learned_table(table: Mapping[str, Any], answer: Answer, verdict: Verdict) -> dict[str, Any]:
+    """A vehicle file's table with what was learned laid in, and nothing else changed."""
+    found: dict[str, Any] = {key: dict(value) if isinstance(value, Mapping) else value for key, value in table.items()}
+    for name, value in zip(answer.names, answer.taken.values.tolist(), strict=True):
+        if name in verdict.unknown:
+            continue
+        if name in GROUPS:
+            for member in GROUPS[name]:
+                found["coefficients"][member] *= value
+        else:
+            found[_PLACE.get(name, "coefficients")][name] = value
+    return found
+
+
+_PLACE = {"C_d0": "propeller", "C_dy": "hull", "C_dz": "hull"}
+"""The tables of those that do not stand under [coefficients]."""
