@@ -62,17 +62,23 @@ def page(log: Log, summary: Summary) -> str:
     """The report as HTML, with all it needs inside."""
     drawn = Figures(log)
     cards, plots = [], []
-    for i, (title, note, figure, over_time) in enumerate(drawn):
+    section = ""
+    for i, (title, note, figure, over_time, part) in enumerate(drawn):
         figure.update_layout(_LAYOUT)
         figure.update_xaxes(_AXIS)
         figure.update_yaxes(_AXIS)
         if not over_time:
             figure.update_layout(hovermode="closest")
+        if part != section:
+            section = part
+            cards.append(f'<h3 class="section">{html.escape(section)}</h3>')
         wide = " wide" if i == 0 else ""
-        words = f'<h2>{title}</h2><p class="soft">{note}&nbsp;</p>'
+        words = f'<h2>{html.escape(title)}</h2><p class="soft">{html.escape(note)}&nbsp;</p>'
         cards.append(f'<div class="card{wide}">{words}<div class="plot" id="plot{i}"></div></div>')
         content = json.loads(figure.to_json())
         plots.append([f"plot{i}", content["data"], content["layout"], over_time])
+    if section:
+        cards.append('<h3 class="section">The log</h3>')
     header = log.header
     scenario = str(header.get("scenario", "run"))
     identity = " · ".join(

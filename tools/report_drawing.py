@@ -12,12 +12,16 @@ TRUE, BELIEVED, WANTED = "#0f172a", "#2563eb", "#f59e0b"
 
 
 class Plot(NamedTuple):
-    """A figure with its title and a sentence on what is in it; `over_time` if its x axis is the vehicle's time."""
+    """A figure with its title and a sentence on what is in it; `over_time` if its x axis is the vehicle's time.
+
+    Plots of one `section` stand together under that heading.
+    """
 
     title: str
     note: str
     figure: Any
     over_time: bool = True
+    section: str = ""
 
 
 def line(

@@ -12,6 +12,7 @@ import plotly.graph_objects as go
 from firmware_py.records.order import Mode
 from tools import lateness
 from tools.log import Columns, Log
+from tools.report_coefficients import plots
 from tools.report_drawing import BELIEVED, TRUE, WANTED, Plot, at_least, band, line
 from tools.report_lateness import histogram
 from tools.tracking import (
@@ -31,6 +32,8 @@ _MODES = {
     Mode.HOLD: "#22c55e",
     Mode.MISSION: "#3b82f6",
     Mode.SURFACE: "#eab308",
+    Mode.LOITER: "#14b8a6",
+    Mode.GUIDED: "#8b5cf6",
 }
 _WANTED = ("reference.z_d", "reference.psi_d", "reference.u_d")
 """What is a reference only while somebody steers by it; in MANUAL and DISARMED it goes along with the boat."""
@@ -58,7 +61,7 @@ class Figures:
         truth = true_columns(log)
         boat = truth or believed_columns(log)
         self._c = self._thinned(c)
-        self._truth = self._thinned(truth)
+        self._true, self._truth = truth, self._thinned(truth)
         self._boat = self._thinned(boat)
         self._psi = unwrapped_deg(boat["eta.psi"])[:: self.stride]
         self._off = path_error(log, boat)[:: self.stride]
@@ -84,6 +87,7 @@ class Figures:
         yield from self.navigation()
         if late := lateness.of(self._log):
             yield histogram(late, float(self._log.columns["tick.dt_ns"][0]) * 1e-3)
+        yield from plots(self._log, self._true, self.stride, self._figure)
 
     def plan(self) -> Plot:
         """North over east, with the legs."""

@@ -37,6 +37,7 @@ PAGE = string.Template("""<!doctype html>
   .plots { display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 12px; }
   .card { padding: 14px 16px 8px; min-width: 0; }
   .wide { grid-column: 1 / -1; }
+  .section { grid-column: 1 / -1; font-size: 20px; margin: 16px 0 0; }
   .plot { height: 300px; }
   .wide .plot { height: 520px; }
   .key { display: flex; flex-wrap: wrap; gap: 4px 16px; margin: 0 0 12px; }

@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from firmware_py.records.order import Mode
-from tools import lateness, manoeuvres
+from tools import lateness, manoeuvres, report_learned
 from tools.log import Log
 from tools.tracking import Array, believed_columns, navigation_error, path_error, true_columns, wrapped_deg
 
@@ -62,6 +62,9 @@ def summarise(log: Log) -> Summary:
     waypoints_passed, waypoints_total: legs flown to their end, of how many.
     late_cycles: those that began more than one step after their deadline. lateness: `lateness.Lateness` by name, None
     for a run that was not in real time. losses: by name, how much was lost on its way, as the log's end record counts.
+    learned: None if nothing was; else of the last cycle, by coefficient, value, std, valid, believed, and truth,
+    error_pct and error_sigmas where the truth was logged; mean_square_error_sigmas over them, correlations left out;
+    nis by sensor, current_m_s and current_std_m_s (north, east), turbulence_m_s, rejected, dropped, resets.
     cycles, complete, lost, events: of the log.
     """
     c = log.columns
@@ -105,6 +108,7 @@ def summarise(log: Log) -> Summary:
         "late_cycles": int(np.sum(c["tick.late_ns"] > c["tick.dt_ns"])),
         "lateness": late._asdict() if late else None,
         "losses": dict(log.end.get("losses", {})),
+        "learned": report_learned.figures(log),
         "cycles": len(c["t"]),
         "complete": log.complete,
         "lost": log.lost,
@@ -140,6 +144,13 @@ def figures(summary: Summary) -> list[tuple[str, str]]:
         found.append(("lateness, median", lateness.shown(late["median_us"])))
         found.append(("lateness, 99 % within", lateness.shown(late["p99_us"])))
         found.append(("lateness, greatest", lateness.shown(late["max_us"])))
+    if learned := summary["learned"]:
+        valid = {name: one for name, one in learned["coefficients"].items() if one["valid"]}
+        found.append(("coefficients valid", f"{len(valid)} of {len(learned['coefficients'])}"))
+        errors = {name: one["error_pct"] for name, one in valid.items() if one["error_pct"] is not None}
+        if errors:
+            worst = max(errors, key=lambda name: abs(errors[name]))
+            found.append(("worst of these", f"{worst} {errors[worst]:+.2g} %"))
     found += [(str(name).replace("_", " "), str(count)) for name, count in summary["losses"].items() if count]
     return found
 

@@ -37,12 +37,12 @@ def navigation_error(log: Log, truth: Columns) -> Array:
 
 
 def path_error(log: Log, boat: Columns) -> Array:
-    """Horizontal distance from the boat to the planned path, m, at each cycle; NaN outside of MISSION.
+    """Horizontal distance from the boat to the planned path, m, at each cycle; NaN while it flies no leg of a mission.
 
     The path runs straight from where the boat was when MISSION was entered through the waypoints that were then still
-    to be passed, and on beyond the last. It is planned anew each time MISSION is entered. The distance is to the
-    nearest point of any leg, so that rounding a corner counts as what it leaves out, and passing from leg to leg as
-    nothing.
+    to be passed, and on beyond the last. It is planned anew each time MISSION is entered, and after each manoeuvre. The
+    distance is to the nearest point of any leg, so that rounding a corner counts as what it leaves out, and passing
+    from leg to leg as nothing.
 
     Args:
         log: the run.
@@ -50,7 +50,7 @@ def path_error(log: Log, boat: Columns) -> Array:
     """
     c = log.columns
     waypoints = np.array(log.header.get("mission", {}).get("waypoints", ()), dtype=float).reshape(-1, 4)[:, :2]
-    flying = c["mode.mode"] == Mode.MISSION
+    flying = (c["mode.mode"] == Mode.MISSION) & np.isfinite(c["reference.cross_track"])
     places = np.column_stack((boat["eta.x"], boat["eta.y"]))
     away = np.full(len(places), np.nan)
     if not len(waypoints):

@@ -47,7 +47,7 @@ class ToyAutopilot:
         armed = t >= 1.0
         mode = Mode.DISARMED if not armed else Mode.MANUAL if t < 2.0 else Mode.MISSION if t < 110.0 else Mode.SURFACE
         fins = tuple(math.radians(8.0) * math.sin(0.3 * t + i) * armed for i in range(4))
-        reference = Reference(z_d, 0.0, 0.0, 0.0, 0.02 * t, 0.02, 0.0, 1.8, leg, math.sin(t) if t > 2.0 else math.nan)
+        reference = Reference(z_d, 0.0, 0.0, 0.0, 0.02 * t, 0.02, 0.0, 1.8, leg, math.sin(t) if t >= 2.0 else math.nan)
         events = {1.0: ("armed", "the fins <move>"), 2.0: ("mission: leg 1",), 110.0: ("surfacing",)}.get(
             round(t, 6), ()
         )

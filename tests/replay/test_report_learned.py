@@ -1,0 +1,210 @@
+"""What the report and the summary say of coefficients, against a log whose columns were written by hand."""
+
+from __future__ import annotations
+
+import copy
+import json
+import re
+import tomllib
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from firmware_py.adapters.kernel_cache import ROOT
+from firmware_py.estimation.observer_model import GROUPS
+from tools import report
+from tools.log import Log, read
+from tools.report_coefficients import SECTION
+from tools.report_figures import Figures
+from tools.report_learned import coefficients, nis_bands
+from tools.summary import figures, summarise
+
+VEHICLE = tomllib.loads((ROOT / "configs" / "npsauv2" / "vehicle.toml").read_text())
+NAMES = ["M_q", "Y_dr", "N_dot"]
+BELIEVED = [-0.068, 0.027, 1.0]
+TRUTH = {**VEHICLE["coefficients"], "M_q": -0.08, "Y_dr": 0.025}
+TRUTH |= {name: 1.25 * TRUTH[name] for name in GROUPS["N_dot"]}
+BUILT = {"coefficients": TRUTH, "density": 1000.0, "length": 5.3}
+CYCLES, BEGUN = 300, 100
+
+
+def hear(log: Log) -> Log:
+    """A second after the start the filter begins; half a second before the end it is halted."""
+    c, t = log.columns, np.arange(CYCLES)
+    since = np.clip((t - BEGUN) / 200.0, 0.0, 1.0)
+    value = np.array(BELIEVED) * (1.0 + 0.2 * since[:, None] * np.array([1.0, -0.5, 1.5]))
+    std = np.abs(BELIEVED) * np.where(since[:, None] > 0.5, 0.05, 0.5)
+    valid = np.outer(since > 0.5, [True, False, True])
+    running = (t >= BEGUN) & (t < 250)
+    c["state.learned.value"], c["state.learned.std"] = value, std
+    c["state.learned.valid"], c["state.learned.excited"] = valid, np.outer(running, [True, True, True])
+    c["state.learned.current"] = np.tile([0.1, -0.05], (CYCLES, 1))
+    c["state.learned.current_std"] = np.full((CYCLES, 2), 0.01)
+    c["state.learned.turbulence"] = np.full(CYCLES, 0.02)
+    c["state.learned.nis"] = np.where(running[:, None], [1.1, 0.9, np.nan], np.nan)
+    c["state.learned.horizon"] = np.where(running, 0.01 * t - 0.2, np.nan)
+    for name in ("rejected", "dropped", "resets"):
+        c[f"state.learned.{name}"] = np.full(CYCLES, len(name))
+    return log
+
+
+@pytest.fixture
+def log(tmp_path: Path, toy: SimpleNamespace) -> Log:
+    configuration = {"vehicle": VEHICLE, "autopilot": {"estimation": {"coefficients": {"names": NAMES}}}}
+    log = hear(read(toy.fly(tmp_path / "log.mcap", configuration=configuration)))
+    log.header["truth"] = copy.deepcopy(BUILT)
+    return log
+
+
+def drawn(log: Log) -> dict[str, Any]:
+    return {plot.title: plot for plot in Figures(log) if plot.section}
+
+
+def traces(log: Log, title: str) -> dict[str, np.ndarray]:
+    return {trace.name: np.array(trace.y, dtype=float) for trace in drawn(log)[title].figure.data}
+
+
+def test_they_stand_in_a_section_of_their_own(log: Log) -> None:
+    page = report.page(log, summarise(log))
+    heads = re.findall(r"<h[23][^>]*>(.*?)</h[23]>", page)
+    at = heads.index(SECTION)
+    assert heads[at + 1 :] == [
+        *NAMES,
+        *("Excitation and validity", "Errors in sigmas", "Innovations", "Current", "Turbulence"),
+        *("The log", "Events", "Made by"),
+    ]
+    assert heads.count(SECTION) == 1
+    assert "Depth" in heads[:at]
+
+
+def test_an_estimate_is_drawn_in_its_band_beside_belief_and_truth(log: Log) -> None:
+    found, every = traces(log, "M_q"), slice(None, None, 10)
+    value, std = (log.columns[f"state.learned.{name}"][every, 0] for name in ("value", "std"))
+    assert np.isnan(found["estimate"][:10]).all()
+    assert found["estimate"][10:] == pytest.approx(value[10:], rel=1e-6)
+    assert found["±3 σ"][10:] == pytest.approx((value + 3.0 * std)[10:], rel=1e-6)
+    assert found[None][10:] == pytest.approx((value - 3.0 * std)[10:], rel=1e-6)
+    assert found["truth"] == pytest.approx([-0.08, -0.08])
+    assert found["vehicle file"] == pytest.approx([-0.068, -0.068])
+    valid = np.isfinite(found["estimate, valid"])
+    assert (valid == log.columns["state.learned.valid"][every, 0]).all()
+    low, high = drawn(log)["M_q"].figure.layout.yaxis.range
+    assert low < -0.0917  # the last band
+    assert high < -0.05  # not the first one
+    assert drawn(log)["M_q"].note.startswith("At the end -0.08153 ± 0.01 (3 σ), valid; -1.92 % (-0.5 σ) off the truth")
+
+
+def test_a_coefficient_that_never_was_valid_is_drawn_all_the_same(log: Log) -> None:
+    assert "estimate, valid" not in traces(log, "Y_dr")
+    assert drawn(log)["Y_dr"].figure.layout.yaxis.range[0] < 0.0243
+    assert "not valid" in drawn(log)["Y_dr"].note
+
+
+def test_what_is_excited_and_valid_is_a_timeline(log: Log) -> None:
+    (timeline,) = drawn(log)["Excitation and validity"].figure.data
+    assert list(timeline.y) == NAMES
+    m_q, y_dr, _ = np.array(timeline.z)
+    assert m_q[[5, 15, 24, 29]].tolist() == [0, 1, 3, 2]
+    assert y_dr[[5, 15, 24, 29]].tolist() == [0, 1, 1, 0]
+
+
+def test_the_water_is_drawn_while_the_filter_runs_beside_the_truth(log: Log) -> None:
+    found = traces(log, "Current")
+    assert np.isfinite(found["north"]).tolist() == [False] * 10 + [True] * 15 + [False] * 5
+    assert found["north"][12] == pytest.approx(0.1)
+    assert found["east"][12] == pytest.approx(-0.05)
+    assert found["north, ±3 σ"][12] == pytest.approx(0.13)
+    assert found["north, truth"] == pytest.approx(np.full(30, 0.1))
+    assert found["east, truth"] == pytest.approx(np.zeros(30))
+    assert traces(log, "Turbulence")["turbulence"][12] == pytest.approx(0.02)
+
+
+def test_the_summary_has_values_sigmas_and_errors(log: Log) -> None:
+    summary = summarise(log)
+    learned = json.loads(json.dumps(summary, allow_nan=False))["learned"]
+    m_q, y_dr, n_dot = (learned["coefficients"][name] for name in NAMES)
+    value = float(log.columns["state.learned.value"][-1, 0])
+    assert (m_q["value"], m_q["std"], m_q["valid"]) == (value, pytest.approx(0.0034), True)
+    assert m_q["error_pct"] == pytest.approx(100.0 * (value + 0.08) / 0.08)
+    assert m_q["error_sigmas"] == pytest.approx((value + 0.08) / 0.0034)
+    assert (y_dr["valid"], y_dr["believed"], y_dr["truth"]) == (False, 0.027, 0.025)
+    assert (n_dot["believed"], n_dot["truth"]) == (1.0, pytest.approx(1.25))
+    errors = [one["error_sigmas"] ** 2 for one in (m_q, y_dr, n_dot)]
+    assert learned["mean_square_error_sigmas"] == pytest.approx(np.mean(errors))
+    assert learned["nis"] == {"dvl": None, "gyro": None, "attitude": None}
+    assert (learned["current_m_s"], learned["turbulence_m_s"]) == ([0.1, -0.05], 0.02)
+    assert (learned["rejected"], learned["dropped"], learned["resets"]) == (8, 7, 6)
+    said = dict(figures(summary))
+    assert said["coefficients valid"] == "2 of 3"
+    assert said["worst of these"] == "N_dot +3.9 %"
+
+
+def test_at_sea_there_is_no_truth_to_compare_with(log: Log) -> None:
+    del log.header["truth"]
+    learned = summarise(log)["learned"]
+    assert learned["mean_square_error_sigmas"] is None
+    for one in learned["coefficients"].values():
+        assert (one["truth"], one["error_pct"], one["error_sigmas"]) == (None, None, None)
+    assert "worst of these" not in dict(figures(summarise(log)))
+    assert set(traces(log, "M_q")) == {None, "±3 σ", "vehicle file", "estimate", "estimate, valid"}
+    assert "truth" not in drawn(log)["M_q"].note
+    assert "Errors in sigmas" not in drawn(log)
+
+
+@pytest.mark.parametrize("key", ["density", "length"])
+def test_numbers_made_dimensionless_by_another_hull_are_not_compared(log: Log, key: str) -> None:
+    log.header["truth"][key] *= 1.025
+    assert all(np.isnan(one.truth) for one in coefficients(log))
+
+
+def test_a_group_has_a_truth_only_if_its_members_are_off_alike(log: Log) -> None:
+    log.header["truth"]["coefficients"]["N_rdot"] *= 1.1
+    assert [np.isfinite(one.truth) for one in coefficients(log)] == [True, True, False]
+
+
+@pytest.mark.parametrize("names", [NAMES[:2], "M_q", [1, 2, 3]])
+def test_names_that_do_not_fit_are_not_guessed(log: Log, names: object) -> None:
+    log.header["configuration"]["autopilot"]["estimation"]["coefficients"]["names"] = names
+    assert [one.name for one in coefficients(log)] == ["coefficient 1", "coefficient 2", "coefficient 3"]
+
+
+def test_names_of_a_log_stay_words(log: Log) -> None:
+    nasty = "</h2><script>alert(1)</script>"
+    log.header["configuration"]["autopilot"]["estimation"]["coefficients"]["names"] = [nasty, *NAMES[1:]]
+    assert nasty not in report.page(log, summarise(log)).replace("<\\/", "")
+
+
+def test_a_filter_that_never_began_has_learned_nothing(log: Log) -> None:
+    log.columns["state.learned.horizon"] = np.full(CYCLES, np.nan)
+    assert summarise(log)["learned"] is None
+    assert not drawn(log)
+    assert SECTION not in report.page(log, summarise(log))
+
+
+def test_a_log_of_a_vehicle_that_does_not_learn_has_no_section(flown: Path) -> None:
+    log = read(flown)
+    assert "state.learned.value" not in log.columns
+    assert summarise(log)["learned"] is None
+    assert not drawn(log)
+
+
+def test_the_band_of_the_innovations_is_that_of_an_exponential_window(log: Log) -> None:
+    """Means of drawn chi-squares in the window of the DVL's rate; seven pings in 3 s."""
+    c = log.columns
+    log.header["configuration"]["autopilot"]["estimation"]["health"] = {"nis_slack_pct": 0.0}
+    c["frame.dvl.fresh"] = np.arange(CYCLES) % 43 == 0
+    c["frame.ahrs.fresh"] = np.zeros(CYCLES, dtype=bool)
+    bands = nis_bands(log)
+    assert list(bands) == ["dvl"]
+    low, high = bands["dvl"]
+    fade, rng = np.exp(-0.43 / 10.0), np.random.default_rng(3)
+    total, count = np.zeros(100_000), 0.0
+    for _ in range(200):
+        total, count = total * fade + rng.chisquare(3.0, len(total)), count * fade + 3.0
+    outside = np.mean((total / count < low) | (total / count > high))
+    assert 2e-4 < outside < 2e-3
+    log.header["configuration"]["autopilot"]["estimation"]["health"] = {"nis_slack_pct": 25.0}
+    assert nis_bands(log)["dvl"] == pytest.approx((low / 1.25, high * 1.25))
