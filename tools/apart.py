@@ -1,4 +1,4 @@
-"""One simulated flight in two processes: the vehicle here, the boat in a child, a real bus between them."""
+"""One simulated flight in two processes: the vehicle here, the boat in a child, a real wire between them."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from firmware_py.adapters.hil_link import parse_link
 from firmware_py.adapters.recorder import LogWriter, Recorder
 from firmware_py.adapters.turns import LockstepError
 from firmware_py.ports import Ground
@@ -67,7 +68,7 @@ def fly_apart(
         UsageError: the plant's process refused what it was given.
         BusError, LogError: as `flight.fly`.
     """
-    wish, scenario = flight.wish, flight.scenario
+    wish, scenario, address = flight.wish, flight.scenario, parse_link(flight.wish.link)
     realtime = wish.pace == "realtime"
     pilot = ScriptedGround(scenario)
     with (
@@ -77,20 +78,31 @@ def fly_apart(
     ):
         tape = _Tape(log, watch, round(scenario.duration * flight.rate))
         gone = _Gone(child)
+
+        def stop() -> bool:
+            return pilot.referee.done or bool(interrupted) or tape.full or gone()
+
+        def say(line: str) -> None:
+            print(line, file=sys.stderr)
+
+        ground, io = command(pilot), flight.io
         try:
-            vehicle.run(
-                flight.autopilot,
-                flight.rate,
-                flight.io,
-                wish.bus,
-                folder / "dvl",
-                "realtime" if realtime else "bus",
-                command(pilot),
-                tape,
-                lambda: pilot.referee.done or bool(interrupted) or tape.full or gone(),
-                lambda line: print(line, file=sys.stderr),
-                meet_plant=realtime,
-            )
+            if address:
+                vehicle.run_hil(flight.autopilot, flight.configuration, address, io, ground, tape, stop, say)
+            else:
+                vehicle.run(
+                    flight.autopilot,
+                    flight.rate,
+                    io,
+                    wish.bus,
+                    folder / "dvl",
+                    "realtime" if realtime else "bus",
+                    ground,
+                    tape,
+                    stop,
+                    say,
+                    meet_plant=realtime,
+                )
             outcome = judge(pilot.referee, bool(interrupted))
         except LockstepError as error:
             outcome = Outcome(False, str(error))
@@ -106,10 +118,11 @@ def fly_apart(
 
 @contextlib.contextmanager
 def _plant(flight: Flight, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
-    """The child: the same scenario, on the same bus; ended with us."""
-    wish = flight.wish
-    arguments = ["--scenario", wish.scenario, "--config", str(wish.config), "--bus", wish.bus, "--pace", wish.pace]
-    arguments += ["--seed", str(wish.seed), "--out", str(folder), "--dvl", str(folder / "dvl"), "--wait", "60"]
+    """The child: the same scenario, on the same wire; ended with us."""
+    wish, address = flight.wish, parse_link(flight.wish.link)
+    arguments = ["--scenario", wish.scenario, "--config", str(wish.config), "--pace", wish.pace]
+    arguments += ["--seed", str(wish.seed), "--out", str(folder), "--wait", "60"]
+    arguments += ["--link", wish.link] if address else ["--bus", wish.bus, "--dvl", str(folder / "dvl")]
     arguments += [word for fault in wish.faults for word in ("--fault", fault)]
     arguments += ["--io", str(wish.io)] if wish.io else []
     with (folder / PLANT_WORDS).open("wb") as words:
@@ -125,7 +138,8 @@ def _plant(flight: Flight, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
             yield child
         finally:
             try:
-                child.wait(_GRACE_S if child.poll() is None and flight.wish.pace != "realtime" else 0.0)
+                lockstep = address or wish.pace != "realtime"
+                child.wait(_GRACE_S if child.poll() is None and lockstep else 0.0)
             except subprocess.TimeoutExpired:
                 child.terminate()
                 child.wait(_GRACE_S)

@@ -17,6 +17,7 @@ from firmware_py.adapters.can_bus import CanBus, open_bus
 from firmware_py.adapters.clock import RealTime
 from firmware_py.adapters.dvl import DvlPort
 from firmware_py.adapters.hardware import Hardware
+from firmware_py.adapters.hil_link import parse_link
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.kernel_cache import ROOT
 from firmware_py.adapters.realtime import applied
@@ -25,18 +26,20 @@ from firmware_py.autopilot import Autopilot
 from firmware_py.params import ParamError, load
 from firmware_py.ports import Ground, Schedule
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.mission import plain
 from firmware_py.schedule import step_ns
 from sim_bridge.assembly import assemble
 from sim_bridge.bridge import Bridge, Lockstep
 from sim_bridge.devices import BoatParams
 from sim_bridge.faults import Fault, known_faults
+from sim_bridge.hil import refuse_faults
 from sim_bridge.pilot import ScriptedGround
 from sim_bridge.plant import PlantError
 from sim_bridge.referee import Referee
 from sim_bridge.scenarios import Scenario, load_scenario
 from sim_bridge.serial_line import SerialLine
 from sim_bridge.truth import Truth, refuse_other_fins
-from tools import machine
+from tools import machine, vehicle
 from tools.interrupt import interruptible
 
 SCENARIOS = ROOT / "configs" / "scenarios"
@@ -56,6 +59,10 @@ class Wish:
     """The io file; None is the configuration's io_sitl.toml."""
     faults: tuple[str, ...] = ()
     """NAME@T, beside the scenario's own."""
+    link: str = "can"
+    """As `hil_link.parse_link` reads it: the bus, or a PX4-compatible simulator's interface in its place."""
+    state: Path | None = None
+    """What the vehicle kept of an earlier run; None is nothing."""
 
 
 class Outcome(NamedTuple):
@@ -95,8 +102,20 @@ class Flight:
             description=description,
             seed=wish.seed,
             pace=wish.pace,
+            link=wish.link,
             faults=self._faults(),
+            truth=self._built(),
         )
+
+    def _built(self) -> dict[str, Any]:
+        """What the boat is built like: nondimensional, with this density and length; faults are not in it."""
+        truth = self.truth
+        drag = {"C_d0": truth.propeller.C_d0, "C_dy": truth.hull.C_dy, "C_dz": truth.hull.C_dz}
+        return {
+            "coefficients": {**dataclasses.asdict(truth.coefficients), **drag},
+            "density": truth.hull.rho,
+            "length": truth.hull.L,
+        }
 
 
 def prepare(wish: Wish, kept: Mapping[str, float]) -> Flight:
@@ -114,15 +133,19 @@ def prepare(wish: Wish, kept: Mapping[str, float]) -> Flight:
     for fault in scenario.faults:
         if fault.t > scenario.duration:
             raise ParamError(f"fault {fault.name}@{fault.t:g}: the scenario lasts {scenario.duration:g} s")
+    over = scenario.autopilot
+    if parse_link(wish.link):
+        refuse_faults(scenario)
+        over = app.merge(over, vehicle.OVER_HIL)
     configuration = {
-        **app.read_configuration(wish.config, scenario.autopilot),
-        "mission": {"waypoints": [list(waypoint) for waypoint in scenario.mission.waypoints]},
+        **app.read_configuration(wish.config, over, wish.state),
+        "mission": plain(scenario.mission),
         "kept": dict(kept),
     }
     autopilot, truth = app.build(configuration), _load(Truth, wish.config / "truth.toml")
     believed = len(autopilot.applied.fins)
     refuse_other_fins(truth, str(wish.config / "truth.toml"), believed, configuration["files"]["vehicle"])
-    return Flight(
+    flight = Flight(
         wish=wish,
         scenario=scenario,
         configuration=configuration,
@@ -132,6 +155,9 @@ def prepare(wish: Wish, kept: Mapping[str, float]) -> Flight:
         truth=truth,
         boat=_load(BoatParams, wish.config / "sensors.toml", scenario.sensors),
     )
+    if parse_link(wish.link):
+        _refuse_other_scale(flight)
+    return flight
 
 
 def fly(
@@ -217,6 +243,19 @@ def _fault(text: str) -> Fault:
         return load(Fault, {"t_s": float(t), "name": name}, f"--fault {text}")
     except ValueError:
         raise ParamError(f"--fault {text}: write NAME@T with T in s, such as dvl-off@60; {known_faults()}") from None
+
+
+def _refuse_other_scale(flight: Flight) -> None:
+    """Over mavlink-hil a command is a share of full scale, which both sides must take for the same."""
+    believed, boat = app.vehicle(flight.configuration), flight.boat
+    if any(fin.delta_max != boat.servo_hub.travel for fin in believed.fins):
+        keys = "servo_hub.travel_deg must be delta_max_deg of every fin"
+    elif believed.propeller.n_max != boat.esc.n_max:
+        keys = "esc.n_max_rpm must be propeller.n_max_rpm"
+    else:
+        return
+    sensors, where = flight.wish.config / "sensors.toml", flight.configuration["files"]["vehicle"]
+    raise ParamError(f"{sensors}: {keys} in {where}: over mavlink-hil a command is a share of it")
 
 
 def _load(cls: type[Any], path: Path, over: Mapping[str, Any] = MappingProxyType({})) -> Any:

@@ -1,4 +1,4 @@
-"""`sternplane plant`: the boat alone, on a bus; a vehicle in another process flies it."""
+"""`sternplane plant`: the boat alone, on a bus or behind MAVLink; a vehicle in another process flies it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import contextlib
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import fields
+from itertools import count, takewhile
 from pathlib import Path
 
 from rich.console import Console
@@ -14,10 +15,12 @@ from rich.console import Console
 from firmware_py.adapters.bus_check import refuse_if_taken
 from firmware_py.adapters.can_bus import open_bus
 from firmware_py.adapters.clock import RealTime
+from firmware_py.adapters.hil_link import Address, HilLink, accept, parse_link, serve
 from firmware_py.adapters.realtime import RealtimeParams, applied
 from firmware_py.adapters.recorder import TRUTH_TOPIC, LogWriter
 from firmware_py.adapters.turns import LockstepError, Turns
 from firmware_py.schedule import step_ns
+from sim_bridge import hil
 from sim_bridge.assembly import assemble
 from sim_bridge.bridge import Bridge
 from sim_bridge.conductor import Conductor, meet
@@ -37,21 +40,23 @@ Stop = Callable[[], bool]
 
 def command(options: argparse.Namespace) -> int:
     """Runs the boat until its scenario's time is over or someone has had enough; the exit status."""
-    faults = tuple(options.fault)
-    wish = Wish(options.scenario, options.config, options.bus, options.pace, options.seed, options.io, faults)
+    faults, address = tuple(options.fault), parse_link(options.link)
+    if address and (options.bus or options.dvl):
+        raise UsageError(
+            f"--link {options.link}: there is neither bus nor DVL on that link; leave --bus and --dvl away"
+        )
+    bus, link = options.bus, options.link
+    wish = Wish(options.scenario, options.config, bus, options.pace, options.seed, options.io, faults, link)
     flight = prepare(wish, {})
-    wait = options.wait if options.wait is not None else 0.0 if options.pace == "realtime" else WAIT_S
+    free = options.pace == "realtime" and not address
+    wait = options.wait if options.wait is not None else 0.0 if free else WAIT_S
     console = Console(stderr=True, highlight=False, soft_wrap=True)
     try:
-        console.print(
-            run(
-                flight,
-                Path(options.dvl or flight.io.dvl.place(wish.bus or flight.io.can.bus)),
-                options.out,
-                wait,
-                console,
-            )
-        )
+        if address:
+            console.print(run_hil(flight, address, options.out, wait, console))
+        else:
+            dvl = Path(options.dvl or flight.io.dvl.place(wish.bus or flight.io.can.bus))
+            console.print(run(flight, dvl, options.out, wait, console))
     except (LockstepError, PlantError) as error:
         console.print(f"sternplane: {error}")
         return 1
@@ -105,6 +110,54 @@ def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Conso
                     break
         conductor.bye()
         return "interrupted" if interrupted else "the scenario's time is over"
+
+
+def run_hil(flight: Flight, address: Address, out: Path | None, wait: float, console: Console) -> str:
+    """Runs the boat as a PX4-compatible simulator, in lockstep at either pace; returns why it ended.
+
+    Args:
+        flight: what to sail, in which water.
+        address: where to listen for the vehicle.
+        out: where truth.mcap goes, if anywhere.
+        wait: how long a vehicle may take to connect, s.
+        console: for what is going on.
+
+    Raises:
+        BusError: somebody listens there already.
+        LockstepError: the vehicle did not come, went, or does not fly in lockstep.
+    """
+    wish, dt_ns = flight.wish, step_ns(flight.rate)
+    with contextlib.ExitStack() as stack:
+        server = stack.enter_context(serve(address))
+        interrupted = stack.enter_context(interruptible())
+
+        def stop() -> bool:
+            return bool(interrupted)
+
+        console.print(f"plant on {address}, MAVLink")
+        stream = accept(server, wait, stop)
+        if stream is None:
+            if interrupted:
+                return "interrupted before a vehicle came"
+            start = f"sternplane fly --link mavlink-hil:{address}"
+            raise LockstepError(f"no vehicle connected to {address} for {wait:g} s; start one: {start}")
+        link = HilLink(stream, flight.params.mavlink.system, vehicle=False)
+        stack.callback(link.close)
+        bridge, devices = hil.assemble(flight.truth, flight.boat, flight.scenario, link, wish.seed, flight.rate)
+        stack.enter_context(applied(RealtimeParams(freeze_garbage=True)))
+        conductor = hil.HilConductor(_kept(bridge, _truth_log(stack, flight, out), dt_ns), devices, link, dt_ns)
+        ticks, played = round(flight.scenario.duration * flight.rate), 0
+
+        def advance(k: int) -> bool:
+            return k < ticks and conductor.advance(k, stop)
+
+        schedule = RealTime(dt_ns, advance) if wish.pace == "realtime" else takewhile(advance, count())
+        for _ in schedule:
+            played += 1
+        conductor.bye()
+        if interrupted:
+            return "interrupted"
+        return "the scenario's time is over" if played == ticks else "the vehicle has ended"
 
 
 def _keep_time(step: Callable[[int], None], dt_ns: int, ticks: int, stop: Stop) -> None:

@@ -1,4 +1,4 @@
-"""The vehicle on a bus to somewhere else: what `fly` and the two processes of `sitl` have in common."""
+"""The vehicle on a wire to somewhere else: what `fly` and the two processes of `sitl` have in common."""
 
 from __future__ import annotations
 
@@ -7,13 +7,15 @@ from collections.abc import Callable
 from dataclasses import astuple
 from pathlib import Path
 
-from firmware_py import loop
+from firmware_py import app, loop
 from firmware_py.adapters import realtime
 from firmware_py.adapters.bus_check import refuse_if_taken
 from firmware_py.adapters.can_bus import open_bus
 from firmware_py.adapters.clock import RealTime
 from firmware_py.adapters.dvl import DvlPort
 from firmware_py.adapters.hardware import Hardware
+from firmware_py.adapters.hil import HilHardware, HilPaced
+from firmware_py.adapters.hil_link import Address, HilLink, connect
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.paced import BusPaced, answer, join
 from firmware_py.adapters.turns import Turns
@@ -24,6 +26,11 @@ from tools.errors import UsageError
 
 PLANT_S = 60.0
 """How long a plant may take to come, s."""
+OVER_HIL = {"safety": {"fin_needed": False}, "estimation": {"learning": {"enabled": False}}}
+"""Laid over autopilot.toml where the plant is behind MAVLink: nothing there reports what the fins do.
+
+Without their lag, learned coefficients come out wrong by more than their sigma.
+"""
 
 
 def check(spec: str) -> None:
@@ -94,3 +101,45 @@ def run(
             loop.run(autopilot, hardware, ground, recorder, schedule)
         finally:
             hardware.park()
+
+
+def run_hil(
+    autopilot: Autopilot,
+    configuration: app.Configuration,
+    address: Address,
+    io: IoParams,
+    ground: Ground,
+    recorder: Recorder,
+    stop: Callable[[], bool],
+    say: Callable[[str], None],
+) -> None:
+    """The same behind a PX4-compatible simulator: in lockstep with it until it, or `stop`, has had enough.
+
+    Args:
+        autopilot: built of `configuration`, fresh.
+        configuration: with `OVER_HIL` in it.
+        address: where the simulator listens.
+        io: for its options of real time.
+        ground: who gives orders.
+        recorder: who keeps the log.
+        stop: asked at every tick.
+        say: told what people should know.
+
+    Raises:
+        BusError: there is no such host.
+        LockstepError: the simulator did not come, went, or does not step as the vehicle does.
+    """
+    params, boat = app.autopilot_params(configuration), app.vehicle(configuration)
+    dt_ns = step_ns(params.rate)
+    stream = connect(address, PLANT_S, stop)
+    if stream is None:
+        return
+    link = HilLink(stream, params.mavlink.system, vehicle=True)
+    with contextlib.closing(link):
+        hardware = HilHardware(link, [*(fin.delta_max for fin in boat.fins), boat.propeller.n_max])
+        with realtime.applied(io.realtime) as refusals:
+            for refusal in refusals:
+                say(refusal)
+            loop.run(autopilot, hardware, ground, recorder, HilPaced(hardware, link, dt_ns, stop))
+        if link.malformed:
+            say(f"{link.malformed} bytes that came from {address} are no MAVLink")

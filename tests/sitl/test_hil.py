@@ -1,0 +1,237 @@
+"""Vehicle and plant as two processes over the simulator interface: the demonstration, twice the same, either killed."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from firmware_py.app import build
+from tools.cli import main
+from tools.flight import Wish, fly, prepare
+from tools.log import read
+from tools.replay import replay
+from tools.summary import summarise
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMAND = Path(sys.executable).parent / "sternplane"
+DIVE = """
+description = "A short dive."
+duration_s = 12.0
+completes = "time"
+[environment]
+turbulence_m_s = 0.03
+[[orders]]
+t_s = 0.5
+arming = "arm"
+mode = "hold"
+depth_m = 2.0
+heading_deg = 30.0
+speed_m_s = 1.5
+"""
+STEERS_BY_NAVIGATION = "\n[autopilot.estimation.learning]\nenabled = false\n"
+"""Learning looks on, and takes most of the time."""
+
+
+@pytest.fixture
+def dive(tmp_path: Path) -> Path:
+    path = tmp_path / "dive.toml"
+    path.write_text(DIVE)
+    return path
+
+
+@pytest.fixture
+def link() -> str:
+    """On a port that is free."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        return f"mavlink-hil:127.0.0.1:{server.getsockname()[1]}"
+
+
+def sternplane(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([COMMAND, *arguments], cwd=cwd, capture_output=True, text=True, check=False, timeout=110)
+
+
+Start = Callable[..., subprocess.Popen[str]]
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Start]:
+    """Starts `sternplane ...` in the background; what is still running when the test ends is ended."""
+    processes: list[subprocess.Popen[str]] = []
+
+    def start(*arguments: str | Path) -> subprocess.Popen[str]:
+        process = subprocess.Popen(
+            [COMMAND, *arguments], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        processes.append(process)
+        return process
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
+Refused = Callable[..., str]
+
+
+@pytest.fixture
+def refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Refused:
+    """The line with which `sternplane ...` refuses; it leaves nothing behind."""
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+
+    def refused(*arguments: str) -> str:
+        assert main(arguments) == 2
+        error = capfd.readouterr().err
+        assert error.startswith("sternplane: ")
+        assert error.count("\n") == 1
+        assert not list(Path().iterdir())
+        return error
+
+    return refused
+
+
+def flying(vehicle: subprocess.Popen[str]) -> None:
+    """Waits for the line that the vehicle says in its first cycle."""
+    assert vehicle.stderr is not None
+    for line in vehicle.stderr:
+        if "0.00 s  disarmed" in line:
+            return
+    raise AssertionError("the vehicle has ended before it flew")
+
+
+def test_the_demonstration_tracks_as_over_can(tmp_path: Path, link: str) -> None:
+    scenario = tmp_path / "demo.toml"
+    demo = (ROOT / "configs" / "scenarios" / "demo.toml").read_text()
+    scenario.write_text(demo + STEERS_BY_NAVIGATION)
+    result = sternplane("sitl", "--scenario", scenario, "--link", link, "--out", "hil", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr + result.stdout
+    log = read(tmp_path / "hil" / "log.mcap")
+    hil = summarise(log)
+    assert fly(prepare(Wish(scenario=str(scenario)), {}), tmp_path / "can.mcap").completed
+    can = summarise(read(tmp_path / "can.mcap"))
+    assert hil["waypoints_passed"] == can["waypoints_passed"] == 5
+    assert hil["against"] == "truth"
+    # The attitude has no error over this link, and the velocity half a cm/s: it may be better than over CAN, not worse.
+    assert hil["depth_error_rms_m"] < min(0.05, 1.1 * can["depth_error_rms_m"])
+    assert hil["path_error_rms_m"] < min(2.0, 1.1 * can["path_error_rms_m"])
+    assert hil["path_error_rms_m"] > 0.5 * can["path_error_rms_m"]  # corners are cut alike
+    assert hil["heading_error_rms_deg"] == pytest.approx(can["heading_error_rms_deg"], rel=0.1)
+    assert abs(hil["vehicle_time_s"] - can["vehicle_time_s"]) < 3.0
+    last = list(log.cycles)[-1]
+    assert not any(fin.ok for fin in last.frame.fins)  # nothing reports them, and it flew
+
+
+def test_two_runs_give_the_same_bytes_and_so_does_the_replay(dive: Path, tmp_path: Path, link: str) -> None:
+    for name in ("one", "two"):
+        result = sternplane("sitl", "--scenario", dive, "--link", link, "--out", name, cwd=tmp_path)
+        assert result.returncode == 0, result.stderr + result.stdout
+    one, two = (read(tmp_path / name / "log.mcap") for name in ("one", "two"))
+    assert len(one.cycle_bytes) == 1200
+    assert one.cycle_bytes == two.cycle_bytes
+    assert one.topics["/truth"].messages == two.topics["/truth"].messages
+    compared = replay(one, build)
+    assert compared.equal, str(compared)
+
+
+def test_in_real_time_the_plant_keeps_the_time_and_the_vehicle_follows(dive: Path, tmp_path: Path, link: str) -> None:
+    dive.write_text(DIVE.replace("12.0", "3.0"))
+    for name, pace in (("slow", "realtime"), ("quick", "max")):
+        words = ("--scenario", dive, "--link", link, "--pace", pace, "--out", name)
+        result = sternplane("sitl", *words, cwd=tmp_path)
+        assert result.returncode == 0, result.stderr + result.stdout
+    slow, quick = (read(tmp_path / name / "log.mcap") for name in ("slow", "quick"))
+    assert slow.end["wall_s"] > 2.9
+    assert slow.cycle_bytes == quick.cycle_bytes
+
+
+def test_a_killed_plant_ends_the_vehicle_with_its_name_and_a_whole_log(tmp_path: Path, link: str, start: Start) -> None:
+    plant = start("plant", "--link", link)
+    vehicle = start("fly", "--link", link, "--out", "vehicle")
+    flying(vehicle)
+    plant.kill()
+    out, err = vehicle.communicate(timeout=20)
+    assert vehicle.returncode == 1, out + err
+    assert "the plant has closed the connection, at tick" in err
+    log = read(tmp_path / "vehicle" / "log.mcap")
+    assert log.complete
+    assert "the plant has closed the connection" in log.end["reason"]
+
+
+def test_a_plant_that_hangs_ends_the_vehicle_after_four_seconds(link: str, start: Start) -> None:
+    plant = start("plant", "--link", link)
+    vehicle = start("fly", "--link", link)
+    flying(vehicle)
+    plant.send_signal(signal.SIGSTOP)
+    out, err = vehicle.communicate(timeout=20)
+    assert vehicle.returncode == 1, out + err
+    assert "the plant has been silent for 4 s, at tick" in err
+
+
+def test_a_killed_vehicle_ends_the_plant_with_its_name(link: str, start: Start) -> None:
+    plant = start("plant", "--link", link)
+    vehicle = start("fly", "--link", link)
+    flying(vehicle)
+    vehicle.kill()
+    _, err = plant.communicate(timeout=20)
+    assert plant.returncode == 1, err
+    assert "the vehicle has closed the connection, at tick" in err
+
+
+@pytest.mark.parametrize("ended", ["plant", "fly"])
+def test_ctrl_c_on_either_side_ends_both_well(tmp_path: Path, link: str, start: Start, ended: str) -> None:
+    plant = start("plant", "--link", link)
+    vehicle = start("fly", "--link", link, "--out", "vehicle")
+    flying(vehicle)
+    (plant if ended == "plant" else vehicle).send_signal(signal.SIGINT)
+    out, err = vehicle.communicate(timeout=60)
+    _, words = plant.communicate(timeout=20)
+    assert (vehicle.returncode, plant.returncode) == (0, 0), out + err + words
+    assert ("interrupted" if ended == "plant" else "the vehicle has ended") in words
+    by = "ended with the plant's time" if ended == "plant" else "ended by a person"
+    assert read(tmp_path / "vehicle" / "log.mcap").end["reason"].startswith(by)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("sitl", "--link", "hil"), "write can or mavlink-hil[:HOST:PORT]"),
+        (("sitl", "--link", "mavlink-hil", "--bus", "udp:6"), "leave --bus away"),
+        (("sitl", "--link", "mavlink-hil", "--fault", "dvl-off@5"), "mavlink-hil has no DVL"),
+        (("fly", "--link", "mavlink-hil", "--bus", "udp:6"), "has no bus"),
+        (("fly", "--link", "mavlink-hil", "--pace", "realtime"), "the plant's pace"),
+        (("fly", "--link", "mavlink-hil:no such host:1"), "there is no host 'no such host'"),
+        (("plant", "--link", "mavlink-hil", "--dvl", "x"), "leave --bus and --dvl away"),
+    ],
+)
+def test_what_does_not_go_with_the_link_is_one_line(refused: Refused, arguments: tuple[str, ...], words: str) -> None:
+    assert words in refused(*arguments)
+
+
+@pytest.mark.parametrize("command", ["sitl", "plant"])
+def test_a_port_in_use_is_refused_in_one_line(refused: Refused, command: str) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        assert "in use" in refused(command, "--link", f"mavlink-hil:127.0.0.1:{server.getsockname()[1]}")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key"),
+    [
+        ("travel_deg = 23.0", "travel_deg = 30.0", "travel_deg"),
+        ("n_max_rpm = 1000.0", "n_max_rpm = 900.0", "n_max_rpm"),
+    ],
+)
+def test_another_full_scale_is_refused(refused: Refused, tmp_path: Path, old: str, new: str, key: str) -> None:
+    config = Path(shutil.copytree(ROOT / "configs" / "npsauv2", tmp_path / "config"))
+    sensors = config / "sensors.toml"
+    sensors.write_text(sensors.read_text().replace(old, new))
+    error = refused("sitl", "--config", str(config), "--link", "mavlink-hil")
+    assert key in error
+    assert "vehicle.toml" in error
