@@ -2,106 +2,101 @@
 
 A configuration is plain tables, as they stand in the files, so that a log's header can carry it whole:
 {"vehicle": vehicle.toml, "autopilot": autopilot.toml, "files": what to call them in errors,
-"mission": {"waypoints": [[x, y, z, u], ...]}, "kept": {...} of an earlier run, or {}}.
+"mission": as `records.mission.plain` gives it, "kept": {...} of an earlier run, or {}}. Where stations have changed
+something in an earlier run, "autopilot" has it so, and "changed" has the value of each such key in the files.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from firmware_py.adapters.files import read_toml
 from firmware_py.allocation import Allocator
 from firmware_py.autopilot import Autopilot
-from firmware_py.control.control import Control, ControlParams
-from firmware_py.estimation.navigation import Kept, Navigation, NavigationParams
-from firmware_py.guidance.guidance import Guidance, GuidanceParams
-from firmware_py.marine import Origin
-from firmware_py.mavlink.node import MavlinkParams
-from firmware_py.params import ParamError, load, naming, param
-from firmware_py.records.order import Mission, Waypoint
-from firmware_py.safety.gate import Gate
-from firmware_py.safety.supervisor import SafetyParams, Supervisor
-from firmware_py.schedule import step_ns
+from firmware_py.estimation.navigation import Kept
+from firmware_py.mavlink import parameters
+from firmware_py.mavlink.parameters import Book
+from firmware_py.param_tree import replaced, settings
+from firmware_py.params import ParamError, dump, load, naming
+from firmware_py.records.mission import Item, Point, from_plain, mission_of, plain
 from firmware_py.vehicle.vehicle import Vehicle
+from firmware_py.yard import AutopilotParams as AutopilotParams
+from firmware_py.yard import Yard
 
 Configuration = Mapping[str, Any]
-
-
-@dataclass(frozen=True, slots=True)
-class OriginParams:
-    """Where the local frame touches the earth."""
-
-    latitude: float = param(unit="deg", low=-85.0, high=85.0, doc="Latitude, north positive.")
-    longitude: float = param(unit="deg", low=-180.0, high=180.0, doc="Longitude, east positive.")
-
-
-@dataclass(frozen=True, slots=True)
-class AutopilotParams:
-    """autopilot.toml, whole."""
-
-    origin: OriginParams
-    rate: int = param(100, unit="Hz", low=50, high=1000, doc="Base rate of the cycle.")
-    estimation: NavigationParams = field(default_factory=NavigationParams)
-    safety: SafetyParams = field(default_factory=SafetyParams)
-    guidance: GuidanceParams = field(default_factory=GuidanceParams)
-    control: ControlParams = field(default_factory=ControlParams)
-    mavlink: MavlinkParams = field(default_factory=MavlinkParams)
-
-    def __post_init__(self) -> None:
-        try:
-            step_ns(self.rate)
-        except ValueError as error:
-            raise ParamError(f"rate_hz: {error}") from None
-
-
-@dataclass(frozen=True, slots=True)
-class WaypointParams:
-    """One [[waypoints]] of mission.toml."""
-
-    x: float = param(unit="m", low=-1e5, high=1e5, doc="North of the origin.")
-    y: float = param(unit="m", low=-1e5, high=1e5, doc="East of the origin.")
-    depth: float = param(unit="m", low=0, high=6000, doc="To be at from here.")
-    speed: float = param(unit="m/s", low=0, high=10, doc="To get here with; 0 is the cruising speed.")
 
 
 @dataclass(frozen=True, slots=True)
 class MissionParams:
     """mission.toml, whole: what a vehicle that is on its own may be sent to fly."""
 
-    waypoints: tuple[WaypointParams, ...] = ()
+    waypoints: tuple[Point, ...] = ()
+    items: tuple[Item, ...] = ()
+
+    def __post_init__(self) -> None:
+        mission_of(self.waypoints, self.items)
 
 
-def read_mission(folder: Path) -> list[list[float]]:
-    """The waypoints of a configuration's mission.toml as `build` takes them; none if there is no such file.
+def read_mission(folder: Path) -> dict[str, Any]:
+    """The mission of a configuration's mission.toml as `build` takes it; an empty one if there is no such file.
 
     Raises:
         ParamError: an error that names the file and the key.
     """
     path = folder / "mission.toml"
-    if not path.exists():
-        return []
-    mission = load(MissionParams, read_toml(path), str(path))
-    return [[point.x, point.y, point.depth, point.speed] for point in mission.waypoints]
+    mission = load(MissionParams, read_toml(path) if path.exists() else {}, str(path))
+    return plain(mission_of(mission.waypoints, mission.items))
 
 
-def read_configuration(folder: Path, over: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """The tables of a configuration folder; `over` is laid upon autopilot.toml.
+def read_configuration(
+    folder: Path, over: Mapping[str, Any] | None = None, state: Path | None = None
+) -> dict[str, Any]:
+    """The tables of a configuration folder; `over` is laid upon autopilot.toml, and what stations changed upon both.
 
     Raises:
-        ParamError: a file is missing or is not TOML, or autopilot.toml, alone or under `over`, is wrong.
+        ParamError: a file is missing or is not TOML, or autopilot.toml, alone or under what is laid upon it, is wrong.
     """
     if not os.path.isdir(folder):
         raise ParamError(f"{folder}: there is no such configuration folder; configs/npsauv2 is an example")
     files = {name: folder / f"{name}.toml" for name in ("vehicle", "autopilot")}
-    return {
+    configuration = {
         "files": {name: str(path) for name, path in files.items()},
         "vehicle": read_toml(files["vehicle"]),
         "autopilot": read_table(AutopilotParams, files["autopilot"], over or {}),
+        "changed": {},
     }
+    changes = state / parameters.FILE if state is not None else None
+    return _under(configuration, changes) if changes is not None and changes.exists() else configuration
+
+
+def _under(configuration: Configuration, path: Path) -> dict[str, Any]:
+    """The configuration under a file of changes."""
+    changes, base = read_toml(path), configuration["autopilot"]
+    load(AutopilotParams, merge(base, changes), str(path))
+    was = dump(load(AutopilotParams, base, configuration["files"]["autopilot"]))
+    return {
+        **configuration,
+        "files": {**configuration["files"], "autopilot": f"{path} over {configuration['files']['autopilot']}"},
+        "autopilot": merge(base, changes),
+        "changed": {key: _below(was, key) for key in _dotted(changes)},
+    }
+
+
+def _dotted(table: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _dotted(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}"
+
+
+def _below(table: Mapping[str, Any], key: str) -> Any:
+    head, _, rest = key.partition(".")
+    return _below(table[head], rest) if rest else table[head]
 
 
 def read_table(cls: type[Any], path: Path, over: Mapping[str, Any]) -> dict[str, Any]:
@@ -136,31 +131,40 @@ def vehicle(configuration: Configuration) -> Vehicle:
     return load(Vehicle, configuration["vehicle"], configuration["files"]["vehicle"])
 
 
+def yard(configuration: Configuration) -> Yard:
+    """Where the parts of a configuration's autopilot are made.
+
+    Raises:
+        ParamError: an error that names the file and the key.
+    """
+    params, boat = autopilot_params(configuration), vehicle(configuration)
+    return Yard(configuration["files"], boat, params, from_plain(configuration["mission"]))
+
+
+def book(configuration: Configuration) -> Book:
+    """The parameters of a configuration, as stations may see and change them.
+
+    Raises:
+        ParamError: an error that names the file and the key.
+    """
+    made = yard(configuration)
+    base = replaced(made.params, configuration.get("changed", {}), configuration["files"]["autopilot"])
+    return Book([*settings(made.params, base)], made)
+
+
 def build(configuration: Configuration) -> Autopilot:
     """The autopilot of a configuration, as it is before the first tick.
 
     Raises:
         ParamError: a configuration that cannot be flown, with file and key.
     """
-    params, boat = autopilot_params(configuration), vehicle(configuration)
-    mission = Mission(tuple(Waypoint(*point) for point in configuration["mission"]["waypoints"]))
-    estimator = Navigation(params.estimation, Origin(params.origin.latitude, params.origin.longitude))
-    if configuration["kept"]:
-        estimator.resume(Kept(**configuration["kept"]))
-    with naming(configuration["files"]["autopilot"]):
-        supervisor = Supervisor(params.safety, has_mission=bool(mission.waypoints))
-        guidance = Guidance(params.guidance, mission)
+    made = yard(configuration)
     with naming(configuration["files"]["vehicle"]):
-        control, allocator = Control(params.control, boat), Allocator(boat)
-        gate = Gate(
-            params.safety.gate,
-            delta_max=tuple(fin.delta_max for fin in boat.fins),
-            rate_max=tuple(fin.rate_max for fin in boat.fins),
-            n_max=boat.propeller.n_max,
-        )
-    return Autopilot(
-        estimator=estimator, supervisor=supervisor, guidance=guidance, control=control, allocator=allocator, gate=gate
-    )
+        allocator = Allocator(vehicle(configuration))
+    parts = {name: make() for name, make in made.makers().items()}
+    if configuration["kept"]:
+        parts["estimator"].resume(Kept(**configuration["kept"]))
+    return Autopilot(**parts, allocator=allocator, adopter=made)
 
 
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:

@@ -45,9 +45,23 @@ class Law(Protocol):
         """Takes up again what `freeze` gave."""
 
 
-class Memory(NamedTuple):
-    """Everything the autopilot remembers from one tick to the next."""
+class Adopter(Protocol):
+    """Whoever makes of an order's changes other parts for an autopilot: the composition root."""
 
+    def adopt(self, autopilot: Autopilot, changes: tuple[str, ...]) -> tuple[str, ...]:
+        """Changes the parts in place, which remember what the old ones did; returns sentences for people."""
+
+    def freeze(self) -> Any:
+        """All that was adopted."""
+
+    def thaw(self, autopilot: Autopilot, memory: Any) -> None:
+        """Makes the parts that `freeze` was asked about, fresh."""
+
+
+class Memory(NamedTuple):
+    """Everything the autopilot remembers from one tick to the next, and the changes that were adopted."""
+
+    adopted: Any
     estimator: Any
     supervisor: Any
     guidance: Any
@@ -67,6 +81,7 @@ class Autopilot:
         control: Law,
         allocator: Allocator,
         gate: Gate,
+        adopter: Adopter,
     ) -> None:
         self.estimator = estimator
         self.supervisor = supervisor
@@ -74,22 +89,25 @@ class Autopilot:
         self.control = control
         self.allocator = allocator
         self.gate = gate
+        self.adopter = adopter
         self.applied = Applied(fins=(0.0,) * allocator.size, n=0.0, armed=False, limited=False)
 
     def step(self, tick: Tick, frame: SensorFrame, order: Order) -> Cycle:
-        """One cycle: estimate, supervise, guide, control, allocate, limit."""
+        """One cycle: adopt what was changed, estimate, supervise, guide, control, allocate, limit."""
+        adopted = self.adopter.adopt(self, order.changes) if order.changes else ()
         state = self.estimator.update(tick, frame, self.applied)
         mode = self.supervisor.update(tick, frame, state, order, self.guidance.finished)  # may only make it safer
         reference = self.guidance.update(tick, mode, order, state)
         demand = self.control.update(tick, mode, order, reference, state)
         fins = self.allocator.allocate(demand)
         self.applied = self.gate.limit(tick, mode, frame, fins, self.applied)  # last word; knows no law
-        events = self.supervisor.events + self.guidance.events
+        events = adopted + self.supervisor.events + self.guidance.events
         return Cycle(tick, frame, order, state, mode, reference, demand, fins, self.applied, events)
 
     def freeze(self) -> Memory:
         """All it remembers, so that a log can be entered in the middle."""
         return Memory(
+            self.adopter.freeze(),
             self.estimator.freeze(),
             self.supervisor.freeze(),
             self.guidance.freeze(),
@@ -100,6 +118,7 @@ class Autopilot:
 
     def thaw(self, memory: Memory) -> None:
         """Takes up again what `freeze` gave."""
+        self.adopter.thaw(self, memory.adopted)
         self.estimator.thaw(memory.estimator)
         self.supervisor.thaw(memory.supervisor)
         self.guidance.thaw(memory.guidance)

@@ -14,7 +14,8 @@ from typing import Any
 from firmware_py.adapters.files import read_toml
 from firmware_py.marine import Eta, Nu
 from firmware_py.params import ParamError, load, param
-from firmware_py.records.order import Arming, Mission, Mode, Waypoint
+from firmware_py.records.mission import Item, Point, mission_of
+from firmware_py.records.order import Arming, Mission, Mode
 from sim_bridge.environment import EnvironmentParams
 from sim_bridge.faults import Fault, Faults
 
@@ -79,16 +80,6 @@ class Zigzag:
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
-    """A waypoint of the mission."""
-
-    x: float = param(unit="m", low=-1e5, high=1e5, doc="North of the origin.")
-    y: float = param(unit="m", low=-1e5, high=1e5, doc="East of the origin.")
-    depth: float = param(unit="m", low=0, high=6000, doc="To be at from here.")
-    speed: float = param(unit="m/s", low=0, high=10, doc="To get here with.")
-
-
-@dataclass(frozen=True, slots=True)
 class Scenario:
     """One scenario file. `autopilot` and `sensors` are laid over autopilot.toml and sensors.toml as they stand."""
 
@@ -100,6 +91,7 @@ class Scenario:
     orders: tuple[Cue, ...] = ()
     zigzag: Zigzag | None = None
     waypoints: tuple[Point, ...] = ()
+    items: tuple[Item, ...] = ()
     faults: tuple[Fault, ...] = ()
     autopilot: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}), compare=False)
     sensors: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}), compare=False)
@@ -107,8 +99,8 @@ class Scenario:
     def __post_init__(self) -> None:
         if any(later.t < earlier.t for earlier, later in zip(self.orders, self.orders[1:], strict=False)):
             raise ParamError("orders are not in order of t_s")
-        if any(cue.mode is Mode.MISSION for cue in self.orders) and not self.waypoints:
-            raise ParamError('mode = "mission" is ordered, but there are no [[waypoints]]')
+        if not self.mission.items and any(cue.mode is Mode.MISSION for cue in self.orders):
+            raise ParamError('mode = "mission" is ordered, but there are no [[waypoints]] or [[items]]')
         depth, bottom = self.start.depth, self.environment.bottom_depth
         if depth > bottom:
             raise ParamError(f"start: depth_m = {depth:g} is below the bottom; environment.bottom_depth_m = {bottom:g}")
@@ -116,8 +108,8 @@ class Scenario:
 
     @property
     def mission(self) -> Mission:
-        """The waypoints as the vehicle is given them."""
-        return Mission(tuple(Waypoint(p.x, p.y, p.depth, p.speed) for p in self.waypoints))
+        """What the vehicle is given to fly."""
+        return mission_of(self.waypoints, self.items)
 
 
 def parse(table: Mapping[str, Any], where: str) -> Scenario:

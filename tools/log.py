@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,7 +17,16 @@ from mcap.exceptions import EndOfFile, InvalidMagic, McapError
 from mcap.records import Channel, DataEnd, Header, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 
-from firmware_py.adapters.recorder import CYCLE_TOPIC, END, FORMAT, HEADER, TRUTH_TOPIC, LogError, from_json
+from firmware_py.adapters.recorder import (
+    CHANGES_TOPIC,
+    CYCLE_TOPIC,
+    END,
+    FORMAT,
+    HEADER,
+    TRUTH_TOPIC,
+    LogError,
+    from_json,
+)
 from firmware_py.records.cycle import Cycle
 from firmware_py.wire import ros2msg
 from firmware_py.wire.cdr import Codec
@@ -94,8 +104,21 @@ class Log:
 
     @property
     def cycles(self) -> Iterator[Cycle]:
-        """Every cycle, decoded as it is asked for."""
-        return map(self.codec.decode, self.cycle_bytes)
+        """Every cycle, decoded as it is asked for, with what its order changed."""
+        changes, decode = self.changes, self.codec.decode
+        for time, message in zip(self._cycles.times, self.cycle_bytes, strict=True):
+            cycle = decode(message)
+            if time in changes:
+                cycle = dataclasses.replace(cycle, order=dataclasses.replace(cycle.order, changes=changes[time]))
+            yield cycle
+
+    @cached_property
+    def changes(self) -> dict[int, tuple[str, ...]]:
+        """Vehicle time in ns -> the documents of what was changed then."""
+        topic = self.topics.get(CHANGES_TOPIC)
+        if topic is None:
+            return {}
+        return {t: topic.layout.strings(message) for t, message in zip(topic.times, topic.messages, strict=True)}
 
     @property
     def columns(self) -> Columns:

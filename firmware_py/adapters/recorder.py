@@ -19,6 +19,7 @@ from typing import Any, TypeVar, cast
 from mcap.writer import CompressionType, Writer
 
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.order import Changes
 from firmware_py.wire.cdr import Codec
 
 R = TypeVar("R")
@@ -28,6 +29,8 @@ FORMAT = 1
 HEADER = "sternplane"
 END = "sternplane.end"
 CYCLE_TOPIC = "/cycle"
+CHANGES_TOPIC = "/changes"
+"""`Changes`: what of the orders a cycle's message leaves out, always before that cycle."""
 TRUTH_TOPIC = "/truth"
 
 _CHUNK_NS = 500_000_000
@@ -143,11 +146,14 @@ class LogWriter:
 
 
 class Recorder:
-    """The port `Recorder` over a log: every cycle on "/cycle", whose tuples are as long as the first one's."""
+    """The port `Recorder` over a log: every cycle on "/cycle", whose tuples are as long as the first one's.
+
+    What stations have changed for good is on "/changes".
+    """
 
     def __init__(self, log: LogWriter) -> None:
         self._log = log
-        self._open = False
+        self._open: set[str] = set()
 
     def write(self, cycle: Cycle) -> None:
         """Keeps one cycle.
@@ -155,7 +161,12 @@ class Recorder:
         Raises:
             LogError: when the file cannot be written.
         """
-        if not self._open:
-            self._log.channel(CYCLE_TOPIC, cycle)
-            self._open = True
-        self._log.write(CYCLE_TOPIC, cycle.tick.t_ns, cycle)
+        if cycle.order.changes:
+            self._keep(CHANGES_TOPIC, cycle.tick.t_ns, Changes(cycle.tick.k, cycle.order.changes))
+        self._keep(CYCLE_TOPIC, cycle.tick.t_ns, cycle)
+
+    def _keep(self, topic: str, t_ns: int, record: Any) -> None:
+        if topic not in self._open:
+            self._log.channel(topic, record)
+            self._open.add(topic)
+        self._log.write(topic, t_ns, record)

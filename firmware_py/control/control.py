@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from firmware_py.control.depth import Axis, Depth, DepthMemory
@@ -15,7 +15,7 @@ from firmware_py.control.sliding_axis import SlidingAxis
 from firmware_py.control.speed import Speed, SpeedParams
 from firmware_py.control.tracks import rates
 from firmware_py.marine import clip
-from firmware_py.params import ParamError, param
+from firmware_py.params import ParamError, When, param, table
 from firmware_py.records.command import Demand, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.order import Mode, Order
@@ -35,18 +35,27 @@ class LawKind(enum.Enum):
 class ControlParams:
     """Which laws, their gains, and the speeds they are scheduled over."""
 
-    law: LawKind = LawKind.SLIDING
-    gains: Preset = Preset.OWN
+    law: LawKind = param(LawKind.SLIDING, mav="LAW", when=When.DISARMED)
+    gains: Preset = param(Preset.OWN, mav="GAINS", when=When.DISARMED)
     u_min: float = param(
-        0.5, unit="m/s", low=0.05, high=5.0, doc="Slowest speed the laws are designed for; below it the fins fade out."
+        0.5,
+        unit="m/s",
+        low=0.05,
+        high=5.0,
+        doc="Slowest speed the laws are designed for; below it the fins fade out.",
+        mav="U_MIN",
     )
-    u_max: float = param(4.0, unit="m/s", low=0.1, high=20.0, doc="Fastest speed the laws are designed for.")
-    sticks_age_max: float = param(0.5, unit="s", low=0.0, high=10.0, doc="Older sticks count as let go.")
-    depth: DepthGains = field(default_factory=DepthGains)
-    heading: HeadingGains = field(default_factory=HeadingGains)
-    depth_pid: DepthPidGains = field(default_factory=DepthPidGains)
-    heading_pid: PidGains = field(default_factory=PidGains)
-    speed: SpeedParams = field(default_factory=SpeedParams)
+    u_max: float = param(
+        4.0, unit="m/s", low=0.1, high=20.0, doc="Fastest speed the laws are designed for.", mav="U_MAX"
+    )
+    sticks_age_max: float = param(
+        0.5, unit="s", low=0.0, high=10.0, doc="Older sticks count as let go.", mav="STICKS_AGE"
+    )
+    depth: DepthGains = table(DepthGains, mav="Z_")
+    heading: HeadingGains = table(HeadingGains, mav="PSI_")
+    depth_pid: DepthPidGains = table(DepthPidGains, mav="ZPID_")
+    heading_pid: PidGains = table(PidGains, mav="PPID_")
+    speed: SpeedParams = table(SpeedParams, mav="SPD_")
 
     def __post_init__(self) -> None:
         if not self.u_min < self.u_max:
@@ -85,7 +94,8 @@ class Control:
 
         MANUAL passes the sticks on, bounded, and centres them when they are old; DISARMED asks for nothing and forgets.
         While the state is not finite the fins' demand is NaN, for the gate to judge, and nothing is learned from it.
-        Below u_min the fins fade out: at rest and going astern they are centred.
+        Below u_min the fins fade out: at rest and going astern they are centred. What a learning manoeuvre does with
+        the fins is added here, so that the laws know of it and the gate judges the sum.
         """
         if mode.mode is Mode.DISARMED:
             self._reset()
@@ -104,6 +114,8 @@ class Control:
         delta_s, sigma_z = self._depth.update(reference, state, theta_dot, dt)
         delta_r, sigma_psi = self._heading.update(reference, state, psi_dot, share, dt)
         n = self._speed.update(reference.u_d, nu.u, state.velocity_ok, dt)
+        delta_s = clip(reference.grip * delta_s + reference.delta_s, -self._delta_s_max, self._delta_s_max)
+        delta_r = clip(reference.grip * delta_r + reference.delta_r, -self._delta_r_max, self._delta_r_max)
         return Demand(share * delta_s, share * delta_r, n, sigma_z, sigma_psi)
 
     def freeze(self) -> ControlMemory:

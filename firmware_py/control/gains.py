@@ -24,21 +24,45 @@ class SlidingGains:
     """
 
     poles: tuple[float, float] = param(
-        unit="1/s", low=-5.0, high=-0.01, doc="Poles of the motion on the sliding surface; the third is at 0 (Eq. 24)."
+        unit="1/s",
+        low=-5.0,
+        high=-0.01,
+        doc="Poles of the motion on the sliding surface; the third is at 0 (Eq. 24).",
+        mav="POLE",
     )
     delta_sw: float = param(
-        unit="rad", low=0.01, high=5.0, doc="Fin angle the switching term may take: eta = |s'b| delta_sw."
+        unit="rad",
+        low=0.01,
+        high=5.0,
+        doc="Fin angle the switching term may take: eta = |s'b| delta_sw.",
+        mav="DELTA_SW",
     )
-    bandwidth: float = param(1.0, unit="1/s", low=0.01, high=20.0, doc="How fast sigma decays in the boundary layer.")
+    bandwidth: float = param(
+        1.0, unit="1/s", low=0.01, high=20.0, doc="How fast sigma decays in the boundary layer.", mav="BANDW"
+    )
     phi_b: float = param(
-        0.0, low=0.0, high=100.0, doc="Boundary layer in units of sigma; 0: eta / bandwidth, so that poles stay put."
+        0.0,
+        low=0.0,
+        high=100.0,
+        doc="Boundary layer in units of sigma; 0: eta / bandwidth, so that poles stay put.",
+        mav="PHI_B",
     )
-    scaled: bool = param(True, doc="Whether poles and bandwidth go with the speed; the paper's do not.")
+    scaled: bool = param(True, doc="Whether poles and bandwidth go with the speed; the paper's do not.", mav="SCALED")
     integral_time: float = param(
-        0.0, unit="s", low=0.0, high=1000.0, doc="Time to learn a steady disturbance, s'delta_f of Eq. 25; 0: never."
+        0.0,
+        unit="s",
+        low=0.0,
+        high=1000.0,
+        doc="Time to learn a steady disturbance, s'delta_f of Eq. 25; 0: never.",
+        mav="INT_TIME",
     )
     trim_max: float = param(
-        5.0, unit="deg", low=0.0, high=20.0, doc="Fin angle that may be spent on the steady disturbance."
+        5.0,
+        unit="deg",
+        low=0.0,
+        high=20.0,
+        doc="Fin angle that may be spent on the steady disturbance.",
+        mav="TRIM_MAX",
     )
 
 
@@ -47,13 +71,24 @@ class DepthGains(SlidingGains):
     """Depth by stern planes; sigma in m."""
 
     poles: tuple[float, float] = param(
-        (-0.4, -0.45), unit="1/s", low=-5.0, high=-0.01, doc="Poles of the motion on the sliding surface."
+        (-0.4, -0.45), unit="1/s", low=-5.0, high=-0.01, doc="Poles of the motion on the sliding surface.", mav="POLE"
     )
-    delta_sw: float = param(0.4, unit="rad", low=0.01, high=5.0, doc="Stern plane the switching term may take.")
-    bandwidth: float = param(0.9, unit="1/s", low=0.01, high=20.0, doc="How fast sigma decays in the boundary layer.")
-    integral_time: float = param(8.0, unit="s", low=0.0, high=1000.0, doc="Time to learn a steady moment; 0: never.")
+    delta_sw: float = param(
+        0.4, unit="rad", low=0.01, high=5.0, doc="Stern plane the switching term may take.", mav="DELTA_SW"
+    )
+    bandwidth: float = param(
+        0.9, unit="1/s", low=0.01, high=20.0, doc="How fast sigma decays in the boundary layer.", mav="BANDW"
+    )
+    integral_time: float = param(
+        8.0, unit="s", low=0.0, high=1000.0, doc="Time to learn a steady moment; 0: never.", mav="INT_TIME"
+    )
     drift_time: float = param(
-        8.0, unit="s", low=0.0, high=100.0, doc="Time to learn the climb that z_dot = -u theta leaves out; 0: never."
+        8.0,
+        unit="s",
+        low=0.0,
+        high=100.0,
+        doc="Time to learn the climb that z_dot = -u theta leaves out; 0: never.",
+        mav="DRIFT_T",
     )
 
 
@@ -62,11 +97,17 @@ class HeadingGains(SlidingGains):
     """Heading by rudders; sigma in rad."""
 
     poles: tuple[float, float] = param(
-        (-0.45, -0.5), unit="1/s", low=-5.0, high=-0.01, doc="Poles of the motion on the sliding surface."
+        (-0.45, -0.5), unit="1/s", low=-5.0, high=-0.01, doc="Poles of the motion on the sliding surface.", mav="POLE"
     )
-    delta_sw: float = param(0.4, unit="rad", low=0.01, high=5.0, doc="Rudder the switching term may take.")
-    bandwidth: float = param(1.0, unit="1/s", low=0.01, high=20.0, doc="How fast sigma decays in the boundary layer.")
-    integral_time: float = param(15.0, unit="s", low=0.0, high=1000.0, doc="Time to learn a steady moment; 0: never.")
+    delta_sw: float = param(
+        0.4, unit="rad", low=0.01, high=5.0, doc="Rudder the switching term may take.", mav="DELTA_SW"
+    )
+    bandwidth: float = param(
+        1.0, unit="1/s", low=0.01, high=20.0, doc="How fast sigma decays in the boundary layer.", mav="BANDW"
+    )
+    integral_time: float = param(
+        15.0, unit="s", low=0.0, high=1000.0, doc="Time to learn a steady moment; 0: never.", mav="INT_TIME"
+    )
 
 
 # In the paper: the poles, phi_b, and the factors 2.3 and 1.5 of the tanh, which are eta / |s'b| (Eq. 28, 29, 32, 33).

@@ -45,12 +45,11 @@ class Heading:
     def update(
         self, reference: Reference, state: StateEstimate, psi_dot: float, share: float, dt: float
     ) -> tuple[float, float]:
-        """(delta_r, rad; sigma_psi, rad). The fins will be given the `share` of delta_r."""
+        """(delta_r, rad; sigma_psi, rad). The fins will be given the `share` of it, and of what a manoeuvre adds."""
         error, delta_d = turn(self._model, reference, state, psi_dot, self._sway)
         delta_r, sigma = self._axis.update(error, delta_d, self._limit, dt)
-        self._sway = next_sway(
-            self._model, self._sway, reference.psi_d_dot, delta_d, psi_dot, share * delta_r, self._u, dt
-        )
+        given = share * clip(reference.grip * delta_r + reference.delta_r, -self._limit, self._limit)
+        self._sway = next_sway(self._model, self._sway, reference.psi_d_dot, delta_d, psi_dot, given, self._u, dt)
         return delta_r, sigma
 
     def follow(self, psi_dot: float, delta_r: float, dt: float) -> None:

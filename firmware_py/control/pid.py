@@ -17,22 +17,28 @@ from firmware_py.vehicle.linear import Linear, Row
 class PidGains:
     """Rate and angle are rad of fin per rad/s and per rad. All ours."""
 
-    k_rate: float = param(5.0, low=0.0, high=100.0, doc="Fin angle per yaw rate error, s.")
-    k_angle: float = param(4.0, low=0.0, high=100.0, doc="Fin angle per heading error.")
-    k_integral: float = param(0.05, unit="1/s", low=0.0, high=100.0, doc="Fin angle per second and heading error.")
-    trim_max: float = param(5.0, unit="deg", low=0.0, high=20.0, doc="Bound of the integral, in fin angle.")
+    k_rate: float = param(5.0, low=0.0, high=100.0, doc="Fin angle per yaw rate error, s.", mav="K_RATE")
+    k_angle: float = param(4.0, low=0.0, high=100.0, doc="Fin angle per heading error.", mav="K_ANGLE")
+    k_integral: float = param(
+        0.05, unit="1/s", low=0.0, high=100.0, doc="Fin angle per second and heading error.", mav="K_INT"
+    )
+    trim_max: float = param(5.0, unit="deg", low=0.0, high=20.0, doc="Bound of the integral, in fin angle.", mav="TRIM")
 
 
 @dataclass(frozen=True, slots=True)
 class DepthPidGains(PidGains):
     """A cascade: depth asks for pitch, pitch for stern plane."""
 
-    k_rate: float = param(3.5, low=0.0, high=100.0, doc="Stern plane per pitch rate error, s.")
-    k_angle: float = param(5.5, low=0.0, high=100.0, doc="Stern plane per pitch error.")
-    k_depth: float = param(0.13, low=0.0, high=10.0, doc="Pitch per depth error, rad/m.")
-    k_integral: float = param(0.001, low=0.0, high=10.0, doc="Pitch per depth error and second, rad/(m s).")
-    pitch_max: float = param(15.0, unit="deg", low=0.0, high=45.0, doc="Pitch that a depth error may ask for.")
-    trim_max: float = param(8.0, unit="deg", low=0.0, high=20.0, doc="Bound of the integral, in pitch.")
+    k_rate: float = param(3.5, low=0.0, high=100.0, doc="Stern plane per pitch rate error, s.", mav="K_RATE")
+    k_angle: float = param(5.5, low=0.0, high=100.0, doc="Stern plane per pitch error.", mav="K_ANGLE")
+    k_depth: float = param(0.13, low=0.0, high=10.0, doc="Pitch per depth error, rad/m.", mav="K_DEPTH")
+    k_integral: float = param(
+        0.001, low=0.0, high=10.0, doc="Pitch per depth error and second, rad/(m s).", mav="K_INT"
+    )
+    pitch_max: float = param(
+        15.0, unit="deg", low=0.0, high=45.0, doc="Pitch that a depth error may ask for.", mav="PITCH"
+    )
+    trim_max: float = param(8.0, unit="deg", low=0.0, high=20.0, doc="Bound of the integral, in pitch.", mav="TRIM")
 
 
 class PidAxis:

@@ -13,8 +13,10 @@ from firmware_py.vehicle.vehicle import Propeller
 class SpeedParams:
     """All ours. Gains are rpm per m/s, and per m/s and second."""
 
-    k_p: float = param(1200.0, unit="rpm", low=0.0, high=1e5, doc="Propeller speed per m/s of speed error.")
-    k_i: float = param(8.0, unit="rpm/s", low=0.0, high=1e5, doc="Propeller speed per second and m/s of speed error.")
+    k_p: float = param(1200.0, unit="rpm", low=0.0, high=1e5, doc="Propeller speed per m/s of speed error.", mav="KP")
+    k_i: float = param(
+        8.0, unit="rpm/s", low=0.0, high=1e5, doc="Propeller speed per second and m/s of speed error.", mav="KI"
+    )
 
 
 class Speed:

@@ -22,13 +22,25 @@ from firmware_py.records.order import Waypoint
 class LineOfSightParams:
     """How a leg is flown, and when it is done."""
 
-    look_ahead: float = param(15.0, unit="m", low=0.5, high=1000.0, doc="How far ahead it steers (paper: 15 m).")
-    acceptance: float = param(5.0, unit="m", low=0.0, high=1000.0, doc="A waypoint nearer than this is passed.")
-    lead: float = param(2.0, unit="s", low=0.0, high=60.0, doc="How far ahead in time the cross-track error is taken.")
-    crab_time: float = param(10.0, unit="s", low=0.0, high=1000.0, doc="Time to learn the crab angle; 0: none.")
-    crab_max: float = param(45.0, unit="deg", low=0.0, high=80.0, doc="Bound of the crab angle.")
-    pivot: float = param(3.5, unit="m", low=0.0, high=100.0, doc="How far ahead of the origin a turn shows no sway.")
-    u_min: float = param(0.3, unit="m/s", low=0.01, high=10.0, doc="Slower than this the crab angle is not learned.")
+    look_ahead: float = param(
+        15.0, unit="m", low=0.5, high=1000.0, doc="How far ahead it steers (paper: 15 m).", mav="LOOK_AHEAD"
+    )
+    acceptance: float = param(
+        5.0, unit="m", low=0.0, high=1000.0, doc="A waypoint nearer than this is passed.", mav="ACCEPTANCE"
+    )
+    lead: float = param(
+        2.0, unit="s", low=0.0, high=60.0, doc="How far ahead in time the cross-track error is taken.", mav="LEAD"
+    )
+    crab_time: float = param(
+        10.0, unit="s", low=0.0, high=1000.0, doc="Time to learn the crab angle; 0: none.", mav="CRAB_TIME"
+    )
+    crab_max: float = param(45.0, unit="deg", low=0.0, high=80.0, doc="Bound of the crab angle.", mav="CRAB_MAX")
+    pivot: float = param(
+        3.5, unit="m", low=0.0, high=100.0, doc="How far ahead of the origin a turn shows no sway.", mav="PIVOT"
+    )
+    u_min: float = param(
+        0.3, unit="m/s", low=0.01, high=10.0, doc="Slower than this the crab angle is not learned.", mav="CRAB_U_MIN"
+    )
 
 
 class Leg(NamedTuple):

@@ -21,7 +21,8 @@ class Reference:
     """What the laws shall follow: depth, heading and speed with their derivatives (m, rad, s).
 
     `z_d` to `z_d_dddot` come from the depth reference model, `psi_d` to `psi_d_ddot` from the heading's; `waypoint` is
-    the index of the leg being flown, `cross_track` the distance to starboard of it, m (NaN off a leg).
+    the index of the leg being flown, `cross_track` the distance to starboard of it, m (NaN off a leg). In a learning
+    manoeuvre `delta_s` and `delta_r` (rad) are fin angles to be added to the share `grip` of what the laws ask.
     """
 
     z_d: float
@@ -34,6 +35,9 @@ class Reference:
     u_d: float
     waypoint: int
     cross_track: float
+    delta_s: float = 0.0
+    delta_r: float = 0.0
+    grip: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,12 +24,21 @@ _SLACK = 1e-6
 class GateParams:
     """What is not a property of the fins."""
 
-    n_rate: float = param(500.0, unit="rpm/s", low=1.0, high=1e5, doc="Slew of the propeller's speed.")
+    n_rate: float = param(500.0, unit="rpm/s", low=1.0, high=1e5, doc="Slew of the propeller's speed.", mav="N_RATE")
     ahrs_timeout: float = param(
-        0.5, unit="s", low=0.02, high=5.0, doc="Attitude silent for so long: fins go to centre, the propeller stops."
+        0.5,
+        unit="s",
+        low=0.02,
+        high=5.0,
+        doc="Attitude silent for so long: fins go to centre, the propeller stops.",
+        mav="AHRS_T",
     )
     hold: int = param(
-        5, low=0, high=1000, doc="Ticks for which the last command is kept when a command is not finite; then centre."
+        5,
+        low=0,
+        high=1000,
+        doc="Ticks for which the last command is kept when a command is not finite; then centre.",
+        mav="HOLD",
     )
 
 

@@ -15,10 +15,10 @@ Why the table says what it says:
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
-from firmware_py.params import param
+from firmware_py.params import param, table
 from firmware_py.records.order import Mode
 from firmware_py.safety.gate import GateParams
 
@@ -27,30 +27,52 @@ from firmware_py.safety.gate import GateParams
 class SafetyParams:
     """The limits of the rules; each `*_time` is how long its condition must hold without a break."""
 
-    attitude_timeout: float = param(0.5, unit="s", low=0.05, high=5.0, doc="Older attitude is lost: surface.")
-    attitude_dead_time: float = param(30.0, unit="s", low=1.0, high=600.0, doc="Attitude lost for so long: disarm.")
-    depth_timeout: float = param(1.0, unit="s", low=0.1, high=10.0, doc="Older depth is lost: surface.")
-    leak_time: float = param(1.0, unit="s", low=0.0, high=60.0, doc="A leak for so long: surface.")
-    battery_min: float = param(10.0, unit="%", low=0.0, high=90.0, doc="Less battery than this: surface.")
+    attitude_timeout: float = param(
+        0.5, unit="s", low=0.05, high=5.0, doc="Older attitude is lost: surface.", mav="ATT_TIMEOUT"
+    )
+    attitude_dead_time: float = param(
+        30.0, unit="s", low=1.0, high=600.0, doc="Attitude lost for so long: disarm.", mav="ATT_DEAD"
+    )
+    depth_timeout: float = param(
+        1.0, unit="s", low=0.1, high=10.0, doc="Older depth is lost: surface.", mav="DEP_TIMEOUT"
+    )
+    leak_time: float = param(1.0, unit="s", low=0.0, high=60.0, doc="A leak for so long: surface.", mav="LEAK_TIME")
+    battery_min: float = param(
+        10.0, unit="%", low=0.0, high=90.0, doc="Less battery than this: surface.", mav="BATT_MIN"
+    )
     battery_arm: float = param(
-        20.0, unit="%", low=0.0, high=100.0, doc="Arming needs as much, and needs to know; 0 off."
+        20.0, unit="%", low=0.0, high=100.0, doc="Arming needs as much, and needs to know; 0 off.", mav="BATT_ARM"
     )
-    battery_time: float = param(5.0, unit="s", low=0.0, high=60.0, doc="A low battery for so long: surface.")
-    depth_max: float = param(30.0, unit="m", low=1.0, high=6000.0, doc="Deeper than this: surface.")
-    altitude_min: float = param(2.0, unit="m", low=0.0, high=100.0, doc="Nearer to the bottom than this: surface.")
-    altitude_time: float = param(0.5, unit="s", low=0.0, high=10.0, doc="Too near to the bottom for so long: surface.")
-    late_max: int = param(10, low=0, high=1000, doc="More cycles of the last second late than this: surface.")
-    surface_depth: float = param(0.5, unit="m", low=0.0, high=5.0, doc="Less deep than this is the surface.")
-    surface_time: float = param(2.0, unit="s", low=0.0, high=60.0, doc="At the surface for so long: surfacing is done.")
+    battery_time: float = param(
+        5.0, unit="s", low=0.0, high=60.0, doc="A low battery for so long: surface.", mav="BATT_TIME"
+    )
+    depth_max: float = param(30.0, unit="m", low=1.0, high=6000.0, doc="Deeper than this: surface.", mav="DEPTH_MAX")
+    altitude_min: float = param(
+        2.0, unit="m", low=0.0, high=100.0, doc="Nearer to the bottom than this: surface.", mav="ALT_MIN"
+    )
+    altitude_time: float = param(
+        0.5, unit="s", low=0.0, high=10.0, doc="Too near to the bottom for so long: surface.", mav="ALT_TIME"
+    )
+    late_max: int = param(
+        10, low=0, high=1000, doc="More cycles of the last second late than this: surface.", mav="LATE_MAX"
+    )
+    surface_depth: float = param(
+        0.5, unit="m", low=0.0, high=5.0, doc="Less deep than this is the surface.", mav="SURF_DEPTH"
+    )
+    surface_time: float = param(
+        2.0, unit="s", low=0.0, high=60.0, doc="At the surface for so long: surfacing is done.", mav="SURF_TIME"
+    )
     fix_timeout: float = param(
-        2.0, unit="s", low=0.2, high=60.0, doc="An older position fix does not tell of the surface."
+        2.0, unit="s", low=0.2, high=60.0, doc="An older position fix does not tell of the surface.", mav="FIX_TIMEOUT"
     )
-    tilt_max: float = param(45.0, unit="deg", low=5.0, high=90.0, doc="Arming needs less roll and pitch than this.")
+    tilt_max: float = param(
+        45.0, unit="deg", low=5.0, high=90.0, doc="Arming needs less roll and pitch than this.", mav="TILT_MAX"
+    )
     fin_timeout: float = param(
-        1.0, unit="s", low=0.1, high=10.0, doc="Arming needs every fin heard within; see fin_needed."
+        1.0, unit="s", low=0.1, high=10.0, doc="Arming needs every fin heard within; see fin_needed.", mav="FIN_TIMEOUT"
     )
-    fin_needed: bool = param(True, doc="False for fins that report no angle.")
-    gate: GateParams = field(default_factory=GateParams)
+    fin_needed: bool = param(True, doc="False for fins that report no angle.", mav="FIN_NEEDED")
+    gate: GateParams = table(GateParams, mav="GATE_")
 
 
 class Conditions(NamedTuple):
@@ -125,9 +147,10 @@ ARMING: tuple[Rule, ...] = (
 """What arming asks beyond the rules; to come up from where it lies, a vehicle may be armed with what charge is left."""
 # fmt: on
 
-_SAFETY = {Mode.DISARMED: 0, Mode.SURFACE: 1, Mode.HOLD: 2, Mode.MANUAL: 2, Mode.MISSION: 2}
+_SAFETY = {Mode.DISARMED: 0, Mode.SURFACE: 1}
+"""All other modes ask for the same."""
 
 
 def safer(a: Mode, b: Mode) -> bool:
     """True if mode a asks strictly less of the vehicle than mode b."""
-    return _SAFETY[a] < _SAFETY[b]
+    return _SAFETY.get(a, 2) < _SAFETY.get(b, 2)

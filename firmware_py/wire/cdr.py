@@ -1,8 +1,8 @@
 """Records to bytes and back, without a schema of their own: the layout follows from the records' types.
 
 Every float is a float64 and keeps all its bits, every int an int64, an enum an int8; a tuple has the length that it has
-in the sample. The code of each codec is generated, because a cycle has some 150 numbers and the loop has no time for
-walking a tree of them: one read of every attribute, one `struct.pack`.
+in the sample; a field marked `BESIDE` is left out. The code of each codec is generated, because a cycle has some 150
+numbers and the loop has no time for walking a tree of them: one read of every attribute, one `struct.pack`.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import typing
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Generic, TypeVar
 
+from firmware_py.records.order import BESIDE
 from firmware_py.wire import ros2msg
 from firmware_py.wire.ros2msg import ENCAPSULATION, Array, Layout, Node, Record, Scalar, SchemaError, Texts
 
@@ -102,7 +103,10 @@ def _record(cls: Any, args: tuple[Any, ...], count: Count, path: str) -> Record:
     """A dataclass or NamedTuple; a generic one with its parameters filled in is a message of its own, HeardFloat."""
     hints = typing.get_type_hints(cls)
     filled = dict(zip(cls.__parameters__, args, strict=True)) if args else {}
-    names = [f.name for f in dataclasses.fields(cls)] if dataclasses.is_dataclass(cls) else cls._fields
+    if dataclasses.is_dataclass(cls):
+        names = [f.name for f in dataclasses.fields(cls) if BESIDE not in f.metadata]
+    else:
+        names = cls._fields
     fields: list[tuple[str, Node]] = []
     for name in names:
         if not _FIELD_NAME.fullmatch(name):
@@ -156,7 +160,7 @@ def _encoder(layout: Layout) -> Callable[[Any], bytes]:
 
 
 def _decoder(layout: Layout) -> Callable[[bytes], Any]:
-    """Source like: `v = unpack(data); return Cycle(Tick(v[1], v[2], v[3]), SensorFrame(...), ...)`."""
+    """Source like: `v = unpack(data); return Cycle(tick=Tick(k=v[1], dt_ns=v[2], ...), frame=..., ...)`."""
     names: dict[str, Any] = {"unpack": struct.Struct(layout.format).unpack_from, "strings": layout.strings}
     place = itertools.count(1)
 
@@ -172,7 +176,7 @@ def _decoder(layout: Layout) -> Callable[[bytes], Any]:
             return f"({''.join(make(node.item) + ', ' for _ in range(node.count))})"
         if isinstance(node, Record):
             names[node.cls.__name__] = node.cls
-            return f"{node.cls.__name__}({', '.join(make(inner) for _, inner in node.fields)})"
+            return f"{node.cls.__name__}({', '.join(f'{name}={make(inner)}' for name, inner in node.fields)})"
         return "strings(data)"
 
     lines = ["v = unpack(data)", f"return {make(layout.root)}"]

@@ -38,7 +38,7 @@ def edit(path: Path, old: str, new: str) -> None:
 
 
 def built(folder: Path) -> app.Autopilot:
-    return app.build({**app.read_configuration(folder), "mission": {"waypoints": app.read_mission(folder)}, "kept": {}})
+    return app.build({**app.read_configuration(folder), "mission": app.read_mission(folder), "kept": {}})
 
 
 def refused(folder: Path, over: dict | None = None) -> str:
@@ -50,13 +50,37 @@ def refused(folder: Path, over: dict | None = None) -> str:
 
 def test_a_configuration_without_a_mission_has_none(folder: Path) -> None:
     assert not (folder / "mission.toml").exists()
-    assert app.read_mission(folder) == []
+    assert app.read_mission(folder) == {"waypoints": [], "manoeuvres": []}
 
 
 def test_a_mission_is_read_as_the_autopilot_takes_it(folder: Path) -> None:
     (folder / "mission.toml").write_text(GOOD)
-    assert app.read_mission(folder) == [[100.0, -20.5, 5.0, 1.8], [0.0, 0.0, 0.0, 0.0]]
+    assert app.read_mission(folder)["waypoints"] == [[100.0, -20.5, 5.0, 1.8], [0.0, 0.0, 0.0, 0.0]]
     assert not built(folder).guidance.finished
+
+
+ITEMS = """
+[[items]]
+waypoint = { x_m = 100, y_m = 0.0, depth_m = 20.0, speed_m_s = 0.0 }
+[[items]]
+manoeuvre = { kind = "prbs", duration_s = 60.0 }
+"""
+
+
+def test_a_mission_of_items_reaches_the_guidance(folder: Path) -> None:
+    (folder / "mission.toml").write_text(ITEMS)
+    mission = app.read_mission(folder)
+    assert mission["waypoints"] == [[100.0, 0.0, 20.0, 0.0]]
+    assert [(m["after"], m["kind"], m["duration_s"]) for m in mission["manoeuvres"]] == [(1, "prbs", 60.0)]
+    only = {**mission, "waypoints": [], "manoeuvres": [{**mission["manoeuvres"][0], "after": 0}]}
+    autopilot = app.build({**app.read_configuration(folder), "mission": only, "kept": {}})
+    assert not autopilot.guidance.finished
+
+
+def test_waypoints_beside_items_are_refused_by_file(folder: Path) -> None:
+    (folder / "mission.toml").write_text(GOOD + ITEMS)
+    with pytest.raises(ParamError, match=r"mission\.toml: there are \[\[waypoints\]\] and \[\[items\]\]"):
+        app.read_mission(folder)
 
 
 @pytest.mark.parametrize(

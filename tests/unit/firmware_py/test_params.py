@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.params import ParamError, describe, dump, load, naming, param
+from firmware_py.param_tree import describe
+from firmware_py.params import ParamError, dump, load, naming, param
 
 
 class Paint(enum.Enum):

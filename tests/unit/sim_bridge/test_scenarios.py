@@ -18,6 +18,7 @@ LEAST = {"description": "Nothing happens.", "duration_s": 10.0, "completes": "ti
 
 def test_every_shipped_scenario_can_be_read_and_describes_itself_in_a_sentence():
     names = known(FOLDER)
+    assert {"learn-doublets", "learn-prbs", "learn-zigzag"} <= set(names)
     assert {"demo", "paper-depth", "paper-heading", "turning-circle", "zigzag"} <= set(names)
     for name in names:
         scenario = load_scenario(name, FOLDER)
@@ -77,6 +78,14 @@ def test_everything_a_scenario_may_say_arrives_in_si():
         ({"orders": [{"t_s": -1.0}]}, "here: orders[0]: t_s = -1.0: out of bounds"),
         ({"orders": [{"t_s": 2.0}, {"t_s": 1.0}]}, "here: orders are not in order of t_s"),
         ({"orders": [{"t_s": 2.0, "mode": "mission"}]}, "there are no [[waypoints]]"),
+        ({"items": [{"manoeuvre": {"kind": "spin"}}]}, "here: items[0]: manoeuvre: kind = 'spin': must be one of"),
+        (
+            {
+                "items": [{"manoeuvre": {"kind": "prbs"}}],
+                "waypoints": [{"x_m": 0.0, "y_m": 0.0, "depth_m": 1.0, "speed_m_s": 1.0}],
+            },
+            "here: there are [[waypoints]] and [[items]]",
+        ),
         ({"waypoints": [{"x_m": 0.0, "y_m": 0.0, "depth_m": 1.0}]}, "here: waypoints[0]: speed_m_s is missing"),
         ({"faults": [{"t_s": 1.0, "name": "sink"}]}, "fault 'sink' is unknown; known: dvl-off"),
         ({"faults": [{"t_s": 1.0, "name": "fin-jam"}]}, "fault 'fin-jam': write fin-jam:<fin>"),
@@ -107,7 +116,9 @@ def test_what_is_wrong_is_named_in_one_line(change, words):
 
 
 def test_an_unknown_scenario_names_the_known_ones():
-    with pytest.raises(ParamError, match=r"unknown scenario 'dmo'; known: demo, paper-depth, .*zigzag"):
+    with pytest.raises(
+        ParamError, match=r"unknown scenario 'dmo'; known: demo, learn-doublets, .*, paper-depth, .*zigzag"
+    ):
         load_scenario("dmo", FOLDER)
 
 

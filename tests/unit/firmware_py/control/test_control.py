@@ -230,3 +230,38 @@ def test_coefficients_that_no_law_can_be_designed_for_are_refused() -> None:
     )
     with pytest.raises(ParamError, match=r"coefficients: .* not controllable"):
         Control(ControlParams(), adrift)
+
+
+@every_law
+@given(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(0.0, 1.0))
+def test_a_learning_manoeuvre_is_added_to_the_share_of_the_law_and_kept_within_the_travel(
+    params: ControlParams, delta_s: float, delta_r: float, grip: float
+) -> None:
+    at = state(z=10.3, psi=0.05, theta=0.02)
+    alone = hold(Control(params, VEHICLE), at)
+    learning = dataclasses.replace(REFERENCE, delta_s=delta_s, delta_r=delta_r, grip=grip)
+    both = hold(Control(params, VEHICLE), at, learning)
+    assert both.delta_s == pytest.approx(max(-LIMIT, min(grip * alone.delta_s + delta_s, LIMIT)))
+    assert both.delta_r == pytest.approx(max(-LIMIT, min(grip * alone.delta_r + delta_r, LIMIT)))
+    assert both.n == alone.n
+    slow = hold(Control(params, VEHICLE), state(u=0.0), learning)
+    assert (slow.delta_s, slow.delta_r) == (0.0, 0.0)
+
+
+def test_in_manual_and_disarmed_no_manoeuvre_reaches_the_fins() -> None:
+    learning = dataclasses.replace(REFERENCE, delta_s=0.2, delta_r=0.2, grip=0.3)
+    for which in (Mode.MANUAL, Mode.DISARMED):
+        demand = Control(ControlParams(), VEHICLE).update(tick(0), mode(which), NO_ORDER, learning, state())
+        assert (demand.delta_s, demand.delta_r) == (0.0, 0.0)
+
+
+def test_the_heading_law_s_sway_is_that_of_the_rudder_the_boat_really_gets() -> None:
+    """Two boats with the same rudder, asked for by the law or by a manoeuvre, believe in the same sway."""
+    by_law, by_manoeuvre = (Control(ControlParams(), VEHICLE) for _ in range(2))
+    at = state(psi=0.05)
+    for k in range(100):
+        asked = hold(by_law, at, k=k).delta_r
+        learning = dataclasses.replace(REFERENCE, delta_r=asked, grip=0.0)
+        hold(by_manoeuvre, at, learning, k)
+    assert by_law.freeze().heading.sway.v != 0.0
+    assert by_manoeuvre.freeze().heading.sway == pytest.approx(by_law.freeze().heading.sway)

@@ -1,0 +1,191 @@
+"""Where an autopilot's parts are made, and made anew when a station changes what they were made of."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from firmware_py.autopilot import Autopilot
+from firmware_py.control.control import Control, ControlParams
+from firmware_py.estimation.estimator import EstimationParams, Estimator
+from firmware_py.estimation.observer_model import refuse_no_inertia
+from firmware_py.guidance.guidance import Guidance, GuidanceParams
+from firmware_py.guidance.route import BEGINNING
+from firmware_py.marine import Origin
+from firmware_py.mavlink.node import MavlinkParams
+from firmware_py.param_tree import replaced
+from firmware_py.params import ParamError, naming, param, table
+from firmware_py.records.mission import from_plain
+from firmware_py.records.order import Mission
+from firmware_py.safety.gate import Gate
+from firmware_py.safety.supervisor import SafetyParams, Supervisor
+from firmware_py.schedule import step_ns
+from firmware_py.vehicle.vehicle import Vehicle
+
+
+@dataclass(frozen=True, slots=True)
+class OriginParams:
+    """Where the local frame touches the earth."""
+
+    latitude: float = param(unit="deg", low=-85.0, high=85.0, doc="Latitude, north positive.")
+    longitude: float = param(unit="deg", low=-180.0, high=180.0, doc="Longitude, east positive.")
+
+
+@dataclass(frozen=True, slots=True)
+class AutopilotParams:
+    """autopilot.toml, whole."""
+
+    origin: OriginParams
+    rate: int = param(100, unit="Hz", low=50, high=1000, doc="Base rate of the cycle.")
+    estimation: EstimationParams = table(EstimationParams, mav="EST_")
+    safety: SafetyParams = table(SafetyParams, mav="SAF_")
+    guidance: GuidanceParams = table(GuidanceParams, mav="GDN_")
+    control: ControlParams = table(ControlParams, mav="CTL_")
+    mavlink: MavlinkParams = table(MavlinkParams)
+
+    def __post_init__(self) -> None:
+        try:
+            step_ns(self.rate)
+        except ValueError as error:
+            raise ParamError(f"rate_hz: {error}") from None
+
+
+class Adopted(NamedTuple):
+    """Everything that stations may have changed."""
+
+    params: AutopilotParams
+    mission: Mission
+
+
+_MADE_OF: dict[str, tuple[str, ...]] = {
+    "origin": ("estimator",),
+    "estimation": ("estimator",),
+    "safety": ("supervisor", "guidance", "gate"),
+    "guidance": ("guidance",),
+    "control": ("control",),
+    "mavlink": (),
+}
+"""Which parts a table of autopilot.toml goes into."""
+
+
+class Yard:
+    """An `autopilot.Adopter` that knows what an autopilot is made of."""
+
+    def __init__(self, files: Mapping[str, str], boat: Vehicle, params: AutopilotParams, mission: Mission) -> None:
+        """`files` is what to call "vehicle" and "autopilot" in errors."""
+        self._files, self._boat = files, boat
+        self._now = Adopted(params, mission)
+
+    @property
+    def params(self) -> AutopilotParams:
+        """autopilot.toml as it stands now."""
+        return self._now.params
+
+    def makers(self) -> dict[str, Callable[[], Any]]:
+        """Who makes each part, by the part's name.
+
+        Raises:
+            ParamError: what is called does: a configuration that cannot be flown, with file and key.
+        """
+        return {  # the laws first: of a vehicle that cannot be flown they can say best what is wrong
+            "supervisor": self._supervisor,
+            "guidance": self._guidance,
+            "control": self._control,
+            "gate": self._gate,
+            "estimator": self._estimator,
+        }
+
+    def changed(self, values: Mapping[str, Any]) -> Yard:
+        """A yard with other values of dotted keys, in which every part that they go into could be made.
+
+        Raises:
+            ParamError: a value that is wrong, alone or beside the others; the error names file and key.
+        """
+        params = replaced(self._now.params, values, self._files["autopilot"])
+        yard = Yard(self._files, self._boat, params, self._now.mission)
+        makers = yard.makers()
+        for part in _parts_of(values):
+            makers[part]()
+        return yard
+
+    def adopt(self, autopilot: Autopilot, changes: tuple[str, ...]) -> tuple[str, ...]:
+        """See `autopilot.Adopter`. A change that cannot be made is said to be none; whoever ordered it had checked."""
+        said = []
+        for change in changes:
+            before = self._now
+            try:
+                for kind, content in json.loads(change).items():
+                    self._adopt(autopilot, kind, content)
+            except (ValueError, LookupError, TypeError) as error:
+                self._now = before
+                said.append(f"change not made: {' '.join(str(error).split())}")
+        return tuple(said)
+
+    def freeze(self) -> Adopted:
+        """All that was adopted."""
+        return self._now
+
+    def thaw(self, autopilot: Autopilot, memory: Adopted) -> None:
+        """Makes every part anew if something else was adopted."""
+        if memory != self._now:
+            self._now = memory
+            for name, make in self.makers().items():
+                setattr(autopilot, name, make())
+
+    def _adopt(self, autopilot: Autopilot, kind: str, content: Any) -> None:
+        if kind == "parameters":
+            self._now = self._now._replace(params=replaced(self.params, content, self._files["autopilot"]))
+            self._remake(autopilot, _parts_of(content))
+        elif kind == "mission":
+            self._now = self._now._replace(mission=from_plain(content))
+            self._remake(autopilot, ("supervisor", "guidance"))
+            guidance = autopilot.guidance
+            guidance.thaw(guidance.freeze()._replace(route=BEGINNING, learning=None))
+        else:
+            raise LookupError(f"{kind} is nothing that can be changed")
+
+    def _remake(self, autopilot: Autopilot, parts: tuple[str, ...]) -> None:
+        """All of them or none."""
+        makers, made = self.makers(), {}
+        for part in parts:
+            made[part] = makers[part]()
+            made[part].thaw(getattr(autopilot, part).freeze())
+        for part, new in made.items():
+            setattr(autopilot, part, new)
+
+    def _estimator(self) -> Estimator:
+        origin = self.params.origin
+        with naming(self._files["vehicle"]):
+            refuse_no_inertia(self._boat)
+        with naming(f"{self._files['autopilot']}: estimation.coefficients"):
+            return Estimator(self.params.estimation, Origin(origin.latitude, origin.longitude), self._boat)
+
+    def _supervisor(self) -> Supervisor:
+        with naming(self._files["autopilot"]):
+            return Supervisor(self.params.safety, has_mission=bool(self._now.mission.items))
+
+    def _guidance(self) -> Guidance:
+        safety = self.params.safety
+        with naming(self._files["autopilot"]):
+            return Guidance(self.params.guidance, self._now.mission, safety.depth_max, safety.altitude_min)
+
+    def _control(self) -> Control:
+        with naming(self._files["vehicle"]):
+            return Control(self.params.control, self._boat)
+
+    def _gate(self) -> Gate:
+        boat = self._boat
+        with naming(self._files["vehicle"]):
+            return Gate(
+                self.params.safety.gate,
+                delta_max=tuple(fin.delta_max for fin in boat.fins),
+                rate_max=tuple(fin.rate_max for fin in boat.fins),
+                n_max=boat.propeller.n_max,
+            )
+
+
+def _parts_of(values: Mapping[str, Any]) -> tuple[str, ...]:
+    tables = dict.fromkeys(key.partition(".")[0] for key in values)
+    return tuple(dict.fromkeys(part for table in tables for part in _MADE_OF[table]))

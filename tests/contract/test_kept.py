@@ -1,0 +1,128 @@
+"""What stations change, on its way to the disk: over a real socket, by the real store."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+from pymavlink import mavutil
+
+from firmware_py import app
+from firmware_py.adapters.ground import MavlinkGround, merge
+from firmware_py.adapters.store import StoreError
+from firmware_py.marine import Origin
+from firmware_py.mavlink.node import KEPT, MavlinkParams
+from firmware_py.mavlink.status import Actuators
+from firmware_py.records.order import NO_ORDER, Arming, Asker, Order
+from firmware_py.schedule import Tick
+
+from .test_ground import CONFIG, DT_NS, frame
+
+JS, GAIN = "JS_DELTA_S", "CTL_Z_DELTA_SW"
+
+
+class Vehicle:
+    """The shipped autopilot and its ground, stepped by hand."""
+
+    def __init__(self, port: int) -> None:
+        configuration = {**app.read_configuration(CONFIG), "mission": {"waypoints": []}, "kept": {}}
+        self.autopilot = app.build(configuration)
+        self.ground = MavlinkGround(
+            [f"udpout:127.0.0.1:{port}"],
+            MavlinkParams(),
+            Origin(0.0, 0.0),
+            Actuators((0.4,) * 4, 10.0),
+            book=app.book(configuration),
+        )
+        self.k = 0
+        self.orders: list[Order] = []
+
+    def step(self, ticks: int = 1) -> None:
+        for _ in range(ticks):
+            tick = Tick(self.k, DT_NS)
+            self.orders.append(self.ground.read(tick))
+            self.ground.write(self.autopilot.step(tick, frame(tick.t, 4, 0.9), self.orders[-1]))
+            self.k += 1
+
+
+@pytest.fixture
+def station():
+    peer = mavutil.mavlink_connection("udpin:127.0.0.1:0", source_system=255)
+    yield peer
+    peer.close()
+
+
+@pytest.fixture
+def vehicle(station):
+    boat = Vehicle(station.port.getsockname()[1])
+    boat.step(100)
+    assert station.wait_heartbeat(timeout=5.0) is not None
+    yield boat
+    boat.ground.close()
+
+
+def change(station, vehicle: Vehicle, name: str, value: float) -> None:
+    station.param_set_send(name, value)
+    while True:
+        vehicle.step()
+        echo = station.recv_match(type="PARAM_VALUE", blocking=True, timeout=0.01)
+        if echo is not None and echo.param_id == name:
+            assert echo.param_value == pytest.approx(value)
+            return
+
+
+def test_a_change_reaches_the_law_in_the_next_cycle_and_the_disk_by_the_end(station, vehicle, tmp_path: Path) -> None:
+    vehicle.ground.keep(tmp_path / "state")
+    change(station, vehicle, GAIN, 0.25)
+    vehicle.step()
+    assert vehicle.autopilot.adopter.params.control.depth.delta_sw == 0.25
+    assert [order.changes for order in vehicle.orders if order.changes] == [
+        ('{"parameters": {"control.depth.delta_sw_rad": 0.25}}',)
+    ]
+    vehicle.ground.close()
+    assert [path.name for path in (tmp_path / "state").iterdir()] == [*KEPT]
+    assert tomllib.loads((tmp_path / "state" / KEPT[0]).read_text()) == {"control": {"depth": {"delta_sw_rad": 0.25}}}
+
+
+def test_what_sticks_ask_for_changes_at_once(station, vehicle) -> None:
+    def pushed() -> float:
+        station.mav.manual_control_send(1, 0, 0, 1000, 0, 0)
+        vehicle.step(3)
+        return vehicle.ground.read(Tick(vehicle.k, DT_NS)).sticks.delta_s
+
+    before = pushed()
+    change(station, vehicle, JS, 7.5)
+    assert pushed() == pytest.approx(before / 2)
+
+
+def test_a_change_that_the_disk_refuses_is_said_to_the_stations(station, vehicle, tmp_path: Path) -> None:
+    (tmp_path / f"{KEPT[0]}.new").mkdir()
+    vehicle.ground.keep(tmp_path)
+    change(station, vehicle, GAIN, 0.25)
+    said = ""
+    while "cannot be written" not in said:
+        vehicle.step()
+        text = station.recv_match(type="STATUSTEXT", blocking=True, timeout=0.01)
+        said += text.text if text is not None and text.severity == mavutil.mavlink.MAV_SEVERITY_CRITICAL else ""
+    assert not (tmp_path / KEPT[0]).exists()
+
+
+def test_a_folder_that_cannot_be_is_refused_before_the_flight(vehicle, tmp_path: Path) -> None:
+    (tmp_path / "state").write_text("")
+    with pytest.raises(StoreError, match="cannot be made"):
+        vehicle.ground.keep(tmp_path / "state")
+
+
+def test_of_several_grounds_every_change_is_made_and_the_last_jump_holds() -> None:
+    asker = Asker(0, 255, 190, 400)
+    orders = [
+        Order(changes=("a", "b"), jump=3),
+        NO_ORDER,
+        Order(Arming.DISARM, asker=asker, changes=("c",)),
+        Order(jump=0),
+    ]
+    merged = merge(orders)
+    assert (merged.changes, merged.jump, merged.arming, merged.asker) == (("a", "b", "c"), 0, Arming.DISARM, asker)
+    assert merge([Order(changes=("a",)), NO_ORDER]).changes == ("a",)
+    assert merge([Order(t_sticks=1.0), Order(t_sticks=2.0)]).jump == -1

@@ -1,0 +1,163 @@
+"""Learning manoeuvres flown whole, with the sensors as they are, judged by where the boat really went."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+
+from firmware_py.app import build
+from firmware_py.guidance.learning import LearningParams
+from firmware_py.records.order import Mode
+from tools.flight import Outcome, Wish, fly, prepare
+from tools.log import Columns, Log, read
+from tools.replay import replay
+from tools.summary import summarise
+
+LIMITS = LearningParams()
+SHIPPED = ("learn-zigzag", "learn-doublets", "learn-prbs")
+
+
+@cache
+def flown(scenario: str) -> tuple[Outcome, Log]:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "log.mcap"
+        return fly(prepare(Wish(scenario=scenario), {}), path), read(path)
+
+
+def learning(log: Log) -> np.ndarray:
+    """The cycles in which a manoeuvre moves the fins."""
+    moving: np.ndarray = log.columns["reference.grip"] < 1.0
+    return moving
+
+
+def angles(c: Columns) -> tuple[np.ndarray, np.ndarray]:
+    """(stern planes, rudder) as the servos report them."""
+    fins = c["frame.fins.value"]
+    return fins[:, :2].mean(axis=1), fins[:, 2:].mean(axis=1)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_shipped_scenario_learns_inside_its_limits_and_surfaces(name: str) -> None:
+    outcome, log = flown(name)
+    kind = name.removeprefix("learn-")
+    assert outcome == Outcome(True, "completed")
+    events = [text for _, text in log.events]
+    assert f"{kind} begins: 120 s about 60.0 m" in events
+    assert f"{kind} done: 120 s, and 0.0 s of waiting" in events
+    while_learning, truth = learning(log), log.truth
+    assert np.count_nonzero(while_learning) == 12_000
+    assert np.abs(truth["eta.z"] - 60.0)[while_learning].max() < LIMITS.depth_band
+    assert np.abs(truth["eta.theta"])[while_learning].max() < LIMITS.pitch_max
+    assert truth["eta.z"].max() < 60.0 + LIMITS.depth_band
+    assert log.columns["mode.mode"][-1] == Mode.DISARMED
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_the_fins_move_both_ways_and_the_boat_with_them(name: str) -> None:
+    _, log = flown(name)
+    while_learning = learning(log)
+    planes, rudder = (angle[while_learning] for angle in angles(log.columns))
+    for angle in (planes, rudder):
+        assert angle.max() > math.radians(12.0)
+        assert angle.min() < math.radians(-12.0)
+    assert abs(np.corrcoef(planes, rudder)[0, 1]) < 0.25  # what one does is not what the other does
+    assert np.std(log.truth["nu.q"][while_learning]) > math.radians(0.5)
+    assert np.std(log.truth["nu.r"][while_learning]) > math.radians(0.5)
+
+
+def test_a_replay_gives_the_manoeuvre_again() -> None:
+    _, log = flown("learn-prbs")
+    result = replay(log, build)
+    assert result.equal, str(result)
+
+
+def test_a_run_of_nothing_but_a_manoeuvre_has_no_path_to_be_off() -> None:
+    summary = summarise(flown("learn-prbs")[1])
+    assert summary["path_error_rms_m"] is None
+    assert summary["waypoints_total"] == 0
+
+
+SCENARIO = """
+description = "A manoeuvre of its own."
+duration_s = {duration}
+completes = "time"
+[environment]
+bottom_depth_m = {bottom}
+[start]
+depth_m = 60.0
+u_m_s = 1.8
+n_rpm = 492.0
+[autopilot.safety]
+depth_max_m = 80.0
+[[orders]]
+t_s = 0.5
+arming = "arm"
+mode = "mission"
+{orders}
+{items}
+"""
+
+
+def written(folder: Path, items: str, duration: float = 80.0, bottom: float = 100.0, orders: str = "") -> str:
+    path = folder / "scenario.toml"
+    path.write_text(SCENARIO.format(duration=duration, bottom=bottom, items=items, orders=orders))
+    return str(path)
+
+
+def test_what_would_leave_the_limits_waits_and_goes_on(tmp_path: Path) -> None:
+    wild = '[[items]]\nmanoeuvre = { kind = "prbs", delta_s_deg = 23, delta_r_deg = 23, clock_s = 6.0 }'
+    outcome, log = flown(written(tmp_path, wild))
+    assert outcome.completed
+    events = [text.split(":")[0] for _, text in log.events[1:]]
+    assert events[0] == "prbs begins"
+    assert events[1:3] == ["prbs waits", "prbs goes on"]
+    assert np.abs(log.truth["eta.z"] - 60.0).max() < LIMITS.depth_band
+    assert np.abs(log.truth["eta.theta"]).max() < LIMITS.pitch_max
+    c = log.columns
+    waiting = (c["mode.mode"] == Mode.MISSION) & ~learning(log)
+    assert np.count_nonzero(waiting) > 100
+    assert np.count_nonzero(learning(log)) > 2500
+    assert not c["reference.delta_s"][waiting].any()
+
+
+def test_over_a_bottom_that_is_near_it_gives_up_and_the_mission_goes_on(tmp_path: Path) -> None:
+    items = (
+        '[[items]]\nmanoeuvre = { kind = "prbs" }\n'
+        "[[items]]\nwaypoint = { x_m = 200.0, y_m = 0.0, depth_m = 58.0, speed_m_s = 1.8 }"
+    )
+    over = "[autopilot.guidance.learning]\npatience_s = 10.0\n"
+    outcome, log = flown(written(tmp_path, over + items, duration=40.0, bottom=65.5))
+    assert outcome.completed
+    assert not learning(log).any()
+    assert [text.split(":")[0] for _, text in log.events[1:]] == [
+        *("prbs begins", "prbs waits", "prbs given up after 0.0 s")
+    ]
+    assert log.columns["reference.cross_track"][-1] == pytest.approx(0.0, abs=1.0)
+
+
+def test_an_order_to_surface_takes_the_fins_from_the_manoeuvre_at_once(tmp_path: Path) -> None:
+    orders = '[[orders]]\nt_s = 20.0\nmode = "surface"'
+    _, log = flown(written(tmp_path, '[[items]]\nmanoeuvre = { kind = "prbs" }', duration=40.0, orders=orders))
+    t, while_learning = log.columns["t"], learning(log)
+    assert while_learning[(t >= 0.5) & (t < 20.0)].all()
+    assert not while_learning[t >= 20.0].any()
+    assert log.truth["eta.z"][-1] < 57.0
+
+
+def test_the_path_error_leaves_the_manoeuvre_out(tmp_path: Path) -> None:
+    items = (
+        "[[items]]\nwaypoint = { x_m = 40.0, y_m = 0.0, depth_m = 60.0, speed_m_s = 1.8 }\n"
+        '[[items]]\nmanoeuvre = { kind = "zigzag", delta_s_deg = 0, duration_s = 25.0, heading_deg = 40 }\n'
+        "[[items]]\nwaypoint = { x_m = 150.0, y_m = 0.0, depth_m = 60.0, speed_m_s = 1.8 }"
+    )
+    outcome, log = flown(written(tmp_path, items, duration=70.0))
+    assert outcome.completed
+    off = np.abs(log.truth["eta.y"])[learning(log)].max()
+    summary = summarise(log)
+    assert off > 3.0
+    assert summary["path_error_max_m"] < 0.6 * off
