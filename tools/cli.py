@@ -68,6 +68,7 @@ def parser() -> argparse.ArgumentParser:
         metavar="BUS",
         help="virtual in one process; udp:N or socketcan:IFACE in two [virtual]",
     )
+    _add_link(sitl)
     sitl.add_argument(
         "--pace", choices=("max", "realtime"), default="max", help="as fast as it goes, or as at sea [max]"
     )
@@ -84,12 +85,14 @@ def parser() -> argparse.ArgumentParser:
         "fly",
         help="the vehicle alone: what runs at sea",
         description="Flies the vehicle on a real bus until Ctrl-C. It starts disarmed and waits for orders.",
-        epilog="Exit status 0 if it was ended by a person, 1 if its plant was lost, 2 for bad input.",
+        epilog="Exit status 0 if it was ended by a person, 1 if its plant was lost, 2 for bad input, 3 if a station asked "
+        "for a reboot: whoever started it is to start it again.",
     )
     _add_config(fly, "vehicle and autopilot")
     _add_real_bus(fly)
+    _add_link(fly)
     fly.add_argument(
-        "--pace", choices=("realtime", "bus"), default="realtime", help="its own clock, or a plant's ticks [realtime]"
+        "--pace", choices=("realtime", "bus"), help="its own clock, or a plant's ticks [realtime; mavlink-hil: bus]"
     )
     fly.add_argument("--dvl", metavar="PATH", help="the DVL's serial port [as the io file says]")
     fly.add_argument("--out", type=Path, metavar="DIR", help="where the log is left [runs/<stamp>]")
@@ -105,11 +108,12 @@ def parser() -> argparse.ArgumentParser:
     plant.add_argument("--scenario", default="demo", metavar="NAME", help="where it starts, in what water [demo]")
     _add_config(plant, "truth and sensors")
     _add_real_bus(plant)
+    _add_link(plant)
     plant.add_argument(
         "--pace",
         choices=("max", "realtime"),
         default="max",
-        help="max: in lockstep with `fly --pace bus`; realtime: free-running [max]",
+        help="max: in lockstep with `fly --pace bus`; realtime: free-running, over mavlink-hil in lockstep too [max]",
     )
     _add_seed(plant)
     plant.add_argument("--dvl", metavar="PATH", help="name of the link to the DVL's line [as the io file says]")
@@ -135,6 +139,55 @@ def parser() -> argparse.ArgumentParser:
     report.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [beside the log]")
     report.set_defaults(run=_lazily("tools.report"))
 
+    identify = commands.add_parser(
+        "identify",
+        help="what a log says of the vehicle's coefficients, and a vehicle file with it",
+        description="Estimates coefficients from a log by the filter that flies and by batch maximum likelihood, and "
+        "leaves identify.html, identify.json and vehicle.toml.",
+        epilog="Exit status 0 if all is identifiable, 1 if not (what is not is named), 2 for bad input.",
+    )
+    identify.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
+    identify.add_argument(
+        "--coefficients", default="", metavar="NAME,...", help="as in [coefficients], or X_dot to N_dot [the ten]"
+    )
+    identify.add_argument(
+        "--from", dest="begin", type=float, metavar="T", help="vehicle time, s [the longest time under water]"
+    )
+    identify.add_argument("--to", dest="end", type=float, metavar="T", help="vehicle time, s")
+    identify.add_argument(
+        "--current", action=argparse.BooleanOptionalAction, default=True, help="the water may flow, or stands still"
+    )
+    identify.add_argument(
+        "--prior", type=float, metavar="PCT", help="how far off the vehicle file may be, 1 sigma [as the log's filter]"
+    )
+    identify.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [beside the log]")
+    identify.set_defaults(run=_lazily("tools.identify.command"))
+
+    study = commands.add_parser("study", help="how well something is done, over many seeds, beside what is possible")
+    studies = study.add_subparsers(required=True, metavar="STUDY")
+    estimation = studies.add_parser(
+        "estimation",
+        help="the coefficient filter beside the Cramér-Rao bound",
+        description="Flies and judges every case in two processes, and leaves report.html and results.json.",
+        epilog="Exit status 0 if every target is met, 1 if not (what is missed is named), 2 for bad input.",
+    )
+    estimation.add_argument(
+        "--seeds", metavar="A:B", help="seeds A to B - 1; tune below 1000 [1000:1400, for the figures that count]"
+    )
+    estimation.add_argument("--short", action="store_true", help="fewer seeds, same cases: the form for CI")
+    estimation.add_argument("--out", type=Path, metavar="DIR", help="where they are left [runs/<stamp>]")
+    estimation.set_defaults(run=_lazily("tools.study.command"))
+
+    paper = commands.add_parser(
+        "paper",
+        help="every experiment of the source paper, flown again",
+        description="Repeats the paper's estimation, design and flights, and leaves report.html, results.json and the "
+        "figures as PNG files. Takes a few minutes.",
+        epilog="Exit status 0 if every EKF row of Table 1 is at or under the paper's, 1 if not, 2 for bad input.",
+    )
+    paper.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [runs/<stamp>]")
+    paper.set_defaults(run=_lazily("tools.paper.command"))
+
     scenarios = commands.add_parser("scenarios", help="list the scenarios, with a sentence each")
     scenarios.set_defaults(run=_lazily("tools.sitl", "list_scenarios"))
     return top
@@ -149,6 +202,15 @@ def _add_real_bus(command: argparse.ArgumentParser) -> None:
     command.add_argument("--bus", default="", metavar="BUS", help="udp:N or socketcan:IFACE [as the io file says]")
 
 
+def _add_link(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--link",
+        default="can",
+        metavar="LINK",
+        help="can, or mavlink-hil[:HOST:PORT]: PX4's simulator interface over TCP [can; 127.0.0.1:4560]",
+    )
+
+
 def _add_seed(command: argparse.ArgumentParser) -> None:
     command.add_argument("--seed", type=int, default=1, metavar="N", help="of noise, bias, dropout and turbulence [1]")
 
@@ -159,7 +221,14 @@ def _add_gcs(command: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="LINK",
-        help="a MAVLink ground station: udpout:HOST:PORT or udpin:HOST:PORT; may be repeated",
+        help="a ground station: udpout:, udpin:, tcp: or tcpin:HOST:PORT, or serial:DEVICE:BAUD, with :generic or "
+        ":highlatency behind it; may be repeated",
+    )
+    command.add_argument(
+        "--gcs-key",
+        type=Path,
+        metavar="FILE",
+        help="sign MAVLink with this file's passphrase, and refuse what is not signed",
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from firmware_py.adapters.can_bus import BusError
 from firmware_py.adapters.ground import GroundError
 from firmware_py.adapters.recorder import LogError
+from firmware_py.adapters.store import StoreError
 from firmware_py.params import ParamError
 
 
@@ -12,4 +13,4 @@ class UsageError(Exception):
     """An argument that cannot be used."""
 
 
-BAD_INPUT = (BusError, GroundError, LogError, ParamError, UsageError)
+BAD_INPUT = (BusError, GroundError, LogError, ParamError, StoreError, UsageError)

@@ -11,6 +11,7 @@ from rich.console import Console
 
 from firmware_py import app
 from firmware_py.adapters.files import read_toml
+from firmware_py.adapters.hil_link import parse_link, resolve
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.recorder import LogError, LogWriter, Recorder
 from firmware_py.adapters.turns import LockstepError
@@ -18,6 +19,7 @@ from firmware_py.params import load
 from firmware_py.records.cycle import Cycle
 from firmware_py.schedule import NS_PER_S
 from tools import machine, report, state, vehicle
+from tools.errors import UsageError
 from tools.folders import point_latest, run_folder
 from tools.ground import open_ground
 from tools.hearing import Hearing
@@ -27,6 +29,8 @@ from tools.summary import table
 
 _STATUS_NS = 10 * NS_PER_S
 """How often a line says how it stands."""
+_AGAIN = 3
+"""The exit status that asks whoever started the vehicle to start it again."""
 
 
 class SeaTape:
@@ -67,42 +71,54 @@ class SeaTape:
 
 def command(options: argparse.Namespace) -> int:
     """Flies until someone says stop; the exit status."""
-    io_file = options.io or options.config / "io_sitl.toml"
+    io_file, address = options.io or options.config / "io_sitl.toml", parse_link(options.link)
+    pace = options.pace or ("bus" if address else "realtime")
+    if address and (options.bus or options.dvl or pace != "bus"):
+        raise UsageError(
+            f"--link {options.link} has no bus, no DVL and the plant's pace: no --bus, --dvl, --pace realtime"
+        )
     configuration = {
-        **app.read_configuration(options.config),
-        "mission": {"waypoints": app.read_mission(options.config)},
+        **app.read_configuration(options.config, vehicle.OVER_HIL if address else None, options.state),
+        "mission": app.read_mission(options.config),
         "kept": state.load(options.state) if options.state else {},
     }
     params = app.autopilot_params(configuration)
     io = load(IoParams, read_toml(io_file), str(io_file))
     autopilot = app.build(configuration)
     spec = options.bus or io.can.bus
-    vehicle.check(spec)  # what cannot be opened is refused before anything is written
+    # What cannot be opened is refused before anything is written.
+    if address:
+        resolve(address)
+    else:
+        vehicle.check(spec)
     folder = run_folder(options.out)
     console = Console(stderr=True)
-    header = machine.header("fly", configuration, pace=options.pace)
+    header = machine.header("fly", configuration, pace=pace, link=options.link)
     lost, reason, began = False, "", time.monotonic()
-    with open_ground(options.gcs, configuration) as stations, interruptible() as interrupted:
+    with (
+        open_ground(options.gcs, configuration, options.gcs_key, options.state) as stations,
+        interruptible() as interrupted,
+    ):
+        stations.keep(options.state, folder)
         log = LogWriter(folder / "log.mcap", header)
         tape = SeaTape(log, console)
+
+        def stop() -> bool:
+            return bool(interrupted) or ground.node.ending != ""
+
+        ground = stations.ground
+        ground.node.may_end()
         try:
-            vehicle.run(
-                autopilot,
-                params.rate,
-                io,
-                spec,
-                Path(options.dvl or io.dvl.place(spec)),
-                options.pace,
-                stations.ground,
-                tape,
-                lambda: bool(interrupted),
-                tape.say,
-            )
+            if address:
+                vehicle.run_hil(autopilot, configuration, address, io, ground, tape, stop, tape.say)
+            else:
+                dvl = Path(options.dvl or io.dvl.place(spec))
+                vehicle.run(autopilot, params.rate, io, spec, dvl, pace, ground, tape, stop, tape.say)
         except LockstepError as error:
             lost, reason = True, str(error)
             console.print(f"sternplane: {error}", highlight=False, soft_wrap=True)
         finally:
-            reason = reason or _how(tape.last, bool(interrupted))
+            reason = reason or _how(tape.last, bool(interrupted), ground.node.ending)
             if not tape.broken:
                 log.close({"completed": None, "reason": reason, "wall_s": time.monotonic() - began})
     state.save(options.state or folder / "state", autopilot.estimator.keep())
@@ -110,10 +126,10 @@ def command(options: argparse.Namespace) -> int:
         Console().print(table(report.leave(read(folder / "log.mcap"), folder)))
     point_latest(folder)
     tape.say(f"  {folder}")
-    return 1 if lost else 0
+    return 1 if lost else _AGAIN if ground.node.ending == "reboot" else 0
 
 
-def _how(last: Cycle | None, interrupted: bool) -> str:
+def _how(last: Cycle | None, interrupted: bool, asked: str) -> str:
     """How a flight that nothing broke off came to its end."""
-    by = "ended by a person" if interrupted else "ended with the plant's time"
+    by = "ended by a person" if interrupted else f"{asked} by a station" if asked else "ended with the plant's time"
     return by if last is None else f"{by}, in mode {last.mode.mode.name.lower()}"

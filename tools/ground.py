@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 from firmware_py import app
 from firmware_py.adapters.ground import Grounds, MavlinkGround
+from firmware_py.adapters.signing import read_signing
 from firmware_py.marine import Origin
+from firmware_py.mavlink.node import KEPT
 from firmware_py.mavlink.status import Actuators
 from firmware_py.ports import Ground
 
@@ -22,10 +25,24 @@ class Stations(NamedTuple):
         """Both as one `ports.Ground`; the pilot alone where there is no station."""
         return Grounds(pilot, self.ground) if self.ground.links else pilot
 
+    def keep(self, state: Path | None, folder: Path) -> None:
+        """Keeps what stations change in `state`, or, with nothing kept of an earlier run, in the folder of this one.
+
+        Raises:
+            StoreError: it cannot be written.
+        """
+        if state is None:
+            for name in KEPT:
+                (folder / "state" / name).unlink(missing_ok=True)
+        if self.ground.links:
+            self.ground.keep(state or folder / "state")
+
 
 @contextlib.contextmanager
-def open_ground(links: Sequence[str], configuration: app.Configuration) -> Iterator[Stations]:
-    """Opens the links to the stations, for as long as the context lasts.
+def open_ground(
+    links: Sequence[str], configuration: app.Configuration, key: Path | None = None, state: Path | None = None
+) -> Iterator[Stations]:
+    """Opens the links to the stations, for as long as the context lasts; with a `key` they are signed.
 
     Raises:
         GroundError: a link is written wrongly or cannot be opened.
@@ -34,7 +51,10 @@ def open_ground(links: Sequence[str], configuration: app.Configuration) -> Itera
     params, vehicle = app.autopilot_params(configuration), app.vehicle(configuration)
     actuators = Actuators(tuple(fin.delta_max for fin in vehicle.fins), vehicle.propeller.n_max)
     origin = Origin(params.origin.latitude, params.origin.longitude)
-    ground = MavlinkGround(links, params.mavlink, origin, actuators)
+    learned = params.estimation.coefficients.names if params.estimation.learning.enabled else ()
+    signing = read_signing(key, state) if key is not None else None
+    ground = MavlinkGround(links, params.mavlink, origin, actuators, learned, signing, app.book(configuration))
+    ground.node.limit(params.safety.depth_max)
     try:
         yield Stations(ground)
     finally:

@@ -7,6 +7,7 @@ import argparse
 from rich.console import Console
 
 from firmware_py.adapters.can_bus import open_bus
+from firmware_py.adapters.hil_link import parse_link, serve
 from sim_bridge.scenarios import known, load_scenario
 from tools import report, state
 from tools.apart import fly_apart
@@ -23,16 +24,30 @@ def command(options: argparse.Namespace) -> int:
     """Flies, reports, and returns the exit status."""
     if options.seed < 0:
         raise UsageError(f"--seed {options.seed}: must be 0 or more")
-    bus, faults = options.bus, tuple(options.fault)
-    wish = Wish(options.scenario, options.config, bus, options.pace, options.seed, options.io, faults)
+    bus, faults, address = options.bus, tuple(options.fault), parse_link(options.link)
+    if address and not bus.startswith("virtual"):
+        raise UsageError(f"--bus {bus} and --link {options.link}: there is no bus on that link; leave --bus away")
+    wish = Wish(
+        options.scenario,
+        options.config,
+        bus,
+        options.pace,
+        options.seed,
+        options.io,
+        faults,
+        options.link,
+        options.state,
+    )
     flight = prepare(wish, state.load(options.state) if options.state else {})
-    open_bus(bus).close()  # what cannot be opened is refused before anything is written
-    with open_ground(options.gcs, flight.configuration) as stations:
+    # What cannot be opened is refused before anything is written.
+    (serve(address) if address else open_bus(bus)).close()
+    with open_ground(options.gcs, flight.configuration, options.gcs_key, options.state) as stations:
         folder = run_folder(options.out)
+        stations.keep(options.state, folder)
         (folder / TRUTH_FILE).unlink(missing_ok=True)
         scenario, log = flight.scenario, folder / "log.mcap"
-        with Progress(scenario.duration, len(scenario.waypoints), Console(stderr=True)) as progress:
-            if bus.startswith("virtual"):
+        with Progress(scenario.duration, len(scenario.mission.waypoints), Console(stderr=True)) as progress:
+            if bus.startswith("virtual") and not address:
                 outcome = fly(flight, log, progress.update, stations.beside)
             else:
                 outcome = fly_apart(flight, folder, progress.update, stations.beside)

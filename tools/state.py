@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 
+from firmware_py.adapters.store import replace
 from firmware_py.estimation.navigation import Kept
 from tools.errors import UsageError
 
@@ -45,11 +45,6 @@ def save(folder: Path, kept: Kept) -> None:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        fresh = folder / f"{FILE}.new"
-        with fresh.open("w", encoding="utf-8") as file:
-            file.write(json.dumps(kept._asdict(), indent=2, allow_nan=False) + "\n")
-            file.flush()
-            os.fsync(file.fileno())
-        fresh.replace(folder / FILE)
+        replace(folder, FILE, (json.dumps(kept._asdict(), indent=2, allow_nan=False) + "\n").encode())
     except OSError as error:
         raise UsageError(f"--state {folder}: cannot be written ({error.strerror}); choose another folder") from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from typing import Any, TypeAlias
 
-from pymavlink.dialects.v20 import ardupilotmega as dialect  # type: ignore[import-untyped]
+from pymavlink.dialects.v20 import all as dialect  # type: ignore[import-untyped]
 
 __all__ = ["COMPONENT", "Codec", "Message", "dialect"]
 
@@ -15,6 +15,9 @@ Message: TypeAlias = Any
 COMPONENT = dialect.MAV_COMP_ID_AUTOPILOT1
 _V1, _V2, _SIGNED = 0xFE, 0xFD, 0x01
 _FRAME_V1, _FRAME_V2, _SIGNATURE = 8, 12, 13
+_NO_FRAME, _NOT_KNOWN_YET = 0, 1 << 16
+_PATIENCE_NS = 200_000_000
+"""What a frame still lacks so long after its first bytes will not come: those were noise."""
 
 dialect.MAVLINK_IGNORE_CRC = 0  # pymavlink takes this from the environment, which shall not make us believe noise
 
@@ -22,10 +25,16 @@ dialect.MAVLINK_IGNORE_CRC = 0  # pymavlink takes this from the environment, whi
 class Codec:
     """One link's packing and parsing: MAVLink 2 out, MAVLink 1 and 2 in. Nothing that it is given makes it raise."""
 
-    def __init__(self, system: int) -> None:
-        self._mav = dialect.MAVLink(None, system, COMPONENT)
+    def __init__(self, system: int, stream: bool = False, mav: Any = None) -> None:
+        """In a `stream` frames go on in what comes next, in a datagram not; `mav` packs and parses if it is given."""
+        self._mav = mav or dialect.MAVLink(None, system, COMPONENT)
+        self._stream = stream
+        self._rest = b""
+        self._rest_ns = 0
         self.malformed = 0
         """Places in what came in at which a frame should have begun, and did not."""
+        self.refused = 0
+        """Messages that should have been signed and were not, or wrongly, or not lately."""
         self.unsayable = 0
         """Messages with a number that its field cannot hold."""
         self.dropped = 0
@@ -42,43 +51,57 @@ class Codec:
         mav.seq = mav.seq + 1 & 255
         return frame
 
-    def parse(self, datagram: bytes, most: int) -> tuple[list[Message], int]:
+    def parse(self, data: bytes, most: int, t_ns: int = 0) -> tuple[list[Message], int]:
         """The messages of a datagram, and in how many places it was looked at for them, at most `most`.
 
-        Frames do not go on in the next datagram, so a broken one harms none but its own. After noise the search goes on
-        at the next byte that may begin a frame.
+        In a stream, what may be a frame's beginning is kept for the next call: less than 300 bytes. A broken frame
+        harms none but its own. After noise the search goes on at the next byte that may begin a frame.
         """
         messages: list[Message] = []
         start = looked = 0
-        while start < len(datagram):
+        if self._rest:
+            start = _next_start(self._rest, 1) if t_ns - self._rest_ns > _PATIENCE_NS else 0
+            data, self._rest = self._rest + data, b""
+        while start < len(data):
             if looked == most:
                 self.dropped += 1
                 break
             looked += 1
-            end = start + _length(datagram, start)
-            if start < end <= len(datagram):
-                try:
-                    messages.append(self._mav.decode(bytearray(datagram[start:end])))
-                except dialect.MAVError:
-                    end = start
-            else:
-                end = start
-            if end == start:
+            length = _length(data, start)
+            end = start + length
+            if self._stream and end > len(data):
+                self._rest, self._rest_ns = data[start:], t_ns
+                break
+            if not start < end <= len(data) or not self._decode(data[start:end], messages):
                 self.malformed += 1
-                end = _next_start(datagram, start + 1)
+                end = _next_start(data, start + 1)
             start = end
         return messages, looked
 
+    def _decode(self, frame: bytes, messages: list[Message]) -> bool:
+        """Appends the frame's message, unless it is refused; False if it is no frame."""
+        rejected = self._mav.signing.reject_count
+        try:
+            messages.append(self._mav.decode(bytearray(frame)))
+        except dialect.MAVError:
+            if self._mav.signing.reject_count == rejected:
+                return False
+            self.refused += 1
+        return True
+
 
 def _length(data: bytes, start: int) -> int:
-    """How long a frame that begins here would be; 0 if none does."""
+    """How long a frame that begins here would be: 0 if none does, more than there is if that cannot be told yet."""
+    magic = data[start]
+    if magic not in (_V1, _V2):
+        return _NO_FRAME
     if len(data) - start < _FRAME_V1:
-        return 0
-    if data[start] == _V1:
+        return _NOT_KNOWN_YET
+    if magic == _V1:
         return _FRAME_V1 + data[start + 1]
-    if data[start] == _V2 and not data[start + 2] & ~_SIGNED:  # other flags change what the frame means
-        return _FRAME_V2 + data[start + 1] + (_SIGNATURE if data[start + 2] else 0)
-    return 0
+    if data[start + 2] & ~_SIGNED:  # other flags change what the frame means
+        return _NO_FRAME
+    return _FRAME_V2 + data[start + 1] + (_SIGNATURE if data[start + 2] else 0)
 
 
 def _next_start(data: bytes, after: int) -> int:

@@ -1,63 +1,39 @@
-"""COMMAND_LONG, COMMAND_INT and SET_MODE: every command gets one answer, if only that it is not supported."""
+"""COMMAND_LONG, COMMAND_INT and SET_MODE: every command gets one answer, if only that it is not supported.
+
+Here are arming, modes and the mission's course; `Requests`, `Setpoints` and `Upkeep` do the other commands.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container
-from typing import NamedTuple, Protocol
+from collections.abc import Callable, Mapping
 
 from firmware_py.mavlink.codec import Message, dialect
-from firmware_py.mavlink.identity import KNOWN, mode_of
+from firmware_py.mavlink.modes import KNOWN, Identity, mode_of, standard_mode
 from firmware_py.mavlink.orders import Orders, Wish
-from firmware_py.mavlink.streams import Streams
-from firmware_py.records.order import Arming, Mode
+from firmware_py.mavlink.voice import DENIED, UNSUPPORTED, WARNING, Command, Do, Voice
+from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Mode
 from firmware_py.schedule import Tick
-
-_ACCEPTED: int = dialect.MAV_RESULT_ACCEPTED
-_DENIED: int = dialect.MAV_RESULT_DENIED
-_UNSUPPORTED: int = dialect.MAV_RESULT_UNSUPPORTED
-_VERSION, _HEARTBEAT = dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION, dialect.MAVLINK_MSG_ID_HEARTBEAT
-
-
-class Voice(Protocol):
-    """The link that a command came by."""
-
-    def say(self, message: Message) -> None:
-        """Sends a message."""
-
-    def tell(self, text: str, matters: int) -> None:
-        """Sends a sentence."""
-
-    def show(self, name: int) -> None:
-        """Sends a message that is made of the next cycle."""
-
-
-class _Command(NamedTuple):
-    """What both kinds of command have in common; x and y of COMMAND_INT are the fifth and sixth of `params`."""
-
-    system: int
-    component: int
-    number: int
-    again: bool
-    params: tuple[float, ...]
 
 
 class Commands:
-    """The commands of one link. `messages` are the ids that may be asked for."""
+    """The commands of one link; `others` are those that are done elsewhere."""
 
-    def __init__(self, link: int, voice: Voice, orders: Orders, streams: Streams, messages: Container[int]) -> None:
+    def __init__(self, link: int, voice: Voice, identity: Identity, orders: Orders, others: Mapping[int, Do]) -> None:
         self._link = link
         self._voice = voice
+        self._identity = identity
         self._orders = orders
-        self._streams = streams
-        self._messages = messages
-        # Each returns its result, or None if the answer comes with the cycle that obeys.
-        self._do: dict[int, Callable[[Tick, _Command], int | None]] = {
+        self._do: dict[int, Do] = {
             dialect.MAV_CMD_COMPONENT_ARM_DISARM: self._arm,
             dialect.MAV_CMD_DO_SET_MODE: self._set_mode,
-            dialect.MAV_CMD_REQUEST_MESSAGE: self._request_message,
-            dialect.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_interval,
-            dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: self._capabilities,
+            dialect.MAV_CMD_DO_SET_STANDARD_MODE: self._set_standard_mode,
+            dialect.MAV_CMD_MISSION_START: self._start,
+            dialect.MAV_CMD_DO_PAUSE_CONTINUE: self._pause,
+            dialect.MAV_CMD_NAV_LOITER_UNLIM: self._mode(Mode.LOITER),
+            dialect.MAV_CMD_NAV_LAND: self._mode(Mode.SURFACE),
+            dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: self._mode(Mode.SURFACE),
+            **others,
         }
 
     def hears(self) -> dict[int, Callable[[Tick, Message], None]]:
@@ -74,74 +50,81 @@ class Commands:
 
     def _long(self, tick: Tick, m: Message) -> None:
         params = (m.param1, m.param2, m.param3, m.param4, m.param5, m.param6, m.param7)
-        self._obey(tick, _Command(m.get_srcSystem(), m.get_srcComponent(), m.command, m.confirmation > 0, params))
+        self._obey(tick, Command(m.get_srcSystem(), m.get_srcComponent(), m.command, m.confirmation > 0, params))
 
     def _int(self, tick: Tick, m: Message) -> None:
         params = (m.param1, m.param2, m.param3, m.param4, float(m.x), float(m.y), m.z)
-        self._obey(tick, _Command(m.get_srcSystem(), m.get_srcComponent(), m.command, False, params))
+        self._obey(tick, Command(m.get_srcSystem(), m.get_srcComponent(), m.command, False, params, m.frame))
 
-    def _obey(self, tick: Tick, command: _Command) -> None:
+    def _obey(self, tick: Tick, command: Command) -> None:
         do = self._do.get(command.number)
-        result = _UNSUPPORTED if do is None else do(tick, command)
+        result = UNSUPPORTED if do is None else do(tick, command)
         if result is not None:
             self._acknowledge(command.number, result, command.system, command.component)
 
     def _acknowledge(self, number: int, result: int, system: int, component: int) -> None:
         self._voice.say(dialect.MAVLink_command_ack_message(number, result, 0, 0, system, component))
 
-    def _arm(self, tick: Tick, command: _Command) -> int | None:
+    def _arm(self, tick: Tick, command: Command) -> int | None:
         """Nobody arms by force: what param2 says to that is not heard, the supervisor's checks hold."""
         arming = {1.0: Arming.ARM, 0.0: Arming.DISARM}.get(command.params[0])
         if arming is None:
-            return _DENIED
+            return DENIED
         self._wish(tick, command, arming, None)
         return None
 
-    def _set_mode(self, tick: Tick, command: _Command) -> int | None:
+    def _set_mode(self, tick: Tick, command: Command) -> int | None:
         base, custom, sub = command.params[:3]
         if not math.isfinite(base) or not int(base) & dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
-            self._voice.tell("only custom modes can be set", dialect.MAV_SEVERITY_WARNING)
-            return _DENIED
+            self._voice.tell("only custom modes can be set", WARNING)
+            return DENIED
         mode = mode_of(custom, sub)
         if mode is None:
-            self._voice.tell(f"mode {custom:g}/{sub:g} is unknown; {KNOWN}", dialect.MAV_SEVERITY_WARNING)
-            return _DENIED
+            self._voice.tell(f"mode {custom:g}/{sub:g} is unknown; {KNOWN}", WARNING)
+            return DENIED
+        self._wish(tick, command, Arming.KEEP, mode)
+        return None
+
+    def _set_standard_mode(self, tick: Tick, command: Command) -> int | None:
+        mode = standard_mode(command.params[0])
+        if mode is None:
+            self._voice.tell(f"standard mode {command.params[0]:g} is none of this vehicle's", WARNING)
+            return DENIED
         self._wish(tick, command, Arming.KEEP, mode)
         return None
 
     def _old_set_mode(self, tick: Tick, m: Message) -> None:
         """The standard has no answer to SET_MODE; as from ArduPilot, the message's id stands for the command's."""
         params = (float(m.base_mode), float(m.custom_mode), 0.0)
-        command = _Command(m.get_srcSystem(), m.get_srcComponent(), m.get_msgId(), False, params)
+        command = Command(m.get_srcSystem(), m.get_srcComponent(), m.get_msgId(), False, params)
         result = self._set_mode(tick, command)
         if result is not None:
             self._acknowledge(command.number, result, command.system, command.component)
 
-    def _wish(self, tick: Tick, command: _Command, arming: Arming, mode: Mode | None) -> None:
-        wish = Wish(self._link, command.system, command.component, command.number, arming, mode)
-        self._orders.ask(wish, command.again, tick.t_ns)
+    def _start(self, tick: Tick, command: Command) -> int | None:
+        """The mission from an item, or with none (0, as stations write it) from where it was left."""
+        first = command.params[0]
+        if not math.isfinite(first) or not 0.0 <= first < 2**15:
+            return DENIED
+        home = self._identity is Identity.ARDUSUB  # takes item 0 for the home, which the mission has not
+        jump = int(first) - home if first else NO_ORDER.jump
+        self._wish(tick, command, Arming.KEEP, Mode.MISSION, jump)
+        return None
 
-    def _request_message(self, _: Tick, command: _Command) -> int:
-        name = _id(command.params[0])
-        if name not in self._messages:
-            return _UNSUPPORTED
-        self._voice.show(name)
-        return _ACCEPTED
+    def _pause(self, tick: Tick, command: Command) -> int | None:
+        mode = {0.0: Mode.LOITER, 1.0: Mode.MISSION}.get(command.params[0])
+        if mode is None:
+            return DENIED
+        self._wish(tick, command, Arming.KEEP, mode)
+        return None
 
-    def _set_interval(self, tick: Tick, command: _Command) -> int:
-        name = _id(command.params[0])
-        if name not in self._messages:
-            return _UNSUPPORTED
-        if name == _HEARTBEAT:  # a vehicle without one is not there
-            return _DENIED
-        return _ACCEPTED if self._streams.pace(name, command.params[1], tick.t_ns) else _DENIED
+    def _mode(self, mode: Mode) -> Do:
+        def do(tick: Tick, command: Command) -> int | None:
+            self._wish(tick, command, Arming.KEEP, mode)
+            return None
 
-    def _capabilities(self, _: Tick, command: _Command) -> int:
-        if command.params[0] != 1.0:
-            return _DENIED
-        self._voice.show(_VERSION)
-        return _ACCEPTED
+        return do
 
-
-def _id(value: float) -> int:
-    return int(value) if math.isfinite(value) else -1
+    def _wish(self, tick: Tick, command: Command, arming: Arming, mode: Mode | None, jump: int = NO_ORDER.jump) -> None:
+        who = (self._link, command.system, command.component, command.number)
+        self._orders.ask(Wish(*who, arming, mode, KEEP_SETPOINT, jump), command.again, tick.t_ns)

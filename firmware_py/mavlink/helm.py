@@ -21,7 +21,11 @@ class HelmParams:
     delta_r_full: float = param(20.0, unit="deg", low=0.0, high=45.0, doc="Rudder.", mav="JS_DELTA_R")
     n_full: float = param(500.0, unit="rpm", low=0.0, high=1e4, doc="Propeller.", mav="JS_RPM")
     z_centre: float = param(
-        500.0, low=0.0, high=500.0, doc="Axis z at rest: 500 as for ArduSub (0 to 1000), 0 if it goes from -1000."
+        500.0,
+        low=0.0,
+        high=500.0,
+        doc="Axis z at rest: 500 as for ArduSub (0 to 1000), 0 if it goes from -1000.",
+        mav="JS_Z_CENTRE",
     )
 
 

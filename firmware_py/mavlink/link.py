@@ -7,41 +7,78 @@ from collections.abc import Callable, Mapping, Sequence
 
 from firmware_py.mavlink.codec import COMPONENT, Codec, Message, dialect
 from firmware_py.mavlink.commands import Commands
+from firmware_py.mavlink.door import Door
 from firmware_py.mavlink.helm import HelmParams, sticks
 from firmware_py.mavlink.orders import Orders, Wish
-from firmware_py.mavlink.streams import PACES, Streams
+from firmware_py.mavlink.requests import Requests
+from firmware_py.mavlink.service import Service
+from firmware_py.mavlink.setpoints import Sea, Setpoints
+from firmware_py.mavlink.signing import SignedMavlink, Signing
+from firmware_py.mavlink.streams import HIGH_LATENCY, PACES, Streams
 from firmware_py.mavlink.telemetry import Maker
 from firmware_py.mavlink.texts import Texts
+from firmware_py.mavlink.upkeep import Upkeep
 from firmware_py.records.cycle import Cycle
-from firmware_py.schedule import Tick
+from firmware_py.schedule import NS_PER_S, Tick
 
 HEARD_PER_TICK = 32
 """Messages, and places where one might begin, that are looked at in one tick."""
 SAID_PER_TICK = 4
 """Messages in one tick; they fit into one datagram."""
 MOST_WAITING = 64
+_COMPLAIN_NS = 10 * NS_PER_S
 
 
 class Link:
     """A door through which stations come in; `makers` say what of a cycle can be told here."""
 
-    def __init__(self, number: int, system: int, helm: HelmParams, orders: Orders, makers: Mapping[int, Maker]) -> None:
+    def __init__(
+        self,
+        number: int,
+        door: Door,
+        system: int,
+        helm: HelmParams,
+        sea: Sea,
+        orders: Orders,
+        makers: Mapping[int, Maker],
+        signing: Signing | None = None,
+    ) -> None:
+        self._door = door
         self._system = system
         self._helm = helm
         self._orders = orders
         self._makers = makers
-        self._streams = Streams(PACES)
+        self._streams = Streams(HIGH_LATENCY if door.high_latency else PACES)
         self._texts = Texts()
         self._waiting: deque[Message] = deque()
         self._shown: dict[int, None] = {}
-        self._commands = Commands(number, self, orders, self._streams, makers)
+        requests = Requests(self, door.identity, self._streams, makers)
+        self.setpoints, upkeep = Setpoints(number, self, orders, sea), Upkeep(self, orders, sea)
+        others = requests.does() | self.setpoints.does() | upkeep.does()
+        self._commands = Commands(number, self, door.identity, orders, others)
         self._hear: dict[int, Callable[[Tick, Message], None]] = {
             **self._commands.hears(),
+            **requests.hears(),
+            **self.setpoints.hears(),
+            **upkeep.hears(),
             dialect.MAVLINK_MSG_ID_MANUAL_CONTROL: self._steer,
         }
-        self.codec = Codec(system)
+        self._services: deque[Service] = deque()
+        self._signed = SignedMavlink(system, number, signing) if signing is not None else None
+        self.codec = Codec(system, door.stream, self._signed)
+        self._credit = 0.0
+        self._complained = (0, 0)
         self.dropped = 0
         """Datagrams beyond what a tick may hear, and messages beyond what may wait."""
+
+    def steer_by(self, helm: HelmParams) -> None:
+        """What the sticks ask for from now on."""
+        self._helm = helm
+
+    def serve(self, service: Service) -> None:
+        """Takes a service in; services say what they have in turn, where a tick has room left."""
+        self._hear |= service.hears()
+        self._services.append(service)
 
     def hear(self, tick: Tick, datagrams: Sequence[bytes]) -> None:
         """Takes what came since the last tick; what is too much for one tick is dropped."""
@@ -50,7 +87,7 @@ class Link:
             if not left:
                 self.dropped += 1
                 continue
-            messages, looked = self.codec.parse(datagram, left)
+            messages, looked = self.codec.parse(datagram, left, tick.t_ns)
             left -= looked
             for message in messages:
                 hear = self._hear.get(message.get_msgId())
@@ -60,6 +97,9 @@ class Link:
     def report(self, cycle: Cycle) -> bytes:
         """The datagram of this tick: answers and sentences, what was asked for, and always room for a stream."""
         t_ns, waiting = cycle.tick.t_ns, self._waiting
+        self._complain(t_ns)
+        if not self._room(cycle.tick):
+            return b""
         said = [waiting.popleft() for _ in range(min(len(waiting), SAID_PER_TICK - 1))]
         names: list[int] = []
         while self._shown and len(said) + len(names) < SAID_PER_TICK - 1:
@@ -69,12 +109,35 @@ class Link:
         for name in names:
             message = self._makers[name](cycle)
             if message is not None:
+                if name == dialect.MAVLINK_MSG_ID_SYS_STATUS:
+                    message.errors_comm = min(self.lost, 65535)
                 said.append(message)
-        return b"".join([self.codec.pack(message) for message in said]) if said else b""
+        for _ in self._services:
+            if len(said) >= SAID_PER_TICK:
+                break
+            said += self._services[0].due(cycle.tick)
+            self._services.rotate(-1)
+        if not said:
+            return b""
+        if self._signed is not None:
+            self._signed.clock(t_ns)
+        datagram = b"".join([self.codec.pack(message) for message in said])
+        self._credit -= len(datagram)
+        return datagram
+
+    @property
+    def lost(self) -> int:
+        """All that came in and was not heard: too much, broken, or not signed as it should be."""
+        return self.dropped + self.codec.dropped + self.codec.malformed + self.codec.refused
 
     def answer(self, wish: Wish, result: int) -> None:
         """Says what became of a wish that came by this link."""
         self._commands.answer(wish, result)
+
+    def announce(self, event: str, matters: int) -> None:
+        """Tells of an event; where each byte is dear, only of what is critical."""
+        if not self._door.high_latency or matters <= dialect.MAV_SEVERITY_CRITICAL:
+            self.tell(event, matters)
 
     def say(self, message: Message) -> None:
         """Sends a message as soon as it is its turn."""
@@ -94,10 +157,24 @@ class Link:
         else:
             self.dropped += len(messages)
 
+    def _room(self, tick: Tick) -> bool:
+        """Whether the link can take a datagram now; of what it could have taken, no more than a second is saved up."""
+        rate = self._door.bytes_per_s
+        self._credit = min(self._credit + rate * tick.dt, rate)
+        return self._credit > 0.0
+
+    def _complain(self, t_ns: int) -> None:
+        """Says now and then how many messages were not signed as they should be."""
+        told, told_ns = self._complained
+        refused = self.codec.refused
+        if refused > told and (told == 0 or t_ns - told_ns >= _COMPLAIN_NS):
+            self._complained = refused, t_ns
+            self.tell(f"{refused} messages refused: not signed with the vehicle's key", dialect.MAV_SEVERITY_WARNING)
+
     def _for_us(self, message: Message) -> bool:
         if message.get_srcSystem() == self._system and message.get_srcComponent() == COMPONENT:
             return False  # our own words, come back
-        system = message.target if hasattr(message, "target") else message.target_system
+        system = message.target if hasattr(message, "target") else getattr(message, "target_system", 0)
         return system in (0, self._system) and getattr(message, "target_component", 0) in (0, COMPONENT)
 
     def _steer(self, tick: Tick, message: Message) -> None:

@@ -2,32 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 from firmware_py.marine import Origin
+from firmware_py.mavlink import metadata, parameters
 from firmware_py.mavlink.codec import dialect
+from firmware_py.mavlink.door import Door
 from firmware_py.mavlink.helm import HelmParams
-from firmware_py.mavlink.identity import Identity, autopilot_version, heartbeat
+from firmware_py.mavlink.high_latency import HighLatency
+from firmware_py.mavlink.identity import autopilot_version, heartbeat
 from firmware_py.mavlink.lateness import Lateness
 from firmware_py.mavlink.link import Link
+from firmware_py.mavlink.modes import current_mode, modes_monitor
+from firmware_py.mavlink.motion import Motion
 from firmware_py.mavlink.orders import Orders
-from firmware_py.mavlink.status import Actuators, Status
+from firmware_py.mavlink.parameters import Book, Parameters
+from firmware_py.mavlink.service import Keeper
+from firmware_py.mavlink.setpoints import Sea
+from firmware_py.mavlink.signing import Signing
+from firmware_py.mavlink.standing import Standing
+from firmware_py.mavlink.status import Actuators, NamedValues, Status
 from firmware_py.mavlink.telemetry import Maker, Telemetry, TelemetryParams
 from firmware_py.mavlink.texts import severity
-from firmware_py.params import param
+from firmware_py.param_tree import replaced
+from firmware_py.params import When, param, table
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode, Order
 from firmware_py.schedule import Tick
+
+KEPT = (parameters.FILE,)
+"""The names of all that `Node.saves` may ever give."""
 
 
 @dataclass(frozen=True, slots=True)
 class MavlinkParams:
     """Table [mavlink]."""
 
-    system: int = param(1, low=1, high=250, doc="System id; every vehicle of a fleet has its own.", mav="MAV_SYSID")
-    telemetry: TelemetryParams = field(default_factory=TelemetryParams)
-    helm: HelmParams = field(default_factory=HelmParams)
+    system: int = param(
+        1, low=1, high=250, doc="System id; every vehicle of a fleet has its own.", mav="MAV_SYSID", when=When.RESTART
+    )
+    telemetry: TelemetryParams = table(TelemetryParams)
+    helm: HelmParams = table(HelmParams)
 
 
 class Node:
@@ -37,18 +54,42 @@ class Node:
     """
 
     def __init__(
-        self, params: MavlinkParams, origin: Origin, actuators: Actuators, identities: Sequence[Identity]
+        self,
+        params: MavlinkParams,
+        origin: Origin,
+        actuators: Actuators,
+        doors: Sequence[Door],
+        coefficients: Sequence[str] = (),
+        signing: Signing | None = None,
+        book: Book | None = None,
     ) -> None:
+        """`doors` has one for each link, `coefficients` the names of what is learned, as the records order it.
+
+        With `signing`, all links are signed. `book` has the parameters.
+        """
+        self._params = params
         self._orders = Orders()
-        self._mode = Mode.DISARMED
-        self._failsafe = False
+        self._standing = Standing()
+        sea = Sea(origin, params.telemetry.surface_altitude)
         self._late = Lateness()
         status = Status(actuators, self._late)
         shared = Telemetry(params.telemetry, origin, actuators.n_max).makers() | status.makers()
+        shared |= Motion(sea.surface).makers()
+        self.files: dict[str, Callable[[], bytes]] = metadata.files(book) if book is not None else {}
+        """What may be fetched by MAVLink FTP: names without a slash in front, and who makes the bytes."""
+        if book is not None:
+            shared[metadata.MESSAGE_ID] = metadata.maker(self.files)
         self.links = tuple(
-            Link(i, params.system, params.helm, self._orders, shared | self._introduces(identity))
-            for i, identity in enumerate(identities)
+            Link(
+                *(i, door, params.system, params.helm, sea, self._orders),
+                shared | NamedValues(coefficients).makers() | self._introduces(door, sea, actuators.n_max),
+                signing,
+            )
+            for i, door in enumerate(doors)
         )
+        self._keepers: list[Keeper] = [signing] if signing is not None else []
+        if book is not None:
+            self._serve_parameters(book, doors)
 
     def hear(self, tick: Tick, link: int, datagrams: Sequence[bytes]) -> None:
         """Takes what came by a link since the last tick."""
@@ -56,30 +97,66 @@ class Node:
 
     def order(self) -> Order:
         """The order of this tick."""
-        return self._orders.next()
+        order = self._orders.next()
+        changes = tuple([change for keeper in self._keepers for change in keeper.changes()])
+        return replace(order, changes=changes) if changes else order
+
+    def saves(self) -> list[tuple[str, bytes]]:
+        """What is to be kept for the next start, since this was asked last: names of files, and their content."""
+        return [save for keeper in self._keepers for save in keeper.saves()]
 
     def report(self, cycle: Cycle) -> list[bytes]:
         """What each link has to say of a cycle; empty in most."""
-        self._watch(cycle)
+        self._standing.watch(cycle)
         self._late.watch(cycle)
         for event in cycle.events:
             matters = severity(event)
             for link in self.links:
-                link.tell(event, matters)
-        for wish, result in self._orders.judge(cycle.mode.mode, cycle.tick.t_ns):
+                link.announce(event, matters)
+        for wish, result in self._orders.judge(cycle):
             self.links[wish.link].answer(wish, result)
         return [link.report(cycle) for link in self.links]
 
-    def _introduces(self, identity: Identity) -> dict[int, Maker]:
+    @property
+    def ending(self) -> str:
+        """What a station asked for of a disarmed vehicle: "reboot" or "shutdown"; empty until then."""
+        return self._orders.ending
+
+    def limit(self, depth_max: float) -> None:
+        """The supervisor's limit, m: stations are told that no setpoint may be deeper."""
+        for link in self.links:
+            link.setpoints.depth_max = depth_max
+
+    def may_end(self) -> None:
+        """From now on a station may ask a disarmed vehicle to end."""
+        self._orders.may_end = True
+
+    def _introduces(self, door: Door, sea: Sea, n_max: float) -> dict[int, Maker]:
+        identity, standing = door.identity, self._standing
+        briefly = HighLatency(identity, sea.origin, sea.surface, n_max, standing)
         return {
-            dialect.MAVLINK_MSG_ID_HEARTBEAT: lambda cycle: heartbeat(identity, cycle.mode.mode, self._failsafe),
+            dialect.MAVLINK_MSG_ID_HEARTBEAT: lambda cycle: heartbeat(identity, cycle.mode.mode, standing.state),
             dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION: lambda _: autopilot_version(identity),
+            dialect.MAVLINK_MSG_ID_CURRENT_MODE: lambda cycle: current_mode(
+                identity, cycle.mode.mode, standing.intended
+            ),
+            dialect.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR: lambda _: modes_monitor(),
+            dialect.MAVLINK_MSG_ID_HIGH_LATENCY2: briefly.message,
         }
 
-    def _watch(self, cycle: Cycle) -> None:
-        """It is a failsafe that surfaces, unless someone ordered it or the mission was done."""
-        mode = cycle.mode.mode
-        if mode is not self._mode:
-            done = self._mode is Mode.MISSION and cycle.mode.mission_done
-            self._failsafe = mode is Mode.SURFACE and cycle.order.mode is not Mode.SURFACE and not done
-            self._mode = mode
+    def _serve_parameters(self, book: Book, doors: Sequence[Door]) -> None:
+        standing = self._standing
+        self._keepers.append(book)
+        book.watch(self._take)
+        for link, door in zip(self.links, doors, strict=True):
+            link.serve(Parameters(book, link, door.identity, lambda: standing.mode is not Mode.DISARMED))
+
+    def _take(self, key: str, value: Any) -> None:
+        """Of what stations change, that which is ours."""
+        table, _, rest = key.partition(".")
+        if key == "safety.depth_max_m":
+            self.limit(value)
+        if table == "mavlink":
+            self._params = replaced(self._params, {rest: value}, table)
+            for link in self.links:
+                link.steer_by(self._params.helm)

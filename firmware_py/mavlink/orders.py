@@ -7,11 +7,14 @@ armed by an old command. Disarming is done each time that it is asked for.
 
 from __future__ import annotations
 
+import math
 from collections import deque
+from dataclasses import replace
 from typing import NamedTuple
 
 from firmware_py.mavlink.codec import dialect
-from firmware_py.records.order import NO_ORDER, Arming, Mode, Order, Sticks
+from firmware_py.records.cycle import Cycle
+from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Asker, Mode, Order, Setpoint, Sticks
 from firmware_py.schedule import NS_PER_S
 
 ACCEPTED, REJECTED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_TEMPORARILY_REJECTED
@@ -21,7 +24,7 @@ _ANSWER_STANDS_NS = 10 * NS_PER_S
 
 
 class Wish(NamedTuple):
-    """Who wishes (link, system, component), by which command, and what: a word on arming, or a mode."""
+    """Who wishes, by which command, and what: a word on arming, a mode, a setpoint, an item of the mission."""
 
     link: int
     system: int
@@ -29,11 +32,19 @@ class Wish(NamedTuple):
     command: int
     arming: Arming
     mode: Mode | None
+    setpoint: Setpoint = KEEP_SETPOINT
+    jump: int = NO_ORDER.jump
 
     @property
     def sender(self) -> tuple[int, int, int]:
         """Who wishes."""
         return self.link, self.system, self.component
+
+    @property
+    def order(self) -> Order:
+        """As the core is told."""
+        asker = Asker(self.link, self.system, self.component, self.command)
+        return Order(self.arming, self.mode, self.setpoint, jump=self.jump, asker=asker)
 
 
 class Answer(NamedTuple):
@@ -45,19 +56,36 @@ class Answer(NamedTuple):
 
 
 class Orders:
-    """The wishes of all links in the order in which they came; disarming goes first, and ends what waits."""
+    """The wishes of all links in the order in which they came; disarming goes first, and ends what waits.
+
+    `cycle` is the last one, None before the first.
+    """
 
     def __init__(self) -> None:
         self._waiting: deque[Wish] = deque()
         self._under_way: Wish | None = None
         self._answers: list[tuple[Wish, int]] = []
         self._last: dict[tuple[int, int, int], Answer] = {}
-        self._mode = Mode.DISARMED
+        self._guide: tuple[Setpoint, Asker] | None = None
         self._held = NO_ORDER
+        self.cycle: Cycle | None = None
+        self.may_end = False
+        """Whether there is somebody who ends the flight, and starts the vehicle again, if a station asks for it."""
+        self.ending = ""
+        """What a station has asked for and may: "reboot" or "shutdown"."""
+
+    @property
+    def mode(self) -> Mode:
+        """The mode in force."""
+        return Mode.DISARMED if self.cycle is None else self.cycle.mode.mode
 
     def steer(self, sticks: Sticks, t: float) -> None:
         """The sticks from now on; their age is judged where they are used."""
         self._held = Order(sticks=sticks, t_sticks=t)
+
+    def guide(self, setpoint: Setpoint, asker: Asker) -> None:
+        """A setpoint that gets no answer; the last one before a tick holds."""
+        self._guide = setpoint, asker
 
     def ask(self, wish: Wish, again: bool, t_ns: int) -> None:
         """Takes a wish; `again` if its sender says that it has sent it before."""
@@ -75,28 +103,29 @@ class Orders:
 
     def next(self) -> Order:
         """The order of this tick."""
+        held, guide, self._guide = self._held, self._guide, None
         if not self._waiting or self._under_way is not None:
-            return self._held
+            return held if guide is None else replace(held, setpoint=guide[0], asker=guide[1])
         wish = self._waiting.popleft()
-        if wish.mode is Mode.MANUAL and self._mode is Mode.DISARMED:
+        if wish.mode is Mode.MANUAL and self.mode is Mode.DISARMED:
             self._answers.append((wish, ACCEPTED))  # so it stands in the heartbeat already
-            return self._held
+            return held
         self._under_way = wish
-        return Order(wish.arming, wish.mode, sticks=self._held.sticks, t_sticks=self._held.t_sticks)
+        return replace(wish.order, sticks=held.sticks, t_sticks=held.t_sticks)
 
-    def judge(self, mode: Mode, t_ns: int) -> list[tuple[Wish, int]]:
-        """The answers that are due, now that the cycle that obeyed came out in `mode`."""
-        self._mode = mode
+    def judge(self, cycle: Cycle) -> list[tuple[Wish, int]]:
+        """The answers that are due, now that the cycle that obeyed came out."""
+        self.cycle = cycle
         wish = self._under_way
         if wish is not None:
             self._under_way = None
-            self._answers.append((wish, ACCEPTED if _granted(wish, mode) else REJECTED))
+            self._answers.append((wish, _result(wish, cycle)))
         if not self._answers:
             return []
         answers, self._answers = self._answers, []
         for wish, result in answers:
             self._last.pop(wish.sender, None)
-            self._last[wish.sender] = Answer(wish, result, t_ns)
+            self._last[wish.sender] = Answer(wish, result, cycle.tick.t_ns)
         while len(self._last) > _MOST_SENDERS:
             del self._last[next(iter(self._last))]
         return answers
@@ -108,7 +137,27 @@ class Orders:
             self._answers.append((wish, REJECTED))
 
 
-def _granted(wish: Wish, mode: Mode) -> bool:
+def _result(wish: Wish, cycle: Cycle) -> int:
+    mode = cycle.mode.mode
     if wish.mode is not None:
-        return mode is wish.mode
-    return (mode is Mode.DISARMED) == (wish.arming is Arming.DISARM)
+        granted = mode is wish.mode
+    elif wish.arming is not Arming.KEEP:
+        granted = (mode is Mode.DISARMED) == (wish.arming is Arming.DISARM)
+    else:
+        granted = wish.setpoint is KEEP_SETPOINT or heeds(mode, wish.setpoint) == ""
+    return int(ACCEPTED if granted else REJECTED)
+
+
+def heeds(mode: Mode, setpoint: Setpoint) -> str:
+    """Why a mode does not go by a setpoint, in words for people; empty if it does."""
+    if mode is Mode.GUIDED:
+        return ""
+    if mode is Mode.HOLD:
+        return "" if math.isnan(setpoint.x) else "Depth hold goes to no place; set Guided"
+    if mode is Mode.LOITER:
+        free = math.isnan(setpoint.x) and math.isnan(setpoint.psi_d)
+        return "" if free else "Position hold takes depth and speed only; set Guided"
+    if mode is Mode.MISSION:
+        alone = math.isnan(setpoint.z_d) and math.isnan(setpoint.psi_d) and math.isnan(setpoint.x)
+        return "" if alone else "MISSION takes a speed only; set Depth hold or Guided"
+    return f"{mode.name} takes no setpoint; set Depth hold, Position hold or Guided"

@@ -1,8 +1,9 @@
-"""How the vehicle is: sensors, battery, water in the hull, and what its actuators are told and say."""
+"""How the vehicle is: sensors, battery, water in the hull, what its actuators are told and say, what it has learned."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from firmware_py.mavlink.codec import Message, dialect
@@ -10,6 +11,7 @@ from firmware_py.mavlink.lateness import Lateness
 from firmware_py.mavlink.scale import INT16, UINT16, boot_ms, boot_us, boot_us32, whole
 from firmware_py.mavlink.telemetry import Maker
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.estimate import Learned
 from firmware_py.schedule import NS_PER_S
 
 _RECENT = 2.0
@@ -23,6 +25,13 @@ _AHRS, _BATTERY = dialect.MAV_SYS_STATUS_AHRS, dialect.MAV_SYS_STATUS_SENSOR_BAT
 _GPS, _DVL = dialect.MAV_SYS_STATUS_SENSOR_GPS, dialect.MAV_SYS_STATUS_SENSOR_XY_POSITION_CONTROL
 _ALTIMETER, _FINS = dialect.MAV_SYS_STATUS_SENSOR_LASER_POSITION, dialect.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
 _EXTENDED, _LEAK = dialect.MAV_SYS_STATUS_EXTENSION_USED, dialect.MAV_SYS_STATUS_SENSOR_LEAK
+_FINS_ARRAY, _VALUE_ARRAY, _STD_ARRAY, _STATE_ARRAY = 0, 2, 3, 4
+"""Stations keep arrays apart by these numbers; 1 is the lateness."""
+_KNOWN_PLACE = 10.0
+"""A place is known up to this 1 sigma, m."""
+_RATIO = 9.0
+"""A test ratio of 1 is a mean square of innovations of 3 sigma; a consistent filter has 1/9."""
+_BESIDE = ("nis_dvl", "nis_gyro", "nis_att", "current_n", "current_e", "turbulence")
 _PRESENT = _GYRO | _AHRS | _PRESSURE | _GPS | _DVL | _ALTIMETER | _FINS | _BATTERY | _EXTENDED
 
 
@@ -49,6 +58,7 @@ class Status:
             dialect.MAVLINK_MSG_ID_DEBUG_FLOAT_ARRAY: self.arrays,
             dialect.MAVLINK_MSG_ID_RPM: self.rpm,
             dialect.MAVLINK_MSG_ID_SYSTEM_TIME: self.system_time,
+            dialect.MAVLINK_MSG_ID_ESTIMATOR_STATUS: self.estimator,
         }
 
     def sys_status(self, cycle: Cycle) -> Message:
@@ -115,17 +125,28 @@ class Status:
         return dialect.MAVLink_servo_output_raw_message(boot_us32(cycle.tick), 0, *pulses)
 
     def arrays(self, cycle: Cycle) -> Message:
-        """DEBUG_FLOAT_ARRAY: the lateness in the first fifth of each second, the fins in the rest."""
-        if cycle.tick.t_ns % NS_PER_S < NS_PER_S // 5:
+        """DEBUG_FLOAT_ARRAY by tenths of a second: lateness in tenth 0, what is learned in 1, 3 and 5, else the fins.
+
+        "xi" are the coefficients, "xi_std" their 1 sigma; "xi_state" is 1 for valid, 2 for excited, 3 for both. Their
+        order is that of the configuration's estimation.coefficients.names; no more than 58 fit.
+        """
+        tenth, learned = cycle.tick.t_ns % NS_PER_S // (NS_PER_S // 10), cycle.state.learned
+        if tenth == 0:
             return self._late.message(cycle)
+        if learned.value:
+            if tenth == 1:
+                return _array(cycle, b"xi", _VALUE_ARRAY, learned.value)
+            if tenth == 3:
+                return _array(cycle, b"xi_std", _STD_ARRAY, learned.std)
+            if tenth == 5:
+                return _array(cycle, b"xi_state", _STATE_ARRAY, _states(learned))
         return self.fins(cycle)
 
     def fins(self, cycle: Cycle) -> Message:
         """DEBUG_FLOAT_ARRAY "fins": the angles that the servos report, rad; NaN where none came of late."""
         t = cycle.tick.t
-        angles = [fin.value if fin.usable(t, _RECENT) else math.nan for fin in cycle.frame.fins][:_ARRAY_FIELDS]
-        angles += [0.0] * (_ARRAY_FIELDS - len(angles))
-        return dialect.MAVLink_debug_float_array_message(boot_us(cycle.tick), b"fins", 0, angles)
+        angles = (fin.value if fin.usable(t, _RECENT) else math.nan for fin in cycle.frame.fins)
+        return _array(cycle, b"fins", _FINS_ARRAY, angles)
 
     def rpm(self, cycle: Cycle) -> Message:
         """RPM: the propeller's, as its controller reports it."""
@@ -135,6 +156,69 @@ class Status:
     def system_time(self, cycle: Cycle) -> Message:
         """SYSTEM_TIME: the vehicle knows no other time than its own."""
         return dialect.MAVLink_system_time_message(0, boot_ms(cycle.tick))
+
+    def estimator(self, cycle: Cycle) -> Message:
+        """ESTIMATOR_STATUS. The DVL's test ratio stands under velocity, attitude's under magnetometer; NaN unknown."""
+        state, (dvl, _, attitude) = cycle.state, cycle.state.learned.nis
+        moves = state.velocity_ok and state.attitude_ok
+        placed = moves and state.position_std <= _KNOWN_PLACE
+        flags = 0
+        for bits, true in (
+            (dialect.ESTIMATOR_ATTITUDE, state.attitude_ok),
+            (dialect.ESTIMATOR_VELOCITY_HORIZ | dialect.ESTIMATOR_VELOCITY_VERT, moves),
+            (dialect.ESTIMATOR_POS_HORIZ_REL | dialect.ESTIMATOR_PRED_POS_HORIZ_REL, moves),
+            (dialect.ESTIMATOR_POS_HORIZ_ABS | dialect.ESTIMATOR_PRED_POS_HORIZ_ABS, placed),
+            (dialect.ESTIMATOR_POS_VERT_ABS, state.depth_ok),
+            (dialect.ESTIMATOR_POS_VERT_AGL, math.isfinite(state.altitude)),
+        ):
+            flags |= bits if true else 0
+        nan = math.nan
+        return dialect.MAVLink_estimator_status_message(
+            boot_us(cycle.tick),
+            flags,
+            dvl / _RATIO,
+            nan,
+            nan,
+            attitude / _RATIO,
+            nan,
+            nan,
+            state.position_std,
+            state.depth_std,
+        )
+
+
+class NamedValues:
+    """What was learned as NAMED_VALUE_FLOAT, one name after the other; every link has its own turn."""
+
+    def __init__(self, coefficients: Sequence[str]) -> None:
+        """`coefficients` are the names of what is learned, in the order of the records."""
+        self._coefficients = coefficients
+        self._turn = -1
+
+    def makers(self) -> dict[int, Maker]:
+        """A maker for each message id."""
+        return {dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: self.next}
+
+    def next(self, cycle: Cycle) -> Message | None:
+        """The next name's value, at most 10 characters of the name; None where nothing is learned."""
+        learned = cycle.state.learned
+        if not learned.value:
+            return None
+        beside = (*learned.nis, *learned.current, learned.turbulence)
+        named = [*zip(self._coefficients, learned.value, strict=False), *zip(_BESIDE, beside, strict=True)]
+        self._turn = (self._turn + 1) % len(named)
+        name, value = named[self._turn]
+        return dialect.MAVLink_named_value_float_message(boot_ms(cycle.tick), name.encode()[:10], value)
+
+
+def _array(cycle: Cycle, name: bytes, number: int, values: Iterable[float]) -> Message:
+    fields = [*values][:_ARRAY_FIELDS]
+    fields += [0.0] * (_ARRAY_FIELDS - len(fields))
+    return dialect.MAVLink_debug_float_array_message(boot_us(cycle.tick), name, number, fields)
+
+
+def _states(learned: Learned) -> Iterable[float]:
+    return (valid + 2.0 * excited for valid, excited in zip(learned.valid, learned.excited, strict=True))
 
 
 def _cells(voltage: float) -> list[int]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from firmware_py.marine import Origin, body_to_ned, local_to_geodetic, wrap
 from firmware_py.mavlink.codec import Message, dialect
 from firmware_py.mavlink.scale import INT16, INT32, UINT16, boot_ms, boot_us, whole
-from firmware_py.params import param
+from firmware_py.params import When, param
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import StateEstimate
 
@@ -33,7 +33,13 @@ class TelemetryParams:
     """What the messages need that the vehicle does not measure."""
 
     surface_altitude: float = param(
-        0.0, unit="m", low=-500.0, high=6500.0, doc="The water's surface above mean sea level: 0 at sea, not in a lake."
+        0.0,
+        unit="m",
+        low=-500.0,
+        high=6500.0,
+        doc="The water's surface above mean sea level: 0 at sea, not in a lake.",
+        mav="MAV_SURF_ALT",
+        when=When.RESTART,
     )
 
 

@@ -14,16 +14,11 @@ from hypothesis import strategies as st
 from pymavlink import mavutil
 
 from firmware_py import app
-from firmware_py.adapters.ground import (
-    DATAGRAMS_PER_TICK,
-    GroundError,
-    Grounds,
-    MavlinkGround,
-    UdpLink,
-    merge,
-    parse_link,
-)
+from firmware_py.adapters.ground import GroundError, Grounds, MavlinkGround, merge, open_link
+from firmware_py.adapters.stations import parse_link
+from firmware_py.adapters.stations_udp import DATAGRAMS_PER_TICK
 from firmware_py.marine import Origin
+from firmware_py.mavlink.door import Door
 from firmware_py.mavlink.identity import Identity
 from firmware_py.mavlink.node import MavlinkParams
 from firmware_py.mavlink.status import Actuators
@@ -56,13 +51,14 @@ def frame(t: float, fins: int, charge: float) -> SensorFrame:
 class Vehicle:
     """The autopilot of a shipped configuration, given instruments and stepped by hand."""
 
-    def __init__(self, *links: str, charge: float = 0.9, waypoints=((100.0, 0.0, 5.0, 1.5),)) -> None:
+    def __init__(self, *links: str, charge: float = 0.9, waypoints=((100.0, 0.0, 5.0, 1.5),), signing=None) -> None:
         mission = {"waypoints": [list(point) for point in waypoints]}
         configuration = {**app.read_configuration(CONFIG), "mission": mission, "kept": {}}
         self.autopilot = app.build(configuration)
         boat, origin = app.vehicle(configuration), app.autopilot_params(configuration).origin
         actuators = Actuators(tuple(fin.delta_max for fin in boat.fins), boat.propeller.n_max)
-        self.ground = MavlinkGround(links, MavlinkParams(), Origin(origin.latitude, origin.longitude), actuators)
+        place = Origin(origin.latitude, origin.longitude)
+        self.ground = MavlinkGround(links, MavlinkParams(), place, actuators, signing=signing)
         self.fins = len(boat.fins)
         self.charge = charge
         self.k = itertools.count()
@@ -226,7 +222,7 @@ def test_stations_that_speak_to_a_listening_vehicle_are_answered_both() -> None:
 
 
 def test_a_crowd_of_stations_is_cut_to_those_that_spoke_last() -> None:
-    link = UdpLink("udpin:127.0.0.1:0")
+    link = open_link("udpin:127.0.0.1:0")
     stations = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(6)]
     for number, each in enumerate(stations):
         each.setblocking(False)
@@ -282,7 +278,7 @@ def test_a_station_that_comes_later_is_heard_and_one_that_leaves_is_not_missed()
 
 
 def test_what_one_tick_cannot_take_waits_for_the_next() -> None:
-    link = UdpLink("udpin:127.0.0.1:0")
+    link = open_link("udpin:127.0.0.1:0")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as peer:
         for number in range(DATAGRAMS_PER_TICK + 3):
             peer.sendto(bytes([number]), link.address)
@@ -312,7 +308,11 @@ def test_nobody_but_the_station_speaks_on_a_link_that_points_to_it(station: Stat
         "udpout",
         "udpout:127.0.0.1",
         "udpout::14550",
-        "tcp:127.0.0.1:14550",
+        "tcp:127.0.0.1",
+        "tcp:127.0.0.1:0",
+        "serial:/dev/null:0",
+        "serial:/dev/no-such-device:115200",
+        "tcpin:127.0.0.1:5760:highlatency:generic:twice",
         "udpout:127.0.0.1:14550:px5",
         "udpout:127.0.0.1:14550:generic:1",
         "udpout:127.0.0.1:0",
@@ -325,25 +325,29 @@ def test_nobody_but_the_station_speaks_on_a_link_that_points_to_it(station: Stat
 )
 def test_a_link_that_cannot_be_is_named_in_one_line_with_what_would_be_right(text: str) -> None:
     with pytest.raises(GroundError) as caught:
-        UdpLink(text)
+        open_link(text)
     assert repr(text) in str(caught.value)
     assert "\n" not in str(caught.value)
-    assert "udpout:HOST:PORT" in str(caught.value) or "1 to 65535" in str(caught.value)
+    assert "udpout:HOST:PORT" in str(caught.value) or "is not one of" in str(caught.value)
 
 
 def test_a_link_is_read_as_it_is_written() -> None:
-    assert parse_link("udpout:localhost:14550") == (False, ("localhost", 14550), Identity.ARDUSUB)
-    assert parse_link("udpin:0.0.0.0:14551:generic") == (True, ("0.0.0.0", 14551), Identity.GENERIC)
+    assert parse_link("udpout:localhost:14550")[1:] == ("udpout", ("localhost", 14550), Door(Identity.ARDUSUB))
+    assert parse_link("udpin:0.0.0.0:14551:generic")[1:] == ("udpin", ("0.0.0.0", 14551), Door(Identity.GENERIC))
+    modem = parse_link("serial:/dev/ttyS0:9600:generic:highlatency")
+    assert modem.address == ("/dev/ttyS0", 9600)
+    assert modem.door == Door(Identity.GENERIC, 864.0, stream=True, high_latency=True)
+    assert parse_link("tcpin:0.0.0.0:5760").door == Door(Identity.ARDUSUB, stream=True)
 
 
 def test_a_port_that_is_taken_is_an_error_and_closes_the_links_before_it() -> None:
-    taken, free = UdpLink("udpin:127.0.0.1:0"), UdpLink("udpin:127.0.0.1:0")
+    taken, free = open_link("udpin:127.0.0.1:0"), open_link("udpin:127.0.0.1:0")
     port = free.address[1]
     free.close()
     free.close()
     with pytest.raises(GroundError, match="in use"):
         Vehicle(f"udpin:127.0.0.1:{port}", f"udpin:127.0.0.1:{taken.address[1]}")
-    UdpLink(f"udpin:127.0.0.1:{port}").close()
+    open_link(f"udpin:127.0.0.1:{port}").close()
     taken.close()
 
 

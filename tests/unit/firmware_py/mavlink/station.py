@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.marine import Eta, Nu, Origin
+from firmware_py.mavlink.door import Door
 from firmware_py.mavlink.identity import Identity
 from firmware_py.mavlink.node import MavlinkParams, Node
 from firmware_py.mavlink.status import Actuators
 from firmware_py.mavlink.telemetry import TelemetryParams
 from firmware_py.records.command import Applied, Demand, FinCommand, ModeState, Reference
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.estimate import Learned, StateEstimate
 from firmware_py.records.order import NO_ORDER, Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame
 from firmware_py.schedule import Tick
@@ -23,6 +24,22 @@ from firmware_py.schedule import Tick
 DT_NS = 10_000_000
 ORIGIN = Origin(math.radians(46.5), math.radians(6.6))
 ACTUATORS = Actuators((0.4, 0.4, 0.4, 0.4), 10.0)
+NAMES = ("M_q", "Y_dr", "X_dot")
+LEARNED = Learned(
+    value=(-0.0625, 0.03125, 1.25),
+    std=(0.0078125, 0.015625, 0.5),
+    valid=(True, False, True),
+    excited=(False, True, True),
+    current=(0.125, -0.25),
+    current_std=(0.015625, 0.03125),
+    turbulence=0.0625,
+    nis=(1.125, 0.875, 2.25),
+    rejected=3,
+    dropped=2,
+    resets=1,
+    horizon=0.5,
+)
+"""Numbers that a float32 holds exactly."""
 STATE = StateEstimate(
     eta=Eta(0.0, 0.0, 5.0, 0.0, 0.0, 0.0),
     nu=Nu(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
@@ -82,9 +99,14 @@ def cycle(
     )
 
 
-def node(surface: float = 0.0, identities: Iterable[Identity] = (Identity.ARDUSUB,), system: int = 1) -> Node:
+def node(
+    surface: float = 0.0,
+    identities: Iterable[Identity] = (Identity.ARDUSUB,),
+    system: int = 1,
+    coefficients: Sequence[str] = (),
+) -> Node:
     params = MavlinkParams(system=system, telemetry=TelemetryParams(surface_altitude=surface))
-    return Node(params, ORIGIN, ACTUATORS, tuple(identities))
+    return Node(params, ORIGIN, ACTUATORS, tuple(map(Door, identities)), coefficients)
 
 
 def parse(datagram: bytes) -> list:

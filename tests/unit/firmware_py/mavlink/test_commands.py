@@ -20,7 +20,16 @@ REQUEST, INTERVAL = mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAV_CMD_SET_MESSAGE
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED = 0, 1, 2, 3
 CUSTOM = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 SURFACE = 9
-OURS = {ARM, SET_MODE, REQUEST, INTERVAL, mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES}
+OURS = {
+    *(ARM, SET_MODE, REQUEST, INTERVAL, mavlink.MAV_CMD_GET_MESSAGE_INTERVAL),
+    *(mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES, mavlink.MAV_CMD_CONTROL_HIGH_LATENCY),
+    *(mavlink.MAV_CMD_DO_SET_STANDARD_MODE, mavlink.MAV_CMD_MISSION_START, mavlink.MAV_CMD_DO_PAUSE_CONTINUE),
+    *(mavlink.MAV_CMD_NAV_LOITER_UNLIM, mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH),
+    *(mavlink.MAV_CMD_DO_REPOSITION, mavlink.MAV_CMD_DO_CHANGE_SPEED, mavlink.MAV_CMD_DO_CHANGE_ALTITUDE),
+    *(mavlink.MAV_CMD_GUIDED_CHANGE_SPEED, mavlink.MAV_CMD_GUIDED_CHANGE_ALTITUDE),
+    *(mavlink.MAV_CMD_GUIDED_CHANGE_HEADING, mavlink.MAV_CMD_CONDITION_YAW, mavlink.MAV_CMD_DO_SET_HOME),
+    *(mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, mavlink.MAV_CMD_PREFLIGHT_CALIBRATION),
+}
 COMMANDS = sorted(
     {value for name, value in vars(mavlink).items() if name.startswith("MAV_CMD_") and not name.endswith("_END")}
 )
@@ -74,9 +83,15 @@ def test_a_refusal_is_told_with_its_reasons_before_the_answer() -> None:
         ((CUSTOM, 2, 0), Mode.HOLD),
         ((CUSTOM, 3, 0), Mode.MISSION),
         ((CUSTOM, 9, math.nan), Mode.SURFACE),
+        ((CUSTOM, 16, 0), Mode.LOITER),
+        ((CUSTOM, 4, 0), Mode.GUIDED),
         ((CUSTOM, 4, 4), Mode.MISSION),  # PX4's main and sub mode, as MAVSDK sends them
-        ((CUSTOM, 4, 3), Mode.HOLD),
+        ((CUSTOM, 4, 3), Mode.LOITER),
+        ((CUSTOM, 4, 5), Mode.SURFACE),
+        ((CUSTOM, 6, 0), Mode.GUIDED),
         ((CUSTOM | 128, 4, 6), Mode.SURFACE),
+        ((CUSTOM, 4 << 24 | 4 << 16, 0), Mode.MISSION),  # both in one number, as PX4's heartbeats have it
+        ((CUSTOM, 2 << 16, 0), Mode.HOLD),
     ],
 )
 def test_both_codings_of_modes_are_understood_by_every_identity(identity, params, mode) -> None:
@@ -321,7 +336,7 @@ def test_each_link_hears_its_own_answers_and_everyone_the_events() -> None:
 def test_a_message_that_is_asked_for_comes_once_after_the_answer(name: str) -> None:
     boat = Boat(surface=300.0)
     (station,) = boat.stations
-    boat.step(45)
+    boat.step(49)
     station.messages.clear()
     station.command(REQUEST, getattr(mavlink, f"MAVLINK_MSG_ID_{name}"))
     boat.step()
@@ -332,7 +347,7 @@ def test_a_message_that_is_asked_for_comes_once_after_the_answer(name: str) -> N
         assert (place.latitude, place.longitude, place.altitude) == (465_000_000, 66_000_000, 300_000)
 
 
-@pytest.mark.parametrize("name", [11_000_000, 24, -1, math.nan, math.inf])
+@pytest.mark.parametrize("name", [11_000_000, 27, -1, math.nan, math.inf])
 def test_a_message_that_we_do_not_have_is_unsupported(name: float) -> None:
     boat = Boat()
     for command in (REQUEST, INTERVAL):
@@ -355,7 +370,11 @@ def test_capabilities_claim_what_there_is_and_one_encoding(identity: Identity, e
     boat.step()
     (version,) = boat.stations[0].heard("AUTOPILOT_VERSION")
     assert version.capabilities == (
-        encoding | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2 | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+        encoding
+        | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+        | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+        | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
+        | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT
     )
 
 
@@ -413,4 +432,4 @@ def test_what_every_link_says_is_the_same_bytes_for_the_same_inputs() -> None:
         return [datagram for k in range(200) for datagram in boat.report(cycle(k))]
 
     assert run() == run()
-    assert sum(map(len, map(parse, run()))) == 2 * 2 * sum((10, 5, 5, 5, 5, 2, 2, 2, 2, 1, 1, 1, 1, 1))
+    assert sum(map(len, map(parse, run()))) == 2 * 2 * (2 * 10 + 5 * 5 + 7 * 2 + 9 * 1)

@@ -9,8 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_py.marine import Eta, Nu
+from firmware_py.mavlink.door import Door
+from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.node import MavlinkParams, Node
+from firmware_py.mavlink.telemetry import TelemetryParams
 
-from .station import told
+from .station import ACTUATORS, ORIGIN, cycle, parse, told
 
 
 @pytest.mark.parametrize(
@@ -38,6 +42,20 @@ def test_each_field_says_the_depth_in_its_own_way(surface: float, depth: float, 
     assert altitude.altitude_terrain == 7.5
     assert said["WATER_DEPTH"].distance == 7.5
     assert said["WATER_DEPTH"].alt == pytest.approx(amsl, abs=1e-4)
+    assert said["ODOMETRY"].z == pytest.approx(depth, abs=1e-6)
+    assert said["DISTANCE_SENSOR"].current_distance == 750
+    assert said["HOME_POSITION"].altitude == round(surface * 1000)
+    assert said["HOME_POSITION"].z == 0.0
+    assert said["GPS_RAW_INT"].alt == round(surface * 1000)  # a fix is had at the surface
+
+
+@pytest.mark.parametrize(("surface", "depth", "amsl"), [(0.0, 12.4, -12), (300.0, 12.4, 288), (300.0, 0.0, 300)])
+def test_high_latency_says_the_altitude_and_the_depth(surface: float, depth: float, amsl: int) -> None:
+    params = MavlinkParams(telemetry=TelemetryParams(surface_altitude=surface))
+    boat = Node(params, ORIGIN, ACTUATORS, [Door(Identity.ARDUSUB, high_latency=True)])
+    (said,) = parse(boat.report(cycle(0, eta=Eta(0.0, 0.0, depth, 0.0, 0.0, 0.0)))[0])
+    assert said.altitude == amsl
+    assert (said.custom1 + 127 * said.custom2) / 10 == pytest.approx(depth)
 
 
 @settings(max_examples=25)

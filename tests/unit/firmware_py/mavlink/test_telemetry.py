@@ -14,10 +14,11 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from firmware_py.marine import Eta, Nu
 from firmware_py.mavlink.identity import Identity
 from firmware_py.records.command import Applied
+from firmware_py.records.estimate import NOTHING_LEARNED, Learned
 from firmware_py.records.order import Mode, Order
 from firmware_py.records.sensing import Battery, silence
 
-from .station import ORIGIN, cycle, frame, heard, node, parse, told
+from .station import LEARNED, NAMES, ORIGIN, cycle, frame, heard, node, parse, told
 
 
 def reports(boat, cycles) -> list:
@@ -112,20 +113,20 @@ def test_a_place_that_is_not_known_is_not_said() -> None:
     assert math.isnan(said["LOCAL_POSITION_NED"].x)
 
 
+@pytest.mark.parametrize(("identity", "autopilot", "which"), [(Identity.ARDUSUB, 3, 0), (Identity.GENERIC, 0, 1)])
 @pytest.mark.parametrize(
-    ("identity", "autopilot"),
-    [(Identity.ARDUSUB, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA), (Identity.GENERIC, mavlink.MAV_AUTOPILOT_GENERIC)],
-)
-@pytest.mark.parametrize(
-    ("mode", "custom", "armed", "state"),
+    ("mode", "customs", "armed", "state"),  # ArduSub's number, and PX4's sub and main mode in one
     [
-        (Mode.DISARMED, 19, 0, mavlink.MAV_STATE_STANDBY),
-        (Mode.MANUAL, 19, 128, mavlink.MAV_STATE_ACTIVE),
-        (Mode.HOLD, 2, 128, mavlink.MAV_STATE_ACTIVE),
-        (Mode.MISSION, 3, 128, mavlink.MAV_STATE_ACTIVE),
+        (Mode.DISARMED, (19, 0x00010000), 0, mavlink.MAV_STATE_STANDBY),
+        (Mode.MANUAL, (19, 0x00010000), 128, mavlink.MAV_STATE_ACTIVE),
+        (Mode.HOLD, (2, 0x00020000), 128, mavlink.MAV_STATE_ACTIVE),
+        (Mode.LOITER, (16, 0x03040000), 128, mavlink.MAV_STATE_ACTIVE),
+        (Mode.GUIDED, (4, 0x00060000), 128, mavlink.MAV_STATE_ACTIVE),
+        (Mode.MISSION, (3, 0x04040000), 128, mavlink.MAV_STATE_ACTIVE),
     ],
 )
-def test_the_heartbeat_is_a_submarines(identity, autopilot, mode, custom, armed, state) -> None:
+def test_the_heartbeat_is_a_submarines(identity, autopilot, which, mode, customs, armed, state) -> None:
+    custom = customs[which]
     beats = reports(node(identities=(identity,)), [cycle(k, mode) for k in range(100)])
     (beat,) = [message for message in beats if message.get_type() == "HEARTBEAT"]
     assert (beat.get_srcSystem(), beat.get_srcComponent()) == (1, mavlink.MAV_COMP_ID_AUTOPILOT1)
@@ -157,18 +158,23 @@ def test_surfacing_is_critical_unless_it_was_wished(before, order, mission_done,
     assert [beat.custom_mode for beat in beats] == [9, 9, 19]
 
 
-def test_each_message_comes_at_its_rate_and_no_tick_carries_two() -> None:
-    boat, counts, fullest = node(), collections.Counter(), 0
+@pytest.mark.parametrize("learned", [NOTHING_LEARNED, LEARNED], ids=["nothing", "learned"])
+def test_each_message_comes_at_its_rate_and_no_tick_carries_two(learned: Learned) -> None:
+    boat, counts, fullest = node(coefficients=NAMES), collections.Counter(), 0
     for k in range(1000):
-        messages = parse(boat.report(cycle(k))[0])
+        messages = parse(boat.report(cycle(k, learned=learned))[0])
         counts.update(message.get_type() for message in messages)
         fullest = max(fullest, len(messages))
     assert fullest == 1
     assert counts == {
         **dict.fromkeys(("HEARTBEAT", "SYS_STATUS", "BATTERY_STATUS", "SYSTEM_TIME", "WATER_DEPTH"), 10),
-        **dict.fromkeys(("VFR_HUD", "ALTITUDE", "RPM", "SCALED_PRESSURE2"), 20),
-        **dict.fromkeys(("LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "SERVO_OUTPUT_RAW", "DEBUG_FLOAT_ARRAY"), 50),
-        "ATTITUDE": 100,
+        **dict.fromkeys(("GPS_RAW_INT", "HOME_POSITION", "EXTENDED_SYS_STATE", "UNKNOWN_436"), 10),  # CURRENT_MODE
+        **dict.fromkeys(("VFR_HUD", "ALTITUDE", "RPM", "SCALED_PRESSURE2", "ESTIMATOR_STATUS"), 20),
+        **dict.fromkeys(("DISTANCE_SENSOR", "NAV_CONTROLLER_OUTPUT"), 20),
+        **dict.fromkeys(("LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "SERVO_OUTPUT_RAW"), 50),
+        **dict.fromkeys(("SCALED_IMU", "ODOMETRY"), 50),
+        **dict.fromkeys(("ATTITUDE", "DEBUG_FLOAT_ARRAY"), 100),
+        **({"NAMED_VALUE_FLOAT": 50} if learned.value else {}),
     }
 
 

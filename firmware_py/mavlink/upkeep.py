@@ -1,0 +1,98 @@
+"""What is done to a vehicle that lies still: started anew, calibrated; and where it is told that its home is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Final
+
+from firmware_py.marine import geodetic_to_local
+from firmware_py.mavlink.codec import Message, dialect
+from firmware_py.mavlink.orders import Orders
+from firmware_py.mavlink.setpoints import Sea
+from firmware_py.mavlink.voice import ACCEPTED, DENIED, REJECTED, UNSUPPORTED, WARNING, Command, Do, Voice
+from firmware_py.records.order import Mode
+from firmware_py.schedule import Tick
+
+_E7, _MM = 1e-7, 1e-3
+_AGREES: Final = 1.0
+"""A home so near to ours, m, is the same."""
+_HOME, _ORIGIN = dialect.MAVLINK_MSG_ID_HOME_POSITION, dialect.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN
+
+
+class Upkeep:
+    """Of one link. The home is the local frame's origin at the water's surface, and the configuration says where."""
+
+    def __init__(self, voice: Voice, orders: Orders, sea: Sea) -> None:
+        self._voice, self._orders, self._sea = voice, orders, sea
+
+    def does(self) -> dict[int, Do]:
+        """Who does which command."""
+        return {
+            dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: self._restart,
+            dialect.MAV_CMD_PREFLIGHT_CALIBRATION: self._calibrate,
+            dialect.MAV_CMD_DO_SET_HOME: self._set_home,
+        }
+
+    def hears(self) -> dict[int, Callable[[Tick, Message], None]]:
+        """The message ids that come here."""
+        return {
+            dialect.MAVLINK_MSG_ID_SET_GPS_GLOBAL_ORIGIN: self._origin,
+            dialect.MAVLINK_MSG_ID_SET_HOME_POSITION: self._home,
+        }
+
+    def _armed(self, what: str) -> bool:
+        armed = self._orders.mode is not Mode.DISARMED
+        if armed:
+            self._voice.tell(f"{what} refused: armed; disarm first", WARNING)
+        return armed
+
+    def _restart(self, _: Tick, command: Command) -> int:
+        """Nobody restarts an armed vehicle, by force neither."""
+        what = {1.0: "reboot", 2.0: "shutdown"}.get(command.params[0])
+        if what is None:
+            return DENIED if command.params[0] else ACCEPTED
+        if self._armed(what):
+            return REJECTED
+        if not self._orders.may_end:
+            self._voice.tell(f"{what} refused: this flight is ended where it was begun", WARNING)
+            return DENIED
+        self._orders.ending = what
+        return ACCEPTED
+
+    def _calibrate(self, _: Tick, command: Command) -> int:
+        if self._armed("calibration"):
+            return REJECTED
+        if not any(command.params):
+            return ACCEPTED  # nothing was asked for
+        self._voice.tell(
+            "nothing to calibrate: the AHRS does so itself, and depth is zeroed until the first arming", WARNING
+        )
+        return UNSUPPORTED
+
+    def _set_home(self, _: Tick, command: Command) -> int:
+        current, (x, y, z) = command.params[0], command.params[4:]
+        if current == 1.0:
+            self._voice.tell("home stays at the origin of the local frame, not where the vehicle is", WARNING)
+            return DENIED
+        scale = _E7 if command.frame >= 0 else 1.0
+        return self._agree(x * scale, y * scale, z, "home", _HOME)
+
+    def _home(self, _: Tick, m: Message) -> None:
+        self._agree(m.latitude * _E7, m.longitude * _E7, m.altitude * _MM, "home", _HOME)
+
+    def _origin(self, _: Tick, m: Message) -> None:
+        self._agree(m.latitude * _E7, m.longitude * _E7, m.altitude * _MM, "origin", _ORIGIN)
+
+    def _agree(self, latitude: float, longitude: float, altitude: float, what: str, name: int) -> int:
+        """Says what holds, and that it does not change for another."""
+        self._voice.show(name)
+        origin, surface = self._sea
+        if not math.isfinite(latitude + longitude + altitude):
+            return DENIED
+        x, y = geodetic_to_local(origin, math.radians(latitude), math.radians(longitude))
+        if math.hypot(x, y) <= _AGREES and abs(altitude - surface) <= _AGREES:
+            return ACCEPTED
+        at = f"{math.degrees(origin.latitude):.6f}, {math.degrees(origin.longitude):.6f}, {surface:g} m"
+        self._voice.tell(f"{what} stays at {at}: [origin] and surface_altitude of the configuration say so", WARNING)
+        return DENIED

@@ -1,0 +1,140 @@
+"""A station guides the boat over MAVLink, against the plant: to a place and around it, on a heading, around here."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from pymavlink.dialects.v20 import all as mavlink
+
+from firmware_py.adapters.ground import Grounds
+from firmware_py.marine import Origin
+from firmware_py.mavlink.door import Door
+from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.node import MavlinkParams, Node
+from firmware_py.mavlink.status import Actuators
+from firmware_py.records.cycle import Cycle
+from firmware_py.records.order import Asker, Mode, Order
+from firmware_py.schedule import Tick
+from tools.flight import Wish, fly, prepare
+from tools.log import Log, read
+
+SCENARIO = """
+description = "Holds a course until a station says otherwise."
+duration_s = 255.0
+completes = "time"
+[environment]
+bottom_depth_m = 40.0
+current_ned_m_s = [0.05, 0.087, 0.0]
+[start]
+depth_m = 8.0
+u_m_s = 1.8
+n_rpm = 492.0
+[[orders]]
+t_s = 0.5
+arming = "arm"
+mode = "hold"
+depth_m = 8.0
+heading_deg = 0.0
+speed_m_s = 1.8
+[autopilot.estimation.learning]
+enabled = false
+"""
+X, Y = 60.0, 40.0
+REPOSITION, YAW, LOITER, SPEED, ALTITUDE = 192, 115, 17, 178, 186
+
+
+class Operator:
+    """Says what stands in a script, at its times; remembers what it was answered."""
+
+    def __init__(self, script: dict[float, object]) -> None:
+        self.node = Node(
+            MavlinkParams(), Origin(math.radians(36.8), math.radians(-121.8)), Actuators((0.4,) * 4, 10.0),
+            [Door(Identity.ARDUSUB)],
+        )  # fmt: skip
+        self.script = script
+        self.mav = mavlink.MAVLink(None, 255, 190)
+        self.results: list[tuple[int, int]] = []
+
+    def read(self, tick: Tick) -> Order:
+        if tick.t in self.script:
+            self.node.hear(tick, 0, [self.script[tick.t].pack(self.mav)])
+        return self.node.order()
+
+    def write(self, cycle: Cycle) -> None:
+        for message in mavlink.MAVLink(None).parse_buffer(self.node.report(cycle)[0]) or []:
+            if message.get_type() == "COMMAND_ACK":
+                self.results.append((message.command, message.result))
+
+
+def command(number: int, *params: float):
+    return mavlink.MAVLink_command_long_message(1, 1, number, 0, *params, *(0.0,) * (7 - len(params)))
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory) -> tuple[Operator, Log]:
+    folder = tmp_path_factory.mktemp("guided")
+    scenario = folder / "guided.toml"
+    scenario.write_text(SCENARIO)
+    to_place = mavlink.MAVLink_command_int_message(
+        1, 1, mavlink.MAV_FRAME_LOCAL_NED, REPOSITION, 0, 0, -1, 1, 0, math.nan, int(X * 1e4), int(Y * 1e4), 12.0
+    )
+    operator = Operator(
+        {
+            5.0: to_place,
+            110.0: command(YAW, 200.0),
+            112.0: command(ALTITUDE, -6.0, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT),
+            155.0: command(LOITER),
+            220.0: command(SPEED, 1, 1.2, -1),
+        }
+    )
+    flight = prepare(Wish(str(scenario)), {})
+    fly(flight, folder / "log.mcap", lambda _: None, lambda pilot: Grounds(pilot, operator))
+    return operator, read(folder / "log.mcap")
+
+
+def during(log: Log, begin: float, end: float) -> np.ndarray:
+    return (log.columns["t"] >= begin) & (log.columns["t"] < end)
+
+
+def test_every_command_was_accepted_and_stands_in_the_log_with_who_gave_it(flown) -> None:
+    operator, log = flown
+    assert operator.results == [(number, 0) for number in (REPOSITION, YAW, ALTITUDE, LOITER, SPEED)]
+    askers = [cycle.order.asker for cycle in log.cycles if cycle.order.asker.link >= 0]
+    assert askers == [Asker(0, 255, 190, number) for number, _ in operator.results]
+    modes = [Mode(mode) for mode in dict.fromkeys(log.columns["mode.mode"])]
+    assert modes == [Mode.DISARMED, Mode.HOLD, Mode.GUIDED, Mode.LOITER]
+
+
+def test_it_goes_to_the_place_at_the_depth_and_circles_it_in_a_current(flown) -> None:
+    _, log = flown
+    there = during(log, 65.0, 110.0)
+    c = log.columns
+    distance = np.hypot(c["state.eta.x"][there] - X, c["state.eta.y"][there] - Y)
+    radius = 1.25 * 1.8 / math.radians(4.0)
+    assert np.abs(distance - radius).max() < 1.5
+    assert np.hypot(log.truth["eta.x"][there] - X, log.truth["eta.y"][there] - Y).max() < radius + 4.0  # dead reckoned
+    assert log.truth["eta.z"][there] == pytest.approx(12.0, abs=0.1)
+    turned = np.unwrap(log.truth["eta.psi"])[there]
+    assert turned[-1] - turned[0] > math.tau * 0.3  # to starboard
+
+
+def test_it_leaves_on_the_heading_and_comes_up_to_the_depth_that_are_asked_for(flown) -> None:
+    _, log = flown
+    late = during(log, 130.0, 155.0)
+    assert np.degrees(log.truth["eta.psi"][late]) % 360.0 == pytest.approx(200.0, abs=1.5)
+    assert log.truth["eta.z"][during(log, 147.0, 155.0)] == pytest.approx(6.0, abs=0.15)
+
+
+def test_holding_the_position_is_a_circle_that_begins_where_it_was(flown) -> None:
+    _, log = flown
+    x, y = log.columns["state.eta.x"], log.columns["state.eta.y"]
+    (k,) = np.flatnonzero(np.diff(log.columns["mode.mode"] == Mode.LOITER))
+    after = during(log, 155.0, 255.0)
+    radius = 1.25 * 1.8 / math.radians(4.0)
+    assert np.hypot(x[after] - x[k], y[after] - y[k]).max() < 2.0 * radius + 6.0
+    centre = x[k] - radius * math.sin(math.radians(200.0)), y[k] + radius * math.cos(math.radians(200.0))
+    steady = during(log, 190.0, 220.0)
+    assert np.abs(np.hypot(x[steady] - centre[0], y[steady] - centre[1]) - radius).max() < 3.0
+    assert log.columns["state.nu.u"][during(log, 250.0, 255.0)] == pytest.approx(1.2, abs=0.1)

@@ -1,0 +1,261 @@
+"""Setpoints: what each way of saying depth, heading, speed and place comes to, and in which modes it may be said."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from firmware_py.marine import local_to_geodetic
+from firmware_py.records.order import NOBODY, Arming, Asker, Mode, Setpoint
+
+from .station import ORIGIN, Boat, Station
+
+ACCEPTED, REJECTED, DENIED, UNSUPPORTED, NO_FRAME = 0, 1, 2, 3, 9
+NAN = math.nan
+AMSL, LOCAL, RELATIVE, TERRAIN = 5, 1, 6, 11
+REPOSITION, CHANGE_MODE = mavlink.MAV_CMD_DO_REPOSITION, 1
+LATITUDE, LONGITUDE = (round(math.degrees(angle) * 1e7) for angle in local_to_geodetic(ORIGIN, 120.0, -80.0))
+LAKE = 300.0
+
+
+def sailing(mode: Mode = Mode.GUIDED, **options) -> tuple[Boat, Station]:
+    boat = Boat(surface=LAKE, **options)
+    boat.mode = mode
+    boat.step()
+    return boat, boat.stations[0]
+
+
+def said(boat: Boat) -> Setpoint:
+    (order,) = [order for order in boat.orders if any(map(math.isfinite, order.setpoint))]
+    return order.setpoint
+
+
+def same(setpoint: Setpoint, *expected: float) -> bool:
+    return setpoint == pytest.approx(expected, abs=0.02, nan_ok=True)
+
+
+def send_int(station: Station, command: int, frame: int, *params: float) -> None:
+    p1, p2, p3, p4, x, y, z = params
+    station.send(mavlink.MAVLink_command_int_message(1, 1, frame, command, 0, 0, p1, p2, p3, p4, x, y, z))
+
+
+@pytest.mark.parametrize(
+    ("frame", "height", "depth"),
+    [(AMSL, LAKE - 12.0, 12.0), (0, LAKE - 12.0, 12.0), (RELATIVE, -12.0, 12.0), (3, -12.0, 12.0), (AMSL, NAN, NAN)],
+)
+def test_reposition_sets_guided_and_goes_to_a_place_at_a_depth(frame: int, height: float, depth: float) -> None:
+    boat, station = sailing(Mode.HOLD)
+    send_int(station, REPOSITION, frame, 1.5, CHANGE_MODE, 0, NAN, LATITUDE, LONGITUDE, height)
+    boat.step()
+    assert station.acks() == [(REPOSITION, ACCEPTED)]
+    assert boat.mode is Mode.GUIDED
+    assert same(said(boat), depth, NAN, 1.5, 120.0, -80.0)
+
+
+def test_a_place_in_the_local_frame_is_metres() -> None:
+    boat, station = sailing()
+    send_int(station, REPOSITION, LOCAL, -1, 0, 0, NAN, 1_200_000, -800_000, 4.0)
+    boat.step()
+    assert same(said(boat), 4.0, NAN, NAN, 120.0, -80.0)
+
+
+def test_reposition_as_command_long_has_degrees_and_amsl() -> None:
+    boat, station = sailing()
+    station.command(REPOSITION, -1, 0, 0, NAN, 46.501, 6.601, LAKE - 7.0)
+    boat.step()
+    setpoint = said(boat)
+    assert setpoint.z_d == pytest.approx(7.0, abs=1e-3)
+    assert (setpoint.x, setpoint.y) == pytest.approx((111.2, 76.8), abs=0.5)
+
+
+def test_reposition_without_leave_to_change_the_mode_is_refused_in_another() -> None:
+    boat, station = sailing(Mode.HOLD)
+    send_int(station, REPOSITION, RELATIVE, -1, 0, 0, NAN, LATITUDE, LONGITUDE, -5.0)
+    boat.step()
+    assert "Guided" in "".join(m.text for m in station.messages if m.get_type() == "STATUSTEXT")
+    assert station.acks() == [(REPOSITION, REJECTED)]
+    assert boat.asked() == []
+
+
+@pytest.mark.parametrize(
+    ("frame", "params", "result"),
+    [
+        (RELATIVE, (-1, 1, 0, NAN, LATITUDE, LONGITUDE, 3.0), DENIED),  # in the air
+        (AMSL, (-1, 1, 0, NAN, LATITUDE, LONGITUDE, LAKE + 1.0), DENIED),
+        (AMSL, (-1, 1, 0, NAN, LATITUDE, LONGITUDE, -math.inf), DENIED),
+        (AMSL, (-1, 1, 0, NAN, 910_000_000, LONGITUDE, LAKE - 1), DENIED),
+        (AMSL, (-1, 1, 0, NAN, 0, 0, LAKE - 1), DENIED),  # thousands of km away
+        (TERRAIN, (-1, 1, 0, NAN, LATITUDE, LONGITUDE, 3.0), NO_FRAME),
+        (AMSL, (math.inf, 1, 0, NAN, LATITUDE, LONGITUDE, LAKE - 1), DENIED),
+    ],
+)
+def test_what_is_no_place_or_no_depth_is_denied_and_orders_nothing(frame, params, result) -> None:
+    boat, station = sailing(Mode.HOLD)
+    send_int(station, REPOSITION, frame, *params)
+    boat.step()
+    assert "STATUSTEXT" in {m.get_type() for m in station.messages}
+    assert station.acks() == [(REPOSITION, result)]
+    assert boat.asked() == []
+
+
+@pytest.mark.parametrize(
+    ("command", "params", "expected"),
+    [
+        (mavlink.MAV_CMD_DO_CHANGE_SPEED, (1, 1.25, -1), (NAN, NAN, 1.25)),
+        (mavlink.MAV_CMD_DO_CHANGE_SPEED, (0, 0.0, -1), (NAN, NAN, 0.0)),
+        (mavlink.MAV_CMD_GUIDED_CHANGE_SPEED, (0, 1.5, 0), (NAN, NAN, 1.5)),
+        (mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, (-8.0, 3), (8.0, NAN, NAN)),
+        (mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, (LAKE - 8.0, 0), (8.0, NAN, NAN)),
+        (mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, (8.0, 1), (8.0, NAN, NAN)),
+        (mavlink.MAV_CMD_GUIDED_CHANGE_ALTITUDE, (0, 0, 0, 0, 0, 0, LAKE - 3.0), (3.0, NAN, NAN)),
+        (mavlink.MAV_CMD_CONDITION_YAW, (90, 0, 0, 0), (NAN, math.pi / 2, NAN)),
+        (mavlink.MAV_CMD_CONDITION_YAW, (-90, 0, 0, 0), (NAN, 1.5 * math.pi, NAN)),
+        (mavlink.MAV_CMD_CONDITION_YAW, (30, 0, -1, 1), (NAN, math.radians(330.0), NAN)),
+        (mavlink.MAV_CMD_CONDITION_YAW, (30, 0, 1, 1), (NAN, math.radians(30.0), NAN)),
+        (mavlink.MAV_CMD_GUIDED_CHANGE_HEADING, (1, 180, 0), (NAN, math.pi, NAN)),
+    ],
+)
+@pytest.mark.parametrize("mode", [Mode.HOLD, Mode.GUIDED])
+def test_depth_heading_and_speed_are_changed_by_command(mode, command, params, expected) -> None:
+    boat, station = sailing(mode)
+    station.command(command, *params)
+    boat.step()
+    assert station.acks() == [(command, ACCEPTED)]
+    assert same(said(boat), *expected, NAN, NAN)
+    assert boat.orders[-1].asker == Asker(0, 255, 190, command)
+
+
+@pytest.mark.parametrize("mode", [Mode.DISARMED, Mode.MANUAL, Mode.MISSION, Mode.SURFACE])
+def test_a_mode_that_takes_no_setpoint_says_so(mode: Mode) -> None:
+    boat, station = sailing(mode)
+    station.command(mavlink.MAV_CMD_CONDITION_YAW, 90)
+    boat.step()
+    text = "".join(m.text for m in station.messages if m.get_type() == "STATUSTEXT")
+    assert mode.name in text
+    assert station.acks() == [(mavlink.MAV_CMD_CONDITION_YAW, REJECTED)]
+
+
+@pytest.mark.parametrize(
+    ("command", "params", "result"),
+    [
+        (mavlink.MAV_CMD_DO_CHANGE_SPEED, (1, -1.0), DENIED),
+        (mavlink.MAV_CMD_DO_CHANGE_SPEED, (1, NAN), DENIED),
+        (mavlink.MAV_CMD_DO_CHANGE_SPEED, (2, 1.0), UNSUPPORTED),  # climb
+        (mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, (5.0, 3), DENIED),
+        (mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, (NAN, 3), DENIED),
+        (mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, (-5.0, NAN), NO_FRAME),
+        (mavlink.MAV_CMD_CONDITION_YAW, (math.inf, 0, 0, 0), DENIED),
+        (mavlink.MAV_CMD_CONDITION_YAW, (10, 0, 0, 0.5), DENIED),
+    ],
+)
+def test_values_that_cannot_be_flown_are_denied(command, params, result) -> None:
+    boat, station = sailing()
+    station.command(command, *params)
+    boat.step()
+    assert station.acks() == [(command, result)]
+    assert not any(math.isfinite(value) for order in boat.orders for value in order.setpoint)
+
+
+def test_what_is_deeper_than_the_supervisor_lets_it_is_denied() -> None:
+    boat, station = sailing()
+    boat.node.limit(30.0)
+    for depth, result in ((40.0, DENIED), (20.0, ACCEPTED)):
+        station.command(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, -depth, 3)
+        boat.step()
+        assert station.acks() == [(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, result)]
+
+
+def local_target(mask: int, x=0.0, y=0.0, z=0.0, vx=0.0, vy=0.0, yaw=0.0, frame=LOCAL):
+    return mavlink.MAVLink_set_position_target_local_ned_message(
+        0, 1, 1, frame, mask, x, y, z, vx, vy, 0.0, 0.0, 0.0, 0.0, yaw, 0.0
+    )
+
+
+REST = 64 | 128 | 256 | 2048
+VELOCITY, YAW, PLACE, DEPTH = 8 | 16 | 32, 1024, 1 | 2, 4
+
+
+@pytest.mark.parametrize(
+    ("message", "expected"),
+    [
+        (local_target(REST | VELOCITY | YAW, 10.0, 20.0, 5.0), (5.0, NAN, NAN, 10.0, 20.0)),
+        (local_target(REST | VELOCITY | YAW | PLACE, z=5.0), (5.0, NAN, NAN, NAN, NAN)),
+        (local_target(REST | VELOCITY | PLACE | DEPTH, yaw=1.0), (NAN, 1.0, NAN, NAN, NAN)),
+        (local_target(REST | YAW | PLACE | DEPTH, vx=0.0, vy=-1.5), (NAN, -math.pi / 2, 1.5, NAN, NAN)),
+        (
+            mavlink.MAVLink_set_position_target_global_int_message(
+                0, 1, 1, RELATIVE, REST | VELOCITY | YAW, LATITUDE, LONGITUDE, -6.0, 0, 0, 0, 0, 0, 0, 0, 0
+            ),
+            (6.0, NAN, NAN, 120.0, -80.0),
+        ),
+    ],
+)
+def test_targets_are_followed_without_an_answer(message, expected) -> None:
+    boat, station = sailing()
+    station.send(message)
+    boat.step(5)
+    assert same(said(boat), *expected)
+    assert {m.get_type() for m in station.messages} & {"COMMAND_ACK", "STATUSTEXT"} == set()
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        local_target(REST | VELOCITY | YAW, math.inf, 0.0, 0.0),
+        local_target(REST | VELOCITY | YAW, 1e30, 1e30, 0.0),
+        local_target(REST | VELOCITY | YAW, 10.0, 0.0, -5.0),
+        local_target(REST | VELOCITY | YAW, frame=8),
+        local_target(0),
+        local_target(REST | VELOCITY | YAW | PLACE | DEPTH),
+        local_target(REST | YAW | PLACE | DEPTH, vx=NAN),
+        mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 0, (1.0, 0.0, 0.0, 0.0), 0, 0, 0, 0.5),
+    ],
+)
+def test_targets_that_cannot_be_followed_are_refused_in_words_now_and_then(message) -> None:
+    boat, station = sailing()
+    for _ in range(300):
+        station.send(message)
+        boat.step()
+    texts = [m for m in station.messages if m.get_type() == "STATUSTEXT" and m.chunk_seq == 0]
+    assert len(texts) == 1
+    assert "refused" in texts[0].text
+    assert all(order.asker == NOBODY for order in boat.orders)
+
+
+def test_the_last_of_many_targets_in_a_tick_holds_and_a_command_goes_first() -> None:
+    boat, station = sailing()
+    for x in (1.0, 2.0, 3.0):
+        station.send(local_target(REST | VELOCITY | YAW | DEPTH, x, 0.0))
+    boat.step(3)
+    assert said(boat).x == 3.0
+    boat.orders.clear()
+    station.send(local_target(REST | VELOCITY | YAW | DEPTH, 9.0, 0.0))
+    station.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0)
+    boat.step()
+    assert boat.orders[0].arming is Arming.DISARM
+    assert math.isnan(boat.orders[0].setpoint.x)
+
+
+any_float = st.floats(width=32)
+
+
+@settings(max_examples=150)
+@given(
+    st.sampled_from([REPOSITION, 178, 186, 115, 43000, 43001, 43002, 179, 241, 246, 300, 193, 2600]),
+    st.integers(0, 255),
+    st.tuples(*[any_float] * 4, st.integers(-(2**31), 2**31 - 1), st.integers(-(2**31), 2**31 - 1), any_float),
+    st.booleans(),
+)
+def test_no_command_however_odd_raises_or_orders_what_is_not_finite(command, frame, params, as_int) -> None:
+    boat, station = sailing()
+    if as_int:
+        send_int(station, command, frame, *params)
+    else:
+        station.command(command, *map(float, params))
+    boat.step(2)
+    assert [number for number, _ in station.acks()] == [command]
+    assert not any(map(math.isinf, (value for order in boat.orders for value in order.setpoint)))
