@@ -85,8 +85,8 @@ def parser() -> argparse.ArgumentParser:
         "fly",
         help="the vehicle alone: what runs at sea",
         description="Flies the vehicle on a real bus until Ctrl-C. It starts disarmed and waits for orders.",
-        epilog="Exit status 0 if it was ended by a person, 1 if its plant was lost, 2 for bad input, 3 if a station asked "
-        "for a reboot: whoever started it is to start it again.",
+        epilog="Exit status 0 if it was ended by a person, 1 if its plant was lost, 2 for bad input, 3 if a station "
+        "asked for a reboot: whoever started it is to start it again.",
     )
     _add_config(fly, "vehicle and autopilot")
     _add_real_bus(fly)
@@ -138,6 +138,17 @@ def parser() -> argparse.ArgumentParser:
     report.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
     report.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [beside the log]")
     report.set_defaults(run=_lazily("tools.report"))
+
+    export = commands.add_parser(
+        "export",
+        help="write a log anew, for the tools of others",
+        description="Writes a log as DataFlash (.bin), which pymavlink's tools and log viewers for ArduPilot read, or "
+        "as a table with a row for each cycle (.csv).",
+    )
+    export.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
+    export.add_argument("--format", choices=("bin", "csv"), default="bin", help="what it becomes [bin]")
+    export.add_argument("--out", type=Path, metavar="FILE", help="where to leave it [beside the log]")
+    export.set_defaults(run=_lazily("tools.export.command"))
 
     identify = commands.add_parser(
         "identify",

@@ -28,6 +28,8 @@ class Stations(NamedTuple):
     def keep(self, state: Path | None, folder: Path) -> None:
         """Keeps what stations change in `state`, or, with nothing kept of an earlier run, in the folder of this one.
 
+        Stations may fetch the logs: all below runs/ if the run is left there, else its own.
+
         Raises:
             StoreError: it cannot be written.
         """
@@ -36,6 +38,7 @@ class Stations(NamedTuple):
                 (folder / "state" / name).unlink(missing_ok=True)
         if self.ground.links:
             self.ground.keep(state or folder / "state")
+            self.ground.offer(folder, beside=folder.parent == Path("runs"))
 
 
 @contextlib.contextmanager

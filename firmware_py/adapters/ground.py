@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
+from firmware_py.adapters.log_store import LogStore
 from firmware_py.adapters.stations import GroundError, LinkSpec, StationLink, parse_link
 from firmware_py.adapters.stations_stream import SerialLink, TcpClient, TcpServer
 from firmware_py.adapters.stations_udp import UdpLink
@@ -24,6 +25,8 @@ from firmware_py.schedule import Rate, Tick
 
 __all__ = ["GroundError", "Grounds", "MavlinkGround", "open_link"]
 
+_WEIGHTS = (Arming.KEEP, Arming.CHECK, Arming.ARM, Arming.DISARM)
+"""Of two words on arming the later in this list is obeyed."""
 _OPENS: dict[str, Callable[[LinkSpec], StationLink]] = {
     "udpout": UdpLink,
     "udpin": UdpLink,
@@ -73,6 +76,7 @@ class MavlinkGround:
         doors = [link.door for link in self.links]
         self.node = Node(params, origin, actuators, doors, coefficients, signing, book)
         self._store: Store | None = None
+        self._logs: LogStore | None = None
 
     def read(self, tick: Tick) -> Order:
         """What was asked since the last tick."""
@@ -98,6 +102,11 @@ class MavlinkGround:
         """
         self._store = Store(folder)
 
+    def offer(self, folder: Path, beside: bool) -> None:
+        """From now on stations may fetch the log of a run's folder, and with `beside` those beside it too."""
+        self._logs = LogStore(folder, beside)
+        self.node.shelve(self._logs)
+
     def _save(self, store: Store, tick: Tick) -> None:
         for name, content in self.node.saves():
             store.save(name, content)
@@ -111,6 +120,8 @@ class MavlinkGround:
         """Closes every link, once all is kept."""
         if self._store is not None:
             self._store.close()
+        if self._logs is not None:
+            self._logs.close()
         self._close()
 
 
@@ -141,8 +152,7 @@ def merge(orders: Sequence[Order]) -> Order:
     arming, mode, setpoint, latest, jump = Arming.KEEP, None, NO_ORDER.setpoint, said[0], NO_ORDER.jump
     asker, changes = NO_ORDER.asker, NO_ORDER.changes
     for order in said:
-        if order.arming is not Arming.KEEP and arming is not Arming.DISARM:
-            arming = order.arming
+        arming = max(arming, order.arming, key=_WEIGHTS.index)
         if order.mode is not None and mode is not Mode.DISARMED:
             mode = order.mode
         setpoint = Setpoint(

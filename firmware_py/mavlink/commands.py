@@ -26,6 +26,7 @@ class Commands:
         self._orders = orders
         self._do: dict[int, Do] = {
             dialect.MAV_CMD_COMPONENT_ARM_DISARM: self._arm,
+            dialect.MAV_CMD_RUN_PREARM_CHECKS: self._check,
             dialect.MAV_CMD_DO_SET_MODE: self._set_mode,
             dialect.MAV_CMD_DO_SET_STANDARD_MODE: self._set_standard_mode,
             dialect.MAV_CMD_MISSION_START: self._start,
@@ -72,6 +73,10 @@ class Commands:
             return DENIED
         self._wish(tick, command, arming, None)
         return None
+
+    def _check(self, tick: Tick, command: Command) -> None:
+        """What would be refused comes as a sentence; armed, there is nothing to check."""
+        self._wish(tick, command, Arming.CHECK, None)
 
     def _set_mode(self, tick: Tick, command: Command) -> int | None:
         base, custom, sub = command.params[:3]

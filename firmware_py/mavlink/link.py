@@ -112,7 +112,7 @@ class Link:
                 if name == dialect.MAVLINK_MSG_ID_SYS_STATUS:
                     message.errors_comm = min(self.lost, 65535)
                 said.append(message)
-        for _ in self._services:
+        for _ in range(len(self._services)):
             if len(said) >= SAID_PER_TICK:
                 break
             said += self._services[0].due(cycle.tick)

@@ -10,22 +10,26 @@ from firmware_py.marine import Origin
 from firmware_py.mavlink import metadata, parameters
 from firmware_py.mavlink.codec import dialect
 from firmware_py.mavlink.door import Door
+from firmware_py.mavlink.files import Files
 from firmware_py.mavlink.helm import HelmParams
 from firmware_py.mavlink.high_latency import HighLatency
 from firmware_py.mavlink.identity import autopilot_version, heartbeat
 from firmware_py.mavlink.lateness import Lateness
 from firmware_py.mavlink.link import Link
+from firmware_py.mavlink.logs import Logs
 from firmware_py.mavlink.modes import current_mode, modes_monitor
 from firmware_py.mavlink.motion import Motion
 from firmware_py.mavlink.orders import Orders
 from firmware_py.mavlink.parameters import Book, Parameters
 from firmware_py.mavlink.service import Keeper
 from firmware_py.mavlink.setpoints import Sea
+from firmware_py.mavlink.shelf import Shelf, Tree
 from firmware_py.mavlink.signing import Signing
 from firmware_py.mavlink.standing import Standing
 from firmware_py.mavlink.status import Actuators, NamedValues, Status
 from firmware_py.mavlink.telemetry import Maker, Telemetry, TelemetryParams
 from firmware_py.mavlink.texts import severity
+from firmware_py.mavlink.times import Calendar, Times
 from firmware_py.param_tree import replaced
 from firmware_py.params import When, param, table
 from firmware_py.records.cycle import Cycle
@@ -75,6 +79,8 @@ class Node:
         status = Status(actuators, self._late)
         shared = Telemetry(params.telemetry, origin, actuators.n_max).makers() | status.makers()
         shared |= Motion(sea.surface).makers()
+        calendar = Calendar()
+        shared |= calendar.makers()
         self.files: dict[str, Callable[[], bytes]] = metadata.files(book) if book is not None else {}
         """What may be fetched by MAVLink FTP: names without a slash in front, and who makes the bytes."""
         if book is not None:
@@ -90,6 +96,11 @@ class Node:
         self._keepers: list[Keeper] = [signing] if signing is not None else []
         if book is not None:
             self._serve_parameters(book, doors)
+        self._tree = Tree(self.files)
+        for link in self.links:
+            link.serve(Files(self._tree))
+            link.serve(Logs(self._tree, link, lambda: self._standing.mode is not Mode.DISARMED))
+            link.serve(Times(calendar, link))
 
     def hear(self, tick: Tick, link: int, datagrams: Sequence[bytes]) -> None:
         """Takes what came by a link since the last tick."""
@@ -126,6 +137,10 @@ class Node:
         """The supervisor's limit, m: stations are told that no setpoint may be deeper."""
         for link in self.links:
             link.setpoints.depth_max = depth_max
+
+    def shelve(self, shelf: Shelf) -> None:
+        """From now on stations may fetch the logs of a shelf."""
+        self._tree.shelf = shelf
 
     def may_end(self) -> None:
         """From now on a station may ask a disarmed vehicle to end."""

@@ -141,6 +141,8 @@ def _result(wish: Wish, cycle: Cycle) -> int:
     mode = cycle.mode.mode
     if wish.mode is not None:
         granted = mode is wish.mode
+    elif wish.arming is Arming.CHECK:
+        granted = mode is Mode.DISARMED
     elif wish.arming is not Arming.KEEP:
         granted = (mode is Mode.DISARMED) == (wish.arming is Arming.DISARM)
     else:

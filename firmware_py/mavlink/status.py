@@ -57,7 +57,6 @@ class Status:
             dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: self.servo_output,
             dialect.MAVLINK_MSG_ID_DEBUG_FLOAT_ARRAY: self.arrays,
             dialect.MAVLINK_MSG_ID_RPM: self.rpm,
-            dialect.MAVLINK_MSG_ID_SYSTEM_TIME: self.system_time,
             dialect.MAVLINK_MSG_ID_ESTIMATOR_STATUS: self.estimator,
         }
 
@@ -152,10 +151,6 @@ class Status:
         """RPM: the propeller's, as its controller reports it."""
         n = cycle.frame.n
         return dialect.MAVLink_rpm_message(n.value * 60.0 if n.usable(cycle.tick.t, _RECENT) else math.nan, math.nan)
-
-    def system_time(self, cycle: Cycle) -> Message:
-        """SYSTEM_TIME: the vehicle knows no other time than its own."""
-        return dialect.MAVLink_system_time_message(0, boot_ms(cycle.tick))
 
     def estimator(self, cycle: Cycle) -> Message:
         """ESTIMATOR_STATUS. The DVL's test ratio stands under velocity, attitude's under magnetometer; NaN unknown."""

@@ -13,7 +13,7 @@ def severity(event: str) -> int:
     """How much an event of a cycle matters, by the words that the supervisor uses."""
     if " -> " in event:
         return int(dialect.MAV_SEVERITY_NOTICE if event.endswith(_AS_WISHED) else dialect.MAV_SEVERITY_CRITICAL)
-    return int(dialect.MAV_SEVERITY_INFO if event.startswith("waypoint ") else dialect.MAV_SEVERITY_WARNING)
+    return int(dialect.MAV_SEVERITY_INFO if event.startswith(("waypoint ", "ready ")) else dialect.MAV_SEVERITY_WARNING)
 
 
 class Texts:

@@ -34,6 +34,8 @@ class Arming(enum.IntEnum):
     KEEP = 0
     ARM = 1
     DISARM = 2
+    CHECK = 3
+    """Say what would become of arming, and do nothing."""
 
 
 class Setpoint(NamedTuple):

@@ -66,6 +66,9 @@ class Supervisor:
                 wanted = Mode.DISARMED
             elif any(held):
                 wanted, cause = self._ruled(wanted, c, held, tick.dt_ns)
+        elif order.arming is Arming.CHECK and was.mode is Mode.DISARMED:
+            refusals = self._refusals(self._conditions(tick, frame, state, Mode.MANUAL, c.late, False), held)
+            self._say("arming would be refused: " + "; ".join(refusals) if refusals else "ready to be armed")
         if wanted is not was.mode:
             self._say(f"{was.mode.name} -> {wanted.name}: {cause}")
         self._memory = SupervisorMemory(wanted, held, late)

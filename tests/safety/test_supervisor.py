@@ -171,6 +171,26 @@ def test_arming_is_refused_and_says_why(why: str, state: dict[str, Any], frame: 
     assert boat.tick(ARM) is Mode.MANUAL
 
 
+@pytest.mark.parametrize(("why", "state", "frame"), REFUSALS)
+def test_a_check_says_what_arming_would_and_does_nothing(
+    why: str, state: dict[str, Any], frame: dict[str, Any]
+) -> None:
+    boat = Boat()
+    check = Order(arming=Arming.CHECK)
+    assert boat.tick(check, frame=frame, **state) is Mode.DISARMED
+    (said,) = boat.events
+    boat.k = 0
+    boat.tick(ARM, frame=frame, **state)
+    assert boat.events == (said.replace("would be", "is").replace("arming is refused", "arming refused"),)
+    assert why in said
+    boat.k = 0
+    assert boat.tick(check) is Mode.DISARMED
+    assert boat.events == ("ready to be armed",)
+    sailor = sailing()
+    assert sailor.tick(check) is Mode.HOLD
+    assert sailor.events == ()
+
+
 def test_all_reasons_to_refuse_are_told_at_once() -> None:
     boat = Boat()
     boat.tick(ARM, attitude_ok=False, depth_ok=False, leak=True)

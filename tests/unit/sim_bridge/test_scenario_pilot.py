@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Mode
+from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Mode, Setpoint
 from firmware_py.schedule import Tick
 from sim_bridge.pilot import ScriptedGround
 from sim_bridge.scenarios import parse
@@ -51,7 +51,7 @@ def test_each_cue_is_said_once_at_the_first_tick_that_is_not_before_it():
     assert spoken[0].arming is Arming.ARM
     assert spoken[0].mode is None
     assert spoken[6].mode is Mode.HOLD
-    assert spoken[6].setpoint == (5.0, math.pi / 2, 1.5)
+    assert spoken[6].setpoint == Setpoint(5.0, math.pi / 2, 1.5)
     assert spoken[10].setpoint.z_d == 6.0
     assert math.isnan(spoken[10].setpoint.psi_d)
     assert spoken[10].mode is None

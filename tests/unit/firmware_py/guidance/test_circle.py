@@ -19,6 +19,7 @@ from firmware_py.schedule import Tick
 
 NAN = math.nan
 DT_NS = 100_000_000
+EMPTY = Mission()
 PARAMS = GuidanceParams(line_of_sight=LineOfSightParams(pivot=0.0))
 place = st.floats(-500.0, 500.0)
 
@@ -47,7 +48,7 @@ def test_across_is_the_distance_from_the_circle_and_the_turn_ahead_is_bounded(x,
 class Boat:
     """Goes exactly as the reference says."""
 
-    def __init__(self, mission: Mission = Mission(), x: float = 0.0, y: float = 0.0, u: float = 1.8) -> None:
+    def __init__(self, mission: Mission = EMPTY, x: float = 0.0, y: float = 0.0, u: float = 1.8) -> None:
         self.guidance = Guidance(PARAMS, mission)
         self.x, self.y, self.z, self.psi, self.u = x, y, 5.0, 0.0, u
         self.k = 0

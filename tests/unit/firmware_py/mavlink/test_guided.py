@@ -169,6 +169,26 @@ def test_what_is_deeper_than_the_supervisor_lets_it_is_denied() -> None:
         assert station.acks() == [(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, result)]
 
 
+def test_a_command_sent_again_because_its_answer_was_lost_is_answered_again_and_not_done_again() -> None:
+    boat, station = sailing()
+    for again in range(4):
+        station.command(REPOSITION, NAN, CHANGE_MODE, 0, NAN, 46.501, 6.601, LAKE - 7.0, again=again)
+        boat.step()
+    assert station.acks() == [(REPOSITION, ACCEPTED)] * 4
+    assert sum(math.isfinite(order.setpoint.z_d) for order in boat.orders) == 1
+
+
+def test_two_stations_are_obeyed_in_the_order_in_which_they_spoke_and_the_log_tells_who() -> None:
+    boat, first = sailing(links=2)
+    second = boat.stations[1]
+    first.command(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, -5.0, 3)
+    second.command(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, -9.0, 3)
+    boat.step(3)
+    said_by = [(order.setpoint.z_d, order.asker.link) for order in boat.orders if order.asker != NOBODY]
+    assert said_by == [(5.0, 0), (9.0, 1)]
+    assert first.acks() == second.acks() == [(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, ACCEPTED)]
+
+
 def local_target(mask: int, x=0.0, y=0.0, z=0.0, vx=0.0, vy=0.0, yaw=0.0, frame=LOCAL):
     return mavlink.MAVLink_set_position_target_local_ned_message(
         0, 1, 1, frame, mask, x, y, z, vx, vy, 0.0, 0.0, 0.0, 0.0, yaw, 0.0

@@ -15,7 +15,7 @@ from firmware_py.mavlink.door import Door
 from firmware_py.mavlink.identity import Identity
 from firmware_py.mavlink.link import Link
 from firmware_py.mavlink.node import MavlinkParams, Node
-from firmware_py.records.order import Mode
+from firmware_py.records.order import Arming, Mode
 
 from .station import ACTUATORS, LEARNED, ORIGIN, Boat, cycle, node
 
@@ -124,6 +124,22 @@ def test_a_course_that_makes_no_sense_is_denied(number: int, param: float) -> No
     boat.stations[0].command(number, param)
     boat.step()
     assert boat.stations[0].acks() == [(number, DENIED)]
+
+
+def test_the_checks_before_arming_are_run_on_request_and_only_while_disarmed() -> None:
+    def supervisor(mode: Mode, order) -> tuple[Mode, tuple[str, ...]]:
+        return mode, ("ready to be armed",) if order.arming is Arming.CHECK and mode is Mode.DISARMED else ()
+
+    boat = Boat(supervisor=supervisor)
+    (station,) = boat.stations
+    for mode, result, texts in ((Mode.DISARMED, ACCEPTED, ["ready to be armed"]), (Mode.MANUAL, REJECTED, [])):
+        boat.mode = mode
+        station.command(mavlink.MAV_CMD_RUN_PREARM_CHECKS)
+        boat.step()
+        said = [m for m in station.messages if m.get_type() == "STATUSTEXT"]
+        assert [m.text for m in said] == texts
+        assert {m.severity for m in said} <= {mavlink.MAV_SEVERITY_INFO}
+        assert station.acks() == [(mavlink.MAV_CMD_RUN_PREARM_CHECKS, result)]
 
 
 def test_intervals_are_told_as_they_are() -> None:
@@ -304,3 +320,28 @@ def test_no_state_however_broken_makes_it_unsayable(eta, nu, std) -> None:
             message.pack(mavlink.MAVLink(None))
         except struct.error as error:
             raise AssertionError(message) from error
+
+
+class Talker:
+    """A service that always has a word to say."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def hears(self) -> dict:
+        return {}
+
+    def due(self, tick) -> list:
+        return [mavlink.MAVLink_statustext_message(6, self.name.encode())]
+
+
+def test_services_say_what_they_have_in_turn_beside_the_streams() -> None:
+    boat = Boat()
+    for name in "abcdef":
+        boat.node.links[0].serve(Talker(name))
+    boat.step(60)
+    said = [m for m in boat.stations[0].messages if m.get_type() == "STATUSTEXT"]
+    counts = [sum(m.text == name for m in said) for name in "abcdef"]
+    assert sum(counts) >= 3 * 60
+    assert max(counts) - min(counts) <= 1
+    assert "ATTITUDE" in {m.get_type() for m in boat.stations[0].messages}

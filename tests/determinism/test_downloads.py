@@ -1,0 +1,103 @@
+"""A station that fetches logs and parameters in flight changes not one byte of any cycle."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+from typing import Any
+
+from pymavlink.dialects.v20 import all as mavlink
+
+from firmware_py import app
+from firmware_py.adapters.ground import Grounds
+from firmware_py.adapters.log_store import LogStore
+from firmware_py.marine import Origin
+from firmware_py.mavlink.door import Door
+from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.node import MavlinkParams, Node
+from firmware_py.mavlink.status import Actuators
+from firmware_py.records.cycle import Cycle
+from firmware_py.records.order import Order
+from firmware_py.schedule import Tick
+from tools.flight import Wish, fly, prepare
+from tools.log import Log, read
+
+SCENARIO = """
+description = "A short dive."
+duration_s = 12.0
+completes = "time"
+
+[[orders]]
+t_s = 0.5
+arming = "arm"
+mode = "hold"
+depth_m = 4.0
+heading_deg = 120.0
+speed_m_s = 1.5
+"""
+LIST, OPEN, BURST, CRC = 3, 4, 15, 14
+
+
+class Station:
+    """Asks for something every tenth of a second, and counts what comes."""
+
+    def __init__(self, configuration: Any, folder: Path) -> None:
+        door = Door(Identity.ARDUSUB)
+        book = app.book(configuration)
+        self.node = Node(MavlinkParams(), Origin(0.8, 0.1), Actuators((0.4,) * 4, 10.0), [door, door], book=book)
+        self.store = LogStore(folder, beside=False)
+        self.node.shelve(self.store)
+        self.mav = mavlink.MAVLink(None, 255, 190)
+        self.bytes = [0, 0]
+
+    def read(self, tick: Tick) -> Order:
+        if tick.k % 10 == 0:
+            self.node.hear(tick, 0, [self.files(tick.k // 10)])
+            self.node.hear(tick, 1, [self.logs(tick.k // 10)])
+        return self.node.order()
+
+    def files(self, i: int) -> bytes:
+        steps = [(LIST, b"logs"), (OPEN, f"logs/{self.store_name}".encode()), (BURST, b""), (CRC, b"@PARAM/param.pck")]
+        op, data = steps[i % 4]
+        payload = struct.pack("<HBBBBBxI", i, 0, op, len(data), 0, 0, 0) + data
+        return mavlink.MAVLink_file_transfer_protocol_message(0, 1, 1, payload.ljust(251, b"\0")).pack(self.mav)
+
+    def logs(self, i: int) -> bytes:
+        if i % 40 == 0:
+            return mavlink.MAVLink_log_request_data_message(1, 1, 1, 0, 2**32 - 1).pack(self.mav)
+        return mavlink.MAVLink_timesync_message(0, i).pack(self.mav)
+
+    store_name = ""
+
+    def write(self, cycle: Cycle) -> None:
+        for i, datagram in enumerate(self.node.report(cycle)):
+            assert len(datagram) <= 1472
+            for message in mavlink.MAVLink(None).parse_buffer(datagram) or []:
+                if message.get_type() == "LOG_DATA":
+                    self.bytes[i] += message.count
+                elif message.get_type() == "FILE_TRANSFER_PROTOCOL" and message.payload[5] == BURST:
+                    self.bytes[i] += message.payload[4]
+
+
+def flown(folder: Path, downloads: bool) -> tuple[Log, list[int]]:
+    folder.mkdir()
+    scenario = folder / "scenario.toml"
+    scenario.write_text(SCENARIO)
+    flight = prepare(Wish(scenario=str(scenario)), {})
+    stations = [Station(flight.configuration, folder)] if downloads else []
+    for station in stations:
+        station.store_name = f"{folder.name}.mcap"
+    try:
+        outcome = fly(flight, folder / "log.mcap", command=lambda pilot: Grounds(pilot, *stations))
+    finally:
+        for station in stations:
+            station.store.close()
+    assert outcome.completed, outcome
+    return read(folder / "log.mcap"), stations[0].bytes if stations else []
+
+
+def test_downloads_in_flight_leave_every_cycle_as_it_is(tmp_path: Path) -> None:
+    quiet, _ = flown(tmp_path / "quiet", downloads=False)
+    busy, counts = flown(tmp_path / "busy", downloads=True)
+    assert min(counts) > 10_000, counts
+    assert busy.cycle_bytes == quiet.cycle_bytes

@@ -1,0 +1,95 @@
+"""Logs read by a process of their own: what is listed, read while it grows, erased and kept."""
+
+from __future__ import annotations
+
+import errno
+import os
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TypeVar
+
+import pytest
+
+from firmware_py.adapters.log_store import LogStore
+
+T = TypeVar("T")
+OLD, OWN = bytes(i * i % 251 for i in range(200_000)), b"begun"
+
+
+def soon(ask: Callable[[], T | None]) -> T:
+    """What it says once it is there."""
+    end = time.monotonic() + 30.0
+    while time.monotonic() < end:
+        answer = ask()
+        if answer is not None:
+            return answer
+        time.sleep(0.001)
+    raise AssertionError("nothing came")
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Path:
+    for name, content in (("a-old", OLD), ("b-new", b"new"), ("c-own", OWN)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "log.mcap").write_bytes(content)
+    os.utime(tmp_path / "a-old" / "log.mcap", (1_700_000_000, 1_700_000_000))
+    (tmp_path / "latest").symlink_to("a-old")
+    (tmp_path / "empty").mkdir()
+    return tmp_path
+
+
+@pytest.fixture
+def store(runs: Path) -> Iterator[LogStore]:
+    store = LogStore(runs / "c-own", beside=True)
+    yield store
+    store.close()
+    store.close()
+
+
+def test_logs_are_listed_by_their_runs_once_each(store: LogStore, runs: Path) -> None:
+    listed = soon(store.logs)
+    assert [(log.name, log.size, log.growing) for log in listed] == [
+        ("a-old.mcap", 200_000, False),
+        ("b-new.mcap", 3, True),
+        ("c-own.mcap", 5, True),
+    ]
+    assert listed[0].written == 1_700_000_000
+    alone = LogStore(runs / "c-own", beside=False)
+    assert [log.name for log in soon(alone.logs)] == ["c-own.mcap"]
+    alone.close()
+
+
+@pytest.mark.parametrize(("offset", "n"), [(0, 90), (65_500, 90), (199_990, 90), (0, 65_536), (100, 65_536)])
+def test_any_part_is_read_also_over_the_edge_of_a_block(store: LogStore, offset: int, n: int) -> None:
+    assert soon(lambda: store.read("a-old.mcap", offset, n)) == OLD[offset : offset + n]
+    assert soon(lambda: store.read("a-old.mcap", 200_000, n)) == b""
+
+
+def test_a_log_can_be_read_on_while_it_is_written(store: LogStore, runs: Path) -> None:
+    assert soon(lambda: store.read("c-own.mcap", 0, 90)) == OWN
+    assert soon(lambda: store.read("c-own.mcap", 0, 5)) == OWN
+    with (runs / "c-own" / "log.mcap").open("ab") as file:
+        file.write(b" and ended")
+    assert soon(lambda: store.read("c-own.mcap", 0, 90)) == OWN + b" and ended"
+
+
+@pytest.mark.parametrize("name", ["../c-own.mcap", "nothing.mcap", "latest.mcap", ""])
+def test_what_is_not_a_log_is_not_read(store: LogStore, name: str) -> None:
+    with pytest.raises(OSError, match="No such file") as raised:
+        soon(lambda: store.read(name, 0, 10))
+    assert raised.value.errno == errno.ENOENT
+
+
+def test_erasing_keeps_what_is_written_or_was_a_moment_ago(store: LogStore, runs: Path) -> None:
+    store.erase()
+    assert [log.name for log in soon(store.logs)] == ["b-new.mcap", "c-own.mcap"]
+    assert (runs / "a-old").is_dir()
+
+
+def test_a_reader_that_has_ended_is_an_error_and_no_end(store: LogStore) -> None:
+    soon(store.logs)
+    store._child.kill()
+    store._child.wait()
+    with pytest.raises(OSError, match="has ended"):
+        store.read("a-old.mcap", 0, 10)

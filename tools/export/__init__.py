@@ -1,0 +1,1 @@
+"""`sternplane export`: a log as other tools read it."""
