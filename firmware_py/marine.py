@@ -63,6 +63,17 @@ def body_to_ned(phi: float, theta: float, psi: float, u: float, v: float, w: flo
     return forward * c_psi - b * s_psi, forward * s_psi + b * c_psi, -u * s_theta + a * c_theta
 
 
+def ned_to_body(phi: float, theta: float, psi: float, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """R_zyx(phi, theta, psi)' [x y z]': a vector in NED, in body axes; the inverse of `body_to_ned`."""
+    axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    forward, right, down = (body_to_ned(phi, theta, psi, *axis) for axis in axes)
+    return (
+        forward[0] * x + forward[1] * y + forward[2] * z,
+        right[0] * x + right[1] * y + right[2] * z,
+        down[0] * x + down[1] * y + down[2] * z,
+    )
+
+
 def euler_rates(phi: float, theta: float, p: float, q: float, r: float) -> tuple[float, float, float]:
     """(phi_dot, theta_dot, psi_dot) from body rates (Fossen 2011, Eq. 2.28).
 

@@ -34,13 +34,23 @@ def assemble(
     Raises:
         ParamError: a body or a battery that cannot be, or a fault that strikes what is not there.
     """
+    boat = boat.within(base_hz)
+    plant, instruments = afloat(truth, boat, scenario, seed, base_hz)
+    dvl = SerialDvl(instruments.dvl, dvl_line)
+    devices = Devices(boat, ids, instruments, bus, dvl, len(truth.fins), base_hz)
+    return Bridge(plant, devices, scenario.faults)
+
+
+def afloat(truth: Truth, boat: BoatParams, scenario: Scenario, seed: int, base_hz: int) -> tuple[Plant, Instruments]:
+    """The plant at the start of a scenario, in its sea, and what it measures with; `boat` is `within` the base rate.
+
+    Raises:
+        ParamError: a body or a battery that cannot be.
+    """
     sea, start = scenario.environment, scenario.start
     environment = Environment(sea, np.random.SeedSequence([seed, *b"environment"]), 1.0 / base_hz)
-    boat = boat.within(base_hz)
     with naming("truth.toml"):
         plant = Plant(truth, environment, 1.0 / base_hz, truth.substeps, start.eta, start.nu, start.n)
     with naming("sensors.toml"):
         instruments = Instruments(boat, Water(truth.hull.rho, sea.surface_pressure, sea.origin), seed, base_hz)
-    dvl = SerialDvl(instruments.dvl, dvl_line)
-    devices = Devices(boat, ids, instruments, bus, dvl, len(truth.fins), base_hz)
-    return Bridge(plant, devices, scenario.faults)
+    return plant, instruments

@@ -2,14 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Protocol
 
 from firmware_py.params import ParamError
 from firmware_py.schedule import Tick
-from sim_bridge.devices import Devices
 from sim_bridge.faults import Fault, Faults
 from sim_bridge.plant import Plant
 from sim_bridge.truth_sample import TruthSample
+
+
+class Devices(Protocol):
+    """Whatever is between the boat and its vehicle; times are in s."""
+
+    def settle(self, plant: Plant, /) -> None:
+        """Begins where the boat is."""
+
+    def hear(self, t: float, /) -> None:
+        """Takes what the vehicle has said."""
+
+    def commands(self, t: float, fins: Sequence[float], /) -> tuple[Sequence[float], float]:
+        """Fin angles (rad) and shaft speed (rev/s) that act from t on; `fins` is where they are."""
+
+    def speak(self, k: int, t: float, plant: Plant, /) -> None:
+        """Says what is measured at tick k."""
+
+    def switch_off(self, device: str, /) -> None:
+        """Takes a device's power away."""
 
 
 class Bridge:

@@ -10,20 +10,27 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
-import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as dialect  # type: ignore[import-untyped]
 
-from firmware_py.adapters.hil_link import ARMED, LOCKSTEP, HilLink, ned_to_body
+from firmware_py.adapters.hil_link import ARMED, LOCKSTEP, HilLink
 from firmware_py.adapters.turns import PATIENCE, LockstepError
-from firmware_py.marine import GRAVITY, Origin, body_to_ned, clip, local_to_geodetic, quaternion_from_euler
-from firmware_py.params import ParamError, naming
+from firmware_py.marine import (
+    GRAVITY,
+    Origin,
+    body_to_ned,
+    clip,
+    local_to_geodetic,
+    ned_to_body,
+    quaternion_from_euler,
+)
+from firmware_py.params import ParamError
 from firmware_py.records.sensing import Battery, Fix
+from sim_bridge.assembly import afloat
 from sim_bridge.bridge import Bridge
-from sim_bridge.devices import BoatParams, Devices
-from sim_bridge.environment import Environment
-from sim_bridge.instruments import AltimeterParams, Instruments, Water
+from sim_bridge.devices import BoatParams
+from sim_bridge.instruments import AltimeterParams, Instruments
 from sim_bridge.plant import Plant
 from sim_bridge.scenarios import Scenario
 from sim_bridge.sensors import due
@@ -55,18 +62,11 @@ def assemble(
         ParamError: a body or a battery that cannot be, or a fault that strikes what is not there.
     """
     refuse_faults(scenario)
-    sea, start = scenario.environment, scenario.start
-    stream = np.random.SeedSequence([seed, *b"environment"])  # noqa: TID251 (chance, from the given seed)
-    environment = Environment(sea, stream, 1.0 / base_hz)
     boat = boat.within(base_hz)
     boat = replace(boat, ahrs=replace(boat.ahrs, latency=0.0), pressure=replace(boat.pressure, latency=0.0))
-    with naming("truth.toml"):
-        plant = Plant(truth, environment, 1.0 / base_hz, truth.substeps, start.eta, start.nu, start.n)
-    with naming("sensors.toml"):
-        instruments = Instruments(boat, Water(truth.hull.rho, sea.surface_pressure, sea.origin), seed, base_hz)
-    devices = HilDevices(boat, instruments, sea.origin, link, len(truth.fins), base_hz)
-    # Of its devices a bridge wants these five methods, whatever is behind them.
-    return Bridge(plant, cast(Devices, devices), scenario.faults), devices
+    plant, instruments = afloat(truth, boat, scenario, seed, base_hz)
+    devices = HilDevices(boat, instruments, scenario.environment.origin, link, len(truth.fins), base_hz)
+    return Bridge(plant, devices, scenario.faults), devices
 
 
 def refuse_faults(scenario: Scenario) -> None:
@@ -96,7 +96,7 @@ class HilDevices:
             for k in range(-sensor.delay, 0):
                 sensor.update(k, plant)
 
-    def hear(self, _t: float) -> None:
+    def hear(self, _t: float, /) -> None:
         """Nothing: a tick ends with the answer, which `obey` has taken."""
 
     def obey(self, answer: Any) -> None:
@@ -112,11 +112,11 @@ class HilDevices:
         travel, n_max = self._params.servo_hub.travel, self._params.esc.n_max
         self._told = tuple([share * travel for share in shares[:fins]]), shares[fins] * n_max
 
-    def commands(self, _t: float, _fins: Sequence[float]) -> tuple[Sequence[float], float]:
+    def commands(self, _t: float, _fins: Sequence[float], /) -> tuple[Sequence[float], float]:
         """What servos (rad) and shaft (rev/s) are told."""
         return self._told
 
-    def speak(self, k: int, _t: float, plant: Plant) -> None:
+    def speak(self, k: int, _t: float, plant: Plant, /) -> None:
         """Sends what is to be said at tick k; HIL_SENSOR ends it, for it is what the vehicle answers."""
         time_us, read = time_at(k * plant.dt), self._instruments
         messages = []

@@ -28,8 +28,10 @@ _SINGULAR = 1e-13
 
 
 @kernel("void(f8[:,::1],f8[::1],i8[:,::1],f8[::1],i8,i8,f8[:,::1],f8[:,::1])")
-def _carry(work: Array, y: Array, picks: Picks, weight: Array, water: int, first: int, S: Array, T: Array) -> None:
-    """S, (9, size), from before a step to after it: S = Phi S, and what water and parameters do in the step.
+def carry(
+    work: Array, y: Array, picks: Picks, weight: Array, water: int, first: int, before: Array, after: Array
+) -> None:
+    """Slopes by the state at the start, (9, size), over a step: Phi `before`, and what water and parameters do in it.
 
     Args:
         work: as `prediction.predict` leaves it, as are y and the rest.
@@ -38,23 +40,21 @@ def _carry(work: Array, y: Array, picks: Picks, weight: Array, water: int, first
         weight: see work.
         water: see work.
         first: see work.
-        S: slopes of the moving states by the state at the start; changed.
-        T: scratch, (9, size).
+        before: of the moving states before the step.
+        after: out, of those after it.
     """
-    size = S.shape[1]
+    size = after.shape[1]
     for i in range(MOVING):
         for j in range(size):
-            T[i, j] = S[i, j]
-            S[i, j] = 0.0
-    for i in range(MOVING):
+            after[i, j] = 0.0
         for k in range(MOVING):
             f = work[i, k]
             for j in range(size):
-                S[i, j] += f * T[k, j]
+                after[i, j] += f * before[k, j]
         for j in range(water):
-            S[i, MOVING + j] += work[i, WATER + j]
+            after[i, MOVING + j] += work[i, WATER + j]
         for k in range(len(weight)):
-            S[i, first + picks[k, 0]] += weight[k] * y[picks[k, 1]] * work[RESPONSE + i, picks[k, 2]]
+            after[i, first + picks[k, 0]] += weight[k] * y[picks[k, 1]] * work[RESPONSE + i, picks[k, 2]]
 
 
 @kernel("void(f8[:,::1],i8[::1],b1[::1],f8[::1],f8[::1],f8[:,::1])")
@@ -62,7 +62,7 @@ def _inform(S: Array, bias: Picks, came: NDArray[np.bool_], std: Array, s: Array
     """Adds to the lower half of the information J, (size, size), what the measurements that `came`, (9,), tell.
 
     Args:
-        S: see `_carry`.
+        S: slopes of the moving states, as `carry` leaves them.
         bias: place in the state of what each sensor reads too much, (9,); negative for none.
         came: which of the nine were measured.
         std: of their noise, (9,).
@@ -125,7 +125,8 @@ def bounds(
     for k in range(rows[-1]):
         if not model.advance(x[k].copy(), inputs[k], h):
             raise UsageError(f"the model cannot follow the motion at step {k}: a number is not finite")
-        _carry(model.work, model.y, model.picks, model.weight, model.water, model.first, S, T)
+        S, T = T, S
+        carry(model.work, model.y, model.picks, model.weight, model.water, model.first, T, S)
         if came[k].any():
             _inform(S, bias, came[k], noise, s, J)
         if k + 1 == rows[len(found)]:

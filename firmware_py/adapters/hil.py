@@ -17,9 +17,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields
 from typing import Any
 
-from firmware_py.adapters.hil_link import ARMED, LOCKSTEP, MOST_CONTROLS, HilLink, Stop, ned_to_body
+from firmware_py.adapters.hil_link import ARMED, LOCKSTEP, MOST_CONTROLS, HilLink, Stop
 from firmware_py.adapters.turns import PATIENCE, LockstepError
-from firmware_py.marine import euler_from_quaternion
+from firmware_py.marine import euler_from_quaternion, ned_to_body
 from firmware_py.mavlink.codec import Message, dialect
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame, silence

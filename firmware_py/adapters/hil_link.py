@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 from firmware_py.adapters.can_bus import BusError
 from firmware_py.adapters.turns import PATIENCE, LockstepError
-from firmware_py.marine import body_to_ned
 from firmware_py.mavlink.codec import Codec, Message, dialect
 
 LOOPBACK = "127.0.0.1"
@@ -216,17 +215,6 @@ class HilLink:
         # pymavlink frees what it has read only when nothing is left over: a long stream would pile up.
         del parser.buf[: parser.buf_index]
         parser.buf_index = 0
-
-
-def ned_to_body(phi: float, theta: float, psi: float, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """R_zyx(phi, theta, psi)' [x y z]': a vector in NED, in body axes; the inverse of `marine.body_to_ned`."""
-    axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    forward, right, down = (body_to_ned(phi, theta, psi, *axis) for axis in axes)
-    return (
-        forward[0] * x + forward[1] * y + forward[2] * z,
-        right[0] * x + right[1] * y + right[2] * z,
-        down[0] * x + down[1] * y + down[2] * z,
-    )
 
 
 def _farewell(message: Message) -> bool:

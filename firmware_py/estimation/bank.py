@@ -10,9 +10,10 @@ import math
 
 from firmware_py.compiled import kernel
 from firmware_py.estimation.ekf import BATCH, CHANNELS, cut, fuse, spread
+from firmware_py.estimation.innovations import hear
 from firmware_py.estimation.jacobians import Array
 from firmware_py.estimation.prediction import EDDIES, RESPONSE, predict
-from firmware_py.estimation.settling import GROWTH, HIGH, LEARNS, LOW, revive, settle, watch
+from firmware_py.estimation.settling import GROWTH, HIGH, LEARNS, LOW, WINDOW, lost, revive, settle
 from firmware_py.estimation.transition import MOVING, Picks
 
 EDDY = MOVING + 2
@@ -250,7 +251,7 @@ def run(
         z: one row a step, (K, 9).
         nis: out, (K, 9).
         age: see `settling.settle`, as for `wait` and `settling` (there: fade).
-        window: see `settling.watch`.
+        window: see `settling.lost`.
         begin: the row to begin with.
         every: how many steps apart the members are blended.
         means: out, (K / every, n).
@@ -271,6 +272,7 @@ def run(
         if (k + 1) % every == 0:
             row = k // every
             blend(x, P, evidence, history[row], means[row], stds[row])
-        if watch(nis[k], h, window):
+        hear(nis[k], math.exp(-h / WINDOW), window)
+        if lost(window):
             return k + 1
     return len(inputs)

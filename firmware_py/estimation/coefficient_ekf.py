@@ -20,10 +20,11 @@ from firmware_py.estimation import bank
 from firmware_py.estimation.coefficient_params import ANGLES, RATES, SPEEDS, CoefficientParams, beside, share
 from firmware_py.estimation.coefficient_records import EkfMemory, Estimate, Flags, History
 from firmware_py.estimation.ekf import padded
+from firmware_py.estimation.innovations import hear
 from firmware_py.estimation.jacobians import Array
 from firmware_py.estimation.observer_model import GROUPS, Floats, ObserverModel
 from firmware_py.estimation.prediction import CURRENT, EDDIES, STILL
-from firmware_py.estimation.settling import BEGINNING, FLOOR, HIGH, IS_LOST, LOW, MAY, RULES, revive, settle, watch
+from firmware_py.estimation.settling import BEGINNING, FLOOR, HIGH, LOW, MAY, RULES, WINDOW, lost, revive, settle
 from firmware_py.estimation.transition import MOVING
 from firmware_py.params import ParamError
 from firmware_py.vehicle.vehicle import Vehicle
@@ -100,7 +101,7 @@ class CoefficientEkf:
         """How long it has been settling, s; see `settling.settle`."""
         self._begun = np.zeros(count, dtype=np.bool_)
         self._window, self._since = np.zeros((3, 3)), math.inf
-        """Of `settling.watch`; and for how long it was not lost, s."""
+        """Of `settling.lost`; and for how long it was not lost, s."""
         self.restarts = 0
         """How often it was lost and began anew."""
         self.nis, self.rejected = np.full(MOVING, math.nan), np.zeros(MOVING, dtype=np.int64)
@@ -133,14 +134,11 @@ class CoefficientEkf:
 
     def resume(self, nu: Floats, angles: Floats, std: Floats) -> None:
         """Begins anew in motion and in the eddies about it; current, biases and coefficients stay as they are known."""
-        self._forget(0, MOVING)
         self.x[:, :MOVING] = (*nu, *angles)
-        for i in range(MOVING):
-            self.P[:, i, i] = std[i] ** 2
+        self._forget(0, MOVING, np.square(std))
         if self.model.water == EDDIES:
-            self._forget(bank.EDDY, bank.EDDY + 3)
-            for i in range(bank.EDDY, bank.EDDY + 3):
-                self.P[:, i, i] = self.eddies**2
+            self.x[:, bank.EDDY : bank.EDDY + 3] = 0.0
+            self._forget(bank.EDDY, bank.EDDY + 3, np.square(self.eddies)[:, None])
 
     def _again(self) -> None:
         """The filter is lost. It takes up motion and water anew; if that was tried a moment ago, coefficients too.
@@ -151,29 +149,25 @@ class CoefficientEkf:
         mean = self.blend()[0]
         self._drift()
         if self._since < SOON:
-            self._forget_covariance(self.model.first, self.model.size)
+            self._forget(self.model.first, self.model.size, self.prior[self.model.first :] ** 2)
             self.age[:] = 0.0
         self._since = 0.0
         self._window[:] = 0.0
         self.evidence[:] = 0.0
         self.resume(mean[:6], mean[6:9], ASTRAY)
 
-    def _forget_covariance(self, begin: int, end: int) -> None:
-        self.P[:, begin:end, :] = 0.0
-        self.P[:, :, begin:end] = 0.0
-        for i in range(begin, end):
-            self.P[:, i, i] = self.prior[i] ** 2
-
     def _drift(self) -> None:
         """The current is as unknown as in the beginning."""
         if self.model.water != STILL:
             self.x[:, MOVING : bank.EDDY] = 0.0
-            self._forget_covariance(MOVING, bank.EDDY)
+            self._forget(MOVING, bank.EDDY, self.prior[MOVING : bank.EDDY] ** 2)
 
-    def _forget(self, begin: int, end: int) -> None:
-        self.x[:, begin:end] = 0.0
+    def _forget(self, begin: int, end: int, variance: Array) -> None:
+        """Makes these states as uncertain as `variance`, (end - begin,) or a row a member, and alike with no other."""
         self.P[:, begin:end, :] = 0.0
         self.P[:, :, begin:end] = 0.0
+        places = np.arange(begin, end)
+        self.P[:, places, places] = variance
 
     def permit(self, learned: Flags) -> None:
         """Says which of the learned coefficients, (names,), may learn; the others neither learn nor become uncertain.
@@ -205,9 +199,10 @@ class CoefficientEkf:
         if len(self.evidence) > 1:
             revive(self._x, self._P, self.evidence)
         self._since += h
-        if watch(self.nis, h, self._window):
+        hear(self.nis, math.exp(-h / WINDOW), self._window)
+        if lost(self._window):
             self._again()
-        return math.isfinite(sum(self.evidence.tolist()))
+        return True
 
     def run(self, h: float, inputs: Array, z: Array, variance: Array, every: int = 1) -> History:
         """`step` over the rows of inputs, (K, 4), and z, (K, 9), compiled; what it went through at every such row."""
@@ -230,7 +225,7 @@ class CoefficientEkf:
         while steps < len(inputs):
             begin, steps = steps, bank.run(*self._with(*told, steps, every, means, stds, weights))
             self._since += h * (steps - begin)
-            if not self._window[IS_LOST].any():
+            if not lost(self._window):
                 break
             self._again()
         return History(steps, means, stds, nis, weights)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_py.compiled import kernel
+from firmware_py.estimation.innovations import COUNT, SQUARES, SUM, hear
 from firmware_py.estimation.jacobians import Array
 from firmware_py.estimation.observer_model import ObserverModel
 from firmware_py.estimation.transition import Picks
@@ -27,14 +28,10 @@ SENSORS = ("dvl", "gyro", "attitude")
 """Whose measurements u v w, p q r and phi theta psi are."""
 LEAST = 30.0
 """So many recent measurements tell how a sensor's innovations are; fewer do not."""
-OUTLIER = 100.0
-"""A NIS beyond this, or below 0, counts as this: one that is far out is forgotten with the window."""
 STAY, ENTER = 3.2905, 1.96
 """Normal quantiles: of the two-sided 99.9 % band, in which consistency stays, and of the 95 % one, where it begins."""
 CALM = 0.25
 """An excitation ends at this share of the mean square that it begins at: half the acceleration."""
-SUM, COUNT, SQUARES = 0, 1, 2
-"""Columns of a sensor's window: the weighted NIS, the weights, their squares."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,20 +193,6 @@ def band(freedom: float, z: float) -> tuple[float, float]:
     spread = 2.0 / (9.0 * freedom)
     low, high = 1.0 - spread - z * math.sqrt(spread), 1.0 - spread + z * math.sqrt(spread)
     return max(low, 0.0) ** 3, high**3
-
-
-@kernel("void(f8[::1],f8,f8[:,::1])")
-def hear(nis: Array, fade: float, window: Array) -> None:
-    """Takes the NIS of a step, (9,), into the exponential windows of the sensors, (3, 3)."""
-    for sensor in range(3):
-        window[sensor, SUM] *= fade
-        window[sensor, COUNT] *= fade
-        window[sensor, SQUARES] *= fade * fade
-        for i in range(3 * sensor, 3 * sensor + 3):
-            if not math.isnan(nis[i]):
-                window[sensor, SUM] += nis[i] if 0.0 <= nis[i] <= OUTLIER else OUTLIER
-                window[sensor, COUNT] += 1.0
-                window[sensor, SQUARES] += 1.0
 
 
 @kernel("b1(f8[:,::1],f8,f8)")

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 from firmware_py.compiled import kernel
+from firmware_py.estimation.innovations import COUNT, SUM
 from firmware_py.estimation.jacobians import Array
 from firmware_py.estimation.transition import MOVING
 
@@ -19,8 +20,6 @@ GROWTH, LEARNS, LOW, HIGH = 0, 1, 2, 3
 FLOOR, BEGINNING, MAY = 4, 5, 6
 """Rows that the first two follow from: the growth in the end, what it has more in the beginning, who may learn."""
 RULES = 7
-SUM, COUNT, IS_LOST = 0, 1, 2
-"""Rows of a watch, by sensor: the window's sum of squared innovations, how many, and whether that is too much."""
 WINDOW, ENOUGH, LOST = 3.0, 20.0, 3.0
 """A mean NIS (1 expected) beyond the last, over so many s and from so many measurements, is no chance: it is lost."""
 HOPELESS = 100.0
@@ -74,23 +73,11 @@ def revive(x: Array, P: Array, evidence: Array) -> None:
             evidence[b] = evidence[likeliest] - 0.5 * HOPELESS
 
 
-@kernel("b1(f8[::1],f8,f8[:,::1])")
-def watch(nis: Array, h: float, window: Array) -> bool:
-    """Takes the NIS of a step of h (s), (9,), into the window, (3, 3), of DVL, gyro and attitude.
-
-    Returns:
-        Whether the filter is lost: believing firmly what the measurements contradict.
-    """
-    fade = math.exp(-h / WINDOW)
-    lost = False
+@kernel("b1(f8[:,::1])")
+def lost(window: Array) -> bool:
+    """Whether a filter believes firmly what the measurements in its window (see `innovations.hear`) contradict."""
     for sensor in range(3):
-        window[SUM, sensor] *= fade
-        window[COUNT, sensor] *= fade
-        for i in range(3 * sensor, 3 * sensor + 3):
-            if not math.isnan(nis[i]):
-                window[SUM, sensor] += nis[i]
-                window[COUNT, sensor] += 1.0
-        bad = window[COUNT, sensor] > ENOUGH and window[SUM, sensor] > LOST * window[COUNT, sensor]
-        window[IS_LOST, sensor] = 1.0 if bad else 0.0
-        lost = lost or bad
-    return lost
+        count = window[sensor, COUNT]
+        if count > ENOUGH and window[sensor, SUM] > LOST * count:
+            return True
+    return False

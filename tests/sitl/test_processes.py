@@ -64,24 +64,6 @@ def sitl(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
 Start = Callable[..., subprocess.Popen[str]]
 
 
-@pytest.fixture
-def start(tmp_path: Path) -> Iterator[Start]:
-    """Starts `sternplane ...` in the background; what is still running when the test ends is ended."""
-    processes: list[subprocess.Popen[str]] = []
-
-    def start(*arguments: str | Path) -> subprocess.Popen[str]:
-        process = subprocess.Popen(
-            [COMMAND, *arguments], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
-        processes.append(process)
-        return process
-
-    yield start
-    for process in processes:
-        process.kill()
-        process.communicate()
-
-
 def until_heard(bus: CanBus, source: int, seconds: float = 60.0) -> None:
     """Waits until a node is heard on the bus: its process is at work."""
     deadline = time.monotonic() + seconds

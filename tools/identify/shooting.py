@@ -9,8 +9,9 @@ import numpy as np
 
 from firmware_py.compiled import kernel
 from firmware_py.estimation.observer_model import MOTIONS, ObserverModel
-from firmware_py.estimation.prediction import CURRENT, RESPONSE, predict
-from firmware_py.estimation.transition import MOVING, WATER, Picks
+from firmware_py.estimation.prediction import CURRENT, predict
+from firmware_py.estimation.transition import MOVING, Picks
+from tools.bound import carry
 from tools.errors import UsageError
 from tools.identify.recording import Recording
 from tools.tracking import Array
@@ -91,21 +92,10 @@ def _shoot(
         predicted: out.
         slopes: out.
     """
-    size = len(x)
     for k in range(len(inputs)):
         if not predict(c, inverse, picks, weight, water, first, heavy, inputs[k], x, h, work, y):
             return False
-        before = S if k == 0 else slopes[k - 1]
-        after = slopes[k]
+        carry(work, y, picks, weight, water, first, S if k == 0 else slopes[k - 1], slopes[k])
         for i in range(MOVING):
             predicted[k, i] = x[i]
-            for j in range(size):
-                after[i, j] = 0.0
-            for m in range(MOVING):
-                for j in range(size):
-                    after[i, j] += work[i, m] * before[m, j]
-            for j in range(water):
-                after[i, MOVING + j] += work[i, WATER + j]
-            for p in range(len(weight)):
-                after[i, first + picks[p, 0]] += weight[p] * y[picks[p, 1]] * work[RESPONSE + i, picks[p, 2]]
     return True

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import common as mav
 
 from firmware_py.adapters.can_bus import BusError
-from firmware_py.adapters.hil_link import Address, HilLink, accept, connect, ned_to_body, parse_link, serve
+from firmware_py.adapters.hil_link import Address, HilLink, accept, connect, parse_link, serve
 from firmware_py.adapters.turns import LockstepError
-from firmware_py.marine import body_to_ned
+from firmware_py.marine import body_to_ned, ned_to_body
 
 ANGLE = st.floats(-3.0, 3.0)
 
