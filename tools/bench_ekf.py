@@ -94,7 +94,7 @@ class InNumba:
 
     def run(self, inputs: Array, z: Array, variance: Array, nis: Array) -> int:
         """Steps over the rows, filling nis, (K, 9); how many were made."""
-        steps: int = loop(*self.ekf._with(inputs, H, z, variance, nis, self.ekf.rejected))
+        steps: int = loop(*self.ekf.bank.arguments(inputs, H, z, variance, nis, self.ekf.rejected))
         return steps
 
 
@@ -115,7 +115,7 @@ class InC:
     def __init__(self, library: ctypes.CDLL, ekf: CoefficientEkf) -> None:
         self.ekf = ekf
         self._run = library.run
-        c, inverse, picks, weight, drift, first, heavy, _, y, room, rules, bias, *rest = ekf._with()
+        c, inverse, picks, weight, drift, first, heavy, _, y, room, rules, bias, *rest = ekf.bank.arguments()
         eddy_time, memory, gate, eddies, x, P, evidence, weights = rest
         members, n, width = P.shape
         arrays = (c, inverse, picks, weight, y, room, rules, bias, eddies, x, P, evidence, weights, ekf.rejected)

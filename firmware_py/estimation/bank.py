@@ -9,41 +9,33 @@ from __future__ import annotations
 import math
 
 from firmware_py.compiled import kernel
-from firmware_py.estimation.ekf import BATCH, CHANNELS, cut, fuse, spread
 from firmware_py.estimation.innovations import hear
 from firmware_py.estimation.jacobians import Array
-from firmware_py.estimation.prediction import EDDIES, RESPONSE, predict
-from firmware_py.estimation.settling import GROWTH, HIGH, LEARNS, LOW, WINDOW, lost, revive, settle
+from firmware_py.estimation.member import EDDY, PHI, PSI, observe, wrapped
+from firmware_py.estimation.prediction import EDDIES, predict
+from firmware_py.estimation.settling import WINDOW, lost, revive, settle
+from firmware_py.estimation.tape import write
 from firmware_py.estimation.transition import MOVING, Picks
-
-EDDY = MOVING + 2
-"""Where the eddies stand in the state."""
-PHI, THETA, PSI = 6, 7, 8
-COS_STEEP = 0.1
-"""Where cos(theta) is less, phi and psi mean little and are not taken in."""
-ROOM = MOVING + CHANNELS + 2 * BATCH
-"""Rows of scratch that `ekf.spread` and `ekf.fuse` take, each as wide as the covariance."""
 
 MODEL = "f8[::1],f8[:,::1],i8[:,::1],f8[::1],i8,i8,b1,f8[:,::1],f8[::1]"
 BANK = "f8[:,::1],f8[:,::1],i8[::1],f8,f8,f8,f8[::1],f8[:,::1],f8[:,:,::1],f8[::1],f8[::1]"
 HEARD = "f8[::1],f8,f8[::1],f8[::1],f8[::1],i8[::1]"
 
 
-@kernel("f8(f8)")
-def wrapped(angle: float) -> float:
-    """The angle in [-pi, pi) that points the same way, rad."""
-    if -math.pi <= angle < math.pi:
-        return angle
-    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+@kernel("i8(f8[::1])")
+def leader(evidence: Array) -> int:
+    """The likeliest member."""
+    likeliest = 0
+    for b in range(1, len(evidence)):
+        if evidence[b] > evidence[likeliest]:
+            likeliest = b
+    return likeliest
 
 
 @kernel("i8(f8[::1],f8[::1])")
 def shares(evidence: Array, weights: Array) -> int:
     """Fills the members' probabilities from their log-likelihoods, both (members,); returns the likeliest."""
-    likeliest, total = 0, 0.0
-    for b in range(1, len(evidence)):
-        if evidence[b] > evidence[likeliest]:
-            likeliest = b
+    likeliest, total = leader(evidence), 0.0
     for b in range(len(evidence)):
         weights[b] = math.exp(evidence[b] - evidence[likeliest])
         total += weights[b]
@@ -106,70 +98,39 @@ def step(
     Returns:
         False if a member met a number that is not finite: the bank is to be started anew.
     """
-    members, width = x.shape
-    n = P.shape[1]
     likeliest = shares(evidence, weights)
     for i in range(MOVING):
         nis[i] = math.nan if math.isnan(z[i]) else 0.0
     fade, keep = math.exp(-h / memory), math.exp(-h / eddy_time)
-    T, F, S = room[:MOVING], room[MOVING : MOVING + CHANNELS], room[MOVING + CHANNELS :]
-    learns = rules[LEARNS]
-    Phi, response = work[:MOVING], work[RESPONSE : RESPONSE + MOVING]
-
-    for b in range(members):
-        x_b, P_b = x[b], P[b]
-        if not predict(c, inverse, picks, weight, water, first, heavy, inputs, x_b, h, work, y):
+    for b in range(len(x)):
+        if not predict(c, inverse, picks, weight, water, first, heavy, inputs, x[b], h, work, y):
             return False
-        spread(P_b, Phi, response, picks, weight, y, water, first, T, F)
-        for i in range(n):
-            P_b[i, i] += h * rules[GROWTH, i]
-        if water == EDDIES:
-            for i in range(EDDY, EDDY + 3):
-                x_b[i] *= keep
-                for j in range(width):
-                    P_b[i, j] *= keep
-                for j in range(n):
-                    P_b[j, i] *= keep
-                P_b[i, i] += (1.0 - keep * keep) * eddies[b] * eddies[b]
-
-        likelihood = 0.0
-        for k in range(2 * BATCH):
-            for j in range(width):
-                S[k, j] = 0.0
-        for start in range(0, MOVING, BATCH):
-            heard, sizes = False, 1.0
-            for slot in range(BATCH):
-                i = start + slot
-                if math.isnan(nis[i]):
-                    continue
-                turning = i in (PHI, PSI)
-                if turning and abs(math.cos(x_b[THETA])) < COS_STEEP:
-                    continue
-                innovation = z[i] - x_b[i]
-                if bias[i] >= 0:
-                    innovation -= x_b[bias[i]]
-                if turning:
-                    innovation = wrapped(innovation)
-                square, size = fuse(x_b, P_b, learns, i, bias[i], innovation, variance[i], gate, slot, S)
-                heard, sizes = True, sizes * size
-                if not square <= gate * gate:
-                    square = gate * gate
-                    if b == likeliest:
-                        rejected[i] += 1
-                nis[i] += weights[b] * square
-                likelihood -= 0.5 * square
-            if heard:
-                likelihood -= 0.5 * math.log(sizes)
-                cut(P_b, learns, S)
+        likelihood = observe(
+            picks, weight, water, first, work, y, room, rules, bias, keep, gate, eddies[b], x[b], P[b], weights[b],
+            h, z, variance, nis, rejected, b == likeliest,
+        )  # fmt: skip
         evidence[b] = fade * evidence[b] + likelihood
-        x_b[PHI], x_b[PSI] = wrapped(x_b[PHI]), wrapped(x_b[PSI])
-        check = evidence[b] * 0.0
-        for j in range(n):
-            x_b[j] = min(max(x_b[j], rules[LOW, j]), rules[HIGH, j])
-            check += (x_b[j] + P_b[j, j]) * 0.0
-        if check != 0.0:
+        if evidence[b] * 0.0 != 0.0:
             return False
     return True
+
+
+@kernel("void(f8[:,::1],f8[:,:,::1],f8[::1],i8,f8[::1],f8[::1])")
+def resume(x: Array, P: Array, eddies: Array, water: int, motion: Array, variance: Array) -> None:
+    """Lets every member begin anew in motion, (9,), known to `variance`, (9,), and in the eddies about it.
+
+    The current, biases and coefficients stay as they are known; shapes as in `step`.
+    """
+    last = EDDY + 3 if water == EDDIES else MOVING
+    for b in range(len(x)):
+        for i in range(last):
+            if i < MOVING or i >= EDDY:
+                x[b, i] = motion[i] if i < MOVING else 0.0
+                for j in range(x.shape[1]):
+                    P[b, i, j] = 0.0
+                for j in range(P.shape[1]):
+                    P[b, j, i] = 0.0
+                P[b, i, i] = variance[i] if i < MOVING else eddies[b] * eddies[b]
 
 
 @kernel("void(f8[:,::1],f8[:,:,::1],f8[::1],f8[::1],f8[::1],f8[::1])")
@@ -204,7 +165,7 @@ def blend(x: Array, P: Array, evidence: Array, weights: Array, mean: Array, std:
 
 @kernel(
     f"i8({MODEL},{BANK},f8[:,::1],f8,f8[:,::1],f8[::1],f8[:,::1],i8[::1],"
-    "f8[::1],f8,f8,f8[:,::1],i8,i8,f8[:,::1],f8[:,::1],f8[:,::1])"
+    "f8[::1],f8,f8,f8[:,::1],f8[:,::1],i8,i8,i8,i8,f8[:,::1],f8[:,::1],f8[:,::1])"
 )
 def run(
     c: Array,
@@ -237,13 +198,16 @@ def run(
     wait: float,
     settling: float,
     window: Array,
+    tape: Array,
+    used: int,
     begin: int,
+    end: int,
     every: int,
     means: Array,
     stds: Array,
     history: Array,
 ) -> int:
-    """`step` after `step` over K rows, with its arguments but for these.
+    """`step` after `step` over rows, with its arguments but for these.
 
     Args:
         c: see `step`.
@@ -252,16 +216,21 @@ def run(
         nis: out, (K, 9).
         age: see `settling.settle`, as for `wait` and `settling` (there: fade).
         window: see `settling.lost`.
-        begin: the row to begin with.
+        tape: see `tape.write`; the row of the first step is `used`, and no more are written than there is room for.
+        used: see tape.
+        begin: the row to begin with; `end` is behind the last.
+        end: see begin.
         every: how many steps apart the members are blended.
         means: out, (K / every, n).
         stds: out, (K / every, n).
         history: out, (K / every, members): the weights.
 
     Returns:
-        The row it came to: less than K if a number was not finite, or the filter was lost (`window` tells).
+        The row it came to: less than `end` if a number was not finite, or the filter was lost (`window` tells).
     """
-    for k in range(begin, len(inputs)):
+    for k in range(begin, end):
+        if used + k - begin < len(tape):
+            write(tape, used + k - begin, h, inputs[k], z[k], variance)
         settle(rules, age, first, h, wait, settling)
         if not step(
             c, inverse, picks, weight, water, first, heavy, work, y, room, rules, bias, eddy_time, memory, gate,
@@ -275,4 +244,4 @@ def run(
         hear(nis[k], math.exp(-h / WINDOW), window)
         if lost(window):
             return k + 1
-    return len(inputs)
+    return end

@@ -6,39 +6,52 @@ in `navigation`: under water no force depends on them, so they would tell the co
 
 Turbulence is the process noise of this filter: eddies, an Ornstein-Uhlenbeck process of the water along each axis. A
 bank of filters that reckon with different intensities finds the one that the measurements make likely.
+
+It begins with care (`settling`), and goes through what it has flown again when it knows more (`review`): that is what
+brings it to the Cramer-Rao bound.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
 from firmware_py.estimation import bank
-from firmware_py.estimation.coefficient_params import ANGLES, RATES, SPEEDS, CoefficientParams, beside, share
+from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import EkfMemory, Estimate, Flags, History
-from firmware_py.estimation.ekf import padded
-from firmware_py.estimation.innovations import hear
 from firmware_py.estimation.jacobians import Array
-from firmware_py.estimation.observer_model import GROUPS, Floats, ObserverModel
-from firmware_py.estimation.prediction import CURRENT, EDDIES, STILL
-from firmware_py.estimation.settling import BEGINNING, FLOOR, HIGH, LOW, MAY, RULES, WINDOW, lost, revive, settle
+from firmware_py.estimation.member import EDDY
+from firmware_py.estimation.members import Members
+from firmware_py.estimation.observer_model import Floats
+from firmware_py.estimation.prediction import STILL
+from firmware_py.estimation.review import Review
+from firmware_py.estimation.settling import MAY, lost, settle
 from firmware_py.estimation.transition import MOVING
-from firmware_py.params import ParamError
 from firmware_py.vehicle.vehicle import Vehicle
 
 ASTRAY = (1.0,) * 3 + (0.2,) * 3 + (0.5, 0.5, math.pi)
 """1 sigma of the motion that a lost filter believes in, m/s, rad/s, rad: wide enough for any sensor to be believed."""
 SOON = 15.0
 """Lost again within so many s, it was not the water that had changed."""
-LEAST_EDDY = 1e-6
-"""Intensity of the eddies of a member that reckons with none, m/s: so that its covariance has an inverse too."""
+NO_ROWS = np.zeros((0, 0))
 
 
 class CoefficientEkf:
-    """The bank of one vehicle. Arrays are its own; ask `estimate`."""
+    """The bank of one vehicle. Arrays are its own; ask `estimate`.
+
+    Attributes:
+        params: what it is told.
+        names: what it learns.
+        bank: the filters.
+        model, prior, x, P, evidence, rules: see `Members`.
+        age: how long it has been settling, s, (1,); see `settling.settle`.
+        nis: normalised innovations squared of the last step, (9,); NaN where nothing came.
+        rejected: how many measurements were not taken in, (9,).
+        restarts: how often it was lost and began anew.
+        review: which goes through the flight again.
+    """
 
     def __init__(self, vehicle: Vehicle, params: CoefficientParams) -> None:
         """Makes room for a filter of `params.names` over the believed vehicle.
@@ -46,67 +59,18 @@ class CoefficientEkf:
         Raises:
             ParamError: a name is unknown or occurs twice, or a coefficient that is believed to be 0 has no scale.
         """
-        self.params = params
-        self.names = params.names
-        nuisances, considered = beside(vehicle, params)
-        bias = {
-            **dict.fromkeys(SPEEDS, params.speed_bias),
-            **dict.fromkeys(RATES, params.rate_bias),
-            **dict.fromkeys(ANGLES, params.angle_bias),
-        }
-        biases = tuple(name for name, std in bias.items() if std > 0.0)
-        water = STILL
-        if params.current:
-            water = CURRENT if params.turbulence == (0.0,) else EDDIES
-        elif params.turbulence != (0.0,):
-            raise ParamError("turbulence needs current = true: eddies waver about a current")
-        self.model = model = ObserverModel(vehicle, (*params.names, *nuisances, *considered), water, biases)
-        n, first, count = model.size, model.first, len(params.names)
-        scale = np.abs(np.array(model.believed))
-        shares = np.array([share(name, params) for name in model.names])
-        for name, size in zip(model.names, scale, strict=True):
-            if size == 0.0:
-                raise ParamError(f"{name} is believed to be 0 and gives no scale to be uncertain by; leave it out")
-
-        self.prior = np.zeros(n)
-        """1 sigma of each state before anything is measured; 0 for those that `start` is told of."""
-        self.prior[MOVING : MOVING + water] = params.current_std
-        self.prior[MOVING + water : first] = [bias[name] for name in biases]
-        self.prior[first:] = shares * scale
-        width = padded(n)
-        self.rules = rules = np.zeros((RULES, width))
-        rules[FLOOR, :3], rules[FLOOR, 3:6] = params.speed_noise**2, params.rate_noise**2
-        rules[FLOOR, first : first + count] = (params.walk * scale[:count]) ** 2
-        rules[BEGINNING, :3], rules[BEGINNING, 3:6] = params.speed_settling**2, params.rate_settling**2
-        rules[MAY] = 1.0
-        rules[MAY, first + count + len(nuisances) :] = 0.0
-        rules[LOW], rules[HIGH] = -math.inf, math.inf
-        reach = params.bound * self.prior[first:]
-        rules[LOW, first:n] = np.array(model.believed) - reach
-        rules[HIGH, first:n] = np.array(model.believed) + reach
-        for k, name in enumerate(model.names):
-            if name in GROUPS:  # half to double the believed added mass: no scale makes it negative
-                rules[LOW, first + k], rules[HIGH, first + k] = 0.5, 2.0
-        self._bias = np.full(MOVING, -1, dtype=np.int64)
-        for k, state in enumerate(model.biases):
-            self._bias[state] = MOVING + water + k
-
-        members = len(params.turbulence)
-        self.eddies = np.maximum(np.array(params.turbulence), LEAST_EDDY)
-        self._x, self._P = np.zeros((members, width)), np.zeros((members, n, width))
-        self.x, self.P = self._x[:, :n], self._P[:, :, :n]
-        """States, (members, n), and covariances, (members, n, n): views of what the kernels pad to whole vectors."""
-        self.evidence, self.weights = np.zeros(members), np.full(members, 1.0 / members)
+        self.params, self.names = params, params.names
+        self.bank = members = Members(vehicle, params)
+        self.model, self.prior, self.rules, self.eddies = members.model, members.prior, members.rules, members.eddies
+        self.x, self.P, self.evidence = members.x, members.P, members.evidence
         self.age = np.zeros(1)
-        """How long it has been settling, s; see `settling.settle`."""
-        self._begun = np.zeros(count, dtype=np.bool_)
+        self._begun = np.zeros(len(params.names), dtype=np.bool_)
         self._window, self._since = np.zeros((3, 3)), math.inf
         """Of `settling.lost`; and for how long it was not lost, s."""
         self.restarts = 0
-        """How often it was lost and began anew."""
         self.nis, self.rejected = np.full(MOVING, math.nan), np.zeros(MOVING, dtype=np.int64)
-        self._room = np.zeros((bank.ROOM, width))
-        settle(rules, self.age, first, 0.0, params.wait, params.settling)
+        settle(self.rules, self.age, self.model.first, 0.0, params.wait, params.settling)
+        self.review = Review(Members(vehicle, params), params)
 
     def start(
         self,
@@ -131,14 +95,13 @@ class CoefficientEkf:
         self._begun[:] = False
         self._window[:], self._since = 0.0, math.inf
         self.resume(nu, angles, std)
+        self.review.begin(self.bank, 0.0)
 
     def resume(self, nu: Floats, angles: Floats, std: Floats) -> None:
         """Begins anew in motion and in the eddies about it; current, biases and coefficients stay as they are known."""
-        self.x[:, :MOVING] = (*nu, *angles)
-        self._forget(0, MOVING, np.square(std))
-        if self.model.water == EDDIES:
-            self.x[:, bank.EDDY : bank.EDDY + 3] = 0.0
-            self._forget(bank.EDDY, bank.EDDY + 3, np.square(self.eddies)[:, None])
+        motion, variance = np.array((*nu, *angles)), np.square(std)
+        self.bank.resume(motion, variance)
+        self.review.resumed(motion, variance)
 
     def _again(self) -> None:
         """The filter is lost. It takes up motion and water anew; if that was tried a moment ago, coefficients too.
@@ -148,19 +111,20 @@ class CoefficientEkf:
         self.restarts += 1
         mean = self.blend()[0]
         self._drift()
-        if self._since < SOON:
+        if self._since < SOON or not self.review.settled(self.age[0]):
             self._forget(self.model.first, self.model.size, self.prior[self.model.first :] ** 2)
             self.age[:] = 0.0
         self._since = 0.0
         self._window[:] = 0.0
         self.evidence[:] = 0.0
         self.resume(mean[:6], mean[6:9], ASTRAY)
+        self.review.begin(self.bank, self.age[0])
 
     def _drift(self) -> None:
         """The current is as unknown as in the beginning."""
         if self.model.water != STILL:
-            self.x[:, MOVING : bank.EDDY] = 0.0
-            self._forget(MOVING, bank.EDDY, self.prior[MOVING : bank.EDDY] ** 2)
+            self.x[:, MOVING:EDDY] = 0.0
+            self._forget(MOVING, EDDY, self.prior[MOVING:EDDY] ** 2)
 
     def _forget(self, begin: int, end: int, variance: Array) -> None:
         """Makes these states as uncertain as `variance`, (end - begin,) or a row a member, and alike with no other."""
@@ -179,6 +143,7 @@ class CoefficientEkf:
         if (learned & ~self._begun).any():
             self._begun |= learned
             self.age[0] = min(self.age[0], self.params.wait)
+            self.review.learning(self.bank, self.age[0])
 
     def step(self, inputs: Array, h: float, z: Array, variance: Array) -> bool:
         """Moves on by h (s), then takes in what was measured there.
@@ -192,50 +157,47 @@ class CoefficientEkf:
         Returns:
             False if a number was not finite: call `start`.
         """
-        params = self.params
-        settle(self.rules, self.age, self.model.first, h, params.wait, params.settling)
-        if not bank.step(*self._with(inputs, h, z, variance, self.nis, self.rejected)):
-            return False
-        if len(self.evidence) > 1:
-            revive(self._x, self._P, self.evidence)
-        self._since += h
-        hear(self.nis, math.exp(-h / WINDOW), self._window)
-        if lost(self._window):
-            self._again()
-        return True
+        return self._go(h, inputs[None], z[None], variance, self.nis[None], 1 << 40, NO_ROWS, NO_ROWS, NO_ROWS) == 1
 
     def run(self, h: float, inputs: Array, z: Array, variance: Array, every: int = 1) -> History:
         """`step` over the rows of inputs, (K, 4), and z, (K, 9), compiled; what it went through at every such row."""
         rows, n, members = len(inputs) // every, self.model.size, len(self.eddies)
         means, stds, weights = np.zeros((rows, n)), np.zeros((rows, n)), np.zeros((rows, members))
         nis = np.full((len(inputs), MOVING), math.nan)
-        told = (
-            inputs,
-            h,
-            z,
-            variance,
-            nis,
-            self.rejected,
-            self.age,
-            self.params.wait,
-            self.params.settling,
-            self._window,
-        )
-        steps = 0
-        while steps < len(inputs):
-            begin, steps = steps, bank.run(*self._with(*told, steps, every, means, stds, weights))
-            self._since += h * (steps - begin)
-            if not lost(self._window):
-                break
-            self._again()
-        return History(steps, means, stds, nis, weights)
+        return History(self._go(h, inputs, z, variance, nis, every, means, stds, weights), means, stds, nis, weights)
+
+    def _go(
+        self,
+        h: float,
+        inputs: Array,
+        z: Array,
+        variance: Array,
+        nis: Array,
+        every: int,
+        means: Array,
+        stds: Array,
+        weights: Array,
+    ) -> int:
+        """Steps over rows, see `bank.run`; how many were made."""
+        params, review, begin = self.params, self.review, 0
+        while begin < len(inputs):
+            end = min(len(inputs), begin + review.free(h))
+            told = (inputs, h, z, variance, nis, self.rejected, self.age, params.wait, params.settling, self._window)
+            where = (review.tape, review.used, begin, end, every)
+            came: int = bank.run(*self.bank.arguments(*told, *where, means, stds, weights))
+            self._since += h * (came - begin)
+            if lost(self._window):
+                self._again()
+            elif came < end:
+                return came
+            elif review.passed(self.bank, came - begin, h, self.age, self._begun):
+                self._window[:] = 0.0
+            begin = came
+        return begin
 
     def blend(self) -> tuple[Array, Array, Array]:
         """Mean and 1 sigma of the whole state, (n,), and the probabilities of the filters: `estimate` in short."""
-        members, n = self.x.shape
-        weights, mean, std = np.zeros(members), np.zeros(n), np.zeros(n)
-        bank.blend(self._x, self._P, self.evidence, weights, mean, std)
-        return mean, std, weights
+        return self.bank.blend()
 
     def estimate(self) -> Estimate:
         """What is believed now."""
@@ -271,20 +233,13 @@ class CoefficientEkf:
             self._window.copy(),
             self._since,
             self.restarts,
+            self.review.freeze(),
         )
 
     def thaw(self, memory: EkfMemory) -> None:
         """Takes up again what `freeze` gave."""
-        self.x[:], self.P[:] = memory.x, memory.P
-        self.evidence[:], self.rejected[:] = memory.evidence, memory.rejected
+        self.bank.take(memory.x, memory.P, memory.evidence)
+        self.rejected[:] = memory.rejected
         self.age[:], self._begun[:] = memory.age, memory.begun
         self._window[:], self._since, self.restarts = memory.window, memory.since, memory.restarts
-
-    def _with(self, *more: Any) -> tuple[Any, ...]:
-        """The arguments of `bank.step` that stay the same, and `more`."""
-        m, params = self.model, self.params
-        return (
-            *(m.c, m.inverse, m.picks, m.weight, m.water, m.first, m.heavy, m.work, m.y, self._room, self.rules),
-            *(self._bias, params.turbulence_time, params.memory, params.gate),
-            *(self.eddies, self._x, self._P, self.evidence, self.weights, *more),
-        )
+        self.review.thaw(memory.review)

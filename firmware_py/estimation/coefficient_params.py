@@ -102,6 +102,15 @@ class CoefficientParams:
         0.0, unit="m/s", low=0.0, high=1.0, doc="Random walk of u, v, w as learning begins, by sqrt(s).", mav="U_SETTLE"
     )
     rate_settling: float = param(0.0, unit="deg/s", low=0.0, high=10.0, doc="The same of p, q, r.", mav="R_SETTLE")
+    reviews: tuple[float, ...] = param(
+        (),
+        unit="s",
+        low=1.0,
+        high=600.0,
+        doc="Lengths of flight, rising, after which learning goes through all of it again.",
+        mav="REVIEW",
+        when=When.RESTART,
+    )
     speed_bias: float = param(
         0.0,
         unit="m/s",
@@ -136,6 +145,8 @@ class CoefficientParams:
             raise ParamError("names is empty; name the coefficients to learn, such as M_q")
         if not self.turbulence:
             raise ParamError("turbulence is empty; write 0 for a filter that reckons with none")
+        if list(self.reviews) != sorted(set(self.reviews)):
+            raise ParamError(f"reviews {list(self.reviews)} do not rise; each is a longer flight than the one before")
         if REST in self.considered and REST in self.nuisances:
             raise ParamError('"rest" is both in considered and in nuisances; write it once')
 

@@ -59,6 +59,22 @@ class History(NamedTuple):
     weights: Array
 
 
+class ReviewMemory(NamedTuple):
+    """The tape, the banks at its beginning and on their way, what slopes are drawn about, and how far all is."""
+
+    tape: Array
+    start: tuple[Array, Array, Array]
+    bank: tuple[Array, Array, Array]
+    arrays: tuple[Array, ...]
+    span: float
+    turn: int
+    row: int
+    age: float
+    fruitful: bool
+    running: bool
+    taken: int
+
+
 class EkfMemory(NamedTuple):
     """All that a bank remembers: states, covariances, evidence, and how many measurements it left out, its age."""
 
@@ -71,3 +87,4 @@ class EkfMemory(NamedTuple):
     window: Array
     since: float
     restarts: int
+    review: ReviewMemory

@@ -64,6 +64,7 @@ class LearningMemory(NamedTuple):
     running: bool
     begun: bool
     resets: int
+    reviews: int
     said: Learned
 
 
@@ -85,7 +86,7 @@ class Learning:
         self._horizon = Horizon(params.horizon, vehicle)
         self._health = Health(health, self.ekf.model, count)
         self._running = self._begun = False
-        self._resets = self._restarts = 0
+        self._resets = self._restarts = self._reviews = 0
         self._variances = [P.diagonal()[self._learned] for P in self.ekf.P]
         """Of the coefficients, by member: views of the covariances."""
         self._std = np.zeros(count)
@@ -143,13 +144,14 @@ class Learning:
         self.ekf.permit(np.array(self._health.excited, dtype=np.bool_))
 
     def _say(self, before: Learned | None) -> Learned:
-        """What is known. A value that was not excited since `before` stands to the last bit, whoever leads the bank."""
+        """What is known. What was not excited since `before` stands to the last bit, unless the flight was reviewed."""
         mean, std, weights = (array.tolist() for array in self.ekf.blend())
         value, sigma = mean[self._learned], std[self._learned]
         valid, excited, nis = self._health.verdict
         nothing = (False,) * self._count
         excited = excited if self._running else nothing
-        if before is not None:
+        reviews, self._reviews = self._reviews, self.ekf.review.taken
+        if before is not None and reviews == self._reviews:
             for i, moved in enumerate(excited):
                 if not (moved or before.excited[i]):
                     value[i], sigma[i] = before.value[i], before.std[i]
@@ -180,6 +182,7 @@ class Learning:
             self._running,
             self._begun,
             self._resets,
+            self._reviews,
             self._said,
         )
 
@@ -190,5 +193,5 @@ class Learning:
         self._health.thaw(memory.health)
         self._running, self._begun = memory.running, memory.begun
         self._resets, self._said = memory.resets, memory.said
-        self._restarts = self.ekf.restarts
+        self._restarts, self._reviews = self.ekf.restarts, memory.reviews
         self._permit()

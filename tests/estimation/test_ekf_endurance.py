@@ -34,9 +34,9 @@ def test_a_covariance_stays_one_for_1e5_steps(name: str, share: float, long_flig
         np.testing.assert_array_equal(P, P.T)
         scale = np.sqrt(np.diag(P))
         assert np.linalg.eigvalsh(P / np.outer(scale, scale))[0] > 1e-9
-    assert not ekf._x[:, ekf.model.size :].any()
-    assert not ekf._P[:, :, ekf.model.size :].any()
-    assert ekf._P.shape[2] == padded(ekf.model.size)
+    assert not ekf.bank._x[:, ekf.model.size :].any()
+    assert not ekf.bank._P[:, :, ekf.model.size :].any()
+    assert ekf.bank._P.shape[2] == padded(ekf.model.size)
 
 
 def test_runs_are_the_same_to_the_last_bit_however_they_are_cut(long_flight: Flight) -> None:
@@ -66,7 +66,9 @@ def many(
 
 def test_a_step_allocates_and_compiles_nothing() -> None:
     ekf = begun(CASES["bank of 5 by 24 states"])
-    arguments = ekf._with(np.array([0.1, 0.1, 0.0, 8.0]), H, ekf.x[0, :9].copy(), STD**2, ekf.nis, ekf.rejected)
+    arguments = ekf.bank.arguments(
+        np.array([0.1, 0.1, 0.0, 8.0]), H, ekf.x[0, :9].copy(), STD**2, ekf.nis, ekf.rejected
+    )
     _nrt_python.memsys_enable_stats()
 
     def allocated(steps: int) -> tuple[int, int]:

@@ -1,0 +1,216 @@
+"""Second sight: a flight gone through again, with slopes drawn about what it has taught.
+
+An extended Kalman filter draws its slopes about what it believes at the moment, and while it still learns, that is
+wrong: it ends up off, and too sure of it. But what it was given is on tape. So when it knows more, another bank begins
+where the tape does, with all the doubt that there was then, and is given everything again. Its slopes lie about one
+motion: that of a filter to which coefficients and current are what they are now believed to be. This is a Gauss-Newton
+step over the whole flight (the iterated filter, Bell and Cathey 1993), and is repeated until it moves nothing: a few
+rows of tape with every step, until it has caught up. Then it takes over.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from firmware_py.estimation.coefficient_params import CoefficientParams
+from firmware_py.estimation.coefficient_records import Flags, ReviewMemory
+from firmware_py.estimation.jacobians import Array
+from firmware_py.estimation.member import EDDY
+from firmware_py.estimation.members import Members
+from firmware_py.estimation.prediction import EDDIES
+from firmware_py.estimation.relive import relive
+from firmware_py.estimation.settling import FLOOR, GROWTH, LEARNS, MAY
+from firmware_py.estimation.tape import ROW, write
+from firmware_py.estimation.transition import MOVING
+
+PACE = 4
+"""Rows of tape that are gone through with every step made."""
+DENSE = 150.0
+"""Room on the tape: so many steps in a second, for as long as the last review takes."""
+PATIENCE = 1.0
+"""A tape that is by so many s longer than the bank waits, and on which nothing was learned, begins anew."""
+CONVERGED = 4.0
+"""A review has come to rest if no coefficient has moved by so many sigmas; else the tape is gone through once more. By
+what was written meanwhile alone, one of ten moves by 2 or 3."""
+SETTLED = 50.0
+"""So many of its time constants after its beginning, a bank is settled."""
+ENDLESS = 1 << 40
+BY_ITSELF = np.zeros(4)
+
+
+class Review:
+    """Keeps the tape, and lets a bank that has gone through it again take over.
+
+    Attributes:
+        used: rows of the tape that are written.
+        running: whether it keeps a tape.
+        taken: how often its bank took over.
+    """
+
+    def __init__(self, members: Members, params: CoefficientParams) -> None:
+        """Makes room; `members` are its own, like those that it reviews."""
+        self._bank, self._start = members, members.copy()
+        self._ages, self._wait, self._settled = params.reviews, params.wait, params.wait + SETTLED * params.settling
+        longest = max(params.reviews, default=0.0) * PACE / (PACE - 1)
+        self._tape = np.zeros((math.ceil(longest * DENSE), ROW))
+        (count, n), width = members.x.shape, members.rules.shape[1]
+        self._about, self._eddy = np.zeros((1, width)), np.zeros(1)
+        """What slopes are drawn about: the state of a filter, and the intensity it reckons with; its rest below."""
+        self._P, self._rules = np.zeros((1, n, width)), np.zeros_like(members.rules)
+        self._mean, self._may = np.zeros(n), np.zeros(width)
+        """The values that it began with, and which states may learn."""
+        self._window = np.zeros((3, 3))
+        self._apart, self._nis, self._rejected = np.zeros((count, width)), np.zeros(9), np.zeros(9, dtype=np.int64)
+        self.used, self._span, self._turn, self._row = 0, 0.0, 0, -1
+        self._age, self._fruitful, self.running, self.taken = 0.0, False, False, 0
+
+    @property
+    def tape(self) -> Array:
+        """What steps are written on, from row `used` on; without a row when none is kept."""
+        return self._tape if self.running else self._tape[:0]
+
+    def settled(self, age: float) -> bool:
+        """Whether a bank of that age (s) has been reviewed, or never will be."""
+        return not self.running or age >= self._settled
+
+    def begin(self, bank: Members, age: float) -> None:
+        """The tape begins here; `age` (s) of the bank is that of `settling.settle`."""
+        self.running = len(self._tape) > 0
+        if self.running:
+            self._start = bank.copy()
+        self.used, self._span, self._turn, self._row = 0, 0.0, 0, -1
+        self._age, self._fruitful = age, False
+
+    def learning(self, bank: Members, age: float) -> None:
+        """A coefficient may learn for the first time: a tape is wanted, if there is none."""
+        if not self.running:
+            self.begin(bank, age)
+
+    def resumed(self, motion: Array, variance: Array) -> None:
+        """The bank began anew in motion, (9,), known to `variance`, (9,)."""
+        if self.running and self.used < len(self._tape):
+            write(self._tape, self.used, 0.0, BY_ITSELF, motion, variance)
+            self.used += 1
+
+    def free(self, h: float) -> int:
+        """How many steps of h (s) may be made before `passed` is to be told."""
+        if not self.running:
+            return ENDLESS
+        if self._row >= 0:
+            return max(-(-(self.used - self._row) // (PACE - 1)), 1)
+        mark = self._ages[self._turn] if self._fruitful else self._wait + PATIENCE
+        return max(math.ceil((mark - self._span) / h - 1e-6), 1)
+
+    def passed(self, bank: Members, steps: int, h: float, age: Array, begun: Flags) -> bool:
+        """Follows `steps` steps of h (s), no more than were free.
+
+        Args:
+            bank: which is reviewed; changed when its review takes over.
+            steps: see above.
+            h: see above.
+            age: (1,), see `settling.settle`; changed likewise.
+            begun: which of the learned coefficients have had cause to learn, (names,).
+
+        Returns:
+            Whether the bank was changed.
+        """
+        if not self.running:
+            return False
+        self.used += steps
+        self._span += steps * h
+        if self.used > len(self._tape):
+            self.running = False
+        elif self._row >= 0:
+            return self._catch_up(bank, steps, age, begun)
+        elif not self._fruitful:
+            self._fruitful = age[0] > max(self._age, self._wait) + h
+            if not self._fruitful and self._span > self._wait + PATIENCE - 0.5 * h:
+                self.begin(bank, age[0])
+        elif self._span > self._ages[self._turn] - 0.5 * h:
+            self._may[:] = bank.rules[MAY]
+            self._rewind(bank.blend()[0], int(bank.evidence.argmax()), begun)
+        return False
+
+    def _catch_up(self, bank: Members, steps: int, age: Array, begun: Flags) -> bool:
+        """Goes on; at the end of the tape, takes over or begins again."""
+        mine, begin = self._bank, self._row
+        self._row = min(begin + PACE * steps, self.used)
+        about = (self._about, self._P, self._rules, self._eddy)
+        told = (self._tape, begin, self._row, *about, self._apart, self._nis, self._rejected, self._window)
+        going = relive(*mine.arguments(*told))
+        if going and self._row < self.used:
+            return False
+        if going:
+            mean, std, _ = mine.blend()
+            first = mine.model.first
+            learned = slice(first, first + len(begun))
+            if not (np.abs(mean - self._mean)[learned] <= CONVERGED * std[learned]).all():
+                self._rewind(mean, int(mine.evidence.argmax()), begun)
+                return False
+            bank.take(*mine.copy())
+            age[0] = max(age[0], self._settled)
+            self.taken += 1
+        self._row = -1
+        while self._turn < len(self._ages) and self._ages[self._turn] <= self._span:
+            self._turn += 1
+        self.running = self._turn < len(self._ages)
+        return going
+
+    def _rewind(self, mean: Array, leader: int, begun: Flags) -> None:
+        """Goes back to where the tape begins, to draw slopes about the `mean`, (n,), in the eddies of that member."""
+        mine, first, x, P = self._bank, self._bank.model.first, self._about, self._P
+        mine.take(*self._start)
+        mine.rules[MAY] = self._may
+        mine.rules[MAY, first : first + len(begun)] += begun * (1.0 - self._may[first : first + len(begun)])
+        mine.rules[LEARNS] = mine.rules[MAY]
+        mine.rules[GROWTH] = mine.rules[FLOOR] * mine.rules[MAY]
+
+        self._eddy[0] = mine.eddies[leader]
+        self._rules[:] = mine.rules
+        self._rules[LEARNS, MOVING:] = 0.0
+        self._rules[GROWTH, MOVING:] = 0.0
+        x[0, : len(mean)] = mean
+        P[:] = 0.0
+        for moving in (slice(0, MOVING), slice(EDDY, EDDY + 3))[: 2 if mine.model.water == EDDIES else 1]:
+            x[0, moving], P[0, moving, moving] = mine.x[leader, moving], mine.P[leader, moving, moving]
+            self._rules[LEARNS, moving] = 1.0
+        self._mean[:] = mean
+        self._window[:] = 0.0
+        self._row = 0
+
+    @property
+    def _arrays(self) -> tuple[Array, ...]:
+        return (
+            *(self._about, self._eddy, self._P, self._rules, self._bank.rules),
+            *(self._mean, self._may, self._window),
+        )
+
+    def freeze(self) -> ReviewMemory:
+        """All it remembers."""
+        return ReviewMemory(
+            self._tape[: self.used].copy(),
+            self._start,
+            self._bank.copy(),
+            tuple(array.copy() for array in self._arrays),
+            self._span,
+            self._turn,
+            self._row,
+            self._age,
+            self._fruitful,
+            self.running,
+            self.taken,
+        )
+
+    def thaw(self, memory: ReviewMemory) -> None:
+        """Takes up again what `freeze` gave."""
+        self.used = len(memory.tape)
+        self._tape[: self.used] = memory.tape
+        self._start = memory.start
+        self._bank.take(*memory.bank)
+        for mine, its in zip(self._arrays, memory.arrays, strict=True):
+            mine[:] = its
+        self._span, self._turn, self._row = memory.span, memory.turn, memory.row
+        self._age, self._fruitful = memory.age, memory.fruitful
+        self.running, self.taken = memory.running, memory.taken
