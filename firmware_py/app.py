@@ -2,12 +2,14 @@
 
 A configuration is plain tables, as they stand in the files, so that a log's header can carry it whole:
 {"vehicle": vehicle.toml, "autopilot": autopilot.toml, "files": what to call them in errors,
-"mission": as `records.mission.plain` gives it, "kept": {...} of an earlier run, or {}}. Where stations have changed
-something in an earlier run, "autopilot" has it so, and "changed" has the value of each such key in the files.
+"mission": as `records.mission.plain` gives it, "kept": {...} of an earlier run, or {}}; "fence" and "rally", as
+`records.fence` has them, where there are such. Where stations have changed something in an earlier run, "autopilot" has
+it so, and "changed" has the value of each such key in the files.
 """
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -18,14 +20,19 @@ from firmware_py.adapters.files import read_toml
 from firmware_py.allocation import Allocator
 from firmware_py.autopilot import Autopilot
 from firmware_py.estimation.navigation import Kept
-from firmware_py.mavlink import parameters
+from firmware_py.marine import Origin
+from firmware_py.mavlink import chart, parameters
+from firmware_py.mavlink.chart import Draft
 from firmware_py.mavlink.parameters import Book
+from firmware_py.mavlink.setpoints import Sea
 from firmware_py.param_tree import replaced, settings
 from firmware_py.params import ParamError, dump, load, naming
+from firmware_py.records.fence import from_plain as fence_from_plain
+from firmware_py.records.fence import rally_from_plain
 from firmware_py.records.mission import Item, Point, from_plain, mission_of, plain
 from firmware_py.vehicle.vehicle import Vehicle
+from firmware_py.yard import Adopted, Yard
 from firmware_py.yard import AutopilotParams as AutopilotParams
-from firmware_py.yard import Yard
 
 Configuration = Mapping[str, Any]
 
@@ -122,6 +129,47 @@ def autopilot_params(configuration: Configuration) -> AutopilotParams:
     return load(AutopilotParams, configuration["autopilot"], configuration["files"]["autopilot"])
 
 
+def under_plans(configuration: Configuration, state: Path | None) -> dict[str, Any]:
+    """The configuration with the mission, fence and rally points that stations have sent in an earlier run.
+
+    Raises:
+        ParamError: what was kept cannot be used; the error names the file.
+    """
+    laid: dict[str, Any] = {}
+    for draft in _kept_plans(configuration, state).values():
+        laid |= json.loads(draft.finish()[1])
+    return {**configuration, **laid}
+
+
+def plans(configuration: Configuration, state: Path | None) -> dict[int, Draft]:
+    """Mission, fence and rally points as stations may see and change them.
+
+    Raises:
+        ParamError: what was kept cannot be used; the error names the file.
+    """
+    found = _kept_plans(configuration, state)
+    if chart.MISSION not in found:
+        sea = _sea(configuration)
+        found[chart.MISSION] = chart.drawn(from_plain(configuration["mission"]), sea)
+    return found
+
+
+def _kept_plans(configuration: Configuration, state: Path | None) -> dict[int, Draft]:
+    found: dict[int, Draft] = {}
+    for kind, name in chart.FILES.items():
+        path = state / name if state is not None else None
+        if path is not None and path.exists():
+            with naming(str(path)):
+                found[kind] = chart.read(kind, path.read_text(encoding="utf-8"), _sea(configuration))
+    return found
+
+
+def _sea(configuration: Configuration) -> Sea:
+    params = autopilot_params(configuration)
+    origin = Origin(params.origin.latitude, params.origin.longitude)
+    return Sea(origin, params.mavlink.telemetry.surface_altitude)
+
+
 def vehicle(configuration: Configuration) -> Vehicle:
     """vehicle.toml, checked.
 
@@ -138,7 +186,9 @@ def yard(configuration: Configuration) -> Yard:
         ParamError: an error that names the file and the key.
     """
     params, boat = autopilot_params(configuration), vehicle(configuration)
-    return Yard(configuration["files"], boat, params, from_plain(configuration["mission"]))
+    fence, rally = (configuration.get(name, {}) for name in ("fence", "rally"))  # logs of old have none
+    plans = from_plain(configuration["mission"]), fence_from_plain(fence), rally_from_plain(rally)
+    return Yard(configuration["files"], boat, Adopted(params, *plans))
 
 
 def book(configuration: Configuration) -> Book:

@@ -12,13 +12,14 @@ from firmware_py.control.control import Control, ControlParams
 from firmware_py.estimation.estimator import EstimationParams, Estimator
 from firmware_py.estimation.observer_model import refuse_no_inertia
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
-from firmware_py.guidance.route import BEGINNING
 from firmware_py.marine import Origin
 from firmware_py.mavlink.node import MavlinkParams
 from firmware_py.param_tree import replaced
 from firmware_py.params import ParamError, naming, param, table
+from firmware_py.records.fence import NO_FENCE, Fence, Place, rally_from_plain
+from firmware_py.records.fence import from_plain as fence_from_plain
 from firmware_py.records.mission import from_plain
-from firmware_py.records.order import Mission
+from firmware_py.records.order import Mission, Prepared
 from firmware_py.safety.gate import Gate
 from firmware_py.safety.supervisor import SafetyParams, Supervisor
 from firmware_py.schedule import step_ns
@@ -57,6 +58,8 @@ class Adopted(NamedTuple):
 
     params: AutopilotParams
     mission: Mission
+    fence: Fence = NO_FENCE
+    rally: tuple[Place, ...] = ()
 
 
 _MADE_OF: dict[str, tuple[str, ...]] = {
@@ -73,10 +76,10 @@ _MADE_OF: dict[str, tuple[str, ...]] = {
 class Yard:
     """An `autopilot.Adopter` that knows what an autopilot is made of."""
 
-    def __init__(self, files: Mapping[str, str], boat: Vehicle, params: AutopilotParams, mission: Mission) -> None:
+    def __init__(self, files: Mapping[str, str], boat: Vehicle, now: Adopted) -> None:
         """`files` is what to call "vehicle" and "autopilot" in errors."""
         self._files, self._boat = files, boat
-        self._now = Adopted(params, mission)
+        self._now = now
 
     @property
     def params(self) -> AutopilotParams:
@@ -104,7 +107,7 @@ class Yard:
             ParamError: a value that is wrong, alone or beside the others; the error names file and key.
         """
         params = replaced(self._now.params, values, self._files["autopilot"])
-        yard = Yard(self._files, self._boat, params, self._now.mission)
+        yard = Yard(self._files, self._boat, self._now._replace(params=params))
         makers = yard.makers()
         for part in _parts_of(values):
             makers[part]()
@@ -116,6 +119,9 @@ class Yard:
         for change in changes:
             before = self._now
             try:
+                if isinstance(change, Prepared):
+                    self._fly(autopilot, change.mission)
+                    continue
                 for kind, content in json.loads(change).items():
                     self._adopt(autopilot, kind, content)
             except (ValueError, LookupError, TypeError) as error:
@@ -139,12 +145,20 @@ class Yard:
             self._now = self._now._replace(params=replaced(self.params, content, self._files["autopilot"]))
             self._remake(autopilot, _parts_of(content))
         elif kind == "mission":
-            self._now = self._now._replace(mission=from_plain(content))
-            self._remake(autopilot, ("supervisor", "guidance"))
-            guidance = autopilot.guidance
-            guidance.thaw(guidance.freeze()._replace(route=BEGINNING, learning=None))
+            self._fly(autopilot, from_plain(content))
+        elif kind == "fence":
+            self._now = self._now._replace(fence=fence_from_plain(content))
+            self._remake(autopilot, ("supervisor",))
+        elif kind == "rally":
+            self._now = self._now._replace(rally=rally_from_plain(content))
+            self._remake(autopilot, ("guidance",))
         else:
             raise LookupError(f"{kind} is nothing that can be changed")
+
+    def _fly(self, autopilot: Autopilot, mission: Mission) -> None:
+        self._now = self._now._replace(mission=mission)
+        self._remake(autopilot, ("supervisor", "guidance"))
+        autopilot.guidance.restart()
 
     def _remake(self, autopilot: Autopilot, parts: tuple[str, ...]) -> None:
         """All of them or none."""
@@ -164,12 +178,12 @@ class Yard:
 
     def _supervisor(self) -> Supervisor:
         with naming(self._files["autopilot"]):
-            return Supervisor(self.params.safety, has_mission=bool(self._now.mission.items))
+            return Supervisor(self.params.safety, has_mission=bool(self._now.mission.items), fence=self._now.fence)
 
     def _guidance(self) -> Guidance:
-        safety = self.params.safety
+        safety, now = self.params.safety, self._now
         with naming(self._files["autopilot"]):
-            return Guidance(self.params.guidance, self._now.mission, safety.depth_max, safety.altitude_min)
+            return Guidance(now.params.guidance, now.mission, safety.depth_max, safety.altitude_min, now.rally)
 
     def _control(self) -> Control:
         with naming(self._files["vehicle"]):

@@ -137,11 +137,14 @@ def prepare(wish: Wish, kept: Mapping[str, float]) -> Flight:
     if parse_link(wish.link):
         refuse_faults(scenario)
         over = app.merge(over, vehicle.OVER_HIL)
-    configuration = {
-        **app.read_configuration(wish.config, over, wish.state),
-        "mission": plain(scenario.mission),
-        "kept": dict(kept),
-    }
+    configuration = app.under_plans(
+        {
+            **app.read_configuration(wish.config, over, wish.state),
+            "mission": plain(scenario.mission),
+            "kept": dict(kept),
+        },
+        wish.state,
+    )
     autopilot, truth = app.build(configuration), _load(Truth, wish.config / "truth.toml")
     believed = len(autopilot.applied.fins)
     refuse_other_fins(truth, str(wish.config / "truth.toml"), believed, configuration["files"]["vehicle"])

@@ -77,11 +77,14 @@ def command(options: argparse.Namespace) -> int:
         raise UsageError(
             f"--link {options.link} has no bus, no DVL and the plant's pace: no --bus, --dvl, --pace realtime"
         )
-    configuration = {
-        **app.read_configuration(options.config, vehicle.OVER_HIL if address else None, options.state),
-        "mission": app.read_mission(options.config),
-        "kept": state.load(options.state) if options.state else {},
-    }
+    configuration = app.under_plans(
+        {
+            **app.read_configuration(options.config, vehicle.OVER_HIL if address else None, options.state),
+            "mission": app.read_mission(options.config),
+            "kept": state.load(options.state) if options.state else {},
+        },
+        options.state,
+    )
     params = app.autopilot_params(configuration)
     io = load(IoParams, read_toml(io_file), str(io_file))
     autopilot = app.build(configuration)

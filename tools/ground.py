@@ -56,8 +56,9 @@ def open_ground(
     origin = Origin(params.origin.latitude, params.origin.longitude)
     learned = params.estimation.coefficients.names if params.estimation.learning.enabled else ()
     signing = read_signing(key, state) if key is not None else None
-    ground = MavlinkGround(links, params.mavlink, origin, actuators, learned, signing, app.book(configuration))
-    ground.node.limit(params.safety.depth_max)
+    book, plans = app.book(configuration), app.plans(configuration, state)
+    ground = MavlinkGround(links, params.mavlink, origin, actuators, learned, signing, book, plans)
+    ground.node.limit(params.safety.depth_max, params.safety.altitude_min)
     try:
         yield Stations(ground)
     finally:

@@ -18,7 +18,7 @@ from tools.tracking import Array, believed_columns, navigation_error, path_error
 
 Summary = dict[str, Any]
 
-_HELD = (Mode.HOLD, Mode.MISSION)
+_HELD = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED)
 
 _ROWS: tuple[tuple[str, str, str], ...] = (
     # key, words, format with the unit
@@ -50,8 +50,9 @@ def summarise(log: Log) -> Summary:
     none to judge; False for a log that was cut off.
     vehicle_time_s: time of the last cycle plus one step. wall_time_s: from the end record. speed_up: their quotient.
     distance_m: length of the path over the ground, x, y and z. depth_max_m: greatest z.
-    depth_error_rms_m, heading_error_rms_deg: of z_d - z and psi_d - psi (the short way) over all armed cycles in hold
-    and mission. z and psi are the truth where it was logged, else the estimate; `against` says which.
+    depth_error_rms_m, heading_error_rms_deg: of z_d - z and psi_d - psi (the short way) over all armed cycles in which
+    depth and heading are held: hold, mission, loiter, guided. z and psi are the truth where it was logged, else the
+    estimate; `against` says which.
     path_error_rms_m, path_error_max_m: of the horizontal distance from the boat (truth or estimate, as above) to the
     planned path over the cycles in MISSION; the path is the straight lines from where MISSION was entered through the
     waypoints, the last of them without an end (`tracking.path_error`). None if no mission was flown.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from firmware_py.adapters.log_store import LogStore
@@ -13,6 +13,7 @@ from firmware_py.adapters.stations_stream import SerialLink, TcpClient, TcpServe
 from firmware_py.adapters.stations_udp import UdpLink
 from firmware_py.adapters.store import Store
 from firmware_py.marine import Origin
+from firmware_py.mavlink.chart import Draft
 from firmware_py.mavlink.codec import dialect
 from firmware_py.mavlink.node import MavlinkParams, Node
 from firmware_py.mavlink.parameters import Book
@@ -58,10 +59,11 @@ class MavlinkGround:
         coefficients: Sequence[str] = (),
         signing: Signing | None = None,
         book: Book | None = None,
+        plans: Mapping[int, Draft] | None = None,
     ) -> None:
         """Opens every link, or none; `coefficients` are the names of what is learned, with `signing` links are signed.
 
-        `book` has the parameters that stations may see and change.
+        `book` has the parameters that stations may see and change, `plans` mission, fence and rally points.
 
         Raises:
             GroundError: a link is written wrongly or cannot be opened.
@@ -74,7 +76,7 @@ class MavlinkGround:
                 self.links.append(link)
             self._close = opened.pop_all().close
         doors = [link.door for link in self.links]
-        self.node = Node(params, origin, actuators, doors, coefficients, signing, book)
+        self.node = Node(params, origin, actuators, doors, coefficients, signing, book, plans)
         self._store: Store | None = None
         self._logs: LogStore | None = None
 

@@ -8,68 +8,24 @@ still, so a boat armed at u = 0 asks for nothing.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from collections.abc import Sequence
+from dataclasses import replace
 
 from firmware_py.guidance.circle import Circle, beside, tangent
-from firmware_py.guidance.learning import STILL, Course, Dither, Learning, LearningParams
-from firmware_py.guidance.line_of_sight import LineOfSight, LineOfSightParams
-from firmware_py.guidance.reference_model import Lags, ReferenceModel, Shape
-from firmware_py.guidance.route import Progress, Route
+from firmware_py.guidance.guidance_memory import AT_REST, GuidanceMemory
+from firmware_py.guidance.guidance_params import GuidanceParams
+from firmware_py.guidance.learning import STILL, Dither, Learning
+from firmware_py.guidance.line_of_sight import Leg, LineOfSight
+from firmware_py.guidance.reference_model import ReferenceModel
+from firmware_py.guidance.route import Route
 from firmware_py.marine import clip
-from firmware_py.params import When, param, table
 from firmware_py.records.command import ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.order import Manoeuvre, Mission, Mode, Order, Setpoint
+from firmware_py.records.fence import Place, nearest
+from firmware_py.records.order import Loiter, Manoeuvre, Mission, Mode, Order, Setpoint, Waypoint
 from firmware_py.schedule import Tick
 
-
-@dataclass(frozen=True, slots=True)
-class GuidanceParams:
-    """How references move."""
-
-    shape: Shape = param(Shape.SMOOTH, mav="SHAPE", when=When.DISARMED)
-    depth_way: float = param(
-        4.5, unit="m", low=0.1, high=100.0, doc="Way made in each of the depth's lags.", mav="DEPTH_WAY"
-    )
-    climb_max: float = param(0.5, unit="m/s", low=0.01, high=5.0, doc="Fastest change of depth.", mav="CLIMB_MAX")
-    pitch_max: float = param(20.0, unit="deg", low=1.0, high=45.0, doc="Steepest change of depth.", mav="PITCH_MAX")
-    heading_way: float = param(
-        1.5, unit="m", low=0.1, high=100.0, doc="Way made in each of the heading's lags.", mav="HDG_WAY"
-    )
-    turn_rate_max: float = param(4.0, unit="deg/s", low=0.1, high=90.0, doc="Fastest turn.", mav="TURN_RATE")
-    turn_radius: float = param(20.0, unit="m", low=0.1, high=1000.0, doc="Tightest turn.", mav="TURN_RADIUS")
-    acceleration: float = param(
-        0.05, unit="m/s^2", low=0.001, high=10.0, doc="Change of the speed that is asked for.", mav="ACCEL"
-    )
-    speed_max: float = param(
-        2.5, unit="m/s", low=0.1, high=20.0, doc="Fastest speed that is asked for.", mav="SPEED_MAX"
-    )
-    cruise_speed: float = param(
-        1.8, unit="m/s", low=0.1, high=20.0, doc="Speed on legs that do not give one.", mav="CRUISE"
-    )
-    blind_climb: float = param(
-        10.0,
-        unit="m",
-        low=0.0,
-        high=100.0,
-        doc="Surfacing without a depth: how far above the surface it aims.",
-        mav="BLIND_CLIMB",
-    )
-    surface_speed: float = param(
-        1.5, unit="m/s", low=0.1, high=20.0, doc="Speed on the way up: fins need it.", mav="SURF_SPEED"
-    )
-    loiter_radius: float = param(
-        30.0,
-        unit="m",
-        low=5.0,
-        high=1000.0,
-        doc="Of the circle around a place; turn_radius and speed may widen it.",
-        mav="LOIT_RADIUS",
-    )
-    line_of_sight: LineOfSightParams = table(LineOfSightParams)
-    learning: LearningParams = table(LearningParams, mav="LRN_")
-
+__all__ = ["Guidance", "GuidanceParams"]
 
 _LAGS = 3
 """A reference model has as many, so its heading comes as many ways later than the leg asks for it."""
@@ -77,53 +33,49 @@ _ROOM = 1.25
 """A circle is so much wider than the tightest turn, so that the boat can come nearer to its centre."""
 _AT_REST = 0.1
 """Slower than this, m/s, is noise."""
-
-
-class GuidanceMemory(NamedTuple):
-    """Everything guidance remembers: `wanted` is what the mode asks for, `last` the reference that became of it."""
-
-    mode: Mode
-    wanted: Setpoint
-    last: Reference
-    depth: Lags
-    heading: Lags
-    crab: float
-    route: Progress
-    learning: Course | None
-    circle: Circle | None
-    pace: float
-
-
-AT_REST = Reference(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, math.nan)
+_CLEAR = 1.0
+"""What is flown above the bottom stays so far, m, within the supervisor's limits."""
+_JOINED = 0.25
+"""A circle is joined nearer to it than this share of its radius."""
 
 
 class Guidance:
     """One reference per tick. `finished` once the mission is flown; `events` are the sentences of this tick.
 
-    `depth_max` and `altitude_min` are the supervisor's limits, m: learning manoeuvres keep away from them.
+    `depth_max` and `altitude_min` are the supervisor's limits, m: learning manoeuvres keep away from them, and so does
+    what is flown above the bottom. Who surfaces steers for the nearest of `rally` meanwhile.
     """
 
     def __init__(
-        self, params: GuidanceParams, mission: Mission, depth_max: float = math.inf, altitude_min: float = 0.0
+        self,
+        params: GuidanceParams,
+        mission: Mission,
+        depth_max: float = math.inf,
+        altitude_min: float = 0.0,
+        rally: Sequence[Place] = (),
     ) -> None:
         self._params = params
         self._depth = ReferenceModel(params.shape)
         self._heading = ReferenceModel(params.shape, angle=True)
         self._sight = LineOfSight(params.line_of_sight)
-        self._route = Route(mission)
+        self._route = Route(mission, rally)
+        self._rally = tuple(rally)
+        self._deepest, self._lowest = depth_max - _CLEAR, altitude_min + _CLEAR
         self._learning = Learning(params.learning, depth_max, altitude_min)
         self._mode = Mode.DISARMED
         self._wanted = Setpoint(0.0, 0.0, 0.0)
         self._last = AT_REST
         self._circle: Circle | None = None
         self._pace = 0.0
+        self._bottom = math.nan
         self._climb_share = math.sin(params.pitch_max)
         self.events: tuple[str, ...] = ()
 
     @property
     def finished(self) -> bool:
-        """True once all of a mission was flown; disarming starts it anew."""
-        return self._mode is not Mode.DISARMED and self._route.finished and not self._route.empty
+        """True once all of a mission was flown, or it was taken away meanwhile; disarming starts it anew."""
+        flown = self._mode is Mode.MISSION or not self._route.empty
+        return self._mode is not Mode.DISARMED and self._route.finished and flown
 
     def update(self, tick: Tick, mode: ModeState, order: Order, state: StateEstimate) -> Reference:
         """The reference of this tick. While the state is not finite the last one stands, and no manoeuvre goes on."""
@@ -135,6 +87,13 @@ class Guidance:
         entered = mode.mode is not before
         if entered:
             self._learning.reset()
+            if mode.mode is Mode.DISARMED:
+                self._route.reset()
+        if order.jump >= 0:
+            self._learning.reset()
+            self._route.jump(order.jump, eta.x, eta.y, self._depth.command)
+        if math.isfinite(state.altitude):
+            self._bottom = eta.z + state.altitude
         if mode.mode is Mode.DISARMED or mode.mode is Mode.MANUAL:
             self._last = self._follow(mode.mode, state)
             return self._last
@@ -147,27 +106,22 @@ class Guidance:
         elif mode.mode is Mode.LOITER or mode.mode is Mode.GUIDED:
             across = self._guide(entered, order.setpoint, state, tick.dt)
         elif mode.mode is Mode.SURFACE:
-            z_d = 0.0 if state.depth_ok else -self._params.blind_climb
-            self._wanted = Setpoint(z_d, self._wanted.psi_d, self._params.surface_speed)
-        elif manoeuvre := self._route.manoeuvre:
-            self._hurry(order.setpoint.u_d)
-            dither = self._learn(manoeuvre, state, tick.dt)
-        elif len(self._route):
-            self._hurry(order.setpoint.u_d)
-            across = self._fly(entered, state, tick.dt)
+            self._wanted = self._surface(state)
+        else:
+            across, dither = self._proceed(entered, order.setpoint.u_d, state, tick.dt)
         self._last = self._shape(nu.u, across, dither, tick.dt)
         return self._last
 
     def _follow(self, mode: Mode, state: StateEstimate) -> Reference:
         """Nobody holds anything: the reference is where the boat is, so that holding begins without a bump."""
         if mode is Mode.DISARMED:
-            self._route.reset()
             self._sight.reset()
             self._pace = 0.0
         u_d = min(state.nu.u, self._params.speed_max) if state.nu.u > _AT_REST else 0.0
         z_d = self._depth.reset(state.eta.z).d
         psi_d = self._heading.reset(state.eta.psi).d
-        return Reference(z_d, 0.0, 0.0, 0.0, psi_d, 0.0, 0.0, u_d, self._route.index, math.nan)
+        route = self._route
+        return Reference(z_d, 0.0, 0.0, 0.0, psi_d, 0.0, 0.0, u_d, route.index, math.nan, *STILL, route.item)
 
     def _hold(self, setpoint: Setpoint) -> None:
         z_d, psi_d, u_d, _, _ = setpoint
@@ -194,32 +148,83 @@ class Guidance:
         if self._circle is None:
             return math.nan
         circle = self._circle._replace(radius=max(self._circle.radius, self._radius))
-        lag = _LAGS * self._params.heading_way + self._params.line_of_sight.pivot  # where a turn shows no sway
-        way, ahead = tangent(circle, x, y, lag)
-        self._wanted = self._wanted._replace(psi_d=self._sight.update(way, state, dt) + ahead)
+        way, psi_d = self._round(circle, state, dt)
+        self._wanted = self._wanted._replace(psi_d=psi_d)
         return way.across
+
+    def _round(self, circle: Circle, state: StateEstimate, dt: float) -> tuple[Leg, float]:
+        """The leg that touches the circle, and the heading that goes around it, rad."""
+        lag = _LAGS * self._params.heading_way + self._params.line_of_sight.pivot  # where a turn shows no sway
+        way, ahead = tangent(circle, state.eta.x, state.eta.y, lag)
+        return way, self._sight.update(way, state, dt) + ahead
 
     @property
     def _radius(self) -> float:
         """Of a circle at the speed that is asked for, m."""
-        tightest = max(self._params.turn_radius, self._wanted.u_d / self._params.turn_rate_max)
-        return max(self._params.loiter_radius, _ROOM * tightest)
+        return max(self._params.loiter_radius, self._tightest(self._wanted.u_d))
 
-    def _fly(self, entered: bool, state: StateEstimate, dt: float) -> float:
+    def _tightest(self, u: float) -> float:
+        return _ROOM * max(self._params.turn_radius, u / self._params.turn_rate_max)
+
+    def _surface(self, state: StateEstimate) -> Setpoint:
+        """Up, and towards the nearest rally point; who is there, or knows of none, keeps the heading."""
+        z_d, psi_d = 0.0 if state.depth_ok else -self._params.blind_climb, self._wanted.psi_d
+        rally = nearest(self._rally, state.eta.x, state.eta.y)
+        if rally is not None:
+            dx, dy = rally.x - state.eta.x, rally.y - state.eta.y
+            if math.hypot(dx, dy) > self._tightest(self._params.surface_speed):
+                psi_d = math.atan2(dy, dx)
+        return Setpoint(z_d, psi_d, self._params.surface_speed)
+
+    def _proceed(self, entered: bool, u_d: float, state: StateEstimate, dt: float) -> tuple[float, Dither]:
+        """Flies the mission's item; returns the distance across its leg, m (NaN off a leg), and what the fins add."""
+        route = self._route
+        self._hurry(u_d)
+        if entered:
+            route.enter(state.eta.x, state.eta.y, self._depth.command)
+        item = route.current
+        if isinstance(item, Manoeuvre):
+            return math.nan, self._learn(item, state, dt)
+        if isinstance(item, Loiter):
+            self._loiter(item, state, dt)
+        elif isinstance(item, Waypoint):
+            return self._fly(item, state, dt), STILL
+        return math.nan, STILL
+
+    def _fly(self, end: Waypoint, state: StateEstimate, dt: float) -> float:
         """Wants what the leg wants; returns the distance across it, m."""
         route, sight = self._route, self._params.line_of_sight
-        x, y = state.eta.x, state.eta.y
-        if entered:
-            route.enter(x, y, self._depth.command)
-        before = route.index
+        before = route.index, route.item
         radius = max(self._params.turn_radius, state.nu.u / self._params.turn_rate_max)
-        way = route.follow(x, y, sight.acceptance, radius, _LAGS * self._params.heading_way)
-        if route.index != before:
-            self.events = tuple(f"waypoint {i} of {len(route)} passed" for i in range(before + 1, route.index + 1))
-        if route.manoeuvre is None:
+        way = route.follow(state.eta.x, state.eta.y, sight.acceptance, radius, _LAGS * self._params.heading_way)
+        if route.item != before[1]:
+            last = max(route.index, before[0] + 1)  # a jump may lead back
+            self.events = tuple(f"waypoint {i} of {len(route)} passed" for i in range(before[0] + 1, last + 1))
+        after = route.current
+        if isinstance(after, Waypoint) or route.finished:
+            end = after if isinstance(after, Waypoint) else end
             heading = self._sight.update(way, state, dt)
-            self._wanted = Setpoint(max(route.depth(way), 0.0), heading, self._speed(route.end.u))
+            z_d = self._above_bottom(end.z) if end.above else route.depth(end, way)
+            self._wanted = Setpoint(max(z_d, 0.0), heading, self._speed(end.u))
         return way.across
+
+    def _loiter(self, item: Loiter, state: StateEstimate, dt: float) -> None:
+        """Wants to go around a place; the item is over when it has been gone around long enough."""
+        u_d = self._speed(item.u)
+        radius = max(abs(item.radius) or self._params.loiter_radius, self._tightest(u_d))
+        circle = Circle(item.x, item.y, math.copysign(radius, item.radius or 1.0))
+        x, y = state.eta[:2]
+        _, psi_d = self._round(circle, state, dt)
+        self._wanted = Setpoint(max(self._above_bottom(item.z) if item.above else item.z, 0.0), psi_d, u_d)
+        if self._route.circle(x, y, circle, _JOINED * radius, dt):
+            self.events = (f"loiter done at item {self._route.item + 1}",)
+            self._route.leave(x, y, self._depth.command)
+
+    def _above_bottom(self, altitude: float) -> float:
+        """The depth, m, so high above the bottom as it was last seen; the depth that is while it never was."""
+        if math.isnan(self._bottom):
+            return self._depth.command
+        return min(self._bottom - max(altitude, self._lowest), self._deepest)
 
     def _learn(self, manoeuvre: Manoeuvre, state: StateEstimate, dt: float) -> Dither:
         """Wants to stay at the depth and on the course at which the manoeuvre began; returns what it does meanwhile."""
@@ -251,8 +256,14 @@ class Guidance:
         psi_d, psi_d_dot, psi_d_ddot, _ = self._heading.update(wanted.psi_d, turn, u / params.heading_way, dt)
         step = params.acceleration * dt
         u_d = self._last.u_d + clip(wanted.u_d - self._last.u_d, -step, step)
-        index = self._route.index
-        return Reference(z_d, z_d_dot, z_d_ddot, z_d_dddot, psi_d, psi_d_dot, psi_d_ddot, u_d, index, across, *dither)
+        heading = (psi_d, psi_d_dot, psi_d_ddot)
+        route = self._route
+        return Reference(z_d, z_d_dot, z_d_ddot, z_d_dddot, *heading, u_d, route.index, across, *dither, route.item)
+
+    def restart(self) -> None:
+        """Begins the mission anew, for it is another one."""
+        self._route.reset()
+        self._learning.reset()
 
     def freeze(self) -> GuidanceMemory:
         """All it remembers."""
@@ -267,6 +278,7 @@ class Guidance:
             self._learning.freeze(),
             self._circle,
             self._pace,
+            self._bottom,
         )
 
     def thaw(self, memory: GuidanceMemory) -> None:
@@ -279,3 +291,4 @@ class Guidance:
         self._learning.thaw(memory.learning)
         self._circle = memory.circle
         self._pace = memory.pace
+        self._bottom = memory.bottom

@@ -1,28 +1,36 @@
-"""The mission's items, one after another: which leg or manoeuvre is being flown, and when the last is done."""
+"""The mission's items, one after another: which is being flown, and when the last is done."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
+from firmware_py.guidance.circle import Circle
 from firmware_py.guidance.line_of_sight import Leg, leg, passed
 from firmware_py.marine import wrap
-from firmware_py.records.order import Manoeuvre, Mission, Waypoint
+from firmware_py.records.fence import Place, nearest
+from firmware_py.records.order import Jump, Loiter, Manoeuvre, Mission, Step, Surface, Waypoint
 
 
 class Progress(NamedTuple):
     """How far the mission has come.
 
-    The waypoint that is steered for (as many as there are: the last is passed), how many of the manoeuvres before it
-    are done, and where its leg starts.
+    The item that is flown (as many as there are: all are), where its leg starts, and, for the jumps that were made, how
+    often each; of a loiter the bearing from its centre, rad, the angle gone around, rad, and the time, s, since its
+    circle was joined (NaN, 0, 0 before); of the way to a rally point that point.
     """
 
     next: int
-    done: int
-    start: Waypoint | None
+    start: Waypoint | None = None
+    jumped: tuple[tuple[int, int], ...] = ()
+    bearing: float = math.nan
+    turned: float = 0.0
+    spent: float = 0.0
+    rally: Place | None = None
 
 
-BEGINNING = Progress(0, 0, None)
+BEGINNING = Progress(0)
 _SHARPEST = math.radians(120.0)
 """A sharper corner is rounded like this one: the way before it would else grow without bound."""
 
@@ -30,93 +38,118 @@ _SHARPEST = math.radians(120.0)
 class Route:
     """Remembers `Progress`."""
 
-    def __init__(self, mission: Mission) -> None:
-        self._waypoints = mission.waypoints
-        self._manoeuvres = _before_each_waypoint(mission)
-        self._memory = BEGINNING
+    def __init__(self, mission: Mission, rally: Sequence[Place] = ()) -> None:
+        self._items = mission.items
+        self._rally = tuple(rally)
+        before = 0
+        self._before: list[int] = []
+        for item in self._items:
+            self._before.append(before)
+            before += isinstance(item, Waypoint)
+        self._before.append(before)
+        self._memory = self._from(0, BEGINNING)
 
     def __len__(self) -> int:
         """How many waypoints there are."""
-        return len(self._waypoints)
+        return self._before[-1]
+
+    @property
+    def item(self) -> int:
+        """The item that is flown; as many as there are once all are."""
+        return self._memory.next
 
     @property
     def index(self) -> int:
-        """The waypoint that is steered for."""
-        return self._memory.next
+        """How many waypoints come before it: the one that is steered for, where it is one."""
+        return self._before[self._memory.next]
 
     @property
     def empty(self) -> bool:
         """True if there is nothing to fly."""
-        return not any((self._waypoints, *self._manoeuvres))
+        return not self._items
 
     @property
     def finished(self) -> bool:
-        """True once the last waypoint is passed and nothing is left to be flown behind it."""
-        return self._memory.next == len(self._waypoints) and self.manoeuvre is None
+        """True once nothing is left to be flown."""
+        return self._memory.next == len(self._items)
+
+    @property
+    def current(self) -> Step | None:
+        """The item that is flown, a `Waypoint` also on the way to a rally point; None once all are."""
+        if self.finished:
+            return None
+        item, rally = self._items[self._memory.next], self._memory.rally
+        if rally is not None:
+            start = self._memory.start
+            return Waypoint(*rally, *((start.z, 0.0, start.above) if start else (0.0, 0.0)))
+        return item
 
     @property
     def manoeuvre(self) -> Manoeuvre | None:
-        """The manoeuvre that is to be flown where the boat is; None on a leg."""
-        here = self._manoeuvres[self._memory.next]
-        return here[self._memory.done] if self._memory.done < len(here) else None
+        """The manoeuvre that is to be flown where the boat is; None elsewhere."""
+        item = self.current
+        return item if isinstance(item, Manoeuvre) else None
 
-    @property
-    def end(self) -> Waypoint:
-        """The waypoint that is steered for; the last one after it was passed."""
-        return self._waypoints[min(self._memory.next, len(self._waypoints) - 1)]
+    def jump(self, item: int, x: float, y: float, z: float) -> None:
+        """Goes on with an item from this place, m; what was jumped so far is forgotten. None where there is none."""
+        if 0 <= item < len(self._items):
+            self._go(item, BEGINNING, x, y, z)
 
     def enter(self, x: float, y: float, z: float) -> None:
-        """Starts a leg at this place, m, to the waypoint that is next."""
-        self._memory = self._memory._replace(start=Waypoint(x, y, z, self.end.u))
+        """Starts a leg at this place, m, to what is next."""
+        self._memory = self._memory._replace(start=Waypoint(x, y, z, 0.0), bearing=math.nan)
+        self._seek(x, y)
 
     def leave(self, x: float, y: float, z: float) -> None:
-        """The manoeuvre is done: what comes next starts at this place, m."""
-        self._memory = self._memory._replace(done=self._memory.done + 1)
-        if self._memory.next < len(self._waypoints):
-            self.enter(x, y, z)
+        """The item is done: what comes next starts at this place, m."""
+        self._go(min(self._memory.next + 1, len(self._items)), self._memory, x, y, z)
 
     def follow(self, x: float, y: float, acceptance: float, radius: float, lag: float) -> Leg:
-        """The leg to fly from (x, y), m, once every waypoint within reach is passed; the last leg goes on for ever.
+        """The leg to fly from (x, y), m, to the waypoint that is next, once each one within reach is passed.
 
         Within reach is what is nearer than `acceptance`, or than the wheel-over point from which a turn of `radius`
-        that begins `lag` later, m, ends on the next leg. Where a manoeuvre follows, the leg stays the one behind.
+        that begins `lag` later, m, ends on the next leg. Where no waypoint follows, the leg stays the one behind.
         """
-        start = self._memory.start or Waypoint(x, y, self.end.z, self.end.u)
-        way = leg(start, self.end, x, y)
-        while self._on_a_leg and passed(way, max(acceptance, self._wheel_over(way, radius, lag)), acceptance):
-            after = self._memory.next + 1
-            if after < len(self._waypoints):
-                start = self.end
-            self._memory = Progress(after, 0, start)
-            if self._on_a_leg or self.finished:
-                way = leg(start, self.end, x, y)
+        end = self.current
+        assert isinstance(end, Waypoint)
+        start = self._memory.start or end._replace(x=x, y=y)
+        way = leg(start, end, x, y)
+        for _ in self._items:
+            if not passed(way, max(acceptance, self._wheel_over(end, way, radius, lag)), acceptance):
+                break
+            self._memory = self._from(self._memory.next + 1, self._memory)
+            self._memory = self._memory._replace(start=end)
+            self._seek(x, y)
+            after = self.current
+            if not isinstance(after, Waypoint):
+                break
+            start, end = end, after
+            way = leg(start, end, x, y)
         return way
 
-    @property
-    def _on_a_leg(self) -> bool:
-        return self._memory.next < len(self._waypoints) and self.manoeuvre is None
+    def circle(self, x: float, y: float, circle: Circle, slack: float, dt: float) -> bool:
+        """Goes on around a loiter's circle, which is joined within `slack` of it, m; True once it is over."""
+        memory, item = self._memory, self._items[self._memory.next]
+        assert isinstance(item, Loiter)
+        bearing = math.atan2(y - circle.y, x - circle.x)
+        off = abs(math.hypot(x - circle.x, y - circle.y) - abs(circle.radius))
+        if math.isnan(memory.bearing):
+            if off <= slack:
+                self._memory = memory._replace(bearing=bearing)
+            return False
+        turned = memory.turned + math.copysign(1.0, circle.radius) * wrap(bearing - memory.bearing)
+        spent = memory.spent + dt
+        self._memory = memory._replace(bearing=bearing, turned=turned, spent=spent)
+        return (item.turns > 0.0 and turned >= math.tau * item.turns) or (0.0 < item.duration <= spent)
 
-    def _wheel_over(self, way: Leg, radius: float, lag: float) -> float:
-        """How far before the waypoint to turn to the next leg, m: R tan(turn / 2) + lag, at most half a leg.
-
-        Not at all where there is no next, or a manoeuvre before it.
-        """
-        index = self._memory.next
-        if index + 1 >= len(self._waypoints) or self._manoeuvres[index + 1]:
-            return 0.0
-        here, there = self._waypoints[index], self._waypoints[index + 1]
-        dx, dy = there.x - here.x, there.y - here.y
-        turn = min(abs(wrap(math.atan2(dy, dx) - way.course)), _SHARPEST)
-        return min(radius * math.tan(0.5 * turn) + lag, 0.5 * way.length, 0.5 * math.hypot(dx, dy))
-
-    def depth(self, way: Leg) -> float:
+    def depth(self, end: Waypoint, way: Leg) -> float:
         """The depth, m, on the straight line from the leg's start to its end."""
-        start, end = self._memory.start, self.end
-        return end.z if start is None else start.z + way.share * (end.z - start.z)
+        start = self._memory.start
+        return end.z if start is None or start.above else start.z + way.share * (end.z - start.z)
 
     def reset(self) -> None:
         """Back to the first item."""
-        self._memory = BEGINNING
+        self._memory = self._from(0, BEGINNING)
 
     def freeze(self) -> Progress:
         """All it remembers."""
@@ -126,13 +159,53 @@ class Route:
         """Takes up again what `freeze` gave."""
         self._memory = memory
 
+    def _go(self, item: int, memory: Progress, x: float, y: float, z: float) -> None:
+        self._memory = self._from(item, memory)
+        self.enter(x, y, z)
 
-def _before_each_waypoint(mission: Mission) -> tuple[tuple[Manoeuvre, ...], ...]:
-    """The manoeuvres before each waypoint, and last those behind them all."""
-    groups: list[list[Manoeuvre]] = [[]]
-    for item in mission.items:
-        if isinstance(item, Manoeuvre):
-            groups[-1].append(item)
-        else:
-            groups.append([])
-    return tuple(map(tuple, groups))
+    def _seek(self, x: float, y: float) -> None:
+        """Chooses the rally point, where one is to be gone to; the mission is over where there is none."""
+        if not self.finished and self._memory.rally is None and isinstance(self._items[self._memory.next], Surface):
+            rally = nearest(self._rally, x, y)
+            done = len(self._items) if rally is None else self._memory.next
+            self._memory = self._memory._replace(next=done, rally=rally)
+
+    def _from(self, item: int, memory: Progress) -> Progress:
+        """Progress at the first item from `item` on that is to be flown, once all jumps on the way are made.
+
+        Jumps that lead only to jumps end the mission.
+        """
+        jumped = dict(memory.jumped)
+        if memory.rally is not None:
+            item = len(self._items)
+        for _ in range(2 * len(self._items)):
+            here = self._items[item] if item < len(self._items) else None
+            if isinstance(here, Jump):
+                made = jumped.get(item, 0)
+                if here.times < 0 or made < here.times:
+                    jumped[item] = made + (here.times >= 0)
+                    item = here.to
+                else:
+                    jumped.pop(item, None)  # a loop around this one finds it fresh
+                    item += 1
+            elif isinstance(here, Surface) and not (here.rally and self._rally):
+                item = len(self._items)
+            else:
+                return Progress(item, jumped=tuple(jumped.items()))
+        return Progress(len(self._items))
+
+    def _wheel_over(self, here: Waypoint, way: Leg, radius: float, lag: float) -> float:
+        """How far before the waypoint to turn to the next leg, m: R tan(turn / 2) + lag, at most half a leg.
+
+        Not at all where no waypoint is next.
+        """
+        after = self._memory.next + 1
+        there = self._items[after] if after < len(self._items) and self._memory.rally is None else None
+        if isinstance(there, Jump):
+            after = self._from(after, self._memory).next
+            there = self._items[after] if after < len(self._items) else None
+        if not isinstance(there, Waypoint):
+            return 0.0
+        dx, dy = there.x - here.x, there.y - here.y
+        turn = min(abs(wrap(math.atan2(dy, dx) - way.course)), _SHARPEST)
+        return min(radius * math.tan(0.5 * turn) + lag, 0.5 * way.length, 0.5 * math.hypot(dx, dy))

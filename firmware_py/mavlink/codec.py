@@ -37,6 +37,8 @@ class Codec:
         """Messages that should have been signed and were not, or wrongly, or not lately."""
         self.unsayable = 0
         """Messages with a number that its field cannot hold."""
+        self.unknown = 0
+        """Frames of an id that the dialect does not have: newer messages or noise, for no checksum can tell."""
         self.dropped = 0
         """Datagrams that were not read to their end, for want of time."""
 
@@ -79,14 +81,19 @@ class Codec:
         return messages, looked
 
     def _decode(self, frame: bytes, messages: list[Message]) -> bool:
-        """Appends the frame's message, unless it is refused; False if it is no frame."""
+        """Appends the frame's message, unless it is refused or of no known id; False if it is no frame."""
         rejected = self._mav.signing.reject_count
         try:
-            messages.append(self._mav.decode(bytearray(frame)))
+            message = self._mav.decode(bytearray(frame))
         except dialect.MAVError:
             if self._mav.signing.reject_count == rejected:
                 return False
             self.refused += 1
+            return True
+        if message.get_msgId() == dialect.MAVLINK_MSG_ID_UNKNOWN:
+            self.unknown += 1
+        else:
+            messages.append(message)
         return True
 
 

@@ -1,6 +1,6 @@
 """COMMAND_LONG, COMMAND_INT and SET_MODE: every command gets one answer, if only that it is not supported.
 
-Here are arming, modes and the mission's course; `Requests`, `Setpoints` and `Upkeep` do the other commands.
+Here are arming, modes and pausing; `Requests`, `Setpoints`, `Upkeep` and `Missions` do the other commands.
 """
 
 from __future__ import annotations
@@ -9,27 +9,25 @@ import math
 from collections.abc import Callable, Mapping
 
 from firmware_py.mavlink.codec import Message, dialect
-from firmware_py.mavlink.modes import KNOWN, Identity, mode_of, standard_mode
+from firmware_py.mavlink.modes import KNOWN, mode_of, standard_mode
 from firmware_py.mavlink.orders import Orders, Wish
 from firmware_py.mavlink.voice import DENIED, UNSUPPORTED, WARNING, Command, Do, Voice
-from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Mode
+from firmware_py.records.order import Arming, Mode
 from firmware_py.schedule import Tick
 
 
 class Commands:
     """The commands of one link; `others` are those that are done elsewhere."""
 
-    def __init__(self, link: int, voice: Voice, identity: Identity, orders: Orders, others: Mapping[int, Do]) -> None:
+    def __init__(self, link: int, voice: Voice, orders: Orders, others: Mapping[int, Do]) -> None:
         self._link = link
         self._voice = voice
-        self._identity = identity
         self._orders = orders
         self._do: dict[int, Do] = {
             dialect.MAV_CMD_COMPONENT_ARM_DISARM: self._arm,
             dialect.MAV_CMD_RUN_PREARM_CHECKS: self._check,
             dialect.MAV_CMD_DO_SET_MODE: self._set_mode,
             dialect.MAV_CMD_DO_SET_STANDARD_MODE: self._set_standard_mode,
-            dialect.MAV_CMD_MISSION_START: self._start,
             dialect.MAV_CMD_DO_PAUSE_CONTINUE: self._pause,
             dialect.MAV_CMD_NAV_LOITER_UNLIM: self._mode(Mode.LOITER),
             dialect.MAV_CMD_NAV_LAND: self._mode(Mode.SURFACE),
@@ -45,9 +43,14 @@ class Commands:
             dialect.MAVLINK_MSG_ID_SET_MODE: self._old_set_mode,
         }
 
+    def learn(self, others: Mapping[int, Do]) -> None:
+        """More commands that are done elsewhere."""
+        self._do |= others
+
     def answer(self, wish: Wish, result: int) -> None:
-        """COMMAND_ACK for a wish."""
-        self._acknowledge(wish.command, result, wish.system, wish.component)
+        """COMMAND_ACK for a wish, unless it came by a message that is no command."""
+        if wish.command:
+            self._acknowledge(wish.command, result, wish.system, wish.component)
 
     def _long(self, tick: Tick, m: Message) -> None:
         params = (m.param1, m.param2, m.param3, m.param4, m.param5, m.param6, m.param7)
@@ -106,16 +109,6 @@ class Commands:
         if result is not None:
             self._acknowledge(command.number, result, command.system, command.component)
 
-    def _start(self, tick: Tick, command: Command) -> int | None:
-        """The mission from an item, or with none (0, as stations write it) from where it was left."""
-        first = command.params[0]
-        if not math.isfinite(first) or not 0.0 <= first < 2**15:
-            return DENIED
-        home = self._identity is Identity.ARDUSUB  # takes item 0 for the home, which the mission has not
-        jump = int(first) - home if first else NO_ORDER.jump
-        self._wish(tick, command, Arming.KEEP, Mode.MISSION, jump)
-        return None
-
     def _pause(self, tick: Tick, command: Command) -> int | None:
         mode = {0.0: Mode.LOITER, 1.0: Mode.MISSION}.get(command.params[0])
         if mode is None:
@@ -130,6 +123,6 @@ class Commands:
 
         return do
 
-    def _wish(self, tick: Tick, command: Command, arming: Arming, mode: Mode | None, jump: int = NO_ORDER.jump) -> None:
+    def _wish(self, tick: Tick, command: Command, arming: Arming, mode: Mode | None) -> None:
         who = (self._link, command.system, command.component, command.number)
-        self._orders.ask(Wish(*who, arming, mode, KEEP_SETPOINT, jump), command.again, tick.t_ns)
+        self._orders.ask(Wish(*who, arming, mode), command.again, tick.t_ns)

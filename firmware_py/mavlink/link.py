@@ -18,6 +18,7 @@ from firmware_py.mavlink.streams import HIGH_LATENCY, PACES, Streams
 from firmware_py.mavlink.telemetry import Maker
 from firmware_py.mavlink.texts import Texts
 from firmware_py.mavlink.upkeep import Upkeep
+from firmware_py.mavlink.voice import Do
 from firmware_py.records.cycle import Cycle
 from firmware_py.schedule import NS_PER_S, Tick
 
@@ -55,7 +56,7 @@ class Link:
         requests = Requests(self, door.identity, self._streams, makers)
         self.setpoints, upkeep = Setpoints(number, self, orders, sea), Upkeep(self, orders, sea)
         others = requests.does() | self.setpoints.does() | upkeep.does()
-        self._commands = Commands(number, self, door.identity, orders, others)
+        self._commands = Commands(number, self, orders, others)
         self._hear: dict[int, Callable[[Tick, Message], None]] = {
             **self._commands.hears(),
             **requests.hears(),
@@ -67,6 +68,7 @@ class Link:
         self._signed = SignedMavlink(system, number, signing) if signing is not None else None
         self.codec = Codec(system, door.stream, self._signed)
         self._credit = 0.0
+        self._crowded = False
         self._complained = (0, 0)
         self.dropped = 0
         """Datagrams beyond what a tick may hear, and messages beyond what may wait."""
@@ -79,6 +81,10 @@ class Link:
         """Takes a service in; services say what they have in turn, where a tick has room left."""
         self._hear |= service.hears()
         self._services.append(service)
+
+    def learn(self, does: Mapping[int, Do]) -> None:
+        """Takes in what a service does by command."""
+        self._commands.learn(does)
 
     def hear(self, tick: Tick, datagrams: Sequence[bytes]) -> None:
         """Takes what came since the last tick; what is too much for one tick is dropped."""
@@ -95,7 +101,10 @@ class Link:
                     hear(tick, message)
 
     def report(self, cycle: Cycle) -> bytes:
-        """The datagram of this tick: answers and sentences, what was asked for, and always room for a stream."""
+        """The datagram of this tick: answers and sentences, what was asked for; the rest is for streams and services.
+
+        Streams go first; services do after a tick in which there was no room for them, however much is streamed.
+        """
         t_ns, waiting = cycle.tick.t_ns, self._waiting
         self._complain(t_ns)
         if not self._room(cycle.tick):
@@ -105,18 +114,20 @@ class Link:
         while self._shown and len(said) + len(names) < SAID_PER_TICK - 1:
             names.append(next(iter(self._shown)))
             del self._shown[names[-1]]
-        names += self._streams.due(t_ns, SAID_PER_TICK - len(said) - len(names))
+        crowded = self._crowded  # streams had all the room of the last tick: services go first in this one
+        served = self._served(cycle.tick, SAID_PER_TICK - len(said) - len(names)) if crowded else []
+        names += self._streams.due(t_ns, max(0, SAID_PER_TICK - len(said) - len(names) - len(served)))
         for name in names:
             message = self._makers[name](cycle)
             if message is not None:
                 if name == dialect.MAVLINK_MSG_ID_SYS_STATUS:
                     message.errors_comm = min(self.lost, 65535)
                 said.append(message)
-        for _ in range(len(self._services)):
-            if len(said) >= SAID_PER_TICK:
-                break
-            said += self._services[0].due(cycle.tick)
-            self._services.rotate(-1)
+        said += served
+        room = SAID_PER_TICK - len(said)
+        self._crowded = room <= 0 and not crowded
+        if room > 0 and not crowded:
+            said += self._served(cycle.tick, room)
         if not said:
             return b""
         if self._signed is not None:
@@ -124,6 +135,16 @@ class Link:
         datagram = b"".join([self.codec.pack(message) for message in said])
         self._credit -= len(datagram)
         return datagram
+
+    def _served(self, tick: Tick, room: int) -> list[Message]:
+        """What services have to say, in turn, until there is no room."""
+        said: list[Message] = []
+        for _ in range(len(self._services)):
+            if len(said) >= room:
+                break
+            said += self._services[0].due(tick)
+            self._services.rotate(-1)
+        return said
 
     @property
     def lost(self) -> int:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from firmware_py.marine import Origin
-from firmware_py.mavlink import metadata, parameters
+from firmware_py.mavlink import chart, metadata, parameters
+from firmware_py.mavlink.chart import Chart, Draft
 from firmware_py.mavlink.codec import dialect
 from firmware_py.mavlink.door import Door
 from firmware_py.mavlink.files import Files
@@ -17,7 +18,8 @@ from firmware_py.mavlink.identity import autopilot_version, heartbeat
 from firmware_py.mavlink.lateness import Lateness
 from firmware_py.mavlink.link import Link
 from firmware_py.mavlink.logs import Logs
-from firmware_py.mavlink.modes import current_mode, modes_monitor
+from firmware_py.mavlink.missions import Missions
+from firmware_py.mavlink.modes import Identity, current_mode, modes_monitor
 from firmware_py.mavlink.motion import Motion
 from firmware_py.mavlink.orders import Orders
 from firmware_py.mavlink.parameters import Book, Parameters
@@ -36,7 +38,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode, Order
 from firmware_py.schedule import Tick
 
-KEPT = (parameters.FILE,)
+KEPT = (parameters.FILE, *chart.FILES.values())
 """The names of all that `Node.saves` may ever give."""
 
 
@@ -66,17 +68,19 @@ class Node:
         coefficients: Sequence[str] = (),
         signing: Signing | None = None,
         book: Book | None = None,
+        plans: Mapping[int, Draft] | None = None,
     ) -> None:
         """`doors` has one for each link, `coefficients` the names of what is learned, as the records order it.
 
-        With `signing`, all links are signed. `book` has the parameters.
+        With `signing`, all links are signed. `book` has the parameters, `plans` mission, fence and rally points.
         """
         self._params = params
         self._orders = Orders()
         self._standing = Standing()
         sea = Sea(origin, params.telemetry.surface_altitude)
+        self._chart = Chart(sea, plans)
         self._late = Lateness()
-        status = Status(actuators, self._late)
+        status = Status(actuators, self._late, self._chart)
         shared = Telemetry(params.telemetry, origin, actuators.n_max).makers() | status.makers()
         shared |= Motion(sea.surface).makers()
         calendar = Calendar()
@@ -93,7 +97,7 @@ class Node:
             )
             for i, door in enumerate(doors)
         )
-        self._keepers: list[Keeper] = [signing] if signing is not None else []
+        self._keepers: list[Keeper] = [self._chart] if signing is None else [self._chart, signing]
         if book is not None:
             self._serve_parameters(book, doors)
         self._tree = Tree(self.files)
@@ -101,6 +105,11 @@ class Node:
             link.serve(Files(self._tree))
             link.serve(Logs(self._tree, link, lambda: self._standing.mode is not Mode.DISARMED))
             link.serve(Times(calendar, link))
+        for i, (link, door) in enumerate(zip(self.links, doors, strict=True)):
+            missions = Missions(i, self._chart, link, self._orders, door.identity)
+            link.serve(missions)
+            link.learn(missions.does())
+            link.setpoints.breach = self._chart.breach
 
     def hear(self, tick: Tick, link: int, datagrams: Sequence[bytes]) -> None:
         """Takes what came by a link since the last tick."""
@@ -120,6 +129,7 @@ class Node:
         """What each link has to say of a cycle; empty in most."""
         self._standing.watch(cycle)
         self._late.watch(cycle)
+        self._chart.watch(cycle)
         for event in cycle.events:
             matters = severity(event)
             for link in self.links:
@@ -133,8 +143,11 @@ class Node:
         """What a station asked for of a disarmed vehicle: "reboot" or "shutdown"; empty until then."""
         return self._orders.ending
 
-    def limit(self, depth_max: float) -> None:
-        """The supervisor's limit, m: stations are told that no setpoint may be deeper."""
+    def limit(self, depth_max: float, altitude_min: float | None = None) -> None:
+        """The supervisor's limits, m: stations are told that no setpoint or mission may go beyond."""
+        self._chart.depth_max = depth_max
+        if altitude_min is not None:
+            self._chart.altitude_min = altitude_min
         for link in self.links:
             link.setpoints.depth_max = depth_max
 
@@ -156,6 +169,10 @@ class Node:
                 identity, cycle.mode.mode, standing.intended
             ),
             dialect.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR: lambda _: modes_monitor(),
+            dialect.MAVLINK_MSG_ID_MISSION_CURRENT: lambda cycle: self._chart.current(
+                cycle, home=identity is Identity.ARDUSUB
+            ),
+            dialect.MAVLINK_MSG_ID_FENCE_STATUS: self._chart.fence_status,
             dialect.MAVLINK_MSG_ID_HIGH_LATENCY2: briefly.message,
         }
 
@@ -171,6 +188,8 @@ class Node:
         table, _, rest = key.partition(".")
         if key == "safety.depth_max_m":
             self.limit(value)
+        if key == "safety.altitude_min_m":
+            self._chart.altitude_min = value
         if table == "mavlink":
             self._params = replaced(self._params, {rest: value}, table)
             for link in self.links:

@@ -33,6 +33,7 @@ _NOT_NOW, _TYPE_MISMATCH = dialect.MAV_PARAM_ERROR_PERMISSION_DENIED, 6
 """The dialect has no name for the sixth, MAV_PARAM_ERROR_TYPE_MISMATCH."""
 _WARNING, _NOTICE = dialect.MAV_SEVERITY_WARNING, dialect.MAV_SEVERITY_NOTICE
 _MOST_SETS = 16
+_NEVER = -(2**31)
 _HEADER = "# What ground stations have changed; it is laid over autopilot.toml at the next start.\n"
 
 
@@ -63,17 +64,31 @@ class Book:
         self.index = {setting.name: i for i, setting in enumerate(self.settings)}
         self._checker = checker
         self._voices: list[Callable[[int], None]] = []
+        self._wants: list[Callable[[], bool]] = []
         self._takers: list[Callable[[str, Any], None]] = []
         self._changes: list[str] = []
         self._unsaved = False
+        self._tried_k = _NEVER
 
-    def listen(self, tell: Callable[[int], None]) -> None:
-        """`tell` is told the place of every value that was set."""
+    def listen(self, tell: Callable[[int], None], wants: Callable[[], bool]) -> None:
+        """`tell` is told the place of every value that was set; `wants` says whether values wait to be tried."""
         self._voices.append(tell)
+        self._wants.append(wants)
 
     def watch(self, take: Callable[[str, Any], None]) -> None:
         """`take` is told the dotted key of every change that takes effect at once, and its value as TOML has it."""
         self._takers.append(take)
+
+    def turn(self, k: int, last: int) -> bool:
+        """Whether a link that tried a value in tick `last` may try one in tick `k`: one may in a tick, each in turn.
+
+        To try and to adopt a value takes milliseconds, for whole parts of the vehicle are made anew.
+        """
+        waiting = sum(wants() for wants in self._wants)
+        if k == self._tried_k or k - last < waiting:
+            return False
+        self._tried_k = k
+        return True
 
     def set(self, name: str, value: float, armed: bool) -> None:
         """Sets a value, as a station has sent it.
@@ -116,9 +131,13 @@ class Book:
         if not self._unsaved:
             return []
         self._unsaved = False
-        differing = dict.fromkeys(s.key for s in self.settings if s.value != s.base)
+        entries: dict[str, list[Setting]] = {}
+        for setting in self.settings:
+            entries.setdefault(setting.key, []).append(setting)
         lines = (
-            f"{key} = {json.dumps(_toml_value([s for s in self.settings if s.key == key]))}\n" for key in differing
+            f"{key} = {json.dumps(_toml_value(found))}\n"
+            for key, found in entries.items()
+            if any(s.value != s.base for s in found)
         )
         return [(FILE, (_HEADER + "".join(lines)).encode())]
 
@@ -156,7 +175,8 @@ class Parameters:
         """Up to where the list is told; all of it while nobody asks."""
         self._told: dict[int, None] = {}
         self._sets: deque[_Set] = deque()
-        book.listen(self._tell)
+        self._tried_k = _NEVER
+        book.listen(self._tell, lambda: bool(self._sets))
 
     def hears(self) -> dict[int, Hear]:
         """See `service.Service`."""
@@ -166,10 +186,12 @@ class Parameters:
             dialect.MAVLINK_MSG_ID_PARAM_SET: self._set,
         }
 
-    def due(self, tick: Tick) -> list[Message]:  # noqa: ARG002
+    def due(self, tick: Tick) -> list[Message]:
         """Values that were set or asked for, then the list; one new value is tried in a tick."""
-        if self._sets:
-            self._try(self._sets.popleft())
+        if self._sets and self._book.turn(tick.k, self._tried_k):
+            self._tried_k = tick.k
+            if not self._try(self._sets.popleft()):
+                return []  # the error is said first: a station that hears its old value before that asks again
         if self._told:
             i = next(iter(self._told))
             del self._told[i]
@@ -201,7 +223,8 @@ class Parameters:
             system, component = message.get_srcSystem(), message.get_srcComponent()
             self._sets.append(_Set(system, component, message.param_id, message.param_value, message.param_type))
 
-    def _try(self, asked: _Set) -> None:
+    def _try(self, asked: _Set) -> bool:
+        """Whether the value was taken; if not, the station is told why."""
         i = self._book.index.get(asked.name, -1)
         try:
             self._book.set(asked.name, self._number(asked, i), self._armed())
@@ -214,6 +237,8 @@ class Parameters:
                 )
             )
             self._voice.tell(str(refusal), _WARNING)
+            return False
+        return True
 
     def _number(self, asked: _Set, i: int) -> float:
         """The number that was sent: as it is, or of four bytes that are an integer's."""

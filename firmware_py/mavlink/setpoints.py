@@ -75,11 +75,15 @@ class Sea(NamedTuple):
 
 
 class Setpoints:
-    """Of one link. `depth_max` is the supervisor's limit, m: what is deeper is refused, not obeyed and undone."""
+    """Of one link. `depth_max` is the supervisor's limit, m: what is deeper is refused, not obeyed and undone.
+
+    So is a place with which something is wrong by `breach`, which says what.
+    """
 
     def __init__(self, link: int, voice: Voice, orders: Orders, sea: Sea) -> None:
         self._link, self._voice, self._orders, self._sea = link, voice, orders, sea
         self.depth_max = math.inf
+        self.breach: Callable[[float, float], str] = lambda _x, _y: ""
         self._told_ns: dict[int, int] = {}
 
     def does(self) -> dict[int, Do]:
@@ -107,7 +111,7 @@ class Setpoints:
         def do(tick: Tick, command: Command) -> int | None:
             try:
                 setpoint, mode = maker(command)
-                self._refuse_deep(setpoint)
+                self._refuse_beyond(setpoint)
                 if mode is None and (why := heeds(self._orders.mode, setpoint)):
                     raise Refusal(why, REJECTED)
             except Refusal as refusal:
@@ -173,7 +177,7 @@ class Setpoints:
         asker = Asker(self._link, m.get_srcSystem(), m.get_srcComponent(), 0)
         try:
             setpoint = self._targeted(m)
-            self._refuse_deep(setpoint)
+            self._refuse_beyond(setpoint)
             if why := heeds(self._orders.mode, setpoint):
                 raise Refusal(why)
         except Refusal as refusal:
@@ -203,9 +207,11 @@ class Setpoints:
             raise Refusal(f"type_mask {mask} leaves nothing to follow")
         return Setpoint(depth, psi_d, u_d, x, y)
 
-    def _refuse_deep(self, setpoint: Setpoint) -> None:
+    def _refuse_beyond(self, setpoint: Setpoint) -> None:
         if setpoint.z_d > self.depth_max:
             raise Refusal(f"depth {setpoint.z_d:.1f} m, limit {self.depth_max:g} m")
+        if why := self.breach(setpoint.x, setpoint.y):
+            raise Refusal(f"the place is {why}")
 
     def _attitude(self, tick: Tick, m: Message) -> None:
         self._tell_seldom(tick, m, "attitude cannot be set; set depth and heading")

@@ -6,12 +6,14 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from firmware_py.mavlink.chart import Chart
 from firmware_py.mavlink.codec import Message, dialect
 from firmware_py.mavlink.lateness import Lateness
 from firmware_py.mavlink.scale import INT16, UINT16, boot_ms, boot_us, boot_us32, whole
 from firmware_py.mavlink.telemetry import Maker
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import Learned
+from firmware_py.records.fence import NO_FENCE
 from firmware_py.schedule import NS_PER_S
 
 _RECENT = 2.0
@@ -32,6 +34,7 @@ _KNOWN_PLACE = 10.0
 _RATIO = 9.0
 """A test ratio of 1 is a mean square of innovations of 3 sigma; a consistent filter has 1/9."""
 _BESIDE = ("nis_dvl", "nis_gyro", "nis_att", "current_n", "current_e", "turbulence")
+_FENCE: int = dialect.MAV_SYS_STATUS_GEOFENCE
 _PRESENT = _GYRO | _AHRS | _PRESSURE | _GPS | _DVL | _ALTIMETER | _FINS | _BATTERY | _EXTENDED
 
 
@@ -45,8 +48,8 @@ class Actuators(NamedTuple):
 class Status:
     """Makers of the messages on health and actuators."""
 
-    def __init__(self, actuators: Actuators, late: Lateness) -> None:
-        self._late = late
+    def __init__(self, actuators: Actuators, late: Lateness, chart: Chart) -> None:
+        self._late, self._chart = late, chart
         self._full = (*actuators.delta_max, actuators.n_max)
 
     def makers(self) -> dict[int, Maker]:
@@ -73,11 +76,13 @@ class Status:
             (_ALTIMETER, math.isfinite(state.altitude)),
             (_FINS, all(fin.usable(t, _RECENT) for fin in frame.fins)),
             (_BATTERY, frame.battery.usable(t, _RECENT)),
+            (_FENCE, not self._chart.outside),  # some stations take a fence that is not there for a broken one
         ):
             health |= bit if healthy else 0
+        present = _PRESENT if self._chart.fence == NO_FENCE else _PRESENT | _FENCE
         return dialect.MAVLink_sys_status_message(
-            _PRESENT,
-            _PRESENT,
+            present,
+            present,
             health,
             0,
             whole(battery.voltage, _MV, UINT16, unknown=65535),

@@ -49,6 +49,8 @@ PACES: dict[int, Pace] = {
     dialect.MAVLINK_MSG_ID_HOME_POSITION: _pace(1, 640),
     dialect.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: _pace(1, 740),
     dialect.MAVLINK_MSG_ID_CURRENT_MODE: _pace(1, 840),
+    dialect.MAVLINK_MSG_ID_MISSION_CURRENT: _pace(1, 940),
+    dialect.MAVLINK_MSG_ID_FENCE_STATUS: _pace(1, 270),
 }
 
 HIGH_LATENCY = {dialect.MAVLINK_MSG_ID_HIGH_LATENCY2: Pace(5000 * _MS, 0)}

@@ -22,7 +22,8 @@ class Reference:
 
     `z_d` to `z_d_dddot` come from the depth reference model, `psi_d` to `psi_d_ddot` from the heading's; `waypoint` is
     the index of the leg being flown, `cross_track` the distance to starboard of it, m (NaN off a leg). In a learning
-    manoeuvre `delta_s` and `delta_r` (rad) are fin angles to be added to the share `grip` of what the laws ask.
+    manoeuvre `delta_s` and `delta_r` (rad) are fin angles to be added to the share `grip` of what the laws ask. `item`
+    is the mission's item that is next or being flown, as many as there are once all are flown.
     """
 
     z_d: float
@@ -38,6 +39,7 @@ class Reference:
     delta_s: float = 0.0
     delta_r: float = 0.0
     grip: float = 1.0
+    item: int = 0
 
 
 @dataclass(frozen=True, slots=True)

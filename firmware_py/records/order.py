@@ -76,8 +76,8 @@ class Order:
 
     `jump` is the mission's item to fly next, -1 none; `asker` is who asked for mode, arming or setpoint. `changes` are
     JSON documents of what is changed for good, adopted in their order before anything else: {"parameters": {dotted key:
-    value, both as in autopilot.toml}} or {"mission": as `records.mission.plain` has it}. A log keeps them beside the
-    cycles, for they have no fixed length.
+    value, both as in autopilot.toml}} or {"mission": as `records.mission.plain` has it}, or {"fence": ...}, {"rally":
+    ...} as `records.fence` has them. A log keeps them beside the cycles, for they have no fixed length.
     """
 
     arming: Arming = Arming.KEEP
@@ -102,12 +102,46 @@ NO_ORDER = Order()
 
 
 class Waypoint(NamedTuple):
-    """A place to pass: x, y (m, local NED), depth z (m, or altitude), speed u (m/s)."""
+    """A place to pass: x, y (m, local NED), depth z (m), speed u (m/s, 0 the cruising speed).
+
+    `above`: z is how high above the bottom, m.
+    """
 
     x: float
     y: float
     z: float
     u: float
+    above: bool = False
+
+
+class Loiter(NamedTuple):
+    """A circle about x, y at z, with speed u, all as a `Waypoint` has it, until one of `turns` and `duration` is over.
+
+    `radius`, m, is positive to starboard, negative to port; 0 leaves it to the guidance, which may also widen it.
+    `turns` are counted and `duration`, s, runs from where the circle is joined; 0 sets no end.
+    """
+
+    x: float
+    y: float
+    z: float
+    u: float
+    above: bool
+    radius: float
+    turns: float
+    duration: float
+
+
+class Jump(NamedTuple):
+    """Go on with item `to`, counted from 0, so many `times`, then with the next one; -1 times is for ever."""
+
+    to: int
+    times: int
+
+
+class Surface(NamedTuple):
+    """The end of the mission, whatever comes behind it; `rally`: first to the nearest rally point, if there is one."""
+
+    rally: bool = False
 
 
 class Kind(enum.Enum):
@@ -146,13 +180,32 @@ class Manoeuvre:
             raise ParamError("delta_s_deg and delta_r_deg are both 0: nothing would move; give one of them an angle")
 
 
+Step = Waypoint | Loiter | Jump | Surface | Manoeuvre
+"""An item of a mission."""
+
+
 @dataclass(frozen=True, slots=True)
 class Mission:
-    """Waypoints and manoeuvres in order; at the end the vehicle surfaces."""
+    """What is flown, item after item; at the end the vehicle surfaces."""
 
-    items: tuple[Waypoint | Manoeuvre, ...] = ()
+    items: tuple[Step, ...] = ()
 
     @property
     def waypoints(self) -> tuple[Waypoint, ...]:
         """Those of the items that are places."""
         return tuple(item for item in self.items if isinstance(item, Waypoint))
+
+
+class Prepared(str):
+    """A document of `Order.changes` with the mission that it says, made beforehand.
+
+    To make a long one of the document would take longer than a cycle may; a replay, which has the time, does so.
+    """
+
+    mission: Mission
+
+    def __new__(cls, document: str, mission: Mission) -> Prepared:
+        """The document, and what it says."""
+        made = super().__new__(cls, document)
+        made.mission = mission
+        return made

@@ -9,6 +9,7 @@ Why the table says what it says:
   propeller must not start minutes later, perhaps on deck.
 - Without depth the vehicle still climbs: the estimate of depth goes on by dead reckoning, good enough to come up. That
   it came up is then told by a position fix, which is not to be had under water.
+- Beyond the fence it surfaces too: the way back could lead through what the fence is there for.
 - Sticks that fall silent are no rule: MANUAL bounds their age and centres them, and a neutral vehicle waits.
 """
 
@@ -56,6 +57,9 @@ class SafetyParams:
     late_max: int = param(
         10, low=0, high=1000, doc="More cycles of the last second late than this: surface.", mav="LATE_MAX"
     )
+    fence_time: float = param(
+        1.0, unit="s", low=0.0, high=60.0, doc="Beyond the fence for so long: surface.", mav="FENCE_TIME"
+    )
     surface_depth: float = param(
         0.5, unit="m", low=0.0, high=5.0, doc="Less deep than this is the surface.", mav="SURF_DEPTH"
     )
@@ -91,6 +95,8 @@ class Conditions(NamedTuple):
     mission_done: bool
     tilt: float
     fins_heard: bool
+    breach: str = ""
+    """What is wrong with the place, by the fence."""
 
 
 class Rule(NamedTuple):
@@ -128,6 +134,8 @@ RULES: tuple[Rule, ...] = (
          "depth {c.depth:.2f} m, limit {p.depth_max:g} m"),
     Rule("altitude",      lambda c, p: c.altitude < p.altitude_min, "altitude_time", SURFACE,
          "altitude {c.altitude:.2f} m, floor {p.altitude_min:g} m"),
+    Rule("fence",         lambda c, _: c.breach != "", "fence_time", SURFACE,
+         "{c.breach}"),
     Rule("late cycles",   lambda c, p: c.late > p.late_max, "", SURFACE,
          "{c.late} cycles late within a second, limit {p.late_max}"),
     Rule("mission end",   lambda c, _: c.mission_done and c.wanted is Mode.MISSION, "", SURFACE,

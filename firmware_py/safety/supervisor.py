@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.fence import NO_FENCE, Fence
 from firmware_py.records.order import Arming, Mode, Order
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.rules import ARMING, RULES, Conditions, Rule, SafetyParams, safer
@@ -32,8 +33,9 @@ class Supervisor:
 
     events: tuple[str, ...]
 
-    def __init__(self, params: SafetyParams, has_mission: bool = True) -> None:
+    def __init__(self, params: SafetyParams, has_mission: bool = True, fence: Fence = NO_FENCE) -> None:
         self._params = params
+        self._fence = fence
         self._has_mission = has_mission
         self._rules = tuple(
             (rule.holds, round(getattr(params, rule.time) * NS_PER_S) if rule.time else 0) for rule in RULES
@@ -124,6 +126,7 @@ class Supervisor:
             tilt=max(abs(eta.phi), abs(eta.theta)),
             fins_heard=wanted is self._memory.mode  # it matters on arming alone, and costs a microsecond
             or all(fin.usable(t, params.fin_timeout) and math.isfinite(fin.value) for fin in frame.fins),
+            breach=self._fence.breach(eta.x, eta.y),
         )
 
     def _refusals(self, c: Conditions, held: tuple[int, ...]) -> list[str]:

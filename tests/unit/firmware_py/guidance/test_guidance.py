@@ -161,11 +161,11 @@ def test_mission_resumes_its_leg_from_the_place_of_return() -> None:
     assert back.cross_track == pytest.approx(0.0, abs=1e-6)
 
 
-def test_a_mission_without_waypoints_is_never_finished_and_flies_straight_on() -> None:
+def test_a_mission_without_items_is_over_at_once_and_flies_straight_on_until_it_surfaces() -> None:
     boat = Kinematic(Guidance(GuidanceParams(), Mission()), psi=0.3, u=1.0)
     boat.run(Mode.MANUAL, 0.1)
     assert boat.run(Mode.MISSION, 5.0)[-1].psi_d == pytest.approx(0.3)
-    assert not boat.guidance.finished
+    assert boat.guidance.finished
 
 
 @pytest.mark.parametrize("course", [0.0, 1.0, 3.1, -2.0])

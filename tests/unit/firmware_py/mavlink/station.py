@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.marine import Eta, Nu, Origin
+from firmware_py.mavlink.chart import Draft
 from firmware_py.mavlink.door import Door
 from firmware_py.mavlink.identity import Identity
 from firmware_py.mavlink.node import MavlinkParams, Node
@@ -104,9 +105,10 @@ def node(
     identities: Iterable[Identity] = (Identity.ARDUSUB,),
     system: int = 1,
     coefficients: Sequence[str] = (),
+    plans: Mapping[int, Draft] | None = None,
 ) -> Node:
     params = MavlinkParams(system=system, telemetry=TelemetryParams(surface_altitude=surface))
-    return Node(params, ORIGIN, ACTUATORS, tuple(map(Door, identities)), coefficients)
+    return Node(params, ORIGIN, ACTUATORS, tuple(map(Door, identities)), coefficients, plans=plans)
 
 
 def parse(datagram: bytes) -> list:

@@ -28,6 +28,7 @@ OURS = {
     *(mavlink.MAV_CMD_DO_REPOSITION, mavlink.MAV_CMD_DO_CHANGE_SPEED, mavlink.MAV_CMD_DO_CHANGE_ALTITUDE),
     *(mavlink.MAV_CMD_GUIDED_CHANGE_SPEED, mavlink.MAV_CMD_GUIDED_CHANGE_ALTITUDE),
     *(mavlink.MAV_CMD_GUIDED_CHANGE_HEADING, mavlink.MAV_CMD_CONDITION_YAW, mavlink.MAV_CMD_DO_SET_HOME),
+    *(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT, mavlink.MAV_CMD_DO_FENCE_ENABLE),
     *(mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, mavlink.MAV_CMD_PREFLIGHT_CALIBRATION),
 }
 COMMANDS = sorted(
@@ -374,6 +375,9 @@ def test_capabilities_claim_what_there_is_and_one_encoding(identity: Identity, e
         | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
         | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
         | mavlink.MAV_PROTOCOL_CAPABILITY_FTP
+        | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_INT
+        | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
+        | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_RALLY
         | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
         | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT
     )
@@ -433,4 +437,4 @@ def test_what_every_link_says_is_the_same_bytes_for_the_same_inputs() -> None:
         return [datagram for k in range(200) for datagram in boat.report(cycle(k))]
 
     assert run() == run()
-    assert sum(map(len, map(parse, run()))) == 2 * 2 * (2 * 10 + 5 * 5 + 7 * 2 + 9 * 1)
+    assert sum(map(len, map(parse, run()))) == 2 * 2 * (2 * 10 + 5 * 5 + 7 * 2 + 11 * 1)

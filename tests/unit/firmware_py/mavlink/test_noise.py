@@ -11,6 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink import link as limits
 from firmware_py.mavlink.codec import Codec
+from firmware_py.mavlink.streams import PACES
 from firmware_py.records.order import NO_ORDER, Arming
 
 from .station import Boat, cycle, node, parse
@@ -81,6 +82,14 @@ def test_a_frame_with_a_flag_that_is_not_known_is_not_understood() -> None:
     assert order_after(bytes(frame)) is NO_ORDER
 
 
+def test_a_frame_of_an_unknown_id_is_no_message_and_is_counted() -> None:
+    codec = Codec(1)
+    unknown = b"\xfd\x02\x00\x00\x00\xff\xbe\xef\xcd\xab\x01\x02\x00\x00"
+    messages, looked = codec.parse(unknown + arm(), 32)
+    assert [message.get_type() for message in messages] == ["COMMAND_LONG"]
+    assert (looked, codec.unknown, codec.malformed) == (2, 1, 0)
+
+
 @settings(max_examples=20)
 @given(st.data())
 def test_any_message_with_any_content_is_survived(data) -> None:
@@ -128,6 +137,25 @@ def test_a_flood_of_questions_fills_no_tick_beyond_its_share() -> None:
     station.messages.clear()
     boat.step(100)
     assert "COMMAND_ACK" not in {message.get_type() for message in station.messages}
+
+
+def test_services_are_heard_however_much_is_streamed() -> None:
+    boat = Boat()
+    (station,) = boat.stations
+    names = PACES.keys() - {mavlink.MAVLINK_MSG_ID_HEARTBEAT}
+    for name in names:
+        station.command(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, name, 20000)
+        boat.step()
+    boat.step(50)
+    station.messages.clear()
+    for number in range(10):
+        head = bytes((number, 0, 0, 3, 1, 0, 0, 0, 0, 0, 0, 0))  # list the folder of that name
+        station.send(mavlink.MAVLink_file_transfer_protocol_message(0, 1, 1, (head + b"/").ljust(251, b"\0")))
+        boat.step(3)
+        assert len(station.heard("FILE_TRANSFER_PROTOCOL")) == 1
+    boat.step(50)
+    told = collections.Counter(message.get_type() for message in station.messages)
+    assert min(told[name] for name in ("ATTITUDE", "VFR_HUD", "SYS_STATUS", "ODOMETRY")) >= 3
 
 
 def test_every_datagram_fits_into_an_ethernet_frame() -> None:

@@ -70,6 +70,7 @@ class Station:
         self.said: list[Any] = []
         self.texts: list[str] = []
         self.service = Parameters(self.book, self, identity, lambda: self.armed)
+        self.k = 0
         self.out, self.back = mavlink.MAVLink(None, 255, 190), mavlink.MAVLink(None, 1, 1)
 
     def say(self, message: Any) -> None:
@@ -87,7 +88,9 @@ class Station:
 
     def ticks(self, count: int = 40) -> list[Any]:
         """What comes in that many ticks, as the station reads it."""
-        self.said += [message for _ in range(count) for message in self.service.due(TICK)]
+        ticks = range(self.k, self.k + count)
+        self.k += count
+        self.said += [message for k in ticks for message in self.service.due(Tick(k, TICK.dt_ns))]
         frames, self.said = b"".join(message.pack(self.back) for message in self.said), []
         return mavlink.MAVLink(None).parse_buffer(frames) or []
 
@@ -275,6 +278,21 @@ def test_a_storm_of_values_is_tried_one_a_tick_and_no_more_than_so_many_wait() -
     assert len(station.book.changes()) == 1
     station.ticks(100)
     assert len(station.book.changes()) == 15
+
+
+def test_links_try_their_values_in_turn_one_in_a_tick_however_many_wait() -> None:
+    first = Station()
+    second = Station(book=first.book)
+    for station in (first, second):
+        for value in (0.2, 0.3, 0.4, 0.5):
+            station.set("L_GAIN", value)
+    tried = []
+    for k in range(8):
+        before = [len(station.service._sets) for station in (first, second)]
+        for station in (first, second):
+            station.service.due(Tick(k, TICK.dt_ns))
+        tried.append([b - len(s.service._sets) for b, s in zip(before, (first, second), strict=True)])
+    assert tried == [[1, 0], [0, 1]] * 4
 
 
 def test_the_file_that_is_kept_makes_the_same_values_again() -> None:

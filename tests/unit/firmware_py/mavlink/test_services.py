@@ -11,16 +11,19 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import all as mavlink
 
 from firmware_py.marine import Eta, Nu
+from firmware_py.mavlink.chart import MISSION, drawn
 from firmware_py.mavlink.door import Door
 from firmware_py.mavlink.identity import Identity
 from firmware_py.mavlink.link import Link
 from firmware_py.mavlink.node import MavlinkParams, Node
-from firmware_py.records.order import Arming, Mode
+from firmware_py.mavlink.setpoints import Sea
+from firmware_py.records.order import Arming, Mission, Mode, Waypoint
 
 from .station import ACTUATORS, LEARNED, ORIGIN, Boat, cycle, node
 
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED = 0, 1, 2, 3
 REQUEST, START, PAUSE = mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAV_CMD_MISSION_START, 193
+FOUR = Mission(tuple(Waypoint(100.0 * i, 0.0, 5.0, 0.0) for i in range(4)))
 REBOOT, CALIBRATE = mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, mavlink.MAV_CMD_PREFLIGHT_CALIBRATION
 
 
@@ -110,7 +113,7 @@ def test_the_missions_course_is_set_by_command(number: int, params: tuple, mode:
 @pytest.mark.parametrize(("identity", "jump"), [(Identity.ARDUSUB, 2), (Identity.GENERIC, 3)])
 def test_a_mission_starts_at_an_item_as_the_link_counts_them(identity: Identity, jump: int) -> None:
     boat = Boat()
-    boat.node = node(identities=(identity,))
+    boat.node = node(identities=(identity,), plans={MISSION: drawn(FOUR, Sea(ORIGIN, 0.0))})
     boat.mode = Mode.MANUAL
     boat.stations[0].command(START, 3, 0)
     boat.step()

@@ -169,6 +169,7 @@ def test_each_message_comes_at_its_rate_and_no_tick_carries_two(learned: Learned
     assert counts == {
         **dict.fromkeys(("HEARTBEAT", "SYS_STATUS", "BATTERY_STATUS", "SYSTEM_TIME", "WATER_DEPTH"), 10),
         **dict.fromkeys(("GPS_RAW_INT", "HOME_POSITION", "EXTENDED_SYS_STATE", "UNKNOWN_436"), 10),  # CURRENT_MODE
+        **dict.fromkeys(("MISSION_CURRENT", "FENCE_STATUS"), 10),
         **dict.fromkeys(("VFR_HUD", "ALTITUDE", "RPM", "SCALED_PRESSURE2", "ESTIMATOR_STATUS"), 20),
         **dict.fromkeys(("DISTANCE_SENSOR", "NAV_CONTROLLER_OUTPUT"), 20),
         **dict.fromkeys(("LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "SERVO_OUTPUT_RAW"), 50),

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
+import tomllib
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.params import ParamError, dump, load
+from firmware_py.params import ParamError, load
 from firmware_py.records.mission import Item, Point, from_plain, mission_of, plain
-from firmware_py.records.order import Kind, Manoeuvre, Mission, Waypoint
+from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mission, Step, Surface, Waypoint
 
 POINTS = st.builds(Waypoint, *[st.floats(-1e5, 1e5)] * 2, st.floats(0, 6000), st.floats(0, 10))
 ANGLES = st.floats(0.01, 90)
@@ -27,8 +28,17 @@ TABLES = st.fixed_dictionaries(
 MANOEUVRES = TABLES.map(lambda table: load(Manoeuvre, table, "here"))
 
 
-@given(st.lists(POINTS | MANOEUVRES, max_size=8))
-def test_a_mission_survives_a_log(items: list[Waypoint | Manoeuvre]) -> None:
+PLACES = [*[st.floats(-1e5, 1e5)] * 2, st.floats(0, 6000), st.floats(0, 10)]
+OTHERS = st.one_of(
+    st.builds(Waypoint, *PLACES, st.just(True)),
+    st.builds(Loiter, *PLACES, st.booleans(), st.floats(-1000, 1000), st.floats(0, 1e4), st.floats(0, 1e6)),
+    st.builds(Jump, st.integers(0, 9), st.integers(-1, 9)),
+    st.builds(Surface, st.booleans()),
+)
+
+
+@given(st.lists(POINTS | MANOEUVRES | OTHERS, max_size=8))
+def test_a_mission_survives_a_log(items: list[Step]) -> None:
     mission = Mission(tuple(items))
     assert from_plain(json.loads(json.dumps(plain(mission)))) == mission
 
@@ -45,6 +55,38 @@ def test_a_manoeuvre_stands_in_a_log_by_how_many_waypoints_come_before_it() -> N
     assert table["waypoints"] == [[1, 2, 3, 4]]
 
 
+def test_every_kind_of_item_can_be_written_in_a_file() -> None:
+    text = """
+    items = [
+        { waypoint = { x_m = 1.0, y_m = 2.0, altitude_m = 8.0, speed_m_s = 0.0 } },
+        { loiter = { centre = { x_m = 3.0, y_m = 4.0, depth_m = 5.0, speed_m_s = 1.0 }, radius_m = -40.0, turns = 2 } },
+        { jump = { to = 0, times = 3 } },
+        { surface = { rally = true } },
+    ]
+    """
+    items = [load(Item, table, "here") for table in tomllib.loads(text)["items"]]
+    assert mission_of((), items).items == (
+        Waypoint(1.0, 2.0, 8.0, 0.0, above=True),
+        Loiter(3.0, 4.0, 5.0, 1.0, False, -40.0, 2.0, 0.0),
+        Jump(0, 3),
+        Surface(rally=True),
+    )
+    with pytest.raises(ParamError, match="jump to = 4: there are 4 items"):
+        mission_of((), [*items[:3], load(Item, {"jump": {"to": 4, "times": 1}}, "here")])
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ({}, "depth_m is missing; or give altitude_m"),
+        ({"depth_m": 1.0, "altitude_m": 1.0}, "there are depth_m and altitude_m"),
+    ],
+)
+def test_a_place_has_a_depth_or_an_altitude(table: dict[str, float], words: str) -> None:
+    with pytest.raises(ParamError, match=words):
+        load(Point, {"x_m": 0.0, "y_m": 0.0, "speed_m_s": 0.0, **table}, "here")
+
+
 def test_items_are_waypoints_and_manoeuvres_in_their_order() -> None:
     point = {"x_m": 1.0, "y_m": 2.0, "depth_m": 3.0, "speed_m_s": 0.0}
     items = [load(Item, table, "here") for table in ({"manoeuvre": {"kind": "doublets"}}, {"waypoint": point})]
@@ -55,7 +97,7 @@ def test_items_are_waypoints_and_manoeuvres_in_their_order() -> None:
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ({}, "here: an item is either a waypoint = {...} or a manoeuvre = {...}"),
+        ({}, "here: an item is one of waypoint, manoeuvre, loiter, jump, surface = {...}"),
         ({"manoeuvre": {}}, 'here: manoeuvre: kind is missing (one of "zigzag", "doublets", "prbs")'),
         ({"manoeuvre": {"kind": "loop"}}, "here: manoeuvre: kind = 'loop': must be one of"),
         ({"manoeuvre": {"kind": "prbs", "register": 0}}, "register = 0: out of bounds"),
@@ -72,6 +114,6 @@ def test_what_is_wrong_with_an_item_is_said_in_a_line(table: dict[str, object], 
 
 
 def test_waypoints_beside_items_have_no_order_and_are_refused() -> None:
-    point = load(Point, dict(zip(dump(Point(0, 0, 1, 1)), (0.0, 0.0, 1.0, 1.0), strict=True)), "here")
+    point = Point(x=0.0, y=0.0, depth=1.0, speed=1.0)
     with pytest.raises(ParamError, match=r"there are \[\[waypoints\]\] and \[\[items\]\]; write all of them as"):
         mission_of([point], [Item(manoeuvre=Manoeuvre(Kind.PRBS))])

@@ -1,0 +1,32 @@
+"""What guidance remembers from one tick to the next."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from firmware_py.guidance.circle import Circle
+from firmware_py.guidance.learning import Course
+from firmware_py.guidance.reference_model import Lags
+from firmware_py.guidance.route import Progress
+from firmware_py.records.command import Reference
+from firmware_py.records.order import Mode, Setpoint
+
+
+class GuidanceMemory(NamedTuple):
+    """Everything guidance remembers: `wanted` is what the mode asks for, `last` the reference that became of it."""
+
+    mode: Mode
+    wanted: Setpoint
+    last: Reference
+    depth: Lags
+    heading: Lags
+    crab: float
+    route: Progress
+    learning: Course | None
+    circle: Circle | None
+    pace: float
+    bottom: float
+
+
+AT_REST = Reference(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, math.nan)

@@ -1,0 +1,57 @@
+"""The numbers of guidance: how references move, how fast, how wide."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from firmware_py.guidance.learning import LearningParams
+from firmware_py.guidance.line_of_sight import LineOfSightParams
+from firmware_py.guidance.reference_model import Shape
+from firmware_py.params import When, param, table
+
+
+@dataclass(frozen=True, slots=True)
+class GuidanceParams:
+    """How references move."""
+
+    shape: Shape = param(Shape.SMOOTH, mav="SHAPE", when=When.DISARMED)
+    depth_way: float = param(
+        4.5, unit="m", low=0.1, high=100.0, doc="Way made in each of the depth's lags.", mav="DEPTH_WAY"
+    )
+    climb_max: float = param(0.5, unit="m/s", low=0.01, high=5.0, doc="Fastest change of depth.", mav="CLIMB_MAX")
+    pitch_max: float = param(20.0, unit="deg", low=1.0, high=45.0, doc="Steepest change of depth.", mav="PITCH_MAX")
+    heading_way: float = param(
+        1.5, unit="m", low=0.1, high=100.0, doc="Way made in each of the heading's lags.", mav="HDG_WAY"
+    )
+    turn_rate_max: float = param(4.0, unit="deg/s", low=0.1, high=90.0, doc="Fastest turn.", mav="TURN_RATE")
+    turn_radius: float = param(20.0, unit="m", low=0.1, high=1000.0, doc="Tightest turn.", mav="TURN_RADIUS")
+    acceleration: float = param(
+        0.05, unit="m/s^2", low=0.001, high=10.0, doc="Change of the speed that is asked for.", mav="ACCEL"
+    )
+    speed_max: float = param(
+        2.5, unit="m/s", low=0.1, high=20.0, doc="Fastest speed that is asked for.", mav="SPEED_MAX"
+    )
+    cruise_speed: float = param(
+        1.8, unit="m/s", low=0.1, high=20.0, doc="Speed on legs that do not give one.", mav="CRUISE"
+    )
+    blind_climb: float = param(
+        10.0,
+        unit="m",
+        low=0.0,
+        high=100.0,
+        doc="Surfacing without a depth: how far above the surface it aims.",
+        mav="BLIND_CLIMB",
+    )
+    surface_speed: float = param(
+        1.5, unit="m/s", low=0.1, high=20.0, doc="Speed on the way up: fins need it.", mav="SURF_SPEED"
+    )
+    loiter_radius: float = param(
+        30.0,
+        unit="m",
+        low=5.0,
+        high=1000.0,
+        doc="Of the circle around a place; turn_radius and speed may widen it.",
+        mav="LOIT_RADIUS",
+    )
+    line_of_sight: LineOfSightParams = table(LineOfSightParams)
+    learning: LearningParams = table(LearningParams, mav="LRN_")

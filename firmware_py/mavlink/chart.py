@@ -1,0 +1,246 @@
+"""The plans as they stand, for all links: mission, fence, rally points; what of them is flown, and what is kept.
+
+A plan is replaced whole or not at all. What a station has sent is kept item by item, so that it gets back what it sent.
+"""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from firmware_py.mavlink.codec import Message, dialect
+from firmware_py.mavlink.fence_items import FenceDraft, RallyDraft
+from firmware_py.mavlink.mission_items import MissionDraft, items_of
+from firmware_py.mavlink.plan_items import Limits, Raw, Refused, from_json
+from firmware_py.mavlink.setpoints import Sea
+from firmware_py.params import ParamError
+from firmware_py.records.cycle import Cycle
+from firmware_py.records.fence import NO_FENCE
+from firmware_py.records.order import Mission, Mode
+
+MISSION: int = dialect.MAV_MISSION_TYPE_MISSION
+FENCE: int = dialect.MAV_MISSION_TYPE_FENCE
+RALLY: int = dialect.MAV_MISSION_TYPE_RALLY
+NAMES = {MISSION: "mission", FENCE: "fence", RALLY: "rally"}
+FILES = {kind: f"{name}.json" for kind, name in NAMES.items()}
+"""Where each is kept."""
+MOST_ITEMS = 2500
+"""In a plan."""
+_JUMP = dialect.MAV_CMD_DO_JUMP
+_NO_MISSION, _NOT_STARTED, _ACTIVE, _PAUSED, _COMPLETE = 1, 2, 3, 4, 5
+"""MISSION_STATE."""
+
+
+class Plan(NamedTuple):
+    """Items, their identity (0 of none), and, of a mission, of each step the item that it was made of."""
+
+    items: tuple[Raw, ...] = ()
+    ident: int = 0
+    at: tuple[int, ...] = ()
+
+
+class Draft:
+    """A plan that comes item by item."""
+
+    def __init__(self, kind: int, sea: Sea, limits: Limits) -> None:
+        makers = {MISSION: MissionDraft, FENCE: FenceDraft, RALLY: RallyDraft}
+        self.kind = kind
+        self._content: Any = makers[kind](sea, limits)
+        self._items: list[Raw] = []
+        self._lines: list[str] = []
+        self._crc = 0
+
+    def add(self, raw: Raw) -> None:
+        """Takes the next item.
+
+        Raises:
+            Refused: it is none for such a plan.
+        """
+        self._content.add(raw)
+        self._items.append(raw)
+        self._lines.append(raw.text)
+        self._crc = zlib.crc32(raw.packed, self._crc)
+
+    def finish(self) -> tuple[Plan, str]:
+        """The plan, and the document for the core.
+
+        Raises:
+            Refused: what came makes no plan.
+        """
+        document = self._content.finish()
+        return Plan(tuple(self._items), (self._crc or 1) if self._items else 0, self._at), document
+
+    @property
+    def saved(self) -> bytes:
+        """As it is kept: an item a line."""
+        return ('{"items": [\n' + ",\n".join(self._lines) + "\n]}\n").encode()
+
+    @property
+    def content(self) -> Any:
+        """What the items mean."""
+        return self._content
+
+    @property
+    def _at(self) -> tuple[int, ...]:
+        return tuple(self._content.at) if self.kind == MISSION else ()
+
+
+def read(kind: int, content: str, sea: Sea) -> Draft:
+    """The plan of a file that was kept, whatever limits hold now.
+
+    Raises:
+        ParamError: it is none; the error says why.
+    """
+    draft = Draft(kind, sea, Limits())
+    try:
+        for row in json.loads(content)["items"]:
+            draft.add(from_json(row))
+        draft.finish()
+    except (Refused, ValueError, LookupError, TypeError, ArithmeticError, AttributeError) as error:
+        raise ParamError(f"{NAMES[kind]} cannot be used ({error}); remove the file") from None
+    return draft
+
+
+class Chart:
+    """What the links share. `busy` is who is sending a plan now, by link, system and component; None is nobody."""
+
+    def __init__(self, sea: Sea, plans: Mapping[int, Draft] | None = None) -> None:
+        """`plans` are those that were kept, or came with the configuration."""
+        self.sea = sea
+        self.plans = {kind: Plan() for kind in NAMES}
+        self.fence = NO_FENCE
+        self.depth_max, self.altitude_min = float("inf"), 0.0
+        self.busy: tuple[int, int, int] | None = None
+        self._listeners: list[Callable[[int], None]] = []
+        self._changes: list[str] = []
+        self._unsaved: dict[int, bytes] = {}
+        self._step = -1
+        self._begun = self._done = False
+        self._breaches, self._breached_ms = 0, 0
+        self.outside = False
+        """Whether the vehicle is beyond the fence."""
+        for kind, draft in (plans or {}).items():
+            self._put(kind, draft)
+
+    def draft(self, kind: int) -> Draft:
+        """An empty plan, to be filled and taken."""
+        return Draft(kind, self.sea, Limits(self.depth_max, self.altitude_min, self.fence))
+
+    def take(self, draft: Draft) -> None:
+        """Puts a plan in the place of the old one.
+
+        Raises:
+            Refused: what came makes no plan; the old one stays.
+        """
+        document = self._put(draft.kind, draft)
+        self._changes.append(document)
+        self._unsaved[draft.kind] = draft.saved
+
+    def breach(self, x: float, y: float) -> str:
+        """What is wrong with being at (x, y), m, by the fence."""
+        return self.fence.breach(x, y)
+
+    def changes(self) -> tuple[str, ...]:
+        """See `service.Keeper`."""
+        changes, self._changes = tuple(self._changes), []
+        return changes
+
+    def saves(self) -> list[tuple[str, bytes]]:
+        """See `service.Keeper`."""
+        saves, self._unsaved = [(FILES[kind], content) for kind, content in self._unsaved.items()], {}
+        return saves
+
+    def listen(self, reached: Callable[[int], None]) -> None:
+        """`reached` is told the number of every item of the mission that was reached."""
+        self._listeners.append(reached)
+
+    def step_of(self, item: int) -> int:
+        """The mission's step that an item, or the next one that makes a step, was made into."""
+        at = self.plans[MISSION].at
+        return next((i for i, made_of in enumerate(at) if made_of >= item), len(at))
+
+    def watch(self, cycle: Cycle) -> None:
+        """Sees which items were reached, and whether the vehicle is within the fence."""
+        step, before = cycle.reference.item, self._step
+        mode = cycle.mode.mode
+        self._step = step
+        if mode is Mode.DISARMED:
+            self._begun = False
+        self._begun = self._begun or mode is Mode.MISSION
+        self._done = cycle.mode.mission_done
+        if mode is Mode.MISSION and step != before >= 0 and cycle.order.jump < 0 and not cycle.order.changes:
+            self._tell(before, step)
+        outside = self.breach(*cycle.state.eta[:2]) != ""
+        if outside and not self.outside:
+            self._breaches = min(self._breaches + 1, 65535)
+            self._breached_ms = cycle.tick.t_ns // 1_000_000 & 0xFFFFFFFF
+        self.outside = outside
+
+    def current(self, cycle: Cycle, home: bool) -> Message:
+        """MISSION_CURRENT; with a `home` items are counted from 1, for it is item 0."""
+        mission, fence, rally = (self.plans[kind] for kind in (MISSION, FENCE, RALLY))
+        count, mode = len(mission.items), cycle.mode.mode
+        step = cycle.reference.item
+        item = mission.at[step] if 0 <= step < len(mission.at) else max(count - 1, 0)
+        suspended = 1 if mode is Mode.MISSION else 2
+        said = dialect.MAVLink_mission_current_message(item + home if count else 0, count, self._state(mode), suspended)
+        return Longer(said, mission.ident, fence.ident, rally.ident)
+
+    def fence_status(self, _: Cycle) -> Message:
+        """FENCE_STATUS."""
+        kind = dialect.FENCE_BREACH_BOUNDARY if self.outside else dialect.FENCE_BREACH_NONE
+        mitigation = dialect.FENCE_MITIGATE_UNKNOWN if self.outside else dialect.FENCE_MITIGATE_NONE
+        return dialect.MAVLink_fence_status_message(
+            int(self.outside), self._breaches, kind, self._breached_ms, mitigation
+        )
+
+    def _state(self, mode: Mode) -> int:
+        if not self.plans[MISSION].items:
+            return _NO_MISSION
+        if mode is Mode.MISSION:
+            return _ACTIVE
+        if self._done:
+            return _COMPLETE
+        return _PAUSED if self._begun else _NOT_STARTED
+
+    def _put(self, kind: int, draft: Draft) -> str:
+        self.plans[kind], document = draft.finish()
+        if kind == FENCE:
+            self.fence = draft.content.fence
+        if kind == MISSION:
+            self._step, self._begun = -1, False
+        return document
+
+    def _tell(self, before: int, step: int) -> None:
+        """Every item between is reached, up to a jump; after a jump back the one before."""
+        items, at = self.plans[MISSION].items, self.plans[MISSION].at
+        passed = at[before : step if step > before else before + 1]
+        for item in dict.fromkeys(passed):
+            if items[item].command == _JUMP:
+                break
+            for reached in self._listeners:
+                reached(item)
+
+
+class Longer:
+    """A message with numbers of 32 bits behind it that the standard has appended since the dialect was made."""
+
+    def __init__(self, message: Message, *more: int) -> None:
+        self._message, self._more = message, b"".join(number.to_bytes(4, "little") for number in more)
+
+    def pack(self, mav: Any) -> bytes:
+        """The frame."""
+        m = self._message
+        payload = m.unpacker.pack(*(getattr(m, name) for name in m.ordered_fieldnames)) + self._more
+        frame: bytes = m._pack(mav, m.crc_extra, payload)
+        return frame
+
+
+def drawn(mission: Mission, sea: Sea) -> Draft:
+    """A mission that no station has sent, as one would have."""
+    draft = Draft(MISSION, sea, Limits())
+    for raw in items_of(mission, sea):
+        draft.add(raw)
+    return draft

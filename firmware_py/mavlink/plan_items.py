@@ -1,0 +1,179 @@
+"""An item of a plan (mission, fence, rally points) as stations send it, and where it is in the local frame."""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from typing import NamedTuple
+
+from firmware_py.marine import local_to_geodetic
+from firmware_py.mavlink.codec import Message, dialect
+from firmware_py.mavlink.setpoints import Refusal, Sea
+from firmware_py.mavlink.voice import NO_FRAME
+from firmware_py.records.fence import NO_FENCE, Fence
+
+ACCEPTED: int = dialect.MAV_MISSION_ACCEPTED
+ERROR: int = dialect.MAV_MISSION_ERROR
+UNSUPPORTED: int = dialect.MAV_MISSION_UNSUPPORTED
+UNSUPPORTED_FRAME: int = dialect.MAV_MISSION_UNSUPPORTED_FRAME
+INVALID: int = dialect.MAV_MISSION_INVALID
+INVALID_PARAMS: tuple[int, ...] = (
+    dialect.MAV_MISSION_INVALID_PARAM1,
+    dialect.MAV_MISSION_INVALID_PARAM2,
+    dialect.MAV_MISSION_INVALID_PARAM3,
+    dialect.MAV_MISSION_INVALID_PARAM4,
+    dialect.MAV_MISSION_INVALID_PARAM5_X,
+    dialect.MAV_MISSION_INVALID_PARAM6_Y,
+    dialect.MAV_MISSION_INVALID_PARAM7,
+)
+RELATIVE: int = dialect.MAV_FRAME_GLOBAL_RELATIVE_ALT
+TERRAIN: int = dialect.MAV_FRAME_GLOBAL_TERRAIN_ALT
+MISSION_FRAME: int = dialect.MAV_FRAME_MISSION
+_LOCAL = dialect.MAV_FRAME_LOCAL_NED
+_TERRAIN = (TERRAIN, dialect.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT)
+_GLOBAL = (0, 5, 3, 6, *_TERRAIN)
+_E7, _E4 = 1e7, 1e4
+_INT_MAX = 2**31 - 1
+_PACKED = struct.Struct("<HBB4fiif")
+
+
+class Refused(Exception):
+    """Why an item is not taken, as MAV_MISSION_RESULT and as a sentence."""
+
+    def __init__(self, code: int, because: str) -> None:
+        super().__init__(because)
+        self.code = code
+
+
+class Raw(NamedTuple):
+    """An item as MISSION_ITEM_INT says it, without its number; `x` and `y` in units of 1e-7 deg or 1e-4 m."""
+
+    command: int
+    frame: int
+    autocontinue: int
+    p1: float
+    p2: float
+    p3: float
+    p4: float
+    x: int
+    y: int
+    z: float
+
+    @property
+    def params(self) -> tuple[float, float, float, float]:
+        """The first four."""
+        return self.p1, self.p2, self.p3, self.p4
+
+    @property
+    def text(self) -> str:
+        """As JSON, NaN as null."""
+        return json.dumps([None if value != value else value for value in self])
+
+    @property
+    def packed(self) -> bytes:
+        """The same numbers are always the same bytes."""
+        return _PACKED.pack(*self)
+
+
+class Limits(NamedTuple):
+    """What no item of a mission may go beyond: depth and altitude, m, and the fence."""
+
+    depth_max: float = math.inf
+    altitude_min: float = 0.0
+    fence: Fence = NO_FENCE
+
+
+def raw_of(message: Message) -> Raw:
+    """The item of MISSION_ITEM_INT, or of MISSION_ITEM, whose places are numbers of degrees or metres."""
+    x, y = message.x, message.y
+    if message.get_msgId() == dialect.MAVLINK_MSG_ID_MISSION_ITEM:
+        scale = _E7 if message.frame in _GLOBAL else _E4 if message.frame == _LOCAL else 1.0
+        x, y = (_int32(value * scale) for value in (x, y))
+    params = (message.param1, message.param2, message.param3, message.param4)
+    return Raw(message.command, message.frame, message.autocontinue, *params, x, y, message.z)
+
+
+def from_json(row: list[float | None]) -> Raw:
+    """The item that `Raw.text` made the row of.
+
+    Raises:
+        TypeError: a row of another length, or with what a field cannot hold.
+    """
+    raw = Raw(*[math.nan if value is None else value for value in row])  # type: ignore[arg-type]
+    try:
+        _PACKED.pack(*raw)
+    except struct.error as error:
+        raise TypeError(str(error)) from None
+    return raw
+
+
+def degrees(raw: Raw) -> tuple[float, float]:
+    """x and y as MISSION_ITEM has them."""
+    scale = _E7 if raw.frame in _GLOBAL else _E4 if raw.frame == _LOCAL else 1.0
+    return raw.x / scale, raw.y / scale
+
+
+def has_place(raw: Raw) -> bool:
+    """False where the item leaves it open where it is: nowhere, or at latitude and longitude 0."""
+    return _INT_MAX not in (raw.x, raw.y) and not (raw.frame in _GLOBAL and raw.x == raw.y == 0)
+
+
+def place(raw: Raw, sea: Sea) -> tuple[float, float]:
+    """(x, y), m.
+
+    Raises:
+        Refused: a frame that is not known here, or no place.
+    """
+    if raw.frame not in (*_GLOBAL, _LOCAL):
+        raise Refused(UNSUPPORTED_FRAME, f"frame {raw.frame} is not known here; use a global one or LOCAL_NED")
+    if raw.frame == _LOCAL:
+        return raw.x / _E4, raw.y / _E4  # int32 in 1e-4 m ends at 215 km
+    try:
+        return sea.place(raw.x / _E7, raw.y / _E7)
+    except Refusal as refusal:
+        at = INVALID_PARAMS[5] if abs(raw.y) > 180 * _E7 else INVALID_PARAMS[4]
+        raise Refused(at, str(refusal)) from None
+
+
+def depth(raw: Raw, sea: Sea, limits: Limits) -> tuple[float, bool]:
+    """Depth, m, and False; or altitude above the bottom, m, and True.
+
+    Raises:
+        Refused: above the water, below a limit, or no number.
+    """
+    bad = INVALID_PARAMS[6]
+    if not math.isfinite(raw.z):
+        raise Refused(bad, f"{raw.z:g} is no height")
+    if raw.frame in _TERRAIN:
+        if not limits.altitude_min <= raw.z <= 6000.0:
+            raise Refused(bad, f"{raw.z:g} m above the bottom, floor {limits.altitude_min:g} m")
+        return raw.z, True
+    try:
+        z = sea.depth(raw.frame, raw.z)
+    except Refusal as refusal:
+        raise Refused(UNSUPPORTED_FRAME if refusal.result == NO_FRAME else bad, str(refusal)) from None
+    if z > limits.depth_max:
+        raise Refused(bad, f"depth {z:.1f} m, limit {limits.depth_max:g} m")
+    return z, False
+
+
+def at(sea: Sea, x: float, y: float) -> tuple[int, int]:
+    """Latitude and longitude of (x, y), m, in 1e-7 deg."""
+    latitude, longitude = local_to_geodetic(sea.origin, x, y)
+    return round(math.degrees(latitude) * _E7), round(math.degrees(longitude) * _E7)
+
+
+def refuse_infinite(raw: Raw) -> None:
+    """NaN leaves a parameter open.
+
+    Raises:
+        Refused: one of the first four is infinite.
+    """
+    for value, code in zip(raw.params, INVALID_PARAMS, strict=False):
+        if math.isinf(value):
+            raise Refused(code, "a parameter is infinite")
+
+
+def _int32(value: float) -> int:
+    return round(value) if math.isfinite(value) and abs(value) < _INT_MAX else _INT_MAX

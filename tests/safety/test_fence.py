@@ -1,0 +1,100 @@
+"""The fence: what is within an area, and that the supervisor brings up whoever is beyond it."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_py.records.fence import NO_FENCE, Disc, Fence, Place, Polygon, from_plain, nearest, plain
+from firmware_py.records.order import Mode
+from firmware_py.safety.supervisor import Supervisor
+
+from .test_supervisor import ARM, PARAMS, STATE, Boat
+
+SQUARE = Polygon(((-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0)))
+HOLE = Disc(0.0, 0.0, 2.0)
+NUMBERS = st.floats(-1e5, 1e5)
+AREAS = st.builds(Disc, NUMBERS, NUMBERS, st.floats(0.1, 1e5)) | st.builds(
+    Polygon, st.lists(st.tuples(NUMBERS, NUMBERS), min_size=3, max_size=9).map(tuple)
+)
+
+
+@given(st.lists(AREAS, max_size=4), st.lists(AREAS, max_size=4))
+def test_a_fence_survives_a_log(within: list, without: list) -> None:
+    fence = Fence(tuple(within), tuple(without))
+    assert from_plain(json.loads(json.dumps(plain(fence)))) == fence
+    assert from_plain({}) == NO_FENCE
+
+
+@given(st.integers(3, 12), st.floats(-50, 50), st.floats(-50, 50), st.booleans())
+def test_a_point_is_in_a_convex_polygon_where_it_is_on_the_inner_side_of_every_edge(
+    n: int, x: float, y: float, clockwise: bool
+) -> None:
+    corners = [(40.0 * math.cos(math.tau * i / n), 30.0 * math.sin(math.tau * i / n)) for i in range(n)]
+    sides = [
+        (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0)
+        for (x0, y0), (x1, y1) in zip(corners, corners[1:] + corners[:1], strict=True)
+    ]
+    if min(map(abs, sides)) > 1e-6:
+        polygon = Polygon(tuple(reversed(corners)) if clockwise else tuple(corners))
+        assert polygon.holds(x, y) == (min(sides) > 0.0)
+
+
+def test_what_is_wrong_with_a_place_is_said() -> None:
+    fence = Fence((SQUARE, Disc(30.0, 0.0, 15.0)), (Disc(100.0, 0.0, 1.0), HOLE))
+    assert fence.breach(5.0, 5.0) == fence.breach(40.0, 0.0) == ""
+    assert fence.breach(1.0, 1.0) == "within exclusion 2 of the fence"
+    assert fence.breach(-11.0, 0.0) == "outside the fence"
+    assert fence.breach(math.nan, 0.0) == ""
+    assert Fence((), (HOLE,)).breach(1e6, 0.0) == ""
+    assert NO_FENCE.breach(1e6, 0.0) == ""
+
+
+def test_the_nearest_place_is_the_nearest() -> None:
+    assert nearest((Place(10.0, 0.0), Place(0.0, 9.0), Place(-9.5, 0.0)), 0.0, 0.0) == Place(0.0, 9.0)
+    assert nearest((), 0.0, 0.0) is None
+
+
+def fenced(mode: Mode) -> Boat:
+    boat = Boat()
+    boat.supervisor = Supervisor(PARAMS, fence=Fence((SQUARE,), (HOLE,)))
+    at(boat, 5.0)
+    boat.tick(ARM, eta=STATE.eta._replace(x=5.0))
+    if mode is not Mode.MANUAL:
+        boat.tick(type(ARM)(mode=mode), eta=STATE.eta._replace(x=5.0))
+    assert boat.mode is mode, boat.events
+    return boat
+
+
+def at(boat: Boat, x: float, ticks: int = 1) -> Mode:
+    for _ in range(ticks):
+        boat.tick(eta=STATE.eta._replace(x=x))
+    return boat.mode
+
+
+@pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED])
+@pytest.mark.parametrize(("x", "words"), [(10.01, "outside the fence"), (1.99, "within exclusion 1 of the fence")])
+def test_beyond_the_fence_for_a_second_it_surfaces_from_every_mode(mode: Mode, x: float, words: str) -> None:
+    boat = fenced(mode)
+    assert at(boat, x, 100) is mode
+    assert at(boat, 5.0) is mode  # back in time: the time runs anew
+    assert at(boat, x, 100) is mode
+    assert at(boat, x) is Mode.SURFACE
+    assert boat.events == (f"{mode.name} -> SURFACE: {words}",)
+    assert at(boat, 5.0, 10) is Mode.SURFACE
+
+
+def test_beyond_the_fence_nobody_arms() -> None:
+    boat = Boat()
+    boat.supervisor = Supervisor(PARAMS, fence=Fence((SQUARE,)))
+    assert boat.tick(ARM, eta=STATE.eta._replace(x=20.0)) is Mode.DISARMED
+    assert boat.events == ("arming refused: outside the fence",)
+
+
+def test_a_place_that_is_not_known_breaks_no_fence() -> None:
+    boat = fenced(Mode.HOLD)
+    assert at(boat, math.nan, 300) is Mode.HOLD

@@ -1,0 +1,177 @@
+"""Stations send missions, fences and rally points over MAVLink, and the boat flies them against the plant."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pymavlink.dialects.v20 import all as mavlink
+
+from firmware_py.adapters.ground import Grounds
+from firmware_py.app import build
+from firmware_py.marine import Origin
+from firmware_py.mavlink.door import Door
+from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.node import MavlinkParams, Node
+from firmware_py.mavlink.status import Actuators
+from firmware_py.records.cycle import Cycle
+from firmware_py.records.order import Mode, Order
+from firmware_py.schedule import Tick
+from tools.flight import Wish, fly, prepare
+from tools.log import Log, read
+from tools.replay import replay
+
+SCENARIO = """
+description = "Holds a course until a station has something else to do."
+duration_s = {duration}
+completes = "{completes}"
+[environment]
+bottom_depth_m = 25.0
+[start]
+depth_m = 6.0
+u_m_s = 1.8
+n_rpm = 492.0
+[[orders]]
+t_s = 0.5
+arming = "arm"
+mode = "hold"
+depth_m = 6.0
+heading_deg = 0.0
+speed_m_s = 1.8
+[autopilot.estimation.learning]
+enabled = false
+"""
+MISSION, FENCE, RALLY = range(3)
+START, LOCAL, TERRAIN = mavlink.MAV_CMD_MISSION_START, 1, mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT
+WAYPOINT, TURNS, RETURN, JUMP = 16, 18, 20, 177
+OUTSIDE = mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION
+INSIDE, RALLY_POINT = mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION, mavlink.MAV_CMD_NAV_RALLY_POINT
+ORIGIN = Origin(math.radians(36.8), math.radians(-121.8))
+
+
+def at(command: int, x: float, y: float, z: float = 0.0, *params: float, kind: int = MISSION, frame: int = LOCAL):
+    filled = (*params, *(0.0,) * (4 - len(params)))
+    place = round(x * 1e4), round(y * 1e4)
+    return mavlink.MAVLink_mission_item_int_message(1, 1, 0, frame, command, 0, 1, *filled, *place, z, kind)
+
+
+class Planner:
+    """Sends each plan at its time, item by item as it is asked for, and commands at theirs."""
+
+    def __init__(self, script: dict[float, object]) -> None:
+        self.node = Node(MavlinkParams(), ORIGIN, Actuators((0.4,) * 4, 10.0), [Door(Identity.GENERIC)])
+        self.script = script
+        self.mav = mavlink.MAVLink(None, 255, 190)
+        self.items: list = []
+        self.next: list = []
+        self.acks: list[tuple[int, int]] = []
+        self.results: list[tuple[int, int]] = []
+        self.reached: list[int] = []
+        self.broken: set[int] = set()
+
+    def read(self, tick: Tick) -> Order:
+        said = self.script.get(tick.t)
+        if isinstance(said, list):
+            self.items = said
+            for i, each in enumerate(said):
+                each.seq = i
+            said = mavlink.MAVLink_mission_count_message(1, 1, len(said), said[0].mission_type)
+        self.node.hear(tick, 0, [m.pack(self.mav) for m in (*self.next, *([said] if said else []))])
+        self.next = []
+        return self.node.order()
+
+    def write(self, cycle: Cycle) -> None:
+        for m in mavlink.MAVLink(None).parse_buffer(self.node.report(cycle)[0]) or []:
+            kind = m.get_type()
+            if kind == "MISSION_REQUEST_INT":
+                self.next.append(self.items[m.seq])
+            elif kind == "MISSION_ACK":
+                self.acks.append((m.mission_type, m.type))
+            elif kind == "COMMAND_ACK":
+                self.results.append((m.command, m.result))
+            elif kind == "MISSION_ITEM_REACHED":
+                self.reached.append(m.seq)
+            elif kind == "FENCE_STATUS":
+                self.broken.add(m.breach_status)
+
+
+def flown(folder: Path, planner: Planner, duration: float, completes: str) -> Log:
+    scenario = folder / "plans.toml"
+    scenario.write_text(SCENARIO.format(duration=duration, completes=completes))
+    fly(prepare(Wish(scenario=str(scenario)), {}), folder / "log.mcap", command=lambda p: Grounds(p, planner))
+    return read(folder / "log.mcap")
+
+
+def command(number: int, *params: float):
+    return mavlink.MAVLink_command_long_message(1, 1, number, 0, *params, *(0.0,) * (7 - len(params)))
+
+
+@pytest.fixture(scope="module")
+def mission(tmp_path_factory) -> tuple[Planner, Log]:
+    low = at(WAYPOINT, 0, 0, 12.0, frame=TERRAIN)
+    low.x, low.y = round((36.8 + 120.0 / 111_000) * 1e7), round(-121.8 * 1e7)
+    items = [
+        at(WAYPOINT, 50, 0, 6.0),
+        low,
+        at(WAYPOINT, 150, 40, 10.0),
+        at(JUMP, 0, 0, 0.0, 5, 1, frame=mavlink.MAV_FRAME_MISSION),
+        at(WAYPOINT, 5000, 5000, 6.0),
+        at(TURNS, 150, 90, 8.0, 1.0, 0, -25),
+        at(RETURN, 0, 0),
+    ]
+    planner = Planner({1.0: items, 2.0: [at(RALLY_POINT, 60, 90, kind=RALLY)], 3.0: command(START, 0, 0)})
+    return planner, flown(tmp_path_factory.mktemp("mission"), planner, 330.0, "surfaced")
+
+
+def test_a_mission_that_came_over_mavlink_is_flown_item_by_item_to_a_rally_point(mission) -> None:
+    planner, log = mission
+    assert planner.acks == [(MISSION, 0), (RALLY, 0)]
+    assert planner.results == [(START, 0)]
+    assert log.end["completed"], log.end
+    assert planner.reached == [0, 1, 2, 5, 6]
+    item, mode = log.columns["reference.item"], log.columns["mode.mode"]
+    flown = item[mode == Mode.MISSION]
+    assert [*flown[np.flatnonzero(np.diff(flown, prepend=-1))]] == [0, 1, 2, 5, 6, 7]
+    surfacing = np.flatnonzero(mode == Mode.SURFACE)[0]
+    x, y = (log.columns[f"state.eta.{axis}"] for axis in "xy")
+    assert math.hypot(x[surfacing] - 60.0, y[surfacing] - 90.0) < 6.0
+
+
+def test_a_leg_above_the_bottom_and_a_circle_are_where_they_should_be(mission) -> None:
+    _, log = mission
+    c = log.columns
+    flying, item = c["mode.mode"] == Mode.MISSION, c["reference.item"]
+    low = np.flatnonzero(flying & (item == 1))
+    assert c["state.altitude"][low[-1]] == pytest.approx(12.0, abs=1.0)
+    around = np.flatnonzero(flying & (item == 5))
+    x, y = c["state.eta.x"][around] - 150.0, c["state.eta.y"][around] - 90.0
+    bearing = np.unwrap(np.arctan2(y, x))
+    assert bearing[-1] - bearing.max() < -1.9 * math.pi  # once around, to port
+    quarter = np.flatnonzero(bearing < bearing[-1] + 0.5 * math.pi)
+    assert np.abs(np.hypot(x, y)[quarter] - 32.2).max() < 2.0  # at 1.8 m/s no tighter circle can be flown
+    assert abs(c["state.eta.z"][around[-1]] - 8.0) < 0.5
+
+
+def test_what_stations_sent_is_in_the_log_and_is_replayed_to_the_byte(mission) -> None:
+    _, log = mission
+    kinds = [kind for documents in log.changes.values() for text in documents for kind in json.loads(text)]
+    assert kinds == ["mission", "rally"]
+    assert replay(log, build).equal
+
+
+def test_beyond_the_fence_it_surfaces_says_why_and_turns_to_the_rally_point(tmp_path: Path) -> None:
+    fence = [at(INSIDE, 0, 0, 0, 60, kind=FENCE), at(OUTSIDE, -50, 0, 0, 10, kind=FENCE)]
+    planner = Planner({1.0: fence, 2.0: [at(RALLY_POINT, -10, 10, kind=RALLY)], 3.0: [at(WAYPOINT, 70, 0, 5)]})
+    log = flown(tmp_path, planner, 60.0, "time")
+    assert planner.acks == [(FENCE, 0), (RALLY, 0), (MISSION, mavlink.MAV_MISSION_INVALID_PARAM5_X)]
+    assert planner.broken == {0, 1}
+    (text,) = [text for _, text in log.events if "fence" in text]
+    assert text == "HOLD -> SURFACE: outside the fence"
+    c = log.columns
+    k = np.flatnonzero(c["mode.mode"] == Mode.SURFACE)[0]
+    assert math.hypot(c["state.eta.x"][k], c["state.eta.y"][k]) == pytest.approx(61.8, abs=0.5)  # a second beyond it
+    assert math.degrees(abs(c["reference.psi_d"][-1] - c["reference.psi_d"][k])) > 75.0
+    assert c["state.eta.z"][-1] < 1.0
