@@ -5,7 +5,7 @@ BIN := .venv/bin
 LOCKS := tools/requirements
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
-.PHONY: help setup sitl test test-vcan lint bench study paper lock clean
+.PHONY: help setup sitl gcs test test-vcan lint bench fuzz load study paper lock clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -14,6 +14,11 @@ setup: .venv/.run .venv/.kernels ## install into .venv and compile the kernels
 
 sitl: setup ## fly the demonstration mission and leave a report under runs/
 	@$(BIN)/sternplane sitl $(ARGS)
+
+gcs: setup ## fly in real time, and wait for a ground station; ARGS="--state DIR" keeps what it changes
+	@echo "QGroundControl finds it; MAVProxy: --master=tcp:127.0.0.1:5760; MAVSDK: udpin://127.0.0.1:14540; Ctrl-C ends it"
+	@$(BIN)/sternplane sitl --pace realtime --scenario station --gcs udpout:127.0.0.1:14550 \
+		--gcs tcpin:127.0.0.1:5760 --gcs udpout:127.0.0.1:14540:generic $(ARGS) || [ $$? -eq 1 ]
 
 test: setup .venv/.dev ## run the tests
 	@$(BIN)/python -m pytest $(ARGS)
@@ -30,6 +35,12 @@ lint: setup .venv/.dev ## style, types, import rules
 bench: setup .venv/.dev ## measure, and print JSON
 	@$(BIN)/python -m tools.bench
 
+fuzz: setup ## ten million odd packets into the ground links; ARGS="--packets 100000" for fewer
+	@$(BIN)/python -m tools.fuzz $(ARGS)
+
+load: setup ## how late cycles are with three busy stations, and without; ARGS="--seconds 20" for less
+	@$(BIN)/python -m tools.load $(ARGS)
+
 study: setup ## the estimation study; ARGS=--short for its quick form
 	@$(BIN)/sternplane study estimation $(ARGS)
 
@@ -38,7 +49,7 @@ paper: setup ## every experiment of the source paper
 
 lock: .venv/.dev ## pin the newest versions that the *.in files permit
 	@cd $(LOCKS) && for name in run dev; do ../../$(BIN)/uv pip compile --quiet --universal --python-version 3.11 \
-		--generate-hashes --no-emit-index-url --no-header $$name.in -o $$name.txt; done
+		--generate-hashes --no-emit-index-url --no-header --excludes exclude.txt $$name.in -o $$name.txt; done
 
 clean: ## remove what was installed, compiled and flown
 	rm -rf .venv .cache build runs *.egg-info
@@ -56,7 +67,7 @@ clean: ## remove what was installed, compiled and flown
 
 .venv/.dev: $(LOCKS)/dev.txt .venv/.run
 	@echo "installing what the tests need into .venv"
-	@$(PIP) install --require-hashes -r $(LOCKS)/dev.txt
+	@$(PIP) install --no-deps --require-hashes -r $(LOCKS)/dev.txt
 	@touch $@
 
 .venv/.kernels: .venv/.run $(shell grep -rl '^@kernel' --include='*.py' firmware_py sim_bridge)

@@ -1,0 +1,110 @@
+"""A boat for stations: `sternplane sitl` in real time and in a process of its own, waiting for what they ask."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+from tools.log import Log, read
+
+T = TypeVar("T")
+SURFACE = 300.0
+"""Of the lake above mean sea level, m: there a depth cannot be taken for an altitude."""
+DEPTH = 8.0
+"""Where the boat waits, m."""
+SCENARIO = f"""
+description = "Waits in a lake, {DEPTH:g} m deep, for whoever comes."
+duration_s = 600.0
+completes = "time"
+[environment]
+bottom_depth_m = 40.0
+[start]
+depth_m = {DEPTH}
+u_m_s = 1.8
+n_rpm = 492.0
+[autopilot.mavlink.telemetry]
+surface_altitude_m = {SURFACE}
+[autopilot.safety]
+late_max = 1000  # on a machine that tests share with others
+[autopilot.estimation.learning]
+enabled = false
+"""
+
+
+class Boat(NamedTuple):
+    """Where it keeps what: `place` is the folder in which it was started."""
+
+    place: Path
+    process: subprocess.Popen[str]
+
+    @property
+    def state(self) -> Path:
+        """What stations change is kept there."""
+        return self.place / "state"
+
+    @property
+    def file(self) -> Path:
+        """The log of this flight."""
+        return self.place / "runs" / "flight" / "log.mcap"
+
+    def end(self) -> Log:
+        """Ends the flight as Ctrl-C does, and reads its log."""
+        self.process.send_signal(signal.SIGINT)
+        _, said = self.process.communicate(timeout=60)
+        assert self.process.returncode == 1, said  # the scenario was not completed
+        return read(self.file)
+
+
+@contextlib.contextmanager
+def boat(place: Path, *links: str) -> Iterator[Boat]:
+    """A boat on these links, for as long as the context lasts."""
+    scenario = place / "waits.toml"
+    scenario.write_text(SCENARIO)
+    words = ["sitl", "--scenario", scenario, "--pace", "realtime", "--out", "runs/flight", "--state", place / "state"]
+    process = subprocess.Popen(
+        [Path(sys.executable).parent / "sternplane", *words, *(word for link in links for word in ("--gcs", link))],
+        cwd=place,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        yield Boat(place, process)
+    except Exception as error:
+        if process.poll() is not None:
+            raise AssertionError(f"the boat had ended:\n{process.communicate()[1]}") from error
+        raise
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def free_port(kind: socket.SocketKind = socket.SOCK_DGRAM) -> int:
+    """A port of loopback that nobody has."""
+    with socket.socket(socket.AF_INET, kind) as at:
+        at.bind(("127.0.0.1", 0))
+        return int(at.getsockname()[1])
+
+
+def until(found: Callable[[], T | None], what: str, seconds: float = 30.0) -> T:
+    """What is looked for, once it is there."""
+    end = time.monotonic() + seconds
+    while True:
+        if it := found():
+            return it
+        assert time.monotonic() < end, f"{what}: not within {seconds:g} s"
+        time.sleep(0.02)
+
+
+def changes(log: Log, kind: str) -> list[Any]:
+    """What was adopted of that kind, in its order."""
+    documents = [json.loads(document) for documents in log.changes.values() for document in documents]
+    return [document[kind] for document in documents if kind in document]
