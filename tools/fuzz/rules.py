@@ -1,0 +1,92 @@
+"""What must hold whatever a station sends: of orders, of changes, of what comes out."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+from pymavlink.dialects.v20 import all as mav  # type: ignore[import-untyped]
+
+from firmware_py.records.cycle import Cycle
+from firmware_py.records.order import Arming, Mode, Order
+
+MOST_BYTES = 1400
+"""Of a datagram, so that it fits into an Ethernet frame."""
+_NOT_MADE = "change not made"
+"""How `yard.Yard.adopt` begins the sentence that a change was no good."""
+
+
+class Broken(Exception):
+    """A rule that does not hold; the text says which, and of what."""
+
+
+def obeys(order: Order) -> list[str]:
+    """An order's numbers are finite; NaN says "as it was" in a setpoint, and sticks may never have been heard.
+
+    Returns:
+        What its changes are of.
+
+    Raises:
+        Broken: one is not.
+    """
+    if not isinstance(order.arming, Arming) or not (order.mode is None or isinstance(order.mode, Mode)):
+        raise Broken(f"order: arming {order.arming!r}, mode {order.mode!r}")
+    if any(map(math.isinf, order.setpoint)):
+        raise Broken(f"order: setpoint {order.setpoint}")
+    if not all(map(math.isfinite, order.sticks)) or not order.t_sticks < math.inf:
+        raise Broken(f"order: sticks {order.sticks} of {order.t_sticks} s")
+    if type(order.jump) is not int or not -1 <= order.jump < 2**31 or not all(type(x) is int for x in order.asker):
+        raise Broken(f"order: jump {order.jump!r}, asker {order.asker}")
+    return [kind for change in order.changes for kind in _document(change)]
+
+
+def _document(change: str) -> dict[str, Any]:
+    def refuse(word: str) -> Any:
+        raise Broken(f"order: {word} in the change {change[:200]}")
+
+    try:
+        document = json.loads(change, parse_constant=refuse)
+    except ValueError as error:
+        raise Broken(f"order: the change {change[:200]!r} is no JSON: {error}") from None
+    if not isinstance(document, dict) or not document:
+        raise Broken(f"order: the change {change[:200]} changes nothing")
+    return document
+
+
+def flies(cycle: Cycle) -> None:
+    """What goes to the fins is finite, so is where the vehicle believes itself, and every change could be made.
+
+    Raises:
+        Broken: it is not so.
+    """
+    applied, demand = cycle.applied, cycle.demand
+    commands = (*applied.fins, applied.n, *cycle.fins.fins, cycle.fins.n, demand.delta_s, demand.delta_r, demand.n)
+    if not math.isfinite(sum(commands)):
+        raise Broken(f"output: applied {applied}, fins {cycle.fins}, demand {demand}")
+    if not math.isfinite(sum(cycle.state.eta) + sum(cycle.state.nu)):
+        raise Broken(f"state: eta {cycle.state.eta}, nu {cycle.state.nu}")
+    for event in cycle.events:
+        if event.startswith(_NOT_MADE):
+            raise Broken(f"event: {event}")
+
+
+class Peer:
+    """What another's parser makes of what one link sends; it is strict."""
+
+    def __init__(self) -> None:
+        self._mav = mav.MAVLink(None)
+
+    def hears(self, datagram: bytes) -> int:
+        """How many messages are in a datagram.
+
+        Raises:
+            Broken: it is too long, or not all of it is messages.
+        """
+        try:
+            messages = self._mav.parse_buffer(datagram) or []
+        except mav.MAVError as error:
+            raise Broken(f"said: {error}: {datagram.hex()}") from None
+        if len(datagram) > MOST_BYTES or self._mav.buf_len():
+            raise Broken(f"said: {len(datagram)} bytes, {self._mav.buf_len()} of them no message: {datagram.hex()}")
+        return len(messages)
