@@ -28,6 +28,7 @@ def _run(seed: int, k: int) -> Numbers:
         ekf = CoefficientEkf(vehicle(), CoefficientParams(std=WRONG, turbulence=BANK, **UNKNOWN_WATER))
         run = learn(setup, flown(setup, seed), ekf, seed, starts(seed, WRONG))
         out |= {f"{label} {key}": value for key, value in run.numbers().items()}
+        out[f"{label} restarts"] = np.array(ekf.restarts)
     return out
 
 
@@ -50,6 +51,10 @@ def _judge(runs: Sequence[Numbers]) -> Findings:
             band = band_999(dof * len(kept)) if i == 0 or setup.turbulence else None
             rows.append(Row(name, f"NEES of {what} per degree of freedom, {len(kept)} seeds", mean, band))
             curves[f"{label}, {what}"] = (t, nees[:, :, i], dof)
+        middle = float(np.median(nees[:, -1, 0])) / int(freedom[0])
+        rows.append(Row(name, "NEES of the ten per degree of freedom, the median flight (expected: 0.93)", middle))
+        lost = float(np.mean([run[f"{label} restarts"] > 0 for run in kept]))
+        rows.append(Row(name, "share of flights in which the filter was lost and began anew", lost))
         nis = np.sum([run[f"{label} nis"] for run in kept], axis=0)
         for sensor, (total, count) in zip(SENSORS, nis, strict=True):
             rows.append(Row(name, f"NIS of {sensor}, {len(kept)} seeds", float(total / count), band_999(float(count))))
