@@ -9,7 +9,6 @@ is no process noise, so a sea with eddies is not covered.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +20,6 @@ from firmware_py.estimation.transition import MOVING, WATER, Picks
 from tools.errors import UsageError
 from tools.tracking import Array
 
-NOTHING = 0.95
-"""A direction whose sigma is more than this part of what it was before has not been learned."""
 _SINGULAR = 1e-13
 """Eigenvalues of normalised information below this part of the largest are rounding."""
 
@@ -171,46 +168,6 @@ def true_states(
     x[:, MOVING : MOVING + model.water] = tuple(current)[: model.water]
     x[:, model.first :] = model.believed if values is None else values
     return x
-
-
-class Direction(NamedTuple):
-    """A combination of parameters and how well it is known."""
-
-    sigma: float
-    """1 sigma, in the units that the parameters were scaled by."""
-    weights: Array
-    """Of the scaled parameters, their squares' sum 1."""
-    words: str
-    """Such as "0.3 Y_dr + 0.9 Y_r + 0.3 Y_v"."""
-
-
-def directions(covariance: Array, names: Sequence[str], scales: Sequence[float]) -> list[Direction]:
-    """The principal directions of a covariance (n, n) of parameters, the worst known first.
-
-    Args:
-        covariance: of the parameters alone, (n, n).
-        names: of the parameters.
-        scales: what each is measured in: its believed size for shares of it, its prior sigma for what was learned.
-    """
-    scale = np.abs(np.asarray(scales, dtype=np.float64))
-    variances, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    found = []
-    for i in range(len(variances) - 1, -1, -1):
-        vector = vectors[:, i] * np.sign(vectors[np.argmax(np.abs(vectors[:, i])), i])
-        found.append(Direction(float(np.sqrt(max(variances[i], 0.0))), vector, _words(vector, names)))
-    return found
-
-
-def unlearned(covariance: Array, names: Sequence[str], prior_std: Sequence[float]) -> list[Direction]:
-    """The directions that a flight tells nothing of: their sigma has hardly come below the prior's."""
-    return [one for one in directions(covariance, names, prior_std) if one.sigma > NOTHING]
-
-
-def _words(vector: Array, names: Sequence[str]) -> str:
-    """The members that count, with their weights to one digit."""
-    parts = [(f"{abs(w):.1f} {name}", w < 0.0) for name, w in zip(names, vector, strict=True) if abs(w) >= 0.15]
-    text = "".join(f" {'-' if minus else '+'} {part}" for part, minus in parts)
-    return text[3:] if text.startswith(" + ") else text[1:].replace("- ", "-", 1)
 
 
 def _inverse(J: Array, prior_std: Array) -> Array:

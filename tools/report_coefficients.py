@@ -10,7 +10,7 @@ import numpy as np
 from firmware_py.estimation.health import SENSORS
 from tools.log import Columns, Log
 from tools.report_drawing import BELIEVED, TRUE, WANTED, Plot, at_least, band, line
-from tools.report_learned import Coefficient, coefficients, nis_bands
+from tools.report_learned import Coefficient, coefficients, nis_bands, taught
 from tools.tracking import Array
 
 SECTION = "Coefficients"
@@ -37,7 +37,7 @@ def plots(log: Log, truth: Columns, stride: int, figure: Callable[[str], Any]) -
     t = c["t"].astype(np.float32)
     for coefficient in learned:
         yield _coefficient(coefficient, t, every, figure(""))
-    yield _timeline(learned, t, every, figure(""))
+    yield _timeline(learned, taught(log), t, every, figure(""))
     known = [one for one in learned if np.isfinite(one.truth)]
     if known:
         yield _errors(known, t, every, figure("σ"))
@@ -74,7 +74,7 @@ def _note(one: Coefficient) -> str:
     return f"{words}."
 
 
-def _timeline(learned: list[Coefficient], t: Array, every: slice, figure: Any) -> Plot:
+def _timeline(learned: list[Coefficient], said: list[tuple[float, str]], t: Array, every: slice, figure: Any) -> Plot:
     states = np.array([one.excited[every] + 2 * one.valid[every].astype(np.int8) for one in learned], dtype=np.int8)
     steps = (
         [(i / 4, colour) for i, colour in enumerate(_STATES)],
@@ -92,7 +92,8 @@ def _timeline(learned: list[Coefficient], t: Array, every: slice, figure: Any) -
     )
     figure.update_yaxes(autorange="reversed")
     note = "Excited: the motion tells something about it. Valid: certain, and the filter is consistent."
-    return Plot("Excitation and validity", note, figure, section=SECTION)
+    words = [f"At {end:.1f} s, {text}." for end, text in said]
+    return Plot("Excitation and validity", " ".join((note, *words)), figure, section=SECTION)
 
 
 def _errors(known: list[Coefficient], t: Array, every: slice, figure: Any) -> Plot:

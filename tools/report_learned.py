@@ -62,6 +62,11 @@ def coefficients(log: Log) -> list[Coefficient]:
     ]
 
 
+def taught(log: Log) -> list[tuple[float, str]]:
+    """Time, s, and sentence of each learning manoeuvre's end: what it taught and what not; see `weakness.sentence`."""
+    return [(t, text) for t, text in log.events if text.partition(": ")[2].startswith("learned ")]
+
+
 def nis_bands(log: Log) -> dict[str, tuple[float, float]]:
     """By sensor that was heard: the band that a consistent filter keeps the running mean of its NIS in.
 
@@ -88,6 +93,7 @@ def figures(log: Log) -> dict[str, Any] | None:
     said: dict[str, Any] = _sayable(
         {
             "coefficients": {c.name: _figures(c) for c in learned},
+            "taught": [list(said) for said in taught(log)],
             "mean_square_error_sigmas": float(np.mean(squares)) if squares else None,
             "nis": dict(zip(SENSORS, last["nis"], strict=True)),
             "current_m_s": last["current"],

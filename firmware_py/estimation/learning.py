@@ -16,6 +16,7 @@ from firmware_py.estimation.health import Health, HealthMemory, HealthParams
 from firmware_py.estimation.horizon import Horizon, HorizonMemory, HorizonParams, Span
 from firmware_py.estimation.prediction import STILL
 from firmware_py.estimation.transition import MOVING
+from firmware_py.estimation.weakness import Known, sentence
 from firmware_py.params import When, param, table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned, StateEstimate
@@ -23,8 +24,8 @@ from firmware_py.records.sensing import SensorFrame
 from firmware_py.schedule import Rate, Tick
 from firmware_py.vehicle.vehicle import Vehicle
 
-SAID = Rate.HZ_10
-"""How often what is learned is said anew."""
+SAID, WORDED = Rate.HZ_10, Rate.HZ_1
+"""How often what is learned is said anew, in numbers and in words."""
 RECENT = 0.1
 """It begins with a ping of the DVL, and an attitude that is no older than this, s."""
 SURE = 2.0
@@ -65,6 +66,7 @@ class LearningMemory(NamedTuple):
     begun: bool
     resets: int
     reviews: int
+    ever: tuple[bool, ...]
     said: Learned
 
 
@@ -89,11 +91,11 @@ class Learning:
         self._resets = self._restarts = self._reviews = 0
         self._variances = [P.diagonal()[self._learned] for P in self.ekf.P]
         """Of the coefficients, by member: views of the covariances."""
-        self._std = np.zeros(count)
+        self._std, self._ever = np.zeros(count), np.zeros(count, dtype=np.bool_)
         self._intensities = coefficients.turbulence
         self._forget()
         self._permit()
-        self._said = self._say(None)
+        self._said = self._say(None, self._words())
 
     def update(self, tick: Tick, frame: SensorFrame, applied: Applied, state: StateEstimate) -> Learned:
         """What is known after the tick; `state` is what navigation makes of the same frame."""
@@ -109,7 +111,7 @@ class Learning:
             elif ping.t >= span.t and span.t - turn.t <= RECENT:
                 self._begin(span)
         if tick.every(SAID):
-            self._said = self._say(self._said)
+            self._said = self._say(self._said, self._words() if tick.every(WORDED) else self._said.words)
         return self._said
 
     def _begin(self, span: Span) -> None:
@@ -125,7 +127,7 @@ class Learning:
         if not ekf.step(span.inputs, span.h, span.z, span.variance):
             self._resets += 1
             self._forget()
-            self._said = self._say(None)
+            self._said = self._say(None, self._words())
             return
         np.sqrt(self._variances[ekf.evidence.argmax()], out=self._std)
         if ekf.restarts > self._restarts:
@@ -137,13 +139,15 @@ class Learning:
     def _forget(self) -> None:
         """Coefficients as they are believed, and nothing known of the water."""
         self.ekf.start((0.0,) * 6, (0.0,) * 3, (1.0,) * MOVING)
+        self._ever[:] = self._health.excited
         self._running = self._begun = False
 
     def _permit(self) -> None:
         """What is not excited neither learns nor becomes less certain."""
         self.ekf.permit(np.array(self._health.excited, dtype=np.bool_))
+        self._ever |= self._health.excited
 
-    def _say(self, before: Learned | None) -> Learned:
+    def _say(self, before: Learned | None, words: str) -> Learned:
         """What is known. What was not excited since `before` stands to the last bit, unless the flight was reviewed."""
         mean, std, weights = (array.tolist() for array in self.ekf.blend())
         value, sigma = mean[self._learned], std[self._learned]
@@ -171,6 +175,25 @@ class Learning:
             dropped=self._horizon.dropped,
             resets=self._resets + self.ekf.restarts,
             horizon=self._horizon.t if self._running else math.nan,
+            words=words,
+        )
+
+    def _words(self) -> str:
+        """What was learned and what was not."""
+        model, count, learned = self.ekf.model, self._count, self._learned
+        if not self._begun:
+            return f"learned 0 of {count}: learning has not begun"
+        valid, excited, _ = self._health.verdict
+        return sentence(
+            Known(
+                model.names[:count],
+                self.ekf.estimate().covariance[learned, learned],
+                self.ekf.prior[learned],
+                np.array(model.believed[:count]),
+                np.array(valid),
+                np.array(excited) & self._running,
+                self._ever,
+            )
         )
 
     def freeze(self) -> LearningMemory:
@@ -183,6 +206,7 @@ class Learning:
             self._begun,
             self._resets,
             self._reviews,
+            tuple(self._ever.tolist()),
             self._said,
         )
 
@@ -195,3 +219,4 @@ class Learning:
         self._resets, self._said = memory.resets, memory.said
         self._restarts, self._reviews = self.ekf.restarts, memory.reviews
         self._permit()
+        self._ever[:] = memory.ever

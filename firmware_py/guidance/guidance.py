@@ -11,18 +11,19 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from firmware_py.guidance.bottom import Bottom
 from firmware_py.guidance.circle import Circle, beside, tangent
 from firmware_py.guidance.guidance_memory import AT_REST, GuidanceMemory
 from firmware_py.guidance.guidance_params import GuidanceParams
 from firmware_py.guidance.learning import STILL, Dither, Learning
 from firmware_py.guidance.line_of_sight import Leg, LineOfSight
 from firmware_py.guidance.reference_model import ReferenceModel
-from firmware_py.guidance.route import Route
+from firmware_py.guidance.route import Route, homing
 from firmware_py.marine import clip
 from firmware_py.records.command import ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.fence import Place, nearest
-from firmware_py.records.order import Loiter, Manoeuvre, Mission, Mode, Order, Setpoint, Waypoint
+from firmware_py.records.fence import Place
+from firmware_py.records.order import Loiter, Manoeuvre, Mission, Mode, Order, Setpoint, Surface, Waypoint
 from firmware_py.schedule import Tick
 
 __all__ = ["Guidance", "GuidanceParams"]
@@ -59,27 +60,41 @@ class Guidance:
         self._heading = ReferenceModel(params.shape, angle=True)
         self._sight = LineOfSight(params.line_of_sight)
         self._route = Route(mission, rally)
+        self._home = Route(Mission((Surface(rally=True),)), rally)
         self._rally = tuple(rally)
-        self._deepest, self._lowest = depth_max - _CLEAR, altitude_min + _CLEAR
+        self._bottom = Bottom(depth_max - _CLEAR, altitude_min + _CLEAR)
         self._learning = Learning(params.learning, depth_max, altitude_min)
         self._mode = Mode.DISARMED
         self._wanted = Setpoint(0.0, 0.0, 0.0)
         self._last = AT_REST
         self._circle: Circle | None = None
         self._pace = 0.0
-        self._bottom = math.nan
         self._climb_share = math.sin(params.pitch_max)
         self.events: tuple[str, ...] = ()
 
     @property
     def finished(self) -> bool:
-        """True once all of a mission was flown, or it was taken away meanwhile; disarming starts it anew."""
+        """True once all of a mission was flown, or it was taken away meanwhile; disarming starts it anew.
+
+        On the way back it is that which is flown.
+        """
+        if self._mode is Mode.RETURN:
+            return self._home.finished
         flown = self._mode is Mode.MISSION or not self._route.empty
         return self._mode is not Mode.DISARMED and self._route.finished and flown
+
+    @property
+    def _flown(self) -> Route:
+        return self._home if self._mode is Mode.RETURN else self._route
 
     def update(self, tick: Tick, mode: ModeState, order: Order, state: StateEstimate) -> Reference:
         """The reference of this tick. While the state is not finite the last one stands, and no manoeuvre goes on."""
         self.events = ()
+        reference = self._update(tick, mode, order, state)
+        self.events += self._learning.taught(state.learned.words)
+        return reference
+
+    def _update(self, tick: Tick, mode: ModeState, order: Order, state: StateEstimate) -> Reference:
         eta, nu = state.eta, state.nu
         if not math.isfinite(eta.x + eta.y + eta.z + eta.psi + nu.u + nu.v):
             return replace(self._last, **STILL._asdict())
@@ -89,11 +104,11 @@ class Guidance:
             self._learning.reset()
             if mode.mode is Mode.DISARMED:
                 self._route.reset()
+            self._home.reset()
         if order.jump >= 0:
             self._learning.reset()
             self._route.jump(order.jump, eta.x, eta.y, self._depth.command)
-        if math.isfinite(state.altitude):
-            self._bottom = eta.z + state.altitude
+        self._bottom.see(eta.z, state.altitude)
         if mode.mode is Mode.DISARMED or mode.mode is Mode.MANUAL:
             self._last = self._follow(mode.mode, state)
             return self._last
@@ -168,17 +183,13 @@ class Guidance:
 
     def _surface(self, state: StateEstimate) -> Setpoint:
         """Up, and towards the nearest rally point; who is there, or knows of none, keeps the heading."""
-        z_d, psi_d = 0.0 if state.depth_ok else -self._params.blind_climb, self._wanted.psi_d
-        rally = nearest(self._rally, state.eta.x, state.eta.y)
-        if rally is not None:
-            dx, dy = rally.x - state.eta.x, rally.y - state.eta.y
-            if math.hypot(dx, dy) > self._tightest(self._params.surface_speed):
-                psi_d = math.atan2(dy, dx)
-        return Setpoint(z_d, psi_d, self._params.surface_speed)
+        z_d, speed = 0.0 if state.depth_ok else -self._params.blind_climb, self._params.surface_speed
+        psi_d = homing(self._rally, state.eta.x, state.eta.y, self._tightest(speed))
+        return Setpoint(z_d, self._wanted.psi_d if math.isnan(psi_d) else psi_d, speed)
 
     def _proceed(self, entered: bool, u_d: float, state: StateEstimate, dt: float) -> tuple[float, Dither]:
-        """Flies the mission's item; returns the distance across its leg, m (NaN off a leg), and what the fins add."""
-        route = self._route
+        """Flies what comes next; returns the distance across its leg, m (NaN off a leg), and what the fins add."""
+        route = self._flown
         self._hurry(u_d)
         if entered:
             route.enter(state.eta.x, state.eta.y, self._depth.command)
@@ -193,18 +204,16 @@ class Guidance:
 
     def _fly(self, end: Waypoint, state: StateEstimate, dt: float) -> float:
         """Wants what the leg wants; returns the distance across it, m."""
-        route, sight = self._route, self._params.line_of_sight
-        before = route.index, route.item
+        route, sight = self._flown, self._params.line_of_sight
+        before = route.freeze()
         radius = max(self._params.turn_radius, state.nu.u / self._params.turn_rate_max)
         way = route.follow(state.eta.x, state.eta.y, sight.acceptance, radius, _LAGS * self._params.heading_way)
-        if route.item != before[1]:
-            last = max(route.index, before[0] + 1)  # a jump may lead back
-            self.events = tuple(f"waypoint {i} of {len(route)} passed" for i in range(before[0] + 1, last + 1))
+        self.events = route.passed(before)
         after = route.current
         if isinstance(after, Waypoint) or route.finished:
             end = after if isinstance(after, Waypoint) else end
             heading = self._sight.update(way, state, dt)
-            z_d = self._above_bottom(end.z) if end.above else route.depth(end, way)
+            z_d = self._bottom.above(end.z, self._depth.command) if end.above else route.depth(end, way)
             self._wanted = Setpoint(max(z_d, 0.0), heading, self._speed(end.u))
         return way.across
 
@@ -215,16 +224,11 @@ class Guidance:
         circle = Circle(item.x, item.y, math.copysign(radius, item.radius or 1.0))
         x, y = state.eta[:2]
         _, psi_d = self._round(circle, state, dt)
-        self._wanted = Setpoint(max(self._above_bottom(item.z) if item.above else item.z, 0.0), psi_d, u_d)
+        z_d = self._bottom.above(item.z, self._depth.command) if item.above else item.z
+        self._wanted = Setpoint(max(z_d, 0.0), psi_d, u_d)
         if self._route.circle(x, y, circle, _JOINED * radius, dt):
             self.events = (f"loiter done at item {self._route.item + 1}",)
             self._route.leave(x, y, self._depth.command)
-
-    def _above_bottom(self, altitude: float) -> float:
-        """The depth, m, so high above the bottom as it was last seen; the depth that is while it never was."""
-        if math.isnan(self._bottom):
-            return self._depth.command
-        return min(self._bottom - max(altitude, self._lowest), self._deepest)
 
     def _learn(self, manoeuvre: Manoeuvre, state: StateEstimate, dt: float) -> Dither:
         """Wants to stay at the depth and on the course at which the manoeuvre began; returns what it does meanwhile."""
@@ -278,7 +282,8 @@ class Guidance:
             self._learning.freeze(),
             self._circle,
             self._pace,
-            self._bottom,
+            self._bottom.z,
+            self._home.freeze(),
         )
 
     def thaw(self, memory: GuidanceMemory) -> None:
@@ -291,4 +296,5 @@ class Guidance:
         self._learning.thaw(memory.learning)
         self._circle = memory.circle
         self._pace = memory.pace
-        self._bottom = memory.bottom
+        self._bottom.z = memory.bottom
+        self._home.thaw(memory.home)

@@ -27,6 +27,7 @@ class GuidanceMemory(NamedTuple):
     circle: Circle | None
     pace: float
     bottom: float
+    home: Progress
 
 
 AT_REST = Reference(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, math.nan)

@@ -15,7 +15,7 @@ from firmware_py.guidance.excitation import Sides, sides
 from firmware_py.marine import body_to_ned, euler_rates, wrap
 from firmware_py.params import param
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.order import Manoeuvre, Setpoint
+from firmware_py.records.order import Kind, Manoeuvre, Setpoint
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,13 +64,11 @@ STILL = Dither(0.0, 0.0, 1.0)
 class Course(NamedTuple):
     """How far a manoeuvre has come: steps flown, steps of this wait and of all waits, and the sides of the fins."""
 
+    kind: Kind
     flown: int
     waiting: int
     waited: int
     sides: Sides
-
-
-_BEGINNING = Course(0, 0, 0, Sides(1.0, 1.0))
 
 
 class Learning:
@@ -84,6 +82,7 @@ class Learning:
         self._params = params
         self._deepest, self._lowest = depth_max - params.depth_margin, altitude_min
         self._memory: Course | None = None
+        self._over: Kind | None = None
         self.events: tuple[str, ...] = ()
 
     @property
@@ -103,7 +102,7 @@ class Learning:
         self.events = ()
         if self._memory is None:
             self._say(manoeuvre, f"begins: {manoeuvre.duration:g} s about {base.z_d:.1f} m")
-        course = self._memory or _BEGINNING
+        course = self._memory or Course(manoeuvre.kind, 0, 0, 0, Sides(1.0, 1.0))
         if why := self._breach(base.z_d, state, self._params.resume if course.waiting else 1.0):
             return self._wait(manoeuvre, course, why, dt)
         if course.waiting:
@@ -111,13 +110,20 @@ class Learning:
         at = sides(manoeuvre, course.flown, dt, course.sides, state.eta.theta, wrap(state.eta.psi - base.psi_d))
         self._memory = course._replace(flown=course.flown + 1, waiting=0, sides=at)
         if (course.flown + 1) * dt >= manoeuvre.duration:
-            self._memory = None
+            self.reset()
             self._say(manoeuvre, f"done: {manoeuvre.duration:g} s, and {course.waited * dt:.1f} s of waiting")
         return Dither(manoeuvre.delta_s * at.s, manoeuvre.delta_r * at.r, self._params.grip)
 
     def reset(self) -> None:
-        """Breaks off: what is flown next begins anew."""
+        """Ends it, or breaks it off: what is flown next begins anew."""
+        if self._memory:
+            self._over = self._memory.kind
         self._memory = None
+
+    def taught(self, words: str) -> tuple[str, ...]:
+        """The sentence on what a manoeuvre taught that has ended since this was last asked; `words` are `Learned`'s."""
+        over, self._over = self._over, None
+        return (f"{over.name.lower()}: {words}",) if over is not None and words else ()
 
     def freeze(self) -> Course | None:
         """All it remembers."""
@@ -132,7 +138,7 @@ class Learning:
             self._say(manoeuvre, f"waits: {why}")
         self._memory = course._replace(waiting=course.waiting + 1, waited=course.waited + 1)
         if (course.waiting + 1) * dt >= self._params.patience:
-            self._memory = None
+            self.reset()
             self._say(manoeuvre, f"given up after {course.flown * dt:.1f} s: {why}")
         return STILL
 

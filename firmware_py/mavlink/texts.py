@@ -6,13 +6,17 @@ from firmware_py.mavlink.codec import Message, dialect
 
 _CHUNK = 50
 _MOST_CHUNKS = 6
-_AS_WISHED = (": ordered", ": mission done", ": surfaced")
+_AS_WISHED = (": ordered", ": mission done", ": returned", ": surfaced")
+_ALL_LEARNED = ": learned all "
+"""What a learning manoeuvre did not teach is a warning; see `estimation.weakness.sentence`."""
 
 
 def severity(event: str) -> int:
-    """How much an event of a cycle matters, by the words that the supervisor uses."""
+    """How much an event of a cycle matters, by the words that those use who say it."""
     if " -> " in event:
         return int(dialect.MAV_SEVERITY_NOTICE if event.endswith(_AS_WISHED) else dialect.MAV_SEVERITY_CRITICAL)
+    if _ALL_LEARNED in event:
+        return int(dialect.MAV_SEVERITY_NOTICE)
     return int(dialect.MAV_SEVERITY_INFO if event.startswith(("waypoint ", "ready ")) else dialect.MAV_SEVERITY_WARNING)
 
 

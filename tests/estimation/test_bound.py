@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from firmware_py.estimation.observer_model import ObserverModel
+from firmware_py.estimation.weakness import unlearned
 from firmware_py.guidance.excitation import opposite, prbs
-from tools.bound import bound, bounds, directions, true_states, unlearned
+from tools.bound import bound, bounds, true_states
 from tools.errors import UsageError
 from tools.trial import N_TRIM, SENSOR_STD, Trial, fly, measured
 
@@ -88,14 +89,6 @@ def test_without_belief_what_the_flight_is_silent_about_is_boundless() -> None:
     covariance = bound(model, true_states(model, trial.x), trial.inputs, H, measured(200, H, RATES), SENSOR_STD, prior)
     assert np.sqrt(covariance[9, 9]) > 1e6 * 0.013
     assert np.sqrt(covariance[10, 10]) < 0.1 * 0.041
-
-
-def test_a_direction_reads_as_one_says_it() -> None:
-    a = np.array([0.3, 0.9, -0.3])
-    a /= np.linalg.norm(a)
-    worst = directions(1e-6 * np.eye(3) + 4.0 * np.outer(a, a), ("Y_dr", "Y_r", "Y_v"), (1.0, 1.0, 1.0))[0]
-    assert worst.words == "0.3 Y_dr + 0.9 Y_r - 0.3 Y_v"
-    assert worst.sigma == pytest.approx(2.0)
 
 
 def test_eddies_are_refused() -> None:

@@ -111,6 +111,16 @@ def test_what_is_excited_and_valid_is_a_timeline(log: Log) -> None:
     assert y_dr[[5, 15, 24, 29]].tolist() == [0, 1, 1, 0]
 
 
+def test_what_a_manoeuvre_taught_and_what_not_stands_there_and_in_the_summary(log: Log) -> None:
+    sentence = "prbs: learned 2 of 3, 1 valid, 1 sigma up to 5 % (M_q); not identifiable: Y_dr (never excited)"
+    log.events[:] = [(0.5, "prbs begins: 2 s about 60.0 m"), (2.5, "prbs done: 2 s"), (2.5, sentence)]
+    assert drawn(log)["Excitation and validity"].note.endswith(f"filter is consistent. At 2.5 s, {sentence}.")
+    assert summarise(log)["learned"]["taught"] == [[2.5, sentence]]
+    log.events.clear()
+    assert drawn(log)["Excitation and validity"].note.endswith("the filter is consistent.")
+    assert summarise(log)["learned"]["taught"] == []
+
+
 def test_the_water_is_drawn_while_the_filter_runs_beside_the_truth(log: Log) -> None:
     found = traces(log, "Current")
     assert np.isfinite(found["north"]).tolist() == [False] * 10 + [True] * 15 + [False] * 5

@@ -48,7 +48,8 @@ def test_a_shipped_scenario_learns_inside_its_limits_and_surfaces(name: str) -> 
     assert outcome == Outcome(True, "completed")
     events = [text for _, text in log.events]
     assert f"{kind} begins: 120 s about 60.0 m" in events
-    assert f"{kind} done: 120 s, and 0.0 s of waiting" in events
+    done = events.index(f"{kind} done: 120 s, and 0.0 s of waiting")
+    assert events[done + 1].startswith(f"{kind}: learned all 10, 1 sigma up to ")
     while_learning, truth = learning(log), log.truth
     assert np.count_nonzero(while_learning) == 12_000
     assert np.abs(truth["eta.z"] - 60.0)[while_learning].max() < LIMITS.depth_band
@@ -135,7 +136,7 @@ def test_over_a_bottom_that_is_near_it_gives_up_and_the_mission_goes_on(tmp_path
     assert outcome.completed
     assert not learning(log).any()
     assert [text.split(":")[0] for _, text in log.events[1:]] == [
-        *("prbs begins", "prbs waits", "prbs given up after 0.0 s")
+        *("prbs begins", "prbs waits", "prbs given up after 0.0 s", "prbs")
     ]
     assert log.columns["reference.cross_track"][-1] == pytest.approx(0.0, abs=1.0)
 
@@ -161,3 +162,26 @@ def test_the_path_error_leaves_the_manoeuvre_out(tmp_path: Path) -> None:
     summary = summarise(log)
     assert off > 3.0
     assert summary["path_error_max_m"] < 0.6 * off
+
+
+def test_a_rudder_at_rest_is_named_in_log_and_report_until_it_has_moved(tmp_path: Path) -> None:
+    items = (
+        '[[items]]\nmanoeuvre = { kind = "doublets", delta_r_deg = 0, duration_s = 40.0 }\n'
+        '[[items]]\nmanoeuvre = { kind = "prbs", duration_s = 40.0 }'
+    )
+    _, log = flown(written(tmp_path, items, duration=81.0))
+    first, second = (text for _, text in log.events if ": learned " in text)
+    assert first.startswith("doublets: learned 4 of 10, 4 valid, ")
+    assert first.endswith("; not identifiable: N_r, N_dr, N_v, Y_dr, Y_r, Y_v (never excited)")
+    assert second.startswith("prbs: learned ")
+    assert "identifiable" not in second
+    assert [text for _, text in summarise(log)["learned"]["taught"]] == [first, second]
+    assert replay(log, build).equal
+
+
+def test_an_order_to_surface_ends_it_with_what_it_taught_so_far(tmp_path: Path) -> None:
+    orders = '[[orders]]\nt_s = 4.0\nmode = "surface"'
+    _, log = flown(written(tmp_path, '[[items]]\nmanoeuvre = { kind = "prbs" }', duration=6.0, orders=orders))
+    said = [(round(t, 2), text) for t, text in log.events if ": learned " in text]
+    assert [t for t, _ in said] == [4.0]
+    assert said[0][1].startswith("prbs: learned 0 of 10, 0 valid; not identifiable: M_q, ")  # the water is found first

@@ -6,16 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from firmware_py.estimation.observer_model import GROUPS
-from tools.bound import Direction, directions, unlearned
+from firmware_py.estimation.weakness import Direction, directions, weakness
 from tools.identify.estimate import Answer
-
-ALONE = 0.97
-"""A coefficient that lies so far within what was not learned was not learned by itself, not only in a combination."""
-PART = 0.15
-"""With less weight than this a coefficient takes no part in a direction."""
 
 
 @dataclass(frozen=True)
@@ -36,25 +29,17 @@ class Verdict:
 def judge(answer: Answer) -> Verdict:
     """Finds what is not identifiable in the answer that is taken."""
     covariance, names = answer.taken.covariance, answer.names
-    lost = unlearned(covariance, names, answer.prior.tolist())
-    within = np.sqrt(sum((one.weights**2 for one in lost), np.zeros(len(names))))
-    alone = [name for name, share in zip(names, within, strict=True) if share > ALONE]
-    rest = [i for i, name in enumerate(names) if name not in alone]
-    left = [names[i] for i in rest]
-    mixed = unlearned(covariance[np.ix_(rest, rest)], left, answer.prior[rest].tolist()) if rest else []
+    weak = weakness(covariance, names, answer.prior)
     sentences = []
-    if alone:
+    if alone := weak.alone:
         sentences.append(f"{', '.join(alone)}: nothing in the log excites {'it' if len(alone) == 1 else 'them'}")
     sentences += [
         f"{one.words}, each over its prior sigma: the log knows this sum no better than the vehicle file did"
-        for one in mixed
+        for one in weak.mixed
     ]
-    parts = {
-        names[i] for one in mixed for i, weight in zip(rest, one.weights.tolist(), strict=True) if abs(weight) >= PART
-    }
     return Verdict(
         weak=tuple(directions(covariance, names, answer.believed.tolist())),
-        unknown=tuple(name for name in names if name in alone or name in parts),
+        unknown=weak.unknown,
         sentences=tuple(sentences),
     )
 

@@ -13,8 +13,8 @@ from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.guidance.learning import STILL, Learning, LearningParams
 from firmware_py.marine import Eta, Nu
 from firmware_py.records.command import ModeState, Reference
-from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.order import NO_ORDER, Kind, Manoeuvre, Mission, Mode, Setpoint, Waypoint
+from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate
+from firmware_py.records.order import NO_ORDER, Kind, Manoeuvre, Mission, Mode, Order, Setpoint, Waypoint
 from firmware_py.schedule import Tick
 
 NAN = math.nan
@@ -130,12 +130,13 @@ class Boat:
         self.x = self.y = self.psi = 0.0
         self.z, self.k = 50.0, 0
         self.events: list[str] = []
+        self.learned = NOTHING_LEARNED
 
-    def run(self, mode: Mode, seconds: float) -> list[Reference]:
+    def run(self, mode: Mode, seconds: float, order: Order = NO_ORDER) -> list[Reference]:
         flown = []
         for _ in range(round(10.0 * seconds)):
-            at = state(z=self.z, x=self.x, y=self.y, psi=self.psi)
-            last = self.guidance.update(Tick(self.k, 100_000_000), ModeState(mode, False, 0), NO_ORDER, at)
+            at = dataclasses.replace(state(z=self.z, x=self.x, y=self.y, psi=self.psi), learned=self.learned)
+            last = self.guidance.update(Tick(self.k, 100_000_000), ModeState(mode, False, 0), order, at)
             self.events += self.guidance.events
             self.k += 1
             self.psi, self.z = last.psi_d, last.z_d
@@ -214,3 +215,67 @@ def test_thawed_in_the_middle_it_goes_on_as_the_frozen_one(ticks: int) -> None:
     twin.guidance.thaw(boat.guidance.freeze())
     twin.x, twin.y, twin.z, twin.psi, twin.k = boat.x, boat.y, boat.z, boat.psi, boat.k
     assert repr(boat.run(Mode.MISSION, 5.0)) == repr(twin.run(Mode.MISSION, 5.0))
+
+
+KNOWN = dataclasses.replace(NOTHING_LEARNED, words="learned 1 of 2; not identifiable: N_r (never excited)")
+TAUGHT = f"prbs: {KNOWN.words}"
+
+
+def under_way(*items: Waypoint | Manoeuvre) -> Boat:
+    """In the fourth second of a manoeuvre."""
+    boat = Boat(*items)
+    boat.learned = KNOWN
+    boat.run(Mode.MANUAL, 0.1)
+    boat.run(Mode.MISSION, 4.0)
+    assert TAUGHT not in boat.events
+    return boat
+
+
+def test_what_it_taught_is_said_once_as_its_time_is_over() -> None:
+    boat = under_way(PRBS, THERE)
+    boat.run(Mode.MISSION, 6.0)
+    assert boat.events[-2:] == ["prbs done: 10 s, and 0.0 s of waiting", TAUGHT]
+    boat.run(Mode.MISSION, 5.0)
+    assert boat.events.count(TAUGHT) == 1
+
+
+@pytest.mark.parametrize("mode", [Mode.HOLD, Mode.SURFACE, Mode.MANUAL, Mode.DISARMED])
+def test_what_it_taught_is_said_when_another_mode_ends_it(mode: Mode) -> None:
+    boat = under_way(PRBS)
+    boat.run(mode, 0.1)
+    assert boat.events[-1] == TAUGHT
+    boat.run(mode, 2.0)
+    assert boat.events.count(TAUGHT) == 1
+
+
+def test_what_it_taught_is_said_when_it_is_skipped() -> None:
+    boat = under_way(PRBS, THERE)
+    boat.run(Mode.MISSION, 0.1, Order(jump=1))
+    assert boat.events[-1] == TAUGHT
+
+
+def test_what_it_taught_is_said_when_the_mission_is_another_one() -> None:
+    boat = under_way(PRBS)
+    other = Guidance(GuidanceParams(), Mission((THERE,)))
+    other.thaw(boat.guidance.freeze())
+    other.restart()
+    boat.guidance = other
+    boat.run(Mode.MISSION, 1.0)
+    assert boat.events.count(TAUGHT) == 1
+
+
+def test_what_it_taught_is_said_when_it_gives_up() -> None:
+    boat = under_way(PRBS)
+    boat.z = 60.0
+    for _ in range(round(10.0 * PARAMS.patience)):
+        boat.run(Mode.MISSION, 0.1)
+        boat.z = 60.0
+    assert boat.events[-2].startswith("prbs given up after 4.0 s")
+    assert boat.events[-1] == TAUGHT
+
+
+def test_of_a_vehicle_that_does_not_learn_nothing_is_said() -> None:
+    boat = Boat(PRBS)
+    boat.run(Mode.MANUAL, 0.1)
+    boat.run(Mode.MISSION, 12.0)
+    assert [event.split(":")[0] for event in boat.events] == ["prbs begins", "prbs done"]

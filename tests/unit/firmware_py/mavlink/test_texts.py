@@ -67,9 +67,21 @@ def test_the_number_of_a_sentence_is_never_that_of_short_ones() -> None:
         ("HOLD refused: disarmed", mavlink.MAV_SEVERITY_WARNING),
         ("water in the hull", mavlink.MAV_SEVERITY_WARNING),
         ("waypoint 1 of 3 passed", mavlink.MAV_SEVERITY_INFO),
+        ("prbs: learned all 10, 1 sigma up to 2 % (Y_r)", mavlink.MAV_SEVERITY_NOTICE),
+        ("prbs: learned 0 of 2: learning has not begun", mavlink.MAV_SEVERITY_WARNING),
     ],
 )
 def test_what_is_grave_is_told_as_grave(event: str, expected: int) -> None:
     assert severity(event) == expected
     (text,) = [m for m in parse(node().report(cycle(7, events=(event,)))[0]) if m.get_type() == "STATUSTEXT"]
     assert (text.text, text.severity) == (event, expected)
+
+
+def test_what_a_manoeuvre_did_not_teach_arrives_whole_as_a_warning() -> None:
+    event = "doublets: learned 4 of 10, 4 valid, 1 sigma up to 3.08 % (Z_ds); " + (
+        "not identifiable: N_r, N_dr, N_v, Y_dr, Y_r, Y_v (never excited)"
+    )
+    texts = [m for m in parse(node().report(cycle(7, events=(event,)))[0]) if m.get_type() == "STATUSTEXT"]
+    assert len(texts) == 3
+    assert put_together(texts) == [event]
+    assert {text.severity for text in texts} == {mavlink.MAV_SEVERITY_WARNING}
