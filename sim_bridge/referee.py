@@ -56,8 +56,9 @@ class Referee:
         self._mode = mode
         self._armed = self._armed or mode is not Mode.DISARMED
         if mode is Mode.SURFACE:
-            meant = cycle.order.mode is Mode.SURFACE or (before is Mode.MISSION and cycle.mode.mission_done)
-            if not meant:
+            done = before is Mode.MISSION and cycle.mode.mission_done
+            returned = before is Mode.RETURN and self._said.endswith(": returned")
+            if not (done or returned or cycle.order.mode in (Mode.SURFACE, Mode.RETURN)):
                 self._abort()
         elif mode is Mode.DISARMED:
             came_up = cycle.frame.fix.ok or cycle.state.eta.z < _SURFACE

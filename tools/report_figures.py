@@ -18,6 +18,7 @@ from tools.report_lateness import histogram
 from tools.tracking import (
     Array,
     believed_columns,
+    flown_last,
     navigation_error,
     path_error,
     true_columns,
@@ -34,6 +35,7 @@ _MODES = {
     Mode.SURFACE: "#eab308",
     Mode.LOITER: "#14b8a6",
     Mode.GUIDED: "#8b5cf6",
+    Mode.RETURN: "#ec4899",
 }
 _WANTED = ("reference.z_d", "reference.psi_d", "reference.u_d")
 """What is a reference only while somebody steers by it; in MANUAL and DISARMED it goes along with the boat."""
@@ -90,9 +92,9 @@ class Figures:
         yield from plots(self._log, self._true, self.stride, self._figure)
 
     def plan(self) -> Plot:
-        """North over east, with the legs."""
+        """North over east, with the legs of the mission that was flown last."""
         c, truth, figure = self._c, self._truth, go.Figure()
-        waypoints = np.array(self._log.header.get("mission", {}).get("waypoints", ()), dtype=float).reshape(-1, 4)
+        waypoints = flown_last(self._log).waypoints
         if len(waypoints):
             numbers = [str(i + 1) for i in range(len(waypoints))]
             label: dict[str, Any] = {

@@ -14,11 +14,19 @@ from rich.text import Text
 from firmware_py.records.order import Mode
 from tools import lateness, manoeuvres, report_learned
 from tools.log import Log
-from tools.tracking import Array, believed_columns, navigation_error, path_error, true_columns, wrapped_deg
+from tools.tracking import (
+    Array,
+    believed_columns,
+    flown_last,
+    navigation_error,
+    path_error,
+    true_columns,
+    wrapped_deg,
+)
 
 Summary = dict[str, Any]
 
-_HELD = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED)
+_HELD = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN)
 
 _ROWS: tuple[tuple[str, str, str], ...] = (
     # key, words, format with the unit
@@ -51,8 +59,8 @@ def summarise(log: Log) -> Summary:
     vehicle_time_s: time of the last cycle plus one step. wall_time_s: from the end record. speed_up: their quotient.
     distance_m: length of the path over the ground, x, y and z. depth_max_m: greatest z.
     depth_error_rms_m, heading_error_rms_deg: of z_d - z and psi_d - psi (the short way) over all armed cycles in which
-    depth and heading are held: hold, mission, loiter, guided. z and psi are the truth where it was logged, else the
-    estimate; `against` says which.
+    depth and heading are held: hold, mission, loiter, guided, return. z and psi are the truth where it was logged,
+    else the estimate; `against` says which.
     path_error_rms_m, path_error_max_m: of the horizontal distance from the boat (truth or estimate, as above) to the
     planned path over the cycles in MISSION; the path is the straight lines from where MISSION was entered through the
     waypoints, the last of them without an end (`tracking.path_error`). None if no mission was flown.
@@ -60,12 +68,13 @@ def summarise(log: Log) -> Summary:
     turning_diameter_m, turning_rate_deg_s (positive to starboard): of a run steered by hand in a circle.
     overshoot_first_deg, overshoot_second_deg, zigzag_period_s: of one steered by hand in a zigzag (`manoeuvres`).
     fin_travel_deg_s: the way a fin's applied angle covers, over the time armed, mean of all fins.
-    waypoints_passed, waypoints_total: legs flown to their end, of how many.
+    waypoints_passed, waypoints_total: legs flown to their end, of how many, of the mission that was flown last.
     late_cycles: those that began more than one step after their deadline. lateness: `lateness.Lateness` by name, None
     for a run that was not in real time. losses: by name, how much was lost on its way, as the log's end record counts.
     learned: None if nothing was; else of the last cycle, by coefficient, value, std, valid, believed, and truth,
     error_pct and error_sigmas where the truth was logged; mean_square_error_sigmas over them, correlations left out;
-    nis by sensor, current_m_s and current_std_m_s (north, east), turbulence_m_s, rejected, dropped, resets.
+    nis by sensor, current_m_s and current_std_m_s (north, east), turbulence_m_s, rejected, dropped, resets; and taught:
+    when each learning manoeuvre was over (s), and the sentence on what it taught and what not.
     cycles, complete, lost, events: of the log.
     """
     c = log.columns
@@ -157,8 +166,9 @@ def figures(summary: Summary) -> list[tuple[str, str]]:
 
 
 def _waypoints(log: Log) -> tuple[int, int]:
-    total = len(log.header.get("mission", {}).get("waypoints", ()))
-    c = log.columns
+    begin, end, waypoints = flown_last(log)
+    total = len(waypoints)
+    c = {name: log.columns[name][begin:end] for name in ("mode.mode", "mode.mission_done", "reference.waypoint")}
     if c["mode.mission_done"].any():
         return total, total
     flown = c["reference.waypoint"][c["mode.mode"] == Mode.MISSION]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+import json
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +12,33 @@ from firmware_py.records.order import Mode
 from tools.log import Columns, Log
 
 Array = npt.NDArray[Any]
+
+
+class Planned(NamedTuple):
+    """The waypoints (x, y, z, u) of a mission, (n, 4), and the cycles from `begin` up to `end` in which it stood."""
+
+    begin: int
+    end: int
+    waypoints: Array
+
+
+def missions(log: Log) -> list[Planned]:
+    """Every mission of a run: the header's, and those that stations sent meanwhile."""
+    t, tables = log.columns["t"], [(0, log.header.get("mission", {}))]
+    for t_ns, documents in log.changes.items():
+        at = int(np.searchsorted(t, t_ns * 1e-9))
+        tables += [(at, change["mission"]) for change in map(json.loads, documents) if "mission" in change]
+    ends = [begin for begin, _ in tables[1:]] + [len(t)]
+    return [
+        Planned(begin, end, np.array(table.get("waypoints", ()), dtype=float).reshape(-1, 4))
+        for (begin, table), end in zip(tables, ends, strict=True)
+    ]
+
+
+def flown_last(log: Log) -> Planned:
+    """The mission that was flown last; where none was, the one that stood at the end."""
+    planned, flying = missions(log), log.columns["mode.mode"] == Mode.MISSION
+    return next((it for it in reversed(planned) if flying[it.begin : it.end].any()), planned[-1])
 
 
 def true_columns(log: Log) -> Columns:
@@ -40,25 +68,25 @@ def path_error(log: Log, boat: Columns) -> Array:
     """Horizontal distance from the boat to the planned path, m, at each cycle; NaN while it flies no leg of a mission.
 
     The path runs straight from where the boat was when MISSION was entered through the waypoints that were then still
-    to be passed, and on beyond the last. It is planned anew each time MISSION is entered, and after each manoeuvre. The
-    distance is to the nearest point of any leg, so that rounding a corner counts as what it leaves out, and passing
-    from leg to leg as nothing.
+    to be passed, and on beyond the last. It is planned anew each time MISSION is entered, after each manoeuvre, and for
+    each mission that a station sends. The distance is to the nearest point of any leg, so that rounding a corner counts
+    as what it leaves out, and passing from leg to leg as nothing.
 
     Args:
         log: the run.
         boat: "eta.x" and "eta.y" at each cycle, true or believed.
     """
     c = log.columns
-    waypoints = np.array(log.header.get("mission", {}).get("waypoints", ()), dtype=float).reshape(-1, 4)[:, :2]
     flying = (c["mode.mode"] == Mode.MISSION) & np.isfinite(c["reference.cross_track"])
     places = np.column_stack((boat["eta.x"], boat["eta.y"]))
     away = np.full(len(places), np.nan)
-    if not len(waypoints):
-        return away
-    for begin, end in np.flatnonzero(np.diff(flying, prepend=False, append=False)).reshape(-1, 2):
-        passed = int(c["reference.waypoint"][begin - 1]) if begin else 0
-        path = np.vstack((places[begin], waypoints[min(passed, len(waypoints) - 1) :]))
-        away[begin:end] = distance(places[begin:end], path)
+    for first, last, points in missions(log):
+        waypoints = points[:, :2]
+        legs = np.flatnonzero(np.diff(flying[first:last], prepend=False, append=False)) + first
+        for begin, end in legs.reshape(-1, 2) if len(waypoints) else ():
+            passed = int(c["reference.waypoint"][begin - 1]) if begin > first else 0
+            path = np.vstack((places[begin], waypoints[min(passed, len(waypoints) - 1) :]))
+            away[begin:end] = distance(places[begin:end], path)
     return away
 
 

@@ -35,6 +35,14 @@ _SHARPEST = math.radians(120.0)
 """A sharper corner is rounded like this one: the way before it would else grow without bound."""
 
 
+def homing(rally: Sequence[Place], x: float, y: float, near: float) -> float:
+    """The heading, rad, from (x, y), m, to the nearest rally point; NaN where it is `near`, m, or there is none."""
+    place = nearest(rally, x, y)
+    if place is None or math.hypot(place.x - x, place.y - y) <= near:
+        return math.nan
+    return math.atan2(place.y - y, place.x - x)
+
+
 class Route:
     """Remembers `Progress`."""
 
@@ -126,6 +134,16 @@ class Route:
             start, end = end, after
             way = leg(start, end, x, y)
         return way
+
+    def passed(self, before: Progress) -> tuple[str, ...]:
+        """What was passed since then, in sentences."""
+        if self._memory.next == before.next:
+            return ()
+        if before.rally is not None:
+            return ("rally point reached",)
+        first = self._before[before.next]
+        last = max(self.index, first + 1)  # a jump may lead back
+        return tuple(f"waypoint {i} of {len(self)} passed" for i in range(first + 1, last + 1))
 
     def circle(self, x: float, y: float, circle: Circle, slack: float, dt: float) -> bool:
         """Goes on around a loiter's circle, which is joined within `slack` of it, m; True once it is over."""

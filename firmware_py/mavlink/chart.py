@@ -1,24 +1,29 @@
 """The plans as they stand, for all links: mission, fence, rally points; what of them is flown, and what is kept.
 
-A plan is replaced whole or not at all. What a station has sent is kept item by item, so that it gets back what it sent.
+A plan is replaced whole or not at all. What a station has sent is kept item by item, so that it gets back what it sent;
+only offsets from the vehicle become places, seen from where it was when the first was announced. A mission that a later
+fence or limit forbids stays, and is not flown.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from firmware_py.marine import Eta
 from firmware_py.mavlink.codec import Message, dialect
 from firmware_py.mavlink.fence_items import FenceDraft, RallyDraft
 from firmware_py.mavlink.mission_items import MissionDraft, items_of
-from firmware_py.mavlink.plan_items import Limits, Raw, Refused, from_json
+from firmware_py.mavlink.plan_items import Limits, Raw, Refused, from_json, settled
+from firmware_py.mavlink.second_look import SecondLook
 from firmware_py.mavlink.setpoints import Sea
 from firmware_py.params import ParamError
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.fence import NO_FENCE
-from firmware_py.records.order import Mission, Mode
+from firmware_py.records.fence import Fence
+from firmware_py.records.order import Mission, Mode, Step
 
 MISSION: int = dialect.MAV_MISSION_TYPE_MISSION
 FENCE: int = dialect.MAV_MISSION_TYPE_FENCE
@@ -28,7 +33,10 @@ FILES = {kind: f"{name}.json" for kind, name in NAMES.items()}
 """Where each is kept."""
 MOST_ITEMS = 2500
 """In a plan."""
+KNOWN_PLACE = 10.0
+"""A place is known up to this 1 sigma, m."""
 _JUMP = dialect.MAV_CMD_DO_JUMP
+_NO_BREACH: int = dialect.FENCE_BREACH_NONE
 _NO_MISSION, _NOT_STARTED, _ACTIVE, _PAUSED, _COMPLETE = 1, 2, 3, 4, 5
 """MISSION_STATE."""
 
@@ -42,11 +50,11 @@ class Plan(NamedTuple):
 
 
 class Draft:
-    """A plan that comes item by item."""
+    """A plan that comes item by item; offsets are seen from `here`, None where nobody knows where the vehicle is."""
 
-    def __init__(self, kind: int, sea: Sea, limits: Limits) -> None:
+    def __init__(self, kind: int, sea: Sea, limits: Limits, here: Eta | None = None) -> None:
         makers = {MISSION: MissionDraft, FENCE: FenceDraft, RALLY: RallyDraft}
-        self.kind = kind
+        self.kind, self.limits, self._here = kind, limits, here
         self._content: Any = makers[kind](sea, limits)
         self._items: list[Raw] = []
         self._lines: list[str] = []
@@ -58,6 +66,7 @@ class Draft:
         Raises:
             Refused: it is none for such a plan.
         """
+        raw = settled(raw, self._here)
         self._content.add(raw)
         self._items.append(raw)
         self._lines.append(raw.text)
@@ -110,23 +119,40 @@ class Chart:
         """`plans` are those that were kept, or came with the configuration."""
         self.sea = sea
         self.plans = {kind: Plan() for kind in NAMES}
-        self.fence = NO_FENCE
-        self.depth_max, self.altitude_min = float("inf"), 0.0
+        self.second_look = SecondLook()
+        self._limits = Limits()
+        self._steps: Sequence[Step] = ()
+        self._here: Eta | None = None
         self.busy: tuple[int, int, int] | None = None
-        self._listeners: list[Callable[[int], None]] = []
+        self._listeners: list[tuple[Callable[[int], None], Callable[[], None]]] = []
         self._changes: list[str] = []
         self._unsaved: dict[int, bytes] = {}
         self._step = -1
         self._begun = self._done = False
-        self._breaches, self._breached_ms = 0, 0
-        self.outside = False
-        """Whether the vehicle is beyond the fence."""
+        self._breaches, self._breached_ms, self._breach = 0, 0, _NO_BREACH
         for kind, draft in (plans or {}).items():
             self._put(kind, draft)
 
     def draft(self, kind: int) -> Draft:
         """An empty plan, to be filled and taken."""
-        return Draft(kind, self.sea, Limits(self.depth_max, self.altitude_min, self.fence))
+        return Draft(kind, self.sea, self._limits, self._here)
+
+    def limit(self, depth_max: float | None = None, altitude_min: float | None = None) -> None:
+        """The supervisor's limits, m, from now on; None leaves what is there."""
+        limits = self._limits
+        depth_max = limits.depth_max if depth_max is None else depth_max
+        altitude_min = limits.altitude_min if altitude_min is None else altitude_min
+        self._restrict(limits._replace(depth_max=depth_max, altitude_min=altitude_min))
+
+    @property
+    def fence(self) -> Fence:
+        """The one that is in force."""
+        return self._limits.fence
+
+    @property
+    def outside(self) -> bool:
+        """Whether the vehicle is beyond the fence, or deeper than it may be."""
+        return self._breach != _NO_BREACH
 
     def take(self, draft: Draft) -> None:
         """Puts a plan in the place of the old one.
@@ -152,9 +178,9 @@ class Chart:
         saves, self._unsaved = [(FILES[kind], content) for kind, content in self._unsaved.items()], {}
         return saves
 
-    def listen(self, reached: Callable[[int], None]) -> None:
-        """`reached` is told the number of every item of the mission that was reached."""
-        self._listeners.append(reached)
+    def listen(self, reached: Callable[[int], None], objects: Callable[[], None]) -> None:
+        """`reached` is told of every item of the mission that was reached, `objects` that one must not be flown."""
+        self._listeners.append((reached, objects))
 
     def step_of(self, item: int) -> int:
         """The mission's step that an item, or the next one that makes a step, was made into."""
@@ -172,11 +198,10 @@ class Chart:
         self._done = cycle.mode.mission_done
         if mode is Mode.MISSION and step != before >= 0 and cycle.order.jump < 0 and not cycle.order.changes:
             self._tell(before, step)
-        outside = self.breach(*cycle.state.eta[:2]) != ""
-        if outside and not self.outside:
-            self._breaches = min(self._breaches + 1, 65535)
-            self._breached_ms = cycle.tick.t_ns // 1_000_000 & 0xFFFFFFFF
-        self.outside = outside
+        self._watch_place(cycle)
+        if self.second_look.going and self.second_look.go_on():
+            for _, objects in self._listeners:
+                objects()
 
     def current(self, cycle: Cycle, home: bool) -> Message:
         """MISSION_CURRENT; with a `home` items are counted from 1, for it is item 0."""
@@ -190,10 +215,9 @@ class Chart:
 
     def fence_status(self, _: Cycle) -> Message:
         """FENCE_STATUS."""
-        kind = dialect.FENCE_BREACH_BOUNDARY if self.outside else dialect.FENCE_BREACH_NONE
         mitigation = dialect.FENCE_MITIGATE_UNKNOWN if self.outside else dialect.FENCE_MITIGATE_NONE
         return dialect.MAVLink_fence_status_message(
-            int(self.outside), self._breaches, kind, self._breached_ms, mitigation
+            int(self.outside), self._breaches, self._breach, self._breached_ms, mitigation
         )
 
     def _state(self, mode: Mode) -> int:
@@ -208,10 +232,33 @@ class Chart:
     def _put(self, kind: int, draft: Draft) -> str:
         self.plans[kind], document = draft.finish()
         if kind == FENCE:
-            self.fence = draft.content.fence
+            self._restrict(self._limits._replace(fence=draft.content.fence))
         if kind == MISSION:
             self._step, self._begun = -1, False
+            self._steps = draft.content.steps
+            self.second_look.forget()
+            if draft.limits != self._limits:
+                self.second_look.begin(self._steps, self.plans[MISSION].at, self._limits)
         return document
+
+    def _restrict(self, limits: Limits) -> None:
+        if limits != self._limits:
+            self._limits = limits
+            self.second_look.begin(self._steps, self.plans[MISSION].at, limits)
+
+    def _watch_place(self, cycle: Cycle) -> None:
+        state = cycle.state
+        eta = state.eta
+        known = state.depth_ok and state.position_std <= KNOWN_PLACE and math.isfinite(eta.x + eta.y + eta.z)
+        self._here = eta if known else None
+        before, self._breach = self._breach, _NO_BREACH
+        if eta.z > self._limits.depth_max:
+            self._breach = dialect.FENCE_BREACH_MINALT
+        elif self.breach(eta.x, eta.y):
+            self._breach = dialect.FENCE_BREACH_BOUNDARY
+        if self._breach != _NO_BREACH and before == _NO_BREACH:
+            self._breaches = min(self._breaches + 1, 65535)
+            self._breached_ms = cycle.tick.t_ns // 1_000_000 & 0xFFFFFFFF
 
     def _tell(self, before: int, step: int) -> None:
         """Every item between is reached, up to a jump; after a jump back the one before."""
@@ -220,7 +267,7 @@ class Chart:
         for item in dict.fromkeys(passed):
             if items[item].command == _JUMP:
                 break
-            for reached in self._listeners:
+            for reached, _ in self._listeners:
                 reached(item)
 
 

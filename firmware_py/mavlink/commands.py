@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from firmware_py.mavlink.codec import Message, dialect
 from firmware_py.mavlink.modes import KNOWN, mode_of, standard_mode
 from firmware_py.mavlink.orders import Orders, Wish
-from firmware_py.mavlink.voice import DENIED, UNSUPPORTED, WARNING, Command, Do, Voice
+from firmware_py.mavlink.voice import DENIED, REJECTED, UNSUPPORTED, WARNING, Command, Do, Voice
 from firmware_py.records.order import Arming, Mode
 from firmware_py.schedule import Tick
 
@@ -23,6 +23,7 @@ class Commands:
         self._link = link
         self._voice = voice
         self._orders = orders
+        self._objection: Callable[[], str] = lambda: ""
         self._do: dict[int, Do] = {
             dialect.MAV_CMD_COMPONENT_ARM_DISARM: self._arm,
             dialect.MAV_CMD_RUN_PREARM_CHECKS: self._check,
@@ -31,7 +32,7 @@ class Commands:
             dialect.MAV_CMD_DO_PAUSE_CONTINUE: self._pause,
             dialect.MAV_CMD_NAV_LOITER_UNLIM: self._mode(Mode.LOITER),
             dialect.MAV_CMD_NAV_LAND: self._mode(Mode.SURFACE),
-            dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: self._mode(Mode.SURFACE),
+            dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: self._mode(Mode.RETURN),
             **others,
         }
 
@@ -43,9 +44,10 @@ class Commands:
             dialect.MAVLINK_MSG_ID_SET_MODE: self._old_set_mode,
         }
 
-    def learn(self, others: Mapping[int, Do]) -> None:
-        """More commands that are done elsewhere."""
+    def learn(self, others: Mapping[int, Do], objection: Callable[[], str]) -> None:
+        """More commands that are done elsewhere, and who says what is wrong with flying the mission."""
         self._do |= others
+        self._objection = objection
 
     def answer(self, wish: Wish, result: int) -> None:
         """COMMAND_ACK for a wish, unless it came by a message that is no command."""
@@ -74,8 +76,7 @@ class Commands:
         arming = {1.0: Arming.ARM, 0.0: Arming.DISARM}.get(command.params[0])
         if arming is None:
             return DENIED
-        self._wish(tick, command, arming, None)
-        return None
+        return self._wish(tick, command, arming, None)
 
     def _check(self, tick: Tick, command: Command) -> None:
         """What would be refused comes as a sentence; armed, there is nothing to check."""
@@ -90,16 +91,14 @@ class Commands:
         if mode is None:
             self._voice.tell(f"mode {custom:g}/{sub:g} is unknown; {KNOWN}", WARNING)
             return DENIED
-        self._wish(tick, command, Arming.KEEP, mode)
-        return None
+        return self._wish(tick, command, Arming.KEEP, mode)
 
     def _set_standard_mode(self, tick: Tick, command: Command) -> int | None:
         mode = standard_mode(command.params[0])
         if mode is None:
             self._voice.tell(f"standard mode {command.params[0]:g} is none of this vehicle's", WARNING)
             return DENIED
-        self._wish(tick, command, Arming.KEEP, mode)
-        return None
+        return self._wish(tick, command, Arming.KEEP, mode)
 
     def _old_set_mode(self, tick: Tick, m: Message) -> None:
         """The standard has no answer to SET_MODE; as from ArduPilot, the message's id stands for the command's."""
@@ -113,16 +112,18 @@ class Commands:
         mode = {0.0: Mode.LOITER, 1.0: Mode.MISSION}.get(command.params[0])
         if mode is None:
             return DENIED
-        self._wish(tick, command, Arming.KEEP, mode)
-        return None
+        return self._wish(tick, command, Arming.KEEP, mode)
 
     def _mode(self, mode: Mode) -> Do:
         def do(tick: Tick, command: Command) -> int | None:
-            self._wish(tick, command, Arming.KEEP, mode)
-            return None
+            return self._wish(tick, command, Arming.KEEP, mode)
 
         return do
 
-    def _wish(self, tick: Tick, command: Command, arming: Arming, mode: Mode | None) -> None:
+    def _wish(self, tick: Tick, command: Command, arming: Arming, mode: Mode | None) -> int | None:
+        if mode is Mode.MISSION and (why := self._objection()):
+            self._voice.tell(why, WARNING)
+            return REJECTED
         who = (self._link, command.system, command.component, command.number)
         self._orders.ask(Wish(*who, arming, mode), command.again, tick.t_ns)
+        return None

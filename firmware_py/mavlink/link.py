@@ -82,9 +82,9 @@ class Link:
         self._hear |= service.hears()
         self._services.append(service)
 
-    def learn(self, does: Mapping[int, Do]) -> None:
-        """Takes in what a service does by command."""
-        self._commands.learn(does)
+    def learn(self, does: Mapping[int, Do], objection: Callable[[], str]) -> None:
+        """Takes in what a service does by command, and who says what is wrong with flying the mission."""
+        self._commands.learn(does, objection)
 
     def hear(self, tick: Tick, datagrams: Sequence[bytes]) -> None:
         """Takes what came since the last tick; what is too much for one tick is dropped."""

@@ -4,6 +4,8 @@ Each item that is flown becomes one step. A change of speed holds for what is wr
 Learning manoeuvres are MAV_CMD_USER_1 in MAV_FRAME_MISSION: param1 0 zigzag, 1 doublets, 2 PRBS; param2 seconds;
 param3 and param4 stern plane and rudder, deg; x and y of doublets and PRBS clock in ms and shift register, of a zigzag
 pitch and heading in 1e-3 deg. 0 is `Manoeuvre`'s own number, NaN too; an angle of -1 leaves the fin still.
+
+A fin vehicle cannot stay at a place: a waypoint with a time to hold becomes a circle about it, flown for so long.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ import math
 from collections.abc import Callable
 
 from firmware_py.mavlink.codec import dialect
+from firmware_py.mavlink.course import Course
 from firmware_py.mavlink.plan_items import (
     INVALID_PARAMS,
     MISSION_FRAME,
@@ -38,16 +41,15 @@ _KEEP_SPEED, _OWN_SPEED = -1.0, -2.0
 _SPEED_TYPES = (dialect.SPEED_TYPE_AIRSPEED, dialect.SPEED_TYPE_GROUNDSPEED)
 _FASTEST, _WIDEST, _MOST_TURNS, _LONGEST, _MOST_TIMES = 100.0, 1000.0, 1e4, 1e6, 1e4
 _SHORT_HOLD = 1.0
-"""Stations write so short a stay, s, for a place that is not flown through; a fin vehicle cannot stay."""
+"""Stations write so short a stay, s, for a place that is not flown through: it is none."""
 _KINDS = (Kind.ZIGZAG, Kind.DOUBLETS, Kind.PRBS)
-_CORNERS = 8
 
 
 class MissionDraft:
     """A mission that comes item by item; work is done as they come, so that the last one costs no more than others."""
 
     def __init__(self, sea: Sea, limits: Limits) -> None:
-        self._sea, self._limits = sea, limits
+        self._sea, self._course = sea, Course(limits)
         self.steps: list[Step] = []
         self.at: list[int] = []
         """Of each step the item that it was made of."""
@@ -79,6 +81,7 @@ class MissionDraft:
             raise Refused(UNSUPPORTED, f"command {raw.command} is none of this vehicle's missions")
         refuse_infinite(raw)
         for step in do(raw):
+            self._course.look(self._count, step)
             if isinstance(step, Waypoint):
                 if step.above:
                     self._above.append(len(self._waypoints))
@@ -113,12 +116,10 @@ class MissionDraft:
         return next((i for i, at in enumerate(self.at) if at >= item), len(self.at))
 
     def _waypoint(self, raw: Raw) -> list[Step]:
+        place_and_pace = (*place(raw, self._sea), *self._depth_and_pace(raw))
         if raw.p1 > _SHORT_HOLD:
-            raise Refused(INVALID_PARAMS[0], "a fin vehicle cannot stay at a place; use NAV_LOITER_TIME")
-        x, y = place(raw, self._sea)
-        z, above = depth(raw, self._sea, self._limits)
-        self._inside(x, y)
-        return [Waypoint(x, y, z, self._speed, above)]
+            return [Loiter(*place_and_pace, 0.0, 0.0, _between(raw.p1, 0.0, _LONGEST, 0, "seconds"))]
+        return [Waypoint(*place_and_pace)]
 
     def _loiter(self, raw: Raw) -> list[Step]:
         turns = duration = 0.0
@@ -131,11 +132,7 @@ class MissionDraft:
             x, y = place(raw, self._sea)
         else:
             x, y = self._place_before()
-        z, above = depth(raw, self._sea, self._limits)
-        for i in range(_CORNERS):
-            angle = math.tau * i / _CORNERS
-            self._inside(x + abs(radius) * math.cos(angle), y + abs(radius) * math.sin(angle))
-        return [Loiter(x, y, z, self._speed, above, radius, turns, duration)]
+        return [Loiter(x, y, *self._depth_and_pace(raw), radius, turns, duration)]
 
     def _land(self, raw: Raw) -> list[Step]:
         """At a place, or where the vehicle is by then."""
@@ -182,9 +179,9 @@ class MissionDraft:
             number = next((n for key, n in numbers.items() if key in str(error)), 5)
             raise Refused(INVALID_PARAMS[number], str(error)) from None
 
-    def _inside(self, x: float, y: float) -> None:
-        if breach := self._limits.fence.breach(x, y):
-            raise Refused(INVALID_PARAMS[4], breach)
+    def _depth_and_pace(self, raw: Raw) -> tuple[float, float, bool]:
+        z, above = depth(raw, self._sea)
+        return z, self._speed, above
 
     def _place_before(self) -> tuple[float, float]:
         for step in reversed(self.steps):

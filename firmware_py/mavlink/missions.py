@@ -20,7 +20,7 @@ from firmware_py.mavlink.orders import Orders, Wish
 from firmware_py.mavlink.plan_items import ACCEPTED, ERROR, UNSUPPORTED, Refused, raw_of
 from firmware_py.mavlink.plan_reading import Reading, Sender, acknowledgement, sender_of
 from firmware_py.mavlink.service import Hear
-from firmware_py.mavlink.voice import DENIED, WARNING, Command, Do, Voice
+from firmware_py.mavlink.voice import DENIED, REJECTED, WARNING, Command, Do, Voice
 from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Mode
 from firmware_py.schedule import NS_PER_S, Tick
 
@@ -66,7 +66,7 @@ class Missions:
         self._upload: _Upload | None = None
         self._ended: _Ended | None = None
         self._reading = Reading(chart, voice, self._home)
-        chart.listen(self._reached)
+        chart.listen(self._reached, lambda: voice.tell(self.objection(), WARNING))
 
     def hears(self) -> dict[int, Hear]:
         """See `service.Service`."""
@@ -89,6 +89,14 @@ class Missions:
             dialect.MAV_CMD_DO_SET_MISSION_CURRENT: self._do_set_current,
             dialect.MAV_CMD_DO_FENCE_ENABLE: self._enable_fence,
         }
+
+    def objection(self) -> str:
+        """What is wrong with flying the mission; "" if nothing is."""
+        look = self._chart.second_look
+        if look.wrong is not None:
+            item, why = look.wrong
+            return f"the mission must not be flown: item {item + self._first(MISSION)}: {why}"
+        return "the mission is being looked at again; try once more" if look.going else ""
 
     def due(self, tick: Tick) -> list[Message]:
         """The request that was not answered, once more; or the end, if nothing was heard for long."""
@@ -226,6 +234,9 @@ class Missions:
         if item != 0.0 and not self._has(item):
             self._voice.tell(f"the mission has no item {item:g}", WARNING)
             return DENIED
+        if why := self.objection():
+            self._voice.tell(why, WARNING)
+            return REJECTED
         self._wish(tick, command, Mode.MISSION, int(item) if item else None)
         return None
 

@@ -50,20 +50,24 @@ NAMES = (
     Name(Mode.MISSION, 3, (4, 4), "Auto", dialect.MAV_STANDARD_MODE_MISSION, _AUTOMATIC),
     Name(Mode.SURFACE, 9, (4, 6), "Surface", dialect.MAV_STANDARD_MODE_LAND, _AUTOMATIC),
 )
+_RETURN = Name(Mode.RETURN, 4, (4, 5), "Return", dialect.MAV_STANDARD_MODE_SAFE_RECOVERY, _AUTOMATIC)
+"""ArduSub has no such mode: its stations order it by command, and see Guided."""
+_LISTED = {Identity.ARDUSUB: NAMES, Identity.GENERIC: (*NAMES, _RETURN)}
 KNOWN = ", ".join(f"{name.name} {name.ardusub}" for name in NAMES)
 """The modes that may be ordered, for people."""
-_BY_MODE = {name.mode: name for name in NAMES}
+_BY_MODE = {name.mode: name for name in (*NAMES, _RETURN)}
 _BY_MODE[Mode.DISARMED] = _BY_MODE[Mode.MANUAL]
 _ORDERED: dict[float, Mode] = {
     6: Mode.GUIDED,  # PX4's main mode alone; the others mean something else, or the same, as ArduSub's numbers
     **{name.custom(identity): name.mode for identity in Identity for name in NAMES},
+    _RETURN.custom(Identity.GENERIC): Mode.RETURN,
 }
-_PX4: dict[tuple[float, float], Mode] = {(4, 5): Mode.SURFACE, **{name.px4: name.mode for name in NAMES}}
-"""PX4's pairs, as MAVSDK sends them; (4, 5) is its way home."""
+_PX4: dict[tuple[float, float], Mode] = {name.px4: name.mode for name in (*NAMES, _RETURN)}
+"""PX4's pairs, as MAVSDK sends them."""
 _BY_STANDARD: dict[float, Mode] = {
     dialect.MAV_STANDARD_MODE_MISSION: Mode.MISSION,
     dialect.MAV_STANDARD_MODE_LAND: Mode.SURFACE,
-    dialect.MAV_STANDARD_MODE_SAFE_RECOVERY: Mode.SURFACE,
+    dialect.MAV_STANDARD_MODE_SAFE_RECOVERY: Mode.RETURN,
 }
 
 
@@ -90,9 +94,9 @@ def available_modes(identity: Identity, index: int) -> list[Message]:
     """AVAILABLE_MODES of one mode, counted from 1, or with 0 of all; empty if there is no such mode."""
     return [
         dialect.MAVLink_available_modes_message(
-            len(NAMES), i, name.standard, name.custom(identity), name.properties, name.name.encode()
+            len(_LISTED[identity]), i, name.standard, name.custom(identity), name.properties, name.name.encode()
         )
-        for i, name in enumerate(NAMES, 1)
+        for i, name in enumerate(_LISTED[identity], 1)
         if index in (0, i)
     ]
 

@@ -108,7 +108,7 @@ class Node:
         for i, (link, door) in enumerate(zip(self.links, doors, strict=True)):
             missions = Missions(i, self._chart, link, self._orders, door.identity)
             link.serve(missions)
-            link.learn(missions.does())
+            link.learn(missions.does(), missions.objection)
             link.setpoints.breach = self._chart.breach
 
     def hear(self, tick: Tick, link: int, datagrams: Sequence[bytes]) -> None:
@@ -145,9 +145,7 @@ class Node:
 
     def limit(self, depth_max: float, altitude_min: float | None = None) -> None:
         """The supervisor's limits, m: stations are told that no setpoint or mission may go beyond."""
-        self._chart.depth_max = depth_max
-        if altitude_min is not None:
-            self._chart.altitude_min = altitude_min
+        self._chart.limit(depth_max, altitude_min)
         for link in self.links:
             link.setpoints.depth_max = depth_max
 
@@ -189,7 +187,7 @@ class Node:
         if key == "safety.depth_max_m":
             self.limit(value)
         if key == "safety.altitude_min_m":
-            self._chart.altitude_min = value
+            self._chart.limit(altitude_min=value)
         if table == "mavlink":
             self._params = replaced(self._params, {rest: value}, table)
             for link in self.links:

@@ -7,7 +7,7 @@ import math
 import struct
 from typing import NamedTuple
 
-from firmware_py.marine import local_to_geodetic
+from firmware_py.marine import Eta, local_to_geodetic
 from firmware_py.mavlink.codec import Message, dialect
 from firmware_py.mavlink.setpoints import Refusal, Sea
 from firmware_py.mavlink.voice import NO_FRAME
@@ -30,7 +30,7 @@ INVALID_PARAMS: tuple[int, ...] = (
 RELATIVE: int = dialect.MAV_FRAME_GLOBAL_RELATIVE_ALT
 TERRAIN: int = dialect.MAV_FRAME_GLOBAL_TERRAIN_ALT
 MISSION_FRAME: int = dialect.MAV_FRAME_MISSION
-_LOCAL = dialect.MAV_FRAME_LOCAL_NED
+_LOCAL, _OFFSET = dialect.MAV_FRAME_LOCAL_NED, dialect.MAV_FRAME_LOCAL_OFFSET_NED
 _TERRAIN = (TERRAIN, dialect.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT)
 _GLOBAL = (0, 5, 3, 6, *_TERRAIN)
 _E7, _E4 = 1e7, 1e4
@@ -88,7 +88,7 @@ def raw_of(message: Message) -> Raw:
     """The item of MISSION_ITEM_INT, or of MISSION_ITEM, whose places are numbers of degrees or metres."""
     x, y = message.x, message.y
     if message.get_msgId() == dialect.MAVLINK_MSG_ID_MISSION_ITEM:
-        scale = _E7 if message.frame in _GLOBAL else _E4 if message.frame == _LOCAL else 1.0
+        scale = _E7 if message.frame in _GLOBAL else _E4 if message.frame in (_LOCAL, _OFFSET) else 1.0
         x, y = (_int32(value * scale) for value in (x, y))
     params = (message.param1, message.param2, message.param3, message.param4)
     return Raw(message.command, message.frame, message.autocontinue, *params, x, y, message.z)
@@ -136,26 +136,38 @@ def place(raw: Raw, sea: Sea) -> tuple[float, float]:
         raise Refused(at, str(refusal)) from None
 
 
-def depth(raw: Raw, sea: Sea, limits: Limits) -> tuple[float, bool]:
+def depth(raw: Raw, sea: Sea) -> tuple[float, bool]:
     """Depth, m, and False; or altitude above the bottom, m, and True.
 
     Raises:
-        Refused: above the water, below a limit, or no number.
+        Refused: above the water, or no number.
     """
     bad = INVALID_PARAMS[6]
     if not math.isfinite(raw.z):
         raise Refused(bad, f"{raw.z:g} is no height")
     if raw.frame in _TERRAIN:
-        if not limits.altitude_min <= raw.z <= 6000.0:
-            raise Refused(bad, f"{raw.z:g} m above the bottom, floor {limits.altitude_min:g} m")
         return raw.z, True
     try:
-        z = sea.depth(raw.frame, raw.z)
+        return sea.depth(raw.frame, raw.z), False
     except Refusal as refusal:
         raise Refused(UNSUPPORTED_FRAME if refusal.result == NO_FRAME else bad, str(refusal)) from None
-    if z > limits.depth_max:
-        raise Refused(bad, f"depth {z:.1f} m, limit {limits.depth_max:g} m")
-    return z, False
+
+
+def settled(raw: Raw, here: Eta | None) -> Raw:
+    """The item in LOCAL_NED, where it is an offset from the vehicle, which is `here`; None where nobody knows.
+
+    Raises:
+        Refused: nobody knows, or it is too far off.
+    """
+    if raw.frame != _OFFSET:
+        return raw
+    if here is None:
+        unknown = "an offset from the vehicle, whose place is not known; use a global frame or LOCAL_NED"
+        raise Refused(UNSUPPORTED_FRAME, unknown)
+    x, y = _int32(raw.x + here.x * _E4), _int32(raw.y + here.y * _E4)
+    if _INT_MAX in (raw.x, raw.y, x, y):
+        raise Refused(INVALID_PARAMS[4], "the offset is no place")
+    return raw._replace(frame=_LOCAL, x=x, y=y, z=raw.z + here.z)
 
 
 def at(sea: Sea, x: float, y: float) -> tuple[int, int]:

@@ -27,13 +27,17 @@ class Standing:
         return int(dialect.MAV_STATE_STANDBY if self._awake else dialect.MAV_STATE_BOOT)
 
     def watch(self, cycle: Cycle) -> None:
-        """It is a failsafe that surfaces, unless someone ordered it or the mission was done."""
+        """It is a failsafe that surfaces, unless someone ordered it, or the mission or the way back was done."""
         mode, before = cycle.mode.mode, self.mode
         self._awake = self._awake or (cycle.state.attitude_ok and cycle.state.depth_ok)
         if mode is before:
             return
-        done = before is Mode.MISSION and cycle.mode.mission_done
+        done = (before is Mode.MISSION and cycle.mode.mission_done) or _returned(cycle)
         self.failsafe = mode is Mode.SURFACE and cycle.order.mode is not Mode.SURFACE and not done
         self.mode = mode
         if not self.failsafe:
             self.intended = mode
+
+
+def _returned(cycle: Cycle) -> bool:
+    return any(event.endswith(": returned") for event in cycle.events)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from firmware_py.mavlink.chart import Chart
+from firmware_py.mavlink.chart import KNOWN_PLACE, Chart
 from firmware_py.mavlink.codec import Message, dialect
 from firmware_py.mavlink.lateness import Lateness
 from firmware_py.mavlink.scale import INT16, UINT16, boot_ms, boot_us, boot_us32, whole
@@ -29,13 +29,11 @@ _ALTIMETER, _FINS = dialect.MAV_SYS_STATUS_SENSOR_LASER_POSITION, dialect.MAV_SY
 _EXTENDED, _LEAK = dialect.MAV_SYS_STATUS_EXTENSION_USED, dialect.MAV_SYS_STATUS_SENSOR_LEAK
 _FINS_ARRAY, _VALUE_ARRAY, _STD_ARRAY, _STATE_ARRAY = 0, 2, 3, 4
 """Stations keep arrays apart by these numbers; 1 is the lateness."""
-_KNOWN_PLACE = 10.0
-"""A place is known up to this 1 sigma, m."""
 _RATIO = 9.0
 """A test ratio of 1 is a mean square of innovations of 3 sigma; a consistent filter has 1/9."""
 _BESIDE = ("nis_dvl", "nis_gyro", "nis_att", "current_n", "current_e", "turbulence")
-_FENCE: int = dialect.MAV_SYS_STATUS_GEOFENCE
-_PRESENT = _GYRO | _AHRS | _PRESSURE | _GPS | _DVL | _ALTIMETER | _FINS | _BATTERY | _EXTENDED
+_FENCE, _PREARM = dialect.MAV_SYS_STATUS_GEOFENCE, dialect.MAV_SYS_STATUS_PREARM_CHECK
+_PRESENT = _GYRO | _AHRS | _PRESSURE | _GPS | _DVL | _ALTIMETER | _FINS | _BATTERY | _EXTENDED | _PREARM
 
 
 class Actuators(NamedTuple):
@@ -76,6 +74,7 @@ class Status:
             (_ALTIMETER, math.isfinite(state.altitude)),
             (_FINS, all(fin.usable(t, _RECENT) for fin in frame.fins)),
             (_BATTERY, frame.battery.usable(t, _RECENT)),
+            (_PREARM, cycle.mode.ready),
             (_FENCE, not self._chart.outside),  # some stations take a fence that is not there for a broken one
         ):
             health |= bit if healthy else 0
@@ -161,7 +160,7 @@ class Status:
         """ESTIMATOR_STATUS. The DVL's test ratio stands under velocity, attitude's under magnetometer; NaN unknown."""
         state, (dvl, _, attitude) = cycle.state, cycle.state.learned.nis
         moves = state.velocity_ok and state.attitude_ok
-        placed = moves and state.position_std <= _KNOWN_PLACE
+        placed = moves and state.position_std <= KNOWN_PLACE
         flags = 0
         for bits, true in (
             (dialect.ESTIMATOR_ATTITUDE, state.attitude_ok),

@@ -9,11 +9,15 @@ from firmware_py.records.order import Mode
 
 @dataclass(frozen=True, slots=True)
 class ModeState:
-    """The supervisor's word: the mode, whether the mission is done, and how many ticks were late of the last second."""
+    """The supervisor's word: the mode, whether the mission is done, and how many ticks were late of the last second.
+
+    `ready` says that arming would be granted in this tick, or that it was.
+    """
 
     mode: Mode
     mission_done: bool
     late: int
+    ready: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,17 +1,20 @@
 """Where the vehicle may be, and where it had best come up: areas of the local frame, in the plain form of a log too.
 
-How deep it may be is no matter of the fence: `SafetyParams.depth_max` says that.
+How deep the fence is says `SafetyParams.depth_max`: stations have no item for it.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 MOST_CORNERS = 120
 """Corners and circles of a fence: each costs the cycle about a tenth of a microsecond."""
+_NOTHING = 1e-6
+"""A shorter piece of a way, m, is rounding."""
 
 
 class Disc(NamedTuple):
@@ -24,6 +27,20 @@ class Disc(NamedTuple):
     def holds(self, x: float, y: float) -> bool:
         """True for a point in it."""
         return math.hypot(x - self.x, y - self.y) <= self.radius
+
+    def crossings(self, x: float, y: float, dx: float, dy: float) -> Iterator[float]:
+        """The shares of the way from (x, y) to (x + dx, y + dy), m, at which it crosses the edge."""
+        x, y = x - self.x, y - self.y
+        a, b, c = dx * dx + dy * dy, dx * x + dy * y, x * x + y * y - self.radius * self.radius
+        root = b * b - a * c
+        if a > 0.0 and root > 0.0:
+            root = math.sqrt(root)
+            yield from (share for share in ((-b - root) / a, (-b + root) / a) if 0.0 < share < 1.0)
+
+    def reaches(self, x: float, y: float, near: float, far: float) -> bool:
+        """True if the edge comes into the ring about (x, y) from `near` to `far`, m."""
+        away = math.hypot(self.x - x, self.y - y)
+        return abs(away - self.radius) <= far and away + self.radius >= near
 
 
 class Polygon(NamedTuple):
@@ -40,6 +57,30 @@ class Polygon(NamedTuple):
                 inside = not inside
             x0, y0 = x1, y1
         return inside
+
+    def crossings(self, x: float, y: float, dx: float, dy: float) -> Iterator[float]:
+        """As those of a `Disc`."""
+        x0, y0 = self.corners[-1]
+        side0 = dx * (y0 - y) - dy * (x0 - x)  # positive to starboard of the way
+        for x1, y1 in self.corners:
+            side1 = dx * (y1 - y) - dy * (x1 - x)
+            if (side0 > 0.0) != (side1 > 0.0):
+                share = ((x0 - x) * (y1 - y) - (x1 - x) * (y0 - y)) / (side1 - side0)
+                if 0.0 < share < 1.0:
+                    yield share
+            x0, y0, side0 = x1, y1, side1
+
+    def reaches(self, x: float, y: float, near: float, far: float) -> bool:
+        """As that of a `Disc`."""
+        x0, y0 = self.corners[-1]
+        for x1, y1 in self.corners:
+            ax, ay, bx, by = x0 - x, y0 - y, x1 - x0, y1 - y0
+            share = min(max(-(ax * bx + ay * by) / (bx * bx + by * by or 1.0), 0.0), 1.0)
+            least = math.hypot(ax + share * bx, ay + share * by)
+            if least <= far and max(math.hypot(ax, ay), math.hypot(x1 - x, y1 - y)) >= near:
+                return True
+            x0, y0 = x1, y1
+        return False
 
 
 Area = Disc | Polygon
@@ -62,6 +103,25 @@ class Fence:
         if self.within and not any(area.holds(x, y) for area in self.within):
             return "outside the fence"
         return ""
+
+    def barred(self, x0: float, y0: float, x1: float, y1: float) -> str:
+        """What is wrong with the straight way from (x0, y0) to (x1, y1), m, as `breach` says it; "" if nothing is.
+
+        Between two edges that it crosses a way is all within an area or all without.
+        """
+        dx, dy = x1 - x0, y1 - y0
+        areas = (*self.within, *self.without)
+        shares = sorted(share for area in areas for share in area.crossings(x0, y0, dx, dy))
+        least = _NOTHING / (math.hypot(dx, dy) or 1.0)
+        for a, b in itertools.pairwise((0.0, *shares, 1.0)):
+            middle = 0.5 * (a + b)
+            if b - a > least and (why := self.breach(x0 + middle * dx, y0 + middle * dy)):
+                return why
+        return self.breach(x1, y1)
+
+    def reaches(self, x: float, y: float, near: float, far: float) -> bool:
+        """True if an edge of the fence comes into the ring about (x, y) from `near` to `far`, m."""
+        return any(area.reaches(x, y, near, far) for area in (*self.within, *self.without))
 
 
 NO_FENCE = Fence()

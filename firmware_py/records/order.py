@@ -26,6 +26,8 @@ class Mode(enum.IntEnum):
     """A circle that begins where the vehicle was: a fin vehicle cannot stand still."""
     GUIDED = 6
     """As a station says it, setpoint by setpoint: to a place and around it, or on a heading."""
+    RETURN = 7
+    """To the nearest rally point at the depth that is, then up; up at once where there is none."""
 
 
 class Arming(enum.IntEnum):

@@ -9,7 +9,8 @@ Why the table says what it says:
   propeller must not start minutes later, perhaps on deck.
 - Without depth the vehicle still climbs: the estimate of depth goes on by dead reckoning, good enough to come up. That
   it came up is then told by a position fix, which is not to be had under water.
-- Beyond the fence it surfaces too: the way back could lead through what the fence is there for.
+- Beyond the fence it surfaces too: the way back could lead through what the fence is there for. Its depth is
+  `depth_max`.
 - Sticks that fall silent are no rule: MANUAL bounds their age and centres them, and a neutral vehicle waits.
 """
 
@@ -47,7 +48,9 @@ class SafetyParams:
     battery_time: float = param(
         5.0, unit="s", low=0.0, high=60.0, doc="A low battery for so long: surface.", mav="BATT_TIME"
     )
-    depth_max: float = param(30.0, unit="m", low=1.0, high=6000.0, doc="Deeper than this: surface.", mav="DEPTH_MAX")
+    depth_max: float = param(
+        30.0, unit="m", low=1.0, high=6000.0, doc="The fence's depth; deeper: surface.", mav="DEPTH_MAX"
+    )
     altitude_min: float = param(
         2.0, unit="m", low=0.0, high=100.0, doc="Nearer to the bottom than this: surface.", mav="ALT_MIN"
     )
@@ -93,6 +96,7 @@ class Conditions(NamedTuple):
     charge: float
     late: int
     mission_done: bool
+    """Or, on the way back, that there is nothing left of it."""
     tilt: float
     fins_heard: bool
     breach: str = ""
@@ -140,6 +144,8 @@ RULES: tuple[Rule, ...] = (
          "{c.late} cycles late within a second, limit {p.late_max}"),
     Rule("mission end",   lambda c, _: c.mission_done and c.wanted is Mode.MISSION, "", SURFACE,
          "mission done"),
+    Rule("returned",      lambda c, _: c.mission_done and c.wanted is Mode.RETURN, "", SURFACE,
+         "returned"),
 )
 
 ARMING: tuple[Rule, ...] = (

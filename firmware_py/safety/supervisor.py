@@ -53,13 +53,15 @@ class Supervisor:
             frame: what was heard; its ages are judged here again, apart from the estimator.
             state: what the estimator makes of it.
             order: what was asked in this tick.
-            mission_done: whether the guidance has passed the last waypoint.
+            mission_done: whether the guidance has passed the last waypoint, or come to where it was to return to.
         """
         params, was = self._params, self._memory
         late = (was.late << 1 | (tick.late_ns > tick.dt_ns)) & ((1 << NS_PER_S // tick.dt_ns) - 1)
         self.events = ()
+        ready = True
         wanted, cause = self._ordered(was.mode, order), "ordered"
-        c = self._conditions(tick, frame, state, wanted, late.bit_count(), mission_done and was.mode is Mode.MISSION)
+        done = mission_done and was.mode is wanted
+        c = self._conditions(tick, frame, state, wanted, late.bit_count(), done)
 
         held = tuple([n + 1 if holds(c, params) else 0 for (holds, _), n in zip(self._rules, was.held, strict=True)])
         if wanted is not Mode.DISARMED:
@@ -68,13 +70,15 @@ class Supervisor:
                 wanted = Mode.DISARMED
             elif any(held):
                 wanted, cause = self._ruled(wanted, c, held, tick.dt_ns)
-        elif order.arming is Arming.CHECK and was.mode is Mode.DISARMED:
+        if wanted is Mode.DISARMED:
             refusals = self._refusals(self._conditions(tick, frame, state, Mode.MANUAL, c.late, False), held)
-            self._say("arming would be refused: " + "; ".join(refusals) if refusals else "ready to be armed")
+            ready = not refusals
+            if order.arming is Arming.CHECK and was.mode is Mode.DISARMED:
+                self._say("arming would be refused: " + "; ".join(refusals) if refusals else "ready to be armed")
         if wanted is not was.mode:
             self._say(f"{was.mode.name} -> {wanted.name}: {cause}")
         self._memory = SupervisorMemory(wanted, held, late)
-        return ModeState(wanted, mission_done, c.late)
+        return ModeState(wanted, mission_done and was.mode is not Mode.RETURN, c.late, ready)
 
     def freeze(self) -> SupervisorMemory:
         """All that is remembered."""

@@ -90,6 +90,7 @@ def test_under_water_the_place_is_known_without_a_fix(flown: Flown) -> None:
     health = flown.said["health"]
     assert health["is_local_position_ok"]
     assert health["is_home_position_ok"]
+    assert health["is_armable"]  # and so it is: it is armed later
     assert health["is_gyrometer_calibration_ok"]
     assert not health["is_global_position_ok"]
     assert not flown.said["armed"]

@@ -68,7 +68,7 @@ async def whole(progress: AsyncGenerator[Any, None]) -> None:
 async def watch(system: System) -> None:
     telemetry, info = TelemetryAsync(system), InfoAsync(system)
     say("version", plain(await info.get_version()))
-    health = await first(telemetry.subscribe_health(), lambda it: it.is_local_position_ok and it.is_home_position_ok)
+    health = await first(telemetry.subscribe_health(), lambda it: it.is_local_position_ok and it.is_armable)
     say("health", plain(health))
     for name in ("altitude", "attitude_euler", "position", "home", "battery", "distance_sensor", "velocity_ned"):
         say(name, plain(await first(getattr(telemetry, f"subscribe_{name}")())))

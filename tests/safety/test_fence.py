@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 
@@ -10,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.records.fence import NO_FENCE, Disc, Fence, Place, Polygon, from_plain, nearest, plain
-from firmware_py.records.order import Mode
+from firmware_py.records.order import Arming, Mode
 from firmware_py.safety.supervisor import Supervisor
 
 from .test_supervisor import ARM, PARAMS, STATE, Boat
@@ -52,6 +53,39 @@ def test_what_is_wrong_with_a_place_is_said() -> None:
     assert fence.breach(math.nan, 0.0) == ""
     assert Fence((), (HOLE,)).breach(1e6, 0.0) == ""
     assert NO_FENCE.breach(1e6, 0.0) == ""
+
+
+PLACES = st.tuples(st.floats(-60, 60), st.floats(-60, 60))
+NEAR = st.builds(Disc, st.floats(-50, 50), st.floats(-50, 50), st.floats(1, 40)) | st.builds(
+    Polygon, st.lists(PLACES, min_size=3, max_size=7).map(tuple)
+)
+
+
+@given(st.lists(NEAR, max_size=3), st.lists(NEAR, max_size=3), PLACES, PLACES)
+def test_a_way_is_barred_wherever_a_place_on_it_is(within: list, without: list, start: tuple, end: tuple) -> None:
+    fence = Fence(tuple(within), tuple(without))
+    places = [(start[0] + i / 500 * (end[0] - start[0]), start[1] + i / 500 * (end[1] - start[1])) for i in range(501)]
+    wrong = [fence.breach(*place) for place in places[1:-1]]
+    if any(a and b for a, b in itertools.pairwise(wrong)):  # two in a row: more than touched
+        assert fence.barred(*start, *end)
+    if not fence.barred(*start, *end):
+        assert not any(a and b for a, b in itertools.pairwise(wrong))
+
+
+def test_what_is_thinner_than_any_step_bars_a_way_too() -> None:
+    needle = Polygon(((50.0, -1.0), (50.0, 1.0), (50.0001, 1.0), (50.0001, -1.0)))
+    assert Fence((), (needle,)).barred(0.0, 0.0, 1000.0, 0.0) == "within exclusion 1 of the fence"
+    assert Fence((), (needle,)).barred(0.0, 2.0, 1000.0, 2.0) == ""
+    assert Fence((SQUARE,), ()).barred(-5.0, 0.0, 5.0, 0.0) == ""
+    assert NO_FENCE.barred(0.0, 0.0, 0.0, 0.0) == ""
+
+
+@given(NEAR, PLACES, st.floats(1, 50))
+def test_a_circle_is_all_on_one_side_of_an_edge_that_does_not_reach_it(area, centre: tuple, radius: float) -> None:
+    if not area.reaches(*centre, radius, radius):
+        angles = [math.tau * i / 100 for i in range(100)]
+        places = [(centre[0] + radius * math.cos(a), centre[1] + radius * math.sin(a)) for a in angles]
+        assert len({area.holds(*place) for place in places}) == 1
 
 
 def test_the_nearest_place_is_the_nearest() -> None:
@@ -98,3 +132,42 @@ def test_beyond_the_fence_nobody_arms() -> None:
 def test_a_place_that_is_not_known_breaks_no_fence() -> None:
     boat = fenced(Mode.HOLD)
     assert at(boat, math.nan, 300) is Mode.HOLD
+
+
+@pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN])
+def test_deeper_than_the_depth_limit_it_surfaces_from_every_mode_and_nobody_arms(mode: Mode) -> None:
+    boat = Boat()
+    assert boat.tick(ARM, z=PARAMS.depth_max + 0.01) is Mode.DISARMED
+    assert boat.events == ("arming refused: depth 30.01 m, limit 30 m",)
+    boat.tick(ARM)
+    boat.tick(type(ARM)(mode=mode))
+    assert boat.tick(z=PARAMS.depth_max) is mode
+    assert boat.tick(z=PARAMS.depth_max + 0.01) is Mode.SURFACE
+    assert boat.events == (f"{mode.name} -> SURFACE: depth 30.01 m, limit 30 m",)
+
+
+def test_a_boat_that_has_returned_surfaces_and_its_mission_is_not_done() -> None:
+    boat = Boat()
+    boat.tick(ARM)
+    assert boat.tick(type(ARM)(mode=Mode.RETURN), done=True) is Mode.RETURN  # that was said of what was flown before
+    assert boat.tick() is Mode.RETURN
+    assert boat.tick(done=True) is Mode.SURFACE
+    assert boat.events == ("RETURN -> SURFACE: returned",)
+    assert not boat.answer.mission_done
+
+
+def test_the_supervisor_says_whether_it_would_arm() -> None:
+    boat = Boat()
+    boat.tick()
+    assert boat.answer.ready
+    boat.tick(z=31.0)
+    assert not boat.answer.ready
+    boat.tick(leak=True)
+    assert not boat.answer.ready  # before its time has come, as arming would be refused
+    boat.tick(attitude_ok=False)
+    assert not boat.answer.ready
+    boat.tick(ARM)
+    assert (boat.mode, boat.answer.ready) == (Mode.MANUAL, True)
+    boat.tick(type(ARM)(arming=Arming.DISARM))
+    boat.tick()
+    assert boat.answer.ready

@@ -23,6 +23,7 @@ from firmware_py.schedule import Tick
 from tools.flight import Wish, fly, prepare
 from tools.log import Log, read
 from tools.replay import replay
+from tools.summary import summarise
 
 SCENARIO = """
 description = "Holds a course until a station has something else to do."
@@ -138,6 +139,9 @@ def test_a_mission_that_came_over_mavlink_is_flown_item_by_item_to_a_rally_point
     surfacing = np.flatnonzero(mode == Mode.SURFACE)[0]
     x, y = (log.columns[f"state.eta.{axis}"] for axis in "xy")
     assert math.hypot(x[surfacing] - 60.0, y[surfacing] - 90.0) < 6.0
+    summary = summarise(log)  # of this mission, which the log does not begin with
+    assert (summary["waypoints_passed"], summary["waypoints_total"]) == (4, 4)
+    assert summary["path_error_rms_m"] is not None
 
 
 def test_a_leg_above_the_bottom_and_a_circle_are_where_they_should_be(mission) -> None:
@@ -160,6 +164,22 @@ def test_what_stations_sent_is_in_the_log_and_is_replayed_to_the_byte(mission) -
     kinds = [kind for documents in log.changes.values() for text in documents for kind in json.loads(text)]
     assert kinds == ["mission", "rally"]
     assert replay(log, build).equal
+
+
+def test_return_to_launch_is_to_the_nearest_rally_point_and_then_up(tmp_path: Path) -> None:
+    rally = [at(RALLY_POINT, x, y, kind=RALLY) for x, y in ((400, 0), (20, 80))]
+    planner = Planner({1.0: rally, 2.0: command(RETURN)})
+    log = flown(tmp_path, planner, 150.0, "surfaced")
+    assert log.end["completed"], log.end
+    assert planner.results == [(RETURN, 0)]
+    modes = [text for _, text in log.events if " -> " in text]
+    assert modes[1:3] == ["HOLD -> RETURN: ordered", "RETURN -> SURFACE: returned"]
+    c = log.columns
+    k = np.flatnonzero(c["mode.mode"] == Mode.SURFACE)[0]
+    assert math.hypot(c["state.eta.x"][k] - 20.0, c["state.eta.y"][k] - 80.0) < 6.0
+    assert c["state.eta.z"][k] == pytest.approx(6.0, abs=0.5)
+    assert c["state.eta.z"][-1] < 1.0
+    assert not c["mode.mission_done"].any()
 
 
 def test_beyond_the_fence_it_surfaces_says_why_and_turns_to_the_rally_point(tmp_path: Path) -> None:

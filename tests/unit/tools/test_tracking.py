@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import itertools
+import json
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tools.tracking import distance, unwrapped_deg, wrapped_deg
+from firmware_py.records.order import Mode
+from tools.tracking import distance, flown_last, missions, path_error, unwrapped_deg, wrapped_deg
 
+EAST = [[0.0, 100.0, 5.0, 1.8]]
+NORTH = [[100.0, 0.0, 5.0, 1.8], [200.0, 0.0, 5.0, 1.8]]
 PLACE = st.tuples(st.integers(-100, 100), st.integers(-100, 100))
 
 
@@ -60,3 +66,35 @@ def test_unwrapped_has_no_jumps_and_is_the_same_angle(steps: list[float], begin:
 @pytest.mark.parametrize(("degrees", "shown"), [(-90.0, 270.0), (-10.0, -10.0), (359.0, -1.0), (180.0, 180.0)])
 def test_a_course_is_written_as_a_compass_has_it_except_about_north(degrees: float, shown: float) -> None:
     assert unwrapped_deg(np.radians([degrees] * 3)) == pytest.approx(shown)
+
+
+def log(modes: list[Mode], changes: dict[int, tuple[str, ...]]) -> Any:
+    """A log of a cycle a second that begins with a mission to the east; its boat goes north."""
+    n = len(modes)
+    columns = {
+        "t": np.arange(n) * 1.0,
+        "mode.mode": np.array(modes),
+        "reference.cross_track": np.zeros(n),
+        "reference.waypoint": np.zeros(n, dtype=int),
+    }
+    return SimpleNamespace(columns=columns, header={"mission": {"waypoints": EAST}}, changes=changes)
+
+
+def sent(waypoints: list[list[float]]) -> tuple[str, ...]:
+    return json.dumps({"parameters": {}}), json.dumps({"mission": {"waypoints": waypoints, "manoeuvres": []}})
+
+
+def test_a_mission_that_a_station_sends_is_the_one_that_was_to_be_flown_from_then_on() -> None:
+    run = log([Mode.MISSION] * 10, {4_000_000_000: sent(NORTH)})
+    assert [(m.begin, m.end, len(m.waypoints)) for m in missions(run)] == [(0, 4, 1), (4, 10, 2)]
+    boat = {"eta.x": np.arange(10) * 1.0, "eta.y": np.zeros(10)}
+    assert path_error(run, boat) == pytest.approx([0.0, 1.0, 2.0, 3.0, *[0.0] * 6])
+
+
+def test_what_was_sent_and_not_flown_is_not_the_mission_that_was_flown_last() -> None:
+    assert flown_last(log([Mode.MISSION] * 10, {})).waypoints.tolist() == EAST
+    only_before = log([Mode.MISSION] * 4 + [Mode.HOLD] * 6, {5_000_000_000: sent(NORTH)})
+    assert flown_last(only_before).waypoints.tolist() == EAST
+    both = log([Mode.MISSION] * 4 + [Mode.HOLD] * 2 + [Mode.MISSION] * 4, {5_000_000_000: sent(NORTH)})
+    assert flown_last(both).waypoints.tolist() == NORTH
+    assert flown_last(log([Mode.HOLD] * 10, {5_000_000_000: sent(NORTH)})).waypoints.tolist() == NORTH

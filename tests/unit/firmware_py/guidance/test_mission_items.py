@@ -156,6 +156,46 @@ def test_a_mission_ends_where_it_says_and_goes_to_the_nearest_rally_point_first(
     assert vehicle.z == pytest.approx(5.0, abs=0.01)
 
 
+@pytest.mark.parametrize("items", [(), (at(900.0), at(900.0, 900.0))])
+def test_returning_is_to_the_nearest_rally_point_at_the_depth_that_is_with_a_mission_or_without(items: tuple) -> None:
+    vehicle = boat(*items, rally=(Place(-300.0, 0.0), Place(60.0, 90.0)), z=8.0)
+    vehicle.run(Mode.MANUAL, 1.0)
+    vehicle.run(Mode.HOLD, 2.0)
+    assert not vehicle.guidance.finished or not items
+    for _ in range(20 * 300):
+        vehicle.step(Mode.RETURN)
+        if vehicle.guidance.finished:
+            break
+    assert math.hypot(vehicle.x - 60.0, vehicle.y - 90.0) < PARAMS.line_of_sight.acceptance + 0.1
+    assert vehicle.z == pytest.approx(8.0, abs=0.01)
+    assert vehicle.events == ["rally point reached"]
+
+
+def test_returning_without_a_rally_point_is_over_at_once() -> None:
+    vehicle = boat(at(900.0))
+    vehicle.run(Mode.MISSION, 5.0)
+    vehicle.step(Mode.RETURN)
+    assert vehicle.guidance.finished
+
+
+def test_who_turns_round_on_the_way_back_goes_on_with_the_mission_and_returns_from_there_anew() -> None:
+    vehicle = boat(at(20.0), at(900.0), at(0.0), rally=(Place(0.0, 300.0), Place(900.0, 300.0)))
+    vehicle.run(Mode.MISSION, 30.0)
+    assert vehicle.step(Mode.RETURN).item == 1
+    vehicle.run(Mode.RETURN, 10.0)
+    other = boat(at(20.0), at(900.0), at(0.0), rally=(Place(0.0, 300.0), Place(900.0, 300.0)))
+    other.guidance.thaw(vehicle.guidance.freeze())
+    other.x, other.y, other.z, other.psi, other.u, other.k = (
+        *(vehicle.x, vehicle.y, vehicle.z, vehicle.psi, vehicle.u, vehicle.k),
+    )
+    assert other.run(Mode.RETURN, 5.0) == vehicle.run(Mode.RETURN, 5.0)
+    assert vehicle.run(Mode.MISSION, 300.0)[0].item == 1
+    assert vehicle.x > 500.0
+    while not vehicle.guidance.finished:
+        vehicle.step(Mode.RETURN)
+    assert math.hypot(vehicle.x - 900.0, vehicle.y - 300.0) < PARAMS.line_of_sight.acceptance + 0.1
+
+
 def test_surfacing_steers_for_the_nearest_rally_point_and_keeps_the_heading_there() -> None:
     vehicle = boat(at(900.0), rally=(Place(-200.0, 150.0), Place(5000.0, 0.0)), z=20.0)
     vehicle.run(Mode.MISSION, 30.0)

@@ -88,7 +88,7 @@ def test_a_refusal_is_told_with_its_reasons_before_the_answer() -> None:
         ((CUSTOM, 4, 0), Mode.GUIDED),
         ((CUSTOM, 4, 4), Mode.MISSION),  # PX4's main and sub mode, as MAVSDK sends them
         ((CUSTOM, 4, 3), Mode.LOITER),
-        ((CUSTOM, 4, 5), Mode.SURFACE),
+        ((CUSTOM, 4, 5), Mode.RETURN),
         ((CUSTOM, 6, 0), Mode.GUIDED),
         ((CUSTOM | 128, 4, 6), Mode.SURFACE),
         ((CUSTOM, 4 << 24 | 4 << 16, 0), Mode.MISSION),  # both in one number, as PX4's heartbeats have it

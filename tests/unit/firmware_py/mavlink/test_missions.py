@@ -98,59 +98,6 @@ def test_a_generic_station_has_no_home_and_finds_the_same_mission() -> None:
     assert fields(planner.download())[1:] == fields(items)[1:]
 
 
-REFUSED = [
-    (item(z=3.0), mavlink.MAV_MISSION_INVALID_PARAM7, "3.00 m above the water"),
-    (item(z=NAN), mavlink.MAV_MISSION_INVALID_PARAM7, "nan is no height"),
-    (item(z=-INF), mavlink.MAV_MISSION_INVALID_PARAM7, "-inf is no height"),
-    (item(z=-40.0), mavlink.MAV_MISSION_INVALID_PARAM7, "depth 40.0 m, limit 30 m"),
-    (item(z=1.0, frame=TERRAIN), mavlink.MAV_MISSION_INVALID_PARAM7, "1 m above the bottom, floor 2 m"),
-    (item(north=2e5), mavlink.MAV_MISSION_INVALID_PARAM5_X, "not within 100 km"),
-    (item(x=950_000_000), mavlink.MAV_MISSION_INVALID_PARAM5_X, "is no place"),
-    (item(y=1_900_000_000), mavlink.MAV_MISSION_INVALID_PARAM6_Y, "is no place"),
-    (item(frame=7), mavlink.MAV_MISSION_UNSUPPORTED_FRAME, "frame 7"),
-    (item(frame=21), mavlink.MAV_MISSION_UNSUPPORTED_FRAME, "frame 21"),
-    (item(WAYPOINT, 5), mavlink.MAV_MISSION_INVALID_PARAM1, "cannot stay"),
-    (item(WAYPOINT, INF), mavlink.MAV_MISSION_INVALID_PARAM1, "infinite"),
-    (item(WAYPOINT, 0, 0, 0, -INF), mavlink.MAV_MISSION_INVALID_PARAM4, "infinite"),
-    (item(LOITER_TURNS, NAN), mavlink.MAV_MISSION_INVALID_PARAM1, "turns"),
-    (item(LOITER_TIME, 0), mavlink.MAV_MISSION_INVALID_PARAM1, "seconds"),
-    (item(LOITER_UNLIM, 0, 0, 5000), mavlink.MAV_MISSION_INVALID_PARAM3, "radius"),
-    (item(LOITER_UNLIM, x=0, y=0), mavlink.MAV_MISSION_INVALID_PARAM5_X, "no item before it"),
-    (item(SPEED, 2, 1), mavlink.MAV_MISSION_INVALID_PARAM1, "speed type 2"),
-    (item(SPEED, 1, 0), mavlink.MAV_MISSION_INVALID_PARAM2, "m/s ahead"),
-    (item(DO_JUMP, NAN, 1), mavlink.MAV_MISSION_INVALID_PARAM1, "item"),
-    (item(DO_JUMP, 9, 1), mavlink.MAV_MISSION_INVALID_PARAM1, "jumps to item"),
-    (item(DO_JUMP, 1, -2), mavlink.MAV_MISSION_INVALID_PARAM2, "times"),
-    (item(LEARN, 7), mavlink.MAV_MISSION_INVALID_PARAM1, "manoeuvre 7"),
-    (item(LEARN, 0, 1e9, x=0, y=0), mavlink.MAV_MISSION_INVALID_PARAM2, "duration_s"),
-    (item(LEARN, 0, 60, 100, x=0, y=0), mavlink.MAV_MISSION_INVALID_PARAM3, "delta_s_deg"),
-    (item(LEARN, 2, 60, x=10, y=0), mavlink.MAV_MISSION_INVALID_PARAM5_X, "clock_s"),
-    (item(LEARN, 2, 60, x=0, y=999), mavlink.MAV_MISSION_INVALID_PARAM6_Y, "register"),
-    (item(mavlink.MAV_CMD_NAV_TAKEOFF), mavlink.MAV_MISSION_UNSUPPORTED, "command 22"),
-]
-
-
-@pytest.mark.parametrize(("bad", "code", "words"), REFUSED, ids=lambda value: str(value)[:24])
-def test_an_item_that_cannot_be_flown_ends_the_upload_and_the_old_mission_stays(bad, code: int, words: str) -> None:
-    boat = Boat()
-    boat.node.limit(30.0, 2.0)
-    planner, old = Planner(boat), home(item(north=50), item(north=60))
-    assert planner.upload(old) == ACCEPTED
-    boat.step()
-    boat.node.saves()
-    changes = len([order for order in boat.orders if order.changes])
-    later = [item()] if bad.command != LOITER_UNLIM or bad.x else []
-    assert planner.upload(home(*later, bad, item())) == code
-    for _ in range(9):
-        planner.step()
-    assert words in "".join(planner.texts)
-    if "jumps to" not in words:
-        assert f"mission item {len(later) + 1}: " in "".join(planner.texts)
-    assert len([order for order in boat.orders if order.changes]) == changes
-    assert boat.node.saves() == []
-    assert fields(planner.download())[1:] == fields(old)[1:]
-
-
 def test_too_many_items_are_refused_before_the_first() -> None:
     boat = Boat()
     planner = Planner(boat)

@@ -53,11 +53,13 @@ def test_every_mode_is_listed_by_number_and_can_be_set_by_what_is_listed() -> No
         boat = Boat()
         boat.node = node(identities=(identity,))
         modes = [m for m in talk(boat, REQUEST, 435, 0, ticks=6) if m.get_type() == "AVAILABLE_MODES"]
-        assert [m.mode_index for m in modes] == [1, 2, 3, 4, 5, 6]
-        assert {m.number_modes for m in modes} == {6}
-        assert [m.mode_name for m in modes] == ["Manual", "Depth hold", "Position hold", "Guided", "Auto", "Surface"]
+        names = ["Manual", "Depth hold", "Position hold", "Guided", "Auto", "Surface"]
+        names += ["Return"] if identity is Identity.GENERIC else []  # ArduSub has no number for it
+        assert [m.mode_index for m in modes] == [*range(1, len(names) + 1)]
+        assert {m.number_modes for m in modes} == {len(names)}
+        assert [m.mode_name for m in modes] == names
         talk(boat, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1)
-        for m in modes[1:]:  # SURFACE is last
+        for m in modes[1:]:
             said = talk(boat, mavlink.MAV_CMD_DO_SET_MODE, 1, m.custom_mode)
             assert [a.result for a in said if a.get_type() == "COMMAND_ACK"] == [ACCEPTED]
             current = [c for c in talk(boat, REQUEST, 436) if c.get_type() == "CURRENT_MODE"]
@@ -71,7 +73,7 @@ def test_only_standard_modes_that_this_vehicle_can_fly_are_claimed_and_set() -> 
     claimed = {m.standard_mode for m in talk(boat, REQUEST, 435, 0, ticks=6) if m.get_type() == "AVAILABLE_MODES"}
     assert claimed <= {0, mavlink.MAV_STANDARD_MODE_MISSION, mavlink.MAV_STANDARD_MODE_LAND}
     boat.mode = Mode.MANUAL
-    for number, mode in ((6, Mode.MISSION), (7, Mode.SURFACE)):
+    for number, mode in ((6, Mode.MISSION), (7, Mode.SURFACE), (5, Mode.RETURN)):
         talk(boat, mavlink.MAV_CMD_DO_SET_STANDARD_MODE, number)
         assert boat.mode is mode
     for number in (0, 1, 3, 4, 9, math.nan):
@@ -94,7 +96,7 @@ def test_one_mode_can_be_asked_for_and_one_that_is_not_there_is_denied() -> None
         (PAUSE, (1,), Mode.MISSION),
         (mavlink.MAV_CMD_NAV_LOITER_UNLIM, (), Mode.LOITER),
         (mavlink.MAV_CMD_NAV_LAND, (), Mode.SURFACE),
-        (mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, (), Mode.SURFACE),
+        (mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, (), Mode.RETURN),
     ],
 )
 def test_the_missions_course_is_set_by_command(number: int, params: tuple, mode: Mode) -> None:

@@ -106,6 +106,30 @@ def test_a_leak_is_the_extended_bit_two() -> None:
         assert status.onboard_control_sensors_health_extended & 0x02 == health
 
 
+def test_the_prearm_check_is_always_there_and_healthy_where_arming_would_be_granted() -> None:
+    boat, bit = node(), mavlink.MAV_SYS_STATUS_PREARM_CHECK
+    healths = []
+    for k in range(300):
+        now = cycle(k)
+        now = dataclasses.replace(now, mode=dataclasses.replace(now.mode, ready=100 <= k < 200))
+        for m in parse(boat.report(now)[0]):
+            if m.get_type() == "SYS_STATUS":
+                assert m.onboard_control_sensors_present & m.onboard_control_sensors_enabled & bit
+                healths.append((k // 100, bool(m.onboard_control_sensors_health & bit)))
+    assert set(healths) == {(0, False), (1, True), (2, False)}
+
+
+def test_deeper_than_the_depth_limit_is_beyond_the_fence() -> None:
+    boat, statuses = node(), []
+    boat.limit(30.0)
+    for k in range(300):
+        deep = 100 <= k < 200
+        for m in parse(boat.report(cycle(k, eta=Eta(0.0, 0.0, 30.1 if deep else 30.0, 0.0, 0.0, 0.0)))[0]):
+            if m.get_type() == "FENCE_STATUS":
+                statuses.append((k // 100, m.breach_status, m.breach_type, m.breach_count))
+    assert set(statuses) == {(0, 0, 0, 0), (1, 1, mavlink.FENCE_BREACH_MINALT, 1), (2, 0, 0, 1)}
+
+
 def test_a_place_that_is_not_known_is_not_said() -> None:
     said = told(eta=Eta(math.nan, 0.0, 5.0, 0.0, 0.0, 0.0))
     assert "GLOBAL_POSITION_INT" not in said

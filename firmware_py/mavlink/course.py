@@ -1,0 +1,102 @@
+"""A mission's ways from place to place, beside the fence and the limits: looked at item by item, jumps among them.
+
+How the vehicle comes to the first place nobody knows beforehand; the supervisor watches it wherever it is.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from typing import NamedTuple
+
+from firmware_py.mavlink.plan_items import INVALID, INVALID_PARAMS, Limits, Refused
+from firmware_py.records.order import Jump, Loiter, Step, Surface, Waypoint
+
+_HIGHEST = 6000.0
+_CORNERS = 8
+_MOST_WAYS = 16
+"""To one item, by jumps forward: what an item costs is bounded."""
+
+
+class _Spot(NamedTuple):
+    """A place, m, and the radius of the circle around it that is flown there; 0 of a waypoint, or if not known yet."""
+
+    x: float
+    y: float
+    radius: float
+
+
+class Course:
+    """Remembers from where the next item may be come to."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._spots: list[tuple[int, _Spot]] = []
+        self._from: set[_Spot] = set()
+        self._ahead: dict[int, set[_Spot]] = {}
+
+    def look(self, number: int, step: Step) -> None:
+        """Looks at the next step, made of the item of that number, by which jumps name it too.
+
+        Raises:
+            Refused: it is too deep, too near to the bottom or beyond the fence, or the way to it is.
+        """
+        for to in [to for to in self._ahead if to <= number]:
+            self._from |= self._ahead.pop(to)
+        if isinstance(step, Jump):
+            if step.times != 0:
+                self._leap(number, step)
+        elif isinstance(step, Waypoint | Loiter):
+            self._come(number, step)
+        elif isinstance(step, Surface):
+            self._from = set()
+
+    def _come(self, number: int, step: Waypoint | Loiter) -> None:
+        limits, fence = self._limits, self._limits.fence
+        if step.above and not limits.altitude_min <= step.z <= _HIGHEST:
+            raise Refused(INVALID_PARAMS[6], f"{step.z:g} m above the bottom, floor {limits.altitude_min:g} m")
+        if not step.above and step.z > limits.depth_max:
+            raise Refused(INVALID_PARAMS[6], f"depth {step.z:.1f} m, limit {limits.depth_max:g} m")
+        spot = _Spot(step.x, step.y, abs(step.radius) if isinstance(step, Loiter) else 0.0)
+        if why := fence.breach(step.x, step.y) if spot.radius == 0.0 else self._around(spot):
+            raise Refused(INVALID_PARAMS[4], why)
+        for start in self._from:
+            self._go(start, spot, "the way to it")
+        self._from = {spot}
+        self._spots.append((number, spot))
+
+    def _around(self, spot: _Spot) -> str:
+        """What is wrong with a circle, by the sides of an octagon within and of one about it."""
+        fence, x, y, shrunk = self._limits.fence, spot.x, spot.y, math.cos(math.pi / _CORNERS)
+        if not fence.reaches(x, y, spot.radius * shrunk, spot.radius / shrunk):
+            return fence.breach(x + spot.radius, y)
+        for radius in (spot.radius, spot.radius / shrunk):
+            angles = [math.tau * i / _CORNERS for i in range(_CORNERS)]
+            corners = [(x + radius * math.cos(angle), y + radius * math.sin(angle)) for angle in angles]
+            for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
+                if why := fence.barred(*start, *end):
+                    return why
+        return ""
+
+    def _leap(self, number: int, jump: Jump) -> None:
+        """Back to a place that is known, or on to the one that comes next behind an item."""
+        at = bisect_left(self._spots, jump.to, key=lambda spot: spot[0])
+        if at < len(self._spots):
+            for start in self._from:
+                self._go(start, self._spots[at][1], "the way back")
+        elif jump.to > number:
+            ways = self._ahead.setdefault(jump.to, set())
+            ways |= self._from
+            if len(ways) > _MOST_WAYS:
+                raise Refused(INVALID, f"from more than {_MOST_WAYS} places jumps lead to one item")
+        if jump.times < 0:
+            self._from = set()
+
+    def _go(self, start: _Spot, end: _Spot, way: str) -> None:
+        """From where a circle is left to where the next one is joined, which is on the line of their centres."""
+        dx, dy = end.x - start.x, end.y - start.y
+        far = math.hypot(dx, dy) or 1.0
+        left, joined = start.radius / far, 1.0 - end.radius / far
+        ends = (start.x + left * dx, start.y + left * dy, start.x + joined * dx, start.y + joined * dy)
+        if why := self._limits.fence.barred(*ends):
+            raise Refused(INVALID_PARAMS[4], f"{way} is {why}")
