@@ -43,6 +43,10 @@ class PositionParams:
     )
 
 
+ASTRAY = 5.0
+"""A fix of so many sigmas away is no chance."""
+
+
 class PositionMemory(NamedTuple):
     """North and east (m), the two kinds of error, and the time of validity of the last fix."""
 
@@ -72,7 +76,10 @@ def fixed(
     origin: Origin,
     velocity: tuple[float, float],
 ) -> PositionMemory:
-    """Takes a fix in by its scalar Kalman gain, moved from its time of validity to t with `velocity` (m/s, NED)."""
+    """Takes a fix in by its scalar Kalman gain, moved from its time of validity to t with `velocity` (m/s, NED).
+
+    One that is too far away for what was believed says that the boat was carried, or the belief wrong: it is followed.
+    """
     if not arrived(heard, memory.t_fix, t):
         return memory
     latitude, longitude, std = heard.value
@@ -82,11 +89,14 @@ def fixed(
     if not math.hypot(x, y) <= params.fix_range:
         return memory
     age = t - heard.t_valid
-    variance = memory.walk + memory.drift**2
+    dx, dy = x + velocity[0] * age - memory.x, y + velocity[1] * age - memory.y
+    variance, off = memory.walk + memory.drift**2, dx * dx + dy * dy
+    if off > ASTRAY**2 * (variance + 2.0 * std**2):
+        variance = off
     gain = variance / (variance + 2.0 * std**2)
     return PositionMemory(
-        memory.x + gain * (x + velocity[0] * age - memory.x),
-        memory.y + gain * (y + velocity[1] * age - memory.y),
+        memory.x + gain * dx,
+        memory.y + gain * dy,
         max((1.0 - gain) * variance, params.fix_bias_std**2),
         0.0,
         heard.t_valid,
