@@ -102,7 +102,7 @@ def _shown(default: Any) -> str:
     if default is None or (isinstance(default, float) and math.isnan(default)):
         return "–"
     if isinstance(default, list):
-        return "[" + ", ".join(map(_shown, default)) + "]"
+        return "[" + ", ".join(one if isinstance(one, str) else _shown(one) for one in default) + "]"
     return f"{default:g}" if isinstance(default, float) else str(default).lower()
 
 

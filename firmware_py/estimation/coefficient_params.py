@@ -23,12 +23,17 @@ SPEEDS, RATES, ANGLES = MOTIONS[:3], MOTIONS[3:6], MOTIONS[6:8]
 class CoefficientParams:
     """What is estimated, and how well it was known before."""
 
-    names: tuple[str, ...] = TEN
-    """What is learned: coefficients, C_d0, C_dy, C_dz, or the scale of an equation's added mass, X_dot to N_dot."""
-    considered: tuple[str, ...] = ()
-    """What is reckoned to be uncertain but not learned; "rest" is every other coefficient."""
-    nuisances: tuple[str, ...] = ()
-    """What is learned from as little uncertainty, for the sake of the others; "rest" here or in `considered`."""
+    names: tuple[str, ...] = param(
+        TEN,
+        doc="What is learned: coefficients of vehicle.toml, C_d0, C_dy, C_dz, or X_dot, Y_dot, Z_dot, K_dot, M_dot, "
+        "N_dot, the scale of all added mass in an equation.",
+    )
+    considered: tuple[str, ...] = param(
+        (), doc='What is reckoned to be uncertain but not learned (Schmidt); "rest" is every other coefficient.'
+    )
+    nuisances: tuple[str, ...] = param(
+        (), doc='What is learned from as little uncertainty, for the sake of the others; "rest" here or in considered.'
+    )
     std: float = param(
         70.0,
         unit="%",

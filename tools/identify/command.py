@@ -50,6 +50,7 @@ def command(options: argparse.Namespace) -> int:
     words.show(console, told)
     for name in ("identify.html", "identify.json", "vehicle.toml"):
         console.print(f"  {folder / name}", highlight=False, soft_wrap=True)
+    console.print("To fly it: copy the vehicle's folder, put this vehicle.toml in it, and give that to sitl --config.")
     return 1 if verdict.sentences else 0
 
 

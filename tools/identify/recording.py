@@ -26,6 +26,8 @@ SPAN_MIN = 5.0
 """Less than this cannot be identified from, s."""
 GAP_MAX = 0.5
 """Between two reports of a fin or of the shaft nobody knows what it did for longer than this, s."""
+WILD = 50.0
+"""No speed (m/s), rate (rad/s) or angle (rad) of such a vehicle is as large; a reading that is, is none."""
 SLACK = 1e-6
 """Times that went through another unit may be rounded past now, s."""
 
@@ -40,7 +42,8 @@ class Recording:
         inputs: (K, 4): delta_s, delta_r, delta_b (rad), n (rev/s), means over each step.
         z: (K, 9): what was measured at t[1:], as MOTIONS; NaN where nothing was.
         start: (9,): the first measurement of each.
-        dropped: "ahrs" or "dvl": readings that were not used, being NaN, not vouched for, or from the future.
+        dropped: "ahrs" or "dvl": readings that were not used, not finite or wild, not vouched for, from the future or
+            older than one before.
         params: what the vehicle's filter was told: coefficients, how well they were known, sensors; `std` (9,): noise
             that the sensors were expected to have.
     """
@@ -147,7 +150,10 @@ def _readings(log: Log, name: str, values: tuple[str, ...], begin: float, end: f
     times = c[f"frame.{name}.t_valid"]
     table = np.column_stack([c[f"frame.{name}.value.{value}"] for value in values])
     fresh = c[f"frame.{name}.fresh"] & (c["t"] >= begin) & (c["t"] <= end)
-    good = fresh & c[f"frame.{name}.ok"] & np.isfinite(table).all(axis=1) & (times <= c["t"] + SLACK)
+    sane = (np.abs(table) <= WILD).all(axis=1)  # false of NaN
+    good = fresh & c[f"frame.{name}.ok"] & sane & (times <= c["t"] + SLACK)
+    newest = np.maximum.accumulate(np.where(good, times, -np.inf))
+    good[1:] &= times[1:] > newest[:-1]
     if not good.any():
         heard = f"{fresh.sum()} readings, none of them usable" if fresh.any() else "silent"
         raise LogError(f"{log.path}: {name} is {heard} from {begin:g} to {end:g} s; AHRS and DVL are both needed")

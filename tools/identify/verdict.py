@@ -1,4 +1,4 @@
-"""What the log cannot say: combinations of coefficients that are as unknown after it as they were before."""
+"""What the log cannot say: combinations of coefficients that are as unknown after it as they were before, or nearly."""
 
 from __future__ import annotations
 
@@ -6,9 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from firmware_py.estimation.observer_model import GROUPS
 from firmware_py.estimation.weakness import Direction, directions, weakness
 from tools.identify.estimate import Answer
+
+POOR = 0.1
+"""What is known no better than to this part of its size, 1 sigma, is not laid into a vehicle file."""
 
 
 @dataclass(frozen=True)
@@ -37,9 +42,15 @@ def judge(answer: Answer) -> Verdict:
         f"{one.words}, each over its prior sigma: the log knows this sum no better than the vehicle file did"
         for one in weak.mixed
     ]
+    sigma = np.sqrt(np.diag(covariance)) / np.abs(answer.believed)
+    poor = {name: part for name, part in zip(names, sigma.tolist(), strict=True) if part > POOR}
+    poor = {name: part for name, part in poor.items() if name not in weak.unknown}
+    if poor:
+        known = ", ".join(f"{name} to {100.0 * part:.0f} %" for name, part in poor.items())
+        sentences.append(f"known poorly: {known} of its size (1 sigma); the vehicle file keeps what was believed")
     return Verdict(
         weak=tuple(directions(covariance, names, answer.believed.tolist())),
-        unknown=weak.unknown,
+        unknown=(*weak.unknown, *poor),
         sentences=tuple(sentences),
     )
 

@@ -71,7 +71,8 @@ def document(log: Log, recording: Recording, found: Answer, verdict: Verdict) ->
 def remarks(recording: Recording, found: Answer) -> list[str]:
     """What a reader has to know of the figures."""
     said = [
-        f"{lost} readings of the {name.upper()} were not used: not finite, not vouched for, or from the future."
+        f"{lost} readings of the {name.upper()} were not used: not finite or wild, not vouched for (a DVL "
+        "without bottom lock), from the future, or older than one before."
         for name, lost in recording.dropped.items()
         if lost
     ]
