@@ -238,6 +238,8 @@ class Parameters:
             )
             self._voice.tell(str(refusal), _WARNING)
             return False
+        if self._book.settings[i].when is When.RESTART:
+            self._voice.tell(f"{asked.name} takes effect at the next start", _NOTICE)
         return True
 
     def _number(self, asked: _Set, i: int) -> float:

@@ -265,6 +265,7 @@ def test_what_waits_for_the_next_start_is_kept_and_shown_but_not_ordered() -> No
     station = Station()
     station.set("L_SIZE", 1.5)
     assert station.values() == [("L_SIZE", 1.5)]
+    assert station.texts == ["L_SIZE takes effect at the next start"]
     assert not station.book.changes()
     assert kept(station.book) == {"law": {"size": 1.5}}
 
