@@ -84,7 +84,7 @@ class Setpoints:
         self._link, self._voice, self._orders, self._sea = link, voice, orders, sea
         self.depth_max = math.inf
         self.breach: Callable[[float, float], str] = lambda _x, _y: ""
-        self._told_ns: dict[int, int] = {}
+        self._told: dict[int, tuple[int, str]] = {}
 
     def does(self) -> dict[int, Do]:
         """Who does which command."""
@@ -218,9 +218,9 @@ class Setpoints:
 
     def _tell_seldom(self, tick: Tick, m: Message, why: str) -> None:
         """Stations repeat such messages many times a second."""
-        last = self._told_ns.get(m.get_msgId())
-        if last is None or tick.t_ns - last >= _TELL_AGAIN_NS:
-            self._told_ns[m.get_msgId()] = tick.t_ns
+        last, what = self._told.get(m.get_msgId(), (-_TELL_AGAIN_NS, why))
+        if tick.t_ns - last >= (_TELL_AGAIN_NS if what == why else NS_PER_S):
+            self._told[m.get_msgId()] = tick.t_ns, why
             self._voice.tell(f"{m.get_type()} refused: {why}", WARNING)
 
 

@@ -246,6 +246,16 @@ def test_targets_that_cannot_be_followed_are_refused_in_words_now_and_then(messa
     assert all(order.asker == NOBODY for order in boat.orders)
 
 
+def test_a_target_that_is_refused_for_another_reason_says_so_a_second_later() -> None:
+    boat, station = sailing()
+    for x, z in ((10.0, -5.0), (1e30, 5.0)):  # above the water, and beyond everything
+        station.send(local_target(REST | VELOCITY | YAW, x, 0.0, z))
+        boat.step(120)
+    texts = [m.text for m in station.messages if m.get_type() == "STATUSTEXT" and m.chunk_seq == 0]
+    assert len(texts) == 2
+    assert texts[0] != texts[1]
+
+
 def test_the_last_of_many_targets_in_a_tick_holds_and_a_command_goes_first() -> None:
     boat, station = sailing()
     for x in (1.0, 2.0, 3.0):
