@@ -38,10 +38,11 @@ def main(number: str) -> None:
         with contextlib.suppress(TransferError):  # it gives up on types that it does not know, such as our Tick
             node.spin(0.02)
         for node_id in sorted(monitor.get_all_node_id()):
-            entry = monitor.get(node_id)
-            if entry.info is not None and node_id not in named:
-                named.add(node_id)
-                say(node=node_id, name=str(entry.info.name))
+            with contextlib.suppress(KeyError):  # it forgets who was silent, also between two questions
+                entry = monitor.get(node_id)
+                if entry.info is not None and node_id not in named:
+                    named.add(node_id)
+                    say(node=node_id, name=str(entry.info.name))
 
 
 if __name__ == "__main__":
