@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -49,7 +50,9 @@ class DvlPort:
         try:
             self._serial: Any = serial.Serial(port, params.baud, timeout=0, exclusive=True)
         except (serial.SerialException, ValueError) as error:
-            raise BusError(f"dvl: port {port!r} cannot be opened: {error}") from None
+            absent = getattr(error, "errno", None) == errno.ENOENT
+            why = "there is no such device; a simulated boat brings its own: start the plant first" if absent else error
+            raise BusError(f"dvl: port {port!r} cannot be opened: {why}") from None
         self._lines = LineBuffer()
         self.broken = False
 

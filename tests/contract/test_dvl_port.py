@@ -207,6 +207,11 @@ def test_a_file_is_no_port(tmp_path):
     assert path.read_text() == "precious"
 
 
+def test_a_port_that_is_not_there_says_who_brings_it(tmp_path):
+    with pytest.raises(BusError, match="start the plant first$"):
+        DvlPort(DvlParams(port=str(tmp_path / "dvl")))
+
+
 def test_a_port_in_use_is_refused_and_its_user_undisturbed(device):
     with pytest.raises(BusError, match="cannot be opened"):
         DvlPort(DvlParams(port=device.line.path))

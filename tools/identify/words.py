@@ -91,8 +91,9 @@ def remarks(recording: Recording, found: Answer) -> list[str]:
     rest = "" if found.fit.found else "has not come to rest, and "
     worst, grown = np.abs(found.confidence.whiteness).max(), found.widening.max()
     said.append(
-        f"Maximum likelihood {rest}leaves residuals that are not the sensors' noise: up to {found.size.max():.1f} "
-        f"times as large, with autocorrelation up to {worst:.2f} (noise alone: below {LARGE:g} and {WHITE:g}). It "
+        f"Maximum likelihood {rest}leaves residuals that are not the sensors' noise: {found.size.min():.1f} to "
+        f"{found.size.max():.1f} times as large, with autocorrelation "
+        f"up to {worst:.2f} (noise alone: below {LARGE:g} and {WHITE:g}). It "
         f"knows no turbulence. Its intervals were widened, up to {grown:.1f} times, by that autocorrelation, and may "
         "still be far too narrow: the filter's values are taken."
     )
