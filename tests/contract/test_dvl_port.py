@@ -208,7 +208,7 @@ def test_a_file_is_no_port(tmp_path):
 
 
 def test_a_port_that_is_not_there_says_who_brings_it(tmp_path):
-    with pytest.raises(BusError, match="start the plant first$"):
+    with pytest.raises(BusError, match=r"start the plant first$"):
         DvlPort(DvlParams(port=str(tmp_path / "dvl")))
 
 
