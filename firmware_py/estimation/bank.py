@@ -13,23 +13,13 @@ from firmware_py.estimation.innovations import hear
 from firmware_py.estimation.jacobians import Array
 from firmware_py.estimation.member import EDDY, PHI, PSI, observe, wrapped
 from firmware_py.estimation.prediction import EDDIES, predict
-from firmware_py.estimation.settling import WINDOW, lost, revive, settle
+from firmware_py.estimation.settling import WINDOW, leader, lost, revive, settle
 from firmware_py.estimation.tape import write
 from firmware_py.estimation.transition import MOVING, Picks
 
 MODEL = "f8[::1],f8[:,::1],i8[:,::1],f8[::1],i8,i8,b1,f8[:,::1],f8[::1]"
 BANK = "f8[:,::1],f8[:,::1],i8[::1],f8,f8,f8,f8[::1],f8[:,::1],f8[:,:,::1],f8[::1],f8[::1]"
 HEARD = "f8[::1],f8,f8[::1],f8[::1],f8[::1],i8[::1]"
-
-
-@kernel("i8(f8[::1])")
-def leader(evidence: Array) -> int:
-    """The likeliest member."""
-    likeliest = 0
-    for b in range(1, len(evidence)):
-        if evidence[b] > evidence[likeliest]:
-            likeliest = b
-    return likeliest
 
 
 @kernel("i8(f8[::1],f8[::1])")

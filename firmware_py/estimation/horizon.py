@@ -27,7 +27,7 @@ _TOGETHER = 1e-6
 """Times as near as this, s, are one."""
 _SPANS = 8
 """The most steps in one tick; a backlog waits. At 50 Hz, with two measurements, seven of the shortest can be due."""
-_WILD = 50.0
+WILD = 50.0
 """No speed (m/s), rate (rad/s) or angle (rad) of such a vehicle; a measurement that is as long as that is none."""
 _FINEST = 1e-6
 """No ping is better than this, m/s, whatever it states."""
@@ -143,7 +143,7 @@ class Horizon:
         dvl, ahrs = frame.dvl, frame.ahrs
         if dvl.fresh and dvl.ok:
             u, v, w, fom, _ = dvl.value
-            std = min(max(fom, _FINEST), _WILD) if fom > 0.0 else self._params.speed_std
+            std = min(max(fom, _FINEST), WILD) if fom > 0.0 else self._params.speed_std
             self._wait(t, dvl.t_valid, DVL, (u, v, w, std))
         if ahrs.fresh and ahrs.ok:
             phi, theta, psi, p, q, r = ahrs.value
@@ -173,7 +173,7 @@ class Horizon:
         size = 0.0
         for value in values:
             size += value * value
-        if size <= _WILD * _WILD and max(self._t, self._newest[sensor]) + _TOGETHER < t_valid <= t + _TOGETHER:
+        if size <= WILD * WILD and max(self._t, self._newest[sensor]) + _TOGETHER < t_valid <= t + _TOGETHER:
             self._newest[sensor] = t_valid
             insort(self._waiting, Measurement(t_valid, sensor, values))
         else:

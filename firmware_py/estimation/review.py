@@ -149,7 +149,7 @@ class Review:
             if not (np.abs(mean - self._mean)[learned] <= CONVERGED * std[learned]).all():
                 self._rewind(mean, int(mine.evidence.argmax()), begun)
                 return False
-            bank.take(*mine.copy())
+            bank.take(mine.x, mine.P, mine.evidence)
             age[0] = max(age[0], self._settled)
             self.taken += 1
         self._row = -1
@@ -162,8 +162,9 @@ class Review:
         """Goes back to where the tape begins, to draw slopes about the `mean`, (n,), in the eddies of that member."""
         mine, first, x, P = self._bank, self._bank.model.first, self._about, self._P
         mine.take(*self._start)
+        names = slice(first, first + len(begun))
         mine.rules[MAY] = self._may
-        mine.rules[MAY, first : first + len(begun)] += begun * (1.0 - self._may[first : first + len(begun)])
+        mine.rules[MAY, names] = np.maximum(self._may[names], begun)
         mine.rules[LEARNS] = mine.rules[MAY]
         mine.rules[GROWTH] = mine.rules[FLOOR] * mine.rules[MAY]
 

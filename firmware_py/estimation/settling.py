@@ -56,13 +56,20 @@ def settle(rules: Array, age: Array, first: int, h: float, wait: float, fade: fl
         age[0] += h
 
 
-@kernel("void(f8[:,::1],f8[:,:,::1],f8[::1])")
-def revive(x: Array, P: Array, evidence: Array) -> None:
-    """Lets members begin anew that have no hope, before they leave the numbers; shapes as in `bank.step`."""
+@kernel("i8(f8[::1])")
+def leader(evidence: Array) -> int:
+    """The likeliest member."""
     likeliest = 0
     for b in range(1, len(evidence)):
         if evidence[b] > evidence[likeliest]:
             likeliest = b
+    return likeliest
+
+
+@kernel("void(f8[:,::1],f8[:,:,::1],f8[::1])")
+def revive(x: Array, P: Array, evidence: Array) -> None:
+    """Lets members begin anew that have no hope, before they leave the numbers; shapes as in `bank.step`."""
+    likeliest = leader(evidence)
     for b in range(len(evidence)):
         if evidence[b] < evidence[likeliest] - HOPELESS:
             for i in range(x.shape[1]):

@@ -19,22 +19,10 @@ from firmware_py.mavlink.status import Actuators
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Order
 from firmware_py.schedule import Tick
+from tests.dive import DIVE
 from tools.flight import Wish, fly, prepare
 from tools.log import Log, read
 
-SCENARIO = """
-description = "A short dive."
-duration_s = 12.0
-completes = "time"
-
-[[orders]]
-t_s = 0.5
-arming = "arm"
-mode = "hold"
-depth_m = 4.0
-heading_deg = 120.0
-speed_m_s = 1.5
-"""
 LIST, OPEN, BURST, CRC = 3, 4, 15, 14
 
 
@@ -82,7 +70,7 @@ class Station:
 def flown(folder: Path, downloads: bool) -> tuple[Log, list[int]]:
     folder.mkdir()
     scenario = folder / "scenario.toml"
-    scenario.write_text(SCENARIO)
+    scenario.write_text(DIVE)
     flight = prepare(Wish(scenario=str(scenario)), {})
     stations = [Station(flight.configuration, folder)] if downloads else []
     for station in stations:

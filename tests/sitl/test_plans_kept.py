@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import random
-import signal
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from pymavlink import mavutil, mavwp
+from pymavlink import mavwp
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from tests.sitl.stations import flight
 from tools.log import read
 
 MISSION, FENCE, RALLY = range(3)
@@ -42,21 +40,10 @@ class Lossy:
 
 
 @contextlib.contextmanager
-def flight(folder: Path, state: Path, share: float = 0.0) -> Iterator[Lossy]:
+def lossy_flight(folder: Path, state: Path, share: float = 0.0) -> Iterator[Lossy]:
     """A vehicle in real time with its station."""
-    station = mavutil.mavlink_connection("udpin:127.0.0.1:0", source_system=255)
-    port = station.port.getsockname()[1]
-    words = [sys.executable, "-m", "tools.cli", "sitl", "--pace", "realtime", "--out", str(folder)]
-    words += ["--gcs", f"udpout:127.0.0.1:{port}:generic", "--state", str(state)]
-    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-    try:
-        assert station.wait_heartbeat(timeout=90) is not None
+    with flight(folder, state, "generic") as station:
         yield Lossy(station, share)
-    finally:
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=60)
-        station.close()
-    assert process.returncode == 1, said  # the mission was not completed
 
 
 def upload(link: Lossy, loader: Any, kind: int) -> int:
@@ -121,13 +108,13 @@ def content(loader: Any) -> list[tuple[Any, ...]]:
 @pytest.mark.timeout(300)
 def test_plans_that_came_over_a_lossy_link_are_there_after_a_restart(tmp_path: Path) -> None:
     state, sent = tmp_path / "state", plans()
-    with flight(tmp_path / "first", state, share=0.1) as link:
+    with lossy_flight(tmp_path / "first", state, share=0.1) as link:
         for kind, loader in enumerate(sent):
             assert upload(link, loader, kind) == mavlink.MAV_MISSION_ACCEPTED
         assert content(download(link, MISSION)) == content(sent[MISSION])
     assert {"fence.json", "mission.json", "rally.json"} <= {path.name for path in state.iterdir()}
 
-    with flight(tmp_path / "second", state) as link:
+    with lossy_flight(tmp_path / "second", state) as link:
         for kind, loader in enumerate(sent):
             assert content(download(link, kind)) == content(loader)
         m = link.recv("MISSION_CURRENT")

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import time
 from collections.abc import Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, TextColumn
 
 from tools.fuzz.flight import PACKETS, Flown, Job, flown
+from tools.workers import workers
 
 MOST_FAILURES = 20
 """After so many the rest is not flown."""
@@ -36,34 +36,24 @@ def run_all(seed: int, packets: int, seconds: float | None, processes: int, cons
     found: dict[int, Flown] = {}
     todo = jobs(seed, packets)
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:,} of {task.total:,}"))
-    spawn = multiprocessing.get_context("spawn")
-    with (
-        Progress(
-            *columns, TimeElapsedColumn(), TimeRemainingColumn(), console=console, disable=not console.is_terminal
-        ) as bar,
-        ProcessPoolExecutor(processes, mp_context=spawn) as pool,
-    ):
+    with workers(processes, console, *columns) as (bar, pool):
         task, done, tenth, began = bar.add_task("packets", total=packets), 0, 0, time.monotonic()
-        try:
-            while True:
-                over = seconds is not None and time.monotonic() - began >= seconds
-                failed = sum(one.failure is not None for one in found.values())
-                while not over and failed < MOST_FAILURES and len(waiting) < processes:
-                    job = next(todo, None)
-                    if job is None:
-                        break
-                    waiting[pool.submit(flown, job)] = job
-                if not waiting:
+        while True:
+            over = seconds is not None and time.monotonic() - began >= seconds
+            failed = sum(one.failure is not None for one in found.values())
+            while not over and failed < MOST_FAILURES and len(waiting) < processes:
+                job = next(todo, None)
+                if job is None:
                     break
-                for future in wait(waiting, return_when=FIRST_COMPLETED).done:
-                    job = waiting.pop(future)
-                    found[job.flight] = future.result()
-                    done += job.packets
-                bar.update(task, completed=done, description="packets" if not failed else f"packets, {failed} failures")
-                if not console.is_terminal and 10 * done // packets > tenth:
-                    tenth = 10 * done // packets
-                    console.print(f"{done:,} of {packets:,} packets, {failed} failures", highlight=False)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+                waiting[pool.submit(flown, job)] = job
+            if not waiting:
+                break
+            for future in wait(waiting, return_when=FIRST_COMPLETED).done:
+                job = waiting.pop(future)
+                found[job.flight] = future.result()
+                done += job.packets
+            bar.update(task, completed=done, description="packets" if not failed else f"packets, {failed} failures")
+            if not console.is_terminal and 10 * done // packets > tenth:
+                tenth = 10 * done // packets
+                console.print(f"{done:,} of {packets:,} packets, {failed} failures", highlight=False)
     return [found[flight] for flight in sorted(found)]

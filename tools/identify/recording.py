@@ -17,6 +17,7 @@ import numpy as np
 from firmware_py import app
 from firmware_py.adapters.recorder import LogError
 from firmware_py.estimation.coefficient_params import CoefficientParams
+from firmware_py.estimation.horizon import WILD
 from firmware_py.estimation.observer_model import MOTIONS
 from firmware_py.vehicle.vehicle import Vehicle
 from tools.log import Log
@@ -26,8 +27,6 @@ SPAN_MIN = 5.0
 """Less than this cannot be identified from, s."""
 GAP_MAX = 0.5
 """Between two reports of a fin or of the shaft nobody knows what it did for longer than this, s."""
-WILD = 50.0
-"""No speed (m/s), rate (rad/s) or angle (rad) of such a vehicle is as large; a reading that is, is none."""
 SLACK = 1e-6
 """Times that went through another unit may be rounded past now, s."""
 

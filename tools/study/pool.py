@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import multiprocessing
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 
 from tools.study.cases import CASES
 from tools.study.rows import Numbers
+from tools.workers import workers
 
 PROCESSES = 2
 
@@ -34,28 +34,14 @@ def run_all(seeds: range, short: bool, console: Console) -> list[list[Numbers]]:
         for k in range(case.runs if case.runs == case.short else min(case.short if short else case.runs, len(seeds)))
     ]
     found: dict[tuple[int, int], Numbers] = {}
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-    )
-    spawn = multiprocessing.get_context("spawn")
-    with (
-        Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar,
-        ProcessPoolExecutor(PROCESSES, mp_context=spawn) as pool,
-    ):
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    with workers(PROCESSES, console, *columns, transient=True) as (bar, pool):
         task = bar.add_task("study", total=len(jobs))
         waiting = {pool.submit(run_case, *job): job for job in jobs}
-        try:
-            for tenth, future in enumerate(as_completed(waiting), 1):
-                index, _, k = waiting[future]
-                found[index, k] = future.result()
-                bar.update(task, advance=1, description=CASES[index].name)
-                if not console.is_terminal and 10 * tenth // len(jobs) > 10 * (tenth - 1) // len(jobs):
-                    console.print(f"{tenth} of {len(jobs)} runs", highlight=False)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+        for tenth, future in enumerate(as_completed(waiting), 1):
+            index, _, k = waiting[future]
+            found[index, k] = future.result()
+            bar.update(task, advance=1, description=CASES[index].name)
+            if not console.is_terminal and 10 * tenth // len(jobs) > 10 * (tenth - 1) // len(jobs):
+                console.print(f"{tenth} of {len(jobs)} runs", highlight=False)
     return [[found[i, k] for j, _, k in jobs if j == i] for i in range(len(CASES))]

@@ -13,29 +13,16 @@ import numpy as np
 import pytest
 from pymavlink import DFReader
 
+from tests.dive import DIVE
 from tools import cli
 from tools.flight import Wish, fly, prepare
 from tools.log import Log, read
-
-SCENARIO = """
-description = "A short dive."
-duration_s = 12.0
-completes = "time"
-
-[[orders]]
-t_s = 0.5
-arming = "arm"
-mode = "hold"
-depth_m = 4.0
-heading_deg = 120.0
-speed_m_s = 1.5
-"""
 
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> Log:
     folder = tmp_path_factory.mktemp("flight")
-    (folder / "scenario.toml").write_text(SCENARIO)
+    (folder / "scenario.toml").write_text(DIVE)
     fly(prepare(Wish(scenario=str(folder / "scenario.toml")), {}), folder / "log.mcap")
     return read(folder / "log.mcap")
 

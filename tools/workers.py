@@ -1,0 +1,35 @@
+"""Work in processes of its own, with a bar."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+
+from rich.console import Console
+from rich.progress import Progress, ProgressColumn, TimeElapsedColumn, TimeRemainingColumn
+
+
+@contextlib.contextmanager
+def workers(
+    processes: int, console: Console, *columns: ProgressColumn, transient: bool = False
+) -> Iterator[tuple[Progress, ProcessPoolExecutor]]:
+    """A bar and as many processes; what was not begun when an exception comes is left.
+
+    Args:
+        processes: how many.
+        console: where the bar is drawn, if it is a terminal.
+        columns: of the bar, before the times.
+        transient: the bar is gone in the end.
+    """
+    times = (TimeElapsedColumn(), TimeRemainingColumn())
+    with (
+        Progress(*columns, *times, console=console, transient=transient, disable=not console.is_terminal) as bar,
+        ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn")) as pool,
+    ):
+        try:
+            yield bar, pool
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
