@@ -66,7 +66,7 @@ def page(log: Log, summary: Summary) -> str:
     for i, (title, note, figure, over_time, part) in enumerate(drawn):
         figure.update_layout(_LAYOUT)
         figure.update_xaxes(_AXIS)
-        figure.update_yaxes(_AXIS)
+        figure.update_yaxes(_AXIS, automargin=True)  # long numbers push their axis's title aside
         if not over_time:
             figure.update_layout(hovermode="closest")
         if part != section:

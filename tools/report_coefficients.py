@@ -36,7 +36,7 @@ def plots(log: Log, truth: Columns, stride: int, figure: Callable[[str], Any]) -
     c = {name: column[every] for name, column in log.columns.items() if name.startswith(("t", "state.learned."))}
     t = c["t"].astype(np.float32)
     for coefficient in learned:
-        yield _coefficient(coefficient, t, every, figure(""))
+        yield _coefficient(coefficient, t, every, figure("nondimensional"))
     yield _timeline(learned, taught(log), t, every, figure(""))
     known = [one for one in learned if np.isfinite(one.truth)]
     if known:

@@ -10,7 +10,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from firmware_py.records.order import Mode
-from tools import lateness
+from tools import lateness, report_areas
 from tools.log import Columns, Log
 from tools.report_coefficients import plots
 from tools.report_drawing import BELIEVED, TRUE, WANTED, Plot, at_least, band, line
@@ -92,7 +92,7 @@ class Figures:
         yield from plots(self._log, self._true, self.stride, self._figure)
 
     def plan(self) -> Plot:
-        """North over east, with the legs of the mission that was flown last."""
+        """North over east, with the legs of the mission that was flown last, the fence and the rally points."""
         c, truth, figure = self._c, self._truth, go.Figure()
         waypoints = flown_last(self._log).waypoints
         if len(waypoints):
@@ -114,7 +114,8 @@ class Figures:
             figure.add_scatter(x=x, y=y, name=name, mode="markers", marker=marker)
         figure.update_xaxes(title="east, m")
         figure.update_yaxes(title="north, m", scaleanchor="x", scaleratio=1)
-        return Plot("Plan view", "Local frame; scales are equal.", figure, over_time=False)
+        beyond = " The fence or a rally point is beyond the plot." if report_areas.draw(figure, self._log) else ""
+        return Plot("Plan view", f"Local frame; scales are equal.{beyond}", figure, over_time=False)
 
     def depth(self) -> Plot:
         """Depth, downwards, with the bottom where the vehicle hears it and the events where they happened."""

@@ -97,6 +97,13 @@ def test_an_estimate_is_drawn_in_its_band_beside_belief_and_truth(log: Log) -> N
     assert drawn(log)["M_q"].note.startswith("At the end -0.08153 ± 0.01 (3 σ), valid; -1.92 % (-0.5 σ) off the truth")
 
 
+def test_axes_name_their_unit(log: Log) -> None:
+    found = drawn(log)
+    assert {found[name].figure.layout.yaxis.title.text for name in NAMES} == {"nondimensional"}
+    assert found["Current"].figure.layout.yaxis.title.text == "m/s"
+    assert {plot.figure.layout.xaxis.title.text for plot in found.values()} == {"vehicle time, s"}
+
+
 def test_a_coefficient_that_never_was_valid_is_drawn_all_the_same(log: Log) -> None:
     assert "estimate, valid" not in traces(log, "Y_dr")
     assert drawn(log)["Y_dr"].figure.layout.yaxis.range[0] < 0.0243
