@@ -1,12 +1,13 @@
 """A log's cycles as DataFlash messages: under ArduPilot's names where it has them, and our own beside.
 
-PARM, MSG, MODE, ATT, POS and BAT are ArduPilot's. NED is position and velocity over the ground in the local frame, DEP
-what concerns depth, FIN and FINR the fins as they were told and as they reported, PROP the propeller, and LRN what is
-known of a coefficient.
+PARM, MSG, MODE, ATT, POS and BAT are ArduPilot's; a parameter that a station changed in flight has one more PARM at the
+time from which it held. NED is position and velocity over the ground in the local frame, DEP what concerns depth, FIN
+and FINR the fins as they were told and as they reported, PROP the propeller, and LRN what is known of a coefficient.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from typing import IO, Any
 
@@ -15,6 +16,7 @@ import numpy as np
 from firmware_py import app
 from firmware_py.marine import Origin, local_to_geodetic
 from firmware_py.mavlink.modes import Identity, custom_mode
+from firmware_py.param_tree import replaced, settings
 from firmware_py.records.order import Mode
 from tools.export.dataflash import TIME, Field, Writer
 from tools.log import Columns, Log
@@ -30,7 +32,8 @@ def export(log: Log, file: IO[bytes], step: Callable[[int], None] = lambda _: No
     """Writes a log's cycles; `step` is told how many are done."""
     writer, c = Writer(file), log.columns
     times = [int(t) // 1000 for t in np.asarray(c["tick.k"]) * np.asarray(c["tick.dt_ns"])]
-    _parameters(writer, log.header["configuration"])
+    changed = _parameters(writer, log)
+    changed.reverse()
     tables = _tables(c, log.header["configuration"])
     for name, (fields, _) in tables.items():
         writer.form(name, (TIME, *fields))
@@ -58,6 +61,8 @@ def export(log: Log, file: IO[bytes], step: Callable[[int], None] = lambda _: No
             number = custom_mode(Identity.ARDUSUB, Mode(mode))
             writer.write("MODE", (t, number, number, _REASON))
             before = mode
+        while changed and changed[-1][0] <= t:
+            writer.write("PARM", changed.pop())
         while events and events[-1][0] <= t:
             writer.write("MSG", (t, events.pop()[1].encode()[:_TEXT]))
         for name, (_, row) in tables.items():
@@ -70,11 +75,24 @@ def export(log: Log, file: IO[bytes], step: Callable[[int], None] = lambda _: No
     step(len(times))
 
 
-def _parameters(writer: Writer, configuration: Mapping[str, Any]) -> None:
+def _parameters(writer: Writer, log: Log) -> list[tuple[int, bytes, float, float]]:
+    """Writes all as they were at first; returns what was changed since: time, us, name, value and default of each."""
     writer.form("PARM", (TIME, Field("Name", "N"), Field("Value", "f"), Field("Default", "f")))
+    configuration = log.header["configuration"]
+    params, values, defaults, changed = app.autopilot_params(configuration), {}, {}, []
     for setting in app.book(configuration).settings:
-        default = setting.base if setting.default is None else setting.default
-        writer.write("PARM", (0, setting.name.encode(), setting.value, default))
+        values[setting.name] = setting.value
+        defaults[setting.name] = setting.base if setting.default is None else setting.default
+        writer.write("PARM", (0, setting.name.encode(), setting.value, defaults[setting.name]))
+    for t_ns, documents in log.changes.items():
+        for document in map(json.loads, documents):
+            if "parameters" in document:
+                params = replaced(params, document["parameters"], str(log.path))
+                for name, value in ((setting.name, setting.value) for setting in settings(params)):
+                    if value != values[name]:
+                        values[name] = value
+                        changed.append((t_ns // 1000, name.encode(), value, defaults[name]))
+    return changed
 
 
 def _tables(c: Columns, configuration: Mapping[str, Any]) -> dict[str, tuple[tuple[Field, ...], _Row]]:

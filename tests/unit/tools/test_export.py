@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import math
 import subprocess
 import sys
@@ -13,17 +14,39 @@ import numpy as np
 import pytest
 from pymavlink import DFReader
 
+from firmware_py.adapters.ground import Grounds
+from firmware_py.records.cycle import Cycle
+from firmware_py.records.order import NO_ORDER, Order
+from firmware_py.schedule import Tick
 from tests.dive import DIVE
 from tools import cli
 from tools.flight import Wish, fly, prepare
 from tools.log import Log, read
+
+CHANGED = {
+    300: {"guidance.turn_rate_max_deg_s": 3.0},
+    301: {"control.depth.poles_1_s": [-0.35, -0.42]},
+    700: {"guidance.turn_rate_max_deg_s": 2.5, "safety.fin_needed": False},
+}
+"""What a station changes, by tick."""
+
+
+class Changing:
+    """A station."""
+
+    def read(self, tick: Tick) -> Order:
+        return Order(changes=(json.dumps({"parameters": CHANGED[tick.k]}),)) if tick.k in CHANGED else NO_ORDER
+
+    def write(self, cycle: Cycle) -> None:
+        pass
 
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> Log:
     folder = tmp_path_factory.mktemp("flight")
     (folder / "scenario.toml").write_text(DIVE)
-    fly(prepare(Wish(scenario=str(folder / "scenario.toml")), {}), folder / "log.mcap")
+    flight = prepare(Wish(scenario=str(folder / "scenario.toml")), {})
+    fly(flight, folder / "log.mcap", command=lambda pilot: Grounds(pilot, Changing()))
     return read(folder / "log.mcap")
 
 
@@ -75,7 +98,7 @@ def test_places_are_where_the_fixes_were(log: Log, found: dict[str, list[Any]]) 
 def test_modes_events_parameters_and_what_was_learned_are_there(log: Log, found: dict[str, list[Any]]) -> None:
     assert [(m.TimeUS, m.Mode) for m in found["MODE"]] == [(0, 19), (500_000, 2)]  # manual, depth hold
     assert [(m.TimeUS, m.Message) for m in found["MSG"]] == [(round(t * 1e6), text[:64]) for t, text in log.events]
-    assert {m.Name: m.Value for m in found["PARM"]}["SAF_DEPTH_MAX"] == 30.0
+    assert {m.Name: m.Value for m in found["PARM"] if m.TimeUS == 0}["SAF_DEPTH_MAX"] == 30.0
     last = [m for m in found["LRN"] if m.TimeUS == found["LRN"][-1].TimeUS]
     i = last[0].TimeUS // 10_000
     names = log.header["configuration"]["autopilot"]["estimation"]["coefficients"].get("names") or [
@@ -84,6 +107,34 @@ def test_modes_events_parameters_and_what_was_learned_are_there(log: Log, found:
     assert [m.Name for m in last] == names
     np.testing.assert_allclose([m.Value for m in last], log.columns["state.learned.value"][i], rtol=1e-6)
     np.testing.assert_allclose([m.Std for m in last], log.columns["state.learned.std"][i], rtol=1e-6)
+
+
+def test_a_parameter_that_a_station_changed_holds_from_then_on(dataflash: Path) -> None:
+    reader = DFReader.DFReader_binary(str(dataflash))
+    held: dict[int, tuple[float, ...]] = {}
+    names = ("GDN_TURN_RATE", "CTL_Z_POLE1", "CTL_Z_POLE2", "SAF_FIN_NEEDED", "SAF_DEPTH_MAX")
+    while (message := reader.recv_msg()) is not None:
+        if message.get_type() == "ATT":
+            held[message.TimeUS] = tuple(round(reader.params[name], 6) for name in names)
+    before, first = (4.0, -0.4, -0.45, 1.0, 30.0), (3.0, -0.4, -0.45, 1.0, 30.0)
+    second, last = (3.0, -0.35, -0.42, 1.0, 30.0), (2.5, -0.35, -0.42, 0.0, 30.0)
+    assert {held[t] for t in held if t < 3_000_000} == {before}
+    assert held[3_000_000] == first
+    assert {held[t] for t in held if 3_010_000 <= t < 7_000_000} == {second}
+    assert {held[t] for t in held if t >= 7_000_000} == {last}
+
+
+def test_each_change_is_one_message_with_the_default_beside_it(found: dict[str, list[Any]]) -> None:
+    defaults = {m.Name: m.Default for m in found["PARM"] if m.TimeUS == 0}
+    later = [(m.TimeUS, m.Name) for m in found["PARM"] if m.TimeUS]
+    assert later == [
+        (3_000_000, "GDN_TURN_RATE"),
+        (3_010_000, "CTL_Z_POLE1"),
+        (3_010_000, "CTL_Z_POLE2"),
+        (7_000_000, "SAF_FIN_NEEDED"),
+        (7_000_000, "GDN_TURN_RATE"),
+    ]
+    assert all(m.Default == defaults[m.Name] for m in found["PARM"])
 
 
 def test_fields_have_units_and_lists_an_instance(dataflash: Path) -> None:
