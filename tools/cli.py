@@ -159,7 +159,7 @@ def parser() -> argparse.ArgumentParser:
     )
     identify.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
     identify.add_argument(
-        "--coefficients", default="", metavar="NAME,...", help="as in [coefficients], or X_dot to N_dot [the ten]"
+        "--coefficients", metavar="NAME,...", help="as in [coefficients], or X_dot to N_dot [the ten]"
     )
     identify.add_argument(
         "--from", dest="begin", type=float, metavar="T", help="vehicle time, s [the longest time under water]"

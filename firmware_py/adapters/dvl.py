@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import math
+import os
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,6 +32,22 @@ class DvlParams:
         return self.port.replace("{bus}", spec.replace(":", "-").replace("/", "-"))
 
 
+_BRINGS = "a simulated boat brings its own: start it first, sternplane plant"
+_WHY = {
+    errno.ENOENT: f"there is no such device; {_BRINGS}",
+    errno.EIO: f"nobody is at its other end; {_BRINGS}",
+    errno.EAGAIN: f"another program has it; end that one, or give another --dvl; {_BRINGS}",
+    errno.EBUSY: "another program has it; end that one, or give another --dvl",
+    errno.EACCES: "no permission; ask for it, or give another --dvl",
+}
+"""EAGAIN is also what a name gets that a boat left behind, whose terminal somebody else has by now."""
+
+
+def _why(error: Exception) -> str:
+    number: int = getattr(error, "errno", None) or 0
+    return _WHY.get(number) or (os.strerror(number) if number else str(error))
+
+
 class DvlPort:
     """Drains the line once a tick. A line that breaks is silence, not an error: the supervisor knows what to do.
 
@@ -50,9 +67,7 @@ class DvlPort:
         try:
             self._serial: Any = serial.Serial(port, params.baud, timeout=0, exclusive=True)
         except (serial.SerialException, ValueError) as error:
-            absent = getattr(error, "errno", None) == errno.ENOENT
-            why = "there is no such device; a simulated boat brings its own: start the plant first" if absent else error
-            raise BusError(f"dvl: port {port!r} cannot be opened: {why}") from None
+            raise BusError(f"dvl: port {port!r} cannot be opened: {_why(error)}") from None
         self._lines = LineBuffer()
         self.broken = False
 

@@ -207,9 +207,26 @@ def test_a_file_is_no_port(tmp_path):
     assert path.read_text() == "precious"
 
 
+FIRST = r"a simulated boat brings its own: start it first, sternplane plant$"
+
+
 def test_a_port_that_is_not_there_says_who_brings_it(tmp_path):
-    with pytest.raises(BusError, match=r"start the plant first$"):
+    with pytest.raises(BusError, match=f"there is no such device; {FIRST}"):
         DvlPort(DvlParams(port=str(tmp_path / "dvl")))
+
+
+def test_a_name_that_a_dead_boat_left_says_who_brings_another(tmp_path):
+    name = tmp_path / "dvl"
+    with SerialLine() as line:
+        name.symlink_to(line.path)
+    with pytest.raises(BusError, match=FIRST):
+        DvlPort(DvlParams(port=str(name)))
+    with SerialLine() as line:  # the kernel gives its number to the next terminal, here another vehicle's
+        user, leftover = DvlPort(DvlParams(port=line.path)), tmp_path / "leftover"
+        leftover.symlink_to(line.path)
+        with pytest.raises(BusError, match=f"another program has it; end that one, or give another --dvl; {FIRST}"):
+            DvlPort(DvlParams(port=str(leftover)))
+        user.close()
 
 
 def test_a_port_in_use_is_refused_and_its_user_undisturbed(device):

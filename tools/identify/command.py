@@ -58,11 +58,14 @@ def wanted(params: CoefficientParams, options: argparse.Namespace) -> Coefficien
     """What the log's vehicle was told to learn, with what was asked for on the command line in its place.
 
     Raises:
-        UsageError: a prior that is none.
+        UsageError: a prior that is none, or no coefficient.
     """
     if options.prior is not None and not 0.1 <= options.prior <= 1000.0:
         raise UsageError(f"--prior {options.prior:g}: must be in [0.1, 1000] %")
-    names = tuple(name.strip() for name in options.coefficients.split(",") if name.strip()) or TEN
+    asked = ",".join(TEN) if options.coefficients is None else options.coefficients
+    names = tuple(name.strip() for name in asked.split(",") if name.strip())
+    if not names:
+        raise UsageError(f"--coefficients {asked!r}: names none; write such as M_q,Y_v, or leave it away for the ten")
     members = {member for name in names for member in (name, *GROUPS.get(name, ()))}
     return dataclasses.replace(
         params,

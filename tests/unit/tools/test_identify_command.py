@@ -175,6 +175,8 @@ def test_a_list_of_what_was_locked_learns_nothing(tmp_path: Path, rudder_only: P
     [
         (["--coefficients", "M_q,M_sd"], "no coefficient is called 'M_sd'; did you mean M_ds"),
         (["--coefficients", "Y_dot,Y_vdot"], "both hold Y_vdot"),
+        (["--coefficients", ""], "--coefficients '': names none; write such as M_q,Y_v, or leave it away for the ten"),
+        (["--coefficients", " , "], "--coefficients ' , ': names none"),
         (["--coefficients", "K_prop"], "K_prop is believed to be 0"),
         (["--from", "30", "--to", "20"], "the span must begin before it ends"),
         (["--from", "500"], "nothing was recorded then; the log goes from 0 to"),
