@@ -83,6 +83,8 @@ class Progress:
             self._live.update(self._bar(cycle, self._console.width), refresh=True)
 
     def __enter__(self) -> Progress:
+        with self._console.capture():  # what rich loads for its first line takes as long as a cycle may
+            self._say("-")
         if self._terminal:
             self._live.start()
         return self

@@ -25,6 +25,8 @@ _PIPE_READ = 1 << 17
 _FRESH_S = 60.0
 """A log that was written less long ago may still be written, by whomever."""
 _NAME = "log.mcap"
+_GIVE_WAY = 10
+"""Niceness of the child: the cycle goes first."""
 
 _Key = tuple[str, str, int]
 _LIST: _Key = ("list", "", 0)
@@ -171,6 +173,7 @@ def _do(folder: Path, beside: bool, key: Any) -> bytes:
 
 def _serve(folder: Path, beside: bool) -> None:
     """The child: answers line by line, until nobody can ask any more."""
+    os.nice(_GIVE_WAY)
     for line in sys.stdin.buffer:
         key, content, number = json.loads(line), b"", 0
         try:

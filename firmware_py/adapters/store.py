@@ -21,6 +21,8 @@ _HEAD = struct.Struct("<HI")
 """Bytes of the name, bytes of the content; both follow."""
 _PIPE_BYTES = 1 << 20
 _CLOSE_S = 30.0
+_GIVE_WAY = 10
+"""Niceness of the child: the cycle goes first."""
 
 
 class StoreError(Exception):
@@ -122,6 +124,7 @@ class Store:
 
 def _serve(folder: Path) -> None:
     """The child: of each name that has come it writes the newest, until nobody can send more."""
+    os.nice(_GIVE_WAY)
     heard = bytearray()
     ended = False
     while not ended:

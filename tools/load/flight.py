@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import resource
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tools import lateness
+from tools.load.flood import Flood
 from tools.load.stations import Files, Missions, Parameters, Station
 from tools.log import read
 
@@ -42,19 +44,34 @@ class Problem(Exception):
     """A flight that did not go as it should; the text says how."""
 
 
-def measure(seconds: float, folder: Path, items: int) -> dict[str, Any]:
-    """Flies without stations, then with three; lateness of both, and what the stations did.
+def measure(seconds: float, folder: Path, items: int, flood: float) -> dict[str, Any]:
+    """Flies without stations, with three, and under a flood; what the cycles of each cost, and what the others did.
 
     Args:
         seconds: vehicle time of each flight.
         folder: for logs.
         items: of each mission.
+        flood: datagrams a second.
 
     Raises:
         Problem: a flight failed, or a station.
     """
     alone = _flown(seconds, folder / "alone", ())
-    return {"seconds": seconds, "alone": alone, **busy(seconds, folder, items)}
+    working = busy(seconds, folder, items)
+    drowned = flooded(seconds, folder, flood)
+    did = working["did"] | drowned["did"]
+    return {"seconds": seconds, "alone": alone, **working, **drowned, "did": did}
+
+
+def flooded(seconds: float, folder: Path, rate: float) -> dict[str, Any]:
+    """The flight to which somebody sends `rate` datagrams a second that mean nothing; see `measure`."""
+    flood = Flood(seconds - _SPARE_S, rate)
+    flown = _flown(seconds, folder / "flood", (flood,))
+    if flood.problems:
+        raise Problem("; ".join(flood.problems))
+    losses = read(folder / "flood" / "log.mcap").end.get("losses", {})
+    lost = {f"lost, {name.removeprefix('gcs_1_')}": n for name, n in losses.items() if name.startswith("gcs_1_") and n}
+    return {"flood": flown, "did": {"flood": {**flood.counts, **lost}}}
 
 
 def busy(seconds: float, folder: Path, items: int) -> dict[str, Any]:
@@ -73,13 +90,15 @@ def busy(seconds: float, folder: Path, items: int) -> dict[str, Any]:
     return {"stations": flown, "did": did}
 
 
-def _flown(seconds: float, folder: Path, stations: Sequence[Station]) -> dict[str, Any]:
-    """Lateness of one flight."""
+def _flown(seconds: float, folder: Path, stations: Sequence[Station | Flood]) -> dict[str, Any]:
+    """Lateness of one flight, and what its cycles cost."""
     folder.mkdir(parents=True)
     scenario = folder / "load.toml"
     scenario.write_text(_SCENARIO.format(seconds=seconds))
     links = [word for station in stations for word in ("--gcs", f"udpout:127.0.0.1:{station.port}")]
-    command = [sys.executable, "-m", "tools.cli", "sitl", "--scenario", str(scenario), "--pace", "realtime"]
+    cost = folder / "cost.json"
+    command = [sys.executable, "-m", "tools.load.vehicle", str(cost), "sitl"]
+    command += ["--scenario", str(scenario), "--pace", "realtime"]
     before = _cpu_s()
     with (folder / "said").open("w+") as said, contextlib.ExitStack() as stack:
         process = subprocess.Popen([*command, "--out", str(folder), *links], stdout=said, stderr=said)
@@ -109,6 +128,7 @@ def _flown(seconds: float, folder: Path, stations: Sequence[Station]) -> dict[st
         "cpu_s": round(_cpu_s() - before, 1),
         "changes": sum(len(documents) for documents in log.changes.values()),
         "outcome": log.end.get("reason", ""),
+        "cost_ms": json.loads(cost.read_text()),
     }
 
 

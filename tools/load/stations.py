@@ -24,9 +24,9 @@ _PART = 239
 """Bytes in a message of MAVLink FTP, as QGroundControl asks for them."""
 _IDLE_S = 4.0
 """The least patience that pymavlink's client of it can be told to have."""
-_GIVE_WAY = 5
+GIVE_WAY = 5
 """Niceness: at sea stations do not take the vehicle's processor."""
-_COMES_S = 60.0
+COMES_S = 60.0
 _PATIENCE_S = 2.0
 """After so long without an answer a station says it again."""
 
@@ -48,9 +48,9 @@ class Station(threading.Thread):
 
     def run(self) -> None:
         """Connects, asks for all telemetry, and does its task until the time is over."""
-        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _GIVE_WAY)
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), GIVE_WAY)
         try:
-            if self.link.wait_heartbeat(timeout=_COMES_S) is None:
+            if self.link.wait_heartbeat(timeout=COMES_S) is None:
                 raise TimeoutError("no heartbeat was heard")
             self._until = time.monotonic() + self._seconds
             for name in PACES.keys() - {mavlink.MAVLINK_MSG_ID_HEARTBEAT}:
@@ -106,6 +106,7 @@ class Parameters(Station):
         ("SAF_LEAK_TIME", (1.5, 1.0)),
         ("EST_DEP_TAU", (0.25, 0.5)),
         ("EST_HLT_NIS_TIME", (12.0, 10.0)),
+        ("EST_COF_MEMORY", (50.0, 60.0)),
     )
     """Of every part of the vehicle, which is made anew with it."""
 

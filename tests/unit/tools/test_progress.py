@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import itertools
 import math
+import subprocess
+import sys
 from types import SimpleNamespace
 from typing import Any
 
@@ -126,3 +128,15 @@ def test_the_bar_goes_away_when_the_run_fails() -> None:
     with pytest.raises(KeyboardInterrupt), shown:
         raise KeyboardInterrupt
     assert not shown._live.is_started
+
+
+def test_in_flight_nothing_is_loaded_any_more() -> None:
+    script = (
+        "import io, sys; from rich.console import Console; from tools.progress import Progress\n"
+        "with Progress(1.0, 0, Console(file=io.StringIO())) as shown:\n"
+        "    before = set(sys.modules)\n"
+        "    shown._say('MANUAL -> HOLD: 1.0 m')\n"
+        "    print(sorted(set(sys.modules) - before))\n"
+    )
+    said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60)
+    assert said.stdout == "[]\n"
