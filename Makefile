@@ -38,7 +38,7 @@ bench: setup .venv/.dev ## measure, and print JSON
 fuzz: setup ## ten million odd packets into the ground links; ARGS="--packets 100000" for fewer
 	@$(BIN)/python -m tools.fuzz $(ARGS)
 
-load: setup ## how late cycles are with three busy stations, and without; ARGS="--seconds 20" for less
+load: setup ## what cycles cost, and how late they are: alone, with three busy stations, flooded; ARGS="--seconds 20" for less
 	@$(BIN)/python -m tools.load $(ARGS)
 
 study: setup ## the estimation study; ARGS=--short for its quick form

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from firmware_py.autopilot import Autopilot
 from firmware_py.control.control import Control, ControlParams
-from firmware_py.estimation.estimator import EstimationParams, Estimator
+from firmware_py.estimation.estimator import EstimationParams, Estimator, refuse_no_filter, same_filter
 from firmware_py.estimation.observer_model import refuse_no_inertia
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.marine import Origin
@@ -110,7 +111,11 @@ class Yard:
         yard = Yard(self._files, self._boat, self._now._replace(params=params))
         makers = yard.makers()
         for part in _parts_of(values):
-            makers[part]()
+            if part != "estimator":
+                makers[part]()
+            elif not same_filter(params.estimation, self.params.estimation):
+                with yard._naming_coefficients():
+                    refuse_no_filter(params.estimation, self._boat)
         return yard
 
     def adopt(self, autopilot: Autopilot, changes: tuple[str, ...]) -> tuple[str, ...]:
@@ -148,7 +153,7 @@ class Yard:
             self._fly(autopilot, from_plain(content))
         elif kind == "fence":
             self._now = self._now._replace(fence=fence_from_plain(content))
-            self._remake(autopilot, ("supervisor",))
+            self._remake(autopilot, ("supervisor", "guidance"))
         elif kind == "rally":
             self._now = self._now._replace(rally=rally_from_plain(content))
             self._remake(autopilot, ("guidance",))
@@ -164,17 +169,28 @@ class Yard:
         """All of them or none."""
         makers, made = self.makers(), {}
         for part in parts:
-            made[part] = makers[part]()
-            made[part].thaw(getattr(autopilot, part).freeze())
+            before = getattr(autopilot, part)
+            if part == "estimator":  # to make it of nothing is dear
+                with self._naming_coefficients():
+                    made[part] = before.under(self.params.estimation, self._origin)
+            else:
+                made[part] = makers[part]()
+                made[part].thaw(before.freeze())
         for part, new in made.items():
             setattr(autopilot, part, new)
 
     def _estimator(self) -> Estimator:
-        origin = self.params.origin
         with naming(self._files["vehicle"]):
             refuse_no_inertia(self._boat)
-        with naming(f"{self._files['autopilot']}: estimation.coefficients"):
-            return Estimator(self.params.estimation, Origin(origin.latitude, origin.longitude), self._boat)
+        with self._naming_coefficients():
+            return Estimator(self.params.estimation, self._origin, self._boat)
+
+    def _naming_coefficients(self) -> AbstractContextManager[None]:
+        return naming(f"{self._files['autopilot']}: estimation.coefficients")
+
+    @property
+    def _origin(self) -> Origin:
+        return Origin(self.params.origin.latitude, self.params.origin.longitude)
 
     def _supervisor(self) -> Supervisor:
         with naming(self._files["autopilot"]):
@@ -183,7 +199,9 @@ class Yard:
     def _guidance(self) -> Guidance:
         safety, now = self.params.safety, self._now
         with naming(self._files["autopilot"]):
-            return Guidance(now.params.guidance, now.mission, safety.depth_max, safety.altitude_min, now.rally)
+            return Guidance(
+                now.params.guidance, now.mission, safety.depth_max, safety.altitude_min, now.rally, now.fence
+            )
 
     def _control(self) -> Control:
         with naming(self._files["vehicle"]):

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from firmware_py.adapters.hil_link import parse_link
@@ -54,7 +54,11 @@ class _Tape:
 
 
 def fly_apart(
-    flight: Flight, folder: Path, watch: Callable[[Cycle], None], command: Callable[[ScriptedGround], Ground]
+    flight: Flight,
+    folder: Path,
+    watch: Callable[[Cycle], None],
+    command: Callable[[ScriptedGround], Ground],
+    lost: Callable[[], Mapping[str, int]] = dict,
 ) -> Outcome:
     """Flies to the end of the scenario, and leaves log.mcap and truth.mcap in `folder`.
 
@@ -63,6 +67,7 @@ def fly_apart(
         folder: of the run.
         watch: is shown every cycle.
         command: puts the scenario's pilot together with whoever else gives orders.
+        lost: asked at the end, what was lost on the way to and from these, by name.
 
     Raises:
         UsageError: the plant's process refused what it was given.
@@ -112,7 +117,7 @@ def fly_apart(
             killed = child.returncode < 0
             why = f"killed by signal {-child.returncode}" if killed else _last_words(folder)
             outcome = Outcome(False, f"the plant has ended: {why}")
-        log.close({**outcome._asdict(), "wall_s": tape.seconds})
+        log.close({**outcome._asdict(), "wall_s": tape.seconds, "losses": dict(lost())})
     return outcome
 
 

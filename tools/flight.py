@@ -44,6 +44,8 @@ from tools.interrupt import interruptible
 
 SCENARIOS = ROOT / "configs" / "scenarios"
 CONFIG = ROOT / "configs" / "npsauv2"
+_PATIENCE = {"max": 1.0, "realtime": 0.002}
+"""How long a tick waits for a line of the DVL, s. On a busy machine the kernel takes 70 ms, and a clock goes on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,6 +170,7 @@ def fly(
     log_path: Path,
     watch: Callable[[Cycle], None] = lambda _cycle: None,
     command: Callable[[ScriptedGround], Ground] = lambda pilot: pilot,
+    lost: Callable[[], Mapping[str, int]] = dict,
 ) -> Outcome:
     """Flies to the end of the scenario, or to the first Ctrl-C, and leaves a log that is closed whatever happens.
 
@@ -176,6 +179,7 @@ def fly(
         log_path: where the log goes.
         watch: is shown every cycle.
         command: puts the scenario's pilot together with whoever else gives orders.
+        lost: asked at the end, what was lost on the way to and from these, by name.
 
     Raises:
         BusError: the bus or the line cannot be opened.
@@ -184,7 +188,7 @@ def fly(
     """
     scenario, rate, wish = flight.scenario, flight.rate, flight.wish
     with contextlib.ExitStack() as stack:
-        line = stack.enter_context(SerialLine())
+        line = stack.enter_context(SerialLine(_PATIENCE[wish.pace]))
         boat_bus = _bus(stack, flight)
         hardware = Hardware(
             flight.io, len(flight.autopilot.applied.fins), _bus(stack, flight), DvlPort(flight.io.dvl, line.path)
@@ -212,7 +216,8 @@ def fly(
             outcome = Outcome(False, f"the plant has left the numbers: {error}")
         if line.late and wish.pace == "max":
             outcome = Outcome(False, f"{line.late} lines of the DVL came late: the run is not reproducible")
-        losses = {**hardware.losses(), "lines_of_the_dvl_lost": line.lost, "lines_of_the_dvl_late": line.late}
+        lines = {"lines_of_the_dvl_lost": line.lost, "lines_of_the_dvl_late": line.late}
+        losses = {**hardware.losses(), **lines, **lost()}
         log.close({**outcome._asdict(), "wall_s": time.monotonic() - began, "losses": losses})
     return outcome
 

@@ -121,9 +121,11 @@ def command(options: argparse.Namespace) -> int:
             lost, reason = True, str(error)
             console.print(f"sternplane: {error}", highlight=False, soft_wrap=True)
         finally:
-            reason = reason or _how(tape.last, bool(interrupted), ground.node.ending)
+            asked = f"{ground.node.ending} by station {ground.node.ender}" if ground.node.ending else ""
+            reason = reason or _how(tape.last, bool(interrupted), asked)
             if not tape.broken:
-                log.close({"completed": None, "reason": reason, "wall_s": time.monotonic() - began})
+                end = {"completed": None, "reason": reason, "wall_s": time.monotonic() - began}
+                log.close({**end, "losses": stations.losses()})
     state.save(options.state or folder / "state", autopilot.estimator.keep())
     if tape.cycles:
         Console().print(table(report.leave(read(folder / "log.mcap"), folder)))
@@ -134,5 +136,5 @@ def command(options: argparse.Namespace) -> int:
 
 def _how(last: Cycle | None, interrupted: bool, asked: str) -> str:
     """How a flight that nothing broke off came to its end."""
-    by = "ended by a person" if interrupted else f"{asked} by a station" if asked else "ended with the plant's time"
+    by = "ended by a person" if interrupted else asked or "ended with the plant's time"
     return by if last is None else f"{by}, in mode {last.mode.mode.name.lower()}"

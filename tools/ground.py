@@ -25,6 +25,10 @@ class Stations(NamedTuple):
         """Both as one `ports.Ground`; the pilot alone where there is no station."""
         return Grounds(pilot, self.ground) if self.ground.links else pilot
 
+    def losses(self) -> dict[str, int]:
+        """As `MavlinkGround.losses`, once the flight is over."""
+        return self.ground.losses()
+
     def keep(self, state: Path | None, folder: Path) -> None:
         """Keeps what stations change in `state`, or, with nothing kept of an earlier run, in the folder of this one.
 
@@ -58,7 +62,7 @@ def open_ground(
     signing = read_signing(key, state) if key is not None else None
     book, plans = app.book(configuration), app.plans(configuration, state)
     ground = MavlinkGround(links, params.mavlink, origin, actuators, learned, signing, book, plans)
-    ground.node.limit(params.safety.depth_max, params.safety.altitude_min)
+    ground.node.limit(params.safety.depth_max, params.safety.altitude_min, params.guidance.turning)
     try:
         yield Stations(ground)
     finally:

@@ -48,9 +48,9 @@ def command(options: argparse.Namespace) -> int:
         scenario, log = flight.scenario, folder / "log.mcap"
         with Progress(scenario.duration, len(scenario.mission.waypoints), Console(stderr=True)) as progress:
             if bus.startswith("virtual") and not address:
-                outcome = fly(flight, log, progress.update, stations.beside)
+                outcome = fly(flight, log, progress.update, stations.beside, stations.losses)
             else:
-                outcome = fly_apart(flight, folder, progress.update, stations.beside)
+                outcome = fly_apart(flight, folder, progress.update, stations.beside, stations.losses)
     state.save(options.state or folder / "state", flight.autopilot.estimator.keep())
     point_latest(folder)
     console = Console()

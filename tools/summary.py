@@ -70,7 +70,9 @@ def summarise(log: Log) -> Summary:
     fin_travel_deg_s: the way a fin's applied angle covers, over the time armed, mean of all fins.
     waypoints_passed, waypoints_total: legs flown to their end, of how many, of the mission that was flown last.
     late_cycles: those that began more than one step after their deadline. lateness: `lateness.Lateness` by name, None
-    for a run that was not in real time. losses: by name, how much was lost on its way, as the log's end record counts.
+    for a run that was not in real time. losses: by name, how much was lost on its way, as the log's end record counts;
+    gcs_N_*: of the N-th link to ground stations, what came unsigned, malformed or too fast (flooding, overrun), what
+    was not taken for want of room, and what was not said or sent to them.
     learned: None if nothing was; else of the last cycle, by coefficient, value, std, valid, believed, and truth,
     error_pct and error_sigmas where the truth was logged; mean_square_error_sigmas over them, correlations left out;
     nis by sensor, current_m_s and current_std_m_s (north, east), turbulence_m_s, rejected, dropped, resets; and taught:

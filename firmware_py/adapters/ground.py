@@ -21,7 +21,7 @@ from firmware_py.mavlink.signing import Signing
 from firmware_py.mavlink.status import Actuators
 from firmware_py.ports import Ground
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.order import NO_ORDER, Arming, Mode, Order, Setpoint
+from firmware_py.records.order import NO_ORDER, NOBODY, Arming, Mode, Order, Setpoint
 from firmware_py.schedule import Rate, Tick
 
 __all__ = ["GroundError", "Grounds", "MavlinkGround", "open_link"]
@@ -82,10 +82,7 @@ class MavlinkGround:
 
     def read(self, tick: Tick) -> Order:
         """What was asked since the last tick."""
-        for i, link in enumerate(self.links):
-            datagrams = link.receive()
-            if datagrams:
-                self.node.hear(tick, i, datagrams)
+        self.node.listen(tick, [link.receive() for link in self.links])
         return self.node.order()
 
     def write(self, cycle: Cycle) -> None:
@@ -93,8 +90,19 @@ class MavlinkGround:
         for link, datagram in zip(self.links, self.node.report(cycle), strict=True):
             if datagram:
                 link.send(datagram)
+        if cycle.tick.every(Rate.HZ_1):
+            self._count()
         if self._store is not None:
             self._save(self._store, cycle.tick)
+
+    def losses(self) -> dict[str, int]:
+        """What each link has lost or refused, by cause; they are counted from 1, as they were given."""
+        self._count()
+        return {
+            f"gcs_{i}_{cause}": count
+            for i, (link, way) in enumerate(zip(self.node.links, self.links, strict=True), 1)
+            for cause, count in {**link.losses, "not_sent": way.lost}.items()
+        }
 
     def keep(self, folder: Path) -> None:
         """From now on what stations change is kept in a folder, for the next start.
@@ -108,6 +116,10 @@ class MavlinkGround:
         """From now on stations may fetch the log of a run's folder, and with `beside` those beside it too."""
         self._logs = LogStore(folder, beside)
         self.node.shelve(self._logs)
+
+    def _count(self) -> None:
+        for link, way in zip(self.node.links, self.links, strict=True):
+            link.overrun = way.overrun
 
     def _save(self, store: Store, tick: Tick) -> None:
         for name, content in self.node.saves():
@@ -146,13 +158,14 @@ class Grounds:
 def merge(orders: Sequence[Order]) -> Order:
     """One order of many: of each thing the last word holds, of sticks the latest; but who disarms is obeyed.
 
-    What is changed for good is changed by all of them, in their order.
+    What is changed for good is changed by all of them, in their order. The asker is whose word on arming or mode holds,
+    or else the last who asked for anything.
     """
     said = [order for order in orders if order is not NO_ORDER]
     if len(said) < 2:
         return said[0] if said else NO_ORDER
     arming, mode, setpoint, latest, jump = Arming.KEEP, None, NO_ORDER.setpoint, said[0], NO_ORDER.jump
-    asker, changes = NO_ORDER.asker, NO_ORDER.changes
+    changes = NO_ORDER.changes
     for order in said:
         arming = max(arming, order.arming, key=_WEIGHTS.index)
         if order.mode is not None and mode is not Mode.DISARMED:
@@ -164,9 +177,11 @@ def merge(orders: Sequence[Order]) -> Order:
             latest = order
         if order.jump != NO_ORDER.jump:
             jump = order.jump
-        if order.asker != NO_ORDER.asker:
-            asker = order.asker
         changes += order.changes
-        if order.asker != NO_ORDER.asker:
-            asker = order.asker
+    obeyed = (
+        [order for order in said if order.arming is arming is not Arming.KEEP]
+        or [order for order in said if order.mode is mode is not None]
+        or [order for order in said if order.asker != NOBODY]
+    )
+    asker = obeyed[-1].asker if obeyed else NOBODY
     return Order(arming, mode, setpoint, latest.sticks, latest.t_sticks, jump, asker, changes)

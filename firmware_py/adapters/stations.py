@@ -45,6 +45,10 @@ class StationLink(Protocol):
     lost: int
     """What the way would not take: datagrams, or of a stream what one tick had to say."""
 
+    @property
+    def overrun(self) -> int:
+        """Datagrams that came and found no room in the kernel; of a stream the sender waits instead."""
+
     def fileno(self) -> int:
         """What those can wait for who want to know that something came."""
 

@@ -27,6 +27,9 @@ class TcpLink:
     A peer that reads too slowly misses what one tick had to say, whole, and not the end of a frame.
     """
 
+    overrun = 0
+    """See `StationLink`."""
+
     def __init__(self, spec: LinkSpec) -> None:
         self.door = spec.door
         self._peer: socket.socket | None = None
@@ -186,6 +189,9 @@ class SerialLink:
     Raises:
         GroundError: the device cannot be opened.
     """
+
+    overrun = 0
+    """See `StationLink`."""
 
     def __init__(self, spec: LinkSpec) -> None:
         self.door = spec.door

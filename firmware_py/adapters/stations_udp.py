@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 
+from firmware_py.adapters import receive_buffer
 from firmware_py.adapters.stations import Address, LinkSpec
 
 DATAGRAMS_PER_TICK = 16
@@ -26,6 +27,7 @@ class UdpLink:
         self._socket.setblocking(False)
         self.lost = 0
         """Datagrams that the network would not take."""
+        self._overrun = 0
         try:
             if self._listens:
                 self._socket.bind(spec.address)
@@ -40,6 +42,13 @@ class UdpLink:
         """Where this end of the link is."""
         host, port = self._socket.getsockname()
         return host, port
+
+    @property
+    def overrun(self) -> int:
+        """See `StationLink`; what it was when the link was closed."""
+        if self._socket.fileno() >= 0:
+            self._overrun = receive_buffer.overrun(self._socket)
+        return self._overrun
 
     def fileno(self) -> int:
         """The socket, for those that wait for it."""
@@ -78,4 +87,5 @@ class UdpLink:
 
     def close(self) -> None:
         """Gives the port back; may be called twice."""
+        self._overrun = self.overrun
         self._socket.close()

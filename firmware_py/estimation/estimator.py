@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, fields
 from operator import attrgetter
 from typing import NamedTuple
@@ -9,6 +10,7 @@ from typing import NamedTuple
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.health import HealthParams
 from firmware_py.estimation.learning import Learning, LearningMemory, LearningParams
+from firmware_py.estimation.members import Members
 from firmware_py.estimation.navigation import Kept, Navigation, NavigationMemory, NavigationParams
 from firmware_py.marine import Origin
 from firmware_py.params import table
@@ -31,6 +33,17 @@ class EstimationParams(NavigationParams):
     health: HealthParams = table(HealthParams, mav="HLT_")
 
 
+def same_filter(one: EstimationParams, other: EstimationParams) -> bool:
+    """Whether both have the same coefficient filter, or none."""
+    return (one.learning.enabled, one.coefficients) == (other.learning.enabled, other.coefficients)
+
+
+def refuse_no_filter(params: EstimationParams, vehicle: Vehicle) -> None:
+    """Raises the ParamError that making an `Estimator` would; costs half of it."""
+    if params.learning.enabled:
+        Members(vehicle, params.coefficients)
+
+
 class EstimatorMemory(NamedTuple):
     """Everything that is remembered."""
 
@@ -47,10 +60,32 @@ class Estimator:
         Raises:
             ParamError: a list of coefficients that the vehicle does not have, or that gives no scale.
         """
+        self._params, self._vehicle = params, vehicle
         self._navigation = Navigation(params, origin)
         self._learning = (
             Learning(params.learning, params.coefficients, params.health, vehicle) if params.learning.enabled else None
         )
+
+    def under(self, params: EstimationParams, origin: Origin) -> Estimator:
+        """One that goes on from here by other parameters; of the two only one may go on, for they share.
+
+        A new filter is as dear as three cycles, so it is made for other coefficients alone.
+
+        Raises:
+            ParamError: as when it is made; this one is as it was.
+        """
+        before, learning = self._params, self._learning
+        if learning is None or not same_filter(params, before):
+            other = Estimator(params, origin, self._vehicle)
+            other.thaw(self.freeze())
+            return other
+        other = copy.copy(self)
+        other._params = params
+        other._navigation = Navigation(params, origin)
+        other._navigation.thaw(self._navigation.freeze())
+        if (params.learning, params.health) != (before.learning, before.health):
+            other._learning = learning.under(params.learning, params.health, self._vehicle)
+        return other
 
     def update(self, tick: Tick, frame: SensorFrame, applied: Applied) -> StateEstimate:
         """The state at the tick, from what was heard up to it and what the actuators were told one tick ago."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import dataclass
 from operator import mul
@@ -96,6 +97,17 @@ class Learning:
         self._forget()
         self._permit()
         self._said = self._say(None, self._words())
+
+    def under(self, params: LearningParams, health: HealthParams, vehicle: Vehicle) -> Learning:
+        """One that goes on from here by other rules; of the two only one may go on, for they share the filter."""
+        other = copy.copy(self)
+        other._params = params
+        other._health = Health(health, self.ekf.model, self._count)
+        other._health.thaw(self._health.freeze())
+        if params.horizon != self._params.horizon:
+            other._horizon = Horizon(params.horizon, vehicle)
+            other._horizon.thaw(self._horizon.freeze())
+        return other
 
     def update(self, tick: Tick, frame: SensorFrame, applied: Applied, state: StateEstimate) -> Learned:
         """What is known after the tick; `state` is what navigation makes of the same frame."""

@@ -22,7 +22,7 @@ from firmware_py.guidance.route import Route, homing
 from firmware_py.marine import clip
 from firmware_py.records.command import ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.fence import Place
+from firmware_py.records.fence import NO_FENCE, Fence, Place
 from firmware_py.records.order import Loiter, Manoeuvre, Mission, Mode, Order, Setpoint, Surface, Waypoint
 from firmware_py.schedule import Tick
 
@@ -30,21 +30,20 @@ __all__ = ["Guidance", "GuidanceParams"]
 
 _LAGS = 3
 """A reference model has as many, so its heading comes as many ways later than the leg asks for it."""
-_ROOM = 1.25
-"""A circle is so much wider than the tightest turn, so that the boat can come nearer to its centre."""
 _AT_REST = 0.1
 """Slower than this, m/s, is noise."""
 _CLEAR = 1.0
 """What is flown above the bottom stays so far, m, within the supervisor's limits."""
 _JOINED = 0.25
 """A circle is joined nearer to it than this share of its radius."""
+_NO_WAY = "no rally point has a straight way within the fence"
 
 
 class Guidance:
     """One reference per tick. `finished` once the mission is flown; `events` are the sentences of this tick.
 
     `depth_max` and `altitude_min` are the supervisor's limits, m: learning manoeuvres keep away from them, and so does
-    what is flown above the bottom. Who surfaces steers for the nearest of `rally` meanwhile.
+    what is flown above the bottom. Who surfaces or returns goes to `fence.haven` of `rally`, as chosen on entering.
     """
 
     def __init__(
@@ -54,14 +53,15 @@ class Guidance:
         depth_max: float = math.inf,
         altitude_min: float = 0.0,
         rally: Sequence[Place] = (),
+        fence: Fence = NO_FENCE,
     ) -> None:
-        self._params = params
+        self._params, self._turning = params, params.turning
         self._depth = ReferenceModel(params.shape)
         self._heading = ReferenceModel(params.shape, angle=True)
         self._sight = LineOfSight(params.line_of_sight)
-        self._route = Route(mission, rally)
-        self._home = Route(Mission((Surface(rally=True),)), rally)
-        self._rally = tuple(rally)
+        self._route = Route(mission, rally, fence)
+        self._home = Route(Mission((Surface(rally=True),)), rally, fence)
+        self._no_way = (_NO_WAY,) if rally else ()
         self._bottom = Bottom(depth_max - _CLEAR, altitude_min + _CLEAR)
         self._learning = Learning(params.learning, depth_max, altitude_min)
         self._mode = Mode.DISARMED
@@ -121,6 +121,8 @@ class Guidance:
         elif mode.mode is Mode.LOITER or mode.mode is Mode.GUIDED:
             across = self._guide(entered, order.setpoint, state, tick.dt)
         elif mode.mode is Mode.SURFACE:
+            if entered:
+                self._home.enter(eta.x, eta.y, self._depth.command)
             self._wanted = self._surface(state)
         else:
             across, dither = self._proceed(entered, order.setpoint.u_d, state, tick.dt)
@@ -176,15 +178,12 @@ class Guidance:
     @property
     def _radius(self) -> float:
         """Of a circle at the speed that is asked for, m."""
-        return max(self._params.loiter_radius, self._tightest(self._wanted.u_d))
-
-    def _tightest(self, u: float) -> float:
-        return _ROOM * max(self._params.turn_radius, u / self._params.turn_rate_max)
+        return self._turning.radius(0.0, self._wanted.u_d)
 
     def _surface(self, state: StateEstimate) -> Setpoint:
-        """Up, and towards the nearest rally point; who is there, or knows of none, keeps the heading."""
+        """Up, and towards the rally point; who is there, or knows of none, keeps the heading."""
         z_d, speed = 0.0 if state.depth_ok else -self._params.blind_climb, self._params.surface_speed
-        psi_d = homing(self._rally, state.eta.x, state.eta.y, self._tightest(speed))
+        psi_d = homing(self._home.rally, state.eta.x, state.eta.y, self._turning.tightest(speed))
         return Setpoint(z_d, self._wanted.psi_d if math.isnan(psi_d) else psi_d, speed)
 
     def _proceed(self, entered: bool, u_d: float, state: StateEstimate, dt: float) -> tuple[float, Dither]:
@@ -193,6 +192,7 @@ class Guidance:
         self._hurry(u_d)
         if entered:
             route.enter(state.eta.x, state.eta.y, self._depth.command)
+            self.events = self._no_way if self._mode is Mode.RETURN and route.finished else ()
         item = route.current
         if isinstance(item, Manoeuvre):
             return math.nan, self._learn(item, state, dt)
@@ -220,7 +220,7 @@ class Guidance:
     def _loiter(self, item: Loiter, state: StateEstimate, dt: float) -> None:
         """Wants to go around a place; the item is over when it has been gone around long enough."""
         u_d = self._speed(item.u)
-        radius = max(abs(item.radius) or self._params.loiter_radius, self._tightest(u_d))
+        radius = self._turning.radius(item.radius, u_d)
         circle = Circle(item.x, item.y, math.copysign(radius, item.radius or 1.0))
         x, y = state.eta[:2]
         _, psi_d = self._round(circle, state, dt)
@@ -249,7 +249,7 @@ class Guidance:
 
     def _speed(self, asked: float) -> float:
         """The speed of an item, m/s, unless another was ordered; the cruising speed where neither is given."""
-        return min(self._pace or (asked if asked > 0.0 else self._params.cruise_speed), self._params.speed_max)
+        return self._turning.speed(self._pace or asked)
 
     def _shape(self, u: float, across: float, dither: Dither, dt: float) -> Reference:
         params, wanted = self._params, self._wanted

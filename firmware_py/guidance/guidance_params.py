@@ -8,6 +8,7 @@ from firmware_py.guidance.learning import LearningParams
 from firmware_py.guidance.line_of_sight import LineOfSightParams
 from firmware_py.guidance.reference_model import Shape
 from firmware_py.params import When, param, table
+from firmware_py.records.turning import Turning
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,3 +56,8 @@ class GuidanceParams:
     )
     line_of_sight: LineOfSightParams = table(LineOfSightParams)
     learning: LearningParams = table(LearningParams, mav="LRN_")
+
+    @property
+    def turning(self) -> Turning:
+        """Those that say how wide circles are."""
+        return Turning(self.loiter_radius, self.turn_radius, self.turn_rate_max, self.cruise_speed, self.speed_max)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from firmware_py.guidance.circle import Circle
 from firmware_py.guidance.line_of_sight import Leg, leg, passed
 from firmware_py.marine import wrap
-from firmware_py.records.fence import Place, nearest
+from firmware_py.records.fence import NO_FENCE, Fence, Place, haven
 from firmware_py.records.order import Jump, Loiter, Manoeuvre, Mission, Step, Surface, Waypoint
 
 
@@ -35,20 +35,19 @@ _SHARPEST = math.radians(120.0)
 """A sharper corner is rounded like this one: the way before it would else grow without bound."""
 
 
-def homing(rally: Sequence[Place], x: float, y: float, near: float) -> float:
-    """The heading, rad, from (x, y), m, to the nearest rally point; NaN where it is `near`, m, or there is none."""
-    place = nearest(rally, x, y)
+def homing(place: Place | None, x: float, y: float, near: float) -> float:
+    """The heading, rad, from (x, y), m, to a place; NaN where it is `near`, m, or there is none."""
     if place is None or math.hypot(place.x - x, place.y - y) <= near:
         return math.nan
     return math.atan2(place.y - y, place.x - x)
 
 
 class Route:
-    """Remembers `Progress`."""
+    """Remembers `Progress`. Of the rally points it goes to `fence.haven`, and to none if there is no such."""
 
-    def __init__(self, mission: Mission, rally: Sequence[Place] = ()) -> None:
+    def __init__(self, mission: Mission, rally: Sequence[Place] = (), fence: Fence = NO_FENCE) -> None:
         self._items = mission.items
-        self._rally = tuple(rally)
+        self._rally, self._fence = tuple(rally), fence
         before = 0
         self._before: list[int] = []
         for item in self._items:
@@ -91,6 +90,11 @@ class Route:
             start = self._memory.start
             return Waypoint(*rally, *((start.z, 0.0, start.above) if start else (0.0, 0.0)))
         return item
+
+    @property
+    def rally(self) -> Place | None:
+        """The rally point that is gone to; None off such a way."""
+        return self._memory.rally
 
     @property
     def manoeuvre(self) -> Manoeuvre | None:
@@ -184,7 +188,7 @@ class Route:
     def _seek(self, x: float, y: float) -> None:
         """Chooses the rally point, where one is to be gone to; the mission is over where there is none."""
         if not self.finished and self._memory.rally is None and isinstance(self._items[self._memory.next], Surface):
-            rally = nearest(self._rally, x, y)
+            rally = haven(self._rally, self._fence, x, y)
             done = len(self._items) if rally is None else self._memory.next
             self._memory = self._memory._replace(next=done, rally=rally)
 

@@ -2,7 +2,7 @@
 
 A plan is replaced whole or not at all. What a station has sent is kept item by item, so that it gets back what it sent;
 only offsets from the vehicle become places, seen from where it was when the first was announced. A mission that a later
-fence or limit forbids stays, and is not flown.
+fence or limit forbids stays, and is not flown; a rally point that a later fence forbids stays, and is not gone to.
 """
 
 from __future__ import annotations
@@ -14,15 +14,18 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from firmware_py.marine import Eta
+from firmware_py.mavlink.breaches import Breaches
 from firmware_py.mavlink.codec import Message, dialect
+from firmware_py.mavlink.course import first_way
 from firmware_py.mavlink.fence_items import FenceDraft, RallyDraft
+from firmware_py.mavlink.longer import Longer
 from firmware_py.mavlink.mission_items import MissionDraft, items_of
-from firmware_py.mavlink.plan_items import Limits, Raw, Refused, from_json, settled
+from firmware_py.mavlink.plan_items import INVALID_PARAMS, Limits, Raw, Refused, from_json, settled
 from firmware_py.mavlink.second_look import SecondLook
 from firmware_py.mavlink.setpoints import Sea
 from firmware_py.params import ParamError
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.fence import Fence
+from firmware_py.records.fence import Fence, Place
 from firmware_py.records.order import Mission, Mode, Step
 
 MISSION: int = dialect.MAV_MISSION_TYPE_MISSION
@@ -36,7 +39,6 @@ MOST_ITEMS = 2500
 KNOWN_PLACE = 10.0
 """A place is known up to this 1 sigma, m."""
 _JUMP = dialect.MAV_CMD_DO_JUMP
-_NO_BREACH: int = dialect.FENCE_BREACH_NONE
 _NO_MISSION, _NOT_STARTED, _ACTIVE, _PAUSED, _COMPLETE = 1, 2, 3, 4, 5
 """MISSION_STATE."""
 
@@ -121,15 +123,17 @@ class Chart:
         self.plans = {kind: Plan() for kind in NAMES}
         self.second_look = SecondLook()
         self._limits = Limits()
-        self._steps: Sequence[Step] = ()
+        self.steps: Sequence[Step] = ()
+        self.rally: Sequence[Place] = ()
         self._here: Eta | None = None
         self.busy: tuple[int, int, int] | None = None
         self._listeners: list[tuple[Callable[[int], None], Callable[[], None]]] = []
-        self._changes: list[str] = []
+        self._changes: dict[int, str] = {}
+        """By kind: of plans that come within one tick the last is flown, so that a flood makes no tick long."""
         self._unsaved: dict[int, bytes] = {}
         self._step = -1
-        self._begun = self._done = False
-        self._breaches, self._breached_ms, self._breach = 0, 0, _NO_BREACH
+        self._flown = self._begun = self._done = False
+        self._breaches = Breaches()
         for kind, draft in (plans or {}).items():
             self._put(kind, draft)
 
@@ -144,6 +148,10 @@ class Chart:
         altitude_min = limits.altitude_min if altitude_min is None else altitude_min
         self._restrict(limits._replace(depth_max=depth_max, altitude_min=altitude_min))
 
+    def turn(self, **numbers: float) -> None:
+        """What changes of `Turning`: how wide circles are from now on."""
+        self._restrict(self._limits._replace(turning=self._limits.turning._replace(**numbers)))
+
     @property
     def fence(self) -> Fence:
         """The one that is in force."""
@@ -152,7 +160,25 @@ class Chart:
     @property
     def outside(self) -> bool:
         """Whether the vehicle is beyond the fence, or deeper than it may be."""
-        return self._breach != _NO_BREACH
+        return self._breaches.outside
+
+    @property
+    def stranded(self) -> str:
+        """Which rally point is beyond the fence, in words for people; "" if none is."""
+        wrong = ((i, self.fence.breach(*place)) for i, place in enumerate(self.rally))
+        return next((f"rally point {i} is {why}: nobody returns to it" for i, why in wrong if why), "")
+
+    def first_way(self, step: int | None = None) -> tuple[int, str] | None:
+        """What is wrong with the way from here to the next place from a step on, or from where the mission was left.
+
+        Returns:
+            The item that is there, and why not; None if nothing is wrong, or nobody knows where the vehicle is.
+        """
+        if self._here is None:
+            return None
+        at = max(self._step, 0) if step is None else step
+        wrong = first_way(self.steps, at, self._here.x, self._here.y, self._limits)
+        return None if wrong is None else (self.plans[MISSION].at[wrong[0]], wrong[1])
 
     def take(self, draft: Draft) -> None:
         """Puts a plan in the place of the old one.
@@ -161,7 +187,7 @@ class Chart:
             Refused: what came makes no plan; the old one stays.
         """
         document = self._put(draft.kind, draft)
-        self._changes.append(document)
+        self._changes[draft.kind] = document
         self._unsaved[draft.kind] = draft.saved
 
     def breach(self, x: float, y: float) -> str:
@@ -170,7 +196,7 @@ class Chart:
 
     def changes(self) -> tuple[str, ...]:
         """See `service.Keeper`."""
-        changes, self._changes = tuple(self._changes), []
+        changes, self._changes = tuple(self._changes.values()), {}
         return changes
 
     def saves(self) -> list[tuple[str, bytes]]:
@@ -194,11 +220,15 @@ class Chart:
         self._step = step
         if mode is Mode.DISARMED:
             self._begun = False
-        self._begun = self._begun or mode is Mode.MISSION
+        self._flown = mode is Mode.MISSION
+        self._begun = self._begun or self._flown
         self._done = cycle.mode.mission_done
         if mode is Mode.MISSION and step != before >= 0 and cycle.order.jump < 0 and not cycle.order.changes:
             self._tell(before, step)
-        self._watch_place(cycle)
+        state, eta = cycle.state, cycle.state.eta
+        known = state.depth_ok and state.position_std <= KNOWN_PLACE and math.isfinite(eta.x + eta.y + eta.z)
+        self._here = eta if known else None
+        self._breaches.watch(cycle, self._limits)
         if self.second_look.going and self.second_look.go_on():
             for _, objects in self._listeners:
                 objects()
@@ -215,10 +245,7 @@ class Chart:
 
     def fence_status(self, _: Cycle) -> Message:
         """FENCE_STATUS."""
-        mitigation = dialect.FENCE_MITIGATE_UNKNOWN if self.outside else dialect.FENCE_MITIGATE_NONE
-        return dialect.MAVLink_fence_status_message(
-            int(self.outside), self._breaches, self._breach, self._breached_ms, mitigation
-        )
+        return self._breaches.status
 
     def _state(self, mode: Mode) -> int:
         if not self.plans[MISSION].items:
@@ -230,35 +257,28 @@ class Chart:
         return _PAUSED if self._begun else _NOT_STARTED
 
     def _put(self, kind: int, draft: Draft) -> str:
-        self.plans[kind], document = draft.finish()
+        plan, document = draft.finish()
+        if kind == MISSION and self._flown and self._here is not None:
+            wrong = first_way(draft.content.steps, 0, self._here.x, self._here.y, self._limits)
+            if wrong is not None:
+                raise Refused(INVALID_PARAMS[4], f"it would begin at once, and the way to it is {wrong[1]}")
+        self.plans[kind] = plan
+        if kind == RALLY:
+            self.rally = draft.content.points
         if kind == FENCE:
             self._restrict(self._limits._replace(fence=draft.content.fence))
         if kind == MISSION:
             self._step, self._begun = -1, False
-            self._steps = draft.content.steps
+            self.steps = draft.content.steps
             self.second_look.forget()
             if draft.limits != self._limits:
-                self.second_look.begin(self._steps, self.plans[MISSION].at, self._limits)
+                self.second_look.begin(self.steps, self.plans[MISSION].at, self._limits)
         return document
 
     def _restrict(self, limits: Limits) -> None:
         if limits != self._limits:
             self._limits = limits
-            self.second_look.begin(self._steps, self.plans[MISSION].at, limits)
-
-    def _watch_place(self, cycle: Cycle) -> None:
-        state = cycle.state
-        eta = state.eta
-        known = state.depth_ok and state.position_std <= KNOWN_PLACE and math.isfinite(eta.x + eta.y + eta.z)
-        self._here = eta if known else None
-        before, self._breach = self._breach, _NO_BREACH
-        if eta.z > self._limits.depth_max:
-            self._breach = dialect.FENCE_BREACH_MINALT
-        elif self.breach(eta.x, eta.y):
-            self._breach = dialect.FENCE_BREACH_BOUNDARY
-        if self._breach != _NO_BREACH and before == _NO_BREACH:
-            self._breaches = min(self._breaches + 1, 65535)
-            self._breached_ms = cycle.tick.t_ns // 1_000_000 & 0xFFFFFFFF
+            self.second_look.begin(self.steps, self.plans[MISSION].at, limits)
 
     def _tell(self, before: int, step: int) -> None:
         """Every item between is reached, up to a jump; after a jump back the one before."""
@@ -269,20 +289,6 @@ class Chart:
                 break
             for reached, _ in self._listeners:
                 reached(item)
-
-
-class Longer:
-    """A message with numbers of 32 bits behind it that the standard has appended since the dialect was made."""
-
-    def __init__(self, message: Message, *more: int) -> None:
-        self._message, self._more = message, b"".join(number.to_bytes(4, "little") for number in more)
-
-    def pack(self, mav: Any) -> bytes:
-        """The frame."""
-        m = self._message
-        payload = m.unpacker.pack(*(getattr(m, name) for name in m.ordered_fieldnames)) + self._more
-        frame: bytes = m._pack(mav, m.crc_extra, payload)
-        return frame
 
 
 def drawn(mission: Mission, sea: Sea) -> Draft:

@@ -1,4 +1,4 @@
-"""COMMAND_LONG, COMMAND_INT and SET_MODE: every command gets one answer, if only that it is not supported.
+"""COMMAND_LONG, COMMAND_INT and SET_MODE: every command gets one answer, and one that is refused a sentence first.
 
 Here are arming, modes and pausing; `Requests`, `Setpoints`, `Upkeep` and `Missions` do the other commands.
 """
@@ -10,10 +10,18 @@ from collections.abc import Callable, Mapping
 
 from firmware_py.mavlink.codec import Message, dialect
 from firmware_py.mavlink.modes import KNOWN, mode_of, standard_mode
-from firmware_py.mavlink.orders import Orders, Wish
-from firmware_py.mavlink.voice import DENIED, REJECTED, UNSUPPORTED, WARNING, Command, Do, Voice
+from firmware_py.mavlink.orders import Answer, Orders, Wish
+from firmware_py.mavlink.voice import REJECTED, UNSUPPORTED, WARNING, Command, Do, Refusal, Voice
 from firmware_py.records.order import Arming, Mode
 from firmware_py.schedule import Tick
+
+_SET_MODE: int = dialect.MAVLINK_MSG_ID_SET_MODE
+_NAMES = {
+    **{number: entry.name.removeprefix("MAV_CMD_") for number, entry in dialect.enums["MAV_CMD"].items()},
+    0: "MISSION_SET_CURRENT",
+    _SET_MODE: "SET_MODE",
+}
+"""Of commands, and of the two messages that are done as such."""
 
 
 class Commands:
@@ -49,8 +57,11 @@ class Commands:
         self._do |= others
         self._objection = objection
 
-    def answer(self, wish: Wish, result: int) -> None:
-        """COMMAND_ACK for a wish, unless it came by a message that is no command."""
+    def answer(self, answer: Answer) -> None:
+        """Says why a wish was refused, and COMMAND_ACK, unless it came by a message that is no command."""
+        wish, result, why = answer
+        if why:
+            self._refuse(wish.command, why)
         if wish.command:
             self._acknowledge(wish.command, result, wish.system, wish.component)
 
@@ -63,10 +74,19 @@ class Commands:
         self._obey(tick, Command(m.get_srcSystem(), m.get_srcComponent(), m.command, False, params, m.frame))
 
     def _obey(self, tick: Tick, command: Command) -> None:
-        do = self._do.get(command.number)
-        result = UNSUPPORTED if do is None else do(tick, command)
+        self._attempt(self._do.get(command.number), tick, command)
+
+    def _attempt(self, do: Do | None, tick: Tick, command: Command) -> None:
+        try:
+            result = UNSUPPORTED if do is None else do(tick, command)
+        except Refusal as refusal:
+            self._refuse(command.number, str(refusal))
+            result = refusal.result
         if result is not None:
             self._acknowledge(command.number, result, command.system, command.component)
+
+    def _refuse(self, number: int, why: str) -> None:
+        self._voice.tell(f"{_NAMES[number]} refused: {why}", WARNING)
 
     def _acknowledge(self, number: int, result: int, system: int, component: int) -> None:
         self._voice.say(dialect.MAVLink_command_ack_message(number, result, 0, 0, system, component))
@@ -75,7 +95,7 @@ class Commands:
         """Nobody arms by force: what param2 says to that is not heard, the supervisor's checks hold."""
         arming = {1.0: Arming.ARM, 0.0: Arming.DISARM}.get(command.params[0])
         if arming is None:
-            return DENIED
+            raise Refusal(f"{command.params[0]:g} is neither to arm (1) nor to disarm (0)")
         return self._wish(tick, command, arming, None)
 
     def _check(self, tick: Tick, command: Command) -> None:
@@ -85,33 +105,27 @@ class Commands:
     def _set_mode(self, tick: Tick, command: Command) -> int | None:
         base, custom, sub = command.params[:3]
         if not math.isfinite(base) or not int(base) & dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
-            self._voice.tell("only custom modes can be set", WARNING)
-            return DENIED
+            raise Refusal("only custom modes can be set")
         mode = mode_of(custom, sub)
         if mode is None:
-            self._voice.tell(f"mode {custom:g}/{sub:g} is unknown; {KNOWN}", WARNING)
-            return DENIED
+            raise Refusal(f"mode {custom:g}/{sub:g} is unknown; {KNOWN}")
         return self._wish(tick, command, Arming.KEEP, mode)
 
     def _set_standard_mode(self, tick: Tick, command: Command) -> int | None:
         mode = standard_mode(command.params[0])
         if mode is None:
-            self._voice.tell(f"standard mode {command.params[0]:g} is none of this vehicle's", WARNING)
-            return DENIED
+            raise Refusal(f"standard mode {command.params[0]:g} is none of this vehicle's")
         return self._wish(tick, command, Arming.KEEP, mode)
 
     def _old_set_mode(self, tick: Tick, m: Message) -> None:
         """The standard has no answer to SET_MODE; as from ArduPilot, the message's id stands for the command's."""
         params = (float(m.base_mode), float(m.custom_mode), 0.0)
-        command = Command(m.get_srcSystem(), m.get_srcComponent(), m.get_msgId(), False, params)
-        result = self._set_mode(tick, command)
-        if result is not None:
-            self._acknowledge(command.number, result, command.system, command.component)
+        self._attempt(self._set_mode, tick, Command(m.get_srcSystem(), m.get_srcComponent(), _SET_MODE, False, params))
 
     def _pause(self, tick: Tick, command: Command) -> int | None:
         mode = {0.0: Mode.LOITER, 1.0: Mode.MISSION}.get(command.params[0])
         if mode is None:
-            return DENIED
+            raise Refusal(f"{command.params[0]:g} is neither to pause (0) nor to go on (1)")
         return self._wish(tick, command, Arming.KEEP, mode)
 
     def _mode(self, mode: Mode) -> Do:
@@ -122,8 +136,7 @@ class Commands:
 
     def _wish(self, tick: Tick, command: Command, arming: Arming, mode: Mode | None) -> int | None:
         if mode is Mode.MISSION and (why := self._objection()):
-            self._voice.tell(why, WARNING)
-            return REJECTED
+            raise Refusal(why, REJECTED)
         who = (self._link, command.system, command.component, command.number)
         self._orders.ask(Wish(*who, arming, mode), command.again, tick.t_ns)
         return None

@@ -1,12 +1,16 @@
 """A mission's ways from place to place, beside the fence and the limits: looked at item by item, jumps among them.
 
-How the vehicle comes to the first place nobody knows beforehand; the supervisor watches it wherever it is.
+How the vehicle comes to the first place is known when the mission is started; `first_way` looks at that. What nobody
+knows beforehand is left to the supervisor, who watches the vehicle wherever it is: the way on from a manoeuvre, the way
+to a rally point (which is chosen on the way there: `fence.haven`), circles that a speed ordered meanwhile widens, how
+far a corner is rounded.
 """
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_left
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from firmware_py.mavlink.plan_items import INVALID, INVALID_PARAMS, Limits, Refused
@@ -19,7 +23,7 @@ _MOST_WAYS = 16
 
 
 class _Spot(NamedTuple):
-    """A place, m, and the radius of the circle around it that is flown there; 0 of a waypoint, or if not known yet."""
+    """A place, m, and the radius of the circle around it that is flown there; 0 of a waypoint."""
 
     x: float
     y: float
@@ -57,7 +61,7 @@ class Course:
             raise Refused(INVALID_PARAMS[6], f"{step.z:g} m above the bottom, floor {limits.altitude_min:g} m")
         if not step.above and step.z > limits.depth_max:
             raise Refused(INVALID_PARAMS[6], f"depth {step.z:.1f} m, limit {limits.depth_max:g} m")
-        spot = _Spot(step.x, step.y, abs(step.radius) if isinstance(step, Loiter) else 0.0)
+        spot = _spot(step, limits)
         if why := fence.breach(step.x, step.y) if spot.radius == 0.0 else self._around(spot):
             raise Refused(INVALID_PARAMS[4], why)
         for start in self._from:
@@ -93,10 +97,36 @@ class Course:
             self._from = set()
 
     def _go(self, start: _Spot, end: _Spot, way: str) -> None:
-        """From where a circle is left to where the next one is joined, which is on the line of their centres."""
-        dx, dy = end.x - start.x, end.y - start.y
-        far = math.hypot(dx, dy) or 1.0
-        left, joined = start.radius / far, 1.0 - end.radius / far
-        ends = (start.x + left * dx, start.y + left * dy, start.x + joined * dx, start.y + joined * dy)
-        if why := self._limits.fence.barred(*ends):
+        if why := _barred(start, end, self._limits):
             raise Refused(INVALID_PARAMS[4], f"{way} is {why}")
+
+
+def first_way(steps: Sequence[Step], at: int, x: float, y: float, limits: Limits) -> tuple[int, str] | None:
+    """What is wrong with the straight way from (x, y), m, to the first place that is flown to from a step on.
+
+    Returns:
+        The step that is there, and why not; None if nothing is wrong, or nobody knows beforehand.
+    """
+    for _ in steps:
+        step = steps[at] if at < len(steps) else None
+        if isinstance(step, Waypoint | Loiter):
+            why = _barred(_Spot(x, y, 0.0), _spot(step, limits), limits)
+            return (at, why) if why else None
+        if not isinstance(step, Jump):
+            break
+        at = step.to if step.times != 0 else at + 1
+    return None
+
+
+def _spot(step: Waypoint | Loiter, limits: Limits) -> _Spot:
+    turning = limits.turning
+    radius = turning.radius(step.radius, turning.speed(step.u)) if isinstance(step, Loiter) else 0.0
+    return _Spot(step.x, step.y, radius)
+
+
+def _barred(start: _Spot, end: _Spot, limits: Limits) -> str:
+    """From where a circle is left to where the next one is joined, which is on the line of their centres."""
+    dx, dy = end.x - start.x, end.y - start.y
+    far = math.hypot(dx, dy) or 1.0
+    left, joined = start.radius / far, 1.0 - end.radius / far
+    return limits.fence.barred(start.x + left * dx, start.y + left * dy, start.x + joined * dx, start.y + joined * dy)

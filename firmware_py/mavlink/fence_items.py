@@ -7,7 +7,7 @@ import json
 from firmware_py.mavlink.codec import dialect
 from firmware_py.mavlink.plan_items import INVALID, INVALID_PARAMS, UNSUPPORTED, Limits, Raw, Refused, place
 from firmware_py.mavlink.setpoints import Sea
-from firmware_py.records.fence import MOST_CORNERS, Area, Disc, Fence, Place, Polygon, plain
+from firmware_py.records.fence import MOST_CORNERS, MOST_PLACES, Area, Disc, Fence, Place, Polygon, plain
 
 _POLYGONS = {
     dialect.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION: True,
@@ -87,7 +87,7 @@ class RallyDraft:
 
     def __init__(self, sea: Sea, limits: Limits) -> None:
         self._sea, self._limits = sea, limits
-        self._points: list[Place] = []
+        self.points: list[Place] = []
 
     def add(self, raw: Raw) -> None:
         """Takes the next item.
@@ -97,11 +97,13 @@ class RallyDraft:
         """
         if raw.command != _RALLY:
             raise Refused(UNSUPPORTED, f"command {raw.command} is no rally point")
+        if len(self.points) == MOST_PLACES:
+            raise Refused(dialect.MAV_MISSION_NO_SPACE, f"there may be {MOST_PLACES} rally points")
         point = Place(*place(raw, self._sea))
         if breach := self._limits.fence.breach(*point):
             raise Refused(INVALID_PARAMS[4], breach)
-        self._points.append(point)
+        self.points.append(point)
 
     def finish(self) -> str:
         """The document for the core."""
-        return json.dumps({"rally": {"points": self._points}})
+        return json.dumps({"rally": {"points": self.points}})

@@ -17,6 +17,7 @@ from firmware_py.mavlink.codec import Message, dialect
 from firmware_py.mavlink.ftp import MOST_DATA, WRITES, Nak, Op, Refused, Request, failed, line, reply
 from firmware_py.mavlink.service import Hear
 from firmware_py.mavlink.shelf import File, Tree, Wait
+from firmware_py.mavlink.voice import Voice
 from firmware_py.schedule import NS_PER_S, Tick
 
 _MOST_REQUESTS, _MOST_SESSIONS = 8, 8
@@ -56,8 +57,8 @@ class _Sum:
 class Files:
     """The conversation on one link."""
 
-    def __init__(self, tree: Tree) -> None:
-        self._tree = tree
+    def __init__(self, tree: Tree, voice: Voice) -> None:
+        self._tree, self._voice = tree, voice
         self._requests: deque[Request] = deque()
         self._sessions: dict[tuple[int, int, int], _Session] = {}
         self._bursts: dict[tuple[int, int, int], _Burst] = {}
@@ -82,7 +83,11 @@ class Files:
     def _hear(self, _: Tick, message: Message) -> None:
         """A station that hears no answer asks again, so what is too much is dropped."""
         asked = ftp.request(message)
-        if asked not in self._requests and len(self._requests) < _MOST_REQUESTS:
+        if asked in self._requests:
+            return
+        if len(self._requests) == _MOST_REQUESTS:
+            self._voice.drop()
+        else:
             self._requests.append(asked)
 
     def _answer(self, tick: Tick, request: Request) -> list[Message]:

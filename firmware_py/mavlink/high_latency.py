@@ -5,26 +5,29 @@ from __future__ import annotations
 import math
 
 from firmware_py.marine import Origin, local_to_geodetic, wrap
+from firmware_py.mavlink.aim import Aim
 from firmware_py.mavlink.codec import Message, dialect
 from firmware_py.mavlink.identity import autopilot, base_mode
 from firmware_py.mavlink.modes import Identity, custom_mode
-from firmware_py.mavlink.scale import INT16, INT32, boot_ms, whole
+from firmware_py.mavlink.scale import INT16, INT32, UINT16, boot_ms, whole
 from firmware_py.mavlink.standing import Standing
 from firmware_py.mavlink.telemetry import DEG_E7
 from firmware_py.records.cycle import Cycle
 
 _BYTE, _SIGNED_BYTE = (0, 254), (-127, 127)
-_TWO_DEG, _FIFTH, _DM, _DM_S = math.radians(2.0), 0.2, 0.1, 0.1
+_TWO_DEG, _FIFTH, _DM, _DM_S, _DAM = math.radians(2.0), 0.2, 0.1, 0.1, 10.0
 _RECENT = 2.0
 _CHARGE_LOW = 0.2
 
 
 class HighLatency:
-    """The maker of one link's; `surface` is the water's above mean sea level, m."""
+    """The maker of one link's; `surface` is the water's above mean sea level, m, `aim` knows what is flown to."""
 
-    def __init__(self, identity: Identity, origin: Origin, surface: float, n_max: float, standing: Standing) -> None:
+    def __init__(
+        self, identity: Identity, origin: Origin, surface: float, n_max: float, standing: Standing, aim: Aim
+    ) -> None:
         self._identity, self._origin, self._surface = identity, origin, surface
-        self._n_max, self._standing = n_max, standing
+        self._n_max, self._standing, self._aim = n_max, standing, aim
 
     def message(self, cycle: Cycle) -> Message:
         """Unknown is 0, or what the field has for it. custom0 is the base mode, as from ArduPilot; wind is the current.
@@ -49,7 +52,7 @@ class HighLatency:
             whole(self._surface - reference.z_d, 1.0, INT16),
             _half_circle(psi),
             _half_circle(reference.psi_d),
-            0,
+            whole(self._aim.way(cycle).distance, _DAM, UINT16),
             throttle,
             whole(state.nu.u, _FIFTH, _BYTE),
             whole(reference.u_d, _FIFTH, _BYTE),

@@ -9,7 +9,8 @@ from firmware_py.mavlink.codec import COMPONENT, Codec, Message, dialect
 from firmware_py.mavlink.commands import Commands
 from firmware_py.mavlink.door import Door
 from firmware_py.mavlink.helm import HelmParams, sticks
-from firmware_py.mavlink.orders import Orders, Wish
+from firmware_py.mavlink.modes import worded
+from firmware_py.mavlink.orders import Answer, Orders
 from firmware_py.mavlink.requests import Requests
 from firmware_py.mavlink.service import Service
 from firmware_py.mavlink.setpoints import Sea, Setpoints
@@ -23,7 +24,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.schedule import NS_PER_S, Tick
 
 HEARD_PER_TICK = 32
-"""Messages, and places where one might begin, that are looked at in one tick."""
+"""Messages, and places where one might begin, that are looked at in one tick, over all links."""
 SAID_PER_TICK = 4
 """Messages in one tick; they fit into one datagram."""
 MOST_WAITING = 64
@@ -71,7 +72,13 @@ class Link:
         self._crowded = False
         self._complained = (0, 0)
         self.dropped = 0
-        """Datagrams beyond what a tick may hear, and messages beyond what may wait."""
+        """Datagrams beyond what a tick may hear."""
+        self.overrun = 0
+        """Datagrams that the system had no room to keep until a tick; who has the socket counts them."""
+        self.untaken = 0
+        """Messages that a service had no room for."""
+        self.unsaid = 0
+        """Messages of ours beyond what may wait."""
 
     def steer_by(self, helm: HelmParams) -> None:
         """What the sticks ask for from now on."""
@@ -86,9 +93,13 @@ class Link:
         """Takes in what a service does by command, and who says what is wrong with flying the mission."""
         self._commands.learn(does, objection)
 
-    def hear(self, tick: Tick, datagrams: Sequence[bytes]) -> None:
-        """Takes what came since the last tick; what is too much for one tick is dropped."""
-        left = HEARD_PER_TICK
+    def hear(self, tick: Tick, datagrams: Sequence[bytes], most: int = HEARD_PER_TICK) -> int:
+        """Takes what came since the last tick; what is too much for one tick is dropped.
+
+        Returns:
+            In how many places it looked for a message, at most `most`.
+        """
+        left = most
         for datagram in datagrams:
             if not left:
                 self.dropped += 1
@@ -99,6 +110,7 @@ class Link:
                 hear = self._hear.get(message.get_msgId())
                 if hear is not None and self._for_us(message):
                     hear(tick, message)
+        return most - left
 
     def report(self, cycle: Cycle) -> bytes:
         """The datagram of this tick: answers and sentences, what was asked for; the rest is for streams and services.
@@ -149,11 +161,25 @@ class Link:
     @property
     def lost(self) -> int:
         """All that came in and was not heard: too much, broken, or not signed as it should be."""
-        return self.dropped + self.codec.dropped + self.codec.malformed + self.codec.refused
+        heard_not = self.dropped + self.overrun + self.untaken
+        return heard_not + self.codec.dropped + self.codec.malformed + self.codec.refused
 
-    def answer(self, wish: Wish, result: int) -> None:
+    @property
+    def losses(self) -> dict[str, int]:
+        """The same by cause, and what of our own did not go out."""
+        codec = self.codec
+        return {
+            "unsigned": codec.refused,
+            "malformed": codec.malformed,
+            "flooding": self.dropped + codec.dropped,
+            "overrun": self.overrun,
+            "not_taken": self.untaken,
+            "not_said": self.unsaid + codec.unsayable,
+        }
+
+    def answer(self, answer: Answer) -> None:
         """Says what became of a wish that came by this link."""
-        self._commands.answer(wish, result)
+        self._commands.answer(answer)
 
     def announce(self, event: str, matters: int) -> None:
         """Tells of an event; where each byte is dear, only of what is critical."""
@@ -165,8 +191,15 @@ class Link:
         self._queue([message], MOST_WAITING)
 
     def tell(self, text: str, matters: int) -> None:
-        """Sends a sentence, whole or not at all; half of what may wait is kept for answers."""
-        self._queue(self._texts.say(text, matters), MOST_WAITING // 2)
+        """Sends a sentence, whole or not at all; half of what may wait is kept for answers.
+
+        The modes in it are called what this link's stations call them.
+        """
+        self._queue(self._texts.say(worded(self._door.identity, text), matters), MOST_WAITING // 2)
+
+    def drop(self) -> None:
+        """Counts a message that a service had no room for."""
+        self.untaken += 1
 
     def show(self, name: int) -> None:
         """Sends the message of that id, made of the next cycle that has room for it."""
@@ -176,7 +209,7 @@ class Link:
         if len(self._waiting) + len(messages) <= most:
             self._waiting.extend(messages)
         else:
-            self.dropped += len(messages)
+            self.unsaid += len(messages)
 
     def _room(self, tick: Tick) -> bool:
         """Whether the link can take a datagram now; of what it could have taken, no more than a second is saved up."""

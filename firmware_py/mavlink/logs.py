@@ -73,9 +73,12 @@ class Logs:
     def _erase(self, tick: Tick, message: Message) -> None:
         if self._armed():
             self._voice.tell("logs are not erased while armed: disarm first", WARNING)
-        elif self._tree.shelf is not None:
+        elif self._tree.shelf is None:
+            self._voice.tell("there are no logs to be erased", WARNING)
+        else:
             self._stop(tick, message)
             self._tree.shelf.erase()
+            self._voice.tell("logs are erased, but for those that may still be written", WARNING)
 
     def _parts(self, number: int) -> list[Message]:
         """A part that is not full is the last."""

@@ -20,7 +20,7 @@ from firmware_py.mavlink.orders import Orders, Wish
 from firmware_py.mavlink.plan_items import ACCEPTED, ERROR, UNSUPPORTED, Refused, raw_of
 from firmware_py.mavlink.plan_reading import Reading, Sender, acknowledgement, sender_of
 from firmware_py.mavlink.service import Hear
-from firmware_py.mavlink.voice import DENIED, REJECTED, WARNING, Command, Do, Voice
+from firmware_py.mavlink.voice import REJECTED, WARNING, Command, Do, Refusal, Voice
 from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Mode
 from firmware_py.schedule import NS_PER_S, Tick
 
@@ -90,13 +90,14 @@ class Missions:
             dialect.MAV_CMD_DO_FENCE_ENABLE: self._enable_fence,
         }
 
-    def objection(self) -> str:
-        """What is wrong with flying the mission; "" if nothing is."""
+    def objection(self, item: int | None = None) -> str:
+        """What is wrong with flying the mission, from an item on or from where it was left; "" if nothing is."""
         look = self._chart.second_look
         if look.wrong is not None:
-            item, why = look.wrong
-            return f"the mission must not be flown: item {item + self._first(MISSION)}: {why}"
-        return "the mission is being looked at again; try once more" if look.going else ""
+            return f"the mission must not be flown: item {look.wrong[0] + self._first(MISSION)}: {look.wrong[1]}"
+        if look.going:
+            return "the mission is being looked at again; try once more"
+        return "" if item is None and self._orders.mode is Mode.MISSION else self._barred(item)
 
     def due(self, tick: Tick) -> list[Message]:
         """The request that was not answered, once more; or the end, if nothing was heard for long."""
@@ -163,7 +164,7 @@ class Missions:
         except Refused as refused:
             self._end(refused.code, f"{NAMES[upload.sender.kind]}: {refused}")
             return
-        self._end(ACCEPTED, "")
+        self._end(ACCEPTED, self._chart.stranded if upload.sender.kind == FENCE else "")
 
     def _ask(self, tick: Tick) -> None:
         upload = self._upload
@@ -195,6 +196,7 @@ class Missions:
         if not set(kinds) <= set(NAMES):
             self._acknowledge(sender, UNSUPPORTED)
         elif self._chart.busy is not None:
+            self._voice.tell("MISSION_CLEAR_ALL refused: a station is sending a plan", WARNING)
             self._acknowledge(sender, _BUSY)
         else:
             for kind in kinds:
@@ -206,11 +208,11 @@ class Missions:
         self._acknowledge(sender_of(m), UNSUPPORTED)
 
     def _set_current(self, tick: Tick, m: Message) -> None:
-        """The answer is MISSION_CURRENT, with a sentence if there is no such item."""
-        if self._has(m.seq):
-            self._wish(tick, Command(m.get_srcSystem(), m.get_srcComponent(), 0, False, ()), None, m.seq)
+        """The answer is MISSION_CURRENT, with a sentence if that item cannot be."""
+        if why := self._unfit(m.seq):
+            self._voice.tell(f"MISSION_SET_CURRENT refused: {why}", WARNING)
         else:
-            self._voice.tell(f"the mission has no item {m.seq}", WARNING)
+            self._wish(tick, Command(m.get_srcSystem(), m.get_srcComponent(), 0, False, ()), None, m.seq)
         self._voice.show(_CURRENT)
 
     def _do_set_current(self, tick: Tick, command: Command) -> int | None:
@@ -221,9 +223,8 @@ class Missions:
             if anew != 1.0 and cycle is not None:
                 return int(dialect.MAV_RESULT_ACCEPTED)
             item = float(first)
-        if not self._has(item):
-            self._voice.tell(f"the mission has no item {item:g}", WARNING)
-            return DENIED
+        if why := self._unfit(item):
+            raise Refusal(why)
         self._wish(tick, command, None, int(item))
         self._voice.show(_CURRENT)
         return None
@@ -232,28 +233,39 @@ class Missions:
         """The mission from an item, or with none (0, as stations write it) from where it was left."""
         item = command.params[0]
         if item != 0.0 and not self._has(item):
-            self._voice.tell(f"the mission has no item {item:g}", WARNING)
-            return DENIED
-        if why := self.objection():
-            self._voice.tell(why, WARNING)
-            return REJECTED
-        self._wish(tick, command, Mode.MISSION, int(item) if item else None)
+            raise Refusal(f"the mission has no item {item:g}")
+        first = int(item) if item else None
+        if why := self.objection(first):
+            raise Refusal(why, REJECTED)
+        self._wish(tick, command, Mode.MISSION, first)
         return None
 
     def _enable_fence(self, _: Tick, command: Command) -> int:
         """A fence is in force as long as there is one."""
         if command.params[0] == 1.0 and self._chart.plans[FENCE].items:
             return int(dialect.MAV_RESULT_ACCEPTED)
-        on = "no fence is loaded" if command.params[0] == 1.0 else "a fence is in force until it is cleared"
-        self._voice.tell(on, WARNING)
-        return DENIED
+        raise Refusal("no fence is loaded" if command.params[0] == 1.0 else "a fence is in force until it is cleared")
 
     def _wish(self, tick: Tick, command: Command, mode: Mode | None, item: int | None) -> None:
         jump = NO_ORDER.jump
         if item is not None:
-            jump = self._chart.step_of(max(item - self._first(MISSION), 0))
+            jump = self._step(item)
         who = (self._link, command.system, command.component, command.number)
         self._orders.ask(Wish(*who, Arming.KEEP, mode, KEEP_SETPOINT, jump), command.again, tick.t_ns)
+
+    def _step(self, item: int) -> int:
+        return self._chart.step_of(max(item - self._first(MISSION), 0))
+
+    def _barred(self, item: int | None) -> str:
+        """What is wrong with the way from here to an item, or to where the mission was left."""
+        wrong = self._chart.first_way(None if item is None else self._step(item))
+        return "" if wrong is None else f"the way from here to item {wrong[0] + self._first(MISSION)} is {wrong[1]}"
+
+    def _unfit(self, item: float) -> str:
+        """What is wrong with going on with an item; where the mission is not flown, its start will look at the way."""
+        if not self._has(item):
+            return f"the mission has no item {item:g}"
+        return self._barred(int(item)) if self._orders.mode is Mode.MISSION else ""
 
     def _has(self, item: float) -> bool:
         count = len(self._chart.plans[MISSION].items)

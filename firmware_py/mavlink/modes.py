@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import enum
 import math
+import re
 from typing import NamedTuple
 
 from firmware_py.mavlink.codec import Message, dialect
@@ -27,12 +28,16 @@ class Identity(enum.Enum):
 
 
 class Name(NamedTuple):
-    """A mode that may be ordered: ArduSub's number, PX4's main and sub mode, its name, the standard mode that it is."""
+    """A mode that may be ordered: ArduSub's number, PX4's main and sub mode, its name, the standard mode that it is.
+
+    `shown` is what ArduSub's stations call it, and `name` what AVAILABLE_MODES does.
+    """
 
     mode: Mode
     ardusub: int
     px4: tuple[int, int]
     name: str
+    shown: str
     standard: int = _NON_STANDARD
     properties: int = 0
 
@@ -43,18 +48,23 @@ class Name(NamedTuple):
 
 
 NAMES = (
-    Name(Mode.MANUAL, 19, (1, 0), "Manual", properties=_ADVANCED),
-    Name(Mode.HOLD, 2, (2, 0), "Depth hold"),
-    Name(Mode.LOITER, 16, (4, 3), "Position hold", properties=_AUTOMATIC),
-    Name(Mode.GUIDED, 4, (6, 0), "Guided", properties=_AUTOMATIC),
-    Name(Mode.MISSION, 3, (4, 4), "Auto", dialect.MAV_STANDARD_MODE_MISSION, _AUTOMATIC),
-    Name(Mode.SURFACE, 9, (4, 6), "Surface", dialect.MAV_STANDARD_MODE_LAND, _AUTOMATIC),
+    Name(Mode.MANUAL, 19, (1, 0), "Manual", "MANUAL", properties=_ADVANCED),
+    Name(Mode.HOLD, 2, (2, 0), "Depth hold", "ALT_HOLD"),
+    Name(Mode.LOITER, 16, (4, 3), "Position hold", "POSHOLD", properties=_AUTOMATIC),
+    Name(Mode.GUIDED, 4, (6, 0), "Guided", "GUIDED", properties=_AUTOMATIC),
+    Name(Mode.MISSION, 3, (4, 4), "Auto", "AUTO", dialect.MAV_STANDARD_MODE_MISSION, _AUTOMATIC),
+    Name(Mode.SURFACE, 9, (4, 6), "Surface", "SURFACE", dialect.MAV_STANDARD_MODE_LAND, _AUTOMATIC),
 )
-_RETURN = Name(Mode.RETURN, 4, (4, 5), "Return", dialect.MAV_STANDARD_MODE_SAFE_RECOVERY, _AUTOMATIC)
+_RETURN = Name(Mode.RETURN, 4, (4, 5), "Return", "RETURN", dialect.MAV_STANDARD_MODE_SAFE_RECOVERY, _AUTOMATIC)
 """ArduSub has no such mode: its stations order it by command, and see Guided."""
 _LISTED = {Identity.ARDUSUB: NAMES, Identity.GENERIC: (*NAMES, _RETURN)}
-KNOWN = ", ".join(f"{name.name} {name.ardusub}" for name in NAMES)
-"""The modes that may be ordered, for people."""
+KNOWN = ", ".join(f"{name.mode.name} {name.ardusub}" for name in NAMES)
+"""The modes that may be ordered, for people, once they are `worded`."""
+_WORDS = {
+    Identity.ARDUSUB: {name.mode.name: name.shown for name in (*NAMES, _RETURN)},
+    Identity.GENERIC: {name.mode.name: name.name for name in (*NAMES, _RETURN)} | {Mode.DISARMED.name: "Disarmed"},
+}
+_MODE = re.compile(rf"\b({'|'.join(mode.name for mode in Mode)})\b")
 _BY_MODE = {name.mode: name for name in (*NAMES, _RETURN)}
 _BY_MODE[Mode.DISARMED] = _BY_MODE[Mode.MANUAL]
 _ORDERED: dict[float, Mode] = {
@@ -74,6 +84,12 @@ _BY_STANDARD: dict[float, Mode] = {
 def custom_mode(identity: Identity, mode: Mode) -> int:
     """The custom mode of each mode; disarmed it is manual, for the sticks would be heard next."""
     return _BY_MODE[mode].custom(identity)
+
+
+def worded(identity: Identity, sentence: str) -> str:
+    """A sentence that names modes as `Mode` does, with the names that a link's stations show."""
+    words = _WORDS[identity]
+    return _MODE.sub(lambda found: words.get(found[0], found[0]), sentence)
 
 
 def mode_of(custom: float, sub: float = 0.0) -> Mode | None:

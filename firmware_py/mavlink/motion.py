@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 from firmware_py.marine import quaternion_from_euler, wrap
+from firmware_py.mavlink.aim import Aim
 from firmware_py.mavlink.codec import Message, dialect
-from firmware_py.mavlink.scale import INT16, INT32, boot_ms, boot_us, whole
+from firmware_py.mavlink.scale import INT16, INT32, UINT16, boot_ms, boot_us, whole
 from firmware_py.mavlink.telemetry import DEG_E7, Maker
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode
@@ -27,10 +28,10 @@ _LANDED = {
 
 
 class Motion:
-    """Makers of these messages; `surface` is the water's above mean sea level, m."""
+    """Makers of these messages; `surface` is the water's above mean sea level, m, `aim` knows what is flown to."""
 
-    def __init__(self, surface: float) -> None:
-        self._surface = surface
+    def __init__(self, surface: float, aim: Aim) -> None:
+        self._surface, self._aim = surface, aim
 
     def makers(self) -> dict[int, Maker]:
         """A maker for each message id."""
@@ -115,16 +116,18 @@ class Motion:
         )
 
     def errors(self, cycle: Cycle) -> Message:
-        """NAV_CONTROLLER_OUTPUT: what is asked for less what is; its altitude is up. Degrees, m, m/s."""
+        """NAV_CONTROLLER_OUTPUT: what is asked for less what is; its altitude is up. Degrees, m, m/s.
+
+        The target, of which it has bearing and distance, is the point that is flown to, as `Aim` has it.
+        """
         reference, state = cycle.reference, cycle.state
-        heading = whole(math.degrees(wrap(reference.psi_d)), 1.0, INT16)
-        across = reference.cross_track
+        across, way = reference.cross_track, self._aim.way(cycle)
         return dialect.MAVLink_nav_controller_output_message(
             math.degrees(state.eta.phi),
             math.degrees(state.eta.theta),
-            heading,
-            heading,
-            0,
+            _heading(reference.psi_d),
+            _heading(way.bearing),
+            whole(way.distance, 1.0, UINT16),
             state.eta.z - reference.z_d,
             reference.u_d - state.nu.u,
             across if math.isfinite(across) else 0.0,
@@ -134,6 +137,10 @@ class Motion:
         """EXTENDED_SYS_STATE: disarmed it lies, surfacing it lands."""
         landed = _LANDED.get(cycle.mode.mode, dialect.MAV_LANDED_STATE_IN_AIR)
         return dialect.MAVLink_extended_sys_state_message(dialect.MAV_VTOL_STATE_UNDEFINED, landed)
+
+
+def _heading(angle: float) -> int:
+    return whole(math.degrees(wrap(angle)), 1.0, INT16)
 
 
 def _quaternion(cycle: Cycle) -> tuple[float, float, float, float]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from firmware_py.marine import Origin
 from firmware_py.mavlink import chart, metadata, parameters
+from firmware_py.mavlink.aim import Aim
 from firmware_py.mavlink.chart import Chart, Draft
 from firmware_py.mavlink.codec import dialect
 from firmware_py.mavlink.door import Door
@@ -16,7 +18,7 @@ from firmware_py.mavlink.helm import HelmParams
 from firmware_py.mavlink.high_latency import HighLatency
 from firmware_py.mavlink.identity import autopilot_version, heartbeat
 from firmware_py.mavlink.lateness import Lateness
-from firmware_py.mavlink.link import Link
+from firmware_py.mavlink.link import HEARD_PER_TICK, Link
 from firmware_py.mavlink.logs import Logs
 from firmware_py.mavlink.missions import Missions
 from firmware_py.mavlink.modes import Identity, current_mode, modes_monitor
@@ -36,10 +38,19 @@ from firmware_py.param_tree import replaced
 from firmware_py.params import When, param, table
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode, Order
+from firmware_py.records.turning import Turning
 from firmware_py.schedule import Tick
 
 KEPT = (parameters.FILE, *chart.FILES.values())
 """The names of all that `Node.saves` may ever give."""
+_TURNING = {
+    "guidance.loiter_radius_m": ("loiter_radius", 1.0),
+    "guidance.turn_radius_m": ("turn_radius", 1.0),
+    "guidance.turn_rate_max_deg_s": ("turn_rate_max", math.radians(1.0)),
+    "guidance.cruise_speed_m_s": ("cruise_speed", 1.0),
+    "guidance.speed_max_m_s": ("speed_max", 1.0),
+}
+"""Which parameter is what of `Turning`, and its unit in SI."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,10 +90,11 @@ class Node:
         self._standing = Standing()
         sea = Sea(origin, params.telemetry.surface_altitude)
         self._chart = Chart(sea, plans)
+        self._aim = Aim(self._chart)
         self._late = Lateness()
         status = Status(actuators, self._late, self._chart)
         shared = Telemetry(params.telemetry, origin, actuators.n_max).makers() | status.makers()
-        shared |= Motion(sea.surface).makers()
+        shared |= Motion(sea.surface, self._aim).makers()
         calendar = Calendar()
         shared |= calendar.makers()
         self.files: dict[str, Callable[[], bytes]] = metadata.files(book) if book is not None else {}
@@ -102,7 +114,7 @@ class Node:
             self._serve_parameters(book, doors)
         self._tree = Tree(self.files)
         for link in self.links:
-            link.serve(Files(self._tree))
+            link.serve(Files(self._tree, link))
             link.serve(Logs(self._tree, link, lambda: self._standing.mode is not Mode.DISARMED))
             link.serve(Times(calendar, link))
         for i, (link, door) in enumerate(zip(self.links, doors, strict=True)):
@@ -111,8 +123,18 @@ class Node:
             link.learn(missions.does(), missions.objection)
             link.setpoints.breach = self._chart.breach
 
+    def listen(self, tick: Tick, said: Sequence[Sequence[bytes]]) -> None:
+        """Takes what came since the last tick, by link.
+
+        All of it together costs no more than HEARD_PER_TICK places: each link that speaks has its share of them, and
+        whoever comes later what those before have left.
+        """
+        left, speaking = HEARD_PER_TICK, [i for i, datagrams in enumerate(said) if datagrams]
+        for turn, i in enumerate(speaking):
+            left -= self.links[i].hear(tick, said[i], left // (len(speaking) - turn))
+
     def hear(self, tick: Tick, link: int, datagrams: Sequence[bytes]) -> None:
-        """Takes what came by a link since the last tick."""
+        """Takes what came by a link since the last tick, in which no other speaks."""
         self.links[link].hear(tick, datagrams)
 
     def order(self) -> Order:
@@ -130,12 +152,13 @@ class Node:
         self._standing.watch(cycle)
         self._late.watch(cycle)
         self._chart.watch(cycle)
+        self._aim.watch(cycle)
         for event in cycle.events:
             matters = severity(event)
             for link in self.links:
                 link.announce(event, matters)
-        for wish, result in self._orders.judge(cycle):
-            self.links[wish.link].answer(wish, result)
+        for answer in self._orders.judge(cycle):
+            self.links[answer.wish.link].answer(answer)
         return [link.report(cycle) for link in self.links]
 
     @property
@@ -143,9 +166,19 @@ class Node:
         """What a station asked for of a disarmed vehicle: "reboot" or "shutdown"; empty until then."""
         return self._orders.ending
 
-    def limit(self, depth_max: float, altitude_min: float | None = None) -> None:
-        """The supervisor's limits, m: stations are told that no setpoint or mission may go beyond."""
+    @property
+    def ender(self) -> str:
+        """Which station that was, by system and component."""
+        return self._orders.ender
+
+    def limit(self, depth_max: float, altitude_min: float | None = None, turning: Turning | None = None) -> None:
+        """The supervisor's limits, m: stations are told that no setpoint or mission may go beyond.
+
+        `turning` says how wide a mission's circles will be.
+        """
         self._chart.limit(depth_max, altitude_min)
+        if turning is not None:
+            self._chart.turn(**turning._asdict())
         for link in self.links:
             link.setpoints.depth_max = depth_max
 
@@ -159,7 +192,7 @@ class Node:
 
     def _introduces(self, door: Door, sea: Sea, n_max: float) -> dict[int, Maker]:
         identity, standing = door.identity, self._standing
-        briefly = HighLatency(identity, sea.origin, sea.surface, n_max, standing)
+        briefly = HighLatency(identity, sea.origin, sea.surface, n_max, standing, self._aim)
         return {
             dialect.MAVLINK_MSG_ID_HEARTBEAT: lambda cycle: heartbeat(identity, cycle.mode.mode, standing.state),
             dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION: lambda _: autopilot_version(identity),
@@ -188,6 +221,9 @@ class Node:
             self.limit(value)
         if key == "safety.altitude_min_m":
             self._chart.limit(altitude_min=value)
+        if key in _TURNING:
+            name, unit = _TURNING[key]
+            self._chart.turn(**{name: value * unit})
         if table == "mavlink":
             self._params = replaced(self._params, {rest: value}, table)
             for link in self.links:

@@ -48,11 +48,11 @@ class Wish(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What became of a sender's last wish, and when it was told."""
+    """What became of a wish: the MAV_RESULT, and why it was refused, unless an event has said so."""
 
     wish: Wish
-    result: int
-    t_ns: int
+    result: int = ACCEPTED
+    why: str = ""
 
 
 class Orders:
@@ -64,8 +64,9 @@ class Orders:
     def __init__(self) -> None:
         self._waiting: deque[Wish] = deque()
         self._under_way: Wish | None = None
-        self._answers: list[tuple[Wish, int]] = []
-        self._last: dict[tuple[int, int, int], Answer] = {}
+        self._answers: list[Answer] = []
+        self._last: dict[tuple[int, int, int], tuple[Answer, int]] = {}
+        """Of each sender, and when it was told, ns."""
         self._guide: tuple[Setpoint, Asker] | None = None
         self._held = NO_ORDER
         self.cycle: Cycle | None = None
@@ -73,6 +74,8 @@ class Orders:
         """Whether there is somebody who ends the flight, and starts the vehicle again, if a station asks for it."""
         self.ending = ""
         """What a station has asked for and may: "reboot" or "shutdown"."""
+        self.ender = ""
+        """Which station that was, by system and component."""
 
     @property
     def mode(self) -> Mode:
@@ -93,11 +96,12 @@ class Orders:
             return
         last = self._last.get(wish.sender)
         if wish.arming is Arming.DISARM:
-            self._answers += [(waiting, REJECTED) for waiting in self._waiting if waiting.arming is not Arming.DISARM]
+            ended = [waiting for waiting in self._waiting if waiting.arming is not Arming.DISARM]
+            self._answers += [Answer(waiting, REJECTED, "disarming goes first") for waiting in ended]
             self._waiting = deque([waiting for waiting in self._waiting if waiting.arming is Arming.DISARM])
             self._queue(wish)
-        elif again and last is not None and last.wish == wish and t_ns - last.t_ns <= _ANSWER_STANDS_NS:
-            self._answers.append((wish, last.result))
+        elif again and last is not None and last[0].wish == wish and t_ns - last[1] <= _ANSWER_STANDS_NS:
+            self._answers.append(last[0])
         else:
             self._queue(wish)
 
@@ -108,24 +112,24 @@ class Orders:
             return held if guide is None else replace(held, setpoint=guide[0], asker=guide[1])
         wish = self._waiting.popleft()
         if wish.mode is Mode.MANUAL and self.mode is Mode.DISARMED:
-            self._answers.append((wish, ACCEPTED))  # so it stands in the heartbeat already
+            self._answers.append(Answer(wish))  # so it stands in the heartbeat already
             return held
         self._under_way = wish
         return replace(wish.order, sticks=held.sticks, t_sticks=held.t_sticks)
 
-    def judge(self, cycle: Cycle) -> list[tuple[Wish, int]]:
+    def judge(self, cycle: Cycle) -> list[Answer]:
         """The answers that are due, now that the cycle that obeyed came out."""
         self.cycle = cycle
         wish = self._under_way
         if wish is not None:
             self._under_way = None
-            self._answers.append((wish, _result(wish, cycle)))
+            self._answers.append(_answer(wish, cycle))
         if not self._answers:
             return []
         answers, self._answers = self._answers, []
-        for wish, result in answers:
-            self._last.pop(wish.sender, None)
-            self._last[wish.sender] = Answer(wish, result, cycle.tick.t_ns)
+        for answer in answers:
+            self._last.pop(answer.wish.sender, None)
+            self._last[answer.wish.sender] = answer, cycle.tick.t_ns
         while len(self._last) > _MOST_SENDERS:
             del self._last[next(iter(self._last))]
         return answers
@@ -134,32 +138,35 @@ class Orders:
         if len(self._waiting) < MOST_WAITING:
             self._waiting.append(wish)
         else:
-            self._answers.append((wish, REJECTED))
+            self._answers.append(Answer(wish, REJECTED, f"{MOST_WAITING} orders wait already; try once more"))
 
 
-def _result(wish: Wish, cycle: Cycle) -> int:
+def _answer(wish: Wish, cycle: Cycle) -> Answer:
     mode = cycle.mode.mode
-    if wish.mode is not None:
-        granted = mode is wish.mode
-    elif wish.arming is Arming.CHECK:
-        granted = mode is Mode.DISARMED
-    elif wish.arming is not Arming.KEEP:
-        granted = (mode is Mode.DISARMED) == (wish.arming is Arming.DISARM)
-    else:
-        granted = wish.setpoint is KEEP_SETPOINT or heeds(mode, wish.setpoint) == ""
-    return int(ACCEPTED if granted else REJECTED)
+    if wish.arming is Arming.CHECK:
+        why = "" if mode is Mode.DISARMED else "the vehicle is armed: there is nothing to check"
+        return Answer(wish, REJECTED if why else ACCEPTED, why)
+    if wish.mode is None and wish.arming is Arming.KEEP:
+        why = "" if wish.setpoint is KEEP_SETPOINT else heeds(mode, wish.setpoint)
+        return Answer(wish, REJECTED if why else ACCEPTED, why)
+    disarmed = mode is Mode.DISARMED
+    granted = mode is wish.mode if wish.mode is not None else disarmed == (wish.arming is Arming.DISARM)
+    if granted or any(" refused" in event or " -> " in event for event in cycle.events):
+        return Answer(wish, ACCEPTED if granted else REJECTED)
+    return Answer(wish, REJECTED, f"another order was obeyed, and the mode is {mode.name}")
 
 
 def heeds(mode: Mode, setpoint: Setpoint) -> str:
-    """Why a mode does not go by a setpoint, in words for people; empty if it does."""
+    """Why a mode does not go by a setpoint, in words for people that name modes as `Mode` does; empty if it does."""
     if mode is Mode.GUIDED:
         return ""
     if mode is Mode.HOLD:
-        return "" if math.isnan(setpoint.x) else "Depth hold goes to no place; set Guided"
+        return "" if math.isnan(setpoint.x) else "HOLD goes to no place; set GUIDED"
     if mode is Mode.LOITER:
         free = math.isnan(setpoint.x) and math.isnan(setpoint.psi_d)
-        return "" if free else "Position hold takes depth and speed only; set Guided"
+        return "" if free else "LOITER takes depth and speed only; set GUIDED"
     if mode is Mode.MISSION:
         alone = math.isnan(setpoint.z_d) and math.isnan(setpoint.psi_d) and math.isnan(setpoint.x)
-        return "" if alone else "MISSION takes a speed only; set Depth hold or Guided"
-    return f"{mode.name} takes no setpoint; set Depth hold, Position hold or Guided"
+        return "" if alone else "MISSION takes a speed only; set HOLD or GUIDED"
+    arm = "disarmed; arm first, then" if mode is Mode.DISARMED else f"{mode.name} takes no setpoint;"
+    return f"{arm} set HOLD, LOITER or GUIDED"

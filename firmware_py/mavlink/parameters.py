@@ -214,14 +214,17 @@ class Parameters:
             self._tell(i)
         else:
             asked = message.param_id if message.param_index == -1 else f"at place {message.param_index}"
-            self._error(message, message.param_index, _NO_SUCH)
+            system, component = message.get_srcSystem(), message.get_srcComponent()
+            self._error(system, component, message.param_id, message.param_index, _NO_SUCH)
             self._voice.tell(f"there is no parameter {asked}", _NOTICE)
 
     def _set(self, _: Tick, message: Message) -> None:
         """A station that hears no answer sends it again, so what is too much is dropped."""
-        if len(self._sets) < _MOST_SETS:
-            system, component = message.get_srcSystem(), message.get_srcComponent()
-            self._sets.append(_Set(system, component, message.param_id, message.param_value, message.param_type))
+        if len(self._sets) == _MOST_SETS:
+            self._voice.drop()
+            return
+        system, component = message.get_srcSystem(), message.get_srcComponent()
+        self._sets.append(_Set(system, component, message.param_id, message.param_value, message.param_type))
 
     def _try(self, asked: _Set) -> bool:
         """Whether the value was taken; if not, the station is told why."""
@@ -231,11 +234,7 @@ class Parameters:
         except Refusal as refusal:
             if i >= 0:
                 self._tell(i)
-            self._voice.say(
-                dialect.MAVLink_param_error_message(
-                    asked.system, asked.component, asked.name.encode()[:16], i, refusal.error
-                )
-            )
+            self._error(asked.system, asked.component, asked.name, i, refusal.error)
             self._voice.tell(str(refusal), _WARNING)
             return False
         if self._book.settings[i].when is When.RESTART:
@@ -263,10 +262,8 @@ class Parameters:
     def _tell(self, i: int) -> None:
         self._told[i] = None
 
-    def _error(self, message: Message, i: int, error: int) -> None:
-        system, component = message.get_srcSystem(), message.get_srcComponent()
-        name = message.param_id.encode()[:16]
-        self._voice.say(dialect.MAVLink_param_error_message(system, component, name, i, error))
+    def _error(self, system: int, component: int, name: str, i: int, error: int) -> None:
+        self._voice.say(dialect.MAVLink_param_error_message(system, component, name.encode()[:16], i, error))
 
 
 def shortest(value: float) -> float:

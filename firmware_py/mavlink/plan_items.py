@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 from firmware_py.marine import Eta, local_to_geodetic
 from firmware_py.mavlink.codec import Message, dialect
-from firmware_py.mavlink.setpoints import Refusal, Sea
-from firmware_py.mavlink.voice import NO_FRAME
+from firmware_py.mavlink.setpoints import Sea
+from firmware_py.mavlink.voice import NO_FRAME, Refusal
 from firmware_py.records.fence import NO_FENCE, Fence
+from firmware_py.records.turning import AS_ASKED, Turning
 
 ACCEPTED: int = dialect.MAV_MISSION_ACCEPTED
 ERROR: int = dialect.MAV_MISSION_ERROR
@@ -77,11 +78,12 @@ class Raw(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """What no item of a mission may go beyond: depth and altitude, m, and the fence."""
+    """What no item of a mission may go beyond: depth and altitude, m, and the fence; and how wide its circles are."""
 
     depth_max: float = math.inf
     altitude_min: float = 0.0
     fence: Fence = NO_FENCE
+    turning: Turning = AS_ASKED
 
 
 def raw_of(message: Message) -> Raw:

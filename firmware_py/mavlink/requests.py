@@ -7,7 +7,7 @@ from collections.abc import Callable, Container
 from firmware_py.mavlink.codec import Message, dialect
 from firmware_py.mavlink.modes import Identity, available_modes
 from firmware_py.mavlink.streams import Streams
-from firmware_py.mavlink.voice import ACCEPTED, DENIED, UNSUPPORTED, Command, Do, Voice, ident
+from firmware_py.mavlink.voice import ACCEPTED, UNSUPPORTED, Command, Do, Refusal, Voice, ident
 from firmware_py.schedule import Tick
 
 _HEARTBEAT, _VERSION = dialect.MAVLINK_MSG_ID_HEARTBEAT, dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION
@@ -66,9 +66,11 @@ class Requests:
         name, which = map(ident, command.params[:2])
         if name == _MODES:
             modes = available_modes(self._identity, which)
+            if not modes:
+                raise Refusal(f"there is no mode {which}; 0 asks for all of them")
             for mode in modes:
                 self._voice.say(mode)
-            return ACCEPTED if modes else DENIED
+            return ACCEPTED
         if name == _INTERVAL:
             return self._tell_interval(which)
         if name not in self._messages:
@@ -81,8 +83,10 @@ class Requests:
         if name not in self._messages:
             return UNSUPPORTED
         if name == _HEARTBEAT:  # a vehicle without one is not there
-            return DENIED
-        return ACCEPTED if self._streams.pace(name, command.params[1], tick.t_ns) else DENIED
+            raise Refusal("the heartbeat keeps its rate")
+        if not self._streams.pace(name, command.params[1], tick.t_ns):
+            raise Refusal(f"{command.params[1]:g} us is no interval; -1 is never, 0 the usual one")
+        return ACCEPTED
 
     def _get_interval(self, _: Tick, command: Command) -> int:
         return self._tell_interval(ident(command.params[0]))
@@ -93,17 +97,19 @@ class Requests:
         if 0 <= name < 2**16:
             interval = self._streams.interval_us(name) if known else 0
             self._voice.say(dialect.MAVLink_message_interval_message(name, interval))
-        return ACCEPTED if known else DENIED
+        if not known:
+            raise Refusal(f"there is no message {name} here")
+        return ACCEPTED
 
     def _capabilities(self, _: Tick, command: Command) -> int:
         if command.params[0] != 1.0:
-            return DENIED
+            raise Refusal(f"{command.params[0]:g} asks for nothing; 1 asks for AUTOPILOT_VERSION")
         self._voice.show(_VERSION)
         return ACCEPTED
 
     def _high_latency(self, tick: Tick, command: Command) -> int:
         if command.params[0] not in (0.0, 1.0):
-            return DENIED
+            raise Refusal(f"{command.params[0]:g} is neither on (1) nor off (0)")
         self._streams.pace(_HIGH_LATENCY, 5e6 if command.params[0] else -1.0, tick.t_ns)
         return ACCEPTED
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from firmware_py.marine import Origin, geodetic_to_local
 from firmware_py.mavlink.codec import Message, dialect
 from firmware_py.mavlink.orders import Orders, Wish, heeds
-from firmware_py.mavlink.voice import DENIED, NO_FRAME, REJECTED, UNSUPPORTED, WARNING, Command, Do, Voice
+from firmware_py.mavlink.voice import NO_FRAME, REJECTED, UNSUPPORTED, WARNING, Command, Do, Refusal, Voice
 from firmware_py.records.order import KEEP_SETPOINT, Arming, Asker, Mode, Setpoint
 from firmware_py.schedule import NS_PER_S, Tick
 
@@ -29,14 +29,6 @@ _FARTHEST = 1e5
 _IGNORE_PLACE, _IGNORE_DEPTH, _IGNORE_YAW = 1 | 2, 4, 1024
 _IGNORE_VELOCITY, _IGNORE_REST = 8 | 16, 64 | 128 | 256 | 2048
 _TELL_AGAIN_NS = 10 * NS_PER_S
-
-
-class Refusal(Exception):
-    """Why not, with the MAV_RESULT that says so."""
-
-    def __init__(self, text: str, result: int = DENIED) -> None:
-        super().__init__(text)
-        self.result = result
 
 
 class Sea(NamedTuple):
@@ -109,14 +101,10 @@ class Setpoints:
 
     def _does(self, maker: Callable[[Command], tuple[Setpoint, Mode | None]]) -> Do:
         def do(tick: Tick, command: Command) -> int | None:
-            try:
-                setpoint, mode = maker(command)
-                self._refuse_beyond(setpoint)
-                if mode is None and (why := heeds(self._orders.mode, setpoint)):
-                    raise Refusal(why, REJECTED)
-            except Refusal as refusal:
-                self._voice.tell(f"command {command.number}: {refusal}", WARNING)
-                return refusal.result
+            setpoint, mode = maker(command)
+            self._refuse_beyond(setpoint)
+            if mode is None and (why := heeds(self._orders.mode, setpoint)):
+                raise Refusal(why, REJECTED)
             who = (self._link, command.system, command.component, command.number)
             self._orders.ask(Wish(*who, Arming.KEEP, mode, setpoint), command.again, tick.t_ns)
             return None

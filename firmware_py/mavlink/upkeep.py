@@ -10,7 +10,7 @@ from firmware_py.marine import geodetic_to_local
 from firmware_py.mavlink.codec import Message, dialect
 from firmware_py.mavlink.orders import Orders
 from firmware_py.mavlink.setpoints import Sea
-from firmware_py.mavlink.voice import ACCEPTED, DENIED, REJECTED, UNSUPPORTED, WARNING, Command, Do, Voice
+from firmware_py.mavlink.voice import ACCEPTED, REJECTED, UNSUPPORTED, WARNING, Command, Do, Refusal, Voice
 from firmware_py.records.order import Mode
 from firmware_py.schedule import Tick
 
@@ -41,28 +41,25 @@ class Upkeep:
             dialect.MAVLINK_MSG_ID_SET_HOME_POSITION: self._home,
         }
 
-    def _armed(self, what: str) -> bool:
-        armed = self._orders.mode is not Mode.DISARMED
-        if armed:
-            self._voice.tell(f"{what} refused: armed; disarm first", WARNING)
-        return armed
+    def _refuse_armed(self) -> None:
+        if self._orders.mode is not Mode.DISARMED:
+            raise Refusal("the vehicle is armed; disarm first", REJECTED)
 
     def _restart(self, _: Tick, command: Command) -> int:
         """Nobody restarts an armed vehicle, by force neither."""
+        if command.params[0] == 0.0:
+            return ACCEPTED  # nothing was asked for
         what = {1.0: "reboot", 2.0: "shutdown"}.get(command.params[0])
         if what is None:
-            return DENIED if command.params[0] else ACCEPTED
-        if self._armed(what):
-            return REJECTED
+            raise Refusal(f"{command.params[0]:g} is neither a reboot (1) nor a shutdown (2)")
+        self._refuse_armed()
         if not self._orders.may_end:
-            self._voice.tell(f"{what} refused: this flight is ended where it was begun", WARNING)
-            return DENIED
-        self._orders.ending = what
+            raise Refusal("this flight is ended where it was begun")
+        self._orders.ending, self._orders.ender = what, f"{command.system}/{command.component}"
         return ACCEPTED
 
     def _calibrate(self, _: Tick, command: Command) -> int:
-        if self._armed("calibration"):
-            return REJECTED
+        self._refuse_armed()
         if not any(command.params):
             return ACCEPTED  # nothing was asked for
         self._voice.tell(
@@ -73,26 +70,30 @@ class Upkeep:
     def _set_home(self, _: Tick, command: Command) -> int:
         current, (x, y, z) = command.params[0], command.params[4:]
         if current == 1.0:
-            self._voice.tell("home stays at the origin of the local frame, not where the vehicle is", WARNING)
-            return DENIED
+            raise Refusal("home stays at the origin of the local frame, not where the vehicle is")
         scale = _E7 if command.frame >= 0 else 1.0
         return self._agree(x * scale, y * scale, z, "home", _HOME)
 
     def _home(self, _: Tick, m: Message) -> None:
-        self._agree(m.latitude * _E7, m.longitude * _E7, m.altitude * _MM, "home", _HOME)
+        self._agree_with(m, "home", _HOME)
 
     def _origin(self, _: Tick, m: Message) -> None:
-        self._agree(m.latitude * _E7, m.longitude * _E7, m.altitude * _MM, "origin", _ORIGIN)
+        self._agree_with(m, "origin", _ORIGIN)
+
+    def _agree_with(self, m: Message, what: str, name: int) -> None:
+        try:
+            self._agree(m.latitude * _E7, m.longitude * _E7, m.altitude * _MM, what, name)
+        except Refusal as refusal:
+            self._voice.tell(f"{m.get_type()} refused: {refusal}", WARNING)
 
     def _agree(self, latitude: float, longitude: float, altitude: float, what: str, name: int) -> int:
         """Says what holds, and that it does not change for another."""
         self._voice.show(name)
         origin, surface = self._sea
         if not math.isfinite(latitude + longitude + altitude):
-            return DENIED
+            raise Refusal(f"{latitude:g}, {longitude:g}, {altitude:g} m is no place")
         x, y = geodetic_to_local(origin, math.radians(latitude), math.radians(longitude))
         if math.hypot(x, y) <= _AGREES and abs(altitude - surface) <= _AGREES:
             return ACCEPTED
         at = f"{math.degrees(origin.latitude):.6f}, {math.degrees(origin.longitude):.6f}, {surface:g} m"
-        self._voice.tell(f"{what} stays at {at}: [origin] and surface_altitude of the configuration say so", WARNING)
-        return DENIED
+        raise Refusal(f"{what} stays at {at}: [origin] and surface_altitude of the configuration say so")

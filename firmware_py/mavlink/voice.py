@@ -18,6 +18,14 @@ NO_FRAME = 9
 WARNING: int = dialect.MAV_SEVERITY_WARNING
 
 
+class Refusal(Exception):
+    """Why something is not done, in words for people, with the MAV_RESULT that says so."""
+
+    def __init__(self, text: str, result: int = DENIED) -> None:
+        super().__init__(text)
+        self.result = result
+
+
 class Voice(Protocol):
     """The link that a message came by."""
 
@@ -25,7 +33,10 @@ class Voice(Protocol):
         """Sends a message."""
 
     def tell(self, text: str, matters: int) -> None:
-        """Sends a sentence."""
+        """Sends a sentence, which names modes as `records.order.Mode` does."""
+
+    def drop(self) -> None:
+        """Counts a message that there was no room for."""
 
     def show(self, name: int) -> None:
         """Sends a message that is made of the next cycle."""
@@ -46,7 +57,10 @@ class Command(NamedTuple):
 
 
 Do = Callable[[Tick, Command], int | None]
-"""Does a command: its result, or None if the answer comes with the cycle that obeys."""
+"""Does a command: its result, or None if the answer comes with the cycle that obeys.
+
+It raises `Refusal` where it does not, so that no station is refused without a word.
+"""
 
 
 def ident(value: float) -> int:

@@ -27,7 +27,7 @@ class Mode(enum.IntEnum):
     GUIDED = 6
     """As a station says it, setpoint by setpoint: to a place and around it, or on a heading."""
     RETURN = 7
-    """To the nearest rally point at the depth that is, then up; up at once where there is none."""
+    """To a rally point, as `fence.haven` has it, at the depth that is, then up; up at once where there is none."""
 
 
 class Arming(enum.IntEnum):

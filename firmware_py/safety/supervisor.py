@@ -12,7 +12,7 @@ from typing import NamedTuple
 from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.fence import NO_FENCE, Fence
-from firmware_py.records.order import Arming, Mode, Order
+from firmware_py.records.order import NOBODY, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.rules import ARMING, RULES, Conditions, Rule, SafetyParams, safer
 from firmware_py.schedule import NS_PER_S, Tick
@@ -59,14 +59,14 @@ class Supervisor:
         late = (was.late << 1 | (tick.late_ns > tick.dt_ns)) & ((1 << NS_PER_S // tick.dt_ns) - 1)
         self.events = ()
         ready = True
-        wanted, cause = self._ordered(was.mode, order), "ordered"
+        wanted, cause = self._ordered(was.mode, order), ""
         done = mission_done and was.mode is wanted
         c = self._conditions(tick, frame, state, wanted, late.bit_count(), done)
 
         held = tuple([n + 1 if holds(c, params) else 0 for (holds, _), n in zip(self._rules, was.held, strict=True)])
         if wanted is not Mode.DISARMED:
             if was.mode is Mode.DISARMED and (refusals := self._refusals(c, held)):
-                self._say("arming refused: " + "; ".join(refusals))
+                self._say(f"arming refused{_named(' to', order.asker)}: {'; '.join(refusals)}")
                 wanted = Mode.DISARMED
             elif any(held):
                 wanted, cause = self._ruled(wanted, c, held, tick.dt_ns)
@@ -76,6 +76,7 @@ class Supervisor:
             if order.arming is Arming.CHECK and was.mode is Mode.DISARMED:
                 self._say("arming would be refused: " + "; ".join(refusals) if refusals else "ready to be armed")
         if wanted is not was.mode:
+            cause = cause or f"ordered{_named(' by', order.asker)}"
             self._say(f"{was.mode.name} -> {wanted.name}: {cause}")
         self._memory = SupervisorMemory(wanted, held, late)
         return ModeState(wanted, mission_done and was.mode is not Mode.RETURN, c.late, ready)
@@ -95,20 +96,20 @@ class Supervisor:
         """The mode that an order asks for, where it may be asked for."""
         if order.arming == Arming.DISARM or order.mode == Mode.DISARMED:
             return Mode.DISARMED
-        asked = order.mode
+        asked, why = order.mode, ""
         if mode is Mode.DISARMED and order.arming == Arming.ARM:
             if asked is None:
                 asked = Mode.MANUAL  # with centred sticks and a stopped propeller
         elif asked is None or asked is mode:
             return mode
         elif mode is Mode.DISARMED:
-            self._say(f"{asked.name} refused: disarmed")
-            return mode
+            why = "disarmed; arm first"
         elif mode is Mode.SURFACE:
-            self._say(f"{asked.name} refused: surfacing, which only disarming ends")
-            return mode
+            why = "surfacing, which only disarming ends"
         if asked is Mode.MISSION and not self._has_mission:
-            self._say("MISSION refused: no mission is loaded")
+            why = why or "no mission is loaded"
+        if why:
+            self._say(f"{asked.name} refused{_named(' to', order.asker)}: {why}")
             return mode
         return asked
 
@@ -140,8 +141,8 @@ class Supervisor:
         return list(dict.fromkeys(self._sentence(rule, c) for rule in checks + rules))
 
     def _ruled(self, wanted: Mode, c: Conditions, held: tuple[int, ...], dt_ns: int) -> tuple[Mode, str]:
-        """The ordered mode, or the safest that a rule asks for whose time has come, and why."""
-        mode, cause = wanted, "ordered"
+        """The ordered mode, or the safest that a rule asks for whose time has come, and why; "" if no rule does."""
+        mode, cause = wanted, ""
         for rule, (_, after_ns), n in zip(RULES, self._rules, held, strict=True):
             if (n - 1) * dt_ns < after_ns:
                 continue
@@ -153,3 +154,8 @@ class Supervisor:
 
     def _sentence(self, rule: Rule, c: Conditions) -> str:
         return rule.because.format(c=c, p=self._params)
+
+
+def _named(how: str, asker: Asker) -> str:
+    """Which station it was, by system and component; nothing if it was none."""
+    return "" if asker == NOBODY else f"{how} station {asker.system}/{asker.component}"

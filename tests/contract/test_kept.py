@@ -14,7 +14,7 @@ from firmware_py.adapters.store import StoreError
 from firmware_py.marine import Origin
 from firmware_py.mavlink.node import KEPT, MavlinkParams
 from firmware_py.mavlink.status import Actuators
-from firmware_py.records.order import NO_ORDER, Arming, Asker, Order
+from firmware_py.records.order import NO_ORDER, NOBODY, Arming, Asker, Mode, Order, Setpoint
 from firmware_py.schedule import Tick
 
 from .test_ground import CONFIG, DT_NS, frame
@@ -124,5 +124,8 @@ def test_of_several_grounds_every_change_is_made_and_the_last_jump_holds() -> No
     ]
     merged = merge(orders)
     assert (merged.changes, merged.jump, merged.arming, merged.asker) == (("a", "b", "c"), 0, Arming.DISARM, asker)
+    other = Order(setpoint=Setpoint(4.0, 0.0, 1.0), asker=asker)
+    assert merge([Order(mode=Mode.HOLD), other]).asker == NOBODY  # what a station asked for is not who ordered the mode
+    assert merge([NO_ORDER, other, Order(t_sticks=1.0)]).asker == asker
     assert merge([Order(changes=("a",)), NO_ORDER]).changes == ("a",)
     assert merge([Order(t_sticks=1.0), Order(t_sticks=2.0)]).jump == -1

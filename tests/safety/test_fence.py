@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.records.fence import NO_FENCE, Disc, Fence, Place, Polygon, from_plain, nearest, plain
+from firmware_py.records.fence import NO_FENCE, Disc, Fence, Place, Polygon, from_plain, haven, plain
 from firmware_py.records.order import Arming, Mode
 from firmware_py.safety.supervisor import Supervisor
 
@@ -88,9 +88,25 @@ def test_a_circle_is_all_on_one_side_of_an_edge_that_does_not_reach_it(area, cen
         assert len({area.holds(*place) for place in places}) == 1
 
 
-def test_the_nearest_place_is_the_nearest() -> None:
-    assert nearest((Place(10.0, 0.0), Place(0.0, 9.0), Place(-9.5, 0.0)), 0.0, 0.0) == Place(0.0, 9.0)
-    assert nearest((), 0.0, 0.0) is None
+EAST, NORTH, WEST, FAR = Place(0.0, 9.0), Place(10.0, 0.0), Place(0.0, -9.5), Place(40.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("fence", "x", "best"),
+    [
+        (NO_FENCE, 0.0, EAST),
+        (Fence((), (Disc(0.0, 5.0, 1.0),)), 0.0, WEST),  # the way to the nearest is barred
+        (Fence((), (Disc(0.0, 9.0, 1.0), Disc(0.0, -5.0, 1.0))), 0.0, NORTH),
+        (Fence((Disc(0.0, 0.0, 5.0),)), 0.0, None),  # none is in it
+        (Fence((Disc(40.0, 0.0, 5.0),)), 0.0, FAR),  # from beyond it no way is free
+        (Fence((Disc(0.0, 0.0, 5.0),)), 20.0, None),
+    ],
+)
+def test_a_haven_is_the_nearest_place_to_which_a_straight_way_keeps_to_the_fence(
+    fence: Fence, x: float, best: Place | None
+) -> None:
+    assert haven((NORTH, EAST, WEST, FAR), fence, x, 0.0) == best
+    assert haven((), fence, x, 0.0) is None
 
 
 def fenced(mode: Mode) -> Boat:

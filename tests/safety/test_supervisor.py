@@ -13,7 +13,7 @@ from firmware_py.marine import Eta, Nu
 from firmware_py.params import dump, load
 from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.order import NO_ORDER, Arming, Mode, Order
+from firmware_py.records.order import NO_ORDER, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame, never
 from firmware_py.safety.rules import ARMING, RULES, SafetyParams, safer
 from firmware_py.safety.supervisor import Supervisor
@@ -101,7 +101,7 @@ def test_a_mode_ordered_while_disarmed_is_refused_with_a_sentence() -> None:
     boat = Boat()
     for mode in (Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.SURFACE):
         assert boat.tick(Order(mode=mode)) is Mode.DISARMED
-        assert boat.events == (f"{mode.name} refused: disarmed",)
+        assert boat.events == (f"{mode.name} refused: disarmed; arm first",)
 
 
 @pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.SURFACE])
@@ -119,6 +119,23 @@ def test_modes_change_by_order_while_armed() -> None:
         was = boat.mode
         assert boat.tick(Order(mode=mode)) is mode
         assert boat.events == (f"{was.name} -> {mode.name}: ordered",)
+
+
+def test_events_name_the_station_that_ordered_or_was_refused() -> None:
+    boat = Boat(has_mission=False)
+    one, two = Asker(0, 255, 190, 400), Asker(1, 254, 1, 176)
+    assert boat.tick(Order(mode=Mode.HOLD, asker=two)) is Mode.DISARMED
+    assert boat.events == ("HOLD refused to station 254/1: disarmed; arm first",)
+    boat.tick(replace(ARM, asker=one), frame={"fins": (old(1.1, 0.1, boat.k),) * 4})
+    assert boat.events == ("arming refused to station 255/190: not every fin heard within 1 s",)
+    boat.tick(replace(ARM, asker=one))
+    assert boat.events == ("DISARMED -> MANUAL: ordered by station 255/190",)
+    boat.tick(Order(mode=Mode.MISSION, asker=two))
+    assert boat.events == ("MISSION refused to station 254/1: no mission is loaded",)
+    boat.tick(Order(mode=Mode.HOLD, asker=two), z=99.0)  # it is a rule that surfaces
+    assert boat.events == ("MANUAL -> SURFACE: depth 99.00 m, limit 30 m",)
+    boat.tick(replace(DISARM, asker=two))
+    assert boat.events == ("SURFACE -> DISARMED: ordered by station 254/1",)
 
 
 def test_without_a_mission_there_is_no_mission_mode() -> None:

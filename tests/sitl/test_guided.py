@@ -56,6 +56,8 @@ class Operator:
         self.script = script
         self.mav = mavlink.MAVLink(None, 255, 190)
         self.results: list[tuple[int, int]] = []
+        self.distances: dict[int, float] = {}
+        """In which tick, and how far the target was, m, as a station shows it."""
 
     def read(self, tick: Tick) -> Order:
         if tick.t in self.script:
@@ -66,6 +68,8 @@ class Operator:
         for message in mavlink.MAVLink(None).parse_buffer(self.node.report(cycle)[0]) or []:
             if message.get_type() == "COMMAND_ACK":
                 self.results.append((message.command, message.result))
+            elif message.get_type() == "NAV_CONTROLLER_OUTPUT":
+                self.distances[cycle.tick.k] = message.wp_dist
 
 
 def command(number: int, *params: float):
@@ -105,6 +109,24 @@ def test_every_command_was_accepted_and_stands_in_the_log_with_who_gave_it(flown
     assert askers == [Asker(0, 255, 190, number) for number, _ in operator.results]
     modes = [Mode(mode) for mode in dict.fromkeys(log.columns["mode.mode"])]
     assert modes == [Mode.DISARMED, Mode.HOLD, Mode.GUIDED, Mode.LOITER]
+    changed = [text for _, text in log.events if " -> " in text]
+    assert changed == [
+        "DISARMED -> HOLD: ordered",
+        "HOLD -> GUIDED: ordered by station 255/190",
+        "GUIDED -> LOITER: ordered by station 255/190",
+    ]
+
+
+def test_stations_are_shown_how_far_the_place_is_and_on_a_circle_of_no_place_how_far_off_it(flown) -> None:
+    operator, log = flown
+    c, radius = log.columns, 1.25 * 1.8 / math.radians(4.0)
+    t, k = c["t"][[*operator.distances]], [*operator.distances]
+    shown, away = np.array([*operator.distances.values()]), np.hypot(c["state.eta.x"] - X, c["state.eta.y"] - Y)[k]
+    there = (t >= 5.0) & (t < 110.0)
+    assert there.sum() > 200
+    assert shown[there] == pytest.approx(away[there], abs=0.6)
+    assert not shown[(t >= 110.0) & (t < 155.0)].any()  # on a heading
+    assert shown[(t >= 190.0) & (t < 220.0)].max() < 0.2 * radius
 
 
 def test_it_goes_to_the_place_at_the_depth_and_circles_it_in_a_current(flown) -> None:

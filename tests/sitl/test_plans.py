@@ -72,6 +72,8 @@ class Planner:
         self.results: list[tuple[int, int]] = []
         self.reached: list[int] = []
         self.broken: set[int] = set()
+        self.targets: list[tuple[Mode, int, float, float, float, float]] = []
+        """Mode, item, place; and of the target distance, m, and bearing, deg, as a station shows them."""
 
     def read(self, tick: Tick) -> Order:
         said = self.script.get(tick.t)
@@ -97,6 +99,20 @@ class Planner:
                 self.reached.append(m.seq)
             elif kind == "FENCE_STATUS":
                 self.broken.add(m.breach_status)
+            elif kind == "NAV_CONTROLLER_OUTPUT":
+                here = *cycle.state.eta[:2], m.wp_dist, m.target_bearing
+                self.targets.append((cycle.mode.mode, cycle.reference.item, *here))
+
+    def seen(self, mode: Mode, item: int, x: float, y: float) -> bool:
+        """Whether the target was there throughout, m, and often enough to tell."""
+        found = [said[2:] for said in self.targets if said[0] is mode and (mode is not Mode.MISSION or said[1] == item)]
+        for here_x, here_y, distance, bearing in found:
+            north, east = x - here_x, y - here_y
+            off = math.radians(bearing) - math.atan2(east, north)
+            far = math.hypot(north, east)
+            if abs(distance - far) > 0.6 or (far > 3.0 and abs(math.remainder(off, math.tau)) > math.radians(0.6)):
+                return False
+        return len(found) > 10
 
 
 def flown(folder: Path, planner: Planner, duration: float, completes: str) -> Log:
@@ -159,6 +175,14 @@ def test_a_leg_above_the_bottom_and_a_circle_are_where_they_should_be(mission) -
     assert abs(c["state.eta.z"][around[-1]] - 8.0) < 0.5
 
 
+def test_stations_are_shown_how_far_the_current_item_is(mission) -> None:
+    planner, _ = mission
+    for item, x, y in ((0, 50, 0), (1, 120, 0), (2, 150, 40), (5, 150, 90), (6, 60, 90)):
+        assert planner.seen(Mode.MISSION, item, x, y), item
+    assert planner.seen(Mode.SURFACE, -1, 60, 90)
+    assert {said[4] for said in planner.targets if said[0] is Mode.HOLD} == {0}
+
+
 def test_what_stations_sent_is_in_the_log_and_is_replayed_to_the_byte(mission) -> None:
     _, log = mission
     kinds = [kind for documents in log.changes.values() for text in documents for kind in json.loads(text)]
@@ -166,20 +190,22 @@ def test_what_stations_sent_is_in_the_log_and_is_replayed_to_the_byte(mission) -
     assert replay(log, build).equal
 
 
-def test_return_to_launch_is_to_the_nearest_rally_point_and_then_up(tmp_path: Path) -> None:
-    rally = [at(RALLY_POINT, x, y, kind=RALLY) for x, y in ((400, 0), (20, 80))]
-    planner = Planner({1.0: rally, 2.0: command(RETURN)})
+def test_return_to_launch_is_to_the_nearest_rally_point_that_no_exclusion_is_before_and_then_up(tmp_path: Path) -> None:
+    rally = [at(RALLY_POINT, x, y, kind=RALLY) for x, y in ((400, 0), (20, 80), (30, -60))]
+    planner = Planner({0.75: [at(OUTSIDE, 15, -30, 0, 8, kind=FENCE)], 1.0: rally, 2.0: command(RETURN)})
     log = flown(tmp_path, planner, 150.0, "surfaced")
     assert log.end["completed"], log.end
     assert planner.results == [(RETURN, 0)]
+    assert planner.seen(Mode.RETURN, -1, 20, 80)
     modes = [text for _, text in log.events if " -> " in text]
-    assert modes[1:3] == ["HOLD -> RETURN: ordered", "RETURN -> SURFACE: returned"]
+    assert modes[1:3] == ["HOLD -> RETURN: ordered by station 255/190", "RETURN -> SURFACE: returned"]
     c = log.columns
     k = np.flatnonzero(c["mode.mode"] == Mode.SURFACE)[0]
     assert math.hypot(c["state.eta.x"][k] - 20.0, c["state.eta.y"][k] - 80.0) < 6.0
     assert c["state.eta.z"][k] == pytest.approx(6.0, abs=0.5)
     assert c["state.eta.z"][-1] < 1.0
     assert not c["mode.mission_done"].any()
+    assert replay(log, build).equal
 
 
 def test_beyond_the_fence_it_surfaces_says_why_and_turns_to_the_rally_point(tmp_path: Path) -> None:

@@ -129,8 +129,7 @@ class UnderFire:
         said[0] = owner + said[0]
         node = self.boat.node
         began = time.thread_time_ns()
-        for i, datagrams in enumerate(said):
-            node.hear(tick, i, datagrams)
+        node.listen(tick, said)
         order = node.order()
         self.cost_ns.append(time.thread_time_ns() - began)
         if order is not NO_ORDER:

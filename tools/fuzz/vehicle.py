@@ -89,7 +89,9 @@ class Ashore:
             "refused: signature": sum(codec.refused for codec in codecs),
             "of unknown id": sum(codec.unknown for codec in codecs),
             "cut: too much for a tick": sum(codec.dropped for codec in codecs),
-            "dropped: too much for a tick, or to wait": sum(link.dropped for link in self.node.links),
+            "dropped: too much for a tick, or to wait": sum(
+                link.dropped + link.untaken + link.unsaid for link in self.node.links
+            ),
             "answers that could not be packed": sum(codec.unsayable for codec in codecs),
         }
 
@@ -107,7 +109,7 @@ def ashore(configuration: Mapping[str, Any], signed: bool, rng: random.Random, s
     learned = params.estimation.coefficients.names if params.estimation.learning.enabled else ()
     plans = app.plans(configuration, state)
     node = Node(params.mavlink, origin, actuators, DOORS, learned, signing, book, plans)
-    node.limit(params.safety.depth_max, params.safety.altitude_min)
+    node.limit(params.safety.depth_max, params.safety.altitude_min, params.guidance.turning)
     node.may_end()
     found = Ashore(node, book, signing, Logs(rng))
     node.shelve(found.logs)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.guidance.route import Route
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.fence import Place
+from firmware_py.records.fence import NO_FENCE, Fence, Place, Polygon
 from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mission, Mode, Order, Surface, Waypoint
 
 from .test_guidance import Kinematic
@@ -38,8 +38,9 @@ class OverBottom(Kinematic):
         return dataclasses.replace(super().state, altitude=self.bottom(self.x) - self.z)
 
 
-def boat(*items, rally: tuple[Place, ...] = (), **start: float) -> Kinematic:
-    return Kinematic(Guidance(PARAMS, Mission(items), rally=rally), **{"z": 5.0, "u": 1.8, **start})
+def boat(*items, rally: tuple[Place, ...] = (), fence: Fence = NO_FENCE, **start: float) -> Kinematic:
+    guidance = Guidance(PARAMS, Mission(items), rally=rally, fence=fence)
+    return Kinematic(guidance, **{"z": 5.0, "u": 1.8, **start})
 
 
 def flown(vehicle: Kinematic, seconds: float) -> list[int]:
@@ -176,6 +177,40 @@ def test_returning_without_a_rally_point_is_over_at_once() -> None:
     vehicle.run(Mode.MISSION, 5.0)
     vehicle.step(Mode.RETURN)
     assert vehicle.guidance.finished
+
+
+WALL = Fence((), (Polygon(((40.0, -20.0), (40.0, 200.0), (50.0, 200.0), (50.0, -20.0))),))
+"""North of the boat, which starts at the origin."""
+
+
+@pytest.mark.parametrize("items", [(), (at(10.0), Surface(rally=True))])
+def test_a_rally_point_behind_an_exclusion_is_not_returned_to(items: tuple) -> None:
+    vehicle = boat(*items, rally=(Place(60.0, 0.0), Place(-90.0, 60.0)), fence=WALL)
+    vehicle.run(Mode.MANUAL, 0.1)
+    for _ in range(20 * 300):
+        vehicle.step(Mode.MISSION if items else Mode.RETURN)
+        assert WALL.breach(vehicle.x, vehicle.y) == ""
+        if vehicle.guidance.finished:
+            break
+    assert math.hypot(vehicle.x + 90.0, vehicle.y - 60.0) < PARAMS.line_of_sight.acceptance + 0.1
+
+
+def test_returning_is_over_at_once_and_says_why_where_no_way_keeps_to_the_fence() -> None:
+    vehicle = boat(rally=(Place(60.0, 0.0),), fence=WALL)
+    vehicle.run(Mode.MANUAL, 0.1)
+    vehicle.step(Mode.RETURN)
+    assert vehicle.guidance.finished
+    assert vehicle.events == ["no rally point has a straight way within the fence"]
+
+
+def test_surfacing_does_not_steer_for_a_rally_point_behind_an_exclusion() -> None:
+    vehicle = boat(rally=(Place(60.0, 0.0), Place(-200.0, 0.0)), fence=WALL, z=20.0)
+    vehicle.run(Mode.HOLD, 1.0)
+    vehicle.run(Mode.SURFACE, 120.0)
+    assert vehicle.x < -20.0
+    alone = boat(rally=(Place(60.0, 0.0),), fence=WALL, z=20.0, psi=-2.0)
+    alone.run(Mode.MANUAL, 0.1)
+    assert alone.run(Mode.SURFACE, 60.0)[-1].psi_d == pytest.approx(-2.0, abs=1e-6)
 
 
 def test_who_turns_round_on_the_way_back_goes_on_with_the_mission_and_returns_from_there_anew() -> None:

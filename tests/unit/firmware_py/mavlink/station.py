@@ -120,6 +120,22 @@ def parse(datagram: bytes) -> list:
     return messages
 
 
+def put_together(messages) -> list[str]:
+    """By the standard: chunks of one id in sequence; a null character in the field ends the text."""
+    texts, open_text = [], {}
+    for message in messages:
+        field = message.text.encode()
+        if message.id == 0:
+            texts.append(message.text)
+            continue
+        assert message.chunk_seq == len(open_text.setdefault(message.id, []))
+        open_text[message.id].append(message.text)
+        if len(field) < 50:
+            texts.append("".join(open_text.pop(message.id)))
+    assert not open_text
+    return texts
+
+
 def told(surface: float = 0.0, **changes) -> dict[str, object]:
     """Every message of one whole second in which nothing changes, by name; the last of each."""
     boat = node(surface)
@@ -176,6 +192,8 @@ class Boat:
         self.incoming: list[list[bytes]] = [[] for _ in range(links)]
         self.stations = [Station(self, link) for link in range(links)]
         self.mode = Mode.DISARMED
+        self.state: dict[str, object] = {}
+        """What of its state is not as in `STATE`."""
         self.orders: list[Order] = []
         self.k = 0
 
@@ -189,7 +207,7 @@ class Boat:
             self.mode, events = self.supervisor(self.mode, order)
             self.orders.append(order)
             for station, datagram in zip(
-                self.stations, self.node.report(cycle(self.k, self.mode, order, events)), strict=True
+                self.stations, self.node.report(cycle(self.k, self.mode, order, events, **self.state)), strict=True
             ):
                 station.messages += parse(datagram)
             self.k += 1

@@ -401,7 +401,7 @@ def test_a_rate_that_is_none_is_denied_and_so_is_silence_of_the_heartbeat(interv
     (station,) = boat.stations
     station.command(INTERVAL, mavlink.MAVLINK_MSG_ID_ATTITUDE, interval_us)
     station.command(INTERVAL, mavlink.MAVLINK_MSG_ID_HEARTBEAT, -1)
-    boat.step()
+    boat.step(3)
     assert station.acks() == [(INTERVAL, DENIED), (INTERVAL, DENIED)]
     boat.step(99)
     assert sorted({m.get_type() for m in station.messages} & {"ATTITUDE", "HEARTBEAT"}) == ["ATTITUDE", "HEARTBEAT"]

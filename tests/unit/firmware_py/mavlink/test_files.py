@@ -58,11 +58,22 @@ class Shelf:
         return first
 
 
+class Quiet:
+    """A link that only counts what there was no room for."""
+
+    def __init__(self) -> None:
+        self.dropped = 0
+
+    def drop(self) -> None:
+        self.dropped += 1
+
+
 class Peer:
     """A link to the service, both ways through pymavlink's bytes; every `lose`-th answer is lost."""
 
     def __init__(self, shelf: Shelf | None = None, lose: int = 0, system: int = 255) -> None:
-        self.files = Files(Tree(MADE, shelf))
+        self.voice = Quiet()
+        self.files = Files(Tree(MADE, shelf), self.voice)
         self.mav = mavlink.MAVLink(self, system, 190)
         self.back = mavlink.MAVLink(None, 1, 1)
         self.lose, self.count, self.k = lose, 0, 0
@@ -224,6 +235,17 @@ def test_sessions_are_each_stations_own_and_make_room_when_idle() -> None:
     assert peer.ask(5, session=1, size=3)[0].opcode == ACK
     peer.ask(2)
     assert refused(peer, 5, session=1, size=3) == [NO_SESSION]
+
+
+def test_requests_beyond_what_may_wait_are_counted_and_repetitions_are_none() -> None:
+    peer = Peer()
+    for number in range(12):
+        for _ in range(3):
+            peer.ask(0, number=number, ticks=0)
+    assert peer.voice.dropped == 3 * 4
+    peer.step(8)
+    peer.ask(0, number=12, ticks=0)
+    assert peer.voice.dropped == 3 * 4
 
 
 def test_a_burst_is_numbered_on_ends_and_is_broken_off_with_its_session() -> None:

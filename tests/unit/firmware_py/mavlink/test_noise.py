@@ -117,7 +117,8 @@ def test_a_flood_is_cut_and_counted(flood: bytes) -> None:
     boat = node()
     (link,) = boat.links
     boat.hear(cycle().tick, 0, [flood] * 100)
-    assert link.dropped + link.codec.dropped >= 100 - limits.HEARD_PER_TICK
+    assert link.losses["flooding"] >= 100 - limits.HEARD_PER_TICK
+    assert link.lost == sum(link.losses.values())
 
 
 def test_a_flood_of_questions_fills_no_tick_beyond_its_share() -> None:
@@ -131,10 +132,12 @@ def test_a_flood_of_questions_fills_no_tick_beyond_its_share() -> None:
         assert len(station.messages) <= limits.SAID_PER_TICK
         names.update(message.get_type() for message in station.messages)
         station.messages.clear()
-    assert boat.node.links[0].dropped > 0
     assert (names["HEARTBEAT"], names["ATTITUDE"]) == (2, 20)
     boat.step(limits.MOST_WAITING)
-    station.messages.clear()
+    answered = names["COMMAND_ACK"] + len(station.heard("COMMAND_ACK"))
+    losses = boat.node.links[0].losses
+    assert losses["flooding"] == 200 * (40 - limits.HEARD_PER_TICK)
+    assert losses["not_said"] == 200 * limits.HEARD_PER_TICK - answered
     boat.step(100)
     assert "COMMAND_ACK" not in {message.get_type() for message in station.messages}
 

@@ -69,6 +69,7 @@ class Station:
         self.armed = False
         self.said: list[Any] = []
         self.texts: list[str] = []
+        self.dropped = 0
         self.service = Parameters(self.book, self, identity, lambda: self.armed)
         self.k = 0
         self.out, self.back = mavlink.MAVLink(None, 255, 190), mavlink.MAVLink(None, 1, 1)
@@ -81,6 +82,9 @@ class Station:
 
     def show(self, name: int) -> None:
         raise AssertionError
+
+    def drop(self) -> None:
+        self.dropped += 1
 
     def hear(self, message: Any) -> None:
         (heard,) = mavlink.MAVLink(None).parse_buffer(message.pack(self.out))
@@ -275,6 +279,7 @@ def test_a_storm_of_values_is_tried_one_a_tick_and_no_more_than_so_many_wait() -
     for k in range(1000):
         station.set("L_GAIN", k / 1000)
     assert len(station.book.changes()) == 0
+    assert station.dropped == 1000 - 16
     station.ticks(1)
     assert len(station.book.changes()) == 1
     station.ticks(100)

@@ -137,13 +137,17 @@ def test_the_checks_before_arming_are_run_on_request_and_only_while_disarmed() -
 
     boat = Boat(supervisor=supervisor)
     (station,) = boat.stations
-    for mode, result, texts in ((Mode.DISARMED, ACCEPTED, ["ready to be armed"]), (Mode.MANUAL, REJECTED, [])):
+    armed = "RUN_PREARM_CHECKS refused: the vehicle is armed: there is nothing to check"
+    for mode, result, text, severity in (
+        (Mode.DISARMED, ACCEPTED, "ready to be armed", mavlink.MAV_SEVERITY_INFO),
+        (Mode.MANUAL, REJECTED, armed, mavlink.MAV_SEVERITY_WARNING),
+    ):
         boat.mode = mode
         station.command(mavlink.MAV_CMD_RUN_PREARM_CHECKS)
         boat.step()
         said = [m for m in station.messages if m.get_type() == "STATUSTEXT"]
-        assert [m.text for m in said] == texts
-        assert {m.severity for m in said} <= {mavlink.MAV_SEVERITY_INFO}
+        assert "".join(m.text for m in said) == text
+        assert {m.severity for m in said} == {severity}
         assert station.acks() == [(mavlink.MAV_CMD_RUN_PREARM_CHECKS, result)]
 
 
@@ -205,7 +209,7 @@ def test_a_disarmed_vehicle_is_restarted(param: int, ending: str, result: int) -
     boat.stations[0].command(REBOOT, param)
     boat.step()
     assert boat.stations[0].acks() == [(REBOOT, result)]
-    assert boat.node.ending == ending
+    assert (boat.node.ending, boat.node.ender) == (ending, "255/190" if ending else "")
 
 
 def test_a_simulation_is_not_ended_from_afar() -> None:

@@ -9,23 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.texts import Texts, severity
 
-from .station import cycle, node, parse
-
-
-def put_together(messages) -> list[str]:
-    """By the standard: chunks of one id in sequence; a null character in the field ends the text."""
-    texts, open_text = [], {}
-    for message in messages:
-        field = message.text.encode()
-        if message.id == 0:
-            texts.append(message.text)
-            continue
-        assert message.chunk_seq == len(open_text.setdefault(message.id, []))
-        open_text[message.id].append(message.text)
-        if len(field) < 50:
-            texts.append("".join(open_text.pop(message.id)))
-    assert not open_text
-    return texts
+from .station import cycle, node, parse, put_together
 
 
 @given(st.lists(st.text(st.characters(min_codepoint=32, max_codepoint=126), max_size=300), max_size=5))
@@ -63,8 +47,9 @@ def test_the_number_of_a_sentence_is_never_that_of_short_ones() -> None:
         ("SURFACE -> DISARMED: attitude lost for 30 s", mavlink.MAV_SEVERITY_CRITICAL),
         ("MISSION -> SURFACE: mission done", mavlink.MAV_SEVERITY_NOTICE),
         ("MANUAL -> HOLD: ordered", mavlink.MAV_SEVERITY_NOTICE),
+        ("MANUAL -> HOLD: ordered by station 255/190", mavlink.MAV_SEVERITY_NOTICE),
         ("SURFACE -> DISARMED: surfaced", mavlink.MAV_SEVERITY_NOTICE),
-        ("HOLD refused: disarmed", mavlink.MAV_SEVERITY_WARNING),
+        ("HOLD refused to station 1/1: arm first", mavlink.MAV_SEVERITY_WARNING),
         ("water in the hull", mavlink.MAV_SEVERITY_WARNING),
         ("waypoint 1 of 3 passed", mavlink.MAV_SEVERITY_INFO),
         ("prbs: learned all 10, 1 sigma up to 2 % (Y_r)", mavlink.MAV_SEVERITY_NOTICE),
@@ -74,7 +59,8 @@ def test_the_number_of_a_sentence_is_never_that_of_short_ones() -> None:
 def test_what_is_grave_is_told_as_grave(event: str, expected: int) -> None:
     assert severity(event) == expected
     (text,) = [m for m in parse(node().report(cycle(7, events=(event,)))[0]) if m.get_type() == "STATUSTEXT"]
-    assert (text.text, text.severity) == (event, expected)
+    shown = event.replace("MISSION", "AUTO").replace("HOLD", "ALT_HOLD")
+    assert (text.text, text.severity) == (shown, expected)
 
 
 def test_what_a_manoeuvre_did_not_teach_arrives_whole_as_a_warning() -> None:

@@ -1,0 +1,114 @@
+"""Floods on several links at once: what a tick looks at is bounded over all of them, and nobody is drowned out."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from firmware_py.mavlink import link as limits
+from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.node import Node
+from firmware_py.records.order import Arming
+from firmware_py.schedule import Tick
+
+from .planner import home, item
+from .station import DT_NS, Boat, node
+
+LINKS = 3
+LONGEST = 280
+"""Bytes of a frame of MAVLink 2 at most."""
+RNG = random.Random(7)
+STATION = Boat().stations[0]
+ARM = STATION.pack(mavlink.MAVLink_command_long_message(1, 1, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 1, *[0] * 6))
+BROKEN = ARM[:-1] + bytes((ARM[-1] ^ 1,))
+FLOODS = {
+    "noise": [RNG.randbytes(RNG.randrange(1, 2000)) for _ in range(16)],
+    "beginnings": [b"\xfd" * 2000] * 16,
+    "long frames that are broken": [(b"\xfd\xff\x00\x00" + RNG.randbytes(276)) * 7] * 16,
+    "messages with a wrong byte": [BROKEN * 30] * 16,
+    "messages": [ARM * 30] * 16,
+}
+
+
+class Watched:
+    """A node whose every attempt at a frame is counted, by link."""
+
+    def __init__(self) -> None:
+        self.node: Node = node(identities=(Identity.ARDUSUB,) * LINKS)
+        self.tried: list[list[int]] = [[] for _ in range(LINKS)]
+        self.looked = [0] * LINKS
+        for i, link in enumerate(self.node.links):
+            self._watch(i, link.codec)
+
+    def _watch(self, i: int, codec) -> None:
+        decode, parse = codec._decode, codec.parse
+
+        def tried(frame: bytes, messages: list) -> bool:
+            self.tried[i].append(len(frame))
+            return decode(frame, messages)
+
+        def looked(data: bytes, most: int, t_ns: int = 0):
+            messages, count = parse(data, most, t_ns)
+            self.looked[i] += count
+            return messages, count
+
+        codec._decode, codec.parse = tried, looked
+
+    def listen(self, k: int, said: Sequence[Sequence[bytes]]) -> None:
+        for tried in self.tried:
+            tried.clear()
+        self.looked = [0] * LINKS
+        self.node.listen(Tick(k, DT_NS), said)
+
+
+@pytest.mark.parametrize("kind", FLOODS)
+@pytest.mark.parametrize("links", range(1, LINKS + 1))
+def test_what_a_tick_looks_at_is_bounded_over_all_links(kind: str, links: int) -> None:
+    watched = Watched()
+    said = [FLOODS[kind] if i < links else [] for i in range(LINKS)]
+    for k in range(20):
+        watched.listen(k, said)
+        assert sum(watched.looked) <= limits.HEARD_PER_TICK
+        assert sum(map(sum, watched.tried)) <= limits.HEARD_PER_TICK * LONGEST
+        for i in range(links):
+            assert watched.looked[i] >= limits.HEARD_PER_TICK // links
+    for i, link in enumerate(watched.node.links):
+        assert (link.losses["flooding"] > 0) == (i < links)
+
+
+@pytest.mark.parametrize("kind", FLOODS)
+@pytest.mark.parametrize("quiet", range(LINKS))
+def test_a_command_is_heard_beside_floods_on_all_other_links(kind: str, quiet: int) -> None:
+    watched = Watched()
+    said = [[ARM] if i == quiet else [datagram.replace(ARM, BROKEN) for datagram in FLOODS[kind]] for i in range(LINKS)]
+    watched.listen(0, said)
+    order = watched.node.order()
+    assert (order.arming, order.asker.link) == (Arming.ARM, quiet)
+    assert watched.node.links[quiet].lost == 0
+
+
+def test_what_others_leave_is_for_who_has_much_to_say() -> None:
+    watched = Watched()
+    watched.listen(0, [[ARM], [ARM], [ARM * 40]])
+    assert watched.looked == [1, 1, limits.HEARD_PER_TICK - 2]
+    watched.listen(1, [[], [ARM * 40], []])
+    assert watched.looked == [0, limits.HEARD_PER_TICK, 0]
+
+
+def test_of_many_missions_in_one_tick_one_is_adopted_the_last() -> None:
+    boat = Boat()
+    (station,) = boat.stations
+    depths = range(1, 11)
+    for depth in depths:
+        station.send(mavlink.MAVLink_mission_count_message(1, 1, 2))
+        for message in home(item(north=100.0, z=-float(depth))):
+            station.send(message)
+    boat.step()
+    ((document,),) = [order.changes for order in boat.orders if order.changes]
+    assert [waypoint.z for waypoint in document.mission.items] == [pytest.approx(depths[-1])]
+    boat.step(10)
+    assert [ack.type for ack in station.heard("MISSION_ACK")] == [mavlink.MAV_MISSION_ACCEPTED] * len(depths)
+    assert not any(order.changes for order in boat.orders[1:])

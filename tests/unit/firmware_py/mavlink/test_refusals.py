@@ -1,0 +1,186 @@
+"""Whatever is refused comes with one sentence, in the words of the link's stations."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from pymavlink import mavutil
+from pymavlink.dialects.v20 import all as mavlink
+
+from firmware_py.mavlink.codec import Message
+from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.modes import available_modes, worded
+from firmware_py.records.order import Mode, Order
+from firmware_py.safety.supervisor import SafetyParams, Supervisor
+from firmware_py.schedule import Tick
+
+from .station import DT_NS, STATE, Boat, Station, frame, node, put_together
+
+ACCEPTED, REJECTED, DENIED = 0, 1, 2
+COMMANDS = sorted(number for number in mavlink.enums["MAV_CMD"] if number != mavlink.MAV_CMD_ENUM_END)
+ARM, SET_MODE = mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_CMD_DO_SET_MODE
+NAN, INF = math.nan, math.inf
+PARAMS = st.sampled_from([0.0, 1.0, 2.0, 3.0, 7.0, -1.0, 0.5, 129.0, 300.0, 1e9, NAN, INF])
+ARDUSUB = {
+    Mode.MANUAL: "MANUAL",
+    Mode.HOLD: "ALT_HOLD",
+    Mode.MISSION: "AUTO",
+    Mode.SURFACE: "SURFACE",
+    Mode.LOITER: "POSHOLD",
+    Mode.GUIDED: "GUIDED",
+}
+"""As pymavlink's mode_mapping_sub has them, which MAVProxy shows."""
+
+
+def strict() -> object:
+    """The vehicle's own supervisor, without a mission."""
+    supervisor, ticks = Supervisor(SafetyParams(), has_mission=False), iter(range(1_000_000))
+
+    def decide(mode: Mode, order: Order) -> tuple[Mode, tuple[str, ...]]:
+        tick = Tick(next(ticks), DT_NS)
+        supervisor.thaw(supervisor.freeze()._replace(mode=mode))
+        return supervisor.update(tick, frame(tick.t), STATE, order, False).mode, supervisor.events
+
+    return decide
+
+
+def boat_in(mode: Mode) -> tuple[Boat, Station]:
+    boat = Boat(supervisor=strict())
+    boat.mode = mode
+    boat.step()
+    boat.stations[0].messages.clear()
+    return boat, boat.stations[0]
+
+
+def refused(messages: list[Message]) -> list[str]:
+    """The sentences of a refusal: no notices, and no change of mode."""
+    texts = put_together([m for m in messages if m.get_type() == "STATUSTEXT"])
+    return [text for text in texts if " refused" in text]
+
+
+@settings(max_examples=25)
+@given(st.lists(PARAMS, min_size=7, max_size=7), st.sampled_from(Mode), st.booleans())
+@example([0.0] * 7, Mode.DISARMED, False)
+@example([1.0] * 7, Mode.DISARMED, False)
+@example([1.0] * 7, Mode.HOLD, False)
+@example([3.0] * 7, Mode.DISARMED, True)
+@example([0.0, 0.0, 0.0, 0.0, NAN, NAN, NAN], Mode.SURFACE, False)
+def test_whatever_command_is_refused_says_why_in_one_sentence(params: list[float], mode: Mode, as_int: bool) -> None:
+    boat, station = boat_in(mode)
+    for number in COMMANDS:
+        boat.mode = mode
+        if as_int:
+            x, y = (int(value) if math.isfinite(value) else 0 for value in params[4:6])
+            station.send(mavlink.MAVLink_command_int_message(1, 1, 3, number, 0, 0, *params[:4], x, y, params[6]))
+        else:
+            station.command(number, *params)
+        boat.step(3)
+        (answer,) = [m.result for m in station.messages if m.get_type() == "COMMAND_ACK"]
+        least, most = answer in (DENIED, REJECTED), answer != ACCEPTED  # what is unsupported may do without
+        assert least <= len(refused(station.messages)) <= most, (number, answer, station.messages)
+        station.messages.clear()
+
+
+@pytest.mark.parametrize("mode", [Mode.HOLD, Mode.LOITER, Mode.GUIDED, Mode.MISSION, Mode.SURFACE, Mode.RETURN])
+def test_who_is_disarmed_is_told_to_arm_first(mode: Mode) -> None:
+    boat, station = boat_in(Mode.DISARMED)
+    for command in (
+        (mavlink.MAV_CMD_CONDITION_YAW, 90.0),
+        (mavlink.MAV_CMD_DO_CHANGE_SPEED, 1.0, 1.5),
+        (mavlink.MAV_CMD_DO_SET_STANDARD_MODE, mavlink.MAV_STANDARD_MODE_SAFE_RECOVERY),
+    ):
+        station.command(*command)
+        boat.step(3)
+        (sentence,) = refused(station.messages)
+        assert "arm first" in sentence
+        assert station.acks() == [(command[0], REJECTED)]
+    if mode in ARDUSUB:
+        (number,) = [number for number, name in mavutil.mode_mapping_sub.items() if name == ARDUSUB[mode]]
+        station.command(SET_MODE, 1, number)
+        boat.step(3)
+        assert refused(station.messages) == [f"{ARDUSUB[mode]} refused to station 255/190: disarmed; arm first"]
+
+
+@pytest.mark.parametrize("mode", Mode)
+def test_modes_are_called_what_the_links_stations_show(mode: Mode) -> None:
+    sentence = f"{mode.name} refused: surfacing; not MANUAL_CONTROL, MISSION_ITEM, holding"
+    ours, theirs = worded(Identity.ARDUSUB, sentence), worded(Identity.GENERIC, sentence)
+    assert ours.partition(" refused")[2] == theirs.partition(" refused")[2] == sentence.partition(" refused")[2]
+    assert ours.startswith(ARDUSUB.get(mode, mode.name) + " ")
+    listed = {message.mode_name for message in available_modes(Identity.GENERIC, 0)}
+    assert theirs.partition(" refused")[0] in listed | {"Disarmed"}
+
+
+def test_each_link_reads_an_event_in_its_own_words() -> None:
+    boat = Boat(links=2, supervisor=strict())
+    boat.node = node(identities=(Identity.ARDUSUB, Identity.GENERIC))
+    one, two = boat.stations
+    one.command(ARM, 1)
+    boat.step()
+    one.messages.clear()
+    two.messages.clear()
+    two.command(SET_MODE, 1, 2)
+    boat.step(2)
+    heard = [put_together([m for m in each.messages if m.get_type() == "STATUSTEXT"]) for each in (one, two)]
+    assert heard == [
+        ["MANUAL -> ALT_HOLD: ordered by station 255/190"],
+        ["Manual -> Depth hold: ordered by station 255/190"],
+    ]
+
+
+def test_what_waited_when_somebody_disarmed_says_so() -> None:
+    boat, station = boat_in(Mode.HOLD)
+    station.command(SET_MODE, 1, 19)
+    station.command(ARM, 0)
+    boat.step(3)
+    assert refused(station.messages) == ["DO_SET_MODE refused: disarming goes first"]
+    assert sorted(station.acks()) == [(SET_MODE, REJECTED), (ARM, ACCEPTED)]
+
+
+def test_an_order_that_others_overrule_says_what_holds() -> None:
+    boat = Boat(supervisor=lambda mode, order: (Mode.HOLD, ()))
+    boat.stations[0].command(ARM, 1)
+    boat.step()
+    boat.stations[0].messages.clear()
+    boat.stations[0].command(SET_MODE, 1, 9)
+    boat.step(2)
+    (sentence,) = refused(boat.stations[0].messages)
+    assert sentence == "DO_SET_MODE refused: another order was obeyed, and the mode is ALT_HOLD"
+
+
+def test_a_mission_is_not_cleared_while_one_is_sent_and_the_station_is_told() -> None:
+    boat = Boat(links=2)
+    sender, other = boat.stations
+    sender.send(mavlink.MAVLink_mission_count_message(1, 1, 3, 0))
+    boat.step()
+    other.send(mavlink.MAVLink_mission_clear_all_message(1, 1, 0))
+    boat.step(2)
+    assert refused(other.messages) == ["MISSION_CLEAR_ALL refused: a station is sending a plan"]
+    assert [m.type for m in other.messages if m.get_type() == "MISSION_ACK"] == [mavlink.MAV_MISSION_DENIED]
+
+
+def test_no_home_and_no_origin_is_taken_from_a_place_that_is_none() -> None:
+    boat, station = boat_in(Mode.DISARMED)
+    station.send(mavlink.MAVLink_set_gps_global_origin_message(1, 0, 0, 300_000))
+    boat.step(4)
+    (sentence,) = refused(station.messages)
+    assert sentence.startswith("SET_GPS_GLOBAL_ORIGIN refused: origin stays at 46.5")
+
+
+def test_the_protocols_version_is_told_by_the_capabilities_alone() -> None:
+    """The dialect has no PROTOCOL_VERSION (300); who asks for it is told so, and reads the capabilities."""
+    assert 300 not in mavlink.mavlink_map
+    boat, station = boat_in(Mode.DISARMED)
+    for command in ((mavlink.MAV_CMD_REQUEST_PROTOCOL_VERSION, 1), (mavlink.MAV_CMD_REQUEST_MESSAGE, 300)):
+        station.command(*command)
+        boat.step()
+        assert station.acks() == [(command[0], mavlink.MAV_RESULT_UNSUPPORTED)]
+    station.command(mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
+    boat.step()
+    (version,) = station.heard("AUTOPILOT_VERSION")
+    assert version.capabilities & mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+    boat.step(100)
+    assert {m.mavlink_version for m in station.heard("HEARTBEAT")} == {3}
