@@ -35,6 +35,7 @@ UNITS: dict[str, tuple[str, float]] = {
     "Hz": ("_hz", 1.0),
     "deg": ("_deg", math.pi / 180),
     "deg/s": ("_deg_s", math.pi / 180),
+    "deg/m": ("_deg_m", math.pi / 180),
     "rad": ("_rad", 1.0),
     "rpm": ("_rpm", 1.0 / 60.0),
     "rpm/s": ("_rpm_s", 1.0 / 60.0),

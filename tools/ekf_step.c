@@ -5,7 +5,7 @@
  */
 #include "ekf_step_model.h"
 
-enum { GROWTH, LEARNS, LOW, HIGH };
+enum { GROWTH, LEARNS, LOW, HIGH, STIRS };
 enum { CHANNELS = 9, FORCES = 6, BATCH = 3, EDDY = MOVING + 2, PHI = 6, THETA = 7, PSI = 8 };
 
 static const double PI = 3.141592653589793, COS_STEEP = 0.1;
@@ -152,10 +152,22 @@ static int shares(const Bank *e)
     return likeliest;
 }
 
+static double unknown(const Bank *e, const double *P)
+{
+    const int64_t width = e->width;
+    double variance = 0.0;
+    for (int64_t i = MOVING; i < MOVING + e->drift; i++)
+        variance += P[i * width + i];
+    if (e->drift == EDDIES)
+        variance += 2.0 * (P[MOVING * width + EDDY] + P[(MOVING + 1) * width + EDDY + 1]);
+    return variance;
+}
+
 static bool step(const Bank *e, const double *inputs, double h, const double *z, const double *variance, double *nis)
 {
     const int64_t n = e->n, width = e->width;
     const double *growth = e->rules, *low = growth + LOW * width, *high = growth + HIGH * width;
+    const double *stirs = growth + STIRS * width;
     double *S = taken(e);
     const int likeliest = shares(e);
     const double fade = exp(-h / e->memory), keep = exp(-h / e->eddy_time);
@@ -165,9 +177,10 @@ static bool step(const Bank *e, const double *inputs, double h, const double *z,
         double *x = e->x + b * width, *P = e->P + b * n * width, Phi[9][WIDTH], response[9][WIDTH];
         if (!predict(e, inputs, x, h, Phi, response))
             return false;
+        const double stir = e->eddies[b] * sqrt(unknown(e, P));
         spread(e, P, Phi, response);
         for (int64_t i = 0; i < n; i++)
-            P[i * width + i] += h * growth[i];
+            P[i * width + i] += h * (growth[i] + stir * stirs[i]);
         if (e->drift == EDDIES)
             for (int i = EDDY; i < EDDY + 3; i++) {
                 x[i] *= keep;

@@ -65,6 +65,8 @@ class CoefficientEkf:
         self.x, self.P, self.evidence = members.x, members.P, members.evidence
         self.age = np.zeros(1)
         self._begun = np.zeros(len(params.names), dtype=np.bool_)
+        self._believed = np.array(self.model.believed)
+        """What parameters begin with."""
         self._window, self._since = np.zeros((3, 3)), math.inf
         """Of `settling.lost`; and for how long it was not lost, s."""
         self.restarts = 0
@@ -88,6 +90,7 @@ class CoefficientEkf:
         for name, value in (values or {}).items():
             x[self.model.place(name)] = value
         self.x[:] = x
+        self._believed = x[self.model.first :]
         self.P[:] = np.diag(self.prior**2)
         self.evidence[:] = 0.0
         self.rejected[:] = 0
@@ -106,19 +109,24 @@ class CoefficientEkf:
     def _again(self) -> None:
         """The filter is lost. It takes up motion and water anew; if that was tried a moment ago, coefficients too.
 
-        Their values stay, for no others are better known; how uncertain they are is as in the beginning.
+        They are as uncertain then as in the beginning. Their values stay, for no others are better known; but before a
+        review has confirmed them, those of the beginning are.
         """
         self.restarts += 1
         mean = self.blend()[0]
         self._drift()
-        if self._since < SOON or not self.review.settled(self.age[0]):
+        settled = self.review.settled(self.age[0])
+        if not settled:
+            self.x[:, self.model.first :] = self._believed
+        if self._since < SOON or not settled:
             self._forget(self.model.first, self.model.size, self.prior[self.model.first :] ** 2)
             self.age[:] = 0.0
         self._since = 0.0
         self._window[:] = 0.0
         self.evidence[:] = 0.0
-        self.resume(mean[:6], mean[6:9], ASTRAY)
-        self.review.begin(self.bank, self.age[0])
+        self.bank.resume(mean[:9], np.square(ASTRAY))
+        if settled:
+            self.review.begin(self.bank, self.age[0])
 
     def _drift(self) -> None:
         """The current is as unknown as in the beginning."""

@@ -101,12 +101,20 @@ class CoefficientParams:
         0.0, unit="s", low=0.0, high=1000.0, doc="For so long the water is found before coefficients.", mav="WAIT"
     )
     settling: float = param(
-        10.0, unit="s", low=0.1, high=1000.0, doc="Time constant with which the next two fade.", mav="SETTLE"
+        10.0, unit="s", low=0.1, high=1000.0, doc="Time constant with which the next four fade.", mav="SETTLE"
     )
     speed_settling: float = param(
         0.0, unit="m/s", low=0.0, high=1.0, doc="Random walk of u, v, w as learning begins, by sqrt(s).", mav="U_SETTLE"
     )
     rate_settling: float = param(0.0, unit="deg/s", low=0.0, high=10.0, doc="The same of p, q, r.", mav="R_SETTLE")
+    speed_stirred: float = param(
+        0.0,
+        low=0.0,
+        high=10.0,
+        doc="What that of u, v, w is more from the start, of the mean of eddies and water that is not known.",
+        mav="U_STIR",
+    )
+    rate_stirred: float = param(0.0, unit="deg/m", low=0.0, high=100.0, doc="The same of p, q, r.", mav="R_STIR")
     reviews: tuple[float, ...] = param(
         (),
         unit="s",

@@ -69,6 +69,9 @@ class ReviewMemory(NamedTuple):
     span: float
     turn: int
     row: int
+    scout: tuple[int, int]
+    stage: int
+    sound: bool
     age: float
     fruitful: bool
     running: bool

@@ -8,7 +8,7 @@ from firmware_py.compiled import kernel
 from firmware_py.estimation.ekf import BATCH, CHANNELS, cut, fuse, spread
 from firmware_py.estimation.jacobians import Array
 from firmware_py.estimation.prediction import EDDIES, RESPONSE
-from firmware_py.estimation.settling import GROWTH, HIGH, LEARNS, LOW
+from firmware_py.estimation.settling import GROWTH, HIGH, LEARNS, LOW, STIRS
 from firmware_py.estimation.transition import MOVING, Picks
 
 EDDY = MOVING + 2
@@ -26,6 +26,17 @@ def wrapped(angle: float) -> float:
     if -math.pi <= angle < math.pi:
         return angle
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+@kernel("f8(f8[:,::1],i8)")
+def unknown(P: Array, water: int) -> float:
+    """Variance of the water's velocity, all axes together, (m/s)^2; P is a covariance, (n, padded)."""
+    variance = 0.0
+    for i in range(MOVING, MOVING + water):
+        variance += P[i, i]
+    if water == EDDIES:
+        variance += 2.0 * (P[MOVING, EDDY] + P[MOVING + 1, EDDY + 1])
+    return variance
 
 
 @kernel(
@@ -86,9 +97,10 @@ def observe(
     n, width = P.shape
     T, F, S = room[:MOVING], room[MOVING : MOVING + CHANNELS], room[MOVING + CHANNELS :]
     learns = rules[LEARNS]
+    stir = eddy * math.sqrt(unknown(P, water))
     spread(P, work[:MOVING], work[RESPONSE : RESPONSE + MOVING], picks, weight, y, water, first, T, F)
     for i in range(n):
-        P[i, i] += h * rules[GROWTH, i]
+        P[i, i] += h * (rules[GROWTH, i] + stir * rules[STIRS, i])
     if water == EDDIES:
         for i in range(EDDY, EDDY + 3):
             x[i] *= keep

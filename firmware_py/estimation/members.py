@@ -14,7 +14,7 @@ from firmware_py.estimation.jacobians import Array
 from firmware_py.estimation.member import ROOM
 from firmware_py.estimation.observer_model import GROUPS, ObserverModel
 from firmware_py.estimation.prediction import CURRENT, EDDIES, STILL
-from firmware_py.estimation.settling import BEGINNING, FLOOR, HIGH, LOW, MAY, RULES
+from firmware_py.estimation.settling import BEGINNING, FLOOR, HIGH, LOW, MAY, RULES, STIRRED
 from firmware_py.estimation.transition import MOVING
 from firmware_py.params import ParamError
 from firmware_py.vehicle.vehicle import Vehicle
@@ -73,6 +73,7 @@ class Members:
         rules[FLOOR, :3], rules[FLOOR, 3:6] = params.speed_noise**2, params.rate_noise**2
         rules[FLOOR, first : first + count] = (params.walk * scale[:count]) ** 2
         rules[BEGINNING, :3], rules[BEGINNING, 3:6] = params.speed_settling**2, params.rate_settling**2
+        rules[STIRRED, :3], rules[STIRRED, 3:6] = params.speed_stirred**2, params.rate_stirred**2
         rules[MAY] = 1.0
         rules[MAY, first + count + len(nuisances) :] = 0.0
         rules[LOW], rules[HIGH] = -math.inf, math.inf
@@ -119,4 +120,12 @@ class Members:
             *(m.c, m.inverse, m.picks, m.weight, m.water, m.first, m.heavy, m.work, m.y, self._room, self.rules),
             *(self._bias, params.turbulence_time, params.memory, params.gate),
             *(self.eddies, self._x, self._P, self.evidence, self.weights, *more),
+        )
+
+    def alone(self, rules: Array, *more: Any) -> tuple[Any, ...]:
+        """Those of `smoother.scout` that a filter has in common with these, its rules, and more."""
+        m, params = self.model, self._params
+        return (
+            *(m.c, m.inverse, m.picks, m.weight, m.water, m.first, m.heavy, m.work, m.y, self._room, rules),
+            *(self._bias, params.turbulence_time, params.gate, *more),
         )

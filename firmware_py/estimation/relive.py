@@ -11,6 +11,7 @@ from firmware_py.estimation.jacobians import Array
 from firmware_py.estimation.member import PHI, PSI, observe, wrapped
 from firmware_py.estimation.prediction import RESPONSE, predict
 from firmware_py.estimation.settling import WINDOW, lost
+from firmware_py.estimation.smoother import place
 from firmware_py.estimation.tape import INPUTS, ROW, VARIANCE, H, Z
 from firmware_py.estimation.transition import MOVING, WATER, Picks
 
@@ -46,9 +47,7 @@ def follow(
         x[i] = moved
 
 
-@kernel(
-    f"b1({MODEL},{BANK},f8[:,::1],i8,i8,f8[:,::1],f8[:,:,::1],f8[:,::1],f8[::1],f8[:,::1],f8[::1],i8[::1],f8[:,::1])"
-)
+@kernel(f"b1({MODEL},{BANK},f8[:,::1],i8,i8,f8[:,::1],f8[::1],f8[:,::1],f8[::1],i8[::1],f8[:,::1],f8[::1])")
 def relive(
     c: Array,
     inverse: Array,
@@ -73,14 +72,13 @@ def relive(
     tape: Array,
     begin: int,
     end: int,
+    path: Array,
     about: Array,
-    about_P: Array,
-    about_rules: Array,
-    about_eddy: Array,
     apart: Array,
     nis: Array,
     rejected: Picks,
     window: Array,
+    poor: Array,
 ) -> bool:
     """Takes a bank through rows of a tape, all members by the slopes of one state.
 
@@ -89,39 +87,39 @@ def relive(
         tape: (rows, ROW).
         begin: the row to begin with; `end` is behind the last.
         end: see begin.
-        about: the state that slopes are drawn about, (1, padded); a filter too, in which parameters are known, as is
-            the steady current: it goes the way that the motion went with them.
-        about_P: its covariance, (1, n, padded).
-        about_rules: its rules, see `settling`.
-        about_eddy: the intensity that it reckons with, m/s, (1,).
+        path: motion and eddies that slopes are drawn about, before each row, as `smoother.smooth` leaves them.
+        about: the rest of that state, (padded,); changed where it moves.
         apart: scratch, (members, padded).
         nis: scratch, (9,).
         rejected: scratch, (9,).
         window: see `settling.lost`.
+        poor: out, (1,): becomes 1 where the measurements contradict the bank.
 
     Returns:
-        False if a number is not finite, or the measurements contradict the bank.
+        False if a number is not finite.
     """
     members, width = x.shape
+    ring, states = path.shape
     for k in range(begin, end):
         row = tape[k]
         h, z, variance = row[H], row[Z:VARIANCE], row[VARIANCE:ROW]
         if h == 0.0:
             resume(x, P, eddies, water, z, variance)
-            resume(about, about_P, about_eddy, water, z, variance)
             continue
+        for j in range(states):
+            about[place(j)] = path[k % ring, j]
         for i in range(MOVING):
             nis[i] = math.nan if math.isnan(z[i]) else 0.0
         for b in range(members):
             for j in range(width):
-                apart[b, j] = x[b, j] - about[0, j]
+                apart[b, j] = x[b, j] - about[j]
             apart[b, PHI], apart[b, PSI] = wrapped(apart[b, PHI]), wrapped(apart[b, PSI])
         shares(evidence, weights)
-        if not predict(c, inverse, picks, weight, water, first, heavy, row[INPUTS:Z], about[0], h, work, y):
+        if not predict(c, inverse, picks, weight, water, first, heavy, row[INPUTS:Z], about, h, work, y):
             return False
         fade, keep = math.exp(-h / memory), math.exp(-h / eddy_time)
         for b in range(members):
-            follow(work, y, picks, weight, water, first, about[0], apart[b], x[b])
+            follow(work, y, picks, weight, water, first, about, apart[b], x[b])
             likelihood = observe(
                 picks, weight, water, first, work, y, room, rules, bias, keep, gate, eddies[b], x[b], P[b], weights[b],
                 h, z, variance, nis, rejected, False,
@@ -129,13 +127,7 @@ def relive(
             evidence[b] = fade * evidence[b] + likelihood
             if evidence[b] * 0.0 != 0.0:
                 return False
-        likelihood = observe(
-            picks, weight, water, first, work, y, room, about_rules, bias, keep, gate, about_eddy[0], about[0],
-            about_P[0], 0.0, h, z, variance, nis, rejected, False,
-        )  # fmt: skip
-        if likelihood * 0.0 != 0.0:
-            return False
         hear(nis, math.exp(-h / WINDOW), window)
         if lost(window):
-            return False
+            poor[0] = 1.0
     return True

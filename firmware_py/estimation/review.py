@@ -3,9 +3,12 @@
 An extended Kalman filter draws its slopes about what it believes at the moment, and while it still learns, that is
 wrong: it ends up off, and too sure of it. But what it was given is on tape. So when it knows more, another bank begins
 where the tape does, with all the doubt that there was then, and is given everything again. Its slopes lie about one
-motion: that of a filter to which coefficients and current are what they are now believed to be. This is a Gauss-Newton
-step over the whole flight (the iterated filter, Bell and Cathey 1993), and is repeated until it moves nothing: a few
-rows of tape with every step, until it has caught up. Then it takes over.
+motion: the likeliest, if coefficients and current are what they are now believed to be; a scout goes ahead and finds
+it. This is a Gauss-Newton step over the whole flight (the iterated filter, Bell and Cathey 1993), and is repeated until
+it moves nothing: a few rows of tape with every step, until it has caught up. Then it takes over.
+
+The first review does not trust the filter. It begins with what was believed in the beginning, and with so much noise
+on the velocities that wrong slopes do little harm; then it does with less and less of it (continuation).
 """
 
 from __future__ import annotations
@@ -17,15 +20,13 @@ import numpy as np
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import Flags, ReviewMemory
 from firmware_py.estimation.jacobians import Array
-from firmware_py.estimation.member import EDDY
 from firmware_py.estimation.members import Members
-from firmware_py.estimation.prediction import EDDIES
 from firmware_py.estimation.relive import relive
+from firmware_py.estimation.scout import Scout
 from firmware_py.estimation.settling import FLOOR, GROWTH, LEARNS, MAY
 from firmware_py.estimation.tape import ROW, write
-from firmware_py.estimation.transition import MOVING
 
-PACE = 4
+PACE = 8
 """Rows of tape that are gone through with every step made."""
 DENSE = 150.0
 """Room on the tape: so many steps in a second, for as long as the last review takes."""
@@ -36,6 +37,11 @@ CONVERGED = 4.0
 what was written meanwhile alone, one of ten moves by 2 or 3."""
 SETTLED = 50.0
 """So many of its time constants after its beginning, a bank is settled."""
+STAGES = (1.0, 0.3, 0.1, 0.03, 0.0)
+"""Parts of the next two that a review reckons with, one after the other, each until it rests: far from the truth."""
+STRAY = 0.05, math.radians(1.0)
+"""Random walk of velocities by sqrt(s), m/s and rad/s: about what slopes of coefficients that are half wrong leave."""
+LAST = len(STAGES) - 1
 ENDLESS = 1 << 40
 BY_ITSELF = np.zeros(4)
 
@@ -56,12 +62,12 @@ class Review:
         longest = max(params.reviews, default=0.0) * PACE / (PACE - 1)
         self._tape = np.zeros((math.ceil(longest * DENSE), ROW))
         (count, n), width = members.x.shape, members.rules.shape[1]
-        self._about, self._eddy = np.zeros((1, width)), np.zeros(1)
-        """What slopes are drawn about: the state of a filter, and the intensity it reckons with; its rest below."""
-        self._P, self._rules = np.zeros((1, n, width)), np.zeros_like(members.rules)
+        self._scout = Scout(members)
         self._mean, self._may = np.zeros(n), np.zeros(width)
         """The values that it began with, and which states may learn."""
-        self._window = np.zeros((3, 3))
+        self._window, self._poor = np.zeros((3, 3)), np.zeros(1)
+        self._stage, self._sound = LAST, False
+        """Of STAGES, where the review is; and whether the last one ended well."""
         self._apart, self._nis, self._rejected = np.zeros((count, width)), np.zeros(9), np.zeros(9, dtype=np.int64)
         self.used, self._span, self._turn, self._row = 0, 0.0, 0, -1
         self._age, self._fruitful, self.running, self.taken = 0.0, False, False, 0
@@ -81,7 +87,7 @@ class Review:
         if self.running:
             self._start = bank.copy()
         self.used, self._span, self._turn, self._row = 0, 0.0, 0, -1
-        self._age, self._fruitful = age, False
+        self._age, self._fruitful, self._sound = age, False, False
 
     def learning(self, bank: Members, age: float) -> None:
         """A coefficient may learn for the first time: a tape is wanted, if there is none."""
@@ -99,7 +105,9 @@ class Review:
         if not self.running:
             return ENDLESS
         if self._row >= 0:
-            return max(-(-(self.used - self._row) // (PACE - 1)), 1)
+            scout = self._scout
+            ahead = min(_over(scout.goal - scout.row, PACE), _over(self.used - scout.row, PACE - 1))
+            return max(_over(scout.known - self._row, PACE), ahead, 1)
         mark = self._ages[self._turn] if self._fruitful else self._wait + PATIENCE
         return max(math.ceil((mark - self._span) / h - 1e-6), 1)
 
@@ -130,63 +138,72 @@ class Review:
                 self.begin(bank, age[0])
         elif self._span > self._ages[self._turn] - 0.5 * h:
             self._may[:] = bank.rules[MAY]
-            self._rewind(bank.blend()[0], int(bank.evidence.argmax()), begun)
+            if self._sound:
+                self._stage = LAST
+                self._rewind(bank.blend()[0], int(bank.evidence.argmax()), begun)
+            else:
+                self._stage = 0
+                self._rewind(self._start[0][0], int(bank.eddies.argmax()), begun)
         return False
 
     def _catch_up(self, bank: Members, steps: int, age: Array, begun: Flags) -> bool:
         """Goes on; at the end of the tape, takes over or begins again."""
-        mine, begin = self._bank, self._row
-        self._row = min(begin + PACE * steps, self.used)
-        about = (self._about, self._P, self._rules, self._eddy)
-        told = (self._tape, begin, self._row, *about, self._apart, self._nis, self._rejected, self._window)
-        going = relive(*mine.arguments(*told))
+        mine, scout, far = self._bank, self._scout, PACE * steps
+        going = self._go(min(self._row + far, scout.known)) and scout.go(self._tape, min(scout.row + far, self.used))
+        at_end = scout.row == self.used
+        if going and self._row == scout.known and (at_end or scout.row == scout.goal):
+            scout.look_back(whole=at_end)
+            if self.used - self._row <= PACE:
+                going = self._go(self.used)
         if going and self._row < self.used:
             return False
         if going:
             mean, std, _ = mine.blend()
             first = mine.model.first
             learned = slice(first, first + len(begun))
-            if not (np.abs(mean - self._mean)[learned] <= CONVERGED * std[learned]).all():
+            rests = bool((np.abs(mean - self._mean)[learned] <= CONVERGED * std[learned]).all())
+            if not rests or self._stage < LAST:
+                self._stage += rests
                 self._rewind(mean, int(mine.evidence.argmax()), begun)
                 return False
+            going = self._poor[0] == 0.0
+        if going:
             bank.take(mine.x, mine.P, mine.evidence)
             age[0] = max(age[0], self._settled)
             self.taken += 1
+        self._sound = going
         self._row = -1
         while self._turn < len(self._ages) and self._ages[self._turn] <= self._span:
             self._turn += 1
         self.running = self._turn < len(self._ages)
         return going
 
+    def _go(self, to: int) -> bool:
+        """Takes the bank to that row, up to which the scout knows the motion; False if it cannot go on."""
+        scout, begin, self._row = self._scout, self._row, to
+        told = (scout.path, scout.about, self._apart, self._nis, self._rejected, self._window, self._poor)
+        going: bool = relive(*self._bank.arguments(self._tape, begin, to, *told))
+        return going
+
     def _rewind(self, mean: Array, leader: int, begun: Flags) -> None:
         """Goes back to where the tape begins, to draw slopes about the `mean`, (n,), in the eddies of that member."""
-        mine, first, x, P = self._bank, self._bank.model.first, self._about, self._P
+        mine, first = self._bank, self._bank.model.first
         mine.take(*self._start)
         names = slice(first, first + len(begun))
         mine.rules[MAY] = self._may
         mine.rules[MAY, names] = np.maximum(self._may[names], begun)
         mine.rules[LEARNS] = mine.rules[MAY]
         mine.rules[GROWTH] = mine.rules[FLOOR] * mine.rules[MAY]
-
-        self._eddy[0] = mine.eddies[leader]
-        self._rules[:] = mine.rules
-        self._rules[LEARNS, MOVING:] = 0.0
-        self._rules[GROWTH, MOVING:] = 0.0
-        x[0, : len(mean)] = mean
-        P[:] = 0.0
-        for moving in (slice(0, MOVING), slice(EDDY, EDDY + 3))[: 2 if mine.model.water == EDDIES else 1]:
-            x[0, moving], P[0, moving, moving] = mine.x[leader, moving], mine.P[leader, moving, moving]
-            self._rules[LEARNS, moving] = 1.0
+        for moving, walk in zip((slice(0, 3), slice(3, 6)), STRAY, strict=True):
+            mine.rules[GROWTH, moving] += (STAGES[self._stage] * walk) ** 2
+        self._scout.begin(mean, leader)
         self._mean[:] = mean
-        self._window[:] = 0.0
+        self._window[:], self._poor[:] = 0.0, 0.0
         self._row = 0
 
     @property
     def _arrays(self) -> tuple[Array, ...]:
-        return (
-            *(self._about, self._eddy, self._P, self._rules, self._bank.rules),
-            *(self._mean, self._may, self._window),
-        )
+        return (*self._scout.arrays, self._bank.rules, self._mean, self._may, self._window, self._poor)
 
     def freeze(self) -> ReviewMemory:
         """All it remembers."""
@@ -198,6 +215,9 @@ class Review:
             self._span,
             self._turn,
             self._row,
+            (self._scout.row, self._scout.known),
+            self._stage,
+            self._sound,
             self._age,
             self._fruitful,
             self.running,
@@ -213,5 +233,12 @@ class Review:
         for mine, its in zip(self._arrays, memory.arrays, strict=True):
             mine[:] = its
         self._span, self._turn, self._row = memory.span, memory.turn, memory.row
+        self._scout.row, self._scout.known = memory.scout
+        self._stage, self._sound = memory.stage, memory.sound
         self._age, self._fruitful = memory.age, memory.fruitful
         self.running, self.taken = memory.running, memory.taken
+
+
+def _over(rows: int, pace: int) -> int:
+    """How many steps those rows take."""
+    return -(-rows // pace)

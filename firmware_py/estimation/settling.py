@@ -3,7 +3,8 @@
 Begun far from the truth, an extended Kalman filter believes slopes that are not the right ones, and becomes too sure of
 what follows from them: worst where two unknowns multiply, as the current and every coefficient do. So it begins in
 two stages. At first coefficients are only considered, until the water is known. Then they learn, and the velocities
-walk at random by what the slopes may be wrong by, which fades (Jazwinski 1970, section 8.11).
+walk at random by what the slopes may be wrong by, which fades (Jazwinski 1970, section 8.11). Where the water wavers
+they do so from the start, and the more the less of it is known: unknown water times wrong coefficients has no slope.
 """
 
 from __future__ import annotations
@@ -15,11 +16,13 @@ from firmware_py.estimation.innovations import COUNT, SUM
 from firmware_py.estimation.jacobians import Array
 from firmware_py.estimation.transition import MOVING
 
-GROWTH, LEARNS, LOW, HIGH = 0, 1, 2, 3
-"""Rows of `rules`: variance gained by the second, 1 for states that learn (else 0), least and greatest value."""
-FLOOR, BEGINNING, MAY = 4, 5, 6
-"""Rows that the first two follow from: the growth in the end, what it has more in the beginning, who may learn."""
-RULES = 7
+GROWTH, LEARNS, LOW, HIGH, STIRS = 0, 1, 2, 3, 4
+"""Rows of `rules`: variance gained by the second, 1 for states that learn (else 0), least and greatest value, and
+variance gained by the second and by eddies that a member reckons with times what it does not know of the water."""
+FLOOR, BEGINNING, MAY, STIRRED = 5, 6, 7, 8
+"""Rows that they follow from: the growth in the end, what it has more in the beginning, who may learn, and what the
+last is in the beginning."""
+RULES = 9
 WINDOW, ENOUGH, LOST = 3.0, 20.0, 3.0
 """A mean NIS (1 expected) beyond the last, over so many s and from so many measurements, is no chance: it is lost."""
 HOPELESS = 100.0
@@ -48,9 +51,10 @@ def settle(rules: Array, age: Array, first: int, h: float, wait: float, fade: fl
                 may = 0.0
         rules[LEARNS, j] = may
         rules[GROWTH, j] = rules[FLOOR, j] * may
-    if not waits:
-        share = math.exp(-2.0 * (age[0] - wait) / fade)
-        for j in range(MOVING):
+    share = math.exp(-2.0 * max(age[0] - wait, 0.0) / fade)
+    for j in range(MOVING):
+        rules[STIRS, j] = share * rules[STIRRED, j]
+        if not waits:
             rules[GROWTH, j] += share * rules[BEGINNING, j]
     if waits or learned:
         age[0] += h

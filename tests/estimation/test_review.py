@@ -15,7 +15,8 @@ from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.observer_model import ObserverModel
 from firmware_py.estimation.prediction import EDDIES
 from firmware_py.estimation.relive import follow
-from firmware_py.estimation.review import PACE, PATIENCE
+from firmware_py.estimation.review import LAST, PACE, PATIENCE
+from firmware_py.estimation.scout import BLOCK
 from firmware_py.estimation.tape import INPUTS
 from firmware_py.params import ParamError
 from tools.study.setups import UNKNOWN_WATER, Learned, Setup, bounded, flown, learn, starts
@@ -27,7 +28,7 @@ STREAM = Setup(duration=40.0, current=0.2)
 SEEDS = range(12)
 SURE = CoefficientParams(std=0.5, **UNKNOWN_WATER)
 SOON = dataclasses.replace(SURE, wait=0.5, reviews=(2.0, 5.0))
-NOW = Setup(duration=8.0, current=0.2)
+NOW = Setup(duration=16.0, current=0.2)
 
 
 @given(seeds)
@@ -112,8 +113,9 @@ def test_it_takes_over_when_the_tape_has_been_gone_through() -> None:
     while not ekf.review.taken:
         ekf.step(inputs[steps], NOW.h, z[steps], SENSOR_STD**2)
         steps += 1
-    first = 2.0 * PACE / (PACE - 1) / NOW.h
-    assert any(steps == pytest.approx(first * (PACE / (PACE - 1)) ** again, rel=0.02) for again in range(4))
+    tape = 2.0 / NOW.h * (PACE / (PACE - 1)) ** (LAST + 1)  # gone through at least once a stage, growing meanwhile
+    assert tape < steps < 2.0 * tape + (LAST + 1) * 2 * BLOCK
+    assert ekf.review.used == steps
 
 
 def test_motion_taken_up_anew_is_on_the_tape() -> None:

@@ -22,6 +22,8 @@ from firmware_py.estimation.settling import (
     LOST,
     MAY,
     RULES,
+    STIRRED,
+    STIRS,
     lost,
     revive,
     settle,
@@ -63,6 +65,28 @@ def test_then_doubt_about_slopes_fades_as_they_are_learned(age: float) -> None:
     expected = 1e-8 + 1e-4 * math.exp(-(age - WAIT) / FADE) ** 2
     np.testing.assert_allclose(table[GROWTH, :6], expected, rtol=1e-12)
     np.testing.assert_array_equal(table[GROWTH, FIRST:], [1e-9] * 4 + [0.0])
+
+
+@given(st.floats(0.0, 100.0))
+def test_what_wavering_water_stirs_up_is_there_from_the_start_and_fades_with_the_doubt(age: float) -> None:
+    table, clock = rules(), np.array([age])
+    table[STIRRED, :6] = 1e-2
+    settle(table, clock, FIRST, 0.01, WAIT, FADE)
+    np.testing.assert_allclose(table[STIRS, :6], 1e-2 * math.exp(-2.0 * max(age - WAIT, 0.0) / FADE), rtol=1e-12)
+    assert not table[STIRS, 6:].any()
+
+
+def test_of_two_members_the_one_that_reckons_with_eddies_is_stirred() -> None:
+    trial, spreads = flown(Setup(duration=1.0), 0), []
+    z = measure(trial, SENSOR_STD, Setup().rates, 0)
+    for stirred in (0.0, 1.0):
+        ekf = CoefficientEkf(VEHICLE, CoefficientParams(turbulence=(0.0, 0.05), wait=5.0, speed_stirred=stirred))
+        ekf.start(trial.x[0, :6], trial.x[0, 6:], SENSOR_STD)
+        ekf.run(0.01, trial.inputs, z, SENSOR_STD**2)
+        spreads.append(ekf.P[:, 1, 1].copy())
+    (calm, wavering), (calm_stirred, wavering_stirred) = spreads
+    assert calm_stirred == pytest.approx(calm, rel=1e-2)
+    assert wavering_stirred > 1.2 * wavering
 
 
 def test_doubt_does_not_fade_while_none_may_learn() -> None:

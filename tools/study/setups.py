@@ -35,10 +35,17 @@ PAPER_SMO = dict(zip(TEN, (1.10, 1.46, 24.67, 17.78, 30.35, 3.07, 2.48, 49.34, 1
 AMPLITUDE, CLOCK = math.radians(20.0), 4.0
 """Of the PRBS, rad and s: chosen by the bound alone, which after 900 s is then 0.72 of the tightest target (Z_ds); at
 17 deg and 2.5 s it is 0.96 (N_v). Pitch stays below 30 deg."""
-REVIEWS = (10.0, 20.0, 40.0, 80.0)
+REVIEWS = (10.0, 20.0, 30.0, 50.0, 80.0)
 """At which ages, s, a filter goes through its flight again."""
 UNKNOWN_WATER: Mapping[str, Any] = MappingProxyType(
-    {"wait": 5.0, "speed_settling": 1.5e-3, "rate_settling": math.radians(0.015), "reviews": REVIEWS}
+    {
+        "wait": 5.0,
+        "speed_settling": 1e-3,
+        "rate_settling": math.radians(0.01),
+        "speed_stirred": 0.12,
+        "rate_stirred": math.radians(0.5),
+        "reviews": REVIEWS,
+    }
 )
 """How a filter begins that has to find a current too: as the vehicle's own does."""
 POINTS = 24
