@@ -5,19 +5,18 @@ Buses are named `virtual` (of this process), `udp:N` (of this machine), `socketc
 
 from __future__ import annotations
 
-import queue
 import select
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields
-from typing import Any, Protocol
+from typing import Protocol
 
 import can
-from can.interfaces.virtual import VirtualBus, channels_lock
 
 from firmware_py.adapters.mcast_bus import McastBus
 from firmware_py.adapters.receive_buffer import overrun
 from firmware_py.adapters.socketcan_bus import KernelBus
+from firmware_py.adapters.virtual_bus import Virtual
 from firmware_py.params import ParamError, param
 
 
@@ -53,31 +52,6 @@ class NodeIds:
             other = taken.setdefault(getattr(self, field.name), field.name)
             if other != field.name:
                 raise ParamError(f"{other} and {field.name} have the same node id {getattr(self, field.name)}")
-
-
-class Frame(can.Message):
-    """A frame that nobody changes once it is sent.
-
-    python-can's virtual bus copies every frame deeply for every receiver, at half the cost of the whole bus; ours need
-    no copy.
-    """
-
-    __slots__ = ()
-
-    def __deepcopy__(self, memo: object) -> Frame:
-        return self
-
-
-class Virtual(VirtualBus):
-    """python-can's virtual bus with the plain queue: its own waits on locks for threads, of which we have none."""
-
-    def __init__(self, channel: str) -> None:
-        super().__init__(channel=channel, preserve_timestamps=True)
-        self.channel_info = f"virtual:{channel}"
-        plain: Any = queue.SimpleQueue()
-        with channels_lock:
-            self.channel[self.channel.index(self.queue)] = plain
-        self.queue = plain
 
 
 class Door(Protocol):
@@ -126,7 +100,7 @@ class CanBus:
         """Sends frames (id, data) in order; one that the bus does not take is counted, not raised."""
         for can_id, data in frames:
             try:
-                self._bus.send(Frame(arbitration_id=can_id, data=data, is_extended_id=True))
+                self._bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=True))
             except can.CanError:
                 self.dropped += 1
 
@@ -145,8 +119,42 @@ class CanBus:
         self._bus.shutdown()
 
 
-class BareCanBus(CanBus):
+class _BareCanBus(CanBus):
     """The same door to a bus that gives and takes bare frames: a `can.Message` of each would double what they cost."""
+
+    def __init__(self, bus: Virtual | McastBus | KernelBus) -> None:
+        super().__init__(bus)
+        self._put = bus.put
+
+    def send(self, frames: Iterable[tuple[int, bytes]]) -> None:
+        """As `CanBus.send`."""
+        put = self._put
+        for can_id, data in frames:
+            try:
+                put(can_id, data)
+            except OSError:
+                self.dropped += 1
+
+
+class VirtualCanBus(_BareCanBus):
+    """A door to a bus of this process."""
+
+    def __init__(self, bus: Virtual) -> None:
+        super().__init__(bus)
+        self._take = bus.take
+
+    def drain(self, limit: int, seconds: float = 0.0) -> list[tuple[int, bytes]]:
+        """As `CanBus.drain`."""
+        frames: list[tuple[int, bytes]] = []
+        try:
+            self._take(frames, limit, seconds)
+        except OSError:
+            self.deaf += 1
+        return frames
+
+
+class SocketCanBus(_BareCanBus):
+    """A door to a bus that is a socket."""
 
     def __init__(self, bus: McastBus | KernelBus) -> None:
         super().__init__(bus)
@@ -167,15 +175,6 @@ class BareCanBus(CanBus):
             self.deaf += 1
         return frames
 
-    def send(self, frames: Iterable[tuple[int, bytes]]) -> None:
-        """As `CanBus.send`."""
-        put = self._bare.put
-        for can_id, data in frames:
-            try:
-                put(can_id, data)
-            except OSError:
-                self.dropped += 1
-
     @property
     def overrun(self) -> int:
         """As `CanBus.overrun`."""
@@ -183,9 +182,9 @@ class BareCanBus(CanBus):
 
 
 _KINDS: dict[str, Callable[[str], CanBus]] = {
-    "virtual": lambda channel: CanBus(Virtual(channel)),
-    "udp": lambda number: BareCanBus(McastBus(number)),
-    "socketcan": lambda interface: BareCanBus(KernelBus(interface)),
+    "virtual": lambda channel: VirtualCanBus(Virtual(channel)),
+    "udp": lambda number: SocketCanBus(McastBus(number)),
+    "socketcan": lambda interface: SocketCanBus(KernelBus(interface)),
 }
 
 

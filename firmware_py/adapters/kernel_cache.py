@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import os
+import re
 import sys
 from importlib import metadata
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+_IMPORT = re.compile(r"^\s*from ((?:firmware_py|sim_bridge)[\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
+"""Who imports what of ours; `ast` would take a tenth of a second of every start."""
+_NAME = re.compile(r"\w+")
 
 
 def sources() -> list[Path]:
@@ -46,7 +49,7 @@ def _with_imports(files: list[Path]) -> set[Path]:
 
 
 def _imports(path: Path) -> list[Path]:
-    nodes = (node for node in ast.walk(ast.parse(path.read_bytes())) if isinstance(node, ast.ImportFrom))
-    names = (name for node in nodes for name in (node.module, *(f"{node.module}.{a.name}" for a in node.names)) if name)
+    imports = _IMPORT.findall(path.read_text(encoding="utf-8"))
+    names = (name for module, items in imports for name in (module, *(f"{module}.{a}" for a in _NAME.findall(items))))
     files = (ROOT.joinpath(*name.split(".")).with_suffix(".py") for name in names)
     return [file for file in files if file.is_file()]

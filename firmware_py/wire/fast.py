@@ -56,6 +56,12 @@ def sources(layout: Struct) -> tuple[str, dict[str, Any]]:
 
 
 _FORMATS = tuple((struct.Struct(f"<{n}f"), struct.Struct(f"<{n}e"), struct.Struct(f"<{n}H")) for n in range(256))
+_INFINITE, _FRACTION = 0x7C00, 0x03FF
+
+
+def _spoken(half: int) -> int:
+    """What goes out for NaN and the infinities: all bits set but the sign, and the largest; as `bits.half`."""
+    return half | _INFINITE | _FRACTION if half & _FRACTION else half - 1
 
 
 def _halves(values: Sequence[float], nudge: float = bits.NUDGE) -> Sequence[int]:
@@ -67,9 +73,10 @@ def _halves(values: Sequence[float], nudge: float = bits.NUDGE) -> Sequence[int]
     singles, halves, integers = _FORMATS[len(values)]
     rounded = singles.unpack(singles.pack(*values))
     total = sum(rounded)
+    found = integers.unpack(halves.pack(*[value * nudge for value in rounded]))
     if total - total:  # not finite
-        return [bits.half(value) for value in values]
-    return integers.unpack(halves.pack(*[value * nudge for value in rounded]))
+        return [half if half & _INFINITE != _INFINITE else _spoken(half) for half in found]
+    return found
 
 
 def _encoder(plan: Plan) -> str:

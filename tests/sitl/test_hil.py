@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from firmware_py.app import build
+from tests.sitl.flights import demonstration, flown
 from tools.cli import main
-from tools.flight import Wish, fly, prepare
 from tools.log import read
 from tools.replay import replay
 from tools.summary import summarise
@@ -35,8 +35,6 @@ depth_m = 2.0
 heading_deg = 30.0
 speed_m_s = 1.5
 """
-STEERS_BY_NAVIGATION = "\n[autopilot.estimation.learning]\nenabled = false\n"
-"""Learning looks on, and takes most of the time."""
 
 
 @pytest.fixture
@@ -91,14 +89,14 @@ def flying(vehicle: subprocess.Popen[str]) -> None:
 
 def test_the_demonstration_tracks_as_over_can(tmp_path: Path, link: str) -> None:
     scenario = tmp_path / "demo.toml"
-    demo = (ROOT / "configs" / "scenarios" / "demo.toml").read_text()
-    scenario.write_text(demo + STEERS_BY_NAVIGATION)
+    scenario.write_text(demonstration())
     result = sternplane("sitl", "--scenario", scenario, "--link", link, "--out", "hil", cwd=tmp_path)
     assert result.returncode == 0, result.stderr + result.stdout
     log = read(tmp_path / "hil" / "log.mcap")
     hil = summarise(log)
-    assert fly(prepare(Wish(scenario=str(scenario)), {}), tmp_path / "can.mcap").completed
-    can = summarise(read(tmp_path / "can.mcap"))
+    outcome, over_can = flown("demo")
+    can = summarise(over_can)
+    assert outcome.completed
     assert hil["waypoints_passed"] == can["waypoints_passed"] == 5
     assert hil["against"] == "truth"
     # The attitude has no error over this link, and the velocity half a cm/s: it may be better than over CAN, not worse.

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -13,20 +11,14 @@ import pytest
 from firmware_py.app import build
 from firmware_py.guidance.learning import LearningParams
 from firmware_py.records.order import Mode
-from tools.flight import Outcome, Wish, fly, prepare
-from tools.log import Columns, Log, read
+from tests.sitl.flights import flown
+from tools.flight import Outcome
+from tools.log import Columns, Log
 from tools.replay import replay
 from tools.summary import summarise
 
 LIMITS = LearningParams()
 SHIPPED = ("learn-zigzag", "learn-doublets", "learn-prbs")
-
-
-@cache
-def flown(scenario: str) -> tuple[Outcome, Log]:
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "log.mcap"
-        return fly(prepare(Wish(scenario=scenario), {}), path), read(path)
 
 
 def learning(log: Log) -> np.ndarray:

@@ -3,24 +3,15 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
 
 from firmware_py.records.order import Mode
-from tools.flight import Outcome, Wish, fly, prepare
-from tools.log import Log, read
+from tests.sitl.flights import demonstration, flown
+from tools.flight import Outcome
 from tools.summary import summarise
-
-
-@cache
-def flown(scenario: str, seed: int = 1) -> tuple[Outcome, Log]:
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "log.mcap"
-        return fly(prepare(Wish(scenario=scenario, seed=seed), {}), path), read(path)
 
 
 def written(folder: Path, text: str) -> str:
@@ -30,8 +21,8 @@ def written(folder: Path, text: str) -> str:
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_the_demonstration_dives_passes_its_waypoints_surfaces_and_disarms(seed: int) -> None:
-    outcome, log = flown("demo", seed)
+def test_the_demonstration_dives_passes_its_waypoints_surfaces_and_disarms(tmp_path: Path, seed: int) -> None:
+    outcome, log = flown("demo") if seed == 1 else flown(written(tmp_path, demonstration()), seed)
     c, truth, summary = log.columns, log.truth, summarise(log)
     assert outcome == Outcome(True, "completed")
     assert summary["waypoints_passed"] == summary["waypoints_total"] == 5
@@ -157,8 +148,7 @@ def test_an_ahrs_that_falls_silent_centres_the_fins_and_stops_the_propeller(tmp_
 
 
 def test_the_pid_baseline_flies_the_demonstration_too(tmp_path: Path) -> None:
-    demo = (Path(__file__).parents[2] / "configs" / "scenarios" / "demo.toml").read_text()
-    outcome, log = flown(written(tmp_path, demo + '\n[autopilot.control]\nlaw = "pid"\n'))
+    outcome, log = flown(written(tmp_path, demonstration() + '\n[autopilot.control]\nlaw = "pid"\n'))
     assert outcome.completed
     assert summarise(log)["depth_error_rms_m"] < 0.1
 

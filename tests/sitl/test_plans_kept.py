@@ -1,27 +1,43 @@
-"""Missions, fence and rally points over real UDP that loses packets, and after a restart; pymavlink is the station."""
+"""Missions, fence and rally points over real UDP that loses packets, and after a restart; pymavlink is the station.
+
+Vehicle and station take turns, tick by tick, so that no other work of the machine can starve either.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import random
-from collections.abc import Iterator
+import signal
+from collections.abc import Callable, Generator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
-import pytest
-from pymavlink import mavwp
+from pymavlink import mavutil, mavwp
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from tests.sitl.stations import flight
+from firmware_py.records.cycle import Cycle
+from tools.flight import Wish, fly, prepare
+from tools.ground import open_ground
 from tools.log import read
 
+SCENARIO = """
+description = "Lies at the surface until it is ended."
+duration_s = 300.0
+completes = "time"
+[autopilot.estimation.learning]
+enabled = false
+"""
 MISSION, FENCE, RALLY = range(3)
 COUNT = 60
+PATIENCE = 30
+"""Ticks after which the station says again what was not answered."""
 LOADERS = (mavwp.MAVWPLoader, mavwp.MissionItemProtocol_Fence, mavwp.MissionItemProtocol_Rally)
+Talk: TypeAlias = Generator[None, None, Any]
+"""What the station does, a tick at each `yield`."""
 
 
 class Lossy:
-    """mavutil's link over which every tenth message is lost, each way."""
+    """mavutil's link over which a share of the messages is lost, each way."""
 
     def __init__(self, station: Any, share: float) -> None:
         self.station, self.share = station, share
@@ -31,28 +47,44 @@ class Lossy:
         if self.chance.random() >= self.share:
             self.station.mav.send(message)
 
-    def recv(self, *kinds: str) -> Any:
+    def recv(self, *kinds: str) -> Generator[None, None, Any]:
         """The next message of these kinds that comes through; None after a while."""
-        while True:
-            message = self.station.recv_match(type=[*kinds], blocking=True, timeout=0.3)
-            if message is None or self.chance.random() >= self.share:
-                return message
+        for _ in range(PATIENCE):
+            while (message := self.station.recv_match(type=[*kinds])) is not None:
+                if self.chance.random() >= self.share:
+                    return message
+            yield
+        return None
 
 
-@contextlib.contextmanager
-def lossy_flight(folder: Path, state: Path, share: float = 0.0) -> Iterator[Lossy]:
-    """A vehicle in real time with its station."""
-    with flight(folder, state, "generic") as station:
-        yield Lossy(station, share)
+def flight(folder: Path, state: Path, talk: Callable[[Lossy], Talk], share: float = 0.0) -> None:
+    """A vehicle that flies until the station has said what it has to say, and is ended as by a person."""
+    folder.mkdir()
+    scenario = folder / "idle.toml"
+    scenario.write_text(SCENARIO)
+    with contextlib.closing(mavutil.mavlink_connection("udpin:127.0.0.1:0", source_system=255)) as station:
+        says = talk(Lossy(station, share))
+
+        ended = object()
+
+        def turn(_: Cycle) -> None:
+            if next(says, ended) is ended:
+                signal.raise_signal(signal.SIGINT)
+
+        ready = prepare(Wish(scenario=str(scenario), state=state), {})
+        link = f"udpout:127.0.0.1:{station.port.getsockname()[1]}:generic"
+        with open_ground([link], ready.configuration, state=state) as stations:
+            stations.keep(state, folder)
+            assert fly(ready, folder / "log.mcap", turn, stations.beside).reason == "interrupted"
 
 
-def upload(link: Lossy, loader: Any, kind: int) -> int:
+def upload(link: Lossy, loader: Any, kind: int) -> Talk:
     """The result."""
     items = loader.wpoints
     said = mavlink.MAVLink_mission_count_message(1, 1, len(items), kind)
     link.send(said)
     for _ in range(20 * len(items) + 100):
-        m = link.recv("MISSION_REQUEST_INT", "MISSION_ACK")
+        m = yield from link.recv("MISSION_REQUEST_INT", "MISSION_ACK")
         if m is not None and m.mission_type != kind:
             continue
         if m is not None and m.get_type() == "MISSION_ACK":
@@ -63,13 +95,13 @@ def upload(link: Lossy, loader: Any, kind: int) -> int:
     raise AssertionError("no MISSION_ACK")
 
 
-def download(link: Lossy, kind: int) -> Any:
+def download(link: Lossy, kind: int) -> Talk:
     """mavwp's list of what the vehicle has."""
     loader, count = LOADERS[kind](1, 1), -1
     asked = mavlink.MAVLink_mission_request_list_message(1, 1, kind)
     link.send(asked)
     for _ in range(20 * COUNT + 100):
-        m = link.recv("MISSION_COUNT", "MISSION_ITEM_INT")
+        m = yield from link.recv("MISSION_COUNT", "MISSION_ITEM_INT")
         if m is not None and m.mission_type != kind:
             continue
         if m is not None and m.get_type() == "MISSION_COUNT":
@@ -105,20 +137,24 @@ def content(loader: Any) -> list[tuple[Any, ...]]:
     return [(m.seq, m.frame, m.command, m.param1, m.x, m.y, m.z, m.mission_type) for m in loader.wpoints]
 
 
-@pytest.mark.timeout(300)
 def test_plans_that_came_over_a_lossy_link_are_there_after_a_restart(tmp_path: Path) -> None:
     state, sent = tmp_path / "state", plans()
-    with lossy_flight(tmp_path / "first", state, share=0.1) as link:
-        for kind, loader in enumerate(sent):
-            assert upload(link, loader, kind) == mavlink.MAV_MISSION_ACCEPTED
-        assert content(download(link, MISSION)) == content(sent[MISSION])
-    assert {"fence.json", "mission.json", "rally.json"} <= {path.name for path in state.iterdir()}
 
-    with lossy_flight(tmp_path / "second", state) as link:
+    def first(link: Lossy) -> Talk:
         for kind, loader in enumerate(sent):
-            assert content(download(link, kind)) == content(loader)
-        m = link.recv("MISSION_CURRENT")
+            assert (yield from upload(link, loader, kind)) == mavlink.MAV_MISSION_ACCEPTED
+        assert content((yield from download(link, MISSION))) == content(sent[MISSION])
+
+    def second(link: Lossy) -> Talk:
+        for kind, loader in enumerate(sent):
+            assert content((yield from download(link, kind))) == content(loader)
+        while (m := (yield from link.recv("MISSION_CURRENT"))) is None:
+            pass
         assert m.total == COUNT
+
+    flight(tmp_path / "first", state, first, share=0.1)
+    assert {"fence.json", "mission.json", "rally.json"} <= {path.name for path in state.iterdir()}
+    flight(tmp_path / "second", state, second)
     configuration = read(tmp_path / "second" / "log.mcap").header["configuration"]
     assert len(configuration["mission"]["waypoints"]) == COUNT
     assert configuration["fence"]["within"][0][2] == 5000.0

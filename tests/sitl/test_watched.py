@@ -21,10 +21,12 @@ PORT = 14871
 NUMBER = "4"
 IDLE = """
 description = "Waits at the surface for whoever comes."
-duration_s = 90.0
+duration_s = 300.0
 completes = "time"
 [autopilot.safety]
 late_max = 1000  # on a machine that tests share with others
+[autopilot.estimation.learning]
+enabled = false
 """
 NODES = {
     10: "org.sternplane.autopilot",
@@ -38,12 +40,13 @@ NODES = {
 }
 
 
-@pytest.fixture
-def flight(tmp_path: Path) -> Iterator[Path]:
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A boat and its vehicle, in two processes and in real time, that talk to a station on PORT."""
-    scenario = tmp_path / "idle.toml"
+    place = tmp_path_factory.mktemp("watched")
+    scenario = place / "idle.toml"
     scenario.write_text(IDLE)
-    folder = tmp_path / "run"
+    folder = place / "run"
     arguments = ["--scenario", scenario, "--bus", f"udp:{NUMBER}", "--pace", "realtime", "--out", folder]
     process = subprocess.Popen(
         [COMMAND, "sitl", *arguments, "--gcs", f"udpout:127.0.0.1:{PORT}"],

@@ -210,16 +210,16 @@ def test_heading_stays_in_half_open_turn():
 
 
 def test_battery_drains_by_hotel_and_the_cube_of_the_shaft_speed_and_never_below_empty():
-    p = BatteryParams(1, capacity=3600.0 * 460.0, noise=0.0)  # 460 Wh
+    p = BatteryParams(1, capacity=60.0 * 460.0, noise=0.0)  # 460 W for a minute
 
     def after(seconds: int, n: float) -> float:
-        s = Instruments(dataclasses.replace(QUIET, battery=p), WATER, 1, 100).battery
-        return run(s, seconds * 100 + 1, lambda k: boat(n=n))[-1][1].value
+        s, still = Instruments(dataclasses.replace(QUIET, battery=p), WATER, 1, 100).battery, boat(n=n)
+        return run(s, seconds * 100 + 1, lambda k: still)[-1][1].value
 
-    assert after(3600, 500 / 60).remaining == pytest.approx(0.0, abs=1e-9)  # 60 W + 400 W for an hour
-    assert after(3600, 250 / 60).remaining == pytest.approx(1 - (60 + 50) / 460)
-    assert after(3600, -250 / 60).remaining == pytest.approx(1 - (60 + 50) / 460)
-    empty = after(4000, 500 / 60)
+    assert after(60, 500 / 60).remaining == pytest.approx(0.0, abs=1e-9)  # 60 W + 400 W for a minute
+    assert after(60, 250 / 60).remaining == pytest.approx(1 - (60 + 50) / 460)
+    assert after(60, -250 / 60).remaining == pytest.approx(1 - (60 + 50) / 460)
+    empty = after(66, 500 / 60)
     assert empty.remaining == 0.0
     assert empty.voltage < after(10, 500 / 60).voltage < after(10, 0.0).voltage < 50.4
 

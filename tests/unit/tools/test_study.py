@@ -15,8 +15,10 @@ from tools.study import command, pool
 from tools.study.cases import CASES, exact, noisy
 from tools.study.figures import band_999
 from tools.study.page import page
-from tools.study.rows import Row
+from tools.study.rows import Findings, Row
 from tools.study.setups import Setup, bounded, flown, learn, starts
+
+PAPER = exact.CASES[1]
 
 
 @pytest.mark.parametrize(
@@ -43,9 +45,13 @@ def test_the_band_is_chi_square_s(freedom: int) -> None:
     assert band_999(freedom) == pytest.approx(tuple(wanted), rel=1e-2)
 
 
-def test_the_paper_s_scenario_is_judged_row_by_row() -> None:
-    case = exact.CASES[1]
-    found = case.judge([case.run(1, k) for k in range(case.runs)])
+@pytest.fixture(scope="module")
+def found() -> Findings:
+    """Of the paper's scenario."""
+    return PAPER.judge([PAPER.run(1, k) for k in range(PAPER.runs)])
+
+
+def test_the_paper_s_scenario_is_judged_row_by_row(found: Findings) -> None:
     assert len(found.rows) == 30
     assert all(row.ok for row in found.rows)
 
@@ -81,10 +87,8 @@ def test_every_case_is_known_by_its_name_and_makes_fewer_runs_in_the_short_form(
     assert all(0 < case.short <= case.runs for case in CASES)
 
 
-def test_a_page_holds_every_row_and_loads_nothing(tmp_path: Path) -> None:
-    case = exact.CASES[1]
-    found = case.judge([case.run(1, k) for k in range(case.runs)])
-    text = page([case], [found], "seed 1")
+def test_a_page_holds_every_row_and_loads_nothing(found: Findings) -> None:
+    text = page([PAPER], [found], "seed 1")
     assert "30 of 30 targets met" in text
     assert 'src="http' not in text
     assert text.count('class="plot"') == len(found.plots)
