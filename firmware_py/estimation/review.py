@@ -23,7 +23,7 @@ from firmware_py.estimation.jacobians import Array
 from firmware_py.estimation.members import Members
 from firmware_py.estimation.relive import relive
 from firmware_py.estimation.scout import Scout
-from firmware_py.estimation.settling import FLOOR, GROWTH, LEARNS, MAY
+from firmware_py.estimation.settling import FLOOR, GROWTH, LEARNS, MAY, STIRRED, STIRS
 from firmware_py.estimation.tape import ROW, write
 
 PACE = 8
@@ -42,6 +42,9 @@ STAGES = (1.0, 0.3, 0.1, 0.03, 0.0)
 STRAY = 0.05, math.radians(1.0)
 """Random walk of velocities by sqrt(s), m/s and rad/s: about what slopes of coefficients that are half wrong leave."""
 LAST = len(STAGES) - 1
+REMAINS = 0.1
+"""Of what wavering water stirs up in the beginning, so much is left even about the smoothed motion, whose eddies are a
+sixth of them off."""
 ENDLESS = 1 << 40
 BY_ITSELF = np.zeros(4)
 
@@ -194,6 +197,7 @@ class Review:
         mine.rules[MAY, names] = np.maximum(self._may[names], begun)
         mine.rules[LEARNS] = mine.rules[MAY]
         mine.rules[GROWTH] = mine.rules[FLOOR] * mine.rules[MAY]
+        mine.rules[STIRS] = REMAINS**2 * mine.rules[STIRRED]
         for moving, walk in zip((slice(0, 3), slice(3, 6)), STRAY, strict=True):
             mine.rules[GROWTH, moving] += (STAGES[self._stage] * walk) ** 2
         self._scout.begin(mean, leader)
