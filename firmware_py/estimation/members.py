@@ -115,17 +115,19 @@ class Members:
 
     def arguments(self, *more: Any) -> tuple[Any, ...]:
         """Those of `bank.step` that stay the same, and `more`."""
-        m, params = self.model, self._params
+        params = self._params
         return (
-            *(m.c, m.inverse, m.picks, m.weight, m.water, m.first, m.heavy, m.work, m.y, self._room, self.rules),
-            *(self._bias, params.turbulence_time, params.memory, params.gate),
+            *(*self._model, self.rules, self._bias, params.turbulence_time, params.memory, params.gate),
             *(self.eddies, self._x, self._P, self.evidence, self.weights, *more),
         )
 
     def alone(self, rules: Array, *more: Any) -> tuple[Any, ...]:
         """Those of `smoother.scout` that a filter has in common with these, its rules, and more."""
-        m, params = self.model, self._params
-        return (
-            *(m.c, m.inverse, m.picks, m.weight, m.water, m.first, m.heavy, m.work, m.y, self._room, rules),
-            *(self._bias, params.turbulence_time, params.gate, *more),
-        )
+        params = self._params
+        return (*self._model, rules, self._bias, params.turbulence_time, params.gate, *more)
+
+    @property
+    def _model(self) -> tuple[Any, ...]:
+        """The model as kernels take it, and the room that they work in."""
+        m = self.model
+        return m.c, m.inverse, m.picks, m.weight, m.water, m.first, m.heavy, m.work, m.y, self._room

@@ -29,8 +29,8 @@ class Scout:
 
     def __init__(self, members: Members) -> None:
         """Makes room for a scout ahead of `members`."""
-        self._members, (n, width), count = members, members.P.shape[1:], smoothed(members.model.water)
-        width = members.rules.shape[1]
+        n, width, count = members.x.shape[1], members.rules.shape[1], smoothed(members.model.water)
+        self._members = members
         self._x, self._P, self._rules = np.zeros((1, width)), np.zeros((1, n, width)), np.zeros_like(members.rules)
         self._eddy = np.zeros(1)
         self._filtered, self._predicted = np.zeros((RING, count)), np.zeros((RING, count))

@@ -88,7 +88,8 @@ def _parameters(writer: Writer, log: Log) -> list[tuple[int, bytes, float, float
         for document in map(json.loads, documents):
             if "parameters" in document:
                 params = replaced(params, document["parameters"], str(log.path))
-                for name, value in ((setting.name, setting.value) for setting in settings(params)):
+                for setting in settings(params):
+                    name, value = setting.name, setting.value
                     if value != values[name]:
                         values[name] = value
                         changed.append((t_ns // 1000, name.encode(), value, defaults[name]))
