@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from firmware_py.marine import Origin
-from firmware_py.mavlink import chart, metadata, parameters
+from firmware_py.mavlink import chart, metadata, parameters, protocol_version
 from firmware_py.mavlink.aim import Aim
 from firmware_py.mavlink.chart import Chart, Draft
 from firmware_py.mavlink.codec import dialect
@@ -196,6 +196,7 @@ class Node:
         return {
             dialect.MAVLINK_MSG_ID_HEARTBEAT: lambda cycle: heartbeat(identity, cycle.mode.mode, standing.state),
             dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION: lambda _: autopilot_version(identity),
+            protocol_version.MESSAGE_ID: lambda _: protocol_version.protocol_version(),
             dialect.MAVLINK_MSG_ID_CURRENT_MODE: lambda cycle: current_mode(
                 identity, cycle.mode.mode, standing.intended
             ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container
 
+from firmware_py.mavlink import protocol_version
 from firmware_py.mavlink.codec import Message, dialect
 from firmware_py.mavlink.modes import Identity, available_modes
 from firmware_py.mavlink.streams import Streams
@@ -55,6 +56,7 @@ class Requests:
             dialect.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_interval,
             dialect.MAV_CMD_GET_MESSAGE_INTERVAL: self._get_interval,
             dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: self._capabilities,
+            dialect.MAV_CMD_REQUEST_PROTOCOL_VERSION: self._protocol,
             dialect.MAV_CMD_CONTROL_HIGH_LATENCY: self._high_latency,
         }
 
@@ -105,6 +107,12 @@ class Requests:
         if command.params[0] != 1.0:
             raise Refusal(f"{command.params[0]:g} asks for nothing; 1 asks for AUTOPILOT_VERSION")
         self._voice.show(_VERSION)
+        return ACCEPTED
+
+    def _protocol(self, _: Tick, command: Command) -> int:
+        if command.params[0] != 1.0:
+            raise Refusal(f"{command.params[0]:g} asks for nothing; 1 asks for PROTOCOL_VERSION")
+        self._voice.show(protocol_version.MESSAGE_ID)
         return ACCEPTED
 
     def _high_latency(self, tick: Tick, command: Command) -> int:

@@ -148,6 +148,12 @@ def test_time_is_the_vehicles_own_and_goes_at_the_pace_of_the_sea(flown: Flown) 
     assert flown.said["pace"] == pytest.approx(1.0, abs=0.3)
 
 
+def test_it_says_which_versions_of_the_protocol_it_speaks(flown: Flown) -> None:
+    """By MAVSDK's own definition of the message."""
+    told = flown.said["protocol version"]
+    assert (told["min_version"], told["version"], told["max_version"]) == (100, 200, 200)
+
+
 def test_it_is_armed_goes_where_it_is_sent_and_surfaces(flown: Flown) -> None:
     modes = [cycle.mode.mode for cycle in flown.cycles]
     entered = [mode for before, mode in zip([None, *modes], modes, strict=False) if mode is not before]

@@ -32,6 +32,14 @@ PLACE = 36.801, -121.8, 294.0
 GLOBAL, RELATIVE, NO_FRAME = 0, 6, 2
 WAYPOINT, LOITER_TURNS, RETURN, CHANGE_SPEED, FENCE_CIRCLE, RALLY_POINT = 16, 18, 20, 178, 5003, 5100
 """MAV_FRAME and MAV_CMD."""
+ASK_FOR_PROTOCOL_VERSION = {
+    "target_system": 1,
+    "target_component": 1,
+    "command": 512,
+    "confirmation": 0,
+    "param1": 300.0,
+    **{f"param{i}": 0.0 for i in range(2, 8)},
+}
 
 
 def say(name: str, value: Any) -> None:
@@ -119,7 +127,7 @@ async def _speed_factor(info: InfoAsync) -> float:
 
 
 async def tell_time(system: System) -> None:
-    """The clock runs as fast as ours; a TIMESYNC comes back with the vehicle's."""
+    """The clock runs as fast as ours; a TIMESYNC comes back with the vehicle's, and so does what it speaks."""
     direct, info = MavlinkDirectAsync(system), InfoAsync(system)
     waiting = asyncio.create_task(
         first(direct.subscribe_message("TIMESYNC"), lambda it: json.loads(it.fields_json)["ts1"] == 4711)
@@ -128,6 +136,10 @@ async def tell_time(system: System) -> None:
     asked = json.dumps({"tc1": 0, "ts1": 4711, "target_system": 1, "target_component": 1})
     await direct.send_message(MavlinkMessage("TIMESYNC", 255, 190, 1, 1, asked))
     say("timesync", json.loads((await waiting).fields_json))
+    waiting = asyncio.create_task(first(direct.subscribe_message("PROTOCOL_VERSION")))
+    await asyncio.sleep(0)
+    await direct.send_message(MavlinkMessage("COMMAND_LONG", 255, 190, 1, 1, json.dumps(ASK_FOR_PROTOCOL_VERSION)))
+    say("protocol version", json.loads((await waiting).fields_json))
     async with asyncio.timeout(PATIENCE):
         while not math.isfinite(pace := await _speed_factor(info)):
             await asyncio.sleep(0.1)

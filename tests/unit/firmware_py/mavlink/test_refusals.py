@@ -168,19 +168,3 @@ def test_no_home_and_no_origin_is_taken_from_a_place_that_is_none() -> None:
     boat.step(4)
     (sentence,) = refused(station.messages)
     assert sentence.startswith("SET_GPS_GLOBAL_ORIGIN refused: origin stays at 46.5")
-
-
-def test_the_protocols_version_is_told_by_the_capabilities_alone() -> None:
-    """The dialect has no PROTOCOL_VERSION (300); who asks for it is told so, and reads the capabilities."""
-    assert 300 not in mavlink.mavlink_map
-    boat, station = boat_in(Mode.DISARMED)
-    for command in ((mavlink.MAV_CMD_REQUEST_PROTOCOL_VERSION, 1), (mavlink.MAV_CMD_REQUEST_MESSAGE, 300)):
-        station.command(*command)
-        boat.step()
-        assert station.acks() == [(command[0], mavlink.MAV_RESULT_UNSUPPORTED)]
-    station.command(mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
-    boat.step()
-    (version,) = station.heard("AUTOPILOT_VERSION")
-    assert version.capabilities & mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
-    boat.step(100)
-    assert {m.mavlink_version for m in station.heard("HEARTBEAT")} == {3}
