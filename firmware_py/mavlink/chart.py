@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from firmware_py.marine import Eta
 from firmware_py.mavlink.breaches import Breaches
 from firmware_py.mavlink.codec import Message, dialect
-from firmware_py.mavlink.course import first_way
+from firmware_py.mavlink.course import first_way, guided_way
 from firmware_py.mavlink.fence_items import FenceDraft, RallyDraft
 from firmware_py.mavlink.longer import Longer
 from firmware_py.mavlink.mission_items import MissionDraft, items_of
@@ -36,6 +36,8 @@ FILES = {kind: f"{name}.json" for kind, name in NAMES.items()}
 """Where each is kept."""
 MOST_ITEMS = 2500
 """In a plan."""
+_PLACES_PER_TICK = 4
+"""Of a fence with many corners, a place that a station sends costs half a millisecond."""
 KNOWN_PLACE = 10.0
 """A place is known up to this 1 sigma, m."""
 _JUMP = dialect.MAV_CMD_DO_JUMP
@@ -134,6 +136,8 @@ class Chart:
         self._step = -1
         self._flown = self._begun = self._done = False
         self._breaches = Breaches()
+        self._looked = 0
+        """Places that were asked for since the last cycle."""
         for kind, draft in (plans or {}).items():
             self._put(kind, draft)
 
@@ -190,9 +194,13 @@ class Chart:
         self._changes[draft.kind] = document
         self._unsaved[draft.kind] = draft.saved
 
-    def breach(self, x: float, y: float) -> str:
-        """What is wrong with being at (x, y), m, by the fence."""
-        return self.fence.breach(x, y)
+    def guided(self, x: float, y: float, u: float) -> str:
+        """What is wrong with going from here to (x, y), m, at u, m/s, and around it, by the fence."""
+        self._looked += 1
+        if self._looked > _PLACES_PER_TICK:
+            return "too many places are asked for at once; send it again"
+        here = None if self._here is None else (self._here.x, self._here.y)
+        return guided_way(here, x, y, u, self._limits)
 
     def changes(self) -> tuple[str, ...]:
         """See `service.Keeper`."""
@@ -228,8 +236,9 @@ class Chart:
         state, eta = cycle.state, cycle.state.eta
         known = state.depth_ok and state.position_std <= KNOWN_PLACE and math.isfinite(eta.x + eta.y + eta.z)
         self._here = eta if known else None
+        self._looked = 0
         self._breaches.watch(cycle, self._limits)
-        if self.second_look.going and self.second_look.go_on():
+        if self.second_look.going and (self.second_look.go_on() or self._cut_off):
             for _, objects in self._listeners:
                 objects()
 
@@ -246,6 +255,11 @@ class Chart:
     def fence_status(self, _: Cycle) -> Message:
         """FENCE_STATUS."""
         return self._breaches.status
+
+    @property
+    def _cut_off(self) -> bool:
+        """Whether the mission is flown, its places are free, and the way that is left to the next one is not."""
+        return self._flown and not self.second_look.going and self.first_way() is not None
 
     def _state(self, mode: Mode) -> int:
         if not self.plans[MISSION].items:

@@ -14,10 +14,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from firmware_py.mavlink.plan_items import INVALID, INVALID_PARAMS, Limits, Refused
+from firmware_py.records.fence import Fence
 from firmware_py.records.order import Jump, Loiter, Step, Surface, Waypoint
 
 _HIGHEST = 6000.0
-_CORNERS = 8
+_LEEWAY = 1.0 / 12.0
+"""So much of its radius a circle may be missed by, to either side."""
 _MOST_WAYS = 16
 """To one item, by jumps forward: what an item costs is bounded."""
 
@@ -56,31 +58,18 @@ class Course:
             self._from = set()
 
     def _come(self, number: int, step: Waypoint | Loiter) -> None:
-        limits, fence = self._limits, self._limits.fence
+        limits = self._limits
         if step.above and not limits.altitude_min <= step.z <= _HIGHEST:
             raise Refused(INVALID_PARAMS[6], f"{step.z:g} m above the bottom, floor {limits.altitude_min:g} m")
         if not step.above and step.z > limits.depth_max:
             raise Refused(INVALID_PARAMS[6], f"depth {step.z:.1f} m, limit {limits.depth_max:g} m")
         spot = _spot(step, limits)
-        if why := fence.breach(step.x, step.y) if spot.radius == 0.0 else self._around(spot):
+        if why := _around(spot, limits.fence):
             raise Refused(INVALID_PARAMS[4], why)
         for start in self._from:
             self._go(start, spot, "the way to it")
         self._from = {spot}
         self._spots.append((number, spot))
-
-    def _around(self, spot: _Spot) -> str:
-        """What is wrong with a circle, by the sides of an octagon within and of one about it."""
-        fence, x, y, shrunk = self._limits.fence, spot.x, spot.y, math.cos(math.pi / _CORNERS)
-        if not fence.reaches(x, y, spot.radius * shrunk, spot.radius / shrunk):
-            return fence.breach(x + spot.radius, y)
-        for radius in (spot.radius, spot.radius / shrunk):
-            angles = [math.tau * i / _CORNERS for i in range(_CORNERS)]
-            corners = [(x + radius * math.cos(angle), y + radius * math.sin(angle)) for angle in angles]
-            for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
-                if why := fence.barred(*start, *end):
-                    return why
-        return ""
 
     def _leap(self, number: int, jump: Jump) -> None:
         """Back to a place that is known, or on to the one that comes next behind an item."""
@@ -118,10 +107,34 @@ def first_way(steps: Sequence[Step], at: int, x: float, y: float, limits: Limits
     return None
 
 
+def guided_way(here: tuple[float, float] | None, x: float, y: float, u: float, limits: Limits) -> str:
+    """What is wrong with circling about (x, y), m, at u, m/s (0 of the cruising speed), and with the way there.
+
+    `here` is where the vehicle is, None where nobody knows.
+    """
+    turning = limits.turning
+    spot = _Spot(x, y, turning.radius(0.0, turning.speed(u)))
+    if why := limits.fence.breach(x, y):
+        return f"the place is {why}"
+    if why := _around(spot, limits.fence):
+        return f"the circle around the place, {spot.radius:.0f} m wide to all sides, is {why}"
+    if here is not None and not limits.fence.breach(*here) and (why := _barred(_Spot(*here, 0.0), spot, limits)):
+        return f"the way to the place is {why}"
+    return ""
+
+
 def _spot(step: Waypoint | Loiter, limits: Limits) -> _Spot:
     turning = limits.turning
     radius = turning.radius(step.radius, turning.speed(step.u)) if isinstance(step, Loiter) else 0.0
     return _Spot(step.x, step.y, radius)
+
+
+def _around(spot: _Spot, fence: Fence) -> str:
+    """What is wrong with a circle, or with its centre if it has no radius."""
+    if spot.radius == 0.0:
+        return fence.breach(spot.x, spot.y)
+    rims = (fence.ringed(spot.x, spot.y, spot.radius * share) for share in (1.0, 1.0 - _LEEWAY, 1.0 + _LEEWAY))
+    return next((why for why in rims if why), "")
 
 
 def _barred(start: _Spot, end: _Spot, limits: Limits) -> str:

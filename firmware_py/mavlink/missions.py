@@ -66,7 +66,7 @@ class Missions:
         self._upload: _Upload | None = None
         self._ended: _Ended | None = None
         self._reading = Reading(chart, voice, self._home)
-        chart.listen(self._reached, lambda: voice.tell(self.objection(), WARNING))
+        chart.listen(self._reached, lambda: voice.tell(self.objection() or self._barred(None), WARNING))
 
     def hears(self) -> dict[int, Hear]:
         """See `service.Service`."""

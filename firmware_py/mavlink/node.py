@@ -121,7 +121,7 @@ class Node:
             missions = Missions(i, self._chart, link, self._orders, door.identity)
             link.serve(missions)
             link.learn(missions.does(), missions.objection)
-            link.setpoints.breach = self._chart.breach
+            link.setpoints.objection = self._chart.guided
 
     def listen(self, tick: Tick, said: Sequence[Sequence[bytes]]) -> None:
         """Takes what came since the last tick, by link.

@@ -69,13 +69,13 @@ class Sea(NamedTuple):
 class Setpoints:
     """Of one link. `depth_max` is the supervisor's limit, m: what is deeper is refused, not obeyed and undone.
 
-    So is a place with which something is wrong by `breach`, which says what.
+    So is a place that `objection` has something against: it takes (x, y), m, and the speed there, m/s, 0 of none asked.
     """
 
     def __init__(self, link: int, voice: Voice, orders: Orders, sea: Sea) -> None:
         self._link, self._voice, self._orders, self._sea = link, voice, orders, sea
         self.depth_max = math.inf
-        self.breach: Callable[[float, float], str] = lambda _x, _y: ""
+        self.objection: Callable[[float, float, float], str] = lambda _x, _y, _u: ""
         self._told: dict[int, tuple[int, str]] = {}
 
     def does(self) -> dict[int, Do]:
@@ -198,8 +198,13 @@ class Setpoints:
     def _refuse_beyond(self, setpoint: Setpoint) -> None:
         if setpoint.z_d > self.depth_max:
             raise Refusal(f"depth {setpoint.z_d:.1f} m, limit {self.depth_max:g} m")
-        if why := self.breach(setpoint.x, setpoint.y):
-            raise Refusal(f"the place is {why}")
+        if math.isnan(setpoint.x):
+            return
+        cycle, u_d = self._orders.cycle, setpoint.u_d
+        if math.isnan(u_d):
+            u_d = 0.0 if cycle is None else cycle.reference.u_d
+        if why := self.objection(setpoint.x, setpoint.y, u_d):
+            raise Refusal(why)
 
     def _attitude(self, tick: Tick, m: Message) -> None:
         self._tell_seldom(tick, m, "attitude cannot be set; set depth and heading")

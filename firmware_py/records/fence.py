@@ -39,10 +39,14 @@ class Disc(NamedTuple):
             root = math.sqrt(root)
             yield from (share for share in ((-b - root) / a, (-b + root) / a) if 0.0 < share < 1.0)
 
-    def reaches(self, x: float, y: float, near: float, far: float) -> bool:
-        """True if the edge comes into the ring about (x, y) from `near` to `far`, m."""
+    def cuts(self, x: float, y: float, radius: float) -> Iterator[float]:
+        """The bearings, rad, at which the circle of a radius, m, about (x, y) crosses the edge."""
         away = math.hypot(self.x - x, self.y - y)
-        return abs(away - self.radius) <= far and away + self.radius >= near
+        if abs(self.radius - radius) < away < self.radius + radius:
+            bearing = math.atan2(self.y - y, self.x - x)
+            half = (away * away + radius * radius - self.radius * self.radius) / (2.0 * away * radius)
+            half = math.acos(min(max(half, -1.0), 1.0))
+            yield from (bearing - half, bearing + half)
 
 
 class Polygon(NamedTuple):
@@ -72,17 +76,19 @@ class Polygon(NamedTuple):
                     yield share
             x0, y0, side0 = x1, y1, side1
 
-    def reaches(self, x: float, y: float, near: float, far: float) -> bool:
-        """As that of a `Disc`."""
+    def cuts(self, x: float, y: float, radius: float) -> Iterator[float]:
+        """As those of a `Disc`."""
         x0, y0 = self.corners[-1]
         for x1, y1 in self.corners:
-            ax, ay, bx, by = x0 - x, y0 - y, x1 - x0, y1 - y0
-            share = min(max(-(ax * bx + ay * by) / (bx * bx + by * by or 1.0), 0.0), 1.0)
-            least = math.hypot(ax + share * bx, ay + share * by)
-            if least <= far and max(math.hypot(ax, ay), math.hypot(x1 - x, y1 - y)) >= near:
-                return True
+            ax, ay, dx, dy = x0 - x, y0 - y, x1 - x0, y1 - y0
+            a, b, c = dx * dx + dy * dy, ax * dx + ay * dy, ax * ax + ay * ay - radius * radius
+            root = b * b - a * c
+            if a > 0.0 and root > 0.0:
+                root = math.sqrt(root)
+                for share in ((-b - root) / a, (-b + root) / a):
+                    if 0.0 <= share <= 1.0:
+                        yield math.atan2(ay + share * dy, ax + share * dx)
             x0, y0 = x1, y1
-        return False
 
 
 Area = Disc | Polygon
@@ -121,9 +127,16 @@ class Fence:
                 return why
         return self.breach(x1, y1)
 
-    def reaches(self, x: float, y: float, near: float, far: float) -> bool:
-        """True if an edge of the fence comes into the ring about (x, y) from `near` to `far`, m."""
-        return any(area.reaches(x, y, near, far) for area in (*self.within, *self.without))
+    def ringed(self, x: float, y: float, radius: float) -> str:
+        """What is wrong with the circle of a radius, m, about (x, y), as `barred` has it of a straight way."""
+        areas = (*self.within, *self.without)
+        bearings = sorted(bearing % math.tau for area in areas for bearing in area.cuts(x, y, radius)) or [0.0]
+        for a, b in itertools.pairwise((*bearings, bearings[0] + math.tau)):
+            middle = 0.5 * (a + b)
+            there = x + radius * math.cos(middle), y + radius * math.sin(middle)
+            if (b - a) * radius > _NOTHING and (why := self.breach(*there)):
+                return why
+        return ""
 
 
 NO_FENCE = Fence()

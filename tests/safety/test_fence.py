@@ -80,12 +80,32 @@ def test_what_is_thinner_than_any_step_bars_a_way_too() -> None:
     assert NO_FENCE.barred(0.0, 0.0, 0.0, 0.0) == ""
 
 
-@given(NEAR, PLACES, st.floats(1, 50))
-def test_a_circle_is_all_on_one_side_of_an_edge_that_does_not_reach_it(area, centre: tuple, radius: float) -> None:
-    if not area.reaches(*centre, radius, radius):
-        angles = [math.tau * i / 100 for i in range(100)]
-        places = [(centre[0] + radius * math.cos(a), centre[1] + radius * math.sin(a)) for a in angles]
-        assert len({area.holds(*place) for place in places}) == 1
+@given(st.lists(NEAR, max_size=3), st.lists(NEAR, max_size=3), PLACES, st.floats(1, 50))
+def test_a_circle_is_barred_wherever_a_place_on_it_is(
+    within: list, without: list, centre: tuple, radius: float
+) -> None:
+    fence = Fence(tuple(within), tuple(without))
+
+    def wrong(r: float) -> bool:
+        """In two of 500 places in a row, which is more than touched."""
+        places = [(math.cos(math.tau * i / 500), math.sin(math.tau * i / 500)) for i in range(501)]
+        breaches = [fence.breach(centre[0] + r * north, centre[1] + r * east) for north, east in places]
+        return any(a and b for a, b in itertools.pairwise(breaches))
+
+    found = wrong(radius)
+    if found == wrong(radius - 1e-6) == wrong(radius + 1e-6):  # it does not run along an edge
+        assert bool(fence.ringed(*centre, radius)) >= found
+    if not fence.ringed(*centre, radius):
+        assert not wrong(radius - 1e-6) or not wrong(radius + 1e-6)
+
+
+def test_what_is_thinner_than_any_step_bars_a_circle_too() -> None:
+    needle = Polygon(((50.0, -1.0), (50.0, 1.0), (50.0001, 1.0), (50.0001, -1.0)))
+    assert Fence((), (needle,)).ringed(0.0, 0.0, 50.00005) == "within exclusion 1 of the fence"
+    assert Fence((), (needle,)).ringed(0.0, 0.0, 49.0) == ""
+    assert Fence((SQUARE, Disc(10.0, 0.0, 8.0)), ()).ringed(8.0, 0.0, 5.0) == ""  # from one area into the next
+    assert Fence((SQUARE,), (HOLE,)).ringed(0.0, 0.0, 5.0) == ""  # the hole is within it
+    assert NO_FENCE.ringed(0.0, 0.0, 5.0) == ""
 
 
 EAST, NORTH, WEST, FAR = Place(0.0, 9.0), Place(10.0, 0.0), Place(0.0, -9.5), Place(40.0, 0.0)

@@ -19,7 +19,7 @@ from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mode, Surfa
 from firmware_py.records.turning import Turning
 
 from .planner import FENCE, RALLY, WAYPOINT, Planner, home, item
-from .station import ACTUATORS, ORIGIN, STATE, Boat
+from .station import ACTUATORS, ORIGIN, STATE, Boat, put_together
 
 ACCEPTED, X = mavlink.MAV_MISSION_ACCEPTED, mavlink.MAV_MISSION_INVALID_PARAM5_X
 YES, NOT_NOW, DENIED = 0, mavlink.MAV_RESULT_TEMPORARILY_REJECTED, mavlink.MAV_RESULT_DENIED
@@ -148,6 +148,71 @@ def test_another_mission_that_would_begin_behind_the_fence_is_refused_while_one_
     assert "it would begin at once, and the way to it is within exclusion 1" in "".join(planner.texts)
     assert len(planner.download()) == 2
     assert planner.upload(home(at(0, 70), item(JUMP, 3, 1), at(100, 70), at(0, 90))) == ACCEPTED
+
+
+def test_a_fence_across_the_way_that_is_being_flown_is_taken_and_said() -> None:
+    planner = fenced()
+    assert planner.upload(home(at(0, 20), at(0, 90), at(0, 120))) == ACCEPTED
+    assert commanded(planner, *AUTO[0]) == YES
+    planner.texts.clear()
+    across = [at(x, y, command=EXCLUDE, p=(4,), kind=FENCE) for x, y in ((-9, 5), (9, 5), (9, 10), (-9, 10))]
+    assert planner.upload(home(*across, kind=FENCE), FENCE) == ACCEPTED
+    for _ in range(5):
+        planner.step()
+    assert "the way from here to item 1 is within exclusion 1 of the fence" in "".join(planner.texts)
+    assert planner.boat.mode is Mode.MISSION  # the supervisor brings it up, should it come so far
+
+
+GOTO = mavlink.MAV_CMD_DO_REPOSITION
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "speed", "why"),
+    [
+        (50.0, 0.0, 1.0, "the place is within exclusion 1 of the fence"),
+        (10.0, 0.0, 1.0, "the circle around the place, 30 m wide to all sides, is within exclusion 1 of the fence"),
+        (-15.0, 0.0, 2.5, ""),
+        (0.0, 0.0, 2.5, "the circle around the place, 45 m wide to all sides, is within exclusion 1 of the fence"),
+        (120.0, 0.0, 1.0, "the way to the place is within exclusion 1 of the fence"),
+        (120.0, 190.0, 1.0, ""),
+    ],
+)
+def test_a_place_is_gone_to_if_the_way_and_the_circle_there_are_free(
+    x: float, y: float, speed: float, why: str
+) -> None:
+    planner = fenced()
+    boat, station = planner.boat, planner.station
+    boat.mode = Mode.GUIDED
+    boat.step()
+    mask = 8 | 16 | 32 | 64 | 128 | 256 | 1024 | 2048
+    lines = [
+        mavlink.MAVLink_set_position_target_local_ned_message(
+            0, 1, 1, mavlink.MAV_FRAME_LOCAL_NED, mask & ~24, x, y, 5.0, speed, 0, 0, 0, 0, 0, 0, 0
+        ),
+        mavlink.MAVLink_command_int_message(
+            1, 1, mavlink.MAV_FRAME_LOCAL_NED, GOTO, 0, 0, speed, 1, 0, 0, round(x * 1e4), round(y * 1e4), 5.0
+        ),
+    ]
+    for line in lines:
+        boat.orders.clear()
+        station.messages.clear()
+        station.send(line)
+        boat.step(3)
+        sent = [order.setpoint for order in boat.orders if math.isfinite(order.setpoint.x)]
+        said = "".join(put_together([m for m in station.messages if m.get_type() == "STATUSTEXT"]))
+        assert said.endswith(why) if why else not said
+        assert len(sent) == (0 if why else 1)
+
+
+def test_no_more_places_are_looked_at_in_a_tick_than_it_has_time_for() -> None:
+    planner = fenced()
+    planner.boat.mode = Mode.GUIDED
+    planner.boat.step()
+    for i in range(6):
+        place = round(-1e6 + i), 0
+        planner.station.send(mavlink.MAVLink_command_int_message(1, 1, LOCAL, GOTO, 0, 0, 1.0, 1, 0, 0, *place, 5.0))
+    planner.boat.step(8)
+    assert [result for _, result in planner.station.acks()] == [DENIED, DENIED, YES, YES, YES, YES]
 
 
 @pytest.mark.parametrize(
