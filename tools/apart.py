@@ -83,6 +83,7 @@ def fly_apart(
     ):
         tape = _Tape(log, watch, round(scenario.duration * flight.rate))
         gone = _Gone(child)
+        losses: dict[str, int] = {}
 
         def stop() -> bool:
             return pilot.referee.done or bool(interrupted) or tape.full or gone()
@@ -93,7 +94,7 @@ def fly_apart(
         ground, io = command(pilot), flight.io
         try:
             if address:
-                vehicle.run_hil(flight.autopilot, flight.configuration, address, io, ground, tape, stop, say)
+                vehicle.run_hil(flight.autopilot, flight.configuration, address, io, ground, tape, stop, say, losses)
             else:
                 vehicle.run(
                     flight.autopilot,
@@ -106,6 +107,7 @@ def fly_apart(
                     tape,
                     stop,
                     say,
+                    losses,
                     meet_plant=realtime,
                 )
             outcome = judge(pilot.referee, bool(interrupted))
@@ -117,7 +119,7 @@ def fly_apart(
             killed = child.returncode < 0
             why = f"killed by signal {-child.returncode}" if killed else _last_words(folder)
             outcome = Outcome(False, f"the plant has ended: {why}")
-        log.close({**outcome._asdict(), "wall_s": tape.seconds, "losses": dict(lost())})
+        log.close({**outcome._asdict(), "wall_s": tape.seconds, "losses": {**losses, **lost()}})
     return outcome
 
 

@@ -98,6 +98,7 @@ def command(options: argparse.Namespace) -> int:
     console = Console(stderr=True)
     header = machine.header("fly", configuration, pace=pace, link=options.link)
     lost, reason, began = False, "", time.monotonic()
+    losses: dict[str, int] = {}
     with (
         open_ground(options.gcs, configuration, options.gcs_key, options.state) as stations,
         interruptible() as interrupted,
@@ -113,10 +114,10 @@ def command(options: argparse.Namespace) -> int:
         ground.node.may_end()
         try:
             if address:
-                vehicle.run_hil(autopilot, configuration, address, io, ground, tape, stop, tape.say)
+                vehicle.run_hil(autopilot, configuration, address, io, ground, tape, stop, tape.say, losses)
             else:
                 dvl = Path(options.dvl or io.dvl.place(spec))
-                vehicle.run(autopilot, params.rate, io, spec, dvl, pace, ground, tape, stop, tape.say)
+                vehicle.run(autopilot, params.rate, io, spec, dvl, pace, ground, tape, stop, tape.say, losses)
         except LockstepError as error:
             lost, reason = True, str(error)
             console.print(f"sternplane: {error}", highlight=False, soft_wrap=True)
@@ -125,7 +126,7 @@ def command(options: argparse.Namespace) -> int:
             reason = reason or _how(tape.last, bool(interrupted), asked)
             if not tape.broken:
                 end = {"completed": None, "reason": reason, "wall_s": time.monotonic() - began}
-                log.close({**end, "losses": stations.losses()})
+                log.close({**end, "losses": {**losses, **stations.losses()}})
     state.save(options.state or folder / "state", autopilot.estimator.keep())
     if tape.cycles:
         Console().print(table(report.leave(read(folder / "log.mcap"), folder)))

@@ -55,6 +55,7 @@ def run(
     recorder: Recorder,
     stop: Callable[[], bool],
     say: Callable[[str], None],
+    losses: dict[str, int],
     *,
     meet_plant: bool = False,
 ) -> None:
@@ -71,6 +72,7 @@ def run(
         recorder: who keeps the log.
         stop: asked at every tick.
         say: told what people should know, such as options of real time that are not permitted.
+        losses: however it ends, by name, how much was lost or refused on the wires.
         meet_plant: in real time, begin together with a plant that says hello.
 
     Raises:
@@ -88,6 +90,7 @@ def run(
         line = DvlPort(io.dvl, str(dvl))
         stack.callback(line.close)
         hardware = Hardware(io, len(autopilot.applied.fins), turns if pace == "bus" else bus, line)
+        stack.callback(lambda: losses.update(hardware.losses()))
         for refusal in stack.enter_context(realtime.applied(io.realtime)):
             say(refusal)
         if pace == "bus":
@@ -112,6 +115,7 @@ def run_hil(
     recorder: Recorder,
     stop: Callable[[], bool],
     say: Callable[[str], None],
+    losses: dict[str, int],
 ) -> None:
     """The same behind a PX4-compatible simulator: in lockstep with it until it, or `stop`, has had enough.
 
@@ -124,6 +128,7 @@ def run_hil(
         recorder: who keeps the log.
         stop: asked at every tick.
         say: told what people should know.
+        losses: however it ends, how much that came was no MAVLink.
 
     Raises:
         BusError: there is no such host.
@@ -135,7 +140,8 @@ def run_hil(
     if stream is None:
         return
     link = HilLink(stream, params.mavlink.system, vehicle=True)
-    with contextlib.closing(link):
+    with contextlib.closing(link), contextlib.ExitStack() as stack:
+        stack.callback(lambda: losses.update(hil_malformed=link.malformed))
         hardware = HilHardware(link, [*(fin.delta_max for fin in boat.fins), boat.propeller.n_max])
         with realtime.applied(io.realtime) as refusals:
             for refusal in refusals:

@@ -84,6 +84,8 @@ def test_two_processes_give_the_cycles_that_one_gives_byte_for_byte(scenario: Pa
     assert two.cycle_bytes == one.cycle_bytes
     assert again.cycle_bytes == two.cycle_bytes
     assert two.topics["/truth"].messages == one.topics["/truth"].messages
+    assert two.end["losses"]
+    assert two.end["losses"].items() <= one.end["losses"].items()
 
 
 def test_a_run_in_real_time_in_two_processes_is_replayed_byte_for_byte(scenario: Path, tmp_path: Path) -> None:
@@ -115,6 +117,7 @@ def test_one_side_killed_in_lockstep_ends_the_other_with_its_name_and_a_readable
     assert log.complete == (killed == "plant")
     if killed == "plant":
         assert "silent" in log.end["reason"]
+        assert log.end["losses"]["transfers_malformed"] == 0
 
 
 def test_a_bus_on_which_our_nodes_speak_is_refused_with_who_was_heard(
