@@ -61,7 +61,6 @@ class Guidance:
         self._sight = LineOfSight(params.line_of_sight)
         self._route = Route(mission, rally, fence)
         self._home = Route(Mission((Surface(rally=True),)), rally, fence)
-        self._no_way = (_NO_WAY,) if rally else ()
         self._bottom = Bottom(depth_max - _CLEAR, altitude_min + _CLEAR)
         self._learning = Learning(params.learning, depth_max, altitude_min)
         self._mode = Mode.DISARMED
@@ -125,7 +124,10 @@ class Guidance:
                 self._home.enter(eta.x, eta.y, self._depth.command)
             self._wanted = self._surface(state)
         else:
+            barred = self._flown.barred
             across, dither = self._proceed(entered, order.setpoint.u_d, state, tick.dt)
+            if self._flown.barred and not barred:
+                self.events += (_NO_WAY,)
         self._last = self._shape(nu.u, across, dither, tick.dt)
         return self._last
 
@@ -192,7 +194,6 @@ class Guidance:
         self._hurry(u_d)
         if entered:
             route.enter(state.eta.x, state.eta.y, self._depth.command)
-            self.events = self._no_way if self._mode is Mode.RETURN and route.finished else ()
         item = route.current
         if isinstance(item, Manoeuvre):
             return math.nan, self._learn(item, state, dt)

@@ -18,7 +18,7 @@ class Progress(NamedTuple):
 
     The item that is flown (as many as there are: all are), where its leg starts, and, for the jumps that were made, how
     often each; of a loiter the bearing from its centre, rad, the angle gone around, rad, and the time, s, since its
-    circle was joined (NaN, 0, 0 before); of the way to a rally point that point.
+    circle was joined (NaN, 0, 0 before); of the way to a rally point that point, and whether there was none.
     """
 
     next: int
@@ -28,6 +28,7 @@ class Progress(NamedTuple):
     turned: float = 0.0
     spent: float = 0.0
     rally: Place | None = None
+    barred: bool = False
 
 
 BEGINNING = Progress(0)
@@ -95,6 +96,11 @@ class Route:
     def rally(self) -> Place | None:
         """The rally point that is gone to; None off such a way."""
         return self._memory.rally
+
+    @property
+    def barred(self) -> bool:
+        """True once it is finished because no rally point has a straight way within the fence."""
+        return self._memory.barred
 
     @property
     def manoeuvre(self) -> Manoeuvre | None:
@@ -190,7 +196,7 @@ class Route:
         if not self.finished and self._memory.rally is None and isinstance(self._items[self._memory.next], Surface):
             rally = haven(self._rally, self._fence, x, y)
             done = len(self._items) if rally is None else self._memory.next
-            self._memory = self._memory._replace(next=done, rally=rally)
+            self._memory = self._memory._replace(next=done, rally=rally, barred=rally is None)
 
     def _from(self, item: int, memory: Progress) -> Progress:
         """Progress at the first item from `item` on that is to be flown, once all jumps on the way are made.

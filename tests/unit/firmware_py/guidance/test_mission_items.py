@@ -195,12 +195,24 @@ def test_a_rally_point_behind_an_exclusion_is_not_returned_to(items: tuple) -> N
     assert math.hypot(vehicle.x + 90.0, vehicle.y - 60.0) < PARAMS.line_of_sight.acceptance + 0.1
 
 
+NO_WAY = "no rally point has a straight way within the fence"
+
+
 def test_returning_is_over_at_once_and_says_why_where_no_way_keeps_to_the_fence() -> None:
     vehicle = boat(rally=(Place(60.0, 0.0),), fence=WALL)
     vehicle.run(Mode.MANUAL, 0.1)
     vehicle.step(Mode.RETURN)
     assert vehicle.guidance.finished
-    assert vehicle.events == ["no rally point has a straight way within the fence"]
+    assert vehicle.events == [NO_WAY]
+
+
+@pytest.mark.parametrize("rally", [(Place(60.0, 0.0),), ()])
+def test_a_mission_that_ends_with_a_return_says_why_it_goes_nowhere(rally: tuple[Place, ...]) -> None:
+    """Where there are no rally points, coming up is what the item asks for: nothing is to be said."""
+    vehicle = boat(at(10.0), Surface(rally=True), rally=rally, fence=WALL)
+    vehicle.run(Mode.MISSION, 30.0)
+    assert vehicle.guidance.finished
+    assert vehicle.events == ["waypoint 1 of 1 passed", *[NO_WAY] * len(rally)]
 
 
 def test_surfacing_does_not_steer_for_a_rally_point_behind_an_exclusion() -> None:
