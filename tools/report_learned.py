@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -147,9 +146,8 @@ def _believed(header: Mapping[str, Any]) -> dict[str, float]:
         vehicle = load(Vehicle, header.get("configuration", {}).get("vehicle", {}), "vehicle")
     except ParamError:
         return {}
-    hull, drag = vehicle.hull, {"C_d0": vehicle.propeller.C_d0}
-    drag |= {"C_dy": vehicle.hull.C_dy, "C_dz": vehicle.hull.C_dz, "density": hull.density, "length": hull.length}
-    return {**dataclasses.asdict(vehicle.coefficients), **drag, **dict.fromkeys(GROUPS, 1.0)}
+    size = {"density": vehicle.hull.density, "length": vehicle.hull.length}
+    return {**vehicle.linear, **size, **dict.fromkeys(GROUPS, 1.0)}
 
 
 def _truth(header: Mapping[str, Any], believed: Mapping[str, float]) -> dict[str, float]:

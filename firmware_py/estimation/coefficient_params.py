@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -166,8 +165,7 @@ class CoefficientParams:
 
 def beside(vehicle: Vehicle, params: CoefficientParams) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The nuisances and the considered, "rest" spelled out: without what is believed to be 0, which nothing scales."""
-    known = {**dataclasses.asdict(vehicle.coefficients), "C_d0": vehicle.propeller.C_d0}
-    known |= {"C_dy": vehicle.hull.C_dy, "C_dz": vehicle.hull.C_dz}
+    known = vehicle.linear
     named = (*params.names, *params.nuisances, *params.considered)
     taken = {member for name in named for member in GROUPS.get(name, (name,))}
     rest = tuple(name for name in COEFFICIENTS if name not in taken and known[name] != 0.0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import difflib
 import math
 from collections.abc import Sequence
@@ -144,10 +143,7 @@ def constants(vehicle: Vehicle) -> Array:
         "advance": propeller.u_trim / propeller.n_trim,
         "k_race": load,
         "knee": math.sqrt(1.0 + load) - 1.0,
-        **dataclasses.asdict(vehicle.coefficients),
-        "C_d0": propeller.C_d0,
-        "C_dy": hull.C_dy,
-        "C_dz": hull.C_dz,
+        **vehicle.linear,
     }
     return np.array([values[name] for name in CONSTANTS], dtype=np.float64)
 

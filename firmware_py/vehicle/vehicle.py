@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from firmware_py.params import ParamError, param
 from firmware_py.vehicle.coefficients import Coefficients
@@ -60,6 +60,9 @@ class Propeller:
     C_t: float = param(0.008, low=1e-9, high=10.0, doc="Thrust loading: C_t(eta) = C_t L[m]^2 eta|eta| / 2.")
 
 
+_COEFFICIENTS = tuple(field.name for field in fields(Coefficients))
+
+
 @dataclass(frozen=True, slots=True)
 class Vehicle:
     """The whole belief. Raises ParamError for fins, coefficients or a propeller that cannot steer or drive it."""
@@ -78,6 +81,13 @@ class Vehicle:
         if self.propeller.n_max < self.propeller.n_trim:
             raise ParamError("propeller: n_max_rpm is below n_trim_rpm")
         _ = self.effectiveness
+
+    @property
+    def linear(self) -> dict[str, float]:
+        """Whatever the forces are linear in, by name: the coefficients, and the drag of hull and propeller."""
+        coefficients, hull = self.coefficients, self.hull
+        values = {name: getattr(coefficients, name) for name in _COEFFICIENTS}
+        return {**values, "C_d0": self.propeller.C_d0, "C_dy": hull.C_dy, "C_dz": hull.C_dz}
 
     @property
     def effectiveness(self) -> Effectiveness:
