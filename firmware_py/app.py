@@ -21,8 +21,8 @@ from firmware_py.allocation import Allocator
 from firmware_py.autopilot import Autopilot
 from firmware_py.estimation.navigation import Kept
 from firmware_py.marine import Origin
-from firmware_py.mavlink import chart, parameters
-from firmware_py.mavlink.chart import Draft
+from firmware_py.mavlink import draft, parameters
+from firmware_py.mavlink.draft import Draft
 from firmware_py.mavlink.parameters import Book
 from firmware_py.mavlink.setpoints import Sea
 from firmware_py.param_tree import replaced, settings
@@ -136,8 +136,8 @@ def under_plans(configuration: Configuration, state: Path | None) -> dict[str, A
         ParamError: what was kept cannot be used; the error names the file.
     """
     laid: dict[str, Any] = {}
-    for draft in _kept_plans(configuration, state).values():
-        laid |= json.loads(draft.finish()[1])
+    for plan in _kept_plans(configuration, state).values():
+        laid |= json.loads(plan.finish()[1])
     return {**configuration, **laid}
 
 
@@ -148,19 +148,19 @@ def plans(configuration: Configuration, state: Path | None) -> dict[int, Draft]:
         ParamError: what was kept cannot be used; the error names the file.
     """
     found = _kept_plans(configuration, state)
-    if chart.MISSION not in found:
+    if draft.MISSION not in found:
         sea = _sea(configuration)
-        found[chart.MISSION] = chart.drawn(from_plain(configuration["mission"]), sea)
+        found[draft.MISSION] = draft.drawn(from_plain(configuration["mission"]), sea)
     return found
 
 
 def _kept_plans(configuration: Configuration, state: Path | None) -> dict[int, Draft]:
     found: dict[int, Draft] = {}
-    for kind, name in chart.FILES.items():
+    for kind, name in draft.FILES.items():
         path = state / name if state is not None else None
         if path is not None and path.exists():
             with naming(str(path)):
-                found[kind] = chart.read(kind, path.read_text(encoding="utf-8"), _sea(configuration))
+                found[kind] = draft.read(kind, path.read_text(encoding="utf-8"), _sea(configuration))
     return found
 
 

@@ -13,8 +13,8 @@ from firmware_py.adapters.stations_stream import SerialLink, TcpClient, TcpServe
 from firmware_py.adapters.stations_udp import UdpLink
 from firmware_py.adapters.store import Store
 from firmware_py.marine import Origin
-from firmware_py.mavlink.chart import Draft
 from firmware_py.mavlink.codec import dialect
+from firmware_py.mavlink.draft import Draft
 from firmware_py.mavlink.node import MavlinkParams, Node
 from firmware_py.mavlink.parameters import Book
 from firmware_py.mavlink.signing import Signing

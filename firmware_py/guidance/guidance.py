@@ -126,8 +126,7 @@ class Guidance:
         else:
             barred = self._flown.barred
             across, dither = self._proceed(entered, order.setpoint.u_d, state, tick.dt)
-            if self._flown.barred and not barred:
-                self.events += (_NO_WAY,)
+            self.events += (_NO_WAY,) * (self._flown.barred and not barred)
         self._last = self._shape(nu.u, across, dither, tick.dt)
         return self._last
 

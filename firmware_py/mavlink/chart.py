@@ -7,35 +7,22 @@ fence or limit forbids stays, and is not flown; a rally point that a later fence
 
 from __future__ import annotations
 
-import json
 import math
-import zlib
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
 
 from firmware_py.marine import Eta
 from firmware_py.mavlink.breaches import Breaches
 from firmware_py.mavlink.codec import Message, dialect
 from firmware_py.mavlink.course import first_way, guided_way
-from firmware_py.mavlink.fence_items import FenceDraft, RallyDraft
+from firmware_py.mavlink.draft import FENCE, FILES, MISSION, NAMES, RALLY, Draft, Plan
 from firmware_py.mavlink.longer import Longer
-from firmware_py.mavlink.mission_items import MissionDraft, items_of
-from firmware_py.mavlink.plan_items import INVALID_PARAMS, Limits, Raw, Refused, from_json, settled
+from firmware_py.mavlink.plan_items import INVALID_PARAMS, Limits, Refused
 from firmware_py.mavlink.second_look import SecondLook
 from firmware_py.mavlink.setpoints import Sea
-from firmware_py.params import ParamError
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.fence import Fence, Place
-from firmware_py.records.order import Mission, Mode, Step
+from firmware_py.records.order import Mode, Step
 
-MISSION: int = dialect.MAV_MISSION_TYPE_MISSION
-FENCE: int = dialect.MAV_MISSION_TYPE_FENCE
-RALLY: int = dialect.MAV_MISSION_TYPE_RALLY
-NAMES = {MISSION: "mission", FENCE: "fence", RALLY: "rally"}
-FILES = {kind: f"{name}.json" for kind, name in NAMES.items()}
-"""Where each is kept."""
-MOST_ITEMS = 2500
-"""In a plan."""
 _PLACES_PER_TICK = 4
 """Of a fence with many corners, a place that a station sends costs half a millisecond."""
 KNOWN_PLACE = 10.0
@@ -43,77 +30,6 @@ KNOWN_PLACE = 10.0
 _JUMP = dialect.MAV_CMD_DO_JUMP
 _NO_MISSION, _NOT_STARTED, _ACTIVE, _PAUSED, _COMPLETE = 1, 2, 3, 4, 5
 """MISSION_STATE."""
-
-
-class Plan(NamedTuple):
-    """Items, their identity (0 of none), and, of a mission, of each step the item that it was made of."""
-
-    items: tuple[Raw, ...] = ()
-    ident: int = 0
-    at: tuple[int, ...] = ()
-
-
-class Draft:
-    """A plan that comes item by item; offsets are seen from `here`, None where nobody knows where the vehicle is."""
-
-    def __init__(self, kind: int, sea: Sea, limits: Limits, here: Eta | None = None) -> None:
-        makers = {MISSION: MissionDraft, FENCE: FenceDraft, RALLY: RallyDraft}
-        self.kind, self.limits, self._here = kind, limits, here
-        self._content: Any = makers[kind](sea, limits)
-        self._items: list[Raw] = []
-        self._lines: list[str] = []
-        self._crc = 0
-
-    def add(self, raw: Raw) -> None:
-        """Takes the next item.
-
-        Raises:
-            Refused: it is none for such a plan.
-        """
-        raw = settled(raw, self._here)
-        self._content.add(raw)
-        self._items.append(raw)
-        self._lines.append(raw.text)
-        self._crc = zlib.crc32(raw.packed, self._crc)
-
-    def finish(self) -> tuple[Plan, str]:
-        """The plan, and the document for the core.
-
-        Raises:
-            Refused: what came makes no plan.
-        """
-        document = self._content.finish()
-        return Plan(tuple(self._items), (self._crc or 1) if self._items else 0, self._at), document
-
-    @property
-    def saved(self) -> bytes:
-        """As it is kept: an item a line."""
-        return ('{"items": [\n' + ",\n".join(self._lines) + "\n]}\n").encode()
-
-    @property
-    def content(self) -> Any:
-        """What the items mean."""
-        return self._content
-
-    @property
-    def _at(self) -> tuple[int, ...]:
-        return tuple(self._content.at) if self.kind == MISSION else ()
-
-
-def read(kind: int, content: str, sea: Sea) -> Draft:
-    """The plan of a file that was kept, whatever limits hold now.
-
-    Raises:
-        ParamError: it is none; the error says why.
-    """
-    draft = Draft(kind, sea, Limits())
-    try:
-        for row in json.loads(content)["items"]:
-            draft.add(from_json(row))
-        draft.finish()
-    except (Refused, ValueError, LookupError, TypeError, ArithmeticError, AttributeError) as error:
-        raise ParamError(f"{NAMES[kind]} cannot be used ({error}); remove the file") from None
-    return draft
 
 
 class Chart:
@@ -303,11 +219,3 @@ class Chart:
                 break
             for reached, _ in self._listeners:
                 reached(item)
-
-
-def drawn(mission: Mission, sea: Sea) -> Draft:
-    """A mission that no station has sent, as one would have."""
-    draft = Draft(MISSION, sea, Limits())
-    for raw in items_of(mission, sea):
-        draft.add(raw)
-    return draft

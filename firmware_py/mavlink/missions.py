@@ -13,8 +13,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from firmware_py.mavlink.chart import FENCE, MISSION, MOST_ITEMS, NAMES, Chart, Draft
+from firmware_py.mavlink.chart import Chart
 from firmware_py.mavlink.codec import Message, dialect
+from firmware_py.mavlink.draft import FENCE, MISSION, MOST_ITEMS, NAMES, Draft
 from firmware_py.mavlink.modes import Identity
 from firmware_py.mavlink.orders import Orders, Wish
 from firmware_py.mavlink.plan_items import ACCEPTED, ERROR, UNSUPPORTED, Refused, raw_of

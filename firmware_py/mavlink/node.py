@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from firmware_py.marine import Origin
-from firmware_py.mavlink import chart, metadata, parameters, protocol_version
+from firmware_py.mavlink import draft, metadata, parameters, protocol_version
 from firmware_py.mavlink.aim import Aim
-from firmware_py.mavlink.chart import Chart, Draft
+from firmware_py.mavlink.chart import Chart
 from firmware_py.mavlink.codec import dialect
 from firmware_py.mavlink.door import Door
+from firmware_py.mavlink.draft import Draft
 from firmware_py.mavlink.files import Files
 from firmware_py.mavlink.helm import HelmParams
 from firmware_py.mavlink.high_latency import HighLatency
@@ -41,7 +42,7 @@ from firmware_py.records.order import Mode, Order
 from firmware_py.records.turning import Turning
 from firmware_py.schedule import Tick
 
-KEPT = (parameters.FILE, *chart.FILES.values())
+KEPT = (parameters.FILE, *draft.FILES.values())
 """The names of all that `Node.saves` may ever give."""
 _TURNING = {
     "guidance.loiter_radius_m": ("loiter_radius", 1.0),

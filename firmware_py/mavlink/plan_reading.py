@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from firmware_py.mavlink.chart import MISSION, NAMES, Chart, Plan
+from firmware_py.mavlink.chart import Chart
 from firmware_py.mavlink.codec import Message, dialect
+from firmware_py.mavlink.draft import MISSION, NAMES, Plan
 from firmware_py.mavlink.longer import Longer
 from firmware_py.mavlink.plan_items import ACCEPTED, UNSUPPORTED, Raw, at, degrees
 from firmware_py.mavlink.service import Hear

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.marine import Eta, Nu, Origin
-from firmware_py.mavlink.chart import Draft
 from firmware_py.mavlink.door import Door
+from firmware_py.mavlink.draft import Draft
 from firmware_py.mavlink.identity import Identity
 from firmware_py.mavlink.node import MavlinkParams, Node
 from firmware_py.mavlink.status import Actuators

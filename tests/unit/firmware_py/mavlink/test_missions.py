@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from firmware_py.mavlink.chart import FILES, drawn, read
 from firmware_py.mavlink.door import Door
+from firmware_py.mavlink.draft import FILES, drawn, read
 from firmware_py.mavlink.identity import Identity
 from firmware_py.mavlink.mission_items import items_of
 from firmware_py.mavlink.node import MavlinkParams, Node

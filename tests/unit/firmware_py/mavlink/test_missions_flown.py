@@ -7,7 +7,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from firmware_py.mavlink.chart import read
+from firmware_py.mavlink.draft import read
 from firmware_py.mavlink.identity import Identity
 from firmware_py.mavlink.setpoints import Sea
 from firmware_py.params import ParamError

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import all as mavlink
 
 from firmware_py.marine import Eta, Nu
-from firmware_py.mavlink.chart import MISSION, drawn
 from firmware_py.mavlink.door import Door
+from firmware_py.mavlink.draft import MISSION, drawn
 from firmware_py.mavlink.identity import Identity
 from firmware_py.mavlink.link import Link
 from firmware_py.mavlink.node import MavlinkParams, Node
