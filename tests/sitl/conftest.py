@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import subprocess
-import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-COMMAND = Path(sys.executable).parent / "sternplane"
-Start = Callable[..., subprocess.Popen[str]]
+from tests.dive import DIVE
+from tests.sitl.command import COMMAND, Start
+
+
+@pytest.fixture
+def dive(tmp_path: Path) -> Path:
+    """A scenario of 12 s, in eddies; it may be written anew."""
+    path = tmp_path / "dive.toml"
+    path.write_text(f"{DIVE}[environment]\nturbulence_m_s = 0.03\n")
+    return path
 
 
 @pytest.fixture

@@ -8,16 +8,15 @@ import resource
 import shutil
 import signal
 import subprocess
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
 
+from tests.sitl.command import COMMAND
 from tools.log import read
 
 ROOT = Path(__file__).resolve().parents[2]
-COMMAND = Path(sys.executable).parent / "sternplane"
 BRIEF = """
 description = "Two seconds at the surface."
 duration_s = 2.0

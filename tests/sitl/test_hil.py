@@ -6,13 +6,13 @@ import shutil
 import signal
 import socket
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from firmware_py.app import build
+from tests.sitl.command import Start, sternplane
 from tests.sitl.flights import demonstration, flown
 from tools.cli import main
 from tools.log import read
@@ -20,28 +20,6 @@ from tools.replay import replay
 from tools.summary import summarise
 
 ROOT = Path(__file__).resolve().parents[2]
-COMMAND = Path(sys.executable).parent / "sternplane"
-DIVE = """
-description = "A short dive."
-duration_s = 12.0
-completes = "time"
-[environment]
-turbulence_m_s = 0.03
-[[orders]]
-t_s = 0.5
-arming = "arm"
-mode = "hold"
-depth_m = 2.0
-heading_deg = 30.0
-speed_m_s = 1.5
-"""
-
-
-@pytest.fixture
-def dive(tmp_path: Path) -> Path:
-    path = tmp_path / "dive.toml"
-    path.write_text(DIVE)
-    return path
 
 
 @pytest.fixture
@@ -49,13 +27,6 @@ def link() -> str:
     """On a port that is free."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         return f"mavlink-hil:127.0.0.1:{server.getsockname()[1]}"
-
-
-def sternplane(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([COMMAND, *arguments], cwd=cwd, capture_output=True, text=True, check=False, timeout=110)
-
-
-Start = Callable[..., subprocess.Popen[str]]
 
 
 Refused = Callable[..., str]
@@ -122,7 +93,7 @@ def test_two_runs_give_the_same_bytes_and_so_does_the_replay(dive: Path, tmp_pat
 
 
 def test_in_real_time_the_plant_keeps_the_time_and_the_vehicle_follows(dive: Path, tmp_path: Path, link: str) -> None:
-    dive.write_text(DIVE.replace("12.0", "3.0"))
+    dive.write_text(dive.read_text().replace("12.0", "3.0"))
     for name, pace in (("slow", "realtime"), ("quick", "max")):
         words = ("--scenario", dive, "--link", link, "--pace", pace, "--out", name)
         result = sternplane("sitl", *words, cwd=tmp_path)

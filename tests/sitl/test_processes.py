@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
-import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,33 +15,12 @@ from firmware_py.adapters.turns import HELLO, VERSION, Turns
 from firmware_py.app import build
 from firmware_py.wire.messages import TICK, TICK_DONE
 from firmware_py.wire.protocol import Tick, TickDone
+from tests.sitl.command import Start, sternplane
 from tests.sitl.flights import flown
 from tools.log import read
 from tools.replay import replay
 
 ROOT = Path(__file__).resolve().parents[2]
-COMMAND = Path(sys.executable).parent / "sternplane"
-SCENARIO = """
-description = "A short dive."
-duration_s = 12.0
-completes = "time"
-[environment]
-turbulence_m_s = 0.03
-[[orders]]
-t_s = 0.5
-arming = "arm"
-mode = "hold"
-depth_m = 2.0
-heading_deg = 30.0
-speed_m_s = 1.5
-"""
-
-
-@pytest.fixture
-def scenario(tmp_path: Path) -> Path:
-    path = tmp_path / "dive.toml"
-    path.write_text(SCENARIO)
-    return path
 
 
 @pytest.fixture
@@ -56,15 +33,6 @@ def bus() -> Iterator[CanBus]:
 BUS = "udp:6"
 
 
-def sitl(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [COMMAND, "sitl", *arguments], cwd=cwd, capture_output=True, text=True, check=False, timeout=100
-    )
-
-
-Start = Callable[..., subprocess.Popen[str]]
-
-
 def until_heard(bus: CanBus, source: int, seconds: float = 60.0) -> None:
     """Waits until a node is heard on the bus: its process is at work."""
     deadline = time.monotonic() + seconds
@@ -74,11 +42,11 @@ def until_heard(bus: CanBus, source: int, seconds: float = 60.0) -> None:
     raise AssertionError(f"node {source} was not heard for {seconds:g} s")
 
 
-def test_two_processes_give_the_cycles_that_one_gives_byte_for_byte(scenario: Path, tmp_path: Path) -> None:
+def test_two_processes_give_the_cycles_that_one_gives_byte_for_byte(dive: Path, tmp_path: Path) -> None:
     for name in ("two", "again"):
-        result = sitl("--scenario", scenario, "--bus", BUS, "--out", name, cwd=tmp_path)
+        result = sternplane("sitl", "--scenario", dive, "--bus", BUS, "--out", name, cwd=tmp_path)
         assert result.returncode == 0, result.stderr + result.stdout
-    _, one = flown(str(scenario))
+    _, one = flown(str(dive))
     two, again = (read(tmp_path / name / "log.mcap") for name in ("two", "again"))
     assert len(one.cycle_bytes) == 1200
     assert two.cycle_bytes == one.cycle_bytes
@@ -88,9 +56,9 @@ def test_two_processes_give_the_cycles_that_one_gives_byte_for_byte(scenario: Pa
     assert two.end["losses"].items() <= one.end["losses"].items()
 
 
-def test_a_run_in_real_time_in_two_processes_is_replayed_byte_for_byte(scenario: Path, tmp_path: Path) -> None:
-    scenario.write_text(SCENARIO.replace("12.0", "4.0"))
-    result = sitl("--scenario", scenario, "--bus", BUS, "--pace", "realtime", "--out", "run", cwd=tmp_path)
+def test_a_run_in_real_time_in_two_processes_is_replayed_byte_for_byte(dive: Path, tmp_path: Path) -> None:
+    dive.write_text(dive.read_text().replace("12.0", "4.0"))
+    result = sternplane("sitl", "--scenario", dive, "--bus", BUS, "--pace", "realtime", "--out", "run", cwd=tmp_path)
     assert result.returncode == 0, result.stderr + result.stdout
     log = read(tmp_path / "run" / "log.mcap")
     assert any(cycle.tick.late_ns > 0 for cycle in log.cycles)

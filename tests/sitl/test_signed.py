@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import socket
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,9 +13,9 @@ import pytest
 from pymavlink import mavutil
 
 from firmware_py.records.order import Arming, Mode
+from tests.sitl.command import COMMAND
 from tools.log import read
 
-COMMAND = Path(sys.executable).parent / "sternplane"
 PASSPHRASE = "correct horse battery"
 IDLE = """
 description = "Waits at the surface for whoever comes."

@@ -13,10 +13,10 @@ import pytest
 from pymavlink import mavutil
 
 from firmware_py.records.order import Arming, Mode
+from tests.sitl.command import COMMAND
 from tools.log import read
 
 ROOT = Path(__file__).resolve().parents[2]
-COMMAND = Path(sys.executable).parent / "sternplane"
 PORT = 14871
 NUMBER = "4"
 IDLE = """

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.sitl.command import COMMAND
 from tools.flight import Wish, fly, prepare
 from tools.log import read
 
 pytestmark = [pytest.mark.vcan, pytest.mark.timeout(400)]
-COMMAND = Path(sys.executable).parent / "sternplane"
 HOLD = """
 description = "A straight run."
 duration_s = 8.0
