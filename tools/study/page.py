@@ -44,7 +44,8 @@ def page(cases: Sequence[Case], findings: Sequence[Findings], identity: str) -> 
     plots: list[list[Any]] = []
     for case, found in zip(cases, findings, strict=True):
         notes = "".join(f'<p class="soft">{html.escape(note)}</p>' for note in found.notes)
-        words = f'<h2>{html.escape(case.name)}</h2><p class="soft">{html.escape(case.about)}</p>{notes}'
+        title = html.escape(case.name[:1].upper() + case.name[1:])
+        words = f'<h2>{title}</h2><p class="soft">{html.escape(case.about)}</p>{notes}'
         cards.append(f'<div class="card wide">{words}{_table(found.rows)}</div>')
         for plot in found.plots:
             figure = plot.figure
@@ -107,11 +108,12 @@ def _common(row: Row) -> str:
 
 
 def _cell(row: Row) -> str:
-    return f'<span class="{_MOOD[row.ok]}" style="padding:1px 6px;border-radius:6px">{_number(row.value)}</span>'
+    return f'<span class="{_MOOD[row.ok]}" style="padding:1px 6px;border-radius:6px">{_number(row)}</span>'
 
 
-def _number(value: float) -> str:
-    return f"{value:.3g}"
+def _number(row: Row) -> str:
+    """Within a narrow band the fourth place decides."""
+    return f"{row.value:.4f}" if isinstance(row.target, tuple) else f"{row.value:.3g}"
 
 
 def _target(row: Row) -> str:
