@@ -20,8 +20,9 @@ gcs: setup ## fly in real time, and wait for a ground station; ARGS="--state DIR
 	@$(BIN)/sternplane sitl --pace realtime --scenario station --gcs udpout:127.0.0.1:14550 \
 		--gcs tcpin:127.0.0.1:5760 --gcs udpout:127.0.0.1:14540:generic $(ARGS) || [ $$? -eq 1 ]
 
+# Two at a time, file by file: the tests that fly in real time bear one neighbour.
 test: setup .venv/.dev ## run the tests
-	@$(BIN)/python -m pytest $(ARGS)
+	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(ARGS)
 
 test-vcan: setup .venv/.dev ## run the tests that need SocketCAN (root; says what is missing)
 	@tests/vcan/run $(BIN)/python -m pytest -m vcan $(ARGS)
