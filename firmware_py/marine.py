@@ -52,6 +52,20 @@ def clip(value: float, low: float, high: float) -> float:
     return low if value < low else high if value > high else value
 
 
+NO_INERTIA = "no body has these moments and products of inertia: each moment must be less than the two others together"
+
+
+def is_inertia(x: float, y: float, z: float, xy: float, yz: float, xz: float) -> bool:
+    """Whether a body can have these moments and products of inertia, kg m^2.
+
+    Its second moments of mass, the integrals of x x, x y and so on, are a positive definite matrix: Sylvester's
+    criterion. It is stricter than that for the matrix of inertia, which a body's also is.
+    """
+    a, b, c = 0.5 * (y + z - x), 0.5 * (x + z - y), 0.5 * (x + y - z)
+    whole = a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz)
+    return a > 0.0 and a * b > xy * xy and whole > 0.0
+
+
 def body_to_ned(phi: float, theta: float, psi: float, u: float, v: float, w: float) -> tuple[float, float, float]:
     """R_zyx(phi, theta, psi) [u v w]': a body-fixed vector in NED (Fossen 2011, Eq. 2.18)."""
     c_phi, s_phi = math.cos(phi), math.sin(phi)

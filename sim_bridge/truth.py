@@ -6,6 +6,7 @@ import enum
 import math
 from dataclasses import dataclass
 
+from firmware_py.marine import NO_INERTIA, is_inertia
 from firmware_py.params import ParamError, param
 from sim_bridge.coefficients import Coefficients
 
@@ -32,6 +33,10 @@ class Body:
     )
     W: float = param(unit="N", low=0.0, high=1e8, doc="Weight.")
     B: float = param(unit="N", low=0.0, high=1e8, doc="Buoyancy of the fully immersed hull.")
+
+    def __post_init__(self) -> None:
+        if not is_inertia(self.I_x, self.I_y, self.I_z, self.I_xy, self.I_yz, self.I_xz):
+            raise ParamError(f"{NO_INERTIA} (I_x to I_xz)")
 
 
 @dataclass(frozen=True, slots=True)

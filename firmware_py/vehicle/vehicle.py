@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
+from firmware_py.marine import NO_INERTIA, is_inertia
 from firmware_py.params import ParamError, param
 from firmware_py.vehicle.coefficients import Coefficients
 from firmware_py.vehicle.fins import Effectiveness, Fin, effectiveness, sums
@@ -42,11 +43,8 @@ class Body:
     z_B: float = param(0.0, unit="m", low=-100.0, high=100.0, doc="Centre of buoyancy, down.")
 
     def __post_init__(self) -> None:
-        """Sylvester's criterion for [[I_x, -I_xy, -I_xz], ...]: no body turns the other way than it is pushed."""
-        x, y, z, xy, yz, xz = self.I_x, self.I_y, self.I_z, self.I_xy, self.I_yz, self.I_xz
-        whole = x * (y * z - yz * yz) - xy * (xy * z + yz * xz) - xz * (xy * yz + y * xz)
-        if not (x > 0.0 and x * y > xy * xy and whole > 0.0):
-            raise ParamError("body: no body has these moments of inertia; their matrix must be positive definite")
+        if not is_inertia(self.I_x, self.I_y, self.I_z, self.I_xy, self.I_yz, self.I_xz):
+            raise ParamError(f"{NO_INERTIA} (I_x to I_xz)")
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,8 +2,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from firmware_py import marine
@@ -93,3 +94,33 @@ def test_clip_lets_nan_through_for_the_caller_to_see() -> None:
     assert math.isnan(marine.clip(math.nan, -1.0, 1.0))
     assert marine.clip(2.0, -1.0, 1.0) == 1.0
     assert marine.clip(-2.0, -1.0, 1.0) == -1.0
+
+
+MASSES = st.lists(
+    st.tuples(st.floats(0.1, 10.0), *(st.floats(-3.0, 3.0),) * 3),
+    min_size=4,
+    max_size=8,
+)
+
+
+@given(MASSES)
+def test_what_any_masses_have_together_is_an_inertia(masses: list[tuple[float, float, float, float]]) -> None:
+    m, x, y, z = (np.array(column) for column in zip(*masses, strict=True))
+    second = np.array([[np.sum(m * a * b) for a in (x, y, z)] for b in (x, y, z)])
+    assume(np.linalg.eigvalsh(second)[0] > 1e-6 * np.trace(second))  # not all of them in one plane
+    xx, yy, zz = np.diag(second)
+    assert marine.is_inertia(yy + zz, xx + zz, xx + yy, second[0, 1], second[1, 2], second[0, 2])
+
+
+@pytest.mark.parametrize(
+    "inertia",
+    [
+        (2038.0, 13587.0, 1.0, 0.0, 0.0, 0.0),  # positive definite, and yet none
+        (2038.0, 13587.0, 15626.0, 0.0, 0.0, 0.0),
+        (2038.0, 13587.0, 13587.0, 9000.0, 0.0, 9000.0),
+        (-1.0, 1.0, 1.0, 0.0, 0.0, 0.0),
+        (math.nan, 1.0, 1.0, 0.0, 0.0, 0.0),
+    ],
+)
+def test_what_no_body_has_is_none(inertia: tuple[float, ...]) -> None:
+    assert not marine.is_inertia(*inertia)

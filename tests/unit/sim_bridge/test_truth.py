@@ -181,3 +181,10 @@ def test_the_shares_of_a_layout() -> None:
     np.testing.assert_allclose(rows[:, 4:7].sum(axis=0), [1.0, 1.0, 0.0], atol=1e-15)
     np.testing.assert_allclose(rows[0, 4:7], [0.5, 0.0, 0.0], atol=1e-15)
     np.testing.assert_allclose(rows[3, 4:7], [0.0, 0.5, 0.0], atol=1e-15)
+
+
+def test_an_inertia_that_no_body_has_is_refused() -> None:
+    table = copy.deepcopy(TABLE)
+    table["body"] |= {"I_xy_kg_m2": 9000.0, "I_xz_kg_m2": 9000.0}
+    with pytest.raises(ParamError, match="body: no body has these moments and products of inertia"):
+        load(table)
