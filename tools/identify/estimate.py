@@ -91,6 +91,11 @@ class Answer:
         """The one to believe."""
         return self.likelihood if self.white else self.filtered
 
+    @property
+    def sizes(self) -> Array:
+        """What a share of each is a share of, (names,): its size as it was found."""
+        return np.abs(np.where(self.taken.values == 0.0, self.believed, self.taken.values))
+
 
 def answer(
     recording: Recording, params: CoefficientParams, watch: Callable[[int, float], None] = lambda _step, _gain: None

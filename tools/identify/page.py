@@ -82,7 +82,7 @@ def _figures(told: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _drawn(recording: Recording, found: Answer, told: dict[str, Any]) -> Iterable[Plot]:
-    names, size = list(found.names), np.abs(found.believed)
+    names, size = list(found.names), found.sizes
     sure = [i for i, name in enumerate(names) if told["coefficients"][name]["identifiable"]]
     figure = go.Figure()
     known = {"filter": (found.filtered, BELIEVED)}
@@ -91,7 +91,7 @@ def _drawn(recording: Recording, found: Answer, told: dict[str, Any]) -> Iterabl
     for title, (one, colour) in known.items():
         figure.add_scatter(
             x=[names[i] for i in sure],
-            y=(100.0 * (one.values - found.taken.values) / size)[sure],
+            y=(100.0 * (one.values / found.taken.values - 1.0))[sure],
             error_y={"type": "data", "array": (300.0 * one.std / size)[sure], "thickness": 1.5},
             name=f"{title} ± 3 sigma",
             mode="markers",
@@ -100,13 +100,13 @@ def _drawn(recording: Recording, found: Answer, told: dict[str, Any]) -> Iterabl
     true = [(i, told["coefficients"][names[i]]["truth"]) for i in sure]
     figure.add_scatter(
         x=[names[i] for i, value in true if value is not None],
-        y=[100.0 * (value - found.taken.values[i]) / size[i] for i, value in true if value is not None],
+        y=[100.0 * (value / found.taken.values[i] - 1.0) for i, value in true if value is not None],
         name="truth",
         mode="markers",
         marker={"color": TRUE, "symbol": "x", "size": 8},
     )
     figure.update_layout(scattermode="group", yaxis_title="off what is taken, %")
-    yield Plot("Estimates", "What is identifiable, less what is taken, over what was believed.", figure, False)
+    yield Plot("Estimates", "What is identifiable, over what is taken: + is larger in size.", figure, False)
 
     figure = go.Figure(go.Heatmap(x=names, y=names, z=told["correlation"], zmin=-1.0, zmax=1.0, colorscale="RdBu"))
     figure.update_yaxes(autorange="reversed")
@@ -117,11 +117,15 @@ def _drawn(recording: Recording, found: Answer, told: dict[str, Any]) -> Iterabl
     figure = go.Figure()
     for i, name in enumerate(names):
         value, std = found.history.x[thin, first + i], found.history.std[thin, first + i]
-        away = 100.0 * (value - found.believed[i]) / size[i]
-        figure.add_scatter(x=t, y=away, name=name, mode="lines", line={"width": 1.5}, customdata=300.0 * std / size[i],
+        away, reach = 100.0 * (value / found.believed[i] - 1.0), 300.0 * std / abs(found.believed[i])
+        figure.add_scatter(x=t, y=away, name=name, mode="lines", line={"width": 1.5}, customdata=reach,
                            hovertemplate="%{y:.2f} ± %{customdata:.2f} %")  # fmt: skip
     figure.update_layout(yaxis_title="off what was believed, %", xaxis_title="vehicle time, s")
-    yield Plot("The filter, as it learns", "Hover for the 3 sigma of each.", figure)
+    yield Plot(
+        "The filter, as it learns",
+        "Over what was believed: + is larger in size. Hover for the 3 sigma of each.",
+        figure,
+    )
 
     figure = go.Figure()
     for i, (name, colour) in enumerate((("delta_s", BELIEVED), ("delta_r", WANTED))):

@@ -13,7 +13,7 @@ from firmware_py.estimation.weakness import Direction, directions, weakness
 from tools.identify.estimate import Answer
 
 POOR = 0.1
-"""What is known no better than to this part of its size, 1 sigma, is not laid into a vehicle file."""
+"""What is known no better than to this part of what it was found to be, 1 sigma, is not laid into a vehicle file."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Verdict:
     """What can be said, and what not.
 
     Attributes:
-        weak: principal directions of the estimate, scaled by the believed sizes, the worst known first.
+        weak: principal directions of the estimate, scaled by the sizes that were found, the worst known first.
         unknown: the coefficients that stay as believed.
         sentences: one for each thing that is not identifiable; empty if all is.
     """
@@ -42,14 +42,14 @@ def judge(answer: Answer) -> Verdict:
         f"{one.words}, each over its prior sigma: the log knows this sum no better than the vehicle file did"
         for one in weak.mixed
     ]
-    sigma = np.sqrt(np.diag(covariance)) / np.abs(answer.believed)
+    sigma = np.sqrt(np.diag(covariance)) / answer.sizes
     poor = {name: part for name, part in zip(names, sigma.tolist(), strict=True) if part > POOR}
     poor = {name: part for name, part in poor.items() if name not in weak.unknown}
     if poor:
         known = ", ".join(f"{name} to {100.0 * part:.0f} %" for name, part in poor.items())
         sentences.append(f"known poorly: {known} of its size (1 sigma); the vehicle file keeps what was believed")
     return Verdict(
-        weak=tuple(directions(covariance, names, answer.believed.tolist())),
+        weak=tuple(directions(covariance, names, answer.sizes)),
         unknown=(*weak.unknown, *poor),
         sentences=tuple(sentences),
     )

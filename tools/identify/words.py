@@ -14,6 +14,7 @@ from tools.identify.estimate import LARGE, WHITE, Answer, Known
 from tools.identify.recording import Recording
 from tools.identify.verdict import Verdict
 from tools.log import Log
+from tools.report_learned import believed, truth
 
 DIRECTIONS = 3
 """So many of the weakest directions are told."""
@@ -25,18 +26,18 @@ CONSISTENT = (0.8, 1.2)
 
 def document(log: Log, recording: Recording, found: Answer, verdict: Verdict) -> dict[str, Any]:
     """All of it in plain numbers; None where there is none."""
-    truth, names = _truth(log, recording), found.names
+    true, names = truth(log.header, believed(log.header)), found.names
     by_name = {}
     for i, name in enumerate(names):
         by_name[name] = {
             "believed": float(found.believed[i]),
             "filter": _known(found.filtered, i),
             "likelihood": {**_known(found.likelihood, i), "widened": float(found.widening[i]), "valid": found.white},
-            "truth": truth.get(name),
+            "truth": true.get(name),
             "identifiable": name not in verdict.unknown,
         }
     return {
-        "log": str(log.path),
+        "log": str(log.path.resolve()),  # runs/latest is another one tomorrow
         "scenario": log.header.get("scenario"),
         "revision": log.header.get("git"),
         "vehicle": log.header["configuration"]["files"]["vehicle"],
@@ -64,7 +65,7 @@ def document(log: Log, recording: Recording, found: Answer, verdict: Verdict) ->
         "steps": found.fit.steps,
         "at_rest": found.fit.found,
         "not_identifiable": list(verdict.sentences),
-        "remarks": remarks(recording, found),
+        "remarks": [*([f"The log is {log.lost}."] if log.lost else []), *remarks(recording, found)],
     }
 
 
@@ -114,7 +115,7 @@ def show(console: Console, told: dict[str, Any]) -> None:
         table.add_column(head, justify="left" if not head else "right", no_wrap=True)
     for name, one in told["coefficients"].items():
         filtered, likely = one["filter"], one["likelihood"]
-        share = 300.0 * one[told["taken"]]["std"] / abs(one["believed"])
+        share = 300.0 * one[told["taken"]]["std"] / abs(one[told["taken"]]["value"] or one["believed"])
         cells = [f"{one['believed']:.5f}", f"{filtered['value']:.5f}", f"{3.0 * filtered['std']:.5f}"]
         cells += [f"{likely['value']:.5f}", f"{3.0 * likely['std']:.5f}" if likely["valid"] else "not valid"]
         cells.append(f"{share:.2f} %" if one["identifiable"] else "as believed")
@@ -130,10 +131,13 @@ def show(console: Console, told: dict[str, Any]) -> None:
 
 def origin(first: str, told: dict[str, Any]) -> str:
     """The comment at the top of the vehicle file."""
-    method = "maximum likelihood" if told["taken"] == "likelihood" else "the filter"
+    method = "the filter"
+    if told["taken"] == "likelihood":
+        method = "maximum likelihood, whose intervals know nothing of errors in what was not estimated"
     lines = [
         f"{first} from {told['log']} ({told['scenario']}, revision {told['revision']}),",
-        f"{told['from']:.2f} to {told['to']:.2f} s, by {method};",
+        f"{told['from']:.2f} to {told['to']:.2f} s,",
+        f"by {method};",
         f"all else is as in {told['vehicle']}. With 3 sigma:",
         "",
     ]
@@ -152,11 +156,3 @@ def _known(known: Known, i: int) -> dict[str, float]:
 
 def _correlation(known: Known) -> Any:
     return known.covariance / np.outer(known.std, known.std)
-
-
-def _truth(log: Log, recording: Recording) -> dict[str, float]:
-    """What the boat was built like, where the log has it and counts it by the same density and length."""
-    built, hull = log.header.get("truth", {}), recording.vehicle.hull
-    same = (built.get("density"), built.get("length")) == (hull.density, hull.length)
-    coefficients: dict[str, float] = built["coefficients"] if same else {}
-    return coefficients

@@ -133,7 +133,11 @@ def answer(std: dict[str, float], correlated: dict[tuple[str, str], float] | Non
         i, j = TEN.index(a), TEN.index(b)
         covariance[i, j] = covariance[j, i] = rho * deviations[i] * deviations[j]
     return SimpleNamespace(
-        names=TEN, believed=believed, prior=0.7 * np.abs(believed), taken=Known(1.1 * believed, covariance)
+        names=TEN,
+        believed=believed,
+        prior=0.7 * np.abs(believed),
+        taken=Known(1.1 * believed, covariance),
+        sizes=np.abs(1.1 * believed),
     )
 
 

@@ -278,3 +278,12 @@ def test_a_fin_that_fell_silent_is_named_with_the_time(excited: Path) -> None:
     change(log, "frame.fins.fresh", np.s_[2000:2100, 2], False)
     with pytest.raises(LogError, match=r"fin 'rudder_upper' was silent for 1\.0\d s at 19\.98 s"):
         record(log)
+
+
+def test_of_a_log_that_was_cut_off_it_is_said(tmp_path: Path, excited: Path, capsys: pytest.CaptureFixture) -> None:
+    whole = excited.read_bytes()
+    (tmp_path / "log.mcap").write_bytes(whole[: len(whole) * 9 // 10])
+    assert cli.main(["identify", str(tmp_path)]) in (0, 1)
+    (remark, *_) = json.loads((tmp_path / "identify.json").read_text())["remarks"]
+    assert remark.startswith("The log is cut off")
+    assert remark in " ".join(capsys.readouterr().out.split())
