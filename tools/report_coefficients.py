@@ -68,9 +68,9 @@ def _note(one: Coefficient) -> str:
     value, std = one.value[-1], one.std[-1]
     words = f"At the end {value:.4g} ± {3.0 * std:.2g} (3 σ), {'valid' if one.valid[-1] else 'not valid'}"
     if one.truth:
-        share = 100.0 * (value - one.truth) / abs(one.truth)
+        share = 100.0 * (value / one.truth - 1.0)  # + is larger in size
         if np.isfinite(share):
-            words += f"; {share:+.2f} % ({one.error_sigmas[-1]:+.1f} σ) off the truth"
+            words += f"; {share:+.2f} % ({abs(one.error_sigmas[-1]):.1f} σ) off the truth"
     return f"{words}."
 
 
@@ -90,7 +90,7 @@ def _timeline(learned: list[Coefficient], said: list[tuple[float, str]], t: Arra
         colorbar={"tickvals": [0, 1, 2, 3], "ticktext": ["neither", "excited", "valid", "both"], "thickness": 10},
         hoverinfo="x+y",
     )
-    figure.update_yaxes(autorange="reversed")
+    figure.update_yaxes(autorange="reversed", dtick=1)
     note = "Excited: the motion tells something about it. Valid: certain, and the filter is consistent."
     words = [f"At {end:.1f} s, {text}." for end, text in said]
     return Plot("Excitation and validity", " ".join((note, *words)), figure, section=SECTION)

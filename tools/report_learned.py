@@ -50,12 +50,11 @@ def coefficients(log: Log) -> list[Coefficient]:
         return []
     value, std = (np.where(begun[:, None], c[f"{_HERE}.{name}"], np.nan) for name in ("value", "std"))
     valid, excited = (c[f"{_HERE}.{name}"] & begun[:, None] for name in ("valid", "excited"))
-    believed = _believed(log.header)
-    truth = _truth(log.header, believed)
-    nan = float("nan")
+    known = believed(log.header)
+    true, nan = truth(log.header, known), float("nan")
     return [
         Coefficient(
-            *(name, value[:, i], std[:, i], valid[:, i], excited[:, i]), believed.get(name, nan), truth.get(name, nan)
+            *(name, value[:, i], std[:, i], valid[:, i], excited[:, i]), known.get(name, nan), true.get(name, nan)
         )
         for i, name in enumerate(_names(log.header, value.shape[1]))
     ]
@@ -112,7 +111,7 @@ def _figures(c: Coefficient) -> dict[str, Any]:
         "valid": bool(c.valid[-1]),
         "believed": c.believed,
         "truth": c.truth,
-        "error_pct": 100.0 * (value - c.truth) / abs(c.truth) if c.truth else None,
+        "error_pct": 100.0 * (value / c.truth - 1.0) if c.truth else None,
         "error_sigmas": float(c.error_sigmas[-1]),
     }
 
@@ -140,7 +139,7 @@ def _names(header: Mapping[str, Any], count: int) -> list[str]:
     return list(names) if len(names) == count else [f"coefficient {i + 1}" for i in range(count)]
 
 
-def _believed(header: Mapping[str, Any]) -> dict[str, float]:
+def believed(header: Mapping[str, Any]) -> dict[str, float]:
     """What the vehicle file says, with the hull that makes it nondimensional; nothing if it cannot be read."""
     try:
         vehicle = load(Vehicle, header.get("configuration", {}).get("vehicle", {}), "vehicle")
@@ -150,7 +149,7 @@ def _believed(header: Mapping[str, Any]) -> dict[str, float]:
     return {**vehicle.linear, **size, **dict.fromkeys(GROUPS, 1.0)}
 
 
-def _truth(header: Mapping[str, Any], believed: Mapping[str, float]) -> dict[str, float]:
+def truth(header: Mapping[str, Any], believed: Mapping[str, float]) -> dict[str, float]:
     """What the boat is built like, in the believed vehicle's terms: a group's scale only where it has one.
 
     With another density or length the same number is another force, and nothing here is comparable.
@@ -158,10 +157,10 @@ def _truth(header: Mapping[str, Any], believed: Mapping[str, float]) -> dict[str
     built = header.get("truth", {})
     if not believed or any(built.get(key) != believed[key] for key in ("density", "length")):
         return {}
-    truth = dict(built["coefficients"])
+    true = dict(built["coefficients"])
     for group, members in GROUPS.items():
-        scales = [truth[name] / believed[name] for name in members if believed[name]]
-        rest = [truth[name] for name in members if not believed[name]]
+        scales = [true[name] / believed[name] for name in members if believed[name]]
+        rest = [true[name] for name in members if not believed[name]]
         if scales and not any(rest) and max(scales) - min(scales) < 1e-9:
-            truth[group] = scales[0]
-    return truth
+            true[group] = scales[0]
+    return true

@@ -94,7 +94,7 @@ def test_an_estimate_is_drawn_in_its_band_beside_belief_and_truth(log: Log) -> N
     low, high = drawn(log)["M_q"].figure.layout.yaxis.range
     assert low < -0.0917  # the last band
     assert high < -0.05  # not the first one
-    assert drawn(log)["M_q"].note.startswith("At the end -0.08153 ± 0.01 (3 σ), valid; -1.92 % (-0.5 σ) off the truth")
+    assert drawn(log)["M_q"].note.startswith("At the end -0.08153 ± 0.01 (3 σ), valid; +1.92 % (0.5 σ) off the truth")
 
 
 def test_axes_name_their_unit(log: Log) -> None:
@@ -145,7 +145,7 @@ def test_the_summary_has_values_sigmas_and_errors(log: Log) -> None:
     m_q, y_dr, n_dot = (learned["coefficients"][name] for name in NAMES)
     value = float(log.columns["state.learned.value"][-1, 0])
     assert (m_q["value"], m_q["std"], m_q["valid"]) == (value, pytest.approx(0.0034), True)
-    assert m_q["error_pct"] == pytest.approx(100.0 * (value + 0.08) / 0.08)
+    assert m_q["error_pct"] == pytest.approx(100.0 * (value / -0.08 - 1.0))
     assert m_q["error_sigmas"] == pytest.approx((value + 0.08) / 0.0034)
     assert (y_dr["valid"], y_dr["believed"], y_dr["truth"]) == (False, 0.027, 0.025)
     assert (n_dot["believed"], n_dot["truth"]) == (1.0, pytest.approx(1.25))
