@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from typing import NamedTuple, Protocol
 
 from firmware_py.mavlink.door import Door
@@ -11,6 +12,7 @@ _RIGHT = (
     "write udpout:HOST:PORT, udpin:HOST:PORT, tcp:HOST:PORT, tcpin:HOST:PORT or serial:DEVICE:BAUD, "
     "with :ardusub (the default) or :generic and :highlatency behind it"
 )
+_TAKEN = "another program has that port: end it, or take another port"
 _NETWORK, _SERIAL = ("udpout", "udpin", "tcp", "tcpin"), "serial"
 _HIGH_LATENCY = "highlatency"
 _BITS_PER_BYTE = 10
@@ -35,7 +37,8 @@ class LinkSpec(NamedTuple):
     def error(self, error: OSError | str) -> GroundError:
         """That it cannot be opened."""
         why = error if isinstance(error, str) else error.strerror or error
-        return GroundError(f"link {self.text!r} cannot be opened: {why}; {_RIGHT}")
+        taken = isinstance(error, OSError) and error.errno == errno.EADDRINUSE
+        return GroundError(f"link {self.text!r} cannot be opened: {why}; {_TAKEN if taken else _RIGHT}")
 
 
 class StationLink(Protocol):

@@ -203,7 +203,7 @@ class SerialLink:
         try:
             self._port = self._open()
         except (serial.SerialException, ValueError, OSError) as error:
-            raise spec.error(str(error)) from None
+            raise spec.error(error if isinstance(error, OSError) else str(error)) from None
 
     def fileno(self) -> int:
         """The device; -1 while it is broken."""

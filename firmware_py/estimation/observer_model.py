@@ -179,14 +179,15 @@ def _members(names: tuple[str, ...]) -> list[tuple[str, ...]]:
     for name in names:
         if name not in COEFFICIENTS and name not in GROUPS:
             near = difflib.get_close_matches(name, (*COEFFICIENTS, *GROUPS), 3, 0.5)
-            hint = f"did you mean {', '.join(near)}?" if near else "write names as in [coefficients], C_d0, C_dy, C_dz"
-            raise ParamError(f"estimated: no coefficient is called {name!r}; {hint}")
+            known = "the names are those of [coefficients], C_d0, C_dy, C_dz, X_dot to N_dot"
+            hint = f"did you mean {', '.join(near)}?" if near else known
+            raise ParamError(f"no coefficient is called {name!r}; {hint}")
         members.append(GROUPS.get(name, (name,)))
         for member in members[-1]:
             if member in owner:
                 twice = (
                     f"{owner[member]!r} and {name!r} both hold {member}" if owner[member] != name else f"{name!r} twice"
                 )
-                raise ParamError(f"estimated: {twice}; name every coefficient once")
+                raise ParamError(f"{twice}; name every coefficient once")
             owner[member] = name
     return members

@@ -16,6 +16,7 @@ Why the table says what it says:
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -102,6 +103,11 @@ class Conditions(NamedTuple):
     breach: str = ""
     """What is wrong with the place, by the fence."""
 
+    @property
+    def battery(self) -> str:
+        """Its charge, in words."""
+        return "battery not heard" if math.isnan(self.charge) else f"battery at {self.charge:.0%}"
+
 
 class Rule(NamedTuple):
     """While `holds`, for `time` (the name of a parameter; "" at once), the mode is `mode` or a safer one."""
@@ -133,7 +139,7 @@ RULES: tuple[Rule, ...] = (
     Rule("leak",          lambda c, _: c.leak, "leak_time", SURFACE,
          "water in the hull"),
     Rule("battery",       lambda c, p: c.charge < p.battery_min, "battery_time", SURFACE,
-         "battery at {c.charge:.0%}, less than {p.battery_min:.0%}"),
+         "{c.battery}, less than {p.battery_min:.0%}"),
     Rule("depth limit",   lambda c, p: c.depth > p.depth_max, "", SURFACE,
          "depth {c.depth:.2f} m, limit {p.depth_max:g} m"),
     Rule("altitude",      lambda c, p: c.altitude < p.altitude_min, "altitude_time", SURFACE,
@@ -145,7 +151,7 @@ RULES: tuple[Rule, ...] = (
     Rule("mission end",   lambda c, _: c.mission_done and c.wanted is Mode.MISSION, "", SURFACE,
          "mission done"),
     Rule("returned",      lambda c, _: c.mission_done and c.wanted is Mode.RETURN, "", SURFACE,
-         "returned"),
+         "return done"),
 )
 
 ARMING: tuple[Rule, ...] = (
@@ -156,7 +162,7 @@ ARMING: tuple[Rule, ...] = (
     Rule("tilt",     lambda c, p: c.tilt > p.tilt_max, "", DISARMED,
          "rolled or pitched by {c.tilt:.2f} rad, limit {p.tilt_max:.2f} rad"),
     Rule("charge",   lambda c, p: c.wanted is not SURFACE and p.battery_arm > 0.0 and not c.charge >= p.battery_arm,
-         "", DISARMED, "battery at {c.charge:.0%}, needs {p.battery_arm:.0%}"),
+         "", DISARMED, "{c.battery}, needs {p.battery_arm:.0%}"),
 )
 """What arming asks beyond the rules; to come up from where it lies, a vehicle may be armed with what charge is left."""
 # fmt: on

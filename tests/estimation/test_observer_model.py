@@ -127,7 +127,7 @@ def test_a_group_is_the_sum_of_its_members_at_their_believed_size() -> None:
     ("names", "message"),
     [
         (("M_q", "M_sd"), "no coefficient is called 'M_sd'; did you mean M_ds"),
-        (("xyzzy",), "no coefficient is called 'xyzzy'; write names"),
+        (("xyzzy",), "no coefficient is called 'xyzzy'; the names are"),
         (("M_q", "N_r", "M_q"), "'M_q' twice"),
         (("Y_vdot", "Y_dot"), "'Y_vdot' and 'Y_dot' both hold Y_vdot"),
     ],

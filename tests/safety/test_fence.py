@@ -188,7 +188,7 @@ def test_a_boat_that_has_returned_surfaces_and_its_mission_is_not_done() -> None
     assert boat.tick(type(ARM)(mode=Mode.RETURN), done=True) is Mode.RETURN  # that was said of what was flown before
     assert boat.tick() is Mode.RETURN
     assert boat.tick(done=True) is Mode.SURFACE
-    assert boat.events == ("RETURN -> SURFACE: returned",)
+    assert boat.events == ("RETURN -> SURFACE: return done",)
     assert not boat.answer.mission_done
 
 

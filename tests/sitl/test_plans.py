@@ -198,7 +198,7 @@ def test_return_to_launch_is_to_the_nearest_rally_point_that_no_exclusion_is_bef
     assert planner.results == [(RETURN, 0)]
     assert planner.seen(Mode.RETURN, -1, 20, 80)
     modes = [text for _, text in log.events if " -> " in text]
-    assert modes[1:3] == ["HOLD -> RETURN: ordered by station 255/190", "RETURN -> SURFACE: returned"]
+    assert modes[1:3] == ["HOLD -> RETURN: ordered by station 255/190", "RETURN -> SURFACE: return done"]
     c = log.columns
     k = np.flatnonzero(c["mode.mode"] == Mode.SURFACE)[0]
     assert math.hypot(c["state.eta.x"][k] - 20.0, c["state.eta.y"][k] - 80.0) < 6.0
