@@ -67,7 +67,7 @@ class Missions:
         self._upload: _Upload | None = None
         self._ended: _Ended | None = None
         self._reading = Reading(chart, voice, self._home)
-        chart.listen(self._reached, lambda: voice.tell(self.objection() or self._barred(None), WARNING))
+        chart.listen(self._reached, self._object)
 
     def hears(self) -> dict[int, Hear]:
         """See `service.Service`."""
@@ -99,6 +99,10 @@ class Missions:
         if look.going:
             return "the mission is being looked at again; try once more"
         return "" if item is None and self._orders.mode is Mode.MISSION else self._barred(item)
+
+    def _object(self) -> None:
+        """A mission that is flown goes on: the supervisor brings the boat up, should it come to the fence."""
+        self._voice.tell(self.objection() or f"{self._barred(None)}, where it will come up", WARNING)
 
     def due(self, tick: Tick) -> list[Message]:
         """The request that was not answered, once more; or the end, if nothing was heard for long."""
