@@ -24,7 +24,6 @@ from tools.folders import point_latest, run_folder
 from tools.ground import open_ground
 from tools.hearing import Hearing
 from tools.interrupt import interruptible
-from tools.log import read
 from tools.summary import table
 
 _STATUS_NS = 10 * NS_PER_S
@@ -113,6 +112,8 @@ def command(options: argparse.Namespace) -> int:
         ground = stations.ground
         ground.node.may_end()
         try:
+            if address or pace == "bus":
+                tape.say(f"waiting for the {'simulator' if address else 'plant'} on {address or spec}")
             if address:
                 vehicle.run_hil(autopilot, configuration, address, io, ground, tape, stop, tape.say, losses)
             else:
@@ -129,7 +130,7 @@ def command(options: argparse.Namespace) -> int:
                 log.close({**end, "losses": {**losses, **stations.losses()}})
     state.save(options.state or folder / "state", autopilot.estimator.keep())
     if tape.cycles:
-        Console().print(table(report.leave(read(folder / "log.mcap"), folder)))
+        Console().print(table(report.leave_of(folder / "log.mcap", folder)))
     point_latest(folder)
     tape.say(f"  {folder}")
     return 1 if lost else _AGAIN if ground.node.ending == "reboot" else 0

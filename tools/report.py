@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import html
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,9 @@ _LAYOUT: dict[str, Any] = {
 }
 _AXIS = {"gridcolor": "#e2e8f0", "zerolinecolor": "#cbd5e1", "linecolor": "#cbd5e1", "ticks": "outside", "ticklen": 3}
 
+_LARGE = 10_000_000
+"""A log of so many bytes takes ten seconds to report."""
+
 
 def leave(log: Log, folder: str | Path) -> Summary:
     """Writes report.html and summary.json into a folder, each whole or not at all, and returns the summary.
@@ -48,12 +52,20 @@ def leave(log: Log, folder: str | Path) -> Summary:
     return summary
 
 
+def leave_of(path: Path, folder: Path) -> Summary:
+    """`leave` for the log in a file; of a large one it says so first, for nothing is to be seen for a while."""
+    size = path.stat().st_size
+    if size > _LARGE:
+        print(f"making the report of a log of {size / 1e6:.0f} MB", file=sys.stderr)
+    return leave(read(path), folder)
+
+
 def command(options: argparse.Namespace) -> int:
     """`sternplane report LOG`: makes both again, beside the log or in --out."""
     path = find(options.log)
     folder = options.out or path.parent
     console = Console()
-    console.print(table(leave(read(path), folder)))
+    console.print(table(leave_of(path, folder)))
     console.print(f"{folder / 'report.html'}", highlight=False, soft_wrap=True)
     return 0
 

@@ -15,7 +15,7 @@ from tools.errors import UsageError
 from tools.flight import SCENARIOS, Wish, fly, prepare
 from tools.folders import point_latest, run_folder
 from tools.ground import open_ground
-from tools.log import TRUTH_FILE, read
+from tools.log import TRUTH_FILE
 from tools.progress import Progress
 from tools.summary import table
 
@@ -54,7 +54,7 @@ def command(options: argparse.Namespace) -> int:
     state.save(options.state or folder / "state", flight.autopilot.estimator.keep())
     point_latest(folder)
     console = Console()
-    console.print(table(report.leave(read(log), folder)))
+    console.print(table(report.leave_of(log, folder)))
     for name in ("report.html", "summary.json", "log.mcap"):
         console.print(f"  {folder / name}", highlight=False, soft_wrap=True)
     return 0 if outcome.completed else 1

@@ -62,6 +62,12 @@ def command(options: argparse.Namespace) -> int:
         return 1
     console = Console()
     console.print(_table(found))
+    console.print(
+        "The paper's SMO has a constant gain: in steady motion it rests on a hyperplane of coefficients, and the start "
+        "says where on it. The report shows that, and the SMO whose gain the regressor weights.",
+        highlight=False,
+        soft_wrap=True,
+    )
     for path in files:
         console.print(f"  {path}", highlight=False, soft_wrap=True)
     return 0 if estimation.under(found.learned["ekf"], "ekf") else 1
