@@ -4,6 +4,8 @@ All three stations want more telemetry than a link carries. Meanwhile one fetche
 again and sets twenty values a second, one fetches the log of the flight by MAVLink FTP, and one uploads a long mission
 again and again. The flood is of datagrams that mean nothing, to one link.
 
+All fly with the sea's options of real time, as far as this machine permits them.
+
 Lateness is that of the machine, and of all that it does. What a cycle cost is the processor time of the flight's
 thread: median, 99 %, 99.9 % and most.
 """

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tools import lateness
+from tools.flight import CONFIG
 from tools.load.flood import Flood
 from tools.load.stations import Files, Missions, Parameters, Station
 from tools.log import read
@@ -38,6 +39,12 @@ depth_m = 8.0
 heading_deg = 0.0
 speed_m_s = 1.5
 """
+_AS_AT_SEA = """
+[realtime]
+fifo_priority = 50
+lock_memory = true
+"""
+"""As in io_sea.toml; what this machine does not permit is left out."""
 
 
 class Problem(Exception):
@@ -95,10 +102,12 @@ def _flown(seconds: float, folder: Path, stations: Sequence[Station | Flood]) ->
     folder.mkdir(parents=True)
     scenario = folder / "load.toml"
     scenario.write_text(_SCENARIO.format(seconds=seconds))
+    io = folder / "io.toml"
+    io.write_text((CONFIG / "io_sitl.toml").read_text(encoding="utf-8") + _AS_AT_SEA, encoding="utf-8")
     links = [word for station in stations for word in ("--gcs", f"udpout:127.0.0.1:{station.port}")]
     cost = folder / "cost.json"
     command = [sys.executable, "-m", "tools.load.vehicle", str(cost), "sitl"]
-    command += ["--scenario", str(scenario), "--pace", "realtime"]
+    command += ["--scenario", str(scenario), "--io", str(io), "--pace", "realtime"]
     before = _cpu_s()
     with (folder / "said").open("w+") as said, contextlib.ExitStack() as stack:
         process = subprocess.Popen([*command, "--out", str(folder), *links], stdout=said, stderr=said)
