@@ -57,7 +57,7 @@ class Referee:
         self._armed = self._armed or mode is not Mode.DISARMED
         if mode is Mode.SURFACE:
             done = before is Mode.MISSION and cycle.mode.mission_done
-            returned = before is Mode.RETURN and self._said.endswith(": returned")
+            returned = before is Mode.RETURN and self._said.endswith(": return done")
             if not (done or returned or cycle.order.mode in (Mode.SURFACE, Mode.RETURN)):
                 self._abort()
         elif mode is Mode.DISARMED:

@@ -40,4 +40,4 @@ class Standing:
 
 
 def _returned(cycle: Cycle) -> bool:
-    return any(event.endswith(": returned") for event in cycle.events)
+    return any(event.endswith(": return done") for event in cycle.events)

@@ -6,7 +6,7 @@ from firmware_py.mavlink.codec import Message, dialect
 
 _CHUNK = 50
 _MOST_CHUNKS = 6
-_AS_WISHED = ("ordered", "mission done", "returned", "surfaced")
+_AS_WISHED = ("ordered", "mission done", "return done", "surfaced")
 """Of a change of mode that somebody meant, how its cause begins."""
 _ALL_LEARNED = ": learned all "
 """What a learning manoeuvre did not teach is a warning; see `estimation.weakness.sentence`."""
