@@ -45,7 +45,7 @@ def page(log: Log, recording: Recording, found: Answer, told: dict[str, Any]) ->
         content = json.loads(figure.to_json())
         plots.append([f"plot{i}", content["data"], content["layout"], over_time])
     weak = [(f"{100.0 * one['sigma']:.2g} %", one["direction"]) for one in told["weak"]]
-    cards.append(_card("Directions, the weakest first: 1 sigma, of what was believed", _table(weak)))
+    cards.append(_card("Directions, the weakest first: 1 sigma, of what was found", _table(weak)))
     cards.append(_card("Residuals of maximum likelihood", _residuals(told)))
     lost = "; ".join(told["not_identifiable"])
     return PAGE.substitute(
