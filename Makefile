@@ -34,13 +34,13 @@ lint: setup .venv/.dev ## style, types, import rules
 	@$(BIN)/lint-imports
 
 bench: setup .venv/.dev ## measure, and print JSON
-	@$(BIN)/python -m tools.bench
+	@$(BIN)/python -m sternplane.bench
 
 fuzz: setup ## ten million odd packets into the ground links; ARGS="--packets 100000" for fewer
-	@$(BIN)/python -m tools.fuzz $(ARGS)
+	@$(BIN)/python -m sternplane.fuzz $(ARGS)
 
 load: setup ## what cycles cost, and how late they are: alone, with three busy stations, flooded; ARGS="--seconds 20" for less
-	@$(BIN)/python -m tools.load $(ARGS)
+	@$(BIN)/python -m sternplane.load $(ARGS)
 
 study: setup ## the estimation study; ARGS=--short for its quick form
 	@$(BIN)/sternplane study estimation $(ARGS)
@@ -71,7 +71,7 @@ clean: ## remove what was installed, compiled and flown
 	@$(PIP) install --no-deps --require-hashes -r $(LOCKS)/dev.txt
 	@touch $@
 
-.venv/.kernels: .venv/.run $(shell grep -rl '^@kernel' --include='*.py' firmware_py sim_bridge)
+.venv/.kernels: .venv/.run $(shell grep -rl '^@kernel' --include='*.py' firmware_py sim_bridge tools/sternplane)
 	@echo "compiling the kernels"
-	@$(BIN)/python -m tools.warm
+	@$(BIN)/python -m sternplane.codegen.compile_kernels
 	@touch $@

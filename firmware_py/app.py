@@ -16,23 +16,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from firmware_py.adapters.files import read_toml
+from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.allocation import Allocator
 from firmware_py.autopilot import Autopilot
-from firmware_py.estimation.navigation import Kept
+from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.marine import Origin
-from firmware_py.mavlink import draft, parameters
-from firmware_py.mavlink.draft import Draft
-from firmware_py.mavlink.parameters import Book
-from firmware_py.mavlink.setpoints import Sea
+from firmware_py.mavlink.commands.setpoints import WaterFrame
+from firmware_py.mavlink.parameters import transfer
+from firmware_py.mavlink.parameters.transfer import ParameterStore
+from firmware_py.mavlink.plans import plan_builder
+from firmware_py.mavlink.plans.plan_builder import PlanBuilder
 from firmware_py.param_tree import replaced, settings
 from firmware_py.params import ParamError, dump, load, naming
+from firmware_py.reconfiguration import ActiveConfiguration, PartsFactory
+from firmware_py.reconfiguration import AutopilotParams as AutopilotParams
 from firmware_py.records.fence import from_plain as fence_from_plain
 from firmware_py.records.fence import rally_from_plain
 from firmware_py.records.mission import Item, Point, from_plain, mission_of, plain
 from firmware_py.vehicle.vehicle import Vehicle
-from firmware_py.yard import Adopted, Yard
-from firmware_py.yard import AutopilotParams as AutopilotParams
 
 Configuration = Mapping[str, Any]
 
@@ -76,7 +77,7 @@ def read_configuration(
         "autopilot": read_table(AutopilotParams, files["autopilot"], over or {}),
         "changed": {},
     }
-    changes = state / parameters.FILE if state is not None else None
+    changes = state / transfer.FILE if state is not None else None
     return _under(configuration, changes) if changes is not None and changes.exists() else configuration
 
 
@@ -141,33 +142,33 @@ def under_plans(configuration: Configuration, state: Path | None) -> dict[str, A
     return {**configuration, **laid}
 
 
-def plans(configuration: Configuration, state: Path | None) -> dict[int, Draft]:
+def plans(configuration: Configuration, state: Path | None) -> dict[int, PlanBuilder]:
     """Mission, fence and rally points as stations may see and change them.
 
     Raises:
         ParamError: what was kept cannot be used; the error names the file.
     """
     found = _kept_plans(configuration, state)
-    if draft.MISSION not in found:
+    if plan_builder.MISSION not in found:
         sea = _sea(configuration)
-        found[draft.MISSION] = draft.drawn(from_plain(configuration["mission"]), sea)
+        found[plan_builder.MISSION] = plan_builder.drawn(from_plain(configuration["mission"]), sea)
     return found
 
 
-def _kept_plans(configuration: Configuration, state: Path | None) -> dict[int, Draft]:
-    found: dict[int, Draft] = {}
-    for kind, name in draft.FILES.items():
+def _kept_plans(configuration: Configuration, state: Path | None) -> dict[int, PlanBuilder]:
+    found: dict[int, PlanBuilder] = {}
+    for kind, name in plan_builder.FILES.items():
         path = state / name if state is not None else None
         if path is not None and path.exists():
             with naming(str(path)):
-                found[kind] = draft.read(kind, path.read_text(encoding="utf-8"), _sea(configuration))
+                found[kind] = plan_builder.read(kind, path.read_text(encoding="utf-8"), _sea(configuration))
     return found
 
 
-def _sea(configuration: Configuration) -> Sea:
+def _sea(configuration: Configuration) -> WaterFrame:
     params = autopilot_params(configuration)
     origin = Origin(params.origin.latitude, params.origin.longitude)
-    return Sea(origin, params.mavlink.telemetry.surface_altitude)
+    return WaterFrame(origin, params.mavlink.telemetry.surface_altitude)
 
 
 def vehicle(configuration: Configuration) -> Vehicle:
@@ -179,7 +180,7 @@ def vehicle(configuration: Configuration) -> Vehicle:
     return load(Vehicle, configuration["vehicle"], configuration["files"]["vehicle"])
 
 
-def yard(configuration: Configuration) -> Yard:
+def yard(configuration: Configuration) -> PartsFactory:
     """Where the parts of a configuration's autopilot are made.
 
     Raises:
@@ -188,10 +189,10 @@ def yard(configuration: Configuration) -> Yard:
     params, boat = autopilot_params(configuration), vehicle(configuration)
     fence, rally = (configuration.get(name, {}) for name in ("fence", "rally"))  # logs of old have none
     plans = from_plain(configuration["mission"]), fence_from_plain(fence), rally_from_plain(rally)
-    return Yard(configuration["files"], boat, Adopted(params, *plans))
+    return PartsFactory(configuration["files"], boat, ActiveConfiguration(params, *plans))
 
 
-def book(configuration: Configuration) -> Book:
+def book(configuration: Configuration) -> ParameterStore:
     """The parameters of a configuration, as stations may see and change them.
 
     Raises:
@@ -199,7 +200,7 @@ def book(configuration: Configuration) -> Book:
     """
     made = yard(configuration)
     base = replaced(made.params, configuration.get("changed", {}), configuration["files"]["autopilot"])
-    return Book([*settings(made.params, base)], made)
+    return ParameterStore([*settings(made.params, base)], made)
 
 
 def build(configuration: Configuration) -> Autopilot:
@@ -213,7 +214,7 @@ def build(configuration: Configuration) -> Autopilot:
         allocator = Allocator(vehicle(configuration))
     parts = {name: make() for name, make in made.makers().items()}
     if configuration["kept"]:
-        parts["estimator"].resume(Kept(**configuration["kept"]))
+        parts["estimator"].resume(KeptNavigation(**configuration["kept"]))
     return Autopilot(**parts, allocator=allocator, adopter=made)
 
 

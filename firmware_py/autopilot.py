@@ -45,7 +45,7 @@ class Law(Protocol):
         """Takes up again what `freeze` gave."""
 
 
-class Adopter(Protocol):
+class Reconfigurator(Protocol):
     """Whoever makes of an order's changes other parts for an autopilot: the composition root."""
 
     def adopt(self, autopilot: Autopilot, changes: tuple[str, ...]) -> tuple[str, ...]:
@@ -81,7 +81,7 @@ class Autopilot:
         control: Law,
         allocator: Allocator,
         gate: Gate,
-        adopter: Adopter,
+        adopter: Reconfigurator,
     ) -> None:
         self.estimator = estimator
         self.supervisor = supervisor

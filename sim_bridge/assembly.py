@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from firmware_py.adapters.can_bus import Door, NodeIds
+from firmware_py.adapters.buses.can_bus import FramePort, NodeIds
 from firmware_py.params import naming
 from sim_bridge.bridge import Bridge
-from sim_bridge.devices import BoatParams, Devices
-from sim_bridge.environment import Environment
-from sim_bridge.instruments import Instruments, Water
-from sim_bridge.plant import Plant
+from sim_bridge.devices.devices import BoatParams, Devices
+from sim_bridge.devices.instruments import Instruments, Water
+from sim_bridge.devices.serial_dvl import SerialDvl
+from sim_bridge.devices.serial_line import SerialLine
+from sim_bridge.plant.environment import Environment
+from sim_bridge.plant.plant import Plant
+from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import Scenario
-from sim_bridge.serial_dvl import SerialDvl
-from sim_bridge.serial_line import SerialLine
-from sim_bridge.truth import Truth
 
 
 def assemble(
@@ -22,7 +22,7 @@ def assemble(
     boat: BoatParams,
     ids: NodeIds,
     scenario: Scenario,
-    bus: Door,
+    bus: FramePort,
     dvl_line: SerialLine,
     seed: int,
     base_hz: int,

@@ -14,8 +14,8 @@ from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect  # type: ignore[import-untyped]
 
-from firmware_py.adapters.hil_link import ARMED, LOCKSTEP, HilLink
-from firmware_py.adapters.turns import PATIENCE, LockstepError
+from firmware_py.adapters.hil.hil_link import ARMED, LOCKSTEP, HilLink
+from firmware_py.adapters.lockstep.lockstep import PATIENCE, LockstepError
 from firmware_py.marine import (
     GRAVITY,
     Origin,
@@ -29,12 +29,12 @@ from firmware_py.params import ParamError
 from firmware_py.records.sensing import Battery, Fix
 from sim_bridge.assembly import afloat
 from sim_bridge.bridge import Bridge
-from sim_bridge.devices import BoatParams
-from sim_bridge.instruments import AltimeterParams, Instruments
-from sim_bridge.plant import Plant
+from sim_bridge.devices.devices import BoatParams
+from sim_bridge.devices.instruments import AltimeterParams, Instruments
+from sim_bridge.devices.sensors import due
+from sim_bridge.plant.plant import Plant
+from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import Scenario
-from sim_bridge.sensors import due
-from sim_bridge.truth import Truth
 
 _UPDATED = {
     name: sum(getattr(dialect, f"HIL_SENSOR_UPDATED_{field}") for field in fields)

@@ -10,7 +10,7 @@ from typing import Any
 
 import serial
 
-from firmware_py.adapters.can_bus import BusError
+from firmware_py.adapters.buses.can_bus import BusError
 from firmware_py.params import param
 from firmware_py.records.sensing import Dvl, Heard
 from firmware_py.wire.waterlink import LineBuffer, Velocity

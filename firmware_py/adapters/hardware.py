@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import fields
 from typing import Any
 
-from firmware_py.adapters.can_bus import Door
+from firmware_py.adapters.buses.can_bus import FramePort
 from firmware_py.adapters.dvl import DvlPort
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.marine import euler_from_quaternion
@@ -37,7 +37,7 @@ class Hardware:
     latency.
     """
 
-    def __init__(self, params: IoParams, fins: int, bus: Door, dvl: DvlPort) -> None:
+    def __init__(self, params: IoParams, fins: int, bus: FramePort, dvl: DvlPort) -> None:
         self._params = params
         self._bus = bus
         self._dvl = dvl

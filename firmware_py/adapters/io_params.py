@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 
-from firmware_py.adapters.can_bus import CanParams, NodeIds
+from firmware_py.adapters.buses.can_bus import CanParams, NodeIds
 from firmware_py.adapters.dvl import DvlParams
 from firmware_py.adapters.realtime import RealtimeParams
 from firmware_py.params import ParamError, param

@@ -10,15 +10,27 @@ from importlib import metadata
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-_IMPORT = re.compile(r"^\s*from ((?:firmware_py|sim_bridge)[\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
+_ROOTS = (ROOT, ROOT / "tools")
+"""Where the packages lie: side by side once installed, the tools a folder deeper in a checkout."""
+_PACKAGES = ("firmware_py", "sim_bridge", "sternplane")
+_IMPORT = re.compile(rf"^\s*from ((?:{'|'.join(_PACKAGES)})[\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
 """Who imports what of ours; `ast` would take a tenth of a second of every start."""
 _NAME = re.compile(r"\w+")
 
 
 def sources() -> list[Path]:
     """The files that hold kernels."""
-    files = (path for folder in ("firmware_py", "sim_bridge") for path in sorted((ROOT / folder).rglob("*.py")))
+    files = (path for root in _ROOTS for name in _PACKAGES for path in sorted((root / name).rglob("*.py")))
     return [path for path in files if b"@kernel(" in path.read_bytes() and path != Path(__file__).resolve()]
+
+
+def modules() -> list[str]:
+    """The names of the modules that hold kernels."""
+    found = []
+    for path in sources():
+        root = next(root for root in reversed(_ROOTS) if root in path.parents)
+        found.append(".".join(path.relative_to(root).with_suffix("").parts))
+    return found
 
 
 def use() -> Path:
@@ -51,5 +63,5 @@ def _with_imports(files: list[Path]) -> set[Path]:
 def _imports(path: Path) -> list[Path]:
     imports = _IMPORT.findall(path.read_text(encoding="utf-8"))
     names = (name for module, items in imports for name in (module, *(f"{module}.{a}" for a in _NAME.findall(items))))
-    files = (ROOT.joinpath(*name.split(".")).with_suffix(".py") for name in names)
+    files = (root.joinpath(*name.split(".")).with_suffix(".py") for name in names for root in _ROOTS)
     return [file for file in files if file.is_file()]

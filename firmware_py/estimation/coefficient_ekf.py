@@ -18,17 +18,17 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from firmware_py.estimation import bank
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import EkfMemory, Estimate, Flags, History
-from firmware_py.estimation.jacobians import Array
-from firmware_py.estimation.member import EDDY
-from firmware_py.estimation.members import Members
-from firmware_py.estimation.observer_model import Floats
-from firmware_py.estimation.prediction import STILL
-from firmware_py.estimation.review import Review
-from firmware_py.estimation.settling import MAY, lost, settle
-from firmware_py.estimation.transition import MOVING
+from firmware_py.estimation.filter import bank
+from firmware_py.estimation.filter.bank_arrays import BankArrays
+from firmware_py.estimation.filter.measurement_update import EDDY
+from firmware_py.estimation.filter.start_up import MAY, lost, settle
+from firmware_py.estimation.iteration.iterated_filter import IteratedFilter
+from firmware_py.estimation.model.jacobians import Array
+from firmware_py.estimation.model.observer_model import Floats
+from firmware_py.estimation.model.prediction import STILL
+from firmware_py.estimation.model.transition import MOVING
 from firmware_py.vehicle.vehicle import Vehicle
 
 ASTRAY = (1.0,) * 3 + (0.2,) * 3 + (0.5, 0.5, math.pi)
@@ -45,7 +45,7 @@ class CoefficientEkf:
         params: what it is told.
         names: what it learns.
         bank: the filters.
-        model, prior, x, P, evidence, rules: see `Members`.
+        model, prior, x, P, evidence, rules: see `BankArrays`.
         age: how long it has been settling, s, (1,); see `settling.settle`.
         nis: normalised innovations squared of the last step, (9,); NaN where nothing came.
         rejected: how many measurements were not taken in, (9,).
@@ -60,7 +60,7 @@ class CoefficientEkf:
             ParamError: a name is unknown or occurs twice, or a coefficient that is believed to be 0 has no scale.
         """
         self.params, self.names = params, params.names
-        self.bank = members = Members(vehicle, params)
+        self.bank = members = BankArrays(vehicle, params)
         self.model, self.prior, self.rules, self.eddies = members.model, members.prior, members.rules, members.eddies
         self.x, self.P, self.evidence = members.x, members.P, members.evidence
         self.age = np.zeros(1)
@@ -72,7 +72,7 @@ class CoefficientEkf:
         self.restarts = 0
         self.nis, self.rejected = np.full(MOVING, math.nan), np.zeros(MOVING, dtype=np.int64)
         settle(self.rules, self.age, self.model.first, 0.0, params.wait, params.settling)
-        self.review = Review(Members(vehicle, params), params)
+        self.review = IteratedFilter(BankArrays(vehicle, params), params)
 
     def start(
         self,

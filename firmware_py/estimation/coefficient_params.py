@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from firmware_py.estimation.model import COEFFICIENTS
-from firmware_py.estimation.observer_model import GROUPS, MOTIONS
+from firmware_py.estimation.model.equations import COEFFICIENTS
+from firmware_py.estimation.model.observer_model import GROUPS, MOTIONS
 from firmware_py.params import ParamError, When, param
 from firmware_py.vehicle.vehicle import Vehicle
 

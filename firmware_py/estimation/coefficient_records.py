@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_py.estimation.jacobians import Array
-from firmware_py.estimation.transition import Picks
+from firmware_py.estimation.model.jacobians import Array
+from firmware_py.estimation.model.transition import Picks
 
 Flags = NDArray[np.bool_]
 

@@ -7,11 +7,15 @@ from dataclasses import dataclass, fields
 from operator import attrgetter
 from typing import NamedTuple
 
+from firmware_py.estimation.coefficient_estimator import (
+    CoefficientEstimator,
+    CoefficientEstimatorMemory,
+    LearningParams,
+)
 from firmware_py.estimation.coefficient_params import CoefficientParams
+from firmware_py.estimation.filter.bank_arrays import BankArrays
 from firmware_py.estimation.health import HealthParams
-from firmware_py.estimation.learning import Learning, LearningMemory, LearningParams
-from firmware_py.estimation.members import Members
-from firmware_py.estimation.navigation import Kept, Navigation, NavigationMemory, NavigationParams
+from firmware_py.estimation.navigation.navigation import KeptNavigation, Navigation, NavigationMemory, NavigationParams
 from firmware_py.marine import Origin
 from firmware_py.params import table
 from firmware_py.records.command import Applied
@@ -41,14 +45,14 @@ def same_filter(one: EstimationParams, other: EstimationParams) -> bool:
 def refuse_no_filter(params: EstimationParams, vehicle: Vehicle) -> None:
     """Raises the ParamError that making an `Estimator` would; costs half of it."""
     if params.learning.enabled:
-        Members(vehicle, params.coefficients)
+        BankArrays(vehicle, params.coefficients)
 
 
 class EstimatorMemory(NamedTuple):
     """Everything that is remembered."""
 
     navigation: NavigationMemory
-    learning: LearningMemory | None
+    learning: CoefficientEstimatorMemory | None
 
 
 class Estimator:
@@ -63,7 +67,9 @@ class Estimator:
         self._params, self._vehicle = params, vehicle
         self._navigation = Navigation(params, origin)
         self._learning = (
-            Learning(params.learning, params.coefficients, params.health, vehicle) if params.learning.enabled else None
+            CoefficientEstimator(params.learning, params.coefficients, params.health, vehicle)
+            if params.learning.enabled
+            else None
         )
 
     def under(self, params: EstimationParams, origin: Origin) -> Estimator:
@@ -94,11 +100,11 @@ class Estimator:
             return state
         return StateEstimate(*(*_NAVIGATED(state), self._learning.update(tick, frame, applied, state)))
 
-    def keep(self) -> Kept:
+    def keep(self) -> KeptNavigation:
         """What a later run may start from."""
         return self._navigation.keep()
 
-    def resume(self, kept: Kept) -> None:
+    def resume(self, kept: KeptNavigation) -> None:
         """Starts from what an earlier run kept."""
         self._navigation.resume(kept)
 

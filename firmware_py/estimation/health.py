@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_py.compiled import kernel
-from firmware_py.estimation.innovations import COUNT, SQUARES, SUM, hear
-from firmware_py.estimation.jacobians import Array
-from firmware_py.estimation.observer_model import ObserverModel
-from firmware_py.estimation.transition import Picks
+from firmware_py.estimation.filter.consistency import COUNT, SQUARES, SUM, hear
+from firmware_py.estimation.model.jacobians import Array
+from firmware_py.estimation.model.observer_model import ObserverModel
+from firmware_py.estimation.model.transition import Picks
 from firmware_py.params import ParamError, param
 
 Flags = NDArray[np.bool_]

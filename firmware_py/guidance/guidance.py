@@ -15,8 +15,8 @@ from firmware_py.guidance.bottom import Bottom
 from firmware_py.guidance.circle import Circle, beside, tangent
 from firmware_py.guidance.guidance_memory import AT_REST, GuidanceMemory
 from firmware_py.guidance.guidance_params import GuidanceParams
-from firmware_py.guidance.learning import STILL, Dither, Learning
 from firmware_py.guidance.line_of_sight import Leg, LineOfSight
+from firmware_py.guidance.manoeuvre import STILL, Dither, ManoeuvreGuidance
 from firmware_py.guidance.reference_model import ReferenceModel
 from firmware_py.guidance.route import Route, homing
 from firmware_py.marine import clip
@@ -62,7 +62,7 @@ class Guidance:
         self._route = Route(mission, rally, fence)
         self._home = Route(Mission((Surface(rally=True),)), rally, fence)
         self._bottom = Bottom(depth_max - _CLEAR, altitude_min + _CLEAR)
-        self._learning = Learning(params.learning, depth_max, altitude_min)
+        self._learning = ManoeuvreGuidance(params.learning, depth_max, altitude_min)
         self._mode = Mode.DISARMED
         self._wanted = Setpoint(0.0, 0.0, 0.0)
         self._last = AT_REST

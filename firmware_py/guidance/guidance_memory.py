@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from firmware_py.guidance.circle import Circle
-from firmware_py.guidance.learning import Course
+from firmware_py.guidance.manoeuvre import Course
 from firmware_py.guidance.reference_model import Lags
 from firmware_py.guidance.route import Progress
 from firmware_py.records.command import Reference

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from firmware_py.guidance.learning import LearningParams
 from firmware_py.guidance.line_of_sight import LineOfSightParams
+from firmware_py.guidance.manoeuvre import ManoeuvreParams
 from firmware_py.guidance.reference_model import Shape
 from firmware_py.params import When, param, table
 from firmware_py.records.turning import Turning
@@ -55,7 +55,7 @@ class GuidanceParams:
         mav="LOIT_RADIUS",
     )
     line_of_sight: LineOfSightParams = table(LineOfSightParams)
-    learning: LearningParams = table(LearningParams, mav="LRN_")
+    learning: ManoeuvreParams = table(ManoeuvreParams, mav="LRN_")
 
     @property
     def turning(self) -> Turning:

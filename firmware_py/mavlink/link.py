@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 
-from firmware_py.mavlink.codec import COMPONENT, Codec, Message, dialect
-from firmware_py.mavlink.commands import Commands
-from firmware_py.mavlink.door import Door
-from firmware_py.mavlink.helm import HelmParams, sticks
-from firmware_py.mavlink.modes import worded
-from firmware_py.mavlink.orders import Answer, Orders
-from firmware_py.mavlink.requests import Requests
-from firmware_py.mavlink.service import Service
-from firmware_py.mavlink.setpoints import Sea, Setpoints
-from firmware_py.mavlink.signing import SignedMavlink, Signing
-from firmware_py.mavlink.streams import HIGH_LATENCY, PACES, Streams
-from firmware_py.mavlink.telemetry import Maker
-from firmware_py.mavlink.texts import Texts
-from firmware_py.mavlink.upkeep import Upkeep
-from firmware_py.mavlink.voice import Do
+from firmware_py.mavlink.base.codec import COMPONENT, Codec, Message, dialect
+from firmware_py.mavlink.base.link_configuration import LinkConfiguration
+from firmware_py.mavlink.base.link_output import Do
+from firmware_py.mavlink.base.modes import worded
+from firmware_py.mavlink.base.service import Service
+from firmware_py.mavlink.base.signing import SignedMavlink, Signing
+from firmware_py.mavlink.base.statustext import StatusTexts
+from firmware_py.mavlink.commands.dispatch import CommandDispatch
+from firmware_py.mavlink.commands.manual_control import ManualControlParams, sticks
+from firmware_py.mavlink.commands.pre_flight import PreFlight
+from firmware_py.mavlink.commands.queue import CommandQueue, CommandResult
+from firmware_py.mavlink.commands.setpoints import Setpoints, WaterFrame
+from firmware_py.mavlink.telemetry.message_requests import MessageRequests
+from firmware_py.mavlink.telemetry.pose import Maker
+from firmware_py.mavlink.telemetry.streams import HIGH_LATENCY, PACES, Streams
 from firmware_py.records.cycle import Cycle
 from firmware_py.schedule import NS_PER_S, Tick
 
@@ -37,11 +37,11 @@ class Link:
     def __init__(
         self,
         number: int,
-        door: Door,
+        door: LinkConfiguration,
         system: int,
-        helm: HelmParams,
-        sea: Sea,
-        orders: Orders,
+        helm: ManualControlParams,
+        sea: WaterFrame,
+        orders: CommandQueue,
         makers: Mapping[int, Maker],
         signing: Signing | None = None,
     ) -> None:
@@ -51,13 +51,13 @@ class Link:
         self._orders = orders
         self._makers = makers
         self._streams = Streams(HIGH_LATENCY if door.high_latency else PACES)
-        self._texts = Texts()
+        self._texts = StatusTexts()
         self._waiting: deque[Message] = deque()
         self._shown: dict[int, None] = {}
-        requests = Requests(self, door.identity, self._streams, makers)
-        self.setpoints, upkeep = Setpoints(number, self, orders, sea), Upkeep(self, orders, sea)
+        requests = MessageRequests(self, door.identity, self._streams, makers)
+        self.setpoints, upkeep = Setpoints(number, self, orders, sea), PreFlight(self, orders, sea)
         others = requests.does() | self.setpoints.does() | upkeep.does()
-        self._commands = Commands(number, self, orders, others)
+        self._commands = CommandDispatch(number, self, orders, others)
         self._hear: dict[int, Callable[[Tick, Message], None]] = {
             **self._commands.hears(),
             **requests.hears(),
@@ -80,7 +80,7 @@ class Link:
         self.unsaid = 0
         """Messages of ours beyond what may wait."""
 
-    def steer_by(self, helm: HelmParams) -> None:
+    def steer_by(self, helm: ManualControlParams) -> None:
         """What the sticks ask for from now on."""
         self._helm = helm
 
@@ -177,7 +177,7 @@ class Link:
             "not_said": self.unsaid + codec.unsayable,
         }
 
-    def answer(self, answer: Answer) -> None:
+    def answer(self, answer: CommandResult) -> None:
         """Says what became of a wish that came by this link."""
         self._commands.answer(answer)
 

@@ -8,33 +8,35 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from firmware_py.marine import Origin
-from firmware_py.mavlink import draft, metadata, parameters, protocol_version
-from firmware_py.mavlink.aim import Aim
-from firmware_py.mavlink.chart import Chart
-from firmware_py.mavlink.codec import dialect
-from firmware_py.mavlink.door import Door
-from firmware_py.mavlink.draft import Draft
-from firmware_py.mavlink.files import Files
-from firmware_py.mavlink.helm import HelmParams
-from firmware_py.mavlink.high_latency import HighLatency
-from firmware_py.mavlink.identity import autopilot_version, heartbeat
-from firmware_py.mavlink.lateness import Lateness
+from firmware_py.mavlink.base import protocol_version
+from firmware_py.mavlink.base.codec import dialect
+from firmware_py.mavlink.base.identity import autopilot_version, heartbeat
+from firmware_py.mavlink.base.link_configuration import LinkConfiguration
+from firmware_py.mavlink.base.modes import Identity, current_mode, modes_monitor
+from firmware_py.mavlink.base.service import Keeper
+from firmware_py.mavlink.base.signing import Signing
+from firmware_py.mavlink.base.statustext import severity
+from firmware_py.mavlink.commands.manual_control import ManualControlParams
+from firmware_py.mavlink.commands.queue import CommandQueue
+from firmware_py.mavlink.commands.setpoints import WaterFrame
+from firmware_py.mavlink.files.ftp_server import FtpServer
+from firmware_py.mavlink.files.log_transfer import LogTransfer
+from firmware_py.mavlink.files.tree import FileTree, LogStorage
 from firmware_py.mavlink.link import HEARD_PER_TICK, Link
-from firmware_py.mavlink.logs import Logs
-from firmware_py.mavlink.missions import Missions
-from firmware_py.mavlink.modes import Identity, current_mode, modes_monitor
-from firmware_py.mavlink.motion import Motion
-from firmware_py.mavlink.orders import Orders
-from firmware_py.mavlink.parameters import Book, Parameters
-from firmware_py.mavlink.service import Keeper
-from firmware_py.mavlink.setpoints import Sea
-from firmware_py.mavlink.shelf import Shelf, Tree
-from firmware_py.mavlink.signing import Signing
-from firmware_py.mavlink.standing import Standing
-from firmware_py.mavlink.status import Actuators, NamedValues, Status
-from firmware_py.mavlink.telemetry import Maker, Telemetry, TelemetryParams
-from firmware_py.mavlink.texts import severity
-from firmware_py.mavlink.times import Calendar, Times
+from firmware_py.mavlink.parameters import metadata, transfer
+from firmware_py.mavlink.parameters.transfer import ParameterStore, ParameterTransfer
+from firmware_py.mavlink.plans import plan_builder
+from firmware_py.mavlink.plans.plan_builder import PlanBuilder
+from firmware_py.mavlink.plans.plan_store import PlanStore
+from firmware_py.mavlink.plans.upload import PlanUpload
+from firmware_py.mavlink.telemetry.health import Actuators, HealthTelemetry, NamedValues
+from firmware_py.mavlink.telemetry.high_latency import HighLatency
+from firmware_py.mavlink.telemetry.lateness import Lateness
+from firmware_py.mavlink.telemetry.navigation_target import NavigationTarget
+from firmware_py.mavlink.telemetry.odometry import OdometryTelemetry
+from firmware_py.mavlink.telemetry.pose import Maker, PoseTelemetry, TelemetryParams
+from firmware_py.mavlink.telemetry.system_state import SystemState
+from firmware_py.mavlink.telemetry.time_sync import Calendar, TimeSync
 from firmware_py.param_tree import replaced
 from firmware_py.params import When, param, table
 from firmware_py.records.cycle import Cycle
@@ -42,7 +44,7 @@ from firmware_py.records.order import Mode, Order
 from firmware_py.records.turning import Turning
 from firmware_py.schedule import Tick
 
-KEPT = (parameters.FILE, *draft.FILES.values())
+KEPT = (transfer.FILE, *plan_builder.FILES.values())
 """The names of all that `Node.saves` may ever give."""
 _TURNING = {
     "guidance.loiter_radius_m": ("loiter_radius", 1.0),
@@ -62,7 +64,7 @@ class MavlinkParams:
         1, low=1, high=250, doc="System id; every vehicle of a fleet has its own.", mav="MAV_SYSID", when=When.RESTART
     )
     telemetry: TelemetryParams = table(TelemetryParams)
-    helm: HelmParams = table(HelmParams)
+    helm: ManualControlParams = table(ManualControlParams)
 
 
 class Node:
@@ -76,26 +78,26 @@ class Node:
         params: MavlinkParams,
         origin: Origin,
         actuators: Actuators,
-        doors: Sequence[Door],
+        doors: Sequence[LinkConfiguration],
         coefficients: Sequence[str] = (),
         signing: Signing | None = None,
-        book: Book | None = None,
-        plans: Mapping[int, Draft] | None = None,
+        book: ParameterStore | None = None,
+        plans: Mapping[int, PlanBuilder] | None = None,
     ) -> None:
         """`doors` has one for each link, `coefficients` the names of what is learned, as the records order it.
 
         With `signing`, all links are signed. `book` has the parameters, `plans` mission, fence and rally points.
         """
         self._params = params
-        self._orders = Orders()
-        self._standing = Standing()
-        sea = Sea(origin, params.telemetry.surface_altitude)
-        self._chart = Chart(sea, plans)
-        self._aim = Aim(self._chart)
+        self._orders = CommandQueue()
+        self._standing = SystemState()
+        sea = WaterFrame(origin, params.telemetry.surface_altitude)
+        self._chart = PlanStore(sea, plans)
+        self._aim = NavigationTarget(self._chart)
         self._late = Lateness()
-        status = Status(actuators, self._late, self._chart)
-        shared = Telemetry(params.telemetry, origin, actuators.n_max).makers() | status.makers()
-        shared |= Motion(sea.surface, self._aim).makers()
+        status = HealthTelemetry(actuators, self._late, self._chart)
+        shared = PoseTelemetry(params.telemetry, origin, actuators.n_max).makers() | status.makers()
+        shared |= OdometryTelemetry(sea.surface, self._aim).makers()
         calendar = Calendar()
         shared |= calendar.makers()
         self.files: dict[str, Callable[[], bytes]] = metadata.files(book) if book is not None else {}
@@ -113,13 +115,13 @@ class Node:
         self._keepers: list[Keeper] = [self._chart] if signing is None else [self._chart, signing]
         if book is not None:
             self._serve_parameters(book, doors)
-        self._tree = Tree(self.files)
+        self._tree = FileTree(self.files)
         for link in self.links:
-            link.serve(Files(self._tree, link))
-            link.serve(Logs(self._tree, link, lambda: self._standing.mode is not Mode.DISARMED))
-            link.serve(Times(calendar, link))
+            link.serve(FtpServer(self._tree, link))
+            link.serve(LogTransfer(self._tree, link, lambda: self._standing.mode is not Mode.DISARMED))
+            link.serve(TimeSync(calendar, link))
         for i, (link, door) in enumerate(zip(self.links, doors, strict=True)):
-            missions = Missions(i, self._chart, link, self._orders, door.identity)
+            missions = PlanUpload(i, self._chart, link, self._orders, door.identity)
             link.serve(missions)
             link.learn(missions.does(), missions.objection)
             link.setpoints.objection = self._chart.guided
@@ -183,7 +185,7 @@ class Node:
         for link in self.links:
             link.setpoints.depth_max = depth_max
 
-    def shelve(self, shelf: Shelf) -> None:
+    def shelve(self, shelf: LogStorage) -> None:
         """From now on stations may fetch the logs of a shelf."""
         self._tree.shelf = shelf
 
@@ -191,7 +193,7 @@ class Node:
         """From now on a station may ask a disarmed vehicle to end."""
         self._orders.may_end = True
 
-    def _introduces(self, door: Door, sea: Sea, n_max: float) -> dict[int, Maker]:
+    def _introduces(self, door: LinkConfiguration, sea: WaterFrame, n_max: float) -> dict[int, Maker]:
         identity, standing = door.identity, self._standing
         briefly = HighLatency(identity, sea.origin, sea.surface, n_max, standing, self._aim)
         return {
@@ -209,12 +211,12 @@ class Node:
             dialect.MAVLINK_MSG_ID_HIGH_LATENCY2: briefly.message,
         }
 
-    def _serve_parameters(self, book: Book, doors: Sequence[Door]) -> None:
+    def _serve_parameters(self, book: ParameterStore, doors: Sequence[LinkConfiguration]) -> None:
         standing = self._standing
         self._keepers.append(book)
         book.watch(self._take)
         for link, door in zip(self.links, doors, strict=True):
-            link.serve(Parameters(book, link, door.identity, lambda: standing.mode is not Mode.DISARMED))
+            link.serve(ParameterTransfer(book, link, door.identity, lambda: standing.mode is not Mode.DISARMED))
 
     def _take(self, key: str, value: Any) -> None:
         """Of what stations change, that which is ours."""

@@ -162,9 +162,10 @@ class Manoeuvre:
     """A learning manoeuvre, flown where the mission has come to, about the depth and course of its beginning.
 
     The numbers are chosen by the Cramér-Rao bound of NPS AUV II's ten coefficients after 60 s, mean and worst relative
-    sigma (`python -m tools.excitation`). PRBS of 15 deg and 2 s: 0.50 and 1.8 % from register 33, 0.49 to 0.62 % from
-    15 others, three of which have to wait; of 5 deg 1.7 and 5.6 %; of 20 deg 0.39 and 1.4 %, which leaves the laws too
-    little of the travel. Zigzag of 15 deg at 4 and 20 deg: 0.62 and 2.6 %. Doublets want 6 s: 0.92 and 3.1 %.
+    sigma (`python -m sternplane.identification.excitation`). PRBS of 15 deg and 2 s: 0.50 and 1.8 % from register 33,
+    0.49 to 0.62 % from 15 others, three of which have to wait; of 5 deg 1.7 and 5.6 %; of 20 deg 0.39 and
+    1.4 %, which leaves the laws too little of the travel. Zigzag of 15 deg at 4 and 20 deg: 0.62 and 2.6 %. Doublets
+    want 6 s: 0.92 and 3.1 %.
     """
 
     kind: Kind

@@ -92,8 +92,8 @@ BATTERY_INFO = _message(1092, eq.BatteryInfo, "uavcan.equipment.power.BatteryInf
 ARMING_STATUS = _message(1100, eq.ArmingStatus, "uavcan.equipment.safety.ArmingStatus", 0x8700F375556A8003)
 SAFETY_STATE = _message(20000, eq.SafetyState, "ardupilot.indication.SafetyState", 0xE965701A95A1A6A1)
 
-TICK = _message(20860, p.Tick, "sternplane.Tick", 0xB5727735E3F20B69)
-TICK_DONE = _message(20861, p.TickDone, "sternplane.TickDone", 0xA8EF2CC79EA9E059)
+TICK = _message(20860, p.LockstepTick, "sternplane.Tick", 0xB5727735E3F20B69)
+TICK_DONE = _message(20861, p.LockstepTickDone, "sternplane.TickDone", 0xA8EF2CC79EA9E059)
 """Lockstep with a simulated vehicle; definitions in wire/dsdl/sternplane."""
 
 GET_NODE_INFO, GET_NODE_INFO_RESPONSE = _service(

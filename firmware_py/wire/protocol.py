@@ -127,7 +127,7 @@ class GetSetResponse(NamedTuple):
     name: Annotated[bytes, upto(uint8, 92)]
 
 
-class Tick(NamedTuple):
+class LockstepTick(NamedTuple):
     """Lockstep: the plant has sent `frames` frames for tick k, which happens at t_ns."""
 
     k: uint32
@@ -136,7 +136,7 @@ class Tick(NamedTuple):
     version: uint8
 
 
-class TickDone(NamedTuple):
+class LockstepTickDone(NamedTuple):
     """Lockstep: the vehicle has sent `frames` frames in tick k."""
 
     k: uint32

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-from tools.log import Log, read
+from sternplane.logs.reading import Log, read
 
 T = TypeVar("T")
 SURFACE = 300.0

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import pytest
 from pymavlink import mavutil
+from sternplane.logs.reading import Log
 
 from firmware_py import app
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode
-from tools.log import Log
 
 from .boat import boat, changes, free_port, until
 from .proxy import Proxy

@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from sternplane.logs.reading import Log
+from sternplane.logs.replay import replay
 
 from firmware_py import app
 from firmware_py.app import build
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode
-from tools.log import Log
-from tools.replay import replay
 
 from .boat import SURFACE, boat, changes, free_port
 

@@ -17,7 +17,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from firmware_py.adapters.can_bus import CanBus, open_bus
+from firmware_py.adapters.buses.can_bus import CanBus, open_bus
 
 PEER = Path(__file__).with_name("bus_peer.py")
 FRAMES = st.lists(st.tuples(st.integers(0, 2**29 - 1), st.binary(max_size=8)), max_size=30)

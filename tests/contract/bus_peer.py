@@ -6,7 +6,7 @@ import json
 import sys
 import time
 
-from firmware_py.adapters.can_bus import CanBus, open_bus
+from firmware_py.adapters.buses.can_bus import CanBus, open_bus
 
 COUNT, RATE, BURST = 4000, 4000, 40
 

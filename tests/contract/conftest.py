@@ -12,13 +12,13 @@ import dronecan
 import pytest
 from dronecan.transport import Frame, Transfer
 
-from firmware_py.adapters.can_bus import CanBus, NodeIds
+from firmware_py.adapters.buses.can_bus import CanBus, NodeIds
 from firmware_py.marine import Eta, Nu, Origin
 from firmware_py.params import load
-from sim_bridge.devices import BoatParams, Devices
-from sim_bridge.instruments import Instruments, Water
-from sim_bridge.serial_dvl import SerialDvl
-from sim_bridge.serial_line import SerialLine
+from sim_bridge.devices.devices import BoatParams, Devices
+from sim_bridge.devices.instruments import Instruments, Water
+from sim_bridge.devices.serial_dvl import SerialDvl
+from sim_bridge.devices.serial_line import SerialLine
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs" / "npsauv2"
 BASE_HZ = 100

@@ -16,13 +16,13 @@ import can
 import pytest
 from dronecan.dsdl.common import crc16_from_bytes
 
-from firmware_py.adapters import mcast_bus
-from firmware_py.adapters.bus_check import heard_nodes, refuse_if_taken
-from firmware_py.adapters.can_bus import BusError, open_bus
+from firmware_py.adapters.buses import multicast_bus
+from firmware_py.adapters.buses.can_bus import BusError, open_bus
+from firmware_py.adapters.buses.node_id_check import heard_nodes, refuse_if_taken
 from firmware_py.wire.equipment import ArrayCommand, Command
 from firmware_py.wire.messages import ARRAY_COMMAND
 from firmware_py.wire.transfer import Sender
-from sim_bridge.node import Node
+from sim_bridge.devices.node import Node
 
 from .bus_contract import PATIENCE, BusContract, TwoProcesses, collect, doors, free_number
 
@@ -112,7 +112,7 @@ GARBAGE = {
 @pytest.mark.parametrize("garbage", GARBAGE.values(), ids=GARBAGE)
 def test_a_datagram_that_is_no_frame_is_counted_and_dropped(number, raw, garbage):
     out, _ = raw
-    bus = mcast_bus.McastBus(number)
+    bus = multicast_bus.McastBus(number)
     with bus, doors(f"udp:{number}", 1) as (a,):
         out.send(garbage)
         out.send(datagram(EXTENDED | 2, b"good"))
@@ -123,7 +123,7 @@ def test_a_datagram_that_is_no_frame_is_counted_and_dropped(number, raw, garbage
 
 def test_fd_frames_are_ignored_and_not_bad(number, raw):
     out, _ = raw
-    with mcast_bus.McastBus(number) as bus:
+    with multicast_bus.McastBus(number) as bus:
         out.send(datagram(EXTENDED | 1, bytes(64), flags=1))
         out.send(datagram(EXTENDED | 1, bytes(3), flags=1))
         out.send(datagram(EXTENDED | 2, b"classic"))
@@ -142,7 +142,7 @@ def test_a_flood_costs_no_more_than_the_limit_and_what_the_kernel_drops_is_count
 
 
 def test_no_frame_leaves_the_machine(number):
-    with mcast_bus.McastBus(number) as bus:
+    with multicast_bus.McastBus(number) as bus:
         assert bus._out.getsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL) == 0
         interface = bus._out.getsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, 4)
         assert socket.inet_ntoa(interface) == "127.0.0.1"
@@ -153,7 +153,7 @@ def test_a_sender_on_another_machine_is_not_heard():
     def decoded(address: str) -> tuple[int, bytes] | None:
         return bus._decode(datagram(EXTENDED | 5, b"x"), address)
 
-    with free_number() as number, mcast_bus.McastBus(number) as bus:
+    with free_number() as number, multicast_bus.McastBus(number) as bus:
         assert decoded("198.51.100.7") is None
         assert decoded("127.0.0.5") == decoded("127.0.0.1") == (EXTENDED | 5, b"x")
 

@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.adapters import dvl
-from firmware_py.adapters.can_bus import BusError
+from firmware_py.adapters.buses.can_bus import BusError
 from firmware_py.adapters.dvl import DvlParams, DvlPort
 from firmware_py.records.sensing import Dvl
-from sim_bridge.serial_line import SerialLine
+from sim_bridge.devices.serial_line import SerialLine
 
 
 def checksum(text: bytes) -> int:

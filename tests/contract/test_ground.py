@@ -14,14 +14,14 @@ from hypothesis import strategies as st
 from pymavlink import mavutil
 
 from firmware_py import app
-from firmware_py.adapters.ground import GroundError, Grounds, MavlinkGround, merge, open_link
-from firmware_py.adapters.stations import parse_link
-from firmware_py.adapters.stations_udp import DATAGRAMS_PER_TICK
+from firmware_py.adapters.ground.mavlink_ground import GroundError, Grounds, MavlinkGround, merge, open_link
+from firmware_py.adapters.ground.station_link import parse_link
+from firmware_py.adapters.ground.udp_link import DATAGRAMS_PER_TICK
 from firmware_py.marine import Origin
-from firmware_py.mavlink.door import Door
-from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.base.identity import Identity
+from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.node import MavlinkParams
-from firmware_py.mavlink.status import Actuators
+from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.records.order import CENTRED_STICKS, KEEP_SETPOINT, NO_ORDER, Arming, Mode, Order, Setpoint, Sticks
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame
 from firmware_py.schedule import Tick
@@ -337,12 +337,20 @@ def test_a_link_that_cannot_be_is_named_in_one_line_with_what_would_be_right(tex
 
 
 def test_a_link_is_read_as_it_is_written() -> None:
-    assert parse_link("udpout:localhost:14550")[1:] == ("udpout", ("localhost", 14550), Door(Identity.ARDUSUB))
-    assert parse_link("udpin:0.0.0.0:14551:generic")[1:] == ("udpin", ("0.0.0.0", 14551), Door(Identity.GENERIC))
+    assert parse_link("udpout:localhost:14550")[1:] == (
+        "udpout",
+        ("localhost", 14550),
+        LinkConfiguration(Identity.ARDUSUB),
+    )
+    assert parse_link("udpin:0.0.0.0:14551:generic")[1:] == (
+        "udpin",
+        ("0.0.0.0", 14551),
+        LinkConfiguration(Identity.GENERIC),
+    )
     modem = parse_link("serial:/dev/ttyS0:9600:generic:highlatency")
     assert modem.address == ("/dev/ttyS0", 9600)
-    assert modem.door == Door(Identity.GENERIC, 864.0, stream=True, high_latency=True)
-    assert parse_link("tcpin:0.0.0.0:5760").door == Door(Identity.ARDUSUB, stream=True)
+    assert modem.door == LinkConfiguration(Identity.GENERIC, 864.0, stream=True, high_latency=True)
+    assert parse_link("tcpin:0.0.0.0:5760").door == LinkConfiguration(Identity.ARDUSUB, stream=True)
 
 
 def test_a_port_that_is_taken_is_an_error_and_closes_the_links_before_it() -> None:

@@ -9,11 +9,11 @@ import pytest
 from pymavlink import mavutil
 
 from firmware_py import app
-from firmware_py.adapters.ground import MavlinkGround, merge
-from firmware_py.adapters.store import StoreError
+from firmware_py.adapters.ground.mavlink_ground import MavlinkGround, merge
+from firmware_py.adapters.storage.state_store import StoreError
 from firmware_py.marine import Origin
 from firmware_py.mavlink.node import KEPT, MavlinkParams
-from firmware_py.mavlink.status import Actuators
+from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.records.order import NO_ORDER, NOBODY, Arming, Asker, Mode, Order, Setpoint
 from firmware_py.schedule import Tick
 

@@ -236,7 +236,7 @@ def test_a_flood_is_worked_off_in_bounded_portions(launch):
 def test_no_traffic_makes_a_device_fail_or_leave_its_bounds(frames):
     import can
 
-    from firmware_py.adapters.can_bus import CanBus
+    from firmware_py.adapters.buses.can_bus import CanBus
 
     from .conftest import Boat, quiet
 

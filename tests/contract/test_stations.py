@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 from pymavlink import mavutil
 
-from firmware_py.adapters import stations_stream
-from firmware_py.adapters.ground import GroundError, open_link
-from firmware_py.adapters.signing import now, read_signing
-from firmware_py.adapters.stations_udp import DATAGRAMS_PER_TICK
-from firmware_py.mavlink.signing import KEPT, TICKS_PER_S, Signing
+from firmware_py.adapters.ground import stream_links
+from firmware_py.adapters.ground.mavlink_ground import GroundError, open_link
+from firmware_py.adapters.ground.signing_key import now, read_signing
+from firmware_py.adapters.ground.udp_link import DATAGRAMS_PER_TICK
+from firmware_py.mavlink.base.signing import KEPT, TICKS_PER_S, Signing
 from firmware_py.records.order import Mode
 
 from .test_ground import Station, Vehicle
@@ -155,7 +155,7 @@ def test_a_station_that_does_not_read_costs_what_it_misses_and_no_more() -> None
         for _ in range(20_000):
             link.send(b"y" * 1000)
         assert link.lost > 0
-        assert len(link._unsent) <= stations_stream.MOST_UNSENT
+        assert len(link._unsent) <= stream_links.MOST_UNSENT
     for _ in range(3):
         link.send(b"z")
         link.receive()

@@ -7,7 +7,7 @@ import itertools
 import can
 from dronecan.transport import Transfer
 
-from firmware_py.adapters.can_bus import open_bus
+from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.dvl import DvlPort
 from firmware_py.adapters.hardware import Hardware
 from firmware_py.adapters.io_params import IoParams
@@ -15,7 +15,7 @@ from firmware_py.params import load
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.schedule import Tick
-from sim_bridge.serial_line import SerialLine
+from sim_bridge.devices.serial_line import SerialLine
 
 from .conftest import Peer
 

@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from sternplane.logs.reading import Log, read
+from sternplane.logs.replay import replay
+from sternplane.sitl.flight import Wish, fly, prepare
 
-from firmware_py.adapters.ground import Grounds
+from firmware_py.adapters.ground.mavlink_ground import Grounds
 from firmware_py.app import build
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import NO_ORDER, Mode, Order
 from firmware_py.schedule import Tick
-from tools.flight import Wish, fly, prepare
-from tools.log import Log, read
-from tools.replay import replay
 
 SCENARIO = """
 description = "A short dive, while a station changes its mind."

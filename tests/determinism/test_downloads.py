@@ -7,21 +7,21 @@ from pathlib import Path
 from typing import Any
 
 from pymavlink.dialects.v20 import all as mavlink
+from sternplane.logs.reading import Log, read
+from sternplane.sitl.flight import Wish, fly, prepare
 
 from firmware_py import app
-from firmware_py.adapters.ground import Grounds
-from firmware_py.adapters.log_store import LogStore
+from firmware_py.adapters.ground.mavlink_ground import Grounds
+from firmware_py.adapters.storage.log_store import LogStore
 from firmware_py.marine import Origin
-from firmware_py.mavlink.door import Door
-from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.base.identity import Identity
+from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.node import MavlinkParams, Node
-from firmware_py.mavlink.status import Actuators
+from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Order
 from firmware_py.schedule import Tick
 from tests.dive import DIVE
-from tools.flight import Wish, fly, prepare
-from tools.log import Log, read
 
 LIST, OPEN, BURST, CRC = 3, 4, 15, 14
 
@@ -30,7 +30,7 @@ class Station:
     """Asks for something every tenth of a second, and counts what comes."""
 
     def __init__(self, configuration: Any, folder: Path) -> None:
-        door = Door(Identity.ARDUSUB)
+        door = LinkConfiguration(Identity.ARDUSUB)
         book = app.book(configuration)
         self.node = Node(MavlinkParams(), Origin(0.8, 0.1), Actuators((0.4,) * 4, 10.0), [door, door], book=book)
         self.store = LogStore(folder, beside=False)

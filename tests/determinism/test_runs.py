@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from sternplane.logs.reading import Log, read
+from sternplane.logs.replay import replay
+from sternplane.sitl.flight import Wish, fly, prepare
 
 from firmware_py.app import build
-from tools.flight import Wish, fly, prepare
-from tools.log import Log, read
-from tools.replay import replay
 
 SCENARIO = """
 description = "A short dive through turbulent water."

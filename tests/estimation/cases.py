@@ -10,12 +10,12 @@ import numpy as np
 from hypothesis import strategies as st
 
 from firmware_py import params
-from firmware_py.estimation.model import COEFFICIENTS
-from firmware_py.estimation.observer_model import GROUPS, ObserverModel
-from firmware_py.estimation.prediction import flow_of
-from firmware_py.estimation.transition import WIDTH, linearise
+from firmware_py.estimation.model.equations import COEFFICIENTS
+from firmware_py.estimation.model.observer_model import GROUPS, ObserverModel
+from firmware_py.estimation.model.prediction import flow_of
+from firmware_py.estimation.model.transition import WIDTH, linearise
 from firmware_py.vehicle.vehicle import Vehicle
-from sim_bridge.truth import Truth
+from sim_bridge.plant.truth import Truth
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs" / "npsauv2"
 VEHICLE = params.load(Vehicle, tomllib.loads((CONFIGS / "vehicle.toml").read_text()), "vehicle.toml")

@@ -9,16 +9,16 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
+from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, BuslessFlight, fly, held_level, measure
 
+from firmware_py.estimation.coefficient_estimator import CoefficientEstimator, LearningParams
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.health import HealthParams
-from firmware_py.estimation.learning import Learning, LearningParams
 from firmware_py.marine import Eta, Nu
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned, StateEstimate
 from firmware_py.records.sensing import Ahrs, Dvl, Heard, SensorFrame, silence
 from firmware_py.schedule import Tick
-from tools.trial import N_TRIM, SENSOR_STD, Trial, fly, held_level, measure
 
 from .cases import TRUTH, VEHICLE
 
@@ -44,7 +44,7 @@ def flown(
     delta_s: float = 0.12,
     delta_r: float = 0.12,
     current: tuple[float, float, float] = (0.0, 0.0, 0.0),
-) -> Trial:
+) -> BuslessFlight:
     """Both planes swing at three frequencies each, the boat held about its depth; seconds long."""
     t = DT * (np.arange(round(seconds / DT)) + 0.5)
 
@@ -56,7 +56,7 @@ def flown(
 
 
 def moments(
-    trial: Trial, noise: float = 1.0, dvl_late: int = 0, ahrs_late: int = 0, fins_late: int = 0, seed: int = 1
+    trial: BuslessFlight, noise: float = 1.0, dvl_late: int = 0, ahrs_late: int = 0, fins_late: int = 0, seed: int = 1
 ) -> list[Moment]:
     """The flight as it is heard: gyros and attitude at 100 Hz, the DVL at 5 Hz, fins and shaft at 100 Hz, so late.
 
@@ -117,10 +117,12 @@ def deaf(moments: Iterable[Moment], sensor: str, begin: float, end: float) -> It
 
 def learner(
     params: LearningParams | None = None, health: HealthParams | None = None, **coefficients: object
-) -> Learning:
-    return Learning(params or LearningParams(), CoefficientParams(**coefficients), health or HealthParams(), VEHICLE)
+) -> CoefficientEstimator:
+    return CoefficientEstimator(
+        params or LearningParams(), CoefficientParams(**coefficients), health or HealthParams(), VEHICLE
+    )
 
 
-def said(learning: Learning, moments: Iterable[Moment]) -> list[Learned]:
+def said(learning: CoefficientEstimator, moments: Iterable[Moment]) -> list[Learned]:
     """What it says after each tick."""
     return [learning.update(*moment) for moment in moments]

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sternplane.bench import ekf
+from sternplane.bench.ekf import CASES, STD, InC, InNumba, NoCompiler, begun, compiled, flight, settled
 
 from firmware_py.estimation.coefficient_params import CoefficientParams
-from tools import bench_ekf
-from tools.bench_ekf import CASES, STD, InC, InNumba, NoCompiler, begun, compiled, flight, settled
 
 MORE = {
     "considered": CoefficientParams(considered=("rest",), names=("M_q", "N_r", "M_dot"), walk=0.01),
@@ -37,8 +37,8 @@ def test_c_makes_the_same_numbers_to_the_last_bit(library: ctypes.CDLL | None) -
         z[:, 8] = (z[:, 8] + 3.1 + np.pi) % (2.0 * np.pi) - np.pi
         z[rng.random(z.shape) < 0.02] += 1.0
         z[rng.random(z.shape) < 0.2] = np.nan
-        for ekf in (ours, theirs):
-            ekf.start((1.8288, 0, 0, 0, 0, 0), (0, 0, 3.1), STD)
+        for side in (ours, theirs):
+            side.start((1.8288, 0, 0, 0, 0, 0), (0, 0, 3.1), STD)
         assert InNumba(ours).run(inputs, z, STD**2, wanted) == 1000
         assert ours.rejected.sum() > 20
         assert InC(library, theirs).run(inputs, z, STD**2, nis) == 1000
@@ -73,7 +73,7 @@ def test_a_bank_is_as_large_as_its_name_says() -> None:
 
 
 def test_the_table_gives_medians_and_their_ratio() -> None:
-    assert bench_ekf.table({"numba": 4.5678, "c": 3.2, "called from python": 6.0}, "") == {
+    assert ekf.table({"numba": 4.5678, "c": 3.2, "called from python": 6.0}, "") == {
         "numba us": 4.57,
         "c us": 3.2,
         "called from python us": 6.0,
@@ -85,7 +85,7 @@ def test_without_a_compiler_it_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path
     monkeypatch.setattr(shutil, "which", lambda name: None)
     with pytest.raises(NoCompiler, match="no C compiler"):
         compiled(tmp_path)
-    found = bench_ekf.measure(rounds=1, seconds=1)
+    found = ekf.measure(rounds=1, seconds=1)
     assert set(found) == set(CASES)
     for case in found.values():
         assert case["c us"] == "not measured: no C compiler (cc) on this machine"

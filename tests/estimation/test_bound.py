@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from sternplane.cli.errors import UsageError
+from sternplane.identification.cramer_rao_bound import bound, bounds, true_states
+from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, BuslessFlight, fly, measured
 
-from firmware_py.estimation.observer_model import ObserverModel
-from firmware_py.estimation.weakness import unlearned
+from firmware_py.estimation.identifiability import unlearned
+from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.guidance.excitation import opposite, prbs
-from tools.bound import bound, bounds, true_states
-from tools.errors import UsageError
-from tools.trial import N_TRIM, SENSOR_STD, Trial, fly, measured
 
 from .cases import TEN, TRUTH, VEHICLE
 
@@ -19,7 +19,7 @@ RATES = (5.0,) * 3 + (100.0,) * 6
 BIASES = {"speed": 0.002, "rate": 1e-4, "angle": 2e-3}
 
 
-def flight(steps: int, rudder: float = 0.3) -> Trial:
+def flight(steps: int, rudder: float = 0.3) -> BuslessFlight:
     sides = [(0.25 * prbs(k, 100, 9), rudder * prbs(k, 100, opposite(9))) for k in range(steps)]
     return fly(TRUTH, np.array(sides), N_TRIM, H)
 

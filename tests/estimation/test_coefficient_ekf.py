@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sternplane.sitl.busless_flight import SENSOR_STD, measure
 
 from firmware_py import app
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
-from firmware_py.estimation.settling import LEARNS
+from firmware_py.estimation.filter.start_up import LEARNS
 from firmware_py.params import ParamError
-from tools.trial import SENSOR_STD, measure
 
 from .cases import CONFIGS, TRUTH, VEHICLE
 from .flights import DT, flown

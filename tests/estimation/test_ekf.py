@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sternplane.bench.ekf import STD, H, flight
 
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
-from firmware_py.estimation.ekf import BATCH, CHANNELS, FORCES, cut, fuse, padded, spread
-from firmware_py.estimation.observer_model import ObserverModel
-from firmware_py.estimation.prediction import CURRENT, EDDIES, STILL
-from firmware_py.estimation.transition import MOVING, WATER
-from tools.bench_ekf import STD, H, flight
+from firmware_py.estimation.filter.covariance import BATCH, CHANNELS, FORCES, cut, fuse, padded, spread
+from firmware_py.estimation.model.observer_model import ObserverModel
+from firmware_py.estimation.model.prediction import CURRENT, EDDIES, STILL
+from firmware_py.estimation.model.transition import MOVING, WATER
 
 from .cases import VEHICLE
 

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
+from sternplane.bench.ekf import DVL_EVERY, STD, Flight, H, begun, flight
 
-from firmware_py.estimation import bank
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
-from firmware_py.estimation.observer_model import ObserverModel
-from firmware_py.estimation.prediction import EDDIES
-from tools.bench_ekf import DVL_EVERY, STD, Flight, H, begun, flight
+from firmware_py.estimation.filter import bank
+from firmware_py.estimation.model.observer_model import ObserverModel
+from firmware_py.estimation.model.prediction import EDDIES
 
 from .cases import VEHICLE
 

@@ -6,12 +6,12 @@ import numba
 import numpy as np
 import pytest
 from numba.core.runtime import _nrt_python, rtsys
+from sternplane.bench.ekf import CASES, STD, Flight, H, begun, flight
 
-from firmware_py.estimation import bank
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
-from firmware_py.estimation.ekf import padded
-from tools.bench_ekf import CASES, STD, Flight, H, begun, flight
+from firmware_py.estimation.filter import bank
+from firmware_py.estimation.filter.covariance import padded
 
 LONG = 100_000
 

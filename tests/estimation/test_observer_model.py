@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from sternplane.codegen import derive_jacobians
 
 from firmware_py import params
-from firmware_py.estimation import jacobians
-from firmware_py.estimation.flow import race, race_slopes
-from firmware_py.estimation.model import COEFFICIENTS
-from firmware_py.estimation.observer_model import GROUPS, ObserverModel
-from firmware_py.estimation.prediction import EDDIES
+from firmware_py.estimation.model import jacobians
+from firmware_py.estimation.model.equations import COEFFICIENTS
+from firmware_py.estimation.model.flow import race, race_slopes
+from firmware_py.estimation.model.observer_model import GROUPS, ObserverModel
+from firmware_py.estimation.model.prediction import EDDIES
 from firmware_py.marine import Eta, Nu
-from sim_bridge.environment import Environment, EnvironmentParams
-from sim_bridge.plant import Plant
-from tools import derive_ekf
+from sim_bridge.plant.environment import Environment, EnvironmentParams
+from sim_bridge.plant.plant import Plant
 
 from .cases import MOVING, TEN, TRUTH, VEHICLE, WIDE, apart, case, differences, seeds, slopes, state
 
@@ -26,7 +26,7 @@ from .cases import MOVING, TEN, TRUTH, VEHICLE, WIDE, apart, case, differences, 
 
 
 def test_the_committed_file_is_what_the_equations_give() -> None:
-    assert Path(jacobians.__file__).read_text() == derive_ekf.generate()
+    assert Path(jacobians.__file__).read_text() == derive_jacobians.generate()
 
 
 @given(seeds)

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from numba.core.runtime import _nrt_python, rtsys
 from scipy.integrate import solve_ivp
 
-from firmware_py.estimation import prediction
-from firmware_py.estimation.observer_model import ObserverModel
-from firmware_py.estimation.prediction import STILL
+from firmware_py.estimation.model import prediction
+from firmware_py.estimation.model.observer_model import ObserverModel
+from firmware_py.estimation.model.prediction import STILL
 
 from .cases import ALL, TEN, VEHICLE, WIDE, case, differences, state
 

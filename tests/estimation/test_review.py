@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 from hypothesis import given
 from scipy.stats import chi2
+from sternplane.sitl.busless_flight import SENSOR_STD, BuslessFlight, measure
+from sternplane.study.setups import UNKNOWN_WATER, Learned, Setup, bounded, flown, learn, starts
 
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
-from firmware_py.estimation.observer_model import ObserverModel
-from firmware_py.estimation.prediction import EDDIES
-from firmware_py.estimation.relive import follow
-from firmware_py.estimation.review import LAST, PACE, PATIENCE
-from firmware_py.estimation.scout import BLOCK
-from firmware_py.estimation.tape import INPUTS
+from firmware_py.estimation.iteration.iterated_filter import LAST, PACE, PATIENCE
+from firmware_py.estimation.iteration.measurement_history import INPUTS
+from firmware_py.estimation.iteration.relinearised_pass import follow
+from firmware_py.estimation.iteration.smoother_pass import BLOCK
+from firmware_py.estimation.model.observer_model import ObserverModel
+from firmware_py.estimation.model.prediction import EDDIES
 from firmware_py.params import ParamError
-from tools.study.setups import UNKNOWN_WATER, Learned, Setup, bounded, flown, learn, starts
-from tools.trial import SENSOR_STD, Trial, measure
 
 from .cases import VEHICLE, WIDE, case, seeds, state
 
@@ -46,7 +46,7 @@ def test_a_state_beside_another_follows_as_the_model_would_take_it(seed: int) ->
     assert np.abs(x[:9] - beside[:9]).max() < 1e-3 * moved
 
 
-def learned(seed: int, params: CoefficientParams) -> tuple[Learned, Trial, CoefficientEkf]:
+def learned(seed: int, params: CoefficientParams) -> tuple[Learned, BuslessFlight, CoefficientEkf]:
     trial, ekf = flown(STREAM, seed), CoefficientEkf(VEHICLE, params)
     return learn(STREAM, trial, ekf, seed, starts(seed, 0.5)), trial, ekf
 

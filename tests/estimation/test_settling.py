@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sternplane.sitl.busless_flight import SENSOR_STD, measure
+from sternplane.study.setups import Setup, flown
 
 from firmware_py.estimation.coefficient_ekf import SOON, CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
-from firmware_py.estimation.innovations import COUNT, SUM
-from firmware_py.estimation.settling import (
+from firmware_py.estimation.filter.consistency import COUNT, SUM
+from firmware_py.estimation.filter.start_up import (
     BEGINNING,
     ENOUGH,
     FLOOR,
@@ -28,8 +30,6 @@ from firmware_py.estimation.settling import (
     revive,
     settle,
 )
-from tools.study.setups import Setup, flown
-from tools.trial import SENSOR_STD, measure
 
 from .cases import VEHICLE
 

@@ -8,16 +8,16 @@ import math
 
 import numpy as np
 import pytest
+from sternplane.paper.sliding_mode_observer import SlidingModeObserver, SmoParams
+from sternplane.sitl.busless_flight import N_TRIM, BuslessFlight, Start, fly, held_level
 
 from firmware_py import params
 from firmware_py.estimation.coefficient_params import TEN
-from firmware_py.estimation.observer_model import ObserverModel
-from firmware_py.estimation.prediction import STILL
-from firmware_py.estimation.sliding_mode_observer import SlidingModeObserver, SmoParams
+from firmware_py.estimation.model.observer_model import ObserverModel
+from firmware_py.estimation.model.prediction import STILL
 from firmware_py.guidance.excitation import opposite, prbs
 from firmware_py.marine import Nu
 from firmware_py.vehicle.vehicle import Vehicle
-from tools.trial import N_TRIM, Start, Trial, fly, held_level
 
 from .cases import TRUTH, VEHICLE
 
@@ -38,20 +38,20 @@ HALF = believing(*(0.5,) * 10)
 
 
 @functools.cache
-def constant(delta_s: float = 20.0, delta_r: float = 20.0, seconds: float = 60.0) -> Trial:
+def constant(delta_s: float = 20.0, delta_r: float = 20.0, seconds: float = 60.0) -> BuslessFlight:
     """The paper's scenario."""
     demands = np.tile(np.radians((delta_s, delta_r)), (round(seconds / H), 1))
     return fly(TRUTH, demands, N_TRIM, H, start=Start(nu=Nu(1.8, 0.0, 0.0, 0.0, 0.0, 0.0)))
 
 
 @functools.cache
-def excited(seconds: float = 90.0) -> Trial:
+def excited(seconds: float = 90.0) -> BuslessFlight:
     """A PRBS of 15 degrees, held for 4 s, on both; depth and pitch held softly."""
     sides = [(prbs(k, 400, 1), prbs(k, 400, opposite(1))) for k in range(round(seconds / H))]
     return fly(TRUTH, math.radians(15.0) * np.array(sides), N_TRIM, H, hold=held_level())
 
 
-def observed(vehicle: Vehicle, trial: Trial, smo: SmoParams, sides: tuple[float, float] = (1.0, 1.0)):
+def observed(vehicle: Vehicle, trial: BuslessFlight, smo: SmoParams, sides: tuple[float, float] = (1.0, 1.0)):
     observer = SlidingModeObserver(vehicle, smo, sides)
     observer.start(trial.x[0, :6], trial.x[0, 6:])
     history = observer.run(H, trial.inputs, np.ascontiguousarray(trial.x[1:]))
@@ -64,7 +64,7 @@ def off(values: np.ndarray) -> np.ndarray:
     return 100.0 * (values / TRUE - 1.0)
 
 
-def force_errors(values: np.ndarray, trial: Trial) -> dict[str, tuple[float, float]]:
+def force_errors(values: np.ndarray, trial: BuslessFlight) -> dict[str, tuple[float, float]]:
     """Of each equation at the end: the error of its force, and that of its coefficients one by one, N or N m."""
     model = ObserverModel(VEHICLE, TEN, STILL)
     model.advance(model.state(trial.x[-1, :6], trial.x[-1, 6:]), trial.inputs[-1], 1e-9)

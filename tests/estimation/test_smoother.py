@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sternplane.sitl.busless_flight import SENSOR_STD, measure
+from sternplane.study.setups import Setup, flown
 
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
-from firmware_py.estimation.member import EDDY
-from firmware_py.estimation.members import Members
-from firmware_py.estimation.scout import BLOCK, RING, Scout
-from firmware_py.estimation.settling import LEARNS, MAY
-from firmware_py.estimation.smoother import SMOOTHED, divide, factored, smooth
-from firmware_py.estimation.tape import ROW, write
-from tools.study.setups import Setup, flown
-from tools.trial import SENSOR_STD, measure
+from firmware_py.estimation.filter.bank_arrays import BankArrays
+from firmware_py.estimation.filter.measurement_update import EDDY
+from firmware_py.estimation.filter.start_up import LEARNS, MAY
+from firmware_py.estimation.iteration.measurement_history import ROW, write
+from firmware_py.estimation.iteration.rts_smoother import SMOOTHED, divide, factored, smooth
+from firmware_py.estimation.iteration.smoother_pass import BLOCK, RING, SmootherPass
 
 from .cases import VEHICLE
 
@@ -82,14 +82,14 @@ def test_afterwards_the_eddies_are_known_better_than_at_the_moment() -> None:
     trial = flown(EDDYING, 0)
     z = measure(trial, SENSOR_STD, EDDYING.rates, 0)
     params = CoefficientParams(turbulence=(0.05,))
-    ekf, members = CoefficientEkf(VEHICLE, params), Members(VEHICLE, params)
+    ekf, members = CoefficientEkf(VEHICLE, params), BankArrays(VEHICLE, params)
     ekf.start(trial.x[0, :6], trial.x[0, 6:], SENSOR_STD)
     members.take(*ekf.bank.copy())
     members.rules[LEARNS] = members.rules[MAY]
     tape = np.zeros((len(z), ROW))
     for k, (u, heard) in enumerate(zip(trial.inputs, z, strict=True)):
         write(tape, k, EDDYING.h, u, heard, SENSOR_STD**2)
-    scout = Scout(members)
+    scout = SmootherPass(members)
     scout.begin(members.x[0].copy(), 0)
     first, now = [], []
     while scout.known < len(tape):

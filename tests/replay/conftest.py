@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sternplane.fly import provenance
 
 from firmware_py import loop
-from firmware_py.adapters.recorder import TRUTH_TOPIC, LogWriter, Recorder
+from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter, Recorder
 from firmware_py.marine import Eta, Nu
 from firmware_py.records.command import Applied, Demand, FinCommand, ModeState, Reference
 from firmware_py.records.cycle import Cycle
@@ -22,7 +23,6 @@ from firmware_py.records.order import Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Heard, SensorFrame, silence
 from firmware_py.schedule import Tick
 from sim_bridge.truth_sample import TruthSample
-from tools import machine
 
 STEP_NS = 10_000_000
 WAYPOINTS = [[60.0, 0.0, 4.0, 1.8], [60.0, 60.0, 8.0, 1.8], [-20.0, 60.0, 4.0, 1.8]]
@@ -113,9 +113,9 @@ def header(**more: Any) -> dict[str, Any]:
     return {
         "scenario": "toy",
         "seed": 1,
-        "git": machine.git_revision(),
-        "machine": machine.fingerprint(),
-        "versions": machine.versions(),
+        "git": provenance.git_revision(),
+        "machine": provenance.fingerprint(),
+        "versions": provenance.versions(),
         "configuration": {"gain": 0.25, "never_heard": -math.inf},
         "mission": {"waypoints": WAYPOINTS},
         **more,

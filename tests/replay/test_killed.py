@@ -10,8 +10,8 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
-from tools.log import read
-from tools.replay import replay
+from sternplane.logs.reading import read
+from sternplane.logs.replay import replay
 
 HERE = Path(__file__).resolve().parent
 ENOUGH = 777

@@ -8,12 +8,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-
-from tools import lateness, report
-from tools.log import Log, read
-from tools.report_drawing import Plot
-from tools.report_figures import Figures
-from tools.summary import figures, summarise
+from sternplane.logs import lateness
+from sternplane.logs.reading import Log, read
+from sternplane.logs.summary import figures, summarise
+from sternplane.report import report
+from sternplane.report.drawing import Plot
+from sternplane.report.figures import Figures
 
 
 @pytest.fixture

@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 from mcap.writer import Writer
 from mcap_ros2.decoder import DecoderFactory
+from sternplane.logs.reading import Log, find, read
 
-from firmware_py.adapters import recorder
-from firmware_py.adapters.recorder import LogError, LogWriter, from_json, to_json
-from tools.log import Log, find, read
+from firmware_py.adapters.storage import recorder
+from firmware_py.adapters.storage.recorder import LogError, LogWriter, from_json, to_json
 
 DOCUMENTS = st.recursive(
     st.none() | st.booleans() | st.integers() | st.text() | st.floats(),

@@ -11,11 +11,11 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from sternplane.fly import provenance
+from sternplane.logs.reading import read
+from sternplane.logs.replay import command, difference, replay
 
-from firmware_py.adapters.recorder import LogError
-from tools import machine
-from tools.log import read
-from tools.replay import command, difference, replay
+from firmware_py.adapters.storage.recorder import LogError
 
 
 def test_two_runs_are_byte_identical_and_another_seed_is_not(flown: Path, tmp_path: Path, toy: SimpleNamespace) -> None:
@@ -66,7 +66,7 @@ def test_an_event_that_was_not_said_counts(flown: Path) -> None:
 
 
 def test_the_log_of_another_processor_is_refused_unless_anyway(tmp_path: Path, toy: SimpleNamespace) -> None:
-    elsewhere = {**machine.fingerprint(), "cpu": "PDP-11"}
+    elsewhere = {**provenance.fingerprint(), "cpu": "PDP-11"}
     log = read(toy.fly(tmp_path / "log.mcap", 0.2, machine=elsewhere))
     with pytest.raises(LogError, match=r"log\.mcap: log of another machine \(cpu: PDP-11 there, .* here\).*--anyway"):
         replay(log, toy.build)

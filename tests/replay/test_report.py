@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sternplane.logs.reading import Log, read
+from sternplane.logs.summary import summarise
+from sternplane.logs.tracking import path_error, true_columns
+from sternplane.report import figures, report
+from sternplane.report.drawing import Plot
 
-from firmware_py.adapters.recorder import LogError
+from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.records.order import Mode
-from tools import report, report_figures
-from tools.log import Log, read
-from tools.report_drawing import Plot
-from tools.summary import summarise
-from tools.tracking import path_error, true_columns
 
 
 class Page(HTMLParser):
@@ -129,20 +129,20 @@ def test_a_sea_log_and_a_cut_off_log_have_a_report(tmp_path: Path, toy: SimpleNa
 
 
 def test_long_runs_are_thinned(flown: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(report_figures, "_MOST_POINTS", 20)
-    drawn = report_figures.Figures(read(flown))
+    monkeypatch.setattr(figures, "_MOST_POINTS", 20)
+    drawn = figures.Figures(read(flown))
     assert drawn.stride == 15
     assert drawn.rate == pytest.approx(100.0 / 15.0)
 
 
 def test_modes_are_bands_without_gaps(tmp_path: Path, toy: SimpleNamespace) -> None:
-    drawn = report_figures.Figures(read(toy.fly(tmp_path / "log.mcap", 3.0)))
+    drawn = figures.Figures(read(toy.fly(tmp_path / "log.mcap", 3.0)))
     assert [(b.mode.name, round(b.begin, 6)) for b in drawn.bands] == [("DISARMED", 0), ("MANUAL", 1), ("MISSION", 2)]
     assert [round(b.end, 6) for b in drawn.bands] == [1.0, 2.0, 3.0]
 
 
 def drawn(log: Log, title: str) -> Plot:
-    return next(plot for plot in report_figures.Figures(log) if plot.title == title)
+    return next(plot for plot in figures.Figures(log) if plot.title == title)
 
 
 def traces(log: Log, title: str) -> dict[str, np.ndarray]:
@@ -174,7 +174,7 @@ def test_what_nobody_steers_has_no_reference_and_no_error(tmp_path: Path, toy: S
     assert np.isnan(traces(log, "Tracking error")["depth"][:20]).all()
     assert np.isfinite(traces(log, "Tracking error")["depth"][20:]).all()
     log.columns["mode.mode"] = np.minimum(log.columns["mode.mode"], Mode.MANUAL)
-    titles = [plot.title for plot in report_figures.Figures(log)]
+    titles = [plot.title for plot in figures.Figures(log)]
     assert "Heading" in titles
     assert not {"Tracking error", "Heading error"} & set(titles)
     assert set(traces(log, "Depth")) == {"truth", "estimate", "bottom", "events"}

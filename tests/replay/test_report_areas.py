@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sternplane.logs.reading import Log, read
+from sternplane.report import areas
+from sternplane.report.drawing import Plot
+from sternplane.report.figures import Figures
 
 from firmware_py.records.fence import Disc, Fence, Polygon, plain
-from tools import report_areas
-from tools.log import Log, read
-from tools.report_drawing import Plot
-from tools.report_figures import Figures
 
 BAY = Polygon(((-20.0, -50.0), (-20.0, 70.0), (80.0, 70.0), (80.0, -50.0)))
 POND, ROCK, REEF = Disc(90.0, 0.0, 30.0), Disc(30.0, 30.0, 5.0), Polygon(((40.0, 0.0), (50.0, 0.0), (45.0, 10.0)))
@@ -32,7 +32,7 @@ def plan(log: Log) -> Plot:
     return next(plot for plot in Figures(log) if plot.title == "Plan view")
 
 
-def areas(log: Log) -> dict[str, Any]:
+def drawn(log: Log) -> dict[str, Any]:
     return {t.name: t for t in plan(log).figure.data if t.name.startswith(("fence", "rally"))}
 
 
@@ -44,7 +44,7 @@ def rings(trace: Any) -> list[np.ndarray]:
 
 def test_what_the_vehicle_began_with_is_drawn_and_told_apart(tmp_path: Path, toy: SimpleNamespace) -> None:
     fence = plain(Fence((BAY, POND), (ROCK, REEF)))
-    found = areas(logged(tmp_path, toy, {}, fence=fence, rally={"points": [[10.0, -40.0], [60.0, 60.0]]}))
+    found = drawn(logged(tmp_path, toy, {}, fence=fence, rally={"points": [[10.0, -40.0], [60.0, 60.0]]}))
     assert list(found) == ["fence, inclusion", "fence, exclusion", "rally points"]
     bay, pond = rings(found["fence, inclusion"])
     assert bay.tolist() == [*map(list, BAY.corners), list(BAY.corners[0])]
@@ -60,9 +60,9 @@ def test_what_the_vehicle_began_with_is_drawn_and_told_apart(tmp_path: Path, toy
 
 
 def test_nothing_is_drawn_where_there_is_none(tmp_path: Path, toy: SimpleNamespace) -> None:
-    assert areas(logged(tmp_path, toy, {})) == {}
+    assert drawn(logged(tmp_path, toy, {})) == {}
     empty = {"fence": plain(Fence()), "rally": {"points": []}}
-    assert areas(logged(tmp_path, toy, {10_000_000: [empty]}, **empty)) == {}
+    assert drawn(logged(tmp_path, toy, {10_000_000: [empty]}, **empty)) == {}
     assert plan(logged(tmp_path, toy, {})).note == "Local frame; scales are equal."
 
 
@@ -73,7 +73,7 @@ def test_what_stations_changed_is_drawn_for_as_long_as_it_stood(tmp_path: Path, 
         1_500_000_000: [{"mission": {"waypoints": []}}],
         2_000_000_000: [{"fence": second}],
     }
-    found = areas(logged(tmp_path, toy, changes, fence=first))
+    found = drawn(logged(tmp_path, toy, changes, fence=first))
     assert list(found) == [
         "fence, inclusion, until 2.0 s",
         "fence, inclusion, from 2.0 s",
@@ -82,7 +82,7 @@ def test_what_stations_changed_is_drawn_for_as_long_as_it_stood(tmp_path: Path, 
     ]
     assert found["fence, inclusion, until 2.0 s"].opacity < found["fence, inclusion, from 2.0 s"].opacity == 1.0
     changes[2_500_000_000] = [{"fence": plain(Fence())}]
-    found = areas(logged(tmp_path, toy, changes, fence=first))
+    found = drawn(logged(tmp_path, toy, changes, fence=first))
     assert list(found)[1:3] == ["fence, inclusion, from 2.0 s until 2.5 s", "fence, exclusion, from 2.0 s until 2.5 s"]
 
 
@@ -96,4 +96,4 @@ def test_a_fence_of_a_hundred_kilometres_does_not_hide_the_boat(tmp_path: Path, 
     assert plot.note.endswith("The fence or a rally point is beyond the plot.")
     near = logged(tmp_path, toy, {}, fence=plain(Fence((BAY,))))
     assert plan(near).note == "Local frame; scales are equal."
-    assert [stood.when for stood in report_areas.stood(near, "fence")] == [""]
+    assert [stood.when for stood in areas.stood(near, "fence")] == [""]

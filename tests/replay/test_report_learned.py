@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sternplane.logs.reading import Log, read
+from sternplane.logs.summary import figures, summarise
+from sternplane.report import report
+from sternplane.report.coefficient_plots import SECTION
+from sternplane.report.figures import Figures
+from sternplane.report.learned import coefficients, nis_bands
 
 from firmware_py.adapters.kernel_cache import ROOT
-from firmware_py.estimation.observer_model import GROUPS
-from tools import report
-from tools.log import Log, read
-from tools.report_coefficients import SECTION
-from tools.report_figures import Figures
-from tools.report_learned import coefficients, nis_bands
-from tools.summary import figures, summarise
+from firmware_py.estimation.model.observer_model import GROUPS
 
 VEHICLE = tomllib.loads((ROOT / "configs" / "npsauv2" / "vehicle.toml").read_text())
 NAMES = ["M_q", "Y_dr", "N_dot"]

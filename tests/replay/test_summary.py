@@ -11,11 +11,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from rich.console import Console
+from sternplane.logs.reading import read
+from sternplane.logs.summary import figures, summarise, table, verdict
+from sternplane.logs.tracking import path_error, true_columns
 
 from firmware_py.records.order import Mode
-from tools.log import read
-from tools.summary import figures, summarise, table, verdict
-from tools.tracking import path_error, true_columns
 
 HELD = np.arange(200, 300) * 0.01
 """The toy flies its mission from 2 s on; it is armed from 1 s on."""

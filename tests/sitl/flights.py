@@ -6,8 +6,8 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tools.flight import SCENARIOS, Outcome, Wish, fly, prepare
-from tools.log import Log, read
+from sternplane.logs.reading import Log, read
+from sternplane.sitl.flight import SCENARIOS, Outcome, Wish, fly, prepare
 
 
 @cache

@@ -18,7 +18,7 @@ def flight(folder: Path, state: Path, identity: str = "ardusub") -> Iterator[Any
     """A vehicle that flies in real time, and mavutil listening to it."""
     station = mavutil.mavlink_connection("udpin:127.0.0.1:0", source_system=255)
     port = station.port.getsockname()[1]
-    words = [sys.executable, "-m", "tools.cli", "sitl", "--pace", "realtime", "--out", str(folder)]
+    words = [sys.executable, "-m", "sternplane.cli.main", "sitl", "--pace", "realtime", "--out", str(folder)]
     words += ["--gcs", f"udpout:127.0.0.1:{port}:{identity}", "--state", str(state)]
     process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     try:

@@ -12,9 +12,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
+from sternplane.logs.reading import read
 
 from tests.sitl.command import COMMAND
-from tools.log import read
 
 ROOT = Path(__file__).resolve().parents[2]
 BRIEF = """

@@ -11,8 +11,7 @@ from typing import Any
 
 import pytest
 from pymavlink import mavftp, mavutil
-
-from tools.log import read
+from sternplane.logs.reading import read
 
 
 def fetched(station: Any, path: str, to: Path) -> bytes:
@@ -41,7 +40,7 @@ def test_a_person_fetches_the_log_of_the_flight_that_is_going_on(tmp_path: Path)
     folder = tmp_path / "flight"
     station = mavutil.mavlink_connection("udpin:127.0.0.1:0", source_system=255)
     port = station.port.getsockname()[1]
-    words = [sys.executable, "-m", "tools.cli", "sitl", "--pace", "realtime", "--out", str(folder)]
+    words = [sys.executable, "-m", "sternplane.cli.main", "sitl", "--pace", "realtime", "--out", str(folder)]
     process = subprocess.Popen(
         [*words, "--gcs", f"udpout:127.0.0.1:{port}"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
     )

@@ -7,18 +7,18 @@ import math
 import numpy as np
 import pytest
 from pymavlink.dialects.v20 import all as mavlink
+from sternplane.logs.reading import Log, read
+from sternplane.sitl.flight import Wish, fly, prepare
 
-from firmware_py.adapters.ground import Grounds
+from firmware_py.adapters.ground.mavlink_ground import Grounds
 from firmware_py.marine import Origin
-from firmware_py.mavlink.door import Door
-from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.base.identity import Identity
+from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.node import MavlinkParams, Node
-from firmware_py.mavlink.status import Actuators
+from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Asker, Mode, Order
 from firmware_py.schedule import Tick
-from tools.flight import Wish, fly, prepare
-from tools.log import Log, read
 
 SCENARIO = """
 description = "Holds a course until a station says otherwise."
@@ -51,7 +51,7 @@ class Operator:
     def __init__(self, script: dict[float, object]) -> None:
         self.node = Node(
             MavlinkParams(), Origin(math.radians(36.8), math.radians(-121.8)), Actuators((0.4,) * 4, 10.0),
-            [Door(Identity.ARDUSUB)],
+            [LinkConfiguration(Identity.ARDUSUB)],
         )  # fmt: skip
         self.script = script
         self.mav = mavlink.MAVLink(None, 255, 190)

@@ -10,14 +10,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from sternplane.cli.main import main
+from sternplane.logs.reading import read
+from sternplane.logs.replay import replay
+from sternplane.logs.summary import summarise
 
 from firmware_py.app import build
 from tests.sitl.command import Start, sternplane
 from tests.sitl.flights import demonstration, flown
-from tools.cli import main
-from tools.log import read
-from tools.replay import replay
-from tools.summary import summarise
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -7,17 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sternplane.logs.reading import Columns, Log
+from sternplane.logs.replay import replay
+from sternplane.logs.summary import summarise
+from sternplane.sitl.flight import Outcome
 
 from firmware_py.app import build
-from firmware_py.guidance.learning import LearningParams
+from firmware_py.guidance.manoeuvre import ManoeuvreParams
 from firmware_py.records.order import Mode
 from tests.sitl.flights import flown
-from tools.flight import Outcome
-from tools.log import Columns, Log
-from tools.replay import replay
-from tools.summary import summarise
 
-LIMITS = LearningParams()
+LIMITS = ManoeuvreParams()
 SHIPPED = ("learn-zigzag", "learn-doublets", "learn-prbs")
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
-from tools.load.flight import busy
+from sternplane.load.flight import busy
 
 ITEMS = 100
 

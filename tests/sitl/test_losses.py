@@ -8,11 +8,10 @@ from pathlib import Path
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
-
-from tools import report
-from tools.flight import Flight, Wish, fly, prepare
-from tools.ground import Stations, open_ground
-from tools.log import read
+from sternplane.fly.ground import Stations, open_ground
+from sternplane.logs.reading import read
+from sternplane.report import report
+from sternplane.sitl.flight import Flight, Wish, fly, prepare
 
 SCENARIO = """
 description = "Waits for a moment."

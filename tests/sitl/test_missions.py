@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sternplane.logs.summary import summarise
+from sternplane.sitl.flight import Outcome
 
 from firmware_py.records.order import Mode
 from tests.sitl.flights import demonstration, flown
-from tools.flight import Outcome
-from tools.summary import summarise
 
 
 def written(folder: Path, text: str) -> str:

@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 from pymavlink import mavparm, mavutil
+from sternplane.logs.reading import read
+from sternplane.logs.replay import replay
 
 from firmware_py import app
 from firmware_py.app import build
 from tests.sitl.stations import flight
-from tools.log import read
-from tools.replay import replay
 
 CONFIG = Path(__file__).resolve().parents[2] / "configs" / "npsauv2"
 REAL, INT = mavutil.mavlink.MAV_PARAM_TYPE_REAL32, mavutil.mavlink.MAV_PARAM_TYPE_INT32

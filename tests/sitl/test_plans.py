@@ -9,21 +9,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pymavlink.dialects.v20 import all as mavlink
+from sternplane.logs.reading import Log, read
+from sternplane.logs.replay import replay
+from sternplane.logs.summary import summarise
+from sternplane.sitl.flight import Wish, fly, prepare
 
-from firmware_py.adapters.ground import Grounds
+from firmware_py.adapters.ground.mavlink_ground import Grounds
 from firmware_py.app import build
 from firmware_py.marine import Origin
-from firmware_py.mavlink.door import Door
-from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.base.identity import Identity
+from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.node import MavlinkParams, Node
-from firmware_py.mavlink.status import Actuators
+from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode, Order
 from firmware_py.schedule import Tick
-from tools.flight import Wish, fly, prepare
-from tools.log import Log, read
-from tools.replay import replay
-from tools.summary import summarise
 
 SCENARIO = """
 description = "Holds a course until a station has something else to do."
@@ -63,7 +63,7 @@ class Planner:
     """Sends each plan at its time, item by item as it is asked for, and commands at theirs."""
 
     def __init__(self, script: dict[float, object]) -> None:
-        self.node = Node(MavlinkParams(), ORIGIN, Actuators((0.4,) * 4, 10.0), [Door(Identity.GENERIC)])
+        self.node = Node(MavlinkParams(), ORIGIN, Actuators((0.4,) * 4, 10.0), [LinkConfiguration(Identity.GENERIC)])
         self.script = script
         self.mav = mavlink.MAVLink(None, 255, 190)
         self.items: list = []

@@ -9,16 +9,16 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from sternplane.logs.reading import read
+from sternplane.logs.replay import replay
 
-from firmware_py.adapters.can_bus import CanBus, open_bus
-from firmware_py.adapters.turns import HELLO, VERSION, Turns
+from firmware_py.adapters.buses.can_bus import CanBus, open_bus
+from firmware_py.adapters.lockstep.lockstep import HELLO, VERSION, LockstepLink
 from firmware_py.app import build
 from firmware_py.wire.messages import TICK, TICK_DONE
-from firmware_py.wire.protocol import Tick, TickDone
+from firmware_py.wire.protocol import LockstepTick, LockstepTickDone
 from tests.sitl.command import Start, sternplane
 from tests.sitl.flights import flown
-from tools.log import read
-from tools.replay import replay
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -110,13 +110,15 @@ def test_a_bus_on_which_our_nodes_speak_is_refused_with_who_was_heard(
 @pytest.mark.parametrize(
     ("hello", "words"),
     [
-        (Tick(HELLO, 10_000_000, 0, VERSION + 1), ("version 2", "version 1")),
-        (Tick(HELLO, 20_000_000, 0, VERSION), ("20 ms", "10 ms")),
-        (Tick(17, 0, 0, VERSION), ("already flying",)),
+        (LockstepTick(HELLO, 10_000_000, 0, VERSION + 1), ("version 2", "version 1")),
+        (LockstepTick(HELLO, 20_000_000, 0, VERSION), ("20 ms", "10 ms")),
+        (LockstepTick(17, 0, 0, VERSION), ("already flying",)),
     ],
 )
-def test_a_plant_of_another_kind_is_refused(bus: CanBus, start: Start, hello: Tick, words: tuple[str, ...]) -> None:
-    turns = Turns(bus, 125, [10])
+def test_a_plant_of_another_kind_is_refused(
+    bus: CanBus, start: Start, hello: LockstepTick, words: tuple[str, ...]
+) -> None:
+    turns = LockstepLink(bus, 125, [10])
     fly = start("fly", "--bus", BUS, "--pace", "bus", "--dvl", "none")
     for _ in range(300):  # 30 s
         turns.say(TICK, hello)
@@ -132,16 +134,16 @@ def test_a_frame_that_is_lost_ends_the_run_and_says_so(tmp_path: Path, bus: CanB
     line = tmp_path / "dvl"
     master, slave = os.openpty()
     os.symlink(os.ttyname(slave), line)
-    turns = Turns(bus, 125, [10])
+    turns = LockstepLink(bus, 125, [10])
     fly = start("fly", "--bus", BUS, "--pace", "bus", "--dvl", line)
     for _ in range(300):
-        turns.say(TICK, Tick(HELLO, 10_000_000, 0, VERSION))
+        turns.say(TICK, LockstepTick(HELLO, 10_000_000, 0, VERSION))
         done = turns.listen(TICK_DONE, 0.1)
         if done is not None and done.k == HELLO:
             break
-    turns.say(TICK, Tick(0, 0, 0, VERSION))
-    assert turns.listen(TICK_DONE, 10.0) == TickDone(0, 6)  # commands, arming, status
-    turns.say(TICK, Tick(1, 10_000_000, 3, VERSION))  # three frames that nobody sent
+    turns.say(TICK, LockstepTick(0, 0, 0, VERSION))
+    assert turns.listen(TICK_DONE, 10.0) == LockstepTickDone(0, 6)  # commands, arming, status
+    turns.say(TICK, LockstepTick(1, 10_000_000, 3, VERSION))  # three frames that nobody sent
     _, err = fly.communicate(timeout=20)
     assert fly.returncode == 1
     assert "0 frames came for tick 1, the plant sent 3" in err

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 from pymavlink import mavutil
+from sternplane.logs.reading import read
 
 from firmware_py.records.order import Arming, Mode
 from tests.sitl.command import COMMAND
-from tools.log import read
 
 ROOT = Path(__file__).resolve().parents[2]
 PORT = 14871

@@ -8,10 +8,10 @@ import time
 
 import numpy as np
 import pytest
+from sternplane.logs.reading import read
+from sternplane.sitl.flight import Wish, fly, prepare
 
 from tests.sitl.command import COMMAND
-from tools.flight import Wish, fly, prepare
-from tools.log import read
 
 pytestmark = [pytest.mark.vcan, pytest.mark.timeout(400)]
 HOLD = """

@@ -9,8 +9,8 @@ import subprocess
 import can
 import pytest
 
-from firmware_py.adapters.bus_check import refuse_if_taken
-from firmware_py.adapters.can_bus import BusError, open_bus
+from firmware_py.adapters.buses.can_bus import BusError, open_bus
+from firmware_py.adapters.buses.node_id_check import refuse_if_taken
 from firmware_py.wire.equipment import ArrayCommand, Command
 from firmware_py.wire.messages import ARRAY_COMMAND
 from firmware_py.wire.transfer import Sender

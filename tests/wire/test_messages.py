@@ -175,8 +175,8 @@ GOLDEN = [
     (messages.AHRS_SOLUTION, solution(), "07060504030201 0000 0038 00b8 003c 00 003c 0040 00c0 00 0000 0000 e848"),
     (messages.ARRAY_COMMAND, equipment.ArrayCommand((equipment.Command(7, 1, -0.5),)), "07 01 00b8"),
     (messages.RPM_COMMAND, equipment.RpmCommand((0x0ABCD, -1)), "cdab 3ffff0"),
-    (messages.TICK, protocol.Tick(5, 50_000_000, 9, 1), "05000000 80f0fa0200000000 0900 01"),
-    (messages.TICK_DONE, protocol.TickDone(5, 3), "05000000 0300"),
+    (messages.TICK, protocol.LockstepTick(5, 50_000_000, 9, 1), "05000000 80f0fa0200000000 0900 01"),
+    (messages.TICK_DONE, protocol.LockstepTickDone(5, 3), "05000000 0300"),
     (messages.GET_NODE_INFO, protocol.GetNodeInfoRequest(), ""),
 ]
 

@@ -14,10 +14,10 @@ from scipy.integrate import solve_ivp
 
 from firmware_py import params
 from firmware_py.marine import Eta, Nu
-from sim_bridge.actuators import lag, play
-from sim_bridge.environment import Environment, EnvironmentParams
-from sim_bridge.plant import Plant
-from sim_bridge.truth import Truth
+from sim_bridge.plant.actuators import lag, play
+from sim_bridge.plant.environment import Environment, EnvironmentParams
+from sim_bridge.plant.plant import Plant
+from sim_bridge.plant.truth import Truth
 
 CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2" / "truth.toml"
 TRUTH = params.load(Truth, tomllib.loads(CONFIG.read_text()), "truth.toml")

@@ -13,17 +13,17 @@ import numpy as np
 import pytest
 import serial
 
-from firmware_py.adapters.can_bus import CanBus, NodeIds
+from firmware_py.adapters.buses.can_bus import CanBus, NodeIds
 from firmware_py.params import ParamError, load
 from firmware_py.wire import equipment as eq
 from firmware_py.wire import messages as m
 from firmware_py.wire.transfer import Sender
 from sim_bridge.assembly import assemble
 from sim_bridge.bridge import Lockstep
-from sim_bridge.devices import BoatParams
+from sim_bridge.devices.devices import BoatParams
+from sim_bridge.devices.serial_line import SerialLine
+from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import parse
-from sim_bridge.serial_line import SerialLine
-from sim_bridge.truth import Truth
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs" / "npsauv2"
 STRAIGHT = {

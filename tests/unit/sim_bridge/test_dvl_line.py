@@ -8,7 +8,7 @@ import select
 import pytest
 import serial
 
-from sim_bridge.serial_line import CAPACITY, SerialLine
+from sim_bridge.devices.serial_line import CAPACITY, SerialLine
 
 LINE = b"wrz,0.120,-0.400,0.010,y,1.30,0.002,1e-06;0;0;0;1e-06;0;0;0;1e-06,1,2,3.0,0*00\r\n"
 
@@ -95,6 +95,6 @@ def test_close_may_be_called_twice_and_frees_the_line():
 def test_a_reader_that_takes_the_line_at_once_does_not_stall_a_boat_that_keeps_its_own_time(monkeypatch):
     with SerialLine(patience=0.0) as line:
         monkeypatch.setattr(line, "waiting", lambda: 0)  # read before it was seen
-        monkeypatch.setattr("sim_bridge.serial_line.time.monotonic", lambda: pytest.fail("it waits"))
+        monkeypatch.setattr("sim_bridge.devices.serial_line.time.monotonic", lambda: pytest.fail("it waits"))
         line.send(LINE)
         assert (line.lost, line.late) == (0, 0)

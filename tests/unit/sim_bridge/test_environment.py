@@ -9,7 +9,7 @@ import pytest
 
 from firmware_py import params
 from firmware_py.marine import Origin
-from sim_bridge.environment import Environment, EnvironmentParams
+from sim_bridge.plant.environment import Environment, EnvironmentParams
 
 
 def samples(turbulence: float, time: float, dt: float, count: int, seed: int = 7) -> np.ndarray:

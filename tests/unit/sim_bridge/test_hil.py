@@ -14,19 +14,19 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import common as mav
 
-from firmware_py.adapters.can_bus import NodeIds, open_bus
-from firmware_py.adapters.hil_link import HilLink
-from firmware_py.adapters.turns import LockstepError
+from firmware_py.adapters.buses.can_bus import NodeIds, open_bus
+from firmware_py.adapters.hil.hil_link import HilLink
+from firmware_py.adapters.lockstep.lockstep import LockstepError
 from firmware_py.marine import GRAVITY, Eta, Nu, Origin, euler_from_quaternion
 from firmware_py.params import ParamError, load
 from sim_bridge import assembly, hil
-from sim_bridge.devices import BoatParams
+from sim_bridge.devices.devices import BoatParams
+from sim_bridge.devices.instruments import Instruments, Water
+from sim_bridge.devices.serial_line import SerialLine
 from sim_bridge.faults import Fault
 from sim_bridge.hil import HilConductor, HilDevices, refuse_faults, specific_force, time_at
-from sim_bridge.instruments import Instruments, Water
+from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import Scenario, parse
-from sim_bridge.serial_line import SerialLine
-from sim_bridge.truth import Truth
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs" / "npsauv2"
 BASE_HZ, DT_NS = 100, 10_000_000

@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 
 from firmware_py import params
 from firmware_py.marine import Eta, Nu
-from sim_bridge.dynamics import rigid_body
-from sim_bridge.environment import Environment, EnvironmentParams
-from sim_bridge.packing import constants, mass_matrix
-from sim_bridge.plant import AT_REST, Plant
-from sim_bridge.propulsion import propulsion, race
-from sim_bridge.strips import NODES, WEIGHTS, cross_flow, hydrostatics, immersed
-from sim_bridge.truth import Truth
+from sim_bridge.plant.dynamics import rigid_body
+from sim_bridge.plant.environment import Environment, EnvironmentParams
+from sim_bridge.plant.packing import constants, mass_matrix
+from sim_bridge.plant.plant import AT_REST, Plant
+from sim_bridge.plant.propulsion import propulsion, race
+from sim_bridge.plant.strips import NODES, WEIGHTS, cross_flow, hydrostatics, immersed
+from sim_bridge.plant.truth import Truth
 
 CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2" / "truth.toml"
 TRUTH = params.load(Truth, tomllib.loads(CONFIG.read_text()), "truth.toml")

@@ -17,10 +17,10 @@ from scipy.integrate import quad_vec
 
 from firmware_py import params
 from firmware_py.marine import Eta, Nu
-from sim_bridge.environment import Environment, EnvironmentParams
-from sim_bridge.packing import mass_matrix
-from sim_bridge.plant import Plant
-from sim_bridge.truth import Coefficients, Fin, Station, Truth
+from sim_bridge.plant.environment import Environment, EnvironmentParams
+from sim_bridge.plant.packing import mass_matrix
+from sim_bridge.plant.plant import Plant
+from sim_bridge.plant.truth import Coefficients, Fin, Station, Truth
 
 CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2" / "truth.toml"
 BOW = (

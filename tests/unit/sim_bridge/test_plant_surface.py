@@ -12,10 +12,10 @@ import pytest
 
 from firmware_py import params
 from firmware_py.marine import Eta, Nu
-from sim_bridge.environment import Environment, EnvironmentParams
-from sim_bridge.packing import mass_matrix
-from sim_bridge.plant import Plant
-from sim_bridge.truth import Truth
+from sim_bridge.plant.environment import Environment, EnvironmentParams
+from sim_bridge.plant.packing import mass_matrix
+from sim_bridge.plant.plant import Plant
+from sim_bridge.plant.truth import Truth
 
 CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2" / "truth.toml"
 TRUTH = params.load(Truth, tomllib.loads(CONFIG.read_text()), "truth.toml")

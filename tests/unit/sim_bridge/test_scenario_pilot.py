@@ -10,15 +10,15 @@ import pytest
 
 from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Mode, Setpoint
 from firmware_py.schedule import Tick
-from sim_bridge.pilot import ScriptedGround
 from sim_bridge.scenarios import parse
+from sim_bridge.scripted_operator import ScriptedOperator
 
 DT_NS = 10_000_000
 DEG = math.pi / 180
 
 
 def pilot(**table):
-    return ScriptedGround(
+    return ScriptedOperator(
         parse({"description": "x.", "duration_s": 100.0, "completes": "time"} | table, "here"),
     )
 

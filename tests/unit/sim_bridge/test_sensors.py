@@ -13,7 +13,7 @@ import pytest
 
 from firmware_py.marine import Eta, Nu, Origin, geodetic_to_local
 from firmware_py.params import ParamError, load
-from sim_bridge.instruments import (
+from sim_bridge.devices.instruments import (
     AhrsParams,
     AltimeterParams,
     BatteryParams,
@@ -25,7 +25,7 @@ from sim_bridge.instruments import (
     PressureParams,
     Water,
 )
-from sim_bridge.sensors import Sensor, Timing, due
+from sim_bridge.devices.sensors import Sensor, Timing, due
 
 ROOT = Path(__file__).resolve().parents[3]
 WATER = Water(1000.0, 101_325.0, Origin(math.radians(36.8), math.radians(-121.8)))

@@ -16,9 +16,9 @@ from firmware_py import params
 from firmware_py.params import ParamError
 from firmware_py.wire.equipment import ArrayCommand, Command
 from firmware_py.wire.messages import ARRAY_COMMAND
-from sim_bridge.coefficients import Coefficients, length_power
-from sim_bridge.packing import C, constants, fin_table, mass_matrix
-from sim_bridge.truth import MOST_FINS, Fin, Station, Truth, refuse_other_fins
+from sim_bridge.plant.coefficients import Coefficients, length_power
+from sim_bridge.plant.packing import C, constants, fin_table, mass_matrix
+from sim_bridge.plant.truth import MOST_FINS, Fin, Station, Truth, refuse_other_fins
 
 CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2" / "truth.toml"
 TABLE = tomllib.loads(CONFIG.read_text())

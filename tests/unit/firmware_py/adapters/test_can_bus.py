@@ -10,7 +10,7 @@ from can.interfaces import virtual
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.adapters.can_bus import CanBus, NodeIds, open_bus
+from firmware_py.adapters.buses.can_bus import CanBus, NodeIds, open_bus
 from firmware_py.params import ParamError, load
 
 _channels = itertools.count()

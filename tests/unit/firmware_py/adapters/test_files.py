@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from firmware_py.adapters.files import read_toml
+from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.params import ParamError
 
 

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterator
 import pytest
 from pymavlink.dialects.v20 import common as mav
 
-from firmware_py.adapters import hil, hil_link
-from firmware_py.adapters.hil import HilHardware, HilPaced
-from firmware_py.adapters.hil_link import HilLink
-from firmware_py.adapters.turns import LockstepError
+from firmware_py.adapters.hil import hil_hardware, hil_link
+from firmware_py.adapters.hil.hil_hardware import HilHardware, HilPaced
+from firmware_py.adapters.hil.hil_link import HilLink
+from firmware_py.adapters.lockstep.lockstep import LockstepError
 from firmware_py.marine import quaternion_from_euler
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame
@@ -297,7 +297,7 @@ def test_a_simulator_that_says_farewell_ends_the_run(pair: Pair) -> None:
 def test_a_simulator_that_is_gone_ends_the_run_with_one_line(
     pair: Pair, monkeypatch: pytest.MonkeyPatch, leave: Callable[[socket.socket], None], words: str
 ) -> None:
-    for module in (hil, hil_link):
+    for module in (hil_hardware, hil_link):
         monkeypatch.setattr(module, "PATIENCE", 0.2)
     pair.frame(state(), sensor())
     pair.simulator.received()

@@ -12,9 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import common as mav
 
-from firmware_py.adapters.can_bus import BusError
-from firmware_py.adapters.hil_link import Address, HilLink, accept, connect, parse_link, serve
-from firmware_py.adapters.turns import LockstepError
+from firmware_py.adapters.buses.can_bus import BusError
+from firmware_py.adapters.hil.hil_link import Address, HilLink, accept, connect, parse_link, serve
+from firmware_py.adapters.lockstep.lockstep import LockstepError
 from firmware_py.marine import body_to_ned, ned_to_body
 
 ANGLE = st.floats(-3.0, 3.0)

@@ -14,12 +14,12 @@ TREE = {
     "firmware_py/compiled.py": "def kernel(): ...\n",
     "firmware_py/marine.py": "GRAVITY = 9.8\n",
     "firmware_py/loop.py": "from firmware_py.marine import GRAVITY\n",
-    "sim_bridge/packing.py": "import numpy\nfrom firmware_py import marine\nC = 1\n",
-    "sim_bridge/dynamics.py": (
-        "from firmware_py.compiled import kernel\nfrom .none import a\nfrom sim_bridge.packing import C\n"
+    "sim_bridge/plant/packing.py": "import numpy\nfrom firmware_py import marine\nC = 1\n",
+    "sim_bridge/plant/dynamics.py": (
+        "from firmware_py.compiled import kernel\nfrom .none import a\nfrom sim_bridge.plant.packing import C\n"
         "@kernel('f8(f8)')\ndef step(x): return C * x\n"
     ),
-    "sim_bridge/devices.py": "RATE = 50\n",
+    "sim_bridge/devices/devices.py": "RATE = 50\n",
 }
 
 
@@ -27,9 +27,10 @@ TREE = {
 def tree(tmp_path, monkeypatch):
     for name, text in TREE.items():
         path = tmp_path / name
-        path.parent.mkdir(exist_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
     monkeypatch.setattr(kernel_cache, "ROOT", tmp_path)
+    monkeypatch.setattr(kernel_cache, "_ROOTS", (tmp_path, tmp_path / "tools"))
     monkeypatch.delenv("STERNPLANE_CACHE", raising=False)
     monkeypatch.setenv("NUMBA_CACHE_DIR", "")
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
@@ -53,7 +54,8 @@ def test_only_files_with_kernels_are_sources(tree):
 
 
 @pytest.mark.parametrize(
-    "name", ["sim_bridge/dynamics.py", "firmware_py/compiled.py", "sim_bridge/packing.py", "firmware_py/marine.py"]
+    "name",
+    ["sim_bridge/plant/dynamics.py", "firmware_py/compiled.py", "sim_bridge/plant/packing.py", "firmware_py/marine.py"],
 )
 def test_a_change_of_a_kernel_or_of_what_it_imports_is_another_folder(tree, name):
     """A kernel is compiled with the constants that it imports; numba does not look at their files."""
@@ -66,7 +68,7 @@ def test_a_change_of_a_kernel_or_of_what_it_imports_is_another_folder(tree, name
     assert kernel_cache.use() == before
 
 
-@pytest.mark.parametrize("name", ["sim_bridge/devices.py", "firmware_py/loop.py"])
+@pytest.mark.parametrize("name", ["sim_bridge/devices/devices.py", "firmware_py/loop.py"])
 def test_a_change_of_anything_else_is_not(tree, name):
     before = kernel_cache.use()
     (tree / name).write_text("changed = True\n")
@@ -80,7 +82,7 @@ def test_another_numba_is_another_folder(tree, monkeypatch):
 
 
 def test_the_constants_that_the_plants_kernels_count_by_are_among_what_decides(tmp_path):
-    """The places of `sim_bridge.packing` are frozen into every kernel of the plant."""
+    """The places of `sim_bridge.plant.packing` are frozen into every kernel of the plant."""
     found = {path.relative_to(kernel_cache.ROOT) for path in kernel_cache._with_imports(kernel_cache.sources())}
-    assert Path("sim_bridge/packing.py") in found
-    assert Path("sim_bridge/coefficients.py") in found
+    assert Path("sim_bridge/plant/packing.py") in found
+    assert Path("sim_bridge/plant/coefficients.py") in found

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.adapters import store
-from firmware_py.adapters.store import Store, StoreError
+from firmware_py.adapters.storage import state_store
+from firmware_py.adapters.storage.state_store import Store, StoreError
 
 names = st.text("abcdefgh.-_é", min_size=1, max_size=20).filter(lambda name: name not in (".", ".."))
 
@@ -40,7 +40,7 @@ def test_more_than_the_pipe_holds_waits_its_turn_and_loses_nothing(tmp_path):
 
 def test_a_vehicle_that_is_killed_leaves_what_it_had_handed_over(tmp_path):
     program = (
-        "import os, signal, sys; from pathlib import Path; from firmware_py.adapters.store import Store\n"
+        "import os, signal, sys; from pathlib import Path; from firmware_py.adapters.storage.state_store import Store\n"
         "Store(Path(sys.argv[1])).save('a', b'b' * 1000)\n"
         "os.kill(os.getpid(), signal.SIGKILL)\n"
     )
@@ -64,7 +64,7 @@ def test_what_could_not_be_written_is_said_and_leaves_what_was_there(tmp_path):
 
 @pytest.mark.parametrize("step", ["fsync", "replace"])
 def test_a_replacement_that_fails_half_way_leaves_the_old_one(tmp_path, monkeypatch, step):
-    store.replace(tmp_path, "a", b"old")
+    state_store.replace(tmp_path, "a", b"old")
 
     def full(*_):
         raise OSError(28, "No space left on device")
@@ -72,7 +72,7 @@ def test_a_replacement_that_fails_half_way_leaves_the_old_one(tmp_path, monkeypa
     with monkeypatch.context() as patch:
         patch.setattr(os if step == "fsync" else Path, step, full)
         with pytest.raises(OSError, match="No space"):
-            store.replace(tmp_path, "a", b"new")
+            state_store.replace(tmp_path, "a", b"new")
     assert (tmp_path / "a").read_bytes() == b"old"
 
 

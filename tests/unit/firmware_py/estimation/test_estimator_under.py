@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from firmware_py.estimation import learning
+from firmware_py.estimation import coefficient_estimator
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.estimator import EstimationParams, Estimator
 from firmware_py.marine import Origin
@@ -65,9 +65,9 @@ def test_it_goes_on_as_one_that_was_made_of_nothing_and_thawed(table: str) -> No
 
 def test_the_filter_is_made_anew_for_other_coefficients_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[CoefficientParams] = []
-    anew = learning.CoefficientEkf
+    anew = coefficient_estimator.CoefficientEkf
     monkeypatch.setattr(
-        learning, "CoefficientEkf", lambda vehicle, params: made.append(params) or anew(vehicle, params)
+        coefficient_estimator, "CoefficientEkf", lambda vehicle, params: made.append(params) or anew(vehicle, params)
     )
     estimator = Estimator(PARAMS, HERE, VEHICLE)
     for table in ("navigation", "health", "learning", "horizon"):

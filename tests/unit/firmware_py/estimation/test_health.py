@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.estimation.health import ENTER, STAY, Health, HealthParams, Verdict, band
-from firmware_py.estimation.observer_model import ObserverModel
+from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.params import ParamError
 from tests.estimation.cases import TEN, VEHICLE
 

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py import params
-from firmware_py.estimation.horizon import Horizon, HorizonParams
+from firmware_py.estimation.fixed_lag_buffer import FixedLagBuffer, FixedLagBufferParams
 from firmware_py.params import ParamError
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import Ahrs, Dvl, Heard, SensorFrame, never, silence
@@ -26,8 +26,8 @@ TOLD = Applied((0.1, 0.1, -0.2, -0.2), 5.0, True, False)
 Row = tuple[float, float, bytes, bytes, bytes]
 
 
-def horizon(**changes: float) -> Horizon:
-    return Horizon(HorizonParams(**{"lag": LAG, "longest": LONGEST, **changes}), VEHICLE)
+def horizon(**changes: float) -> FixedLagBuffer:
+    return FixedLagBuffer(FixedLagBufferParams(**{"lag": LAG, "longest": LONGEST, **changes}), VEHICLE)
 
 
 def ahrs(t: float, **changes: float) -> Heard[Ahrs]:
@@ -69,7 +69,7 @@ def flight(late: dict[str, int] | None = None, fins_late: tuple[int, ...] = (0, 
     return frames
 
 
-def spans(at: Horizon, frames: Iterable[SensorFrame], told: Applied = TOLD, first: int = 0) -> list[Row]:
+def spans(at: FixedLagBuffer, frames: Iterable[SensorFrame], told: Applied = TOLD, first: int = 0) -> list[Row]:
     rows = []
     for k, frame in enumerate(frames, first):
         at.hear(time(k), frame, told)
@@ -231,4 +231,4 @@ def test_it_goes_on_where_it_was_frozen(at: int, ahrs_late: int, dvl_late: int) 
 
 def test_steps_too_short_to_keep_up_with_are_refused() -> None:
     with pytest.raises(ParamError, match=r"longest_s = 0\.001: out of bounds"):
-        params.load(HorizonParams, {"longest_s": 0.001}, "autopilot.toml")
+        params.load(FixedLagBufferParams, {"longest_s": 0.001}, "autopilot.toml")

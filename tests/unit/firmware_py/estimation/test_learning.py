@@ -12,9 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from firmware_py.estimation.coefficient_estimator import CoefficientEstimator, LearningParams
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.estimation.health import HealthParams
-from firmware_py.estimation.learning import Learning, LearningParams
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned
 from firmware_py.records.sensing import Ahrs, Dvl, Heard
@@ -330,7 +330,7 @@ def hostile(draw: st.DrawFn, k: int) -> Moment:
     return Moment(Tick(k, 10_000_000), frame, told, state)
 
 
-def warm() -> Learning:
+def warm() -> CoefficientEstimator:
     learning = learner(turbulence=BANK)
     said(learning, FLIGHT[:600])
     return learning

@@ -13,8 +13,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.estimation.navigation import Navigation, NavigationParams
-from firmware_py.estimation.position import PositionParams
+from firmware_py.estimation.navigation.dead_reckoning import PositionParams
+from firmware_py.estimation.navigation.navigation import Navigation, NavigationParams
 from firmware_py.marine import Origin, local_to_geodetic
 from firmware_py.params import dump, load
 from firmware_py.records.command import Applied

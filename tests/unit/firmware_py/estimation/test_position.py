@@ -6,11 +6,11 @@ import math
 
 import pytest
 
-from firmware_py.estimation import depth, position
+from firmware_py.estimation.navigation import dead_reckoning, depth
 from firmware_py.marine import Origin, local_to_geodetic
 from firmware_py.records.sensing import Fix, Heard
 
-PARAMS = position.PositionParams()
+PARAMS = dead_reckoning.PositionParams()
 ORIGIN = Origin(0.9, 0.2)
 
 
@@ -20,46 +20,47 @@ def fix(x: float, y: float, t: float, std: float) -> Heard[Fix]:
 
 def test_drift_is_made_of_heading_scale_and_bias() -> None:
     # 2 m/s: 1 deg and 0.5 % of it are 0.034907 and 0.010 m/s, root of the squares 0.036311; bias on two axes 0.002828
-    assert position.drift_rate(PARAMS, 2.0, True) == pytest.approx(0.039139, abs=1e-6)
-    assert position.drift_rate(PARAMS, 0.0, True) == pytest.approx(0.002828, abs=1e-6)
-    assert position.drift_rate(PARAMS, 2.0, False) == pytest.approx(2.002853, abs=1e-6)
+    assert dead_reckoning.drift_rate(PARAMS, 2.0, True) == pytest.approx(0.039139, abs=1e-6)
+    assert dead_reckoning.drift_rate(PARAMS, 0.0, True) == pytest.approx(0.002828, abs=1e-6)
+    assert dead_reckoning.drift_rate(PARAMS, 2.0, False) == pytest.approx(2.002853, abs=1e-6)
 
 
 def test_before_any_fix_sigma_is_the_declared_one() -> None:
-    assert position.std(position.start(PARAMS)) == 100.0
-    assert position.std(position.PositionMemory(0.0, 0.0, 16.0, 3.0, 0.0)) == 5.0
+    assert dead_reckoning.std(dead_reckoning.start(PARAMS)) == 100.0
+    assert dead_reckoning.std(dead_reckoning.PositionMemory(0.0, 0.0, 16.0, 3.0, 0.0)) == 5.0
 
 
 def test_a_fix_weighs_by_walk_and_drift_against_its_own_sigma() -> None:
-    was = position.PositionMemory(0.0, 0.0, 4.0, 3.0, 0.0)  # variance 13, the fix's 2 x 2^2 = 8
-    now = position.fixed(PARAMS, was, fix(2.1, -4.2, 5.0, 2.0), 5.0, ORIGIN, (9.0, 9.0))
+    was = dead_reckoning.PositionMemory(0.0, 0.0, 4.0, 3.0, 0.0)  # variance 13, the fix's 2 x 2^2 = 8
+    now = dead_reckoning.fixed(PARAMS, was, fix(2.1, -4.2, 5.0, 2.0), 5.0, ORIGIN, (9.0, 9.0))
     assert (now.x, now.y) == (pytest.approx(1.3, abs=1e-6), pytest.approx(-2.6, abs=1e-6))
-    assert position.std(now) == pytest.approx(math.sqrt(13.0 * 8.0 / 21.0))
+    assert dead_reckoning.std(now) == pytest.approx(math.sqrt(13.0 * 8.0 / 21.0))
     assert (now.drift, now.t_fix) == (0.0, 5.0)
-    assert position.fixed(PARAMS, now, fix(0.0, 0.0, 5.0, 2.0), 5.0, ORIGIN, (0.0, 0.0)) == now
+    assert dead_reckoning.fixed(PARAMS, now, fix(0.0, 0.0, 5.0, 2.0), 5.0, ORIGIN, (0.0, 0.0)) == now
 
 
 def test_a_boat_that_was_carried_since_follows_the_first_fix_and_a_wild_fix_is_left_with_the_next() -> None:
-    was = position.PositionMemory(147.0, -20.0, 0.25, 0.0, -math.inf)  # kept from the last flight
-    now = position.fixed(PARAMS, was, fix(0.0, 0.0, 1.0, 2.0), 1.0, ORIGIN, (0.0, 0.0))
+    was = dead_reckoning.PositionMemory(147.0, -20.0, 0.25, 0.0, -math.inf)  # kept from the last flight
+    now = dead_reckoning.fixed(PARAMS, was, fix(0.0, 0.0, 1.0, 2.0), 1.0, ORIGIN, (0.0, 0.0))
     assert math.hypot(now.x, now.y) < 0.1
-    assert 2.5 < position.std(now) < math.sqrt(8.0)
-    wild = position.fixed(PARAMS, now, fix(500.0, 0.0, 2.0, 2.0), 2.0, ORIGIN, (0.0, 0.0))
-    back = position.fixed(PARAMS, wild, fix(0.0, 0.0, 3.0, 2.0), 3.0, ORIGIN, (0.0, 0.0))
+    assert 2.5 < dead_reckoning.std(now) < math.sqrt(8.0)
+    wild = dead_reckoning.fixed(PARAMS, now, fix(500.0, 0.0, 2.0, 2.0), 2.0, ORIGIN, (0.0, 0.0))
+    back = dead_reckoning.fixed(PARAMS, wild, fix(0.0, 0.0, 3.0, 2.0), 3.0, ORIGIN, (0.0, 0.0))
     assert math.hypot(back.x, back.y) < 0.1
 
 
 def test_a_late_fix_is_moved_along_both_axes() -> None:
-    was = position.PositionMemory(0.0, 0.0, 1e12, 0.0, 0.0)
-    now = position.fixed(PARAMS, was, fix(10.0, 20.0, 4.5, 0.5), 5.0, ORIGIN, (1.0, -2.0))
+    was = dead_reckoning.PositionMemory(0.0, 0.0, 1e12, 0.0, 0.0)
+    now = dead_reckoning.fixed(PARAMS, was, fix(10.0, 20.0, 4.5, 0.5), 5.0, ORIGIN, (1.0, -2.0))
     assert (now.x, now.y) == (pytest.approx(10.5, abs=1e-6), pytest.approx(19.0, abs=1e-6))
 
 
 @pytest.mark.parametrize(("latitude", "longitude"), [(1.6, 0.2), (0.9 + math.tau, 0.2), (0.9, 0.2 + 2 * math.tau)])
 def test_no_place_on_earth_is_no_fix(latitude: float, longitude: float) -> None:
-    was = position.start(PARAMS)
+    was = dead_reckoning.start(PARAMS)
     assert (
-        position.fixed(PARAMS, was, Heard(Fix(latitude, longitude, 2.0), 1.0, True, True), 1.0, ORIGIN, (0, 0)) == was
+        dead_reckoning.fixed(PARAMS, was, Heard(Fix(latitude, longitude, 2.0), 1.0, True, True), 1.0, ORIGIN, (0, 0))
+        == was
     )
 
 

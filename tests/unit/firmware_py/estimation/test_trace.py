@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.estimation.trace import ROOM, Traces
+from firmware_py.estimation.interval_mean import ROOM, IntervalMeans
 
 reports = st.lists(
     st.tuples(st.floats(-1.0, 2.0), st.floats(-5.0, 5.0)), min_size=1, max_size=12, unique_by=lambda r: round(r[0], 3)
@@ -19,15 +19,15 @@ cuts = st.lists(st.integers(-1500, 2500), min_size=2, max_size=12, unique=True).
 )
 
 
-def traces(*courses: list[tuple[float, float]], weights: list[list[float]] | None = None) -> Traces:
-    made = Traces(weights or np.eye(len(courses)).tolist())
+def traces(*courses: list[tuple[float, float]], weights: list[list[float]] | None = None) -> IntervalMeans:
+    made = IntervalMeans(weights or np.eye(len(courses)).tolist())
     for i, course in enumerate(courses):
         for t, value in course:
             made.add(i, t, value)
     return made
 
 
-def mean(made: Traces, a: float, b: float, rows: int = 1) -> np.ndarray:
+def mean(made: IntervalMeans, a: float, b: float, rows: int = 1) -> np.ndarray:
     sums = np.full(rows, np.nan)
     made.mean(a, b, sums)
     return sums

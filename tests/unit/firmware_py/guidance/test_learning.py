@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
-from firmware_py.guidance.learning import STILL, Learning, LearningParams
+from firmware_py.guidance.manoeuvre import STILL, ManoeuvreGuidance, ManoeuvreParams
 from firmware_py.marine import Eta, Nu
 from firmware_py.records.command import ModeState, Reference
 from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate
@@ -20,7 +20,7 @@ from firmware_py.schedule import Tick
 NAN = math.nan
 PRBS = Manoeuvre(Kind.PRBS, duration=10.0, clock=0.5)
 BASE = Setpoint(50.0, 0.0, 1.8)
-PARAMS = LearningParams()
+PARAMS = ManoeuvreParams()
 
 
 def state(
@@ -38,7 +38,7 @@ def state(
     )
 
 
-def flown(learning: Learning, at: StateEstimate, ticks: int, manoeuvre: Manoeuvre = PRBS) -> list[str]:
+def flown(learning: ManoeuvreGuidance, at: StateEstimate, ticks: int, manoeuvre: Manoeuvre = PRBS) -> list[str]:
     events: list[str] = []
     for _ in range(ticks):
         learning.update(manoeuvre, BASE, at, 0.1)
@@ -47,7 +47,7 @@ def flown(learning: Learning, at: StateEstimate, ticks: int, manoeuvre: Manoeuvr
 
 
 def test_a_manoeuvre_lasts_as_long_as_it_says_and_says_when_it_begins_and_ends() -> None:
-    learning = Learning(PARAMS)
+    learning = ManoeuvreGuidance(PARAMS)
     assert flown(learning, state(), 99) == ["prbs begins: 10 s about 50.0 m"]
     assert learning.begun
     assert flown(learning, state(), 1) == ["prbs done: 10 s, and 0.0 s of waiting"]
@@ -55,7 +55,7 @@ def test_a_manoeuvre_lasts_as_long_as_it_says_and_says_when_it_begins_and_ends()
 
 
 def test_the_laws_hold_softly_meanwhile_and_the_fins_have_the_angles_asked_for() -> None:
-    learning = Learning(PARAMS)
+    learning = ManoeuvreGuidance(PARAMS)
     manoeuvre = dataclasses.replace(PRBS, delta_s=0.2, delta_r=0.1)
     asked = [learning.update(manoeuvre, BASE, state(), 0.1) for _ in range(100)]
     assert {abs(d.delta_s) for d in asked} == {0.2}
@@ -79,7 +79,7 @@ def test_the_laws_hold_softly_meanwhile_and_the_fins_have_the_angles_asked_for()
 def test_it_waits_with_the_laws_alone_where_a_limit_is_near_and_goes_on_well_inside(
     off: StateEstimate, inside: StateEstimate, words: str
 ) -> None:
-    learning = Learning(PARAMS, depth_max=80.0, altitude_min=2.0)
+    learning = ManoeuvreGuidance(PARAMS, depth_max=80.0, altitude_min=2.0)
     flown(learning, state(), 40)
     assert learning.update(PRBS, BASE, off, 0.1) == STILL
     assert words in learning.events[0]
@@ -90,7 +90,7 @@ def test_it_waits_with_the_laws_alone_where_a_limit_is_near_and_goes_on_well_ins
 
 
 def test_between_going_on_and_waiting_is_room_so_that_it_does_not_chatter() -> None:
-    learning = Learning(PARAMS)
+    learning = ManoeuvreGuidance(PARAMS)
     between = state(z=50.0 + 0.75 * PARAMS.depth_band)
     assert flown(learning, between, 10) == ["prbs begins: 10 s about 50.0 m"]
     learning.update(PRBS, BASE, state(z=56.0), 0.1)
@@ -101,12 +101,12 @@ def test_between_going_on_and_waiting_is_room_so_that_it_does_not_chatter() -> N
     ("base", "z", "waits"), [(50.0, 46.0, False), (77.0, 76.0, True), (7.0, 4.5, True), (77.0, 74.5, False)]
 )
 def test_it_keeps_off_the_surface_and_the_supervisors_depth(base: float, z: float, waits: bool) -> None:
-    learning = Learning(PARAMS, depth_max=80.0)
+    learning = ManoeuvreGuidance(PARAMS, depth_max=80.0)
     assert (learning.update(PRBS, BASE._replace(z_d=base), state(z=z), 0.1) == STILL) == waits
 
 
 def test_where_it_can_never_go_on_it_gives_up() -> None:
-    learning = Learning(PARAMS)
+    learning = ManoeuvreGuidance(PARAMS)
     events = flown(learning, state(z=60.0), round(PARAMS.patience / 0.1))
     assert [event.split(":")[0] for event in events] == ["prbs begins", "prbs waits", "prbs given up after 0.0 s"]
     assert not learning.begun
@@ -114,7 +114,7 @@ def test_where_it_can_never_go_on_it_gives_up() -> None:
 
 @given(st.lists(st.tuples(st.floats(-8, 8), st.floats(-0.6, 0.6), st.floats(0, 20)), max_size=60))
 def test_no_fin_is_moved_beyond_a_limit_whatever_the_boat_does(way: list[tuple[float, float, float]]) -> None:
-    learning = Learning(PARAMS, depth_max=60.0, altitude_min=2.0)
+    learning = ManoeuvreGuidance(PARAMS, depth_max=60.0, altitude_min=2.0)
     for off, theta, altitude in way:
         if learning.update(PRBS, BASE, state(z=50.0 + off, theta=theta, altitude=altitude), 0.1) != STILL:
             assert abs(off) <= PARAMS.depth_band

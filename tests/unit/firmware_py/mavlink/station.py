@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.marine import Eta, Nu, Origin
-from firmware_py.mavlink.door import Door
-from firmware_py.mavlink.draft import Draft
-from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.base.identity import Identity
+from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.node import MavlinkParams, Node
-from firmware_py.mavlink.status import Actuators
-from firmware_py.mavlink.telemetry import TelemetryParams
+from firmware_py.mavlink.plans.plan_builder import PlanBuilder
+from firmware_py.mavlink.telemetry.health import Actuators
+from firmware_py.mavlink.telemetry.pose import TelemetryParams
 from firmware_py.records.command import Applied, Demand, FinCommand, ModeState, Reference
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import Learned, StateEstimate
@@ -105,10 +105,10 @@ def node(
     identities: Iterable[Identity] = (Identity.ARDUSUB,),
     system: int = 1,
     coefficients: Sequence[str] = (),
-    plans: Mapping[int, Draft] | None = None,
+    plans: Mapping[int, PlanBuilder] | None = None,
 ) -> Node:
     params = MavlinkParams(system=system, telemetry=TelemetryParams(surface_altitude=surface))
-    return Node(params, ORIGIN, ACTUATORS, tuple(map(Door, identities)), coefficients, plans=plans)
+    return Node(params, ORIGIN, ACTUATORS, tuple(map(LinkConfiguration, identities)), coefficients, plans=plans)
 
 
 def parse(datagram: bytes) -> list:

@@ -8,9 +8,9 @@ import math
 import pytest
 
 from firmware_py.marine import Eta
-from firmware_py.mavlink.aim import Aim
-from firmware_py.mavlink.chart import Chart
-from firmware_py.mavlink.setpoints import Sea
+from firmware_py.mavlink.commands.setpoints import WaterFrame
+from firmware_py.mavlink.plans.plan_store import PlanStore
+from firmware_py.mavlink.telemetry.navigation_target import NavigationTarget
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.fence import Place
 from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Mode, Order, Setpoint, Surface, Waypoint
@@ -27,13 +27,13 @@ def at(x: float, y: float, mode: Mode, setpoint: Setpoint = KEEP_SETPOINT, item:
     return dataclasses.replace(found, reference=dataclasses.replace(found.reference, item=item, cross_track=across))
 
 
-def aiming(*steps, rally: tuple[Place, ...] = ()) -> Aim:
-    chart = Chart(Sea(ORIGIN, 0.0))
+def aiming(*steps, rally: tuple[Place, ...] = ()) -> NavigationTarget:
+    chart = PlanStore(WaterFrame(ORIGIN, 0.0))
     chart.steps, chart.rally = steps, rally
-    return Aim(chart)
+    return NavigationTarget(chart)
 
 
-def shown(aim: Aim, now: Cycle) -> tuple[float, float]:
+def shown(aim: NavigationTarget, now: Cycle) -> tuple[float, float]:
     """Distance, m, and bearing, deg."""
     aim.watch(now)
     way = aim.way(now)

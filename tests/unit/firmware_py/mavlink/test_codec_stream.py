@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from firmware_py.mavlink.codec import Codec
+from firmware_py.mavlink.base.codec import Codec
 
 MS = 1_000_000
 KINDS = st.sampled_from(["v2", "v1", "signed"])

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from firmware_py.mavlink.identity import Identity
-from firmware_py.mavlink.orders import MOST_WAITING
+from firmware_py.mavlink.base.identity import Identity
+from firmware_py.mavlink.commands.queue import MOST_WAITING
 from firmware_py.records.order import Arming, Mode, Order
 
 from .station import Boat, Station, cycle, node, parse

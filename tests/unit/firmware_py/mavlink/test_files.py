@@ -16,9 +16,9 @@ from pymavlink import mavftp
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from pymavlink.mavftp_op import FTP_OP
 
-from firmware_py.mavlink.files import Files
-from firmware_py.mavlink.metadata import crc32
-from firmware_py.mavlink.shelf import LogFile, Tree
+from firmware_py.mavlink.files.ftp_server import FtpServer
+from firmware_py.mavlink.files.tree import FileTree, LogFile
+from firmware_py.mavlink.parameters.metadata import crc32
 from firmware_py.schedule import Tick
 
 PARAM, BIG = bytes(range(256)) * 3, bytes(i * i % 251 for i in range(100_000))
@@ -73,7 +73,7 @@ class Peer:
 
     def __init__(self, shelf: Shelf | None = None, lose: int = 0, system: int = 255) -> None:
         self.voice = Quiet()
-        self.files = Files(Tree(MADE, shelf), self.voice)
+        self.files = FtpServer(FileTree(MADE, shelf), self.voice)
         self.mav = mavlink.MAVLink(self, system, 190)
         self.back = mavlink.MAVLink(None, 1, 1)
         self.lose, self.count, self.k = lose, 0, 0

@@ -9,7 +9,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink import link as limits
-from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.node import Node
 from firmware_py.records.order import Arming
 from firmware_py.schedule import Tick

@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from firmware_py.mavlink.helm import HelmParams, sticks
+from firmware_py.mavlink.commands.manual_control import ManualControlParams, sticks
 from firmware_py.records.order import NO_ORDER, Arming
 
 from .station import Boat
 
-PARAMS = HelmParams(delta_s_full=0.2, delta_r_full=0.3, n_full=8.0)
+PARAMS = ManualControlParams(delta_s_full=0.2, delta_r_full=0.3, n_full=8.0)
 NONE = 32767
 axis = st.integers(-32768, 32767)
 
@@ -43,7 +43,7 @@ def test_each_axis_moves_its_own(message, expected) -> None:
 
 
 def test_a_throttle_that_goes_from_minus_1000_rests_at_zero() -> None:
-    params = HelmParams(delta_s_full=0.2, z_centre=0.0)
+    params = ManualControlParams(delta_s_full=0.2, z_centre=0.0)
     assert sticks(params, control(z=0)).delta_s == 0.0
     assert sticks(params, control(z=-1000)).delta_s == pytest.approx(0.2)
 
@@ -63,7 +63,7 @@ def test_sticks_keep_the_time_at_which_they_were_heard() -> None:
     boat.step(100)
     assert boat.orders[2] is NO_ORDER
     assert {order.t_sticks for order in boat.orders[3:]} == {0.03}
-    assert boat.orders[-1].sticks.n == pytest.approx(HelmParams().n_full)
+    assert boat.orders[-1].sticks.n == pytest.approx(ManualControlParams().n_full)
 
 
 def test_sticks_are_not_let_go_of_while_a_command_is_obeyed() -> None:

@@ -9,7 +9,7 @@ import pytest
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.base.identity import Identity
 from firmware_py.records.estimate import NOTHING_LEARNED, Learned
 
 from .station import LEARNED, NAMES, Boat, cycle, frame, node, parse, told

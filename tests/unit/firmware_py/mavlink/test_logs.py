@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from firmware_py.mavlink.shelf import LogFile
+from firmware_py.mavlink.files.tree import LogFile
 from firmware_py.records.order import Mode
 
 from .station import Boat, Station, put_together

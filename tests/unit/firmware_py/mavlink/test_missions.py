@@ -12,12 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from firmware_py.mavlink.door import Door
-from firmware_py.mavlink.draft import FILES, drawn, read
-from firmware_py.mavlink.identity import Identity
-from firmware_py.mavlink.mission_items import items_of
+from firmware_py.mavlink.base.identity import Identity
+from firmware_py.mavlink.base.link_configuration import LinkConfiguration
+from firmware_py.mavlink.commands.setpoints import WaterFrame
 from firmware_py.mavlink.node import MavlinkParams, Node
-from firmware_py.mavlink.setpoints import Sea
+from firmware_py.mavlink.plans.mission_items import items_of
+from firmware_py.mavlink.plans.plan_builder import FILES, drawn, read
 from firmware_py.records.mission import from_plain, plain
 from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mission, Surface, Waypoint
 
@@ -30,7 +30,7 @@ RETURN, DO_JUMP, SPEED, LEARN = 20, 177, 178, 31010
 TERRAIN, LOCAL, IN_MISSION = mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT, 1, mavlink.MAV_FRAME_MISSION
 INCLUDE, INCLUDE_CIRCLE, RALLY_POINT = 5001, 5003, 5100
 NAN, INF = math.nan, math.inf
-SEA = Sea(ORIGIN, 0.0)
+SEA = WaterFrame(ORIGIN, 0.0)
 
 
 def everything_that_can_be_flown() -> list:
@@ -227,7 +227,7 @@ FRAGMENTS = st.one_of(
 @given(st.lists(st.tuples(st.integers(0, 1), FRAGMENTS, st.integers(0, 2)), max_size=40))
 def test_whatever_is_said_in_whatever_order_a_mission_is_whole_or_as_it_was(said) -> None:
     boat = Boat(links=2)
-    doors = [Door(identity, high_latency=True) for identity in Identity]
+    doors = [LinkConfiguration(identity, high_latency=True) for identity in Identity]
     boat.node = Node(MavlinkParams(), ORIGIN, ACTUATORS, doors)
     assert Planner(boat).upload(home(item(north=10), item(north=20))) == ACCEPTED
     boat.step()
@@ -251,7 +251,9 @@ def test_whatever_is_said_in_whatever_order_a_mission_is_whole_or_as_it_was(said
 def test_two_thousand_items_go_up_and_down_where_every_tenth_packet_is_lost() -> None:
     chance = random.Random(1)
     boat = Boat()
-    boat.node = Node(MavlinkParams(), ORIGIN, ACTUATORS, [Door(Identity.ARDUSUB, high_latency=True)])  # no telemetry
+    boat.node = Node(
+        MavlinkParams(), ORIGIN, ACTUATORS, [LinkConfiguration(Identity.ARDUSUB, high_latency=True)]
+    )  # no telemetry
     planner = Planner(boat, hears=lambda _: chance.random() > 0.1, sends=lambda _: chance.random() > 0.1)
     items = home(*(item(north=i, east=(i * 37) % 101, z=-1.0 - i % 20) for i in range(2000)))
     assert planner.upload(items) == ACCEPTED

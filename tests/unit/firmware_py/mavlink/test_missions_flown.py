@@ -7,9 +7,9 @@ import math
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from firmware_py.mavlink.draft import read
-from firmware_py.mavlink.identity import Identity
-from firmware_py.mavlink.setpoints import Sea
+from firmware_py.mavlink.base.identity import Identity
+from firmware_py.mavlink.commands.setpoints import WaterFrame
+from firmware_py.mavlink.plans.plan_builder import read
 from firmware_py.params import ParamError
 from firmware_py.records.order import Mode, Surface, Waypoint
 
@@ -20,7 +20,7 @@ ACCEPTED = mavlink.MAV_MISSION_ACCEPTED
 LOITER_UNLIM, LAND, SPEED = 17, 21, 178
 INCLUDE, EXCLUDE, INCLUDE_CIRCLE, RALLY_POINT = 5001, 5002, 5003, 5100
 X = mavlink.MAV_MISSION_INVALID_PARAM5_X
-SEA = Sea(ORIGIN, 0.0)
+SEA = WaterFrame(ORIGIN, 0.0)
 
 
 def test_a_place_beyond_the_fence_is_no_item_no_rally_point_and_no_place_to_be_guided_to() -> None:

@@ -7,7 +7,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.base.identity import Identity
 from firmware_py.records.order import Loiter, Mode
 
 from .planner import FENCE, WAYPOINT, Planner, fields, home, item

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink import link as limits
-from firmware_py.mavlink.codec import Codec
-from firmware_py.mavlink.streams import PACES
+from firmware_py.mavlink.base.codec import Codec
+from firmware_py.mavlink.telemetry.streams import PACES
 from firmware_py.records.order import NO_ORDER, Arming
 
 from .station import Boat, cycle, node, parse

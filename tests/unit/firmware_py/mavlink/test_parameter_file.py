@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from pymavlink.mavftp import MAVFTP
 
-from firmware_py.mavlink import metadata
-from firmware_py.mavlink.parameter_file import pack
-from firmware_py.mavlink.parameters import Book
+from firmware_py.mavlink.parameters import metadata
+from firmware_py.mavlink.parameters.packed_file import pack
+from firmware_py.mavlink.parameters.transfer import ParameterStore
 from firmware_py.param_tree import Setting
 from firmware_py.params import When
 
@@ -70,7 +70,7 @@ class Nobody:
         raise AssertionError
 
 
-BOOK = Book(
+BOOK = ParameterStore(
     [
         setting("L_GAIN", 2.5, low=-1.0, high=10.0, default=0.5),
         setting("L_POLE2", -0.5, key="law.poles_1_s", place=1, unit="1/s", default=None, when=When.DISARMED),
@@ -128,7 +128,7 @@ def test_a_parameters_metadata_has_unit_bounds_default_choices_and_what_a_person
 
 
 def test_the_pack_has_the_values_of_the_moment_with_or_without_those_of_the_files() -> None:
-    book = Book(BOOK.settings, Nobody())
+    book = ParameterStore(BOOK.settings, Nobody())
     files = metadata.files(book)
     book.settings[0] = replace(book.settings[0], value=7.0)
     plain = MAVFTP.ftp_param_decode(files["@PARAM/param.pck"]())

@@ -16,8 +16,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from firmware_py.mavlink.modes import Identity
-from firmware_py.mavlink.parameters import FILE, Book, Parameters, shortest
+from firmware_py.mavlink.base.modes import Identity
+from firmware_py.mavlink.parameters.transfer import FILE, ParameterStore, ParameterTransfer, shortest
 from firmware_py.param_tree import replaced, settings
 from firmware_py.params import ParamError, When, load, param, table
 from firmware_py.schedule import Tick
@@ -64,13 +64,13 @@ class Checker:
 class Station:
     """A conversation, and pymavlink at its other end."""
 
-    def __init__(self, book: Book | None = None, identity: Identity = Identity.ARDUSUB) -> None:
-        self.book = book or Book([*settings(Toy())], Checker(Toy()))
+    def __init__(self, book: ParameterStore | None = None, identity: Identity = Identity.ARDUSUB) -> None:
+        self.book = book or ParameterStore([*settings(Toy())], Checker(Toy()))
         self.armed = False
         self.said: list[Any] = []
         self.texts: list[str] = []
         self.dropped = 0
-        self.service = Parameters(self.book, self, identity, lambda: self.armed)
+        self.service = ParameterTransfer(self.book, self, identity, lambda: self.armed)
         self.k = 0
         self.out, self.back = mavlink.MAVLink(None, 255, 190), mavlink.MAVLink(None, 1, 1)
 
@@ -115,7 +115,7 @@ class Station:
         self.set(name, struct.unpack("<f", struct.pack("<i", value))[0], INT)
 
 
-def kept(book: Book) -> dict[str, Any]:
+def kept(book: ParameterStore) -> dict[str, Any]:
     ((name, content),) = book.saves()
     assert name == FILE
     return tomllib.loads(content.decode())

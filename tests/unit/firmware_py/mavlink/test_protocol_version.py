@@ -7,8 +7,8 @@ import struct
 import pytest
 from pymavlink.dialects.v20 import all as mavlink
 
-from firmware_py.mavlink.codec import Codec
-from firmware_py.mavlink.protocol_version import MESSAGE_ID, protocol_version
+from firmware_py.mavlink.base.codec import Codec
+from firmware_py.mavlink.base.protocol_version import MESSAGE_ID, protocol_version
 
 from .station import Boat
 

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import all as mavlink
 
-from firmware_py.mavlink.codec import Message
-from firmware_py.mavlink.identity import Identity
-from firmware_py.mavlink.modes import available_modes, worded
+from firmware_py.mavlink.base.codec import Message
+from firmware_py.mavlink.base.identity import Identity
+from firmware_py.mavlink.base.modes import available_modes, worded
 from firmware_py.records.order import Mode, Order
 from firmware_py.safety.supervisor import SafetyParams, Supervisor
 from firmware_py.schedule import Tick

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import all as mavlink
 
 from firmware_py.marine import Eta, Nu
-from firmware_py.mavlink.door import Door
-from firmware_py.mavlink.draft import MISSION, drawn
-from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.base.identity import Identity
+from firmware_py.mavlink.base.link_configuration import LinkConfiguration
+from firmware_py.mavlink.commands.setpoints import WaterFrame
 from firmware_py.mavlink.link import Link
 from firmware_py.mavlink.node import MavlinkParams, Node
-from firmware_py.mavlink.setpoints import Sea
+from firmware_py.mavlink.plans.plan_builder import MISSION, drawn
 from firmware_py.records.order import Arming, Mission, Mode, Waypoint
 
 from .station import ACTUATORS, LEARNED, ORIGIN, Boat, cycle, node
@@ -115,7 +115,7 @@ def test_the_missions_course_is_set_by_command(number: int, params: tuple, mode:
 @pytest.mark.parametrize(("identity", "jump"), [(Identity.ARDUSUB, 2), (Identity.GENERIC, 3)])
 def test_a_mission_starts_at_an_item_as_the_link_counts_them(identity: Identity, jump: int) -> None:
     boat = Boat()
-    boat.node = node(identities=(identity,), plans={MISSION: drawn(FOUR, Sea(ORIGIN, 0.0))})
+    boat.node = node(identities=(identity,), plans={MISSION: drawn(FOUR, WaterFrame(ORIGIN, 0.0))})
     boat.mode = Mode.MANUAL
     boat.stations[0].command(START, 3, 0)
     boat.step()
@@ -265,7 +265,7 @@ def test_a_home_that_disagrees_is_denied() -> None:
 
 def acoustic() -> Boat:
     boat = Boat()
-    boat.node = Node(MavlinkParams(), ORIGIN, ACTUATORS, [Door(Identity.ARDUSUB, high_latency=True)])
+    boat.node = Node(MavlinkParams(), ORIGIN, ACTUATORS, [LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
     return boat
 
 

@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from firmware_py.mavlink.door import Door
-from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.base.identity import Identity
+from firmware_py.mavlink.base.link_configuration import LinkConfiguration
+from firmware_py.mavlink.base.signing import KEPT, TICKS_PER_S, UNSIGNED_HEARD, Signing
 from firmware_py.mavlink.node import MavlinkParams, Node
-from firmware_py.mavlink.signing import KEPT, TICKS_PER_S, UNSIGNED_HEARD, Signing
 from firmware_py.records.order import NO_ORDER, Arming
 
 from .station import ACTUATORS, DT_NS, ORIGIN, cycle, parse
@@ -41,7 +41,7 @@ class Peer:
 
 
 def node(kept: bytes = b"", links: int = 1, key: bytes = KEY, now: int = NOW, stream: bool = False) -> Node:
-    doors = [Door(Identity.ARDUSUB, stream=stream)] * links
+    doors = [LinkConfiguration(Identity.ARDUSUB, stream=stream)] * links
     return Node(MavlinkParams(), ORIGIN, ACTUATORS, doors, signing=Signing(key, now, kept))
 
 

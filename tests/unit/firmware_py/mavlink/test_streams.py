@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.mavlink.streams import PACES, Pace, Streams
+from firmware_py.mavlink.telemetry.streams import PACES, Pace, Streams
 
 MS = 1_000_000
 SECOND = 1000 * MS

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.marine import Eta, Nu
-from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.base.identity import Identity
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import NOTHING_LEARNED, Learned
 from firmware_py.records.order import Mode, Order

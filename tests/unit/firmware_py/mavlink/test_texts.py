@@ -7,14 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from firmware_py.mavlink.texts import Texts, severity
+from firmware_py.mavlink.base.statustext import StatusTexts, severity
 
 from .station import cycle, node, parse, put_together
 
 
 @given(st.lists(st.text(st.characters(min_codepoint=32, max_codepoint=126), max_size=300), max_size=5))
 def test_sentences_of_any_length_arrive_whole(sentences: list[str]) -> None:
-    texts = Texts()
+    texts = StatusTexts()
     peer, ours = mavlink.MAVLink(None), mavlink.MAVLink(None, 1, 1)
     messages = []
     for sentence in sentences:
@@ -25,17 +25,17 @@ def test_sentences_of_any_length_arrive_whole(sentences: list[str]) -> None:
 
 @pytest.mark.parametrize("length", [0, 1, 49, 50, 51, 99, 100, 101, 300, 301, 10_000])
 def test_the_last_chunk_is_known_by_the_room_it_leaves(length: int) -> None:
-    messages = Texts().say("x" * length, 6)
+    messages = StatusTexts().say("x" * length, 6)
     assert put_together(messages) == ["x" * min(length, 300)]
 
 
 def test_what_is_not_ascii_becomes_a_question_mark() -> None:
-    (message,) = Texts().say("23\N{DEGREE SIGN} to port", 6)
+    (message,) = StatusTexts().say("23\N{DEGREE SIGN} to port", 6)
     assert message.text == "23? to port"
 
 
 def test_the_number_of_a_sentence_is_never_that_of_short_ones() -> None:
-    texts = Texts()
+    texts = StatusTexts()
     numbers = {texts.say("x" * 60, 6)[0].id for _ in range(65_535)}
     assert numbers == set(range(1, 65_536))
 

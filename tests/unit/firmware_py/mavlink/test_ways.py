@@ -9,11 +9,11 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py import app
 from firmware_py.adapters.kernel_cache import ROOT
-from firmware_py.mavlink.course import first_way
-from firmware_py.mavlink.door import Door
-from firmware_py.mavlink.identity import Identity
+from firmware_py.mavlink.base.identity import Identity
+from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.node import MavlinkParams, Node
-from firmware_py.mavlink.plan_items import Limits
+from firmware_py.mavlink.plans.items import Limits
+from firmware_py.mavlink.plans.path_check import first_way
 from firmware_py.records.fence import Fence, Polygon
 from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mode, Surface, Waypoint
 from firmware_py.records.turning import Turning
@@ -250,7 +250,7 @@ def test_what_makes_circles_wider_holds_for_the_next_mission(
     name: str, value: float, gap: float, before: int, after: int
 ) -> None:
     book, boat = app.book(BOOK), Boat()
-    boat.node = Node(MavlinkParams(), ORIGIN, ACTUATORS, (Door(Identity.ARDUSUB),), book=book)
+    boat.node = Node(MavlinkParams(), ORIGIN, ACTUATORS, (LinkConfiguration(Identity.ARDUSUB),), book=book)
     boat.node.limit(30.0, 2.0, app.autopilot_params(BOOK).guidance.turning)
     planner, circle = Planner(boat), home(at(40.0 - gap, command=LOITER))
     assert planner.upload(home(*WALL, kind=FENCE), FENCE) == ACCEPTED

@@ -1,0 +1,1 @@
+"""CAN buses: virtual, UDP multicast and SocketCAN."""

@@ -1,0 +1,66 @@
+"""Who is on a bus already: two vehicles, or two simulations, must not share one by accident."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+
+from firmware_py.adapters.buses.can_bus import BusError, CanBus
+from firmware_py.wire.layout import DecodeError
+from firmware_py.wire.messages import GET_NODE_INFO, GET_NODE_INFO_RESPONSE
+from firmware_py.wire.protocol import GetNodeInfoRequest
+from firmware_py.wire.transfer import Reassembler, Sender
+
+LONG_ENOUGH = 1.2
+"""Every node says once a second that it lives; s."""
+_ASKER = 126
+"""We ask under an id that DroneCAN keeps for tools: ours may be the one that is taken."""
+_GLANCE = 0.05
+_FRAMES = 1024
+
+
+def heard_nodes(bus: CanBus, seconds: float = LONG_ENOUGH) -> dict[int, str]:
+    """The nodes that speak on a bus within `seconds` of wall time: by id, their names, "" of those that tell none."""
+    sender, answers = Sender(_ASKER), Reassembler([GET_NODE_INFO_RESPONSE], _ASKER)
+    names: dict[int, str] = {}
+    deadline = time.monotonic() + seconds
+    while (left := deadline - time.monotonic()) > 0.0:
+        for can_id, data in bus.drain(_FRAMES, min(left, _GLANCE)):
+            source = can_id & 0x7F
+            if source not in names and source != 0:
+                names[source] = ""
+                bus.send(sender.send(GET_NODE_INFO, GetNodeInfoRequest(), destination=source))
+            answer = answers.accept(can_id, data, seconds - left)
+            if answer is not None:
+                names[answer.source] = _name(answer.payload)
+    return names
+
+
+def refuse_if_taken(bus: CanBus, ids: Mapping[int, str], seconds: float = LONG_ENOUGH) -> None:
+    """Makes sure that nobody speaks under our node ids.
+
+    Args:
+        bus: on which we have not spoken yet.
+        ids: ours, with their roles.
+        seconds: how long to listen, wall time.
+
+    Raises:
+        BusError: who was heard.
+    """
+    heard = heard_nodes(bus, seconds)
+    taken = [_described(i, ids[i], heard[i]) for i in sorted(ids) if i in heard]
+    if taken:
+        raise BusError(
+            f"{bus.name} is in use by {', '.join(taken)}; end that run, or take another bus or other node ids"
+        )
+
+
+def _described(node_id: int, role: str, name: str) -> str:
+    return f"node {node_id} ({name})" if name else f"node {node_id} (our {role})"
+
+
+def _name(payload: bytes) -> str:
+    try:
+        return GET_NODE_INFO_RESPONSE.decode(payload).name.decode("utf-8", "replace")
+    except DecodeError:
+        return ""

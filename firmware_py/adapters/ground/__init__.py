@@ -1,0 +1,1 @@
+"""Links to ground stations: UDP, TCP, serial; signing keys."""

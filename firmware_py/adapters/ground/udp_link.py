@@ -1,0 +1,91 @@
+"""Stations over UDP: one that is sent to, or those that have spoken to us."""
+
+from __future__ import annotations
+
+import socket
+
+from firmware_py.adapters.buses import receive_buffer
+from firmware_py.adapters.ground.station_link import Address, LinkSpec
+
+DATAGRAMS_PER_TICK = 16
+_DATAGRAM_BYTES = 2048
+_MOST_STATIONS = 4
+
+
+class UdpLink:
+    """A `stations.StationLink` over a socket of datagrams.
+
+    Raises:
+        GroundError: it cannot be opened.
+    """
+
+    def __init__(self, spec: LinkSpec) -> None:
+        self.door = spec.door
+        self._listens = spec.kind == "udpin"
+        self._stations: dict[Address, None] = {}  # who was heard last stands last
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        self.lost = 0
+        """Datagrams that the network would not take."""
+        self._overrun = 0
+        try:
+            if self._listens:
+                self._socket.bind(spec.address)
+            else:
+                self._socket.connect(spec.address)
+        except OSError as error:
+            self._socket.close()
+            raise spec.error(error) from None
+
+    @property
+    def address(self) -> Address:
+        """Where this end of the link is."""
+        host, port = self._socket.getsockname()
+        return host, port
+
+    @property
+    def overrun(self) -> int:
+        """See `StationLink`; what it was when the link was closed."""
+        if self._socket.fileno() >= 0:
+            self._overrun = receive_buffer.overrun(self._socket)
+        return self._overrun
+
+    def fileno(self) -> int:
+        """The socket, for those that wait for it."""
+        return self._socket.fileno()
+
+    def receive(self) -> list[bytes]:
+        """The datagrams that have come, oldest first, up to so many a tick; the rest waits in the kernel."""
+        datagrams = []
+        for _ in range(DATAGRAMS_PER_TICK):
+            try:
+                datagram, sender = self._socket.recvfrom(_DATAGRAM_BYTES)
+            except BlockingIOError:
+                break
+            except OSError:  # the answer to something sent: nobody listens there (yet)
+                continue
+            datagrams.append(datagram)
+            if self._listens:
+                self._stations.pop(sender, None)
+                self._stations[sender] = None
+                if len(self._stations) > _MOST_STATIONS:
+                    del self._stations[next(iter(self._stations))]
+        return datagrams
+
+    def send(self, datagram: bytes) -> None:
+        """Sends to the station, or to those that spoke last."""
+        for station in list(self._stations) if self._listens else (None,):
+            try:
+                if station is None:
+                    self._socket.send(datagram)
+                else:
+                    self._socket.sendto(datagram, station)
+            except ConnectionRefusedError:
+                pass
+            except OSError:
+                self.lost += 1
+
+    def close(self) -> None:
+        """Gives the port back; may be called twice."""
+        self._overrun = self.overrun
+        self._socket.close()

@@ -1,0 +1,1 @@
+"""Lockstep between vehicle and plant over a bus."""

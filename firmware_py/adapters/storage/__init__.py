@@ -1,0 +1,1 @@
+"""Files: configuration, log, kept state, and the store of logs."""

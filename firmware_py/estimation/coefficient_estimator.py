@@ -1,0 +1,234 @@
+"""Learning in flight: the coefficient filter on the horizon, started, held, watched and begun anew."""
+
+from __future__ import annotations
+
+import copy
+import math
+from dataclasses import dataclass
+from operator import mul
+from typing import NamedTuple
+
+import numpy as np
+
+from firmware_py.estimation.coefficient_ekf import CoefficientEkf
+from firmware_py.estimation.coefficient_params import CoefficientParams
+from firmware_py.estimation.coefficient_records import EkfMemory
+from firmware_py.estimation.fixed_lag_buffer import FixedLagBuffer, FixedLagBufferMemory, FixedLagBufferParams, Span
+from firmware_py.estimation.health import Health, HealthMemory, HealthParams
+from firmware_py.estimation.identifiability import Known, sentence
+from firmware_py.estimation.model.prediction import STILL
+from firmware_py.estimation.model.transition import MOVING
+from firmware_py.params import When, param, table
+from firmware_py.records.command import Applied
+from firmware_py.records.estimate import Learned, StateEstimate
+from firmware_py.records.sensing import SensorFrame
+from firmware_py.schedule import Rate, Tick
+from firmware_py.vehicle.vehicle import Vehicle
+
+SAID, WORDED = Rate.HZ_10, Rate.HZ_1
+"""How often what is learned is said anew, in numbers and in words."""
+RECENT = 0.1
+"""It begins with a ping of the DVL, and an attitude that is no older than this, s."""
+SURE = 2.0
+"""So many sigmas of depth it must be under water by."""
+
+
+@dataclass(frozen=True, slots=True)
+class LearningParams:
+    """When the filter may learn."""
+
+    enabled: bool = param(
+        True, doc="false: the coefficients of the vehicle file are all that is known.", mav="ENABLED", when=When.RESTART
+    )
+    depth_min: float = param(
+        1.0,
+        unit="m",
+        low=0.0,
+        high=100.0,
+        doc="Nothing is learned where it may be nearer to the surface.",
+        mav="DEPTH",
+    )
+    speed_min: float = param(
+        0.3, unit="m/s", low=0.0, high=5.0, doc="Nothing is learned slower over ground.", mav="SPEED"
+    )
+    gap_max: float = param(
+        30.0, unit="s", low=0.5, high=600.0, doc="Nothing is learned after so long without DVL.", mav="GAP_MAX"
+    )
+    horizon: FixedLagBufferParams = table(FixedLagBufferParams)
+
+
+class CoefficientEstimatorMemory(NamedTuple):
+    """Everything that is remembered."""
+
+    horizon: FixedLagBufferMemory
+    ekf: EkfMemory
+    health: HealthMemory
+    running: bool
+    begun: bool
+    resets: int
+    reviews: int
+    ever: tuple[bool, ...]
+    said: Learned
+
+
+class CoefficientEstimator:
+    """Follows the vehicle a lag behind, and says what it has learned."""
+
+    def __init__(
+        self, params: LearningParams, coefficients: CoefficientParams, health: HealthParams, vehicle: Vehicle
+    ) -> None:
+        """Makes the filter.
+
+        Raises:
+            ParamError: see `CoefficientEkf`.
+        """
+        self._params = params
+        self.ekf = CoefficientEkf(vehicle, coefficients)
+        first, count = self.ekf.model.first, len(coefficients.names)
+        self._count, self._learned = count, slice(first, first + count)
+        self._horizon = FixedLagBuffer(params.horizon, vehicle)
+        self._health = Health(health, self.ekf.model, count)
+        self._running = self._begun = False
+        self._resets = self._restarts = self._reviews = 0
+        self._variances = [P.diagonal()[self._learned] for P in self.ekf.P]
+        """Of the coefficients, by member: views of the covariances."""
+        self._std, self._ever = np.zeros(count), np.zeros(count, dtype=np.bool_)
+        self._intensities = coefficients.turbulence
+        self._forget()
+        self._permit()
+        self._said = self._say(None, self._words())
+
+    def under(self, params: LearningParams, health: HealthParams, vehicle: Vehicle) -> CoefficientEstimator:
+        """One that goes on from here by other rules; of the two only one may go on, for they share the filter."""
+        other = copy.copy(self)
+        other._params = params
+        other._health = Health(health, self.ekf.model, self._count)
+        other._health.thaw(self._health.freeze())
+        if params.horizon != self._params.horizon:
+            other._horizon = FixedLagBuffer(params.horizon, vehicle)
+            other._horizon.thaw(self._horizon.freeze())
+        return other
+
+    def update(self, tick: Tick, frame: SensorFrame, applied: Applied, state: StateEstimate) -> Learned:
+        """What is known after the tick; `state` is what navigation makes of the same frame."""
+        params, horizon = self._params, self._horizon
+        horizon.hear(tick.t, frame, applied)
+        may = state.eta.z - SURE * state.depth_std >= params.depth_min and state.attitude_ok
+        for span in horizon.spans(tick.t):
+            ping, turn = horizon.last
+            if not (may and span.t - ping.t <= params.gap_max and ping.values[0] >= params.speed_min):
+                self._running = False
+            elif self._running:
+                self._step(span)
+            elif ping.t >= span.t and span.t - turn.t <= RECENT:
+                self._begin(span)
+        if tick.every(SAID):
+            self._said = self._say(self._said, self._words() if tick.every(WORDED) else self._said.words)
+        return self._said
+
+    def _begin(self, span: Span) -> None:
+        """Takes motion from what the sensors said last; what was learned before stays."""
+        ping, turn = self._horizon.last
+        nu, angles = (*ping.values[:3], *turn.values[:3]), turn.values[3:]
+        self.ekf.resume(nu, angles, np.sqrt(span.variance))
+        self._health.reset()
+        self._running = self._begun = True
+
+    def _step(self, span: Span) -> None:
+        ekf = self.ekf
+        if not ekf.step(span.inputs, span.h, span.z, span.variance):
+            self._resets += 1
+            self._forget()
+            self._said = self._say(None, self._words())
+            return
+        np.sqrt(self._variances[ekf.evidence.argmax()], out=self._std)
+        if ekf.restarts > self._restarts:
+            self._restarts = ekf.restarts
+            self._health.reset()
+        if self._health.update(span.h, self._std, ekf.model.y, ekf.nis):
+            self._permit()
+
+    def _forget(self) -> None:
+        """Coefficients as they are believed, and nothing known of the water."""
+        self.ekf.start((0.0,) * 6, (0.0,) * 3, (1.0,) * MOVING)
+        self._ever[:] = self._health.excited
+        self._running = self._begun = False
+
+    def _permit(self) -> None:
+        """What is not excited neither learns nor becomes less certain."""
+        self.ekf.permit(np.array(self._health.excited, dtype=np.bool_))
+        self._ever |= self._health.excited
+
+    def _say(self, before: Learned | None, words: str) -> Learned:
+        """What is known. What was not excited since `before` stands to the last bit, unless the flight was reviewed."""
+        mean, std, weights = (array.tolist() for array in self.ekf.blend())
+        value, sigma = mean[self._learned], std[self._learned]
+        valid, excited, nis = self._health.verdict
+        nothing = (False,) * self._count
+        excited = excited if self._running else nothing
+        reviews, self._reviews = self._reviews, self.ekf.review.taken
+        if before is not None and reviews == self._reviews:
+            for i, moved in enumerate(excited):
+                if not (moved or before.excited[i]):
+                    value[i], sigma[i] = before.value[i], before.std[i]
+        water = slice(MOVING, MOVING + 2)
+        flows = self.ekf.model.water != STILL
+        (north, east), (north_std, east_std) = (mean[water], std[water]) if flows else ((math.nan,) * 2,) * 2
+        return Learned(
+            value=tuple(value),
+            std=tuple(sigma),
+            valid=valid if self._begun else nothing,
+            excited=excited,
+            current=(north, east),
+            current_std=(north_std, east_std),
+            turbulence=sum(map(mul, weights, self._intensities)),
+            nis=nis,
+            rejected=sum(self.ekf.rejected.tolist()),
+            dropped=self._horizon.dropped,
+            resets=self._resets + self.ekf.restarts,
+            horizon=self._horizon.t if self._running else math.nan,
+            words=words,
+        )
+
+    def _words(self) -> str:
+        """What was learned and what was not."""
+        model, count, learned = self.ekf.model, self._count, self._learned
+        if not self._begun:
+            return f"learned 0 of {count}: learning has not begun"
+        valid, excited, _ = self._health.verdict
+        return sentence(
+            Known(
+                model.names[:count],
+                self.ekf.estimate().covariance[learned, learned],
+                self.ekf.prior[learned],
+                np.array(model.believed[:count]),
+                np.array(valid),
+                np.array(excited) & self._running,
+                self._ever,
+            )
+        )
+
+    def freeze(self) -> CoefficientEstimatorMemory:
+        """All it remembers."""
+        return CoefficientEstimatorMemory(
+            self._horizon.freeze(),
+            self.ekf.freeze(),
+            self._health.freeze(),
+            self._running,
+            self._begun,
+            self._resets,
+            self._reviews,
+            tuple(self._ever.tolist()),
+            self._said,
+        )
+
+    def thaw(self, memory: CoefficientEstimatorMemory) -> None:
+        """Takes up again what `freeze` gave."""
+        self._horizon.thaw(memory.horizon)
+        self.ekf.thaw(memory.ekf)
+        self._health.thaw(memory.health)
+        self._running, self._begun = memory.running, memory.begun
+        self._resets, self._said = memory.resets, memory.said
+        self._restarts, self._reviews = self.ekf.restarts, memory.reviews
+        self._permit()
+        self._ever[:] = memory.ever

@@ -1,0 +1,1 @@
+"""The extended Kalman filter: covariance algebra, the bank of filters, start-up and consistency."""

@@ -1,0 +1,200 @@
+"""The horizon: a filter that lives a little in the past meets every measurement in the order in which it was true.
+
+Measurements come late, each sensor's by its own latency, and fin angles are reported from time to time. So the filter
+is kept a fixed lag behind the clock. By then what was true at the horizon has arrived, is put in order, and is taken in
+once, each at its time of validity; and the fins' reports lie on both sides of a step, so their mean over it is known.
+Work is the same in every tick: nothing is ever computed again.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import insort
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from firmware_py.estimation.interval_mean import IntervalMeans, Reports
+from firmware_py.estimation.model.jacobians import Array
+from firmware_py.params import When, param
+from firmware_py.records.command import Applied
+from firmware_py.records.sensing import SensorFrame
+from firmware_py.vehicle.vehicle import Vehicle
+
+_TOGETHER = 1e-6
+"""Times as near as this, s, are one."""
+_SPANS = 8
+"""The most steps in one tick; a backlog waits. At 50 Hz, with two measurements, seven of the shortest can be due."""
+WILD = 50.0
+"""No speed (m/s), rate (rad/s) or angle (rad) of such a vehicle; a measurement that is as long as that is none."""
+_FINEST = 1e-6
+"""No ping is better than this, m/s, whatever it states."""
+_TRAVEL = 0.5 * math.pi
+"""No fin is turned further, rad."""
+_OVERSPEED = 2.0
+"""No propeller turns faster than its highest speed by more than this."""
+DVL, AHRS = 0, 1
+
+
+@dataclass(frozen=True, slots=True)
+class FixedLagBufferParams:
+    """How far behind the clock the filter lives, and what it may expect of the sensors."""
+
+    lag: float = param(
+        0.2,
+        unit="s",
+        low=0.0,
+        high=0.5,
+        doc="How far behind: longer than any sensor's latency.",
+        mav="LAG",
+        when=When.RESTART,
+    )
+    longest: float = param(
+        0.02, unit="s", low=0.005, high=0.1, doc="Longest step without a measurement.", mav="LONGEST", when=When.RESTART
+    )
+    stale: float = param(
+        0.5,
+        unit="s",
+        low=0.02,
+        high=10.0,
+        doc="A fin's or the propeller's older report gives way to the command.",
+        mav="STALE",
+    )
+    speed_std: float = param(
+        0.01, unit="m/s", low=1e-6, high=1.0, doc="1 sigma of a ping that states none.", mav="U_STD"
+    )
+    rate_std: float = param(0.05, unit="deg/s", low=1e-6, high=10.0, doc="1 sigma of the gyros.", mav="RATE_STD")
+    tilt_std: float = param(0.3, unit="deg", low=1e-6, high=30.0, doc="1 sigma of roll and pitch.", mav="TILT_STD")
+    heading_std: float = param(0.5, unit="deg", low=1e-6, high=60.0, doc="1 sigma of the heading.", mav="HDG_STD")
+
+
+class Span(NamedTuple):
+    """One step of the filter: it ends at t (s) after h (s) under `inputs`; z, (9,), was measured there, or NaN.
+
+    The arrays are the horizon's own: they are good until the next span.
+    """
+
+    t: float
+    h: float
+    inputs: Array
+    z: Array
+    variance: Array
+
+
+class Measurement(NamedTuple):
+    """What a sensor said: u v w and 1 sigma of a ping, or p q r phi theta psi."""
+
+    t: float
+    sensor: int
+    values: tuple[float, ...]
+
+
+class FixedLagBufferMemory(NamedTuple):
+    """Where the horizon is, what waits before it, the times of each sensor's newest, and the last behind it."""
+
+    t: float
+    waiting: tuple[Measurement, ...]
+    acts: tuple[Reports, ...]
+    newest: tuple[float, ...]
+    last: tuple[Measurement, ...]
+    dropped: int
+
+
+class FixedLagBuffer:
+    """Puts in order what is heard.
+
+    `dropped` counts the measurements that are none: from behind the horizon, from the future, not after the last of
+    their sensor, not finite, or wild. A fin or propeller that does not report (or not what can be) is taken to do what
+    it was told.
+    """
+
+    def __init__(self, params: FixedLagBufferParams, vehicle: Vehicle) -> None:
+        self._params = params
+        shaft = len(vehicle.fins)
+        self._acts = IntervalMeans([*((*row, 0.0) for row in vehicle.fin_sums), (*(0.0,) * shaft, 1.0)])
+        self._reach = (*(_TRAVEL,) * shaft, _OVERSPEED * vehicle.propeller.n_max)
+        self._waiting: list[Measurement] = []
+        self._newest = [-math.inf, -math.inf]
+        self._t = -math.inf
+        self.dropped = 0
+        tilt, gyro = params.tilt_std**2, params.rate_std**2
+        self._usual = np.array((params.speed_std**2,) * 3 + (gyro,) * 3 + (tilt, tilt, params.heading_std**2))
+        self._inputs, self._z, self._variance = np.zeros(4), np.zeros(9), np.zeros(9)
+        self.last = [Measurement(-math.inf, sensor, (0.0,) * 6) for sensor in (DVL, AHRS)]
+        """The last of each sensor up to the horizon."""
+
+    @property
+    def t(self) -> float:
+        """Up to where the filter has been stepped, s."""
+        return self._t
+
+    def hear(self, t: float, frame: SensorFrame, applied: Applied) -> None:
+        """Takes in what came in the tick at t, s; `applied` is what the actuators were told one tick before."""
+        oldest, reach, acts = t - self._params.stale, self._reach, self._acts
+        told = (*applied.fins, applied.n)
+        for i, heard in enumerate((*frame.fins, frame.n)):
+            if not (heard.ok and heard.t_valid >= oldest and -reach[i] <= heard.value <= reach[i]):
+                acts.add(i, t, told[i])
+            elif heard.fresh:
+                acts.add(i, min(heard.t_valid, t), heard.value)
+
+        dvl, ahrs = frame.dvl, frame.ahrs
+        if dvl.fresh and dvl.ok:
+            u, v, w, fom, _ = dvl.value
+            std = min(max(fom, _FINEST), WILD) if fom > 0.0 else self._params.speed_std
+            self._wait(t, dvl.t_valid, DVL, (u, v, w, std))
+        if ahrs.fresh and ahrs.ok:
+            phi, theta, psi, p, q, r = ahrs.value
+            self._wait(t, ahrs.t_valid, AHRS, (p, q, r, phi, theta, psi))
+
+    def spans(self, t: float) -> Iterator[Span]:
+        """The steps that are due at t, s, in order."""
+        waiting, longest = self._waiting, self._params.longest
+        end = t - self._params.lag + _TOGETHER
+        if self._t == -math.inf:
+            self._t = waiting[0].t - longest if waiting else end
+        for _ in range(_SPANS):
+            here = waiting[0].t if waiting else math.inf
+            if here > min(end, self._t + longest):
+                if end - self._t < longest:
+                    return
+                here = self._t + longest
+            self._z.fill(math.nan)
+            self._variance[:] = self._usual
+            while waiting and waiting[0].t <= here + _TOGETHER:
+                self._take(waiting.pop(0))
+            self._acts.mean(self._t, here, self._inputs)
+            h, self._t = here - self._t, here
+            yield Span(here, h, self._inputs, self._z, self._variance)
+
+    def _wait(self, t: float, t_valid: float, sensor: int, values: tuple[float, ...]) -> None:
+        size = 0.0
+        for value in values:
+            size += value * value
+        if size <= WILD * WILD and max(self._t, self._newest[sensor]) + _TOGETHER < t_valid <= t + _TOGETHER:
+            self._newest[sensor] = t_valid
+            insort(self._waiting, Measurement(t_valid, sensor, values))
+        else:
+            self.dropped += 1
+
+    def _take(self, measurement: Measurement) -> None:
+        _, sensor, values = measurement
+        self.last[sensor] = measurement
+        if sensor == DVL:
+            self._z[:3], self._variance[:3] = values[:3], values[3] * values[3]
+        else:
+            self._z[3:] = values
+
+    def freeze(self) -> FixedLagBufferMemory:
+        """All it remembers."""
+        return FixedLagBufferMemory(
+            self._t, tuple(self._waiting), self._acts.freeze(), tuple(self._newest), tuple(self.last), self.dropped
+        )
+
+    def thaw(self, memory: FixedLagBufferMemory) -> None:
+        """Takes up again what `freeze` gave."""
+        self._t, self._waiting, self.dropped = memory.t, list(memory.waiting), memory.dropped
+        self._newest, self.last = list(memory.newest), list(memory.last)
+        self._acts.thaw(memory.acts)

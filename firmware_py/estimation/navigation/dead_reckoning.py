@@ -1,0 +1,108 @@
+"""Position: dead reckoning from fix to fix, with an error that is honest about where it comes from.
+
+Two kinds of error are kept apart. What is new in every ping adds up as a *walk* (variance, m^2). What stays the same,
+a heading that is off, a DVL scale or bias, a velocity that is only guessed, adds up as a *drift* (1 sigma, m). So
+position_std^2 = walk + drift^2; like the fix's 2 std^2 it is the variance of both axes together (DRMS squared).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from firmware_py.estimation.freshness import is_fresh
+from firmware_py.marine import Origin, geodetic_to_local
+from firmware_py.params import param
+from firmware_py.records.sensing import Fix, Heard
+
+
+@dataclass(frozen=True)
+class PositionParams:
+    """Where the error of dead reckoning comes from, and which fixes to believe."""
+
+    std_start: float = param(
+        100.0, unit="m", low=0.1, high=1e5, doc="1 sigma of the position before any fix.", mav="STD0"
+    )
+    heading_std: float = param(
+        1.0, unit="deg", low=0.0, high=20.0, doc="1 sigma of what the heading is off for long.", mav="HDG_STD"
+    )
+    scale_std: float = param(0.5, unit="%", low=0.0, high=20.0, doc="1 sigma of the DVL's scale.", mav="SCALE")
+    bias_std: float = param(
+        0.002, unit="m/s", low=0.0, high=0.5, doc="1 sigma of the DVL's bias, along each axis.", mav="BIAS"
+    )
+    fix_depth: float = param(1.0, unit="m", low=0.0, high=10.0, doc="No fix is believed deeper than this.", mav="FIX_Z")
+    fix_std_max: float = param(
+        30.0, unit="m", low=0.1, high=1000.0, doc="No fix of a worse 1 sigma is believed.", mav="FIX_STD"
+    )
+    fix_range: float = param(
+        2e4, unit="m", low=100.0, high=1e5, doc="No fix farther from the origin is believed.", mav="FIX_RNG"
+    )
+    fix_bias_std: float = param(
+        0.5, unit="m", low=0.0, high=10.0, doc="What averaging fixes cannot take away.", mav="FIX_BIAS"
+    )
+
+
+ASTRAY = 5.0
+"""A fix of so many sigmas away is no chance."""
+
+
+class PositionMemory(NamedTuple):
+    """North and east (m), the two kinds of error, and the time of validity of the last fix."""
+
+    x: float
+    y: float
+    walk: float
+    drift: float
+    t_fix: float
+
+
+def start(params: PositionParams) -> PositionMemory:
+    """The memory of a vehicle that knows no more than that it is near the origin."""
+    return PositionMemory(0.0, 0.0, params.std_start**2, 0.0, -math.inf)
+
+
+def drift_rate(params: PositionParams, speed: float, heading_ok: bool) -> float:
+    """Growth of the drift, m/s, at a speed over the bottom, m/s; a lost heading may be off by a radian."""
+    heading = params.heading_std if heading_ok else 1.0
+    return speed * math.hypot(heading, params.scale_std) + math.sqrt(2.0) * params.bias_std
+
+
+def fixed(
+    params: PositionParams,
+    memory: PositionMemory,
+    heard: Heard[Fix],
+    t: float,
+    origin: Origin,
+    velocity: tuple[float, float],
+) -> PositionMemory:
+    """Takes a fix in by its scalar Kalman gain, moved from its time of validity to t with `velocity` (m/s, NED).
+
+    One that is too far away for what was believed says that the boat was carried, or the belief wrong: it is followed.
+    """
+    if not is_fresh(heard, memory.t_fix, t):
+        return memory
+    latitude, longitude, std = heard.value
+    if not (abs(latitude) <= math.pi / 2 and abs(longitude) <= math.tau and 0.0 < std <= params.fix_std_max):
+        return memory
+    x, y = geodetic_to_local(origin, latitude, longitude)
+    if not math.hypot(x, y) <= params.fix_range:
+        return memory
+    age = t - heard.t_valid
+    dx, dy = x + velocity[0] * age - memory.x, y + velocity[1] * age - memory.y
+    variance, off = memory.walk + memory.drift**2, dx * dx + dy * dy
+    if off > ASTRAY**2 * (variance + 2.0 * std**2):
+        variance = off
+    gain = variance / (variance + 2.0 * std**2)
+    return PositionMemory(
+        memory.x + gain * dx,
+        memory.y + gain * dy,
+        max((1.0 - gain) * variance, params.fix_bias_std**2),
+        0.0,
+        heard.t_valid,
+    )
+
+
+def std(memory: PositionMemory) -> float:
+    """1 sigma of (x, y) together, m."""
+    return math.sqrt(memory.walk + memory.drift**2)

@@ -1,0 +1,153 @@
+"""The first estimator: AHRS and gyro, the DVL held between its pings, depth from pressure, position by dead reckoning.
+
+Each quantity has its own small filter (`attitude`, `velocity`, `depth`, `position`): pure functions from memory to
+memory. Here they are put in order. A value that is not finite, out of range or from the future counts as not heard, so
+the answer is always finite (but `altitude`, NaN when unknown). Sensors are taken to sit at the body's origin.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from firmware_py.estimation.navigation import attitude, dead_reckoning, depth, velocity
+from firmware_py.marine import Eta, Nu, Origin, body_to_ned
+from firmware_py.params import param, table
+from firmware_py.records.command import Applied
+from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate
+from firmware_py.records.sensing import SensorFrame
+from firmware_py.schedule import Tick
+
+
+@dataclass(frozen=True)
+class NavigationParams:
+    """One table per filter, and the two sensors that need none."""
+
+    attitude: attitude.AttitudeParams = table(attitude.AttitudeParams, mav="ATT_")
+    velocity: velocity.VelocityParams = table(velocity.VelocityParams, mav="VEL_")
+    depth: depth.DepthParams = table(depth.DepthParams, mav="DEP_")
+    position: dead_reckoning.PositionParams = table(dead_reckoning.PositionParams, mav="POS_")
+    altitude_timeout: float = param(
+        2.0, unit="s", low=0.1, high=30.0, doc="An older altitude is unknown.", mav="ALT_TIMEOUT"
+    )
+    propeller_timeout: float = param(
+        1.0,
+        unit="s",
+        low=0.1,
+        high=30.0,
+        doc="An older report of the propeller's speed gives way to the command.",
+        mav="N_TIMEOUT",
+    )
+    humidity_max: float = param(
+        80.0, unit="%", low=1.0, high=100.0, doc="More humidity in the hull than this is a leak.", mav="HUMID_MAX"
+    )
+
+
+class NavigationMemory(NamedTuple):
+    """Everything the estimator remembers."""
+
+    attitude: attitude.AttitudeMemory
+    velocity: velocity.VelocityMemory
+    depth: depth.DepthMemory
+    position: dead_reckoning.PositionMemory
+
+
+class KeptNavigation(NamedTuple):
+    """What is worth keeping from one run to the next: position (m) with its 1 sigma, and the zero of depth (Pa)."""
+
+    x: float
+    y: float
+    position_std: float
+    surface_pressure: float
+
+
+class Navigation:
+    """Estimates the state from one frame per tick."""
+
+    def __init__(self, params: NavigationParams, origin: Origin) -> None:
+        self._params = params
+        self._origin = origin
+        self._memory = NavigationMemory(
+            attitude.START, velocity.START, depth.start(params.depth), dead_reckoning.start(params.position)
+        )
+
+    def update(self, tick: Tick, frame: SensorFrame, applied: Applied) -> StateEstimate:
+        """The state at the tick, from what was heard up to it and what the actuators were told one tick ago."""
+        params, was, t, dt = self._params, self._memory, tick.t, tick.dt
+
+        att = attitude.update(params.attitude, was.attitude, frame.ahrs, t)
+        phi, theta, psi = attitude.angles(params.attitude, att, t)
+        attitude_ok = t - att.t <= params.attitude.timeout
+
+        vel = velocity.update(params.velocity, was.velocity, frame.dvl, t, dt, self._propeller(frame, applied, t))
+        velocity_ok = t - vel.t <= params.velocity.timeout
+        velocity_std = velocity.std(params.velocity, vel, t)
+        x_dot, y_dot, z_dot = body_to_ned(phi, theta, psi, vel.u, vel.v, vel.w)
+
+        dep = depth.update(params.depth, was.depth, frame.pressure, t, dt, z_dot, applied.armed)
+        depth_ok = t - dep.t <= params.depth.timeout
+
+        x, y, walk, drift, t_fix = was.position
+        rate = dead_reckoning.drift_rate(params.position, math.hypot(x_dot, y_dot), attitude_ok)
+        if not velocity_ok:
+            rate += math.sqrt(2.0) * velocity_std
+        x, y, drift = x + x_dot * dt, y + y_dot * dt, drift + rate * dt
+        gap = vel.t - was.velocity.t
+        if 0.0 < gap <= params.velocity.timeout:
+            # The velocity went from the last ping's to this one's while the last one's was held.
+            late = 0.5 * gap + t - vel.t
+            u, v, w = vel.u - was.velocity.u, vel.v - was.velocity.v, vel.w - was.velocity.w
+            dx, dy, _ = body_to_ned(phi, theta, psi, u * late, v * late, w * late)
+            x, y, walk = x + dx, y + dy, walk + 2.0 * (vel.fom * gap) ** 2
+        pos = dead_reckoning.PositionMemory(x, y, walk, drift, t_fix)
+        if not depth_ok or dep.z < params.position.fix_depth:
+            pos = dead_reckoning.fixed(params.position, pos, frame.fix, t, self._origin, (x_dot, y_dot))
+
+        self._memory = NavigationMemory(att, vel, dep, pos)
+        return StateEstimate(
+            eta=Eta(pos.x, pos.y, dep.z, phi, theta, psi),
+            nu=Nu(vel.u, vel.v, vel.w, att.p, att.q, att.r),
+            position_std=dead_reckoning.std(pos),
+            depth_std=depth.std(params.depth, dep, t),
+            velocity_std=velocity_std,
+            altitude=self._altitude(frame, t),
+            attitude_ok=attitude_ok,
+            depth_ok=depth_ok,
+            velocity_ok=velocity_ok,
+            leak=frame.leak.ok and frame.leak.value > params.humidity_max,
+            learned=NOTHING_LEARNED,
+        )
+
+    def keep(self) -> KeptNavigation:
+        """What a later run may start from."""
+        pos, dep = self._memory.position, self._memory.depth
+        return KeptNavigation(pos.x, pos.y, dead_reckoning.std(pos), dep.zero)
+
+    def resume(self, kept: KeptNavigation) -> None:
+        """Starts from what an earlier run kept."""
+        was = self._memory
+        there = was.position._replace(x=kept.x, y=kept.y, walk=kept.position_std**2, drift=0.0)
+        self._memory = was._replace(position=there, depth=was.depth._replace(zero=kept.surface_pressure))
+
+    def freeze(self) -> NavigationMemory:
+        """All that is remembered."""
+        return self._memory
+
+    def thaw(self, memory: NavigationMemory) -> None:
+        """Goes on from there."""
+        self._memory = memory
+
+    def _propeller(self, frame: SensorFrame, applied: Applied, t: float) -> float:
+        """The speed the propeller reports, else the one it was told, rev/s."""
+        if frame.n.usable(t, self._params.propeller_timeout) and math.isfinite(frame.n.value):
+            return frame.n.value
+        return applied.n
+
+    def _altitude(self, frame: SensorFrame, t: float) -> float:
+        """Distance to the bottom, m, from whichever of altimeter and DVL is usable and newer; NaN without one."""
+        best, newest = math.nan, t - self._params.altitude_timeout
+        for heard, value in ((frame.altitude, frame.altitude.value), (frame.dvl, frame.dvl.value.altitude)):
+            if heard.ok and newest <= heard.t_valid <= t and 0.0 <= value < math.inf:
+                best, newest = value, heard.t_valid
+        return best

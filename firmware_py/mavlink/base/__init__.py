@@ -1,0 +1,1 @@
+"""What all services share: codec, message definitions, scaling, modes, identity, signing, link settings."""

@@ -1,0 +1,70 @@
+"""Whom the vehicle says it is, per link.
+
+Ground stations decide by the heartbeat's autopilot field what they let an operator do: as ArduPilot's submarine they
+show mode names and set modes; a generic autopilot they treat by the book.
+"""
+
+from __future__ import annotations
+
+from firmware_py.mavlink.base.codec import Message, dialect
+from firmware_py.mavlink.base.modes import Identity, custom_mode
+from firmware_py.records.order import Mode
+
+__all__ = ["Identity", "autopilot", "autopilot_version", "base_mode", "heartbeat"]
+
+_AUTOPILOT = {
+    Identity.ARDUSUB: dialect.MAV_AUTOPILOT_ARDUPILOTMEGA,
+    Identity.GENERIC: dialect.MAV_AUTOPILOT_GENERIC,
+}
+_PARAM_ENCODING = {  # of integers; exactly one may be claimed
+    Identity.ARDUSUB: dialect.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST,
+    Identity.GENERIC: dialect.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE,
+}
+_CAPABILITIES = (
+    dialect.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+    | dialect.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+    | dialect.MAV_PROTOCOL_CAPABILITY_FTP
+    | dialect.MAV_PROTOCOL_CAPABILITY_MISSION_INT
+    | dialect.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
+    | dialect.MAV_PROTOCOL_CAPABILITY_MISSION_RALLY
+    | dialect.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
+    | dialect.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT
+)
+_VERSION = 0 << 24 | 1 << 16 | 0 << 8 | dialect.FIRMWARE_VERSION_TYPE_DEV
+
+_FLAGS = {
+    Mode.DISARMED: dialect.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED,
+    Mode.MANUAL: dialect.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED | dialect.MAV_MODE_FLAG_SAFETY_ARMED,
+    Mode.HOLD: dialect.MAV_MODE_FLAG_STABILIZE_ENABLED | dialect.MAV_MODE_FLAG_SAFETY_ARMED,
+    Mode.MISSION: dialect.MAV_MODE_FLAG_AUTO_ENABLED | dialect.MAV_MODE_FLAG_SAFETY_ARMED,
+    Mode.SURFACE: dialect.MAV_MODE_FLAG_AUTO_ENABLED | dialect.MAV_MODE_FLAG_SAFETY_ARMED,
+    Mode.LOITER: dialect.MAV_MODE_FLAG_GUIDED_ENABLED | dialect.MAV_MODE_FLAG_SAFETY_ARMED,
+    Mode.GUIDED: dialect.MAV_MODE_FLAG_GUIDED_ENABLED | dialect.MAV_MODE_FLAG_SAFETY_ARMED,
+    Mode.RETURN: dialect.MAV_MODE_FLAG_AUTO_ENABLED | dialect.MAV_MODE_FLAG_SAFETY_ARMED,
+}
+
+
+def heartbeat(identity: Identity, mode: Mode, state: int) -> Message:
+    """HEARTBEAT of a submarine in that MAV_STATE."""
+    return dialect.MAVLink_heartbeat_message(
+        dialect.MAV_TYPE_SUBMARINE, autopilot(identity), base_mode(mode), custom_mode(identity, mode), state, 3
+    )
+
+
+def autopilot(identity: Identity) -> int:
+    """The MAV_AUTOPILOT that a link is told."""
+    return int(_AUTOPILOT[identity])
+
+
+def base_mode(mode: Mode) -> int:
+    """The MAV_MODE_FLAGs of a mode."""
+    return int(_FLAGS[mode] | dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED)
+
+
+def autopilot_version(identity: Identity) -> Message:
+    """AUTOPILOT_VERSION: what of the protocol is spoken here."""
+    nothing = bytes(8)
+    capabilities = _CAPABILITIES | _PARAM_ENCODING[identity]
+    return dialect.MAVLink_autopilot_version_message(
+        capabilities, _VERSION, 0, 0, 0, nothing, nothing, nothing, 0, 0, 0, bytes(18)
+    )

@@ -1,0 +1,31 @@
+"""What a link asks of a service: parameters, missions, files, logs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from firmware_py.mavlink.base.codec import Message
+from firmware_py.schedule import Tick
+
+Hear = Callable[[Tick, Message], None]
+
+
+class Service(Protocol):
+    """One conversation on one link; what it is about may be shared with other links."""
+
+    def hears(self) -> dict[int, Hear]:
+        """Who takes which message, by its id."""
+
+    def due(self, tick: Tick) -> list[Message]:
+        """What it says of itself now; asked in every tick in which there is room, so a few messages are enough."""
+
+
+class Keeper(Protocol):
+    """What the links share of something that stations may change for good."""
+
+    def changes(self) -> tuple[str, ...]:
+        """What has been changed since this was asked last, as `Order.changes` has it."""
+
+    def saves(self) -> list[tuple[str, bytes]]:
+        """What is to be kept since this was asked last: names of files in the state's folder, and their content."""

@@ -1,0 +1,41 @@
+"""Sentences for people as STATUSTEXT: in chunks of 50 characters, each with how much it matters."""
+
+from __future__ import annotations
+
+from firmware_py.mavlink.base.codec import Message, dialect
+
+_CHUNK = 50
+_MOST_CHUNKS = 6
+_AS_WISHED = ("ordered", "mission done", "return done", "surfaced")
+"""Of a change of mode that somebody meant, how its cause begins."""
+_ALL_LEARNED = ": learned all "
+"""What a learning manoeuvre did not teach is a warning; see `estimation.weakness.sentence`."""
+
+
+def severity(event: str) -> int:
+    """How much an event of a cycle matters, by the words that those use who say it."""
+    if " -> " in event:
+        meant = event.partition(": ")[2].startswith(_AS_WISHED)
+        return int(dialect.MAV_SEVERITY_NOTICE if meant else dialect.MAV_SEVERITY_CRITICAL)
+    if _ALL_LEARNED in event:
+        return int(dialect.MAV_SEVERITY_NOTICE)
+    return int(dialect.MAV_SEVERITY_INFO if event.startswith(("waypoint ", "ready ")) else dialect.MAV_SEVERITY_WARNING)
+
+
+class StatusTexts:
+    """Cuts sentences; those of more than one chunk are numbered, so that stations can put them together again."""
+
+    def __init__(self) -> None:
+        self._number = 0
+
+    def say(self, text: str, matters: int) -> list[Message]:
+        """The messages of a sentence. What is not ASCII becomes "?"; more than 300 characters are cut off."""
+        content = text.encode("ascii", "replace")[: _CHUNK * _MOST_CHUNKS]
+        if len(content) <= _CHUNK:
+            return [dialect.MAVLink_statustext_message(matters, content)]
+        self._number = self._number % 65535 + 1  # 0 means a sentence of one chunk
+        # A chunk with room to spare ends the sentence: one that fills its last chunk needs an empty one after it.
+        return [
+            dialect.MAVLink_statustext_message(matters, content[start : start + _CHUNK], self._number, i)
+            for i, start in enumerate(range(0, len(content) + 1, _CHUNK))
+        ]

@@ -1,0 +1,1 @@
+"""Commands from ground stations: queue, dispatch, setpoints, manual control and pre-flight actions."""

@@ -1,0 +1,142 @@
+"""COMMAND_LONG, COMMAND_INT and SET_MODE: every command gets one answer, and one that is refused a sentence first.
+
+Here are arming, modes and pausing; `Requests`, `Setpoints`, `Upkeep` and `Missions` do the other commands.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+from firmware_py.mavlink.base.codec import Message, dialect
+from firmware_py.mavlink.base.link_output import REJECTED, UNSUPPORTED, WARNING, Command, CommandRefused, Do, LinkOutput
+from firmware_py.mavlink.base.modes import KNOWN, mode_of, standard_mode
+from firmware_py.mavlink.commands.queue import CommandQueue, CommandResult, PendingCommand
+from firmware_py.records.order import Arming, Mode
+from firmware_py.schedule import Tick
+
+_SET_MODE: int = dialect.MAVLINK_MSG_ID_SET_MODE
+_NAMES = {
+    **{number: entry.name.removeprefix("MAV_CMD_") for number, entry in dialect.enums["MAV_CMD"].items()},
+    0: "MISSION_SET_CURRENT",
+    _SET_MODE: "SET_MODE",
+}
+"""Of commands, and of the two messages that are done as such."""
+
+
+class CommandDispatch:
+    """The commands of one link; `others` are those that are done elsewhere."""
+
+    def __init__(self, link: int, voice: LinkOutput, orders: CommandQueue, others: Mapping[int, Do]) -> None:
+        self._link = link
+        self._voice = voice
+        self._orders = orders
+        self._objection: Callable[[], str] = lambda: ""
+        self._do: dict[int, Do] = {
+            dialect.MAV_CMD_COMPONENT_ARM_DISARM: self._arm,
+            dialect.MAV_CMD_RUN_PREARM_CHECKS: self._check,
+            dialect.MAV_CMD_DO_SET_MODE: self._set_mode,
+            dialect.MAV_CMD_DO_SET_STANDARD_MODE: self._set_standard_mode,
+            dialect.MAV_CMD_DO_PAUSE_CONTINUE: self._pause,
+            dialect.MAV_CMD_NAV_LOITER_UNLIM: self._mode(Mode.LOITER),
+            dialect.MAV_CMD_NAV_LAND: self._mode(Mode.SURFACE),
+            dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: self._mode(Mode.RETURN),
+            **others,
+        }
+
+    def hears(self) -> dict[int, Callable[[Tick, Message], None]]:
+        """The message ids that come here."""
+        return {
+            dialect.MAVLINK_MSG_ID_COMMAND_LONG: self._long,
+            dialect.MAVLINK_MSG_ID_COMMAND_INT: self._int,
+            dialect.MAVLINK_MSG_ID_SET_MODE: self._old_set_mode,
+        }
+
+    def learn(self, others: Mapping[int, Do], objection: Callable[[], str]) -> None:
+        """More commands that are done elsewhere, and who says what is wrong with flying the mission."""
+        self._do |= others
+        self._objection = objection
+
+    def answer(self, answer: CommandResult) -> None:
+        """Says why a wish was refused, and COMMAND_ACK, unless it came by a message that is no command."""
+        wish, result, why = answer
+        if why:
+            self._refuse(wish.command, why)
+        if wish.command:
+            self._acknowledge(wish.command, result, wish.system, wish.component)
+
+    def _long(self, tick: Tick, m: Message) -> None:
+        params = (m.param1, m.param2, m.param3, m.param4, m.param5, m.param6, m.param7)
+        self._obey(tick, Command(m.get_srcSystem(), m.get_srcComponent(), m.command, m.confirmation > 0, params))
+
+    def _int(self, tick: Tick, m: Message) -> None:
+        params = (m.param1, m.param2, m.param3, m.param4, float(m.x), float(m.y), m.z)
+        self._obey(tick, Command(m.get_srcSystem(), m.get_srcComponent(), m.command, False, params, m.frame))
+
+    def _obey(self, tick: Tick, command: Command) -> None:
+        self._attempt(self._do.get(command.number), tick, command)
+
+    def _attempt(self, do: Do | None, tick: Tick, command: Command) -> None:
+        try:
+            result = UNSUPPORTED if do is None else do(tick, command)
+        except CommandRefused as refusal:
+            self._refuse(command.number, str(refusal))
+            result = refusal.result
+        if result is not None:
+            self._acknowledge(command.number, result, command.system, command.component)
+
+    def _refuse(self, number: int, why: str) -> None:
+        self._voice.tell(f"{_NAMES[number]} refused: {why}", WARNING)
+
+    def _acknowledge(self, number: int, result: int, system: int, component: int) -> None:
+        self._voice.say(dialect.MAVLink_command_ack_message(number, result, 0, 0, system, component))
+
+    def _arm(self, tick: Tick, command: Command) -> int | None:
+        """Nobody arms by force: what param2 says to that is not heard, the supervisor's checks hold."""
+        arming = {1.0: Arming.ARM, 0.0: Arming.DISARM}.get(command.params[0])
+        if arming is None:
+            raise CommandRefused(f"{command.params[0]:g} is neither to arm (1) nor to disarm (0)")
+        return self._wish(tick, command, arming, None)
+
+    def _check(self, tick: Tick, command: Command) -> None:
+        """What would be refused comes as a sentence; armed, there is nothing to check."""
+        self._wish(tick, command, Arming.CHECK, None)
+
+    def _set_mode(self, tick: Tick, command: Command) -> int | None:
+        base, custom, sub = command.params[:3]
+        if not math.isfinite(base) or not int(base) & dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
+            raise CommandRefused("only custom modes can be set")
+        mode = mode_of(custom, sub)
+        if mode is None:
+            raise CommandRefused(f"mode {custom:g}/{sub:g} is unknown; {KNOWN}")
+        return self._wish(tick, command, Arming.KEEP, mode)
+
+    def _set_standard_mode(self, tick: Tick, command: Command) -> int | None:
+        mode = standard_mode(command.params[0])
+        if mode is None:
+            raise CommandRefused(f"standard mode {command.params[0]:g} is none of this vehicle's")
+        return self._wish(tick, command, Arming.KEEP, mode)
+
+    def _old_set_mode(self, tick: Tick, m: Message) -> None:
+        """The standard has no answer to SET_MODE; as from ArduPilot, the message's id stands for the command's."""
+        params = (float(m.base_mode), float(m.custom_mode), 0.0)
+        self._attempt(self._set_mode, tick, Command(m.get_srcSystem(), m.get_srcComponent(), _SET_MODE, False, params))
+
+    def _pause(self, tick: Tick, command: Command) -> int | None:
+        mode = {0.0: Mode.LOITER, 1.0: Mode.MISSION}.get(command.params[0])
+        if mode is None:
+            raise CommandRefused(f"{command.params[0]:g} is neither to pause (0) nor to go on (1)")
+        return self._wish(tick, command, Arming.KEEP, mode)
+
+    def _mode(self, mode: Mode) -> Do:
+        def do(tick: Tick, command: Command) -> int | None:
+            return self._wish(tick, command, Arming.KEEP, mode)
+
+        return do
+
+    def _wish(self, tick: Tick, command: Command, arming: Arming, mode: Mode | None) -> int | None:
+        if mode is Mode.MISSION and (why := self._objection()):
+            raise CommandRefused(why, REJECTED)
+        who = (self._link, command.system, command.component, command.number)
+        self._orders.ask(PendingCommand(*who, arming, mode), command.again, tick.t_ns)
+        return None

@@ -1,0 +1,108 @@
+"""What is done to a vehicle that lies still: started anew, calibrated; and where it is told that its home is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Final
+
+from firmware_py.marine import geodetic_to_local
+from firmware_py.mavlink.base.codec import Message, dialect
+from firmware_py.mavlink.base.link_output import (
+    ACCEPTED,
+    REJECTED,
+    UNSUPPORTED,
+    WARNING,
+    Command,
+    CommandRefused,
+    Do,
+    LinkOutput,
+)
+from firmware_py.mavlink.commands.queue import CommandQueue
+from firmware_py.mavlink.commands.setpoints import WaterFrame
+from firmware_py.records.order import Mode
+from firmware_py.schedule import Tick
+
+_E7, _MM = 1e-7, 1e-3
+_AGREES: Final = 1.0
+"""A home so near to ours, m, is the same."""
+_HOME, _ORIGIN = dialect.MAVLINK_MSG_ID_HOME_POSITION, dialect.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN
+
+
+class PreFlight:
+    """Of one link. The home is the local frame's origin at the water's surface, and the configuration says where."""
+
+    def __init__(self, voice: LinkOutput, orders: CommandQueue, sea: WaterFrame) -> None:
+        self._voice, self._orders, self._sea = voice, orders, sea
+
+    def does(self) -> dict[int, Do]:
+        """Who does which command."""
+        return {
+            dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: self._restart,
+            dialect.MAV_CMD_PREFLIGHT_CALIBRATION: self._calibrate,
+            dialect.MAV_CMD_DO_SET_HOME: self._set_home,
+        }
+
+    def hears(self) -> dict[int, Callable[[Tick, Message], None]]:
+        """The message ids that come here."""
+        return {
+            dialect.MAVLINK_MSG_ID_SET_GPS_GLOBAL_ORIGIN: self._origin,
+            dialect.MAVLINK_MSG_ID_SET_HOME_POSITION: self._home,
+        }
+
+    def _refuse_armed(self) -> None:
+        if self._orders.mode is not Mode.DISARMED:
+            raise CommandRefused("the vehicle is armed; disarm first", REJECTED)
+
+    def _restart(self, _: Tick, command: Command) -> int:
+        """Nobody restarts an armed vehicle, by force neither."""
+        if command.params[0] == 0.0:
+            return ACCEPTED  # nothing was asked for
+        what = {1.0: "reboot", 2.0: "shutdown"}.get(command.params[0])
+        if what is None:
+            raise CommandRefused(f"{command.params[0]:g} is neither a reboot (1) nor a shutdown (2)")
+        self._refuse_armed()
+        if not self._orders.may_end:
+            raise CommandRefused("this flight is ended where it was begun")
+        self._orders.ending, self._orders.ender = what, f"{command.system}/{command.component}"
+        return ACCEPTED
+
+    def _calibrate(self, _: Tick, command: Command) -> int:
+        self._refuse_armed()
+        if not any(command.params):
+            return ACCEPTED  # nothing was asked for
+        self._voice.tell(
+            "nothing to calibrate: the AHRS does so itself, and depth is zeroed until the first arming", WARNING
+        )
+        return UNSUPPORTED
+
+    def _set_home(self, _: Tick, command: Command) -> int:
+        current, (x, y, z) = command.params[0], command.params[4:]
+        if current == 1.0:
+            raise CommandRefused("home stays at the origin of the local frame, not where the vehicle is")
+        scale = _E7 if command.frame >= 0 else 1.0
+        return self._agree(x * scale, y * scale, z, "home", _HOME)
+
+    def _home(self, _: Tick, m: Message) -> None:
+        self._agree_with(m, "home", _HOME)
+
+    def _origin(self, _: Tick, m: Message) -> None:
+        self._agree_with(m, "origin", _ORIGIN)
+
+    def _agree_with(self, m: Message, what: str, name: int) -> None:
+        try:
+            self._agree(m.latitude * _E7, m.longitude * _E7, m.altitude * _MM, what, name)
+        except CommandRefused as refusal:
+            self._voice.tell(f"{m.get_type()} refused: {refusal}", WARNING)
+
+    def _agree(self, latitude: float, longitude: float, altitude: float, what: str, name: int) -> int:
+        """Says what holds, and that it does not change for another."""
+        self._voice.show(name)
+        origin, surface = self._sea
+        if not math.isfinite(latitude + longitude + altitude):
+            raise CommandRefused(f"{latitude:g}, {longitude:g}, {altitude:g} m is no place")
+        x, y = geodetic_to_local(origin, math.radians(latitude), math.radians(longitude))
+        if math.hypot(x, y) <= _AGREES and abs(altitude - surface) <= _AGREES:
+            return ACCEPTED
+        at = f"{math.degrees(origin.latitude):.6f}, {math.degrees(origin.longitude):.6f}, {surface:g} m"
+        raise CommandRefused(f"{what} stays at {at}: [origin] and surface_altitude of the configuration say so")

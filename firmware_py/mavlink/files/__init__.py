@@ -1,0 +1,1 @@
+"""MAVLink FTP and log download over one read-only file tree."""

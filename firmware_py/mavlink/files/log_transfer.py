@@ -1,0 +1,115 @@
+"""The LOG_* protocol: the same logs as over MAVLink FTP, for stations that ask for them in the older way.
+
+Logs are numbered from 1, the oldest first. What is downloaded are the bytes of the file as it lies on the disk.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from firmware_py.mavlink.base.codec import Message, dialect
+from firmware_py.mavlink.base.link_output import WARNING, LinkOutput
+from firmware_py.mavlink.base.service import Hear
+from firmware_py.mavlink.files.tree import FileTree, LogFile, LogSnapshot, Wait
+from firmware_py.schedule import Tick
+
+_DATA = 90
+_PER_TICK = 4
+"""LOG_DATA in one tick: with three other messages they fit into one datagram."""
+_U32 = 2**32 - 1
+
+
+class LogTransfer:
+    """The conversation on one link. A new request takes the place of the one before, as stations expect."""
+
+    def __init__(self, tree: FileTree, voice: LinkOutput, armed: Callable[[], bool]) -> None:
+        """`armed` says whether the vehicle is."""
+        self._tree, self._voice, self._armed = tree, voice, armed
+        self._wanted: range | None = None
+        """The numbers whose entries were asked for, and not listed yet."""
+        self._entries: list[Message] = []
+        self._number: int | None = None
+        """Of the log that is told; `_log` once it was found, from `_offset` to `_end`."""
+        self._log: LogSnapshot | None = None
+        self._offset = self._end = 0
+
+    def hears(self) -> dict[int, Hear]:
+        """See `service.Service`."""
+        return {
+            dialect.MAVLINK_MSG_ID_LOG_REQUEST_LIST: self._list,
+            dialect.MAVLINK_MSG_ID_LOG_REQUEST_DATA: self._data,
+            dialect.MAVLINK_MSG_ID_LOG_REQUEST_END: self._stop,
+            dialect.MAVLINK_MSG_ID_LOG_ERASE: self._erase,
+        }
+
+    def due(self, tick: Tick) -> list[Message]:  # noqa: ARG002
+        """The next entries of the list, or else the next of a log."""
+        try:
+            if self._wanted is not None:
+                self._entries = _entries(self._tree.logs(), self._wanted)
+                self._wanted = None
+            if self._entries:
+                said, self._entries = self._entries[:_PER_TICK], self._entries[_PER_TICK:]
+                return said
+            return self._parts(self._number) if self._number is not None else []
+        except Wait:
+            return []
+        except OSError as error:
+            self._wanted = self._number = None
+            self._voice.tell(f"logs cannot be read: {error.strerror}", WARNING)
+            return []
+
+    def _list(self, _: Tick, message: Message) -> None:
+        self._wanted = range(message.start, message.end + 1)
+
+    def _data(self, _: Tick, message: Message) -> None:
+        if message.id != self._number:
+            self._number, self._log = message.id, None
+        self._offset, self._end = message.ofs, message.ofs + message.count
+
+    def _stop(self, _: Tick, message: Message) -> None:  # noqa: ARG002
+        self._wanted, self._entries, self._number = None, [], None
+
+    def _erase(self, tick: Tick, message: Message) -> None:
+        if self._armed():
+            self._voice.tell("logs are not erased while armed: disarm first", WARNING)
+        elif self._tree.shelf is None:
+            self._voice.tell("there are no logs to be erased", WARNING)
+        else:
+            self._stop(tick, message)
+            self._tree.shelf.erase()
+            self._voice.tell("logs are erased, but for those that may still be written", WARNING)
+
+    def _parts(self, number: int) -> list[Message]:
+        """A part that is not full is the last."""
+        log = self._log
+        if log is None:
+            logs = self._tree.logs()
+            if self._tree.shelf is None or not 0 < number <= len(logs):
+                self._number = None
+                self._voice.tell(f"there is no log {number}", WARNING)
+                return []
+            self._log = log = LogSnapshot(self._tree.shelf, logs[number - 1])
+        messages: list[Message] = []
+        while self._number is not None and len(messages) < _PER_TICK:
+            part = log.read(self._offset, min(_DATA, self._end - self._offset))
+            if part is None:
+                break
+            padded = part.ljust(_DATA, b"\0")
+            messages.append(dialect.MAVLink_log_data_message(number, self._offset, len(part), padded))
+            self._offset += len(part)
+            if len(part) < _DATA or self._offset >= min(self._end, _U32):
+                self._number = self._log = None
+        return messages
+
+
+def _entries(logs: Sequence[LogFile], wanted: range) -> list[Message]:
+    """LOG_ENTRY of each that is wanted; where there are no logs, one that says so."""
+    count = min(len(logs), 65535)
+    if not count:
+        return [dialect.MAVLink_log_entry_message(0, 0, 0, 0, 0)]
+    return [
+        dialect.MAVLink_log_entry_message(i, count, count, log.written & _U32, min(log.size, _U32))
+        for i, log in enumerate(logs[:count], 1)
+        if i in wanted
+    ]

@@ -1,0 +1,145 @@
+"""What stations may fetch of the vehicle: files that are made when they are asked for, and the logs on its disk.
+
+A disk may take longer than a cycle. So a `LogStorage` that does not have at hand what it is asked for says None, and is
+asked again in the next tick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple, Protocol
+
+LOGS = "logs"
+"""The folder of the logs."""
+
+
+class LogFile(NamedTuple):
+    """A log: its name, without a slash; bytes; when it was last written, s since 1970; whether it still is."""
+
+    name: str
+    size: int
+    written: int
+    growing: bool
+
+
+class LogStorage(Protocol):
+    """The logs, as a disk has them."""
+
+    def logs(self) -> Sequence[LogFile] | None:
+        """All of them, the oldest first; None: not known yet, ask again.
+
+        Raises:
+            OSError: they cannot be listed.
+        """
+
+    def read(self, name: str, offset: int, n: int) -> bytes | None:
+        """At most `n` bytes, fewer only at the end of what there is; None: not here yet, ask again.
+
+        Raises:
+            OSError: they cannot be read.
+        """
+
+    def erase(self) -> None:
+        """Removes all that are no longer written."""
+
+
+class Entry(NamedTuple):
+    """A line of a folder's list; a folder has no size."""
+
+    name: str
+    size: int | None
+
+
+class File(Protocol):
+    """A file that was opened."""
+
+    size: int
+
+    def read(self, offset: int, n: int) -> bytes | None:
+        """As `LogStorage.read`."""
+
+
+class MemoryFile:
+    """A file of one content for as long as it is open, so that its parts fit together."""
+
+    def __init__(self, content: bytes) -> None:
+        self._content = content
+        self.size = len(content)
+
+    def read(self, offset: int, n: int) -> bytes | None:
+        """See `LogStorage.read`."""
+        return self._content[offset : offset + n]
+
+
+class LogSnapshot:
+    """A log up to where it was when it was opened: one that grows faster than a link fetches it would have no end."""
+
+    def __init__(self, shelf: LogStorage, log: LogFile) -> None:
+        self._shelf, self._name = shelf, log.name
+        self.size = log.size
+
+    def read(self, offset: int, n: int) -> bytes | None:
+        """See `LogStorage.read`."""
+        n = min(n, self.size - offset)
+        return self._shelf.read(self._name, offset, n) if n > 0 else b""
+
+
+class Wait(Exception):
+    """What was asked for is not here yet; to be asked again in the next tick."""
+
+
+class FileTree:
+    """Both as one tree of names. A slash in front means nothing."""
+
+    def __init__(self, made: Mapping[str, Callable[[], bytes]], shelf: LogStorage | None = None) -> None:
+        """`made` has who makes which file; what is behind a "?" in a name is a way to ask for it, and not listed."""
+        self._made = made
+        self.shelf = shelf
+        """Where the logs are, once that is known."""
+
+    def list(self, path: str) -> list[Entry] | None:
+        """What is in a folder, by name; None if there is no such folder.
+
+        Raises:
+            Wait: not known yet.
+            OSError: it cannot be listed.
+        """
+        folder = path.strip("/.")
+        if folder == LOGS and self.shelf is not None:
+            return [Entry(log.name, log.size) for log in self.logs()]
+        begin = f"{folder}/" if folder else ""
+        found: dict[str, Entry] = {}
+        for name, make in self._made.items():
+            if name.startswith(begin) and "?" not in name:
+                first, _, rest = name[len(begin) :].partition("/")
+                found[first] = Entry(first, None if rest else len(make()))
+        if not folder and self.shelf is not None:
+            found[LOGS] = Entry(LOGS, None)
+        return [found[name] for name in sorted(found)] if found or not folder else None
+
+    def open(self, path: str) -> File | None:
+        """A file; None if there is no such file.
+
+        Raises:
+            Wait: not known yet.
+            OSError: it cannot be read.
+        """
+        name = path.lstrip("/")
+        if name in self._made:
+            return MemoryFile(self._made[name]())
+        folder, _, rest = name.partition("/")
+        if folder != LOGS or self.shelf is None:
+            return None
+        return next((LogSnapshot(self.shelf, log) for log in self.logs() if log.name == rest), None)
+
+    def logs(self) -> Sequence[LogFile]:
+        """The logs, the oldest first.
+
+        Raises:
+            Wait: not known yet.
+            OSError: they cannot be listed.
+        """
+        logs = self.shelf.logs() if self.shelf is not None else ()
+        if logs is None:
+            raise Wait
+        return logs

@@ -1,0 +1,1 @@
+"""The parameter protocol: the store, transfer, the packed file and component metadata."""

@@ -1,0 +1,1 @@
+"""Missions, fences and rally points: items, checks, upload, download and storage."""

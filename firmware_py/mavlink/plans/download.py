@@ -1,0 +1,106 @@
+"""How stations read plans: the half of the mission protocol that changes nothing."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from firmware_py.mavlink.base.codec import Message, dialect
+from firmware_py.mavlink.base.link_output import LinkOutput
+from firmware_py.mavlink.base.message_extensions import ExtendedMessage
+from firmware_py.mavlink.base.service import Hear
+from firmware_py.mavlink.plans.items import ACCEPTED, UNSUPPORTED, RawItem, at, degrees
+from firmware_py.mavlink.plans.plan_builder import MISSION, NAMES, Plan
+from firmware_py.mavlink.plans.plan_store import PlanStore
+from firmware_py.schedule import Tick
+
+_SEQUENCE: int = dialect.MAV_MISSION_INVALID_SEQUENCE
+_JUMP: int = dialect.MAV_CMD_DO_JUMP
+_MOST_READERS = 8
+
+
+class Sender(NamedTuple):
+    """Who speaks, and of which plan."""
+
+    system: int
+    component: int
+    kind: int
+
+
+class PlanDownload:
+    """Of one link; with a `home` that is item 0 of a mission."""
+
+    def __init__(self, chart: PlanStore, voice: LinkOutput, home: bool) -> None:
+        self._chart, self._voice, self._home = chart, voice, home
+        self._reading: dict[Sender, Plan] = {}
+
+    def hears(self) -> dict[int, Hear]:
+        """See `service.Service`."""
+        return {
+            dialect.MAVLINK_MSG_ID_MISSION_REQUEST_LIST: self._list,
+            dialect.MAVLINK_MSG_ID_MISSION_REQUEST_INT: self._request,
+            dialect.MAVLINK_MSG_ID_MISSION_REQUEST: self._request,
+        }
+
+    def forget(self, sender: Sender) -> None:
+        """It has read all that it wanted."""
+        self._reading.pop(sender, None)
+
+    def first(self, kind: int) -> int:
+        """The number of the first item that is kept."""
+        return int(self._home and kind == MISSION)
+
+    def _list(self, _: Tick, m: Message) -> None:
+        """What a station reads stays as it was when it asked how much there is."""
+        sender = sender_of(m)
+        if sender.kind not in NAMES:
+            self._refuse(sender, UNSUPPORTED)
+            return
+        plan = self._chart.plans[sender.kind]
+        self._reading.pop(sender, None)
+        self._reading[sender] = plan
+        if len(self._reading) > _MOST_READERS:
+            del self._reading[next(iter(self._reading))]
+        count = len(plan.items) + self.first(sender.kind) if plan.items else 0
+        self._voice.say(
+            ExtendedMessage(dialect.MAVLink_mission_count_message(*sender[:2], count, sender.kind), plan.ident)
+        )
+
+    def _request(self, _: Tick, m: Message) -> None:
+        sender = sender_of(m)
+        if sender.kind not in NAMES:
+            self._refuse(sender, UNSUPPORTED)
+            return
+        items = self._reading.get(sender, self._chart.plans[sender.kind]).items
+        first = self.first(sender.kind)
+        if not items or m.seq >= len(items) + first:
+            self._refuse(sender, _SEQUENCE)
+            return
+        raw = items[m.seq - first] if m.seq >= first else self._home_item()
+        if raw.command == _JUMP:
+            raw = raw._replace(p1=raw.p1 + first)
+        current = int(m.seq == first and sender.kind == MISSION)
+        head = (*sender[:2], m.seq, raw.frame, raw.command, current, raw.autocontinue, *raw.params)
+        if m.get_msgId() == dialect.MAVLINK_MSG_ID_MISSION_REQUEST:
+            item = dialect.MAVLink_mission_item_message(*head, *degrees(raw), raw.z, sender.kind)
+        else:
+            item = dialect.MAVLink_mission_item_int_message(*head, raw.x, raw.y, raw.z, sender.kind)
+        self._voice.say(item)
+
+    def _home_item(self) -> RawItem:
+        sea = self._chart.sea
+        command, frame = dialect.MAV_CMD_NAV_WAYPOINT, dialect.MAV_FRAME_GLOBAL
+        return RawItem(command, frame, 1, 0.0, 0.0, 0.0, 0.0, *at(sea, 0.0, 0.0), sea.surface)
+
+    def _refuse(self, sender: Sender, code: int) -> None:
+        self._voice.say(acknowledgement(self._chart, sender, code))
+
+
+def acknowledgement(chart: PlanStore, sender: Sender, code: int) -> ExtendedMessage:
+    """MISSION_ACK, with the identity of the plan that stands if all is well."""
+    ident = chart.plans[sender.kind].ident if sender.kind in NAMES and code == ACCEPTED else 0
+    return ExtendedMessage(dialect.MAVLink_mission_ack_message(*sender[:2], code, sender.kind), ident)
+
+
+def sender_of(m: Message) -> Sender:
+    """Who sent a message."""
+    return Sender(m.get_srcSystem(), m.get_srcComponent(), m.mission_type)

@@ -1,0 +1,193 @@
+"""An item of a plan (mission, fence, rally points) as stations send it, and where it is in the local frame."""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from typing import NamedTuple
+
+from firmware_py.marine import Eta, local_to_geodetic
+from firmware_py.mavlink.base.codec import Message, dialect
+from firmware_py.mavlink.base.link_output import NO_FRAME, CommandRefused
+from firmware_py.mavlink.commands.setpoints import WaterFrame
+from firmware_py.records.fence import NO_FENCE, Fence
+from firmware_py.records.turning import AS_ASKED, Turning
+
+ACCEPTED: int = dialect.MAV_MISSION_ACCEPTED
+ERROR: int = dialect.MAV_MISSION_ERROR
+UNSUPPORTED: int = dialect.MAV_MISSION_UNSUPPORTED
+UNSUPPORTED_FRAME: int = dialect.MAV_MISSION_UNSUPPORTED_FRAME
+INVALID: int = dialect.MAV_MISSION_INVALID
+INVALID_PARAMS: tuple[int, ...] = (
+    dialect.MAV_MISSION_INVALID_PARAM1,
+    dialect.MAV_MISSION_INVALID_PARAM2,
+    dialect.MAV_MISSION_INVALID_PARAM3,
+    dialect.MAV_MISSION_INVALID_PARAM4,
+    dialect.MAV_MISSION_INVALID_PARAM5_X,
+    dialect.MAV_MISSION_INVALID_PARAM6_Y,
+    dialect.MAV_MISSION_INVALID_PARAM7,
+)
+RELATIVE: int = dialect.MAV_FRAME_GLOBAL_RELATIVE_ALT
+TERRAIN: int = dialect.MAV_FRAME_GLOBAL_TERRAIN_ALT
+MISSION_FRAME: int = dialect.MAV_FRAME_MISSION
+_LOCAL, _OFFSET = dialect.MAV_FRAME_LOCAL_NED, dialect.MAV_FRAME_LOCAL_OFFSET_NED
+_TERRAIN = (TERRAIN, dialect.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT)
+_GLOBAL = (0, 5, 3, 6, *_TERRAIN)
+_E7, _E4 = 1e7, 1e4
+_INT_MAX = 2**31 - 1
+_PACKED = struct.Struct("<HBB4fiif")
+
+
+class ItemRefused(Exception):
+    """Why an item is not taken, as MAV_MISSION_RESULT and as a sentence."""
+
+    def __init__(self, code: int, because: str) -> None:
+        super().__init__(because)
+        self.code = code
+
+
+class RawItem(NamedTuple):
+    """An item as MISSION_ITEM_INT says it, without its number; `x` and `y` in units of 1e-7 deg or 1e-4 m."""
+
+    command: int
+    frame: int
+    autocontinue: int
+    p1: float
+    p2: float
+    p3: float
+    p4: float
+    x: int
+    y: int
+    z: float
+
+    @property
+    def params(self) -> tuple[float, float, float, float]:
+        """The first four."""
+        return self.p1, self.p2, self.p3, self.p4
+
+    @property
+    def text(self) -> str:
+        """As JSON, NaN as null."""
+        return json.dumps([None if value != value else value for value in self])
+
+    @property
+    def packed(self) -> bytes:
+        """The same numbers are always the same bytes."""
+        return _PACKED.pack(*self)
+
+
+class Limits(NamedTuple):
+    """What no item of a mission may go beyond: depth and altitude, m, and the fence; and how wide its circles are."""
+
+    depth_max: float = math.inf
+    altitude_min: float = 0.0
+    fence: Fence = NO_FENCE
+    turning: Turning = AS_ASKED
+
+
+def raw_of(message: Message) -> RawItem:
+    """The item of MISSION_ITEM_INT, or of MISSION_ITEM, whose places are numbers of degrees or metres."""
+    x, y = message.x, message.y
+    if message.get_msgId() == dialect.MAVLINK_MSG_ID_MISSION_ITEM:
+        scale = _E7 if message.frame in _GLOBAL else _E4 if message.frame in (_LOCAL, _OFFSET) else 1.0
+        x, y = (_int32(value * scale) for value in (x, y))
+    params = (message.param1, message.param2, message.param3, message.param4)
+    return RawItem(message.command, message.frame, message.autocontinue, *params, x, y, message.z)
+
+
+def from_json(row: list[float | None]) -> RawItem:
+    """The item that `RawItem.text` made the row of.
+
+    Raises:
+        TypeError: a row of another length, or with what a field cannot hold.
+    """
+    raw = RawItem(*[math.nan if value is None else value for value in row])  # type: ignore[arg-type]
+    try:
+        _PACKED.pack(*raw)
+    except struct.error as error:
+        raise TypeError(str(error)) from None
+    return raw
+
+
+def degrees(raw: RawItem) -> tuple[float, float]:
+    """x and y as MISSION_ITEM has them."""
+    scale = _E7 if raw.frame in _GLOBAL else _E4 if raw.frame == _LOCAL else 1.0
+    return raw.x / scale, raw.y / scale
+
+
+def has_place(raw: RawItem) -> bool:
+    """False where the item leaves it open where it is: nowhere, or at latitude and longitude 0."""
+    return _INT_MAX not in (raw.x, raw.y) and not (raw.frame in _GLOBAL and raw.x == raw.y == 0)
+
+
+def place(raw: RawItem, sea: WaterFrame) -> tuple[float, float]:
+    """(x, y), m.
+
+    Raises:
+        Refused: a frame that is not known here, or no place.
+    """
+    if raw.frame not in (*_GLOBAL, _LOCAL):
+        raise ItemRefused(UNSUPPORTED_FRAME, f"frame {raw.frame} is not known here; use a global one or LOCAL_NED")
+    if raw.frame == _LOCAL:
+        return raw.x / _E4, raw.y / _E4  # int32 in 1e-4 m ends at 215 km
+    try:
+        return sea.place(raw.x / _E7, raw.y / _E7)
+    except CommandRefused as refusal:
+        at = INVALID_PARAMS[5] if abs(raw.y) > 180 * _E7 else INVALID_PARAMS[4]
+        raise ItemRefused(at, str(refusal)) from None
+
+
+def depth(raw: RawItem, sea: WaterFrame) -> tuple[float, bool]:
+    """Depth, m, and False; or altitude above the bottom, m, and True.
+
+    Raises:
+        Refused: above the water, or no number.
+    """
+    bad = INVALID_PARAMS[6]
+    if not math.isfinite(raw.z):
+        raise ItemRefused(bad, f"{raw.z:g} is no height")
+    if raw.frame in _TERRAIN:
+        return raw.z, True
+    try:
+        return sea.depth(raw.frame, raw.z), False
+    except CommandRefused as refusal:
+        raise ItemRefused(UNSUPPORTED_FRAME if refusal.result == NO_FRAME else bad, str(refusal)) from None
+
+
+def settled(raw: RawItem, here: Eta | None) -> RawItem:
+    """The item in LOCAL_NED, where it is an offset from the vehicle, which is `here`; None where nobody knows.
+
+    Raises:
+        Refused: nobody knows, or it is too far off.
+    """
+    if raw.frame != _OFFSET:
+        return raw
+    if here is None:
+        unknown = "an offset from the vehicle, whose place is not known; use a global frame or LOCAL_NED"
+        raise ItemRefused(UNSUPPORTED_FRAME, unknown)
+    x, y = _int32(raw.x + here.x * _E4), _int32(raw.y + here.y * _E4)
+    if _INT_MAX in (raw.x, raw.y, x, y):
+        raise ItemRefused(INVALID_PARAMS[4], "the offset is no place")
+    return raw._replace(frame=_LOCAL, x=x, y=y, z=raw.z + here.z)
+
+
+def at(sea: WaterFrame, x: float, y: float) -> tuple[int, int]:
+    """Latitude and longitude of (x, y), m, in 1e-7 deg."""
+    latitude, longitude = local_to_geodetic(sea.origin, x, y)
+    return round(math.degrees(latitude) * _E7), round(math.degrees(longitude) * _E7)
+
+
+def refuse_infinite(raw: RawItem) -> None:
+    """NaN leaves a parameter open.
+
+    Raises:
+        Refused: one of the first four is infinite.
+    """
+    for value, code in zip(raw.params, INVALID_PARAMS, strict=False):
+        if math.isinf(value):
+            raise ItemRefused(code, "a parameter is infinite")
+
+
+def _int32(value: float) -> int:
+    return round(value) if math.isfinite(value) and abs(value) < _INT_MAX else _INT_MAX

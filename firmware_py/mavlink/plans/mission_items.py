@@ -1,0 +1,252 @@
+"""Missions as stations write them, in both directions: MAVLink items to the core's steps, and back.
+
+Each item that is flown becomes one step. A change of speed holds for what is written behind it, and becomes none.
+Learning manoeuvres are MAV_CMD_USER_1 in MAV_FRAME_MISSION: param1 0 zigzag, 1 doublets, 2 PRBS; param2 seconds;
+param3 and param4 stern plane and rudder, deg; x and y of doublets and PRBS clock in ms and shift register, of a zigzag
+pitch and heading in 1e-3 deg. 0 is `Manoeuvre`'s own number, NaN too; an angle of -1 leaves the fin still.
+
+A fin vehicle cannot stay at a place: a waypoint with a time to hold becomes a circle about it, flown for so long.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+
+from firmware_py.mavlink.base.codec import dialect
+from firmware_py.mavlink.commands.setpoints import WaterFrame
+from firmware_py.mavlink.plans.items import (
+    INVALID_PARAMS,
+    MISSION_FRAME,
+    RELATIVE,
+    TERRAIN,
+    UNSUPPORTED,
+    ItemRefused,
+    Limits,
+    RawItem,
+    at,
+    depth,
+    has_place,
+    place,
+    refuse_infinite,
+)
+from firmware_py.mavlink.plans.path_check import PathCheck
+from firmware_py.params import ParamError, dump, load
+from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mission, Prepared, Step, Surface, Waypoint
+
+_LEARN: int = dialect.MAV_CMD_USER_1
+_SPEED: int = dialect.MAV_CMD_DO_CHANGE_SPEED
+_KEEP_SPEED, _OWN_SPEED = -1.0, -2.0
+_SPEED_TYPES = (dialect.SPEED_TYPE_AIRSPEED, dialect.SPEED_TYPE_GROUNDSPEED)
+_FASTEST, _WIDEST, _MOST_TURNS, _LONGEST, _MOST_TIMES = 100.0, 1000.0, 1e4, 1e6, 1e4
+_SHORT_HOLD = 1.0
+"""Stations write so short a stay, s, for a place that is not flown through: it is none."""
+_KINDS = (Kind.ZIGZAG, Kind.DOUBLETS, Kind.PRBS)
+
+
+class MissionBuilder:
+    """A mission that comes item by item; work is done as they come, so that the last one costs no more than others."""
+
+    def __init__(self, sea: WaterFrame, limits: Limits) -> None:
+        self._sea, self._course = sea, PathCheck(limits)
+        self.steps: list[Step] = []
+        self.at: list[int] = []
+        """Of each step the item that it was made of."""
+        self._count = 0
+        self._speed = 0.0
+        self._waypoints: list[str] = []
+        self._above: list[int] = []
+        self._manoeuvres: list[str] = []
+        self._do: dict[int, Callable[[RawItem], list[Step]]] = {
+            dialect.MAV_CMD_NAV_WAYPOINT: self._waypoint,
+            dialect.MAV_CMD_NAV_LOITER_UNLIM: self._loiter,
+            dialect.MAV_CMD_NAV_LOITER_TURNS: self._loiter,
+            dialect.MAV_CMD_NAV_LOITER_TIME: self._loiter,
+            dialect.MAV_CMD_NAV_LAND: self._land,
+            dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: lambda _: [Surface(rally=True)],
+            dialect.MAV_CMD_DO_JUMP: self._jump,
+            _SPEED: self._change_speed,
+            _LEARN: self._learn,
+        }
+
+    def add(self, raw: RawItem) -> None:
+        """Takes the next item.
+
+        Raises:
+            Refused: it cannot be flown.
+        """
+        do = self._do.get(raw.command)
+        if do is None:
+            raise ItemRefused(UNSUPPORTED, f"command {raw.command} is none of this vehicle's missions")
+        refuse_infinite(raw)
+        for step in do(raw):
+            self._course.look(self._count, step)
+            if isinstance(step, Waypoint):
+                if step.above:
+                    self._above.append(len(self._waypoints))
+                self._waypoints.append(json.dumps(step[:4]))
+            elif isinstance(step, Manoeuvre):
+                self._manoeuvres.append(json.dumps({"after": len(self._waypoints), **dump(step)}))
+            self.steps.append(step)
+            self.at.append(self._count)
+        self._count += 1
+
+    def finish(self) -> str:
+        """The document for the core.
+
+        Raises:
+            Refused: a jump to where no item is.
+        """
+        others = []
+        for i, step in enumerate(self.steps):
+            if isinstance(step, Jump):
+                if step.to >= self._count:
+                    raise ItemRefused(INVALID_PARAMS[0], f"jumps to item {step.to}, of {self._count}")
+                step = self.steps[i] = Jump(self.step_of(step.to), step.times)
+            if not isinstance(step, Waypoint | Manoeuvre):
+                others.append([i, type(step).__name__.lower(), *step])
+        parts = f'"waypoints": [{", ".join(self._waypoints)}], "manoeuvres": [{", ".join(self._manoeuvres)}]'
+        parts += f', "above": {self._above}' if self._above else ""
+        parts += f', "others": {json.dumps(others)}' if others else ""
+        return Prepared(f'{{"mission": {{{parts}}}}}', Mission(tuple(self.steps)))
+
+    def step_of(self, item: int) -> int:
+        """The first step that was made of an item or of one behind it."""
+        return next((i for i, at in enumerate(self.at) if at >= item), len(self.at))
+
+    def _waypoint(self, raw: RawItem) -> list[Step]:
+        place_and_pace = (*place(raw, self._sea), *self._depth_and_pace(raw))
+        if raw.p1 > _SHORT_HOLD:
+            return [Loiter(*place_and_pace, 0.0, 0.0, _between(raw.p1, 0.0, _LONGEST, 0, "seconds"))]
+        return [Waypoint(*place_and_pace)]
+
+    def _loiter(self, raw: RawItem) -> list[Step]:
+        turns = duration = 0.0
+        if raw.command == dialect.MAV_CMD_NAV_LOITER_TURNS:
+            turns = _between(raw.p1, 0.01, _MOST_TURNS, 0, "turns")
+        elif raw.command == dialect.MAV_CMD_NAV_LOITER_TIME:
+            duration = _between(raw.p1, 0.01, _LONGEST, 0, "seconds")
+        radius = 0.0 if math.isnan(raw.p3) else _between(raw.p3, -_WIDEST, _WIDEST, 2, "metres of radius")
+        if has_place(raw):
+            x, y = place(raw, self._sea)
+        else:
+            x, y = self._place_before()
+        return [Loiter(x, y, *self._depth_and_pace(raw), radius, turns, duration)]
+
+    def _land(self, raw: RawItem) -> list[Step]:
+        """At a place, or where the vehicle is by then."""
+        if not has_place(raw):
+            return [Surface()]
+        return [*self._waypoint(raw._replace(p1=0.0)), Surface()]
+
+    def _jump(self, raw: RawItem) -> list[Step]:
+        """To an item, until `finish` knows its step."""
+        to, times = _between(raw.p1, 0.0, 65535.0, 0, "an item"), _between(raw.p2, -1.0, _MOST_TIMES, 1, "times")
+        return [Jump(int(to), int(times))]
+
+    def _change_speed(self, raw: RawItem) -> list[Step]:
+        if raw.p1 not in _SPEED_TYPES:
+            raise ItemRefused(INVALID_PARAMS[0], f"speed type {raw.p1:g}: only speed ahead (0 or 1) can be changed")
+        if raw.p2 == _OWN_SPEED:
+            self._speed = 0.0
+        elif raw.p2 != _KEEP_SPEED:
+            self._speed = _between(raw.p2, 0.01, _FASTEST, 1, "m/s ahead")
+        return []
+
+    def _learn(self, raw: RawItem) -> list[Step]:
+        if raw.p1 not in range(len(_KINDS)):
+            raise ItemRefused(INVALID_PARAMS[0], f"manoeuvre {raw.p1:g}: 0 zigzag, 1 doublets, 2 PRBS")
+        kind = _KINDS[int(raw.p1)]
+        keys = {"duration_s": raw.p2, "delta_s_deg": raw.p3, "delta_r_deg": raw.p4}
+        if kind is Kind.ZIGZAG:
+            keys |= {"pitch_deg": raw.x * 1e-3, "heading_deg": raw.y * 1e-3}
+        else:
+            keys |= {"clock_s": raw.x * 1e-3, "register": raw.y}
+        given = {key: 0.0 if value == -1.0 else value for key, value in keys.items() if value == value and value}
+        table = {"kind": kind.name.lower(), **given, "speed_m_s": self._speed}
+        try:
+            return [load(Manoeuvre, table, "manoeuvre")]
+        except ParamError as error:
+            numbers = {
+                "duration_s": 1,
+                "delta_s_deg": 2,
+                "delta_r_deg": 3,
+                "clock_s": 4,
+                "pitch_deg": 4,
+                "speed_m_s": 1,
+            }
+            number = next((n for key, n in numbers.items() if key in str(error)), 5)
+            raise ItemRefused(INVALID_PARAMS[number], str(error)) from None
+
+    def _depth_and_pace(self, raw: RawItem) -> tuple[float, float, bool]:
+        z, above = depth(raw, self._sea)
+        return z, self._speed, above
+
+    def _place_before(self) -> tuple[float, float]:
+        for step in reversed(self.steps):
+            if isinstance(step, Waypoint | Loiter):
+                return step.x, step.y
+        raise ItemRefused(INVALID_PARAMS[4], "no place is given, and no item before it has one")
+
+
+def items_of(mission: Mission, sea: WaterFrame) -> list[RawItem]:
+    """The items that `MissionBuilder` makes a mission of."""
+    raws: list[RawItem] = []
+    number: list[int] = []
+    speed = 0.0
+    for step in mission.items:
+        number.append(len(raws))
+        wanted = _speed_of(step)
+        if wanted is not None and wanted != speed:
+            raws.append(_raw(_SPEED, MISSION_FRAME, 1.0, wanted or _OWN_SPEED))
+            speed = wanted
+        raws.append(_item_of(step, sea))
+    return [
+        raw._replace(p1=float(number[int(raw.p1)])) if raw.command == dialect.MAV_CMD_DO_JUMP else raw for raw in raws
+    ]
+
+
+def _item_of(step: Step, sea: WaterFrame) -> RawItem:
+    if isinstance(step, Waypoint):
+        return _raw(dialect.MAV_CMD_NAV_WAYPOINT, *_placed(step, sea))
+    if isinstance(step, Loiter):
+        command = dialect.MAV_CMD_NAV_LOITER_TIME if step.duration else dialect.MAV_CMD_NAV_LOITER_UNLIM
+        command = dialect.MAV_CMD_NAV_LOITER_TURNS if step.turns else command
+        frame, *_, x, y, z = _placed(step, sea)
+        return _raw(command, frame, step.turns or step.duration, 0.0, step.radius, math.nan, x, y, z)
+    if isinstance(step, Jump):
+        return _raw(dialect.MAV_CMD_DO_JUMP, MISSION_FRAME, float(step.to), float(step.times))
+    if isinstance(step, Surface):
+        rally = dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH
+        return _raw(rally if step.rally else dialect.MAV_CMD_NAV_LAND, RELATIVE)
+    table = dump(step)
+    keys = ("pitch_deg", "heading_deg") if step.kind is Kind.ZIGZAG else ("clock_s", "register")
+    x, y = (round(table[key] * (1 if key == "register" else 1000)) for key in keys)
+    delta_s, delta_r = (table[key] or -1.0 for key in ("delta_s_deg", "delta_r_deg"))
+    return _raw(_LEARN, MISSION_FRAME, float(_KINDS.index(step.kind)), step.duration, delta_s, delta_r, x, y)
+
+
+def _placed(step: Waypoint | Loiter, sea: WaterFrame) -> tuple[int, float, float, float, float, int, int, float]:
+    """Frame to z of an item."""
+    frame = TERRAIN if step.above else RELATIVE
+    return frame, 0.0, 0.0, 0.0, math.nan, *at(sea, step.x, step.y), step.z if step.above else -step.z
+
+
+def _speed_of(step: Step) -> float | None:
+    if isinstance(step, Manoeuvre):
+        return step.speed
+    return step.u if isinstance(step, Waypoint | Loiter) else None
+
+
+def _raw(
+    command: int, frame: int, p1: float = 0.0, p2: float = 0.0, p3: float = 0.0, p4: float = 0.0,
+    x: int = 0, y: int = 0, z: float = 0.0,
+) -> RawItem:  # fmt: skip
+    return RawItem(command, frame, 1, p1, p2, p3, p4, x, y, z)
+
+
+def _between(value: float, low: float, high: float, param: int, what: str) -> float:
+    if not low <= value <= high:
+        raise ItemRefused(INVALID_PARAMS[param], f"{value:g} {what}: must be in [{low:g}, {high:g}]")
+    return value

@@ -1,0 +1,145 @@
+"""A mission's ways from place to place, beside the fence and the limits: looked at item by item, jumps among them.
+
+How the vehicle comes to the first place is known when the mission is started; `first_way` looks at that. What nobody
+knows beforehand is left to the supervisor, who watches the vehicle wherever it is: the way on from a manoeuvre, the way
+to a rally point (which is chosen on the way there: `fence.haven`), circles that a speed ordered meanwhile widens, how
+far a corner is rounded.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from firmware_py.mavlink.plans.items import INVALID, INVALID_PARAMS, ItemRefused, Limits
+from firmware_py.records.fence import Fence
+from firmware_py.records.order import Jump, Loiter, Step, Surface, Waypoint
+
+_HIGHEST = 6000.0
+_LEEWAY = 1.0 / 12.0
+"""So much of its radius a circle may be missed by, to either side."""
+_MOST_WAYS = 16
+"""To one item, by jumps forward: what an item costs is bounded."""
+
+
+class _Spot(NamedTuple):
+    """A place, m, and the radius of the circle around it that is flown there; 0 of a waypoint."""
+
+    x: float
+    y: float
+    radius: float
+
+
+class PathCheck:
+    """Remembers from where the next item may be come to."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._spots: list[tuple[int, _Spot]] = []
+        self._from: set[_Spot] = set()
+        self._ahead: dict[int, set[_Spot]] = {}
+
+    def look(self, number: int, step: Step) -> None:
+        """Looks at the next step, made of the item of that number, by which jumps name it too.
+
+        Raises:
+            Refused: it is too deep, too near to the bottom or beyond the fence, or the way to it is.
+        """
+        for to in [to for to in self._ahead if to <= number]:
+            self._from |= self._ahead.pop(to)
+        if isinstance(step, Jump):
+            if step.times != 0:
+                self._leap(number, step)
+        elif isinstance(step, Waypoint | Loiter):
+            self._come(number, step)
+        elif isinstance(step, Surface):
+            self._from = set()
+
+    def _come(self, number: int, step: Waypoint | Loiter) -> None:
+        limits = self._limits
+        if step.above and not limits.altitude_min <= step.z <= _HIGHEST:
+            raise ItemRefused(INVALID_PARAMS[6], f"{step.z:g} m above the bottom, floor {limits.altitude_min:g} m")
+        if not step.above and step.z > limits.depth_max:
+            raise ItemRefused(INVALID_PARAMS[6], f"depth {step.z:.1f} m, limit {limits.depth_max:g} m")
+        spot = _spot(step, limits)
+        if why := _around(spot, limits.fence):
+            raise ItemRefused(INVALID_PARAMS[4], why)
+        for start in self._from:
+            self._go(start, spot, "the way to it")
+        self._from = {spot}
+        self._spots.append((number, spot))
+
+    def _leap(self, number: int, jump: Jump) -> None:
+        """Back to a place that is known, or on to the one that comes next behind an item."""
+        at = bisect_left(self._spots, jump.to, key=lambda spot: spot[0])
+        if at < len(self._spots):
+            for start in self._from:
+                self._go(start, self._spots[at][1], "the way back")
+        elif jump.to > number:
+            ways = self._ahead.setdefault(jump.to, set())
+            ways |= self._from
+            if len(ways) > _MOST_WAYS:
+                raise ItemRefused(INVALID, f"from more than {_MOST_WAYS} places jumps lead to one item")
+        if jump.times < 0:
+            self._from = set()
+
+    def _go(self, start: _Spot, end: _Spot, way: str) -> None:
+        if why := _barred(start, end, self._limits):
+            raise ItemRefused(INVALID_PARAMS[4], f"{way} is {why}")
+
+
+def first_way(steps: Sequence[Step], at: int, x: float, y: float, limits: Limits) -> tuple[int, str] | None:
+    """What is wrong with the straight way from (x, y), m, to the first place that is flown to from a step on.
+
+    Returns:
+        The step that is there, and why not; None if nothing is wrong, or nobody knows beforehand.
+    """
+    for _ in steps:
+        step = steps[at] if at < len(steps) else None
+        if isinstance(step, Waypoint | Loiter):
+            why = _barred(_Spot(x, y, 0.0), _spot(step, limits), limits)
+            return (at, why) if why else None
+        if not isinstance(step, Jump):
+            break
+        at = step.to if step.times != 0 else at + 1
+    return None
+
+
+def guided_way(here: tuple[float, float] | None, x: float, y: float, u: float, limits: Limits) -> str:
+    """What is wrong with circling about (x, y), m, at u, m/s (0 of the cruising speed), and with the way there.
+
+    `here` is where the vehicle is, None where nobody knows.
+    """
+    turning = limits.turning
+    spot = _Spot(x, y, turning.radius(0.0, turning.speed(u)))
+    if why := limits.fence.breach(x, y):
+        return f"the place is {why}"
+    if why := _around(spot, limits.fence):
+        return f"the circle around the place, {spot.radius:.0f} m wide to all sides, is {why}"
+    if here is not None and not limits.fence.breach(*here) and (why := _barred(_Spot(*here, 0.0), spot, limits)):
+        return f"the way to the place is {why}"
+    return ""
+
+
+def _spot(step: Waypoint | Loiter, limits: Limits) -> _Spot:
+    turning = limits.turning
+    radius = turning.radius(step.radius, turning.speed(step.u)) if isinstance(step, Loiter) else 0.0
+    return _Spot(step.x, step.y, radius)
+
+
+def _around(spot: _Spot, fence: Fence) -> str:
+    """What is wrong with a circle, or with its centre if it has no radius."""
+    if spot.radius == 0.0:
+        return fence.breach(spot.x, spot.y)
+    rims = (fence.ringed(spot.x, spot.y, spot.radius * share) for share in (1.0, 1.0 - _LEEWAY, 1.0 + _LEEWAY))
+    return next((why for why in rims if why), "")
+
+
+def _barred(start: _Spot, end: _Spot, limits: Limits) -> str:
+    """From where a circle is left to where the next one is joined, which is on the line of their centres."""
+    dx, dy = end.x - start.x, end.y - start.y
+    far = math.hypot(dx, dy) or 1.0
+    left, joined = start.radius / far, 1.0 - end.radius / far
+    return limits.fence.barred(start.x + left * dx, start.y + left * dy, start.x + joined * dx, start.y + joined * dy)

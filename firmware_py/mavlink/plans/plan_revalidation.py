@@ -1,0 +1,53 @@
+"""A second look at the mission that stands, once the fence or a limit is another one: a few steps in each tick."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from firmware_py.mavlink.plans.items import ItemRefused, Limits
+from firmware_py.mavlink.plans.path_check import PathCheck
+from firmware_py.records.order import Step
+
+_STEPS_PER_TICK = 4
+
+
+class PlanRevalidation:
+    """`wrong` is the first item that should not be flown, and why; None if there is none, or as long as it looks."""
+
+    def __init__(self) -> None:
+        self.wrong: tuple[int, str] | None = None
+        self._left: Iterator[tuple[int, str] | None] = iter(())
+        self.going = False
+
+    def begin(self, steps: Sequence[Step], at: Sequence[int], limits: Limits) -> None:
+        """Looks at all steps from the first on; `at` has of each the item that it was made of."""
+        self.wrong, self.going = None, True
+        self._left = _looks(tuple(steps), tuple(at), limits)
+
+    def forget(self) -> None:
+        """There is nothing to look at: the mission was looked at as it came."""
+        self.wrong, self.going = None, False
+
+    def go_on(self) -> bool:
+        """Looks at the next few steps; True if something is wrong with one of them."""
+        for _ in range(_STEPS_PER_TICK):
+            if not self.going:
+                return False
+            try:
+                self.wrong = next(self._left)
+            except StopIteration:
+                self.going = False
+            if self.wrong is not None:
+                self.going = False
+                return True
+        return False
+
+
+def _looks(steps: Sequence[Step], at: Sequence[int], limits: Limits) -> Iterator[tuple[int, str] | None]:
+    course = PathCheck(limits)
+    for i, step in enumerate(steps):  # the jumps of a whole mission name steps
+        try:
+            course.look(i, step)
+        except ItemRefused as refused:
+            yield at[i], str(refused)
+        yield None

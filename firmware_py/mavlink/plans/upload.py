@@ -1,0 +1,294 @@
+"""The mission protocol: missions, fences and rally points, up, down and away; a conversation on each link.
+
+A plan is sent item by item, each asked for by its number, and taken when the last one has come; until then the old one
+stands. An item that cannot be taken ends the transfer, with a code and a sentence. What is asked for and does not come
+is asked for again, so that of lost packets only time is lost; the standard's five tries would fail one transfer in ten
+of 2,000 items over a link that loses every tenth packet, so it goes on until nothing was heard for ten seconds.
+
+Stations that take the vehicle for ArduPilot's count the home as item 0 of a mission: it is theirs, and is not kept.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from firmware_py.mavlink.base.codec import Message, dialect
+from firmware_py.mavlink.base.link_output import REJECTED, WARNING, Command, CommandRefused, Do, LinkOutput
+from firmware_py.mavlink.base.modes import Identity
+from firmware_py.mavlink.base.service import Hear
+from firmware_py.mavlink.commands.queue import CommandQueue, PendingCommand
+from firmware_py.mavlink.plans.download import PlanDownload, Sender, acknowledgement, sender_of
+from firmware_py.mavlink.plans.items import ACCEPTED, ERROR, UNSUPPORTED, ItemRefused, raw_of
+from firmware_py.mavlink.plans.plan_builder import FENCE, MISSION, MOST_ITEMS, NAMES, PlanBuilder
+from firmware_py.mavlink.plans.plan_store import PlanStore
+from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Mode
+from firmware_py.schedule import NS_PER_S, Tick
+
+_BUSY: int = dialect.MAV_MISSION_DENIED
+_NO_SPACE: int = dialect.MAV_MISSION_NO_SPACE
+_CANCELLED: int = dialect.MAV_MISSION_OPERATION_CANCELLED
+_ALL: int = dialect.MAV_MISSION_TYPE_ALL
+_CURRENT: int = dialect.MAVLINK_MSG_ID_MISSION_CURRENT
+_JUMP: int = dialect.MAV_CMD_DO_JUMP
+_FIRST_WAIT_NS, _LONGEST_WAIT_NS = NS_PER_S // 4, 3 * NS_PER_S // 2
+"""The standard's times for an item and for everything else."""
+_SILENCE_NS = 10 * NS_PER_S
+
+
+@dataclass
+class _Upload:
+    """A plan that is coming; items are numbered as its sender does."""
+
+    sender: Sender
+    count: int
+    draft: PlanBuilder
+    heard_ns: int
+    asked_ns: int
+    next: int = 0
+    wait_ns: int = _FIRST_WAIT_NS
+
+
+@dataclass
+class _Ended:
+    """What became of the last upload, and with which item: whoever sends that again did not hear."""
+
+    sender: Sender
+    last: int
+    code: int
+
+
+class PlanUpload:
+    """Of one link."""
+
+    def __init__(
+        self, link: int, chart: PlanStore, voice: LinkOutput, orders: CommandQueue, identity: Identity
+    ) -> None:
+        self._link, self._chart, self._voice, self._orders = link, chart, voice, orders
+        self._home = identity is Identity.ARDUSUB
+        self._upload: _Upload | None = None
+        self._ended: _Ended | None = None
+        self._reading = PlanDownload(chart, voice, self._home)
+        chart.listen(self._reached, self._object)
+
+    def hears(self) -> dict[int, Hear]:
+        """See `service.Service`."""
+        return {
+            dialect.MAVLINK_MSG_ID_MISSION_COUNT: self._count,
+            dialect.MAVLINK_MSG_ID_MISSION_ITEM_INT: self._item,
+            dialect.MAVLINK_MSG_ID_MISSION_ITEM: self._item,
+            **self._reading.hears(),
+            dialect.MAVLINK_MSG_ID_MISSION_ACK: self._acknowledged,
+            dialect.MAVLINK_MSG_ID_MISSION_CLEAR_ALL: self._clear,
+            dialect.MAVLINK_MSG_ID_MISSION_SET_CURRENT: self._set_current,
+            dialect.MAVLINK_MSG_ID_MISSION_REQUEST_PARTIAL_LIST: self._partial,
+            dialect.MAVLINK_MSG_ID_MISSION_WRITE_PARTIAL_LIST: self._partial,
+        }
+
+    def does(self) -> dict[int, Do]:
+        """Who does which command."""
+        return {
+            dialect.MAV_CMD_MISSION_START: self._start,
+            dialect.MAV_CMD_DO_SET_MISSION_CURRENT: self._do_set_current,
+            dialect.MAV_CMD_DO_FENCE_ENABLE: self._enable_fence,
+        }
+
+    def objection(self, item: int | None = None) -> str:
+        """What is wrong with flying the mission, from an item on or from where it was left; "" if nothing is."""
+        look = self._chart.second_look
+        if look.wrong is not None:
+            return f"the mission must not be flown: item {look.wrong[0] + self._first(MISSION)}: {look.wrong[1]}"
+        if look.going:
+            return "the mission is being looked at again; try once more"
+        return "" if item is None and self._orders.mode is Mode.MISSION else self._barred(item)
+
+    def _object(self) -> None:
+        """A mission that is flown goes on: the supervisor brings the boat up, should it come to the fence."""
+        self._voice.tell(self.objection() or f"{self._barred(None)}, where it will come up", WARNING)
+
+    def due(self, tick: Tick) -> list[Message]:
+        """The request that was not answered, once more; or the end, if nothing was heard for long."""
+        upload = self._upload
+        if upload is None:
+            return []
+        if tick.t_ns - upload.heard_ns >= _SILENCE_NS:
+            self._end(_CANCELLED, f"{NAMES[upload.sender.kind]} not taken: item {upload.next} did not come")
+        elif tick.t_ns - upload.asked_ns >= upload.wait_ns:
+            upload.wait_ns = min(2 * upload.wait_ns, _LONGEST_WAIT_NS)
+            self._ask(tick)
+        return []
+
+    def _count(self, tick: Tick, m: Message) -> None:
+        sender = sender_of(m)
+        if sender.kind not in NAMES:
+            self._acknowledge(sender, UNSUPPORTED)
+        elif self._chart.busy not in (None, self._key(sender)):
+            self._voice.tell(f"{NAMES[sender.kind]} refused: another station is sending a plan", WARNING)
+            self._acknowledge(sender, _BUSY)
+        elif m.count > MOST_ITEMS + self._first(sender.kind):
+            self._voice.tell(f"{NAMES[sender.kind]} refused: {m.count} items, room for {MOST_ITEMS}", WARNING)
+            self._acknowledge(sender, _NO_SPACE)
+        else:
+            self._ended = None
+            self._upload = _Upload(sender, m.count, self._chart.draft(sender.kind), tick.t_ns, tick.t_ns)
+            self._chart.busy = self._key(sender)
+            self._go_on(tick)
+
+    def _item(self, tick: Tick, m: Message) -> None:
+        """An item that was not asked for is not heard: it came twice, or too late."""
+        sender, upload = sender_of(m), self._upload
+        if upload is None or upload.sender != sender:
+            ended = self._ended
+            if upload is None and ended is not None and (ended.sender, ended.last) == (sender, m.seq):
+                self._acknowledge(sender, ended.code)
+            elif self._chart.busy is None and sender.kind in NAMES and (ended is None or ended.sender != sender):
+                self._acknowledge(sender, ERROR)  # nobody has said how many
+            return
+        upload.heard_ns = tick.t_ns
+        if m.seq != upload.next:
+            return
+        first = self._first(sender.kind)
+        try:
+            if m.seq >= first:
+                raw = raw_of(m)
+                upload.draft.add(raw._replace(p1=raw.p1 - first) if raw.command == _JUMP else raw)
+        except ItemRefused as refused:
+            self._end(refused.code, f"{NAMES[sender.kind]} item {m.seq}: {refused}")
+            return
+        upload.next += 1
+        self._go_on(tick)
+
+    def _go_on(self, tick: Tick) -> None:
+        """Asks for the next item, or takes the plan."""
+        upload = self._upload
+        assert upload is not None
+        if upload.next < upload.count:
+            upload.wait_ns = _FIRST_WAIT_NS
+            self._ask(tick)
+            return
+        try:
+            self._chart.take(upload.draft)
+        except ItemRefused as refused:
+            self._end(refused.code, f"{NAMES[upload.sender.kind]}: {refused}")
+            return
+        self._end(ACCEPTED, self._chart.stranded if upload.sender.kind == FENCE else "")
+
+    def _ask(self, tick: Tick) -> None:
+        upload = self._upload
+        assert upload is not None
+        upload.asked_ns = tick.t_ns
+        system, component, kind = upload.sender
+        self._voice.say(dialect.MAVLink_mission_request_int_message(system, component, upload.next, kind))
+
+    def _end(self, code: int, why: str) -> None:
+        upload = self._upload
+        assert upload is not None
+        self._upload, self._chart.busy = None, None
+        last = upload.next - 1 if code == ACCEPTED else upload.next
+        self._ended = _Ended(upload.sender, last, code)
+        if why:
+            self._voice.tell(why, WARNING)
+        self._acknowledge(upload.sender, code)
+
+    def _acknowledged(self, _: Tick, m: Message) -> None:
+        """A station has read all, or does not want to go on."""
+        sender = sender_of(m)
+        self._reading.forget(sender)
+        if self._upload is not None and self._upload.sender == sender and m.type != ACCEPTED:
+            self._end(_CANCELLED, "")
+
+    def _clear(self, _: Tick, m: Message) -> None:
+        sender = sender_of(m)
+        kinds = tuple(NAMES) if sender.kind == _ALL else (sender.kind,)
+        if not set(kinds) <= set(NAMES):
+            self._acknowledge(sender, UNSUPPORTED)
+        elif self._chart.busy is not None:
+            self._voice.tell("MISSION_CLEAR_ALL refused: a station is sending a plan", WARNING)
+            self._acknowledge(sender, _BUSY)
+        else:
+            for kind in kinds:
+                if self._chart.plans[kind].items:  # twice is once
+                    self._chart.take(self._chart.draft(kind))
+            self._acknowledge(sender, ACCEPTED)
+
+    def _partial(self, _: Tick, m: Message) -> None:
+        self._acknowledge(sender_of(m), UNSUPPORTED)
+
+    def _set_current(self, tick: Tick, m: Message) -> None:
+        """The answer is MISSION_CURRENT, with a sentence if that item cannot be."""
+        if why := self._unfit(m.seq):
+            self._voice.tell(f"MISSION_SET_CURRENT refused: {why}", WARNING)
+        else:
+            self._wish(tick, Command(m.get_srcSystem(), m.get_srcComponent(), 0, False, ()), None, m.seq)
+        self._voice.show(_CURRENT)
+
+    def _do_set_current(self, tick: Tick, command: Command) -> int | None:
+        item, anew = command.params[:2]
+        first = self._first(MISSION)
+        if item == -1.0:
+            cycle = self._orders.cycle
+            if anew != 1.0 and cycle is not None:
+                return int(dialect.MAV_RESULT_ACCEPTED)
+            item = float(first)
+        if why := self._unfit(item):
+            raise CommandRefused(why)
+        self._wish(tick, command, None, int(item))
+        self._voice.show(_CURRENT)
+        return None
+
+    def _start(self, tick: Tick, command: Command) -> int | None:
+        """The mission from an item, or with none (0, as stations write it) from where it was left."""
+        item = command.params[0]
+        if item != 0.0 and not self._has(item):
+            raise CommandRefused(f"the mission has no item {item:g}")
+        first = int(item) if item else None
+        if why := self.objection(first):
+            raise CommandRefused(why, REJECTED)
+        self._wish(tick, command, Mode.MISSION, first)
+        return None
+
+    def _enable_fence(self, _: Tick, command: Command) -> int:
+        """A fence is in force as long as there is one."""
+        if command.params[0] == 1.0 and self._chart.plans[FENCE].items:
+            return int(dialect.MAV_RESULT_ACCEPTED)
+        raise CommandRefused(
+            "no fence is loaded" if command.params[0] == 1.0 else "a fence is in force until it is cleared"
+        )
+
+    def _wish(self, tick: Tick, command: Command, mode: Mode | None, item: int | None) -> None:
+        jump = NO_ORDER.jump
+        if item is not None:
+            jump = self._step(item)
+        who = (self._link, command.system, command.component, command.number)
+        self._orders.ask(PendingCommand(*who, Arming.KEEP, mode, KEEP_SETPOINT, jump), command.again, tick.t_ns)
+
+    def _step(self, item: int) -> int:
+        return self._chart.step_of(max(item - self._first(MISSION), 0))
+
+    def _barred(self, item: int | None) -> str:
+        """What is wrong with the way from here to an item, or to where the mission was left."""
+        wrong = self._chart.first_way(None if item is None else self._step(item))
+        return "" if wrong is None else f"the way from here to item {wrong[0] + self._first(MISSION)} is {wrong[1]}"
+
+    def _unfit(self, item: float) -> str:
+        """What is wrong with going on with an item; where the mission is not flown, its start will look at the way."""
+        if not self._has(item):
+            return f"the mission has no item {item:g}"
+        return self._barred(int(item)) if self._orders.mode is Mode.MISSION else ""
+
+    def _has(self, item: float) -> bool:
+        count = len(self._chart.plans[MISSION].items)
+        return math.isfinite(item) and item == int(item) and count > 0 and 0 <= item < count + self._first(MISSION)
+
+    def _reached(self, item: int) -> None:
+        self._voice.say(dialect.MAVLink_mission_item_reached_message(item + self._first(MISSION)))
+        self._voice.show(_CURRENT)
+
+    def _first(self, kind: int) -> int:
+        return self._reading.first(kind)
+
+    def _acknowledge(self, sender: Sender, code: int) -> None:
+        self._voice.say(acknowledgement(self._chart, sender, code))
+
+    def _key(self, sender: Sender) -> tuple[int, int, int]:
+        return self._link, sender.system, sender.component

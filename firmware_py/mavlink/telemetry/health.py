@@ -1,0 +1,231 @@
+"""How the vehicle is: sensors, battery, water in the hull, what its actuators are told and say, what it has learned."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from firmware_py.mavlink.base.codec import Message, dialect
+from firmware_py.mavlink.base.scaling import INT16, UINT16, boot_ms, boot_us, boot_us32, whole
+from firmware_py.mavlink.plans.plan_store import KNOWN_PLACE, PlanStore
+from firmware_py.mavlink.telemetry.lateness import Lateness
+from firmware_py.mavlink.telemetry.pose import Maker
+from firmware_py.records.cycle import Cycle
+from firmware_py.records.estimate import Learned
+from firmware_py.records.fence import NO_FENCE
+from firmware_py.schedule import NS_PER_S
+
+_RECENT = 2.0
+"""What was last heard longer ago, s, counts as silent."""
+_PWM_CENTRE, _PWM_SPAN = 1500, 500
+_SERVO_FIELDS, _ARRAY_FIELDS, _CELLS = 16, 58, 10
+_MV, _CA, _PERCENT = 1e-3, 1e-2, 1e-2
+_CELL_MOST, _CELL_UNKNOWN = 65534, 65535
+_GYRO, _PRESSURE = dialect.MAV_SYS_STATUS_SENSOR_3D_GYRO, dialect.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE
+_AHRS, _BATTERY = dialect.MAV_SYS_STATUS_AHRS, dialect.MAV_SYS_STATUS_SENSOR_BATTERY
+_GPS, _DVL = dialect.MAV_SYS_STATUS_SENSOR_GPS, dialect.MAV_SYS_STATUS_SENSOR_XY_POSITION_CONTROL
+_ALTIMETER, _FINS = dialect.MAV_SYS_STATUS_SENSOR_LASER_POSITION, dialect.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
+_EXTENDED, _LEAK = dialect.MAV_SYS_STATUS_EXTENSION_USED, dialect.MAV_SYS_STATUS_SENSOR_LEAK
+_FINS_ARRAY, _VALUE_ARRAY, _STD_ARRAY, _STATE_ARRAY = 0, 2, 3, 4
+"""Stations keep arrays apart by these numbers; 1 is the lateness."""
+_RATIO = 9.0
+"""A test ratio of 1 is a mean square of innovations of 3 sigma; a consistent filter has 1/9."""
+_BESIDE = ("nis_dvl", "nis_gyro", "nis_att", "current_n", "current_e", "turbulence")
+_FENCE, _PREARM = dialect.MAV_SYS_STATUS_GEOFENCE, dialect.MAV_SYS_STATUS_PREARM_CHECK
+_PRESENT = _GYRO | _AHRS | _PRESSURE | _GPS | _DVL | _ALTIMETER | _FINS | _BATTERY | _EXTENDED | _PREARM
+
+
+class Actuators(NamedTuple):
+    """What full deflection is: of each fin, rad, and of the propeller, rev/s."""
+
+    delta_max: tuple[float, ...]
+    n_max: float
+
+
+class HealthTelemetry:
+    """Makers of the messages on health and actuators."""
+
+    def __init__(self, actuators: Actuators, late: Lateness, chart: PlanStore) -> None:
+        self._late, self._chart = late, chart
+        self._full = (*actuators.delta_max, actuators.n_max)
+
+    def makers(self) -> dict[int, Maker]:
+        """A maker for each message id."""
+        return {
+            dialect.MAVLINK_MSG_ID_SYS_STATUS: self.sys_status,
+            dialect.MAVLINK_MSG_ID_BATTERY_STATUS: self.battery,
+            dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: self.servo_output,
+            dialect.MAVLINK_MSG_ID_DEBUG_FLOAT_ARRAY: self.arrays,
+            dialect.MAVLINK_MSG_ID_RPM: self.rpm,
+            dialect.MAVLINK_MSG_ID_ESTIMATOR_STATUS: self.estimator,
+        }
+
+    def sys_status(self, cycle: Cycle) -> Message:
+        """SYS_STATUS. errors_count1 is the late cycles of the last second; the DVL has the bit of x-y control."""
+        frame, state, t = cycle.frame, cycle.state, cycle.tick.t
+        battery = frame.battery.value
+        health = _EXTENDED
+        for bit, healthy in (
+            (_GYRO | _AHRS, state.attitude_ok),
+            (_PRESSURE, state.depth_ok),
+            (_GPS, frame.fix.usable(t, _RECENT)),
+            (_DVL, state.velocity_ok),
+            (_ALTIMETER, math.isfinite(state.altitude)),
+            (_FINS, all(fin.usable(t, _RECENT) for fin in frame.fins)),
+            (_BATTERY, frame.battery.usable(t, _RECENT)),
+            (_PREARM, cycle.mode.ready),
+            (_FENCE, not self._chart.outside),  # some stations take a fence that is not there for a broken one
+        ):
+            health |= bit if healthy else 0
+        present = _PRESENT if self._chart.fence == NO_FENCE else _PRESENT | _FENCE
+        return dialect.MAVLink_sys_status_message(
+            present,
+            present,
+            health,
+            0,
+            whole(battery.voltage, _MV, UINT16, unknown=65535),
+            whole(battery.current, _CA, INT16, unknown=-1),
+            whole(battery.remaining, _PERCENT, (0, 100), unknown=-1),
+            0,
+            0,
+            min(cycle.mode.late, 65535),
+            0,
+            0,
+            0,
+            _LEAK,
+            _LEAK,
+            0 if state.leak else _LEAK,
+        )
+
+    def battery(self, cycle: Cycle) -> Message:
+        """BATTERY_STATUS: the whole voltage in the first cell, and what it cannot hold in the next."""
+        value = cycle.frame.battery.value
+        unknown = -1
+        return dialect.MAVLink_battery_status_message(
+            0,
+            dialect.MAV_BATTERY_FUNCTION_ALL,
+            dialect.MAV_BATTERY_TYPE_UNKNOWN,
+            32767,
+            _cells(value.voltage),
+            whole(value.current, _CA, INT16, unknown),
+            unknown,
+            unknown,
+            whole(value.remaining, _PERCENT, (0, 100), unknown),
+        )
+
+    def servo_output(self, cycle: Cycle) -> Message:
+        """SERVO_OUTPUT_RAW: what is asked of fins and propeller, in that order, as a pulse would say it.
+
+        1500 us is the centre, 1000 and 2000 are full deflection; the sign is the fin angle's own.
+        """
+        asked = (*cycle.applied.fins, cycle.applied.n)
+        pulses = [
+            _PWM_CENTRE + whole(value / full, 1.0 / _PWM_SPAN, (-_PWM_SPAN, _PWM_SPAN), unknown=0)
+            for value, full in zip(asked, self._full, strict=True)
+        ]
+        pulses = (pulses + [0] * _SERVO_FIELDS)[:_SERVO_FIELDS]
+        return dialect.MAVLink_servo_output_raw_message(boot_us32(cycle.tick), 0, *pulses)
+
+    def arrays(self, cycle: Cycle) -> Message:
+        """DEBUG_FLOAT_ARRAY by tenths of a second: lateness in tenth 0, what is learned in 1, 3 and 5, else the fins.
+
+        "xi" are the coefficients, "xi_std" their 1 sigma; "xi_state" is 1 for valid, 2 for excited, 3 for both. Their
+        order is that of the configuration's estimation.coefficients.names; no more than 58 fit.
+        """
+        tenth, learned = cycle.tick.t_ns % NS_PER_S // (NS_PER_S // 10), cycle.state.learned
+        if tenth == 0:
+            return self._late.message(cycle)
+        if learned.value:
+            if tenth == 1:
+                return _array(cycle, b"xi", _VALUE_ARRAY, learned.value)
+            if tenth == 3:
+                return _array(cycle, b"xi_std", _STD_ARRAY, learned.std)
+            if tenth == 5:
+                return _array(cycle, b"xi_state", _STATE_ARRAY, _states(learned))
+        return self.fins(cycle)
+
+    def fins(self, cycle: Cycle) -> Message:
+        """DEBUG_FLOAT_ARRAY "fins": the angles that the servos report, rad; NaN where none came of late."""
+        t = cycle.tick.t
+        angles = (fin.value if fin.usable(t, _RECENT) else math.nan for fin in cycle.frame.fins)
+        return _array(cycle, b"fins", _FINS_ARRAY, angles)
+
+    def rpm(self, cycle: Cycle) -> Message:
+        """RPM: the propeller's, as its controller reports it."""
+        n = cycle.frame.n
+        return dialect.MAVLink_rpm_message(n.value * 60.0 if n.usable(cycle.tick.t, _RECENT) else math.nan, math.nan)
+
+    def estimator(self, cycle: Cycle) -> Message:
+        """ESTIMATOR_STATUS. The DVL's test ratio stands under velocity, attitude's under magnetometer; NaN unknown."""
+        state, (dvl, _, attitude) = cycle.state, cycle.state.learned.nis
+        moves = state.velocity_ok and state.attitude_ok
+        placed = moves and state.position_std <= KNOWN_PLACE
+        flags = 0
+        for bits, true in (
+            (dialect.ESTIMATOR_ATTITUDE, state.attitude_ok),
+            (dialect.ESTIMATOR_VELOCITY_HORIZ | dialect.ESTIMATOR_VELOCITY_VERT, moves),
+            (dialect.ESTIMATOR_POS_HORIZ_REL | dialect.ESTIMATOR_PRED_POS_HORIZ_REL, moves),
+            (dialect.ESTIMATOR_POS_HORIZ_ABS | dialect.ESTIMATOR_PRED_POS_HORIZ_ABS, placed),
+            (dialect.ESTIMATOR_POS_VERT_ABS, state.depth_ok),
+            (dialect.ESTIMATOR_POS_VERT_AGL, math.isfinite(state.altitude)),
+        ):
+            flags |= bits if true else 0
+        nan = math.nan
+        return dialect.MAVLink_estimator_status_message(
+            boot_us(cycle.tick),
+            flags,
+            dvl / _RATIO,
+            nan,
+            nan,
+            attitude / _RATIO,
+            nan,
+            nan,
+            state.position_std,
+            state.depth_std,
+        )
+
+
+class NamedValues:
+    """What was learned as NAMED_VALUE_FLOAT, one name after the other; every link has its own turn."""
+
+    def __init__(self, coefficients: Sequence[str]) -> None:
+        """`coefficients` are the names of what is learned, in the order of the records."""
+        self._coefficients = coefficients
+        self._turn = -1
+
+    def makers(self) -> dict[int, Maker]:
+        """A maker for each message id."""
+        return {dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: self.next}
+
+    def next(self, cycle: Cycle) -> Message | None:
+        """The next name's value, at most 10 characters of the name; None where nothing is learned."""
+        learned = cycle.state.learned
+        if not learned.value:
+            return None
+        beside = (*learned.nis, *learned.current, learned.turbulence)
+        named = [*zip(self._coefficients, learned.value, strict=False), *zip(_BESIDE, beside, strict=True)]
+        self._turn = (self._turn + 1) % len(named)
+        name, value = named[self._turn]
+        return dialect.MAVLink_named_value_float_message(boot_ms(cycle.tick), name.encode()[:10], value)
+
+
+def _array(cycle: Cycle, name: bytes, number: int, values: Iterable[float]) -> Message:
+    fields = [*values][:_ARRAY_FIELDS]
+    fields += [0.0] * (_ARRAY_FIELDS - len(fields))
+    return dialect.MAVLink_debug_float_array_message(boot_us(cycle.tick), name, number, fields)
+
+
+def _states(learned: Learned) -> Iterable[float]:
+    return (valid + 2.0 * excited for valid, excited in zip(learned.valid, learned.excited, strict=True))
+
+
+def _cells(voltage: float) -> list[int]:
+    rest = whole(voltage, _MV, (0, _CELLS * _CELL_MOST), unknown=-1)
+    cells = [_CELL_UNKNOWN] * _CELLS
+    for i in range(_CELLS):
+        if rest < 0 or (i and rest == 0):
+            break
+        cells[i] = min(rest, _CELL_MOST)
+        rest -= cells[i]
+    return cells

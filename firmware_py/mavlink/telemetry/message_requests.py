@@ -1,0 +1,132 @@
+"""What a station asks to be told: once, at intervals, or as the old data streams, which are groups of messages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container
+
+from firmware_py.mavlink.base import protocol_version
+from firmware_py.mavlink.base.codec import Message, dialect
+from firmware_py.mavlink.base.link_output import ACCEPTED, UNSUPPORTED, Command, CommandRefused, Do, LinkOutput, ident
+from firmware_py.mavlink.base.modes import Identity, available_modes
+from firmware_py.mavlink.telemetry.streams import Streams
+from firmware_py.schedule import Tick
+
+_HEARTBEAT, _VERSION = dialect.MAVLINK_MSG_ID_HEARTBEAT, dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION
+_MODES, _INTERVAL = dialect.MAVLINK_MSG_ID_AVAILABLE_MODES, dialect.MAVLINK_MSG_ID_MESSAGE_INTERVAL
+_HIGH_LATENCY = dialect.MAVLINK_MSG_ID_HIGH_LATENCY2
+_ALL = dialect.MAV_DATA_STREAM_ALL
+_GROUPS: dict[int, tuple[int, ...]] = {
+    dialect.MAV_DATA_STREAM_RAW_SENSORS: (
+        dialect.MAVLINK_MSG_ID_SCALED_IMU,
+        dialect.MAVLINK_MSG_ID_SCALED_PRESSURE2,
+    ),
+    dialect.MAV_DATA_STREAM_EXTENDED_STATUS: (
+        dialect.MAVLINK_MSG_ID_SYS_STATUS,
+        dialect.MAVLINK_MSG_ID_GPS_RAW_INT,
+        dialect.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT,
+        dialect.MAVLINK_MSG_ID_MISSION_CURRENT,
+    ),
+    dialect.MAV_DATA_STREAM_RC_CHANNELS: (dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW,),
+    dialect.MAV_DATA_STREAM_POSITION: (
+        dialect.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
+        dialect.MAVLINK_MSG_ID_LOCAL_POSITION_NED,
+    ),
+    dialect.MAV_DATA_STREAM_EXTRA1: (dialect.MAVLINK_MSG_ID_ATTITUDE,),
+    dialect.MAV_DATA_STREAM_EXTRA2: (dialect.MAVLINK_MSG_ID_VFR_HUD, dialect.MAVLINK_MSG_ID_ALTITUDE),
+    dialect.MAV_DATA_STREAM_EXTRA3: (
+        dialect.MAVLINK_MSG_ID_BATTERY_STATUS,
+        dialect.MAVLINK_MSG_ID_SYSTEM_TIME,
+        dialect.MAVLINK_MSG_ID_DISTANCE_SENSOR,
+        dialect.MAVLINK_MSG_ID_RPM,
+    ),
+}
+"""ArduPilot's groups, as far as there are such messages here."""
+
+
+class MessageRequests:
+    """Of one link. `messages` are the ids that may be asked for."""
+
+    def __init__(self, voice: LinkOutput, identity: Identity, streams: Streams, messages: Container[int]) -> None:
+        self._voice, self._identity, self._streams, self._messages = voice, identity, streams, messages
+
+    def does(self) -> dict[int, Do]:
+        """Who does which command."""
+        return {
+            dialect.MAV_CMD_REQUEST_MESSAGE: self._request,
+            dialect.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_interval,
+            dialect.MAV_CMD_GET_MESSAGE_INTERVAL: self._get_interval,
+            dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: self._capabilities,
+            dialect.MAV_CMD_REQUEST_PROTOCOL_VERSION: self._protocol,
+            dialect.MAV_CMD_CONTROL_HIGH_LATENCY: self._high_latency,
+        }
+
+    def hears(self) -> dict[int, Callable[[Tick, Message], None]]:
+        """The message ids that come here."""
+        return {dialect.MAVLINK_MSG_ID_REQUEST_DATA_STREAM: self._data_stream}
+
+    def _request(self, _: Tick, command: Command) -> int | None:
+        name, which = map(ident, command.params[:2])
+        if name == _MODES:
+            modes = available_modes(self._identity, which)
+            if not modes:
+                raise CommandRefused(f"there is no mode {which}; 0 asks for all of them")
+            for mode in modes:
+                self._voice.say(mode)
+            return ACCEPTED
+        if name == _INTERVAL:
+            return self._tell_interval(which)
+        if name not in self._messages:
+            return UNSUPPORTED
+        self._voice.show(name)
+        return ACCEPTED
+
+    def _set_interval(self, tick: Tick, command: Command) -> int:
+        name = ident(command.params[0])
+        if name not in self._messages:
+            return UNSUPPORTED
+        if name == _HEARTBEAT:  # a vehicle without one is not there
+            raise CommandRefused("the heartbeat keeps its rate")
+        if not self._streams.pace(name, command.params[1], tick.t_ns):
+            raise CommandRefused(f"{command.params[1]:g} us is no interval; -1 is never, 0 the usual one")
+        return ACCEPTED
+
+    def _get_interval(self, _: Tick, command: Command) -> int:
+        return self._tell_interval(ident(command.params[0]))
+
+    def _tell_interval(self, name: int) -> int:
+        """MESSAGE_INTERVAL: 0 says that there is no such message, -1 that it is not sent."""
+        known = name in self._messages
+        if 0 <= name < 2**16:
+            interval = self._streams.interval_us(name) if known else 0
+            self._voice.say(dialect.MAVLink_message_interval_message(name, interval))
+        if not known:
+            raise CommandRefused(f"there is no message {name} here")
+        return ACCEPTED
+
+    def _capabilities(self, _: Tick, command: Command) -> int:
+        if command.params[0] != 1.0:
+            raise CommandRefused(f"{command.params[0]:g} asks for nothing; 1 asks for AUTOPILOT_VERSION")
+        self._voice.show(_VERSION)
+        return ACCEPTED
+
+    def _protocol(self, _: Tick, command: Command) -> int:
+        if command.params[0] != 1.0:
+            raise CommandRefused(f"{command.params[0]:g} asks for nothing; 1 asks for PROTOCOL_VERSION")
+        self._voice.show(protocol_version.MESSAGE_ID)
+        return ACCEPTED
+
+    def _high_latency(self, tick: Tick, command: Command) -> int:
+        if command.params[0] not in (0.0, 1.0):
+            raise CommandRefused(f"{command.params[0]:g} is neither on (1) nor off (0)")
+        self._streams.pace(_HIGH_LATENCY, 5e6 if command.params[0] else -1.0, tick.t_ns)
+        return ACCEPTED
+
+    def _data_stream(self, tick: Tick, m: Message) -> None:
+        """REQUEST_DATA_STREAM: a rate for a group, or for all; what is not to be sent, or at 0 Hz, is not sent."""
+        on = m.start_stop == 1 and m.req_message_rate > 0
+        interval = 1e6 / m.req_message_rate if on else -1.0
+        groups = _GROUPS.values() if m.req_stream_id == _ALL else [_GROUPS.get(m.req_stream_id, ())]
+        for group in groups:
+            for name in group:
+                if name in self._messages:
+                    self._streams.pace(name, interval, tick.t_ns)

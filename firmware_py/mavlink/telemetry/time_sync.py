@@ -1,0 +1,66 @@
+"""What time it is: stations compare their clock with the vehicle's, and tell it the date, which it does not know."""
+
+from __future__ import annotations
+
+from firmware_py.mavlink.base.codec import Message, dialect
+from firmware_py.mavlink.base.link_output import LinkOutput
+from firmware_py.mavlink.base.scaling import boot_ms, boot_us
+from firmware_py.mavlink.base.service import Hear
+from firmware_py.mavlink.telemetry.pose import Maker
+from firmware_py.records.cycle import Cycle
+from firmware_py.schedule import Tick
+
+_A_DATE_US = 1_577_836_800 * 1_000_000
+"""2020: what comes as an earlier one is a clock that was never set."""
+_MOST_US = 2**63
+
+
+class Calendar:
+    """The date, of all links; of stations the last word holds. Nothing is steered by it."""
+
+    def __init__(self) -> None:
+        self._began_us = 0
+
+    def take(self, tick: Tick, unix_us: int) -> None:
+        """It is `unix_us` after the beginning of 1970."""
+        if _A_DATE_US <= unix_us < _MOST_US:
+            self._began_us = unix_us - boot_us(tick)
+
+    def makers(self) -> dict[int, Maker]:
+        """Who makes which message."""
+        return {dialect.MAVLINK_MSG_ID_SYSTEM_TIME: self.system_time}
+
+    def system_time(self, cycle: Cycle) -> Message:
+        """SYSTEM_TIME; its date is 0 while nobody has told any."""
+        date = self._began_us + boot_us(cycle.tick) if self._began_us else 0
+        return dialect.MAVLink_system_time_message(date, boot_ms(cycle.tick))
+
+
+class TimeSync:
+    """The conversation on one link."""
+
+    def __init__(self, calendar: Calendar, voice: LinkOutput) -> None:
+        self._calendar, self._voice = calendar, voice
+
+    def hears(self) -> dict[int, Hear]:
+        """See `service.Service`."""
+        return {
+            dialect.MAVLINK_MSG_ID_TIMESYNC: self._compare,
+            dialect.MAVLINK_MSG_ID_PING: self._ping,
+            dialect.MAVLINK_MSG_ID_SYSTEM_TIME: lambda tick, message: self._calendar.take(tick, message.time_unix_usec),
+        }
+
+    def due(self, tick: Tick) -> list[Message]:  # noqa: ARG002
+        """Nothing: answers go out as answers do."""
+        return []
+
+    def _compare(self, tick: Tick, message: Message) -> None:
+        """TIMESYNC: a request has no `tc1`; in the answer that is vehicle time, ns, and never 0."""
+        if message.tc1 == 0:
+            self._voice.say(dialect.MAVLink_timesync_message(max(tick.t_ns, 1), message.ts1))
+
+    def _ping(self, _: Tick, message: Message) -> None:
+        """PING: a request is for everybody, an answer for the one who asked."""
+        if message.target_system == 0 and message.target_component == 0:
+            system, component = message.get_srcSystem(), message.get_srcComponent()
+            self._voice.say(dialect.MAVLink_ping_message(message.time_usec, message.seq, system, component))

@@ -1,0 +1,70 @@
+"""Whether a flight came to the end that its scenario meant it to have, and if not, why."""
+
+from __future__ import annotations
+
+from firmware_py.records.cycle import Cycle
+from firmware_py.records.order import Mode
+from sim_bridge.scenarios import Completes
+
+_SURFACE = 1.0
+"""Less deep than this, m, a vehicle has come up."""
+
+
+class Completion:
+    """Watches every cycle.
+
+    To surface by order, or at the end of a mission, is one thing; to be brought up by a rule is another, and no
+    completed mission however well it ends.
+    """
+
+    def __init__(self, completes: Completes) -> None:
+        self.done = False
+        """True when nothing more can come: a vehicle that was to surface has disarmed itself."""
+        self._completes = completes
+        self._mode = Mode.DISARMED
+        self._armed = False
+        self._aborted = ""
+        self._said = ""
+
+    @property
+    def completed(self) -> bool:
+        """True if, with the last cycle seen, the scenario has come to its end."""
+        if self._aborted:
+            return False
+        if self._completes is Completes.SURFACED:
+            return self.done
+        return self._mode not in (Mode.DISARMED, Mode.SURFACE)
+
+    @property
+    def reason(self) -> str:
+        """Why it is not completed, as the vehicle said it."""
+        if self._aborted:
+            return f"aborted: {self._aborted}"
+        if not self._armed:
+            return f"never armed: {self._said or 'nobody asked for it'}"
+        if self._completes is Completes.SURFACED:
+            return "it had not surfaced when the time was over"
+        return "it was no longer flying when the time was over"
+
+    def see(self, cycle: Cycle) -> None:
+        """Takes one cycle in."""
+        mode, before = cycle.mode.mode, self._mode
+        if cycle.events:
+            self._said = cycle.events[-1]
+        if mode is before:
+            return
+        self._mode = mode
+        self._armed = self._armed or mode is not Mode.DISARMED
+        if mode is Mode.SURFACE:
+            done = before is Mode.MISSION and cycle.mode.mission_done
+            returned = before is Mode.RETURN and self._said.endswith(": return done")
+            if not (done or returned or cycle.order.mode in (Mode.SURFACE, Mode.RETURN)):
+                self._abort()
+        elif mode is Mode.DISARMED:
+            came_up = cycle.frame.fix.ok or cycle.state.eta.z < _SURFACE
+            if before is not Mode.SURFACE or not came_up:
+                self._abort()
+            self.done = self._completes is Completes.SURFACED and before is Mode.SURFACE and came_up
+
+    def _abort(self) -> None:
+        self._aborted = self._aborted or self._said or "nobody said why"

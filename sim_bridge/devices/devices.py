@@ -1,0 +1,122 @@
+"""All that the vehicle can hear of the boat and tell it: the nodes behind the bus, and the DVL behind its serial line.
+
+Nothing reaches the vehicle past them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+from firmware_py.adapters.buses.can_bus import FramePort, NodeIds
+from firmware_py.wire import messages as m
+from firmware_py.wire.layout import DecodeError
+from firmware_py.wire.transfer import Reassembler, Transfer
+from sim_bridge.devices.actuator_nodes import Esc, EscParams, ServoHub, ServoHubParams
+from sim_bridge.devices.instrument_nodes import publishers
+from sim_bridge.devices.instruments import Instruments, InstrumentsParams
+from sim_bridge.devices.node import Node
+from sim_bridge.devices.sensors import Timing, due
+from sim_bridge.devices.serial_dvl import SerialDvl
+from sim_bridge.plant.plant import Plant
+
+SERVICE = 0x80
+"""Bit of a CAN id: a request or a response, addressed to one node."""
+FRAMES_PER_TICK = 128
+"""The most frames taken from the bus in one tick; the rest waits."""
+
+
+@dataclass(frozen=True, slots=True)
+class BoatParams(InstrumentsParams):
+    """sensors.toml: what the boat measures with, and how its devices behave."""
+
+    servo_hub: ServoHubParams
+    esc: EscParams
+
+    def within(self, base_hz: int) -> BoatParams:
+        """The same with no device faster than the base rate: who would speak more often speaks once every tick."""
+        slowed = {}
+        for field in fields(self):
+            device = getattr(self, field.name)
+            key = "rate" if isinstance(device, Timing) else "status"
+            slowed[field.name] = replace(device, **{key: min(getattr(device, key), base_hz)})
+        return replace(self, **slowed)
+
+
+class Devices:
+    """Every device of the boat; `nodes` by the names of `NodeIds`.
+
+    `malformed` counts commands whose payload is not what their type says; they are ignored.
+    """
+
+    def __init__(
+        self,
+        params: BoatParams,
+        ids: NodeIds,
+        instruments: Instruments,
+        bus: FramePort,
+        dvl: SerialDvl,
+        fins: int,
+        base_hz: int,
+    ) -> None:
+        self.nodes = {field.name: Node(getattr(ids, field.name), field.name, bus) for field in fields(ids)}
+        self.malformed = 0
+        self._hub = ServoHub(params.servo_hub, self.nodes["servo_hub"], fins)
+        self._esc = Esc(params.esc, self.nodes["esc"])
+        self._dvl = dvl
+        self._instruments = instruments
+        self._publishers = publishers(params, instruments, self.nodes)
+        self._bus = bus
+        self._commands = Reassembler([m.ARRAY_COMMAND, m.RPM_COMMAND])
+        self._by_id = {node.node_id: node for node in self.nodes.values()}
+        self._base_hz = base_hz
+        self._hub_rate, self._esc_rate = params.servo_hub.status, params.esc.status
+
+    def settle(self, plant: Plant) -> None:
+        """Lets the instruments run in before tick 0: readings that were under way then are delivered in time."""
+        for sensor in self._instruments.all:
+            for k in range(-sensor.delay, 0):
+                sensor.update(k, plant)
+
+    def hear(self, t: float) -> None:
+        """Takes what came over the bus at `t`: commands and requests; the DVL takes what came over its line."""
+        for can_id, data in self._bus.drain(FRAMES_PER_TICK):
+            if can_id & SERVICE:
+                node = self._by_id.get(can_id >> 8 & 0x7F)
+                if node is not None:
+                    node.serve(can_id, data, t)
+            else:
+                transfer = self._commands.accept(can_id, data, t)
+                if transfer is not None:
+                    self._obey(transfer, t)
+        self._dvl.hear()
+
+    def commands(self, t: float, fins: Sequence[float]) -> tuple[Sequence[float], float]:
+        """What servos (rad) and shaft (rev/s) are told at `t`; `fins` are the true angles."""
+        return self._hub.commands(t, fins), self._esc.command(t)
+
+    def speak(self, k: int, t: float, plant: Plant) -> None:
+        """Sends what is to be said at tick `k`, at time `t`; returns when the vehicle can read all of it."""
+        for publisher in self._publishers:
+            publisher.update(k, plant)
+        if due(k, self._hub_rate, self._base_hz):
+            self._hub.report(plant.fins)
+        if due(k, self._esc_rate, self._base_hz):
+            self._esc.report(plant.n)
+        if due(k, 1, self._base_hz):
+            for node in self.nodes.values():
+                node.beat(t)
+        self._dvl.update(k, t, plant)
+
+    def switch_off(self, device: str) -> None:
+        """Takes the power from a node, or from "dvl"; what it had measured and not yet sent is lost with it."""
+        (self._dvl if device == "dvl" else self.nodes[device]).powered = False
+
+    def _obey(self, command: Transfer, t: float) -> None:
+        try:
+            if command.kind is m.ARRAY_COMMAND:
+                self._hub.obey(m.ARRAY_COMMAND.decode(command.payload), t)
+            else:
+                self._esc.obey(m.RPM_COMMAND.decode(command.payload), t)
+        except DecodeError:
+            self.malformed += 1

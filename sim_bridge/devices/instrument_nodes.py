@@ -1,0 +1,125 @@
+"""The devices that measure: what a sensor reads, in the words of its DroneCAN message.
+
+Timestamps are 0, which is DroneCAN's word for unknown: no node aboard keeps the network's time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, Generic, TypeVar
+
+from firmware_py.marine import quaternion_from_euler
+from firmware_py.records.sensing import Ahrs, Battery, Fix
+from firmware_py.wire import equipment as eq
+from firmware_py.wire import messages as m
+from sim_bridge.devices.instruments import Boat, Instruments, InstrumentsParams
+from sim_bridge.devices.node import Node
+from sim_bridge.devices.sensors import Sensor
+
+V = TypeVar("V")
+NAN3 = (math.nan, math.nan, math.nan)
+
+
+class Publisher(Generic[V]):
+    """One sensor, the node it belongs to, and the message that it is sent as."""
+
+    def __init__(
+        self, node: Node, sensor: Sensor[Boat, V], message: m.MessageType[Any], words: Callable[[V], Any]
+    ) -> None:
+        self._node = node
+        self._sensor = sensor
+        self._message = message
+        self._words = words
+
+    def update(self, k: int, boat: Boat) -> None:
+        """Sends what the sensor delivers at tick `k`, if anything."""
+        reading = self._sensor.update(k, boat)
+        if reading is not None:
+            self._node.publish(self._message, self._words(reading.value))
+
+
+def publishers(
+    params: InstrumentsParams, instruments: Instruments, nodes: Mapping[str, Node]
+) -> tuple[Publisher[Any], ...]:
+    """Everything that is measured on the bus; `nodes` by the names of `NodeIds`."""
+    return (
+        Publisher(nodes["ahrs"], instruments.ahrs, m.AHRS_SOLUTION, _solution),
+        Publisher(nodes["pressure"], instruments.pressure, m.STATIC_PRESSURE, _pressure(params.pressure.noise)),
+        Publisher(nodes["altimeter"], instruments.altimeter, m.RANGE_MEASUREMENT, _range),
+        Publisher(nodes["fix"], instruments.fix, m.FIX2, _fix),
+        Publisher(nodes["battery"], instruments.battery, m.BATTERY_INFO, _battery(params.battery.capacity)),
+        Publisher(nodes["battery"], instruments.leak, m.HYGROMETER, _hygrometer),
+    )
+
+
+def _solution(ahrs: Ahrs) -> eq.AhrsSolution:
+    phi, theta, psi, p, q, r = ahrs
+    return eq.AhrsSolution(0, quaternion_from_euler(phi, theta, psi), (), (p, q, r), (), NAN3)
+
+
+def _pressure(noise: float) -> Callable[[float], eq.StaticPressure]:
+    return lambda pressure: eq.StaticPressure(pressure, noise**2)
+
+
+def _range(altitude: float) -> eq.RangeMeasurement:
+    sonar, valid, too_close, too_far = 1, 1, 2, 3
+    reading = too_close if altitude <= 0.0 else too_far if altitude == math.inf else valid
+    return eq.RangeMeasurement(0, 0, eq.CoarseOrientation(), math.nan, sonar, reading, altitude)
+
+
+def _fix(fix: Fix | None) -> eq.Fix2:
+    no_fix, fix_3d = 0, 3
+    latitude = longitude = satellites = 0
+    status = no_fix
+    covariance: tuple[float, ...] = ()
+    if fix is not None:
+        latitude, longitude = (round(math.degrees(angle) * 1e8) for angle in (fix.latitude, fix.longitude))
+        satellites, status = 9, fix_3d
+        covariance = (fix.std**2, fix.std**2, math.nan, *NAN3)
+    return eq.Fix2(
+        timestamp=0,
+        gnss_timestamp=0,
+        gnss_time_standard=0,
+        num_leap_seconds=0,
+        longitude_deg_1e8=longitude,
+        latitude_deg_1e8=latitude,
+        height_ellipsoid_mm=0,
+        height_msl_mm=0,
+        ned_velocity=NAN3,
+        sats_used=satellites,
+        status=status,
+        mode=0,
+        sub_mode=0,
+        covariance=covariance,
+        pdop=math.nan,
+    )
+
+
+def _battery(capacity: float) -> Callable[[Battery], eq.BatteryInfo]:
+    full = capacity / 3600.0
+    in_use, unknown = 1, 127
+
+    def words(battery: Battery) -> eq.BatteryInfo:
+        return eq.BatteryInfo(
+            temperature=math.nan,
+            voltage=battery.voltage,
+            current=battery.current,
+            average_power_10sec=math.nan,
+            remaining_capacity_wh=battery.remaining * full,
+            full_charge_capacity_wh=full,
+            hours_to_full_charge=0.0,
+            status_flags=in_use,
+            state_of_health_pct=unknown,
+            state_of_charge_pct=round(100.0 * battery.remaining),
+            state_of_charge_pct_stdev=1,
+            battery_id=0,
+            model_instance_id=0,
+            model_name=b"",
+        )
+
+    return words
+
+
+def _hygrometer(humidity: float) -> eq.Hygrometer:
+    return eq.Hygrometer(math.nan, 100.0 * humidity, 0)

@@ -1,0 +1,1 @@
+"""The simulated vehicle in the water: hydrodynamics, propulsion, actuators and environment."""

@@ -1,0 +1,166 @@
+"""The vehicle in the water: commands in, motion out, one fixed step at a time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from firmware_py.marine import Eta, Nu
+from sim_bridge.plant.dynamics import MOTION, O, W, advance, observe
+from sim_bridge.plant.environment import Environment
+from sim_bridge.plant.packing import F, S, constants, fin_table, mass_matrix
+from sim_bridge.plant.truth import Truth
+
+AFLOAT = Eta(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""Awash at the origin, level, heading north."""
+AT_REST = Nu(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class PlantError(ValueError):
+    """The plant was asked for something it cannot do, or its state has left the numbers."""
+
+
+class Plant:
+    """The truth as a state that steps. Everything public but the methods is to be read only.
+
+    Attributes:
+        k: steps made.
+        eta: position (NED, m; z = 0 is afloat and awash, see `strips.hydrostatics`) and Euler angles, psi in [-pi, pi].
+        nu: velocity over ground in the body frame.
+        nu_dot: its rate of change in the body frame, (6,), m/s^2 and rad/s^2.
+        nu_r: velocity through the water in the body frame, m/s, (3,).
+        fins: true fin angles, rad, in the order of `truth.fins`.
+        n: shaft speed, rev/s.
+        n_dot: shaft acceleration, rev/s^2.
+    """
+
+    def __init__(
+        self,
+        truth: Truth,
+        environment: Environment,
+        dt: float,
+        substeps: int = 1,
+        eta0: Eta = AFLOAT,
+        nu0: Nu = AT_REST,
+        n0: float = 0.0,
+        fins0: Sequence[float] | None = None,
+    ) -> None:
+        """Puts the vehicle at `eta0` with velocity `nu0` over ground, shaft `n0` (rev/s) and fins at `fins0` (rad).
+
+        Args:
+            truth: the vehicle.
+            environment: the sea, made for the same `dt`.
+            dt: step, s.
+            substeps: integration steps within one step.
+            eta0: position and attitude.
+            nu0: body velocity.
+            n0: shaft speed.
+            fins0: one angle per fin; None is centred.
+
+        Raises:
+            PlantError: a step that is not positive, or another number of fins than the vehicle has.
+        """
+        if not (dt > 0.0 and substeps >= 1):
+            raise PlantError(f"dt = {dt!r} s in {substeps!r} substeps: both must be positive")
+        self.truth = truth
+        self.environment = environment
+        self.dt = dt
+        self.k = 0
+        self._count = len(truth.fins)
+        angles = self._angles([0.0] * self._count if fins0 is None else fins0)
+        self._c = constants(truth)
+        self._table = fin_table(truth)
+        self._inverse = np.ascontiguousarray(np.linalg.inv(mass_matrix(truth)))
+        self._current = np.array(environment.current)
+        self._command = np.array([*angles, n0])
+        self._state = np.array([*eta0[:3], *_quaternion(*eta0[3:]), *nu0, n0, *angles, *angles])
+        self._out = np.zeros(len(O))
+        self._work = np.zeros((len(W), MOTION))
+        self._substeps = substeps
+        observe(self._c, self._table, self._inverse, self._current, self._command, self._state, self._out, self._work)
+        self._read()
+
+    def step(self, fins: Sequence[float], n: float) -> None:
+        """Moves on by `dt` under held commands: one angle (rad) per fin, and the shaft speed (rev/s).
+
+        Raises:
+            PlantError: another number of fins than the vehicle has, or the state is no longer finite.
+        """
+        count = self._count
+        if len(fins) != count:
+            self._angles(fins)
+        command, current = self._command, self._current
+        for i in range(count):
+            command[i] = fins[i]
+        command[count] = n
+        self.environment.step()
+        current[0], current[1], current[2] = self.environment.current
+        check = advance(
+            self._c,
+            self._table,
+            self._inverse,
+            current,
+            command,
+            self._state,
+            self._out,
+            self._work,
+            self.dt,
+            self._substeps,
+        )
+        self.k += 1
+        if check != 0.0:
+            raise PlantError(f"the plant's state is no longer finite at t = {self.t:.3f} s (fins {fins}, n {n})")
+        self._read()
+
+    @property
+    def t(self) -> float:
+        """Time since the start, s."""
+        return self.k * self.dt
+
+    @property
+    def current_ned(self) -> tuple[float, float, float]:
+        """Velocity of the water during the last step, NED, m/s."""
+        return self.environment.current
+
+    @property
+    def altitude(self) -> float:
+        """Height of the origin above the flat bottom, m; negative is in the mud, which nothing prevents."""
+        return self.environment.params.bottom_depth - self.eta.z
+
+    def jam(self, fin: int, jammed: bool = True) -> None:
+        """Holds a fin where it is, or frees it again."""
+        self._table[fin, F.jammed] = float(jammed)
+
+    def damage(self, fin: int, effectiveness: float) -> None:
+        """Sets what is left of a fin: 1 as designed, 0 lost."""
+        self._table[fin, F.effectiveness] = effectiveness
+
+    def _angles(self, fins: Sequence[float]) -> list[float]:
+        if len(fins) != self._count:
+            raise PlantError(f"{len(fins)} fin angles for a vehicle with {self._count} fins")
+        return list(fins)
+
+    def _read(self) -> None:
+        state, out = self._state.tolist(), self._out.tolist()
+        self.eta = Eta(state[S.x], state[S.y], state[S.z], out[O.phi], out[O.theta], out[O.psi])
+        self.nu = Nu(*state[S.u : S.n])
+        self.nu_dot: tuple[float, ...] = tuple(out[: O.u_r])
+        self.nu_r: tuple[float, ...] = tuple(out[O.u_r : O.phi])
+        self.n: float = state[S.n]
+        self.n_dot: float = out[O.n_dot]
+        self.fins: tuple[float, ...] = tuple(state[len(S) + self._count :])
+
+
+def _quaternion(phi: float, theta: float, psi: float) -> tuple[float, float, float, float]:
+    """Attitude quaternion, scalar first (Fossen 2011, Eq. 2.65 ff.)."""
+    c_1, s_1 = math.cos(phi / 2.0), math.sin(phi / 2.0)
+    c_2, s_2 = math.cos(theta / 2.0), math.sin(theta / 2.0)
+    c_3, s_3 = math.cos(psi / 2.0), math.sin(psi / 2.0)
+    return (
+        c_1 * c_2 * c_3 + s_1 * s_2 * s_3,
+        s_1 * c_2 * c_3 - c_1 * s_2 * s_3,
+        c_1 * s_2 * c_3 + s_1 * c_2 * s_3,
+        c_1 * c_2 * s_3 - s_1 * s_2 * c_3,
+    )

@@ -1,0 +1,160 @@
+"""The vehicle as it really is: what `truth.toml` says, read by the simulator alone."""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+
+from firmware_py.marine import NO_INERTIA, is_inertia
+from firmware_py.params import ParamError, param
+from sim_bridge.plant.coefficients import Coefficients
+
+MOST_FINS = 15
+"""As many as one ArrayCommand addresses."""
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """The rigid body. Inertia about the origin of the body frame, products as Ixy = +integral of x y dm."""
+
+    m: float = param(unit="kg", low=1e-3, high=1e7, doc="Mass.")
+    I_x: float = param(unit="kg m^2", low=1e-6, high=1e10, doc="Moment of inertia in roll.")
+    I_y: float = param(unit="kg m^2", low=1e-6, high=1e10, doc="Moment of inertia in pitch.")
+    I_z: float = param(unit="kg m^2", low=1e-6, high=1e10, doc="Moment of inertia in yaw.")
+    I_xy: float = param(unit="kg m^2", low=-1e10, high=1e10, doc="Product of inertia.")
+    I_yz: float = param(unit="kg m^2", low=-1e10, high=1e10, doc="Product of inertia.")
+    I_xz: float = param(unit="kg m^2", low=-1e10, high=1e10, doc="Product of inertia.")
+    r_G: tuple[float, float, float] = param(
+        unit="m", low=-100.0, high=100.0, doc="Centre of gravity (x, y, z) in the body frame."
+    )
+    r_B: tuple[float, float, float] = param(
+        unit="m", low=-100.0, high=100.0, doc="Centre of buoyancy of the immersed hull."
+    )
+    W: float = param(unit="N", low=0.0, high=1e8, doc="Weight.")
+    B: float = param(unit="N", low=0.0, high=1e8, doc="Buoyancy of the fully immersed hull.")
+
+    def __post_init__(self) -> None:
+        if not is_inertia(self.I_x, self.I_y, self.I_z, self.I_xy, self.I_yz, self.I_xz):
+            raise ParamError(f"{NO_INERTIA} (I_x to I_xz)")
+
+
+@dataclass(frozen=True, slots=True)
+class Hull:
+    """The shape that cross-flow drag and buoyancy integrate over: a cylinder from -L/2 to L/2 about the origin."""
+
+    L: float = param(unit="m", low=1e-3, high=100.0, doc="Length, also the reference length of the coefficients.")
+    rho: float = param(unit="kg/m^3", low=1.0, high=2000.0, doc="Density of the water.")
+    height: float = param(
+        unit="m", low=1e-3, high=20.0, doc="Section height: what sway pushes against; the hull's diameter."
+    )
+    width: float = param(unit="m", low=1e-3, high=20.0, doc="Section width: what heave pushes against.")
+    C_dy: float = param(low=0.0, high=10.0, doc="Cross-flow drag coefficient in sway.")
+    C_dz: float = param(low=0.0, high=10.0, doc="Cross-flow drag coefficient in heave.")
+
+
+@dataclass(frozen=True, slots=True)
+class Propeller:
+    """Thrust and race of the propeller; eta = eta_n n[rpm] / u[ft/s], the units it was published in."""
+
+    eta_n: float = param(low=1e-9, high=10.0, doc="Ratio of shaft speed, rpm, to advance, ft/s, scaled to 1 in trim.")
+    C_d0: float = param(low=0.0, high=10.0, doc="Axial drag, rho/2 L^2 u^2 C_d0, that the thrust balances at eta = 1.")
+    C_t: float = param(low=1e-9, high=10.0, doc="Thrust loading: C_t(eta) = C_t L[m]^2 eta|eta| / 2.")
+    x: float = param(unit="m", low=-100.0, high=100.0, doc="Station of the propeller disc.")
+    z: float = param(unit="m", low=-100.0, high=100.0, doc="Height of the shaft, down positive.")
+    diameter: float = param(
+        unit="m", low=1e-3, high=20.0, doc="Diameter of the disc: it loses thrust as it leaves the water."
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Servo:
+    """One characteristic for every fin servo."""
+
+    tau: float = param(unit="s", low=1e-4, high=100.0, doc="Time constant.")
+    rate: float = param(unit="deg/s", low=1e-3, high=1e5, doc="Highest speed.")
+    backlash: float = param(unit="deg", low=0.0, high=90.0, doc="Total play between servo and fin.")
+    limit: float = param(unit="deg", low=0.0, high=90.0, doc="Travel to either side.")
+
+
+@dataclass(frozen=True, slots=True)
+class Shaft:
+    """The motor under its speed controller."""
+
+    tau: float = param(unit="s", low=1e-4, high=100.0, doc="Time constant.")
+    rate: float = param(unit="rpm/s", low=1e-3, high=1e6, doc="Highest acceleration of the shaft.")
+    limit: float = param(unit="rpm", low=0.0, high=1e5, doc="Highest speed, ahead and astern.")
+
+
+class Station(enum.Enum):
+    """Where along the hull a fin works, and so which coefficients it works with."""
+
+    STERN = enum.auto()
+    BOW = enum.auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Fin:
+    """One fin and its servo.
+
+    `hinge` is the angle of the hinge axis in the y-z plane, and fixes what a positive angle of the fin does:
+    delta_s = sum of 1/2 cos(hinge) delta and delta_r = sum of 1/2 sin(hinge) delta over the stern fins. In the +
+    layout both stern planes have 0 and both rudders 90 deg; the fins of an X have 45, 135, 45, 135. Positive delta_s
+    pitches the bow down, positive delta_r turns to port. A bow plane has 0 and works with the `db` coefficients of one
+    side: positive lifts the bow.
+    """
+
+    name: str
+    station: Station
+    hinge: float = param(unit="deg", low=-360.0, high=360.0, doc="Hinge axis in the y-z plane.")
+    centre: tuple[float, float, float] = param(
+        unit="m", low=-100.0, high=100.0, doc="Centre of the fin's area: where it can leave the water."
+    )
+    span: float = param(unit="m", low=1e-3, high=20.0, doc="Span, over which it leaves the water.")
+    effectiveness: float = param(1.0, low=0.0, high=2.0, doc="1 as designed, 0 lost.")
+
+    def __post_init__(self) -> None:
+        if not self.name.strip():
+            raise ParamError("name is empty; every fin needs a name of its own")
+        if self.station is Station.BOW and self.hinge != 0.0:
+            raise ParamError(f"bow plane {self.name!r}: hinge_deg must be 0, no data exist for another")
+
+    @property
+    def share(self) -> tuple[float, float, float]:
+        """What a unit angle gives in (delta_s, delta_r, delta_b)."""
+        if self.station is Station.BOW:
+            return 0.0, 0.0, 1.0
+        return 0.5 * math.cos(self.hinge), 0.5 * math.sin(self.hinge), 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """The whole vehicle."""
+
+    body: Body
+    hull: Hull
+    propeller: Propeller
+    servo: Servo
+    shaft: Shaft
+    coefficients: Coefficients
+    fins: tuple[Fin, ...]
+    substeps: int = param(1, low=1, high=100, doc="Steps of the integration within one tick.")
+
+    def __post_init__(self) -> None:
+        if not 1 <= len(self.fins) <= MOST_FINS:
+            raise ParamError(f"fins: {len(self.fins)} of them; write 1 to {MOST_FINS}, what one command can carry")
+        names = [fin.name for fin in self.fins]
+        for name in names:
+            if names.count(name) > 1:
+                raise ParamError(f"two fins are called {name!r}; every fin needs a name of its own")
+
+
+def refuse_other_fins(truth: Truth, where: str, believed: int, vehicle: str) -> None:
+    """A command goes to a fin by its number, so truth (in the file `where`) and belief (in `vehicle`) need as many.
+
+    Raises:
+        ParamError: the boat has another number of fins than the autopilot believes.
+    """
+    if len(truth.fins) != believed:
+        here = f"{where}: fins: {len(truth.fins)} of them"
+        raise ParamError(f"{here}, but {believed} in {vehicle}; write the same fins in the same order")

@@ -1,0 +1,203 @@
+"""A flight exported: DataFlash as pymavlink reads it, and a table as the csv module does, number by number."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pymavlink import DFReader
+from sternplane.cli import main
+from sternplane.logs.reading import Log, read
+from sternplane.sitl.flight import Wish, fly, prepare
+
+from firmware_py.adapters.ground.mavlink_ground import Grounds
+from firmware_py.records.cycle import Cycle
+from firmware_py.records.order import NO_ORDER, Order
+from firmware_py.schedule import Tick
+from tests.dive import DIVE
+
+CHANGED = {
+    300: {"guidance.turn_rate_max_deg_s": 3.0},
+    301: {"control.depth.poles_1_s": [-0.35, -0.42]},
+    700: {"guidance.turn_rate_max_deg_s": 2.5, "safety.fin_needed": False},
+}
+"""What a station changes, by tick."""
+
+
+class Changing:
+    """A station."""
+
+    def read(self, tick: Tick) -> Order:
+        return Order(changes=(json.dumps({"parameters": CHANGED[tick.k]}),)) if tick.k in CHANGED else NO_ORDER
+
+    def write(self, cycle: Cycle) -> None:
+        pass
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Log:
+    folder = tmp_path_factory.mktemp("flight")
+    (folder / "scenario.toml").write_text(DIVE)
+    flight = prepare(Wish(scenario=str(folder / "scenario.toml")), {})
+    fly(flight, folder / "log.mcap", command=lambda pilot: Grounds(pilot, Changing()))
+    return read(folder / "log.mcap")
+
+
+@pytest.fixture(scope="module")
+def dataflash(log: Log) -> Path:
+    assert main.main(["export", str(log.path.parent), "--format", "bin"]) == 0
+    return log.path.with_suffix(".bin")
+
+
+@pytest.fixture(scope="module")
+def found(dataflash: Path) -> dict[str, list[Any]]:
+    """Every message by its name."""
+    reader, found = DFReader.DFReader_binary(str(dataflash)), {}
+    while (message := reader.recv_msg()) is not None:
+        found.setdefault(message.get_type(), []).append(message)
+    return found
+
+
+def test_every_cycle_is_there_with_its_time_and_numbers(log: Log, found: dict[str, list[Any]]) -> None:
+    c = log.columns
+    count = len(c["t"])
+    for name in ("ATT", "POS", "NED", "DEP", "FIN", "FINR", "PROP", "BAT"):
+        assert [m.TimeUS for m in found[name]] == [10_000 * i for i in range(count)]
+    for name, field, expected in (
+        ("ATT", "Roll", np.degrees(c["state.eta.phi"])),
+        ("ATT", "Pitch", np.degrees(c["state.eta.theta"])),
+        ("ATT", "Yaw", np.degrees(c["state.eta.psi"]) % 360.0),
+        ("NED", "PN", c["state.eta.x"]),
+        ("NED", "U", c["state.nu.u"]),
+        ("DEP", "Depth", c["state.eta.z"]),
+        ("DEP", "Des", c["reference.z_d"]),
+        ("FIN", "F3", np.degrees(c["applied.fins"][:, 2])),
+        ("PROP", "Cmd", c["applied.n"] * 60.0),
+        ("BAT", "RemPct", c["frame.battery.value.remaining"] * 100.0),
+    ):
+        got = np.array([getattr(m, field) for m in found[name]])
+        np.testing.assert_allclose(got, expected, rtol=1e-6, atol=1e-6, equal_nan=True)
+
+
+def test_places_are_where_the_fixes_were(log: Log, found: dict[str, list[Any]]) -> None:
+    c = log.columns
+    heard = np.flatnonzero(c["frame.fix.fresh"])[-1]
+    place = found["POS"][heard]
+    assert place.Lat == pytest.approx(math.degrees(c["frame.fix.value.latitude"][heard]), abs=5e-4)
+    assert place.Lng == pytest.approx(math.degrees(c["frame.fix.value.longitude"][heard]), abs=5e-4)
+    assert place.Alt == pytest.approx(-c["state.eta.z"][heard], abs=1e-4)
+
+
+def test_modes_events_parameters_and_what_was_learned_are_there(log: Log, found: dict[str, list[Any]]) -> None:
+    assert [(m.TimeUS, m.Mode) for m in found["MODE"]] == [(0, 19), (500_000, 2)]  # manual, depth hold
+    assert [(m.TimeUS, m.Message) for m in found["MSG"]] == [(round(t * 1e6), text[:64]) for t, text in log.events]
+    assert {m.Name: m.Value for m in found["PARM"] if m.TimeUS == 0}["SAF_DEPTH_MAX"] == 30.0
+    last = [m for m in found["LRN"] if m.TimeUS == found["LRN"][-1].TimeUS]
+    i = last[0].TimeUS // 10_000
+    names = log.header["configuration"]["autopilot"]["estimation"]["coefficients"].get("names") or [
+        m.Name for m in last
+    ]
+    assert [m.Name for m in last] == names
+    np.testing.assert_allclose([m.Value for m in last], log.columns["state.learned.value"][i], rtol=1e-6)
+    np.testing.assert_allclose([m.Std for m in last], log.columns["state.learned.std"][i], rtol=1e-6)
+
+
+def test_a_parameter_that_a_station_changed_holds_from_then_on(dataflash: Path) -> None:
+    reader = DFReader.DFReader_binary(str(dataflash))
+    held: dict[int, tuple[float, ...]] = {}
+    names = ("GDN_TURN_RATE", "CTL_Z_POLE1", "CTL_Z_POLE2", "SAF_FIN_NEEDED", "SAF_DEPTH_MAX")
+    while (message := reader.recv_msg()) is not None:
+        if message.get_type() == "ATT":
+            held[message.TimeUS] = tuple(round(reader.params[name], 6) for name in names)
+    before, first = (4.0, -0.4, -0.45, 1.0, 30.0), (3.0, -0.4, -0.45, 1.0, 30.0)
+    second, last = (3.0, -0.35, -0.42, 1.0, 30.0), (2.5, -0.35, -0.42, 0.0, 30.0)
+    assert {held[t] for t in held if t < 3_000_000} == {before}
+    assert held[3_000_000] == first
+    assert {held[t] for t in held if 3_010_000 <= t < 7_000_000} == {second}
+    assert {held[t] for t in held if t >= 7_000_000} == {last}
+
+
+def test_each_change_is_one_message_with_the_default_beside_it(found: dict[str, list[Any]]) -> None:
+    defaults = {m.Name: m.Default for m in found["PARM"] if m.TimeUS == 0}
+    later = [(m.TimeUS, m.Name) for m in found["PARM"] if m.TimeUS]
+    assert later == [
+        (3_000_000, "GDN_TURN_RATE"),
+        (3_010_000, "CTL_Z_POLE1"),
+        (3_010_000, "CTL_Z_POLE2"),
+        (7_000_000, "SAF_FIN_NEEDED"),
+        (7_000_000, "GDN_TURN_RATE"),
+    ]
+    assert all(m.Default == defaults[m.Name] for m in found["PARM"])
+
+
+def test_fields_have_units_and_lists_an_instance(dataflash: Path) -> None:
+    reader = DFReader.DFReader_binary(str(dataflash))
+    while reader.recv_msg() is not None:
+        pass
+    by_name = {form.name: form for form in reader.formats.values()}
+    for name, field, unit in (
+        ("ATT", "Roll", "deg"),
+        ("NED", "U", "m/s"),
+        ("DEP", "Depth", "m"),
+        ("PROP", "Cmd", "rpm"),
+        ("BAT", "Volt", "V"),
+        ("ATT", "TimeUS", "µs"),
+    ):
+        assert by_name[name].get_unit(field) == unit, (name, field)
+    assert by_name["LRN"].instance_field == "I"
+
+
+def test_mavlogdump_reads_it(dataflash: Path) -> None:
+    words = [sys.executable, str(Path(sys.executable).with_name("mavlogdump.py")), "--types", "MODE,MSG"]
+    done = subprocess.run([*words, str(dataflash)], capture_output=True, text=True, check=True)
+    assert "MODE {TimeUS : 500000, Mode : 2" in done.stdout
+    assert "HOLD" in done.stdout
+
+
+def test_a_table_has_a_row_for_each_cycle_and_units_in_its_names(log: Log, tmp_path: Path) -> None:
+    out = tmp_path / "table.csv"
+    assert main.main(["export", str(log.path), "--format", "csv", "--out", str(out)]) == 0
+    with out.open(newline="") as file:
+        rows = [*csv.DictReader(file)]
+    c = log.columns
+    assert len(rows) == len(c["t"])
+    for name, expected in (
+        ("t_s", c["t"]),
+        ("tick.dt_ns", c["tick.dt_ns"]),
+        ("state.eta.z_m", c["state.eta.z"]),
+        ("state.eta.psi_rad", c["state.eta.psi"]),
+        ("state.nu.r_rad_s", c["state.nu.r"]),
+        ("frame.pressure.value_Pa", c["frame.pressure.value"]),
+        ("frame.battery.value.current_A", c["frame.battery.value.current"]),
+        ("frame.altitude.value_m", c["frame.altitude.value"]),
+        ("applied.fins_rad[4]", c["applied.fins"][:, 3]),
+        ("applied.n_rev_s", c["applied.n"]),
+        ("state.learned.value[10]", c["state.learned.value"][:, 9]),
+        ("state.learned.current_m_s[1]", c["state.learned.current"][:, 0]),
+        ("mode.mode", c["mode.mode"]),
+        ("applied.armed", c["applied.armed"]),
+    ):
+        np.testing.assert_array_equal(np.array([float(row[name]) for row in rows]), expected, name)
+
+
+@pytest.mark.parametrize("out", ["/nowhere/at/all.csv", "LOG"])
+def test_what_cannot_be_written_is_said_in_one_line(log: Log, out: str, capsys: pytest.CaptureFixture[str]) -> None:
+    before = log.path.read_bytes()
+    out = str(log.path) if out == "LOG" else out
+    assert main.main(["export", str(log.path), "--format", "csv", "--out", out]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"sternplane: --out {out}: ")
+    assert said.count("\n") == 1
+    assert log.path.read_bytes() == before
+
+
+def test_a_log_that_is_none_is_refused_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main.main(["export", str(tmp_path)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1

@@ -1,0 +1,23 @@
+"""What the header of a simulated flight's log knows of the boat, and the autopilot does not."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+from sternplane.sitl.flight import CONFIG, Wish, prepare
+
+
+def test_the_log_knows_how_the_boat_is_built_and_the_vehicle_does_not(tmp_path: Path) -> None:
+    config = tmp_path / "boat"
+    shutil.copytree(CONFIG, config)
+    truth = (config / "truth.toml").read_text()
+    assert "\nM_q = -6.8e-2" in truth
+    (config / "truth.toml").write_text(truth.replace("\nM_q = -6.8e-2", "\nM_q = -9.9e-2"))
+    header = prepare(Wish(config=config), {}).header()
+    built = header["truth"]
+    assert built["coefficients"]["M_q"] == -0.099
+    assert (built["coefficients"]["C_d0"], built["coefficients"]["C_dy"]) == (0.00385, 0.5)
+    assert (built["density"], built["length"]) == (1000.0, 5.3)
+    assert "-0.099" not in str(header["configuration"])
+    assert header["configuration"]["vehicle"]["coefficients"]["M_q"] == -0.068

@@ -1,0 +1,65 @@
+"""What a log says of the machine that made it."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import numpy
+import pytest
+from sternplane.fly import provenance
+
+
+def test_the_fingerprint_names_processor_and_libraries() -> None:
+    found = provenance.fingerprint()
+    assert found == provenance.fingerprint()
+    assert found["numpy"] == numpy.__version__
+    assert {"machine", "cpu", "cpu flags", "libc", "python", "numba", "llvmlite"} <= found.keys()
+    assert all(isinstance(value, str) and value for value in found.values())
+
+
+def test_the_difference_names_what_differs_and_only_that() -> None:
+    here = {"cpu": "EPYC", "numpy": "2.4"}
+    assert provenance.difference(here, here) == ""
+    assert provenance.difference({"cpu": "EPYC", "numpy": "1.26"}, here) == "numpy: 1.26 there, 2.4 here"
+    assert provenance.difference({}, here) == "cpu: unknown there, EPYC here; numpy: unknown there, 2.4 here"
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (
+            "processor : 0\nmodel name\t: Fast One\nflags\t\t: fma avx2\n\nmodel name : Other\n",
+            ("Fast One", "fma avx2"),
+        ),
+        ("processor : 0\nFeatures : fp asimd\nCPU part : 0xd08\n\n", ("0xd08", "fp asimd")),
+    ],
+)
+def test_the_processor_of_x86_and_of_arm(tmp_path: Path, text: str, expected: tuple[str, str]) -> None:
+    (tmp_path / "cpuinfo").write_text(text)
+    assert provenance._processor(tmp_path / "cpuinfo") == expected
+
+
+def test_the_revision_of_a_tree_and_its_changes(tmp_path: Path) -> None:
+    assert provenance.git_revision(tmp_path) == "unknown"
+
+    def git(*words: str) -> str:
+        identity = ["-c", "user.name=t", "-c", "user.email=t@t", "-c", "commit.gpgsign=false", "-c", "core.hooksPath="]
+        command = ["git", "-C", str(tmp_path), *identity, *words]
+        return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
+
+    git("init", "-q")
+    assert provenance.git_revision(tmp_path) == "unknown"
+    (tmp_path / "a").write_text("1")
+    git("add", "a")
+    git("commit", "-qm", "first")
+    git("tag", "-am", "named", "v1")
+    commit = git("rev-parse", "HEAD")
+    assert provenance.git_revision(tmp_path) == commit
+    (tmp_path / "a").write_text("2")
+    assert provenance.git_revision(tmp_path) == f"{commit}-dirty"
+
+
+def test_without_git_the_revision_is_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    assert provenance.git_revision() == "unknown"

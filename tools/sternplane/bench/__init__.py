@@ -1,0 +1,1 @@
+"""Benchmarks: cycle, kernels, messages, flights and lateness."""

@@ -1,0 +1,1 @@
+"""The `sternplane` command line: arguments, progress, run folders, errors."""

@@ -1,0 +1,267 @@
+"""The `sternplane` command.
+
+Exit status: 0 the mission was completed (or the replay is equal), 1 it was not, 2 bad input, in one line on stderr.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from firmware_py.adapters import kernel_cache
+
+CONFIG = kernel_cache.ROOT / "configs" / "npsauv2"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Parses the command line, runs one sub-command, and turns every error of the user's into one line."""
+    kernel_cache.use()  # before anything imports a kernel
+    options = parser().parse_args(arguments)
+    from sternplane.cli.errors import BAD_INPUT
+
+    try:
+        status: int = options.run(options)
+        sys.stdout.flush()
+    except BAD_INPUT as error:
+        print(f"sternplane: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+    except BrokenPipeError:  # whoever read our output has had enough
+        sys.stdout = None
+        return 1
+    except KeyboardInterrupt:
+        print("sternplane: interrupted", file=sys.stderr)
+        return 130
+    return status
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line, like all of ours."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"sternplane: {message}; see `{self.prog} --help`\n")
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line: every option with what it is for."""
+    top = _Parser(
+        prog="sternplane", description="A fixed-rate autopilot for fin-controlled AUVs, and the sea to try it in."
+    )
+    commands = top.add_subparsers(required=True, metavar="COMMAND")
+
+    sitl = commands.add_parser(
+        "sitl",
+        help="fly a scenario: autopilot and plant in one process, over a CAN bus",
+        description="Flies a scenario and leaves log.mcap, summary.json and report.html in a folder of its own.",
+        epilog="Exit status 0 if the mission was completed, 1 if not, 2 for bad input.",
+    )
+    sitl.add_argument(
+        "--scenario", default="demo", metavar="NAME", help="see `sternplane scenarios`, or a .toml file [demo]"
+    )
+    _add_config(sitl, "vehicle and autopilot")
+    sitl.add_argument(
+        "--bus",
+        default="virtual",
+        metavar="BUS",
+        help="virtual in one process; udp:N or socketcan:IFACE in two [virtual]",
+    )
+    _add_link(sitl)
+    sitl.add_argument(
+        "--pace", choices=("max", "realtime"), default="max", help="as fast as it goes, or as at sea [max]"
+    )
+    _add_seed(sitl)
+    sitl.add_argument("--out", type=Path, metavar="DIR", help="where the run is left [runs/<stamp>]")
+    sitl.add_argument(
+        "--state", type=Path, metavar="DIR", help="what the vehicle keeps between runs [empty, in the run's folder]"
+    )
+    _add_gcs(sitl)
+    _add_fault(sitl)
+    sitl.set_defaults(run=_lazily("sternplane.sitl.command"))
+
+    fly = commands.add_parser(
+        "fly",
+        help="the vehicle alone: what runs at sea",
+        description="Flies the vehicle on a real bus until Ctrl-C. It starts disarmed and waits for orders.",
+        epilog="Exit status 0 if it was ended by a person, 1 if its plant was lost, 2 for bad input, 3 if a station "
+        "asked for a reboot: whoever started it is to start it again.",
+    )
+    _add_config(fly, "vehicle and autopilot")
+    _add_real_bus(fly)
+    _add_link(fly)
+    fly.add_argument(
+        "--pace", choices=("realtime", "bus"), help="its own clock, or a plant's ticks [realtime; mavlink-hil: bus]"
+    )
+    fly.add_argument("--dvl", metavar="PATH", help="the DVL's serial port [as the io file says]")
+    fly.add_argument("--out", type=Path, metavar="DIR", help="where the log is left [runs/<stamp>]")
+    fly.add_argument("--state", type=Path, metavar="DIR", help="what the vehicle keeps between runs")
+    _add_gcs(fly)
+    fly.set_defaults(run=_lazily("sternplane.fly.command"))
+
+    plant = commands.add_parser(
+        "plant",
+        help="the plant alone: a boat on a bus",
+        description="Puts a simulated boat on a bus; `sternplane fly` in another process flies it.",
+    )
+    plant.add_argument("--scenario", default="demo", metavar="NAME", help="where it starts, in what water [demo]")
+    _add_config(plant, "truth and sensors")
+    _add_real_bus(plant)
+    _add_link(plant)
+    plant.add_argument(
+        "--pace",
+        choices=("max", "realtime"),
+        default="max",
+        help="max: in lockstep with `fly --pace bus`; realtime: free-running, over mavlink-hil in lockstep too [max]",
+    )
+    _add_seed(plant)
+    plant.add_argument("--dvl", metavar="PATH", help="name of the link to the DVL's line [as the io file says]")
+    plant.add_argument("--out", type=Path, metavar="DIR", help="where truth.mcap is left [nowhere]")
+    plant.add_argument(
+        "--wait", type=float, metavar="S", help="how long a vehicle may take to come [60; in real time 0, for none]"
+    )
+    _add_fault(plant)
+    plant.set_defaults(run=_lazily("sternplane.sitl.plant"))
+
+    replay = commands.add_parser(
+        "replay",
+        help="run the same code on a log's inputs and compare every output",
+        description="Runs the autopilot on the inputs of a log and compares every output, byte for byte.",
+        epilog="Exit status 0 if all are equal, 1 if one differs (it is named), 2 for bad input.",
+    )
+    replay.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
+    replay.add_argument("--anyway", action="store_true", help="also if another CPU or other libraries made the log")
+    replay.set_defaults(run=_lazily("sternplane.logs.replay"))
+
+    report = commands.add_parser("report", help="make report.html and summary.json of a log again")
+    report.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
+    report.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [beside the log]")
+    report.set_defaults(run=_lazily("sternplane.report.report"))
+
+    export = commands.add_parser(
+        "export",
+        help="write a log anew, for the tools of others",
+        description="Writes a log as DataFlash (.bin), which pymavlink's tools and log viewers for ArduPilot read, or "
+        "as a table with a row for each cycle (.csv).",
+    )
+    export.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
+    export.add_argument("--format", choices=("bin", "csv"), default="bin", help="what it becomes [bin]")
+    export.add_argument("--out", type=Path, metavar="FILE", help="where to leave it [beside the log]")
+    export.set_defaults(run=_lazily("sternplane.logs.export.command"))
+
+    identify = commands.add_parser(
+        "identify",
+        help="what a log says of the vehicle's coefficients, and a vehicle file with it",
+        description="Estimates coefficients from a log by the filter that flies and by batch maximum likelihood, and "
+        "leaves identify.html, identify.json and vehicle.toml.",
+        epilog="Exit status 0 if all is identifiable, 1 if not (what is not is named), 2 for bad input.",
+    )
+    identify.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
+    identify.add_argument(
+        "--coefficients", metavar="NAME,...", help="as in [coefficients], or X_dot to N_dot [the ten]"
+    )
+    identify.add_argument(
+        "--from", dest="begin", type=float, metavar="T", help="vehicle time, s [the longest time under water]"
+    )
+    identify.add_argument("--to", dest="end", type=float, metavar="T", help="vehicle time, s")
+    identify.add_argument(
+        "--current", action=argparse.BooleanOptionalAction, default=True, help="the water may flow, or stands still"
+    )
+    identify.add_argument(
+        "--prior", type=float, metavar="PCT", help="how far off the vehicle file may be, 1 sigma [as the log's filter]"
+    )
+    identify.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [beside the log]")
+    identify.set_defaults(run=_lazily("sternplane.identification.command"))
+
+    study = commands.add_parser("study", help="how well something is done, over many seeds, beside what is possible")
+    studies = study.add_subparsers(required=True, metavar="STUDY")
+    estimation = studies.add_parser(
+        "estimation",
+        help="the coefficient filter beside the Cramér-Rao bound",
+        description="Flies and judges every case in two processes, and leaves report.html and results.json.",
+        epilog="Exit status 0 if every target is met, 1 if not (what is missed is named), 2 for bad input.",
+    )
+    estimation.add_argument(
+        "--seeds", metavar="A:B", help="seeds A to B - 1; tune below 1000 [1000:1400, for the figures that count]"
+    )
+    estimation.add_argument("--short", action="store_true", help="fewer seeds, same cases: the form for CI")
+    estimation.add_argument("--out", type=Path, metavar="DIR", help="where they are left [runs/<stamp>]")
+    estimation.set_defaults(run=_lazily("sternplane.study.command"))
+
+    paper = commands.add_parser(
+        "paper",
+        help="every experiment of the source paper, flown again",
+        description="Repeats the paper's estimation, design and flights, and leaves report.html, results.json and the "
+        "figures as PNG files. Takes a few minutes.",
+        epilog="Exit status 0 if every EKF row of Table 1 is at or under the paper's, 1 if not, 2 for bad input.",
+    )
+    paper.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [runs/<stamp>]")
+    paper.set_defaults(run=_lazily("sternplane.paper.command"))
+
+    scenarios = commands.add_parser("scenarios", help="list the scenarios, with a sentence each")
+    scenarios.set_defaults(run=_lazily("sternplane.sitl.command", "list_scenarios"))
+    return top
+
+
+def _add_config(command: argparse.ArgumentParser, what: str) -> None:
+    command.add_argument("--config", type=Path, default=CONFIG, metavar="DIR", help=f"{what} [configs/npsauv2]")
+    command.add_argument("--io", type=Path, metavar="FILE", help="who is who on the wires [DIR/io_sitl.toml]")
+
+
+def _add_real_bus(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--bus", default="", metavar="BUS", help="udp:N or socketcan:IFACE [as the io file says]")
+
+
+def _add_link(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--link",
+        default="can",
+        metavar="LINK",
+        help="can, or mavlink-hil[:HOST:PORT]: PX4's simulator interface over TCP [can; 127.0.0.1:4560]",
+    )
+
+
+def _add_seed(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--seed", type=int, default=1, metavar="N", help="of noise, bias, dropout and turbulence [1]")
+
+
+def _add_gcs(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--gcs",
+        action="append",
+        default=[],
+        metavar="LINK",
+        help="a ground station: udpout:, udpin:, tcp: or tcpin:HOST:PORT, or serial:DEVICE:BAUD, with :generic or "
+        ":highlatency behind it; may be repeated",
+    )
+    command.add_argument(
+        "--gcs-key",
+        type=Path,
+        metavar="FILE",
+        help="sign MAVLink with this file's passphrase, and refuse what is not signed",
+    )
+
+
+def _add_fault(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--fault",
+        action="append",
+        default=[],
+        metavar="NAME@T",
+        help="breaks something at T s: dvl-off, ahrs-off, pressure-off, altimeter-off, fix-off, fin-jam:FIN",
+    )
+
+
+def _lazily(module: str, function: str = "command") -> Callable[[argparse.Namespace], int]:
+    """A sub-command that is imported when it runs: `--help` needs no numba, and the kernels' folder is chosen first."""
+
+    def run(options: argparse.Namespace) -> int:
+        status: int = getattr(importlib.import_module(module), function)(options)
+        return status
+
+    return run
+
+
+if __name__ == "__main__":
+    sys.exit(main())

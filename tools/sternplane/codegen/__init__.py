@@ -1,0 +1,1 @@
+"""Generated files: Jacobians, C kernels, the configuration reference; and kernel compilation."""

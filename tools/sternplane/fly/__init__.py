@@ -1,0 +1,1 @@
+"""The vehicle alone, as it runs at sea."""

@@ -1,0 +1,50 @@
+"""What a vehicle keeps from one run to the next, in a folder of its own."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+from firmware_py.adapters.storage.state_store import replace
+from firmware_py.estimation.navigation.navigation import KeptNavigation
+from sternplane.cli.errors import UsageError
+
+FILE = "navigation.json"
+BOUNDS = {"x": (-1e7, 1e7), "y": (-1e7, 1e7), "position_std": (1e-6, 1e7), "surface_pressure": (3e4, 1.3e5)}
+"""Of what was kept, m and Pa: wider than anything that a run ends with, and fit to start from."""
+
+
+def load(folder: Path) -> dict[str, float]:
+    """What was kept there; empty for a folder that is new.
+
+    Raises:
+        UsageError: the file is not what `save` writes.
+    """
+    path = folder / FILE
+    try:
+        kept = json.loads(path.read_text(encoding="utf-8"), parse_int=float)
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError, RecursionError) as error:
+        raise UsageError(f"--state: {path} cannot be read ({error}); remove it to start anew") from None
+    if not isinstance(kept, Mapping) or set(kept) != set(BOUNDS):
+        raise UsageError(f"--state: {path} must hold a number for each of {', '.join(BOUNDS)}; remove it to start anew")
+    for name, (low, high) in BOUNDS.items():
+        if not (isinstance(kept[name], float) and low <= kept[name] <= high):
+            wanted = f"must be a number in [{low:g}, {high:g}]"
+            raise UsageError(f"--state: {path}: {name} = {kept[name]!r}: {wanted}; remove the file to start anew")
+    return dict(kept)
+
+
+def save(folder: Path, kept: KeptNavigation) -> None:
+    """Keeps it, whole or not at all.
+
+    Raises:
+        UsageError: the folder cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        replace(folder, FILE, (json.dumps(kept._asdict(), indent=2, allow_nan=False) + "\n").encode())
+    except OSError as error:
+        raise UsageError(f"--state {folder}: cannot be written ({error.strerror}); choose another folder") from None

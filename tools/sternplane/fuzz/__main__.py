@@ -1,0 +1,47 @@
+"""`python -m sternplane.fuzz`: millions of packets through the ground links of vehicles that fly meanwhile.
+
+Valid headers with random payloads, random bytes, mutated recordings, and every message id of the dialect with extreme
+values go through the parser and all services, over links as UDP, TCP and serial lines are, into the autopilot of a
+simulated boat. Nothing may raise; every number in an order and of what goes to the fins is finite; every change can be
+made, and what is kept is taken at the next start; all that came in is counted. Every other flight is signed: what
+anybody says but the owner of the key changes nothing, compared with a twin that hears the owner alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+import time
+
+from firmware_py.adapters import kernel_cache
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Exit status 0 if every rule held, 1 if one was broken: it is printed, and how to see it again."""
+    parser = argparse.ArgumentParser(prog="python -m sternplane.fuzz", description="Fuzzes the ground links.")
+    parser.add_argument("--packets", type=int, default=10_000_000, metavar="N", help="how many [10000000]")
+    parser.add_argument("--seconds", type=float, metavar="S", help="begin no flight after S s [until all are flown]")
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of everything [1]")
+    parser.add_argument("--processes", type=int, default=2, metavar="N", help="that fly at once [2]")
+    parser.add_argument("--flight", type=int, metavar="K", help="only this one, again")
+    options = parser.parse_args(arguments)
+    if options.packets < 1 or options.processes < 1 or (options.flight or 0) < 0:
+        parser.error("--packets and --processes must be 1 or more, --flight 0 or more")
+    kernel_cache.use()  # before anything imports a kernel
+    flight, pool, report = (importlib.import_module(f"sternplane.fuzz.{name}") for name in ("flight", "pool", "report"))
+    console = importlib.import_module("rich.console").Console
+    began = time.monotonic()
+    if options.flight is not None:
+        flights = [flight.flown(flight.Job(options.seed, options.flight))]
+    else:
+        flights = pool.run_all(options.seed, options.packets, options.seconds, options.processes, console(stderr=True))
+    report.tell(flights, options.seed, time.monotonic() - began, console())
+    return 1 if any(one.failure is not None for one in flights) else 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit(130)

@@ -1,0 +1,271 @@
+"""One flight under fire: a simulated vehicle whose stations say anything at all."""
+
+from __future__ import annotations
+
+import dataclasses
+import random
+import tempfile
+import time
+import traceback
+from collections import Counter
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from firmware_py import app
+from firmware_py.param_tree import settings
+from firmware_py.params import ParamError, When
+from firmware_py.ports import Ground
+from firmware_py.records.cycle import Cycle
+from firmware_py.records.order import NO_ORDER, Order
+from firmware_py.schedule import Tick
+from sim_bridge.scripted_operator import ScriptedOperator
+from sternplane.fuzz.owner import Owner, forger
+from sternplane.fuzz.packets import Packets
+from sternplane.fuzz.rules import Broken, Peer, flies, obeys
+from sternplane.fuzz.sessions import sessions
+from sternplane.fuzz.vehicle import DOORS, Ashore, ashore
+from sternplane.logs.reading import read
+from sternplane.logs.replay import replay
+from sternplane.sitl.flight import Flight, Wish, fly, prepare
+
+PACKETS = 50_000
+"""Of a flight, about a quarter of a minute of vehicle time."""
+_MOST_PER_TICK = 24
+"""Packets on a link in an ordinary tick: not so many that they are dropped unread."""
+_FLOOD, _FLOODED = 0.01, 200
+_RECEIVED = 4096
+"""Bytes of a stream that are taken in a tick, as `stations_stream` does."""
+_QUIET = 150
+"""Ticks at the end in which nothing comes, so that what waits is done."""
+_OWNER_EVERY = 4
+"""Ticks between two messages of the station that has the key."""
+_LAMING = ("SAF_", "EST_")
+"""Parameters that, set at random, soon leave a vehicle that arms no more: half of the flights leave them alone."""
+_REPLAYED = 8
+"""Of so many flights two are flown again from their logs, an open and a signed one."""
+_LISTENED = 8
+"""Ticks between two looks at what is said."""
+
+
+class Failure(NamedTuple):
+    """A rule that was broken or an error that was raised, and what was said in the tick before."""
+
+    flight: int
+    tick: int
+    packets: tuple[int, int]
+    """The first packet of that tick, counted over all flights, and the one behind the last."""
+    text: str
+    said: tuple[str, ...]
+    """Hexadecimal, by link; the station that has the key speaks first."""
+
+
+class Flown(NamedTuple):
+    """What came of one flight."""
+
+    counts: Counter[str]
+    cost_ns: npt.NDArray[np.int64]
+    """(ticks,): what the ground links cost in each tick, ns of this process."""
+    cpu_s: float
+    """What all of it cost."""
+    failure: Failure | None
+
+
+class Job(NamedTuple):
+    """A flight: the seed of all, its number, how many packets; every other one is signed."""
+
+    seed: int
+    flight: int
+    packets: int = PACKETS
+
+    @property
+    def signed(self) -> bool:
+        """Whether the links have a key: then nothing unsigned may change anything."""
+        return self.flight % 2 == 1
+
+
+class UnderFire:
+    """A `ports.Ground` into whose links packets come until there are no more; it keeps count and holds the rules."""
+
+    def __init__(self, job: Job, flight: Flight) -> None:
+        self.job = job
+        self._rng = rng = random.Random(f"{job.seed}/{job.flight}")
+        origin = flight.params.origin
+        here = (round(np.degrees(origin.latitude) * 1e7), round(np.degrees(origin.longitude) * 1e7))
+        found = [*settings(flight.params)]
+        found = [setting for setting in found if job.flight % 4 < 2 or not setting.name.startswith(_LAMING)]
+        talks = sessions([setting.name for setting in found], here)
+        self._packets = Packets(rng, talks, forger(rng, talks) if job.signed else None)
+        self.boat = ashore(flight.configuration, job.signed, random.Random(job.flight))
+        self._twin: Ashore | None = None
+        if job.signed:  # hears the owner alone, and must be ordered the same
+            self._twin = ashore(flight.configuration, True, random.Random(job.flight))
+            # what may be refused at one time and not at another hangs on the tick in which it is tried
+            any_time = tuple(setting.name for setting in found if setting.when is When.AT_ONCE)
+            self._owner = Owner(rng, any_time, here)
+        self._left, self._quiet = job.packets, _QUIET
+        self._streams = [bytearray() for _ in DOORS]
+        self._changes: tuple[list[str], list[str]] = ([], [])
+        self._said: list[list[bytes]] = []
+        self._peers = [Peer() for _ in DOORS]
+        self._pilot: ScriptedOperator | None = None
+        self._tick = self._first = 0
+        self.counts: Counter[str] = Counter()
+        self.cost_ns: list[int] = []
+
+    def instead(self, pilot: ScriptedOperator) -> Ground:
+        """Takes the place of a scenario's pilot, and tells him when it is over."""
+        self._pilot = pilot
+        return self
+
+    def read(self, tick: Tick) -> Order:
+        """See `ports.Ground`."""
+        self._tick = tick.k
+        self._first = self.job.packets - self._left
+        self._said = said = [self._come(i) for i in range(len(DOORS))]
+        owner = self._own(tick)
+        said[0] = owner + said[0]
+        node = self.boat.node
+        began = time.thread_time_ns()
+        node.listen(tick, said)
+        order = node.order()
+        self.cost_ns.append(time.thread_time_ns() - began)
+        if order is not NO_ORDER:
+            self.counts.update(f"changes of {kind}" for kind in obeys(order))
+            self.counts["orders"] += order.asker.link >= 0
+        self._changes[0].extend(order.changes)
+        if self._twin is not None:
+            self._compare(self._twin, tick, owner, order)
+        return order
+
+    def write(self, cycle: Cycle) -> None:
+        """See `ports.Ground`."""
+        boat = self.boat
+        flies(cycle)
+        began = time.thread_time_ns()
+        said = boat.node.report(cycle)
+        saves = boat.node.saves()
+        self.cost_ns[-1] += time.thread_time_ns() - began
+        boat.kept |= saves
+        self.counts["times that something was kept"] += len(saves)
+        self.counts[f"ticks in {cycle.mode.mode.name}"] += 1
+        if cycle.tick.k % _LISTENED == 0:
+            for peer, datagram in zip(self._peers, said, strict=True):
+                self.counts["answers looked at"] += peer.hears(datagram)
+        if self._twin is not None:
+            self._twin.node.report(cycle)
+            self._twin.kept |= self._twin.node.saves()
+        if not self._left:
+            self._quiet -= 1
+            if not self._quiet and self._pilot is not None:
+                self._pilot.referee.done = True
+
+    def end(self, log: Path) -> None:
+        """What holds in the end: the next start takes what was kept, and a key let nobody change anything.
+
+        Raises:
+            Broken: it does not.
+        """
+        boat, twin = self.boat, self._twin
+        if unsayable := boat.tally()["answers that could not be packed"]:
+            raise Broken(f"said: {unsayable} answers could not be packed")
+        with tempfile.TemporaryDirectory() as folder:
+            for name, content in boat.kept.items():
+                (Path(folder) / name).write_bytes(content)
+            try:
+                again = prepare(Wish("demo", state=Path(folder)), {})
+                ashore(again.configuration, False, self._rng, Path(folder))
+            except ParamError as error:
+                raise Broken(f"kept: the next start refuses it: {error}") from None
+        if self.job.flight % _REPLAYED < 2:
+            self.counts["cycles replayed"] += (found := replay(read(log), app.build)).cycles
+            if not found.equal:
+                raise Broken(f"replay: {found}")
+        if twin is None:
+            return
+        if boat.values != twin.values:
+            raise Broken(f"signed: parameters are not those that the owner of the key set: {_unlike(boat, twin)}")
+        if self._changes[0] != self._changes[1]:
+            raise Broken("signed: changes were ordered that the owner of the key did not ask for")
+        if boat.kept.keys() != twin.kept.keys() or any(boat.kept[n] != twin.kept[n] for n in boat.kept):
+            raise Broken(f"signed: kept {boat.kept}, but the owner of the key asked for {twin.kept}")
+        if boat.logs.erased != twin.logs.erased or boat.node.ending != twin.node.ending:
+            raise Broken("signed: logs were erased or an end was asked for by nobody who has the key")
+
+    def failure(self, text: str) -> Failure:
+        """With what was said in this tick."""
+        base = self.job.flight * PACKETS
+        first, behind = base + self._first, base + self.job.packets - self._left
+        said = tuple(f"link {i}: {datagram.hex()}" for i, link in enumerate(self._said) for datagram in link)
+        return Failure(self.job.flight, self._tick, (first, behind), text, said)
+
+    def _come(self, link: int) -> list[bytes]:
+        """What comes by a link in this tick."""
+        rng = self._rng
+        most = _FLOODED if rng.random() < _FLOOD else int(rng.random() * (_MOST_PER_TICK + 1))
+        packets: list[bytes] = []
+        for _ in range(min(most, self._left)):
+            kind, packet = self._packets.next()
+            self.counts[kind.value] += 1
+            packets.append(packet)
+        self._left -= len(packets)
+        if not DOORS[link].stream:
+            return packets
+        stream = self._streams[link]
+        stream += b"".join(packets)
+        part = bytes(stream[: int((0.5 + rng.random()) * _RECEIVED)][:_RECEIVED])
+        if self._left and rng.random() < 0.5:
+            part = part[: -1 - int(rng.random() * 40.0)]  # frames go on in the next
+        del stream[: len(part)]
+        return [part] if part else []
+
+    def _own(self, tick: Tick) -> list[bytes]:
+        signing = self.boat.signing
+        if signing is None or tick.k % _OWNER_EVERY or not self._left:
+            return []
+        owner = self._owner.mav.signing
+        owner.timestamp = max(owner.timestamp, signing.at(tick.t_ns))
+        said = self._owner.say()
+        self._packets.listen(said)
+        self.counts["said by the owner of the key"] += 1
+        return [said]
+
+    def _compare(self, twin: Ashore, tick: Tick, owner: list[bytes], order: Order) -> None:
+        """The order but for changes, which are tried when there is room in a datagram."""
+        twin.node.hear(tick, 0, owner)
+        wanted = twin.node.order()
+        self._changes[1].extend(wanted.changes)
+        if order is wanted is NO_ORDER:
+            return
+        if repr(dataclasses.replace(order, changes=())) != repr(dataclasses.replace(wanted, changes=())):
+            raise Broken(f"signed: {order} was ordered, but the owner of the key asked for {wanted}")
+
+
+def flown(job: Job) -> Flown:
+    """Flies one flight, and stops at the first failure."""
+    flight = prepare(Wish("demo"), {})
+    start = dataclasses.replace(flight.scenario.start, depth=10.0, u=1.5)  # so that surfacing is not the end at once
+    quiet = dataclasses.replace(flight.scenario, orders=(), duration=1e6, start=start)
+    fire = UnderFire(job, dataclasses.replace(flight, scenario=quiet))
+    failure, began = None, time.process_time()
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            log = Path(folder) / "log.mcap"
+            outcome = fly(dataclasses.replace(flight, scenario=quiet), log, command=fire.instead)
+            if "numbers" in outcome.reason or outcome.reason == "interrupted":
+                raise Broken(outcome.reason)
+            fire.end(log)
+    except Broken as broken:
+        failure = fire.failure(str(broken))
+    except Exception:
+        failure = fire.failure(traceback.format_exc(limit=-6))
+    fire.counts.update(fire.boat.tally())
+    return Flown(fire.counts, np.array(fire.cost_ns, dtype=np.int64), time.process_time() - began, failure)
+
+
+def _unlike(boat: Ashore, twin: Ashore) -> str:
+    theirs = twin.values
+    unlike = {name: value for name, value in boat.values.items() if value != theirs[name]}
+    return ", ".join(f"{name} {value:g} for {theirs[name]:g}" for name, value in unlike.items())

@@ -1,0 +1,45 @@
+"""Stations that sign: the one that has the key, and one that pretends to."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from pymavlink.dialects.v20 import all as mav  # type: ignore[import-untyped]
+
+from sternplane.fuzz.sessions import COMPONENT, SYSTEM, Message, sessions
+from sternplane.fuzz.vehicle import KEY
+
+
+class Owner:
+    """The station that has the key: goes through the conversations, and signs what it says."""
+
+    def __init__(self, rng: random.Random, names: tuple[str, ...], here: tuple[int, int]) -> None:
+        self._rng = rng
+        self._talks = sessions(names, here)
+        self._next: list[Any] = []
+        self.mav = mav.MAVLink(None, SYSTEM, COMPONENT)
+        self.mav.signing.secret_key, self.mav.signing.sign_outgoing, self.mav.signing.link_id = KEY, True, 1
+
+    def say(self) -> bytes:
+        """The next frame."""
+        if not self._next:
+            self._next = list(self._talks[self._rng.randrange(len(self._talks))])
+        frame: bytes = self._next.pop(0).pack(self.mav)
+        self.mav.seq = self.mav.seq + 1 & 255
+        return frame
+
+
+def forger(rng: random.Random, talks: Sequence[Sequence[Message]]) -> Callable[[], bytes]:
+    """Says what stations say, signed with another key."""
+    station = mav.MAVLink(None, SYSTEM, COMPONENT)
+    station.signing.secret_key, station.signing.sign_outgoing = bytes(32), True
+    station.signing.timestamp = 2**40
+
+    def forge() -> bytes:
+        talk = talks[int(rng.random() * len(talks))]
+        frame: bytes = talk[int(rng.random() * len(talk))].pack(station)
+        return frame
+
+    return forge

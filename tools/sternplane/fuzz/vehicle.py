@@ -1,0 +1,139 @@
+"""The vehicle's side of the links, as `sternplane.fly.ground` opens it, but for sockets, clocks and disks."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from firmware_py import app
+from firmware_py.marine import Origin
+from firmware_py.mavlink.base.codec import Codec, Message
+from firmware_py.mavlink.base.identity import Identity
+from firmware_py.mavlink.base.link_configuration import LinkConfiguration
+from firmware_py.mavlink.base.signing import UNSIGNED_HEARD, Signing
+from firmware_py.mavlink.files.tree import LogFile
+from firmware_py.mavlink.link import HEARD_PER_TICK
+from firmware_py.mavlink.node import Node
+from firmware_py.mavlink.parameters.transfer import ParameterStore
+from firmware_py.mavlink.telemetry.health import Actuators
+from sternplane.fuzz.rules import Broken
+
+DOORS = (
+    LinkConfiguration(Identity.ARDUSUB),
+    LinkConfiguration(Identity.GENERIC, stream=True),
+    LinkConfiguration(Identity.ARDUSUB, bytes_per_s=1000.0, stream=True, high_latency=True),
+)
+"""UDP, TCP and a slow serial line."""
+KEY = bytes(range(32))
+_NOW = 10**12
+"""Of signatures, 10 us since 2015; no clock is asked, so that a flight can be flown again."""
+Parse = Callable[..., tuple[list[Message], int]]
+
+
+class Logs:
+    """A `shelf.Shelf` whose disk is often slow and sometimes broken."""
+
+    def __init__(self, rng: random.Random) -> None:
+        self._rng = rng
+        self._content = {"one.mcap": rng.randbytes(5000), "two.mcap": rng.randbytes(300), "three.mcap": b""}
+        self.erased = 0
+
+    def logs(self) -> Sequence[LogFile] | None:
+        """See `shelf.Shelf`."""
+        if self._asked():
+            return None
+        return [
+            LogFile(name, len(content), 1_800_000_000, name == "two.mcap") for name, content in self._content.items()
+        ]
+
+    def read(self, name: str, offset: int, n: int) -> bytes | None:
+        """See `shelf.Shelf`."""
+        return None if self._asked() else self._content[name][offset : offset + n]
+
+    def erase(self) -> None:
+        """See `shelf.Shelf`."""
+        self.erased += 1
+
+    def _asked(self) -> bool:
+        share = self._rng.random()
+        if share < 0.01:
+            raise OSError(5, "Input/output error")
+        return share < 0.2
+
+
+@dataclass
+class Ashore:
+    """A node, what its links made of what they were given, and what it gave to be kept."""
+
+    node: Node
+    book: ParameterStore
+    signing: Signing | None
+    logs: Logs
+    heard: int = 0
+    kept: dict[str, bytes] = field(default_factory=dict)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Every parameter."""
+        return {setting.name: setting.value for setting in self.book.settings}
+
+    def tally(self) -> dict[str, int]:
+        """What became of all that came, in all links."""
+        codecs = [link.codec for link in self.node.links]
+        return {
+            "messages heard": self.heard,
+            "malformed": sum(codec.malformed for codec in codecs),
+            "refused: signature": sum(codec.refused for codec in codecs),
+            "of unknown id": sum(codec.unknown for codec in codecs),
+            "cut: too much for a tick": sum(codec.dropped for codec in codecs),
+            "dropped: too much for a tick, or to wait": sum(
+                link.dropped + link.untaken + link.unsaid for link in self.node.links
+            ),
+            "answers that could not be packed": sum(codec.unsayable for codec in codecs),
+        }
+
+
+def ashore(configuration: Mapping[str, Any], signed: bool, rng: random.Random, state: Path | None = None) -> Ashore:
+    """A node with all services; with `signed` links it heeds nobody but who has the KEY; `state` is what was kept.
+
+    Raises:
+        ParamError: what was kept cannot be used.
+    """
+    params, boat, book = app.autopilot_params(configuration), app.vehicle(configuration), app.book(configuration)
+    signing = Signing(KEY, _NOW) if signed else None
+    actuators = Actuators(tuple(fin.delta_max for fin in boat.fins), boat.propeller.n_max)
+    origin = Origin(params.origin.latitude, params.origin.longitude)
+    learned = params.estimation.coefficients.names if params.estimation.learning.enabled else ()
+    plans = app.plans(configuration, state)
+    node = Node(params.mavlink, origin, actuators, DOORS, learned, signing, book, plans)
+    node.limit(params.safety.depth_max, params.safety.altitude_min, params.guidance.turning)
+    node.may_end()
+    found = Ashore(node, book, signing, Logs(rng))
+    node.shelve(found.logs)
+    for link in node.links:
+        link.codec.parse = _audited(found, link.codec, link.codec.parse)  # type: ignore[method-assign]
+    return found
+
+
+def _audited(found: Ashore, codec: Codec, parse: Parse) -> Parse:
+    """Each place that was looked at became a message, or counts as something else; and there are never too many.
+
+    With a key, what is heard was signed, or is of the few that may come without.
+    """
+
+    def audited(data: bytes, most: int, t_ns: int = 0) -> tuple[list[Message], int]:
+        before = codec.malformed + codec.refused + codec.unknown
+        messages, looked = parse(data, most, t_ns)
+        counted = len(messages) + codec.malformed + codec.refused + codec.unknown - before
+        if not counted <= looked <= min(counted + 1, HEARD_PER_TICK) or looked > most:
+            raise Broken(f"counted: {counted} of {looked} places of at most {most}: {data.hex()}")
+        for message in messages if found.signing is not None else ():
+            if not message.get_signed() and message.get_msgId() not in UNSIGNED_HEARD:
+                raise Broken(f"signed: {message.get_type()} was heard unsigned: {data.hex()}")
+        found.heard += len(messages)
+        return messages, looked
+
+    return audited

@@ -1,0 +1,95 @@
+"""`sternplane identify LOG`."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from firmware_py.adapters.storage.recorder import LogError
+from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
+from firmware_py.estimation.model.observer_model import GROUPS, ObserverModel
+from firmware_py.params import load, naming
+from firmware_py.vehicle.vehicle import Vehicle
+from sternplane.cli.errors import UsageError
+from sternplane.identification import page, results, vehicle_file
+from sternplane.identification.estimate import answer
+from sternplane.identification.recording import record
+from sternplane.identification.verdict import judge, learned_table
+from sternplane.logs.reading import find, read
+
+ORIGIN = "Learned by `sternplane identify`"
+"""What the vehicle files begin with that may be replaced."""
+
+
+def command(options: argparse.Namespace) -> int:
+    """Estimates, prints, writes; 1 if something asked for is not identifiable."""
+    path = find(options.log)
+    folder = options.out or path.parent
+    _spare(folder / "vehicle.toml")
+    log = read(path)
+    recording = record(log, options.begin, options.end)
+    params = wanted(recording.params, options)
+    with naming(str(log.header["configuration"]["files"]["vehicle"])):
+        ObserverModel(recording.vehicle, ())  # its mass matrix is one
+    with naming("--coefficients"), Console(stderr=True).status("fitting") as status:
+        found = answer(recording, params, lambda n, gain: status.update(f"fitting, step {n}: {gain:.3g} gained"))
+    verdict = judge(found)
+    table = learned_table(recording.table, found, verdict)
+    with naming(str(folder / "vehicle.toml")):
+        ObserverModel(load(Vehicle, table, "learned"), ())  # what was learned can be flown
+    told = results.document(log, recording, found, verdict)
+    _leave(folder, told, page.page(log, recording, found, told))
+    vehicle_file.write(folder / "vehicle.toml", table, results.origin(ORIGIN, told))
+    console = Console()
+    results.show(console, told)
+    for name in ("identify.html", "identify.json", "vehicle.toml"):
+        console.print(f"  {folder / name}", highlight=False, soft_wrap=True)
+    console.print("To fly it: copy the vehicle's folder, put this vehicle.toml in it, and give that to sitl --config.")
+    return 1 if verdict.sentences else 0
+
+
+def wanted(params: CoefficientParams, options: argparse.Namespace) -> CoefficientParams:
+    """What the log's vehicle was told to learn, with what was asked for on the command line in its place.
+
+    Raises:
+        UsageError: a prior that is none, or no coefficient.
+    """
+    if options.prior is not None and not 0.1 <= options.prior <= 1000.0:
+        raise UsageError(f"--prior {options.prior:g}: must be in [0.1, 1000] %")
+    asked = ",".join(TEN) if options.coefficients is None else options.coefficients
+    names = tuple(name.strip() for name in asked.split(",") if name.strip())
+    if not names:
+        raise UsageError(f"--coefficients {asked!r}: names none; write such as M_q,Y_v, or leave it away for the ten")
+    members = {member for name in names for member in (name, *GROUPS.get(name, ()))}
+    return dataclasses.replace(
+        params,
+        names=names,
+        considered=tuple(name for name in params.considered if name not in members),
+        std=params.std if options.prior is None else options.prior / 100.0,
+        current=options.current,
+        turbulence=params.turbulence if options.current else (0.0,),
+    )
+
+
+def _spare(path: Path) -> None:
+    """Raises UsageError if a vehicle file that somebody wrote is in the way."""
+    try:
+        ours = not path.exists() or path.read_text(encoding="utf-8").startswith(f"# {ORIGIN}")
+    except (OSError, UnicodeDecodeError):
+        ours = False
+    if not ours:
+        raise UsageError(f"{path} is not one of ours and stays as it is; choose another folder with --out")
+
+
+def _leave(folder: Path, told: dict[str, Any], drawn: str) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "identify.json").write_text(json.dumps(told, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        (folder / "identify.html").write_text(drawn, encoding="utf-8")
+    except OSError as error:
+        raise LogError(f"{folder}: cannot be written ({error.strerror}); choose another --out") from None

@@ -1,0 +1,187 @@
+"""The Bayesian Cramér-Rao bound: how well anybody can know a state from measurements of a flight and what was believed.
+
+It is computed in information form, along the true motion, with nothing of the filter's covariance recursion: the
+sensitivity of the moving states to the state at the start is carried along, S = Phi S, and each measurement adds
+S' H' R^-1 H S to the information (Van Trees 1968, part I, section 2.4). The motion is taken to be deterministic: there
+is no process noise, so a sea with eddies is not covered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firmware_py.compiled import kernel
+from firmware_py.estimation.model.observer_model import ObserverModel
+from firmware_py.estimation.model.prediction import CURRENT, RESPONSE
+from firmware_py.estimation.model.transition import MOVING, WATER, Picks
+from sternplane.cli.errors import UsageError
+from sternplane.logs.tracking import Array
+
+_SINGULAR = 1e-13
+"""Eigenvalues of normalised information below this part of the largest are rounding."""
+
+
+@kernel("void(f8[:,::1],f8[::1],i8[:,::1],f8[::1],i8,i8,f8[:,::1],f8[:,::1])")
+def carry(
+    work: Array, y: Array, picks: Picks, weight: Array, water: int, first: int, before: Array, after: Array
+) -> None:
+    """Slopes by the state at the start, (9, size), over a step: Phi `before`, and what water and parameters do in it.
+
+    Args:
+        work: as `prediction.predict` leaves it, as are y and the rest.
+        y: see work.
+        picks: see work.
+        weight: see work.
+        water: see work.
+        first: see work.
+        before: of the moving states before the step.
+        after: out, of those after it.
+    """
+    size = after.shape[1]
+    for i in range(MOVING):
+        for j in range(size):
+            after[i, j] = 0.0
+        for k in range(MOVING):
+            f = work[i, k]
+            for j in range(size):
+                after[i, j] += f * before[k, j]
+        for j in range(water):
+            after[i, MOVING + j] += work[i, WATER + j]
+        for k in range(len(weight)):
+            after[i, first + picks[k, 0]] += weight[k] * y[picks[k, 1]] * work[RESPONSE + i, picks[k, 2]]
+
+
+@kernel("void(f8[:,::1],i8[::1],b1[::1],f8[::1],f8[::1],f8[:,::1])")
+def _inform(S: Array, bias: Picks, came: NDArray[np.bool_], std: Array, s: Array, J: Array) -> None:
+    """Adds to the lower half of the information J, (size, size), what the measurements that `came`, (9,), tell.
+
+    Args:
+        S: slopes of the moving states, as `carry` leaves them.
+        bias: place in the state of what each sensor reads too much, (9,); negative for none.
+        came: which of the nine were measured.
+        std: of their noise, (9,).
+        s: scratch, (size,).
+        J: changed.
+    """
+    size = len(s)
+    for i in range(MOVING):
+        if came[i]:
+            for j in range(size):
+                s[j] = S[i, j] / std[i]
+            if bias[i] >= 0:
+                s[bias[i]] += 1.0 / std[i]
+            for a in range(size):
+                f = s[a]
+                if f != 0.0:
+                    for b in range(a + 1):
+                        J[a, b] += f * s[b]
+
+
+def bounds(
+    model: ObserverModel,
+    x: Array,
+    inputs: Array,
+    h: float,
+    measured: NDArray[np.bool_],
+    std: Array,
+    prior_std: Array,
+    at: Sequence[int],
+) -> Array:
+    """The bound after each number of steps in `at`, which rises: covariances, (len(at), size, size).
+
+    Args:
+        model: the observer's; its water steady or still.
+        x: true states, (K + 1, size).
+        inputs: (K, 4), means over each step.
+        h: step, s.
+        measured: (K, 9), which of u v w p q r phi theta psi came at the end of each step.
+        std: (9,) of their noise.
+        prior_std: (size,) of what is believed at the start; 0 is known exactly, inf not at all.
+        at: numbers of steps.
+
+    Returns:
+        Of the state at those times; without bound (up to 1e300) along what neither flight nor belief tells.
+
+    Raises:
+        UsageError: water with eddies, or a true motion that the model cannot follow.
+    """
+    if model.water > CURRENT:
+        raise UsageError("the bound knows no process noise: give a model with steady water (0 or 2 states)")
+    size = model.size
+    S, T, J, s = np.zeros((MOVING, size)), np.zeros((MOVING, size)), np.zeros((size, size)), np.zeros(size)
+    S[:, :MOVING] = np.eye(MOVING)
+    bias = np.full(MOVING, -1, dtype=np.int64)
+    for i, state in enumerate(model.biases):
+        bias[state] = MOVING + model.water + i
+    came, noise = np.ascontiguousarray(measured), np.ascontiguousarray(std, dtype=np.float64)
+    found: list[Array] = []
+    rows = list(at)
+    for k in range(rows[-1]):
+        if not model.advance(x[k].copy(), inputs[k], h):
+            raise UsageError(f"the model cannot follow the motion at step {k}: a number is not finite")
+        S, T = T, S
+        carry(model.work, model.y, model.picks, model.weight, model.water, model.first, T, S)
+        if came[k].any():
+            _inform(S, bias, came[k], noise, s, J)
+        if k + 1 == rows[len(found)]:
+            whole = np.tril(J) + np.tril(J, -1).T
+            start = _inverse(whole, prior_std)
+            move = np.eye(size)
+            move[:MOVING] = S
+            found.append(move @ start @ move.T)
+    return np.array(found)
+
+
+def bound(
+    model: ObserverModel,
+    x: Array,
+    inputs: Array,
+    h: float,
+    measured: NDArray[np.bool_],
+    std: Array,
+    prior_std: Array,
+) -> Array:
+    """The bound after the whole flight, (size, size); see `bounds`."""
+    covariance: Array = bounds(model, x, inputs, h, measured, std, prior_std, (len(inputs),))[0]
+    return covariance
+
+
+def true_states(
+    model: ObserverModel,
+    moving: Array,
+    current: Sequence[float] | Array = (0.0, 0.0),
+    values: Sequence[float] | Array | None = None,
+) -> Array:
+    """The states of `model` along a motion, (K + 1, size).
+
+    Args:
+        model: the observer's.
+        moving: u v w p q r phi theta psi, (K + 1, 9).
+        current: of steady water, north and east, m/s.
+        values: of the parameters; None is as believed.
+    """
+    x = np.zeros((len(moving), model.size))
+    x[:, :MOVING] = moving
+    x[:, MOVING : MOVING + model.water] = tuple(current)[: model.water]
+    x[:, model.first :] = model.believed if values is None else values
+    return x
+
+
+def _inverse(J: Array, prior_std: Array) -> Array:
+    """The inverse of J with the prior's information added; rows of what is known exactly are 0.
+
+    It is scaled to a unit diagonal first: the states have many units. What nothing tells of comes out as 1e300.
+    """
+    free = np.flatnonzero(prior_std > 0.0)
+    total = J[np.ix_(free, free)] + np.diag(1.0 / prior_std[free] ** 2)
+    diagonal = np.diag(total)
+    scale = np.where(diagonal > 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), 1.0)
+    values, vectors = np.linalg.eigh(total * np.outer(scale, scale))
+    told = values > _SINGULAR * values[-1]
+    inverse = np.where(told, 1.0 / np.where(told, values, 1.0), 1e300)
+    out = np.zeros_like(J)
+    out[np.ix_(free, free)] = (vectors * inverse) @ vectors.T * np.outer(scale, scale)
+    return out

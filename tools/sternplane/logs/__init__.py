@@ -1,0 +1,1 @@
+"""Logs: reading, replay, summary, tracking errors and export."""

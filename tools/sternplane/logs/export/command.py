@@ -1,0 +1,65 @@
+"""`sternplane export`: writes a log anew, for the tools of others."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import IO, Any
+
+from rich.console import Console
+from rich.progress import Progress
+
+from sternplane.cli.errors import UsageError
+from sternplane.logs.export import messages, table
+from sternplane.logs.reading import Log, find, read
+
+
+def command(options: argparse.Namespace) -> int:
+    """Writes the file and says where it is."""
+    path = find(options.log)
+    log = read(path)
+    out = options.out or path.with_suffix(f".{options.format}")
+    if out.exists() and out.samefile(path):
+        raise UsageError(f"--out {out}: is the log itself; choose another file")
+    total = len(log.cycle_bytes)
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("export", total=total)
+        leave(log, out, options.format, lambda done: bar.update(task, completed=done))
+    if log.lost:
+        console.print(f"sternplane: {log.lost}", highlight=False, soft_wrap=True)
+    console.print(f"  {out}", highlight=False, soft_wrap=True)
+    return 0
+
+
+def leave(log: Log, out: Path, form: str, step: Callable[[int], None] = lambda _: None) -> None:
+    """Writes a log to a file as "bin" or "csv", whole or not at all.
+
+    Raises:
+        LogError: there is nothing to write.
+        UsageError: the file cannot be written.
+    """
+    try:
+        if form == "bin":
+            with _whole(out, mode="wb") as file:
+                messages.export(log, file, step)
+        else:
+            with _whole(out, mode="w", encoding="utf-8", newline="") as file:
+                table.export(log, file, step)
+    except OSError as error:
+        raise UsageError(f"--out {out}: cannot be written ({error.strerror}); choose another file") from None
+
+
+@contextlib.contextmanager
+def _whole(out: Path, **how: Any) -> Iterator[IO[Any]]:
+    """A file that takes its place when it is whole."""
+    fresh = out.with_name(f".{out.name}.{os.getpid()}")
+    try:
+        with fresh.open(**how) as file:
+            yield file
+        fresh.replace(out)
+    finally:
+        fresh.unlink(missing_ok=True)

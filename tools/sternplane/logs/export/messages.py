@@ -1,0 +1,162 @@
+"""A log's cycles as DataFlash messages: under ArduPilot's names where it has them, and our own beside.
+
+PARM, MSG, MODE, ATT, POS and BAT are ArduPilot's; a parameter that a station changed in flight has one more PARM at the
+time from which it held. NED is position and velocity over the ground in the local frame, DEP what concerns depth, FIN
+and FINR the fins as they were told and as they reported, PROP the propeller, and LRN what is known of a coefficient.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from typing import IO, Any
+
+import numpy as np
+
+from firmware_py import app
+from firmware_py.marine import Origin, local_to_geodetic
+from firmware_py.mavlink.base.modes import Identity, custom_mode
+from firmware_py.param_tree import replaced, settings
+from firmware_py.records.order import Mode
+from sternplane.logs.export.dataflash import TIME, Field, Writer
+from sternplane.logs.reading import Columns, Log
+
+_LEARNED_EVERY, _TEXT = 10, 64
+_MOST_FINS, _STEP = 15, 500
+_REASON = 0
+
+_Row = Callable[[int], tuple[Any, ...]]
+
+
+def export(log: Log, file: IO[bytes], step: Callable[[int], None] = lambda _: None) -> None:
+    """Writes a log's cycles; `step` is told how many are done."""
+    writer, c = Writer(file), log.columns
+    times = [int(t) // 1000 for t in np.asarray(c["tick.k"]) * np.asarray(c["tick.dt_ns"])]
+    changed = _parameters(writer, log)
+    changed.reverse()
+    tables = _tables(c, log.header["configuration"])
+    for name, (fields, _) in tables.items():
+        writer.form(name, (TIME, *fields))
+    learned = _learned(c, log.header["configuration"])
+    writer.form(
+        "LRN",
+        (
+            TIME,
+            Field("I", "B", "#"),
+            Field("Name", "N"),
+            Field("Value", "f"),
+            Field("Std", "f"),
+            Field("Valid", "B"),
+            Field("Exc", "B"),
+        ),
+    )
+    writer.form("MSG", (TIME, Field("Message", "Z")))
+    writer.form("MODE", (TIME, Field("Mode", "M"), Field("ModeNum", "B"), Field("Rsn", "B")))
+    events = [(round(t * 1e6), text) for t, text in log.events]
+    events.reverse()
+    before = None
+    for i, t in enumerate(times):
+        mode = int(c["mode.mode"][i])
+        if mode != before:
+            number = custom_mode(Identity.ARDUSUB, Mode(mode))
+            writer.write("MODE", (t, number, number, _REASON))
+            before = mode
+        while changed and changed[-1][0] <= t:
+            writer.write("PARM", changed.pop())
+        while events and events[-1][0] <= t:
+            writer.write("MSG", (t, events.pop()[1].encode()[:_TEXT]))
+        for name, (_, row) in tables.items():
+            writer.write(name, (t, *row(i)))
+        if i % _LEARNED_EVERY == 0:
+            for values in learned(i):
+                writer.write("LRN", (t, *values))
+        if i % _STEP == 0:
+            step(i)
+    step(len(times))
+
+
+def _parameters(writer: Writer, log: Log) -> list[tuple[int, bytes, float, float]]:
+    """Writes all as they were at first; returns what was changed since: time, us, name, value and default of each."""
+    writer.form("PARM", (TIME, Field("Name", "N"), Field("Value", "f"), Field("Default", "f")))
+    configuration = log.header["configuration"]
+    params, values, defaults, changed = app.autopilot_params(configuration), {}, {}, []
+    for setting in app.book(configuration).settings:
+        values[setting.name] = setting.value
+        defaults[setting.name] = setting.base if setting.default is None else setting.default
+        writer.write("PARM", (0, setting.name.encode(), setting.value, defaults[setting.name]))
+    for t_ns, documents in log.changes.items():
+        for document in map(json.loads, documents):
+            if "parameters" in document:
+                params = replaced(params, document["parameters"], str(log.path))
+                for setting in settings(params):
+                    name, value = setting.name, setting.value
+                    if value != values[name]:
+                        values[name] = value
+                        changed.append((t_ns // 1000, name.encode(), value, defaults[name]))
+    return changed
+
+
+def _tables(c: Columns, configuration: Mapping[str, Any]) -> dict[str, tuple[tuple[Field, ...], _Row]]:
+    """Name -> fields, and who makes the row of a cycle."""
+
+    def degrees(*paths: str) -> Any:
+        return np.degrees(np.stack([c[path] for path in paths], axis=1))
+
+    def plain(*paths: str) -> Any:
+        return np.stack([c[path] for path in paths], axis=1)
+
+    params = app.autopilot_params(configuration)
+    origin = Origin(params.origin.latitude, params.origin.longitude)
+    surface = params.mavlink.telemetry.surface_altitude
+    place = plain("state.eta.x", "state.eta.y", "state.eta.z")
+    velocity = plain("state.nu.u", "state.nu.v", "state.nu.w")
+    attitude = degrees("state.eta.phi", "state.eta.theta", "reference.psi_d", "state.eta.psi")
+    depth = plain("reference.z_d", "state.eta.z", "state.depth_std", "state.altitude")
+    fins = np.degrees(c["applied.fins"])[:, :_MOST_FINS]
+    reported = np.degrees(c["frame.fins.value"])[:, :_MOST_FINS]
+    propeller = plain("applied.n", "frame.n.value") * 60.0
+    battery = plain("frame.battery.value.voltage", "frame.battery.value.current", "frame.battery.value.remaining")
+
+    def position(i: int) -> tuple[Any, ...]:
+        x, y, z = place[i]
+        if not np.isfinite(place[i]).all():
+            return (0, 0, np.nan, np.nan)
+        latitude, longitude = (round(np.degrees(angle) * 1e7) for angle in local_to_geodetic(origin, x, y))
+        return latitude, longitude, surface - z, -z
+
+    def full_turn(i: int) -> tuple[Any, ...]:
+        roll, pitch, wanted, yaw = attitude[i]
+        return roll, pitch, wanted % 360.0, yaw % 360.0
+
+    def charge(i: int) -> tuple[Any, ...]:
+        volts, amperes, left = battery[i]
+        return 0, volts, amperes, 100.0 * left
+
+    def named(names: str, unit: str) -> tuple[Field, ...]:
+        return tuple(Field(name, "f", unit, "0") for name in names.split())
+
+    numbered = " ".join(f"F{i}" for i in range(1, fins.shape[1] + 1))
+    lat, lng = Field("Lat", "L", "D", "G"), Field("Lng", "L", "U", "G")
+    bat = (Field("Inst", "B", "#"), *named("Volt", "v"), *named("Curr", "A"), *named("RemPct", "%"))
+    return {
+        "ATT": (named("Roll Pitch", "d") + named("DesYaw Yaw", "d"), full_turn),
+        "POS": ((lat, lng, *named("Alt RelHomeAlt", "m")), position),
+        "NED": (named("PN PE PD", "m") + named("U V W", "n"), lambda i: (*place[i], *velocity[i])),
+        "DEP": (named("Des Depth Std Altm", "m"), lambda i: tuple(depth[i])),
+        "FIN": (named(numbered, "d"), lambda i: tuple(fins[i])),
+        "FINR": (named(numbered, "d"), lambda i: tuple(reported[i])),
+        "PROP": (named("Cmd Rep", "q"), lambda i: tuple(propeller[i])),
+        "BAT": (bat, charge),
+    }
+
+
+def _learned(c: Columns, configuration: Mapping[str, Any]) -> Callable[[int], list[tuple[Any, ...]]]:
+    names = [name.encode()[:16] for name in app.autopilot_params(configuration).estimation.coefficients.names]
+    value, std, valid, excited = (c[f"state.learned.{name}"] for name in ("value", "std", "valid", "excited"))
+
+    def rows(i: int) -> list[tuple[Any, ...]]:
+        return [
+            (j, names[j], value[i, j], std[i, j], int(valid[i, j]), int(excited[i, j])) for j in range(value.shape[1])
+        ]
+
+    return rows

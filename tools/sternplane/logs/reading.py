@@ -1,0 +1,251 @@
+"""Reads a log, whole or cut off."""
+
+from __future__ import annotations
+
+import dataclasses
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+import zstandard
+from mcap.exceptions import EndOfFile, InvalidMagic, McapError
+from mcap.records import Channel, DataEnd, Header, McapRecord, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader
+
+from firmware_py.adapters.storage.recorder import (
+    CHANGES_TOPIC,
+    CYCLE_TOPIC,
+    END,
+    FORMAT,
+    HEADER,
+    TRUTH_TOPIC,
+    LogError,
+    from_json,
+)
+from firmware_py.records.cycle import Cycle
+from firmware_py.wire import ros2msg
+from firmware_py.wire.cdr import Codec
+from firmware_py.wire.ros2msg import Layout, SchemaError
+
+Columns = dict[str, npt.NDArray[Any]]
+
+TRUTH_FILE = "truth.mcap"
+"""Where a plant in a process of its own leaves what was really the case, in the folder of the run."""
+
+_DAMAGE = (McapError, ValueError, LookupError, struct.error, zstandard.ZstdError, RuntimeError, MemoryError)
+"""What the mcap library and we raise on bytes that were not all written, or were changed since."""
+
+
+@dataclass(frozen=True)
+class Topic:
+    """The messages of one topic: name and text of their schema, times in ns, bytes."""
+
+    name: str
+    schema: str
+    times: list[int]
+    messages: list[bytes]
+
+    @cached_property
+    def layout(self) -> Layout:
+        """From the schema in the log, so that the columns of any version's records can be read."""
+        return Layout(ros2msg.parse(self.name, self.schema))
+
+    @cached_property
+    def columns(self) -> Columns:
+        """Field path -> values, and "t": vehicle time, s."""
+        return {"t": np.array(self.times, dtype=np.int64) * 1e-9, **self.layout.columns(self.messages)}
+
+
+@dataclass(frozen=True)
+class Log:
+    """What a log holds.
+
+    Attributes:
+        path: the file.
+        header: the document its writer began with.
+        end: how the run ended; empty unless the writer closed the log.
+        topics: by name.
+        lost: "" for a whole log, else one sentence: why it is not, and up to where it was recovered.
+    """
+
+    path: Path
+    header: dict[str, Any]
+    end: dict[str, Any]
+    topics: dict[str, Topic]
+    lost: str
+
+    @property
+    def complete(self) -> bool:
+        """True if the writer closed the log and all of it is here."""
+        return not self.lost
+
+    @property
+    def cycle_bytes(self) -> list[bytes]:
+        """Every cycle as it was written."""
+        return self._cycles.messages
+
+    @cached_property
+    def codec(self) -> Codec[Cycle]:
+        """The codec of this log's cycles.
+
+        Raises:
+            LogError: if the log was written by a version with other records.
+        """
+        try:
+            return Codec.of(Cycle, self._cycles.schema)
+        except SchemaError as error:
+            revision = self.header.get("git", "unknown")
+            raise LogError(f"{self.path}: log of another version ({error}); use revision {revision}") from None
+
+    @property
+    def cycles(self) -> Iterator[Cycle]:
+        """Every cycle, decoded as it is asked for, with what its order changed."""
+        changes, decode = self.changes, self.codec.decode
+        for time, message in zip(self._cycles.times, self.cycle_bytes, strict=True):
+            cycle = decode(message)
+            if time in changes:
+                cycle = dataclasses.replace(cycle, order=dataclasses.replace(cycle.order, changes=changes[time]))
+            yield cycle
+
+    @cached_property
+    def changes(self) -> dict[int, tuple[str, ...]]:
+        """Vehicle time in ns -> the documents of what was changed then."""
+        topic = self.topics.get(CHANGES_TOPIC)
+        if topic is None:
+            return {}
+        return {t: topic.layout.strings(message) for t, message in zip(topic.times, topic.messages, strict=True)}
+
+    @property
+    def columns(self) -> Columns:
+        """The cycles' columns; arrays of fins are (cycles, fins)."""
+        return self._cycles.columns
+
+    @property
+    def truth(self) -> Columns:
+        """The columns of the plant's true state, empty when nobody knew it."""
+        return self.topics[TRUTH_TOPIC].columns if TRUTH_TOPIC in self.topics else {}
+
+    @cached_property
+    def events(self) -> list[tuple[float, str]]:
+        """(vehicle time, s; sentence), in order."""
+        layout, cycles = self._cycles.layout, self._cycles
+        pairs = zip(cycles.times, cycles.messages, strict=True)
+        return [(t * 1e-9, text) for t, m in pairs if len(m) > layout.size for text in layout.strings(m)]
+
+    @property
+    def _cycles(self) -> Topic:
+        if CYCLE_TOPIC not in self.topics:
+            raise LogError(f"{self.path}: the log holds no cycle; the run ended within its first second")
+        return self.topics[CYCLE_TOPIC]
+
+
+class _Exact:
+    """A file that gives what was asked or raises, where files give what there is."""
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self._file = file
+
+    def read(self, size: int) -> bytes:
+        data = self._file.read(size)
+        if len(data) < size:
+            raise EndOfFile
+        return data
+
+
+def find(path: str | Path) -> Path:
+    """The log that is meant: a file, or the log.mcap in the folder of a run."""
+    path = Path(path)
+    return path / "log.mcap" if path.is_dir() else path
+
+
+def read(path: str | Path) -> Log:
+    """Reads a log up to its end, or up to the last whole chunk if it was cut off or damaged.
+
+    What a plant in another process wrote beside it, truth.mcap, is read with it.
+
+    Raises:
+        LogError: no such file, not a log of ours, another format, or nothing to recover.
+    """
+    path = Path(path)
+    log = _open(path)
+    beside = path.with_name(TRUTH_FILE)
+    if TRUTH_TOPIC not in log.topics and beside != path and beside.exists():
+        truth = _open(beside).topics.get(TRUTH_TOPIC)
+        if truth is not None and truth.times and CYCLE_TOPIC in log.topics:
+            log.topics[TRUTH_TOPIC] = _at(truth, log.topics[CYCLE_TOPIC].times)
+    return log
+
+
+def _at(truth: Topic, times: list[int]) -> Topic:
+    """The truth at the times of the cycles: the newest that is not after each."""
+    rows = np.maximum(np.searchsorted(truth.times, times, side="right") - 1, 0)
+    return Topic(truth.name, truth.schema, times, [truth.messages[row] for row in rows])
+
+
+def _open(path: Path) -> Log:
+    try:
+        with path.open("rb") as file:
+            return _read(path, file)
+    except OSError as error:
+        raise LogError(f"{path}: the log cannot be read ({error.strerror})") from None
+
+
+def _read(path: Path, file: IO[bytes]) -> Log:
+    header: dict[str, Any] | None = None
+    end: dict[str, Any] = {}
+    schemas: dict[int, Schema] = {}
+    channels: dict[int, Channel] = {}
+    topics: dict[str, Topic] = {}
+    lost, data_ended = "", False
+    # A length that was damaged must not be taken for gigabytes to allocate: no record is longer than its file.
+    reader = StreamReader(_Exact(file), validate_crcs=True, record_size_limit=path.stat().st_size)  # type: ignore[arg-type]
+    try:
+        for record in reader.records:
+            if data_ended:
+                continue  # only the index follows; to come to its end is to know that the log is whole
+            if header is None:
+                if not isinstance(record, Header):
+                    header = _header(path, record)
+            elif isinstance(record, Schema):
+                schemas[record.id] = record
+            elif isinstance(record, Channel) and record.id not in channels:
+                channels[record.id] = record
+                schema = schemas[record.schema_id]
+                topics[record.topic] = Topic(schema.name.rpartition("/")[2], schema.data.decode(), [], [])
+            elif isinstance(record, Message):
+                topic = topics[channels[record.channel_id].topic]
+                topic.times.append(record.log_time)
+                topic.messages.append(record.data)
+            elif isinstance(record, Metadata) and record.name == END:
+                end = from_json(record.metadata["end"])
+            elif isinstance(record, DataEnd):
+                data_ended = True
+    except InvalidMagic:
+        if header is None:
+            raise LogError(f"{path}: not a log; give the log.mcap of a run") from None
+        lost = "cut off within its last bytes"
+    except EndOfFile:
+        lost = "cut off"
+    except _DAMAGE as error:
+        lost = f"damaged ({error})"
+    if header is None:
+        raise LogError(f"{path}: {lost or 'empty'}, before its header is whole; nothing can be recovered")
+    if lost:
+        last = max((topic.times[-1] for topic in topics.values() if topic.times), default=0)
+        lost = f"{lost}; recovered up to {last * 1e-9:.2f} s"
+    return Log(path, header, end, topics, lost)
+
+
+def _header(path: Path, record: McapRecord) -> dict[str, Any]:
+    if not isinstance(record, Metadata) or record.name != HEADER:
+        raise LogError(f"{path}: an MCAP file, but not a log of ours; give the log.mcap of a run")
+    found = record.metadata.get("format")
+    if found != str(FORMAT):
+        raise LogError(f"{path}: log of another version: format {found}, and this program reads format {FORMAT}")
+    header: dict[str, Any] = from_json(record.metadata["header"])
+    return header

@@ -1,0 +1,189 @@
+"""Runs today's code on a log's inputs, through the same loop, and compares every byte of every cycle."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import struct
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from firmware_py import loop
+from firmware_py.adapters.storage.recorder import LogError
+from firmware_py.autopilot import Autopilot
+from firmware_py.records.command import Applied
+from firmware_py.records.cycle import Cycle
+from firmware_py.records.order import Order
+from firmware_py.records.sensing import SensorFrame
+from firmware_py.schedule import Tick
+from sternplane.fly import provenance
+from sternplane.logs.reading import Log, find, read
+
+Build = Callable[[Mapping[str, Any]], Autopilot]
+"""Makes the autopilot of a configuration, the one in a log's header."""
+
+
+class Difference(NamedTuple):
+    """A field that came out otherwise: the tick, the field's path, what the log has, what the replay gave."""
+
+    tick: int
+    field: str
+    logged: Any
+    replayed: Any
+
+    def __str__(self) -> str:
+        return f"tick {self.tick}: {self.field} was {self.logged!r} and is now {self.replayed!r}"
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayResult:
+    """How a replay compared.
+
+    Attributes:
+        cycles: how many were replayed.
+        differing: how many of them have other bytes.
+        first: the first field of the first of those, None if all are equal.
+        cautions: what the reader of the result should know: a log cut off, another revision, another machine.
+    """
+
+    cycles: int
+    differing: int
+    first: Difference | None
+    cautions: tuple[str, ...]
+
+    @property
+    def equal(self) -> bool:
+        """True if every byte of every cycle is."""
+        return self.first is None
+
+    def __str__(self) -> str:
+        if self.first is None:
+            return f"{self.cycles} cycles replayed: every byte equal"
+        return f"{self.differing} of {self.cycles} cycles differ, first at {self.first}"
+
+
+def replay(log: Log, build: Build, *, anyway: bool = False) -> ReplayResult:
+    """Replays a log.
+
+    Args:
+        log: what `sternplane.logs.reading.read` gave.
+        build: makes a fresh autopilot of the log's configuration.
+        anyway: also if another processor or other libraries made the log.
+
+    Raises:
+        LogError: the log is of another version, or of another machine.
+    """
+    codec = log.codec
+    differs = provenance.difference(log.header.get("machine", {}), provenance.fingerprint())
+    if differs and not anyway:
+        raise LogError(f"{log.path}: log of another machine ({differs}); replay it there, or add --anyway")
+    tape = ReplayRecorder(log)
+    if log.cycle_bytes:
+        loop.run(build(log.header["configuration"]), _Hardware(tape), _Ground(tape), _Comparison(tape), tape)
+    first = None
+    if tape.first is not None:
+        logged, replayed = (codec.decode(data) for data in tape.first)
+        first = difference(logged, replayed)
+    return ReplayResult(tape.count, tape.differing, first, tuple(_cautions(log, differs)))
+
+
+def command(options: argparse.Namespace) -> int:
+    """`sternplane replay LOG`: 0 if every byte is equal, 1 if not."""
+    from firmware_py.app import build
+
+    result = replay(read(find(options.log)), build, anyway=options.anyway)
+    for line in result.cautions:
+        print(f"note: {line}")
+    print(result)
+    return 0 if result.equal else 1
+
+
+def difference(logged: Cycle, replayed: Cycle) -> Difference:
+    """The first field, in the order of the records, in which two cycles differ to the last bit."""
+    for (path, a), (_, b) in zip(_flat("", logged), _flat("", replayed), strict=True):
+        if _bits(a) != _bits(b):
+            return Difference(logged.tick.k, path, a, b)
+    return Difference(logged.tick.k, "the bytes", "other", "other")
+
+
+class ReplayRecorder:
+    """The schedule of a replay, and what its other parts read from: the log's cycles, one at a time."""
+
+    def __init__(self, log: Log) -> None:
+        self._log = log
+        self.encode = log.codec.encode
+        self.count = 0
+        self.differing = 0
+        self.first: tuple[bytes, bytes] | None = None
+
+    def __iter__(self) -> Iterator[Tick]:
+        for logged, cycle in zip(self._log.cycle_bytes, self._log.cycles, strict=True):
+            self.logged, self.cycle = logged, cycle
+            yield cycle.tick
+
+
+class _Hardware:
+    def __init__(self, tape: ReplayRecorder) -> None:
+        self._tape = tape
+
+    def read(self, tick: Tick) -> SensorFrame:  # noqa: ARG002
+        return self._tape.cycle.frame
+
+    def write(self, tick: Tick, applied: Applied) -> None:
+        """Nobody listens."""
+
+
+class _Ground:
+    def __init__(self, tape: ReplayRecorder) -> None:
+        self._tape = tape
+
+    def read(self, tick: Tick) -> Order:  # noqa: ARG002
+        return self._tape.cycle.order
+
+    def write(self, cycle: Cycle) -> None:
+        """Nobody listens."""
+
+
+class _Comparison:
+    """The recorder of a replay: it keeps nothing but the first cycle that came out otherwise."""
+
+    def __init__(self, tape: ReplayRecorder) -> None:
+        self._tape = tape
+
+    def write(self, cycle: Cycle) -> None:
+        tape = self._tape
+        tape.count += 1
+        replayed = tape.encode(cycle)
+        if replayed != tape.logged:
+            tape.differing += 1
+            tape.first = tape.first or (tape.logged, replayed)
+
+
+def _cautions(log: Log, differs: str) -> Iterator[str]:
+    if log.lost:
+        yield f"the log is {log.lost}"
+    if differs:
+        yield f"the log is of another machine: {differs}"
+    there, here = log.header.get("git", "unknown"), provenance.git_revision()
+    if there != here:
+        yield f"the log was written at revision {there}, this is {here}"
+
+
+def _flat(path: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """Every number of a record with its path; the sentences of a cycle are one value."""
+    if dataclasses.is_dataclass(value):
+        for field in dataclasses.fields(value):
+            yield from _flat(f"{path}.{field.name}" if path else field.name, getattr(value, field.name))
+    elif hasattr(value, "_fields"):
+        for name in value._fields:
+            yield from _flat(f"{path}.{name}", getattr(value, name))
+    elif isinstance(value, tuple) and not all(isinstance(item, str) for item in value):
+        for i, item in enumerate(value):
+            yield from _flat(f"{path}[{i}]", item)
+    else:
+        yield path, value
+
+
+def _bits(value: Any) -> Any:
+    return struct.pack("<d", value) if isinstance(value, float) else value

@@ -1,0 +1,95 @@
+"""Standard manoeuvres of a boat steered by hand: the turning circle and the zigzag (ITTC 7.5-04-02-01)."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from firmware_py.records.order import Mode
+from sternplane.logs.reading import Columns
+from sternplane.logs.tracking import Array
+
+
+class Circle(NamedTuple):
+    """Steady turning: over the last full turn, less the drift of its centre."""
+
+    diameter: float
+    """m."""
+    rate: float
+    """rad/s, positive to starboard."""
+
+
+class Zigzag(NamedTuple):
+    """What a zigzag is judged by."""
+
+    first_overshoot: float
+    """How far the heading went on in its old sense after the second execute, rad."""
+    second_overshoot: float
+    """The same after the third."""
+    period: float
+    """From the second execute to the fourth, s."""
+
+
+def circle(c: Columns, boat: Columns) -> Circle | None:
+    """The turning circle of the longest turn under one rudder angle in MANUAL; None below one and a half turns.
+
+    The first half turn is taken for the way into it.
+
+    Args:
+        c: the cycles' columns.
+        boat: the boat's "eta.x", "eta.y" and "eta.psi" at the same cycles.
+    """
+    rudder, psi = _rudder(c), np.unwrap(boat["eta.psi"])
+    edges = [0, *_moves(rudder), len(rudder)]
+    spells = [(a, b - 1) for a, b in itertools.pairwise(edges) if rudder[a] != 0.0]
+    begin, end = max(spells, key=lambda spell: abs(psi[spell[1]] - psi[spell[0]]), default=(0, 0))
+    if not abs(psi[end] - psi[begin]) >= 3.0 * math.pi:
+        return None
+    begin += int(np.flatnonzero(np.abs(psi[end] - psi[begin:end]) >= math.tau)[-1])
+    t = c["t"][begin : end + 1]
+    share = (t - t[0]) / (t[-1] - t[0])
+    x, y = (_without_drift(boat[name][begin : end + 1], share) for name in ("eta.x", "eta.y"))
+    return Circle(2.0 * math.sqrt(np.var(x) + np.var(y)), float((psi[end] - psi[begin]) / (t[-1] - t[0])))
+
+
+def zigzag(c: Columns, boat: Columns) -> Zigzag | None:
+    """The zigzag of a run whose rudder was put over from side to side in MANUAL; None before the fourth execute.
+
+    Args:
+        c: the cycles' columns.
+        boat: the boat's "eta.psi" at the same cycles.
+    """
+    rudder, psi = _rudder(c), np.unwrap(boat["eta.psi"])
+    executes = _moves(rudder)[:4]
+    angles = rudder[executes]
+    if len(executes) < 4 or not angles[0] or not np.array_equal(angles[1:], -angles[:-1]):
+        return None
+    first, second, third, fourth = executes
+    return Zigzag(
+        _overshoot(psi[second:third], psi[second] - psi[first]),
+        _overshoot(psi[third:fourth], psi[third] - psi[second]),
+        float(c["t"][fourth] - c["t"][second]),
+    )
+
+
+def _rudder(c: Columns) -> Array:
+    """The rudder angle that was asked for by hand, rad; 0 in every other mode."""
+    rudder: Array = np.where(c["mode.mode"] == Mode.MANUAL, c["demand.delta_r"], 0.0)
+    return rudder
+
+
+def _moves(rudder: Array) -> list[int]:
+    """Where a new angle begins."""
+    return [int(i) + 1 for i in np.flatnonzero(np.diff(rudder))]
+
+
+def _overshoot(psi: Array, way: float) -> float:
+    return float(np.max(math.copysign(1.0, way) * (psi - psi[0])))
+
+
+def _without_drift(x: Array, share: Array) -> Array:
+    still: Array = x - share * (x[-1] - x[0])
+    return still

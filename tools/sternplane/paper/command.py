@@ -1,0 +1,130 @@
+"""`sternplane paper`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from firmware_py.adapters.storage.recorder import LogError
+from firmware_py.adapters.storage.toml_files import read_toml
+from firmware_py.estimation.coefficient_params import TEN
+from firmware_py.params import load
+from firmware_py.vehicle.vehicle import Vehicle
+from sim_bridge.plant.truth import Truth
+from sternplane.cli.run_folders import run_folder
+from sternplane.paper import control, design, drawings, estimation, figures
+from sternplane.paper.page import page
+from sternplane.paper.printed import TABLE_1
+from sternplane.paper.progress import Steps
+from sternplane.paper.tables import percent
+from sternplane.sitl.flight import CONFIG
+
+_FLIGHT = 130.0
+"""Vehicle time of a flight, s."""
+_PARTS = 3
+"""Of the estimation, as it tells them."""
+
+
+def command(options: argparse.Namespace) -> int:
+    """Does every experiment, leaves the report; 1 if a row of the EKF is above the paper's, or a flight failed."""
+    folder = run_folder(options.out)
+    truth: Truth = load(Truth, read_toml(CONFIG / "truth.toml"), str(CONFIG / "truth.toml"))
+    vehicle: Vehicle = load(Vehicle, read_toml(CONFIG / "vehicle.toml"), str(CONFIG / "vehicle.toml"))
+    who = {"fig9": tuple(figures.BY), "fig10": (*figures.BY, control.IDEAL)}
+    total = (_PARTS + 2) * Steps.REST + sum(map(len, who.values())) * _FLIGHT
+    try:
+        with Steps(total, Console(stderr=True)) as steps:
+            found = estimation.estimate(truth, vehicle, steps.done)
+            estimates = _estimates(found, vehicle)
+            rows = design.compare(vehicle, estimates)
+            made = control.vehicles(folder / "vehicles", estimates)
+            flown: dict[str, dict[str, control.Flown]] = {}
+            for name, scenario in control.SCENARIOS.items():
+                flown[name] = {}
+                for one in who[name]:
+                    words = f"{scenario}, {one}"
+                    steps.begin(words)
+                    place = folder / "flights" / f"{name}-{one}"
+                    flown[name][one] = control.flight(scenario, made[one], place, steps.watch)
+                    steps.done(words, _FLIGHT)
+            steps.begin("the figures")
+            drawn = figures.all_figures(found, vehicle, flown)
+            files = _leave(folder, drawn, page(found, rows, flown, drawn), _results(found, rows, flown), steps)
+    except control.FlightError as error:
+        print(f"sternplane: {error}", file=sys.stderr)
+        return 1
+    console = Console()
+    console.print(_table(found))
+    console.print(
+        "The paper's SMO has a constant gain: in steady motion it rests on a hyperplane of coefficients, and the start "
+        "says where on it. The report shows that, and the SMO whose gain the regressor weights.",
+        highlight=False,
+        soft_wrap=True,
+    )
+    for path in files:
+        console.print(f"  {path}", highlight=False, soft_wrap=True)
+    return 0 if estimation.under(found.learned["ekf"], "ekf") else 1
+
+
+def _estimates(found: estimation.Estimation, vehicle: Vehicle) -> dict[str, dict[str, float]]:
+    """By whom -> coefficient -> value."""
+    learned = {who: found.learned[who].values[-1].tolist() for who in control.LEARNED}
+    true = [getattr(vehicle.coefficients, name) for name in TEN]
+    return {who: dict(zip(TEN, values, strict=True)) for who, values in {**learned, "truth": true}.items()}
+
+
+def _results(
+    found: estimation.Estimation, rows: list[design.Row], flown: dict[str, dict[str, control.Flown]]
+) -> dict[str, Any]:
+    return {
+        **estimation.document(found),
+        "equations": design.document(rows),
+        **{name: {who: one.figures for who, one in by.items()} for name, by in flown.items()},
+    }
+
+
+def _leave(folder: Path, drawn: list[figures.Figure], text: str, results: dict[str, Any], steps: Steps) -> list[Path]:
+    """Writes the files and says which.
+
+    Raises:
+        LogError: the folder cannot be written.
+    """
+    try:
+        pictures = [drawings.draw(figure, folder) for figure in drawn]
+        steps.done("the figures")
+        told = json.dumps(_plain(results), indent=2, ensure_ascii=False, allow_nan=False)
+        for name, content in (("results.json", f"{told}\n"), ("report.html", text)):
+            fresh = folder / f"{name}.new"
+            fresh.write_text(content, encoding="utf-8")
+            fresh.replace(folder / name)
+    except OSError as error:
+        raise LogError(f"{folder}: the report cannot be written ({error.strerror}); choose another --out") from None
+    steps.done("the report")
+    return [folder / "report.html", folder / "results.json", *pictures]
+
+
+def _plain(value: Any) -> Any:
+    """With null for what is not finite: an observer may run away, and JSON has no word for it."""
+    if isinstance(value, dict):
+        return {key: _plain(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [_plain(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _table(found: estimation.Estimation) -> Table:
+    table = Table(title="Table 1: steady-state error, %", title_justify="left", box=None, padding=(0, 2))
+    for head in ("", "EKF", "paper", "SMO", "paper", "SMO, weighted, PRBS"):
+        table.add_column(head, justify="right" if head else "left")
+    for name in TEN:
+        ekf, smo, prbs = (found.learned[who].errors[name] for who in ("ekf", "smo", "smo_prbs"))
+        paper = (f"{TABLE_1[who][name]:g}" for who in ("ekf", "smo"))
+        table.add_row(name, percent(ekf), next(paper), percent(smo), next(paper), percent(prbs))
+    return table

@@ -1,0 +1,149 @@
+"""The plots of what was learned: coefficients in their bands, the water, and whether the filter is consistent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from firmware_py.estimation.health import SENSORS
+from sternplane.logs.reading import Columns, Log
+from sternplane.logs.tracking import Array
+from sternplane.report.drawing import BELIEVED, TRUE, WANTED, Plot, at_least, band, line
+from sternplane.report.learned import Coefficient, coefficients, nis_bands, taught
+
+SECTION = "Coefficients"
+_SENSORS = dict(zip(SENSORS, (("DVL", BELIEVED), ("gyros", "#059669"), ("attitude", "#be185d")), strict=True))
+_UNSURE = "#94a3b8"
+_STATES = ("#e2e8f0", "#a5b4fc", "#bbf7d0", "#16a34a")
+"""Of the timeline: neither, excited, valid, both."""
+
+
+def plots(log: Log, truth: Columns, stride: int, figure: Callable[[str], Any]) -> Iterator[Plot]:
+    """All of them; none where nothing was learned.
+
+    Args:
+        log: the run.
+        truth: its true columns at each cycle, or none.
+        stride: every so many cycles are drawn.
+        figure: makes an empty plot over time with a y axis of that name.
+    """
+    learned = coefficients(log)
+    if not learned:
+        return
+    every = slice(None, None, stride)
+    c = {name: column[every] for name, column in log.columns.items() if name.startswith(("t", "state.learned."))}
+    t = c["t"].astype(np.float32)
+    for coefficient in learned:
+        yield _coefficient(coefficient, t, every, figure("nondimensional"))
+    yield _timeline(learned, taught(log), t, every, figure(""))
+    known = [one for one in learned if np.isfinite(one.truth)]
+    if known:
+        yield _errors(known, t, every, figure("σ"))
+    yield _nis(c["state.learned.nis"], nis_bands(log), t, figure("mean square of innovations"))
+    running = np.isfinite(c["state.learned.horizon"])
+    if np.isfinite(c["state.learned.current"]).any():
+        yield _current(c, running, truth["current"][every] if truth else None, t, figure("m/s"))
+    yield _turbulence(np.where(running, c["state.learned.turbulence"], np.nan), t, figure("m/s"))
+
+
+def _coefficient(one: Coefficient, t: Array, every: slice, figure: Any) -> Plot:
+    """The estimate in its band. What is valid makes the height of the axis, not what was tried at first."""
+    value, reach, valid = one.value[every], 3.0 * one.std[every], one.valid[every]
+    band(figure, t, value - reach, value + reach, "±3 σ")
+    for level, name, colour, dash in (
+        (one.believed, "vehicle file", WANTED, "dot"),
+        (one.truth, "truth", TRUE, "solid"),
+    ):
+        line(figure, t[[0, -1]], np.full(2, level), name, colour, dash=dash)
+    line(figure, t, value, "estimate", _UNSURE)
+    line(figure, t, np.where(valid, value, np.nan), "estimate, valid", BELIEVED, width=2.2)
+    ends = [*value[valid if valid.any() else slice(None)], value[-1] - reach[-1], value[-1] + reach[-1]]
+    _fit(figure, [*ends, one.believed, one.truth], 0.1 * abs(value[-1]))
+    return Plot(one.name, _note(one), figure, section=SECTION)
+
+
+def _note(one: Coefficient) -> str:
+    value, std = one.value[-1], one.std[-1]
+    words = f"At the end {value:.4g} ± {3.0 * std:.2g} (3 σ), {'valid' if one.valid[-1] else 'not valid'}"
+    if one.truth:
+        share = 100.0 * (value / one.truth - 1.0)  # + is larger in size
+        if np.isfinite(share):
+            words += f"; {share:+.2f} % ({abs(one.error_sigmas[-1]):.1f} σ) off the truth"
+    return f"{words}."
+
+
+def _timeline(learned: list[Coefficient], said: list[tuple[float, str]], t: Array, every: slice, figure: Any) -> Plot:
+    states = np.array([one.excited[every] + 2 * one.valid[every].astype(np.int8) for one in learned], dtype=np.int8)
+    steps = (
+        [(i / 4, colour) for i, colour in enumerate(_STATES)],
+        [(i / 4, colour) for i, colour in enumerate(_STATES, 1)],
+    )
+    figure.add_heatmap(
+        x=t,
+        y=[one.name for one in learned],
+        z=states,
+        zmin=-0.5,
+        zmax=3.5,
+        colorscale=[edge for pair in zip(*steps, strict=True) for edge in pair],
+        colorbar={"tickvals": [0, 1, 2, 3], "ticktext": ["neither", "excited", "valid", "both"], "thickness": 10},
+        hoverinfo="x+y",
+    )
+    figure.update_yaxes(autorange="reversed", dtick=1)
+    note = "Excited: the motion tells something about it. Valid: certain, and the filter is consistent."
+    words = [f"At {end:.1f} s, {text}." for end, text in said]
+    return Plot("Excitation and validity", " ".join((note, *words)), figure, section=SECTION)
+
+
+def _errors(known: list[Coefficient], t: Array, every: slice, figure: Any) -> Plot:
+    band(figure, t, np.full(len(t), -3.0), np.full(len(t), 3.0), "±3 σ")
+    for one in known:
+        figure.add_scatter(x=t, y=one.error_sigmas[every].astype(np.float32), name=one.name, mode="lines")
+    most = max(float(np.nanmax(np.abs(one.error_sigmas))) for one in known)
+    top = min(max(1.1 * most, 4.0), 10.0)
+    figure.update_yaxes(range=[-top, top])
+    mean = float(np.mean([one.error_sigmas[-1] ** 2 for one in known]))
+    note = f"Estimate minus truth, over its own sigma. Mean square at the end {mean:.2g}, correlations left out."
+    return Plot("Errors in sigmas", note, figure, section=SECTION)
+
+
+def _nis(nis: Array, bands: dict[str, tuple[float, float]], t: Array, figure: Any) -> Plot:
+    for i, (sensor, (name, colour)) in enumerate(_SENSORS.items()):
+        line(figure, t, nis[:, i], name, colour, legendgroup=name)
+        for level in bands.get(sensor, ()):
+            pen: dict[str, Any] = {"dash": "dot", "legendgroup": name, "showlegend": False, "hoverinfo": "skip"}
+            line(figure, t[[0, -1]], np.full(2, level), name, colour, width=1.0, **pen)
+    at_least(figure, 0.5)
+    note = "NIS per degree of freedom, running mean; 1 where consistent. Dotted: where it may be, in a full window."
+    return Plot("Innovations", note, figure, section=SECTION)
+
+
+def _current(c: Columns, running: Array, truth: Array | None, t: Array, figure: Any) -> Plot:
+    """The water's velocity, where the filter runs."""
+    ends: list[float] = []
+    for i, (name, colour) in enumerate((("north", BELIEVED), ("east", "#059669"))):
+        value, reach = (
+            np.where(running, c[f"state.learned.{key}"][:, i], np.nan) for key in ("current", "current_std")
+        )
+        band(figure, t, value - 3.0 * reach, value + 3.0 * reach, f"{name}, ±3 σ")
+        if truth is not None:
+            line(figure, t, truth[:, i], f"{name}, truth", TRUE, dash="dash" if i else "solid")
+        line(figure, t, value, name, colour)
+        ends += [*value, *(value + reach)[running][-1:], *(value - reach)[running][-1:]]
+    _fit(figure, ends if truth is None else [*ends, *truth[:, :2].ravel()], 0.2)
+    return Plot("Current", "The steady part of the water's velocity.", figure, section=SECTION)
+
+
+def _turbulence(intensity: Array, t: Array, figure: Any) -> Plot:
+    line(figure, t, intensity, "turbulence", BELIEVED)
+    at_least(figure, 0.02)
+    note = "Intensity of the eddies that the bank of filters finds likely."
+    return Plot("Turbulence", note, figure, section=SECTION)
+
+
+def _fit(figure: Any, values: list[float], least: float) -> None:
+    """Makes the y axis as high as these, and at least so high; the rest goes on beyond it."""
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    middle, half = 0.5 * (low + high), max(0.55 * (high - low), 0.5 * least)
+    figure.update_yaxes(range=[middle - half, middle + half])

@@ -1,0 +1,54 @@
+"""What the plots of a report are drawn with: a plot, its colours, lines, bands and the height of its axis."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sternplane.logs.tracking import Array
+
+TRUE, BELIEVED, WANTED = "#0f172a", "#2563eb", "#f59e0b"
+
+
+class Plot(NamedTuple):
+    """A figure with its title and a sentence on what is in it; `over_time` if its x axis is the vehicle's time.
+
+    Plots of one `section` stand together under that heading.
+    """
+
+    title: str
+    note: str
+    figure: Any
+    over_time: bool = True
+    section: str = ""
+
+
+def line(
+    figure: Any, x: Array, y: Array, name: str, colour: str, width: float = 1.8, dash: str = "solid", **other: Any
+) -> None:
+    """A line; none where there is not one number."""
+    if not np.isfinite(y).any():
+        return
+    other = {"mode": "lines", **other}
+    pen = {"color": colour, "width": width, "dash": dash}
+    figure.add_scatter(x=x.astype(np.float32), y=y.astype(np.float32), name=name, line=pen, **other)
+
+
+def band(figure: Any, t: Array, low: Array, high: Array, name: str) -> None:
+    """What is between two lines, shaded."""
+    hidden = {"mode": "lines", "line": {"width": 0}, "hoverinfo": "skip"}
+    figure.add_scatter(x=t, y=low.astype(np.float32), showlegend=False, **hidden)
+    fill = {"fill": "tonexty", "fillcolor": "rgba(37, 99, 235, 0.15)"}
+    figure.add_scatter(x=t, y=high.astype(np.float32), name=name, **hidden, **fill)
+
+
+def at_least(figure: Any, height: float) -> None:
+    """Makes the y axis at least this high, so that what hardly moves looks like it."""
+    ends = [(np.nanmin(trace.y), np.nanmax(trace.y)) for trace in figure.data if trace.visible is None]
+    if not ends:
+        return
+    low, high = float(min(low for low, _ in ends)), float(max(high for _, high in ends))
+    if high - low < height:
+        middle = 0.5 * (low + high)
+        figure.update_yaxes(autorangeoptions={"include": [middle - 0.5 * height, middle + 0.5 * height]})

@@ -1,0 +1,248 @@
+"""The plots of a report: what was wanted, what was believed, what was true."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+import plotly.graph_objects as go
+
+from firmware_py.records.order import Mode
+from sternplane.logs import lateness
+from sternplane.logs.reading import Columns, Log
+from sternplane.logs.tracking import (
+    Array,
+    believed_columns,
+    flown_last,
+    navigation_error,
+    path_error,
+    true_columns,
+    unwrapped_deg,
+    wrapped_deg,
+)
+from sternplane.report import areas
+from sternplane.report.coefficient_plots import plots
+from sternplane.report.drawing import BELIEVED, TRUE, WANTED, Plot, at_least, band, line
+from sternplane.report.lateness_plot import histogram
+
+_PAIRS = ("#2563eb", "#dc2626", "#059669", "#9333ea", "#d97706", "#0891b2", "#be185d", "#4d7c0f")
+_MODES = {
+    Mode.DISARMED: "#94a3b8",
+    Mode.MANUAL: "#f97316",
+    Mode.HOLD: "#22c55e",
+    Mode.MISSION: "#3b82f6",
+    Mode.SURFACE: "#eab308",
+    Mode.LOITER: "#14b8a6",
+    Mode.GUIDED: "#8b5cf6",
+    Mode.RETURN: "#ec4899",
+}
+_WANTED = ("reference.z_d", "reference.psi_d", "reference.u_d")
+"""What is a reference only while somebody steers by it; in MANUAL and DISARMED it goes along with the boat."""
+_MOST_HZ, _MOST_POINTS = 10.0, 4000
+
+
+class Bands(NamedTuple):
+    """From when to when (s) the vehicle was in a mode."""
+
+    begin: float
+    end: float
+    mode: Mode
+
+
+class Figures:
+    """All plots of one log. What they draw is thinned to every `stride`-th cycle; `rate` is what is left, Hz."""
+
+    def __init__(self, log: Log) -> None:
+        c = log.columns
+        dt = float(c["tick.dt_ns"][0]) * 1e-9
+        self.stride = max(1, round(1.0 / dt / _MOST_HZ), -(-len(c["t"]) // _MOST_POINTS))
+        self.rate = 1.0 / dt / self.stride
+        self.bands = _bands(c["t"], c["mode.mode"], dt)
+        self._log = log
+        truth = true_columns(log)
+        boat = truth or believed_columns(log)
+        self._c = self._thinned(c)
+        self._true, self._truth = truth, self._thinned(truth)
+        self._boat = self._thinned(boat)
+        self._psi = unwrapped_deg(boat["eta.psi"])[:: self.stride]
+        self._off = path_error(log, boat)[:: self.stride]
+        self._away = navigation_error(log, truth)[:: self.stride]
+        self._t = self._c["t"].astype(np.float32)
+        steered = ~np.isin(self._c["mode.mode"], (Mode.DISARMED, Mode.MANUAL))
+        self._c |= {name: np.where(steered, self._c[name], np.nan) for name in _WANTED}
+        self._steered = bool(steered.any())
+
+    def __iter__(self) -> Iterator[Plot]:
+        c, truth = self._c, self._truth
+        yield self.plan()
+        yield self.depth()
+        yield self.heading()
+        yield self._three(
+            "Speed", "m/s", 0.2, c["reference.u_d"], c["state.nu.u"], truth.get("nu.u"), "Surge over the ground."
+        )
+        yield self.attitude()
+        yield self.fins()
+        yield self.propeller()
+        if self._steered:
+            yield from self.tracking()
+        yield from self.navigation()
+        if late := lateness.of(self._log):
+            yield histogram(late, float(self._log.columns["tick.dt_ns"][0]) * 1e-3)
+        yield from plots(self._log, self._true, self.stride, self._figure)
+
+    def plan(self) -> Plot:
+        """North over east, with the legs of the mission that was flown last, the fence and the rally points."""
+        c, truth, figure = self._c, self._truth, go.Figure()
+        waypoints = flown_last(self._log).waypoints
+        if len(waypoints):
+            numbers = [str(i + 1) for i in range(len(waypoints))]
+            label: dict[str, Any] = {
+                "text": numbers,
+                "textposition": "top center",
+                "marker": {"size": 9, "symbol": "diamond-open"},
+            }
+            line(
+                figure, waypoints[:, 1], waypoints[:, 0], "legs", WANTED, mode="lines+markers+text", dash="dot", **label
+            )
+        if truth:
+            line(figure, truth["eta.y"], truth["eta.x"], "truth", TRUE, width=3)
+        line(figure, c["state.eta.y"], c["state.eta.x"], "estimate", BELIEVED)
+        for name, at, symbol in (("begin", 0, "circle"), ("end", -1, "square")):
+            marker = {"size": 10, "symbol": symbol, "color": TRUE}
+            x, y = c["state.eta.y"][at : at + 1 or None], c["state.eta.x"][at : at + 1 or None]
+            figure.add_scatter(x=x, y=y, name=name, mode="markers", marker=marker)
+        figure.update_xaxes(title="east, m")
+        figure.update_yaxes(title="north, m", scaleanchor="x", scaleratio=1)
+        beyond = " The fence or a rally point is beyond the plot." if areas.draw(figure, self._log) else ""
+        return Plot("Plan view", f"Local frame; scales are equal.{beyond}", figure, over_time=False)
+
+    def depth(self) -> Plot:
+        """Depth, downwards, with the bottom where the vehicle hears it and the events where they happened."""
+        c, truth = self._c, self._truth
+        plot = self._three(
+            "Depth", "m", 0.5, c["reference.z_d"], c["state.eta.z"], truth.get("eta.z"), "Diamonds are events."
+        )
+        bottom = c["state.eta.z"] + c["state.altitude"]
+        if np.isfinite(bottom).any():
+            line(plot.figure, self._t, bottom, "bottom", "#a16207", width=1, visible="legendonly")
+        if events := self._log.events:
+            times, texts = zip(*events, strict=True)
+            marker = {"symbol": "diamond", "size": 9, "color": "#be185d"}
+            z = np.interp(times, self._log.columns["t"], self._log.columns["state.eta.z"])
+            plot.figure.add_scatter(x=times, y=z, text=texts, name="events", mode="markers", marker=marker)
+        plot.figure.update_yaxes(autorange="reversed")
+        return plot
+
+    def heading(self) -> Plot:
+        """Heading without jumps at north; all of it on the turn that the boat is on."""
+        c, boat = self._c, self._boat["eta.psi"]
+        psi_d, psi = (self._psi + wrapped_deg(c[name] - boat) for name in ("reference.psi_d", "state.eta.psi"))
+        return self._three("Heading", "heading, degrees", 5.0, psi_d, psi, self._psi if self._truth else None)
+
+    def attitude(self) -> Plot:
+        """Roll and pitch."""
+        figure = self._figure("degrees")
+        for name, colour in (("phi", "#059669"), ("theta", BELIEVED)):
+            words = {"phi": "roll", "theta": "pitch"}[name]
+            line(figure, self._t, np.degrees(self._c[f"state.eta.{name}"]), words, colour)
+        at_least(figure, 2.0)
+        return Plot("Attitude", "Estimates; bow up and starboard down are positive.", figure)
+
+    def fins(self) -> Plot:
+        """Every fin: commanded and reported."""
+        figure = self._figure("degrees")
+        commanded, reported = (np.degrees(self._c[name]) for name in ("applied.fins", "frame.fins.value"))
+        for i, name in enumerate(_fin_names(self._log, commanded.shape[1])):
+            colour = _PAIRS[i % len(_PAIRS)]
+            line(figure, self._t, commanded[:, i], name, colour, legendgroup=name)
+            line(figure, self._t, reported[:, i], f"{name}, reported", colour, dash="dot", legendgroup=name)
+        at_least(figure, 4.0)
+        return Plot("Fins", "Commanded, and what the servos report.", figure)
+
+    def propeller(self) -> Plot:
+        """Propeller: commanded and reported."""
+        figure = self._figure("rpm")
+        line(figure, self._t, 60.0 * self._c["applied.n"], "commanded", BELIEVED)
+        line(figure, self._t, 60.0 * self._c["frame.n.value"], "reported", "#dc2626", dash="dot")
+        at_least(figure, 20.0)
+        return Plot("Propeller", "Commanded, and what its controller reports.", figure)
+
+    def tracking(self) -> Iterator[Plot]:
+        """What was wanted minus what was true, or believed where nobody knew."""
+        against = "the truth" if self._truth else "the estimate"
+        figure = self._figure("m")
+        line(figure, self._t, self._c["reference.z_d"] - self._boat["eta.z"], "depth", BELIEVED)
+        line(figure, self._t, self._off, "path", "#059669")
+        at_least(figure, 0.1)
+        flown = " Path: horizontal distance to the planned path, in MISSION." if np.isfinite(self._off).any() else ""
+        yield Plot("Tracking error", f"Against {against}.{flown}", figure)
+        figure = self._figure("degrees")
+        line(figure, self._t, wrapped_deg(self._c["reference.psi_d"] - self._boat["eta.psi"]), "heading", BELIEVED)
+        at_least(figure, 1.0)
+        yield Plot("Heading error", f"Against {against}.", figure)
+
+    def navigation(self) -> Iterator[Plot]:
+        """Estimate minus truth, and what the estimate thinks of itself; nothing where nobody knew the truth."""
+        c, truth = self._c, self._truth
+        if not truth:
+            return
+        z = c["state.eta.z"] - truth["eta.z"]
+        horizontal, vertical = 3.0 * c["state.position_std"], 3.0 * c["state.depth_std"]
+        said = "Distance from estimate to truth."
+        yield self._within("Navigation error, horizontal", said, self._away, 0.0 * horizontal, horizontal, 1.0)
+        yield self._within("Navigation error, depth", "Estimate minus truth.", z, -vertical, vertical, 0.1)
+
+    def _within(self, title: str, note: str, error: Array, low: Array, high: Array, least: float) -> Plot:
+        """An error in the band where it should be. The error makes the height of the axis, at `least` so much."""
+        figure = self._figure("m")
+        band(figure, self._t, low, high, "3 σ")
+        line(figure, self._t, error, "error", BELIEVED)
+        top = max(2.0 * float(np.nanmax(np.abs(error), initial=0.0)), least)
+        bottom = -top if low.min() < 0.0 else 0.0
+        figure.update_yaxes(
+            autorangeoptions={"include": [bottom, top], "clipmin": 1.05 * bottom, "clipmax": 1.05 * top}
+        )
+        if high.max() > top:
+            note += " The band goes on beyond the plot."
+        return Plot(title, note, figure)
+
+    def _three(
+        self, title: str, unit: str, least: float, wanted: Array, believed: Array, true: Array | None, note: str = ""
+    ) -> Plot:
+        figure = self._figure(unit)
+        if true is not None:
+            line(figure, self._t, true, "truth", TRUE, width=3)
+        line(figure, self._t, believed, "estimate", BELIEVED)
+        line(figure, self._t, wanted, "reference", WANTED, dash="dash")
+        at_least(figure, least)
+        return Plot(title, note, figure)
+
+    def _thinned(self, columns: Columns) -> Columns:
+        return {name: column[:: self.stride] for name, column in columns.items()}
+
+    def _figure(self, unit: str) -> Any:
+        figure = go.Figure()
+        for begin, end, mode in self.bands:
+            figure.add_vrect(begin, end, fillcolor=_MODES[mode], opacity=0.09, line_width=0, layer="below")
+        figure.update_xaxes(title="vehicle time, s", range=[self.bands[0].begin, self.bands[-1].end])
+        figure.update_yaxes(title=unit)
+        return figure
+
+
+def mode_colours(bands: list[Bands]) -> list[tuple[str, str]]:
+    """(mode, colour) of the modes that occur, for the key."""
+    return [(mode.name.lower(), colour) for mode, colour in _MODES.items() if any(b.mode is mode for b in bands)]
+
+
+def _bands(t: Array, modes: Array, dt: float) -> list[Bands]:
+    edges = [0, *(np.flatnonzero(np.diff(modes)) + 1), len(modes)]
+    pairs = itertools.pairwise(edges)
+    return [Bands(float(t[a]), float(t[b - 1]) + dt, Mode(int(modes[a]))) for a, b in pairs]
+
+
+def _fin_names(log: Log, count: int) -> list[str]:
+    fins = log.header.get("configuration", {}).get("vehicle", {}).get("fins", ())
+    names = [str(fin["name"]).replace("_", " ") for fin in fins if "name" in fin]
+    return names if len(names) == count else [f"fin {i + 1}" for i in range(count)]

@@ -1,0 +1,166 @@
+"""What a run learned: each coefficient beside what was believed of it and, where the log knows, what was true."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from firmware_py.estimation.coefficient_params import CoefficientParams
+from firmware_py.estimation.health import SENSORS, STAY, HealthParams, band
+from firmware_py.estimation.model.observer_model import GROUPS
+from firmware_py.params import ParamError, load
+from firmware_py.vehicle.vehicle import Vehicle
+from sternplane.logs.reading import Log
+from sternplane.logs.tracking import Array
+
+_HERE = "state.learned"
+_TOPICS = ("dvl", "ahrs", "ahrs")
+_BESIDE = ("nis", "current", "current_std", "turbulence", "rejected", "dropped", "resets")
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """One coefficient: arrays over the cycles, NaN and False before the filter began; `truth` NaN where unknown."""
+
+    name: str
+    value: Array
+    std: Array
+    valid: Array
+    excited: Array
+    believed: float
+    truth: float
+
+    @property
+    def error_sigmas(self) -> Array:
+        """Estimate minus truth over the sigma that the estimate gives itself."""
+        sigmas: Array = (self.value - self.truth) / self.std
+        return sigmas
+
+
+def coefficients(log: Log) -> list[Coefficient]:
+    """What was learned, in the order of the configuration; empty where nothing was, and for logs that know of none."""
+    c = log.columns
+    if f"{_HERE}.value" not in c:
+        return []
+    begun = np.maximum.accumulate(np.isfinite(c[f"{_HERE}.horizon"]))
+    if not begun.any():
+        return []
+    value, std = (np.where(begun[:, None], c[f"{_HERE}.{name}"], np.nan) for name in ("value", "std"))
+    valid, excited = (c[f"{_HERE}.{name}"] & begun[:, None] for name in ("valid", "excited"))
+    known = believed(log.header)
+    true, nan = truth(log.header, known), float("nan")
+    return [
+        Coefficient(
+            *(name, value[:, i], std[:, i], valid[:, i], excited[:, i]), known.get(name, nan), true.get(name, nan)
+        )
+        for i, name in enumerate(_names(log.header, value.shape[1]))
+    ]
+
+
+def taught(log: Log) -> list[tuple[float, str]]:
+    """Time, s, and sentence of each learning manoeuvre's end: what it taught and what not; see `weakness.sentence`."""
+    return [(t, text) for t, text in log.events if text.partition(": ")[2].startswith("learned ")]
+
+
+def nis_bands(log: Log) -> dict[str, tuple[float, float]]:
+    """By sensor that was heard: the band that a consistent filter keeps the running mean of its NIS in.
+
+    It holds all but one in a thousand of what chance makes, and the slack that the configuration grants.
+    """
+    c = log.columns
+    params = _params(HealthParams, log.header, "health")
+    slack = 1.0 + params.nis_slack
+    span = float(c["t"][-1] - c["t"][0]) or 1.0
+    fresh = {name: float(c[f"frame.{topic}.fresh"].sum()) for name, topic in zip(SENSORS, _TOPICS, strict=True)}
+    # An exponential window of n measurements, three numbers each, weighs as much as one of 2 n that count alike.
+    freedom = {name: 2.0 * 3.0 * params.nis_time * count / span for name, count in fresh.items() if count}
+    bands = {name: band(degrees, STAY) for name, degrees in freedom.items()}
+    return {name: (low / slack, high * slack) for name, (low, high) in bands.items()}
+
+
+def figures(log: Log) -> dict[str, Any] | None:
+    """What summary.json says of it, None where nothing was learned: see `summary.summarise`."""
+    learned = coefficients(log)
+    if not learned:
+        return None
+    last = {name: log.columns[f"{_HERE}.{name}"][-1].tolist() for name in _BESIDE}
+    squares = [c.error_sigmas[-1] ** 2 for c in learned if np.isfinite(c.error_sigmas[-1])]
+    said: dict[str, Any] = _sayable(
+        {
+            "coefficients": {c.name: _figures(c) for c in learned},
+            "taught": [list(said) for said in taught(log)],
+            "mean_square_error_sigmas": float(np.mean(squares)) if squares else None,
+            "nis": dict(zip(SENSORS, last["nis"], strict=True)),
+            "current_m_s": last["current"],
+            "current_std_m_s": last["current_std"],
+            "turbulence_m_s": last["turbulence"],
+            **{name: last[name] for name in ("rejected", "dropped", "resets")},
+        }
+    )
+    return said
+
+
+def _figures(c: Coefficient) -> dict[str, Any]:
+    value = float(c.value[-1])
+    return {
+        "value": value,
+        "std": float(c.std[-1]),
+        "valid": bool(c.valid[-1]),
+        "believed": c.believed,
+        "truth": c.truth,
+        "error_pct": 100.0 * (value / c.truth - 1.0) if c.truth else None,
+        "error_sigmas": float(c.error_sigmas[-1]),
+    }
+
+
+def _sayable(value: Any) -> Any:
+    """None for numbers that JSON has no word for."""
+    if isinstance(value, Mapping):
+        return {key: _sayable(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [_sayable(inner) for inner in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def _params(cls: type[Any], header: Mapping[str, Any], name: str) -> Any:
+    """A table of the header's estimation; its defaults where it is not there or is another version's."""
+    table = header.get("configuration", {}).get("autopilot", {}).get("estimation", {}).get(name, {})
+    try:
+        return load(cls, table, name)
+    except ParamError:
+        return cls()
+
+
+def _names(header: Mapping[str, Any], count: int) -> list[str]:
+    names = _params(CoefficientParams, header, "coefficients").names
+    return list(names) if len(names) == count else [f"coefficient {i + 1}" for i in range(count)]
+
+
+def believed(header: Mapping[str, Any]) -> dict[str, float]:
+    """What the vehicle file says, with the hull that makes it nondimensional; nothing if it cannot be read."""
+    try:
+        vehicle = load(Vehicle, header.get("configuration", {}).get("vehicle", {}), "vehicle")
+    except ParamError:
+        return {}
+    size = {"density": vehicle.hull.density, "length": vehicle.hull.length}
+    return {**vehicle.linear, **size, **dict.fromkeys(GROUPS, 1.0)}
+
+
+def truth(header: Mapping[str, Any], believed: Mapping[str, float]) -> dict[str, float]:
+    """What the boat is built like, in the believed vehicle's terms: a group's scale only where it has one.
+
+    With another density or length the same number is another force, and nothing here is comparable.
+    """
+    built = header.get("truth", {})
+    if not believed or any(built.get(key) != believed[key] for key in ("density", "length")):
+        return {}
+    true = dict(built["coefficients"])
+    for group, members in GROUPS.items():
+        scales = [true[name] / believed[name] for name in members if believed[name]]
+        rest = [true[name] for name in members if not believed[name]]
+        if scales and not any(rest) and max(scales) - min(scales) < 1e-9:
+            true[group] = scales[0]
+    return true

@@ -1,0 +1,276 @@
+"""One simulated flight: the autopilot and a boat in one process, a CAN bus and a serial line between them."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import sys
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from firmware_py import app, loop
+from firmware_py.adapters.buses.can_bus import CanBus, open_bus
+from firmware_py.adapters.clock import RealTime
+from firmware_py.adapters.dvl import DvlPort
+from firmware_py.adapters.hardware import Hardware
+from firmware_py.adapters.hil.hil_link import parse_link
+from firmware_py.adapters.io_params import IoParams
+from firmware_py.adapters.kernel_cache import ROOT
+from firmware_py.adapters.realtime import applied
+from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter, Recorder
+from firmware_py.autopilot import Autopilot
+from firmware_py.params import ParamError, load
+from firmware_py.ports import Ground, Schedule
+from firmware_py.records.cycle import Cycle
+from firmware_py.records.mission import plain
+from firmware_py.schedule import step_ns
+from sim_bridge.assembly import assemble
+from sim_bridge.bridge import Bridge, Lockstep
+from sim_bridge.completion import Completion
+from sim_bridge.devices.devices import BoatParams
+from sim_bridge.devices.serial_line import SerialLine
+from sim_bridge.faults import Fault, known_faults
+from sim_bridge.hil import refuse_faults
+from sim_bridge.plant.plant import PlantError
+from sim_bridge.plant.truth import Truth, refuse_other_fins
+from sim_bridge.scenarios import Scenario, load_scenario
+from sim_bridge.scripted_operator import ScriptedOperator
+from sternplane.cli.interrupt import interruptible
+from sternplane.fly import provenance, vehicle
+
+SCENARIOS = ROOT / "configs" / "scenarios"
+CONFIG = ROOT / "configs" / "npsauv2"
+_PATIENCE = {"max": 1.0, "realtime": 0.002}
+"""How long a tick waits for a line of the DVL, s. On a busy machine the kernel takes 70 ms, and a clock goes on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """What a person asked for."""
+
+    scenario: str = "demo"
+    config: Path = CONFIG
+    bus: str = "virtual"
+    pace: str = "max"
+    seed: int = 1
+    io: Path | None = None
+    """The io file; None is the configuration's io_sitl.toml."""
+    faults: tuple[str, ...] = ()
+    """NAME@T, beside the scenario's own."""
+    link: str = "can"
+    """As `hil_link.parse_link` reads it: the bus, or a PX4-compatible simulator's interface in its place."""
+    state: Path | None = None
+    """What the vehicle kept of an earlier run; None is nothing."""
+
+
+class Outcome(NamedTuple):
+    """How a flight went."""
+
+    completed: bool
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Flight:
+    """Everything that a wish asks to be read, read and checked."""
+
+    wish: Wish
+    scenario: Scenario
+    configuration: Mapping[str, Any]
+    autopilot: Autopilot
+    params: app.AutopilotParams
+    io: IoParams
+    truth: Truth
+    boat: BoatParams
+
+    @property
+    def rate(self) -> int:
+        """Ticks a second."""
+        return self.params.rate
+
+    def _faults(self) -> list[str]:
+        return [f"{fault.name}@{fault.t:g}" for fault in self.scenario.faults]
+
+    def header(self) -> dict[str, Any]:
+        """What the log begins with."""
+        wish, description = self.wish, self.scenario.description
+        return provenance.header(
+            wish.scenario,
+            self.configuration,
+            description=description,
+            seed=wish.seed,
+            pace=wish.pace,
+            link=wish.link,
+            faults=self._faults(),
+            truth=self._built(),
+        )
+
+    def _built(self) -> dict[str, Any]:
+        """What the boat is built like: nondimensional, with this density and length; faults are not in it."""
+        truth = self.truth
+        drag = {"C_d0": truth.propeller.C_d0, "C_dy": truth.hull.C_dy, "C_dz": truth.hull.C_dz}
+        return {
+            "coefficients": {**dataclasses.asdict(truth.coefficients), **drag},
+            "density": truth.hull.rho,
+            "length": truth.hull.L,
+        }
+
+
+def prepare(wish: Wish, kept: Mapping[str, float]) -> Flight:
+    """Reads and checks all that a flight needs; writes nothing.
+
+    Args:
+        wish: what was asked for.
+        kept: what the vehicle kept of an earlier run, or nothing.
+
+    Raises:
+        ParamError: in one line, which file and key is wrong, and what would be right.
+    """
+    scenario = load_scenario(wish.scenario, SCENARIOS)
+    scenario = dataclasses.replace(scenario, faults=(*scenario.faults, *map(_fault, wish.faults)))
+    for fault in scenario.faults:
+        if fault.t > scenario.duration:
+            raise ParamError(f"fault {fault.name}@{fault.t:g}: the scenario lasts {scenario.duration:g} s")
+    over = scenario.autopilot
+    if parse_link(wish.link):
+        refuse_faults(scenario)
+        over = app.merge(over, vehicle.OVER_HIL)
+    configuration = app.under_plans(
+        {
+            **app.read_configuration(wish.config, over, wish.state),
+            "mission": plain(scenario.mission),
+            "kept": dict(kept),
+        },
+        wish.state,
+    )
+    autopilot, truth = app.build(configuration), _load(Truth, wish.config / "truth.toml")
+    believed = len(autopilot.applied.fins)
+    refuse_other_fins(truth, str(wish.config / "truth.toml"), believed, configuration["files"]["vehicle"])
+    flight = Flight(
+        wish=wish,
+        scenario=scenario,
+        configuration=configuration,
+        autopilot=autopilot,
+        params=app.autopilot_params(configuration),
+        io=_load(IoParams, wish.io or wish.config / "io_sitl.toml"),
+        truth=truth,
+        boat=_load(BoatParams, wish.config / "sensors.toml", scenario.sensors),
+    )
+    if parse_link(wish.link):
+        _refuse_other_scale(flight)
+    return flight
+
+
+def fly(
+    flight: Flight,
+    log_path: Path,
+    watch: Callable[[Cycle], None] = lambda _cycle: None,
+    command: Callable[[ScriptedOperator], Ground] = lambda pilot: pilot,
+    lost: Callable[[], Mapping[str, int]] = dict,
+) -> Outcome:
+    """Flies to the end of the scenario, or to the first Ctrl-C, and leaves a log that is closed whatever happens.
+
+    Args:
+        flight: what `prepare` made; it is used up.
+        log_path: where the log goes.
+        watch: is shown every cycle.
+        command: puts the scenario's pilot together with whoever else gives orders.
+        lost: asked at the end, what was lost on the way to and from these, by name.
+
+    Raises:
+        BusError: the bus or the line cannot be opened.
+        LogError: the log cannot be written.
+        ParamError: a device whose rate does not fit the base rate, or a fault that strikes what is not there.
+    """
+    scenario, rate, wish = flight.scenario, flight.rate, flight.wish
+    with contextlib.ExitStack() as stack:
+        line = stack.enter_context(SerialLine(_PATIENCE[wish.pace]))
+        boat_bus = _bus(stack, flight)
+        hardware = Hardware(
+            flight.io, len(flight.autopilot.applied.fins), _bus(stack, flight), DvlPort(flight.io.dvl, line.path)
+        )
+        stack.callback(hardware.close)
+        bridge = assemble(flight.truth, flight.boat, flight.io.nodes, scenario, boat_bus, line, wish.seed, rate)
+        pilot = ScriptedOperator(scenario)
+        interrupted = stack.enter_context(interruptible())
+        lockstep = Lockstep(
+            bridge, step_ns(rate), round(scenario.duration * rate), stop=lambda: pilot.referee.done or bool(interrupted)
+        )
+        schedule: Schedule = (
+            RealTime(step_ns(rate), lockstep.advance, flight.io.realtime.spin_ns)
+            if wish.pace == "realtime"
+            else lockstep
+        )
+        log = stack.enter_context(LogWriter(log_path, flight.header()))
+        began = time.monotonic()
+        for refusal in stack.enter_context(applied(dataclasses.replace(flight.io.realtime, freeze_garbage=True))):
+            print(refusal, file=sys.stderr)
+        try:
+            loop.run(flight.autopilot, hardware, command(pilot), _Tape(log, bridge, watch), schedule)
+            outcome = judge(pilot.referee, bool(interrupted))
+        except PlantError as error:
+            outcome = Outcome(False, f"the plant has left the numbers: {error}")
+        if line.late and wish.pace == "max":
+            outcome = Outcome(False, f"{line.late} lines of the DVL came late: the run is not reproducible")
+        lines = {"lines_of_the_dvl_lost": line.lost, "lines_of_the_dvl_late": line.late}
+        losses = {**hardware.losses(), **lines, **lost()}
+        log.close({**outcome._asdict(), "wall_s": time.monotonic() - began, "losses": losses})
+    return outcome
+
+
+class _Tape:
+    """The recorder of a simulated run: the cycle, what was really the case, and whoever watches."""
+
+    def __init__(self, log: LogWriter, bridge: Bridge, watch: Callable[[Cycle], None]) -> None:
+        self._recorder = Recorder(log)
+        self._log = log
+        self._bridge = bridge
+        self._watch = watch
+        log.channel(TRUTH_TOPIC, bridge.truth())
+
+    def write(self, cycle: Cycle) -> None:
+        self._recorder.write(cycle)
+        self._log.write(TRUTH_TOPIC, cycle.tick.t_ns, self._bridge.truth())
+        self._watch(cycle)
+
+
+def judge(referee: Completion, interrupted: bool) -> Outcome:
+    """What a flight that ended by itself, or by Ctrl-C, came to."""
+    if interrupted:
+        return Outcome(False, "interrupted")
+    return Outcome(True, "completed") if referee.completed else Outcome(False, referee.reason)
+
+
+def _fault(text: str) -> Fault:
+    name, _, t = text.rpartition("@")
+    try:
+        return load(Fault, {"t_s": float(t), "name": name}, f"--fault {text}")
+    except ValueError:
+        raise ParamError(f"--fault {text}: write NAME@T with T in s, such as dvl-off@60; {known_faults()}") from None
+
+
+def _refuse_other_scale(flight: Flight) -> None:
+    """Over mavlink-hil a command is a share of full scale, which both sides must take for the same."""
+    believed, boat = app.vehicle(flight.configuration), flight.boat
+    if any(fin.delta_max != boat.servo_hub.travel for fin in believed.fins):
+        keys = "servo_hub.travel_deg must be delta_max_deg of every fin"
+    elif believed.propeller.n_max != boat.esc.n_max:
+        keys = "esc.n_max_rpm must be propeller.n_max_rpm"
+    else:
+        return
+    sensors, where = flight.wish.config / "sensors.toml", flight.configuration["files"]["vehicle"]
+    raise ParamError(f"{sensors}: {keys} in {where}: over mavlink-hil a command is a share of it")
+
+
+def _load(cls: type[Any], path: Path, over: Mapping[str, Any] = MappingProxyType({})) -> Any:
+    return load(cls, app.read_table(cls, path, over), str(path))
+
+
+def _bus(stack: contextlib.ExitStack, flight: Flight) -> CanBus:
+    bus = open_bus(flight.wish.bus)
+    stack.callback(bus.close)
+    return bus

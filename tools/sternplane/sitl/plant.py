@@ -1,0 +1,218 @@
+"""`sternplane plant`: the boat alone, on a bus or behind MAVLink; a vehicle in another process flies it."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import fields
+from itertools import count, takewhile
+from pathlib import Path
+
+from rich.console import Console
+
+from firmware_py.adapters.buses.can_bus import open_bus
+from firmware_py.adapters.buses.node_id_check import refuse_if_taken
+from firmware_py.adapters.clock import RealTime
+from firmware_py.adapters.hil.hil_link import Address, HilLink, accept, parse_link, serve
+from firmware_py.adapters.lockstep.lockstep import LockstepError, LockstepLink
+from firmware_py.adapters.realtime import RealtimeParams, applied
+from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter
+from firmware_py.schedule import step_ns
+from sim_bridge import hil
+from sim_bridge.assembly import assemble
+from sim_bridge.bridge import Bridge
+from sim_bridge.devices.serial_line import SerialLine
+from sim_bridge.lockstep_server import LockstepServer, meet
+from sim_bridge.plant.plant import PlantError
+from sternplane.cli.errors import UsageError
+from sternplane.cli.interrupt import interruptible
+from sternplane.fly import provenance
+from sternplane.logs.reading import TRUTH_FILE
+from sternplane.sitl.flight import Flight, Wish, prepare
+
+WAIT_S = 60.0
+"""How long a vehicle may take to come in lockstep, s; in real time the boat waits for nobody."""
+
+Stop = Callable[[], bool]
+
+
+def command(options: argparse.Namespace) -> int:
+    """Runs the boat until its scenario's time is over or someone has had enough; the exit status."""
+    faults, address = tuple(options.fault), parse_link(options.link)
+    if address and (options.bus or options.dvl):
+        raise UsageError(
+            f"--link {options.link}: there is neither bus nor DVL on that link; leave --bus and --dvl away"
+        )
+    bus, link = options.bus, options.link
+    wish = Wish(options.scenario, options.config, bus, options.pace, options.seed, options.io, faults, link)
+    flight = prepare(wish, {})
+    free = options.pace == "realtime" and not address
+    wait = options.wait if options.wait is not None else 0.0 if free else WAIT_S
+    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    try:
+        if address:
+            console.print(run_hil(flight, address, options.out, wait, console))
+        else:
+            dvl = Path(options.dvl or flight.io.dvl.place(wish.bus or flight.io.can.bus))
+            console.print(run(flight, dvl, options.out, wait, console))
+    except (LockstepError, PlantError) as error:
+        console.print(f"sternplane: {error}")
+        return 1
+    return 0
+
+
+def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Console) -> str:
+    """Runs the boat; returns why it ended.
+
+    Args:
+        flight: what to sail, in which water.
+        dvl: the name under which the DVL's line is to be found.
+        out: where truth.mcap goes, if anywhere.
+        wait: how long a vehicle may take to answer before tick 0, s; 0 does not wait for one (real time only).
+        console: for what is going on.
+
+    Raises:
+        BusError: no such bus, or somebody speaks there under our node ids.
+        LockstepError: the vehicle did not come, went, or lost a frame.
+    """
+    io, wish = flight.io, flight.wish
+    spec, dt_ns, free = wish.bus or io.can.bus, step_ns(flight.rate), wish.pace == "realtime"
+    if spec.startswith("virtual"):
+        raise UsageError("plant: a virtual bus ends at its process; give --bus udp:N or socketcan:IFACE")
+    with contextlib.ExitStack() as stack:
+        bus = open_bus(spec)
+        stack.callback(bus.close)
+        ids = {getattr(io.nodes, field.name): field.name for field in fields(io.nodes)}
+        refuse_if_taken(bus, {**ids, io.can.plant_id: "plant"})
+        turns = LockstepLink(bus, io.can.plant_id, [io.can.node_id])
+        _clear(dvl)
+        line = stack.enter_context(SerialLine(patience=0.0 if free else 1.0))
+        stack.enter_context(_link(dvl, Path(line.path)))
+        door = bus if free else turns
+        bridge = assemble(flight.truth, flight.boat, io.nodes, flight.scenario, door, line, wish.seed, flight.rate)
+        interrupted = stack.enter_context(interruptible())
+        console.print(f"plant on {spec}, DVL on {dvl}")
+        if wait and not meet(turns, dt_ns, wait, lambda: bool(interrupted)):
+            return "interrupted before a vehicle came"
+        step = _kept(bridge, _truth_log(stack, flight, out), dt_ns)
+        ticks = round(flight.scenario.duration * flight.rate)
+        stack.enter_context(applied(RealtimeParams(freeze_garbage=True)))
+        conductor = LockstepServer(step, turns, dt_ns)
+        if free:
+            _keep_time(step, dt_ns, ticks, lambda: bool(interrupted))
+        else:
+            for k in range(ticks):
+                if not conductor.advance(k, lambda: bool(interrupted)) and not interrupted:
+                    return "the vehicle has ended"
+                if interrupted:
+                    break
+        conductor.bye()
+        return "interrupted" if interrupted else "the scenario's time is over"
+
+
+def run_hil(flight: Flight, address: Address, out: Path | None, wait: float, console: Console) -> str:
+    """Runs the boat as a PX4-compatible simulator, in lockstep at either pace; returns why it ended.
+
+    Args:
+        flight: what to sail, in which water.
+        address: where to listen for the vehicle.
+        out: where truth.mcap goes, if anywhere.
+        wait: how long a vehicle may take to connect, s.
+        console: for what is going on.
+
+    Raises:
+        BusError: somebody listens there already.
+        LockstepError: the vehicle did not come, went, or does not fly in lockstep.
+    """
+    wish, dt_ns = flight.wish, step_ns(flight.rate)
+    with contextlib.ExitStack() as stack:
+        server = stack.enter_context(serve(address))
+        interrupted = stack.enter_context(interruptible())
+
+        def stop() -> bool:
+            return bool(interrupted)
+
+        console.print(f"plant on {address}, MAVLink")
+        stream = accept(server, wait, stop)
+        if stream is None:
+            if interrupted:
+                return "interrupted before a vehicle came"
+            start = f"sternplane fly --link mavlink-hil:{address}"
+            raise LockstepError(f"no vehicle connected to {address} for {wait:g} s; start one: {start}")
+        link = HilLink(stream, flight.params.mavlink.system, vehicle=False)
+        stack.callback(link.close)
+        bridge, devices = hil.assemble(flight.truth, flight.boat, flight.scenario, link, wish.seed, flight.rate)
+        stack.enter_context(applied(RealtimeParams(freeze_garbage=True)))
+        conductor = hil.HilConductor(_kept(bridge, _truth_log(stack, flight, out), dt_ns), devices, link, dt_ns)
+        ticks, played = round(flight.scenario.duration * flight.rate), 0
+
+        def advance(k: int) -> bool:
+            return k < ticks and conductor.advance(k, stop)
+
+        schedule = RealTime(dt_ns, advance) if wish.pace == "realtime" else takewhile(advance, count())
+        for _ in schedule:
+            played += 1
+        conductor.bye()
+        if interrupted:
+            return "interrupted"
+        return "the scenario's time is over" if played == ticks else "the vehicle has ended"
+
+
+def _keep_time(step: Callable[[int], None], dt_ns: int, ticks: int, stop: Stop) -> None:
+    """Moves the boat by the clock, whoever listens."""
+
+    def advance(k: int) -> bool:
+        if k >= ticks or stop():
+            return False
+        step(k)
+        return True
+
+    for _ in RealTime(dt_ns, advance):
+        pass
+
+
+def _kept(bridge: Bridge, log: LogWriter | None, dt_ns: int) -> Callable[[int], None]:
+    """The boat's step, with what is then the case written down."""
+    if log is None:
+        return bridge.step
+    log.channel(TRUTH_TOPIC, bridge.truth())
+
+    def step(k: int) -> None:
+        bridge.step(k)
+        log.write(TRUTH_TOPIC, k * dt_ns, bridge.truth())
+
+    return step
+
+
+def _truth_log(stack: contextlib.ExitStack, flight: Flight, out: Path | None) -> LogWriter | None:
+    if out is None:
+        return None
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"--out {out}: cannot be made ({error.strerror}); choose another folder") from None
+    header = {"scenario": flight.wish.scenario, "seed": flight.wish.seed, "git": provenance.git_revision()}
+    return stack.enter_context(LogWriter(out / TRUTH_FILE, header))
+
+
+def _clear(name: Path) -> None:
+    """Removes the dead link of a boat that was killed; before a new line may get the number of the old one."""
+    if name.is_symlink() and not name.exists():
+        name.unlink()
+
+
+@contextlib.contextmanager
+def _link(name: Path, target: Path) -> Iterator[None]:
+    """A link of that name to the line, for as long as there is one."""
+    try:
+        os.symlink(target, name)
+    except OSError as error:
+        raise UsageError(
+            f"--dvl {name}: the link cannot be made ({error.strerror}); remove it, or choose another"
+        ) from None
+    try:
+        yield
+    finally:
+        name.unlink(missing_ok=True)

@@ -1,0 +1,177 @@
+"""One simulated flight in two processes: the vehicle here, the boat in a child, a real wire between them."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+from firmware_py.adapters.hil.hil_link import parse_link
+from firmware_py.adapters.lockstep.lockstep import LockstepError
+from firmware_py.adapters.storage.recorder import LogWriter, Recorder
+from firmware_py.ports import Ground
+from firmware_py.records.cycle import Cycle
+from sim_bridge.scripted_operator import ScriptedOperator
+from sternplane.cli.errors import UsageError
+from sternplane.cli.interrupt import interruptible
+from sternplane.fly import vehicle
+from sternplane.sitl.flight import Flight, Outcome, judge
+
+PLANT_WORDS = "plant.txt"
+"""What the plant's process says, in the run's folder."""
+_GRACE_S = 10.0
+_PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
+
+
+class _Tape:
+    """The vehicle's recorder, and whoever watches; it knows when the scenario's time is over."""
+
+    def __init__(self, log: LogWriter, watch: Callable[[Cycle], None], ticks: int) -> None:
+        self._recorder = Recorder(log)
+        self._watch = watch
+        self._left = ticks
+        self._began = 0.0
+
+    @property
+    def full(self) -> bool:
+        return self._left <= 0
+
+    @property
+    def seconds(self) -> float:
+        """Wall time since the first cycle."""
+        return time.monotonic() - self._began if self._began else 0.0
+
+    def write(self, cycle: Cycle) -> None:
+        self._began = self._began or time.monotonic()
+        self._recorder.write(cycle)
+        self._watch(cycle)
+        self._left -= 1
+
+
+def fly_two_processes(
+    flight: Flight,
+    folder: Path,
+    watch: Callable[[Cycle], None],
+    command: Callable[[ScriptedOperator], Ground],
+    lost: Callable[[], Mapping[str, int]] = dict,
+) -> Outcome:
+    """Flies to the end of the scenario, and leaves log.mcap and truth.mcap in `folder`.
+
+    Args:
+        flight: what `prepare` made; it is used up.
+        folder: of the run.
+        watch: is shown every cycle.
+        command: puts the scenario's pilot together with whoever else gives orders.
+        lost: asked at the end, what was lost on the way to and from these, by name.
+
+    Raises:
+        UsageError: the plant's process refused what it was given.
+        BusError, LogError: as `flight.fly`.
+    """
+    wish, scenario, address = flight.wish, flight.scenario, parse_link(flight.wish.link)
+    realtime = wish.pace == "realtime"
+    pilot = ScriptedOperator(scenario)
+    with (
+        _plant(flight, folder) as child,
+        interruptible() as interrupted,
+        LogWriter(folder / "log.mcap", flight.header()) as log,
+    ):
+        tape = _Tape(log, watch, round(scenario.duration * flight.rate))
+        gone = _Gone(child)
+        losses: dict[str, int] = {}
+
+        def stop() -> bool:
+            return pilot.referee.done or bool(interrupted) or tape.full or gone()
+
+        def say(line: str) -> None:
+            print(line, file=sys.stderr)
+
+        ground, io = command(pilot), flight.io
+        try:
+            if address:
+                vehicle.run_hil(flight.autopilot, flight.configuration, address, io, ground, tape, stop, say, losses)
+            else:
+                vehicle.run(
+                    flight.autopilot,
+                    flight.rate,
+                    io,
+                    wish.bus,
+                    folder / "dvl",
+                    "realtime" if realtime else "bus",
+                    ground,
+                    tape,
+                    stop,
+                    say,
+                    losses,
+                    meet_plant=realtime,
+                )
+            outcome = judge(pilot.referee, bool(interrupted))
+        except LockstepError as error:
+            outcome = Outcome(False, str(error))
+        if child.poll() == 2:
+            raise UsageError(_last_words(folder))
+        if child.poll() not in (None, 0) and not outcome.completed and not interrupted:
+            killed = child.returncode < 0
+            why = f"killed by signal {-child.returncode}" if killed else _last_words(folder)
+            outcome = Outcome(False, f"the plant has ended: {why}")
+        log.close({**outcome._asdict(), "wall_s": tape.seconds, "losses": {**losses, **lost()}})
+    return outcome
+
+
+@contextlib.contextmanager
+def _plant(flight: Flight, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """The child: the same scenario, on the same wire; ended with us."""
+    wish, address = flight.wish, parse_link(flight.wish.link)
+    arguments = ["--scenario", wish.scenario, "--config", str(wish.config), "--pace", wish.pace]
+    arguments += ["--seed", str(wish.seed), "--out", str(folder), "--wait", "60"]
+    arguments += ["--link", wish.link] if address else ["--bus", wish.bus, "--dvl", str(folder / "dvl")]
+    arguments += [word for fault in wish.faults for word in ("--fault", fault)]
+    arguments += ["--io", str(wish.io)] if wish.io else []
+    with (folder / PLANT_WORDS).open("wb") as words:
+        child = subprocess.Popen(
+            [sys.executable, "-m", "sternplane.cli.main", "plant", *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=words,
+            stderr=words,
+            start_new_session=True,  # Ctrl-C is ours: the plant hears of it by the bus
+            preexec_fn=_end_with_us,
+        )
+        try:
+            yield child
+        finally:
+            try:
+                lockstep = address or wish.pace != "realtime"
+                child.wait(_GRACE_S if child.poll() is None and lockstep else 0.0)
+            except subprocess.TimeoutExpired:
+                child.terminate()
+                child.wait(_GRACE_S)
+
+
+def _end_with_us() -> None:
+    """Asks Linux to end the child when we are killed: it would else keep the bus for the scenario's length."""
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+class _Gone:
+    """Whether the child has ended, asked of the kernel now and then."""
+
+    def __init__(self, child: subprocess.Popen[bytes]) -> None:
+        self._child = child
+        self._asked = time.monotonic()
+
+    def __call__(self) -> bool:
+        now = time.monotonic()
+        if now - self._asked < 0.5:
+            return False
+        self._asked = now
+        return self._child.poll() is not None
+
+
+def _last_words(folder: Path) -> str:
+    lines = (folder / PLANT_WORDS).read_text(encoding="utf-8", errors="replace").strip().splitlines()
+    return lines[-1].removeprefix("sternplane: ") if lines else ""

@@ -1,0 +1,16 @@
+"""The questions of the study, in the order of the report."""
+
+from __future__ import annotations
+
+from sternplane.study.cases import consistency, exact, misaligned, noisy, sitl, sliding, wrong
+from sternplane.study.rows import Case
+
+CASES: tuple[Case, ...] = (
+    *exact.CASES,
+    *sliding.CASES,
+    *noisy.CASES,
+    *wrong.CASES,
+    *consistency.CASES,
+    *sitl.CASES,
+    *misaligned.CASES,
+)

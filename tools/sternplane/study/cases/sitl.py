@@ -1,0 +1,129 @@
+"""Through the bus: whole flights in SITL, with float16 on the wires, real rates, latency, dropouts, biases."""
+
+from __future__ import annotations
+
+import dataclasses
+import shutil
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from firmware_py.adapters.storage.toml_files import read_toml
+from firmware_py.estimation.coefficient_ekf import CoefficientEkf
+from firmware_py.estimation.coefficient_params import TEN
+from firmware_py.estimation.model.transition import MOVING
+from firmware_py.guidance.excitation import PERIOD
+from firmware_py.params import load
+from firmware_py.vehicle.vehicle import Vehicle
+from sternplane.identification.cramer_rao_bound import bound, true_states
+from sternplane.identification.vehicle_file import write
+from sternplane.logs.reading import Columns, Log, read
+from sternplane.logs.tracking import Array
+from sternplane.sitl.busless_flight import SENSOR_STD
+from sternplane.sitl.flight import Wish, fly, prepare
+from sternplane.study.figures import bars, per_name, rms
+from sternplane.study.rows import Case, Findings, Numbers
+from sternplane.study.setups import CONFIG, boat, starts
+
+WRONG = 0.5
+DURATION = 61.0
+"""s; the boat dives with its fins moving from 0.5 s on."""
+SCENARIO = """
+description = "The estimation study: PRBS at 60 m."
+duration_s = {duration}
+completes = "surfaced"
+[environment]
+bottom_depth_m = 100.0
+[start]
+depth_m = 60.0
+u_m_s = 1.8
+n_rpm = 492.0
+[autopilot.safety]
+depth_max_m = 80.0
+[[orders]]
+t_s = 0.5
+arming = "arm"
+mode = "mission"
+[[items]]
+manoeuvre = {{ kind = "prbs", delta_s_deg = 15.0, delta_r_deg = 15.0, register = {register} }}
+"""
+
+
+def _run(seed: int, k: int) -> Numbers:
+    del k
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        shutil.copytree(CONFIG, folder / "boat")
+        table = read_toml(CONFIG / "vehicle.toml")
+        for coefficient, factor in starts(seed, WRONG).items():
+            table["coefficients"][coefficient] *= factor
+        write(folder / "boat" / "vehicle.toml", table, "Wrong on purpose.")
+        scenario = folder / "study.toml"
+        scenario.write_text(SCENARIO.format(duration=DURATION, register=1 + seed % PERIOD))
+        flight = prepare(Wish(scenario=str(scenario), config=folder / "boat", seed=seed), {})
+        fly(flight, folder / "log.mcap")
+        log = read(folder / "log.mcap")
+        params = dataclasses.replace(flight.params.estimation.coefficients, turbulence=(0.0,))
+        ekf = CoefficientEkf(load(Vehicle, table, "vehicle.toml"), params)
+        return {**_learned(log), "bound": _bound(log, ekf)}
+
+
+def _true(names: Sequence[str]) -> Array:
+    return np.array([getattr(boat().coefficients, name) for name in names])
+
+
+def _learned(log: Log) -> Numbers:
+    """Error and sigma at the end, as parts of the true values."""
+    c, true = log.columns, _true(TEN)
+    error = (c["state.learned.value"][-1] - true) / np.abs(true)
+    return {"t": c["t"][-1:], "error": error, "std": c["state.learned.std"][-1] / np.abs(true)}
+
+
+def _bound(log: Log, ekf: CoefficientEkf) -> Array:
+    """1 sigma of the ten at the end, along what the boat really did, as parts of the true values."""
+    c, truth, model = log.columns, log.truth, ekf.model
+    t = c["t"]
+    h = float(t[1] - t[0])
+    moving = np.column_stack(
+        [*(truth[f"nu.{name}"] for name in "uvwpqr"), *(truth[f"eta.{name}"] for name in ("phi", "theta", "psi"))]
+    )
+    fins = truth["fins"] @ np.array([fin.share for fin in boat().fins])
+    acts = np.column_stack([fins, truth["n"]])
+    came = np.zeros((len(t) - 1, MOVING), dtype=np.bool_)
+    _mark(came[:, 3:], c, "frame.ahrs", h)
+    _mark(came[:, :3], c, "frame.dvl", h)
+    prior = ekf.prior.copy()
+    prior[:MOVING] = SENSOR_STD
+    x = true_states(model, moving, truth["current"][0, :2], _true(model.names))
+    found = bound(model, x, 0.5 * (acts[1:] + acts[:-1]), h, came, SENSOR_STD, prior)
+    part = slice(model.first, model.first + len(TEN))
+    limit: Array = np.sqrt(np.diag(found)[part]) / np.abs(_true(TEN))
+    return limit
+
+
+def _mark(came: np.ndarray, c: Columns, sensor: str, h: float) -> None:
+    """Row k is what was true at (k + 1) h; what arrived is marked where it was true."""
+    fresh = c[f"{sensor}.fresh"] & c[f"{sensor}.ok"]
+    rows = np.round(c[f"{sensor}.t_valid"][fresh] / h).astype(int) - 1
+    came[rows[rows >= 0]] = True
+
+
+def _judge(runs: Sequence[Numbers]) -> Findings:
+    name = f"through the bus, SITL on virtual, PRBS, file +-50 % off, {DURATION:g} s, AHRS 100 Hz, DVL 5 Hz, biases"
+    error, limit = (np.array([run[key] for run in runs]) for key in ("error", "bound"))
+    ratio = rms(error) / rms(limit)
+    rows = per_name(name, f"RMS over bound, {len(runs)} flights", ratio, 1.5)
+    rows += per_name(name, "RMS error, %", 100.0 * rms(error), None)
+    note = "Whole flights by the autopilot: float16, real rates, latency, dropouts, biases; the line is 1.5."
+    return Findings(rows, [bars("Through the bus: RMS over bound", note, "RMS / bound", {"SITL": ratio}, (1.5,))])
+
+
+CASES = (
+    Case(
+        "through the bus",
+        "Whole flights on the virtual bus with a vehicle file whose ten are 50 % off, learned by the autopilot itself.",
+        *(_run, _judge, 40, 2),
+    ),
+)

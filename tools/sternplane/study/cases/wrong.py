@@ -1,0 +1,108 @@
+"""Everything wrong at once: a current, and a vehicle file that is off in all that is not learned."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from firmware_py.estimation.coefficient_ekf import CoefficientEkf
+from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
+from firmware_py.estimation.model.observer_model import GROUPS
+from sim_bridge.plant.truth import Truth
+from sternplane.logs.tracking import Array
+from sternplane.sitl.busless_flight import altered
+from sternplane.study.figures import bars, over_time, per_name, rms
+from sternplane.study.rows import Case, Findings, Numbers
+from sternplane.study.setups import UNKNOWN_WATER, Setup, boat, bounded, flown, learn, starts, vehicle
+
+WRONG = 0.5
+SCALES = (*GROUPS, "C_dy", "C_dz")
+"""What is 20 % off: the added mass of each equation, and the cross-flow drag."""
+SCALE_STD, REST_STD = 0.2, 0.05
+_KNOWN: dict[str, Any] = {
+    "names": (*TEN, *SCALES),
+    "std": WRONG,
+    "considered_std": REST_STD,
+    "stds": dict.fromkeys(SCALES, SCALE_STD),
+}
+SETUP = Setup(duration=300.0, current=0.2)
+TIMES = (120.0, 300.0)
+
+
+def filter_of_all() -> CoefficientEkf:
+    """Learns the ten, the scales, and every other coefficient too, each from what it may be off by."""
+    return CoefficientEkf(vehicle(), CoefficientParams(**_KNOWN, nuisances=("rest",), **UNKNOWN_WATER))
+
+
+def filter_that_considers() -> CoefficientEkf:
+    """Learns the ten and the scales, and considers every other coefficient (Schmidt)."""
+    return CoefficientEkf(vehicle(), CoefficientParams(**_KNOWN, considered=("rest",), **UNKNOWN_WATER))
+
+
+def truth_of(seed: int, ekf: CoefficientEkf) -> tuple[Truth, Array]:
+    """A boat that is not as the file has it, and its parameters as the filter's model has them.
+
+    Everything but the ten is off by its prior sigma, to a side that is drawn.
+    """
+    signs = np.random.default_rng([seed, *b"boat"]).choice((-1.0, 1.0), len(ekf.model.names))
+    factors = {}
+    for name, sign in zip(ekf.model.names, signs.tolist(), strict=True):
+        off = 0.0 if name in TEN else SCALE_STD if name in SCALES else REST_STD
+        factors[name] = 1.0 + off * sign
+    each = {member: f for name, f in factors.items() for member in GROUPS.get(name, (name,))}
+    true = np.array(ekf.model.believed) * np.array(list(factors.values()))
+    return altered(boat(), each), true
+
+
+def _run(seed: int, k: int) -> Numbers:
+    del k
+    ekf = filter_of_all()
+    truth, true = truth_of(seed, ekf)
+    trial = flown(SETUP, seed, truth)
+    run = learn(SETUP, trial, ekf, seed, starts(seed, WRONG), true)
+    schmidt = learn(SETUP, trial, filter_that_considers(), seed, starts(seed, WRONG), true)
+    limit = bounded(SETUP, trial, ekf, seed, run.t, true)
+    ten = run._replace(error=run.error[:, :10], std=run.std[:, :10]).numbers()
+    return {**ten, "bound": limit[:, :10], "considered": schmidt.error[:, :10], "its sigma": schmidt.std[:, :10]}
+
+
+def _judge(runs: Sequence[Numbers]) -> Findings:
+    words = dataclasses.replace(SETUP, duration=0.0).words.removeprefix("0 s, ")
+    name = f"everything wrong, PRBS, {words}"
+    whole = [run for run in runs if run["t"][-1] >= SETUP.duration - 1.0]
+    rows, ratios, errors = [], {}, {}
+    for t in TIMES:
+        at = int(np.argmin(np.abs(whole[0]["t"] - t)))
+        error, limit = (np.array([run[key][at] for run in whole]) for key in ("error", "bound"))
+        ratios[f"after {t:g} s"], errors[t] = rms(error) / rms(limit), rms(error)
+        rows += per_name(name, f"RMS over bound after {t:g} s, {len(whole)} seeds", ratios[f"after {t:g} s"], 1.2)
+        rows += per_name(name, f"RMS error after {t:g} s, %", 100.0 * errors[t], None)
+        beside, claimed = (rms(np.array([run[key][at] for run in whole])) for key in ("considered", "its sigma"))
+        rows += per_name(name, f"the rest considered, RMS over bound after {t:g} s", beside / rms(limit), None)
+        rows += per_name(name, f"the rest considered, its sigma over bound after {t:g} s", claimed / rms(limit), None)
+    rows += per_name(name, "RMS after 300 s over RMS after 120 s", errors[300.0] / errors[120.0], 1.0)
+    note = "Over the bound that reckons with the same uncertain file."
+    curve = np.sqrt(np.mean([run["bound"] ** 2 for run in whole], axis=0))
+    error = np.array([run["error"] for run in whole])
+    return Findings(
+        rows,
+        [
+            bars("Everything wrong: RMS over bound", note, "RMS / bound", ratios, (1.2,)),
+            over_time("Everything wrong", "RMS over the seeds; dotted: the bound.", whole[0]["t"], error, curve),
+        ],
+        [f"{len(runs) - len(whole)} of {len(runs)} runs broke off."] if len(whole) < len(runs) else (),
+    )
+
+
+CASES = (
+    Case(
+        "everything wrong",
+        "Current 0.2 m/s, added mass +-20 % by equation, cross-flow drag +-20 %, every other coefficient +-5 %, and "
+        "the ten start +-50 %; sides drawn. The filter learns all of it; beside it stands one that considers the rest "
+        "(Schmidt), whose own sigma tells how well that can do.",
+        *(_run, _judge, 40, 4),
+    ),
+)
