@@ -151,7 +151,7 @@ def plans(configuration: Configuration, state: Path | None) -> dict[int, PlanBui
     found = _kept_plans(configuration, state)
     if plan_builder.MISSION not in found:
         sea = _sea(configuration)
-        found[plan_builder.MISSION] = plan_builder.drawn(from_plain(configuration["mission"]), sea)
+        found[plan_builder.MISSION] = plan_builder.plan_of_mission(from_plain(configuration["mission"]), sea)
     return found
 
 
@@ -161,7 +161,7 @@ def _kept_plans(configuration: Configuration, state: Path | None) -> dict[int, P
         path = state / name if state is not None else None
         if path is not None and path.exists():
             with naming(str(path)):
-                found[kind] = plan_builder.read(kind, path.read_text(encoding="utf-8"), _sea(configuration))
+                found[kind] = plan_builder.read_plan(kind, path.read_text(encoding="utf-8"), _sea(configuration))
     return found
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from firmware_py.guidance.circle import Circle
 from firmware_py.guidance.line_of_sight import Leg, leg, passed
 from firmware_py.marine import wrap
-from firmware_py.records.fence import NO_FENCE, Fence, Place, haven
+from firmware_py.records.fence import NO_FENCE, Fence, Place, nearest_rally_point
 from firmware_py.records.order import Jump, Loiter, Manoeuvre, Mission, Step, Surface, Waypoint
 
 
@@ -194,7 +194,7 @@ class Route:
     def _seek(self, x: float, y: float) -> None:
         """Chooses the rally point, where one is to be gone to; the mission is over where there is none."""
         if not self.finished and self._memory.rally is None and isinstance(self._items[self._memory.next], Surface):
-            rally = haven(self._rally, self._fence, x, y)
+            rally = nearest_rally_point(self._rally, self._fence, x, y)
             done = len(self._items) if rally is None else self._memory.next
             self._memory = self._memory._replace(next=done, rally=rally, barred=rally is None)
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 from firmware_py.mavlink.base.codec import COMPONENT, Codec, Message, dialect
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
-from firmware_py.mavlink.base.link_output import Do
-from firmware_py.mavlink.base.modes import worded
+from firmware_py.mavlink.base.link_output import CommandHandler
+from firmware_py.mavlink.base.modes import with_mode_names
 from firmware_py.mavlink.base.service import Service
 from firmware_py.mavlink.base.signing import SignedMavlink, Signing
 from firmware_py.mavlink.base.statustext import StatusTexts
@@ -18,17 +18,17 @@ from firmware_py.mavlink.commands.pre_flight import PreFlight
 from firmware_py.mavlink.commands.queue import CommandQueue, CommandResult
 from firmware_py.mavlink.commands.setpoints import Setpoints, WaterFrame
 from firmware_py.mavlink.telemetry.message_requests import MessageRequests
-from firmware_py.mavlink.telemetry.pose import Maker
-from firmware_py.mavlink.telemetry.streams import HIGH_LATENCY, PACES, Streams
+from firmware_py.mavlink.telemetry.pose import Encoder
+from firmware_py.mavlink.telemetry.streams import DEFAULT_STREAMS, HIGH_LATENCY_STREAMS, Streams
 from firmware_py.records.cycle import Cycle
 from firmware_py.schedule import NS_PER_S, Tick
 
-HEARD_PER_TICK = 32
+MAX_PARSED_PER_TICK = 32
 """Messages, and places where one might begin, that are looked at in one tick, over all links."""
-SAID_PER_TICK = 4
+MAX_SENT_PER_TICK = 4
 """Messages in one tick; they fit into one datagram."""
-MOST_WAITING = 64
-_COMPLAIN_NS = 10 * NS_PER_S
+MAX_WAITING = 64
+_REPORT_REFUSED_NS = 10 * NS_PER_S
 
 
 class Link:
@@ -37,63 +37,63 @@ class Link:
     def __init__(
         self,
         number: int,
-        door: LinkConfiguration,
+        configuration: LinkConfiguration,
         system: int,
-        helm: ManualControlParams,
-        sea: WaterFrame,
-        orders: CommandQueue,
-        makers: Mapping[int, Maker],
+        manual_control: ManualControlParams,
+        water_frame: WaterFrame,
+        queue: CommandQueue,
+        encoders: Mapping[int, Encoder],
         signing: Signing | None = None,
     ) -> None:
-        self._door = door
+        self._configuration = configuration
         self._system = system
-        self._helm = helm
-        self._orders = orders
-        self._makers = makers
-        self._streams = Streams(HIGH_LATENCY if door.high_latency else PACES)
+        self._manual_control = manual_control
+        self._queue = queue
+        self._encoders = encoders
+        self._streams = Streams(HIGH_LATENCY_STREAMS if configuration.high_latency else DEFAULT_STREAMS)
         self._texts = StatusTexts()
         self._waiting: deque[Message] = deque()
-        self._shown: dict[int, None] = {}
-        requests = MessageRequests(self, door.identity, self._streams, makers)
-        self.setpoints, upkeep = Setpoints(number, self, orders, sea), PreFlight(self, orders, sea)
-        others = requests.does() | self.setpoints.does() | upkeep.does()
-        self._commands = CommandDispatch(number, self, orders, others)
-        self._hear: dict[int, Callable[[Tick, Message], None]] = {
-            **self._commands.hears(),
-            **requests.hears(),
-            **self.setpoints.hears(),
-            **upkeep.hears(),
-            dialect.MAVLINK_MSG_ID_MANUAL_CONTROL: self._steer,
+        self._requested: dict[int, None] = {}
+        requests = MessageRequests(self, configuration.identity, self._streams, encoders)
+        self.setpoints, upkeep = Setpoints(number, self, queue, water_frame), PreFlight(self, queue, water_frame)
+        others = requests.command_handlers() | self.setpoints.command_handlers() | upkeep.command_handlers()
+        self._dispatch = CommandDispatch(number, self, queue, others)
+        self._handlers: dict[int, Callable[[Tick, Message], None]] = {
+            **self._dispatch.message_handlers(),
+            **requests.message_handlers(),
+            **self.setpoints.message_handlers(),
+            **upkeep.message_handlers(),
+            dialect.MAVLINK_MSG_ID_MANUAL_CONTROL: self._manual_control_received,
         }
         self._services: deque[Service] = deque()
         self._signed = SignedMavlink(system, number, signing) if signing is not None else None
-        self.codec = Codec(system, door.stream, self._signed)
+        self.codec = Codec(system, configuration.stream, self._signed)
         self._credit = 0.0
         self._crowded = False
-        self._complained = (0, 0)
+        self._reported = (0, 0)
         self.dropped = 0
         """Datagrams beyond what a tick may hear."""
         self.overrun = 0
         """Datagrams that the system had no room to keep until a tick; who has the socket counts them."""
-        self.untaken = 0
+        self.not_taken = 0
         """Messages that a service had no room for."""
-        self.unsaid = 0
+        self.not_sent = 0
         """Messages of ours beyond what may wait."""
 
-    def steer_by(self, helm: ManualControlParams) -> None:
+    def set_manual_control(self, manual_control: ManualControlParams) -> None:
         """What the sticks ask for from now on."""
-        self._helm = helm
+        self._manual_control = manual_control
 
-    def serve(self, service: Service) -> None:
+    def add_service(self, service: Service) -> None:
         """Takes a service in; services say what they have in turn, where a tick has room left."""
-        self._hear |= service.hears()
+        self._handlers |= service.message_handlers()
         self._services.append(service)
 
-    def learn(self, does: Mapping[int, Do], objection: Callable[[], str]) -> None:
+    def add_commands(self, does: Mapping[int, CommandHandler], objection: Callable[[], str]) -> None:
         """Takes in what a service does by command, and who says what is wrong with flying the mission."""
-        self._commands.learn(does, objection)
+        self._dispatch.add_commands(does, objection)
 
-    def hear(self, tick: Tick, datagrams: Sequence[bytes], most: int = HEARD_PER_TICK) -> int:
+    def receive(self, tick: Tick, datagrams: Sequence[bytes], most: int = MAX_PARSED_PER_TICK) -> int:
         """Takes what came since the last tick; what is too much for one tick is dropped.
 
         Returns:
@@ -104,12 +104,12 @@ class Link:
             if not left:
                 self.dropped += 1
                 continue
-            messages, looked = self.codec.parse(datagram, left, tick.t_ns)
-            left -= looked
+            messages, attempts = self.codec.parse(datagram, left, tick.t_ns)
+            left -= attempts
             for message in messages:
-                hear = self._hear.get(message.get_msgId())
-                if hear is not None and self._for_us(message):
-                    hear(tick, message)
+                receive = self._handlers.get(message.get_msgId())
+                if receive is not None and self._addressed_to_us(message):
+                    receive(tick, message)
         return most - left
 
     def report(self, cycle: Cycle) -> bytes:
@@ -118,50 +118,54 @@ class Link:
         Streams go first; services do after a tick in which there was no room for them, however much is streamed.
         """
         t_ns, waiting = cycle.tick.t_ns, self._waiting
-        self._complain(t_ns)
+        self._report_refused(t_ns)
         if not self._room(cycle.tick):
             return b""
-        said = [waiting.popleft() for _ in range(min(len(waiting), SAID_PER_TICK - 1))]
-        names: list[int] = []
-        while self._shown and len(said) + len(names) < SAID_PER_TICK - 1:
-            names.append(next(iter(self._shown)))
-            del self._shown[names[-1]]
+        messages = [waiting.popleft() for _ in range(min(len(waiting), MAX_SENT_PER_TICK - 1))]
+        message_ids: list[int] = []
+        while self._requested and len(messages) + len(message_ids) < MAX_SENT_PER_TICK - 1:
+            message_ids.append(next(iter(self._requested)))
+            del self._requested[message_ids[-1]]
         crowded = self._crowded  # streams had all the room of the last tick: services go first in this one
-        served = self._served(cycle.tick, SAID_PER_TICK - len(said) - len(names)) if crowded else []
-        names += self._streams.due(t_ns, max(0, SAID_PER_TICK - len(said) - len(names) - len(served)))
-        for name in names:
-            message = self._makers[name](cycle)
+        from_services = (
+            self._from_services(cycle.tick, MAX_SENT_PER_TICK - len(messages) - len(message_ids)) if crowded else []
+        )
+        message_ids += self._streams.due(
+            t_ns, max(0, MAX_SENT_PER_TICK - len(messages) - len(message_ids) - len(from_services))
+        )
+        for name in message_ids:
+            message = self._encoders[name](cycle)
             if message is not None:
                 if name == dialect.MAVLINK_MSG_ID_SYS_STATUS:
                     message.errors_comm = min(self.lost, 65535)
-                said.append(message)
-        said += served
-        room = SAID_PER_TICK - len(said)
+                messages.append(message)
+        messages += from_services
+        room = MAX_SENT_PER_TICK - len(messages)
         self._crowded = room <= 0 and not crowded
         if room > 0 and not crowded:
-            said += self._served(cycle.tick, room)
-        if not said:
+            messages += self._from_services(cycle.tick, room)
+        if not messages:
             return b""
         if self._signed is not None:
-            self._signed.clock(t_ns)
-        datagram = b"".join([self.codec.pack(message) for message in said])
+            self._signed.set_time(t_ns)
+        datagram = b"".join([self.codec.pack(message) for message in messages])
         self._credit -= len(datagram)
         return datagram
 
-    def _served(self, tick: Tick, room: int) -> list[Message]:
+    def _from_services(self, tick: Tick, room: int) -> list[Message]:
         """What services have to say, in turn, until there is no room."""
-        said: list[Message] = []
+        messages: list[Message] = []
         for _ in range(len(self._services)):
-            if len(said) >= room:
+            if len(messages) >= room:
                 break
-            said += self._services[0].due(tick)
+            messages += self._services[0].due(tick)
             self._services.rotate(-1)
-        return said
+        return messages
 
     @property
     def lost(self) -> int:
         """All that came in and was not heard: too much, broken, or not signed as it should be."""
-        heard_not = self.dropped + self.overrun + self.untaken
+        heard_not = self.dropped + self.overrun + self.not_taken
         return heard_not + self.codec.dropped + self.codec.malformed + self.codec.refused
 
     @property
@@ -173,63 +177,67 @@ class Link:
             "malformed": codec.malformed,
             "flooding": self.dropped + codec.dropped,
             "overrun": self.overrun,
-            "not_taken": self.untaken,
-            "not_said": self.unsaid + codec.unsayable,
+            "not_taken": self.not_taken,
+            "not_said": self.not_sent + codec.not_encodable,
         }
 
-    def answer(self, answer: CommandResult) -> None:
+    def send_result(self, answer: CommandResult) -> None:
         """Says what became of a wish that came by this link."""
-        self._commands.answer(answer)
+        self._dispatch.send_result(answer)
 
-    def announce(self, event: str, matters: int) -> None:
+    def send_event(self, event: str, severity: int) -> None:
         """Tells of an event; where each byte is dear, only of what is critical."""
-        if not self._door.high_latency or matters <= dialect.MAV_SEVERITY_CRITICAL:
-            self.tell(event, matters)
+        if not self._configuration.high_latency or severity <= dialect.MAV_SEVERITY_CRITICAL:
+            self.send_text(event, severity)
 
-    def say(self, message: Message) -> None:
+    def send(self, message: Message) -> None:
         """Sends a message as soon as it is its turn."""
-        self._queue([message], MOST_WAITING)
+        self._enqueue([message], MAX_WAITING)
 
-    def tell(self, text: str, matters: int) -> None:
+    def send_text(self, text: str, severity: int) -> None:
         """Sends a sentence, whole or not at all; half of what may wait is kept for answers.
 
         The modes in it are called what this link's stations call them.
         """
-        self._queue(self._texts.say(worded(self._door.identity, text), matters), MOST_WAITING // 2)
+        self._enqueue(
+            self._texts.encode(with_mode_names(self._configuration.identity, text), severity), MAX_WAITING // 2
+        )
 
-    def drop(self) -> None:
+    def count_dropped(self) -> None:
         """Counts a message that a service had no room for."""
-        self.untaken += 1
+        self.not_taken += 1
 
-    def show(self, name: int) -> None:
+    def send_from_cycle(self, name: int) -> None:
         """Sends the message of that id, made of the next cycle that has room for it."""
-        self._shown[name] = None
+        self._requested[name] = None
 
-    def _queue(self, messages: list[Message], most: int) -> None:
+    def _enqueue(self, messages: list[Message], most: int) -> None:
         if len(self._waiting) + len(messages) <= most:
             self._waiting.extend(messages)
         else:
-            self.unsaid += len(messages)
+            self.not_sent += len(messages)
 
     def _room(self, tick: Tick) -> bool:
         """Whether the link can take a datagram now; of what it could have taken, no more than a second is saved up."""
-        rate = self._door.bytes_per_s
+        rate = self._configuration.bytes_per_s
         self._credit = min(self._credit + rate * tick.dt, rate)
         return self._credit > 0.0
 
-    def _complain(self, t_ns: int) -> None:
+    def _report_refused(self, t_ns: int) -> None:
         """Says now and then how many messages were not signed as they should be."""
-        told, told_ns = self._complained
+        told, told_ns = self._reported
         refused = self.codec.refused
-        if refused > told and (told == 0 or t_ns - told_ns >= _COMPLAIN_NS):
-            self._complained = refused, t_ns
-            self.tell(f"{refused} messages refused: not signed with the vehicle's key", dialect.MAV_SEVERITY_WARNING)
+        if refused > told and (told == 0 or t_ns - told_ns >= _REPORT_REFUSED_NS):
+            self._reported = refused, t_ns
+            self.send_text(
+                f"{refused} messages refused: not signed with the vehicle's key", dialect.MAV_SEVERITY_WARNING
+            )
 
-    def _for_us(self, message: Message) -> bool:
+    def _addressed_to_us(self, message: Message) -> bool:
         if message.get_srcSystem() == self._system and message.get_srcComponent() == COMPONENT:
             return False  # our own words, come back
         system = message.target if hasattr(message, "target") else getattr(message, "target_system", 0)
         return system in (0, self._system) and getattr(message, "target_component", 0) in (0, COMPONENT)
 
-    def _steer(self, tick: Tick, message: Message) -> None:
-        self._orders.steer(sticks(self._helm, message), tick.t)
+    def _manual_control_received(self, tick: Tick, message: Message) -> None:
+        self._queue.set_sticks(sticks(self._manual_control, message), tick.t)

@@ -11,9 +11,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-MOST_CORNERS = 120
+MAX_CORNERS = 120
 """Corners and circles of a fence: each costs the cycle about a tenth of a microsecond."""
-MOST_PLACES = 32
+MAX_RALLY_POINTS = 32
 """Rally points: the way to each may have to be looked at in one cycle."""
 _NOTHING = 1e-6
 """A shorter piece of a way, m, is rounding."""
@@ -164,7 +164,7 @@ def rally_from_plain(table: Mapping[str, Any]) -> tuple[Place, ...]:
     return tuple(Place(*point) for point in table.get("points", ()))
 
 
-def haven(places: Iterable[Place], fence: Fence, x: float, y: float) -> Place | None:
+def nearest_rally_point(places: Iterable[Place], fence: Fence, x: float, y: float) -> Place | None:
     """The nearest place to which a straight way from (x, y), m, keeps to the fence; None if there is none.
 
     From beyond the fence every way begins there: to be in it is then all that is asked of a place.

@@ -349,8 +349,8 @@ def test_a_link_is_read_as_it_is_written() -> None:
     )
     modem = parse_link("serial:/dev/ttyS0:9600:generic:highlatency")
     assert modem.address == ("/dev/ttyS0", 9600)
-    assert modem.door == LinkConfiguration(Identity.GENERIC, 864.0, stream=True, high_latency=True)
-    assert parse_link("tcpin:0.0.0.0:5760").door == LinkConfiguration(Identity.ARDUSUB, stream=True)
+    assert modem.configuration == LinkConfiguration(Identity.GENERIC, 864.0, stream=True, high_latency=True)
+    assert parse_link("tcpin:0.0.0.0:5760").configuration == LinkConfiguration(Identity.ARDUSUB, stream=True)
 
 
 def test_a_port_that_is_taken_is_an_error_and_closes_the_links_before_it() -> None:

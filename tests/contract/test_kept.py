@@ -12,7 +12,7 @@ from firmware_py import app
 from firmware_py.adapters.ground.mavlink_ground import MavlinkGround, merge
 from firmware_py.adapters.storage.state_store import StoreError
 from firmware_py.marine import Origin
-from firmware_py.mavlink.node import KEPT, MavlinkParams
+from firmware_py.mavlink.node import STATE_FILES, MavlinkParams
 from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.records.order import NO_ORDER, NOBODY, Arming, Asker, Mode, Order, Setpoint
 from firmware_py.schedule import Tick
@@ -33,7 +33,7 @@ class Vehicle:
             MavlinkParams(),
             Origin(0.0, 0.0),
             Actuators((0.4,) * 4, 10.0),
-            book=app.book(configuration),
+            parameter_store=app.book(configuration),
         )
         self.k = 0
         self.orders: list[Order] = []
@@ -73,7 +73,7 @@ def change(station, vehicle: Vehicle, name: str, value: float) -> None:
 
 
 def test_a_change_reaches_the_law_in_the_next_cycle_and_the_disk_by_the_end(station, vehicle, tmp_path: Path) -> None:
-    vehicle.ground.keep(tmp_path / "state")
+    vehicle.ground.save_changes_in(tmp_path / "state")
     change(station, vehicle, GAIN, 0.25)
     vehicle.step()
     assert vehicle.autopilot.adopter.params.control.depth.delta_sw == 0.25
@@ -81,8 +81,11 @@ def test_a_change_reaches_the_law_in_the_next_cycle_and_the_disk_by_the_end(stat
         ('{"parameters": {"control.depth.delta_sw_rad": 0.25}}',)
     ]
     vehicle.ground.close()
-    assert [path.name for path in (tmp_path / "state").iterdir()] == [KEPT[0]]
-    assert tomllib.loads((tmp_path / "state" / KEPT[0]).read_text()) == {"control": {"depth": {"delta_sw_rad": 0.25}}}
+    assert [path.name for path in (tmp_path / "state").iterdir()] == [STATE_FILES[0]]
+    content = (tmp_path / "state" / STATE_FILES[0]).read_text()
+    assert tomllib.loads(content) == {
+        "control": {"depth": {"delta_sw_rad": 0.25}}
+    }
 
 
 def test_what_sticks_ask_for_changes_at_once(station, vehicle) -> None:
@@ -97,21 +100,21 @@ def test_what_sticks_ask_for_changes_at_once(station, vehicle) -> None:
 
 
 def test_a_change_that_the_disk_refuses_is_said_to_the_stations(station, vehicle, tmp_path: Path) -> None:
-    (tmp_path / f"{KEPT[0]}.new").mkdir()
-    vehicle.ground.keep(tmp_path)
+    (tmp_path / f"{STATE_FILES[0]}.new").mkdir()
+    vehicle.ground.save_changes_in(tmp_path)
     change(station, vehicle, GAIN, 0.25)
     said = ""
     while "cannot be written" not in said:
         vehicle.step()
         text = station.recv_match(type="STATUSTEXT", blocking=True, timeout=0.01)
         said += text.text if text is not None and text.severity == mavutil.mavlink.MAV_SEVERITY_CRITICAL else ""
-    assert not (tmp_path / KEPT[0]).exists()
+    assert not (tmp_path / STATE_FILES[0]).exists()
 
 
 def test_a_folder_that_cannot_be_is_refused_before_the_flight(vehicle, tmp_path: Path) -> None:
     (tmp_path / "state").write_text("")
     with pytest.raises(StoreError, match="cannot be made"):
-        vehicle.ground.keep(tmp_path / "state")
+        vehicle.ground.save_changes_in(tmp_path / "state")
 
 
 def test_of_several_grounds_every_change_is_made_and_the_last_jump_holds() -> None:

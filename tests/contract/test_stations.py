@@ -15,7 +15,7 @@ from firmware_py.adapters.ground import stream_links
 from firmware_py.adapters.ground.mavlink_ground import GroundError, open_link
 from firmware_py.adapters.ground.signing_key import now, read_signing
 from firmware_py.adapters.ground.udp_link import DATAGRAMS_PER_TICK
-from firmware_py.mavlink.base.signing import KEPT, TICKS_PER_S, Signing
+from firmware_py.mavlink.base.signing import STATE_FILE, TICKS_PER_S, Signing
 from firmware_py.records.order import Mode
 
 from .test_ground import Station, Vehicle
@@ -56,7 +56,7 @@ def test_the_vehicle_goes_to_a_station_by_tcp_again_and_again() -> None:
     with Vehicle(f"tcp:127.0.0.1:{port}:generic") as vehicle:
         vehicle.step(20)  # nobody is there
         with Station(f"tcpin:127.0.0.1:{port}") as station:
-            vehicle.ground.links[0]._called -= 10.0  # rather than wait for the second to pass
+            vehicle.ground.links[0]._tried -= 10.0  # rather than wait for the second to pass
             vehicle.step(2)
             station.link.recv_match(blocking=False)  # so mavutil takes the call
             flies(vehicle, station)
@@ -155,7 +155,7 @@ def test_a_station_that_does_not_read_costs_what_it_misses_and_no_more() -> None
         for _ in range(20_000):
             link.send(b"y" * 1000)
         assert link.lost > 0
-        assert len(link._unsent) <= stream_links.MOST_UNSENT
+        assert len(link._unsent) <= stream_links.MAX_UNSENT
     for _ in range(3):
         link.send(b"z")
         link.receive()
@@ -202,7 +202,7 @@ def test_what_was_recorded_is_not_heard_after_a_restart(tmp_path: Path) -> None:
     recorded = []
     for restart in (False, True):
         with Vehicle("udpin:127.0.0.1:0", signing=read_signing(key, tmp_path)) as vehicle:
-            vehicle.ground.keep(tmp_path)
+            vehicle.ground.save_changes_in(tmp_path)
             vehicle.step(100)
             where = vehicle.ground.links[0].address
             with Station(f"udpout:{where[0]}:{where[1]}") as station:
@@ -214,7 +214,7 @@ def test_what_was_recorded_is_not_heard_after_a_restart(tmp_path: Path) -> None:
                 station.link.port.sendto(recorded[0], where)
                 vehicle.hear()
                 assert (vehicle.mode is Mode.MANUAL) == (not restart)
-    assert int((tmp_path / KEPT).read_text()) > now() - 60 * TICKS_PER_S
+    assert int((tmp_path / STATE_FILE).read_text()) > now() - 60 * TICKS_PER_S
 
 
 def key_file(folder: Path, text: str, mode: int = 0o600) -> Path:

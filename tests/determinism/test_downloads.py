@@ -32,16 +32,18 @@ class Station:
     def __init__(self, configuration: Any, folder: Path) -> None:
         door = LinkConfiguration(Identity.ARDUSUB)
         book = app.book(configuration)
-        self.node = Node(MavlinkParams(), Origin(0.8, 0.1), Actuators((0.4,) * 4, 10.0), [door, door], book=book)
+        self.node = Node(
+            MavlinkParams(), Origin(0.8, 0.1), Actuators((0.4,) * 4, 10.0), [door, door], parameter_store=book
+        )
         self.store = LogStore(folder, beside=False)
-        self.node.shelve(self.store)
+        self.node.offer_logs(self.store)
         self.mav = mavlink.MAVLink(None, 255, 190)
         self.bytes = [0, 0]
 
     def read(self, tick: Tick) -> Order:
         if tick.k % 10 == 0:
-            self.node.hear(tick, 0, [self.files(tick.k // 10)])
-            self.node.hear(tick, 1, [self.logs(tick.k // 10)])
+            self.node.receive(tick, 0, [self.files(tick.k // 10)])
+            self.node.receive(tick, 1, [self.logs(tick.k // 10)])
         return self.node.order()
 
     def files(self, i: int) -> bytes:

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.records.fence import NO_FENCE, Disc, Fence, Place, Polygon, from_plain, haven, plain
+from firmware_py.records.fence import NO_FENCE, Disc, Fence, Place, Polygon, from_plain, nearest_rally_point, plain
 from firmware_py.records.order import Arming, Mode
 from firmware_py.safety.supervisor import Supervisor
 
@@ -125,8 +125,8 @@ EAST, NORTH, WEST, FAR = Place(0.0, 9.0), Place(10.0, 0.0), Place(0.0, -9.5), Pl
 def test_a_haven_is_the_nearest_place_to_which_a_straight_way_keeps_to_the_fence(
     fence: Fence, x: float, best: Place | None
 ) -> None:
-    assert haven((NORTH, EAST, WEST, FAR), fence, x, 0.0) == best
-    assert haven((), fence, x, 0.0) is None
+    assert nearest_rally_point((NORTH, EAST, WEST, FAR), fence, x, 0.0) == best
+    assert nearest_rally_point((), fence, x, 0.0) is None
 
 
 def fenced(mode: Mode) -> Boat:

@@ -61,7 +61,7 @@ class Operator:
 
     def read(self, tick: Tick) -> Order:
         if tick.t in self.script:
-            self.node.hear(tick, 0, [self.script[tick.t].pack(self.mav)])
+            self.node.receive(tick, 0, [self.script[tick.t].pack(self.mav)])
         return self.node.order()
 
     def write(self, cycle: Cycle) -> None:

@@ -34,7 +34,7 @@ def summary(tmp_path: Path) -> Callable:
         two = ("udpin:127.0.0.1:0",) * 2
         with open_ground(two, flight.configuration, key if signed else None) as stations:
             send(stations, datagrams)
-            fly(flight, tmp_path / "log.mcap", command=stations.beside, lost=stations.losses)
+            fly(flight, tmp_path / "log.mcap", command=stations.merged_with, lost=stations.losses)
         return report.leave(read(tmp_path / "log.mcap"), tmp_path)
 
     return flown

@@ -82,7 +82,7 @@ class Planner:
             for i, each in enumerate(said):
                 each.seq = i
             said = mavlink.MAVLink_mission_count_message(1, 1, len(said), said[0].mission_type)
-        self.node.hear(tick, 0, [m.pack(self.mav) for m in (*self.next, *([said] if said else []))])
+        self.node.receive(tick, 0, [m.pack(self.mav) for m in (*self.next, *([said] if said else []))])
         self.next = []
         return self.node.order()
 

@@ -74,8 +74,8 @@ def flight(folder: Path, state: Path, talk: Callable[[Lossy], Talk], share: floa
         ready = prepare(Wish(scenario=str(scenario), state=state), {})
         link = f"udpout:127.0.0.1:{station.port.getsockname()[1]}:generic"
         with open_ground([link], ready.configuration, state=state) as stations:
-            stations.keep(state, folder)
-            assert fly(ready, folder / "log.mcap", turn, stations.beside).reason == "interrupted"
+            stations.save_changes_in(state, folder)
+            assert fly(ready, folder / "log.mcap", turn, stations.merged_with).reason == "interrupted"
 
 
 def upload(link: Lossy, loader: Any, kind: int) -> Talk:

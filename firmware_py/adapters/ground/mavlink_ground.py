@@ -26,9 +26,9 @@ from firmware_py.schedule import Rate, Tick
 
 __all__ = ["GroundError", "Grounds", "MavlinkGround", "open_link"]
 
-_WEIGHTS = (Arming.KEEP, Arming.CHECK, Arming.ARM, Arming.DISARM)
+_PRECEDENCE = (Arming.KEEP, Arming.CHECK, Arming.ARM, Arming.DISARM)
 """Of two words on arming the later in this list is obeyed."""
-_OPENS: dict[str, Callable[[LinkSpec], StationLink]] = {
+_LINK_CLASSES: dict[str, Callable[[LinkSpec], StationLink]] = {
     "udpout": UdpLink,
     "udpin": UdpLink,
     "tcp": TcpClient,
@@ -44,7 +44,7 @@ def open_link(text: str) -> StationLink:
         GroundError: it is written wrongly or cannot be opened.
     """
     spec = parse_link(text)
-    return _OPENS[spec.kind](spec)
+    return _LINK_CLASSES[spec.kind](spec)
 
 
 class MavlinkGround:
@@ -58,7 +58,7 @@ class MavlinkGround:
         actuators: Actuators,
         coefficients: Sequence[str] = (),
         signing: Signing | None = None,
-        book: ParameterStore | None = None,
+        parameter_store: ParameterStore | None = None,
         plans: Mapping[int, PlanBuilder] | None = None,
     ) -> None:
         """Opens every link, or none; `coefficients` are the names of what is learned, with `signing` links are signed.
@@ -75,14 +75,14 @@ class MavlinkGround:
                 opened.callback(link.close)
                 self.links.append(link)
             self._close = opened.pop_all().close
-        doors = [link.door for link in self.links]
-        self.node = Node(params, origin, actuators, doors, coefficients, signing, book, plans)
-        self._store: Store | None = None
-        self._logs: LogStore | None = None
+        configurations = [link.configuration for link in self.links]
+        self.node = Node(params, origin, actuators, configurations, coefficients, signing, parameter_store, plans)
+        self._state_store: Store | None = None
+        self._log_store: LogStore | None = None
 
     def read(self, tick: Tick) -> Order:
         """What was asked since the last tick."""
-        self.node.listen(tick, [link.receive() for link in self.links])
+        self.node.receive_all(tick, [link.receive() for link in self.links])
         return self.node.order()
 
     def write(self, cycle: Cycle) -> None:
@@ -92,50 +92,50 @@ class MavlinkGround:
                 link.send(datagram)
         if cycle.tick.every(Rate.HZ_1):
             self._count()
-        if self._store is not None:
-            self._save(self._store, cycle.tick)
+        if self._state_store is not None:
+            self._save_changes(self._state_store, cycle.tick)
 
     def losses(self) -> dict[str, int]:
         """What each link has lost or refused, by cause; they are counted from 1, as they were given."""
         self._count()
         return {
             f"gcs_{i}_{cause}": count
-            for i, (link, way) in enumerate(zip(self.node.links, self.links, strict=True), 1)
-            for cause, count in {**link.losses, "not_sent": way.lost}.items()
+            for i, (link, transport) in enumerate(zip(self.node.links, self.links, strict=True), 1)
+            for cause, count in {**link.losses, "not_sent": transport.lost}.items()
         }
 
-    def keep(self, folder: Path) -> None:
+    def save_changes_in(self, folder: Path) -> None:
         """From now on what stations change is kept in a folder, for the next start.
 
         Raises:
             StoreError: it cannot be written.
         """
-        self._store = Store(folder)
+        self._state_store = Store(folder)
 
-    def offer(self, folder: Path, beside: bool) -> None:
+    def offer_logs(self, folder: Path, beside: bool) -> None:
         """From now on stations may fetch the log of a run's folder, and with `beside` those beside it too."""
-        self._logs = LogStore(folder, beside)
-        self.node.shelve(self._logs)
+        self._log_store = LogStore(folder, beside)
+        self.node.offer_logs(self._log_store)
 
     def _count(self) -> None:
-        for link, way in zip(self.node.links, self.links, strict=True):
-            link.overrun = way.overrun
+        for link, transport in zip(self.node.links, self.links, strict=True):
+            link.overrun = transport.overrun
 
-    def _save(self, store: Store, tick: Tick) -> None:
-        for name, content in self.node.saves():
+    def _save_changes(self, store: Store, tick: Tick) -> None:
+        for name, content in self.node.files_to_save():
             store.save(name, content)
         store.work()
         if tick.every(Rate.HZ_1):
             for complaint in store.complaints():
                 for link in self.node.links:
-                    link.tell(complaint, dialect.MAV_SEVERITY_CRITICAL)
+                    link.send_text(complaint, dialect.MAV_SEVERITY_CRITICAL)
 
     def close(self) -> None:
         """Closes every link, once all is kept."""
-        if self._store is not None:
-            self._store.close()
-        if self._logs is not None:
-            self._logs.close()
+        if self._state_store is not None:
+            self._state_store.close()
+        if self._log_store is not None:
+            self._log_store.close()
         self._close()
 
 
@@ -161,13 +161,13 @@ def merge(orders: Sequence[Order]) -> Order:
     What is changed for good is changed by all of them, in their order. The asker is whose word on arming or mode holds,
     or else the last who asked for anything.
     """
-    said = [order for order in orders if order is not NO_ORDER]
-    if len(said) < 2:
-        return said[0] if said else NO_ORDER
-    arming, mode, setpoint, latest, jump = Arming.KEEP, None, NO_ORDER.setpoint, said[0], NO_ORDER.jump
+    given = [order for order in orders if order is not NO_ORDER]
+    if len(given) < 2:
+        return given[0] if given else NO_ORDER
+    arming, mode, setpoint, latest, jump = Arming.KEEP, None, NO_ORDER.setpoint, given[0], NO_ORDER.jump
     changes = NO_ORDER.changes
-    for order in said:
-        arming = max(arming, order.arming, key=_WEIGHTS.index)
+    for order in given:
+        arming = max(arming, order.arming, key=_PRECEDENCE.index)
         if order.mode is not None and mode is not Mode.DISARMED:
             mode = order.mode
         setpoint = Setpoint(
@@ -178,10 +178,10 @@ def merge(orders: Sequence[Order]) -> Order:
         if order.jump != NO_ORDER.jump:
             jump = order.jump
         changes += order.changes
-    obeyed = (
-        [order for order in said if order.arming is arming is not Arming.KEEP]
-        or [order for order in said if order.mode is mode is not None]
-        or [order for order in said if order.asker != NOBODY]
+    decisive = (
+        [order for order in given if order.arming is arming is not Arming.KEEP]
+        or [order for order in given if order.mode is mode is not None]
+        or [order for order in given if order.asker != NOBODY]
     )
-    asker = obeyed[-1].asker if obeyed else NOBODY
+    asker = decisive[-1].asker if decisive else NOBODY
     return Order(arming, mode, setpoint, latest.sticks, latest.t_sticks, jump, asker, changes)

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 from firmware_py.adapters.ground.station_link import GroundError
-from firmware_py.mavlink.base.signing import KEPT, TICKS_PER_S, Signing
+from firmware_py.mavlink.base.signing import STATE_FILE, TICKS_PER_S, Signing
 
 _EPOCH_S = 1_420_070_400
 """2015-01-01, from which signatures count."""
@@ -39,12 +39,12 @@ def read_signing(path: Path, state: Path | None = None) -> Signing:
         raise GroundError(f"key {path}: this is not text; write a passphrase, or 64 hex digits") from None
     if len(text) < _SHORTEST or "\n" in text:
         raise GroundError(f"key {path}: write one line of {_SHORTEST} characters or more, or of 64 hex digits")
-    return Signing(_key(text), now(), _kept(state))
+    return Signing(_key(text), now(), _saved(state))
 
 
-def _kept(state: Path | None) -> bytes:
+def _saved(state: Path | None) -> bytes:
     try:
-        return (state / KEPT).read_bytes() if state is not None else b""
+        return (state / STATE_FILE).read_bytes() if state is not None else b""
     except OSError:
         return b""
 

@@ -13,9 +13,9 @@ import serial
 from firmware_py.adapters.ground.station_link import Address, LinkSpec
 
 BYTES_PER_TICK = 4096
-MOST_UNSENT = 16384
+MAX_UNSENT = 16384
 _TRY_AGAIN_S = 1.0
-_UNDER_WAY, _THERE = (errno.EINPROGRESS, errno.EALREADY), (0, errno.EISCONN)
+_CONNECTING, _CONNECTED = (errno.EINPROGRESS, errno.EALREADY), (0, errno.EISCONN)
 """What a second connect says of the first."""
 _DEAD_AFTER_MS = 10_000
 """A peer that acknowledges nothing for so long is gone."""
@@ -31,7 +31,7 @@ class TcpLink:
     """See `StationLink`."""
 
     def __init__(self, spec: LinkSpec) -> None:
-        self.door = spec.door
+        self.configuration = spec.configuration
         self._peer: socket.socket | None = None
         self._unsent = b""
         self.lost = 0
@@ -39,7 +39,7 @@ class TcpLink:
 
     def receive(self) -> list[bytes]:
         """What has come, up to so many bytes."""
-        self._meet()
+        self._connect()
         if self._peer is None:
             return []
         try:
@@ -49,7 +49,7 @@ class TcpLink:
         except OSError:
             data = b""
         if not data:
-            self._part()
+            self._disconnect()
             return []
         return [data]
 
@@ -57,7 +57,7 @@ class TcpLink:
         """Sends what the peer takes now; the rest goes before what is sent next."""
         if self._peer is None:
             return
-        if len(self._unsent) + len(datagram) > MOST_UNSENT:
+        if len(self._unsent) + len(datagram) > MAX_UNSENT:
             self.lost += 1
         else:
             self._unsent += datagram
@@ -66,24 +66,24 @@ class TcpLink:
         except BlockingIOError:
             pass
         except OSError:
-            self._part()
+            self._disconnect()
 
     def close(self) -> None:
         """Ends the connection; may be called twice."""
-        self._part()
+        self._disconnect()
 
-    def _meet(self) -> None:
+    def _connect(self) -> None:
         """Sees to it that there is a peer, if that can be had at once."""
         raise NotImplementedError
 
-    def _welcome(self, peer: socket.socket) -> None:
+    def _accept(self, peer: socket.socket) -> None:
         peer.setblocking(False)
         peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         if hasattr(socket, "TCP_USER_TIMEOUT"):
             peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, _DEAD_AFTER_MS)
         self._peer = peer
 
-    def _part(self) -> None:
+    def _disconnect(self) -> None:
         self._unsent = b""
         if self._peer is not None:
             self._peer.close()
@@ -124,10 +124,10 @@ class TcpServer(TcpLink):
         super().close()
         self._listener.close()
 
-    def _meet(self) -> None:
+    def _connect(self) -> None:
         if self._peer is None:
             with contextlib.suppress(OSError):
-                self._welcome(self._listener.accept()[0])
+                self._accept(self._listener.accept()[0])
 
 
 class TcpClient(TcpLink):
@@ -143,44 +143,44 @@ class TcpClient(TcpLink):
             self._address = socket.gethostbyname(spec.address[0]), spec.address[1]
         except OSError as error:
             raise spec.error(error) from None
-        self._calling: socket.socket | None = None
-        self._called = -_TRY_AGAIN_S
-        self._meet()
+        self._connecting: socket.socket | None = None
+        self._tried = -_TRY_AGAIN_S
+        self._connect()
 
     def fileno(self) -> int:
         """The socket; -1 while there is none."""
-        either = self._peer or self._calling
+        either = self._peer or self._connecting
         return -1 if either is None else either.fileno()
 
     def close(self) -> None:
         """Ends the connection; may be called twice."""
         super().close()
-        if self._calling is not None:
-            self._calling.close()
-            self._calling = None
+        if self._connecting is not None:
+            self._connecting.close()
+            self._connecting = None
 
-    def _meet(self) -> None:
+    def _connect(self) -> None:
         if self._peer is not None:
             return
-        if self._calling is None:
-            if time.monotonic() - self._called < _TRY_AGAIN_S:
+        if self._connecting is None:
+            if time.monotonic() - self._tried < _TRY_AGAIN_S:
                 return
-            self._called = time.monotonic()
-            self._calling = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-            self._calling.setblocking(False)
+            self._tried = time.monotonic()
+            self._connecting = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+            self._connecting.setblocking(False)
         try:
-            self._calling.connect(self._address)
+            self._connecting.connect(self._address)
         except (BlockingIOError, InterruptedError):
             return
         except OSError as error:
-            if error.errno in _UNDER_WAY:
+            if error.errno in _CONNECTING:
                 return
-            if error.errno not in _THERE:
-                self._calling.close()
-                self._calling = None
+            if error.errno not in _CONNECTED:
+                self._connecting.close()
+                self._connecting = None
                 return
-        calling, self._calling = self._calling, None
-        self._welcome(calling)
+        calling, self._connecting = self._connecting, None
+        self._accept(calling)
 
 
 class SerialLink:
@@ -194,7 +194,7 @@ class SerialLink:
     """See `StationLink`."""
 
     def __init__(self, spec: LinkSpec) -> None:
-        self.door = spec.door
+        self.configuration = spec.configuration
         self._device, self._baud = spec.address
         self._port: Any = None
         self._tried = 0.0

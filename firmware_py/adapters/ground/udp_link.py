@@ -9,7 +9,7 @@ from firmware_py.adapters.ground.station_link import Address, LinkSpec
 
 DATAGRAMS_PER_TICK = 16
 _DATAGRAM_BYTES = 2048
-_MOST_STATIONS = 4
+_MAX_STATIONS = 4
 
 
 class UdpLink:
@@ -20,8 +20,8 @@ class UdpLink:
     """
 
     def __init__(self, spec: LinkSpec) -> None:
-        self.door = spec.door
-        self._listens = spec.kind == "udpin"
+        self.configuration = spec.configuration
+        self._is_server = spec.kind == "udpin"
         self._stations: dict[Address, None] = {}  # who was heard last stands last
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
@@ -29,7 +29,7 @@ class UdpLink:
         """Datagrams that the network would not take."""
         self._overrun = 0
         try:
-            if self._listens:
+            if self._is_server:
                 self._socket.bind(spec.address)
             else:
                 self._socket.connect(spec.address)
@@ -65,16 +65,16 @@ class UdpLink:
             except OSError:  # the answer to something sent: nobody listens there (yet)
                 continue
             datagrams.append(datagram)
-            if self._listens:
+            if self._is_server:
                 self._stations.pop(sender, None)
                 self._stations[sender] = None
-                if len(self._stations) > _MOST_STATIONS:
+                if len(self._stations) > _MAX_STATIONS:
                     del self._stations[next(iter(self._stations))]
         return datagrams
 
     def send(self, datagram: bytes) -> None:
         """Sends to the station, or to those that spoke last."""
-        for station in list(self._stations) if self._listens else (None,):
+        for station in list(self._stations) if self._is_server else (None,):
             try:
                 if station is None:
                     self._socket.send(datagram)

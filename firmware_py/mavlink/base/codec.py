@@ -16,7 +16,7 @@ COMPONENT = dialect.MAV_COMP_ID_AUTOPILOT1
 _V1, _V2, _SIGNED = 0xFE, 0xFD, 0x01
 _FRAME_V1, _FRAME_V2, _SIGNATURE = 8, 12, 13
 _NO_FRAME, _NOT_KNOWN_YET = 0, 1 << 16
-_PATIENCE_NS = 200_000_000
+_PARTIAL_TIMEOUT_NS = 200_000_000
 """What a frame still lacks so long after its first bytes will not come: those were noise."""
 
 dialect.MAVLINK_IGNORE_CRC = 0  # pymavlink takes this from the environment, which shall not make us believe noise
@@ -29,13 +29,13 @@ class Codec:
         """In a `stream` frames go on in what comes next, in a datagram not; `mav` packs and parses if it is given."""
         self._mav = mav or dialect.MAVLink(None, system, COMPONENT)
         self._stream = stream
-        self._rest = b""
+        self._partial = b""
         self._rest_ns = 0
         self.malformed = 0
         """Places in what came in at which a frame should have begun, and did not."""
         self.refused = 0
         """Messages that should have been signed and were not, or wrongly, or not lately."""
-        self.unsayable = 0
+        self.not_encodable = 0
         """Messages with a number that its field cannot hold."""
         self.unknown = 0
         """Frames of an id that the dialect does not have: newer messages or noise, for no checksum can tell."""
@@ -48,7 +48,7 @@ class Codec:
         try:
             frame: bytes = message.pack(mav)
         except (struct.error, OverflowError):
-            self.unsayable += 1
+            self.not_encodable += 1
             return b""
         mav.seq = mav.seq + 1 & 255
         return frame
@@ -60,25 +60,25 @@ class Codec:
         harms none but its own. After noise the search goes on at the next byte that may begin a frame.
         """
         messages: list[Message] = []
-        start = looked = 0
-        if self._rest:
-            start = _next_start(self._rest, 1) if t_ns - self._rest_ns > _PATIENCE_NS else 0
-            data, self._rest = self._rest + data, b""
+        start = attempts = 0
+        if self._partial:
+            start = _next_start(self._partial, 1) if t_ns - self._rest_ns > _PARTIAL_TIMEOUT_NS else 0
+            data, self._partial = self._partial + data, b""
         while start < len(data):
-            if looked == most:
+            if attempts == most:
                 self.dropped += 1
                 break
-            looked += 1
+            attempts += 1
             length = _length(data, start)
             end = start + length
             if self._stream and end > len(data):
-                self._rest, self._rest_ns = data[start:], t_ns
+                self._partial, self._rest_ns = data[start:], t_ns
                 break
             if not start < end <= len(data) or not self._decode(data[start:end], messages):
                 self.malformed += 1
                 end = _next_start(data, start + 1)
             start = end
-        return messages, looked
+        return messages, attempts
 
     def _decode(self, frame: bytes, messages: list[Message]) -> bool:
         """Appends the frame's message, unless it is refused or of no known id; False if it is no frame."""

@@ -29,16 +29,16 @@ class CommandRefused(Exception):
 class LinkOutput(Protocol):
     """The link that a message came by."""
 
-    def say(self, message: Message) -> None:
+    def send(self, message: Message) -> None:
         """Sends a message."""
 
-    def tell(self, text: str, matters: int) -> None:
+    def send_text(self, text: str, severity: int) -> None:
         """Sends a sentence, which names modes as `records.order.Mode` does."""
 
-    def drop(self) -> None:
+    def count_dropped(self) -> None:
         """Counts a message that there was no room for."""
 
-    def show(self, name: int) -> None:
+    def send_from_cycle(self, name: int) -> None:
         """Sends a message that is made of the next cycle."""
 
 
@@ -56,7 +56,7 @@ class Command(NamedTuple):
     frame: int = -1
 
 
-Do = Callable[[Tick, Command], int | None]
+CommandHandler = Callable[[Tick, Command], int | None]
 """Does a command: its result, or None if the answer comes with the cycle that obeys.
 
 It raises `CommandRefused` where it does not, so that no station is refused without a word.

@@ -57,17 +57,17 @@ NAMES = (
 )
 _RETURN = Name(Mode.RETURN, 4, (4, 5), "Return", "RETURN", dialect.MAV_STANDARD_MODE_SAFE_RECOVERY, _AUTOMATIC)
 """ArduSub has no such mode: its stations order it by command, and see Guided."""
-_LISTED = {Identity.ARDUSUB: NAMES, Identity.GENERIC: (*NAMES, _RETURN)}
-KNOWN = ", ".join(f"{name.mode.name} {name.ardusub}" for name in NAMES)
+_AVAILABLE = {Identity.ARDUSUB: NAMES, Identity.GENERIC: (*NAMES, _RETURN)}
+MODE_LIST = ", ".join(f"{name.mode.name} {name.ardusub}" for name in NAMES)
 """The modes that may be ordered, for people, once they are `worded`."""
-_WORDS = {
+_SHOWN = {
     Identity.ARDUSUB: {name.mode.name: name.shown for name in (*NAMES, _RETURN)},
     Identity.GENERIC: {name.mode.name: name.name for name in (*NAMES, _RETURN)} | {Mode.DISARMED.name: "Disarmed"},
 }
 _MODE = re.compile(rf"\b({'|'.join(mode.name for mode in Mode)})\b")
 _BY_MODE = {name.mode: name for name in (*NAMES, _RETURN)}
 _BY_MODE[Mode.DISARMED] = _BY_MODE[Mode.MANUAL]
-_ORDERED: dict[float, Mode] = {
+_BY_CUSTOM: dict[float, Mode] = {
     6: Mode.GUIDED,  # PX4's main mode alone; the others mean something else, or the same, as ArduSub's numbers
     **{name.custom(identity): name.mode for identity in Identity for name in NAMES},
     _RETURN.custom(Identity.GENERIC): Mode.RETURN,
@@ -86,10 +86,10 @@ def custom_mode(identity: Identity, mode: Mode) -> int:
     return _BY_MODE[mode].custom(identity)
 
 
-def worded(identity: Identity, sentence: str) -> str:
+def with_mode_names(identity: Identity, sentence: str) -> str:
     """A sentence that names modes as `Mode` does, with the names that a link's stations show."""
-    words = _WORDS[identity]
-    return _MODE.sub(lambda found: words.get(found[0], found[0]), sentence)
+    shown = _SHOWN[identity]
+    return _MODE.sub(lambda found: shown.get(found[0], found[0]), sentence)
 
 
 def mode_of(custom: float, sub: float = 0.0) -> Mode | None:
@@ -98,7 +98,7 @@ def mode_of(custom: float, sub: float = 0.0) -> Mode | None:
     With `sub` it is PX4's main and sub mode, without it is a custom mode of ours; NaN is 0.
     """
     custom, sub = (0.0 if math.isnan(value) else value for value in (custom, sub))
-    return _PX4.get((custom, sub)) if sub else _ORDERED.get(custom)
+    return _PX4.get((custom, sub)) if sub else _BY_CUSTOM.get(custom)
 
 
 def standard_mode(number: float) -> Mode | None:
@@ -110,9 +110,9 @@ def available_modes(identity: Identity, index: int) -> list[Message]:
     """AVAILABLE_MODES of one mode, counted from 1, or with 0 of all; empty if there is no such mode."""
     return [
         dialect.MAVLink_available_modes_message(
-            len(_LISTED[identity]), i, name.standard, name.custom(identity), name.properties, name.name.encode()
+            len(_AVAILABLE[identity]), i, name.standard, name.custom(identity), name.properties, name.name.encode()
         )
-        for i, name in enumerate(_LISTED[identity], 1)
+        for i, name in enumerate(_AVAILABLE[identity], 1)
         if index in (0, i)
     ]
 

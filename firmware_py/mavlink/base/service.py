@@ -8,24 +8,24 @@ from typing import Protocol
 from firmware_py.mavlink.base.codec import Message
 from firmware_py.schedule import Tick
 
-Hear = Callable[[Tick, Message], None]
+MessageHandler = Callable[[Tick, Message], None]
 
 
 class Service(Protocol):
     """One conversation on one link; what it is about may be shared with other links."""
 
-    def hears(self) -> dict[int, Hear]:
+    def message_handlers(self) -> dict[int, MessageHandler]:
         """Who takes which message, by its id."""
 
     def due(self, tick: Tick) -> list[Message]:
         """What it says of itself now; asked in every tick in which there is room, so a few messages are enough."""
 
 
-class Keeper(Protocol):
+class PersistentState(Protocol):
     """What the links share of something that stations may change for good."""
 
     def changes(self) -> tuple[str, ...]:
         """What has been changed since this was asked last, as `Order.changes` has it."""
 
-    def saves(self) -> list[tuple[str, bytes]]:
+    def files_to_save(self) -> list[tuple[str, bytes]]:
         """What is to be kept since this was asked last: names of files in the state's folder, and their content."""

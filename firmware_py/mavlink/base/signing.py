@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from firmware_py.mavlink.base.codec import COMPONENT, Message, dialect
 
-KEPT = "signing"
+STATE_FILE = "signing"
 """The file in the state's folder."""
 TICKS_PER_S = 100_000
 _AHEAD = 10 * TICKS_PER_S
 _STAMP, _STAMP_END, _LINK = -12, -6, -13
-UNSIGNED_HEARD = frozenset(
+UNSIGNED_ACCEPTED = frozenset(
     {
         dialect.MAVLINK_MSG_ID_HEARTBEAT,
         dialect.MAVLINK_MSG_ID_PING,
@@ -30,10 +30,10 @@ UNSIGNED_HEARD = frozenset(
 class Signing:
     """One vehicle's key and what it has heard; `now` is the time at vehicle time 0, `kept` the content of the file."""
 
-    def __init__(self, key: bytes, now: int, kept: bytes = b"") -> None:
+    def __init__(self, key: bytes, now: int, saved: bytes = b"") -> None:
         """A `kept` that is no number counts as nothing."""
         self.key = key
-        self.floor = int(kept) if kept.isdigit() and len(kept) < 20 else 0
+        self.floor = int(saved) if saved.isdigit() and len(saved) < 20 else 0
         self.streams: dict[tuple[int, int, int], int] = {}
         self._now = max(now, self.floor)
         self._reserved = self.floor
@@ -43,7 +43,7 @@ class Signing:
         """The timestamp of a vehicle time."""
         return self._now + t_ns * TICKS_PER_S // 1_000_000_000
 
-    def heard(self, timestamp: int) -> None:
+    def accept(self, timestamp: int) -> None:
         """A message with that timestamp was believed."""
         self._newest = max(self._newest, timestamp)
 
@@ -51,12 +51,12 @@ class Signing:
         """See `service.Keeper`; nobody changes a key from afar."""
         return ()
 
-    def saves(self) -> list[tuple[str, bytes]]:
+    def files_to_save(self) -> list[tuple[str, bytes]]:
         """See `service.Keeper`."""
         if self._newest <= self._reserved:
             return []
         self._reserved = self._newest + _AHEAD
-        return [(KEPT, str(self._reserved).encode())]
+        return [(STATE_FILE, str(self._reserved).encode())]
 
 
 class SignedMavlink(dialect.MAVLink):  # type: ignore[misc]
@@ -71,9 +71,9 @@ class SignedMavlink(dialect.MAVLink):  # type: ignore[misc]
         self.signing.sign_outgoing = True
         self.signing.timestamp = shared.at(0)
         self.signing.stream_timestamps = shared.streams
-        self.signing.allow_unsigned_callback = lambda _, name: not self._forged and name in UNSIGNED_HEARD
+        self.signing.allow_unsigned_callback = lambda _, name: not self._forged and name in UNSIGNED_ACCEPTED
 
-    def clock(self, t_ns: int) -> None:
+    def set_time(self, t_ns: int) -> None:
         """Vehicle time goes on; timestamps with it, and never back."""
         self.signing.timestamp = max(self.signing.timestamp, self._shared.at(t_ns))
 
@@ -87,11 +87,11 @@ class SignedMavlink(dialect.MAVLink):  # type: ignore[misc]
         timestamp = int.from_bytes(msgbuf[_STAMP:_STAMP_END], "little")
         stream = (msgbuf[_LINK], srcSystem, srcComponent)
         before = self._shared.streams.get(stream)
-        believed = (before is not None or timestamp > self._shared.floor) and bool(
+        accepted = (before is not None or timestamp > self._shared.floor) and bool(
             super().check_signature(msgbuf, srcSystem, srcComponent)
         )
-        if believed:
-            self._shared.heard(timestamp)
+        if accepted:
+            self._shared.accept(timestamp)
             return True
         if before is None:
             self._shared.streams.pop(stream, None)

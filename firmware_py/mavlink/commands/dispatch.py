@@ -9,8 +9,16 @@ import math
 from collections.abc import Callable, Mapping
 
 from firmware_py.mavlink.base.codec import Message, dialect
-from firmware_py.mavlink.base.link_output import REJECTED, UNSUPPORTED, WARNING, Command, CommandRefused, Do, LinkOutput
-from firmware_py.mavlink.base.modes import KNOWN, mode_of, standard_mode
+from firmware_py.mavlink.base.link_output import (
+    REJECTED,
+    UNSUPPORTED,
+    WARNING,
+    Command,
+    CommandHandler,
+    CommandRefused,
+    LinkOutput,
+)
+from firmware_py.mavlink.base.modes import MODE_LIST, mode_of, standard_mode
 from firmware_py.mavlink.commands.queue import CommandQueue, CommandResult, PendingCommand
 from firmware_py.records.order import Arming, Mode
 from firmware_py.schedule import Tick
@@ -27,12 +35,14 @@ _NAMES = {
 class CommandDispatch:
     """The commands of one link; `others` are those that are done elsewhere."""
 
-    def __init__(self, link: int, voice: LinkOutput, orders: CommandQueue, others: Mapping[int, Do]) -> None:
+    def __init__(
+        self, link: int, output: LinkOutput, queue: CommandQueue, handlers: Mapping[int, CommandHandler]
+    ) -> None:
         self._link = link
-        self._voice = voice
-        self._orders = orders
-        self._objection: Callable[[], str] = lambda: ""
-        self._do: dict[int, Do] = {
+        self._output = output
+        self._queue = queue
+        self._mission_refusal: Callable[[], str] = lambda: ""
+        self._handlers: dict[int, CommandHandler] = {
             dialect.MAV_CMD_COMPONENT_ARM_DISARM: self._arm,
             dialect.MAV_CMD_RUN_PREARM_CHECKS: self._check,
             dialect.MAV_CMD_DO_SET_MODE: self._set_mode,
@@ -41,10 +51,10 @@ class CommandDispatch:
             dialect.MAV_CMD_NAV_LOITER_UNLIM: self._mode(Mode.LOITER),
             dialect.MAV_CMD_NAV_LAND: self._mode(Mode.SURFACE),
             dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: self._mode(Mode.RETURN),
-            **others,
+            **handlers,
         }
 
-    def hears(self) -> dict[int, Callable[[Tick, Message], None]]:
+    def message_handlers(self) -> dict[int, Callable[[Tick, Message], None]]:
         """The message ids that come here."""
         return {
             dialect.MAVLINK_MSG_ID_COMMAND_LONG: self._long,
@@ -52,31 +62,31 @@ class CommandDispatch:
             dialect.MAVLINK_MSG_ID_SET_MODE: self._old_set_mode,
         }
 
-    def learn(self, others: Mapping[int, Do], objection: Callable[[], str]) -> None:
+    def add_commands(self, handlers: Mapping[int, CommandHandler], mission_refusal: Callable[[], str]) -> None:
         """More commands that are done elsewhere, and who says what is wrong with flying the mission."""
-        self._do |= others
-        self._objection = objection
+        self._handlers |= handlers
+        self._mission_refusal = mission_refusal
 
-    def answer(self, answer: CommandResult) -> None:
+    def send_result(self, result: CommandResult) -> None:
         """Says why a wish was refused, and COMMAND_ACK, unless it came by a message that is no command."""
-        wish, result, why = answer
+        pending, code, why = result
         if why:
-            self._refuse(wish.command, why)
-        if wish.command:
-            self._acknowledge(wish.command, result, wish.system, wish.component)
+            self._refuse(pending.command, why)
+        if pending.command:
+            self._acknowledge(pending.command, code, pending.system, pending.component)
 
     def _long(self, tick: Tick, m: Message) -> None:
         params = (m.param1, m.param2, m.param3, m.param4, m.param5, m.param6, m.param7)
-        self._obey(tick, Command(m.get_srcSystem(), m.get_srcComponent(), m.command, m.confirmation > 0, params))
+        self._execute(tick, Command(m.get_srcSystem(), m.get_srcComponent(), m.command, m.confirmation > 0, params))
 
     def _int(self, tick: Tick, m: Message) -> None:
         params = (m.param1, m.param2, m.param3, m.param4, float(m.x), float(m.y), m.z)
-        self._obey(tick, Command(m.get_srcSystem(), m.get_srcComponent(), m.command, False, params, m.frame))
+        self._execute(tick, Command(m.get_srcSystem(), m.get_srcComponent(), m.command, False, params, m.frame))
 
-    def _obey(self, tick: Tick, command: Command) -> None:
-        self._attempt(self._do.get(command.number), tick, command)
+    def _execute(self, tick: Tick, command: Command) -> None:
+        self._attempt(self._handlers.get(command.number), tick, command)
 
-    def _attempt(self, do: Do | None, tick: Tick, command: Command) -> None:
+    def _attempt(self, do: CommandHandler | None, tick: Tick, command: Command) -> None:
         try:
             result = UNSUPPORTED if do is None else do(tick, command)
         except CommandRefused as refusal:
@@ -86,21 +96,21 @@ class CommandDispatch:
             self._acknowledge(command.number, result, command.system, command.component)
 
     def _refuse(self, number: int, why: str) -> None:
-        self._voice.tell(f"{_NAMES[number]} refused: {why}", WARNING)
+        self._output.send_text(f"{_NAMES[number]} refused: {why}", WARNING)
 
     def _acknowledge(self, number: int, result: int, system: int, component: int) -> None:
-        self._voice.say(dialect.MAVLink_command_ack_message(number, result, 0, 0, system, component))
+        self._output.send(dialect.MAVLink_command_ack_message(number, result, 0, 0, system, component))
 
     def _arm(self, tick: Tick, command: Command) -> int | None:
         """Nobody arms by force: what param2 says to that is not heard, the supervisor's checks hold."""
         arming = {1.0: Arming.ARM, 0.0: Arming.DISARM}.get(command.params[0])
         if arming is None:
             raise CommandRefused(f"{command.params[0]:g} is neither to arm (1) nor to disarm (0)")
-        return self._wish(tick, command, arming, None)
+        return self._enqueue(tick, command, arming, None)
 
     def _check(self, tick: Tick, command: Command) -> None:
         """What would be refused comes as a sentence; armed, there is nothing to check."""
-        self._wish(tick, command, Arming.CHECK, None)
+        self._enqueue(tick, command, Arming.CHECK, None)
 
     def _set_mode(self, tick: Tick, command: Command) -> int | None:
         base, custom, sub = command.params[:3]
@@ -108,14 +118,14 @@ class CommandDispatch:
             raise CommandRefused("only custom modes can be set")
         mode = mode_of(custom, sub)
         if mode is None:
-            raise CommandRefused(f"mode {custom:g}/{sub:g} is unknown; {KNOWN}")
-        return self._wish(tick, command, Arming.KEEP, mode)
+            raise CommandRefused(f"mode {custom:g}/{sub:g} is unknown; {MODE_LIST}")
+        return self._enqueue(tick, command, Arming.KEEP, mode)
 
     def _set_standard_mode(self, tick: Tick, command: Command) -> int | None:
         mode = standard_mode(command.params[0])
         if mode is None:
             raise CommandRefused(f"standard mode {command.params[0]:g} is none of this vehicle's")
-        return self._wish(tick, command, Arming.KEEP, mode)
+        return self._enqueue(tick, command, Arming.KEEP, mode)
 
     def _old_set_mode(self, tick: Tick, m: Message) -> None:
         """The standard has no answer to SET_MODE; as from ArduPilot, the message's id stands for the command's."""
@@ -126,17 +136,17 @@ class CommandDispatch:
         mode = {0.0: Mode.LOITER, 1.0: Mode.MISSION}.get(command.params[0])
         if mode is None:
             raise CommandRefused(f"{command.params[0]:g} is neither to pause (0) nor to go on (1)")
-        return self._wish(tick, command, Arming.KEEP, mode)
+        return self._enqueue(tick, command, Arming.KEEP, mode)
 
-    def _mode(self, mode: Mode) -> Do:
+    def _mode(self, mode: Mode) -> CommandHandler:
         def do(tick: Tick, command: Command) -> int | None:
-            return self._wish(tick, command, Arming.KEEP, mode)
+            return self._enqueue(tick, command, Arming.KEEP, mode)
 
         return do
 
-    def _wish(self, tick: Tick, command: Command, arming: Arming, mode: Mode | None) -> int | None:
-        if mode is Mode.MISSION and (why := self._objection()):
+    def _enqueue(self, tick: Tick, command: Command, arming: Arming, mode: Mode | None) -> int | None:
+        if mode is Mode.MISSION and (why := self._mission_refusal()):
             raise CommandRefused(why, REJECTED)
         who = (self._link, command.system, command.component, command.number)
-        self._orders.ask(PendingCommand(*who, arming, mode), command.again, tick.t_ns)
+        self._queue.put(PendingCommand(*who, arming, mode), command.again, tick.t_ns)
         return None

@@ -14,8 +14,8 @@ from firmware_py.mavlink.base.link_output import (
     UNSUPPORTED,
     WARNING,
     Command,
+    CommandHandler,
     CommandRefused,
-    Do,
     LinkOutput,
 )
 from firmware_py.mavlink.commands.queue import CommandQueue
@@ -24,7 +24,7 @@ from firmware_py.records.order import Mode
 from firmware_py.schedule import Tick
 
 _E7, _MM = 1e-7, 1e-3
-_AGREES: Final = 1.0
+_TOLERANCE: Final = 1.0
 """A home so near to ours, m, is the same."""
 _HOME, _ORIGIN = dialect.MAVLINK_MSG_ID_HOME_POSITION, dialect.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN
 
@@ -32,10 +32,10 @@ _HOME, _ORIGIN = dialect.MAVLINK_MSG_ID_HOME_POSITION, dialect.MAVLINK_MSG_ID_GP
 class PreFlight:
     """Of one link. The home is the local frame's origin at the water's surface, and the configuration says where."""
 
-    def __init__(self, voice: LinkOutput, orders: CommandQueue, sea: WaterFrame) -> None:
-        self._voice, self._orders, self._sea = voice, orders, sea
+    def __init__(self, output: LinkOutput, queue: CommandQueue, water_frame: WaterFrame) -> None:
+        self._output, self._queue, self._water_frame = output, queue, water_frame
 
-    def does(self) -> dict[int, Do]:
+    def command_handlers(self) -> dict[int, CommandHandler]:
         """Who does which command."""
         return {
             dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: self._restart,
@@ -43,7 +43,7 @@ class PreFlight:
             dialect.MAV_CMD_DO_SET_HOME: self._set_home,
         }
 
-    def hears(self) -> dict[int, Callable[[Tick, Message], None]]:
+    def message_handlers(self) -> dict[int, Callable[[Tick, Message], None]]:
         """The message ids that come here."""
         return {
             dialect.MAVLINK_MSG_ID_SET_GPS_GLOBAL_ORIGIN: self._origin,
@@ -51,7 +51,7 @@ class PreFlight:
         }
 
     def _refuse_armed(self) -> None:
-        if self._orders.mode is not Mode.DISARMED:
+        if self._queue.mode is not Mode.DISARMED:
             raise CommandRefused("the vehicle is armed; disarm first", REJECTED)
 
     def _restart(self, _: Tick, command: Command) -> int:
@@ -62,16 +62,16 @@ class PreFlight:
         if what is None:
             raise CommandRefused(f"{command.params[0]:g} is neither a reboot (1) nor a shutdown (2)")
         self._refuse_armed()
-        if not self._orders.may_end:
+        if not self._queue.end_allowed:
             raise CommandRefused("this flight is ended where it was begun")
-        self._orders.ending, self._orders.ender = what, f"{command.system}/{command.component}"
+        self._queue.end_request, self._queue.end_requester = what, f"{command.system}/{command.component}"
         return ACCEPTED
 
     def _calibrate(self, _: Tick, command: Command) -> int:
         self._refuse_armed()
         if not any(command.params):
             return ACCEPTED  # nothing was asked for
-        self._voice.tell(
+        self._output.send_text(
             "nothing to calibrate: the AHRS does so itself, and depth is zeroed until the first arming", WARNING
         )
         return UNSUPPORTED
@@ -81,28 +81,28 @@ class PreFlight:
         if current == 1.0:
             raise CommandRefused("home stays at the origin of the local frame, not where the vehicle is")
         scale = _E7 if command.frame >= 0 else 1.0
-        return self._agree(x * scale, y * scale, z, "home", _HOME)
+        return self._compare(x * scale, y * scale, z, "home", _HOME)
 
     def _home(self, _: Tick, m: Message) -> None:
-        self._agree_with(m, "home", _HOME)
+        self._compare_message(m, "home", _HOME)
 
     def _origin(self, _: Tick, m: Message) -> None:
-        self._agree_with(m, "origin", _ORIGIN)
+        self._compare_message(m, "origin", _ORIGIN)
 
-    def _agree_with(self, m: Message, what: str, name: int) -> None:
+    def _compare_message(self, m: Message, what: str, name: int) -> None:
         try:
-            self._agree(m.latitude * _E7, m.longitude * _E7, m.altitude * _MM, what, name)
+            self._compare(m.latitude * _E7, m.longitude * _E7, m.altitude * _MM, what, name)
         except CommandRefused as refusal:
-            self._voice.tell(f"{m.get_type()} refused: {refusal}", WARNING)
+            self._output.send_text(f"{m.get_type()} refused: {refusal}", WARNING)
 
-    def _agree(self, latitude: float, longitude: float, altitude: float, what: str, name: int) -> int:
+    def _compare(self, latitude: float, longitude: float, altitude: float, what: str, name: int) -> int:
         """Says what holds, and that it does not change for another."""
-        self._voice.show(name)
-        origin, surface = self._sea
+        self._output.send_from_cycle(name)
+        origin, surface = self._water_frame
         if not math.isfinite(latitude + longitude + altitude):
             raise CommandRefused(f"{latitude:g}, {longitude:g}, {altitude:g} m is no place")
         x, y = geodetic_to_local(origin, math.radians(latitude), math.radians(longitude))
-        if math.hypot(x, y) <= _AGREES and abs(altitude - surface) <= _AGREES:
+        if math.hypot(x, y) <= _TOLERANCE and abs(altitude - surface) <= _TOLERANCE:
             return ACCEPTED
         at = f"{math.degrees(origin.latitude):.6f}, {math.degrees(origin.longitude):.6f}, {surface:g} m"
         raise CommandRefused(f"{what} stays at {at}: [origin] and surface_altitude of the configuration say so")

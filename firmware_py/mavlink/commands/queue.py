@@ -18,8 +18,8 @@ from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Asker, Mo
 from firmware_py.schedule import NS_PER_S
 
 ACCEPTED, REJECTED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_TEMPORARILY_REJECTED
-MOST_WAITING = 8
-_MOST_SENDERS = 32
+MAX_WAITING = 8
+_MAX_SENDERS = 32
 _ANSWER_STANDS_NS = 10 * NS_PER_S
 
 
@@ -50,7 +50,7 @@ class PendingCommand(NamedTuple):
 class CommandResult(NamedTuple):
     """What became of a wish: the MAV_RESULT, and why it was refused, unless an event has said so."""
 
-    wish: PendingCommand
+    pending: PendingCommand
     result: int = ACCEPTED
     why: str = ""
 
@@ -70,11 +70,11 @@ class CommandQueue:
         self._guide: tuple[Setpoint, Asker] | None = None
         self._held = NO_ORDER
         self.cycle: Cycle | None = None
-        self.may_end = False
+        self.end_allowed = False
         """Whether there is somebody who ends the flight, and starts the vehicle again, if a station asks for it."""
-        self.ending = ""
+        self.end_request = ""
         """What a station has asked for and may: "reboot" or "shutdown"."""
-        self.ender = ""
+        self.end_requester = ""
         """Which station that was, by system and component."""
 
     @property
@@ -82,15 +82,15 @@ class CommandQueue:
         """The mode in force."""
         return Mode.DISARMED if self.cycle is None else self.cycle.mode.mode
 
-    def steer(self, sticks: Sticks, t: float) -> None:
+    def set_sticks(self, sticks: Sticks, t: float) -> None:
         """The sticks from now on; their age is judged where they are used."""
         self._held = Order(sticks=sticks, t_sticks=t)
 
-    def guide(self, setpoint: Setpoint, asker: Asker) -> None:
+    def set_setpoint(self, setpoint: Setpoint, asker: Asker) -> None:
         """A setpoint that gets no answer; the last one before a tick holds."""
         self._guide = setpoint, asker
 
-    def ask(self, wish: PendingCommand, again: bool, t_ns: int) -> None:
+    def put(self, wish: PendingCommand, again: bool, t_ns: int) -> None:
         """Takes a wish; `again` if its sender says that it has sent it before."""
         if wish == self._under_way or wish in self._waiting:
             return
@@ -100,12 +100,12 @@ class CommandQueue:
             self._answers += [CommandResult(waiting, REJECTED, "disarming goes first") for waiting in ended]
             self._waiting = deque([waiting for waiting in self._waiting if waiting.arming is Arming.DISARM])
             self._queue(wish)
-        elif again and last is not None and last[0].wish == wish and t_ns - last[1] <= _ANSWER_STANDS_NS:
+        elif again and last is not None and last[0].pending == wish and t_ns - last[1] <= _ANSWER_STANDS_NS:
             self._answers.append(last[0])
         else:
             self._queue(wish)
 
-    def next(self) -> Order:
+    def next_order(self) -> Order:
         """The order of this tick."""
         held, guide, self._guide = self._held, self._guide, None
         if not self._waiting or self._under_way is not None:
@@ -117,7 +117,7 @@ class CommandQueue:
         self._under_way = wish
         return replace(wish.order, sticks=held.sticks, t_sticks=held.t_sticks)
 
-    def judge(self, cycle: Cycle) -> list[CommandResult]:
+    def results(self, cycle: Cycle) -> list[CommandResult]:
         """The answers that are due, now that the cycle that obeyed came out."""
         self.cycle = cycle
         wish = self._under_way
@@ -128,17 +128,17 @@ class CommandQueue:
             return []
         answers, self._answers = self._answers, []
         for answer in answers:
-            self._last.pop(answer.wish.sender, None)
-            self._last[answer.wish.sender] = answer, cycle.tick.t_ns
-        while len(self._last) > _MOST_SENDERS:
+            self._last.pop(answer.pending.sender, None)
+            self._last[answer.pending.sender] = answer, cycle.tick.t_ns
+        while len(self._last) > _MAX_SENDERS:
             del self._last[next(iter(self._last))]
         return answers
 
     def _queue(self, wish: PendingCommand) -> None:
-        if len(self._waiting) < MOST_WAITING:
+        if len(self._waiting) < MAX_WAITING:
             self._waiting.append(wish)
         else:
-            self._answers.append(CommandResult(wish, REJECTED, f"{MOST_WAITING} orders wait already; try once more"))
+            self._answers.append(CommandResult(wish, REJECTED, f"{MAX_WAITING} orders wait already; try once more"))
 
 
 def _answer(wish: PendingCommand, cycle: Cycle) -> CommandResult:
@@ -147,7 +147,7 @@ def _answer(wish: PendingCommand, cycle: Cycle) -> CommandResult:
         why = "" if mode is Mode.DISARMED else "the vehicle is armed: there is nothing to check"
         return CommandResult(wish, REJECTED if why else ACCEPTED, why)
     if wish.mode is None and wish.arming is Arming.KEEP:
-        why = "" if wish.setpoint is KEEP_SETPOINT else heeds(mode, wish.setpoint)
+        why = "" if wish.setpoint is KEEP_SETPOINT else setpoint_refusal(mode, wish.setpoint)
         return CommandResult(wish, REJECTED if why else ACCEPTED, why)
     disarmed = mode is Mode.DISARMED
     granted = mode is wish.mode if wish.mode is not None else disarmed == (wish.arming is Arming.DISARM)
@@ -156,7 +156,7 @@ def _answer(wish: PendingCommand, cycle: Cycle) -> CommandResult:
     return CommandResult(wish, REJECTED, f"another order was obeyed, and the mode is {mode.name}")
 
 
-def heeds(mode: Mode, setpoint: Setpoint) -> str:
+def setpoint_refusal(mode: Mode, setpoint: Setpoint) -> str:
     """Why a mode does not go by a setpoint, in words for people that name modes as `Mode` does; empty if it does."""
     if mode is Mode.GUIDED:
         return ""

@@ -18,11 +18,11 @@ from firmware_py.mavlink.base.link_output import (
     UNSUPPORTED,
     WARNING,
     Command,
+    CommandHandler,
     CommandRefused,
-    Do,
     LinkOutput,
 )
-from firmware_py.mavlink.commands.queue import CommandQueue, PendingCommand, heeds
+from firmware_py.mavlink.commands.queue import CommandQueue, PendingCommand, setpoint_refusal
 from firmware_py.records.order import KEEP_SETPOINT, Arming, Asker, Mode, Setpoint
 from firmware_py.schedule import NS_PER_S, Tick
 
@@ -33,11 +33,11 @@ _LOCAL = dialect.MAV_FRAME_LOCAL_NED
 _E7, _E4, _INT_UNKNOWN = 1e-7, 1e-4, 2147483647.0
 _AT_SURFACE = 0.01
 """So much above the surface, m, is rounding."""
-_FARTHEST = 1e5
+_MAX_DISTANCE = 1e5
 """A place farther from the origin, m, is none of ours."""
-_IGNORE_PLACE, _IGNORE_DEPTH, _IGNORE_YAW = 1 | 2, 4, 1024
+_IGNORE_POSITION, _IGNORE_DEPTH, _IGNORE_YAW = 1 | 2, 4, 1024
 _IGNORE_VELOCITY, _IGNORE_REST = 8 | 16, 64 | 128 | 256 | 2048
-_TELL_AGAIN_NS = 10 * NS_PER_S
+_REPEAT_REFUSAL_NS = 10 * NS_PER_S
 
 
 class WaterFrame(NamedTuple):
@@ -64,7 +64,7 @@ class WaterFrame(NamedTuple):
             raise CommandRefused(f"{-depth:.2f} m above the water is no depth")
         return max(depth, 0.0) if math.isfinite(depth) else _NAN
 
-    def place(self, latitude: float, longitude: float) -> tuple[float, float]:
+    def position(self, latitude: float, longitude: float) -> tuple[float, float]:
         """(x, y), m, of degrees.
 
         Raises:
@@ -72,7 +72,7 @@ class WaterFrame(NamedTuple):
         """
         if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
             raise CommandRefused(f"{latitude:g}, {longitude:g} is no place")
-        return _near(*geodetic_to_local(self.origin, math.radians(latitude), math.radians(longitude)))
+        return _within_range(*geodetic_to_local(self.origin, math.radians(latitude), math.radians(longitude)))
 
 
 class Setpoints:
@@ -81,15 +81,15 @@ class Setpoints:
     So is a place that `objection` has something against: it takes (x, y), m, and the speed there, m/s, 0 of none asked.
     """
 
-    def __init__(self, link: int, voice: LinkOutput, orders: CommandQueue, sea: WaterFrame) -> None:
-        self._link, self._voice, self._orders, self._sea = link, voice, orders, sea
+    def __init__(self, link: int, output: LinkOutput, queue: CommandQueue, water_frame: WaterFrame) -> None:
+        self._link, self._output, self._queue, self._water_frame = link, output, queue, water_frame
         self.depth_max = math.inf
-        self.objection: Callable[[float, float, float], str] = lambda _x, _y, _u: ""
-        self._told: dict[int, tuple[int, str]] = {}
+        self.position_refusal: Callable[[float, float, float], str] = lambda _x, _y, _u: ""
+        self._last_refusal: dict[int, tuple[int, str]] = {}
 
-    def does(self) -> dict[int, Do]:
+    def command_handlers(self) -> dict[int, CommandHandler]:
         """Who does which command."""
-        makers = {
+        parsers = {
             dialect.MAV_CMD_DO_REPOSITION: self._reposition,
             dialect.MAV_CMD_DO_CHANGE_SPEED: self._speed,
             dialect.MAV_CMD_GUIDED_CHANGE_SPEED: self._speed,
@@ -98,24 +98,24 @@ class Setpoints:
             dialect.MAV_CMD_CONDITION_YAW: self._yaw,
             dialect.MAV_CMD_GUIDED_CHANGE_HEADING: self._heading,
         }
-        return {number: self._does(maker) for number, maker in makers.items()}
+        return {number: self._handler(parser) for number, parser in parsers.items()}
 
-    def hears(self) -> dict[int, Callable[[Tick, Message], None]]:
+    def message_handlers(self) -> dict[int, Callable[[Tick, Message], None]]:
         """The message ids that come here."""
         return {
-            dialect.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED: self._target,
-            dialect.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT: self._target,
+            dialect.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED: self._position_target,
+            dialect.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT: self._position_target,
             dialect.MAVLINK_MSG_ID_SET_ATTITUDE_TARGET: self._attitude,
         }
 
-    def _does(self, maker: Callable[[Command], tuple[Setpoint, Mode | None]]) -> Do:
+    def _handler(self, parser: Callable[[Command], tuple[Setpoint, Mode | None]]) -> CommandHandler:
         def do(tick: Tick, command: Command) -> int | None:
-            setpoint, mode = maker(command)
+            setpoint, mode = parser(command)
             self._refuse_beyond(setpoint)
-            if mode is None and (why := heeds(self._orders.mode, setpoint)):
+            if mode is None and (why := setpoint_refusal(self._queue.mode, setpoint)):
                 raise CommandRefused(why, REJECTED)
             who = (self._link, command.system, command.component, command.number)
-            self._orders.ask(PendingCommand(*who, Arming.KEEP, mode, setpoint), command.again, tick.t_ns)
+            self._queue.put(PendingCommand(*who, Arming.KEEP, mode, setpoint), command.again, tick.t_ns)
             return None
 
         return do
@@ -124,17 +124,17 @@ class Setpoints:
         """Unknown values keep what is there; a radius and a yaw are not for this vehicle to choose."""
         speed, flags, _, _, x, y, z = command.params
         frame = command.frame if command.frame >= 0 else _AMSL[0]
-        depth = self._sea.depth(frame, z)
+        depth = self._water_frame.depth(frame, z)
         if math.isnan(x + y) or _INT_UNKNOWN in (x, y):
-            place = (_NAN, _NAN)
+            position = (_NAN, _NAN)
         elif frame == _LOCAL:
-            place = _near(x * _E4, y * _E4)
+            position = _within_range(x * _E4, y * _E4)
         else:
             scale = _E7 if command.frame >= 0 else 1.0
-            place = self._sea.place(x * scale, y * scale)
+            position = self._water_frame.position(x * scale, y * scale)
         u_d = _NAN if math.isnan(speed) or speed <= 0.0 else _speed(speed)
         change = math.isfinite(flags) and int(flags) & dialect.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
-        return Setpoint(depth, _NAN, u_d, *place), Mode.GUIDED if change else None
+        return Setpoint(depth, _NAN, u_d, *position), Mode.GUIDED if change else None
 
     def _speed(self, command: Command) -> tuple[Setpoint, None]:
         kind, speed = command.params[:2]
@@ -150,7 +150,7 @@ class Setpoints:
         return self._to_depth(command.params[6], command.frame if command.frame >= 0 else _AMSL[0])
 
     def _to_depth(self, height: float, frame: int) -> tuple[Setpoint, None]:
-        depth = self._sea.depth(frame, height)
+        depth = self._water_frame.depth(frame, height)
         if math.isnan(depth):
             raise CommandRefused("nan is no height")
         return KEEP_SETPOINT._replace(z_d=depth), None
@@ -159,7 +159,7 @@ class Setpoints:
         """The shorter way, whatever direction is asked for, unless the angle is relative."""
         angle, _, direction, relative = command.params[:4]
         if relative == 1.0:
-            cycle = self._orders.cycle
+            cycle = self._queue.cycle
             here = math.degrees(cycle.state.eta.psi) if cycle is not None else _NAN
             angle = here + (-angle if direction < 0.0 else angle)
         elif relative != 0.0:
@@ -169,20 +169,20 @@ class Setpoints:
     def _heading(self, command: Command) -> tuple[Setpoint, None]:
         return KEEP_SETPOINT._replace(psi_d=_heading(command.params[1])), None
 
-    def _target(self, tick: Tick, m: Message) -> None:
+    def _position_target(self, tick: Tick, m: Message) -> None:
         """Place, depth and yaw, or a velocity as course and speed; there is no answer, so a refusal is a sentence."""
         asker = Asker(self._link, m.get_srcSystem(), m.get_srcComponent(), 0)
         try:
-            setpoint = self._targeted(m)
+            setpoint = self._position_target_setpoint(m)
             self._refuse_beyond(setpoint)
-            if why := heeds(self._orders.mode, setpoint):
+            if why := setpoint_refusal(self._queue.mode, setpoint):
                 raise CommandRefused(why)
         except CommandRefused as refusal:
-            self._tell_seldom(tick, m, str(refusal))
+            self._refuse(tick, m, str(refusal))
             return
-        self._orders.guide(setpoint, asker)
+        self._queue.set_setpoint(setpoint, asker)
 
-    def _targeted(self, m: Message) -> Setpoint:
+    def _position_target_setpoint(self, m: Message) -> Setpoint:
         mask, frame = m.type_mask, m.coordinate_frame
         depth = psi_d = u_d = x = y = _NAN
         local = m.get_msgId() == dialect.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED
@@ -190,10 +190,10 @@ class Setpoints:
             raise CommandRefused(f"frame {frame} is not known here; use a global one or LOCAL_NED")
         if mask & _IGNORE_REST != _IGNORE_REST:
             raise CommandRefused(f"type_mask {mask}: acceleration and yaw rate cannot be followed; ignore them")
-        if not mask & _IGNORE_PLACE:
-            x, y = _near(m.x, m.y) if local else self._sea.place(m.lat_int * _E7, m.lon_int * _E7)
+        if not mask & _IGNORE_POSITION:
+            x, y = _within_range(m.x, m.y) if local else self._water_frame.position(m.lat_int * _E7, m.lon_int * _E7)
         if not mask & _IGNORE_DEPTH:
-            depth = self._sea.depth(frame, m.z if local else m.alt)
+            depth = self._water_frame.depth(frame, m.z if local else m.alt)
         if not mask & _IGNORE_VELOCITY:
             u_d = _speed(math.hypot(m.vx, m.vy))
             if math.isnan(x) and u_d > 0.0:
@@ -209,26 +209,26 @@ class Setpoints:
             raise CommandRefused(f"depth {setpoint.z_d:.1f} m, limit {self.depth_max:g} m")
         if math.isnan(setpoint.x):
             return
-        cycle, u_d = self._orders.cycle, setpoint.u_d
+        cycle, u_d = self._queue.cycle, setpoint.u_d
         if math.isnan(u_d):
             u_d = 0.0 if cycle is None else cycle.reference.u_d
-        if why := self.objection(setpoint.x, setpoint.y, u_d):
+        if why := self.position_refusal(setpoint.x, setpoint.y, u_d):
             raise CommandRefused(why)
 
     def _attitude(self, tick: Tick, m: Message) -> None:
-        self._tell_seldom(tick, m, "attitude cannot be set; set depth and heading")
+        self._refuse(tick, m, "attitude cannot be set; set depth and heading")
 
-    def _tell_seldom(self, tick: Tick, m: Message, why: str) -> None:
+    def _refuse(self, tick: Tick, m: Message, why: str) -> None:
         """Stations repeat such messages many times a second."""
-        last, what = self._told.get(m.get_msgId(), (-_TELL_AGAIN_NS, why))
-        if tick.t_ns - last >= (_TELL_AGAIN_NS if what == why else NS_PER_S):
-            self._told[m.get_msgId()] = tick.t_ns, why
-            self._voice.tell(f"{m.get_type()} refused: {why}", WARNING)
+        last, what = self._last_refusal.get(m.get_msgId(), (-_REPEAT_REFUSAL_NS, why))
+        if tick.t_ns - last >= (_REPEAT_REFUSAL_NS if what == why else NS_PER_S):
+            self._last_refusal[m.get_msgId()] = tick.t_ns, why
+            self._output.send_text(f"{m.get_type()} refused: {why}", WARNING)
 
 
-def _near(x: float, y: float) -> tuple[float, float]:
-    if not math.hypot(x, y) <= _FARTHEST:
-        raise CommandRefused(f"the place is not within {_FARTHEST / 1000.0:g} km of the origin")
+def _within_range(x: float, y: float) -> tuple[float, float]:
+    if not math.hypot(x, y) <= _MAX_DISTANCE:
+        raise CommandRefused(f"the place is not within {_MAX_DISTANCE / 1000.0:g} km of the origin")
     return x, y
 
 

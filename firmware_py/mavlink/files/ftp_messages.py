@@ -11,7 +11,7 @@ from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.files.tree import Entry
 
 _HEAD = struct.Struct("<HBBBBBxI")
-MOST_DATA = 239
+MAX_DATA = 239
 """Bytes of a file in one message."""
 _PAYLOAD = 251
 
@@ -52,7 +52,7 @@ class Nak(IntEnum):
     NOT_FOUND = 10
 
 
-WRITES = range(Op.CREATE, Op.CRC)
+WRITE_OPS = range(Op.CREATE, Op.CRC)
 """What would change something."""
 
 
@@ -122,6 +122,6 @@ def failed(error: OSError) -> bytes:
 
 def line(entry: Entry) -> bytes:
     """An entry of a list; one whose name is too long is skipped by its own letter, so that the count stays right."""
-    said = f"D{entry.name}" if entry.size is None else f"F{entry.name}\t{entry.size}"
-    raw = said.encode() + b"\0"
-    return raw if len(raw) <= MOST_DATA else b"S\0"
+    text = f"D{entry.name}" if entry.size is None else f"F{entry.name}\t{entry.size}"
+    encoded = text.encode() + b"\0"
+    return encoded if len(encoded) <= MAX_DATA else b"S\0"

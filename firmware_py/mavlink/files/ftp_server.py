@@ -14,13 +14,23 @@ from dataclasses import dataclass
 
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import LinkOutput
-from firmware_py.mavlink.base.service import Hear
+from firmware_py.mavlink.base.service import MessageHandler
 from firmware_py.mavlink.files import ftp_messages
-from firmware_py.mavlink.files.ftp_messages import MOST_DATA, WRITES, FtpRefused, Nak, Op, Request, failed, line, reply
+from firmware_py.mavlink.files.ftp_messages import (
+    MAX_DATA,
+    WRITE_OPS,
+    FtpRefused,
+    Nak,
+    Op,
+    Request,
+    failed,
+    line,
+    reply,
+)
 from firmware_py.mavlink.files.tree import File, FileTree, Wait
 from firmware_py.schedule import NS_PER_S, Tick
 
-_MOST_REQUESTS, _MOST_SESSIONS = 8, 8
+_MAX_REQUESTS, _MAX_SESSIONS = 8, 8
 _IDLE_NS = 10 * NS_PER_S
 """A session that was not used for so long may have to make room for another one."""
 _BURST = 256
@@ -46,7 +56,7 @@ class _Burst:
 
 
 @dataclass
-class _Sum:
+class _Checksum:
     """How far the checksum of a file is."""
 
     file: File
@@ -57,16 +67,16 @@ class _Sum:
 class FtpServer:
     """The conversation on one link."""
 
-    def __init__(self, tree: FileTree, voice: LinkOutput) -> None:
-        self._tree, self._voice = tree, voice
+    def __init__(self, tree: FileTree, output: LinkOutput) -> None:
+        self._tree, self._output = tree, output
         self._requests: deque[Request] = deque()
         self._sessions: dict[tuple[int, int, int], _Session] = {}
         self._bursts: dict[tuple[int, int, int], _Burst] = {}
-        self._sums: dict[Request, _Sum] = {}
+        self._checksums: dict[Request, _Checksum] = {}
 
-    def hears(self) -> dict[int, Hear]:
+    def message_handlers(self) -> dict[int, MessageHandler]:
         """See `service.Service`."""
-        return {dialect.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL: self._hear}
+        return {dialect.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL: self._receive}
 
     def due(self, tick: Tick) -> list[Message]:
         """The answer to one request, or the next of a burst."""
@@ -78,34 +88,34 @@ class FtpServer:
                 return answer
             except Wait:
                 self._requests.rotate(-1)
-        return self._go_on(tick, next(iter(self._bursts.values()))) if self._bursts else []
+        return self._continue_burst(tick, next(iter(self._bursts.values()))) if self._bursts else []
 
-    def _hear(self, _: Tick, message: Message) -> None:
+    def _receive(self, _: Tick, message: Message) -> None:
         """A station that hears no answer asks again, so what is too much is dropped."""
-        asked = ftp_messages.request(message)
-        if asked in self._requests:
+        request = ftp_messages.request(message)
+        if request in self._requests:
             return
-        if len(self._requests) == _MOST_REQUESTS:
-            self._voice.drop()
+        if len(self._requests) == _MAX_REQUESTS:
+            self._output.count_dropped()
         else:
-            self._requests.append(asked)
+            self._requests.append(request)
 
     def _answer(self, tick: Tick, request: Request) -> list[Message]:
         try:
-            if request.size > MOST_DATA:
+            if request.size > MAX_DATA:
                 raise FtpRefused(Nak.DATA_SIZE)
-            return self._do(tick, request)
+            return self._execute(tick, request)
         except FtpRefused as refused:
             return [reply(request, Op.NAK, refused.data)]
         except OSError as error:
             return [reply(request, Op.NAK, failed(error))]
 
-    def _do(self, tick: Tick, request: Request) -> list[Message]:
+    def _execute(self, tick: Tick, request: Request) -> list[Message]:
         op = request.op
         if op == Op.BURST:
             file = self._file(tick, request)
             self._bursts[request.key] = burst = _Burst(request, file, request.offset)
-            return self._go_on(tick, burst)
+            return self._continue_burst(tick, burst)
         if op == Op.READ:
             return [reply(request, Op.ACK, self._part(self._file(tick, request), request.offset, request.size))]
         if op == Op.LIST:
@@ -116,7 +126,7 @@ class FtpServer:
             return [reply(request, Op.ACK, struct.pack("<I", self._crc(request)))]
         if op in (Op.TERMINATE, Op.RESET):
             self._close(request, all_of_them=op == Op.RESET)
-        elif op in WRITES:
+        elif op in WRITE_OPS:
             raise FtpRefused(Nak.PROTECTED)
         elif op != Op.NONE:
             raise FtpRefused(Nak.UNKNOWN)
@@ -128,10 +138,10 @@ class FtpServer:
             raise FtpRefused(Nak.NOT_FOUND)
         data = b""
         for entry in entries[request.offset :]:
-            said = line(entry)
-            if len(data) + len(said) > MOST_DATA:
+            encoded = line(entry)
+            if len(data) + len(encoded) > MAX_DATA:
                 break
-            data += said
+            data += encoded
         if not data:
             raise FtpRefused(Nak.END_OF_FILE)
         return data
@@ -142,7 +152,7 @@ class FtpServer:
         if file is None:
             raise FtpRefused(Nak.NOT_FOUND)
         self._bursts.pop(request.key, None)
-        if request.key not in self._sessions and len(self._sessions) >= _MOST_SESSIONS:
+        if request.key not in self._sessions and len(self._sessions) >= _MAX_SESSIONS:
             oldest = min(self._sessions, key=lambda key: self._sessions[key].used_ns)
             if tick.t_ns - self._sessions[oldest].used_ns < _IDLE_NS:
                 raise FtpRefused(Nak.NO_ROOM)
@@ -153,16 +163,16 @@ class FtpServer:
 
     def _crc(self, request: Request) -> int:
         """A long file is summed up over many ticks, and a file that grows to where it ended at the beginning."""
-        done = self._sums.get(request)
+        done = self._checksums.get(request)
         if done is None:
             file = self._tree.open(request.path)
             if file is None:
                 raise FtpRefused(Nak.NOT_FOUND)
-            self._sums[request] = done = _Sum(file)
+            self._checksums[request] = done = _Checksum(file)
         try:
             part = done.file.read(done.offset, min(_CRC_PART, done.file.size - done.offset))
         except OSError:
-            del self._sums[request]
+            del self._checksums[request]
             raise
         if part is None:
             raise Wait
@@ -170,7 +180,7 @@ class FtpServer:
         done.offset += len(part)
         if part and done.offset < done.file.size:
             raise Wait
-        del self._sums[request]
+        del self._checksums[request]
         return done.crc ^ 0xFFFFFFFF
 
     def _close(self, request: Request, all_of_them: bool) -> None:
@@ -188,14 +198,14 @@ class FtpServer:
 
     @staticmethod
     def _part(file: File, offset: int, size: int) -> bytes:
-        part = file.read(offset, size or MOST_DATA)
+        part = file.read(offset, size or MAX_DATA)
         if part is None:
             raise Wait
         if not part:
             raise FtpRefused(Nak.END_OF_FILE)
         return part
 
-    def _go_on(self, tick: Tick, burst: _Burst) -> list[Message]:
+    def _continue_burst(self, tick: Tick, burst: _Burst) -> list[Message]:
         """The next messages of a burst; the bursts of several stations take turns."""
         request = burst.request
         messages: list[Message] = []

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import WARNING, LinkOutput
-from firmware_py.mavlink.base.service import Hear
+from firmware_py.mavlink.base.service import MessageHandler
 from firmware_py.mavlink.files.tree import FileTree, LogFile, LogSnapshot, Wait
 from firmware_py.schedule import Tick
 
@@ -22,9 +22,9 @@ _U32 = 2**32 - 1
 class LogTransfer:
     """The conversation on one link. A new request takes the place of the one before, as stations expect."""
 
-    def __init__(self, tree: FileTree, voice: LinkOutput, armed: Callable[[], bool]) -> None:
+    def __init__(self, tree: FileTree, output: LinkOutput, armed: Callable[[], bool]) -> None:
         """`armed` says whether the vehicle is."""
-        self._tree, self._voice, self._armed = tree, voice, armed
+        self._tree, self._output, self._armed = tree, output, armed
         self._wanted: range | None = None
         """The numbers whose entries were asked for, and not listed yet."""
         self._entries: list[Message] = []
@@ -33,7 +33,7 @@ class LogTransfer:
         self._log: LogSnapshot | None = None
         self._offset = self._end = 0
 
-    def hears(self) -> dict[int, Hear]:
+    def message_handlers(self) -> dict[int, MessageHandler]:
         """See `service.Service`."""
         return {
             dialect.MAVLINK_MSG_ID_LOG_REQUEST_LIST: self._list,
@@ -49,14 +49,14 @@ class LogTransfer:
                 self._entries = _entries(self._tree.logs(), self._wanted)
                 self._wanted = None
             if self._entries:
-                said, self._entries = self._entries[:_PER_TICK], self._entries[_PER_TICK:]
-                return said
+                due, self._entries = self._entries[:_PER_TICK], self._entries[_PER_TICK:]
+                return due
             return self._parts(self._number) if self._number is not None else []
         except Wait:
             return []
         except OSError as error:
             self._wanted = self._number = None
-            self._voice.tell(f"logs cannot be read: {error.strerror}", WARNING)
+            self._output.send_text(f"logs cannot be read: {error.strerror}", WARNING)
             return []
 
     def _list(self, _: Tick, message: Message) -> None:
@@ -72,24 +72,24 @@ class LogTransfer:
 
     def _erase(self, tick: Tick, message: Message) -> None:
         if self._armed():
-            self._voice.tell("logs are not erased while armed: disarm first", WARNING)
-        elif self._tree.shelf is None:
-            self._voice.tell("there are no logs to be erased", WARNING)
+            self._output.send_text("logs are not erased while armed: disarm first", WARNING)
+        elif self._tree.log_storage is None:
+            self._output.send_text("there are no logs to be erased", WARNING)
         else:
             self._stop(tick, message)
-            self._tree.shelf.erase()
-            self._voice.tell("logs are erased, but for those that may still be written", WARNING)
+            self._tree.log_storage.erase()
+            self._output.send_text("logs are erased, but for those that may still be written", WARNING)
 
     def _parts(self, number: int) -> list[Message]:
         """A part that is not full is the last."""
         log = self._log
         if log is None:
             logs = self._tree.logs()
-            if self._tree.shelf is None or not 0 < number <= len(logs):
+            if self._tree.log_storage is None or not 0 < number <= len(logs):
                 self._number = None
-                self._voice.tell(f"there is no log {number}", WARNING)
+                self._output.send_text(f"there is no log {number}", WARNING)
                 return []
-            self._log = log = LogSnapshot(self._tree.shelf, logs[number - 1])
+            self._log = log = LogSnapshot(self._tree.log_storage, logs[number - 1])
         messages: list[Message] = []
         while self._number is not None and len(messages) < _PER_TICK:
             part = log.read(self._offset, min(_DATA, self._end - self._offset))

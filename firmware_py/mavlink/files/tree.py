@@ -74,14 +74,14 @@ class MemoryFile:
 class LogSnapshot:
     """A log up to where it was when it was opened: one that grows faster than a link fetches it would have no end."""
 
-    def __init__(self, shelf: LogStorage, log: LogFile) -> None:
-        self._shelf, self._name = shelf, log.name
+    def __init__(self, log_storage: LogStorage, log: LogFile) -> None:
+        self._log_storage, self._name = log_storage, log.name
         self.size = log.size
 
     def read(self, offset: int, n: int) -> bytes | None:
         """See `LogStorage.read`."""
         n = min(n, self.size - offset)
-        return self._shelf.read(self._name, offset, n) if n > 0 else b""
+        return self._log_storage.read(self._name, offset, n) if n > 0 else b""
 
 
 class Wait(Exception):
@@ -91,10 +91,10 @@ class Wait(Exception):
 class FileTree:
     """Both as one tree of names. A slash in front means nothing."""
 
-    def __init__(self, made: Mapping[str, Callable[[], bytes]], shelf: LogStorage | None = None) -> None:
+    def __init__(self, generated: Mapping[str, Callable[[], bytes]], log_storage: LogStorage | None = None) -> None:
         """`made` has who makes which file; what is behind a "?" in a name is a way to ask for it, and not listed."""
-        self._made = made
-        self.shelf = shelf
+        self._generated = generated
+        self.log_storage = log_storage
         """Where the logs are, once that is known."""
 
     def list(self, path: str) -> list[Entry] | None:
@@ -105,15 +105,15 @@ class FileTree:
             OSError: it cannot be listed.
         """
         folder = path.strip("/.")
-        if folder == LOGS and self.shelf is not None:
+        if folder == LOGS and self.log_storage is not None:
             return [Entry(log.name, log.size) for log in self.logs()]
         begin = f"{folder}/" if folder else ""
         found: dict[str, Entry] = {}
-        for name, make in self._made.items():
+        for name, make in self._generated.items():
             if name.startswith(begin) and "?" not in name:
                 first, _, rest = name[len(begin) :].partition("/")
                 found[first] = Entry(first, None if rest else len(make()))
-        if not folder and self.shelf is not None:
+        if not folder and self.log_storage is not None:
             found[LOGS] = Entry(LOGS, None)
         return [found[name] for name in sorted(found)] if found or not folder else None
 
@@ -125,12 +125,12 @@ class FileTree:
             OSError: it cannot be read.
         """
         name = path.lstrip("/")
-        if name in self._made:
-            return MemoryFile(self._made[name]())
+        if name in self._generated:
+            return MemoryFile(self._generated[name]())
         folder, _, rest = name.partition("/")
-        if folder != LOGS or self.shelf is None:
+        if folder != LOGS or self.log_storage is None:
             return None
-        return next((LogSnapshot(self.shelf, log) for log in self.logs() if log.name == rest), None)
+        return next((LogSnapshot(self.log_storage, log) for log in self.logs() if log.name == rest), None)
 
     def logs(self) -> Sequence[LogFile]:
         """The logs, the oldest first.
@@ -139,7 +139,7 @@ class FileTree:
             Wait: not known yet.
             OSError: they cannot be listed.
         """
-        logs = self.shelf.logs() if self.shelf is not None else ()
+        logs = self.log_storage.logs() if self.log_storage is not None else ()
         if logs is None:
             raise Wait
         return logs

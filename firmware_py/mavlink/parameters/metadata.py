@@ -50,9 +50,9 @@ class ComponentMetadata(dialect.MAVLink_message):  # type: ignore[misc]
         return frame
 
 
-def files(book: ParameterStore) -> dict[str, Callable[[], bytes]]:
+def files(store: ParameterStore) -> dict[str, Callable[[], bytes]]:
     """What there is to fetch: a file's name, without a slash in front, and who makes its bytes."""
-    parameters = _json({"version": _VERSION, "parameters": [*map(described, book.settings)]})
+    parameters = _json({"version": _VERSION, "parameters": [*map(metadata_of, store.settings)]})
     general = _json(
         {
             "version": _VERSION,
@@ -62,12 +62,12 @@ def files(book: ParameterStore) -> dict[str, Callable[[], bytes]]:
     return {
         GENERAL: lambda: general,
         PARAMETERS: lambda: parameters,
-        "@PARAM/param.pck": lambda: pack(book.settings),
-        "@PARAM/param.pck?withdefaults=1": lambda: pack(book.settings, defaults=True),
+        "@PARAM/param.pck": lambda: pack(store.settings),
+        "@PARAM/param.pck?withdefaults=1": lambda: pack(store.settings, defaults=True),
     }
 
 
-def maker(provided: Mapping[str, Callable[[], bytes]]) -> Callable[[Cycle], Message]:
+def encoder(provided: Mapping[str, Callable[[], bytes]]) -> Callable[[Cycle], Message]:
     """The maker of COMPONENT_METADATA for the files that `files` has made."""
     crc = crc32(provided[GENERAL]())
     return lambda cycle: ComponentMetadata(boot_ms(cycle.tick), crc, _uri(GENERAL).encode())
@@ -78,9 +78,9 @@ def crc32(content: bytes) -> int:
     return zlib.crc32(content, 0xFFFFFFFF) ^ 0xFFFFFFFF
 
 
-def described(setting: Setting) -> dict[str, Any]:
+def metadata_of(setting: Setting) -> dict[str, Any]:
     """A parameter as its metadata file has it."""
-    said: dict[str, Any] = {
+    entry: dict[str, Any] = {
         "name": setting.name,
         "type": "Int32" if setting.whole else "Float",
         "shortDesc": setting.doc,
@@ -88,15 +88,15 @@ def described(setting: Setting) -> dict[str, Any]:
         "group": setting.group,
     }
     if setting.unit:
-        said["units"] = setting.unit
+        entry["units"] = setting.unit
     for key, value in (("default", setting.default), ("min", setting.low), ("max", setting.high)):
         if value is not None and math.isfinite(value):
-            said[key] = int(value) if setting.whole else value
+            entry[key] = int(value) if setting.whole else value
     if setting.choices:
-        said["values"] = [{"value": i, "description": choice} for i, choice in enumerate(setting.choices)]
+        entry["values"] = [{"value": i, "description": choice} for i, choice in enumerate(setting.choices)]
     if setting.when is When.RESTART:
-        said["rebootRequired"] = True
-    return said
+        entry["rebootRequired"] = True
+    return entry
 
 
 def _long(setting: Setting) -> str:

@@ -14,7 +14,7 @@ from firmware_py.param_tree import Setting
 
 _MAGIC, _MAGIC_DEFAULTS = 0x671B, 0x671C
 _INT, _FLOAT, _HAS_DEFAULT = 3, 4, 1 << 4
-_MOST_COMMON = 15
+_MAX_COMMON = 15
 
 
 def pack(settings: Iterable[Setting], defaults: bool = False) -> bytes:
@@ -37,5 +37,5 @@ def pack(settings: Iterable[Setting], defaults: bool = False) -> bytes:
 
 def _common(before: bytes, name: bytes) -> int:
     """How many characters both begin with; one at least is left, for a name goes on by one or more."""
-    most = min(len(before), len(name) - 1, _MOST_COMMON)
+    most = min(len(before), len(name) - 1, _MAX_COMMON)
     return next((i for i in range(most) if before[i] != name[i]), most)

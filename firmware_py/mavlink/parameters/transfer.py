@@ -20,7 +20,7 @@ import numpy as np
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import LinkOutput
 from firmware_py.mavlink.base.modes import Identity
-from firmware_py.mavlink.base.service import Hear
+from firmware_py.mavlink.base.service import MessageHandler
 from firmware_py.param_tree import Setting
 from firmware_py.params import ParamError, When
 from firmware_py.schedule import Tick
@@ -28,11 +28,11 @@ from firmware_py.schedule import Tick
 FILE = "parameters.toml"
 """Where what was changed is kept."""
 _REAL, _INT = dialect.MAV_PARAM_TYPE_REAL32, dialect.MAV_PARAM_TYPE_INT32
-_NO_SUCH, _OUT_OF_RANGE = dialect.MAV_PARAM_ERROR_DOES_NOT_EXIST, dialect.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE
-_NOT_NOW, _TYPE_MISMATCH = dialect.MAV_PARAM_ERROR_PERMISSION_DENIED, 6
+_DOES_NOT_EXIST, _OUT_OF_RANGE = dialect.MAV_PARAM_ERROR_DOES_NOT_EXIST, dialect.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE
+_PERMISSION_DENIED, _TYPE_MISMATCH = dialect.MAV_PARAM_ERROR_PERMISSION_DENIED, 6
 """The dialect has no name for the sixth, MAV_PARAM_ERROR_TYPE_MISMATCH."""
 _WARNING, _NOTICE = dialect.MAV_SEVERITY_WARNING, dialect.MAV_SEVERITY_NOTICE
-_MOST_SETS = 16
+_MAX_SETS = 16
 _NEVER = -(2**31)
 _HEADER = "# What ground stations have changed; it is laid over autopilot.toml at the next start.\n"
 
@@ -63,28 +63,28 @@ class ParameterStore:
         self.settings = list(settings)
         self.index = {setting.name: i for i, setting in enumerate(self.settings)}
         self._checker = checker
-        self._voices: list[Callable[[int], None]] = []
-        self._wants: list[Callable[[], bool]] = []
-        self._takers: list[Callable[[str, Any], None]] = []
+        self._value_subscribers: list[Callable[[int], None]] = []
+        self._waiting_subscribers: list[Callable[[], bool]] = []
+        self._change_subscribers: list[Callable[[str, Any], None]] = []
         self._changes: list[str] = []
         self._unsaved = False
         self._tried_k = _NEVER
 
-    def listen(self, tell: Callable[[int], None], wants: Callable[[], bool]) -> None:
+    def subscribe(self, send_text: Callable[[int], None], has_waiting: Callable[[], bool]) -> None:
         """`tell` is told the place of every value that was set; `wants` says whether values wait to be tried."""
-        self._voices.append(tell)
-        self._wants.append(wants)
+        self._value_subscribers.append(send_text)
+        self._waiting_subscribers.append(has_waiting)
 
-    def watch(self, take: Callable[[str, Any], None]) -> None:
+    def subscribe_changes(self, on_change: Callable[[str, Any], None]) -> None:
         """`take` is told the dotted key of every change that takes effect at once, and its value as TOML has it."""
-        self._takers.append(take)
+        self._change_subscribers.append(on_change)
 
-    def turn(self, k: int, last: int) -> bool:
+    def may_try(self, k: int, last: int) -> bool:
         """Whether a link that tried a value in tick `last` may try one in tick `k`: one may in a tick, each in turn.
 
         To try and to adopt a value takes milliseconds, for whole parts of the vehicle are made anew.
         """
-        waiting = sum(wants() for wants in self._wants)
+        waiting = sum(has_waiting() for has_waiting in self._waiting_subscribers)
         if k == self._tried_k or k - last < waiting:
             return False
         self._tried_k = k
@@ -97,7 +97,7 @@ class ParameterStore:
             Refusal: it stays as it was.
         """
         if name not in self.index:
-            raise ParameterRefused(_NO_SUCH, f"there is no parameter {name!r}")
+            raise ParameterRefused(_DOES_NOT_EXIST, f"there is no parameter {name!r}")
         i = self.index[name]
         setting = self.settings[i]
         now = setting.value
@@ -111,22 +111,22 @@ class ParameterStore:
             try:
                 self._checker = self._checker.changed({setting.key: content})
             except ParamError as error:
-                raise ParameterRefused(_OUT_OF_RANGE, f"{name} stays {_shown(setting)}: {error}") from None
+                raise ParameterRefused(_OUT_OF_RANGE, f"{name} stays {_displayed(setting)}: {error}") from None
             self.settings = new
             self._unsaved = True
             if setting.when is not When.RESTART:
                 self._changes.append(json.dumps({"parameters": {setting.key: content}}))
-                for take in self._takers:
-                    take(setting.key, content)
-        for tell in self._voices:
-            tell(i)
+                for on_change in self._change_subscribers:
+                    on_change(setting.key, content)
+        for send_text in self._value_subscribers:
+            send_text(i)
 
     def changes(self) -> tuple[str, ...]:
         """The documents for the order of this tick."""
         changes, self._changes = tuple(self._changes), []
         return changes
 
-    def saves(self) -> list[tuple[str, bytes]]:
+    def files_to_save(self) -> list[tuple[str, bytes]]:
         """What is to be kept since this was asked last, by the name of its file: all that differs from the files'."""
         if not self._unsaved:
             return []
@@ -143,7 +143,7 @@ class ParameterStore:
 
     @staticmethod
     def _refuse(setting: Setting, value: float, armed: bool) -> None:
-        name, stays = setting.name, f"{setting.name} stays {_shown(setting)}"
+        name, stays = setting.name, f"{setting.name} stays {_displayed(setting)}"
         if not math.isfinite(value) or (setting.whole and value != int(value)):
             wanted = "a whole number" if setting.whole else "a number"
             raise ParameterRefused(_OUT_OF_RANGE, f"{stays}: {value:g} is not {wanted}")
@@ -153,7 +153,9 @@ class ParameterStore:
             bounds = f"[{setting.low:g}, {setting.high:g}]{unit}{choices}"
             raise ParameterRefused(_OUT_OF_RANGE, f"{stays}: {value:g} is not in {bounds}")
         if armed and setting.when is When.DISARMED:
-            raise ParameterRefused(_NOT_NOW, f"{name} stays {_shown(setting)} while armed: disarm to change it")
+            raise ParameterRefused(
+                _PERMISSION_DENIED, f"{name} stays {_displayed(setting)} while armed: disarm to change it"
+            )
 
 
 class _Set(NamedTuple):
@@ -167,18 +169,20 @@ class _Set(NamedTuple):
 class ParameterTransfer:
     """The conversation on one link. Values are written as its stations expect of whom they take the vehicle for."""
 
-    def __init__(self, book: ParameterStore, voice: LinkOutput, identity: Identity, armed: Callable[[], bool]) -> None:
+    def __init__(
+        self, store: ParameterStore, output: LinkOutput, identity: Identity, armed: Callable[[], bool]
+    ) -> None:
         """`armed` says whether the vehicle is."""
-        self._book, self._voice, self._armed = book, voice, armed
+        self._store, self._output, self._armed = store, output, armed
         self._bytewise = identity is not Identity.ARDUSUB
-        self._listed = len(book.settings)
+        self._listed = len(store.settings)
         """Up to where the list is told; all of it while nobody asks."""
-        self._told: dict[int, None] = {}
+        self._to_send: dict[int, None] = {}
         self._sets: deque[_Set] = deque()
         self._tried_k = _NEVER
-        book.listen(self._tell, lambda: bool(self._sets))
+        store.subscribe(self._queue_value, lambda: bool(self._sets))
 
-    def hears(self) -> dict[int, Hear]:
+    def message_handlers(self) -> dict[int, MessageHandler]:
         """See `service.Service`."""
         return {
             dialect.MAVLINK_MSG_ID_PARAM_REQUEST_LIST: self._list,
@@ -188,14 +192,14 @@ class ParameterTransfer:
 
     def due(self, tick: Tick) -> list[Message]:
         """Values that were set or asked for, then the list; one new value is tried in a tick."""
-        if self._sets and self._book.turn(tick.k, self._tried_k):
+        if self._sets and self._store.may_try(tick.k, self._tried_k):
             self._tried_k = tick.k
             if not self._try(self._sets.popleft()):
                 return []  # the error is said first: a station that hears its old value before that asks again
-        if self._told:
-            i = next(iter(self._told))
-            del self._told[i]
-        elif self._listed < len(self._book.settings):
+        if self._to_send:
+            i = next(iter(self._to_send))
+            del self._to_send[i]
+        elif self._listed < len(self._store.settings):
             i = self._listed
             self._listed += 1
         else:
@@ -207,63 +211,65 @@ class ParameterTransfer:
 
     def _read(self, _: Tick, message: Message) -> None:
         if message.param_index == -1:
-            i = self._book.index.get(message.param_id, -1)
+            i = self._store.index.get(message.param_id, -1)
         else:
-            i = message.param_index if 0 <= message.param_index < len(self._book.settings) else -1
+            i = message.param_index if 0 <= message.param_index < len(self._store.settings) else -1
         if i >= 0:
-            self._tell(i)
+            self._queue_value(i)
         else:
             asked = message.param_id if message.param_index == -1 else f"at place {message.param_index}"
             system, component = message.get_srcSystem(), message.get_srcComponent()
-            self._error(system, component, message.param_id, message.param_index, _NO_SUCH)
-            self._voice.tell(f"there is no parameter {asked}", _NOTICE)
+            self._error(system, component, message.param_id, message.param_index, _DOES_NOT_EXIST)
+            self._output.send_text(f"there is no parameter {asked}", _NOTICE)
 
     def _set(self, _: Tick, message: Message) -> None:
         """A station that hears no answer sends it again, so what is too much is dropped."""
-        if len(self._sets) == _MOST_SETS:
-            self._voice.drop()
+        if len(self._sets) == _MAX_SETS:
+            self._output.count_dropped()
             return
         system, component = message.get_srcSystem(), message.get_srcComponent()
         self._sets.append(_Set(system, component, message.param_id, message.param_value, message.param_type))
 
     def _try(self, asked: _Set) -> bool:
         """Whether the value was taken; if not, the station is told why."""
-        i = self._book.index.get(asked.name, -1)
+        i = self._store.index.get(asked.name, -1)
         try:
-            self._book.set(asked.name, self._number(asked, i), self._armed())
+            self._store.set(asked.name, self._number(asked, i), self._armed())
         except ParameterRefused as refusal:
             if i >= 0:
-                self._tell(i)
+                self._queue_value(i)
             self._error(asked.system, asked.component, asked.name, i, refusal.error)
-            self._voice.tell(str(refusal), _WARNING)
+            self._output.send_text(str(refusal), _WARNING)
             return False
-        if self._book.settings[i].when is When.RESTART:
-            self._voice.tell(f"{asked.name} takes effect at the next start", _NOTICE)
+        if self._store.settings[i].when is When.RESTART:
+            self._output.send_text(f"{asked.name} takes effect at the next start", _NOTICE)
         return True
 
     def _number(self, asked: _Set, i: int) -> float:
         """The number that was sent: as it is, or of four bytes that are an integer's."""
         if i < 0 or not self._bytewise:
             return asked.value
-        setting = self._book.settings[i]
+        setting = self._store.settings[i]
         if asked.kind != _kind(setting):
-            raise ParameterRefused(_TYPE_MISMATCH, f"{asked.name} stays {_shown(setting)}: it is {_called(setting)}")
+            raise ParameterRefused(
+                _TYPE_MISMATCH, f"{asked.name} stays {_displayed(setting)}: it is {_type_name(setting)}"
+            )
         return float(struct.unpack("<i", struct.pack("<f", asked.value))[0]) if setting.whole else asked.value
 
     def _value(self, i: int) -> Message:
-        setting = self._book.settings[i]
+        setting = self._store.settings[i]
         value = setting.value
         if setting.whole and self._bytewise:
             (value,) = struct.unpack("<f", struct.pack("<i", int(value)))
         return dialect.MAVLink_param_value_message(
-            setting.name.encode(), value, _kind(setting), len(self._book.settings), i
+            setting.name.encode(), value, _kind(setting), len(self._store.settings), i
         )
 
-    def _tell(self, i: int) -> None:
-        self._told[i] = None
+    def _queue_value(self, i: int) -> None:
+        self._to_send[i] = None
 
     def _error(self, system: int, component: int, name: str, i: int, error: int) -> None:
-        self._voice.say(dialect.MAVLink_param_error_message(system, component, name.encode()[:16], i, error))
+        self._output.send(dialect.MAVLink_param_error_message(system, component, name.encode()[:16], i, error))
 
 
 def shortest(value: float) -> float:
@@ -275,11 +281,11 @@ def _kind(setting: Setting) -> int:
     return int(_INT if setting.whole else _REAL)
 
 
-def _called(setting: Setting) -> str:
+def _type_name(setting: Setting) -> str:
     return "an INT32" if setting.whole else "a REAL32"
 
 
-def _shown(setting: Setting) -> str:
+def _displayed(setting: Setting) -> str:
     return setting.choices[int(setting.value)] if setting.choices else f"{setting.value:g}"
 
 

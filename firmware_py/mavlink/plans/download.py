@@ -7,15 +7,15 @@ from typing import NamedTuple
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import LinkOutput
 from firmware_py.mavlink.base.message_extensions import ExtendedMessage
-from firmware_py.mavlink.base.service import Hear
-from firmware_py.mavlink.plans.items import ACCEPTED, UNSUPPORTED, RawItem, at, degrees
+from firmware_py.mavlink.base.service import MessageHandler
+from firmware_py.mavlink.plans.items import ACCEPTED, UNSUPPORTED, PlanItem, geodetic_e7, xy_of
 from firmware_py.mavlink.plans.plan_builder import MISSION, NAMES, Plan
 from firmware_py.mavlink.plans.plan_store import PlanStore
 from firmware_py.schedule import Tick
 
 _SEQUENCE: int = dialect.MAV_MISSION_INVALID_SEQUENCE
 _JUMP: int = dialect.MAV_CMD_DO_JUMP
-_MOST_READERS = 8
+_MAX_READERS = 8
 
 
 class Sender(NamedTuple):
@@ -29,11 +29,11 @@ class Sender(NamedTuple):
 class PlanDownload:
     """Of one link; with a `home` that is item 0 of a mission."""
 
-    def __init__(self, chart: PlanStore, voice: LinkOutput, home: bool) -> None:
-        self._chart, self._voice, self._home = chart, voice, home
+    def __init__(self, plan_store: PlanStore, output: LinkOutput, home: bool) -> None:
+        self._plan_store, self._output, self._home = plan_store, output, home
         self._reading: dict[Sender, Plan] = {}
 
-    def hears(self) -> dict[int, Hear]:
+    def message_handlers(self) -> dict[int, MessageHandler]:
         """See `service.Service`."""
         return {
             dialect.MAVLINK_MSG_ID_MISSION_REQUEST_LIST: self._list,
@@ -55,13 +55,13 @@ class PlanDownload:
         if sender.kind not in NAMES:
             self._refuse(sender, UNSUPPORTED)
             return
-        plan = self._chart.plans[sender.kind]
+        plan = self._plan_store.plans[sender.kind]
         self._reading.pop(sender, None)
         self._reading[sender] = plan
-        if len(self._reading) > _MOST_READERS:
+        if len(self._reading) > _MAX_READERS:
             del self._reading[next(iter(self._reading))]
         count = len(plan.items) + self.first(sender.kind) if plan.items else 0
-        self._voice.say(
+        self._output.send(
             ExtendedMessage(dialect.MAVLink_mission_count_message(*sender[:2], count, sender.kind), plan.ident)
         )
 
@@ -70,7 +70,7 @@ class PlanDownload:
         if sender.kind not in NAMES:
             self._refuse(sender, UNSUPPORTED)
             return
-        items = self._reading.get(sender, self._chart.plans[sender.kind]).items
+        items = self._reading.get(sender, self._plan_store.plans[sender.kind]).items
         first = self.first(sender.kind)
         if not items or m.seq >= len(items) + first:
             self._refuse(sender, _SEQUENCE)
@@ -81,23 +81,23 @@ class PlanDownload:
         current = int(m.seq == first and sender.kind == MISSION)
         head = (*sender[:2], m.seq, raw.frame, raw.command, current, raw.autocontinue, *raw.params)
         if m.get_msgId() == dialect.MAVLINK_MSG_ID_MISSION_REQUEST:
-            item = dialect.MAVLink_mission_item_message(*head, *degrees(raw), raw.z, sender.kind)
+            item = dialect.MAVLink_mission_item_message(*head, *xy_of(raw), raw.z, sender.kind)
         else:
             item = dialect.MAVLink_mission_item_int_message(*head, raw.x, raw.y, raw.z, sender.kind)
-        self._voice.say(item)
+        self._output.send(item)
 
-    def _home_item(self) -> RawItem:
-        sea = self._chart.sea
+    def _home_item(self) -> PlanItem:
+        water_frame = self._plan_store.water_frame
         command, frame = dialect.MAV_CMD_NAV_WAYPOINT, dialect.MAV_FRAME_GLOBAL
-        return RawItem(command, frame, 1, 0.0, 0.0, 0.0, 0.0, *at(sea, 0.0, 0.0), sea.surface)
+        return PlanItem(command, frame, 1, 0.0, 0.0, 0.0, 0.0, *geodetic_e7(water_frame, 0.0, 0.0), water_frame.surface)
 
     def _refuse(self, sender: Sender, code: int) -> None:
-        self._voice.say(acknowledgement(self._chart, sender, code))
+        self._output.send(acknowledgement(self._plan_store, sender, code))
 
 
-def acknowledgement(chart: PlanStore, sender: Sender, code: int) -> ExtendedMessage:
+def acknowledgement(plan_store: PlanStore, sender: Sender, code: int) -> ExtendedMessage:
     """MISSION_ACK, with the identity of the plan that stands if all is well."""
-    ident = chart.plans[sender.kind].ident if sender.kind in NAMES and code == ACCEPTED else 0
+    ident = plan_store.plans[sender.kind].ident if sender.kind in NAMES and code == ACCEPTED else 0
     return ExtendedMessage(dialect.MAVLink_mission_ack_message(*sender[:2], code, sender.kind), ident)
 
 

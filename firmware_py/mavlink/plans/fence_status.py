@@ -15,7 +15,7 @@ class FenceStatus:
     def __init__(self) -> None:
         self._count, self._began_ms, self._breach = 0, 0, _NONE
 
-    def watch(self, cycle: Cycle, limits: Limits) -> None:
+    def update(self, cycle: Cycle, limits: Limits) -> None:
         """Sees where the vehicle is."""
         eta = cycle.state.eta
         before, self._breach = self._breach, _NONE
@@ -23,19 +23,19 @@ class FenceStatus:
             self._breach = dialect.FENCE_BREACH_MINALT
         elif limits.fence.breach(eta.x, eta.y):
             self._breach = dialect.FENCE_BREACH_BOUNDARY
-        if self.outside and before == _NONE:
+        if self.outside_fence and before == _NONE:
             self._count = min(self._count + 1, 65535)
             self._began_ms = cycle.tick.t_ns // 1_000_000 & 0xFFFFFFFF
 
     @property
-    def outside(self) -> bool:
+    def outside_fence(self) -> bool:
         """Whether it is beyond the fence, or deeper than it may be."""
         return self._breach != _NONE
 
     @property
     def status(self) -> Message:
         """FENCE_STATUS."""
-        mitigation = dialect.FENCE_MITIGATE_UNKNOWN if self.outside else dialect.FENCE_MITIGATE_NONE
+        mitigation = dialect.FENCE_MITIGATE_UNKNOWN if self.outside_fence else dialect.FENCE_MITIGATE_NONE
         return dialect.MAVLink_fence_status_message(
-            int(self.outside), self._count, self._breach, self._began_ms, mitigation
+            int(self.outside_fence), self._count, self._breach, self._began_ms, mitigation
         )

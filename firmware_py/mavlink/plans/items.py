@@ -47,7 +47,7 @@ class ItemRefused(Exception):
         self.code = code
 
 
-class RawItem(NamedTuple):
+class PlanItem(NamedTuple):
     """An item as MISSION_ITEM_INT says it, without its number; `x` and `y` in units of 1e-7 deg or 1e-4 m."""
 
     command: int
@@ -86,105 +86,105 @@ class Limits(NamedTuple):
     turning: Turning = AS_ASKED
 
 
-def raw_of(message: Message) -> RawItem:
+def item_from_message(message: Message) -> PlanItem:
     """The item of MISSION_ITEM_INT, or of MISSION_ITEM, whose places are numbers of degrees or metres."""
     x, y = message.x, message.y
     if message.get_msgId() == dialect.MAVLINK_MSG_ID_MISSION_ITEM:
         scale = _E7 if message.frame in _GLOBAL else _E4 if message.frame in (_LOCAL, _OFFSET) else 1.0
         x, y = (_int32(value * scale) for value in (x, y))
     params = (message.param1, message.param2, message.param3, message.param4)
-    return RawItem(message.command, message.frame, message.autocontinue, *params, x, y, message.z)
+    return PlanItem(message.command, message.frame, message.autocontinue, *params, x, y, message.z)
 
 
-def from_json(row: list[float | None]) -> RawItem:
+def item_from_json(row: list[float | None]) -> PlanItem:
     """The item that `RawItem.text` made the row of.
 
     Raises:
         TypeError: a row of another length, or with what a field cannot hold.
     """
-    raw = RawItem(*[math.nan if value is None else value for value in row])  # type: ignore[arg-type]
+    item = PlanItem(*[math.nan if value is None else value for value in row])  # type: ignore[arg-type]
     try:
-        _PACKED.pack(*raw)
+        _PACKED.pack(*item)
     except struct.error as error:
         raise TypeError(str(error)) from None
-    return raw
+    return item
 
 
-def degrees(raw: RawItem) -> tuple[float, float]:
+def xy_of(item: PlanItem) -> tuple[float, float]:
     """x and y as MISSION_ITEM has them."""
-    scale = _E7 if raw.frame in _GLOBAL else _E4 if raw.frame == _LOCAL else 1.0
-    return raw.x / scale, raw.y / scale
+    scale = _E7 if item.frame in _GLOBAL else _E4 if item.frame == _LOCAL else 1.0
+    return item.x / scale, item.y / scale
 
 
-def has_place(raw: RawItem) -> bool:
+def has_position(item: PlanItem) -> bool:
     """False where the item leaves it open where it is: nowhere, or at latitude and longitude 0."""
-    return _INT_MAX not in (raw.x, raw.y) and not (raw.frame in _GLOBAL and raw.x == raw.y == 0)
+    return _INT_MAX not in (item.x, item.y) and not (item.frame in _GLOBAL and item.x == item.y == 0)
 
 
-def place(raw: RawItem, sea: WaterFrame) -> tuple[float, float]:
+def position(item: PlanItem, water_frame: WaterFrame) -> tuple[float, float]:
     """(x, y), m.
 
     Raises:
         Refused: a frame that is not known here, or no place.
     """
-    if raw.frame not in (*_GLOBAL, _LOCAL):
-        raise ItemRefused(UNSUPPORTED_FRAME, f"frame {raw.frame} is not known here; use a global one or LOCAL_NED")
-    if raw.frame == _LOCAL:
-        return raw.x / _E4, raw.y / _E4  # int32 in 1e-4 m ends at 215 km
+    if item.frame not in (*_GLOBAL, _LOCAL):
+        raise ItemRefused(UNSUPPORTED_FRAME, f"frame {item.frame} is not known here; use a global one or LOCAL_NED")
+    if item.frame == _LOCAL:
+        return item.x / _E4, item.y / _E4  # int32 in 1e-4 m ends at 215 km
     try:
-        return sea.place(raw.x / _E7, raw.y / _E7)
+        return water_frame.position(item.x / _E7, item.y / _E7)
     except CommandRefused as refusal:
-        at = INVALID_PARAMS[5] if abs(raw.y) > 180 * _E7 else INVALID_PARAMS[4]
-        raise ItemRefused(at, str(refusal)) from None
+        geodetic_e7 = INVALID_PARAMS[5] if abs(item.y) > 180 * _E7 else INVALID_PARAMS[4]
+        raise ItemRefused(geodetic_e7, str(refusal)) from None
 
 
-def depth(raw: RawItem, sea: WaterFrame) -> tuple[float, bool]:
+def depth(item: PlanItem, water_frame: WaterFrame) -> tuple[float, bool]:
     """Depth, m, and False; or altitude above the bottom, m, and True.
 
     Raises:
         Refused: above the water, or no number.
     """
     bad = INVALID_PARAMS[6]
-    if not math.isfinite(raw.z):
-        raise ItemRefused(bad, f"{raw.z:g} is no height")
-    if raw.frame in _TERRAIN:
-        return raw.z, True
+    if not math.isfinite(item.z):
+        raise ItemRefused(bad, f"{item.z:g} is no height")
+    if item.frame in _TERRAIN:
+        return item.z, True
     try:
-        return sea.depth(raw.frame, raw.z), False
+        return water_frame.depth(item.frame, item.z), False
     except CommandRefused as refusal:
         raise ItemRefused(UNSUPPORTED_FRAME if refusal.result == NO_FRAME else bad, str(refusal)) from None
 
 
-def settled(raw: RawItem, here: Eta | None) -> RawItem:
+def resolve_offset(item: PlanItem, here: Eta | None) -> PlanItem:
     """The item in LOCAL_NED, where it is an offset from the vehicle, which is `here`; None where nobody knows.
 
     Raises:
         Refused: nobody knows, or it is too far off.
     """
-    if raw.frame != _OFFSET:
-        return raw
+    if item.frame != _OFFSET:
+        return item
     if here is None:
         unknown = "an offset from the vehicle, whose place is not known; use a global frame or LOCAL_NED"
         raise ItemRefused(UNSUPPORTED_FRAME, unknown)
-    x, y = _int32(raw.x + here.x * _E4), _int32(raw.y + here.y * _E4)
-    if _INT_MAX in (raw.x, raw.y, x, y):
+    x, y = _int32(item.x + here.x * _E4), _int32(item.y + here.y * _E4)
+    if _INT_MAX in (item.x, item.y, x, y):
         raise ItemRefused(INVALID_PARAMS[4], "the offset is no place")
-    return raw._replace(frame=_LOCAL, x=x, y=y, z=raw.z + here.z)
+    return item._replace(frame=_LOCAL, x=x, y=y, z=item.z + here.z)
 
 
-def at(sea: WaterFrame, x: float, y: float) -> tuple[int, int]:
+def geodetic_e7(water_frame: WaterFrame, x: float, y: float) -> tuple[int, int]:
     """Latitude and longitude of (x, y), m, in 1e-7 deg."""
-    latitude, longitude = local_to_geodetic(sea.origin, x, y)
+    latitude, longitude = local_to_geodetic(water_frame.origin, x, y)
     return round(math.degrees(latitude) * _E7), round(math.degrees(longitude) * _E7)
 
 
-def refuse_infinite(raw: RawItem) -> None:
+def refuse_infinite(item: PlanItem) -> None:
     """NaN leaves a parameter open.
 
     Raises:
         Refused: one of the first four is infinite.
     """
-    for value, code in zip(raw.params, INVALID_PARAMS, strict=False):
+    for value, code in zip(item.params, INVALID_PARAMS, strict=False):
         if math.isinf(value):
             raise ItemRefused(code, "a parameter is infinite")
 

@@ -24,11 +24,11 @@ from firmware_py.mavlink.plans.items import (
     UNSUPPORTED,
     ItemRefused,
     Limits,
-    RawItem,
-    at,
+    PlanItem,
     depth,
-    has_place,
-    place,
+    geodetic_e7,
+    has_position,
+    position,
     refuse_infinite,
 )
 from firmware_py.mavlink.plans.path_check import PathCheck
@@ -39,7 +39,7 @@ _LEARN: int = dialect.MAV_CMD_USER_1
 _SPEED: int = dialect.MAV_CMD_DO_CHANGE_SPEED
 _KEEP_SPEED, _OWN_SPEED = -1.0, -2.0
 _SPEED_TYPES = (dialect.SPEED_TYPE_AIRSPEED, dialect.SPEED_TYPE_GROUNDSPEED)
-_FASTEST, _WIDEST, _MOST_TURNS, _LONGEST, _MOST_TIMES = 100.0, 1000.0, 1e4, 1e6, 1e4
+_MAX_SPEED, _MAX_RADIUS, _MAX_TURNS, _MAX_DURATION, _MAX_TIMES = 100.0, 1000.0, 1e4, 1e6, 1e4
 _SHORT_HOLD = 1.0
 """Stations write so short a stay, s, for a place that is not flown through: it is none."""
 _KINDS = (Kind.ZIGZAG, Kind.DOUBLETS, Kind.PRBS)
@@ -48,17 +48,17 @@ _KINDS = (Kind.ZIGZAG, Kind.DOUBLETS, Kind.PRBS)
 class MissionBuilder:
     """A mission that comes item by item; work is done as they come, so that the last one costs no more than others."""
 
-    def __init__(self, sea: WaterFrame, limits: Limits) -> None:
-        self._sea, self._course = sea, PathCheck(limits)
+    def __init__(self, water_frame: WaterFrame, limits: Limits) -> None:
+        self._water_frame, self._path_check = water_frame, PathCheck(limits)
         self.steps: list[Step] = []
-        self.at: list[int] = []
+        self.item_numbers: list[int] = []
         """Of each step the item that it was made of."""
         self._count = 0
         self._speed = 0.0
         self._waypoints: list[str] = []
         self._above: list[int] = []
         self._manoeuvres: list[str] = []
-        self._do: dict[int, Callable[[RawItem], list[Step]]] = {
+        self._handlers: dict[int, Callable[[PlanItem], list[Step]]] = {
             dialect.MAV_CMD_NAV_WAYPOINT: self._waypoint,
             dialect.MAV_CMD_NAV_LOITER_UNLIM: self._loiter,
             dialect.MAV_CMD_NAV_LOITER_TURNS: self._loiter,
@@ -70,18 +70,18 @@ class MissionBuilder:
             _LEARN: self._learn,
         }
 
-    def add(self, raw: RawItem) -> None:
+    def add(self, item: PlanItem) -> None:
         """Takes the next item.
 
         Raises:
             Refused: it cannot be flown.
         """
-        do = self._do.get(raw.command)
-        if do is None:
-            raise ItemRefused(UNSUPPORTED, f"command {raw.command} is none of this vehicle's missions")
-        refuse_infinite(raw)
-        for step in do(raw):
-            self._course.look(self._count, step)
+        handler = self._handlers.get(item.command)
+        if handler is None:
+            raise ItemRefused(UNSUPPORTED, f"command {item.command} is none of this vehicle's missions")
+        refuse_infinite(item)
+        for step in handler(item):
+            self._path_check.check(self._count, step)
             if isinstance(step, Waypoint):
                 if step.above:
                     self._above.append(len(self._waypoints))
@@ -89,7 +89,7 @@ class MissionBuilder:
             elif isinstance(step, Manoeuvre):
                 self._manoeuvres.append(json.dumps({"after": len(self._waypoints), **dump(step)}))
             self.steps.append(step)
-            self.at.append(self._count)
+            self.item_numbers.append(self._count)
         self._count += 1
 
     def finish(self) -> str:
@@ -113,56 +113,58 @@ class MissionBuilder:
 
     def step_of(self, item: int) -> int:
         """The first step that was made of an item or of one behind it."""
-        return next((i for i, at in enumerate(self.at) if at >= item), len(self.at))
+        return next(
+            (i for i, geodetic_e7 in enumerate(self.item_numbers) if geodetic_e7 >= item), len(self.item_numbers)
+        )
 
-    def _waypoint(self, raw: RawItem) -> list[Step]:
-        place_and_pace = (*place(raw, self._sea), *self._depth_and_pace(raw))
-        if raw.p1 > _SHORT_HOLD:
-            return [Loiter(*place_and_pace, 0.0, 0.0, _between(raw.p1, 0.0, _LONGEST, 0, "seconds"))]
-        return [Waypoint(*place_and_pace)]
+    def _waypoint(self, item: PlanItem) -> list[Step]:
+        position_and_speed = (*position(item, self._water_frame), *self._depth_and_speed(item))
+        if item.p1 > _SHORT_HOLD:
+            return [Loiter(*position_and_speed, 0.0, 0.0, _between(item.p1, 0.0, _MAX_DURATION, 0, "seconds"))]
+        return [Waypoint(*position_and_speed)]
 
-    def _loiter(self, raw: RawItem) -> list[Step]:
+    def _loiter(self, item: PlanItem) -> list[Step]:
         turns = duration = 0.0
-        if raw.command == dialect.MAV_CMD_NAV_LOITER_TURNS:
-            turns = _between(raw.p1, 0.01, _MOST_TURNS, 0, "turns")
-        elif raw.command == dialect.MAV_CMD_NAV_LOITER_TIME:
-            duration = _between(raw.p1, 0.01, _LONGEST, 0, "seconds")
-        radius = 0.0 if math.isnan(raw.p3) else _between(raw.p3, -_WIDEST, _WIDEST, 2, "metres of radius")
-        if has_place(raw):
-            x, y = place(raw, self._sea)
+        if item.command == dialect.MAV_CMD_NAV_LOITER_TURNS:
+            turns = _between(item.p1, 0.01, _MAX_TURNS, 0, "turns")
+        elif item.command == dialect.MAV_CMD_NAV_LOITER_TIME:
+            duration = _between(item.p1, 0.01, _MAX_DURATION, 0, "seconds")
+        radius = 0.0 if math.isnan(item.p3) else _between(item.p3, -_MAX_RADIUS, _MAX_RADIUS, 2, "metres of radius")
+        if has_position(item):
+            x, y = position(item, self._water_frame)
         else:
-            x, y = self._place_before()
-        return [Loiter(x, y, *self._depth_and_pace(raw), radius, turns, duration)]
+            x, y = self._previous_position()
+        return [Loiter(x, y, *self._depth_and_speed(item), radius, turns, duration)]
 
-    def _land(self, raw: RawItem) -> list[Step]:
+    def _land(self, item: PlanItem) -> list[Step]:
         """At a place, or where the vehicle is by then."""
-        if not has_place(raw):
+        if not has_position(item):
             return [Surface()]
-        return [*self._waypoint(raw._replace(p1=0.0)), Surface()]
+        return [*self._waypoint(item._replace(p1=0.0)), Surface()]
 
-    def _jump(self, raw: RawItem) -> list[Step]:
+    def _jump(self, item: PlanItem) -> list[Step]:
         """To an item, until `finish` knows its step."""
-        to, times = _between(raw.p1, 0.0, 65535.0, 0, "an item"), _between(raw.p2, -1.0, _MOST_TIMES, 1, "times")
+        to, times = _between(item.p1, 0.0, 65535.0, 0, "an item"), _between(item.p2, -1.0, _MAX_TIMES, 1, "times")
         return [Jump(int(to), int(times))]
 
-    def _change_speed(self, raw: RawItem) -> list[Step]:
-        if raw.p1 not in _SPEED_TYPES:
-            raise ItemRefused(INVALID_PARAMS[0], f"speed type {raw.p1:g}: only speed ahead (0 or 1) can be changed")
-        if raw.p2 == _OWN_SPEED:
+    def _change_speed(self, item: PlanItem) -> list[Step]:
+        if item.p1 not in _SPEED_TYPES:
+            raise ItemRefused(INVALID_PARAMS[0], f"speed type {item.p1:g}: only speed ahead (0 or 1) can be changed")
+        if item.p2 == _OWN_SPEED:
             self._speed = 0.0
-        elif raw.p2 != _KEEP_SPEED:
-            self._speed = _between(raw.p2, 0.01, _FASTEST, 1, "m/s ahead")
+        elif item.p2 != _KEEP_SPEED:
+            self._speed = _between(item.p2, 0.01, _MAX_SPEED, 1, "m/s ahead")
         return []
 
-    def _learn(self, raw: RawItem) -> list[Step]:
-        if raw.p1 not in range(len(_KINDS)):
-            raise ItemRefused(INVALID_PARAMS[0], f"manoeuvre {raw.p1:g}: 0 zigzag, 1 doublets, 2 PRBS")
-        kind = _KINDS[int(raw.p1)]
-        keys = {"duration_s": raw.p2, "delta_s_deg": raw.p3, "delta_r_deg": raw.p4}
+    def _learn(self, item: PlanItem) -> list[Step]:
+        if item.p1 not in range(len(_KINDS)):
+            raise ItemRefused(INVALID_PARAMS[0], f"manoeuvre {item.p1:g}: 0 zigzag, 1 doublets, 2 PRBS")
+        kind = _KINDS[int(item.p1)]
+        keys = {"duration_s": item.p2, "delta_s_deg": item.p3, "delta_r_deg": item.p4}
         if kind is Kind.ZIGZAG:
-            keys |= {"pitch_deg": raw.x * 1e-3, "heading_deg": raw.y * 1e-3}
+            keys |= {"pitch_deg": item.x * 1e-3, "heading_deg": item.y * 1e-3}
         else:
-            keys |= {"clock_s": raw.x * 1e-3, "register": raw.y}
+            keys |= {"clock_s": item.x * 1e-3, "register": item.y}
         given = {key: 0.0 if value == -1.0 else value for key, value in keys.items() if value == value and value}
         table = {"kind": kind.name.lower(), **given, "speed_m_s": self._speed}
         try:
@@ -179,58 +181,61 @@ class MissionBuilder:
             number = next((n for key, n in numbers.items() if key in str(error)), 5)
             raise ItemRefused(INVALID_PARAMS[number], str(error)) from None
 
-    def _depth_and_pace(self, raw: RawItem) -> tuple[float, float, bool]:
-        z, above = depth(raw, self._sea)
+    def _depth_and_speed(self, item: PlanItem) -> tuple[float, float, bool]:
+        z, above = depth(item, self._water_frame)
         return z, self._speed, above
 
-    def _place_before(self) -> tuple[float, float]:
+    def _previous_position(self) -> tuple[float, float]:
         for step in reversed(self.steps):
             if isinstance(step, Waypoint | Loiter):
                 return step.x, step.y
         raise ItemRefused(INVALID_PARAMS[4], "no place is given, and no item before it has one")
 
 
-def items_of(mission: Mission, sea: WaterFrame) -> list[RawItem]:
+def items_of(mission: Mission, water_frame: WaterFrame) -> list[PlanItem]:
     """The items that `MissionBuilder` makes a mission of."""
-    raws: list[RawItem] = []
+    items: list[PlanItem] = []
     number: list[int] = []
     speed = 0.0
     for step in mission.items:
-        number.append(len(raws))
+        number.append(len(items))
         wanted = _speed_of(step)
         if wanted is not None and wanted != speed:
-            raws.append(_raw(_SPEED, MISSION_FRAME, 1.0, wanted or _OWN_SPEED))
+            items.append(_item(_SPEED, MISSION_FRAME, 1.0, wanted or _OWN_SPEED))
             speed = wanted
-        raws.append(_item_of(step, sea))
+        items.append(_item_of(step, water_frame))
     return [
-        raw._replace(p1=float(number[int(raw.p1)])) if raw.command == dialect.MAV_CMD_DO_JUMP else raw for raw in raws
+        item._replace(p1=float(number[int(item.p1)])) if item.command == dialect.MAV_CMD_DO_JUMP else item
+        for item in items
     ]
 
 
-def _item_of(step: Step, sea: WaterFrame) -> RawItem:
+def _item_of(step: Step, water_frame: WaterFrame) -> PlanItem:
     if isinstance(step, Waypoint):
-        return _raw(dialect.MAV_CMD_NAV_WAYPOINT, *_placed(step, sea))
+        return _item(dialect.MAV_CMD_NAV_WAYPOINT, *_frame_to_z(step, water_frame))
     if isinstance(step, Loiter):
         command = dialect.MAV_CMD_NAV_LOITER_TIME if step.duration else dialect.MAV_CMD_NAV_LOITER_UNLIM
         command = dialect.MAV_CMD_NAV_LOITER_TURNS if step.turns else command
-        frame, *_, x, y, z = _placed(step, sea)
-        return _raw(command, frame, step.turns or step.duration, 0.0, step.radius, math.nan, x, y, z)
+        frame, *_, x, y, z = _frame_to_z(step, water_frame)
+        return _item(command, frame, step.turns or step.duration, 0.0, step.radius, math.nan, x, y, z)
     if isinstance(step, Jump):
-        return _raw(dialect.MAV_CMD_DO_JUMP, MISSION_FRAME, float(step.to), float(step.times))
+        return _item(dialect.MAV_CMD_DO_JUMP, MISSION_FRAME, float(step.to), float(step.times))
     if isinstance(step, Surface):
         rally = dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH
-        return _raw(rally if step.rally else dialect.MAV_CMD_NAV_LAND, RELATIVE)
+        return _item(rally if step.rally else dialect.MAV_CMD_NAV_LAND, RELATIVE)
     table = dump(step)
     keys = ("pitch_deg", "heading_deg") if step.kind is Kind.ZIGZAG else ("clock_s", "register")
     x, y = (round(table[key] * (1 if key == "register" else 1000)) for key in keys)
     delta_s, delta_r = (table[key] or -1.0 for key in ("delta_s_deg", "delta_r_deg"))
-    return _raw(_LEARN, MISSION_FRAME, float(_KINDS.index(step.kind)), step.duration, delta_s, delta_r, x, y)
+    return _item(_LEARN, MISSION_FRAME, float(_KINDS.index(step.kind)), step.duration, delta_s, delta_r, x, y)
 
 
-def _placed(step: Waypoint | Loiter, sea: WaterFrame) -> tuple[int, float, float, float, float, int, int, float]:
+def _frame_to_z(
+    step: Waypoint | Loiter, water_frame: WaterFrame
+) -> tuple[int, float, float, float, float, int, int, float]:
     """Frame to z of an item."""
     frame = TERRAIN if step.above else RELATIVE
-    return frame, 0.0, 0.0, 0.0, math.nan, *at(sea, step.x, step.y), step.z if step.above else -step.z
+    return frame, 0.0, 0.0, 0.0, math.nan, *geodetic_e7(water_frame, step.x, step.y), step.z if step.above else -step.z
 
 
 def _speed_of(step: Step) -> float | None:
@@ -239,11 +244,11 @@ def _speed_of(step: Step) -> float | None:
     return step.u if isinstance(step, Waypoint | Loiter) else None
 
 
-def _raw(
+def _item(
     command: int, frame: int, p1: float = 0.0, p2: float = 0.0, p3: float = 0.0, p4: float = 0.0,
     x: int = 0, y: int = 0, z: float = 0.0,
-) -> RawItem:  # fmt: skip
-    return RawItem(command, frame, 1, p1, p2, p3, p4, x, y, z)
+) -> PlanItem:  # fmt: skip
+    return PlanItem(command, frame, 1, p1, p2, p3, p4, x, y, z)
 
 
 def _between(value: float, low: float, high: float, param: int, what: str) -> float:

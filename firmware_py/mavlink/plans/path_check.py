@@ -17,14 +17,14 @@ from firmware_py.mavlink.plans.items import INVALID, INVALID_PARAMS, ItemRefused
 from firmware_py.records.fence import Fence
 from firmware_py.records.order import Jump, Loiter, Step, Surface, Waypoint
 
-_HIGHEST = 6000.0
-_LEEWAY = 1.0 / 12.0
+_MAX_ALTITUDE = 6000.0
+_MISS_SHARE = 1.0 / 12.0
 """So much of its radius a circle may be missed by, to either side."""
-_MOST_WAYS = 16
+_MAX_STARTS = 16
 """To one item, by jumps forward: what an item costs is bounded."""
 
 
-class _Spot(NamedTuple):
+class _Target(NamedTuple):
     """A place, m, and the radius of the circle around it that is flown there; 0 of a waypoint."""
 
     x: float
@@ -37,60 +37,60 @@ class PathCheck:
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
-        self._spots: list[tuple[int, _Spot]] = []
-        self._from: set[_Spot] = set()
-        self._ahead: dict[int, set[_Spot]] = {}
+        self._targets: list[tuple[int, _Target]] = []
+        self._starts: set[_Target] = set()
+        self._jumped_to: dict[int, set[_Target]] = {}
 
-    def look(self, number: int, step: Step) -> None:
+    def check(self, number: int, step: Step) -> None:
         """Looks at the next step, made of the item of that number, by which jumps name it too.
 
         Raises:
             Refused: it is too deep, too near to the bottom or beyond the fence, or the way to it is.
         """
-        for to in [to for to in self._ahead if to <= number]:
-            self._from |= self._ahead.pop(to)
+        for to in [to for to in self._jumped_to if to <= number]:
+            self._starts |= self._jumped_to.pop(to)
         if isinstance(step, Jump):
             if step.times != 0:
-                self._leap(number, step)
+                self._check_jump(number, step)
         elif isinstance(step, Waypoint | Loiter):
-            self._come(number, step)
+            self._check_leg_to(number, step)
         elif isinstance(step, Surface):
-            self._from = set()
+            self._starts = set()
 
-    def _come(self, number: int, step: Waypoint | Loiter) -> None:
+    def _check_leg_to(self, number: int, step: Waypoint | Loiter) -> None:
         limits = self._limits
-        if step.above and not limits.altitude_min <= step.z <= _HIGHEST:
+        if step.above and not limits.altitude_min <= step.z <= _MAX_ALTITUDE:
             raise ItemRefused(INVALID_PARAMS[6], f"{step.z:g} m above the bottom, floor {limits.altitude_min:g} m")
         if not step.above and step.z > limits.depth_max:
             raise ItemRefused(INVALID_PARAMS[6], f"depth {step.z:.1f} m, limit {limits.depth_max:g} m")
-        spot = _spot(step, limits)
-        if why := _around(spot, limits.fence):
+        target = _target_of(step, limits)
+        if why := _circle_problem(target, limits.fence):
             raise ItemRefused(INVALID_PARAMS[4], why)
-        for start in self._from:
-            self._go(start, spot, "the way to it")
-        self._from = {spot}
-        self._spots.append((number, spot))
+        for start in self._starts:
+            self._check_leg(start, target, "the way to it")
+        self._starts = {target}
+        self._targets.append((number, target))
 
-    def _leap(self, number: int, jump: Jump) -> None:
+    def _check_jump(self, number: int, jump: Jump) -> None:
         """Back to a place that is known, or on to the one that comes next behind an item."""
-        at = bisect_left(self._spots, jump.to, key=lambda spot: spot[0])
-        if at < len(self._spots):
-            for start in self._from:
-                self._go(start, self._spots[at][1], "the way back")
+        at = bisect_left(self._targets, jump.to, key=lambda target: target[0])
+        if at < len(self._targets):
+            for start in self._starts:
+                self._check_leg(start, self._targets[at][1], "the way back")
         elif jump.to > number:
-            ways = self._ahead.setdefault(jump.to, set())
-            ways |= self._from
-            if len(ways) > _MOST_WAYS:
-                raise ItemRefused(INVALID, f"from more than {_MOST_WAYS} places jumps lead to one item")
+            starts = self._jumped_to.setdefault(jump.to, set())
+            starts |= self._starts
+            if len(starts) > _MAX_STARTS:
+                raise ItemRefused(INVALID, f"from more than {_MAX_STARTS} places jumps lead to one item")
         if jump.times < 0:
-            self._from = set()
+            self._starts = set()
 
-    def _go(self, start: _Spot, end: _Spot, way: str) -> None:
-        if why := _barred(start, end, self._limits):
+    def _check_leg(self, start: _Target, end: _Target, way: str) -> None:
+        if why := _leg_problem(start, end, self._limits):
             raise ItemRefused(INVALID_PARAMS[4], f"{way} is {why}")
 
 
-def first_way(steps: Sequence[Step], at: int, x: float, y: float, limits: Limits) -> tuple[int, str] | None:
+def check_first_leg(steps: Sequence[Step], at: int, x: float, y: float, limits: Limits) -> tuple[int, str] | None:
     """What is wrong with the straight way from (x, y), m, to the first place that is flown to from a step on.
 
     Returns:
@@ -99,7 +99,7 @@ def first_way(steps: Sequence[Step], at: int, x: float, y: float, limits: Limits
     for _ in steps:
         step = steps[at] if at < len(steps) else None
         if isinstance(step, Waypoint | Loiter):
-            why = _barred(_Spot(x, y, 0.0), _spot(step, limits), limits)
+            why = _leg_problem(_Target(x, y, 0.0), _target_of(step, limits), limits)
             return (at, why) if why else None
         if not isinstance(step, Jump):
             break
@@ -107,37 +107,43 @@ def first_way(steps: Sequence[Step], at: int, x: float, y: float, limits: Limits
     return None
 
 
-def guided_way(here: tuple[float, float] | None, x: float, y: float, u: float, limits: Limits) -> str:
+def check_guided(here: tuple[float, float] | None, x: float, y: float, u: float, limits: Limits) -> str:
     """What is wrong with circling about (x, y), m, at u, m/s (0 of the cruising speed), and with the way there.
 
     `here` is where the vehicle is, None where nobody knows.
     """
     turning = limits.turning
-    spot = _Spot(x, y, turning.radius(0.0, turning.speed(u)))
+    target = _Target(x, y, turning.radius(0.0, turning.speed(u)))
     if why := limits.fence.breach(x, y):
         return f"the place is {why}"
-    if why := _around(spot, limits.fence):
-        return f"the circle around the place, {spot.radius:.0f} m wide to all sides, is {why}"
-    if here is not None and not limits.fence.breach(*here) and (why := _barred(_Spot(*here, 0.0), spot, limits)):
+    if why := _circle_problem(target, limits.fence):
+        return f"the circle around the place, {target.radius:.0f} m wide to all sides, is {why}"
+    if (
+        here is not None
+        and not limits.fence.breach(*here)
+        and (why := _leg_problem(_Target(*here, 0.0), target, limits))
+    ):
         return f"the way to the place is {why}"
     return ""
 
 
-def _spot(step: Waypoint | Loiter, limits: Limits) -> _Spot:
+def _target_of(step: Waypoint | Loiter, limits: Limits) -> _Target:
     turning = limits.turning
     radius = turning.radius(step.radius, turning.speed(step.u)) if isinstance(step, Loiter) else 0.0
-    return _Spot(step.x, step.y, radius)
+    return _Target(step.x, step.y, radius)
 
 
-def _around(spot: _Spot, fence: Fence) -> str:
+def _circle_problem(target: _Target, fence: Fence) -> str:
     """What is wrong with a circle, or with its centre if it has no radius."""
-    if spot.radius == 0.0:
-        return fence.breach(spot.x, spot.y)
-    rims = (fence.ringed(spot.x, spot.y, spot.radius * share) for share in (1.0, 1.0 - _LEEWAY, 1.0 + _LEEWAY))
+    if target.radius == 0.0:
+        return fence.breach(target.x, target.y)
+    rims = (
+        fence.ringed(target.x, target.y, target.radius * share) for share in (1.0, 1.0 - _MISS_SHARE, 1.0 + _MISS_SHARE)
+    )
     return next((why for why in rims if why), "")
 
 
-def _barred(start: _Spot, end: _Spot, limits: Limits) -> str:
+def _leg_problem(start: _Target, end: _Target, limits: Limits) -> str:
     """From where a circle is left to where the next one is joined, which is on the line of their centres."""
     dx, dy = end.x - start.x, end.y - start.y
     far = math.hypot(dx, dy) or 1.0

@@ -15,39 +15,39 @@ class PlanRevalidation:
     """`wrong` is the first item that should not be flown, and why; None if there is none, or as long as it looks."""
 
     def __init__(self) -> None:
-        self.wrong: tuple[int, str] | None = None
+        self.problem: tuple[int, str] | None = None
         self._left: Iterator[tuple[int, str] | None] = iter(())
-        self.going = False
+        self.running = False
 
-    def begin(self, steps: Sequence[Step], at: Sequence[int], limits: Limits) -> None:
+    def start(self, steps: Sequence[Step], at: Sequence[int], limits: Limits) -> None:
         """Looks at all steps from the first on; `at` has of each the item that it was made of."""
-        self.wrong, self.going = None, True
-        self._left = _looks(tuple(steps), tuple(at), limits)
+        self.problem, self.running = None, True
+        self._left = _checks(tuple(steps), tuple(at), limits)
 
-    def forget(self) -> None:
+    def cancel(self) -> None:
         """There is nothing to look at: the mission was looked at as it came."""
-        self.wrong, self.going = None, False
+        self.problem, self.running = None, False
 
-    def go_on(self) -> bool:
+    def advance(self) -> bool:
         """Looks at the next few steps; True if something is wrong with one of them."""
         for _ in range(_STEPS_PER_TICK):
-            if not self.going:
+            if not self.running:
                 return False
             try:
-                self.wrong = next(self._left)
+                self.problem = next(self._left)
             except StopIteration:
-                self.going = False
-            if self.wrong is not None:
-                self.going = False
+                self.running = False
+            if self.problem is not None:
+                self.running = False
                 return True
         return False
 
 
-def _looks(steps: Sequence[Step], at: Sequence[int], limits: Limits) -> Iterator[tuple[int, str] | None]:
-    course = PathCheck(limits)
+def _checks(steps: Sequence[Step], at: Sequence[int], limits: Limits) -> Iterator[tuple[int, str] | None]:
+    path_check = PathCheck(limits)
     for i, step in enumerate(steps):  # the jumps of a whole mission name steps
         try:
-            course.look(i, step)
+            path_check.check(i, step)
         except ItemRefused as refused:
             yield at[i], str(refused)
         yield None

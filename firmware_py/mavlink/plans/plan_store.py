@@ -16,16 +16,16 @@ from firmware_py.mavlink.base.message_extensions import ExtendedMessage
 from firmware_py.mavlink.commands.setpoints import WaterFrame
 from firmware_py.mavlink.plans.fence_status import FenceStatus
 from firmware_py.mavlink.plans.items import INVALID_PARAMS, ItemRefused, Limits
-from firmware_py.mavlink.plans.path_check import first_way, guided_way
+from firmware_py.mavlink.plans.path_check import check_first_leg, check_guided
 from firmware_py.mavlink.plans.plan_builder import FENCE, FILES, MISSION, NAMES, RALLY, Plan, PlanBuilder
 from firmware_py.mavlink.plans.plan_revalidation import PlanRevalidation
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.fence import Fence, Place
 from firmware_py.records.order import Mode, Step
 
-_PLACES_PER_TICK = 4
+_CHECKS_PER_TICK = 4
 """Of a fence with many corners, a place that a station sends costs half a millisecond."""
-KNOWN_PLACE = 10.0
+KNOWN_POSITION = 10.0
 """A place is known up to this 1 sigma, m."""
 _JUMP = dialect.MAV_CMD_DO_JUMP
 _NO_MISSION, _NOT_STARTED, _ACTIVE, _PAUSED, _COMPLETE = 1, 2, 3, 4, 5
@@ -35,11 +35,11 @@ _NO_MISSION, _NOT_STARTED, _ACTIVE, _PAUSED, _COMPLETE = 1, 2, 3, 4, 5
 class PlanStore:
     """What the links share. `busy` is who is sending a plan now, by link, system and component; None is nobody."""
 
-    def __init__(self, sea: WaterFrame, plans: Mapping[int, PlanBuilder] | None = None) -> None:
+    def __init__(self, water_frame: WaterFrame, plans: Mapping[int, PlanBuilder] | None = None) -> None:
         """`plans` are those that were kept, or came with the configuration."""
-        self.sea = sea
+        self.water_frame = water_frame
         self.plans = {kind: Plan() for kind in NAMES}
-        self.second_look = PlanRevalidation()
+        self.revalidation = PlanRevalidation()
         self._limits = Limits()
         self.steps: Sequence[Step] = ()
         self.rally: Sequence[Place] = ()
@@ -51,26 +51,26 @@ class PlanStore:
         self._unsaved: dict[int, bytes] = {}
         self._step = -1
         self._flown = self._begun = self._done = False
-        self._breaches = FenceStatus()
-        self._looked = 0
+        self._fence_status = FenceStatus()
+        self._checked = 0
         """Places that were asked for since the last cycle."""
-        for kind, draft in (plans or {}).items():
-            self._put(kind, draft)
+        for kind, builder in (plans or {}).items():
+            self._install(kind, builder)
 
-    def draft(self, kind: int) -> PlanBuilder:
+    def builder(self, kind: int) -> PlanBuilder:
         """An empty plan, to be filled and taken."""
-        return PlanBuilder(kind, self.sea, self._limits, self._here)
+        return PlanBuilder(kind, self.water_frame, self._limits, self._here)
 
-    def limit(self, depth_max: float | None = None, altitude_min: float | None = None) -> None:
+    def set_limits(self, depth_max: float | None = None, altitude_min: float | None = None) -> None:
         """The supervisor's limits, m, from now on; None leaves what is there."""
         limits = self._limits
         depth_max = limits.depth_max if depth_max is None else depth_max
         altitude_min = limits.altitude_min if altitude_min is None else altitude_min
-        self._restrict(limits._replace(depth_max=depth_max, altitude_min=altitude_min))
+        self._apply_limits(limits._replace(depth_max=depth_max, altitude_min=altitude_min))
 
-    def turn(self, **numbers: float) -> None:
+    def set_turning(self, **numbers: float) -> None:
         """What changes of `Turning`: how wide circles are from now on."""
-        self._restrict(self._limits._replace(turning=self._limits.turning._replace(**numbers)))
+        self._apply_limits(self._limits._replace(turning=self._limits.turning._replace(**numbers)))
 
     @property
     def fence(self) -> Fence:
@@ -78,17 +78,17 @@ class PlanStore:
         return self._limits.fence
 
     @property
-    def outside(self) -> bool:
+    def outside_fence(self) -> bool:
         """Whether the vehicle is beyond the fence, or deeper than it may be."""
-        return self._breaches.outside
+        return self._fence_status.outside_fence
 
     @property
-    def stranded(self) -> str:
+    def rally_outside_fence(self) -> str:
         """Which rally point is beyond the fence, in words for people; "" if none is."""
         wrong = ((i, self.fence.breach(*place)) for i, place in enumerate(self.rally))
         return next((f"rally point {i} is {why}: nobody returns to it" for i, why in wrong if why), "")
 
-    def first_way(self, step: int | None = None) -> tuple[int, str] | None:
+    def check_first_leg(self, step: int | None = None) -> tuple[int, str] | None:
         """What is wrong with the way from here to the next place from a step on, or from where the mission was left.
 
         Returns:
@@ -97,47 +97,47 @@ class PlanStore:
         if self._here is None:
             return None
         at = max(self._step, 0) if step is None else step
-        wrong = first_way(self.steps, at, self._here.x, self._here.y, self._limits)
-        return None if wrong is None else (self.plans[MISSION].at[wrong[0]], wrong[1])
+        wrong = check_first_leg(self.steps, at, self._here.x, self._here.y, self._limits)
+        return None if wrong is None else (self.plans[MISSION].item_numbers[wrong[0]], wrong[1])
 
-    def take(self, draft: PlanBuilder) -> None:
+    def replace(self, builder: PlanBuilder) -> None:
         """Puts a plan in the place of the old one.
 
         Raises:
             Refused: what came makes no plan; the old one stays.
         """
-        document = self._put(draft.kind, draft)
-        self._changes[draft.kind] = document
-        self._unsaved[draft.kind] = draft.saved
+        document = self._install(builder.kind, builder)
+        self._changes[builder.kind] = document
+        self._unsaved[builder.kind] = builder.file_content
 
-    def guided(self, x: float, y: float, u: float) -> str:
+    def check_position(self, x: float, y: float, u: float) -> str:
         """What is wrong with going from here to (x, y), m, at u, m/s, and around it, by the fence."""
-        self._looked += 1
-        if self._looked > _PLACES_PER_TICK:
+        self._checked += 1
+        if self._checked > _CHECKS_PER_TICK:
             return "too many places are asked for at once; send it again"
         here = None if self._here is None else (self._here.x, self._here.y)
-        return guided_way(here, x, y, u, self._limits)
+        return check_guided(here, x, y, u, self._limits)
 
     def changes(self) -> tuple[str, ...]:
         """See `service.Keeper`."""
         changes, self._changes = tuple(self._changes.values()), {}
         return changes
 
-    def saves(self) -> list[tuple[str, bytes]]:
+    def files_to_save(self) -> list[tuple[str, bytes]]:
         """See `service.Keeper`."""
-        saves, self._unsaved = [(FILES[kind], content) for kind, content in self._unsaved.items()], {}
-        return saves
+        files_to_save, self._unsaved = [(FILES[kind], content) for kind, content in self._unsaved.items()], {}
+        return files_to_save
 
-    def listen(self, reached: Callable[[int], None], objects: Callable[[], None]) -> None:
+    def subscribe(self, on_reached: Callable[[int], None], on_not_flyable: Callable[[], None]) -> None:
         """`reached` is told of every item of the mission that was reached, `objects` that one must not be flown."""
-        self._listeners.append((reached, objects))
+        self._listeners.append((on_reached, on_not_flyable))
 
     def step_of(self, item: int) -> int:
         """The mission's step that an item, or the next one that makes a step, was made into."""
-        at = self.plans[MISSION].at
+        at = self.plans[MISSION].item_numbers
         return next((i for i, made_of in enumerate(at) if made_of >= item), len(at))
 
-    def watch(self, cycle: Cycle) -> None:
+    def update(self, cycle: Cycle) -> None:
         """Sees which items were reached, and whether the vehicle is within the fence."""
         step, before = cycle.reference.item, self._step
         mode = cycle.mode.mode
@@ -148,34 +148,36 @@ class PlanStore:
         self._begun = self._begun or self._flown
         self._done = cycle.mode.mission_done
         if mode is Mode.MISSION and step != before >= 0 and cycle.order.jump < 0 and not cycle.order.changes:
-            self._tell(before, step)
+            self._notify_reached(before, step)
         state, eta = cycle.state, cycle.state.eta
-        known = state.depth_ok and state.position_std <= KNOWN_PLACE and math.isfinite(eta.x + eta.y + eta.z)
+        known = state.depth_ok and state.position_std <= KNOWN_POSITION and math.isfinite(eta.x + eta.y + eta.z)
         self._here = eta if known else None
-        self._looked = 0
-        self._breaches.watch(cycle, self._limits)
-        if self.second_look.going and (self.second_look.go_on() or self._cut_off):
-            for _, objects in self._listeners:
-                objects()
+        self._checked = 0
+        self._fence_status.update(cycle, self._limits)
+        if self.revalidation.running and (self.revalidation.advance() or self._rest_blocked):
+            for _, on_not_flyable in self._listeners:
+                on_not_flyable()
 
     def current(self, cycle: Cycle, home: bool) -> Message:
         """MISSION_CURRENT; with a `home` items are counted from 1, for it is item 0."""
         mission, fence, rally = (self.plans[kind] for kind in (MISSION, FENCE, RALLY))
         count, mode = len(mission.items), cycle.mode.mode
         step = cycle.reference.item
-        item = mission.at[step] if 0 <= step < len(mission.at) else max(count - 1, 0)
+        item = mission.item_numbers[step] if 0 <= step < len(mission.item_numbers) else max(count - 1, 0)
         suspended = 1 if mode is Mode.MISSION else 2
-        said = dialect.MAVLink_mission_current_message(item + home if count else 0, count, self._state(mode), suspended)
-        return ExtendedMessage(said, mission.ident, fence.ident, rally.ident)
+        message = dialect.MAVLink_mission_current_message(
+            item + home if count else 0, count, self._state(mode), suspended
+        )
+        return ExtendedMessage(message, mission.ident, fence.ident, rally.ident)
 
     def fence_status(self, _: Cycle) -> Message:
         """FENCE_STATUS."""
-        return self._breaches.status
+        return self._fence_status.status
 
     @property
-    def _cut_off(self) -> bool:
+    def _rest_blocked(self) -> bool:
         """Whether the mission is flown, its places are free, and the way that is left to the next one is not."""
-        return self._flown and not self.second_look.going and self.first_way() is not None
+        return self._flown and not self.revalidation.running and self.check_first_leg() is not None
 
     def _state(self, mode: Mode) -> int:
         if not self.plans[MISSION].items:
@@ -186,36 +188,36 @@ class PlanStore:
             return _COMPLETE
         return _PAUSED if self._begun else _NOT_STARTED
 
-    def _put(self, kind: int, draft: PlanBuilder) -> str:
-        plan, document = draft.finish()
+    def _install(self, kind: int, builder: PlanBuilder) -> str:
+        plan, document = builder.finish()
         if kind == MISSION and self._flown and self._here is not None:
-            wrong = first_way(draft.content.steps, 0, self._here.x, self._here.y, self._limits)
+            wrong = check_first_leg(builder.content.steps, 0, self._here.x, self._here.y, self._limits)
             if wrong is not None:
                 raise ItemRefused(INVALID_PARAMS[4], f"it would begin at once, and the way to it is {wrong[1]}")
         self.plans[kind] = plan
         if kind == RALLY:
-            self.rally = draft.content.points
+            self.rally = builder.content.points
         if kind == FENCE:
-            self._restrict(self._limits._replace(fence=draft.content.fence))
+            self._apply_limits(self._limits._replace(fence=builder.content.fence))
         if kind == MISSION:
             self._step, self._begun = -1, False
-            self.steps = draft.content.steps
-            self.second_look.forget()
-            if draft.limits != self._limits:
-                self.second_look.begin(self.steps, self.plans[MISSION].at, self._limits)
+            self.steps = builder.content.steps
+            self.revalidation.cancel()
+            if builder.limits != self._limits:
+                self.revalidation.start(self.steps, self.plans[MISSION].item_numbers, self._limits)
         return document
 
-    def _restrict(self, limits: Limits) -> None:
+    def _apply_limits(self, limits: Limits) -> None:
         if limits != self._limits:
             self._limits = limits
-            self.second_look.begin(self.steps, self.plans[MISSION].at, limits)
+            self.revalidation.start(self.steps, self.plans[MISSION].item_numbers, limits)
 
-    def _tell(self, before: int, step: int) -> None:
+    def _notify_reached(self, before: int, step: int) -> None:
         """Every item between is reached, up to a jump; after a jump back the one before."""
-        items, at = self.plans[MISSION].items, self.plans[MISSION].at
+        items, at = self.plans[MISSION].items, self.plans[MISSION].item_numbers
         passed = at[before : step if step > before else before + 1]
         for item in dict.fromkeys(passed):
             if items[item].command == _JUMP:
                 break
-            for reached, _ in self._listeners:
-                reached(item)
+            for on_reached, _ in self._listeners:
+                on_reached(item)

@@ -14,13 +14,13 @@ import math
 from dataclasses import dataclass
 
 from firmware_py.mavlink.base.codec import Message, dialect
-from firmware_py.mavlink.base.link_output import REJECTED, WARNING, Command, CommandRefused, Do, LinkOutput
+from firmware_py.mavlink.base.link_output import REJECTED, WARNING, Command, CommandHandler, CommandRefused, LinkOutput
 from firmware_py.mavlink.base.modes import Identity
-from firmware_py.mavlink.base.service import Hear
+from firmware_py.mavlink.base.service import MessageHandler
 from firmware_py.mavlink.commands.queue import CommandQueue, PendingCommand
 from firmware_py.mavlink.plans.download import PlanDownload, Sender, acknowledgement, sender_of
-from firmware_py.mavlink.plans.items import ACCEPTED, ERROR, UNSUPPORTED, ItemRefused, raw_of
-from firmware_py.mavlink.plans.plan_builder import FENCE, MISSION, MOST_ITEMS, NAMES, PlanBuilder
+from firmware_py.mavlink.plans.items import ACCEPTED, ERROR, UNSUPPORTED, ItemRefused, item_from_message
+from firmware_py.mavlink.plans.plan_builder import FENCE, MAX_ITEMS, MISSION, NAMES, PlanBuilder
 from firmware_py.mavlink.plans.plan_store import PlanStore
 from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Mode
 from firmware_py.schedule import NS_PER_S, Tick
@@ -42,7 +42,7 @@ class _Upload:
 
     sender: Sender
     count: int
-    draft: PlanBuilder
+    builder: PlanBuilder
     heard_ns: int
     asked_ns: int
     next: int = 0
@@ -62,22 +62,22 @@ class PlanUpload:
     """Of one link."""
 
     def __init__(
-        self, link: int, chart: PlanStore, voice: LinkOutput, orders: CommandQueue, identity: Identity
+        self, link: int, plan_store: PlanStore, output: LinkOutput, queue: CommandQueue, identity: Identity
     ) -> None:
-        self._link, self._chart, self._voice, self._orders = link, chart, voice, orders
+        self._link, self._plan_store, self._output, self._queue = link, plan_store, output, queue
         self._home = identity is Identity.ARDUSUB
         self._upload: _Upload | None = None
         self._ended: _Ended | None = None
-        self._reading = PlanDownload(chart, voice, self._home)
-        chart.listen(self._reached, self._object)
+        self._download = PlanDownload(plan_store, output, self._home)
+        plan_store.subscribe(self._item_reached, self._warn_not_flyable)
 
-    def hears(self) -> dict[int, Hear]:
+    def message_handlers(self) -> dict[int, MessageHandler]:
         """See `service.Service`."""
         return {
-            dialect.MAVLINK_MSG_ID_MISSION_COUNT: self._count,
-            dialect.MAVLINK_MSG_ID_MISSION_ITEM_INT: self._item,
-            dialect.MAVLINK_MSG_ID_MISSION_ITEM: self._item,
-            **self._reading.hears(),
+            dialect.MAVLINK_MSG_ID_MISSION_COUNT: self._count_received,
+            dialect.MAVLINK_MSG_ID_MISSION_ITEM_INT: self._item_received,
+            dialect.MAVLINK_MSG_ID_MISSION_ITEM: self._item_received,
+            **self._download.message_handlers(),
             dialect.MAVLINK_MSG_ID_MISSION_ACK: self._acknowledged,
             dialect.MAVLINK_MSG_ID_MISSION_CLEAR_ALL: self._clear,
             dialect.MAVLINK_MSG_ID_MISSION_SET_CURRENT: self._set_current,
@@ -85,7 +85,7 @@ class PlanUpload:
             dialect.MAVLINK_MSG_ID_MISSION_WRITE_PARTIAL_LIST: self._partial,
         }
 
-    def does(self) -> dict[int, Do]:
+    def command_handlers(self) -> dict[int, CommandHandler]:
         """Who does which command."""
         return {
             dialect.MAV_CMD_MISSION_START: self._start,
@@ -93,18 +93,18 @@ class PlanUpload:
             dialect.MAV_CMD_DO_FENCE_ENABLE: self._enable_fence,
         }
 
-    def objection(self, item: int | None = None) -> str:
+    def mission_refusal(self, item: int | None = None) -> str:
         """What is wrong with flying the mission, from an item on or from where it was left; "" if nothing is."""
-        look = self._chart.second_look
-        if look.wrong is not None:
-            return f"the mission must not be flown: item {look.wrong[0] + self._first(MISSION)}: {look.wrong[1]}"
-        if look.going:
+        look = self._plan_store.revalidation
+        if look.problem is not None:
+            return f"the mission must not be flown: item {look.problem[0] + self._first(MISSION)}: {look.problem[1]}"
+        if look.running:
             return "the mission is being looked at again; try once more"
-        return "" if item is None and self._orders.mode is Mode.MISSION else self._barred(item)
+        return "" if item is None and self._queue.mode is Mode.MISSION else self._leg_problem(item)
 
-    def _object(self) -> None:
+    def _warn_not_flyable(self) -> None:
         """A mission that is flown goes on: the supervisor brings the boat up, should it come to the fence."""
-        self._voice.tell(self.objection() or f"{self._barred(None)}, where it will come up", WARNING)
+        self._output.send_text(self.mission_refusal() or f"{self._leg_problem(None)}, where it will come up", WARNING)
 
     def due(self, tick: Tick) -> list[Message]:
         """The request that was not answered, once more; or the end, if nothing was heard for long."""
@@ -118,30 +118,30 @@ class PlanUpload:
             self._ask(tick)
         return []
 
-    def _count(self, tick: Tick, m: Message) -> None:
+    def _count_received(self, tick: Tick, m: Message) -> None:
         sender = sender_of(m)
         if sender.kind not in NAMES:
             self._acknowledge(sender, UNSUPPORTED)
-        elif self._chart.busy not in (None, self._key(sender)):
-            self._voice.tell(f"{NAMES[sender.kind]} refused: another station is sending a plan", WARNING)
+        elif self._plan_store.busy not in (None, self._key(sender)):
+            self._output.send_text(f"{NAMES[sender.kind]} refused: another station is sending a plan", WARNING)
             self._acknowledge(sender, _BUSY)
-        elif m.count > MOST_ITEMS + self._first(sender.kind):
-            self._voice.tell(f"{NAMES[sender.kind]} refused: {m.count} items, room for {MOST_ITEMS}", WARNING)
+        elif m.count > MAX_ITEMS + self._first(sender.kind):
+            self._output.send_text(f"{NAMES[sender.kind]} refused: {m.count} items, room for {MAX_ITEMS}", WARNING)
             self._acknowledge(sender, _NO_SPACE)
         else:
             self._ended = None
-            self._upload = _Upload(sender, m.count, self._chart.draft(sender.kind), tick.t_ns, tick.t_ns)
-            self._chart.busy = self._key(sender)
-            self._go_on(tick)
+            self._upload = _Upload(sender, m.count, self._plan_store.builder(sender.kind), tick.t_ns, tick.t_ns)
+            self._plan_store.busy = self._key(sender)
+            self._continue(tick)
 
-    def _item(self, tick: Tick, m: Message) -> None:
+    def _item_received(self, tick: Tick, m: Message) -> None:
         """An item that was not asked for is not heard: it came twice, or too late."""
         sender, upload = sender_of(m), self._upload
         if upload is None or upload.sender != sender:
             ended = self._ended
             if upload is None and ended is not None and (ended.sender, ended.last) == (sender, m.seq):
                 self._acknowledge(sender, ended.code)
-            elif self._chart.busy is None and sender.kind in NAMES and (ended is None or ended.sender != sender):
+            elif self._plan_store.busy is None and sender.kind in NAMES and (ended is None or ended.sender != sender):
                 self._acknowledge(sender, ERROR)  # nobody has said how many
             return
         upload.heard_ns = tick.t_ns
@@ -150,15 +150,15 @@ class PlanUpload:
         first = self._first(sender.kind)
         try:
             if m.seq >= first:
-                raw = raw_of(m)
-                upload.draft.add(raw._replace(p1=raw.p1 - first) if raw.command == _JUMP else raw)
+                raw = item_from_message(m)
+                upload.builder.add(raw._replace(p1=raw.p1 - first) if raw.command == _JUMP else raw)
         except ItemRefused as refused:
             self._end(refused.code, f"{NAMES[sender.kind]} item {m.seq}: {refused}")
             return
         upload.next += 1
-        self._go_on(tick)
+        self._continue(tick)
 
-    def _go_on(self, tick: Tick) -> None:
+    def _continue(self, tick: Tick) -> None:
         """Asks for the next item, or takes the plan."""
         upload = self._upload
         assert upload is not None
@@ -167,33 +167,33 @@ class PlanUpload:
             self._ask(tick)
             return
         try:
-            self._chart.take(upload.draft)
+            self._plan_store.replace(upload.builder)
         except ItemRefused as refused:
             self._end(refused.code, f"{NAMES[upload.sender.kind]}: {refused}")
             return
-        self._end(ACCEPTED, self._chart.stranded if upload.sender.kind == FENCE else "")
+        self._end(ACCEPTED, self._plan_store.rally_outside_fence if upload.sender.kind == FENCE else "")
 
     def _ask(self, tick: Tick) -> None:
         upload = self._upload
         assert upload is not None
         upload.asked_ns = tick.t_ns
         system, component, kind = upload.sender
-        self._voice.say(dialect.MAVLink_mission_request_int_message(system, component, upload.next, kind))
+        self._output.send(dialect.MAVLink_mission_request_int_message(system, component, upload.next, kind))
 
     def _end(self, code: int, why: str) -> None:
         upload = self._upload
         assert upload is not None
-        self._upload, self._chart.busy = None, None
+        self._upload, self._plan_store.busy = None, None
         last = upload.next - 1 if code == ACCEPTED else upload.next
         self._ended = _Ended(upload.sender, last, code)
         if why:
-            self._voice.tell(why, WARNING)
+            self._output.send_text(why, WARNING)
         self._acknowledge(upload.sender, code)
 
     def _acknowledged(self, _: Tick, m: Message) -> None:
         """A station has read all, or does not want to go on."""
         sender = sender_of(m)
-        self._reading.forget(sender)
+        self._download.forget(sender)
         if self._upload is not None and self._upload.sender == sender and m.type != ACCEPTED:
             self._end(_CANCELLED, "")
 
@@ -202,13 +202,13 @@ class PlanUpload:
         kinds = tuple(NAMES) if sender.kind == _ALL else (sender.kind,)
         if not set(kinds) <= set(NAMES):
             self._acknowledge(sender, UNSUPPORTED)
-        elif self._chart.busy is not None:
-            self._voice.tell("MISSION_CLEAR_ALL refused: a station is sending a plan", WARNING)
+        elif self._plan_store.busy is not None:
+            self._output.send_text("MISSION_CLEAR_ALL refused: a station is sending a plan", WARNING)
             self._acknowledge(sender, _BUSY)
         else:
             for kind in kinds:
-                if self._chart.plans[kind].items:  # twice is once
-                    self._chart.take(self._chart.draft(kind))
+                if self._plan_store.plans[kind].items:  # twice is once
+                    self._plan_store.replace(self._plan_store.builder(kind))
             self._acknowledge(sender, ACCEPTED)
 
     def _partial(self, _: Tick, m: Message) -> None:
@@ -216,24 +216,24 @@ class PlanUpload:
 
     def _set_current(self, tick: Tick, m: Message) -> None:
         """The answer is MISSION_CURRENT, with a sentence if that item cannot be."""
-        if why := self._unfit(m.seq):
-            self._voice.tell(f"MISSION_SET_CURRENT refused: {why}", WARNING)
+        if why := self._set_current_problem(m.seq):
+            self._output.send_text(f"MISSION_SET_CURRENT refused: {why}", WARNING)
         else:
-            self._wish(tick, Command(m.get_srcSystem(), m.get_srcComponent(), 0, False, ()), None, m.seq)
-        self._voice.show(_CURRENT)
+            self._enqueue(tick, Command(m.get_srcSystem(), m.get_srcComponent(), 0, False, ()), None, m.seq)
+        self._output.send_from_cycle(_CURRENT)
 
     def _do_set_current(self, tick: Tick, command: Command) -> int | None:
         item, anew = command.params[:2]
         first = self._first(MISSION)
         if item == -1.0:
-            cycle = self._orders.cycle
+            cycle = self._queue.cycle
             if anew != 1.0 and cycle is not None:
                 return int(dialect.MAV_RESULT_ACCEPTED)
             item = float(first)
-        if why := self._unfit(item):
+        if why := self._set_current_problem(item):
             raise CommandRefused(why)
-        self._wish(tick, command, None, int(item))
-        self._voice.show(_CURRENT)
+        self._enqueue(tick, command, None, int(item))
+        self._output.send_from_cycle(_CURRENT)
         return None
 
     def _start(self, tick: Tick, command: Command) -> int | None:
@@ -242,53 +242,53 @@ class PlanUpload:
         if item != 0.0 and not self._has(item):
             raise CommandRefused(f"the mission has no item {item:g}")
         first = int(item) if item else None
-        if why := self.objection(first):
+        if why := self.mission_refusal(first):
             raise CommandRefused(why, REJECTED)
-        self._wish(tick, command, Mode.MISSION, first)
+        self._enqueue(tick, command, Mode.MISSION, first)
         return None
 
     def _enable_fence(self, _: Tick, command: Command) -> int:
         """A fence is in force as long as there is one."""
-        if command.params[0] == 1.0 and self._chart.plans[FENCE].items:
+        if command.params[0] == 1.0 and self._plan_store.plans[FENCE].items:
             return int(dialect.MAV_RESULT_ACCEPTED)
         raise CommandRefused(
             "no fence is loaded" if command.params[0] == 1.0 else "a fence is in force until it is cleared"
         )
 
-    def _wish(self, tick: Tick, command: Command, mode: Mode | None, item: int | None) -> None:
+    def _enqueue(self, tick: Tick, command: Command, mode: Mode | None, item: int | None) -> None:
         jump = NO_ORDER.jump
         if item is not None:
             jump = self._step(item)
         who = (self._link, command.system, command.component, command.number)
-        self._orders.ask(PendingCommand(*who, Arming.KEEP, mode, KEEP_SETPOINT, jump), command.again, tick.t_ns)
+        self._queue.put(PendingCommand(*who, Arming.KEEP, mode, KEEP_SETPOINT, jump), command.again, tick.t_ns)
 
     def _step(self, item: int) -> int:
-        return self._chart.step_of(max(item - self._first(MISSION), 0))
+        return self._plan_store.step_of(max(item - self._first(MISSION), 0))
 
-    def _barred(self, item: int | None) -> str:
+    def _leg_problem(self, item: int | None) -> str:
         """What is wrong with the way from here to an item, or to where the mission was left."""
-        wrong = self._chart.first_way(None if item is None else self._step(item))
+        wrong = self._plan_store.check_first_leg(None if item is None else self._step(item))
         return "" if wrong is None else f"the way from here to item {wrong[0] + self._first(MISSION)} is {wrong[1]}"
 
-    def _unfit(self, item: float) -> str:
+    def _set_current_problem(self, item: float) -> str:
         """What is wrong with going on with an item; where the mission is not flown, its start will look at the way."""
         if not self._has(item):
             return f"the mission has no item {item:g}"
-        return self._barred(int(item)) if self._orders.mode is Mode.MISSION else ""
+        return self._leg_problem(int(item)) if self._queue.mode is Mode.MISSION else ""
 
     def _has(self, item: float) -> bool:
-        count = len(self._chart.plans[MISSION].items)
+        count = len(self._plan_store.plans[MISSION].items)
         return math.isfinite(item) and item == int(item) and count > 0 and 0 <= item < count + self._first(MISSION)
 
-    def _reached(self, item: int) -> None:
-        self._voice.say(dialect.MAVLink_mission_item_reached_message(item + self._first(MISSION)))
-        self._voice.show(_CURRENT)
+    def _item_reached(self, item: int) -> None:
+        self._output.send(dialect.MAVLink_mission_item_reached_message(item + self._first(MISSION)))
+        self._output.send_from_cycle(_CURRENT)
 
     def _first(self, kind: int) -> int:
-        return self._reading.first(kind)
+        return self._download.first(kind)
 
     def _acknowledge(self, sender: Sender, code: int) -> None:
-        self._voice.say(acknowledgement(self._chart, sender, code))
+        self._output.send(acknowledgement(self._plan_store, sender, code))
 
     def _key(self, sender: Sender) -> tuple[int, int, int]:
         return self._link, sender.system, sender.component

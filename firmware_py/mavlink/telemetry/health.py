@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.scaling import INT16, UINT16, boot_ms, boot_us, boot_us32, whole
-from firmware_py.mavlink.plans.plan_store import KNOWN_PLACE, PlanStore
+from firmware_py.mavlink.plans.plan_store import KNOWN_POSITION, PlanStore
 from firmware_py.mavlink.telemetry.lateness import Lateness
-from firmware_py.mavlink.telemetry.pose import Maker
+from firmware_py.mavlink.telemetry.pose import Encoder
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import Learned
 from firmware_py.records.fence import NO_FENCE
@@ -21,7 +21,7 @@ _RECENT = 2.0
 _PWM_CENTRE, _PWM_SPAN = 1500, 500
 _SERVO_FIELDS, _ARRAY_FIELDS, _CELLS = 16, 58, 10
 _MV, _CA, _PERCENT = 1e-3, 1e-2, 1e-2
-_CELL_MOST, _CELL_UNKNOWN = 65534, 65535
+_CELL_MAX, _CELL_UNKNOWN = 65534, 65535
 _GYRO, _PRESSURE = dialect.MAV_SYS_STATUS_SENSOR_3D_GYRO, dialect.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE
 _AHRS, _BATTERY = dialect.MAV_SYS_STATUS_AHRS, dialect.MAV_SYS_STATUS_SENSOR_BATTERY
 _GPS, _DVL = dialect.MAV_SYS_STATUS_SENSOR_GPS, dialect.MAV_SYS_STATUS_SENSOR_XY_POSITION_CONTROL
@@ -32,7 +32,7 @@ _FINS_ARRAY, _VALUE_ARRAY, _STD_ARRAY, _STATE_ARRAY = 0, 2, 3, 4
 _RATIO = 9.0
 """A test ratio of 1 is a mean square of innovations of 3 sigma; a consistent filter has 1/9."""
 _BESIDE = ("nis_dvl", "nis_gyro", "nis_att", "current_n", "current_e", "turbulence")
-_FENCE, _PREARM = dialect.MAV_SYS_STATUS_GEOFENCE, dialect.MAV_SYS_STATUS_PREARM_CHECK
+_GEOFENCE, _PREARM = dialect.MAV_SYS_STATUS_GEOFENCE, dialect.MAV_SYS_STATUS_PREARM_CHECK
 _PRESENT = _GYRO | _AHRS | _PRESSURE | _GPS | _DVL | _ALTIMETER | _FINS | _BATTERY | _EXTENDED | _PREARM
 
 
@@ -46,11 +46,11 @@ class Actuators(NamedTuple):
 class HealthTelemetry:
     """Makers of the messages on health and actuators."""
 
-    def __init__(self, actuators: Actuators, late: Lateness, chart: PlanStore) -> None:
-        self._late, self._chart = late, chart
+    def __init__(self, actuators: Actuators, lateness: Lateness, plan_store: PlanStore) -> None:
+        self._lateness, self._plan_store = lateness, plan_store
         self._full = (*actuators.delta_max, actuators.n_max)
 
-    def makers(self) -> dict[int, Maker]:
+    def encoders(self) -> dict[int, Encoder]:
         """A maker for each message id."""
         return {
             dialect.MAVLINK_MSG_ID_SYS_STATUS: self.sys_status,
@@ -75,10 +75,13 @@ class HealthTelemetry:
             (_FINS, all(fin.usable(t, _RECENT) for fin in frame.fins)),
             (_BATTERY, frame.battery.usable(t, _RECENT)),
             (_PREARM, cycle.mode.ready),
-            (_FENCE, not self._chart.outside),  # some stations take a fence that is not there for a broken one
+            (
+                _GEOFENCE,
+                not self._plan_store.outside_fence,
+            ),  # some stations take a fence that is not there for a broken one
         ):
             health |= bit if healthy else 0
-        present = _PRESENT if self._chart.fence == NO_FENCE else _PRESENT | _FENCE
+        present = _PRESENT if self._plan_store.fence == NO_FENCE else _PRESENT | _GEOFENCE
         return dialect.MAVLink_sys_status_message(
             present,
             present,
@@ -135,7 +138,7 @@ class HealthTelemetry:
         """
         tenth, learned = cycle.tick.t_ns % NS_PER_S // (NS_PER_S // 10), cycle.state.learned
         if tenth == 0:
-            return self._late.message(cycle)
+            return self._lateness.message(cycle)
         if learned.value:
             if tenth == 1:
                 return _array(cycle, b"xi", _VALUE_ARRAY, learned.value)
@@ -160,7 +163,7 @@ class HealthTelemetry:
         """ESTIMATOR_STATUS. The DVL's test ratio stands under velocity, attitude's under magnetometer; NaN unknown."""
         state, (dvl, _, attitude) = cycle.state, cycle.state.learned.nis
         moves = state.velocity_ok and state.attitude_ok
-        placed = moves and state.position_std <= KNOWN_PLACE
+        placed = moves and state.position_std <= KNOWN_POSITION
         flags = 0
         for bits, true in (
             (dialect.ESTIMATOR_ATTITUDE, state.attitude_ok),
@@ -194,7 +197,7 @@ class NamedValues:
         self._coefficients = coefficients
         self._turn = -1
 
-    def makers(self) -> dict[int, Maker]:
+    def encoders(self) -> dict[int, Encoder]:
         """A maker for each message id."""
         return {dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: self.next}
 
@@ -221,11 +224,11 @@ def _states(learned: Learned) -> Iterable[float]:
 
 
 def _cells(voltage: float) -> list[int]:
-    rest = whole(voltage, _MV, (0, _CELLS * _CELL_MOST), unknown=-1)
+    rest = whole(voltage, _MV, (0, _CELLS * _CELL_MAX), unknown=-1)
     cells = [_CELL_UNKNOWN] * _CELLS
     for i in range(_CELLS):
         if rest < 0 or (i and rest == 0):
             break
-        cells[i] = min(rest, _CELL_MOST)
+        cells[i] = min(rest, _CELL_MAX)
         rest -= cells[i]
     return cells

@@ -29,11 +29,11 @@ class HighLatency:
         origin: Origin,
         surface: float,
         n_max: float,
-        standing: SystemState,
-        aim: NavigationTarget,
+        system_state: SystemState,
+        target: NavigationTarget,
     ) -> None:
         self._identity, self._origin, self._surface = identity, origin, surface
-        self._n_max, self._standing, self._aim = n_max, standing, aim
+        self._n_max, self._system_state, self._target = n_max, system_state, target
 
     def message(self, cycle: Cycle) -> Message:
         """Unknown is 0, or what the field has for it. custom0 is the base mode, as from ArduPilot; wind is the current.
@@ -58,7 +58,7 @@ class HighLatency:
             whole(self._surface - reference.z_d, 1.0, INT16),
             _half_circle(psi),
             _half_circle(reference.psi_d),
-            whole(self._aim.way(cycle).distance, _DAM, UINT16),
+            whole(self._target.vector(cycle).distance, _DAM, UINT16),
             throttle,
             whole(state.nu.u, _FIFTH, _BYTE),
             whole(reference.u_d, _FIFTH, _BYTE),
@@ -87,7 +87,7 @@ class HighLatency:
             (dialect.HL_FAILURE_FLAG_BATTERY, frame.battery.value.remaining < _CHARGE_LOW),
             (dialect.HL_FAILURE_FLAG_ENGINE, not all(fin.usable(cycle.tick.t, _RECENT) for fin in frame.fins)),
             (dialect.HL_FAILURE_FLAG_ESTIMATOR, not (state.attitude_ok and state.velocity_ok)),
-            (dialect.HL_FAILURE_FLAG_MISSION, self._standing.failsafe),
+            (dialect.HL_FAILURE_FLAG_MISSION, self._system_state.failsafe),
         ):
             flags |= bit if failed else 0
         return flags

@@ -16,7 +16,7 @@ class Lateness:
     def __init__(self) -> None:
         self.counts = [0] * OCTAVES
 
-    def watch(self, cycle: Cycle) -> None:
+    def update(self, cycle: Cycle) -> None:
         """Counts one cycle."""
         octave = (cycle.tick.late_ns // 16_000).bit_length()
         self.counts[octave if octave < OCTAVES else OCTAVES - 1] += 1

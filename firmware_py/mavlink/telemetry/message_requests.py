@@ -6,7 +6,15 @@ from collections.abc import Callable, Container
 
 from firmware_py.mavlink.base import protocol_version
 from firmware_py.mavlink.base.codec import Message, dialect
-from firmware_py.mavlink.base.link_output import ACCEPTED, UNSUPPORTED, Command, CommandRefused, Do, LinkOutput, ident
+from firmware_py.mavlink.base.link_output import (
+    ACCEPTED,
+    UNSUPPORTED,
+    Command,
+    CommandHandler,
+    CommandRefused,
+    LinkOutput,
+    ident,
+)
 from firmware_py.mavlink.base.modes import Identity, available_modes
 from firmware_py.mavlink.telemetry.streams import Streams
 from firmware_py.schedule import Tick
@@ -46,10 +54,10 @@ _GROUPS: dict[int, tuple[int, ...]] = {
 class MessageRequests:
     """Of one link. `messages` are the ids that may be asked for."""
 
-    def __init__(self, voice: LinkOutput, identity: Identity, streams: Streams, messages: Container[int]) -> None:
-        self._voice, self._identity, self._streams, self._messages = voice, identity, streams, messages
+    def __init__(self, output: LinkOutput, identity: Identity, streams: Streams, encoders: Container[int]) -> None:
+        self._output, self._identity, self._streams, self._encoders = output, identity, streams, encoders
 
-    def does(self) -> dict[int, Do]:
+    def command_handlers(self) -> dict[int, CommandHandler]:
         """Who does which command."""
         return {
             dialect.MAV_CMD_REQUEST_MESSAGE: self._request,
@@ -60,65 +68,65 @@ class MessageRequests:
             dialect.MAV_CMD_CONTROL_HIGH_LATENCY: self._high_latency,
         }
 
-    def hears(self) -> dict[int, Callable[[Tick, Message], None]]:
+    def message_handlers(self) -> dict[int, Callable[[Tick, Message], None]]:
         """The message ids that come here."""
         return {dialect.MAVLINK_MSG_ID_REQUEST_DATA_STREAM: self._data_stream}
 
     def _request(self, _: Tick, command: Command) -> int | None:
-        name, which = map(ident, command.params[:2])
-        if name == _MODES:
+        message_id, which = map(ident, command.params[:2])
+        if message_id == _MODES:
             modes = available_modes(self._identity, which)
             if not modes:
                 raise CommandRefused(f"there is no mode {which}; 0 asks for all of them")
             for mode in modes:
-                self._voice.say(mode)
+                self._output.send(mode)
             return ACCEPTED
-        if name == _INTERVAL:
-            return self._tell_interval(which)
-        if name not in self._messages:
+        if message_id == _INTERVAL:
+            return self._send_interval(which)
+        if message_id not in self._encoders:
             return UNSUPPORTED
-        self._voice.show(name)
+        self._output.send_from_cycle(message_id)
         return ACCEPTED
 
     def _set_interval(self, tick: Tick, command: Command) -> int:
-        name = ident(command.params[0])
-        if name not in self._messages:
+        message_id = ident(command.params[0])
+        if message_id not in self._encoders:
             return UNSUPPORTED
-        if name == _HEARTBEAT:  # a vehicle without one is not there
+        if message_id == _HEARTBEAT:  # a vehicle without one is not there
             raise CommandRefused("the heartbeat keeps its rate")
-        if not self._streams.pace(name, command.params[1], tick.t_ns):
+        if not self._streams.set_interval(message_id, command.params[1], tick.t_ns):
             raise CommandRefused(f"{command.params[1]:g} us is no interval; -1 is never, 0 the usual one")
         return ACCEPTED
 
     def _get_interval(self, _: Tick, command: Command) -> int:
-        return self._tell_interval(ident(command.params[0]))
+        return self._send_interval(ident(command.params[0]))
 
-    def _tell_interval(self, name: int) -> int:
+    def _send_interval(self, message_id: int) -> int:
         """MESSAGE_INTERVAL: 0 says that there is no such message, -1 that it is not sent."""
-        known = name in self._messages
-        if 0 <= name < 2**16:
-            interval = self._streams.interval_us(name) if known else 0
-            self._voice.say(dialect.MAVLink_message_interval_message(name, interval))
+        known = message_id in self._encoders
+        if 0 <= message_id < 2**16:
+            interval = self._streams.interval_us(message_id) if known else 0
+            self._output.send(dialect.MAVLink_message_interval_message(message_id, interval))
         if not known:
-            raise CommandRefused(f"there is no message {name} here")
+            raise CommandRefused(f"there is no message {message_id} here")
         return ACCEPTED
 
     def _capabilities(self, _: Tick, command: Command) -> int:
         if command.params[0] != 1.0:
             raise CommandRefused(f"{command.params[0]:g} asks for nothing; 1 asks for AUTOPILOT_VERSION")
-        self._voice.show(_VERSION)
+        self._output.send_from_cycle(_VERSION)
         return ACCEPTED
 
     def _protocol(self, _: Tick, command: Command) -> int:
         if command.params[0] != 1.0:
             raise CommandRefused(f"{command.params[0]:g} asks for nothing; 1 asks for PROTOCOL_VERSION")
-        self._voice.show(protocol_version.MESSAGE_ID)
+        self._output.send_from_cycle(protocol_version.MESSAGE_ID)
         return ACCEPTED
 
     def _high_latency(self, tick: Tick, command: Command) -> int:
         if command.params[0] not in (0.0, 1.0):
             raise CommandRefused(f"{command.params[0]:g} is neither on (1) nor off (0)")
-        self._streams.pace(_HIGH_LATENCY, 5e6 if command.params[0] else -1.0, tick.t_ns)
+        self._streams.set_interval(_HIGH_LATENCY, 5e6 if command.params[0] else -1.0, tick.t_ns)
         return ACCEPTED
 
     def _data_stream(self, tick: Tick, m: Message) -> None:
@@ -127,6 +135,6 @@ class MessageRequests:
         interval = 1e6 / m.req_message_rate if on else -1.0
         groups = _GROUPS.values() if m.req_stream_id == _ALL else [_GROUPS.get(m.req_stream_id, ())]
         for group in groups:
-            for name in group:
-                if name in self._messages:
-                    self._streams.pace(name, interval, tick.t_ns)
+            for message_id in group:
+                if message_id in self._encoders:
+                    self._streams.set_interval(message_id, interval, tick.t_ns)

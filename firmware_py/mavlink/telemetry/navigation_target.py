@@ -11,13 +11,13 @@ from typing import NamedTuple
 
 from firmware_py.mavlink.plans.plan_store import PlanStore
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.fence import Place, haven
+from firmware_py.records.fence import Place, nearest_rally_point
 from firmware_py.records.order import Loiter, Mode, Step, Surface, Waypoint
 
 _NEVER = -1
 
 
-class Way(NamedTuple):
+class TargetVector(NamedTuple):
     """Distance, m, and bearing, rad."""
 
     distance: float
@@ -27,13 +27,13 @@ class Way(NamedTuple):
 class NavigationTarget:
     """Remembers which place a station gave, and by mode which rally point was chosen, for which item of a mission."""
 
-    def __init__(self, chart: PlanStore) -> None:
-        self._chart = chart
+    def __init__(self, plan_store: PlanStore) -> None:
+        self._plan_store = plan_store
         self._mode = Mode.DISARMED
         self._given: Place | None = None
         self._homes: dict[Mode, tuple[int, Place | None]] = {}
 
-    def watch(self, cycle: Cycle) -> None:
+    def update(self, cycle: Cycle) -> None:
         """Sees what a cycle was ordered, and where the vehicle was when it turned back."""
         mode, setpoint, eta = cycle.mode.mode, cycle.order.setpoint, cycle.state.eta
         if mode is not self._mode:
@@ -48,9 +48,12 @@ class NavigationTarget:
         elif self._homeward(cycle) and math.isfinite(eta.x + eta.y):
             item, (sought, _) = self._item(cycle), self._homes.get(mode, (_NEVER, None))
             if sought != item:
-                self._homes[mode] = item, haven(self._chart.rally, self._chart.fence, eta.x, eta.y)
+                self._homes[mode] = (
+                    item,
+                    nearest_rally_point(self._plan_store.rally, self._plan_store.fence, eta.x, eta.y),
+                )
 
-    def way(self, cycle: Cycle) -> Way:
+    def vector(self, cycle: Cycle) -> TargetVector:
         """To the point from where the vehicle is believed to be.
 
         Of a circle that nobody gave a place, the distance to its rim; without a point 0, and the heading that is asked
@@ -59,9 +62,9 @@ class NavigationTarget:
         reference, eta, place = cycle.reference, cycle.state.eta, self._place(cycle)
         if place is None or not math.isfinite(eta.x + eta.y):
             across = reference.cross_track
-            return Way(abs(across) if math.isfinite(across) else 0.0, reference.psi_d)
+            return TargetVector(abs(across) if math.isfinite(across) else 0.0, reference.psi_d)
         north, east = place.x - eta.x, place.y - eta.y
-        return Way(math.hypot(north, east), math.atan2(east, north))
+        return TargetVector(math.hypot(north, east), math.atan2(east, north))
 
     def _place(self, cycle: Cycle) -> Place | None:
         mode, step = cycle.mode.mode, self._step(cycle)
@@ -81,7 +84,7 @@ class NavigationTarget:
 
     def _step(self, cycle: Cycle) -> Step | None:
         """That which a mission has come to."""
-        steps, item = self._chart.steps, cycle.reference.item
+        steps, item = self._plan_store.steps, cycle.reference.item
         return steps[item] if cycle.mode.mode is Mode.MISSION and 0 <= item < len(steps) else None
 
     @staticmethod

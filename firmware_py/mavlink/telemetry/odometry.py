@@ -8,7 +8,7 @@ from firmware_py.marine import quaternion_from_euler, wrap
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.scaling import INT16, INT32, UINT16, boot_ms, boot_us, whole
 from firmware_py.mavlink.telemetry.navigation_target import NavigationTarget
-from firmware_py.mavlink.telemetry.pose import DEG_E7, Maker
+from firmware_py.mavlink.telemetry.pose import DEG_E7, Encoder
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode
 
@@ -30,10 +30,10 @@ _LANDED = {
 class OdometryTelemetry:
     """Makers of these messages; `surface` is the water's above mean sea level, m, `aim` knows what is flown to."""
 
-    def __init__(self, surface: float, aim: NavigationTarget) -> None:
-        self._surface, self._aim = surface, aim
+    def __init__(self, surface: float, target: NavigationTarget) -> None:
+        self._surface, self._target = surface, target
 
-    def makers(self) -> dict[int, Maker]:
+    def encoders(self) -> dict[int, Encoder]:
         """A maker for each message id."""
         return {
             dialect.MAVLINK_MSG_ID_SCALED_IMU: self.imu,
@@ -65,8 +65,8 @@ class OdometryTelemetry:
     def odometry(self, cycle: Cycle) -> Message:
         """ODOMETRY: place in NED, velocity over ground in the body's axes; variances where they are known, else NaN."""
         state = cycle.state
-        place, depth = 0.5 * state.position_std * state.position_std, state.depth_std * state.depth_std
-        pose = _covariance(place, place, depth, math.nan, math.nan, math.nan)
+        position, depth = 0.5 * state.position_std * state.position_std, state.depth_std * state.depth_std
+        pose = _covariance(position, position, depth, math.nan, math.nan, math.nan)
         speed = state.velocity_std * state.velocity_std
         velocity = _covariance(speed, speed, math.nan, math.nan, math.nan, math.nan)
         return dialect.MAVLink_odometry_message(
@@ -121,7 +121,7 @@ class OdometryTelemetry:
         The target, of which it has bearing and distance, is the point that is flown to, as `NavigationTarget` has it.
         """
         reference, state = cycle.reference, cycle.state
-        across, way = reference.cross_track, self._aim.way(cycle)
+        across, way = reference.cross_track, self._target.vector(cycle)
         return dialect.MAVLink_nav_controller_output_message(
             math.degrees(state.eta.phi),
             math.degrees(state.eta.theta),
@@ -156,6 +156,6 @@ def _angles(cycle: Cycle) -> tuple[float, float, float]:
 
 def _covariance(*variances: float) -> list[float]:
     upper = [0.0] * _COVARIANCES
-    for place, variance in zip(_DIAGONAL, variances, strict=True):
-        upper[place] = variance
+    for position, variance in zip(_DIAGONAL, variances, strict=True):
+        upper[position] = variance
     return upper

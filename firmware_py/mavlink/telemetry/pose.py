@@ -18,7 +18,7 @@ from firmware_py.params import When, param
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import StateEstimate
 
-Maker = Callable[[Cycle], Message | None]
+Encoder = Callable[[Cycle], Message | None]
 """Makes one message of a cycle, or None when there is nothing true to say."""
 
 DEG_E7 = math.radians(1e-7)
@@ -51,7 +51,7 @@ class PoseTelemetry:
         self._origin = origin
         self._n_max = n_max
 
-    def makers(self) -> dict[int, Maker]:
+    def encoders(self) -> dict[int, Encoder]:
         """A maker for each message id."""
         return {
             dialect.MAVLINK_MSG_ID_ATTITUDE: self.attitude,

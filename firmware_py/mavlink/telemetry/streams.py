@@ -12,58 +12,58 @@ _SHORTEST_NS = 20 * _MS
 _NEVER = 1 << 62
 
 
-class Pace(NamedTuple):
+class StreamTiming(NamedTuple):
     """Every so many ns, first at `phase_ns`."""
 
     period_ns: int
     phase_ns: int
 
 
-def _pace(hz: int, phase_ms: int) -> Pace:
-    return Pace(1000 * _MS // hz, phase_ms * _MS)
+def _timing(hz: int, phase_ms: int) -> StreamTiming:
+    return StreamTiming(1000 * _MS // hz, phase_ms * _MS)
 
 
 # At 100 Hz no two of these fall into one tick: within each 100 ms, messages of one rate share a place and take turns.
-PACES: dict[int, Pace] = {
-    dialect.MAVLINK_MSG_ID_ATTITUDE: _pace(10, 0),
-    dialect.MAVLINK_MSG_ID_DEBUG_FLOAT_ARRAY: _pace(10, 50),
-    dialect.MAVLINK_MSG_ID_LOCAL_POSITION_NED: _pace(5, 10),
-    dialect.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: _pace(5, 110),
-    dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: _pace(5, 20),
-    dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: _pace(5, 120),
-    dialect.MAVLINK_MSG_ID_VFR_HUD: _pace(2, 30),
-    dialect.MAVLINK_MSG_ID_ALTITUDE: _pace(2, 130),
-    dialect.MAVLINK_MSG_ID_RPM: _pace(2, 230),
-    dialect.MAVLINK_MSG_ID_SCALED_PRESSURE2: _pace(2, 330),
-    dialect.MAVLINK_MSG_ID_ESTIMATOR_STATUS: _pace(2, 430),
-    dialect.MAVLINK_MSG_ID_HEARTBEAT: _pace(1, 40),
-    dialect.MAVLINK_MSG_ID_SYS_STATUS: _pace(1, 140),
-    dialect.MAVLINK_MSG_ID_BATTERY_STATUS: _pace(1, 240),
-    dialect.MAVLINK_MSG_ID_SYSTEM_TIME: _pace(1, 340),
-    dialect.MAVLINK_MSG_ID_WATER_DEPTH: _pace(1, 440),
-    dialect.MAVLINK_MSG_ID_SCALED_IMU: _pace(5, 60),
-    dialect.MAVLINK_MSG_ID_ODOMETRY: _pace(5, 160),
-    dialect.MAVLINK_MSG_ID_DISTANCE_SENSOR: _pace(2, 70),
-    dialect.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT: _pace(2, 170),
-    dialect.MAVLINK_MSG_ID_GPS_RAW_INT: _pace(1, 540),
-    dialect.MAVLINK_MSG_ID_HOME_POSITION: _pace(1, 640),
-    dialect.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: _pace(1, 740),
-    dialect.MAVLINK_MSG_ID_CURRENT_MODE: _pace(1, 840),
-    dialect.MAVLINK_MSG_ID_MISSION_CURRENT: _pace(1, 940),
-    dialect.MAVLINK_MSG_ID_FENCE_STATUS: _pace(1, 270),
+DEFAULT_STREAMS: dict[int, StreamTiming] = {
+    dialect.MAVLINK_MSG_ID_ATTITUDE: _timing(10, 0),
+    dialect.MAVLINK_MSG_ID_DEBUG_FLOAT_ARRAY: _timing(10, 50),
+    dialect.MAVLINK_MSG_ID_LOCAL_POSITION_NED: _timing(5, 10),
+    dialect.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: _timing(5, 110),
+    dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: _timing(5, 20),
+    dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: _timing(5, 120),
+    dialect.MAVLINK_MSG_ID_VFR_HUD: _timing(2, 30),
+    dialect.MAVLINK_MSG_ID_ALTITUDE: _timing(2, 130),
+    dialect.MAVLINK_MSG_ID_RPM: _timing(2, 230),
+    dialect.MAVLINK_MSG_ID_SCALED_PRESSURE2: _timing(2, 330),
+    dialect.MAVLINK_MSG_ID_ESTIMATOR_STATUS: _timing(2, 430),
+    dialect.MAVLINK_MSG_ID_HEARTBEAT: _timing(1, 40),
+    dialect.MAVLINK_MSG_ID_SYS_STATUS: _timing(1, 140),
+    dialect.MAVLINK_MSG_ID_BATTERY_STATUS: _timing(1, 240),
+    dialect.MAVLINK_MSG_ID_SYSTEM_TIME: _timing(1, 340),
+    dialect.MAVLINK_MSG_ID_WATER_DEPTH: _timing(1, 440),
+    dialect.MAVLINK_MSG_ID_SCALED_IMU: _timing(5, 60),
+    dialect.MAVLINK_MSG_ID_ODOMETRY: _timing(5, 160),
+    dialect.MAVLINK_MSG_ID_DISTANCE_SENSOR: _timing(2, 70),
+    dialect.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT: _timing(2, 170),
+    dialect.MAVLINK_MSG_ID_GPS_RAW_INT: _timing(1, 540),
+    dialect.MAVLINK_MSG_ID_HOME_POSITION: _timing(1, 640),
+    dialect.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: _timing(1, 740),
+    dialect.MAVLINK_MSG_ID_CURRENT_MODE: _timing(1, 840),
+    dialect.MAVLINK_MSG_ID_MISSION_CURRENT: _timing(1, 940),
+    dialect.MAVLINK_MSG_ID_FENCE_STATUS: _timing(1, 270),
 }
 
-HIGH_LATENCY = {dialect.MAVLINK_MSG_ID_HIGH_LATENCY2: Pace(5000 * _MS, 0)}
+HIGH_LATENCY_STREAMS = {dialect.MAVLINK_MSG_ID_HIGH_LATENCY2: StreamTiming(5000 * _MS, 0)}
 """All that goes out over a link of high latency."""
 
 
 class Streams:
     """One link's intervals. A message that is late goes out once, and then again at its own times."""
 
-    def __init__(self, paces: Mapping[int, Pace]) -> None:
-        self._paces = paces
-        self._period = {name: pace.period_ns for name, pace in paces.items()}
-        self._due = {name: pace.phase_ns for name, pace in paces.items()}
+    def __init__(self, defaults: Mapping[int, StreamTiming]) -> None:
+        self._defaults = defaults
+        self._period = {name: set_interval.period_ns for name, set_interval in defaults.items()}
+        self._due = {name: set_interval.phase_ns for name, set_interval in defaults.items()}
         self._next = min(self._due.values(), default=_NEVER)
 
     def due(self, t_ns: int, most: int) -> list[int]:
@@ -81,15 +81,15 @@ class Streams:
         """How often a message goes out, as MESSAGE_INTERVAL says it; -1 never."""
         return self._period[name] // 1000 if name in self._period else -1
 
-    def pace(self, name: int, interval_us: float, t_ns: int) -> bool:
+    def set_interval(self, name: int, interval_us: float, t_ns: int) -> bool:
         """SET_MESSAGE_INTERVAL: -1 never, 0 the default, else us, at least 20 ms. False if the interval is none."""
         if interval_us == -1.0:
             self._period.pop(name, None)
             self._due.pop(name, None)
         elif interval_us == 0.0:
             self._due.pop(name, None)
-            if name in self._paces:
-                period, phase = self._paces[name]
+            if name in self._defaults:
+                period, phase = self._defaults[name]
                 self._period[name] = period
                 self._due[name] = phase + max(0, -(-(t_ns - phase) // period)) * period
         elif 0.0 < interval_us < 2.0**31:

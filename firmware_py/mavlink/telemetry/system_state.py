@@ -26,7 +26,7 @@ class SystemState:
             return int(dialect.MAV_STATE_ACTIVE)
         return int(dialect.MAV_STATE_STANDBY if self._awake else dialect.MAV_STATE_BOOT)
 
-    def watch(self, cycle: Cycle) -> None:
+    def update(self, cycle: Cycle) -> None:
         """It is a failsafe that surfaces, unless someone ordered it, or the mission or the way back was done."""
         mode, before = cycle.mode.mode, self.mode
         self._awake = self._awake or (cycle.state.attitude_ok and cycle.state.depth_ok)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import LinkOutput
 from firmware_py.mavlink.base.scaling import boot_ms, boot_us
-from firmware_py.mavlink.base.service import Hear
-from firmware_py.mavlink.telemetry.pose import Maker
+from firmware_py.mavlink.base.service import MessageHandler
+from firmware_py.mavlink.telemetry.pose import Encoder
 from firmware_py.records.cycle import Cycle
 from firmware_py.schedule import Tick
 
-_A_DATE_US = 1_577_836_800 * 1_000_000
+_EARLIEST_US = 1_577_836_800 * 1_000_000
 """2020: what comes as an earlier one is a clock that was never set."""
-_MOST_US = 2**63
+_MAX_US = 2**63
 
 
 class Calendar:
@@ -21,12 +21,12 @@ class Calendar:
     def __init__(self) -> None:
         self._began_us = 0
 
-    def take(self, tick: Tick, unix_us: int) -> None:
+    def set_date(self, tick: Tick, unix_us: int) -> None:
         """It is `unix_us` after the beginning of 1970."""
-        if _A_DATE_US <= unix_us < _MOST_US:
+        if _EARLIEST_US <= unix_us < _MAX_US:
             self._began_us = unix_us - boot_us(tick)
 
-    def makers(self) -> dict[int, Maker]:
+    def encoders(self) -> dict[int, Encoder]:
         """Who makes which message."""
         return {dialect.MAVLINK_MSG_ID_SYSTEM_TIME: self.system_time}
 
@@ -39,15 +39,17 @@ class Calendar:
 class TimeSync:
     """The conversation on one link."""
 
-    def __init__(self, calendar: Calendar, voice: LinkOutput) -> None:
-        self._calendar, self._voice = calendar, voice
+    def __init__(self, calendar: Calendar, output: LinkOutput) -> None:
+        self._calendar, self._output = calendar, output
 
-    def hears(self) -> dict[int, Hear]:
+    def message_handlers(self) -> dict[int, MessageHandler]:
         """See `service.Service`."""
         return {
             dialect.MAVLINK_MSG_ID_TIMESYNC: self._compare,
             dialect.MAVLINK_MSG_ID_PING: self._ping,
-            dialect.MAVLINK_MSG_ID_SYSTEM_TIME: lambda tick, message: self._calendar.take(tick, message.time_unix_usec),
+            dialect.MAVLINK_MSG_ID_SYSTEM_TIME: lambda tick, message: self._calendar.set_date(
+                tick, message.time_unix_usec
+            ),
         }
 
     def due(self, tick: Tick) -> list[Message]:  # noqa: ARG002
@@ -57,10 +59,10 @@ class TimeSync:
     def _compare(self, tick: Tick, message: Message) -> None:
         """TIMESYNC: a request has no `tc1`; in the answer that is vehicle time, ns, and never 0."""
         if message.tc1 == 0:
-            self._voice.say(dialect.MAVLink_timesync_message(max(tick.t_ns, 1), message.ts1))
+            self._output.send(dialect.MAVLink_timesync_message(max(tick.t_ns, 1), message.ts1))
 
     def _ping(self, _: Tick, message: Message) -> None:
         """PING: a request is for everybody, an answer for the one who asked."""
         if message.target_system == 0 and message.target_component == 0:
             system, component = message.get_srcSystem(), message.get_srcComponent()
-            self._voice.say(dialect.MAVLink_ping_message(message.time_usec, message.seq, system, component))
+            self._output.send(dialect.MAVLink_ping_message(message.time_usec, message.seq, system, component))

@@ -56,7 +56,7 @@ def test_every_value_is_within_its_own_bounds_and_sets_itself_again(params: app.
         assert setting.low <= setting.value <= setting.high
         book.set(setting.name, setting.value, armed=True)
     assert not book.changes()
-    assert not book.saves()
+    assert not book.files_to_save()
 
 
 def test_what_may_not_come_in_flight_is_little_and_known(params: app.AutopilotParams) -> None:
@@ -110,7 +110,7 @@ def test_what_stations_changed_lies_over_the_file_at_the_next_start(tmp_path: Pa
     book = app.book(configuration())
     for name, value in (("CTL_Z_POLE2", -0.5), ("CTL_LAW", 1.0), ("SAF_GATE_HOLD", 3.0), ("EST_COF_CURRENT", 1.0)):
         book.set(name, value, armed=False)
-    ((file, content),) = book.saves()
+    ((file, content),) = book.files_to_save()
     (tmp_path / file).write_bytes(content)
     again = configuration(tmp_path)
     params = app.autopilot_params(again)
@@ -126,7 +126,7 @@ def test_what_stations_changed_lies_over_the_file_at_the_next_start(tmp_path: Pa
     book = app.book(again)
     book.set("CTL_LAW", 0.0, armed=False)
     book.set("SAF_GATE_HOLD", 5.0, armed=False)
-    ((_, content),) = book.saves()
+    ((_, content),) = book.files_to_save()
     assert content.decode().splitlines()[1:] == ["control.depth.poles_1_s = [-0.4, -0.5]"]
 
 

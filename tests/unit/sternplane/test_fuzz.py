@@ -71,7 +71,7 @@ def test_the_conversations_have_all_that_the_vehicle_hears() -> None:
     configuration = prepare(Wish("demo"), {}).configuration
     known = {message.get_msgId() for talk in TALKS for message in talk}
     for one in ashore(configuration, False, random.Random(1)).node.links:
-        assert one._hear.keys() <= known
+        assert one._handlers.keys() <= known
 
 
 def test_a_sound_vehicle_breaks_no_rule_and_does_what_stations_ask() -> None:
@@ -124,8 +124,8 @@ def test_a_number_that_is_none_in_an_order_is_found(monkeypatch: pytest.MonkeyPa
 
 
 def test_a_key_that_lets_the_unsigned_in_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    heeded = signing.UNSIGNED_HEARD | {mavlink.MAVLINK_MSG_ID_COMMAND_LONG}
-    monkeypatch.setattr(signing, "UNSIGNED_HEARD", heeded)
+    heeded = signing.UNSIGNED_ACCEPTED | {mavlink.MAVLINK_MSG_ID_COMMAND_LONG}
+    monkeypatch.setattr(signing, "UNSIGNED_ACCEPTED", heeded)
     found = flown(Job(1, 1, FEW)).failure
     assert found is not None
     assert found.text.startswith("signed:")

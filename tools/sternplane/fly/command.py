@@ -103,15 +103,15 @@ def command(options: argparse.Namespace) -> int:
         open_ground(options.gcs, configuration, options.gcs_key, options.state) as stations,
         interruptible() as interrupted,
     ):
-        stations.keep(options.state, folder)
+        stations.save_changes_in(options.state, folder)
         log = LogWriter(folder / "log.mcap", header)
         tape = FlightRecorder(log, console)
 
         def stop() -> bool:
-            return bool(interrupted) or ground.node.ending != ""
+            return bool(interrupted) or ground.node.end_request != ""
 
         ground = stations.ground
-        ground.node.may_end()
+        ground.node.allow_end()
         try:
             if address or pace == "bus":
                 tape.say(f"waiting for the {'simulator' if address else 'plant'} on {address or spec}")
@@ -124,7 +124,8 @@ def command(options: argparse.Namespace) -> int:
             lost, reason = True, str(error)
             console.print(f"sternplane: {error}", highlight=False, soft_wrap=True)
         finally:
-            asked = f"{ground.node.ending} by station {ground.node.ender}" if ground.node.ending else ""
+            node = ground.node
+            asked = f"{node.end_request} by station {node.end_requester}" if node.end_request else ""
             reason = reason or _how(tape.last, bool(interrupted), asked)
             if not tape.broken:
                 end = {"completed": None, "reason": reason, "wall_s": time.monotonic() - began}
@@ -134,7 +135,7 @@ def command(options: argparse.Namespace) -> int:
         Console().print(table(report.leave_of(folder / "log.mcap", folder)))
     point_latest(folder)
     tape.say(f"  {folder}")
-    return 1 if lost else _AGAIN if ground.node.ending == "reboot" else 0
+    return 1 if lost else _AGAIN if ground.node.end_request == "reboot" else 0
 
 
 def _how(last: Cycle | None, interrupted: bool, asked: str) -> str:

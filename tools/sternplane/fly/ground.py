@@ -11,7 +11,7 @@ from firmware_py import app
 from firmware_py.adapters.ground.mavlink_ground import Grounds, MavlinkGround
 from firmware_py.adapters.ground.signing_key import read_signing
 from firmware_py.marine import Origin
-from firmware_py.mavlink.node import KEPT
+from firmware_py.mavlink.node import STATE_FILES
 from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.ports import Ground
 
@@ -21,7 +21,7 @@ class Stations(NamedTuple):
 
     ground: MavlinkGround
 
-    def beside(self, pilot: Ground) -> Ground:
+    def merged_with(self, pilot: Ground) -> Ground:
         """Both as one `ports.Ground`; the pilot alone where there is no station."""
         return Grounds(pilot, self.ground) if self.ground.links else pilot
 
@@ -29,7 +29,7 @@ class Stations(NamedTuple):
         """As `MavlinkGround.losses`, once the flight is over."""
         return self.ground.losses()
 
-    def keep(self, state: Path | None, folder: Path) -> None:
+    def save_changes_in(self, state: Path | None, folder: Path) -> None:
         """Keeps what stations change in `state`, or, with nothing kept of an earlier run, in the folder of this one.
 
         Stations may fetch the logs: all below runs/ if the run is left there, else its own.
@@ -38,11 +38,11 @@ class Stations(NamedTuple):
             StoreError: it cannot be written.
         """
         if state is None:
-            for name in KEPT:
+            for name in STATE_FILES:
                 (folder / "state" / name).unlink(missing_ok=True)
         if self.ground.links:
-            self.ground.keep(state or folder / "state")
-            self.ground.offer(folder, beside=folder.parent == Path("runs"))
+            self.ground.save_changes_in(state or folder / "state")
+            self.ground.offer_logs(folder, beside=folder.parent == Path("runs"))
 
 
 @contextlib.contextmanager
@@ -62,7 +62,7 @@ def open_ground(
     signing = read_signing(key, state) if key is not None else None
     book, plans = app.book(configuration), app.plans(configuration, state)
     ground = MavlinkGround(links, params.mavlink, origin, actuators, learned, signing, book, plans)
-    ground.node.limit(params.safety.depth_max, params.safety.altitude_min, params.guidance.turning)
+    ground.node.set_limits(params.safety.depth_max, params.safety.altitude_min, params.guidance.turning)
     try:
         yield Stations(ground)
     finally:

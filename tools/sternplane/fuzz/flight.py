@@ -129,7 +129,7 @@ class UnderFire:
         said[0] = owner + said[0]
         node = self.boat.node
         began = time.thread_time_ns()
-        node.listen(tick, said)
+        node.receive_all(tick, said)
         order = node.order()
         self.cost_ns.append(time.thread_time_ns() - began)
         if order is not NO_ORDER:
@@ -146,7 +146,7 @@ class UnderFire:
         flies(cycle)
         began = time.thread_time_ns()
         said = boat.node.report(cycle)
-        saves = boat.node.saves()
+        saves = boat.node.files_to_save()
         self.cost_ns[-1] += time.thread_time_ns() - began
         boat.kept |= saves
         self.counts["times that something was kept"] += len(saves)
@@ -156,7 +156,7 @@ class UnderFire:
                 self.counts["answers looked at"] += peer.hears(datagram)
         if self._twin is not None:
             self._twin.node.report(cycle)
-            self._twin.kept |= self._twin.node.saves()
+            self._twin.kept |= self._twin.node.files_to_save()
         if not self._left:
             self._quiet -= 1
             if not self._quiet and self._pilot is not None:
@@ -191,7 +191,7 @@ class UnderFire:
             raise Broken("signed: changes were ordered that the owner of the key did not ask for")
         if boat.kept.keys() != twin.kept.keys() or any(boat.kept[n] != twin.kept[n] for n in boat.kept):
             raise Broken(f"signed: kept {boat.kept}, but the owner of the key asked for {twin.kept}")
-        if boat.logs.erased != twin.logs.erased or boat.node.ending != twin.node.ending:
+        if boat.logs.erased != twin.logs.erased or boat.node.end_request != twin.node.end_request:
             raise Broken("signed: logs were erased or an end was asked for by nobody who has the key")
 
     def failure(self, text: str) -> Failure:
@@ -234,7 +234,7 @@ class UnderFire:
 
     def _compare(self, twin: Ashore, tick: Tick, owner: list[bytes], order: Order) -> None:
         """The order but for changes, which are tried when there is room in a datagram."""
-        twin.node.hear(tick, 0, owner)
+        twin.node.receive(tick, 0, owner)
         wanted = twin.node.order()
         self._changes[1].extend(wanted.changes)
         if order is wanted is NO_ORDER:

@@ -13,9 +13,9 @@ from firmware_py.marine import Origin
 from firmware_py.mavlink.base.codec import Codec, Message
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
-from firmware_py.mavlink.base.signing import UNSIGNED_HEARD, Signing
+from firmware_py.mavlink.base.signing import UNSIGNED_ACCEPTED, Signing
 from firmware_py.mavlink.files.tree import LogFile
-from firmware_py.mavlink.link import HEARD_PER_TICK
+from firmware_py.mavlink.link import MAX_PARSED_PER_TICK
 from firmware_py.mavlink.node import Node
 from firmware_py.mavlink.parameters.transfer import ParameterStore
 from firmware_py.mavlink.telemetry.health import Actuators
@@ -90,9 +90,9 @@ class Ashore:
             "of unknown id": sum(codec.unknown for codec in codecs),
             "cut: too much for a tick": sum(codec.dropped for codec in codecs),
             "dropped: too much for a tick, or to wait": sum(
-                link.dropped + link.untaken + link.unsaid for link in self.node.links
+                link.dropped + link.not_taken + link.not_sent for link in self.node.links
             ),
-            "answers that could not be packed": sum(codec.unsayable for codec in codecs),
+            "answers that could not be packed": sum(codec.not_encodable for codec in codecs),
         }
 
 
@@ -109,10 +109,10 @@ def ashore(configuration: Mapping[str, Any], signed: bool, rng: random.Random, s
     learned = params.estimation.coefficients.names if params.estimation.learning.enabled else ()
     plans = app.plans(configuration, state)
     node = Node(params.mavlink, origin, actuators, DOORS, learned, signing, book, plans)
-    node.limit(params.safety.depth_max, params.safety.altitude_min, params.guidance.turning)
-    node.may_end()
+    node.set_limits(params.safety.depth_max, params.safety.altitude_min, params.guidance.turning)
+    node.allow_end()
     found = Ashore(node, book, signing, Logs(rng))
-    node.shelve(found.logs)
+    node.offer_logs(found.logs)
     for link in node.links:
         link.codec.parse = _audited(found, link.codec, link.codec.parse)  # type: ignore[method-assign]
     return found
@@ -128,10 +128,10 @@ def _audited(found: Ashore, codec: Codec, parse: Parse) -> Parse:
         before = codec.malformed + codec.refused + codec.unknown
         messages, looked = parse(data, most, t_ns)
         counted = len(messages) + codec.malformed + codec.refused + codec.unknown - before
-        if not counted <= looked <= min(counted + 1, HEARD_PER_TICK) or looked > most:
+        if not counted <= looked <= min(counted + 1, MAX_PARSED_PER_TICK) or looked > most:
             raise Broken(f"counted: {counted} of {looked} places of at most {most}: {data.hex()}")
         for message in messages if found.signing is not None else ():
-            if not message.get_signed() and message.get_msgId() not in UNSIGNED_HEARD:
+            if not message.get_signed() and message.get_msgId() not in UNSIGNED_ACCEPTED:
                 raise Broken(f"signed: {message.get_type()} was heard unsigned: {data.hex()}")
         found.heard += len(messages)
         return messages, looked

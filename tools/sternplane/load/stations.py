@@ -13,7 +13,7 @@ from typing import Any
 
 from pymavlink import mavftp, mavutil  # type: ignore[import-untyped]
 
-from firmware_py.mavlink.telemetry.streams import PACES
+from firmware_py.mavlink.telemetry.streams import DEFAULT_STREAMS
 
 mavlink = mavutil.mavlink
 BOAT = (1, 1)
@@ -53,7 +53,7 @@ class Station(threading.Thread):
             if self.link.wait_heartbeat(timeout=COMES_S) is None:
                 raise TimeoutError("no heartbeat was heard")
             self._until = time.monotonic() + self._seconds
-            for name in PACES.keys() - {mavlink.MAVLINK_MSG_ID_HEARTBEAT}:
+            for name in DEFAULT_STREAMS.keys() - {mavlink.MAVLINK_MSG_ID_HEARTBEAT}:
                 self.command(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, name, _INTERVAL_US)
             self.work()
         except Exception as error:

@@ -44,14 +44,14 @@ def command(options: argparse.Namespace) -> int:
     (serve(address) if address else open_bus(bus)).close()
     with open_ground(options.gcs, flight.configuration, options.gcs_key, options.state) as stations:
         folder = run_folder(options.out)
-        stations.keep(options.state, folder)
+        stations.save_changes_in(options.state, folder)
         (folder / TRUTH_FILE).unlink(missing_ok=True)
         scenario, log = flight.scenario, folder / "log.mcap"
         with Progress(scenario.duration, len(scenario.mission.waypoints), Console(stderr=True)) as progress:
             if bus.startswith("virtual") and not address:
-                outcome = fly(flight, log, progress.update, stations.beside, stations.losses)
+                outcome = fly(flight, log, progress.update, stations.merged_with, stations.losses)
             else:
-                outcome = fly_two_processes(flight, folder, progress.update, stations.beside, stations.losses)
+                outcome = fly_two_processes(flight, folder, progress.update, stations.merged_with, stations.losses)
     kept_state.save(options.state or folder / "state", flight.autopilot.estimator.keep())
     point_latest(folder)
     console = Console()

@@ -201,7 +201,7 @@ class Boat:
         for _ in range(ticks):
             tick = Tick(self.k, DT_NS)
             for link, datagrams in enumerate(self.incoming):
-                self.node.hear(tick, link, datagrams)
+                self.node.receive(tick, link, datagrams)
                 datagrams.clear()
             order = self.node.order()
             self.mode, events = self.supervisor(self.mode, order)

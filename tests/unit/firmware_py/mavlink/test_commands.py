@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.base.identity import Identity
-from firmware_py.mavlink.commands.queue import MOST_WAITING
+from firmware_py.mavlink.commands.queue import MAX_WAITING
 from firmware_py.records.order import Arming, Mode, Order
 
 from .station import Boat, Station, cycle, node, parse
@@ -315,12 +315,12 @@ def test_two_who_disarm_at_once_are_both_answered_with_yes() -> None:
 
 def test_more_wishes_than_may_wait_are_refused_at_once_but_not_disarming() -> None:
     boat, station = armed()
-    for number in range(MOST_WAITING + 2):
+    for number in range(MAX_WAITING + 2):
         Station(boat, system=10 + number).command(SET_MODE, CUSTOM, 2)
     station.command(ARM, 0)
     boat.step(20)
     results = [result for _, result in station.acks()]
-    assert len(results) == MOST_WAITING + 3
+    assert len(results) == MAX_WAITING + 3
     assert results.count(ACCEPTED) == 1
     assert boat.mode is Mode.DISARMED
 

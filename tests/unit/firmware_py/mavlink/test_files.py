@@ -64,7 +64,7 @@ class Quiet:
     def __init__(self) -> None:
         self.dropped = 0
 
-    def drop(self) -> None:
+    def count_dropped(self) -> None:
         self.dropped += 1
 
 
@@ -83,7 +83,7 @@ class Peer:
 
     def write(self, frame: bytes) -> None:
         (message,) = mavlink.MAVLink(None).parse_buffer(frame)
-        self.files.hears()[message.get_msgId()](self.tick, message)
+        self.files.message_handlers()[message.get_msgId()](self.tick, message)
 
     @property
     def tick(self) -> Tick:
@@ -281,4 +281,4 @@ def test_whatever_comes_it_answers_little_and_raises_nothing(asked, raw) -> None
     peer.step(40)
     assert max(peer.in_a_tick) <= 2
     assert len(peer.files._sessions) <= 8
-    assert len(peer.files._sums) <= len(peer.files._requests) <= 8
+    assert len(peer.files._checksums) <= len(peer.files._requests) <= 8

@@ -57,11 +57,11 @@ class Watched:
 
         codec._decode, codec.parse = tried, looked
 
-    def listen(self, k: int, said: Sequence[Sequence[bytes]]) -> None:
+    def receive_all(self, k: int, said: Sequence[Sequence[bytes]]) -> None:
         for tried in self.tried:
             tried.clear()
         self.looked = [0] * LINKS
-        self.node.listen(Tick(k, DT_NS), said)
+        self.node.receive_all(Tick(k, DT_NS), said)
 
 
 @pytest.mark.parametrize("kind", FLOODS)
@@ -70,11 +70,11 @@ def test_what_a_tick_looks_at_is_bounded_over_all_links(kind: str, links: int) -
     watched = Watched()
     said = [FLOODS[kind] if i < links else [] for i in range(LINKS)]
     for k in range(20):
-        watched.listen(k, said)
-        assert sum(watched.looked) <= limits.HEARD_PER_TICK
-        assert sum(map(sum, watched.tried)) <= limits.HEARD_PER_TICK * LONGEST
+        watched.receive_all(k, said)
+        assert sum(watched.looked) <= limits.MAX_PARSED_PER_TICK
+        assert sum(map(sum, watched.tried)) <= limits.MAX_PARSED_PER_TICK * LONGEST
         for i in range(links):
-            assert watched.looked[i] >= limits.HEARD_PER_TICK // links
+            assert watched.looked[i] >= limits.MAX_PARSED_PER_TICK // links
     for i, link in enumerate(watched.node.links):
         assert (link.losses["flooding"] > 0) == (i < links)
 
@@ -84,7 +84,7 @@ def test_what_a_tick_looks_at_is_bounded_over_all_links(kind: str, links: int) -
 def test_a_command_is_heard_beside_floods_on_all_other_links(kind: str, quiet: int) -> None:
     watched = Watched()
     said = [[ARM] if i == quiet else [datagram.replace(ARM, BROKEN) for datagram in FLOODS[kind]] for i in range(LINKS)]
-    watched.listen(0, said)
+    watched.receive_all(0, said)
     order = watched.node.order()
     assert (order.arming, order.asker.link) == (Arming.ARM, quiet)
     assert watched.node.links[quiet].lost == 0
@@ -92,10 +92,10 @@ def test_a_command_is_heard_beside_floods_on_all_other_links(kind: str, quiet: i
 
 def test_what_others_leave_is_for_who_has_much_to_say() -> None:
     watched = Watched()
-    watched.listen(0, [[ARM], [ARM], [ARM * 40]])
-    assert watched.looked == [1, 1, limits.HEARD_PER_TICK - 2]
-    watched.listen(1, [[], [ARM * 40], []])
-    assert watched.looked == [0, limits.HEARD_PER_TICK, 0]
+    watched.receive_all(0, [[ARM], [ARM], [ARM * 40]])
+    assert watched.looked == [1, 1, limits.MAX_PARSED_PER_TICK - 2]
+    watched.receive_all(1, [[], [ARM * 40], []])
+    assert watched.looked == [0, limits.MAX_PARSED_PER_TICK, 0]
 
 
 def test_of_many_missions_in_one_tick_one_is_adopted_the_last() -> None:

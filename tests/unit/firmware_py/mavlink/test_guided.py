@@ -164,7 +164,7 @@ def test_values_that_cannot_be_flown_are_denied(command, params, result) -> None
 
 def test_what_is_deeper_than_the_supervisor_lets_it_is_denied() -> None:
     boat, station = sailing()
-    boat.node.limit(30.0)
+    boat.node.set_limits(30.0)
     for depth, result in ((40.0, DENIED), (20.0, ACCEPTED)):
         station.command(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, -depth, 3)
         boat.step()

@@ -79,7 +79,7 @@ def test_at_whatever_rate_they_are_asked_for_every_name_comes(interval_us: int) 
     boat = Boat(coefficients=NAMES)
     station = boat.stations[0]
     station.command(511, mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT, interval_us)
-    boat.node.hear(cycle().tick, 0, boat.incoming[0])
+    boat.node.receive(cycle().tick, 0, boat.incoming[0])
     said = [m.name for m in reports(LEARNED, 20.0, boat.node) if m.get_type() == "NAMED_VALUE_FLOAT"]
     assert set(said) == {*NAMES, *BESIDE}
 

@@ -46,7 +46,7 @@ class Shelf:
 
 def boat_with_logs() -> tuple[Boat, Station, Shelf]:
     boat, shelf = Boat(), Shelf()
-    boat.node.shelve(shelf)
+    boat.node.offer_logs(shelf)
     return boat, boat.stations[0], shelf
 
 

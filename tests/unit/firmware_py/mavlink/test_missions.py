@@ -17,7 +17,7 @@ from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.commands.setpoints import WaterFrame
 from firmware_py.mavlink.node import MavlinkParams, Node
 from firmware_py.mavlink.plans.mission_items import items_of
-from firmware_py.mavlink.plans.plan_builder import FILES, drawn, read
+from firmware_py.mavlink.plans.plan_builder import FILES, plan_of_mission, read_plan
 from firmware_py.records.mission import from_plain, plain
 from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mission, Surface, Waypoint
 
@@ -159,13 +159,13 @@ def test_what_is_cleared_is_gone_and_kept_as_gone(kind: int) -> None:
         RALLY: [item(RALLY_POINT, kind=RALLY)],
     }
     assert planner.upload(home(*content[kind], kind=kind), kind) == ACCEPTED
-    assert json.loads(dict(boat.node.saves())[FILES[kind]])["items"]
+    assert json.loads(dict(boat.node.files_to_save())[FILES[kind]])["items"]
     planner.send(mavlink.MAVLink_mission_clear_all_message(1, 1, mavlink.MAV_MISSION_TYPE_ALL))
     assert [m.type for m in planner.step() if m.get_type() == "MISSION_ACK"] == [ACCEPTED]
     boat.step()
     assert planner.download(kind) == [] or kind == -1
-    assert boat.node.saves() == [(FILES[kind], b'{"items": [\n\n]}\n')]
-    assert read(kind, '{"items": [\n\n]}\n', SEA).finish()[0].items == ()
+    assert boat.node.files_to_save() == [(FILES[kind], b'{"items": [\n\n]}\n')]
+    assert read_plan(kind, '{"items": [\n\n]}\n', SEA).finish()[0].items == ()
 
 
 def test_the_identity_of_a_plan_is_that_of_its_content() -> None:
@@ -176,7 +176,7 @@ def test_the_identity_of_a_plan_is_that_of_its_content() -> None:
         planner.upload(home(item(north=north)))
         raw: list[bytes] = []
         boat.incoming[0].append(planner.station.pack(mavlink.MAVLink_mission_request_list_message(1, 1, MISSION)))
-        boat.node.hear(cycle(boat.k).tick, 0, boat.incoming[0])
+        boat.node.receive(cycle(boat.k).tick, 0, boat.incoming[0])
         boat.incoming[0].clear()
         for k in range(3):
             raw.append(boat.node.report(cycle(boat.k + k))[0])
@@ -195,7 +195,7 @@ def test_the_mission_that_came_with_the_configuration_can_be_read_and_sent_back(
         Jump(1, 2),
         Surface(rally=True),
     )
-    boat = Boat(plans={MISSION: drawn(Mission(steps), SEA)})
+    boat = Boat(plans={MISSION: plan_of_mission(Mission(steps), SEA)})
     planner = Planner(boat)
     assert planner.upload(planner.download()) == ACCEPTED
     boat.step()

@@ -9,7 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.commands.setpoints import WaterFrame
-from firmware_py.mavlink.plans.plan_builder import read
+from firmware_py.mavlink.plans.plan_builder import read_plan
 from firmware_py.params import ParamError
 from firmware_py.records.order import Mode, Surface, Waypoint
 
@@ -85,7 +85,7 @@ def test_a_fence_is_in_force_while_there_is_one() -> None:
 )
 def test_a_kept_mission_that_is_broken_is_said_in_a_line(content: str, words: str) -> None:
     with pytest.raises(ParamError) as caught:
-        read(MISSION, content, SEA)
+        read_plan(MISSION, content, SEA)
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
 

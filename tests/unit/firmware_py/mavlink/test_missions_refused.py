@@ -55,11 +55,11 @@ REFUSED = [
 @pytest.mark.parametrize(("bad", "code", "words"), REFUSED, ids=lambda value: str(value)[:24])
 def test_an_item_that_cannot_be_flown_ends_the_upload_and_the_old_mission_stays(bad, code: int, words: str) -> None:
     boat = Boat()
-    boat.node.limit(30.0, 2.0)
+    boat.node.set_limits(30.0, 2.0)
     planner, old = Planner(boat), home(item(north=50), item(north=60))
     assert planner.upload(old) == ACCEPTED
     boat.step()
-    boat.node.saves()
+    boat.node.files_to_save()
     changes = len([order for order in boat.orders if order.changes])
     later = [item()] if bad.command != LOITER_UNLIM or bad.x else []
     assert planner.upload(home(*later, bad, item())) == code
@@ -69,7 +69,7 @@ def test_an_item_that_cannot_be_flown_ends_the_upload_and_the_old_mission_stays(
     if "jumps to" not in words:
         assert f"mission item {len(later) + 1}: " in "".join(planner.texts)
     assert len([order for order in boat.orders if order.changes]) == changes
-    assert boat.node.saves() == []
+    assert boat.node.files_to_save() == []
     assert fields(planner.download())[1:] == fields(old)[1:]
 
 
@@ -176,10 +176,10 @@ def test_a_fence_that_forbids_the_mission_is_taken_and_the_mission_is_not_flown(
 
 def test_a_depth_limit_that_forbids_the_mission_is_as_good_as_a_fence() -> None:
     boat = Boat()
-    boat.node.limit(30.0, 2.0)
+    boat.node.set_limits(30.0, 2.0)
     planner = Planner(boat)
     assert planner.upload(home(at(0), item(z=-25.0))) == ACCEPTED
-    boat.node.limit(20.0)
+    boat.node.set_limits(20.0)
     planner.step()
     assert "item 2: depth 25.0 m, limit 20 m" in "".join(planner.texts)
     boat.mode = Mode.HOLD

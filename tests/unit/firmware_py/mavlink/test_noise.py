@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink import link as limits
 from firmware_py.mavlink.base.codec import Codec
-from firmware_py.mavlink.telemetry.streams import PACES
+from firmware_py.mavlink.telemetry.streams import DEFAULT_STREAMS
 from firmware_py.records.order import NO_ORDER, Arming
 
 from .station import Boat, cycle, node, parse
@@ -30,7 +30,7 @@ def arm(again: int = 0) -> bytes:
 
 def order_after(*datagrams: bytes):
     boat = node()
-    boat.hear(cycle().tick, 0, datagrams)
+    boat.receive(cycle().tick, 0, datagrams)
     return boat.order()
 
 
@@ -98,7 +98,7 @@ def test_any_message_with_any_content_is_survived(data) -> None:
         payload = data.draw(st.binary(min_size=1, max_size=64))[: kind.unpacker.size] or b"\x01"
         header = bytes([len(payload), 0, 0, 0, 255, 190]) + kind.id.to_bytes(3, "little")
         crc = mavlink.x25crc(bytearray(header + payload + bytes([kind.crc_extra]))).crc
-        boat.hear(cycle().tick, 0, [b"\xfd" + header + payload + crc.to_bytes(2, "little")])
+        boat.receive(cycle().tick, 0, [b"\xfd" + header + payload + crc.to_bytes(2, "little")])
     assert boat.links[0].codec.malformed == 0
     for k in range(100):
         parse(boat.report(cycle(k))[0])
@@ -116,8 +116,8 @@ def test_no_more_is_looked_at_in_a_tick_than_its_share() -> None:
 def test_a_flood_is_cut_and_counted(flood: bytes) -> None:
     boat = node()
     (link,) = boat.links
-    boat.hear(cycle().tick, 0, [flood] * 100)
-    assert link.losses["flooding"] >= 100 - limits.HEARD_PER_TICK
+    boat.receive(cycle().tick, 0, [flood] * 100)
+    assert link.losses["flooding"] >= 100 - limits.MAX_PARSED_PER_TICK
     assert link.lost == sum(link.losses.values())
 
 
@@ -129,15 +129,15 @@ def test_a_flood_of_questions_fills_no_tick_beyond_its_share() -> None:
         for _ in range(40):
             station.command(mavlink.MAV_CMD_DO_PARACHUTE)
         boat.step()
-        assert len(station.messages) <= limits.SAID_PER_TICK
+        assert len(station.messages) <= limits.MAX_SENT_PER_TICK
         names.update(message.get_type() for message in station.messages)
         station.messages.clear()
     assert (names["HEARTBEAT"], names["ATTITUDE"]) == (2, 20)
-    boat.step(limits.MOST_WAITING)
+    boat.step(limits.MAX_WAITING)
     answered = names["COMMAND_ACK"] + len(station.heard("COMMAND_ACK"))
     losses = boat.node.links[0].losses
-    assert losses["flooding"] == 200 * (40 - limits.HEARD_PER_TICK)
-    assert losses["not_said"] == 200 * limits.HEARD_PER_TICK - answered
+    assert losses["flooding"] == 200 * (40 - limits.MAX_PARSED_PER_TICK)
+    assert losses["not_said"] == 200 * limits.MAX_PARSED_PER_TICK - answered
     boat.step(100)
     assert "COMMAND_ACK" not in {message.get_type() for message in station.messages}
 
@@ -145,7 +145,7 @@ def test_a_flood_of_questions_fills_no_tick_beyond_its_share() -> None:
 def test_services_are_heard_however_much_is_streamed() -> None:
     boat = Boat()
     (station,) = boat.stations
-    names = PACES.keys() - {mavlink.MAVLINK_MSG_ID_HEARTBEAT}
+    names = DEFAULT_STREAMS.keys() - {mavlink.MAVLINK_MSG_ID_HEARTBEAT}
     for name in names:
         station.command(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, name, 20000)
         boat.step()

@@ -139,7 +139,7 @@ def test_the_pack_has_the_values_of_the_moment_with_or_without_those_of_the_file
 
 def test_component_metadata_is_the_message_of_the_standard() -> None:
     files = metadata.files(BOOK)
-    frame = metadata.maker(files)(cycle(250)).pack(mavlink.MAVLink(None, 1, 1))
+    frame = metadata.encoder(files)(cycle(250)).pack(mavlink.MAVLink(None, 1, 1))
     uri = b"mftp:///metadata/general.json"
     payload = struct.pack("<II", 2500, crc32_by_the_bit(files["metadata/general.json"]())) + uri
     assert frame[:10] == bytes((0xFD, len(payload), 0, 0, 0, 1, 1)) + (397).to_bytes(3, "little")

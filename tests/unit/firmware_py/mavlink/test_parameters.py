@@ -74,21 +74,21 @@ class Station:
         self.k = 0
         self.out, self.back = mavlink.MAVLink(None, 255, 190), mavlink.MAVLink(None, 1, 1)
 
-    def say(self, message: Any) -> None:
+    def send(self, message: Any) -> None:
         self.said.append(message)
 
-    def tell(self, text: str, matters: int) -> None:
+    def send_text(self, text: str, matters: int) -> None:
         self.texts.append(text)
 
-    def show(self, name: int) -> None:
+    def send_from_cycle(self, name: int) -> None:
         raise AssertionError
 
-    def drop(self) -> None:
+    def count_dropped(self) -> None:
         self.dropped += 1
 
     def hear(self, message: Any) -> None:
         (heard,) = mavlink.MAVLink(None).parse_buffer(message.pack(self.out))
-        self.service.hears()[heard.get_msgId()](TICK, heard)
+        self.service.message_handlers()[heard.get_msgId()](TICK, heard)
 
     def ticks(self, count: int = 40) -> list[Any]:
         """What comes in that many ticks, as the station reads it."""
@@ -116,7 +116,7 @@ class Station:
 
 
 def kept(book: ParameterStore) -> dict[str, Any]:
-    ((name, content),) = book.saves()
+    ((name, content),) = book.files_to_save()
     assert name == FILE
     return tomllib.loads(content.decode())
 
@@ -187,7 +187,7 @@ def test_a_value_that_is_set_is_told_to_every_station_ordered_of_the_vehicle_and
     assert [json.loads(change) for change in station.book.changes()] == [{"parameters": {"law.gain_deg": 2.3}}]
     assert kept(station.book) == {"law": {"gain_deg": 2.3}}
     assert not station.book.changes()
-    assert not station.book.saves()
+    assert not station.book.files_to_save()
     station.set("L_GAIN", 2.3)  # its answer was lost
     assert station.values() == [("L_GAIN", pytest.approx(2.3))]
     assert not station.book.changes()
@@ -238,7 +238,7 @@ def test_a_value_that_cannot_be_is_refused_with_the_reason_and_the_old_one_echoe
     assert (error.param_id, error.error) == (name, mavlink.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE)
     assert station.texts == [words]
     assert not station.book.changes()
-    assert not station.book.saves()
+    assert not station.book.files_to_save()
     assert station.book.index == old
 
 

@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import all as mavlink
 
 from firmware_py.mavlink.base.codec import Message
 from firmware_py.mavlink.base.identity import Identity
-from firmware_py.mavlink.base.modes import available_modes, worded
+from firmware_py.mavlink.base.modes import available_modes, with_mode_names
 from firmware_py.records.order import Mode, Order
 from firmware_py.safety.supervisor import SafetyParams, Supervisor
 from firmware_py.schedule import Tick
@@ -107,7 +107,7 @@ def test_who_is_disarmed_is_told_to_arm_first(mode: Mode) -> None:
 @pytest.mark.parametrize("mode", Mode)
 def test_modes_are_called_what_the_links_stations_show(mode: Mode) -> None:
     sentence = f"{mode.name} refused: surfacing; not MANUAL_CONTROL, MISSION_ITEM, holding"
-    ours, theirs = worded(Identity.ARDUSUB, sentence), worded(Identity.GENERIC, sentence)
+    ours, theirs = with_mode_names(Identity.ARDUSUB, sentence), with_mode_names(Identity.GENERIC, sentence)
     assert ours.partition(" refused")[2] == theirs.partition(" refused")[2] == sentence.partition(" refused")[2]
     assert ours.startswith(ARDUSUB.get(mode, mode.name) + " ")
     listed = {message.mode_name for message in available_modes(Identity.GENERIC, 0)}

@@ -16,7 +16,7 @@ from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.commands.setpoints import WaterFrame
 from firmware_py.mavlink.link import Link
 from firmware_py.mavlink.node import MavlinkParams, Node
-from firmware_py.mavlink.plans.plan_builder import MISSION, drawn
+from firmware_py.mavlink.plans.plan_builder import MISSION, plan_of_mission
 from firmware_py.records.order import Arming, Mission, Mode, Waypoint
 
 from .station import ACTUATORS, LEARNED, ORIGIN, Boat, cycle, node
@@ -38,7 +38,7 @@ def talk(boat: Boat, number: int, *params: float, ticks: int = 3) -> list:
     messages = []
     for _ in range(ticks):
         tick = cycle(boat.k).tick
-        boat.node.hear(tick, 0, boat.incoming[0])
+        boat.node.receive(tick, 0, boat.incoming[0])
         boat.incoming[0].clear()
         order = boat.node.order()
         boat.mode, events = boat.supervisor(boat.mode, order)
@@ -115,7 +115,7 @@ def test_the_missions_course_is_set_by_command(number: int, params: tuple, mode:
 @pytest.mark.parametrize(("identity", "jump"), [(Identity.ARDUSUB, 2), (Identity.GENERIC, 3)])
 def test_a_mission_starts_at_an_item_as_the_link_counts_them(identity: Identity, jump: int) -> None:
     boat = Boat()
-    boat.node = node(identities=(identity,), plans={MISSION: drawn(FOUR, WaterFrame(ORIGIN, 0.0))})
+    boat.node = node(identities=(identity,), plans={MISSION: plan_of_mission(FOUR, WaterFrame(ORIGIN, 0.0))})
     boat.mode = Mode.MANUAL
     boat.stations[0].command(START, 3, 0)
     boat.step()
@@ -199,17 +199,17 @@ def test_no_armed_vehicle_is_restarted_or_calibrated_by_force_neither(mode: Mode
     boat.step(2)
     assert "armed" in "".join(m.text for m in boat.stations[0].messages if m.get_type() == "STATUSTEXT")
     assert boat.stations[0].acks() == [(number, REJECTED)]
-    assert boat.node.ending == ""
+    assert boat.node.end_request == ""
 
 
 @pytest.mark.parametrize(("param", "ending", "result"), [(1, "reboot", 0), (2, "shutdown", 0), (3, "", 2), (0, "", 0)])
 def test_a_disarmed_vehicle_is_restarted(param: int, ending: str, result: int) -> None:
     boat = Boat()
-    boat.node.may_end()
+    boat.node.allow_end()
     boat.stations[0].command(REBOOT, param)
     boat.step()
     assert boat.stations[0].acks() == [(REBOOT, result)]
-    assert (boat.node.ending, boat.node.ender) == (ending, "255/190" if ending else "")
+    assert (boat.node.end_request, boat.node.end_requester) == (ending, "255/190" if ending else "")
 
 
 def test_a_simulation_is_not_ended_from_afar() -> None:
@@ -217,7 +217,7 @@ def test_a_simulation_is_not_ended_from_afar() -> None:
     boat.stations[0].command(REBOOT, 1)
     boat.step(2)
     assert boat.stations[0].acks() == [(REBOOT, DENIED)]
-    assert boat.node.ending == ""
+    assert boat.node.end_request == ""
 
 
 LATITUDE, LONGITUDE, LAKE_MM = 465_000_000, 66_000_000, 300_000
@@ -282,8 +282,8 @@ def test_a_link_of_high_latency_says_one_message_in_five_seconds_and_answers() -
 
 def test_of_events_only_critical_ones_go_over_a_link_of_high_latency() -> None:
     link: Link = acoustic().node.links[0]
-    link.announce("MISSION -> SURFACE: water in the hull", mavlink.MAV_SEVERITY_CRITICAL)
-    link.announce("waypoint 1 of 3 passed", mavlink.MAV_SEVERITY_INFO)
+    link.send_event("MISSION -> SURFACE: water in the hull", mavlink.MAV_SEVERITY_CRITICAL)
+    link.send_event("waypoint 1 of 3 passed", mavlink.MAV_SEVERITY_INFO)
     assert len(link._waiting) == 1
 
 
@@ -301,7 +301,7 @@ def test_high_latency_can_be_begun_and_ended_on_any_link() -> None:
 
 def test_high_latency_says_what_matters() -> None:
     boat = node(surface=300.0)
-    maker = boat.links[0]._makers[mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2]
+    maker = boat.links[0]._encoders[mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2]
     m = maker(
         cycle(
             100, Mode.LOITER, eta=Eta(0.0, 0.0, 12.34, 0.0, 0.0, math.radians(-90.0)), learned=LEARNED, depth_ok=False
@@ -323,7 +323,7 @@ def test_high_latency_says_what_matters() -> None:
 def test_no_state_however_broken_makes_it_unsayable(eta, nu, std) -> None:
     boat = node(identities=tuple(Identity))
     for link in boat.links:
-        maker = link._makers[mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2]
+        maker = link._encoders[mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2]
         message = maker(cycle(0, eta=Eta(*eta), nu=Nu(*nu), position_std=std))
         try:
             message.pack(mavlink.MAVLink(None))
@@ -337,7 +337,7 @@ class Talker:
     def __init__(self, name: str) -> None:
         self.name = name
 
-    def hears(self) -> dict:
+    def message_handlers(self) -> dict:
         return {}
 
     def due(self, tick) -> list:
@@ -347,7 +347,7 @@ class Talker:
 def test_services_say_what_they_have_in_turn_beside_the_streams() -> None:
     boat = Boat()
     for name in "abcdef":
-        boat.node.links[0].serve(Talker(name))
+        boat.node.links[0].add_service(Talker(name))
     boat.step(60)
     said = [m for m in boat.stations[0].messages if m.get_type() == "STATUSTEXT"]
     counts = [sum(m.text == name for m in said) for name in "abcdef"]

@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
-from firmware_py.mavlink.base.signing import KEPT, TICKS_PER_S, UNSIGNED_HEARD, Signing
+from firmware_py.mavlink.base.signing import STATE_FILE, TICKS_PER_S, UNSIGNED_ACCEPTED, Signing
 from firmware_py.mavlink.node import MavlinkParams, Node
 from firmware_py.records.order import NO_ORDER, Arming
 
@@ -47,7 +47,7 @@ def node(kept: bytes = b"", links: int = 1, key: bytes = KEY, now: int = NOW, st
 
 def hears(boat: Node, *datagrams: bytes, link: int = 0) -> bool:
     """Whether the boat is asked to arm by what it hears; it forgets that it was."""
-    boat.hear(cycle().tick, link, datagrams)
+    boat.receive(cycle().tick, link, datagrams)
     order = boat.order()
     boat.report(dataclasses.replace(cycle(), order=order))
     return order.arming is Arming.ARM
@@ -87,9 +87,9 @@ def test_what_was_heard_before_a_restart_is_not_heard_after_it() -> None:
     boat, peer = node(), Peer()
     heard, unheard = peer.arm(), peer.arm()
     assert hears(boat, heard)
-    ((name, kept),) = boat.saves()
-    assert name == KEPT
-    assert boat.saves() == []  # not for each message
+    ((name, kept),) = boat.files_to_save()
+    assert name == STATE_FILE
+    assert boat.files_to_save() == []  # not for each message
     again = node(kept)
     assert not hears(again, heard)
     assert not hears(again, unheard)  # it may have been heard after what is kept was written
@@ -100,7 +100,7 @@ def test_a_clock_that_fell_back_does_not_bring_back_the_past() -> None:
     boat, peer = node(), Peer()
     heard = peer.arm()
     assert hears(boat, heard)
-    ((_, kept),) = boat.saves()
+    ((_, kept),) = boat.files_to_save()
     assert not hears(node(kept, now=0), heard)
 
 
@@ -109,7 +109,7 @@ def test_what_is_kept_goes_on_while_messages_do() -> None:
     written = []
     for second in range(0, 60, 2):
         assert hears(boat, Peer(now=NOW + second * TICKS_PER_S).arm())
-        written += boat.saves()
+        written += boat.files_to_save()
         assert int(written[-1][1]) >= NOW + second * TICKS_PER_S
     assert 4 <= len(written) <= 8
 
@@ -150,9 +150,9 @@ def test_no_unsigned_message_but_the_listed_reaches_anybody(data) -> None:
         payload = data.draw(st.binary(min_size=1, max_size=40))[: kind.unpacker.size] or b"\x01"
         header = bytes([len(payload), 0, 0, 0, 255, 190]) + kind.id.to_bytes(3, "little")
         crc = mavlink.x25crc(bytearray(header + payload + bytes([kind.crc_extra]))).crc
-        boat.hear(cycle().tick, 0, [b"\xfd" + header + payload + crc.to_bytes(2, "little")])
+        boat.receive(cycle().tick, 0, [b"\xfd" + header + payload + crc.to_bytes(2, "little")])
         assert boat.order() is NO_ORDER
-    listed = sum(name in mavlink.mavlink_map for name in UNSIGNED_HEARD)
+    listed = sum(name in mavlink.mavlink_map for name in UNSIGNED_ACCEPTED)
     assert boat.links[0].codec.refused == len(mavlink.mavlink_map) - listed
 
 
@@ -181,7 +181,7 @@ def test_refusals_are_told_now_and_then_in_a_sentence_with_their_number() -> Non
     boat = node()
     said = []
     for k in range(2500):
-        boat.hear(cycle(k).tick, 0, [Peer(None).arm()])
+        boat.receive(cycle(k).tick, 0, [Peer(None).arm()])
         said += [m for m in parse(boat.report(cycle(k))[0]) if m.get_type() in ("STATUSTEXT", "SYS_STATUS")]
     texts = [m.text for m in said if m.get_type() == "STATUSTEXT" and m.chunk_seq == 0]
     assert len(texts) == 3
@@ -192,6 +192,6 @@ def test_refusals_are_told_now_and_then_in_a_sentence_with_their_number() -> Non
 def test_a_station_cannot_change_the_key() -> None:
     boat = node()
     setup = mavlink.MAVLink_setup_signing_message(1, 1, list(OTHER), NOW)
-    boat.hear(cycle().tick, 0, [Peer().pack(setup)])
+    boat.receive(cycle().tick, 0, [Peer().pack(setup)])
     assert not hears(boat, Peer(OTHER).arm())
     assert hears(boat, Peer(now=NOW + TICKS_PER_S).arm())

@@ -121,7 +121,7 @@ def test_the_prearm_check_is_always_there_and_healthy_where_arming_would_be_gran
 
 def test_deeper_than_the_depth_limit_is_beyond_the_fence() -> None:
     boat, statuses = node(), []
-    boat.limit(30.0)
+    boat.set_limits(30.0)
     for k in range(300):
         deep = 100 <= k < 200
         for m in parse(boat.report(cycle(k, eta=Eta(0.0, 0.0, 30.1 if deep else 30.0, 0.0, 0.0, 0.0)))[0]):

@@ -18,25 +18,25 @@ def test_sentences_of_any_length_arrive_whole(sentences: list[str]) -> None:
     peer, ours = mavlink.MAVLink(None), mavlink.MAVLink(None, 1, 1)
     messages = []
     for sentence in sentences:
-        for message in texts.say(sentence, 6):
+        for message in texts.encode(sentence, 6):
             messages += peer.parse_buffer(message.pack(ours))
     assert put_together(messages) == sentences
 
 
 @pytest.mark.parametrize("length", [0, 1, 49, 50, 51, 99, 100, 101, 300, 301, 10_000])
 def test_the_last_chunk_is_known_by_the_room_it_leaves(length: int) -> None:
-    messages = StatusTexts().say("x" * length, 6)
+    messages = StatusTexts().encode("x" * length, 6)
     assert put_together(messages) == ["x" * min(length, 300)]
 
 
 def test_what_is_not_ascii_becomes_a_question_mark() -> None:
-    (message,) = StatusTexts().say("23\N{DEGREE SIGN} to port", 6)
+    (message,) = StatusTexts().encode("23\N{DEGREE SIGN} to port", 6)
     assert message.text == "23? to port"
 
 
 def test_the_number_of_a_sentence_is_never_that_of_short_ones() -> None:
     texts = StatusTexts()
-    numbers = {texts.say("x" * 60, 6)[0].id for _ in range(65_535)}
+    numbers = {texts.encode("x" * 60, 6)[0].id for _ in range(65_535)}
     assert numbers == set(range(1, 65_536))
 
 

@@ -13,7 +13,7 @@ from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.node import MavlinkParams, Node
 from firmware_py.mavlink.plans.items import Limits
-from firmware_py.mavlink.plans.path_check import first_way
+from firmware_py.mavlink.plans.path_check import check_first_leg
 from firmware_py.records.fence import Fence, Polygon
 from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mode, Surface, Waypoint
 from firmware_py.records.turning import Turning
@@ -40,7 +40,7 @@ WALL = [at(x, y, command=EXCLUDE, p=(4,), kind=FENCE) for x, y in ((40, -50), (4
 def fenced(x: float = 0.0, y: float = 0.0, **state) -> Planner:
     boat = Boat()
     boat.state = {"eta": STATE.eta._replace(x=x, y=y), **state}
-    boat.node.limit(30.0, 2.0, TURNING)
+    boat.node.set_limits(30.0, 2.0, TURNING)
     planner = Planner(boat)
     assert planner.upload(home(*WALL, kind=FENCE), FENCE) == ACCEPTED
     boat.mode = Mode.HOLD
@@ -108,7 +108,7 @@ def around(x: float, y: float, radius: float) -> Loiter:
     ],
 )
 def test_the_first_place_is_that_which_is_flown_first(steps: list, at: int, wrong: int | None) -> None:
-    found = first_way(steps, at, 0.0, 0.0, LIMITS)
+    found = check_first_leg(steps, at, 0.0, 0.0, LIMITS)
     assert found == (None if wrong is None else (wrong, "within exclusion 1 of the fence"))
 
 
@@ -250,8 +250,8 @@ def test_what_makes_circles_wider_holds_for_the_next_mission(
     name: str, value: float, gap: float, before: int, after: int
 ) -> None:
     book, boat = app.book(BOOK), Boat()
-    boat.node = Node(MavlinkParams(), ORIGIN, ACTUATORS, (LinkConfiguration(Identity.ARDUSUB),), book=book)
-    boat.node.limit(30.0, 2.0, app.autopilot_params(BOOK).guidance.turning)
+    boat.node = Node(MavlinkParams(), ORIGIN, ACTUATORS, (LinkConfiguration(Identity.ARDUSUB),), parameter_store=book)
+    boat.node.set_limits(30.0, 2.0, app.autopilot_params(BOOK).guidance.turning)
     planner, circle = Planner(boat), home(at(40.0 - gap, command=LOITER))
     assert planner.upload(home(*WALL, kind=FENCE), FENCE) == ACCEPTED
     assert planner.upload(circle) == before
