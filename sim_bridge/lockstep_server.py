@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from firmware_py.adapters.lockstep.lockstep import BYE, HELLO, PATIENCE, VERSION, LockstepError, LockstepLink
-from firmware_py.wire.messages import TICK, TICK_DONE
-from firmware_py.wire.protocol import LockstepTick
+from firmware_py.wire.dronecan.messages import TICK, TICK_DONE
+from firmware_py.wire.dronecan.protocol import LockstepTick
 
 _KNOCK = 0.2
 """How often a vehicle that has not answered yet is greeted, s."""

@@ -14,11 +14,11 @@ from firmware_py.marine import euler_from_quaternion
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import Ahrs, Battery, Fix, Heard, SensorFrame, silence
 from firmware_py.schedule import Rate, Tick
-from firmware_py.wire import equipment as eq
-from firmware_py.wire import messages as m
-from firmware_py.wire.layout import DecodeError
-from firmware_py.wire.protocol import GetNodeInfoResponse, HardwareVersion, NodeStatus, SoftwareVersion
-from firmware_py.wire.transfer import Dropped, Reassembler, Sender, Transfer
+from firmware_py.wire.dronecan import equipment as eq
+from firmware_py.wire.dronecan import messages as m
+from firmware_py.wire.dronecan.dsdl_types import DecodeError
+from firmware_py.wire.dronecan.protocol import GetNodeInfoResponse, HardwareVersion, NodeStatus, SoftwareVersion
+from firmware_py.wire.dronecan.transfer import Dropped, Reassembler, Sender, Transfer
 
 NAME = b"org.sternplane.autopilot"
 FRAMES_PER_TICK = 256

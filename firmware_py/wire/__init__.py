@@ -1,1 +1,1 @@
-"""Bytes to records and back, pure: DroneCAN, serial sentences, the log."""
+"""Conversion between bytes and records, without I/O: DroneCAN, serial sentences, the log."""

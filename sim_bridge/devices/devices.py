@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
 from firmware_py.adapters.buses.can_bus import FramePort, NodeIds
-from firmware_py.wire import messages as m
-from firmware_py.wire.layout import DecodeError
-from firmware_py.wire.transfer import Reassembler, Transfer
+from firmware_py.wire.dronecan import messages as m
+from firmware_py.wire.dronecan.dsdl_types import DecodeError
+from firmware_py.wire.dronecan.transfer import Reassembler, Transfer
 from sim_bridge.devices.actuator_nodes import Esc, EscParams, ServoHub, ServoHubParams
 from sim_bridge.devices.instrument_nodes import publishers
 from sim_bridge.devices.instruments import Instruments, InstrumentsParams

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TypeVar
 
 from firmware_py.adapters.buses.can_bus import FramePort
-from firmware_py.wire.messages import GET_NODE_INFO, GET_NODE_INFO_RESPONSE, NODE_STATUS, MessageType
-from firmware_py.wire.protocol import GetNodeInfoResponse, HardwareVersion, NodeStatus, SoftwareVersion
-from firmware_py.wire.transfer import Reassembler, Sender, Transfer
+from firmware_py.wire.dronecan.messages import GET_NODE_INFO, GET_NODE_INFO_RESPONSE, NODE_STATUS, MessageType
+from firmware_py.wire.dronecan.protocol import GetNodeInfoResponse, HardwareVersion, NodeStatus, SoftwareVersion
+from firmware_py.wire.dronecan.transfer import Reassembler, Sender, Transfer
 
 R = TypeVar("R")
 VENDOR = "org.sternplane.sim."

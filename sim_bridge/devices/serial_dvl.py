@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from firmware_py.records.sensing import Dvl
-from firmware_py.wire import waterlink
+from firmware_py.wire.serial import waterlink
 from sim_bridge.devices.instruments import Boat
 from sim_bridge.devices.sensors import Sensor
 from sim_bridge.devices.serial_line import SerialLine

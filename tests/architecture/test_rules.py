@@ -50,7 +50,7 @@ def test_the_tree_keeps_the_import_contracts() -> None:
         ("firmware_py/app.py", "import sim_bridge.plant.plant", "vehicle"),
         ("firmware_py/adapters/clock.py", "import sternplane.logs.reading", "vehicle"),
         ("firmware_py/safety/gate.py", "import can", "input or output"),
-        ("firmware_py/wire/transfer.py", "import time", "input or output"),
+        ("firmware_py/wire/dronecan/transfer.py", "import time", "input or output"),
     ],
 )
 def test_an_import_that_points_outward_is_caught(copy: Path, file: str, line: str, contract: str) -> None:

@@ -19,9 +19,9 @@ from dronecan.dsdl.common import crc16_from_bytes
 from firmware_py.adapters.buses import multicast_bus
 from firmware_py.adapters.buses.can_bus import BusError, open_bus
 from firmware_py.adapters.buses.node_id_check import heard_nodes, refuse_if_taken
-from firmware_py.wire.equipment import ArrayCommand, Command
-from firmware_py.wire.messages import ARRAY_COMMAND
-from firmware_py.wire.transfer import Sender
+from firmware_py.wire.dronecan.equipment import ArrayCommand, Command
+from firmware_py.wire.dronecan.messages import ARRAY_COMMAND
+from firmware_py.wire.dronecan.transfer import Sender
 from sim_bridge.devices.node import Node
 
 from .bus_contract import PATIENCE, BusContract, TwoProcesses, collect, doors, free_number

@@ -8,7 +8,7 @@ import pytest
 import serial
 
 from firmware_py.marine import Eta, Nu, Origin, euler_from_quaternion, local_to_geodetic
-from firmware_py.wire import waterlink
+from firmware_py.wire.serial import waterlink
 
 from .conftest import ORIGIN
 

@@ -15,8 +15,8 @@ from sternplane.logs.replay import replay
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
 from firmware_py.adapters.lockstep.lockstep import HELLO, VERSION, LockstepLink
 from firmware_py.app import build
-from firmware_py.wire.messages import TICK, TICK_DONE
-from firmware_py.wire.protocol import LockstepTick, LockstepTickDone
+from firmware_py.wire.dronecan.messages import TICK, TICK_DONE
+from firmware_py.wire.dronecan.protocol import LockstepTick, LockstepTickDone
 from tests.sitl.command import Start, sternplane
 from tests.sitl.flights import flown
 

@@ -11,9 +11,9 @@ import pytest
 
 from firmware_py.adapters.buses.can_bus import BusError, open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
-from firmware_py.wire.equipment import ArrayCommand, Command
-from firmware_py.wire.messages import ARRAY_COMMAND
-from firmware_py.wire.transfer import Sender
+from firmware_py.wire.dronecan.equipment import ArrayCommand, Command
+from firmware_py.wire.dronecan.messages import ARRAY_COMMAND
+from firmware_py.wire.dronecan.transfer import Sender
 from tests.contract.bus_contract import BusContract, TwoProcesses, collect, doors
 
 pytestmark = pytest.mark.vcan

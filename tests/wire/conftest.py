@@ -7,10 +7,10 @@ import pathlib
 import dronecan
 import pytest
 
-from firmware_py.wire.layout import Array, Boolean, Float, Integer, Struct, Union, Void, struct_of
-from firmware_py.wire.messages import Kind
+from firmware_py.wire.dronecan.dsdl_types import Array, Boolean, Float, Integer, Struct, Union, Void, struct_of
+from firmware_py.wire.dronecan.messages import Kind
 
-DSDL = pathlib.Path(__file__).parents[2] / "firmware_py" / "wire" / "dsdl" / "sternplane"
+DSDL = pathlib.Path(__file__).parents[2] / "firmware_py" / "wire" / "dronecan" / "dsdl" / "sternplane"
 MODE = {Kind.MESSAGE: None, Kind.REQUEST: "request", Kind.RESPONSE: "response"}
 
 

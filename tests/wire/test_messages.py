@@ -11,8 +11,8 @@ from dronecan.transport import f16_from_f32
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.wire import bits, equipment, messages, protocol
-from firmware_py.wire.layout import (
+from firmware_py.wire.dronecan import bitwise_codec, equipment, messages, protocol
+from firmware_py.wire.dronecan.dsdl_types import (
     Array,
     Boolean,
     DecodeError,
@@ -29,7 +29,7 @@ from firmware_py.wire.layout import (
     union,
     upto,
 )
-from firmware_py.wire.messages import BY_ID, Kind
+from firmware_py.wire.dronecan.messages import BY_ID, Kind
 
 TYPES = list(BY_ID.values())
 NAMES = [f"{kind.name.rpartition('.')[2]}-{kind.kind.name.lower()}" for kind in TYPES]
@@ -108,9 +108,9 @@ def test_bytes_are_those_of_pydronecan_both_ways(kind, peer, data):
 def test_the_fast_codec_does_what_the_exact_one_does(kind, data):
     layout = struct_of(kind.record)
     record = data.draw(values(layout))
-    payload = bits.encode(layout, record)
+    payload = bitwise_codec.encode(layout, record)
     assert kind.encode(record) == payload
-    assert same(kind.decode(payload), bits.decode(layout, payload))
+    assert same(kind.decode(payload), bitwise_codec.decode(layout, payload))
     assert same(kind.decode(bytearray(payload)), kind.decode(payload))
 
 
@@ -121,9 +121,9 @@ def test_any_bytes_are_a_record_or_a_decode_error(kind, payload):
         record = kind.decode(payload)
     except DecodeError:
         with pytest.raises(DecodeError):
-            bits.decode(struct_of(kind.record), payload)
+            bitwise_codec.decode(struct_of(kind.record), payload)
     else:
-        assert same(record, bits.decode(struct_of(kind.record), payload))
+        assert same(record, bitwise_codec.decode(struct_of(kind.record), payload))
         assert len(kind.encode(record)) == len(payload)
 
 
@@ -203,18 +203,18 @@ def test_float16_rounds_as_libuavcan_at_ties():
             middle,
             math.nextafter(middle, 0.0),
         ):
-            assert bits.half(value) == f16_from_f32(value)
-            assert bits.half(-value) == f16_from_f32(-value)
+            assert bitwise_codec.half(value) == f16_from_f32(value)
+            assert bitwise_codec.half(-value) == f16_from_f32(-value)
 
 
 def test_layouts_that_no_message_has_are_exact():
     """By hand: 3 bits of length, 3 flags, a float16 that begins within a byte; and a tag of one bit."""
     flags = Struct(lambda *fields: fields, (upto(Boolean(), 5), array(float16, 1)))
-    assert bits.encode(flags, ((True, False, True), (1.0,))) == bytes.fromhex("7400f0")
-    assert bits.decode(flags, bytes.fromhex("7400f0")) == ((True, False, True), (1.0,))
+    assert bitwise_codec.encode(flags, ((True, False, True), (1.0,))) == bytes.fromhex("7400f0")
+    assert bitwise_codec.decode(flags, bytes.fromhex("7400f0")) == ((True, False, True), (1.0,))
     either = union(protocol.Value, Integer(8), Integer(16))
-    assert bits.encode(either, (1, 0x1234)) == bytes.fromhex("9a0900")
-    assert bits.decode(either, bytes.fromhex("9a0900")) == (1, 0x1234)
+    assert bitwise_codec.encode(either, (1, 0x1234)) == bytes.fromhex("9a0900")
+    assert bitwise_codec.decode(either, bytes.fromhex("9a0900")) == (1, 0x1234)
 
 
 def test_ids_are_unique_and_lockstep_is_vendor_specific():

@@ -6,10 +6,10 @@ import time
 from collections.abc import Mapping
 
 from firmware_py.adapters.buses.can_bus import BusError, CanBus
-from firmware_py.wire.layout import DecodeError
-from firmware_py.wire.messages import GET_NODE_INFO, GET_NODE_INFO_RESPONSE
-from firmware_py.wire.protocol import GetNodeInfoRequest
-from firmware_py.wire.transfer import Reassembler, Sender
+from firmware_py.wire.dronecan.dsdl_types import DecodeError
+from firmware_py.wire.dronecan.messages import GET_NODE_INFO, GET_NODE_INFO_RESPONSE
+from firmware_py.wire.dronecan.protocol import GetNodeInfoRequest
+from firmware_py.wire.dronecan.transfer import Reassembler, Sender
 
 LONG_ENOUGH = 1.2
 """Every node says once a second that it lives; s."""

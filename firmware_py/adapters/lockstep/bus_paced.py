@@ -9,8 +9,8 @@ from firmware_py.ports import Hardware
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.schedule import Tick
-from firmware_py.wire.messages import TICK, TICK_DONE
-from firmware_py.wire.protocol import LockstepTickDone
+from firmware_py.wire.dronecan.messages import TICK, TICK_DONE
+from firmware_py.wire.dronecan.protocol import LockstepTickDone
 
 
 def join(turns: LockstepLink, dt_ns: int, seconds: float, stop: Callable[[], bool] = lambda: False) -> bool:

@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterable
 from typing import TypeVar
 
 from firmware_py.adapters.buses.can_bus import CanBus
-from firmware_py.wire.layout import DecodeError
-from firmware_py.wire.messages import TICK, TICK_DONE, MessageType
-from firmware_py.wire.transfer import Reassembler, Sender
+from firmware_py.wire.dronecan.dsdl_types import DecodeError
+from firmware_py.wire.dronecan.messages import TICK, TICK_DONE, MessageType
+from firmware_py.wire.dronecan.transfer import Reassembler, Sender
 
 R = TypeVar("R")
 

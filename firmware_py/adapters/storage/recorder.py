@@ -20,7 +20,7 @@ from mcap.writer import CompressionType, Writer
 
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Changes
-from firmware_py.wire.cdr import Codec
+from firmware_py.wire.log.cdr_codec import Codec
 
 R = TypeVar("R")
 

@@ -20,9 +20,9 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import NOTHING_LEARNED
 from firmware_py.records.order import BESIDE, Mode, Order
 from firmware_py.records.sensing import Heard, silence
-from firmware_py.wire import ros2msg
-from firmware_py.wire.cdr import Codec
-from firmware_py.wire.ros2msg import Layout, SchemaError
+from firmware_py.wire.log import ros2_schema
+from firmware_py.wire.log.cdr_codec import Codec
+from firmware_py.wire.log.ros2_schema import Layout, SchemaError
 
 FINS = 4
 ODD = [math.nan, -0.0, math.inf, -math.inf, 5e-324, 1.7976931348623157e308, 0.1]
@@ -124,7 +124,7 @@ def test_a_ros2_decoder_reads_the_same(codec: Codec[Cycle], cycle: Cycle) -> Non
 @given(cycles=st.lists(CYCLES, min_size=1, max_size=4))
 @settings(max_examples=25)
 def test_columns_hold_what_the_records_hold(codec: Codec[Cycle], cycles: list[Cycle]) -> None:
-    layout = Layout(ros2msg.parse("Cycle", codec.schema))  # from the schema alone, as a reader of old logs has it
+    layout = Layout(ros2_schema.parse("Cycle", codec.schema))  # from the schema alone, as a reader of old logs has it
     data = [codec.encode(cycle) for cycle in cycles]
     columns = layout.columns(data)
     assert columns["frame.fins.value"].shape == (len(cycles), FINS)

@@ -15,9 +15,9 @@ import serial
 
 from firmware_py.adapters.buses.can_bus import CanBus, NodeIds
 from firmware_py.params import ParamError, load
-from firmware_py.wire import equipment as eq
-from firmware_py.wire import messages as m
-from firmware_py.wire.transfer import Sender
+from firmware_py.wire.dronecan import equipment as eq
+from firmware_py.wire.dronecan import messages as m
+from firmware_py.wire.dronecan.transfer import Sender
 from sim_bridge.assembly import assemble
 from sim_bridge.bridge import Lockstep
 from sim_bridge.devices.devices import BoatParams

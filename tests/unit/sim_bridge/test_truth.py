@@ -14,8 +14,8 @@ import pytest
 
 from firmware_py import params
 from firmware_py.params import ParamError
-from firmware_py.wire.equipment import ArrayCommand, Command
-from firmware_py.wire.messages import ARRAY_COMMAND
+from firmware_py.wire.dronecan.equipment import ArrayCommand, Command
+from firmware_py.wire.dronecan.messages import ARRAY_COMMAND
 from sim_bridge.plant.coefficients import Coefficients, length_power
 from sim_bridge.plant.packing import C, constants, fin_table, mass_matrix
 from sim_bridge.plant.truth import MOST_FINS, Fin, Station, Truth, refuse_other_fins

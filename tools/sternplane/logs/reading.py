@@ -28,9 +28,9 @@ from firmware_py.adapters.storage.recorder import (
     from_json,
 )
 from firmware_py.records.cycle import Cycle
-from firmware_py.wire import ros2msg
-from firmware_py.wire.cdr import Codec
-from firmware_py.wire.ros2msg import Layout, SchemaError
+from firmware_py.wire.log import ros2_schema
+from firmware_py.wire.log.cdr_codec import Codec
+from firmware_py.wire.log.ros2_schema import Layout, SchemaError
 
 Columns = dict[str, npt.NDArray[Any]]
 
@@ -53,7 +53,7 @@ class Topic:
     @cached_property
     def layout(self) -> Layout:
         """From the schema in the log, so that the columns of any version's records can be read."""
-        return Layout(ros2msg.parse(self.name, self.schema))
+        return Layout(ros2_schema.parse(self.name, self.schema))
 
     @cached_property
     def columns(self) -> Columns:

@@ -1,13 +1,13 @@
-"""The words a message layout is written in: the types of DSDL (DroneCAN v0) as annotations of a NamedTuple's fields.
+"""The types of DSDL (DroneCAN v0) as annotations of a NamedTuple's fields.
 
-A record says what a message is and how it lies on the wire in one place:
+A record declares the fields of a message and their layout on the wire in one place:
 
     class StaticPressure(NamedTuple):
         static_pressure: float32
         static_pressure_variance: float16
 
-Bit order of DSDL v0: an integer is cut into bytes from its low end, the last piece is what is left of its high bits,
-and the pieces follow each other with the most significant bit first.
+Bit order of DSDL v0: an integer is cut into bytes from its low end, the last piece holds the remaining high bits, and
+the pieces follow each other with the most significant bit first.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Annotated, Any, TypeAlias
 
 
 class DecodeError(ValueError):
-    """A payload that is not what its message's layout says."""
+    """A payload that does not fit the layout of its message."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,14 +39,14 @@ class Boolean:
 
 @dataclass(frozen=True, slots=True)
 class Float:
-    """IEEE 754 of 16, 32 or 64 bits; what is out of range, infinity too, saturates; NaN stays NaN."""
+    """IEEE 754 of 16, 32 or 64 bits; a value out of range, infinity too, saturates; NaN stays NaN."""
 
     bits: int
 
 
 @dataclass(frozen=True, slots=True)
 class Void:
-    """Bits that say nothing: sent as zeros, skipped when read."""
+    """Padding bits: sent as zeros, skipped when read."""
 
     bits: int
 
@@ -61,13 +61,13 @@ class Array:
 
     @property
     def bytelike(self) -> bool:
-        """True if the record holds it as `bytes`."""
+        """Return True if the record holds the array as `bytes`."""
         return self.item == UINT8
 
 
 @dataclass(frozen=True, slots=True)
 class Struct:
-    """One layout after the other; a `Void` among them has no field in `record`."""
+    """A sequence of layouts; a `Void` among them has no field in `record`."""
 
     record: type[Any]
     parts: tuple[Layout, ...]
@@ -82,7 +82,7 @@ class Union:
 
     @property
     def tag_bits(self) -> int:
-        """Width of the tag."""
+        """Return the width of the tag, bits."""
         return (len(self.alternatives) - 1).bit_length()
 
 
@@ -119,30 +119,30 @@ usec = Annotated[int, Integer(56, truncated=True)]
 
 
 def void(bits: int) -> Void:
-    """Metadata of the field that follows the void."""
+    """Return padding, as metadata of the field that follows it."""
     return Void(bits)
 
 
 def array(item: object, length: int) -> Array:
-    """item[length]."""
+    """Return the layout of DSDL's item[length]."""
     return Array(layout_of(item), length, dynamic=False)
 
 
 def upto(item: object, length: int) -> Array:
-    """item[<=length]."""
+    """Return the layout of DSDL's item[<=length]."""
     return Array(layout_of(item), length, dynamic=True)
 
 
 def union(record: type[Any], *alternatives: object) -> Union:
-    """@union of the alternatives in tag order; what DSDL calls Empty is a record without fields."""
+    """Return the layout of DSDL's @union, alternatives in tag order; DSDL's Empty is a record without fields."""
     return Union(record, tuple(layout_of(a) for a in alternatives))
 
 
 def layout_of(hint: object) -> Layout:
-    """The layout of an annotated type, of a NamedTuple of such, or of a layout itself.
+    """Return the layout of an annotated type, of a NamedTuple of such, or of a layout itself.
 
     Raises:
-        TypeError: if the annotation says nothing about the wire.
+        TypeError: if the annotation names no layout.
     """
     if isinstance(hint, Integer | Boolean | Float | Void | Array | Struct | Union):
         return hint
@@ -151,26 +151,26 @@ def layout_of(hint: object) -> Layout:
         return Struct(hint, tuple(part for field in hint._fields for part in _parts(hints[field])))
     parts = _parts(hint)
     if len(parts) != 1:
-        raise TypeError(f"{hint!r} has no layout on the wire; annotate it with one of wire.layout")
+        raise TypeError(f"{hint!r} has no layout on the wire; annotate it with one of wire.dronecan.dsdl_types")
     return parts[0]
 
 
 def struct_of(record: type[Any]) -> Struct:
-    """The layout of a NamedTuple."""
+    """Return the layout of a NamedTuple."""
     layout = layout_of(record)
     assert isinstance(layout, Struct)
     return layout
 
 
 def _parts(hint: object) -> tuple[Layout, ...]:
-    """What an annotation puts on the wire: voids, then the field."""
+    """Return the layouts that an annotation stands for: voids, then the field."""
     if isinstance(hint, type):
         return (layout_of(hint),) if hasattr(hint, "_fields") else ()
     return tuple(m for m in getattr(hint, "__metadata__", ()) if isinstance(m, typing.get_args(Layout)))
 
 
 def min_bits(layout: Layout) -> int:
-    """The least a value takes, as DSDL counts it for the tail array optimisation (a dynamic array counts 0)."""
+    """Return the least bits of a value, as DSDL counts for the tail array optimisation (a dynamic array counts 0)."""
     match layout:
         case Array(item, length, dynamic):
             return 0 if dynamic else length * min_bits(item)
@@ -183,7 +183,7 @@ def min_bits(layout: Layout) -> int:
 
 
 def max_bits(layout: Layout) -> int:
-    """The most a value takes, with the length of every dynamic array."""
+    """Return the most bits of a value, with the length of every dynamic array."""
     match layout:
         case Array(item, length, dynamic):
             return length * max_bits(item) + (length.bit_length() if dynamic else 0)
@@ -196,5 +196,5 @@ def max_bits(layout: Layout) -> int:
 
 
 def length_in_tail(array: Array, tail: bool) -> bool:
-    """Tail array optimisation: True if the array's length is not sent, because it follows from that of the payload."""
+    """Return True if the array's length is not sent but follows from the payload's (tail array optimisation)."""
     return array.dynamic and tail and min_bits(array.item) >= 8

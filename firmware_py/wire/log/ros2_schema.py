@@ -1,7 +1,7 @@
-"""The layout of a logged message: its text in the ROS 2 interface language, and where each number stands in CDR.
+"""The layout of a logged message: its schema in the ROS 2 interface language, and the place of each number in CDR.
 
-Messages are classic CDR (OMG DDSI-RTPS 2.2, 10.2): four bytes of encapsulation that say "little-endian", then the
-fields in order, each aligned to its own size counted from behind those four bytes. Everything of fixed length comes
+Messages are classic CDR (OMG DDSI-RTPS 2.2, 10.2): four bytes of encapsulation for "little-endian", then the fields in
+order, each aligned to its own size counted from behind those four bytes. Everything of fixed length comes
 first; a message may end with one `string[]`. Such a log opens in any viewer that knows ROS 2, and a column of it is a
 strided view of the bytes.
 """
@@ -27,7 +27,7 @@ _FIELD = re.compile(r"(?:sternplane/)?(\w+)(?:\[(\d*)\])? (\w+)")
 
 
 class SchemaError(ValueError):
-    """A record or a schema that this encoding has no place for."""
+    """A record or a schema that this encoding cannot represent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class Scalar:
 
 @dataclass(frozen=True, slots=True)
 class Array:
-    """So many of one kind, back to back."""
+    """A number of items of one kind, back to back."""
 
     item: Node
     count: int
@@ -49,7 +49,7 @@ class Array:
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """A message: its name, its fields in order, and the class it came from, if it came from one."""
+    """A message: its name, its fields in order, and the class it was made from, if any."""
 
     name: str
     fields: tuple[tuple[str, Node], ...]
@@ -58,7 +58,7 @@ class Record:
 
 @dataclass(frozen=True, slots=True)
 class Texts:
-    """Any number of strings, at the very end."""
+    """Any number of strings, at the end of the message."""
 
 
 Node = Scalar | Array | Record | Texts
@@ -73,7 +73,7 @@ class Leaf(NamedTuple):
 
 
 class Layout:
-    """Where everything stands in a message.
+    """The place of every number in a message.
 
     Attributes:
         leaves: every number, in order.
@@ -95,7 +95,7 @@ class Layout:
         self.format = "".join(codes)
 
     def columns(self, messages: Sequence[bytes]) -> dict[str, npt.NDArray[Any]]:
-        """Every field over all messages: path -> array of shape (messages,) or, in arrays, (messages, count)."""
+        """Return every field over all messages: path -> array of shape (messages,) or, in arrays, (messages, count)."""
         fixed = b"".join([message[: self.size] for message in messages])
         grouped: dict[str, list[npt.NDArray[Any]]] = {}
         for path, code, offset in self.leaves:
@@ -105,7 +105,7 @@ class Layout:
         return {path: np.stack(c, axis=-1) if path in arrays else c[0] for path, c in grouped.items()}
 
     def strings(self, message: bytes) -> tuple[str, ...]:
-        """The strings a message ends with."""
+        """Return the strings that a message ends with."""
         at, found = self.size, []
         for _ in range(int.from_bytes(message[at - 4 : at], "little") if self.texts else 0):
             at += -at % 4
@@ -137,7 +137,7 @@ class Layout:
         return "x" * gap
 
     def _arrays(self, node: Node, path: str) -> set[str]:
-        """The paths of the numbers that stand in an array."""
+        """Return the paths of the numbers that are in an array."""
         if isinstance(node, Array):
             return {leaf.path for leaf in self.leaves if leaf.path == path or leaf.path.startswith(f"{path}.")}
         inside = node.fields if isinstance(node, Record) else ()
@@ -145,7 +145,7 @@ class Layout:
 
 
 def text(root: Record) -> str:
-    """The message and all it is made of, as `ros2msg` schema.
+    """Return the schema (`ros2msg`) of a message and of all messages in it.
 
     Raises:
         SchemaError: if two different messages have one name.
@@ -160,7 +160,7 @@ def text(root: Record) -> str:
 
 
 def parse(name: str, schema: str) -> Record:
-    """The message that a schema made by `text` describes, whatever version of the records wrote it.
+    """Return the message that a schema made by `text` describes, whatever version of the records wrote it.
 
     Raises:
         SchemaError: if it is not such a schema.

@@ -1,4 +1,4 @@
-"""The exact codec: any layout, any value, bit by bit; the definition that the fast one (`fast.py`) must agree with."""
+"""The exact codec: any layout and any value, bit by bit; the reference that `struct_codec` must agree with."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 import struct
 from typing import Any
 
-from firmware_py.wire.layout import (
+from firmware_py.wire.dronecan.dsdl_types import (
     Array,
     Boolean,
     DecodeError,
@@ -27,7 +27,7 @@ _FLOAT = {16: struct.Struct("<e"), 32: struct.Struct("<f"), 64: struct.Struct("<
 
 
 def encode(layout: Layout, value: Any) -> bytes:
-    """The payload of a value, padded with zeros to whole bytes.
+    """Return the payload of a value, padded with zeros to whole bytes.
 
     Raises:
         ValueError: if an array has a length that the layout does not allow.
@@ -40,7 +40,7 @@ def encode(layout: Layout, value: Any) -> bytes:
 
 
 def decode(layout: Layout, payload: bytes) -> Any:
-    """The value of a payload.
+    """Return the value of a payload.
 
     Raises:
         DecodeError: if the payload is too short, too long, or an array or a tag in it is out of bounds.
@@ -53,7 +53,7 @@ def decode(layout: Layout, payload: bytes) -> Any:
 
 
 def half(value: float) -> int:
-    """The bits of a float16: by way of float32, ties away from zero, saturated; NaN has all but its sign set."""
+    """Return the bits of a float16: by way of float32, ties away from zero, saturated; NaN has all but its sign set."""
     if value != value:
         return 0xFFFF if math.copysign(1.0, value) < 0.0 else 0x7FFF
     (single,) = _FLOAT[32].unpack(_FLOAT[32].pack(_saturated(value, 16)))
@@ -65,7 +65,7 @@ def _saturated(value: float, bits: int) -> float:
 
 
 class _Writer:
-    """Bits so far, as one integer."""
+    """The bits written so far, as one integer."""
 
     __slots__ = ("bits", "count")
 
@@ -120,7 +120,7 @@ class _Writer:
 
 
 class _Reader:
-    """Bits that are left, as one integer."""
+    """The bits not yet read, as one integer."""
 
     __slots__ = ("bits", "left")
 

@@ -1,4 +1,4 @@
-"""The velocity report of a Water Linked DVL (serial protocol 2.x, sentence `wrz`), read and written.
+"""The velocity report of a Water Linked DVL (serial protocol 2.x, sentence `wrz`): encoding and decoding.
 
 A line is `wrz,vx,vy,vz,valid,altitude,fom,covariance,time_of_validity,time_of_transmission,time,status*cc`: m/s in the
 axes of the device, `y` or `n`, m, m/s, nine entries with `;` between them, us, us, ms, a bit mask; cc is a CRC-8 of all
@@ -12,19 +12,19 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 LONGEST_LINE = 512
-"""The device's longest is about 200 bytes."""
+"""The longest line that is accepted, bytes; the device's own longest is about 200."""
 
 
 class SentenceError(ValueError):
-    """A line that is not a sentence of this protocol; the text says why."""
+    """A line that is not a sentence of this protocol; the text gives the reason."""
 
 
 class ChecksumError(SentenceError):
-    """A line whose checksum is not that of its bytes."""
+    """A line whose checksum does not fit its bytes."""
 
 
 class Velocity(NamedTuple):
-    """One report. Where `valid` is False the numbers mean nothing: gate on it, not on them."""
+    """One velocity report. Where `valid` is False the numbers mean nothing: check it, not them."""
 
     vx: float
     vy: float
@@ -40,12 +40,12 @@ class Velocity(NamedTuple):
 
     @property
     def usable(self) -> bool:
-        """True if the device vouches for the velocities and they are numbers."""
+        """Return True if the device reports the velocities as valid and they are finite."""
         return self.valid and math.isfinite(self.vx + self.vy + self.vz)
 
     @property
     def bottom(self) -> float:
-        """Distance to the bottom, m; NaN if it is not known (the device sends -1, 0 or 1e9 as well)."""
+        """Return the distance to the bottom, m; NaN if unknown (the device sends -1, 0 or 1e9 as well)."""
         return self.altitude if self.valid and 0.0 < self.altitude < 1e6 else math.nan
 
 
@@ -62,7 +62,7 @@ _CRC = _crc_table()
 
 
 def crc8(data: bytes) -> int:
-    """CRC-8: polynomial 0x07, begins with 0, not reflected."""
+    """Return the CRC-8: polynomial 0x07, initial value 0, not reflected."""
     crc, table = 0, _CRC
     for byte in data:
         crc = table[crc ^ byte]
@@ -70,7 +70,7 @@ def crc8(data: bytes) -> int:
 
 
 def encode(report: Velocity) -> bytes:
-    """The line of a report, with CR LF, in the device's precision (mm/s, cm)."""
+    """Return the line of a report, with CR LF, in the device's precision (mm/s, cm)."""
     covariance = ";".join([f"{c:.6g}" for c in report.covariance])
     text = (
         f"wrz,{report.vx:.3f},{report.vy:.3f},{report.vz:.3f},{'y' if report.valid else 'n'},{report.altitude:.2f},"
@@ -81,7 +81,7 @@ def encode(report: Velocity) -> bytes:
 
 
 def decode(line: bytes) -> Velocity | None:
-    """The report of a line without its end; None for another sentence of the device.
+    """Return the report of a line without its end; None for another sentence of the device.
 
     Raises:
         SentenceError: bad checksum, not of this protocol, or malformed.
@@ -110,18 +110,18 @@ def decode(line: bytes) -> Velocity | None:
 
 @dataclass(slots=True)
 class Counts:
-    """What became of the lines."""
+    """Number of lines, by result."""
 
     good: int = 0
     other: int = 0
-    """Good sentences that are no velocity report."""
+    """Good sentences other than a velocity report."""
     bad_checksum: int = 0
     malformed: int = 0
     too_long: int = 0
 
 
 class LineBuffer:
-    """Bytes in, in whatever pieces they come; reports out. It keeps at most one line of `longest` bytes."""
+    """Lines collected from pieces of bytes and decoded; keeps at most one line of `longest` bytes."""
 
     __slots__ = ("_line", "_longest", "_skipping", "counts")
 
@@ -132,7 +132,7 @@ class LineBuffer:
         self.counts = Counts()
 
     def feed(self, data: bytes) -> list[Velocity]:
-        """The reports that these bytes complete, in order; everything else is counted."""
+        """Return the reports that these bytes complete, in order; count everything else."""
         *lines, rest = (self._line + data).replace(b"\r", b"\n").split(b"\n")
         reports = []
         for line in lines:

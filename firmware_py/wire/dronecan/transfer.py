@@ -1,8 +1,8 @@
-"""Transfers: payloads cut into CAN frames and put together again (DroneCAN v0 on CAN 2.0B).
+"""Transfers: payloads cut into CAN frames and reassembled (DroneCAN v0 on CAN 2.0B).
 
-A frame is (can_id, data): 29 bits without flags, at most 8 bytes, of which the last, the tail, says start, end, toggle
-and transfer id. A payload of more than 7 bytes takes several frames, and begins with a CRC that the type's signature
-seeds. Time is that of the vehicle, s, as passed in.
+A frame is (can_id, data): 29 bits without flags, at most 8 bytes, of which the last, the tail byte, holds start, end,
+toggle and transfer id. A payload of more than 7 bytes takes several frames, and begins with a CRC that the type's
+signature seeds. The caller passes in the time, s.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
-from firmware_py.wire.messages import Kind, MessageType
+from firmware_py.wire.dronecan.messages import Kind, MessageType
 
 R = TypeVar("R")
 Frame: TypeAlias = tuple[int, bytes]
 
 TIMEOUT = 2.0
-"""A transfer that is not complete after this time is given up, s; so is the memory of what was last heard."""
+"""A transfer that is not complete after this time is given up, s; so is the memory of the last transfer id."""
 _START, _END, _TOGGLE = 0x80, 0x40, 0x20
 _TAILS = tuple(bytes((tail,)) for tail in range(256))
 
 
 def can_id(kind: MessageType[Any], source: int, priority: int = 16, destination: int = 0) -> int:
-    """The 29-bit id of a transfer's frames; priority 0 is the highest of 32; services have a destination.
+    """Return the 29-bit id of a transfer's frames; priority 0 is the highest of 32; services have a destination.
 
     Raises:
         ValueError: if a node id is not in [1, 127], or the priority not in [0, 31].
@@ -40,7 +40,7 @@ def can_id(kind: MessageType[Any], source: int, priority: int = 16, destination:
 
 
 def frames_of(identifier: int, payload: bytes, transfer_id: int, crc_seed: int) -> list[Frame]:
-    """The frames of one transfer; `crc_seed` is that of the payload's type."""
+    """Return the frames of one transfer; `crc_seed` is that of the payload's type."""
     if len(payload) < 8:
         return [(identifier, payload + _TAILS[_START | _END | transfer_id & 31])]
     payload = binascii.crc_hqx(payload, crc_seed).to_bytes(2, "little") + payload
@@ -53,7 +53,7 @@ def frames_of(identifier: int, payload: bytes, transfer_id: int, crc_seed: int) 
 
 
 class Sender:
-    """A node's outgoing side: it counts the transfer ids of each type and destination."""
+    """The sending side of a node: counts the transfer ids of each type and destination."""
 
     __slots__ = ("_next", "node_id")
 
@@ -64,11 +64,11 @@ class Sender:
         self._next: dict[int, int] = {}
 
     def send(self, kind: MessageType[R], value: R, priority: int = 16, destination: int = 0) -> list[Frame]:
-        """The frames of a message, or of a request to `destination`."""
+        """Return the frames of a message, or of a request to `destination`."""
         return self._frames(can_id(kind, self.node_id, priority, destination), kind, value)
 
     def respond(self, request: Transfer, kind: MessageType[R], value: R) -> list[Frame]:
-        """The frames of the response to a request, with its transfer id and priority."""
+        """Return the frames of the response to a request, with its transfer id and priority."""
         identifier = can_id(kind, self.node_id, request.priority, request.source)
         return frames_of(identifier, kind.encode(value), request.transfer_id, kind.crc_seed)
 
@@ -81,7 +81,7 @@ class Sender:
 
 
 class Transfer(NamedTuple):
-    """What has arrived: of which type, from whom, and when its first frame came, s."""
+    """A complete transfer: its type, its source, and when its first frame arrived, s."""
 
     kind: MessageType[Any]
     source: int
@@ -93,22 +93,22 @@ class Transfer(NamedTuple):
 
 @dataclass(slots=True)
 class Dropped:
-    """How many frames or transfers were dropped, and why."""
+    """Number of frames or transfers dropped, by cause."""
 
     foreign: int = 0
-    """A type that nobody asked for, or not a frame of this protocol."""
+    """A type that was not asked for, or not a frame of this protocol."""
     duplicate: int = 0
     lost_start: int = 0
     """A frame of a transfer whose start was not seen, or that has been given up."""
     unfinished: int = 0
-    """A transfer whose end did not come before the next began."""
+    """A transfer whose end had not arrived when the next began."""
     wrong_toggle: int = 0
     """A frame twice, or the one after a lost one."""
     bad_crc: int = 0
     timed_out: int = 0
     too_long: int = 0
     crowded_out: int = 0
-    """The oldest of too many open transfers."""
+    """The oldest of too many incomplete transfers."""
 
 
 class _Open:
@@ -126,15 +126,15 @@ class _Open:
 
 
 class Reassembler:
-    """A node's incoming side, for the types that it asked for. Any input is survived, in bounded memory.
+    """The receiving side of a node, for the types that it asks for. Any input is accepted, in bounded memory.
 
     Args:
         wanted: messages from everybody; requests and responses that are addressed to `node_id`.
-        node_id: 0 if the node hears messages only.
-        most_open: transfers of many frames at once; the oldest gives way.
+        node_id: 0 if the node receives messages only.
+        most_open: how many multi-frame transfers may be incomplete at once; the oldest is dropped.
     """
 
-    __slots__ = ("_heard", "_most_open", "_open", "_ports", "dropped")
+    __slots__ = ("_last_ids", "_most_open", "_open", "_ports", "dropped")
 
     def __init__(self, wanted: Iterable[MessageType[Any]], node_id: int = 0, most_open: int = 64) -> None:
         # A port is the part of the id that says type and destination: bits 7 to 23.
@@ -146,11 +146,11 @@ class Reassembler:
                 self._ports[can_id(kind, 1, 0, node_id) >> 7] = kind
         self._most_open = most_open
         self._open: dict[int, _Open] = {}
-        self._heard: dict[int, tuple[int, float]] = {}
+        self._last_ids: dict[int, tuple[int, float]] = {}
         self.dropped = Dropped()
 
     def accept(self, identifier: int, data: bytes, t: float) -> Transfer | None:
-        """Takes one frame; returns the transfer that it completes, if it does."""
+        """Take one frame; return the transfer that it completes, if any."""
         kind = self._ports.get(identifier >> 7 & 0x1FFFF)
         if kind is None or not identifier & 0x7F or identifier >> 29 or not 1 <= len(data) <= 8:
             self.dropped.foreign += 1
@@ -159,13 +159,13 @@ class Reassembler:
         tail = data[-1]
         if tail & 0xE0 != _START | _END:
             return self._accept_part(kind, key, identifier >> 24, data, t)
-        heard = self._heard.get(key)
-        if heard is not None and heard[0] == tail & 31 and t - heard[1] <= TIMEOUT:
+        last_id = self._last_ids.get(key)
+        if last_id is not None and last_id[0] == tail & 31 and t - last_id[1] <= TIMEOUT:
             self.dropped.duplicate += 1
             return None
         if key in self._open:
             self._drop_open(key, t)
-        self._heard[key] = (tail & 31, t)
+        self._last_ids[key] = (tail & 31, t)
         return Transfer(kind, identifier & 0x7F, tail & 31, identifier >> 24, bytes(data[:-1]), t)
 
     def _accept_part(self, kind: MessageType[Any], key: int, priority: int, data: bytes, t: float) -> Transfer | None:
@@ -198,7 +198,7 @@ class Reassembler:
         if binascii.crc_hqx(payload[2:], kind.crc_seed) != payload[0] | payload[1] << 8:
             dropped.bad_crc += 1
             return None
-        self._heard[key] = (tail & 31, transfer.t)
+        self._last_ids[key] = (tail & 31, transfer.t)
         return Transfer(kind, key & 0x7F, tail & 31, priority, payload[2:], transfer.t)
 
     def _start(self, kind: MessageType[Any], key: int, data: bytes, t: float) -> None:
@@ -206,8 +206,8 @@ class Reassembler:
         if tail & (_TOGGLE | _END) or len(data) < 8:
             self.dropped.wrong_toggle += 1
             return
-        heard = self._heard.get(key)
-        if heard is not None and heard[0] == tail & 31 and t - heard[1] <= TIMEOUT:
+        last_id = self._last_ids.get(key)
+        if last_id is not None and last_id[0] == tail & 31 and t - last_id[1] <= TIMEOUT:
             self.dropped.duplicate += 1
             return
         if key in self._open:

@@ -1,8 +1,8 @@
-"""Records to bytes and back, without a schema of their own: the layout follows from the records' types.
+"""Records to CDR bytes and back; the layout follows from the types of the records.
 
 Every float is a float64 and keeps all its bits, every int an int64, an enum an int8; a tuple has the length that it has
-in the sample; a field marked `BESIDE` is left out. The code of each codec is generated, because a cycle has some 150
-numbers and the loop has no time for walking a tree of them: one read of every attribute, one `struct.pack`.
+in the sample; a field marked `BESIDE` is left out. The code of each codec is generated (`wire.code_generator`): one
+read of every attribute, one `struct.pack` for the some 150 numbers of a cycle.
 """
 
 from __future__ import annotations
@@ -18,24 +18,25 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Generic, TypeVar
 
 from firmware_py.records.order import BESIDE
-from firmware_py.wire import ros2msg
-from firmware_py.wire.ros2msg import ENCAPSULATION, Array, Layout, Node, Record, Scalar, SchemaError, Texts
+from firmware_py.wire.code_generator import Names, compiled, function_source
+from firmware_py.wire.log import ros2_schema
+from firmware_py.wire.log.ros2_schema import ENCAPSULATION, Array, Layout, Node, Record, Scalar, SchemaError, Texts
 
 R = TypeVar("R")
 Count = Callable[[str], int]
-"""How long the tuple at a path is."""
+"""The length of the tuple at a path."""
 
 _FIELD_NAME = re.compile("[a-z][a-z0-9_]*")
 _SCALARS: Mapping[Any, str] = {bool: "bool", int: "int64", float: "float64"}
 
 
 class Codec(Generic[R]):
-    """Encodes and decodes one type of record.
+    """Encoder and decoder of one type of record.
 
     Attributes:
         name: the message's name in a log, "sternplane/msg/Cycle".
         schema: its `ros2msg` text.
-        layout: where each number stands.
+        layout: the place of each number.
         encode: record -> bytes. Raises ValueError or struct.error where a tuple's length or a type is not the sample's.
         decode: bytes -> an equal record.
     """
@@ -44,15 +45,15 @@ class Codec(Generic[R]):
         root = _node(cls, count, "")
         if not isinstance(root, Record):
             raise SchemaError(f"{cls.__name__} is not a record")
-        self.name = f"{ros2msg.PACKAGE}/msg/{root.name}"
-        self.schema = ros2msg.text(root)
+        self.name = f"{ros2_schema.PACKAGE}/msg/{root.name}"
+        self.schema = ros2_schema.text(root)
         self.layout = Layout(root)
         self.encode: Callable[[R], bytes] = _encoder(self.layout)
         self.decode: Callable[[bytes], R] = _decoder(self.layout)
 
     @classmethod
     def like(cls, sample: R) -> Codec[R]:
-        """The codec of all records whose tuples are as long as the sample's."""
+        """Return the codec of all records whose tuples are as long as the sample's."""
 
         def count(path: str) -> int:
             value: Any = sample
@@ -64,20 +65,20 @@ class Codec(Generic[R]):
 
     @classmethod
     def of(cls, record: type[R], schema: str) -> Codec[R]:
-        """The codec of the records in a log.
+        """Return the codec of the records in a log.
 
         Raises:
             SchemaError: if the records have changed since that schema was written.
         """
-        counts = dict(_counts(ros2msg.parse(record.__name__, schema), ""))
+        counts = dict(_counts(ros2_schema.parse(record.__name__, schema), ""))
         codec = cls(record, lambda path: counts.get(path, 0))
         if codec.schema != schema:
-            raise SchemaError(f"the record {record.__name__} is not the one of today")
+            raise SchemaError(f"the record {record.__name__} differs from that of this version")
         return codec
 
 
 def _node(hint: Any, count: Count, path: str) -> Node:
-    """The node of a type; `count` tells the length of a tuple by its path."""
+    """Return the schema node of a type; `count` gives the length of a tuple by its path."""
     origin, args = typing.get_origin(hint), typing.get_args(hint)
     if hint in _SCALARS:
         return Scalar(_SCALARS[hint])
@@ -100,7 +101,7 @@ def _node(hint: Any, count: Count, path: str) -> Node:
 
 
 def _record(cls: Any, args: tuple[Any, ...], count: Count, path: str) -> Record:
-    """A dataclass or NamedTuple; a generic one with its parameters filled in is a message of its own, HeardFloat."""
+    """Return a dataclass or NamedTuple; a generic one with its parameters filled in is a message, HeardFloat."""
     hints = typing.get_type_hints(cls)
     filled = dict(zip(cls.__parameters__, args, strict=True)) if args else {}
     if dataclasses.is_dataclass(cls):
@@ -110,7 +111,7 @@ def _record(cls: Any, args: tuple[Any, ...], count: Count, path: str) -> Record:
     fields: list[tuple[str, Node]] = []
     for name in names:
         if not _FIELD_NAME.fullmatch(name):
-            raise SchemaError(f"{cls.__name__}.{name}: ROS 2 wants field names in lower case")
+            raise SchemaError(f"{cls.__name__}.{name}: ROS 2 demands field names in lower case")
         inner = f"{path}.{name}" if path else name
         fields.append((name, _node(filled.get(hints[name], hints[name]), count, inner)))
     return Record(cls.__name__ + "".join(a.__name__.capitalize() for a in args), tuple(fields), cls)
@@ -125,43 +126,43 @@ def _counts(node: Node, path: str) -> Iterator[tuple[str, int]]:
 
 
 def _encoder(layout: Layout) -> Callable[[Any], bytes]:
-    """Source like: `a0 = r.tick; a1 = r.frame; ...; return pack(START, a0.k, a0.dt_ns, ..., *a2)`."""
+    """Return the function of a source like: `a0 = record.tick; ...; return pack(START, a0.k, a0.dt_ns, ..., *a2)`."""
+    names = Names(pack=struct.Struct(layout.format).pack, START=ENCAPSULATION, texts=_texts)
     lines: list[str] = []
     values = ["START"]
-    fresh = (f"a{i}" for i in itertools.count())
+    tail: list[str] = []
 
     def take(node: Node, value: str) -> None:
         if isinstance(node, Scalar):
             values.append(f"(-1 if {value} is None else {value})" if node.optional else value)
         elif isinstance(node, Array):
-            names = [next(fresh) for _ in range(node.count)]
-            lines.append(f"[{', '.join(names)}] = {value}")
-            for name in names:
-                take(node.item, name)
+            items = [names.variable("a") for _ in range(node.count)]
+            lines.append(f"[{', '.join(items)}] = {value}")
+            for item in items:
+                take(node.item, item)
         elif isinstance(node, Record):
             if issubclass(node.cls, tuple) and all(isinstance(f, Scalar) and not f.optional for _, f in node.fields):
                 values.append(f"*{value}")
                 return
-            name = next(fresh)
+            name = names.variable("a")
             lines.append(f"{name} = {value}")
             for field, inner in node.fields:
                 take(inner, f"{name}.{field}")
         else:
-            name = next(fresh)
+            name = names.variable("a")
             lines.append(f"{name} = {value}")
             values.append(f"len({name})")
             tail.append(f" + texts({name}) if {name} else ")
 
-    tail: list[str] = []
     take(layout.root, "record")
     packed = f"pack({', '.join(values)})"
     lines.append(f"return {packed}{tail[0]}{packed}" if tail else f"return {packed}")
-    return _define("encode", "record", lines, pack=struct.Struct(layout.format).pack, START=ENCAPSULATION, texts=_texts)
+    return compiled(function_source("encode", "record", lines), "encode", names)
 
 
 def _decoder(layout: Layout) -> Callable[[bytes], Any]:
-    """Source like: `v = unpack(data); return Cycle(tick=Tick(k=v[1], dt_ns=v[2], ...), frame=..., ...)`."""
-    names: dict[str, Any] = {"unpack": struct.Struct(layout.format).unpack_from, "strings": layout.strings}
+    """Return the function of a source like: `v = unpack(data); return R1(tick=R2(k=v[1], dt_ns=v[2], ...), ...)`."""
+    names = Names(unpack=struct.Struct(layout.format).unpack_from, strings=layout.strings)
     place = itertools.count(1)
 
     def make(node: Node) -> str:
@@ -169,29 +170,21 @@ def _decoder(layout: Layout) -> Callable[[bytes], Any]:
             value = f"v[{next(place)}]"
             if node.enum is None:
                 return value
-            key = f"{node.enum.__name__}_{node.optional}"
-            names[key] = {int(member): member for member in node.enum} | ({-1: None} if node.optional else {})
-            return f"{key}[{value}]"
+            members = {int(member): member for member in node.enum} | ({-1: None} if node.optional else {})
+            return f"{names.constant('E', members)}[{value}]"
         if isinstance(node, Array):
             return f"({''.join(make(node.item) + ', ' for _ in range(node.count))})"
         if isinstance(node, Record):
-            names[node.cls.__name__] = node.cls
-            return f"{node.cls.__name__}({', '.join(f'{name}={make(inner)}' for name, inner in node.fields)})"
+            fields = ", ".join(f"{name}={make(inner)}" for name, inner in node.fields)
+            return f"{names.constant('R', node.cls)}({fields})"
         return "strings(data)"
 
     lines = ["v = unpack(data)", f"return {make(layout.root)}"]
-    return _define("decode", "data", lines, **names)
-
-
-def _define(name: str, argument: str, lines: list[str], **names: Any) -> Callable[[Any], Any]:
-    source = f"def {name}({argument}):\n" + "".join(f"    {line}\n" for line in lines)
-    exec(compile(source, f"<{name}>", "exec"), names)
-    function: Callable[[Any], Any] = names[name]
-    return function
+    return compiled(function_source("decode", "data", lines), "decode", names)
 
 
 def _texts(strings: tuple[str, ...]) -> bytes:
-    """The strings behind their count: each a length, UTF-8, a zero, and padding to the next length."""
+    """Return the bytes of strings behind their count: each a length, UTF-8, a zero, padding to the next length."""
     data = b""
     for string in strings:
         raw = string.encode("utf-8", "replace") + b"\0"

@@ -1,22 +1,32 @@
 """A layout taken apart for `struct`: blocks of fixed size, and the dynamic arrays between them.
 
 Fields that share bytes with others are shifted together into a run of whole bytes, which to `struct` is one value. All
-expressions are Python source, from which `fast` makes functions.
+expressions are Python source, from which `struct_codec` makes functions.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
-from firmware_py.wire.layout import Array, Boolean, Float, Integer, Layout, Struct, Union, Void, length_in_tail
+from firmware_py.wire.code_generator import Names
+from firmware_py.wire.dronecan.dsdl_types import (
+    Array,
+    Boolean,
+    Float,
+    Integer,
+    Layout,
+    Struct,
+    Union,
+    Void,
+    length_in_tail,
+)
 
 CODES = {8: "B", 16: "H", 32: "I", 64: "Q"}
 FLOAT_CODES = {16: "e", 32: "f", 64: "d"}
 
 
 class Unfit(Exception):
-    """The layout has something that `struct` cannot do; `bits` can."""
+    """A layout with something that `struct` cannot do; `bitwise_codec` can."""
 
 
 @dataclass
@@ -29,13 +39,13 @@ class Block:
     taken: list[str] = field(default_factory=list)
     """One name for each value that the Struct unpacks."""
     undo: list[str] = field(default_factory=list)
-    """Lines that make fields of these."""
+    """Lines that make fields of the unpacked values."""
     run: list[tuple[Integer | Boolean | Void, str, str]] = field(default_factory=list)
     """Fields that share bytes, until a whole byte is reached: layout, name, value given."""
 
 
 @dataclass
-class Tail:
+class DynamicArray:
     """A dynamic array; `unsent` if its length follows from that of the payload."""
 
     array: Array
@@ -44,29 +54,23 @@ class Tail:
 
 
 class Plan:
-    """The steps of a payload, and what an encoder must look at before it takes them."""
+    """The blocks and arrays of a payload in order, and what an encoder must check before it packs them."""
 
-    def __init__(self, layout: Struct) -> None:
-        self.names: dict[str, Any] = {}
-        self.steps: list[Block | Tail] = []
+    def __init__(self, layout: Struct, names: Names) -> None:
+        self.names = names
+        self.steps: list[Block | DynamicArray] = []
         self.block = self._next_block()
         self.halves: list[str] = []
         """Names of the float16 in blocks; a block is given h_name, the bits."""
         self.singles: list[str] = []
         """Names of the float32 and float64 in blocks."""
         self.refused: list[str] = []
-        """Conditions on which an encoder hands over to `bits`."""
+        """Conditions on which an encoder leaves the record to `bitwise_codec`."""
         self.outside: list[str] = []
         """Expressions that are not 0 if an integer of a run needs more bits than it has."""
         self.left, self.right = self._take(layout, tail=True)
         """The pattern that takes a record apart, the expression that puts it together."""
         self._close(final=True)
-
-    def name(self, prefix: str, value: Any = None) -> str:
-        """A name that is not used yet, for a constant or a variable of the functions."""
-        name = f"{prefix}{len(self.names)}"
-        self.names[name] = value
-        return name
 
     def _next_block(self) -> Block:
         block = self.block = Block()
@@ -74,11 +78,12 @@ class Plan:
         return block
 
     def _take(self, layout: Layout, tail: bool) -> tuple[str, str]:
+        names = self.names
         match layout:
             case Struct(record, parts):
                 both = [self._take(part, tail and i == len(parts)) for i, part in enumerate(parts, 1)]
                 left, right = ("".join(f"{sides[k]}, " for sides in both if sides[k]) for k in (0, 1))
-                return f"({left})", f"new({self.name('R', record)}, ({right}))"
+                return f"({left})", f"new({names.constant('R', record)}, ({right}))"
             case Array(item, length, dynamic=False) if not layout.bytelike:
                 both = [self._take(item, tail and i == length) for i in range(1, length + 1)]
                 left, right = ("".join(f"{sides[k]}, " for sides in both) for k in (0, 1))
@@ -91,25 +96,25 @@ class Plan:
             case Union():
                 raise Unfit
             case Boolean():
-                self._share(layout, name := self.name("v"), name)
+                self._share(layout, name := names.variable("v"), name)
             case Integer(bits) if self.block.run or bits % 8:
-                self._share(layout, name := self.name("v"), name)
+                self._share(layout, name := names.variable("v"), name)
             case _:
-                self._whole(layout, name := self.name("v"))
+                self._whole(layout, name := names.variable("v"))
         return name, name
 
     def _dynamic(self, array: Array, unsent: bool) -> str:
-        name = self.name("a")
+        name = self.names.variable("a")
         if not unsent:
             self._share(Integer(array.length.bit_length(), truncated=True), f"n_{name}", f"len({name})")
         self._close()
         self.refused.append(f"len({name}) > {array.length}")
-        self.steps.append(Tail(array, name, unsent))
+        self.steps.append(DynamicArray(array, name, unsent))
         self._next_block()
         return name
 
     def _whole(self, layout: Integer | Float | Array, name: str) -> None:
-        """A field of whole bytes."""
+        """Add a field of whole bytes."""
         if self.block.run:
             raise Unfit
         block, given = self.block, name
@@ -132,39 +137,34 @@ class Plan:
         block.taken.append(name)
 
     def _share(self, layout: Integer | Boolean | Void, name: str, given: str) -> None:
-        """A field that shares bytes with its neighbours."""
+        """Add a field that shares bytes with its neighbours."""
         self.block.run.append((layout, name, given))
         if sum(part.bits for part, _, _ in self.block.run) % 8 == 0:
             self._close()
 
     def _close(self, final: bool = False) -> None:
-        """Ends a run: it is a byte, or the bytes of a big-endian number."""
+        """End a run: it is a byte, or the bytes of a big-endian number."""
         block = self.block
         width = sum(part.bits for part, _, _ in block.run)
         if width % 8 and not final:
             raise Unfit  # an array would begin within a byte
         if not width:
             return
-        size, run = -(-width // 8), self.name("r")
+        size, run = -(-width // 8), self.names.variable("r")
         place = 8 * size
         terms: list[str] = []
         undo: list[str] = []
         for part, name, given in block.run:
-            pieces = []
-            for low in range(0, part.bits, 8):
-                bits = min(8, part.bits - low)
-                place -= bits
-                pieces.append(_moved(run, place, bits, low))
-                terms += [] if isinstance(part, Void) else [_moved(f"{given}", low, bits, place)]
-            joined = " | ".join(pieces)
-            match part:
-                case Boolean():
-                    undo.append(f"{name} = ({joined}) != 0")
-                case Integer(bits, signed, truncated):
-                    sign = 1 << bits - 1
-                    undo.append(f"{name} = (({joined}) ^ {sign}) - {sign}" if signed else f"{name} = {joined}")
-                    if not truncated:
-                        self.outside.append(f"{given} + {sign} >> {bits}" if signed else f"{given} >> {bits}")
+            place -= part.bits
+            if isinstance(part, Void):
+                continue
+            terms.append(put(part.bits, given, place))
+            taken = take(part.bits, run, place)
+            if isinstance(part, Boolean):
+                undo.append(f"{name} = ({taken}) != 0")
+            else:
+                undo.append(f"{name} = {signed_value(part, taken)}")
+                self.outside += overflow(part, given)
         number = " | ".join(terms) or "0"
         block.code += "B" if size == 1 else f"{size}s"
         block.given.append(number if size == 1 else f"({number}).to_bytes({size}, 'big')")
@@ -173,7 +173,36 @@ class Plan:
         block.run = []
 
 
+def put(bits: int, value: str, place: int) -> str:
+    """Return the source of an integer's bits in the order of the wire, the last of them at bit `place`."""
+    pieces = _pieces(bits)
+    return " | ".join(_moved(value, low, width, place + wire) for low, width, wire in pieces)
+
+
+def take(bits: int, run: str, place: int) -> str:
+    """Return the source that takes back from `run` what `put` has put there."""
+    return " | ".join(_moved(run, place + wire, width, low) for low, width, wire in _pieces(bits))
+
+
+def signed_value(part: Integer, taken: str) -> str:
+    """Return the source of an integer whose bits are `taken`."""
+    sign = 1 << part.bits - 1
+    return f"(({taken}) ^ {sign}) - {sign}" if part.signed else taken
+
+
+def overflow(part: Integer, given: str) -> list[str]:
+    """Return the expressions (one or none) that are not 0 if a value needs more bits than its field has."""
+    if part.truncated:
+        return []
+    return [f"{given} + {1 << part.bits - 1} >> {part.bits}" if part.signed else f"{given} >> {part.bits}"]
+
+
+def _pieces(bits: int) -> list[tuple[int, int, int]]:
+    """Cut an integer as DSDL does: for each piece its lowest bit, its width, and where it stands on the wire."""
+    return [(low, min(8, bits - low), max(0, bits - low - 8)) for low in range(0, bits, 8)]
+
+
 def _moved(value: str, down: int, bits: int, up: int) -> str:
-    """The source of: `bits` bits of a value from bit `down` on, put at bit `up`."""
+    """Return the source of: `bits` bits of a value from bit `down` on, put at bit `up`."""
     masked = f"{value} >> {down} & {(1 << bits) - 1}" if down else f"{value} & {(1 << bits) - 1}"
     return f"({masked}) << {up}" if up else f"({masked})"

@@ -1,4 +1,4 @@
-"""What nodes say about themselves: life, names, parameters, time, and the lockstep with a simulated vehicle.
+"""Messages about nodes: status, identity, parameters, time, and the lockstep with a simulated vehicle.
 
 Fields are those of the DSDL definitions, in the units of the wire.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from firmware_py.wire.layout import (
+from firmware_py.wire.dronecan.dsdl_types import (
     array,
     boolean,
     float32,
@@ -28,7 +28,7 @@ from firmware_py.wire.layout import (
 
 
 class NodeStatus(NamedTuple):
-    """A node lives: once a second; offline after 3 s; a reboot is uptime going backwards."""
+    """Sent by every node once a second; offline after 3 s; a reboot is uptime going backwards."""
 
     uptime_sec: uint32
     health: uint2 = 0
@@ -57,7 +57,7 @@ class HardwareVersion(NamedTuple):
 
 
 class GetNodeInfoRequest(NamedTuple):
-    """Who are you?"""
+    """Request of a node's identity."""
 
 
 class GetNodeInfoResponse(NamedTuple):
@@ -70,19 +70,19 @@ class GetNodeInfoResponse(NamedTuple):
 
 
 class GlobalTimeSync(NamedTuple):
-    """When the previous one was sent, us."""
+    """Time synchronisation; carries when the previous message was sent, us."""
 
     previous_transmission_timestamp_usec: usec
 
 
 class RestartNodeRequest(NamedTuple):
-    """`magic_number` must be 0xACCE551B1E."""
+    """Request to restart; `magic_number` must be 0xACCE551B1E."""
 
     magic_number: uint40 = 0xACCE551B1E
 
 
 class RestartNodeResponse(NamedTuple):
-    """Whether it will."""
+    """Answer: whether the node will restart."""
 
     ok: boolean
 
@@ -110,7 +110,7 @@ _NUMERIC = union(NumericValue, Empty, int64, float32)
 
 
 class GetSetRequest(NamedTuple):
-    """Sets a parameter unless the value is empty, and asks for it: by index, or by name if there is one."""
+    """Request to set a parameter (unless the value is empty) and to return it: by index, or by name if one is given."""
 
     param_index: uint13
     value: Annotated[Value, _VALUE]
@@ -118,7 +118,7 @@ class GetSetRequest(NamedTuple):
 
 
 class GetSetResponse(NamedTuple):
-    """A parameter; an empty name says that there is none."""
+    """A parameter; an empty name means that there is none."""
 
     value: Annotated[Value, void(5), _VALUE]
     default_value: Annotated[Value, void(5), _VALUE]

@@ -1,6 +1,6 @@
-"""Every type that Sternplane speaks: id, name and signature of the DroneCAN specification, and its record.
+"""Every message type that Sternplane uses: id, name and signature of the DroneCAN specification, and its record.
 
-The layout is the record's annotations; encoder and decoder follow from it.
+The layout is in the record's annotations; encoder and decoder are made from it.
 """
 
 from __future__ import annotations
@@ -11,17 +11,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
-from firmware_py.wire import equipment as eq
-from firmware_py.wire import protocol as p
-from firmware_py.wire.fast import compiled
-from firmware_py.wire.layout import max_bits, struct_of
+from firmware_py.wire.dronecan import equipment as eq
+from firmware_py.wire.dronecan import protocol as p
+from firmware_py.wire.dronecan.dsdl_types import max_bits, struct_of
+from firmware_py.wire.dronecan.struct_codec import codec_of
 
 R = TypeVar("R")
 S = TypeVar("S")
 
 
 class Kind(enum.IntEnum):
-    """How a type travels."""
+    """Kind of transfer of a type."""
 
     MESSAGE = 0
     REQUEST = 1
@@ -30,10 +30,10 @@ class Kind(enum.IntEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MessageType(Generic[R]):
-    """A type on the bus.
+    """A message type on the bus.
 
-    `encode` raises ValueError or TypeError for a record that no payload can say; what is out of a field's range
-    saturates, as DSDL has it. `decode` raises DecodeError, and nothing else, for a payload that is not of this layout.
+    `encode` raises ValueError or TypeError for a record that no payload can carry; a value out of its field's range
+    saturates, as DSDL demands. `decode` raises DecodeError, and nothing else, for a payload that is not of this layout.
     """
 
     data_type_id: int
@@ -56,7 +56,7 @@ def _message(
     data_type_id: int, record: type[R], name: str, signature: int, kind: Kind = Kind.MESSAGE
 ) -> MessageType[R]:
     layout = struct_of(record)
-    encode, decode = compiled(layout)
+    encode, decode = codec_of(layout)
     seed = binascii.crc_hqx(signature.to_bytes(8, "little"), 0xFFFF)
     size = -(-max_bits(layout) // 8)
     declared = MessageType(data_type_id, name, signature, kind, record, encode, decode, size, seed)
@@ -94,7 +94,7 @@ SAFETY_STATE = _message(20000, eq.SafetyState, "ardupilot.indication.SafetyState
 
 TICK = _message(20860, p.LockstepTick, "sternplane.Tick", 0xB5727735E3F20B69)
 TICK_DONE = _message(20861, p.LockstepTickDone, "sternplane.TickDone", 0xA8EF2CC79EA9E059)
-"""Lockstep with a simulated vehicle; definitions in wire/dsdl/sternplane."""
+"""Lockstep with a simulated vehicle; definitions in wire/dronecan/dsdl/sternplane."""
 
 GET_NODE_INFO, GET_NODE_INFO_RESPONSE = _service(
     1, p.GetNodeInfoRequest, p.GetNodeInfoResponse, "uavcan.protocol.GetNodeInfo", 0xEE468A8121C46A9E

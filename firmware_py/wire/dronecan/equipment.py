@@ -1,4 +1,4 @@
-"""What devices say and are told: actuators, propellers, sensors, power.
+"""Messages of devices: actuators, propellers, sensors, power.
 
 Fields are those of the DSDL definitions, in the units of the wire; NaN is "unknown" where the definition says so.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple, TypeAlias
 
-from firmware_py.wire.layout import (
+from firmware_py.wire.dronecan.dsdl_types import (
     UINT8,
     Integer,
     array,
@@ -54,7 +54,7 @@ class ArrayCommand(NamedTuple):
 
 
 class ActuatorStatus(NamedTuple):
-    """What an actuator does: rad or m, N m or N, rad/s or m/s; power 127 is unknown. Ids repeat across nodes."""
+    """State of an actuator: rad or m, N m or N, rad/s or m/s; power 127 is unknown. Ids repeat across nodes."""
 
     actuator_id: uint8
     position: float16
@@ -119,7 +119,7 @@ class StaticPressure(NamedTuple):
 
 
 class CoarseOrientation(NamedTuple):
-    """Where a sensor looks: roll, pitch, yaw in units of 12 deg (4.7746482927568605 per rad)."""
+    """Direction in which a sensor looks: roll, pitch, yaw in units of 12 deg (4.7746482927568605 per rad)."""
 
     fixed_axis_roll_pitch_yaw: Annotated[Ints, array(int5, 3)] = (0, 0, 0)
     orientation_defined: boolean = False
@@ -167,7 +167,7 @@ class Fix2(NamedTuple):
 
 
 class BatteryInfo(NamedTuple):
-    """K, V, A, W, W h, W h, h; then what is left and how healthy it is."""
+    """K, V, A, W, W h, W h, h; then state of charge and of health."""
 
     temperature: float16
     voltage: float16

@@ -1,0 +1,1 @@
+"""DroneCAN: message layouts (DSDL), their codec, transfers over CAN frames."""

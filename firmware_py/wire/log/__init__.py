@@ -1,0 +1,1 @@
+"""The flight log's records: a ROS 2 schema and CDR bytes."""
