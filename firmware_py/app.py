@@ -26,7 +26,7 @@ from firmware_py.mavlink.parameters import transfer
 from firmware_py.mavlink.parameters.transfer import ParameterStore
 from firmware_py.mavlink.plans import plan_builder
 from firmware_py.mavlink.plans.plan_builder import PlanBuilder
-from firmware_py.param_tree import replaced, settings
+from firmware_py.parameter_tree import replaced, settings
 from firmware_py.params import ParamError, dump, load, naming
 from firmware_py.reconfiguration import ActiveConfiguration, PartsFactory
 from firmware_py.reconfiguration import AutopilotParams as AutopilotParams

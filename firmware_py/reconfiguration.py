@@ -15,7 +15,7 @@ from firmware_py.estimation.model.observer_model import refuse_no_inertia
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.marine import Origin
 from firmware_py.mavlink.node import MavlinkParams
-from firmware_py.param_tree import replaced
+from firmware_py.parameter_tree import replaced
 from firmware_py.params import ParamError, naming, param, table
 from firmware_py.records.fence import NO_FENCE, Fence, Place, rally_from_plain
 from firmware_py.records.fence import from_plain as fence_from_plain

@@ -8,19 +8,19 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from firmware_py.control.depth import Axis, Depth, DepthMemory
-from firmware_py.control.gains import PAPER_DEPTH, PAPER_HEADING, DepthGains, HeadingGains, Preset
+from firmware_py.control.sliding_mode_gains import PAPER_DEPTH, PAPER_HEADING, DepthGains, HeadingGains, Preset
 from firmware_py.control.heading import Heading, HeadingMemory
 from firmware_py.control.pid import DepthPidAxis, DepthPidGains, PidAxis, PidGains
-from firmware_py.control.sliding_axis import SlidingAxis
+from firmware_py.control.sliding_mode_law import SlidingAxis
 from firmware_py.control.speed import Speed, SpeedParams
-from firmware_py.control.tracks import rates
+from firmware_py.control.feed_forward import rates
 from firmware_py.marine import clip
 from firmware_py.params import ParamError, When, param, table
 from firmware_py.records.command import Demand, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.order import Mode, Order
 from firmware_py.schedule import Rate, Tick
-from firmware_py.vehicle.linear import diving, steering
+from firmware_py.vehicle.linear_models import diving, steering
 from firmware_py.vehicle.vehicle import Vehicle
 
 

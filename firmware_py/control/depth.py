@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
-from firmware_py.control.tracks import dive, unexplained_climb
+from firmware_py.control.feed_forward import dive, unexplained_climb
 from firmware_py.records.command import Reference
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.vehicle.linear import Linear, Row, diving
+from firmware_py.vehicle.linear_models import Linear, Row, diving
 from firmware_py.vehicle.vehicle import Vehicle
 
 

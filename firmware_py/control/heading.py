@@ -9,11 +9,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from firmware_py.control.depth import Axis
-from firmware_py.control.tracks import Sway, next_sway, turn
+from firmware_py.control.feed_forward import Sway, next_sway, turn
 from firmware_py.marine import clip
 from firmware_py.records.command import Reference
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.vehicle.linear import steering
+from firmware_py.vehicle.linear_models import steering
 from firmware_py.vehicle.vehicle import Vehicle
 
 AT_REST = Sway(0.0, 0.0)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from firmware_py.marine import clip
 from firmware_py.params import param
-from firmware_py.vehicle.linear import Linear, Row
+from firmware_py.vehicle.linear_models import Linear, Row
 
 
 @dataclass(frozen=True, slots=True)

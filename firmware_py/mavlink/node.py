@@ -37,7 +37,7 @@ from firmware_py.mavlink.telemetry.odometry import OdometryTelemetry
 from firmware_py.mavlink.telemetry.pose import Encoder, PoseTelemetry, TelemetryParams
 from firmware_py.mavlink.telemetry.system_state import SystemState
 from firmware_py.mavlink.telemetry.time_sync import Calendar, TimeSync
-from firmware_py.param_tree import replaced
+from firmware_py.parameter_tree import replaced
 from firmware_py.params import When, param, table
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode, Order

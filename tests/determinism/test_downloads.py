@@ -12,7 +12,7 @@ from sternplane.sitl.flight import Wish, fly, prepare
 
 from firmware_py import app
 from firmware_py.adapters.ground.mavlink_ground import Grounds
-from firmware_py.adapters.storage.log_store import LogStore
+from firmware_py.adapters.storage.disk_log_storage import LogStore
 from firmware_py.marine import Origin
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from firmware_py.control.sliding import DesignError, Sliding, design, law
-from firmware_py.vehicle.linear import Linear
+from firmware_py.control.sliding_mode_design import DesignError, Sliding, design, law
+from firmware_py.vehicle.linear_models import Linear
 
 entry = st.floats(-3.0, 3.0)
 row = st.tuples(entry, entry, entry)

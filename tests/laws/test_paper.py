@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py.control.gains import PAPER_DEPTH, PAPER_HEADING
-from firmware_py.control.sliding import design, law, surface
+from firmware_py.control.sliding_mode_gains import PAPER_DEPTH, PAPER_HEADING
+from firmware_py.control.sliding_mode_design import design, law, surface
 from firmware_py.params import load
-from firmware_py.vehicle.linear import Linear, diving, steering
+from firmware_py.vehicle.linear_models import Linear, diving, steering
 from firmware_py.vehicle.vehicle import Vehicle
 
 CONFIG = Path(__file__).resolve().parents[2] / "configs" / "npsauv2"

@@ -10,7 +10,7 @@ from pathlib import Path
 from firmware_py.adapters.ground.station_link import GroundError, LinkSpec, StationLink, parse_link
 from firmware_py.adapters.ground.stream_links import SerialLink, TcpClient, TcpServer
 from firmware_py.adapters.ground.udp_link import UdpLink
-from firmware_py.adapters.storage.log_store import LogStore
+from firmware_py.adapters.storage.disk_log_storage import LogStore
 from firmware_py.adapters.storage.state_store import Store
 from firmware_py.marine import Origin
 from firmware_py.mavlink.base.codec import dialect

@@ -17,7 +17,7 @@ from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.scaling import boot_ms
 from firmware_py.mavlink.parameters.packed_file import pack
 from firmware_py.mavlink.parameters.transfer import ParameterStore
-from firmware_py.param_tree import Setting
+from firmware_py.parameter_tree import Setting
 from firmware_py.params import When
 from firmware_py.records.cycle import Cycle
 

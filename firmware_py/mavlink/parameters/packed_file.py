@@ -10,7 +10,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterable
 
-from firmware_py.param_tree import Setting
+from firmware_py.parameter_tree import Setting
 
 _MAGIC, _MAGIC_DEFAULTS = 0x671B, 0x671C
 _INT, _FLOAT, _HAS_DEFAULT = 3, 4, 1 << 4

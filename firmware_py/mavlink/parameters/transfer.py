@@ -21,7 +21,7 @@ from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import LinkOutput
 from firmware_py.mavlink.base.modes import Identity
 from firmware_py.mavlink.base.service import MessageHandler
-from firmware_py.param_tree import Setting
+from firmware_py.parameter_tree import Setting
 from firmware_py.params import ParamError, When
 from firmware_py.schedule import Tick
 

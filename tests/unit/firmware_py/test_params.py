@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.param_tree import describe
+from firmware_py.parameter_tree import describe
 from firmware_py.params import ParamError, dump, load, naming, param
 
 

@@ -18,7 +18,7 @@ if __name__ == "__main__":
 
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.app import AutopilotParams, MissionParams
-from firmware_py.param_tree import describe
+from firmware_py.parameter_tree import describe
 from firmware_py.params import Declaration, When
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.devices.devices import BoatParams

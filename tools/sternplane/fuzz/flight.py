@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from firmware_py import app
-from firmware_py.param_tree import settings
+from firmware_py.parameter_tree import settings
 from firmware_py.params import ParamError, When
 from firmware_py.ports import Ground
 from firmware_py.records.cycle import Cycle

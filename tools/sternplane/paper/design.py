@@ -7,9 +7,9 @@ import itertools
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from firmware_py.control.gains import PAPER_DEPTH, PAPER_HEADING
-from firmware_py.control.sliding import DesignError, design
-from firmware_py.vehicle.linear import Linear, diving, steering
+from firmware_py.control.sliding_mode_gains import PAPER_DEPTH, PAPER_HEADING
+from firmware_py.control.sliding_mode_design import DesignError, design
+from firmware_py.vehicle.linear_models import Linear, diving, steering
 from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.paper.printed import NUMBERS, SIGNS, TABLE_1, Number, U
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.control.control import Control, ControlParams, LawKind
-from firmware_py.control.gains import Preset
+from firmware_py.control.sliding_mode_gains import Preset
 from firmware_py.marine import Eta, Nu
 from firmware_py.params import ParamError, dump, load
 from firmware_py.records.command import Demand, ModeState, Reference

@@ -15,7 +15,7 @@ from pymavlink.mavftp import MAVFTP
 from firmware_py.mavlink.parameters import metadata
 from firmware_py.mavlink.parameters.packed_file import pack
 from firmware_py.mavlink.parameters.transfer import ParameterStore
-from firmware_py.param_tree import Setting
+from firmware_py.parameter_tree import Setting
 from firmware_py.params import When
 
 from .station import cycle

@@ -18,7 +18,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.base.modes import Identity
 from firmware_py.mavlink.parameters.transfer import FILE, ParameterStore, ParameterTransfer, shortest
-from firmware_py.param_tree import replaced, settings
+from firmware_py.parameter_tree import replaced, settings
 from firmware_py.params import ParamError, When, load, param, table
 from firmware_py.schedule import Tick
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from firmware_py.params import ParamError, dump, load
 from firmware_py.vehicle.coefficients import Coefficients
-from firmware_py.vehicle.linear import diving, steering
+from firmware_py.vehicle.linear_models import diving, steering
 from firmware_py.vehicle.vehicle import Vehicle
 
 FILE = Path(__file__).resolve().parents[4] / "configs" / "npsauv2" / "vehicle.toml"

@@ -16,7 +16,7 @@ import numpy as np
 from firmware_py import app
 from firmware_py.marine import Origin, local_to_geodetic
 from firmware_py.mavlink.base.modes import Identity, custom_mode
-from firmware_py.param_tree import replaced, settings
+from firmware_py.parameter_tree import replaced, settings
 from firmware_py.records.order import Mode
 from sternplane.logs.export.dataflash import TIME, Field, Writer
 from sternplane.logs.reading import Columns, Log

@@ -11,7 +11,7 @@ from typing import TypeVar
 
 import pytest
 
-from firmware_py.adapters.storage.log_store import LogStore
+from firmware_py.adapters.storage.disk_log_storage import LogStore
 
 T = TypeVar("T")
 OLD, OWN = bytes(i * i % 251 for i in range(200_000)), b"begun"

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from firmware_py.control.gains import SlidingGains
-from firmware_py.control.sliding import DesignError, Sliding, design, law
+from firmware_py.control.sliding_mode_gains import SlidingGains
+from firmware_py.control.sliding_mode_design import DesignError, Sliding, design, law
 from firmware_py.marine import clip
 from firmware_py.params import ParamError
-from firmware_py.vehicle.linear import Linear, Row
+from firmware_py.vehicle.linear_models import Linear, Row
 
 
 class SlidingAxis:

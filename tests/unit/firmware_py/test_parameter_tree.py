@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from firmware_py import app
-from firmware_py.param_tree import describe, replaced, settings
+from firmware_py.parameter_tree import describe, replaced, settings
 from firmware_py.params import ParamError, When
 
 SHIPPED = Path(__file__).resolve().parents[3] / "configs" / "npsauv2"

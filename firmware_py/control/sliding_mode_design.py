@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from firmware_py.vehicle.linear import Linear, Row
+from firmware_py.vehicle.linear_models import Linear, Row
 
 
 class DesignError(ValueError):

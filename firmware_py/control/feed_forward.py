@@ -11,7 +11,7 @@ from typing import NamedTuple
 from firmware_py.marine import clip, euler_rates, wrap
 from firmware_py.records.command import Reference
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.vehicle.linear import Linear, Row
+from firmware_py.vehicle.linear_models import Linear, Row
 
 DRIFT_MAX = 0.3
 """Bound of what is believed of the unexplained climb, m/s."""
