@@ -26,8 +26,8 @@ from firmware_py.mavlink.parameters import transfer
 from firmware_py.mavlink.parameters.transfer import ParameterStore
 from firmware_py.mavlink.plans import plan_builder
 from firmware_py.mavlink.plans.plan_builder import PlanBuilder
-from firmware_py.parameter_tree import replaced, settings
-from firmware_py.params import ParamError, dump, load, naming
+from firmware_py.parameter_tree import list_parameters, with_values
+from firmware_py.params import ParamError, dump, load, prefix_errors
 from firmware_py.reconfiguration import ActiveConfiguration, PartsFactory
 from firmware_py.reconfiguration import AutopilotParams as AutopilotParams
 from firmware_py.records.fence import from_plain as fence_from_plain
@@ -160,7 +160,7 @@ def _kept_plans(configuration: Configuration, state: Path | None) -> dict[int, P
     for kind, name in plan_builder.FILES.items():
         path = state / name if state is not None else None
         if path is not None and path.exists():
-            with naming(str(path)):
+            with prefix_errors(str(path)):
                 found[kind] = plan_builder.read_plan(kind, path.read_text(encoding="utf-8"), _sea(configuration))
     return found
 
@@ -199,8 +199,8 @@ def book(configuration: Configuration) -> ParameterStore:
         ParamError: an error that names the file and the key.
     """
     made = yard(configuration)
-    base = replaced(made.params, configuration.get("changed", {}), configuration["files"]["autopilot"])
-    return ParameterStore([*settings(made.params, base)], made)
+    base = with_values(made.params, configuration.get("changed", {}), configuration["files"]["autopilot"])
+    return ParameterStore([*list_parameters(made.params, base)], made)
 
 
 def build(configuration: Configuration) -> Autopilot:
@@ -210,7 +210,7 @@ def build(configuration: Configuration) -> Autopilot:
         ParamError: a configuration that cannot be flown, with file and key.
     """
     made = yard(configuration)
-    with naming(configuration["files"]["vehicle"]):
+    with prefix_errors(configuration["files"]["vehicle"]):
         allocator = Allocator(vehicle(configuration))
     parts = {name: make() for name, make in made.makers().items()}
     if configuration["kept"]:

@@ -52,10 +52,12 @@ def clip(value: float, low: float, high: float) -> float:
     return low if value < low else high if value > high else value
 
 
-NO_INERTIA = "no body has these moments and products of inertia: each moment must be less than the two others together"
+INERTIA_IMPOSSIBLE = (
+    "no body has these moments and products of inertia: each moment must be less than the two others together"
+)
 
 
-def is_inertia(x: float, y: float, z: float, xy: float, yz: float, xz: float) -> bool:
+def is_inertia_tensor(x: float, y: float, z: float, xy: float, yz: float, xz: float) -> bool:
     """Whether a body can have these moments and products of inertia, kg m^2.
 
     Its second moments of mass, the integrals of x x, x y and so on, are a positive definite matrix: Sylvester's

@@ -14,42 +14,42 @@ from firmware_py.params import (
     UNITS,
     Declaration,
     ParamError,
-    When,
-    choices_of,
-    declared,
-    hints_of,
+    TakesEffect,
+    choices_text,
+    declaration_of,
+    field_types,
     is_table,
-    plain,
-    prefix,
+    mavlink_prefix,
+    parse_value,
+    to_toml_value,
     toml_key,
-    unknown,
-    value_of,
+    unknown_key_text,
 )
 
 T = TypeVar("T")
 
 
-def describe(cls: type[Any], table: str = "", name: str = "") -> Iterator[tuple[str, Declaration, Any]]:
+def describe_keys(cls: type[Any], table: str = "", name: str = "") -> Iterator[tuple[str, Declaration, Any]]:
     """Every number, choice and text below a dataclass: (dotted key, declaration, default in its unit or MISSING).
 
     The declarations have the whole of the MAVLink name, as far as it is the same for all entries of a list.
     """
-    hints = hints_of(cls)
+    hints = field_types(cls)
     for field in dataclasses.fields(cls):
         hint, default = hints[field.name], field.default
         inner = next((a for a in (hint, *typing.get_args(hint)) if is_table(a)), None)
         if inner is not None:
             repeated = "[]" if typing.get_origin(hint) is tuple else ""
-            yield from describe(inner, f"{table}{field.name}{repeated}.", name + prefix(field))
+            yield from describe_keys(inner, f"{table}{field.name}{repeated}.", name + mavlink_prefix(field))
             continue
-        declaration = declared(field) or Declaration("", -math.inf, math.inf, "", "", When.AT_ONCE)
+        declaration = declaration_of(field) or Declaration("", -math.inf, math.inf, "", "", TakesEffect.AT_ONCE)
         declaration = dataclasses.replace(
             declaration,
             doc=declaration.doc or _said_of(hint),
             mav=declaration.mav and name + declaration.mav,
         )
         if default is not dataclasses.MISSING:
-            default = plain(default, UNITS[declaration.unit][1])
+            default = to_toml_value(default, UNITS[declaration.unit][1])
         yield table + toml_key(field), declaration, default
 
 
@@ -60,10 +60,10 @@ def _said_of(hint: Any) -> str:
     )
     if choices is None:
         return {str: "A text.", bool: "true or false."}.get(hint, "")
-    return f"{(choices.__doc__ or '').partition(chr(10))[0]} One of {choices_of(choices)}."
+    return f"{(choices.__doc__ or '').partition(chr(10))[0]} One of {choices_text(choices)}."
 
 
-def replaced(record: T, values: Mapping[str, Any], where: str) -> T:
+def with_values(record: T, values: Mapping[str, Any], where: str) -> T:
     """The record with other values, checked as `params.load` does; what it has in common with the old one is shared.
 
     Args:
@@ -75,22 +75,22 @@ def replaced(record: T, values: Mapping[str, Any], where: str) -> T:
         ParamError: as `params.load`.
     """
     fields = {toml_key(f): f for f in dataclasses.fields(record)}  # type: ignore[arg-type]
-    hints = hints_of(type(record))
+    hints = field_types(type(record))
     inner: dict[str, dict[str, Any]] = {}
     new: dict[str, Any] = {}
     for dotted, value in values.items():
         key, _, rest = dotted.partition(".")
         if key not in fields:
-            raise ParamError(unknown(where, key, fields))
+            raise ParamError(unknown_key_text(where, key, fields))
         if rest and not is_table(hints[fields[key].name]):
             raise ParamError(f"{where}: {key} is no table")
         if rest:
             inner.setdefault(key, {})[rest] = value
         else:
             field = fields[key]
-            new[field.name] = value_of(hints[field.name], declared(field), value, f"{where}: {key}")
+            new[field.name] = parse_value(hints[field.name], declaration_of(field), value, f"{where}: {key}")
     for key, below in inner.items():
-        new[key] = replaced(getattr(record, key), below, f"{where}: {key}")
+        new[key] = with_values(getattr(record, key), below, f"{where}: {key}")
     try:
         changed: T = dataclasses.replace(record, **new)  # type: ignore[type-var]
     except ParamError as error:
@@ -99,7 +99,7 @@ def replaced(record: T, values: Mapping[str, Any], where: str) -> T:
 
 
 @dataclass(frozen=True, slots=True)
-class Setting:
+class Parameter:
     """A number, truth or choice that a ground station may see and change; numbers are in the unit of the key.
 
     Attributes:
@@ -132,25 +132,25 @@ class Setting:
     choices: tuple[str, ...]
     group: str
     doc: str
-    when: When
+    when: TakesEffect
 
 
-def settings(record: Any, base: Any = None, group: str = "", name: str = "") -> Iterator[Setting]:
+def list_parameters(record: Any, base: Any = None, group: str = "", name: str = "") -> Iterator[Parameter]:
     """What a station may change below a record that `params.load` made; `base` is the one before it was changed."""
     base = record if base is None else base
     for field in dataclasses.fields(record):
-        declaration = declared(field)
+        declaration = declaration_of(field)
         now, was = getattr(record, field.name), getattr(base, field.name)
         if dataclasses.is_dataclass(now):
             inner = f"{group}.{field.name}" if group else field.name
-            yield from settings(now, was, inner, name + prefix(field))
+            yield from list_parameters(now, was, inner, name + mavlink_prefix(field))
         elif declaration is not None and declaration.mav:
             yield from _entries(field, declaration, now, was, group, name + declaration.mav)
 
 
 def _entries(
     field: dataclasses.Field[Any], declaration: Declaration, now: Any, was: Any, group: str, name: str
-) -> Iterator[Setting]:
+) -> Iterator[Parameter]:
     listed = isinstance(now, tuple)
     default = None if field.default is dataclasses.MISSING else field.default
     for i, value in enumerate(now if listed else (now,)):
@@ -160,7 +160,7 @@ def _entries(
         if kind is bool:
             low, high = 0.0, 1.0
         before, first = (_entry(x, i, listed) for x in (was, default))
-        yield Setting(
+        yield Parameter(
             name=f"{name}{i + 1}" if listed else name,
             key=f"{group}.{toml_key(field)}",
             place=i if listed else -1,
@@ -187,4 +187,4 @@ def _entry(value: Any, i: int, listed: bool) -> Any:
 def _as_number(value: Any, declaration: Declaration) -> float:
     if isinstance(value, enum.Enum):
         return float(list(type(value)).index(value))
-    return float(plain(value, UNITS[declaration.unit][1]))
+    return float(to_toml_value(value, UNITS[declaration.unit][1]))

@@ -58,7 +58,7 @@ class ParamError(ValueError):
 
 
 @contextlib.contextmanager
-def naming(where: str) -> Iterator[None]:
+def prefix_errors(where: str) -> Iterator[None]:
     """Puts `where` in front of a ValueError of what is made within: for who knows which file the numbers came from."""
     try:
         yield
@@ -66,7 +66,7 @@ def naming(where: str) -> Iterator[None]:
         raise ParamError(f"{where}: {error}") from None
 
 
-class When(enum.Enum):
+class TakesEffect(enum.Enum):
     """When what a ground station changes may take effect."""
 
     AT_ONCE = enum.auto()
@@ -85,7 +85,7 @@ class Declaration:
     high: float
     doc: str
     mav: str
-    when: When
+    when: TakesEffect
 
 
 def param(
@@ -96,7 +96,7 @@ def param(
     high: float = math.inf,
     doc: str = "",
     mav: str = "",
-    when: When = When.AT_ONCE,
+    when: TakesEffect = TakesEffect.AT_ONCE,
 ) -> Any:
     """Declares a parameter: default and bounds in `unit` (as in TOML, not SI), one sentence, the end of a MAVLink name.
 
@@ -118,19 +118,19 @@ def table(cls: type[Any], mav: str = "") -> Any:
     return dataclasses.field(default_factory=cls, metadata={_PREFIX: mav})
 
 
-def declared(field: dataclasses.Field[Any]) -> Declaration | None:
+def declaration_of(field: dataclasses.Field[Any]) -> Declaration | None:
     """What `param` was told about a field; None if it was not made by `param`."""
     return typing.cast("Declaration | None", field.metadata.get(_KEY))
 
 
-def prefix(field: dataclasses.Field[Any]) -> str:
+def mavlink_prefix(field: dataclasses.Field[Any]) -> str:
     """What the MAVLink names below a table begin with."""
     return str(field.metadata.get(_PREFIX, ""))
 
 
 def toml_key(field: dataclasses.Field[Any]) -> str:
     """The key of a field in TOML: its name, and its unit behind it."""
-    declaration = declared(field)
+    declaration = declaration_of(field)
     return field.name + (UNITS[declaration.unit][0] if declaration else "")
 
 
@@ -145,17 +145,17 @@ def load(cls: type[T], table: Mapping[str, Any], where: str) -> T:
     Raises:
         ParamError: unknown key, missing key, wrong unit, wrong type or out of bounds.
     """
-    hints = hints_of(cls)
+    hints = field_types(cls)
     fields = {toml_key(f): f for f in dataclasses.fields(cls)}  # type: ignore[arg-type]
     for key in table:
         if key not in fields:
-            raise ParamError(unknown(where, key, fields))
+            raise ParamError(unknown_key_text(where, key, fields))
     values: dict[str, Any] = {}
     for key, field in fields.items():
         if key in table:
-            values[field.name] = value_of(hints[field.name], declared(field), table[key], f"{where}: {key}")
+            values[field.name] = parse_value(hints[field.name], declaration_of(field), table[key], f"{where}: {key}")
         elif field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING:
-            raise ParamError(f"{where}: {key} is missing ({_wanted(hints[field.name], declared(field))})")
+            raise ParamError(f"{where}: {key} is missing ({_wanted(hints[field.name], declaration_of(field))})")
     try:
         return cls(**values)
     except ParamError as error:
@@ -166,17 +166,17 @@ def dump(record: Any) -> dict[str, Any]:
     """The TOML table (also JSON-able) that `load` makes the record from again, exactly."""
     table: dict[str, Any] = {}
     for field in dataclasses.fields(record):
-        declaration = declared(field)
+        declaration = declaration_of(field)
         factor = UNITS[declaration.unit][1] if declaration else 1.0
-        table[toml_key(field)] = plain(getattr(record, field.name), factor)
+        table[toml_key(field)] = to_toml_value(getattr(record, field.name), factor)
     return table
 
 
-hints_of = typing.cast("Callable[[type[Any]], dict[str, Any]]", functools.cache(typing.get_type_hints))
+field_types = typing.cast("Callable[[type[Any]], dict[str, Any]]", functools.cache(typing.get_type_hints))
 """The types of a dataclass's fields; to find them anew each time takes as long as a cycle may."""
 
 
-def choices_of(choices: type[enum.Enum]) -> str:
+def choices_text(choices: type[enum.Enum]) -> str:
     """An enum's members as TOML has them, for people."""
     return ", ".join(f'"{member.name.lower()}"' for member in choices)
 
@@ -194,12 +194,12 @@ def _to_si(value: Any, factor: float) -> Any:
     return value * factor
 
 
-def plain(value: Any, factor: float) -> Any:
+def to_toml_value(value: Any, factor: float) -> Any:
     """What TOML says of a value, whose unit is `factor` times that of SI."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return dump(value)
     if isinstance(value, tuple | list):
-        return [plain(v, factor) for v in value]
+        return [to_toml_value(v, factor) for v in value]
     if isinstance(value, enum.Enum):
         return value.name.lower()
     if value is None or isinstance(value, Mapping):
@@ -218,7 +218,7 @@ def _inverse(value: float, factor: float) -> float:
     return guess
 
 
-def value_of(hint: Any, declaration: Declaration | None, raw: Any, where: str) -> Any:
+def parse_value(hint: Any, declaration: Declaration | None, raw: Any, where: str) -> Any:
     """What a field of that type is given for what TOML says of it; see `load`."""
     origin, args = typing.get_origin(hint), typing.get_args(hint)
     if is_table(hint):
@@ -226,18 +226,18 @@ def value_of(hint: Any, declaration: Declaration | None, raw: Any, where: str) -
             raise ParamError(f"{where} must be a table")
         return load(hint, raw, where)
     if origin in (typing.Union, types.UnionType):
-        return value_of(next(a for a in args if a is not type(None)), declaration, raw, where)
+        return parse_value(next(a for a in args if a is not type(None)), declaration, raw, where)
     if origin is tuple:
         if not isinstance(raw, list | tuple):
             raise ParamError(f"{where} = {raw!r}: must be a list")
         length = None if args[-1] is Ellipsis else len(args)
         if length is not None and len(raw) != length:
             raise ParamError(f"{where} = {raw!r}: must have {length} entries")
-        return tuple(value_of(args[0], declaration, item, f"{where}[{i}]") for i, item in enumerate(raw))
+        return tuple(parse_value(args[0], declaration, item, f"{where}[{i}]") for i, item in enumerate(raw))
     if origin in (dict, Mapping) or (origin is not None and issubclass(origin, Mapping)):
         if not isinstance(raw, Mapping):
             raise ParamError(f"{where} must be a table")
-        return {str(k): value_of(args[1], declaration, v, f"{where}.{k}") for k, v in raw.items()}
+        return {str(k): parse_value(args[1], declaration, v, f"{where}.{k}") for k, v in raw.items()}
     if isinstance(hint, type) and issubclass(hint, enum.Enum):
         for member in hint:
             if member.name.lower() == raw:
@@ -268,7 +268,7 @@ def _wanted(hint: Any, declaration: Declaration | None) -> str:
     if is_table(hint):
         return "a table"
     if isinstance(hint, type) and issubclass(hint, enum.Enum):
-        return f"one of {choices_of(hint)}"
+        return f"one of {choices_text(hint)}"
     if typing.get_origin(hint) is tuple:
         args = typing.get_args(hint)
         each = "tables" if is_table(args[0]) else f"{len(args)} entries, each {_wanted(args[0], declaration)}"
@@ -284,12 +284,12 @@ def _wanted(hint: Any, declaration: Declaration | None) -> str:
     return text
 
 
-def unknown(where: str, key: str, fields: Mapping[str, dataclasses.Field[Any]]) -> str:
+def unknown_key_text(where: str, key: str, fields: Mapping[str, dataclasses.Field[Any]]) -> str:
     """The sentence for a key that is not one of `fields`, with what may have been meant."""
     suffixes = sorted((s for s, _ in UNITS.values()), key=len, reverse=True)
     stem = next((key[: -len(s)] for s in suffixes if s and key.endswith(s)), key)
     for right, field in fields.items():
-        declaration = declared(field)
+        declaration = declaration_of(field)
         if field.name in (stem, key) and declaration is not None:
             return f"{where}: {key} has the wrong unit; write {right} (unit {declaration.unit or 'none'})"
     close = difflib.get_close_matches(key, fields, n=1)

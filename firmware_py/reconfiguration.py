@@ -15,8 +15,8 @@ from firmware_py.estimation.model.observer_model import refuse_no_inertia
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.marine import Origin
 from firmware_py.mavlink.node import MavlinkParams
-from firmware_py.parameter_tree import replaced
-from firmware_py.params import ParamError, naming, param, table
+from firmware_py.parameter_tree import with_values
+from firmware_py.params import ParamError, param, prefix_errors, table
 from firmware_py.records.fence import NO_FENCE, Fence, Place, rally_from_plain
 from firmware_py.records.fence import from_plain as fence_from_plain
 from firmware_py.records.mission import from_plain
@@ -107,7 +107,7 @@ class PartsFactory:
         Raises:
             ParamError: a value that is wrong, alone or beside the others; the error names file and key.
         """
-        params = replaced(self._now.params, values, self._files["autopilot"])
+        params = with_values(self._now.params, values, self._files["autopilot"])
         yard = PartsFactory(self._files, self._boat, self._now._replace(params=params))
         makers = yard.makers()
         for part in _parts_of(values):
@@ -147,7 +147,7 @@ class PartsFactory:
 
     def _adopt(self, autopilot: Autopilot, kind: str, content: Any) -> None:
         if kind == "parameters":
-            self._now = self._now._replace(params=replaced(self.params, content, self._files["autopilot"]))
+            self._now = self._now._replace(params=with_values(self.params, content, self._files["autopilot"]))
             self._remake(autopilot, _parts_of(content))
         elif kind == "mission":
             self._fly(autopilot, from_plain(content))
@@ -180,36 +180,36 @@ class PartsFactory:
             setattr(autopilot, part, new)
 
     def _estimator(self) -> Estimator:
-        with naming(self._files["vehicle"]):
+        with prefix_errors(self._files["vehicle"]):
             refuse_no_inertia(self._boat)
         with self._naming_coefficients():
             return Estimator(self.params.estimation, self._origin, self._boat)
 
     def _naming_coefficients(self) -> AbstractContextManager[None]:
-        return naming(f"{self._files['autopilot']}: estimation.coefficients")
+        return prefix_errors(f"{self._files['autopilot']}: estimation.coefficients")
 
     @property
     def _origin(self) -> Origin:
         return Origin(self.params.origin.latitude, self.params.origin.longitude)
 
     def _supervisor(self) -> Supervisor:
-        with naming(self._files["autopilot"]):
+        with prefix_errors(self._files["autopilot"]):
             return Supervisor(self.params.safety, has_mission=bool(self._now.mission.items), fence=self._now.fence)
 
     def _guidance(self) -> Guidance:
         safety, now = self.params.safety, self._now
-        with naming(self._files["autopilot"]):
+        with prefix_errors(self._files["autopilot"]):
             return Guidance(
                 now.params.guidance, now.mission, safety.depth_max, safety.altitude_min, now.rally, now.fence
             )
 
     def _control(self) -> Control:
-        with naming(self._files["vehicle"]):
+        with prefix_errors(self._files["vehicle"]):
             return Control(self.params.control, self._boat)
 
     def _gate(self) -> Gate:
         boat = self._boat
-        with naming(self._files["vehicle"]):
+        with prefix_errors(self._files["vehicle"]):
             return Gate(
                 self.params.safety.gate,
                 delta_max=tuple(fin.delta_max for fin in boat.fins),

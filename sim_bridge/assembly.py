@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from firmware_py.adapters.buses.can_bus import FramePort, NodeIds
-from firmware_py.params import naming
+from firmware_py.params import prefix_errors
 from sim_bridge.bridge import Bridge
 from sim_bridge.devices.devices import BoatParams, Devices
 from sim_bridge.devices.instruments import Instruments, Water
@@ -49,8 +49,8 @@ def afloat(truth: Truth, boat: BoatParams, scenario: Scenario, seed: int, base_h
     """
     sea, start = scenario.environment, scenario.start
     environment = Environment(sea, np.random.SeedSequence([seed, *b"environment"]), 1.0 / base_hz)
-    with naming("truth.toml"):
+    with prefix_errors("truth.toml"):
         plant = Plant(truth, environment, 1.0 / base_hz, truth.substeps, start.eta, start.nu, start.n)
-    with naming("sensors.toml"):
+    with prefix_errors("sensors.toml"):
         instruments = Instruments(boat, Water(truth.hull.rho, sea.surface_pressure, sea.origin), seed, base_hz)
     return plant, instruments

@@ -1,1 +1,1 @@
-"""The laws: what stern planes, rudder and propeller shall do to follow a reference."""
+"""Control laws: the stern-plane angle, rudder angle and propeller speed that make the vehicle follow a reference."""

@@ -1,4 +1,4 @@
-"""From reference and state to a demand: depth, heading and speed, each under its own law."""
+"""Depth, heading and speed control: from reference and state to a demand."""
 
 from __future__ import annotations
 
@@ -7,25 +7,38 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from firmware_py.control.depth import Axis, Depth, DepthMemory
-from firmware_py.control.sliding_mode_gains import PAPER_DEPTH, PAPER_HEADING, DepthGains, HeadingGains, Preset
-from firmware_py.control.heading import Heading, HeadingMemory
-from firmware_py.control.pid import DepthPidAxis, DepthPidGains, PidAxis, PidGains
-from firmware_py.control.sliding_mode_law import SlidingAxis
-from firmware_py.control.speed import Speed, SpeedParams
-from firmware_py.control.feed_forward import rates
+from firmware_py.control.axis_law import AxisLaw
+from firmware_py.control.depth import DepthControl, DepthMemory
+from firmware_py.control.feed_forward import attitude_rates
+from firmware_py.control.heading import HeadingControl, HeadingMemory
+from firmware_py.control.pid import DepthPidGains, DepthPidLaw, HeadingPidLaw, PidGains
+from firmware_py.control.sliding_mode_gains import (
+    PAPER_DEPTH_GAINS,
+    PAPER_HEADING_GAINS,
+    DepthSlidingGains,
+    GainSet,
+    HeadingSlidingGains,
+)
+from firmware_py.control.sliding_mode_law import SlidingModeLaw
+from firmware_py.control.speed import SpeedControl, SpeedParams
 from firmware_py.marine import clip
-from firmware_py.params import ParamError, When, param, table
+from firmware_py.params import ParamError, TakesEffect, param, table
 from firmware_py.records.command import Demand, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.order import Mode, Order
 from firmware_py.schedule import Rate, Tick
-from firmware_py.vehicle.linear_models import diving, steering
+from firmware_py.vehicle.linear_models import diving_model, steering_model
 from firmware_py.vehicle.vehicle import Vehicle
+
+S_LAST_DEPTH = -1.0
+"""Last entry of the depth surface s: sigma_z grows as the vehicle gets shallower, as in Eq. 28."""
+S_LAST_HEADING = 1.0
+"""Last entry of the heading surface s: sigma_psi grows as the vehicle turns to starboard, as in Eq. 32."""
+NO_DEMAND = Demand(delta_s=0.0, delta_r=0.0, n=0.0, sigma_z=0.0, sigma_psi=0.0)
 
 
 class LawKind(enum.Enum):
-    """The laws to choose from."""
+    """Control law of depth and heading."""
 
     SLIDING = enum.auto()
     PID = enum.auto()
@@ -33,26 +46,47 @@ class LawKind(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class ControlParams:
-    """Which laws, their gains, and the speeds they are scheduled over."""
+    """Choice of the laws, their gains, and the speeds that they are scheduled over."""
 
-    law: LawKind = param(LawKind.SLIDING, mav="LAW", when=When.DISARMED)
-    gains: Preset = param(Preset.OWN, mav="GAINS", when=When.DISARMED)
+    law: LawKind = param(
+        LawKind.SLIDING,
+        doc="Law of depth and heading: sliding mode, or the PID baseline with the same references and feed-forward.",
+        mav="LAW",
+        when=TakesEffect.DISARMED,
+    )
+    gains: GainSet = param(
+        GainSet.CONFIGURED,
+        doc="Gains of the sliding-mode laws: those configured here, or the paper's poles and boundary layers. Either way"
+        " the laws are designed from the coefficients of vehicle.toml, so s and k are not the printed ones.",
+        mav="GAINS",
+        when=TakesEffect.DISARMED,
+    )
     u_min: float = param(
         0.5,
         unit="m/s",
         low=0.05,
         high=5.0,
-        doc="Slowest speed the laws are designed for; below it the fins fade out.",
+        doc="Lowest speed the laws are designed for. Below it fin angles are reduced in proportion to the speed.",
         mav="U_MIN",
     )
     u_max: float = param(
-        4.0, unit="m/s", low=0.1, high=20.0, doc="Fastest speed the laws are designed for.", mav="U_MAX"
+        4.0,
+        unit="m/s",
+        low=0.1,
+        high=20.0,
+        doc="Highest speed the laws are designed for. Above it the design of this speed is kept.",
+        mav="U_MAX",
     )
     sticks_age_max: float = param(
-        0.5, unit="s", low=0.0, high=10.0, doc="Older sticks count as let go.", mav="STICKS_AGE"
+        0.5,
+        unit="s",
+        low=0.0,
+        high=10.0,
+        doc="MANUAL: stick positions older than this are ignored; fins go to centre, the propeller stops.",
+        mav="STICKS_AGE",
     )
-    depth: DepthGains = table(DepthGains, mav="Z_")
-    heading: HeadingGains = table(HeadingGains, mav="PSI_")
+    depth: DepthSlidingGains = table(DepthSlidingGains, mav="Z_")
+    heading: HeadingSlidingGains = table(HeadingSlidingGains, mav="PSI_")
     depth_pid: DepthPidGains = table(DepthPidGains, mav="ZPID_")
     heading_pid: PidGains = table(PidGains, mav="PPID_")
     speed: SpeedParams = table(SpeedParams, mav="SPD_")
@@ -63,7 +97,7 @@ class ControlParams:
 
 
 class ControlMemory(NamedTuple):
-    """Everything the laws remember."""
+    """Memory of the laws: depth, heading, and the integral of the speed controller, rev/s."""
 
     depth: DepthMemory
     heading: HeadingMemory
@@ -71,35 +105,37 @@ class ControlMemory(NamedTuple):
 
 
 class Control:
-    """The laws that the configuration chose.
+    """Depth, heading and speed control with the laws that the configuration chose.
 
     Raises:
-        ParamError: coefficients that no law can be designed for.
+        ParamError: no law can be designed for the vehicle's coefficients.
     """
 
     def __init__(self, params: ControlParams, vehicle: Vehicle) -> None:
         self._params = params
         self._n_max = vehicle.propeller.n_max
-        effect = vehicle.effectiveness
-        self._delta_s_max, self._delta_r_max = effect.delta_s_max, effect.delta_r_max
-        paper = params.gains is Preset.PAPER
-        depth_gains = PAPER_DEPTH if paper else params.depth
-        dive, steer = _axes(params, depth_gains, PAPER_HEADING if paper else params.heading, vehicle)
-        self._depth = Depth(dive, vehicle, depth_gains.drift_time)
-        self._heading = Heading(steer, vehicle)
-        self._speed = Speed(params.speed, vehicle.propeller)
+        effectiveness = vehicle.effectiveness
+        self._delta_s_max, self._delta_r_max = effectiveness.delta_s_max, effectiveness.delta_r_max
+        paper = params.gains is GainSet.PAPER
+        depth_gains = PAPER_DEPTH_GAINS if paper else params.depth
+        heading_gains = PAPER_HEADING_GAINS if paper else params.heading
+        depth_law, heading_law = _make_laws(params, depth_gains, heading_gains, vehicle)
+        self._depth = DepthControl(depth_law, vehicle, depth_gains.climb_bias_time)
+        self._heading = HeadingControl(heading_law, vehicle)
+        self._speed = SpeedControl(params.speed, vehicle.propeller)
 
     def update(self, tick: Tick, mode: ModeState, order: Order, reference: Reference, state: StateEstimate) -> Demand:
-        """The demand of this tick.
+        """Return the demand of this tick: delta_s and delta_r (rad), n (rev/s), sigma_z (m), sigma_psi (rad).
 
-        MANUAL passes the sticks on, bounded, and centres them when they are old; DISARMED asks for nothing and forgets.
-        While the state is not finite the fins' demand is NaN, for the gate to judge, and nothing is learned from it.
-        Below u_min the fins fade out: at rest and going astern they are centred. What a learning manoeuvre does with
-        the fins is added here, so that the laws know of it and the gate judges the sum.
+        DISARMED: all zero; the memory is cleared. MANUAL: the sticks, limited; zero when they are too old.
+        Other modes: the laws. A state with a non-finite entry gives NaN fin angles, which the gate rejects, and leaves
+        depth and heading memory as they are. Below u_min the fin angles are scaled by u / u_min; at rest and astern
+        they are zero. The excitation of a learning manoeuvre is added here, so that the laws know of it and the gate
+        limits the sum.
         """
         if mode.mode is Mode.DISARMED:
             self._reset()
-            return Demand(0.0, 0.0, 0.0, 0.0, 0.0)
+            return NO_DEMAND
         eta, nu = state.eta, state.nu
         finite = math.isfinite(sum(nu) + eta.z + eta.phi + eta.theta + eta.psi)
         if finite and tick.every(Rate.HZ_10):
@@ -109,26 +145,27 @@ class Control:
         if not finite:
             return Demand(math.nan, math.nan, self._speed.update(reference.u_d, 0.0, False, tick.dt), 0.0, 0.0)
         dt = tick.dt
-        theta_dot, psi_dot = rates(state)
-        share = clip(nu.u / self._params.u_min, 0.0, 1.0)
+        theta_dot, psi_dot = attitude_rates(state)
+        fade = clip(nu.u / self._params.u_min, 0.0, 1.0)
         delta_s, sigma_z = self._depth.update(reference, state, theta_dot, dt)
-        delta_r, sigma_psi = self._heading.update(reference, state, psi_dot, share, dt)
+        delta_r, sigma_psi = self._heading.update(reference, state, psi_dot, fade, dt)
         n = self._speed.update(reference.u_d, nu.u, state.velocity_ok, dt)
         delta_s = clip(reference.grip * delta_s + reference.delta_s, -self._delta_s_max, self._delta_s_max)
         delta_r = clip(reference.grip * delta_r + reference.delta_r, -self._delta_r_max, self._delta_r_max)
-        return Demand(share * delta_s, share * delta_r, n, sigma_z, sigma_psi)
+        return Demand(fade * delta_s, fade * delta_r, n, sigma_z, sigma_psi)
 
     def freeze(self) -> ControlMemory:
-        """All it remembers."""
+        """Return the whole memory."""
         return ControlMemory(self._depth.freeze(), self._heading.freeze(), self._speed.freeze())
 
     def thaw(self, memory: ControlMemory) -> None:
-        """Takes up again what `freeze` gave."""
+        """Restore the memory that `freeze` returned."""
         self._depth.thaw(memory.depth)
         self._heading.thaw(memory.heading)
         self._speed.thaw(memory.speed)
 
     def _schedule(self, u: float) -> None:
+        """Redesign depth and heading for the speed u, m/s, kept in [u_min, u_max]."""
         u = clip(u, self._params.u_min, self._params.u_max)
         self._depth.schedule(u)
         self._heading.schedule(u)
@@ -139,20 +176,26 @@ class Control:
         self._speed.reset()
 
     def _manual(self, tick: Tick, order: Order, state: StateEstimate | None) -> Demand:
-        held = tick.t - order.t_sticks <= self._params.sticks_age_max
-        delta_s, delta_r, n = order.sticks if held and math.isfinite(sum(order.sticks)) else (0.0, 0.0, 0.0)
+        """Return the sticks as a demand; a finite `state` keeps the sway of heading control up to date."""
+        recent = tick.t - order.t_sticks <= self._params.sticks_age_max
+        delta_s, delta_r, n = order.sticks if recent and math.isfinite(sum(order.sticks)) else (0.0, 0.0, 0.0)
         delta_s = clip(delta_s, -self._delta_s_max, self._delta_s_max)
         delta_r = clip(delta_r, -self._delta_r_max, self._delta_r_max)
         self._depth.reset()
         self._speed.reset()
         if state is not None:
-            self._heading.follow(rates(state).psi_dot, delta_r, tick.dt)
+            self._heading.follow(attitude_rates(state).psi_dot, delta_r, tick.dt)
         return Demand(delta_s, delta_r, clip(n, -self._n_max, self._n_max), 0.0, 0.0)
 
 
-def _axes(params: ControlParams, depth: DepthGains, heading: HeadingGains, vehicle: Vehicle) -> tuple[Axis, Axis]:
+def _make_laws(
+    params: ControlParams, depth: DepthSlidingGains, heading: HeadingSlidingGains, vehicle: Vehicle
+) -> tuple[AxisLaw, AxisLaw]:
+    """Return the laws of depth and of heading; the sliding-mode ones start with the design for the trim speed."""
     if params.law is LawKind.PID:
-        return DepthPidAxis(params.depth_pid), PidAxis(params.heading_pid, rate=1, angle=2)
+        return DepthPidLaw(params.depth_pid), HeadingPidLaw(params.heading_pid)
     u = vehicle.propeller.u_trim
-    dive, steer = diving(vehicle, u), steering(vehicle, u)
-    return SlidingAxis(depth, dive, last=-1.0), SlidingAxis(heading, steer, last=1.0)
+    return (
+        SlidingModeLaw(depth, diving_model(vehicle, u), S_LAST_DEPTH),
+        SlidingModeLaw(heading, steering_model(vehicle, u), S_LAST_HEADING),
+    )

@@ -1,81 +1,75 @@
-"""Depth by stern planes (paper Eq. 26-29), with the signs that Eq. 25 gives.
+"""Depth control by stern planes (paper Eq. 26-29), with the signs that follow from Eq. 25.
 
-With the paper's poles at its speed that is delta_s = -2.35 q - 0.006 theta + 0.170 z_d_dot + 2.3 tanh(sigma/4): the
-print of Eq. 29 has the first three terms with the other sign. Here they come out of the design, at each speed.
+With the paper's poles, at the paper's speed, Eq. 25 gives
+delta_s = -2.35 q - 0.006 theta + 0.170 z_d_dot + 2.3 tanh(sigma / 4).
+Eq. 29 is printed with the opposite sign in its first three terms. Here the coefficients come out of the design, anew at
+each speed.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
-from firmware_py.control.feed_forward import dive, unexplained_climb
+from firmware_py.control.axis_law import AxisLaw
+from firmware_py.control.feed_forward import track_depth, unmodelled_climb
 from firmware_py.records.command import Reference
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.vehicle.linear_models import Linear, Row, diving
+from firmware_py.vehicle.linear_models import diving_model
 from firmware_py.vehicle.vehicle import Vehicle
 
 
-class Axis(Protocol):
-    """A law of one input: sliding mode or PID."""
-
-    def schedule(self, model: Linear, pace: float) -> None:
-        """Takes the model at another speed, `pace` times the trim speed."""
-
-    def update(self, error: Row, delta_d: float, limit: float, dt: float) -> tuple[float, float]:
-        """(fin angle, sigma) for the error of the model's states and its feed-forward."""
-
-    def reset(self) -> None:
-        """Forgets everything."""
-
-    def freeze(self) -> float:
-        """All it remembers."""
-
-    def thaw(self, memory: float) -> None:
-        """Takes up again what `freeze` gave."""
-
-
 class DepthMemory(NamedTuple):
-    """The speed the law is designed for and the climb the model leaves out (m/s), and the axis's own."""
+    """What depth control remembers.
+
+    Attributes:
+        u: speed that the law is designed for, m/s.
+        climb_bias: low-passed vertical velocity that the diving model leaves out, m/s, down positive.
+        law: memory of the axis law.
+    """
 
     u: float
-    drift: float
-    axis: float
+    climb_bias: float
+    law: float
 
 
-class Depth:
-    """Follows z_d; sees to the model, its schedule and what it leaves out."""
+class DepthControl:
+    """Depth control: makes the stern planes follow z_d.
 
-    def __init__(self, axis: Axis, vehicle: Vehicle, drift_time: float) -> None:
-        self._axis, self._vehicle, self._drift_time = axis, vehicle, drift_time
+    It keeps the diving model up to date with the speed, estimates the vertical velocity that this model leaves out, and
+    leaves the rest to an `AxisLaw`.
+    """
+
+    def __init__(self, law: AxisLaw, vehicle: Vehicle, climb_bias_time: float) -> None:
+        self._law, self._vehicle, self._climb_bias_time = law, vehicle, climb_bias_time
         self._limit = vehicle.effectiveness.delta_s_max
-        self._drift = 0.0
+        self._climb_bias = 0.0
         self.schedule(vehicle.propeller.u_trim)
 
     def schedule(self, u: float) -> None:
-        """Designs for the speed u > 0, m/s."""
+        """Redesign the law for the speed u, m/s, > 0."""
         self._u = u
-        self._model = diving(self._vehicle, u)
-        self._axis.schedule(self._model, u / self._vehicle.propeller.u_trim)
+        self._model = diving_model(self._vehicle, u)
+        self._law.schedule(self._model, u / self._vehicle.propeller.u_trim)
 
     def update(self, reference: Reference, state: StateEstimate, theta_dot: float, dt: float) -> tuple[float, float]:
-        """(delta_s, rad; sigma_z, m)."""
-        error, delta_d = dive(self._model, reference, state, theta_dot, self._drift)
-        if self._drift_time > 0.0:
-            found = unexplained_climb(self._model, state) if state.velocity_ok else 0.0
-            self._drift += min(dt / self._drift_time, 1.0) * (found - self._drift)
-        return self._axis.update(error, delta_d, self._limit, dt)
+        """Return delta_s (rad) and sigma_z (m). `theta_dot` is the pitch angle's rate, rad/s."""
+        error, delta_ff = track_depth(self._model, reference, state, theta_dot, self._climb_bias)
+        if self._climb_bias_time > 0.0:
+            measured = unmodelled_climb(self._model, state) if state.velocity_ok else 0.0
+            self._climb_bias += min(dt / self._climb_bias_time, 1.0) * (measured - self._climb_bias)
+        return self._law.update(error, delta_ff, self._limit, dt)
 
     def reset(self) -> None:
-        """Forgets what it learned."""
-        self._drift = 0.0
-        self._axis.reset()
+        """Clear the climb bias and the law's integral."""
+        self._climb_bias = 0.0
+        self._law.reset()
 
     def freeze(self) -> DepthMemory:
-        """All it remembers."""
-        return DepthMemory(self._u, self._drift, self._axis.freeze())
+        """Return the whole memory."""
+        return DepthMemory(self._u, self._climb_bias, self._law.freeze())
 
     def thaw(self, memory: DepthMemory) -> None:
-        """Takes up again what `freeze` gave."""
+        """Restore the memory that `freeze` returned."""
         self.schedule(memory.u)
-        self._drift = memory.drift
-        self._axis.thaw(memory.axis)
+        self._climb_bias = memory.climb_bias
+        self._law.thaw(memory.law)

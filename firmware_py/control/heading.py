@@ -1,75 +1,94 @@
-"""Heading by rudders (paper Eq. 30-33), with the signs that Eq. 25 gives.
+"""Heading control by rudders (paper Eq. 30-33), with the signs that follow from Eq. 25.
 
-With the paper's poles at its speed that is delta_r = -0.53 v - 0.16 r - 4.3 psi_d_dot + 1.5 tanh(sigma/0.05): the
-print of Eq. 33 has the first three terms with the other sign. Here they come out of the design, at each speed.
+With the paper's poles, at the paper's speed, Eq. 25 gives
+delta_r = -0.53 v - 0.16 r - 4.3 psi_d_dot + 1.5 tanh(sigma / 0.05).
+Eq. 33 is printed with the opposite sign in its first three terms. Here the coefficients come out of the design, anew at
+each speed.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from firmware_py.control.depth import Axis
-from firmware_py.control.feed_forward import Sway, next_sway, turn
+from firmware_py.control.axis_law import AxisLaw
+from firmware_py.control.feed_forward import SwayInput, SwayState, propagate_sway, track_heading
 from firmware_py.marine import clip
 from firmware_py.records.command import Reference
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.vehicle.linear_models import steering
+from firmware_py.vehicle.linear_models import steering_model
 from firmware_py.vehicle.vehicle import Vehicle
 
-AT_REST = Sway(0.0, 0.0)
+NO_SWAY = SwayState(0.0, 0.0)
 
 
 class HeadingMemory(NamedTuple):
-    """The speed the law is designed for (m/s), the model's sway, and the axis's own."""
+    """What heading control remembers.
+
+    Attributes:
+        u: speed that the law is designed for, m/s.
+        sway: sway of the steering model.
+        law: memory of the axis law.
+    """
 
     u: float
-    sway: Sway
-    axis: float
+    sway: SwayState
+    law: float
 
 
-class Heading:
-    """Follows psi_d; sees to the model, its schedule and its sway."""
+class HeadingControl:
+    """Heading control: makes the rudders follow psi_d.
 
-    def __init__(self, axis: Axis, vehicle: Vehicle) -> None:
-        self._axis, self._vehicle = axis, vehicle
+    It keeps the steering model up to date with the speed, propagates that model's sway, and leaves the rest to an
+    `AxisLaw`.
+    """
+
+    def __init__(self, law: AxisLaw, vehicle: Vehicle) -> None:
+        self._law, self._vehicle = law, vehicle
         self._limit = vehicle.effectiveness.delta_r_max
-        self._sway = AT_REST
+        self._sway = NO_SWAY
         self.schedule(vehicle.propeller.u_trim)
 
     def schedule(self, u: float) -> None:
-        """Designs for the speed u > 0, m/s."""
+        """Redesign the law for the speed u, m/s, > 0."""
         self._u = u
-        self._model = steering(self._vehicle, u)
-        self._axis.schedule(self._model, u / self._vehicle.propeller.u_trim)
+        self._model = steering_model(self._vehicle, u)
+        self._law.schedule(self._model, u / self._vehicle.propeller.u_trim)
 
     def update(
-        self, reference: Reference, state: StateEstimate, psi_dot: float, share: float, dt: float
+        self, reference: Reference, state: StateEstimate, psi_dot: float, fade: float, dt: float
     ) -> tuple[float, float]:
-        """(delta_r, rad; sigma_psi, rad). The fins will be given the `share` of it, and of what a manoeuvre adds."""
-        error, delta_d = turn(self._model, reference, state, psi_dot, self._sway)
-        delta_r, sigma = self._axis.update(error, delta_d, self._limit, dt)
-        given = share * clip(reference.grip * delta_r + reference.delta_r, -self._limit, self._limit)
-        self._sway = next_sway(self._model, self._sway, reference.psi_d_dot, delta_d, psi_dot, given, self._u, dt)
+        """Return delta_r (rad) and sigma_psi (rad).
+
+        Args:
+            psi_dot: rate of the heading angle, rad/s.
+            fade: factor in [0, 1] by which the caller scales the rudder at low speed. The sway is propagated with the
+                rudder that the vehicle gets: scaled, and with the excitation of a learning manoeuvre added.
+        """
+        error, delta_ff = track_heading(self._model, reference, state, psi_dot, self._sway)
+        delta_r, sigma = self._law.update(error, delta_ff, self._limit, dt)
+        applied = fade * clip(reference.grip * delta_r + reference.delta_r, -self._limit, self._limit)
+        desired, actual = SwayInput(reference.psi_d_dot, delta_ff), SwayInput(psi_dot, applied)
+        self._sway = propagate_sway(self._model, self._sway, desired, actual, self._u, dt)
         return delta_r, sigma
 
     def follow(self, psi_dot: float, delta_r: float, dt: float) -> None:
-        """Someone else steers: keeps only the sway up to date, and forgets what the axis learned."""
-        self._axis.reset()
-        delta_r = clip(delta_r, -self._limit, self._limit)
-        v = next_sway(self._model, self._sway, 0.0, 0.0, psi_dot, delta_r, self._u, dt).v
-        self._sway = Sway(v, v)
+        """Propagate the sway under a rudder (rad) that somebody else commands, and clear the law's integral."""
+        self._law.reset()
+        actual = SwayInput(psi_dot, clip(delta_r, -self._limit, self._limit))
+        v = propagate_sway(self._model, self._sway, SwayInput(0.0, 0.0), actual, self._u, dt).v
+        self._sway = SwayState(v, v)
 
     def reset(self) -> None:
-        """Forgets what it learned."""
-        self._sway = AT_REST
-        self._axis.reset()
+        """Clear the sway and the law's integral."""
+        self._sway = NO_SWAY
+        self._law.reset()
 
     def freeze(self) -> HeadingMemory:
-        """All it remembers."""
-        return HeadingMemory(self._u, self._sway, self._axis.freeze())
+        """Return the whole memory."""
+        return HeadingMemory(self._u, self._sway, self._law.freeze())
 
     def thaw(self, memory: HeadingMemory) -> None:
-        """Takes up again what `freeze` gave."""
+        """Restore the memory that `freeze` returned."""
         self.schedule(memory.u)
         self._sway = memory.sway
-        self._axis.thaw(memory.axis)
+        self._law.thaw(memory.law)

@@ -1,59 +1,68 @@
-"""One axis under sliding mode: the design follows the speed, and a slow integral learns what the model leaves out."""
+"""Sliding-mode law of one axis: scheduled with the speed, with an integral for the steady disturbance."""
 
 from __future__ import annotations
 
+from firmware_py.control.sliding_mode_design import DesignError, SlidingDesign, control_law, design_sliding_mode
 from firmware_py.control.sliding_mode_gains import SlidingGains
-from firmware_py.control.sliding_mode_design import DesignError, Sliding, design, law
 from firmware_py.marine import clip
 from firmware_py.params import ParamError
-from firmware_py.vehicle.linear_models import Linear, Row
+from firmware_py.vehicle.linear_models import LinearModel, Vector3
 
 
-class SlidingAxis:
-    """Remembers one number: the fin angle, rad, that answers the steady disturbance."""
+class SlidingModeLaw:
+    """An `AxisLaw`. Its memory is the fin angle (rad) that balances the steady disturbance, s'delta_f of Eq. 25.
 
-    def __init__(self, gains: SlidingGains, model: Linear, last: float) -> None:
-        self._gains, self._last = gains, last
+    Raises:
+        ParamError: no design exists for the model at the trim speed.
+    """
+
+    def __init__(self, gains: SlidingGains, model: LinearModel, s_last: float) -> None:
+        """Design for `model`, the one at the trim speed; `s_last` is the last entry of s, which scales sigma."""
+        self._gains, self._s_last = gains, s_last
         try:
-            self._sliding = self._design(model, 1.0)
+            self._design = self._design_for(model, 1.0)
         except DesignError as error:
             raise ParamError(f"coefficients: {error}") from None
-        self._memory = 0.0
+        self._trim = 0.0
 
-    def schedule(self, model: Linear, pace: float) -> None:
-        """Designs anew for `pace` times the trim speed; a model that cannot be designed for changes nothing."""
+    def schedule(self, model: LinearModel, speed_ratio: float) -> None:
+        """Redesign for the model at `speed_ratio` times the trim speed; keep the old design if there is none for it."""
         try:
-            self._sliding = self._design(model, pace)
+            self._design = self._design_for(model, speed_ratio)
         except DesignError:
             return
 
-    def update(self, error: Row, delta_d: float, limit: float, dt: float) -> tuple[float, float]:
-        """(fin angle, rad, within `limit`; sigma). The integral rests outside the boundary layer and at the limit."""
-        sliding, gains = self._sliding, self._gains
-        delta, sigma = law(sliding, error, delta_d)
-        delta -= self._memory
-        if gains.integral_time > 0.0 and -limit < delta < limit and abs(sigma) < sliding.phi_b:
-            rate = sliding.eta / (sliding.phi_b * sliding.s_b * gains.integral_time)
-            self._memory = clip(self._memory + dt * rate * sigma, -gains.trim_max, gains.trim_max)
+    def update(self, error: Vector3, delta_ff: float, limit: float, dt: float) -> tuple[float, float]:
+        """Return the fin angle (rad, within +-`limit`) and sigma: Eq. 25 (`control_law`) minus the trim angle.
+
+        trim_dot = eta sigma / (phi_b s'b integral_time): the slope of the switching term at sigma = 0, over the
+        integral's time. Anti-windup: the trim is held outside the boundary layer and at the fin's limit.
+        """
+        design, gains = self._design, self._gains
+        delta, sigma = control_law(design, error, delta_ff)
+        delta -= self._trim
+        if gains.integral_time > 0.0 and -limit < delta < limit and abs(sigma) < design.phi_b:
+            slope = design.eta / (design.phi_b * design.s_b * gains.integral_time)
+            self._trim = clip(self._trim + dt * slope * sigma, -gains.trim_max, gains.trim_max)
         return clip(delta, -limit, limit), sigma
 
-    def _design(self, model: Linear, pace: float) -> Sliding:
+    def _design_for(self, model: LinearModel, speed_ratio: float) -> SlidingDesign:
         gains = self._gains
-        scale = pace if gains.scaled else 1.0
-        slow, fast = gains.poles
-        sliding = design(model, (slow * scale, fast * scale), self._last, gains.delta_sw, gains.phi_b)
+        scale = speed_ratio if gains.scaled else 1.0
+        p1, p2 = gains.poles
+        design = design_sliding_mode(model, (p1 * scale, p2 * scale), self._s_last, gains.delta_sw, gains.phi_b)
         if gains.phi_b > 0.0:
-            return sliding
-        return sliding._replace(phi_b=sliding.eta / (gains.bandwidth * scale))
+            return design
+        return design._replace(phi_b=design.eta / (gains.bandwidth * scale))
 
     def reset(self) -> None:
-        """Forgets the disturbance."""
-        self._memory = 0.0
+        """Clear the trim angle."""
+        self._trim = 0.0
 
     def freeze(self) -> float:
-        """All it remembers."""
-        return self._memory
+        """Return the whole memory."""
+        return self._trim
 
     def thaw(self, memory: float) -> None:
-        """Takes up again what `freeze` gave."""
-        self._memory = memory
+        """Restore the memory that `freeze` returned."""
+        self._trim = memory

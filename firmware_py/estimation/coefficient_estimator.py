@@ -18,7 +18,7 @@ from firmware_py.estimation.health import Health, HealthMemory, HealthParams
 from firmware_py.estimation.identifiability import Known, sentence
 from firmware_py.estimation.model.prediction import STILL
 from firmware_py.estimation.model.transition import MOVING
-from firmware_py.params import When, param, table
+from firmware_py.params import TakesEffect, param, table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned, StateEstimate
 from firmware_py.records.sensing import SensorFrame
@@ -38,7 +38,10 @@ class LearningParams:
     """When the filter may learn."""
 
     enabled: bool = param(
-        True, doc="false: the coefficients of the vehicle file are all that is known.", mav="ENABLED", when=When.RESTART
+        True,
+        doc="false: the coefficients of the vehicle file are all that is known.",
+        mav="ENABLED",
+        when=TakesEffect.RESTART,
     )
     depth_min: float = param(
         1.0,

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from firmware_py.estimation.model.equations import COEFFICIENTS
 from firmware_py.estimation.model.observer_model import GROUPS, MOTIONS
-from firmware_py.params import ParamError, When, param
+from firmware_py.params import ParamError, TakesEffect, param
 from firmware_py.vehicle.vehicle import Vehicle
 
 TEN = ("M_q", "M_ds", "N_r", "N_dr", "N_v", "Z_ds", "Z_q", "Y_dr", "Y_r", "Y_v")
@@ -40,10 +40,16 @@ class CoefficientParams:
         high=1000.0,
         doc="1 sigma of a learned coefficient, of its size.",
         mav="STD",
-        when=When.RESTART,
+        when=TakesEffect.RESTART,
     )
     added_mass_std: float = param(
-        20.0, unit="%", low=0.1, high=100.0, doc="1 sigma of a scale of added mass.", mav="STD_MASS", when=When.RESTART
+        20.0,
+        unit="%",
+        low=0.1,
+        high=100.0,
+        doc="1 sigma of a scale of added mass.",
+        mav="STD_MASS",
+        when=TakesEffect.RESTART,
     )
     drag_std: float = param(
         20.0,
@@ -52,10 +58,16 @@ class CoefficientParams:
         high=1000.0,
         doc="1 sigma of C_dy and C_dz where learned.",
         mav="STD_DRAG",
-        when=When.RESTART,
+        when=TakesEffect.RESTART,
     )
     considered_std: float = param(
-        5.0, unit="%", low=0.1, high=100.0, doc="1 sigma of what is only considered.", mav="STD_REST", when=When.RESTART
+        5.0,
+        unit="%",
+        low=0.1,
+        high=100.0,
+        doc="1 sigma of what is only considered.",
+        mav="STD_REST",
+        when=TakesEffect.RESTART,
     )
     stds: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     """1 sigma of single names, of their size, where it is another than these."""
@@ -65,7 +77,7 @@ class CoefficientParams:
     walk: float = param(
         0.0, unit="%", low=0.0, high=100.0, doc="Random walk of a learned coefficient, by sqrt(s).", mav="WALK"
     )
-    current: bool = param(True, doc="false: the water stands still.", mav="CURRENT", when=When.RESTART)
+    current: bool = param(True, doc="false: the water stands still.", mav="CURRENT", when=TakesEffect.RESTART)
     current_std: float = param(
         0.3,
         unit="m/s",
@@ -73,7 +85,7 @@ class CoefficientParams:
         high=5.0,
         doc="1 sigma of the current, north and east.",
         mav="STD_CUR",
-        when=When.RESTART,
+        when=TakesEffect.RESTART,
     )
     turbulence: tuple[float, ...] = param(
         (0.0,),
@@ -82,7 +94,7 @@ class CoefficientParams:
         high=2.0,
         doc="Intensities of the eddies, one for each filter of the bank.",
         mav="TURB",
-        when=When.RESTART,
+        when=TakesEffect.RESTART,
     )
     turbulence_time: float = param(
         10.0, unit="s", low=0.1, high=1000.0, doc="Correlation time of the eddies.", mav="TURB_T"
@@ -121,7 +133,7 @@ class CoefficientParams:
         high=600.0,
         doc="Lengths of flight, rising, after which learning goes through all of it again.",
         mav="REVIEW",
-        when=When.RESTART,
+        when=TakesEffect.RESTART,
     )
     speed_bias: float = param(
         0.0,
@@ -130,7 +142,7 @@ class CoefficientParams:
         high=0.5,
         doc="1 sigma of the DVL's bias; 0: it has none.",
         mav="U_BIAS",
-        when=When.RESTART,
+        when=TakesEffect.RESTART,
     )
     rate_bias: float = param(
         0.0,
@@ -139,7 +151,7 @@ class CoefficientParams:
         high=5.0,
         doc="1 sigma of the gyros' bias; 0: none.",
         mav="R_BIAS",
-        when=When.RESTART,
+        when=TakesEffect.RESTART,
     )
     angle_bias: float = param(
         0.0,
@@ -148,7 +160,7 @@ class CoefficientParams:
         high=10.0,
         doc="1 sigma of roll's and pitch's bias; 0: none.",
         mav="A_BIAS",
-        when=When.RESTART,
+        when=TakesEffect.RESTART,
     )
     gate: float = param(5.0, low=2.0, high=100.0, doc="A measurement more sigmas away is not taken in.", mav="GATE")
 
@@ -165,7 +177,7 @@ class CoefficientParams:
 
 def beside(vehicle: Vehicle, params: CoefficientParams) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The nuisances and the considered, "rest" spelled out: without what is believed to be 0, which nothing scales."""
-    known = vehicle.linear
+    known = vehicle.force_coefficients
     named = (*params.names, *params.nuisances, *params.considered)
     taken = {member for name in named for member in GROUPS.get(name, (name,))}
     rest = tuple(name for name in COEFFICIENTS if name not in taken and known[name] != 0.0)

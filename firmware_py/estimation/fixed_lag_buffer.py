@@ -18,7 +18,7 @@ import numpy as np
 
 from firmware_py.estimation.interval_mean import IntervalMeans, Reports
 from firmware_py.estimation.model.jacobians import Array
-from firmware_py.params import When, param
+from firmware_py.params import TakesEffect, param
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.vehicle.vehicle import Vehicle
@@ -49,10 +49,16 @@ class FixedLagBufferParams:
         high=0.5,
         doc="How far behind: longer than any sensor's latency.",
         mav="LAG",
-        when=When.RESTART,
+        when=TakesEffect.RESTART,
     )
     longest: float = param(
-        0.02, unit="s", low=0.005, high=0.1, doc="Longest step without a measurement.", mav="LONGEST", when=When.RESTART
+        0.02,
+        unit="s",
+        low=0.005,
+        high=0.1,
+        doc="Longest step without a measurement.",
+        mav="LONGEST",
+        when=TakesEffect.RESTART,
     )
     stale: float = param(
         0.5,
@@ -113,7 +119,7 @@ class FixedLagBuffer:
     def __init__(self, params: FixedLagBufferParams, vehicle: Vehicle) -> None:
         self._params = params
         shaft = len(vehicle.fins)
-        self._acts = IntervalMeans([*((*row, 0.0) for row in vehicle.fin_sums), (*(0.0,) * shaft, 1.0)])
+        self._acts = IntervalMeans([*((*row, 0.0) for row in vehicle.deflection_rows), (*(0.0,) * shaft, 1.0)])
         self._reach = (*(_TRAVEL,) * shaft, _OVERSPEED * vehicle.propeller.n_max)
         self._waiting: list[Measurement] = []
         self._newest = [-math.inf, -math.inf]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from firmware_py.guidance.line_of_sight import LineOfSightParams
 from firmware_py.guidance.manoeuvre import ManoeuvreParams
 from firmware_py.guidance.reference_model import Shape
-from firmware_py.params import When, param, table
+from firmware_py.params import TakesEffect, param, table
 from firmware_py.records.turning import Turning
 
 
@@ -15,7 +15,7 @@ from firmware_py.records.turning import Turning
 class GuidanceParams:
     """How references move."""
 
-    shape: Shape = param(Shape.SMOOTH, mav="SHAPE", when=When.DISARMED)
+    shape: Shape = param(Shape.SMOOTH, mav="SHAPE", when=TakesEffect.DISARMED)
     depth_way: float = param(
         4.5, unit="m", low=0.1, high=100.0, doc="Way made in each of the depth's lags.", mav="DEPTH_WAY"
     )

@@ -37,8 +37,8 @@ from firmware_py.mavlink.telemetry.odometry import OdometryTelemetry
 from firmware_py.mavlink.telemetry.pose import Encoder, PoseTelemetry, TelemetryParams
 from firmware_py.mavlink.telemetry.system_state import SystemState
 from firmware_py.mavlink.telemetry.time_sync import Calendar, TimeSync
-from firmware_py.parameter_tree import replaced
-from firmware_py.params import When, param, table
+from firmware_py.parameter_tree import with_values
+from firmware_py.params import TakesEffect, param, table
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode, Order
 from firmware_py.records.turning import Turning
@@ -61,7 +61,12 @@ class MavlinkParams:
     """Table [mavlink]."""
 
     system: int = param(
-        1, low=1, high=250, doc="System id; every vehicle of a fleet has its own.", mav="MAV_SYSID", when=When.RESTART
+        1,
+        low=1,
+        high=250,
+        doc="System id; every vehicle of a fleet has its own.",
+        mav="MAV_SYSID",
+        when=TakesEffect.RESTART,
     )
     telemetry: TelemetryParams = table(TelemetryParams)
     manual_control: ManualControlParams = table(ManualControlParams)
@@ -239,6 +244,6 @@ class Node:
             name, unit = _TURNING_KEYS[key]
             self._plan_store.set_turning(**{name: value * unit})
         if table == "mavlink":
-            self._params = replaced(self._params, {rest: value}, table)
+            self._params = with_values(self._params, {rest: value}, table)
             for link in self.links:
                 link.set_manual_control(self._params.manual_control)

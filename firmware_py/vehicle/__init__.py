@@ -1,1 +1,1 @@
-"""What the autopilot believes about its vehicle, and the linear models that follow from it."""
+"""The autopilot's model of its vehicle: what vehicle.toml says, and the linear models that follow from it."""

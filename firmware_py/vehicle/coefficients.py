@@ -1,4 +1,4 @@
-"""The hydrodynamic coefficients that the autopilot believes in: nondimensional with rho/2 L^n, named as SNAME does."""
+"""Hydrodynamic coefficients of the autopilot's model: nondimensional with rho/2 L^n, in SNAME notation."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ def _coefficient() -> Any:
 
 @dataclass(frozen=True, slots=True)
 class Coefficients:
-    """The set of Healey and Lienard (1993). None has a default.
+    """The coefficients of Healey and Lienard (1993). None has a default.
 
-    The name spells the term: force or moment, then the factors it multiplies. `dot` marks added mass; ds, dr and db are
-    stern planes, rudders and *one* bow plane; a last n marks what works in the propeller's race, times eps(n).
+    A name spells its term: force or moment, then the factors that the coefficient multiplies. `dot` marks added mass;
+    ds, dr and db are stern planes, rudders and *one* bow plane; a final n marks a term in the propeller's slipstream,
+    which is multiplied by eps(n).
     """
 
     X_pp: float = _coefficient()

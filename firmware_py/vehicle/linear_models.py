@@ -1,7 +1,7 @@
-"""The linear models the laws are designed from: diving and steering about straight and level flight at speed u.
+"""Linear models of diving and steering, about straight and level motion at speed u. The laws are designed from them.
 
-Both are the paper's, with the errata of its print put right: the coefficients on the left-hand sides of Eq. 26 and
-Eq. 30 are added mass (dotted), and the term of Y_dr in Eq. 30 carries L^2, as a force does.
+Both are the paper's, with two errors of its print corrected: the coefficients on the left-hand sides of Eq. 26 and
+Eq. 30 are added mass (dotted), and the term of Y_dr in Eq. 30 contains L^2, as a force does.
 """
 
 from __future__ import annotations
@@ -11,60 +11,65 @@ from typing import NamedTuple
 from firmware_py.params import ParamError
 from firmware_py.vehicle.vehicle import Vehicle
 
-Row = tuple[float, float, float]
+Vector3 = tuple[float, float, float]
 
 
-class Linear(NamedTuple):
-    """x_dot = A x + b delta for three states and one input, as plain floats."""
+class LinearModel(NamedTuple):
+    """x_dot = A x + b delta: A has shape (3, 3), b shape (3,), delta is one fin angle, rad. Plain floats."""
 
-    A: tuple[Row, Row, Row]
-    b: Row
+    A: tuple[Vector3, Vector3, Vector3]
+    b: Vector3
 
 
-def diving(vehicle: Vehicle, u: float) -> Linear:
-    """Diving at speed u, m/s: x = (q, theta, z) in rad/s, rad, m and the input delta_s in rad (paper Eq. 26).
+def diving_model(vehicle: Vehicle, u: float) -> LinearModel:
+    """Return the diving model at speed u, m/s (paper Eq. 26).
+
+    x = (q, theta, z) in rad/s, rad, m; the input is delta_s, rad, positive bow down (M_ds < 0); z_dot = -u theta.
 
     Raises:
-        ParamError: the added moment of inertia leaves none.
+        ParamError: I_y minus the added moment of inertia is not positive.
     """
     hull, body, c = vehicle.hull, vehicle.body, vehicle.coefficients
     L = hull.length
-    half = 0.5 * hull.density * L**3
-    inertia = body.I_y - half * L**2 * c.M_qdot
+    scale = 0.5 * hull.density * L**3
+    inertia = body.I_y - scale * L**2 * c.M_qdot
     if not inertia > 0.0:
         raise ParamError(f"coefficients: M_qdot = {c.M_qdot:g} leaves no inertia in pitch; it should be negative")
-    damping = half * L * u * c.M_q
+    damping = scale * L * u * c.M_q
     restoring = -(body.z_G - body.z_B) * body.weight
-    control = half * u * u * c.M_ds
-    return Linear(
+    control = scale * u * u * c.M_ds
+    return LinearModel(
         ((damping / inertia, restoring / inertia, 0.0), (1.0, 0.0, 0.0), (0.0, -u, 0.0)),
         (control / inertia, 0.0, 0.0),
     )
 
 
-def steering(vehicle: Vehicle, u: float) -> Linear:
-    """Steering at speed u, m/s: x = (v, r, psi) in m/s, rad/s, rad and the input delta_r in rad (paper Eq. 30).
+def steering_model(vehicle: Vehicle, u: float) -> LinearModel:
+    """Return the steering model at speed u, m/s (paper Eq. 30).
+
+    x = (v, r, psi) in m/s, rad/s, rad; the input is delta_r, rad, positive to port (N_dr < 0); psi_dot = r.
 
     Raises:
-        ParamError: the added mass leaves none.
+        ParamError: the inertia matrix of sway and yaw, added mass included, is not positive definite.
     """
     hull, body, c = vehicle.hull, vehicle.body, vehicle.coefficients
     L = hull.length
-    half = 0.5 * hull.density * L**2
-    m_vv = body.mass - half * L * c.Y_vdot
-    m_vr = -half * L**2 * c.Y_rdot
-    m_rv = -half * L**2 * c.N_vdot
-    m_rr = body.I_z - half * L**3 * c.N_rdot
+    scale = 0.5 * hull.density * L**2
+    m_vv = body.mass - scale * L * c.Y_vdot
+    m_vr = -scale * L**2 * c.Y_rdot
+    m_rv = -scale * L**2 * c.N_vdot
+    m_rr = body.I_z - scale * L**3 * c.N_rdot
     det = m_vv * m_rr - m_vr * m_rv
     if not (m_vv > 0.0 and det > 0.0):
         raise ParamError(
             "coefficients: Y_vdot, Y_rdot, N_vdot, N_rdot leave no inertia; Y_vdot, N_rdot should be negative"
         )
 
-    def solve(force: float, moment: float) -> tuple[float, float]:
+    def accelerations(force: float, moment: float) -> tuple[float, float]:
+        """Return (v_dot, r_dot) under a sway force, N, and a yaw moment, N m."""
         return (m_rr * force - m_vr * moment) / det, (m_vv * moment - m_rv * force) / det
 
-    a_vv, a_rv = solve(half * u * c.Y_v, half * L * u * c.N_v)
-    a_vr, a_rr = solve(half * L * u * c.Y_r - body.mass * u, half * L**2 * u * c.N_r)
-    b_v, b_r = solve(half * u * u * c.Y_dr, half * L * u * u * c.N_dr)
-    return Linear(((a_vv, a_vr, 0.0), (a_rv, a_rr, 0.0), (0.0, 1.0, 0.0)), (b_v, b_r, 0.0))
+    a_vv, a_rv = accelerations(scale * u * c.Y_v, scale * L * u * c.N_v)
+    a_vr, a_rr = accelerations(scale * L * u * c.Y_r - body.mass * u, scale * L**2 * u * c.N_r)
+    b_v, b_r = accelerations(scale * u * u * c.Y_dr, scale * L * u * u * c.N_dr)
+    return LinearModel(((a_vv, a_vr, 0.0), (a_rv, a_rr, 0.0), (0.0, 1.0, 0.0)), (b_v, b_r, 0.0))

@@ -1,40 +1,44 @@
-"""The vehicle that the autopilot believes it is: read from vehicle.toml, never from the plant."""
+"""The vehicle as the autopilot models it, from vehicle.toml. The simulated plant has its own file and model."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from firmware_py.marine import NO_INERTIA, is_inertia
+from firmware_py.marine import INERTIA_IMPOSSIBLE, is_inertia_tensor
 from firmware_py.params import ParamError, param
 from firmware_py.vehicle.coefficients import Coefficients
-from firmware_py.vehicle.fins import Effectiveness, Fin, effectiveness, sums
+from firmware_py.vehicle.fins import Effectiveness, Fin, deflection_rows, effectiveness
 
 
 @dataclass(frozen=True, slots=True)
 class Hull:
-    """What the water sees."""
+    """Hull dimensions and cross-flow drag."""
 
-    length: float = param(unit="m", low=0.1, high=100.0, doc="Length over all, the L of every coefficient.")
-    height: float = param(unit="m", low=0.01, high=20.0, doc="Height of the section, for cross-flow drag in sway.")
-    width: float = param(unit="m", low=0.01, high=20.0, doc="Width of the section, for cross-flow drag in heave.")
+    length: float = param(unit="m", low=0.1, high=100.0, doc="Length over all; L in the scaling of every coefficient.")
+    height: float = param(
+        unit="m", low=0.01, high=20.0, doc="Height of the cross-section, for cross-flow drag in sway."
+    )
+    width: float = param(unit="m", low=0.01, high=20.0, doc="Width of the cross-section, for cross-flow drag in heave.")
     C_dy: float = param(0.0, low=0.0, high=10.0, doc="Cross-flow drag coefficient in sway.")
     C_dz: float = param(0.0, low=0.0, high=10.0, doc="Cross-flow drag coefficient in heave.")
-    density: float = param(1000.0, unit="kg/m^3", low=900.0, high=1100.0, doc="Density of the water the laws assume.")
+    density: float = param(
+        1000.0, unit="kg/m^3", low=900.0, high=1100.0, doc="Water density that models and laws assume."
+    )
 
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """The rigid body, about the origin of the body axes."""
+    """Mass, weight and inertia; moments are about the origin of the body axes."""
 
     mass: float = param(unit="kg", low=0.1, high=1e7, doc="Mass.")
     weight: float = param(unit="N", low=1.0, high=1e8, doc="Weight in air.")
-    buoyancy: float = param(unit="N", low=1.0, high=1e8, doc="Buoyancy fully under water.")
+    buoyancy: float = param(unit="N", low=1.0, high=1e8, doc="Buoyancy, fully submerged.")
     I_x: float = param(unit="kg m^2", low=1e-6, high=1e10, doc="Moment of inertia in roll.")
     I_y: float = param(unit="kg m^2", low=1e-6, high=1e10, doc="Moment of inertia in pitch.")
     I_z: float = param(unit="kg m^2", low=1e-6, high=1e10, doc="Moment of inertia in yaw.")
-    I_xy: float = param(0.0, unit="kg m^2", low=-1e10, high=1e10, doc="Product of inertia.")
-    I_yz: float = param(0.0, unit="kg m^2", low=-1e10, high=1e10, doc="Product of inertia.")
-    I_xz: float = param(0.0, unit="kg m^2", low=-1e10, high=1e10, doc="Product of inertia.")
+    I_xy: float = param(0.0, unit="kg m^2", low=-1e10, high=1e10, doc="Product of inertia, integral of x y dm.")
+    I_yz: float = param(0.0, unit="kg m^2", low=-1e10, high=1e10, doc="Product of inertia, integral of y z dm.")
+    I_xz: float = param(0.0, unit="kg m^2", low=-1e10, high=1e10, doc="Product of inertia, integral of x z dm.")
     x_G: float = param(0.0, unit="m", low=-100.0, high=100.0, doc="Centre of gravity, forward.")
     y_G: float = param(0.0, unit="m", low=-100.0, high=100.0, doc="Centre of gravity, to starboard.")
     z_G: float = param(0.0, unit="m", low=-100.0, high=100.0, doc="Centre of gravity, down.")
@@ -43,19 +47,23 @@ class Body:
     z_B: float = param(0.0, unit="m", low=-100.0, high=100.0, doc="Centre of buoyancy, down.")
 
     def __post_init__(self) -> None:
-        if not is_inertia(self.I_x, self.I_y, self.I_z, self.I_xy, self.I_yz, self.I_xz):
-            raise ParamError(f"{NO_INERTIA} (I_x to I_xz)")
+        if not is_inertia_tensor(self.I_x, self.I_y, self.I_z, self.I_xy, self.I_yz, self.I_xz):
+            raise ParamError(f"{INERTIA_IMPOSSIBLE} (I_x to I_xz)")
 
 
 @dataclass(frozen=True, slots=True)
 class Propeller:
-    """Where propeller and hull are in trim, and how fast it may turn."""
+    """Propeller: trim point, limit and thrust."""
 
-    n_trim: float = param(unit="rpm", low=1.0, high=1e5, doc="Propeller speed that holds u_trim.")
+    n_trim: float = param(unit="rpm", low=1.0, high=1e5, doc="Propeller speed at which the vehicle runs at u_trim.")
     u_trim: float = param(unit="m/s", low=0.1, high=20.0, doc="Speed through the water at n_trim.")
-    n_max: float = param(unit="rpm", low=1.0, high=1e5, doc="Highest propeller speed.")
-    C_d0: float = param(0.0, low=0.0, high=10.0, doc="Drag at zero incidence, nondimensional with rho/2 L^2 u^2.")
-    C_t: float = param(0.008, low=1e-9, high=10.0, doc="Thrust loading: C_t(eta) = C_t L[m]^2 eta|eta| / 2.")
+    n_max: float = param(
+        unit="rpm", low=1.0, high=1e5, doc="Highest propeller speed that is commanded, ahead and astern."
+    )
+    C_d0: float = param(0.0, low=0.0, high=10.0, doc="Drag coefficient at zero incidence; scaled by rho/2 L^2 u^2.")
+    C_t: float = param(
+        0.008, low=1e-9, high=10.0, doc="Thrust loading coefficient: C_t(eta) = C_t L[m]^2 eta|eta| / 2."
+    )
 
 
 _COEFFICIENTS = tuple(field.name for field in fields(Coefficients))
@@ -63,9 +71,13 @@ _COEFFICIENTS = tuple(field.name for field in fields(Coefficients))
 
 @dataclass(frozen=True, slots=True)
 class Vehicle:
-    """The whole belief. Raises ParamError for fins, coefficients or a propeller that cannot steer or drive it."""
+    """The whole of vehicle.toml.
 
-    name: str
+    Raises:
+        ParamError: fins, coefficients or propeller with which the vehicle cannot be steered or driven.
+    """
+
+    name: str = param(doc="Name of the vehicle.")
     hull: Hull
     body: Body
     propeller: Propeller
@@ -75,24 +87,26 @@ class Vehicle:
     def __post_init__(self) -> None:
         for name in ("M_ds", "N_dr"):
             if not getattr(self.coefficients, name) < 0.0:
-                raise ParamError(f"coefficients: {name} must be negative: a positive fin angle dives, or turns to port")
+                raise ParamError(
+                    f"coefficients: {name} must be negative: a positive fin angle turns the bow down, or to port"
+                )
         if self.propeller.n_max < self.propeller.n_trim:
             raise ParamError("propeller: n_max_rpm is below n_trim_rpm")
         _ = self.effectiveness
 
     @property
-    def linear(self) -> dict[str, float]:
-        """Whatever the forces are linear in, by name: the coefficients, and the drag of hull and propeller."""
+    def force_coefficients(self) -> dict[str, float]:
+        """Everything that the forces are linear in, by name: the coefficients, C_d0, C_dy and C_dz."""
         coefficients, hull = self.coefficients, self.hull
         values = {name: getattr(coefficients, name) for name in _COEFFICIENTS}
         return {**values, "C_d0": self.propeller.C_d0, "C_dy": hull.C_dy, "C_dz": hull.C_dz}
 
     @property
     def effectiveness(self) -> Effectiveness:
-        """What the fins are worth in delta_s and delta_r. Computed anew at every call: keep it."""
+        """Control effectiveness of the fins. Computed at every call: store it."""
         return effectiveness(self.fins, self.coefficients.M_db / self.coefficients.M_ds)
 
     @property
-    def fin_sums(self) -> tuple[tuple[float, ...], ...]:
-        """Rows that make delta_s, delta_r and delta_b of the fins' angles; see `fins.sums`."""
-        return sums(self.fins)
+    def deflection_rows(self) -> tuple[tuple[float, ...], ...]:
+        """Rows that turn fin angles into delta_s, delta_r and delta_b; see `fins.deflection_rows`."""
+        return deflection_rows(self.fins)

@@ -6,7 +6,7 @@ import enum
 import math
 from dataclasses import dataclass
 
-from firmware_py.marine import NO_INERTIA, is_inertia
+from firmware_py.marine import INERTIA_IMPOSSIBLE, is_inertia_tensor
 from firmware_py.params import ParamError, param
 from sim_bridge.plant.coefficients import Coefficients
 
@@ -35,8 +35,8 @@ class Body:
     B: float = param(unit="N", low=0.0, high=1e8, doc="Buoyancy of the fully immersed hull.")
 
     def __post_init__(self) -> None:
-        if not is_inertia(self.I_x, self.I_y, self.I_z, self.I_xy, self.I_yz, self.I_xz):
-            raise ParamError(f"{NO_INERTIA} (I_x to I_xz)")
+        if not is_inertia_tensor(self.I_x, self.I_y, self.I_z, self.I_xy, self.I_yz, self.I_xz):
+            raise ParamError(f"{INERTIA_IMPOSSIBLE} (I_x to I_xz)")
 
 
 @dataclass(frozen=True, slots=True)

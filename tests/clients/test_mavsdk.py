@@ -101,7 +101,7 @@ def test_all_parameters_come_each_in_its_kind_and_what_was_set_is_kept(flown: Fl
     nothing = {**app.read_configuration(CONFIG), "mission": {"waypoints": []}}
     expected = {setting.name: setting for setting in app.book(nothing).settings}
     assert {**flown.said["floats"], **flown.said["ints"]}.keys() == expected.keys()
-    assert flown.said["ints"].keys() == {name for name, setting in expected.items() if setting.whole}
+    assert flown.said["ints"].keys() == {name for name, setting in expected.items() if setting.is_integer}
     assert flown.said["floats"]["CTL_Z_POLE1"] == pytest.approx(expected["CTL_Z_POLE1"].value)
     assert flown.said["set"] == [pytest.approx(0.3), 900]
     kept = tomllib.loads((flown.place / "state" / "parameters.toml").read_text())

@@ -10,7 +10,7 @@ from pymavlink import mavutil
 
 from firmware_py import app
 from firmware_py.adapters.ground.mavlink_ground import MavlinkGround, merge
-from firmware_py.adapters.storage.state_store import StoreError
+from firmware_py.adapters.storage.state_store import StateStoreError
 from firmware_py.marine import Origin
 from firmware_py.mavlink.node import STATE_FILES, MavlinkParams
 from firmware_py.mavlink.telemetry.health import Actuators
@@ -113,7 +113,7 @@ def test_a_change_that_the_disk_refuses_is_said_to_the_stations(station, vehicle
 
 def test_a_folder_that_cannot_be_is_refused_before_the_flight(vehicle, tmp_path: Path) -> None:
     (tmp_path / "state").write_text("")
-    with pytest.raises(StoreError, match="cannot be made"):
+    with pytest.raises(StateStoreError, match="cannot be made"):
         vehicle.ground.save_changes_in(tmp_path / "state")
 
 

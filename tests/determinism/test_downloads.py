@@ -12,7 +12,7 @@ from sternplane.sitl.flight import Wish, fly, prepare
 
 from firmware_py import app
 from firmware_py.adapters.ground.mavlink_ground import Grounds
-from firmware_py.adapters.storage.disk_log_storage import LogStore
+from firmware_py.adapters.storage.disk_log_storage import DiskLogStorage
 from firmware_py.marine import Origin
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
@@ -35,7 +35,7 @@ class Station:
         self.node = Node(
             MavlinkParams(), Origin(0.8, 0.1), Actuators((0.4,) * 4, 10.0), [door, door], parameter_store=book
         )
-        self.store = LogStore(folder, beside=False)
+        self.store = DiskLogStorage(folder, beside=False)
         self.node.offer_logs(self.store)
         self.mav = mavlink.MAVLink(None, 255, 190)
         self.bytes = [0, 0]

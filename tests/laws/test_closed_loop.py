@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from firmware_py.control.control import Control, ControlParams, LawKind
-from firmware_py.control.sliding_mode_gains import Preset
+from firmware_py.control.sliding_mode_gains import GainSet
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.guidance.reference_model import Shape
 from firmware_py.marine import Eta, Nu, wrap
@@ -20,7 +20,7 @@ from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.order import NO_ORDER, Mission, Mode, Order, Setpoint
 from firmware_py.schedule import Tick
-from firmware_py.vehicle.linear_models import Linear, diving, steering
+from firmware_py.vehicle.linear_models import LinearModel, diving_model, steering_model
 from firmware_py.vehicle.vehicle import Vehicle
 
 CONFIG = Path(__file__).resolve().parents[2] / "configs" / "npsauv2"
@@ -29,7 +29,7 @@ HOLD = ModeState(Mode.HOLD, False, 0)
 DISARMED = ModeState(Mode.DISARMED, False, 0)
 DT_NS = 10_000_000
 LIMIT = math.radians(23.0)
-PAPER = ControlParams(gains=Preset.PAPER)
+PAPER = ControlParams(gains=GainSet.PAPER)
 OWN = ControlParams()
 PID = ControlParams(law=LawKind.PID)
 STEP = GuidanceParams(shape=Shape.STEP)
@@ -44,7 +44,7 @@ class LinearBoat:
     ):
         self.u, self.bias, self.current = u, bias, current
         self.dive, self.turn = np.array([0.0, 0.0, depth]), np.zeros(3)
-        self._dive, self._turn = _held(diving(truth, u)), _held(steering(truth, u))
+        self._dive, self._turn = _held(diving_model(truth, u)), _held(steering_model(truth, u))
 
     def step(self, delta_s: float, delta_r: float) -> None:
         for x, (Phi, gamma), delta in ((self.dive, self._dive, delta_s), (self.turn, self._turn, delta_r)):
@@ -58,7 +58,7 @@ class LinearBoat:
         return StateEstimate(eta, nu, 1.0, 0.1, 0.01, 50.0, True, True, True, False)
 
 
-def _held(model: Linear) -> tuple[np.ndarray, np.ndarray]:
+def _held(model: LinearModel) -> tuple[np.ndarray, np.ndarray]:
     block = np.zeros((4, 4))
     block[:3, :3], block[:3, 3] = model.A, model.b
     block *= DT_NS * 1e-9

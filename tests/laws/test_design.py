@@ -9,21 +9,23 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from firmware_py.control.sliding_mode_design import DesignError, Sliding, design, law
-from firmware_py.vehicle.linear_models import Linear
+from firmware_py.control.sliding_mode_design import DesignError, SlidingDesign, control_law, design_sliding_mode
+from firmware_py.vehicle.linear_models import LinearModel
 
 entry = st.floats(-3.0, 3.0)
 row = st.tuples(entry, entry, entry)
-model = st.builds(Linear, st.tuples(row, row, row), row)
+model = st.builds(LinearModel, st.tuples(row, row, row), row)
 pole = st.floats(-2.0, -0.1)
 
 
-def placed(linear: Linear, poles: tuple[float, float], last: float = 1.0) -> tuple[np.ndarray, np.ndarray, Sliding]:
+def placed(
+    linear: LinearModel, poles: tuple[float, float], last: float = 1.0
+) -> tuple[np.ndarray, np.ndarray, SlidingDesign]:
     A, b = np.array(linear.A), np.array(linear.b)
     assume(np.abs(b).max() > 0.01)
     assume(np.linalg.cond(np.column_stack([b, A @ b, A @ A @ b])) < 300.0)
     try:
-        sliding = design(linear, poles, last, 0.3, 0.2)
+        sliding = design_sliding_mode(linear, poles, last, 0.3, 0.2)
     except DesignError:  # sigma without the last state: then scaling by it means nothing
         assume(False)
     assume(max(map(abs, sliding.s)) < 100.0)
@@ -32,7 +34,7 @@ def placed(linear: Linear, poles: tuple[float, float], last: float = 1.0) -> tup
 
 @given(model, pole, pole, st.sampled_from([-1.0, 1.0]))
 def test_s_is_the_left_eigenvector_at_the_origin_and_the_poles_are_where_they_were_asked(
-    linear: Linear, p1: float, p2: float, last: float
+    linear: LinearModel, p1: float, p2: float, last: float
 ) -> None:
     A, b, sliding = placed(linear, (p1, p2), last)
     s, k = np.array(sliding.s), np.array(sliding.k)
@@ -48,11 +50,11 @@ def test_s_is_the_left_eigenvector_at_the_origin_and_the_poles_are_where_they_we
 
 @given(model, pole, pole, row, row, entry)
 def test_the_law_is_equation_25_on_any_trajectory_of_the_model(
-    linear: Linear, p1: float, p2: float, x: tuple, x_d: tuple, delta_d: float
+    linear: LinearModel, p1: float, p2: float, x: tuple, x_d: tuple, delta_d: float
 ) -> None:
     A, b, sliding = placed(linear, (p1, p2))
     s, k, state, wanted = np.array(sliding.s), np.array(sliding.k), np.array(x), np.array(x_d)
-    u, sigma = law(sliding, tuple(state - wanted), delta_d)
+    u, sigma = control_law(sliding, tuple(state - wanted), delta_d)
     wanted_dot = A @ wanted + b * delta_d
     assert sigma == pytest.approx(float(s @ (state - wanted)), abs=1e-9)
     switch = sliding.eta / sliding.s_b * math.tanh(sigma / sliding.phi_b)
@@ -62,10 +64,10 @@ def test_the_law_is_equation_25_on_any_trajectory_of_the_model(
 
 @given(model, pole, pole, row)
 def test_sigma_falls_at_the_switching_rate_wherever_the_state_is(
-    linear: Linear, p1: float, p2: float, x: tuple
+    linear: LinearModel, p1: float, p2: float, x: tuple
 ) -> None:
     A, b, sliding = placed(linear, (p1, p2))
-    u, sigma = law(sliding, x, 0.0)
+    u, sigma = control_law(sliding, x, 0.0)
     sigma_dot = np.array(sliding.s) @ (A @ np.array(x) + b * u)
     expected = -sliding.eta * math.tanh(sigma / sliding.phi_b)
     assert sigma_dot == pytest.approx(expected, abs=1e-6 * (1.0 + np.abs(sliding.s).max() * np.abs(b).max() * abs(u)))
@@ -74,12 +76,12 @@ def test_sigma_falls_at_the_switching_rate_wherever_the_state_is(
 @pytest.mark.parametrize(
     "linear",
     [
-        Linear(((1.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 3.0)), (1.0, 1.0, 0.0)),
-        Linear(((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)), (-0.2, 0.0, 0.0)),
-        Linear(((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), (0.0, 0.0, 0.0)),
-        Linear(((math.nan, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), (1.0, 0.0, 0.0)),
+        LinearModel(((1.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 3.0)), (1.0, 1.0, 0.0)),
+        LinearModel(((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)), (-0.2, 0.0, 0.0)),
+        LinearModel(((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), (0.0, 0.0, 0.0)),
+        LinearModel(((math.nan, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), (1.0, 0.0, 0.0)),
     ],
 )
-def test_a_model_that_no_gain_can_place_is_refused(linear: Linear) -> None:
+def test_a_model_that_no_gain_can_place_is_refused(linear: LinearModel) -> None:
     with pytest.raises(DesignError, match="not controllable"):
-        design(linear, (-0.3, -0.4), 1.0, 1.0, 1.0)
+        design_sliding_mode(linear, (-0.3, -0.4), 1.0, 1.0, 1.0)

@@ -49,7 +49,7 @@ def test_a_person_changes_parameters_in_flight_and_finds_them_after_a_restart(tm
         assert [*sorted(told, key=lambda name: told[name].param_index)] == [*expected]
         for name, message in told.items():
             assert message.param_value == pytest.approx(expected[name].value, rel=1e-6)
-            assert message.param_type == (INT if expected[name].whole else REAL)
+            assert message.param_type == (INT if expected[name].is_integer else REAL)
         assert mavset(station, "CTL_Z_DELTA_SW", 0.3)
         assert mavset(station, "SAF_LATE_MAX", 500, parm_type=None)
         texts: list[str] = []

@@ -10,8 +10,8 @@ from pathlib import Path
 from firmware_py.adapters.ground.station_link import GroundError, LinkSpec, StationLink, parse_link
 from firmware_py.adapters.ground.stream_links import SerialLink, TcpClient, TcpServer
 from firmware_py.adapters.ground.udp_link import UdpLink
-from firmware_py.adapters.storage.disk_log_storage import LogStore
-from firmware_py.adapters.storage.state_store import Store
+from firmware_py.adapters.storage.disk_log_storage import DiskLogStorage
+from firmware_py.adapters.storage.state_store import StateStore
 from firmware_py.marine import Origin
 from firmware_py.mavlink.base.codec import dialect
 from firmware_py.mavlink.base.signing import Signing
@@ -77,8 +77,8 @@ class MavlinkGround:
             self._close = opened.pop_all().close
         configurations = [link.configuration for link in self.links]
         self.node = Node(params, origin, actuators, configurations, coefficients, signing, parameter_store, plans)
-        self._state_store: Store | None = None
-        self._log_store: LogStore | None = None
+        self._state_store: StateStore | None = None
+        self._log_store: DiskLogStorage | None = None
 
     def read(self, tick: Tick) -> Order:
         """What was asked since the last tick."""
@@ -110,25 +110,25 @@ class MavlinkGround:
         Raises:
             StoreError: it cannot be written.
         """
-        self._state_store = Store(folder)
+        self._state_store = StateStore(folder)
 
     def offer_logs(self, folder: Path, beside: bool) -> None:
         """From now on stations may fetch the log of a run's folder, and with `beside` those beside it too."""
-        self._log_store = LogStore(folder, beside)
+        self._log_store = DiskLogStorage(folder, beside)
         self.node.offer_logs(self._log_store)
 
     def _count(self) -> None:
         for link, transport in zip(self.node.links, self.links, strict=True):
             link.overrun = transport.overrun
 
-    def _save_changes(self, store: Store, tick: Tick) -> None:
+    def _save_changes(self, store: StateStore, tick: Tick) -> None:
         for name, content in self.node.files_to_save():
             store.save(name, content)
         store.work()
         if tick.every(Rate.HZ_1):
-            for complaint in store.complaints():
+            for error in store.errors():
                 for link in self.node.links:
-                    link.send_text(complaint, dialect.MAV_SEVERITY_CRITICAL)
+                    link.send_text(error, dialect.MAV_SEVERITY_CRITICAL)
 
     def close(self) -> None:
         """Closes every link, once all is kept."""

@@ -32,7 +32,7 @@ _Key = tuple[str, str, int]
 _LIST: _Key = ("list", "", 0)
 
 
-class LogStore:
+class DiskLogStorage:
     """The logs of a run's folder, and with `beside` those of the folders beside it, each by its folder's name."""
 
     def __init__(self, folder: Path, beside: bool) -> None:

@@ -25,11 +25,11 @@ _GIVE_WAY = 10
 """Niceness of the child: the cycle goes first."""
 
 
-class StoreError(Exception):
+class StateStoreError(Exception):
     """A folder that cannot be written or read; the text names it and what would be right."""
 
 
-def replace(folder: Path, name: str, content: bytes) -> None:
+def write_atomically(folder: Path, name: str, content: bytes) -> None:
     """Writes a file so that there is always the old one or the new one, whatever ends the machine.
 
     Raises:
@@ -48,7 +48,7 @@ def replace(folder: Path, name: str, content: bytes) -> None:
         os.close(entry)
 
 
-class Store:
+class StateStore:
     """The folder, made if it is not there, and the process that writes into it.
 
     Raises:
@@ -60,9 +60,9 @@ class Store:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise StoreError(f"{folder}: cannot be made ({error.strerror}); choose another --state") from None
+            raise StateStoreError(f"{folder}: cannot be made ({error.strerror}); choose another --state") from None
         if not os.access(folder, os.W_OK):
-            raise StoreError(f"{folder}: cannot be written; choose another --state")
+            raise StateStoreError(f"{folder}: cannot be written; choose another --state")
         self._child = subprocess.Popen(
             [sys.executable, "-I", __file__, str(folder)],
             stdin=subprocess.PIPE,
@@ -113,7 +113,7 @@ class Store:
         if self._child.stdout is not None:
             self._child.stdout.close()
 
-    def __enter__(self) -> Store:
+    def __enter__(self) -> StateStore:
         return self
 
     def __exit__(
@@ -138,7 +138,7 @@ def _serve(folder: Path) -> None:
                 break
         for name, content in newest.items():
             try:
-                replace(folder, name, content)
+                write_atomically(folder, name, content)
             except OSError as error:
                 with contextlib.suppress(OSError):
                     os.write(1, f"{folder / name}: cannot be written ({error.strerror})\n".encode())

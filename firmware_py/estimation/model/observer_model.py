@@ -143,7 +143,7 @@ def constants(vehicle: Vehicle) -> Array:
         "advance": propeller.u_trim / propeller.n_trim,
         "k_race": load,
         "knee": math.sqrt(1.0 + load) - 1.0,
-        **vehicle.linear,
+        **vehicle.force_coefficients,
     }
     return np.array([values[name] for name in CONSTANTS], dtype=np.float64)
 

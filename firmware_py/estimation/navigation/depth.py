@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from firmware_py.estimation.freshness import is_fresh
 from firmware_py.marine import depth_of_pressure
-from firmware_py.params import When, param
+from firmware_py.params import TakesEffect, param
 from firmware_py.records.sensing import Heard
 
 _LOWEST = -5.0
@@ -24,10 +24,22 @@ class DepthParams:
     """Water, air, and the filter."""
 
     density: float = param(
-        1000.0, unit="kg/m^3", low=900.0, high=1100.0, doc="Density of the water.", mav="DENSITY", when=When.DISARMED
+        1000.0,
+        unit="kg/m^3",
+        low=900.0,
+        high=1100.0,
+        doc="Density of the water.",
+        mav="DENSITY",
+        when=TakesEffect.DISARMED,
     )
     surface_pressure: float = param(
-        101325.0, unit="Pa", low=5e4, high=1.1e5, doc="Air pressure at the surface.", mav="P_SURF", when=When.DISARMED
+        101325.0,
+        unit="Pa",
+        low=5e4,
+        high=1.1e5,
+        doc="Air pressure at the surface.",
+        mav="P_SURF",
+        when=TakesEffect.DISARMED,
     )
     zero_window: float = param(
         2000.0,

@@ -17,8 +17,8 @@ from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.scaling import boot_ms
 from firmware_py.mavlink.parameters.packed_file import pack
 from firmware_py.mavlink.parameters.transfer import ParameterStore
-from firmware_py.parameter_tree import Setting
-from firmware_py.params import When
+from firmware_py.parameter_tree import Parameter
+from firmware_py.params import TakesEffect
 from firmware_py.records.cycle import Cycle
 
 GENERAL, PARAMETERS = "metadata/general.json", "metadata/parameter.json"
@@ -78,11 +78,11 @@ def crc32(content: bytes) -> int:
     return zlib.crc32(content, 0xFFFFFFFF) ^ 0xFFFFFFFF
 
 
-def metadata_of(setting: Setting) -> dict[str, Any]:
+def metadata_of(setting: Parameter) -> dict[str, Any]:
     """A parameter as its metadata file has it."""
     entry: dict[str, Any] = {
         "name": setting.name,
-        "type": "Int32" if setting.whole else "Float",
+        "type": "Int32" if setting.is_integer else "Float",
         "shortDesc": setting.doc,
         "longDesc": _long(setting),
         "group": setting.group,
@@ -91,17 +91,17 @@ def metadata_of(setting: Setting) -> dict[str, Any]:
         entry["units"] = setting.unit
     for key, value in (("default", setting.default), ("min", setting.low), ("max", setting.high)):
         if value is not None and math.isfinite(value):
-            entry[key] = int(value) if setting.whole else value
+            entry[key] = int(value) if setting.is_integer else value
     if setting.choices:
         entry["values"] = [{"value": i, "description": choice} for i, choice in enumerate(setting.choices)]
-    if setting.when is When.RESTART:
+    if setting.when is TakesEffect.RESTART:
         entry["rebootRequired"] = True
     return entry
 
 
-def _long(setting: Setting) -> str:
-    place = f"[{setting.place}]" if setting.place >= 0 else ""
-    limit = " It cannot be changed while armed." if setting.when is When.DISARMED else ""
+def _long(setting: Parameter) -> str:
+    place = f"[{setting.index}]" if setting.index >= 0 else ""
+    limit = " It cannot be changed while armed." if setting.when is TakesEffect.DISARMED else ""
     return f"{setting.key}{place} in autopilot.toml.{limit}"
 
 

@@ -10,14 +10,14 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterable
 
-from firmware_py.parameter_tree import Setting
+from firmware_py.parameter_tree import Parameter
 
 _MAGIC, _MAGIC_DEFAULTS = 0x671B, 0x671C
 _INT, _FLOAT, _HAS_DEFAULT = 3, 4, 1 << 4
 _MAX_COMMON = 15
 
 
-def pack(settings: Iterable[Setting], defaults: bool = False) -> bytes:
+def pack(settings: Iterable[Parameter], defaults: bool = False) -> bytes:
     """The bytes of the file; with `defaults` it tells the value of the vehicle's files where it is another one."""
     listed = [*settings]
     parts = [struct.pack("<HHH", _MAGIC_DEFAULTS if defaults else _MAGIC, len(listed), len(listed))]
@@ -26,11 +26,11 @@ def pack(settings: Iterable[Setting], defaults: bool = False) -> bytes:
         name = setting.name.encode()
         common = _common(before, name)
         fresh = name[common:]
-        form, kind = ("<i", _INT) if setting.whole else ("<f", _FLOAT)
+        form, kind = ("<i", _INT) if setting.is_integer else ("<f", _FLOAT)
         values = [setting.value, setting.base] if defaults and setting.base != setting.value else [setting.value]
         flag = _HAS_DEFAULT if len(values) == 2 else 0
         parts.append(bytes((kind | flag, (len(fresh) - 1) << 4 | common)) + fresh)
-        parts += [struct.pack(form, int(value) if setting.whole else value) for value in values]
+        parts += [struct.pack(form, int(value) if setting.is_integer else value) for value in values]
         before = name
     return b"".join(parts)
 

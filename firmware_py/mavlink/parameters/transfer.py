@@ -21,8 +21,8 @@ from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import LinkOutput
 from firmware_py.mavlink.base.modes import Identity
 from firmware_py.mavlink.base.service import MessageHandler
-from firmware_py.parameter_tree import Setting
-from firmware_py.params import ParamError, When
+from firmware_py.parameter_tree import Parameter
+from firmware_py.params import ParamError, TakesEffect
 from firmware_py.schedule import Tick
 
 FILE = "parameters.toml"
@@ -59,7 +59,7 @@ class ParameterRefused(Exception):
 class ParameterStore:
     """The values as they stand, in an order that does not change."""
 
-    def __init__(self, settings: Sequence[Setting], checker: Checker) -> None:
+    def __init__(self, settings: Sequence[Parameter], checker: Checker) -> None:
         self.settings = list(settings)
         self.index = {setting.name: i for i, setting in enumerate(self.settings)}
         self._checker = checker
@@ -101,7 +101,7 @@ class ParameterStore:
         i = self.index[name]
         setting = self.settings[i]
         now = setting.value
-        if not setting.whole:
+        if not setting.is_integer:
             value, now = shortest(value), shortest(now)
         if value != now:
             self._refuse(setting, value, armed)
@@ -114,7 +114,7 @@ class ParameterStore:
                 raise ParameterRefused(_OUT_OF_RANGE, f"{name} stays {_displayed(setting)}: {error}") from None
             self.settings = new
             self._unsaved = True
-            if setting.when is not When.RESTART:
+            if setting.when is not TakesEffect.RESTART:
                 self._changes.append(json.dumps({"parameters": {setting.key: content}}))
                 for on_change in self._change_subscribers:
                     on_change(setting.key, content)
@@ -131,7 +131,7 @@ class ParameterStore:
         if not self._unsaved:
             return []
         self._unsaved = False
-        entries: dict[str, list[Setting]] = {}
+        entries: dict[str, list[Parameter]] = {}
         for setting in self.settings:
             entries.setdefault(setting.key, []).append(setting)
         lines = (
@@ -142,17 +142,17 @@ class ParameterStore:
         return [(FILE, (_HEADER + "".join(lines)).encode())]
 
     @staticmethod
-    def _refuse(setting: Setting, value: float, armed: bool) -> None:
+    def _refuse(setting: Parameter, value: float, armed: bool) -> None:
         name, stays = setting.name, f"{setting.name} stays {_displayed(setting)}"
-        if not math.isfinite(value) or (setting.whole and value != int(value)):
-            wanted = "a whole number" if setting.whole else "a number"
+        if not math.isfinite(value) or (setting.is_integer and value != int(value)):
+            wanted = "a whole number" if setting.is_integer else "a number"
             raise ParameterRefused(_OUT_OF_RANGE, f"{stays}: {value:g} is not {wanted}")
         if not setting.low <= value <= setting.high:
             unit = f" {setting.unit}" if setting.unit else ""
             choices = f" ({', '.join(f'{i} {c}' for i, c in enumerate(setting.choices))})" if setting.choices else ""
             bounds = f"[{setting.low:g}, {setting.high:g}]{unit}{choices}"
             raise ParameterRefused(_OUT_OF_RANGE, f"{stays}: {value:g} is not in {bounds}")
-        if armed and setting.when is When.DISARMED:
+        if armed and setting.when is TakesEffect.DISARMED:
             raise ParameterRefused(
                 _PERMISSION_DENIED, f"{name} stays {_displayed(setting)} while armed: disarm to change it"
             )
@@ -241,7 +241,7 @@ class ParameterTransfer:
             self._error(asked.system, asked.component, asked.name, i, refusal.error)
             self._output.send_text(str(refusal), _WARNING)
             return False
-        if self._store.settings[i].when is When.RESTART:
+        if self._store.settings[i].when is TakesEffect.RESTART:
             self._output.send_text(f"{asked.name} takes effect at the next start", _NOTICE)
         return True
 
@@ -254,12 +254,12 @@ class ParameterTransfer:
             raise ParameterRefused(
                 _TYPE_MISMATCH, f"{asked.name} stays {_displayed(setting)}: it is {_type_name(setting)}"
             )
-        return float(struct.unpack("<i", struct.pack("<f", asked.value))[0]) if setting.whole else asked.value
+        return float(struct.unpack("<i", struct.pack("<f", asked.value))[0]) if setting.is_integer else asked.value
 
     def _value(self, i: int) -> Message:
         setting = self._store.settings[i]
         value = setting.value
-        if setting.whole and self._bytewise:
+        if setting.is_integer and self._bytewise:
             (value,) = struct.unpack("<f", struct.pack("<i", int(value)))
         return dialect.MAVLink_param_value_message(
             setting.name.encode(), value, _kind(setting), len(self._store.settings), i
@@ -277,27 +277,27 @@ def shortest(value: float) -> float:
     return float(str(np.float32(value))) if math.isfinite(value) else value
 
 
-def _kind(setting: Setting) -> int:
-    return int(_INT if setting.whole else _REAL)
+def _kind(setting: Parameter) -> int:
+    return int(_INT if setting.is_integer else _REAL)
 
 
-def _type_name(setting: Setting) -> str:
-    return "an INT32" if setting.whole else "a REAL32"
+def _type_name(setting: Parameter) -> str:
+    return "an INT32" if setting.is_integer else "a REAL32"
 
 
-def _displayed(setting: Setting) -> str:
+def _displayed(setting: Parameter) -> str:
     return setting.choices[int(setting.value)] if setting.choices else f"{setting.value:g}"
 
 
-def _toml_value(entries: Sequence[Setting]) -> Any:
+def _toml_value(entries: Sequence[Parameter]) -> Any:
     """What TOML says of a key, whose entries these are."""
     values = [_plain(setting) for setting in entries]
-    return values[0] if entries[0].place < 0 else values
+    return values[0] if entries[0].index < 0 else values
 
 
-def _plain(setting: Setting) -> Any:
+def _plain(setting: Parameter) -> Any:
     if setting.choices == ("false", "true"):
         return bool(setting.value)
     if setting.choices:
         return setting.choices[int(setting.value)]
-    return int(setting.value) if setting.whole else setting.value
+    return int(setting.value) if setting.is_integer else setting.value

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from firmware_py.marine import Origin, body_to_ned, local_to_geodetic, wrap
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.scaling import INT16, INT32, UINT16, boot_ms, boot_us, whole
-from firmware_py.params import When, param
+from firmware_py.params import TakesEffect, param
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import StateEstimate
 
@@ -39,7 +39,7 @@ class TelemetryParams:
         high=6500.0,
         doc="The water's surface above mean sea level: 0 at sea, not in a lake.",
         mav="MAV_SURF_ALT",
-        when=When.RESTART,
+        when=TakesEffect.RESTART,
     )
 
 

@@ -109,7 +109,7 @@ def test_what_any_masses_have_together_is_an_inertia(masses: list[tuple[float, f
     second = np.array([[np.sum(m * a * b) for a in (x, y, z)] for b in (x, y, z)])
     assume(np.linalg.eigvalsh(second)[0] > 1e-6 * np.trace(second))  # not all of them in one plane
     xx, yy, zz = np.diag(second)
-    assert marine.is_inertia(yy + zz, xx + zz, xx + yy, second[0, 1], second[1, 2], second[0, 2])
+    assert marine.is_inertia_tensor(yy + zz, xx + zz, xx + yy, second[0, 1], second[1, 2], second[0, 2])
 
 
 @pytest.mark.parametrize(
@@ -123,4 +123,4 @@ def test_what_any_masses_have_together_is_an_inertia(masses: list[tuple[float, f
     ],
 )
 def test_what_no_body_has_is_none(inertia: tuple[float, ...]) -> None:
-    assert not marine.is_inertia(*inertia)
+    assert not marine.is_inertia_tensor(*inertia)

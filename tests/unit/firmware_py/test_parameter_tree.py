@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from firmware_py import app
-from firmware_py.parameter_tree import describe, replaced, settings
-from firmware_py.params import ParamError, When
+from firmware_py.parameter_tree import describe_keys, list_parameters, with_values
+from firmware_py.params import ParamError, TakesEffect
 
 SHIPPED = Path(__file__).resolve().parents[3] / "configs" / "npsauv2"
 NOT_FOR_STATIONS = {
@@ -35,7 +35,7 @@ def params() -> app.AutopilotParams:
 
 
 def test_every_parameter_has_one_name_that_fits_and_tells_its_group(params: app.AutopilotParams) -> None:
-    listed = [*settings(params)]
+    listed = [*list_parameters(params)]
     names = [setting.name for setting in listed]
     assert len(set(names)) == len(names)
     assert [name for name in names if not re.fullmatch("[A-Z][A-Z0-9_]{0,15}", name)] == []
@@ -46,7 +46,9 @@ def test_every_parameter_has_one_name_that_fits_and_tells_its_group(params: app.
 
 
 def test_no_number_or_choice_of_the_autopilot_is_left_out(params: app.AutopilotParams) -> None:
-    missing = {key for key, _, _ in describe(app.AutopilotParams)} - {setting.key for setting in settings(params)}
+    missing = {key for key, _, _ in describe_keys(app.AutopilotParams)} - {
+        setting.key for setting in list_parameters(params)
+    }
     assert missing == NOT_FOR_STATIONS
 
 
@@ -60,30 +62,30 @@ def test_every_value_is_within_its_own_bounds_and_sets_itself_again(params: app.
 
 
 def test_what_may_not_come_in_flight_is_little_and_known(params: app.AutopilotParams) -> None:
-    assert {s.name for s in settings(params) if s.when is When.DISARMED} == DISARMED
+    assert {s.name for s in list_parameters(params) if s.when is TakesEffect.DISARMED} == DISARMED
 
 
 def test_every_change_that_takes_effect_at_once_leaves_what_the_parts_remember(params: app.AutopilotParams) -> None:
     """The parts are made with it and take up the memory of the old ones, so none has another size."""
     made = configuration()
     autopilot = app.build(made)
-    for setting in settings(params):
-        if setting.when is not When.RESTART and setting.place < 0 and not setting.choices:
+    for setting in list_parameters(params):
+        if setting.when is not TakesEffect.RESTART and setting.index < 0 and not setting.choices:
             nearer = setting.value + 0.01 * (
                 (setting.low if setting.value == setting.high else setting.high) - setting.value
             )
             value = (
-                round(setting.value + 1 if setting.value < setting.high else setting.low) if setting.whole else nearer
+                round(setting.value + 1 if setting.value < setting.high else setting.low) if setting.is_integer else nearer
             )
             text = f'{{"parameters": {{"{setting.key}": {value}}}}}'
             assert autopilot.adopter.adopt(autopilot, (text,)) == (), setting
 
 
 def test_replacing_is_loading_what_was_changed(params: app.AutopilotParams) -> None:
-    changed = replaced(params, {"control.depth.delta_sw_rad": 0.5, "safety.gate.hold": 7}, "x")
+    changed = with_values(params, {"control.depth.delta_sw_rad": 0.5, "safety.gate.hold": 7}, "x")
     assert (changed.control.depth.delta_sw, changed.safety.gate.hold) == (0.5, 7)
     assert changed.control.heading is params.control.heading
-    assert replaced(changed, {"control.depth.delta_sw_rad": 0.4, "safety.gate.hold": 5}, "x") == params
+    assert with_values(changed, {"control.depth.delta_sw_rad": 0.4, "safety.gate.hold": 5}, "x") == params
 
 
 @pytest.mark.parametrize(
@@ -102,7 +104,7 @@ def test_a_wrong_replacement_names_file_and_key(
     params: app.AutopilotParams, key: str, value: object, words: str
 ) -> None:
     with pytest.raises(ParamError) as caught:
-        replaced(params, {key: value}, "x")
+        with_values(params, {key: value}, "x")
     assert str(caught.value).startswith(words)
 
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.parameter_tree import describe
-from firmware_py.params import ParamError, dump, load, naming, param
+from firmware_py.parameter_tree import describe_keys
+from firmware_py.params import ParamError, dump, load, param, prefix_errors
 
 
 class Paint(enum.Enum):
@@ -131,15 +131,15 @@ def test_whatever_is_missing_is_named_with_what_would_be_right(name: str, wanted
 
 
 def test_the_place_is_put_before_what_cannot_be_made() -> None:
-    with pytest.raises(ParamError, match=r"^boat\.toml: too long$"), naming("boat.toml"):
+    with pytest.raises(ParamError, match=r"^boat\.toml: too long$"), prefix_errors("boat.toml"):
         raise ValueError("too long")
-    with pytest.raises(TypeError), naming("boat.toml"):  # a mistake of ours
+    with pytest.raises(TypeError), prefix_errors("boat.toml"):  # a mistake of ours
         raise TypeError
 
 
 def test_every_declaration_is_listed_with_its_default_in_its_own_unit() -> None:
-    listed = {key: (declaration.unit, default) for key, declaration, default in describe(Boat)}
-    said = {key: declaration.doc for key, declaration, _ in describe(Boat)}
+    listed = {key: (declaration.unit, default) for key, declaration, default in describe_keys(Boat)}
+    said = {key: declaration.doc for key, declaration, _ in describe_keys(Boat)}
     assert said["paint"].endswith('One of "red", "blue".')
     assert listed["fins[].delta_max_deg"] == ("deg", 23.0)
     assert listed["n_max_rpm"] == ("rpm", 1000.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from firmware_py.adapters.buses.can_bus import BusError
 from firmware_py.adapters.ground.mavlink_ground import GroundError
 from firmware_py.adapters.storage.recorder import LogError
-from firmware_py.adapters.storage.state_store import StoreError
+from firmware_py.adapters.storage.state_store import StateStoreError
 from firmware_py.params import ParamError
 
 
@@ -13,4 +13,4 @@ class UsageError(Exception):
     """An argument that cannot be used."""
 
 
-BAD_INPUT = (BusError, GroundError, LogError, ParamError, StoreError, UsageError)
+BAD_INPUT = (BusError, GroundError, LogError, ParamError, StateStoreError, UsageError)

@@ -18,8 +18,8 @@ if __name__ == "__main__":
 
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.app import AutopilotParams, MissionParams
-from firmware_py.parameter_tree import describe
-from firmware_py.params import Declaration, When
+from firmware_py.parameter_tree import describe_keys
+from firmware_py.params import Declaration, TakesEffect
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.devices.devices import BoatParams
 from sim_bridge.faults import known_faults
@@ -69,10 +69,10 @@ def page() -> str:
 
 
 def _table(cls: type[Any]) -> Iterator[str]:
-    known = any(declaration.mav for _, declaration, _ in describe(cls))
+    known = any(declaration.mav for _, declaration, _ in describe_keys(cls))
     yield "| key | unit | bounds | default | |" + (" MAVLink |" if known else "")
     yield "|---|---|---|---|---|" + ("---|" if known else "")
-    for key, declaration, default in describe(cls):
+    for key, declaration, default in describe_keys(cls):
         if key in ("autopilot", "sensors"):
             continue
         bounds = _bounds(declaration.low, declaration.high)
@@ -85,7 +85,12 @@ def _name(declaration: Declaration, default: Any) -> str:
     if not declaration.mav:
         return ""
     names = f"{declaration.mav}1, …" if isinstance(default, list) else declaration.mav
-    return names + {When.AT_ONCE: "", When.DISARMED: " (while disarmed)", When.RESTART: " (restart)"}[declaration.when]
+    return (
+        names
+        + {TakesEffect.AT_ONCE: "", TakesEffect.DISARMED: " (while disarmed)", TakesEffect.RESTART: " (restart)"}[
+            declaration.when
+        ]
+    )
 
 
 def _bounds(low: float, high: float) -> str:

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-from firmware_py.adapters.storage.state_store import replace
+from firmware_py.adapters.storage.state_store import write_atomically
 from firmware_py.estimation.navigation.navigation import KeptNavigation
 from sternplane.cli.errors import UsageError
 
@@ -45,6 +45,6 @@ def save(folder: Path, kept: KeptNavigation) -> None:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        replace(folder, FILE, (json.dumps(kept._asdict(), indent=2, allow_nan=False) + "\n").encode())
+        write_atomically(folder, FILE, (json.dumps(kept._asdict(), indent=2, allow_nan=False) + "\n").encode())
     except OSError as error:
         raise UsageError(f"--state {folder}: cannot be written ({error.strerror}); choose another folder") from None

@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from firmware_py import app
-from firmware_py.parameter_tree import settings
-from firmware_py.params import ParamError, When
+from firmware_py.parameter_tree import list_parameters
+from firmware_py.params import ParamError, TakesEffect
 from firmware_py.ports import Ground
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import NO_ORDER, Order
@@ -94,7 +94,7 @@ class UnderFire:
         self._rng = rng = random.Random(f"{job.seed}/{job.flight}")
         origin = flight.params.origin
         here = (round(np.degrees(origin.latitude) * 1e7), round(np.degrees(origin.longitude) * 1e7))
-        found = [*settings(flight.params)]
+        found = [*list_parameters(flight.params)]
         found = [setting for setting in found if job.flight % 4 < 2 or not setting.name.startswith(_LAMING)]
         talks = sessions([setting.name for setting in found], here)
         self._packets = Packets(rng, talks, forger(rng, talks) if job.signed else None)
@@ -103,7 +103,7 @@ class UnderFire:
         if job.signed:  # hears the owner alone, and must be ordered the same
             self._twin = ashore(flight.configuration, True, random.Random(job.flight))
             # what may be refused at one time and not at another hangs on the tick in which it is tried
-            any_time = tuple(setting.name for setting in found if setting.when is When.AT_ONCE)
+            any_time = tuple(setting.name for setting in found if setting.when is TakesEffect.AT_ONCE)
             self._owner = Owner(rng, any_time, here)
         self._left, self._quiet = job.packets, _QUIET
         self._streams = [bytearray() for _ in DOORS]

@@ -13,7 +13,7 @@ from rich.console import Console
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
 from firmware_py.estimation.model.observer_model import GROUPS, ObserverModel
-from firmware_py.params import load, naming
+from firmware_py.params import load, prefix_errors
 from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.cli.errors import UsageError
 from sternplane.identification import page, results, vehicle_file
@@ -34,13 +34,13 @@ def command(options: argparse.Namespace) -> int:
     log = read(path)
     recording = record(log, options.begin, options.end)
     params = wanted(recording.params, options)
-    with naming(str(log.header["configuration"]["files"]["vehicle"])):
+    with prefix_errors(str(log.header["configuration"]["files"]["vehicle"])):
         ObserverModel(recording.vehicle, ())  # its mass matrix is one
-    with naming("--coefficients"), Console(stderr=True).status("fitting") as status:
+    with prefix_errors("--coefficients"), Console(stderr=True).status("fitting") as status:
         found = answer(recording, params, lambda n, gain: status.update(f"fitting, step {n}: {gain:.3g} gained"))
     verdict = judge(found)
     table = learned_table(recording.table, found, verdict)
-    with naming(str(folder / "vehicle.toml")):
+    with prefix_errors(str(folder / "vehicle.toml")):
         ObserverModel(load(Vehicle, table, "learned"), ())  # what was learned can be flown
     told = results.document(log, recording, found, verdict)
     _leave(folder, told, page.page(log, recording, found, told))

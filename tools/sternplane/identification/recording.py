@@ -104,7 +104,7 @@ def record(log: Log, begin: float | None = None, end: float | None = None) -> Re
         table=configuration["vehicle"],
         t=t,
         h=h,
-        inputs=np.column_stack((angles @ np.array(vehicle.fin_sums).T, _mean(log, "the propeller", *shaft, t))),
+        inputs=np.column_stack((angles @ np.array(vehicle.deflection_rows).T, _mean(log, "the propeller", *shaft, t))),
         z=z[1:],
         start=np.array([column[np.isfinite(column)][0] for column in z.T]),
         dropped={name: lost for name, (_, _, lost) in heard.items()},

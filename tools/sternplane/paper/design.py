@@ -7,9 +7,9 @@ import itertools
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from firmware_py.control.sliding_mode_gains import PAPER_DEPTH, PAPER_HEADING
-from firmware_py.control.sliding_mode_design import DesignError, design
-from firmware_py.vehicle.linear_models import Linear, diving, steering
+from firmware_py.control.sliding_mode_design import DesignError, design_sliding_mode
+from firmware_py.control.sliding_mode_gains import PAPER_DEPTH_GAINS, PAPER_HEADING_GAINS
+from firmware_py.vehicle.linear_models import LinearModel, diving_model, steering_model
 from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.paper.printed import NUMBERS, SIGNS, TABLE_1, Number, U
 
@@ -62,12 +62,12 @@ def compare(vehicle: Vehicle, estimates: Mapping[str, Mapping[str, float]]) -> l
     return rows
 
 
-def models(vehicle: Vehicle) -> tuple[Linear, Linear]:
+def models(vehicle: Vehicle) -> tuple[LinearModel, LinearModel]:
     """Eq. 27 and Eq. 31."""
-    return diving(vehicle, U), steering(vehicle, U)
+    return diving_model(vehicle, U), steering_model(vehicle, U)
 
 
-def numbers(dive: Linear, steer: Linear) -> dict[str, float | None]:
+def numbers(dive: LinearModel, steer: LinearModel) -> dict[str, float | None]:
     """By `Number.key`; the factors of Eq. 29 and 33 as Eq. 25 has them: u = -k'x + (s'b)^-1 s'x_d_dot - ..."""
     found: dict[str, float | None] = {
         "a_qq": dive.A[0][0],
@@ -82,11 +82,11 @@ def numbers(dive: Linear, steer: Linear) -> dict[str, float | None]:
         "b_r": steer.b[1],
     }
     for model, gains, last, keys in (
-        (dive, PAPER_DEPTH, -1.0, ("s_q", "s_theta", "k_q", "k_theta", "k_zd_dot")),
-        (steer, PAPER_HEADING, 1.0, ("s_v", "s_r", "k_v", "k_r", "k_psid_dot")),
+        (dive, PAPER_DEPTH_GAINS, -1.0, ("s_q", "s_theta", "k_q", "k_theta", "k_zd_dot")),
+        (steer, PAPER_HEADING_GAINS, 1.0, ("s_v", "s_r", "k_v", "k_r", "k_psid_dot")),
     ):
         try:
-            law = design(model, gains.poles, last, gains.delta_sw, gains.phi_b)
+            law = design_sliding_mode(model, gains.poles, last, gains.delta_sw, gains.phi_b)
             found |= dict(zip(keys, (law.s[0], law.s[1], -law.k[0], -law.k[1], law.s[2] / law.s_b), strict=True))
         except DesignError:
             found |= dict.fromkeys(keys)
@@ -108,11 +108,11 @@ def _from_printed_models() -> Iterator[dict[str, float | None]]:
     box = {number.key: number.box for number in NUMBERS if number.equation in _MODELS}
     dive, steer = ("a_qq", "a_qt", "a_zt", "b_q"), ("a_vv", "a_vr", "a_rv", "a_rr", "b_v", "b_r")
     dives = [
-        Linear(((qq, qt, 0.0), (1.0, 0.0, 0.0), (0.0, zt, 0.0)), (b, 0.0, 0.0))
+        LinearModel(((qq, qt, 0.0), (1.0, 0.0, 0.0), (0.0, zt, 0.0)), (b, 0.0, 0.0))
         for qq, qt, zt, b in itertools.product(*(box[key] for key in dive))
     ]
     steers = [
-        Linear(((vv, vr, 0.0), (rv, rr, 0.0), (0.0, 1.0, 0.0)), (b_v, b_r, 0.0))
+        LinearModel(((vv, vr, 0.0), (rv, rr, 0.0), (0.0, 1.0, 0.0)), (b_v, b_r, 0.0))
         for vv, vr, rv, rr, b_v, b_r in itertools.product(*(box[key] for key in steer))
     ]
     for i in range(max(len(dives), len(steers))):

@@ -146,7 +146,7 @@ def believed(header: Mapping[str, Any]) -> dict[str, float]:
     except ParamError:
         return {}
     size = {"density": vehicle.hull.density, "length": vehicle.hull.length}
-    return {**vehicle.linear, **size, **dict.fromkeys(GROUPS, 1.0)}
+    return {**vehicle.force_coefficients, **size, **dict.fromkeys(GROUPS, 1.0)}
 
 
 def truth(header: Mapping[str, Any], believed: Mapping[str, float]) -> dict[str, float]:

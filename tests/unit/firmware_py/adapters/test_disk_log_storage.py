@@ -11,7 +11,7 @@ from typing import TypeVar
 
 import pytest
 
-from firmware_py.adapters.storage.disk_log_storage import LogStore
+from firmware_py.adapters.storage.disk_log_storage import DiskLogStorage
 
 T = TypeVar("T")
 OLD, OWN = bytes(i * i % 251 for i in range(200_000)), b"begun"
@@ -40,14 +40,14 @@ def runs(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def store(runs: Path) -> Iterator[LogStore]:
-    store = LogStore(runs / "c-own", beside=True)
+def store(runs: Path) -> Iterator[DiskLogStorage]:
+    store = DiskLogStorage(runs / "c-own", beside=True)
     yield store
     store.close()
     store.close()
 
 
-def test_logs_are_listed_by_their_runs_once_each(store: LogStore, runs: Path) -> None:
+def test_logs_are_listed_by_their_runs_once_each(store: DiskLogStorage, runs: Path) -> None:
     listed = soon(store.logs)
     assert [(log.name, log.size, log.growing) for log in listed] == [
         ("a-old.mcap", 200_000, False),
@@ -55,18 +55,18 @@ def test_logs_are_listed_by_their_runs_once_each(store: LogStore, runs: Path) ->
         ("c-own.mcap", 5, True),
     ]
     assert listed[0].written == 1_700_000_000
-    alone = LogStore(runs / "c-own", beside=False)
+    alone = DiskLogStorage(runs / "c-own", beside=False)
     assert [log.name for log in soon(alone.logs)] == ["c-own.mcap"]
     alone.close()
 
 
 @pytest.mark.parametrize(("offset", "n"), [(0, 90), (65_500, 90), (199_990, 90), (0, 65_536), (100, 65_536)])
-def test_any_part_is_read_also_over_the_edge_of_a_block(store: LogStore, offset: int, n: int) -> None:
+def test_any_part_is_read_also_over_the_edge_of_a_block(store: DiskLogStorage, offset: int, n: int) -> None:
     assert soon(lambda: store.read("a-old.mcap", offset, n)) == OLD[offset : offset + n]
     assert soon(lambda: store.read("a-old.mcap", 200_000, n)) == b""
 
 
-def test_a_log_can_be_read_on_while_it_is_written(store: LogStore, runs: Path) -> None:
+def test_a_log_can_be_read_on_while_it_is_written(store: DiskLogStorage, runs: Path) -> None:
     assert soon(lambda: store.read("c-own.mcap", 0, 90)) == OWN
     assert soon(lambda: store.read("c-own.mcap", 0, 5)) == OWN
     with (runs / "c-own" / "log.mcap").open("ab") as file:
@@ -75,19 +75,19 @@ def test_a_log_can_be_read_on_while_it_is_written(store: LogStore, runs: Path) -
 
 
 @pytest.mark.parametrize("name", ["../c-own.mcap", "nothing.mcap", "latest.mcap", ""])
-def test_what_is_not_a_log_is_not_read(store: LogStore, name: str) -> None:
+def test_what_is_not_a_log_is_not_read(store: DiskLogStorage, name: str) -> None:
     with pytest.raises(OSError, match="No such file") as raised:
         soon(lambda: store.read(name, 0, 10))
     assert raised.value.errno == errno.ENOENT
 
 
-def test_erasing_keeps_what_is_written_or_was_a_moment_ago(store: LogStore, runs: Path) -> None:
+def test_erasing_keeps_what_is_written_or_was_a_moment_ago(store: DiskLogStorage, runs: Path) -> None:
     store.erase()
     assert [log.name for log in soon(store.logs)] == ["b-new.mcap", "c-own.mcap"]
     assert (runs / "a-old").is_dir()
 
 
-def test_a_reader_that_has_ended_is_an_error_and_no_end(store: LogStore) -> None:
+def test_a_reader_that_has_ended_is_an_error_and_no_end(store: DiskLogStorage) -> None:
     soon(store.logs)
     store._child.kill()
     store._child.wait()

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_py.adapters.storage import state_store
-from firmware_py.adapters.storage.state_store import Store, StoreError
+from firmware_py.adapters.storage.state_store import StateStore, StateStoreError
 
 names = st.text("abcdefgh.-_é", min_size=1, max_size=20).filter(lambda name: name not in (".", ".."))
 
@@ -22,7 +22,7 @@ names = st.text("abcdefgh.-_é", min_size=1, max_size=20).filter(lambda name: na
 @settings(max_examples=10)
 def test_what_was_saved_last_under_each_name_is_there_to_the_byte(tmp_path_factory, saved):
     folder = tmp_path_factory.mktemp("state") / "deep" / "er"
-    with Store(folder) as kept:
+    with StateStore(folder) as kept:
         for name, content in saved:
             kept.save(name, content)
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == dict(saved)
@@ -30,7 +30,7 @@ def test_what_was_saved_last_under_each_name_is_there_to_the_byte(tmp_path_facto
 
 def test_more_than_the_pipe_holds_waits_its_turn_and_loses_nothing(tmp_path):
     big = os.urandom(5 << 20)
-    with Store(tmp_path) as kept:
+    with StateStore(tmp_path) as kept:
         kept.save("big", big)
         kept.save("small", b"x")
         assert kept._waiting  # nobody waited for it
@@ -52,19 +52,19 @@ def test_a_vehicle_that_is_killed_leaves_what_it_had_handed_over(tmp_path):
 def test_what_could_not_be_written_is_said_and_leaves_what_was_there(tmp_path):
     (tmp_path / "a").write_bytes(b"old")
     (tmp_path / "a.new").mkdir()
-    kept = Store(tmp_path)
+    kept = StateStore(tmp_path)
     kept.save("a", b"new")
     kept._child.stdin.close()
     kept._child.wait(20)
-    assert kept.complaints() == [f"{tmp_path / 'a'}: cannot be written (Is a directory)"]
-    assert kept.complaints() == []
+    assert kept.errors() == [f"{tmp_path / 'a'}: cannot be written (Is a directory)"]
+    assert kept.errors() == []
     kept.close()
     assert (tmp_path / "a").read_bytes() == b"old"
 
 
 @pytest.mark.parametrize("step", ["fsync", "replace"])
 def test_a_replacement_that_fails_half_way_leaves_the_old_one(tmp_path, monkeypatch, step):
-    state_store.replace(tmp_path, "a", b"old")
+    state_store.write_atomically(tmp_path, "a", b"old")
 
     def full(*_):
         raise OSError(28, "No space left on device")
@@ -72,11 +72,11 @@ def test_a_replacement_that_fails_half_way_leaves_the_old_one(tmp_path, monkeypa
     with monkeypatch.context() as patch:
         patch.setattr(os if step == "fsync" else Path, step, full)
         with pytest.raises(OSError, match="No space"):
-            state_store.replace(tmp_path, "a", b"new")
+            state_store.write_atomically(tmp_path, "a", b"new")
     assert (tmp_path / "a").read_bytes() == b"old"
 
 
 def test_a_file_in_the_folders_place_is_refused(tmp_path):
     (tmp_path / "state").write_text("precious")
-    with pytest.raises(StoreError, match=r"state: cannot be made \(File exists\); choose another --state"):
-        Store(tmp_path / "state")
+    with pytest.raises(StateStoreError, match=r"state: cannot be made \(File exists\); choose another --state"):
+        StateStore(tmp_path / "state")

@@ -13,14 +13,14 @@ from hypothesis import strategies as st
 from firmware_py.allocation import Allocator
 from firmware_py.params import ParamError, load
 from firmware_py.records.command import Demand
-from firmware_py.vehicle.fins import Fin, Station
+from firmware_py.vehicle.fins import Fin, FinStation
 from firmware_py.vehicle.vehicle import Vehicle
 
 FILE = Path(__file__).resolve().parents[4] / "configs" / "npsauv2" / "vehicle.toml"
 VEHICLE = load(Vehicle, tomllib.loads(FILE.read_text()), "vehicle.toml")
 
 
-def vehicle(*layout: tuple[float, Station], limits: tuple[float, ...] | None = None) -> Vehicle:
+def vehicle(*layout: tuple[float, FinStation], limits: tuple[float, ...] | None = None) -> Vehicle:
     degrees = limits or (23.0,) * len(layout)
     fins = tuple(
         Fin(f"fin{i}", math.radians(hinge), station, delta_max=math.radians(limit))
@@ -29,7 +29,7 @@ def vehicle(*layout: tuple[float, Station], limits: tuple[float, ...] | None = N
     return dataclasses.replace(VEHICLE, fins=fins)
 
 
-STERN, BOW = Station.STERN, Station.BOW
+STERN, BOW = FinStation.STERN, FinStation.BOW
 LAYOUTS = {
     "plus": vehicle((0, STERN), (0, STERN), (90, STERN), (90, STERN)),
     "x": vehicle((45, STERN), (135, STERN), (45, STERN), (135, STERN)),
@@ -62,7 +62,7 @@ def test_there_and_back_within_the_travel(boat: Vehicle, delta_s: float, delta_r
     assert allocator.size == len(command.fins) == len(boat.fins)
     assert command.n == 7.0
     assert rows(boat) @ np.array(command.fins) == pytest.approx([delta_s, delta_r], abs=1e-9)
-    assert allocator.effective(command.fins) == pytest.approx((delta_s, delta_r), abs=1e-9)
+    assert allocator.deflections(command.fins) == pytest.approx((delta_s, delta_r), abs=1e-9)
 
 
 @everywhere
@@ -121,7 +121,7 @@ def test_a_full_fin_is_helped_by_its_neighbours() -> None:
 
 
 def test_x_layout_gives_both_axes_their_part_when_it_is_full() -> None:
-    delta_s, delta_r = Allocator(LAYOUTS["x"]).effective(Allocator(LAYOUTS["x"]).allocate(demand(0.4, 0.4)).fins)
+    delta_s, delta_r = Allocator(LAYOUTS["x"]).deflections(Allocator(LAYOUTS["x"]).allocate(demand(0.4, 0.4)).fins)
     assert delta_s == pytest.approx(delta_r)
     assert delta_s > 0.25
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.control.control import Control, ControlParams, LawKind
-from firmware_py.control.sliding_mode_gains import Preset
+from firmware_py.control.sliding_mode_gains import GainSet
 from firmware_py.marine import Eta, Nu
 from firmware_py.params import ParamError, dump, load
 from firmware_py.records.command import Demand, ModeState, Reference
@@ -25,7 +25,7 @@ LIMIT = math.radians(23.0)
 N_TRIM = 500.0 / 60.0
 LAWS = {
     "own": ControlParams(),
-    "paper": ControlParams(gains=Preset.PAPER),
+    "paper": ControlParams(gains=GainSet.PAPER),
     "pid": ControlParams(law=LawKind.PID),
 }
 every_law = pytest.mark.parametrize("params", LAWS.values(), ids=LAWS.keys())
@@ -65,7 +65,7 @@ def test_every_error_is_answered_against_its_sign(params: ControlParams) -> None
     assert answer(z=9.5).delta_s > 0.0  # too shallow: bow down
     assert answer(z=10.5).delta_s < 0.0
     assert answer(theta=0.05).delta_s > 0.0  # bow up: bow down
-    assert answer(q=0.02).delta_s > 0.0 or params.gains is Preset.PAPER
+    assert answer(q=0.02).delta_s > 0.0 or params.gains is GainSet.PAPER
     assert answer(psi=0.05).delta_r > 0.0  # too far to starboard: to port
     assert answer(psi=-0.05).delta_r < 0.0
     assert answer(r=0.02).delta_r > 0.0

@@ -15,16 +15,16 @@ from pymavlink.mavftp import MAVFTP
 from firmware_py.mavlink.parameters import metadata
 from firmware_py.mavlink.parameters.packed_file import pack
 from firmware_py.mavlink.parameters.transfer import ParameterStore
-from firmware_py.parameter_tree import Setting
-from firmware_py.params import When
+from firmware_py.parameter_tree import Parameter
+from firmware_py.params import TakesEffect
 
 from .station import cycle
 
 
-def setting(name: str, value: float, whole: bool = False, base: float | None = None, **more) -> Setting:
+def setting(name: str, value: float, whole: bool = False, base: float | None = None, **more) -> Parameter:
     said = {
         "key": "law.gain_deg",
-        "place": -1,
+        "index": -1,
         "default": value,
         "unit": "deg",
         "low": -1e6,
@@ -32,9 +32,9 @@ def setting(name: str, value: float, whole: bool = False, base: float | None = N
         "choices": (),
         "group": "law",
         "doc": "How strong.",
-        "when": When.AT_ONCE,
+        "when": TakesEffect.AT_ONCE,
     }
-    return Setting(name=name, value=value, base=value if base is None else base, whole=whole, **(said | more))
+    return Parameter(name=name, value=value, base=value if base is None else base, is_integer=whole, **(said | more))
 
 
 def test_the_bytes_of_a_small_file_are_those_of_the_format() -> None:
@@ -73,8 +73,8 @@ class Nobody:
 BOOK = ParameterStore(
     [
         setting("L_GAIN", 2.5, low=-1.0, high=10.0, default=0.5),
-        setting("L_POLE2", -0.5, key="law.poles_1_s", place=1, unit="1/s", default=None, when=When.DISARMED),
-        setting("L_ON", 1.0, True, unit="", low=0.0, high=1.0, choices=("false", "true"), when=When.RESTART),
+        setting("L_POLE2", -0.5, key="law.poles_1_s", index=1, unit="1/s", default=None, when=TakesEffect.DISARMED),
+        setting("L_ON", 1.0, True, unit="", low=0.0, high=1.0, choices=("false", "true"), when=TakesEffect.RESTART),
     ],
     Nobody(),
 )

@@ -18,8 +18,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.base.modes import Identity
 from firmware_py.mavlink.parameters.transfer import FILE, ParameterStore, ParameterTransfer, shortest
-from firmware_py.parameter_tree import replaced, settings
-from firmware_py.params import ParamError, When, load, param, table
+from firmware_py.parameter_tree import list_parameters, with_values
+from firmware_py.params import ParamError, TakesEffect, load, param, table
 from firmware_py.schedule import Tick
 
 TICK = Tick(0, 10_000_000)
@@ -39,8 +39,8 @@ class Law:
     poles: tuple[float, float] = param((-0.4, -0.5), unit="1/s", low=-5.0, high=-0.01, doc="Where.", mav="POLE")
     count: int = param(7, low=0, high=100_000, doc="How many.", mav="COUNT")
     on: bool = param(True, doc="Whether.", mav="ON")
-    colour: Colour = param(Colour.RED, mav="COLOUR", when=When.DISARMED)
-    size: float = param(1.0, low=0.5, high=2.0, doc="Of its memory.", mav="SIZE", when=When.RESTART)
+    colour: Colour = param(Colour.RED, mav="COLOUR", when=TakesEffect.DISARMED)
+    size: float = param(1.0, low=0.5, high=2.0, doc="Of its memory.", mav="SIZE", when=TakesEffect.RESTART)
     hidden: float = param(3.0, doc="Nobody sees it.")
 
     def __post_init__(self) -> None:
@@ -58,14 +58,14 @@ class Checker:
         self.record = record
 
     def changed(self, values: Mapping[str, Any]) -> Checker:
-        return Checker(replaced(self.record, values, "toy.toml"))
+        return Checker(with_values(self.record, values, "toy.toml"))
 
 
 class Station:
     """A conversation, and pymavlink at its other end."""
 
     def __init__(self, book: ParameterStore | None = None, identity: Identity = Identity.ARDUSUB) -> None:
-        self.book = book or ParameterStore([*settings(Toy())], Checker(Toy()))
+        self.book = book or ParameterStore([*list_parameters(Toy())], Checker(Toy()))
         self.armed = False
         self.said: list[Any] = []
         self.texts: list[str] = []
@@ -312,7 +312,7 @@ def test_the_file_that_is_kept_makes_the_same_values_again() -> None:
     ):
         station.set(name, value)
     station.ticks()
-    again = [*settings(load(Toy, kept(station.book), "x"), Toy())]
+    again = [*list_parameters(load(Toy, kept(station.book), "x"), Toy())]
     assert [(s.name, shortest(s.value)) for s in again] == [(s.name, s.value) for s in station.book.settings]
 
 
@@ -334,12 +334,12 @@ def test_whatever_is_sent_every_value_stays_one_that_can_be(
         station.ticks(2)
     record = Toy()
     for change in station.book.changes():
-        record = replaced(record, json.loads(change)["parameters"], "x")  # raises if it could not be
-    now = {s.name: s for s in settings(record)}
+        record = with_values(record, json.loads(change)["parameters"], "x")  # raises if it could not be
+    now = {s.name: s for s in list_parameters(record)}
     for setting in station.book.settings:
         assert setting.low <= setting.value <= setting.high
-        assert not setting.whole or setting.value == int(setting.value)
-        if setting.when is not When.RESTART:
+        assert not setting.is_integer or setting.value == int(setting.value)
+        if setting.when is not TakesEffect.RESTART:
             assert shortest(now[setting.name].value) == shortest(setting.value)
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.vehicle.fins import Fin, Station, effectiveness, sums
+from firmware_py.vehicle.fins import Fin, FinStation, deflection_rows, effectiveness
 
 PLUS = (0.0, 0.0, 90.0, 90.0)
 CROSS = (45.0, 135.0, 45.0, 135.0)
@@ -17,11 +17,11 @@ CROSS = (45.0, 135.0, 45.0, 135.0)
 
 def layout(*hinges: float, bow: int = 0) -> tuple[Fin, ...]:
     stern = [Fin(f"stern {i}", math.radians(hinge)) for i, hinge in enumerate(hinges)]
-    return (*stern, *(Fin(f"bow {i}", 0.0, Station.BOW) for i in range(bow)))
+    return (*stern, *(Fin(f"bow {i}", 0.0, FinStation.BOW) for i in range(bow)))
 
 
 def added(fins: tuple[Fin, ...], angles: list[float]) -> list[float]:
-    return (np.array(sums(fins)) @ angles).tolist()
+    return (np.array(deflection_rows(fins)) @ angles).tolist()
 
 
 def test_a_pair_that_turns_together_counts_as_one_plane_and_one_that_turns_apart_as_none() -> None:
@@ -47,11 +47,11 @@ def test_with_the_bow_planes_worth_they_are_what_the_allocator_reckons_with(
     hinges: list[float], bow: int, worth: float
 ) -> None:
     fins = layout(0.0, 90.0, *hinges, bow=bow)
-    s, r, b = (np.array(row) for row in sums(fins))
+    s, r, b = (np.array(row) for row in deflection_rows(fins))
     known = effectiveness(fins, worth)
     np.testing.assert_allclose(s + worth * b, known.s, rtol=0, atol=1e-12)
     np.testing.assert_allclose(r, known.r, rtol=0, atol=1e-12)
 
 
 def test_a_level_plane_is_no_rudder_at_all() -> None:
-    assert sums(layout(0.0, 180.0, 90.0))[1][:2] == (0.0, 0.0)
+    assert deflection_rows(layout(0.0, 180.0, 90.0))[1][:2] == (0.0, 0.0)

@@ -16,7 +16,7 @@ import numpy as np
 from firmware_py import app
 from firmware_py.marine import Origin, local_to_geodetic
 from firmware_py.mavlink.base.modes import Identity, custom_mode
-from firmware_py.parameter_tree import replaced, settings
+from firmware_py.parameter_tree import list_parameters, with_values
 from firmware_py.records.order import Mode
 from sternplane.logs.export.dataflash import TIME, Field, Writer
 from sternplane.logs.reading import Columns, Log
@@ -87,8 +87,8 @@ def _parameters(writer: Writer, log: Log) -> list[tuple[int, bytes, float, float
     for t_ns, documents in log.changes.items():
         for document in map(json.loads, documents):
             if "parameters" in document:
-                params = replaced(params, document["parameters"], str(log.path))
-                for setting in settings(params):
+                params = with_values(params, document["parameters"], str(log.path))
+                for setting in list_parameters(params):
                     name, value = setting.name, setting.value
                     if value != values[name]:
                         values[name] = value
