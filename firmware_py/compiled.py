@@ -1,6 +1,6 @@
-"""How a kernel is compiled: once, for one signature, without fastmath, so that it gives the same bits every time.
+"""Compilation of numerical kernels: for one signature, without fastmath, so that every run gives the same bits.
 
-The cache of compiled kernels does not see changes in other files; a composition root therefore calls
+Numba's cache does not notice changes in other files. A composition root therefore calls
 `firmware_py.adapters.kernel_cache.use` before it imports any kernel.
 """
 
@@ -15,5 +15,5 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def kernel(signature: str) -> Callable[[F], F]:
-    """Compiles the function for `signature` (numba's words, e.g. "void(f8[::1], f8)") when its module is imported."""
+    """Return a decorator that compiles a function for a numba signature, e.g. "void(f8[::1], f8)", at import."""
     return cast(Callable[[F], F], numba.njit(signature, cache=True, fastmath=False, error_model="numpy"))

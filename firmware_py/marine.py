@@ -1,4 +1,4 @@
-"""Sea and sphere: angles, frames, water, and the SNAME vectors that every room speaks (Fossen 2011, ch. 2)."""
+"""Marine kinematics: angles, frames, water pressure, and the SNAME vectors eta and nu (Fossen 2011, ch. 2)."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ EARTH_RADIUS = 6_378_137.0
 """WGS-84 equatorial radius, m."""
 EARTH_FLATTENING = 1.0 / 298.257223563
 """WGS-84 flattening."""
+_COS_THETA_MIN = 0.01
+"""Least size of cos(theta) in the Euler rates, which are singular at theta = 90 deg."""
 
 
 class Eta(NamedTuple):
-    """Position (m, NED, z down) and Euler angles (rad, zyx) of the body in the local frame."""
+    """Position (m, NED, z down) and Euler angles (rad, zyx) of the vehicle in the local frame."""
 
     x: float
     y: float
@@ -25,7 +27,7 @@ class Eta(NamedTuple):
 
 
 class Nu(NamedTuple):
-    """Body-fixed velocity: surge, sway, heave (m/s), roll, pitch, yaw rate (rad/s)."""
+    """Body-fixed velocity: surge, sway, heave (m/s); roll, pitch, yaw rate (rad/s)."""
 
     u: float
     v: float
@@ -36,19 +38,19 @@ class Nu(NamedTuple):
 
 
 class Origin(NamedTuple):
-    """Where the local frame touches the earth: latitude and longitude, rad."""
+    """Origin of the local frame: latitude and longitude, rad."""
 
     latitude: float
     longitude: float
 
 
 def wrap(angle: float) -> float:
-    """The angle in [-pi, pi) that points the same way, rad."""
+    """Return the equal angle in [-pi, pi), rad."""
     return (angle + math.pi) % math.tau - math.pi
 
 
 def clip(value: float, low: float, high: float) -> float:
-    """`value` kept in [low, high]; NaN stays NaN."""
+    """Return `value` limited to [low, high]; NaN stays NaN."""
     return low if value < low else high if value > high else value
 
 
@@ -58,18 +60,18 @@ INERTIA_IMPOSSIBLE = (
 
 
 def is_inertia_tensor(x: float, y: float, z: float, xy: float, yz: float, xz: float) -> bool:
-    """Whether a body can have these moments and products of inertia, kg m^2.
+    """Return whether a rigid body can have these moments and products of inertia, kg m^2.
 
-    Its second moments of mass, the integrals of x x, x y and so on, are a positive definite matrix: Sylvester's
-    criterion. It is stricter than that for the matrix of inertia, which a body's also is.
+    The matrix of its second moments of mass, the integrals of x x, x y and so on, must be positive definite (Sylvester's
+    criterion). This is stricter than a positive definite inertia matrix: it includes the triangle inequalities.
     """
     a, b, c = 0.5 * (y + z - x), 0.5 * (x + z - y), 0.5 * (x + y - z)
-    whole = a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz)
-    return a > 0.0 and a * b > xy * xy and whole > 0.0
+    determinant = a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz)
+    return a > 0.0 and a * b > xy * xy and determinant > 0.0
 
 
 def body_to_ned(phi: float, theta: float, psi: float, u: float, v: float, w: float) -> tuple[float, float, float]:
-    """R_zyx(phi, theta, psi) [u v w]': a body-fixed vector in NED (Fossen 2011, Eq. 2.18)."""
+    """Return R_zyx(phi, theta, psi) [u v w]': a body-fixed vector in NED (Fossen 2011, Eq. 2.18)."""
     c_phi, s_phi = math.cos(phi), math.sin(phi)
     c_theta, s_theta = math.cos(theta), math.sin(theta)
     c_psi, s_psi = math.cos(psi), math.sin(psi)
@@ -80,7 +82,7 @@ def body_to_ned(phi: float, theta: float, psi: float, u: float, v: float, w: flo
 
 
 def ned_to_body(phi: float, theta: float, psi: float, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """R_zyx(phi, theta, psi)' [x y z]': a vector in NED, in body axes; the inverse of `body_to_ned`."""
+    """Return R_zyx(phi, theta, psi)' [x y z]': an NED vector in body axes; the inverse of `body_to_ned`."""
     axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     forward, right, down = (body_to_ned(phi, theta, psi, *axis) for axis in axes)
     return (
@@ -91,20 +93,20 @@ def ned_to_body(phi: float, theta: float, psi: float, x: float, y: float, z: flo
 
 
 def euler_rates(phi: float, theta: float, p: float, q: float, r: float) -> tuple[float, float, float]:
-    """(phi_dot, theta_dot, psi_dot) from body rates (Fossen 2011, Eq. 2.28).
+    """Return (phi_dot, theta_dot, psi_dot), rad/s, from body rates (Fossen 2011, Eq. 2.28).
 
-    cos(theta) is kept at least 0.01 in size, so that a pass through the vertical stays finite.
+    |cos(theta)| is kept at _COS_THETA_MIN or above, so that the rates stay finite near theta = 90 deg.
     """
     c_theta = math.cos(theta)
-    if abs(c_theta) < 0.01:
-        c_theta = math.copysign(0.01, c_theta)
+    if abs(c_theta) < _COS_THETA_MIN:
+        c_theta = math.copysign(_COS_THETA_MIN, c_theta)
     lateral = q * math.sin(phi) + r * math.cos(phi)
     psi_dot = lateral / c_theta
     return p + psi_dot * math.sin(theta), q * math.cos(phi) - r * math.sin(phi), psi_dot
 
 
 def quaternion_from_euler(phi: float, theta: float, psi: float) -> tuple[float, float, float, float]:
-    """Unit quaternion (x, y, z, w), body to NED, w last as DroneCAN orders it."""
+    """Return the unit quaternion (x, y, z, w), body to NED; w is last, as in DroneCAN."""
     c1, s1 = math.cos(phi / 2), math.sin(phi / 2)
     c2, s2 = math.cos(theta / 2), math.sin(theta / 2)
     c3, s3 = math.cos(psi / 2), math.sin(psi / 2)
@@ -117,7 +119,7 @@ def quaternion_from_euler(phi: float, theta: float, psi: float) -> tuple[float, 
 
 
 def euler_from_quaternion(x: float, y: float, z: float, w: float) -> tuple[float, float, float]:
-    """(phi, theta, psi) from a quaternion (x, y, z, w) of any positive length; NaN where it has none."""
+    """Return (phi, theta, psi), rad, of a quaternion (x, y, z, w) of any positive length; NaN if it has no length."""
     norm = x * x + y * y + z * z + w * w
     if not norm > 0.0:
         return math.nan, math.nan, math.nan
@@ -127,8 +129,8 @@ def euler_from_quaternion(x: float, y: float, z: float, w: float) -> tuple[float
     return phi, theta, psi
 
 
-def _radii(latitude: float) -> tuple[float, float]:
-    """Radius of curvature along the meridian and across it, m."""
+def _curvature_radii(latitude: float) -> tuple[float, float]:
+    """Return the radii of curvature along the meridian and across it (prime vertical), m."""
     e2 = EARTH_FLATTENING * (2.0 - EARTH_FLATTENING)
     d = 1.0 - e2 * math.sin(latitude) ** 2
     across = EARTH_RADIUS / math.sqrt(d)
@@ -136,8 +138,8 @@ def _radii(latitude: float) -> tuple[float, float]:
 
 
 def geodetic_to_local(origin: Origin, latitude: float, longitude: float) -> tuple[float, float]:
-    """(x, y), m north and east of the origin, on the plane that touches there."""
-    meridian, across = _radii(origin.latitude)
+    """Return (x, y), m north and east of the origin, in the plane tangent there."""
+    meridian, across = _curvature_radii(origin.latitude)
     return (
         (latitude - origin.latitude) * meridian,
         wrap(longitude - origin.longitude) * across * math.cos(origin.latitude),
@@ -145,16 +147,16 @@ def geodetic_to_local(origin: Origin, latitude: float, longitude: float) -> tupl
 
 
 def local_to_geodetic(origin: Origin, x: float, y: float) -> tuple[float, float]:
-    """(latitude, longitude), rad: the inverse of `geodetic_to_local`."""
-    meridian, across = _radii(origin.latitude)
+    """Return (latitude, longitude), rad: the inverse of `geodetic_to_local`."""
+    meridian, across = _curvature_radii(origin.latitude)
     return origin.latitude + x / meridian, wrap(origin.longitude + y / (across * math.cos(origin.latitude)))
 
 
 def depth_of_pressure(pressure: float, surface_pressure: float, density: float) -> float:
-    """Depth, m, of an absolute pressure, Pa, in water of constant density, kg/m^3."""
+    """Return the depth, m, at an absolute pressure, Pa, in water of constant density, kg/m^3."""
     return (pressure - surface_pressure) / (density * GRAVITY)
 
 
 def pressure_of_depth(depth: float, surface_pressure: float, density: float) -> float:
-    """Absolute pressure, Pa, at a depth, m; above the water it is the surface's."""
+    """Return the absolute pressure, Pa, at a depth, m; above the water that of the surface."""
     return surface_pressure + max(depth, 0.0) * density * GRAVITY

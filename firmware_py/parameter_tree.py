@@ -1,4 +1,4 @@
-"""The parameters of a configuration as one tree: listed for people, named for ground stations, changed one by one."""
+"""The parameters of a configuration as a tree: listed for the reference, named for ground stations, changed singly."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from firmware_py.params import (
-    UNITS,
     Declaration,
     ParamError,
     TakesEffect,
@@ -25,14 +24,16 @@ from firmware_py.params import (
     toml_key,
     unknown_key_text,
 )
+from firmware_py.units import UNITS
 
 T = TypeVar("T")
 
 
 def describe_keys(cls: type[Any], table: str = "", name: str = "") -> Iterator[tuple[str, Declaration, Any]]:
-    """Every number, choice and text below a dataclass: (dotted key, declaration, default in its unit or MISSING).
+    """Yield (dotted key, declaration, default in its unit or MISSING) of every parameter in and below a dataclass.
 
-    The declarations have the whole of the MAVLink name, as far as it is the same for all entries of a list.
+    The declarations carry the full MAVLink name; for a list, without the number of the entry. `table` and `name` are
+    the prefixes of key and MAVLink name, for the recursion.
     """
     hints = field_types(cls)
     for field in dataclasses.fields(cls):
@@ -45,7 +46,7 @@ def describe_keys(cls: type[Any], table: str = "", name: str = "") -> Iterator[t
         declaration = declaration_of(field) or Declaration("", -math.inf, math.inf, "", "", TakesEffect.AT_ONCE)
         declaration = dataclasses.replace(
             declaration,
-            doc=declaration.doc or _said_of(hint),
+            doc=_doc_of(declaration, hint),
             mav=declaration.mav and name + declaration.mav,
         )
         if default is not dataclasses.MISSING:
@@ -53,23 +54,27 @@ def describe_keys(cls: type[Any], table: str = "", name: str = "") -> Iterator[t
         yield table + toml_key(field), declaration, default
 
 
-def _said_of(hint: Any) -> str:
-    """A sentence for a field that has none: the choices of an enum, else its type."""
+def _doc_of(declaration: Declaration, hint: Any) -> str:
+    """Return the help text: the declared one, else one for the type; with the choices, if it is an enum."""
     choices = next(
         (a for a in (hint, *typing.get_args(hint)) if isinstance(a, type) and issubclass(a, enum.Enum)), None
     )
     if choices is None:
-        return {str: "A text.", bool: "true or false."}.get(hint, "")
-    return f"{(choices.__doc__ or '').partition(chr(10))[0]} One of {choices_text(choices)}."
+        return declaration.doc or {str: "Text.", bool: "true or false."}.get(hint, "")
+    return f"{declaration.doc or _first_line(choices)} One of {choices_text(choices)}."
+
+
+def _first_line(cls: type[Any]) -> str:
+    return (cls.__doc__ or "").partition("\n")[0]
 
 
 def with_values(record: T, values: Mapping[str, Any], where: str) -> T:
-    """The record with other values, checked as `params.load` does; what it has in common with the old one is shared.
+    """Return a copy of a record with other values, checked as `params.load` does. Unchanged tables are shared.
 
     Args:
         record: made by `params.load`.
-        values: dotted key, as in TOML, to the value in the unit of the key.
-        where: the file, for the error.
+        values: dotted key, as in TOML, to value in the unit of the key.
+        where: the file, for error texts.
 
     Raises:
         ParamError: as `params.load`.
@@ -83,7 +88,7 @@ def with_values(record: T, values: Mapping[str, Any], where: str) -> T:
         if key not in fields:
             raise ParamError(unknown_key_text(where, key, fields))
         if rest and not is_table(hints[fields[key].name]):
-            raise ParamError(f"{where}: {key} is no table")
+            raise ParamError(f"{where}: {key} is not a table")
         if rest:
             inner.setdefault(key, {})[rest] = value
         else:
@@ -100,35 +105,35 @@ def with_values(record: T, values: Mapping[str, Any], where: str) -> T:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A number, truth or choice that a ground station may see and change; numbers are in the unit of the key.
+    """A number, truth value or choice that a ground station may see and change.
 
     Attributes:
-        name: MAVLink's, of at most 16 characters.
-        key: dotted, as in TOML.
-        place: which of a list, counted from 0; -1 if the value is none.
-        value: as it stands; true is 1, a choice is its place among `choices`.
-        base: as the configuration's files have it, without what stations have changed.
-        default: as it is where no file says anything; None if a file must.
-        unit: of all these.
-        low: least value, -inf none; `high` greatest.
-        high: see low.
-        whole: no fractions: a count, a truth or a choice.
-        choices: what 0, 1, ... stand for, empty for numbers.
-        group: of the key: the table it is in.
-        doc: a sentence.
-        when: a change may take effect.
+        name: MAVLink name, at most 16 characters.
+        key: dotted key, as in TOML.
+        index: index in a list, from 0; -1 for a value that is not in a list.
+        value: present value, in `unit`; true is 1, a choice is its index in `choices`.
+        base: value in the configuration's files, without changes by ground stations.
+        default: value if no file gives one; None if a file must.
+        unit: of value, base, default and bounds.
+        low: least value; -inf for none.
+        high: greatest value; inf for none.
+        is_integer: true for a count, a truth value or a choice.
+        choices: names of the values 0, 1, ...; empty for numbers.
+        group: table that the key is in.
+        doc: help text.
+        when: when a change takes effect.
     """
 
     name: str
     key: str
-    place: int
+    index: int
     value: float
     base: float
     default: float | None
     unit: str
     low: float
     high: float
-    whole: bool
+    is_integer: bool
     choices: tuple[str, ...]
     group: str
     doc: str
@@ -136,7 +141,7 @@ class Parameter:
 
 
 def list_parameters(record: Any, base: Any = None, group: str = "", name: str = "") -> Iterator[Parameter]:
-    """What a station may change below a record that `params.load` made; `base` is the one before it was changed."""
+    """Yield the parameters in and below a record that `params.load` made; `base` is it before stations changed it."""
     base = record if base is None else base
     for field in dataclasses.fields(record):
         declaration = declaration_of(field)
@@ -163,17 +168,17 @@ def _entries(
         yield Parameter(
             name=f"{name}{i + 1}" if listed else name,
             key=f"{group}.{toml_key(field)}",
-            place=i if listed else -1,
+            index=i if listed else -1,
             value=_as_number(value, declaration),
             base=_as_number(before, declaration),
             default=None if first is None else _as_number(first, declaration),
             unit=declaration.unit,
             low=low,
             high=high,
-            whole=kind is not float,
+            is_integer=kind is not float,
             choices=("false", "true") if kind is bool else choices,
             group=group,
-            doc=declaration.doc or (kind.__doc__ or "").partition("\n")[0],
+            doc=declaration.doc or _first_line(kind),
             when=declaration.when,
         )
 

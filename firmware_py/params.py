@@ -1,7 +1,9 @@
-"""A number is declared once, beside what uses it; the TOML loader and the reference table follow from that.
+"""Declaration of parameters, and their conversion from and to TOML tables.
 
-A parameter is a field of a frozen dataclass, made by `param`. In TOML its key is the field's name with the unit behind
-it (`delta_max_deg = 23`), and inside it is SI: radians, metres, rev/s. Nothing here opens a file.
+A parameter is declared once, beside the code that uses it, as a field of a frozen dataclass made by `param`. The TOML
+loader, the reference in configs/README.md and the ground stations' parameter list follow from the declaration. The key
+in TOML is the field's name with its unit appended (`delta_max_deg = 23`); inside, values are SI: radians, metres,
+rev/s. Nothing here opens a file.
 """
 
 from __future__ import annotations
@@ -18,48 +20,22 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-T = TypeVar("T")
-_KEY = "sternplane"
-_PREFIX = "sternplane.prefix"
+from firmware_py.units import UNITS, from_si, to_si
 
-UNITS: dict[str, tuple[str, float]] = {
-    # unit: (suffix of the TOML key, factor to SI)
-    "": ("", 1.0),
-    "m": ("_m", 1.0),
-    "m/s": ("_m_s", 1.0),
-    "m/s^2": ("_m_s2", 1.0),
-    "m^2": ("_m2", 1.0),
-    "s": ("_s", 1.0),
-    "ms": ("_ms", 1e-3),
-    "1/s": ("_1_s", 1.0),
-    "Hz": ("_hz", 1.0),
-    "deg": ("_deg", math.pi / 180),
-    "deg/s": ("_deg_s", math.pi / 180),
-    "deg/m": ("_deg_m", math.pi / 180),
-    "rad": ("_rad", 1.0),
-    "rpm": ("_rpm", 1.0 / 60.0),
-    "rpm/s": ("_rpm_s", 1.0 / 60.0),
-    "kg": ("_kg", 1.0),
-    "kg/m^3": ("_kg_m3", 1.0),
-    "kg m^2": ("_kg_m2", 1.0),
-    "N": ("_n", 1.0),
-    "Pa": ("_pa", 1.0),
-    "V": ("_v", 1.0),
-    "A": ("_a", 1.0),
-    "W": ("_w", 1.0),
-    "Wh": ("_wh", 3600.0),
-    "K": ("_k", 1.0),
-    "%": ("_pct", 0.01),
-}
+T = TypeVar("T")
+_DECLARATION = "sternplane"
+_PREFIX = "sternplane.prefix"
+_MAVLINK_NAME_MAX = 16
+"""Characters of param_id in PARAM_VALUE."""
 
 
 class ParamError(ValueError):
-    """A configuration that cannot be used; the text names the file and the key, and what would be right."""
+    """A configuration that cannot be used. The text names the file, the key and what is expected."""
 
 
 @contextlib.contextmanager
 def prefix_errors(where: str) -> Iterator[None]:
-    """Puts `where` in front of a ValueError of what is made within: for who knows which file the numbers came from."""
+    """Turn a ValueError raised inside into a ParamError that begins with `where`, the file the numbers came from."""
     try:
         yield
     except ValueError as error:
@@ -67,18 +43,18 @@ def prefix_errors(where: str) -> Iterator[None]:
 
 
 class TakesEffect(enum.Enum):
-    """When what a ground station changes may take effect."""
+    """When a change made by a ground station takes effect."""
 
     AT_ONCE = enum.auto()
     DISARMED = enum.auto()
-    """The vehicle would start or stumble if it came in flight; it is refused while armed."""
+    """At once, but refused while armed: a change in flight would jerk the fins."""
     RESTART = enum.auto()
-    """Memory has other sizes with it; it is kept for the next start."""
+    """At the next start, because array sizes depend on it; saved until then."""
 
 
 @dataclass(frozen=True, slots=True)
 class Declaration:
-    """What `param` was told about one number."""
+    """Declaration of one parameter, as given to `param`."""
 
     unit: str
     low: float
@@ -98,49 +74,59 @@ def param(
     mav: str = "",
     when: TakesEffect = TakesEffect.AT_ONCE,
 ) -> Any:
-    """Declares a parameter: default and bounds in `unit` (as in TOML, not SI), one sentence, the end of a MAVLink name.
+    """Declare a parameter: a field of a frozen dataclass.
 
-    Stations see it if it has such an end; the beginning is what `table` says of the tables it is in. A list has a name
-    for each entry, counted from 1.
+    Args:
+        default: in `unit`, not in SI; without one the parameter is required.
+        unit: one of `units.UNITS`.
+        low: least value, in `unit`.
+        high: greatest value, in `unit`.
+        doc: what it does, and what a larger or smaller value changes.
+        mav: end of its MAVLink name, after the prefixes that `table` gives; without one ground stations do not see it.
+            Each entry of a list has a name of its own, with a number from 1 appended.
+        when: when a change by a ground station takes effect.
+
+    Raises:
+        ValueError: unknown unit, or a MAVLink name that is too long.
     """
     if unit not in UNITS:
-        raise ValueError(f"unit {unit!r} is not declared in params.UNITS")
-    if len(mav) > 16:
-        raise ValueError(f"MAVLink name {mav!r} is longer than 16 characters")
-    metadata = {_KEY: Declaration(unit, low, high, doc, mav, when)}
+        raise ValueError(f"unit {unit!r} is not declared in units.UNITS")
+    if len(mav) > _MAVLINK_NAME_MAX:
+        raise ValueError(f"MAVLink name {mav!r} is longer than {_MAVLINK_NAME_MAX} characters")
+    metadata = {_DECLARATION: Declaration(unit, low, high, doc, mav, when)}
     if default is dataclasses.MISSING:
         return dataclasses.field(metadata=metadata)
-    return dataclasses.field(default=_to_si(default, UNITS[unit][1]), metadata=metadata)
+    return dataclasses.field(default=to_si(default, UNITS[unit][1]), metadata=metadata)
 
 
 def table(cls: type[Any], mav: str = "") -> Any:
-    """Declares a table of parameters, all as `cls` has them, whose MAVLink names begin with `mav`."""
+    """Declare a table of parameters with the defaults of `cls`; their MAVLink names begin with `mav`."""
     return dataclasses.field(default_factory=cls, metadata={_PREFIX: mav})
 
 
 def declaration_of(field: dataclasses.Field[Any]) -> Declaration | None:
-    """What `param` was told about a field; None if it was not made by `param`."""
-    return typing.cast("Declaration | None", field.metadata.get(_KEY))
+    """Return the declaration of a field, or None for a field that `param` did not make."""
+    return typing.cast("Declaration | None", field.metadata.get(_DECLARATION))
 
 
 def mavlink_prefix(field: dataclasses.Field[Any]) -> str:
-    """What the MAVLink names below a table begin with."""
+    """Return what the MAVLink names of the parameters in a table begin with."""
     return str(field.metadata.get(_PREFIX, ""))
 
 
 def toml_key(field: dataclasses.Field[Any]) -> str:
-    """The key of a field in TOML: its name, and its unit behind it."""
+    """Return the key of a field in TOML: its name with its unit appended."""
     declaration = declaration_of(field)
     return field.name + (UNITS[declaration.unit][0] if declaration else "")
 
 
 def load(cls: type[T], table: Mapping[str, Any], where: str) -> T:
-    """Makes `cls` from a TOML table.
+    """Return a `cls` made from a TOML table.
 
     Args:
         cls: a dataclass whose fields are parameters, nested dataclasses, tuples of them, enums, str, bool, int, float.
         table: what `tomllib` read.
-        where: file, and path of the table in it, for the error.
+        where: file and path of the table in it, for error texts.
 
     Raises:
         ParamError: unknown key, missing key, wrong unit, wrong type or out of bounds.
@@ -155,7 +141,7 @@ def load(cls: type[T], table: Mapping[str, Any], where: str) -> T:
         if key in table:
             values[field.name] = parse_value(hints[field.name], declaration_of(field), table[key], f"{where}: {key}")
         elif field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING:
-            raise ParamError(f"{where}: {key} is missing ({_wanted(hints[field.name], declaration_of(field))})")
+            raise ParamError(f"{where}: {key} is missing ({_expected(hints[field.name], declaration_of(field))})")
     try:
         return cls(**values)
     except ParamError as error:
@@ -163,7 +149,7 @@ def load(cls: type[T], table: Mapping[str, Any], where: str) -> T:
 
 
 def dump(record: Any) -> dict[str, Any]:
-    """The TOML table (also JSON-able) that `load` makes the record from again, exactly."""
+    """Return the TOML (and JSON) table from which `load` makes exactly this record again."""
     table: dict[str, Any] = {}
     for field in dataclasses.fields(record):
         declaration = declaration_of(field)
@@ -173,29 +159,21 @@ def dump(record: Any) -> dict[str, Any]:
 
 
 field_types = typing.cast("Callable[[type[Any]], dict[str, Any]]", functools.cache(typing.get_type_hints))
-"""The types of a dataclass's fields; to find them anew each time takes as long as a cycle may."""
+"""Return the types of a dataclass's fields. Cached: resolving them takes as long as a cycle."""
 
 
 def choices_text(choices: type[enum.Enum]) -> str:
-    """An enum's members as TOML has them, for people."""
+    """Return an enum's members as they are written in TOML, separated by commas."""
     return ", ".join(f'"{member.name.lower()}"' for member in choices)
 
 
 def is_table(hint: Any) -> bool:
-    """True for the type of a field that holds a table."""
+    """Return whether a field of this type holds a table."""
     return isinstance(hint, type) and dataclasses.is_dataclass(hint)
 
 
-def _to_si(value: Any, factor: float) -> Any:
-    if isinstance(value, tuple):
-        return tuple(_to_si(v, factor) for v in value)
-    if isinstance(value, bool | str | enum.Enum) or factor == 1.0:
-        return value
-    return value * factor
-
-
 def to_toml_value(value: Any, factor: float) -> Any:
-    """What TOML says of a value, whose unit is `factor` times that of SI."""
+    """Return a value as TOML has it, in a unit of `factor` SI units."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return dump(value)
     if isinstance(value, tuple | list):
@@ -206,20 +184,11 @@ def to_toml_value(value: Any, factor: float) -> Any:
         return value
     if isinstance(value, bool | str) or factor == 1.0:
         return value
-    return _inverse(value, factor)
-
-
-def _inverse(value: float, factor: float) -> float:
-    """The number whose product with `factor` is `value` to the last bit, where there is one."""
-    guess = value / factor
-    for candidate in (round(guess, 12), guess, math.nextafter(guess, math.inf), math.nextafter(guess, -math.inf)):
-        if candidate * factor == value:
-            return candidate
-    return guess
+    return from_si(value, factor)
 
 
 def parse_value(hint: Any, declaration: Declaration | None, raw: Any, where: str) -> Any:
-    """What a field of that type is given for what TOML says of it; see `load`."""
+    """Return the value of a field of type `hint` from its TOML value `raw`; raises as `load`."""
     origin, args = typing.get_origin(hint), typing.get_args(hint)
     if is_table(hint):
         if not isinstance(raw, Mapping):
@@ -242,36 +211,36 @@ def parse_value(hint: Any, declaration: Declaration | None, raw: Any, where: str
         for member in hint:
             if member.name.lower() == raw:
                 return member
-        raise ParamError(f"{where} = {raw!r}: must be {_wanted(hint, declaration)}")
+        raise ParamError(f"{where} = {raw!r}: must be {_expected(hint, declaration)}")
     if hint in (bool, str):
         if not isinstance(raw, hint):
-            raise ParamError(f"{where} = {raw!r}: must be {_wanted(hint, declaration)}")
+            raise ParamError(f"{where} = {raw!r}: must be {_expected(hint, declaration)}")
         return raw
-    return _number(hint, declaration, raw, where)
+    return _parse_number(hint, declaration, raw, where)
 
 
-def _number(hint: Any, declaration: Declaration | None, raw: Any, where: str) -> Any:
-    wanted = _wanted(hint, declaration)
+def _parse_number(hint: Any, declaration: Declaration | None, raw: Any, where: str) -> Any:
+    expected = _expected(hint, declaration)
     if isinstance(raw, bool) or not isinstance(raw, int | float) or (hint is int and not isinstance(raw, int)):
-        raise ParamError(f"{where} = {raw!r}: must be {wanted}")
+        raise ParamError(f"{where} = {raw!r}: must be {expected}")
     if not math.isfinite(raw):
-        raise ParamError(f"{where} = {raw!r}: must be finite, {wanted}")
+        raise ParamError(f"{where} = {raw!r}: must be finite, {expected}")
     if declaration is None:
         return hint(raw)
     if not declaration.low <= raw <= declaration.high:
-        raise ParamError(f"{where} = {raw!r}: out of bounds, must be {wanted}")
-    return raw if hint is int else float(_to_si(float(raw), UNITS[declaration.unit][1]))
+        raise ParamError(f"{where} = {raw!r}: out of bounds, must be {expected}")
+    return raw if hint is int else float(to_si(float(raw), UNITS[declaration.unit][1]))
 
 
-def _wanted(hint: Any, declaration: Declaration | None) -> str:
-    """What a field takes, in words."""
+def _expected(hint: Any, declaration: Declaration | None) -> str:
+    """Return what a field accepts, as words for an error text."""
     if is_table(hint):
         return "a table"
     if isinstance(hint, type) and issubclass(hint, enum.Enum):
         return f"one of {choices_text(hint)}"
     if typing.get_origin(hint) is tuple:
         args = typing.get_args(hint)
-        each = "tables" if is_table(args[0]) else f"{len(args)} entries, each {_wanted(args[0], declaration)}"
+        each = "tables" if is_table(args[0]) else f"{len(args)} entries, each {_expected(args[0], declaration)}"
         return f"a list of {each}"
     if hint not in (int, float):
         return {str: "a text", bool: "true or false"}.get(hint, "a table")
@@ -285,7 +254,7 @@ def _wanted(hint: Any, declaration: Declaration | None) -> str:
 
 
 def unknown_key_text(where: str, key: str, fields: Mapping[str, dataclasses.Field[Any]]) -> str:
-    """The sentence for a key that is not one of `fields`, with what may have been meant."""
+    """Return the error text for a key that is not one of `fields`, with the key that was probably meant."""
     suffixes = sorted((s for s, _ in UNITS.values()), key=len, reverse=True)
     stem = next((key[: -len(s)] for s in suffixes if s and key.endswith(s)), key)
     for right, field in fields.items():

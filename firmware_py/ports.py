@@ -1,4 +1,4 @@
-"""The four things the loop is handed, as it sees them. Adapters fulfil these; the core knows nothing more of them."""
+"""Interfaces of the four objects that the cycle is given. Adapters implement them; the core knows no more of them."""
 
 from __future__ import annotations
 
@@ -13,34 +13,34 @@ from firmware_py.schedule import Tick
 
 
 class Hardware(Protocol):
-    """The boat: sensors and actuators."""
+    """Sensors and actuators."""
 
     def read(self, tick: Tick) -> SensorFrame:
-        """Drains every bus and line once, bounded, into one frame."""
+        """Drain every bus and serial line once, with bounded work, and return what arrived as one frame."""
 
     def write(self, tick: Tick, applied: Applied) -> None:
-        """Sends the commands of this tick."""
+        """Send the commands of this tick."""
 
 
 class Ground(Protocol):
-    """Whoever gives orders."""
+    """Ground stations."""
 
     def read(self, tick: Tick) -> Order:
-        """What was asked since the last tick."""
+        """Return what was commanded since the last tick."""
 
     def write(self, cycle: Cycle) -> None:
-        """Reports the cycle, decimated, with bounded work."""
+        """Send telemetry of the cycle, decimated, with bounded work."""
 
 
 class Recorder(Protocol):
-    """Whoever keeps the log."""
+    """The log."""
 
     def write(self, cycle: Cycle) -> None:
-        """Keeps one cycle."""
+        """Write one cycle to the log."""
 
 
 class Schedule(Protocol):
-    """Whoever says when: real time, lockstep with a plant, a replay."""
+    """Source of the ticks: a real-time clock, lockstep with a plant, or a replay."""
 
     def __iter__(self) -> Iterator[Tick]:
-        """Ticks, each at its time, until the run ends."""
+        """Yield each tick at its time, until the run ends."""

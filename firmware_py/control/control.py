@@ -56,8 +56,8 @@ class ControlParams:
     )
     gains: GainSet = param(
         GainSet.CONFIGURED,
-        doc="Gains of the sliding-mode laws: those configured here, or the paper's poles and boundary layers. Either way"
-        " the laws are designed from the coefficients of vehicle.toml, so s and k are not the printed ones.",
+        doc="Gains of the sliding-mode laws: those configured here, or the paper's poles and boundary layers. Either"
+        " way the laws are designed from the coefficients of vehicle.toml, so s and k are not the printed ones.",
         mav="GAINS",
         when=TakesEffect.DISARMED,
     )

@@ -1,4 +1,4 @@
-"""The gate at every bound, for any input; and its tests tested: every mutant of its source must fail one of them."""
+"""The gate at every limit and for any input; and a mutation test: every mutant of its source must fail a property."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ N_MAX = 20.0  # rev/s
 N_RATE = 50.0  # rev/s^2: 0.5 rev/s per tick
 HOLD = 3
 LEVEL = Ahrs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-BROKEN = (math.nan, math.inf, -math.inf)
+NON_FINITE = (math.nan, math.inf, -math.inf)
 REST = Applied((0.0,) * 4, 0.0, True, False)
 
 
 def make(module: Any = gate, travel: Any = TRAVEL, rate: Any = RATE, n_max: float = N_MAX) -> Any:
-    return module.Gate(module.GateParams(n_rate=N_RATE, ahrs_timeout=0.5, hold=HOLD), travel, rate, n_max)
+    return module.Gate(module.GateParams(n_rate=N_RATE, ahrs_timeout=0.5, hold_ticks=HOLD), travel, rate, n_max)
 
 
 def heard(t: float, *, fresh: bool = True, ok: bool = True, value: Ahrs = LEVEL) -> SensorFrame:
@@ -43,7 +43,7 @@ def heard(t: float, *, fresh: bool = True, ok: bool = True, value: Ahrs = LEVEL)
 def limit(
     part: Any, fins: tuple[float, ...], n: float, previous: Applied = REST, k: int = 0, mode: Mode = Mode.HOLD
 ) -> Applied:
-    """One tick with an attitude of that tick."""
+    """Run one tick with an attitude of that tick."""
     tick = Tick(k, DT_NS)
     return part.limit(tick, ModeState(mode, False, 0), heard(tick.t), FinCommand(fins, n), previous)
 
@@ -52,7 +52,7 @@ def close(a: Applied, fins: tuple[float, ...], n: float) -> bool:
     return a.fins == pytest.approx(fins, abs=1e-12) and a.n == pytest.approx(n, abs=1e-12)
 
 
-def travel_is_kept(module: Any) -> None:
+def angles_stay_within_their_limits(module: Any) -> None:
     for sign in (1.0, -1.0):
         near = Applied(tuple(sign * (x - 0.004) for x in TRAVEL), sign * (N_MAX - 0.4), True, False)
         for step, changed in ((-0.001, False), (0.0, False), (0.0005, True), (1e9, True)):
@@ -66,7 +66,7 @@ def travel_is_kept(module: Any) -> None:
             assert answer.n == sign * min(N_MAX, N_MAX + step)
 
 
-def rate_is_kept(module: Any) -> None:
+def rates_stay_within_their_limits(module: Any) -> None:
     reach = (0.01, 0.02, 0.005, 0.04)
     for start in (0.0, 0.05, -0.05):
         was = Applied((start,) * 4, 10.0 * start, True, False)
@@ -84,13 +84,13 @@ def rate_is_kept(module: Any) -> None:
     assert close(slow, (0.02, 0.04, 0.01, 0.08), 1.0)
 
 
-def one_limit_is_enough_to_be_limited(module: Any) -> None:
+def one_limited_value_sets_the_flag(module: Any) -> None:
     assert limit(make(module), (0.5, 0.0, 0.0, 0.0), 0.0).limited
     assert limit(make(module), (0.0, 0.0, 0.0, 0.0), 5.0).limited
     assert not limit(make(module), (0.001, 0.0, 0.0, 0.0), 0.1).limited
 
 
-def armed_modes_are_armed(module: Any) -> None:
+def output_is_armed_in_every_mode_but_disarmed(module: Any) -> None:
     for mode in Mode:
         answer = limit(make(module), (0.005,) * 4, 0.5, mode=mode)
         assert answer.armed is (mode is not Mode.DISARMED)
@@ -105,7 +105,7 @@ def disarmed_is_centred_and_stopped_at_once(module: Any) -> None:
     assert limit(make(module), (0.0,) * 4, 0.0, was, mode=Mode.DISARMED) == Applied((0.0,) * 4, 0.0, False, False)
 
 
-def silence_of_the_ahrs_centres_and_stops(module: Any) -> None:
+def ahrs_timeout_centres_and_stops(module: Any) -> None:
     part, asked = make(module), FinCommand((0.1,) * 4, 4.0)
     was = Applied(asked.fins, asked.n, True, False)
     for k in range(120):  # valid at t = 0 only: 0.5 s is k = 50
@@ -120,13 +120,13 @@ def silence_of_the_ahrs_centres_and_stops(module: Any) -> None:
     assert close(back, (0.01, 0.02, 0.005, 0.04), 0.5)
 
 
-def only_good_news_counts_as_attitude(module: Any) -> None:
+def only_good_attitude_counts(module: Any) -> None:
     asked, was = FinCommand((0.1,) * 4, 4.0), Applied((0.1,) * 4, 4.0, True, False)
-    # valid exactly as far ahead as rounding may put it, and no farther
+    # valid as far in the future as rounding may put it, and no further
     cases = [(heard(0.0), True), (heard(1e-6), True), (heard(1.5e-6), False), (heard(1.0), False)]
     cases += [(heard(0.0, ok=False), False), (heard(0.0, fresh=False), False), (silence(4), False)]
-    cases += [(heard(0.0, value=LEVEL._replace(**{f: b})), False) for f in Ahrs._fields for b in BROKEN]
-    cases += [(heard(t), False) for t in BROKEN]
+    cases += [(heard(0.0, value=LEVEL._replace(**{f: b})), False) for f in Ahrs._fields for b in NON_FINITE]
+    cases += [(heard(t), False) for t in NON_FINITE]
     for frame, good in cases:
         answer = make(module).limit(Tick(0, DT_NS), ModeState(Mode.HOLD, False, 0), frame, asked, was)
         assert (answer.fins == asked.fins) is good
@@ -136,14 +136,14 @@ def only_good_news_counts_as_attitude(module: Any) -> None:
         (40, heard(0.4)),
         (41, heard(-9.0)),
         (89, heard(math.nan)),
-    ):  # old or broken news takes nothing away
+    ):  # an old or non-finite attitude does not shorten the time
         answer = part.limit(Tick(k, DT_NS), ModeState(Mode.HOLD, False, 0), frame, asked, was)
         assert answer.fins == asked.fins
 
 
-def broken_commands_hold_then_centre(module: Any) -> None:
-    commands = [FinCommand((0.1,) * i + (b,) + (0.1,) * (3 - i), 4.0) for i in range(4) for b in BROKEN]
-    commands += [FinCommand((0.1,) * 4, b) for b in BROKEN]
+def non_finite_commands_hold_then_centre(module: Any) -> None:
+    commands = [FinCommand((0.1,) * i + (b,) + (0.1,) * (3 - i), 4.0) for i in range(4) for b in NON_FINITE]
+    commands += [FinCommand((0.1,) * 4, b) for b in NON_FINITE]
     commands += [FinCommand((0.1,) * 3, 4.0), FinCommand((0.1,) * 5, 4.0), FinCommand((), 4.0)]
     for command in commands:
         part, was = make(module), Applied((0.05,) * 4, 2.0, True, False)
@@ -154,12 +154,12 @@ def broken_commands_hold_then_centre(module: Any) -> None:
             assert was.limited
         good = limit(part, was.fins, was.n, was, 8)
         assert good == Applied(was.fins, was.n, True, False)
-        for k in range(9, 9 + HOLD):  # the count begins anew
+        for k in range(9, 9 + HOLD):  # the count restarts
             assert limit(part, command.fins, command.n, good, k).fins == good.fins
 
 
-def a_broken_past_does_no_harm(module: Any) -> None:
-    for bad in BROKEN:
+def a_non_finite_previous_output_is_replaced_by_zero(module: Any) -> None:
+    for bad in NON_FINITE:
         answer = limit(make(module), TRAVEL, N_MAX, Applied((bad,) * 4, bad, True, False))
         assert close(answer, (0.01, 0.02, 0.005, 0.04), 0.5)
         answer = limit(make(module), (bad,) * 4, bad, Applied((bad,) * 4, bad, True, False))
@@ -172,7 +172,7 @@ def a_broken_past_does_no_harm(module: Any) -> None:
         assert close(answer, (sign * 0.39, sign * 0.28, sign * 0.195, sign * 0.06), sign * 19.5)
 
 
-def nonsense_limits_are_refused(module: Any) -> None:
+def limits_that_are_not_positive_and_finite_are_refused(module: Any) -> None:
     for bad in (0.0, -0.1, math.nan, math.inf):
         for i in range(4):
             with pytest.raises(ValueError, match="> 0 and finite"):
@@ -186,7 +186,7 @@ def nonsense_limits_are_refused(module: Any) -> None:
             make(module, rate=rates)
 
 
-def memory_is_all_there_is(module: Any) -> None:
+def thawed_gate_continues_as_the_frozen_one(module: Any) -> None:
     part, twin = make(module), make(module)
     for k in range(2):
         limit(part, (math.nan,) * 4, 0.0, k=k)
@@ -200,17 +200,17 @@ def memory_is_all_there_is(module: Any) -> None:
 
 
 PROPERTIES: list[Callable[[Any], None]] = [
-    travel_is_kept,
-    rate_is_kept,
-    one_limit_is_enough_to_be_limited,
-    armed_modes_are_armed,
+    angles_stay_within_their_limits,
+    rates_stay_within_their_limits,
+    one_limited_value_sets_the_flag,
+    output_is_armed_in_every_mode_but_disarmed,
     disarmed_is_centred_and_stopped_at_once,
-    silence_of_the_ahrs_centres_and_stops,
-    only_good_news_counts_as_attitude,
-    broken_commands_hold_then_centre,
-    a_broken_past_does_no_harm,
-    nonsense_limits_are_refused,
-    memory_is_all_there_is,
+    ahrs_timeout_centres_and_stops,
+    only_good_attitude_counts,
+    non_finite_commands_hold_then_centre,
+    a_non_finite_previous_output_is_replaced_by_zero,
+    limits_that_are_not_positive_and_finite_are_refused,
+    thawed_gate_continues_as_the_frozen_one,
 ]
 
 
@@ -228,7 +228,7 @@ CYCLES = st.tuples(MODES, COMMANDS, st.one_of(st.just(Heard(LEVEL, 0.0, True, Tr
 
 
 @given(PASTS, st.lists(CYCLES, min_size=1, max_size=12), st.integers(0, 10**9))
-def test_for_any_input_the_answer_is_finite_within_travel_and_rate(
+def test_output_is_finite_and_within_all_limits_for_any_input(
     past: Applied, cycles: list[tuple[Mode, FinCommand, Heard[Ahrs]]], k: int
 ) -> None:
     part, was = make(), past
@@ -249,9 +249,9 @@ def test_for_any_input_the_answer_is_finite_within_travel_and_rate(
         was = now
 
 
-# What no test can tell from the gate, each with its reason.
+# Mutants that no test can tell from the gate, each with its reason.
 EQUIVALENT = {
-    "since < ahrs.t_valid <= tick.t + _SLACK -> since <= ahrs.t_valid <= tick.t + _SLACK",  # the same time again
+    "since < ahrs.t_valid <= tick.t + _TIME_ROUNDING -> since <= ahrs.t_valid <= tick.t + _TIME_ROUNDING",  # the same time again
 }
 
 COMPARISONS = {ast.Lt: (ast.LtE, ast.Gt), ast.LtE: (ast.Lt, ast.Gt), ast.Gt: (ast.GtE, ast.Lt), ast.GtE: (ast.Gt,)}
@@ -260,7 +260,7 @@ OPERATORS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div}
 
 
 def mutations(node: ast.AST) -> Iterator[ast.AST]:
-    """The ways in which one node may be wrong."""
+    """Yield the mutations of one node."""
     match node:
         case ast.Compare():
             for i, op in enumerate(node.ops):
@@ -296,7 +296,7 @@ def mutations(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def mutants() -> Iterator[tuple[str, ast.Module]]:
-    """Every mutation of every node in the gate's functions: (what was done, the module)."""
+    """Yield (description, module) for every mutation of every node in the gate's functions."""
     tree = ast.parse(inspect.getsource(gate))
     bodies = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)]
     inside = {id(m) for body in bodies for statement in body.body for m in ast.walk(statement)}

@@ -1,1 +1,1 @@
-"""Files: configuration, log, kept state, and the store of logs."""
+"""Files: configuration (TOML), log (MCAP), state folder, and the logs that ground stations download."""

@@ -1,8 +1,7 @@
-"""What the vehicle keeps from one start to the next: bytes by name in a folder, each whole or not at all.
+"""The state folder: files that the vehicle keeps from one start to the next, each written whole or not at all.
 
-A disk may take many cycles until it says that it has written. So a child process writes, and the cycle only hands over
-what fits into a pipe; the rest waits its turn. The child outlives a vehicle that is killed for as long as it takes to
-write what it was handed.
+A disk may take many cycles to complete a write. So a child process writes, and the cycle only passes on what fits into
+a pipe; the rest is queued. If the vehicle's process is killed, the child lives on until it has written what it received.
 """
 
 from __future__ import annotations
@@ -17,20 +16,22 @@ import sys
 from pathlib import Path
 from types import TracebackType
 
-_HEAD = struct.Struct("<HI")
-"""Bytes of the name, bytes of the content; both follow."""
+_FRAME_HEADER = struct.Struct("<HI")
+"""Lengths of name and content in bytes; both follow."""
 _PIPE_BYTES = 1 << 20
 _CLOSE_S = 30.0
-_GIVE_WAY = 10
-"""Niceness of the child: the cycle goes first."""
+"""How long `close` waits for the child."""
+_ERRORS_READ = 4096
+_NICENESS = 10
+"""Of the child: the cycle has priority."""
 
 
 class StateStoreError(Exception):
-    """A folder that cannot be written or read; the text names it and what would be right."""
+    """A state folder that cannot be written. The text names it and what to do."""
 
 
 def write_atomically(folder: Path, name: str, content: bytes) -> None:
-    """Writes a file so that there is always the old one or the new one, whatever ends the machine.
+    """Replace a file so that even after a power failure either the old or the new one is there, whole.
 
     Raises:
         OSError: it cannot be written; the old one stays.
@@ -49,7 +50,7 @@ def write_atomically(folder: Path, name: str, content: bytes) -> None:
 
 
 class StateStore:
-    """The folder, made if it is not there, and the process that writes into it.
+    """The state folder, created if it is missing, and the child process that writes into it.
 
     Raises:
         StoreError: the folder cannot be written.
@@ -67,42 +68,42 @@ class StateStore:
             [sys.executable, "-I", __file__, str(folder)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            start_new_session=True,  # Ctrl-C ends the flight, and only then this
+            start_new_session=True,  # Ctrl-C ends the flight first, which then ends this
         )
         assert self._child.stdin is not None
         assert self._child.stdout is not None
         self._to, self._from = self._child.stdin.fileno(), self._child.stdout.fileno()
-        with contextlib.suppress(OSError):  # a smaller pipe makes it wait more often, no more
+        with contextlib.suppress(OSError):  # with a smaller pipe more is queued, nothing else changes
             fcntl.fcntl(self._to, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
         os.set_blocking(self._to, False)
         os.set_blocking(self._from, False)
-        self._waiting = bytearray()
+        self._queued = bytearray()
 
     def save(self, name: str, content: bytes) -> None:
-        """Keeps `content` under a name, some time later, in place of what was kept under it before."""
+        """Queue `content` for writing to the file `name`, in place of what is there."""
         raw = name.encode()
-        self._waiting += _HEAD.pack(len(raw), len(content)) + raw + content
+        self._queued += _FRAME_HEADER.pack(len(raw), len(content)) + raw + content
         self.work()
 
     def work(self) -> None:
-        """Hands over what the pipe has room for; to be called in every cycle."""
-        if self._waiting:
+        """Pass on what fits into the pipe. Call it in every cycle."""
+        if self._queued:
             with contextlib.suppress(BlockingIOError, BrokenPipeError):
-                del self._waiting[: os.write(self._to, self._waiting)]
+                del self._queued[: os.write(self._to, self._queued)]
 
-    def complaints(self) -> list[str]:
-        """What could not be written since this was asked last, a sentence each."""
+    def errors(self) -> list[str]:
+        """Return what could not be written since the last call, one sentence each."""
         with contextlib.suppress(BlockingIOError):
-            return os.read(self._from, 4096).decode(errors="replace").splitlines()
+            return os.read(self._from, _ERRORS_READ).decode(errors="replace").splitlines()
         return []
 
     def close(self) -> None:
-        """Waits until all is written. A second call does nothing."""
+        """Wait until everything is written. A second call does nothing."""
         if self._child.stdin is None or self._child.stdin.closed:
             return
         os.set_blocking(self._to, True)
         with contextlib.suppress(BrokenPipeError):
-            while self._waiting:
+            while self._queued:
                 self.work()
         self._child.stdin.close()
         try:
@@ -123,16 +124,16 @@ class StateStore:
 
 
 def _serve(folder: Path) -> None:
-    """The child: of each name that has come it writes the newest, until nobody can send more."""
-    os.nice(_GIVE_WAY)
-    heard = bytearray()
+    """Run the child: write the newest content of each name received, until the pipe is closed."""
+    os.nice(_NICENESS)
+    received = bytearray()
     ended = False
     while not ended:
         newest: dict[str, bytes] = {}
         while not newest or select.select([0], [], [], 0.0)[0]:
             part = os.read(0, _PIPE_BYTES)
-            heard += part
-            newest |= _taken(heard)
+            received += part
+            newest |= _take_complete(received)
             if not part:
                 ended = True
                 break
@@ -144,17 +145,18 @@ def _serve(folder: Path) -> None:
                     os.write(1, f"{folder / name}: cannot be written ({error.strerror})\n".encode())
 
 
-def _taken(heard: bytearray) -> dict[str, bytes]:
-    """Takes off what is whole."""
-    whole: dict[str, bytes] = {}
-    while len(heard) >= _HEAD.size:
-        named, long = _HEAD.unpack_from(heard)
-        begins, ends = _HEAD.size + named, _HEAD.size + named + long
-        if len(heard) < ends:
+def _take_complete(received: bytearray) -> dict[str, bytes]:
+    """Remove the complete frames from `received` and return the newest content of each name."""
+    complete: dict[str, bytes] = {}
+    while len(received) >= _FRAME_HEADER.size:
+        name_length, length = _FRAME_HEADER.unpack_from(received)
+        begins = _FRAME_HEADER.size + name_length
+        ends = begins + length
+        if len(received) < ends:
             break
-        whole[heard[_HEAD.size : begins].decode()] = bytes(heard[begins:ends])
-        del heard[:ends]
-    return whole
+        complete[received[_FRAME_HEADER.size : begins].decode()] = bytes(received[begins:ends])
+        del received[:ends]
+    return complete
 
 
 if __name__ == "__main__":

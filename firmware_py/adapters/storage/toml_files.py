@@ -1,4 +1,4 @@
-"""Files that people write: read whole, with errors that name them."""
+"""Reading of configuration files (TOML)."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from firmware_py.params import ParamError
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """The table in a TOML file.
+    """Return the table in a TOML file.
 
     Raises:
-        ParamError: no such file, not readable, or not TOML.
+        ParamError: the file is missing, not readable or not TOML; the text names it.
     """
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))

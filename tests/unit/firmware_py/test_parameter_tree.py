@@ -36,27 +36,27 @@ def params() -> app.AutopilotParams:
 
 def test_every_parameter_has_one_name_that_fits_and_tells_its_group(params: app.AutopilotParams) -> None:
     listed = [*list_parameters(params)]
-    names = [setting.name for setting in listed]
+    names = [parameter.name for parameter in listed]
     assert len(set(names)) == len(names)
     assert [name for name in names if not re.fullmatch("[A-Z][A-Z0-9_]{0,15}", name)] == []
     prefixes = {"estimation": "EST_", "safety": "SAF_", "guidance": "GDN_", "control": "CTL_"}
-    for setting in listed:
-        assert setting.name.startswith(prefixes.get(setting.key.partition(".")[0], ("MAV_", "JS_"))), setting
-        assert setting.doc.endswith((".", "?")), setting
+    for parameter in listed:
+        assert parameter.name.startswith(prefixes.get(parameter.key.partition(".")[0], ("MAV_", "JS_"))), parameter
+        assert parameter.doc.endswith((".", "?")), parameter
 
 
 def test_no_number_or_choice_of_the_autopilot_is_left_out(params: app.AutopilotParams) -> None:
     missing = {key for key, _, _ in describe_keys(app.AutopilotParams)} - {
-        setting.key for setting in list_parameters(params)
+        parameter.key for parameter in list_parameters(params)
     }
     assert missing == NOT_FOR_STATIONS
 
 
 def test_every_value_is_within_its_own_bounds_and_sets_itself_again(params: app.AutopilotParams) -> None:
     book = app.book(configuration())
-    for setting in book.settings:
-        assert setting.low <= setting.value <= setting.high
-        book.set(setting.name, setting.value, armed=True)
+    for parameter in book.settings:
+        assert parameter.low <= parameter.value <= parameter.high
+        book.set(parameter.name, parameter.value, armed=True)
     assert not book.changes()
     assert not book.files_to_save()
 
@@ -69,23 +69,25 @@ def test_every_change_that_takes_effect_at_once_leaves_what_the_parts_remember(p
     """The parts are made with it and take up the memory of the old ones, so none has another size."""
     made = configuration()
     autopilot = app.build(made)
-    for setting in list_parameters(params):
-        if setting.when is not TakesEffect.RESTART and setting.index < 0 and not setting.choices:
-            nearer = setting.value + 0.01 * (
-                (setting.low if setting.value == setting.high else setting.high) - setting.value
+    for parameter in list_parameters(params):
+        if parameter.when is not TakesEffect.RESTART and parameter.index < 0 and not parameter.choices:
+            nearer = parameter.value + 0.01 * (
+                (parameter.low if parameter.value == parameter.high else parameter.high) - parameter.value
             )
             value = (
-                round(setting.value + 1 if setting.value < setting.high else setting.low) if setting.is_integer else nearer
+                round(parameter.value + 1 if parameter.value < parameter.high else parameter.low)
+                if parameter.is_integer
+                else nearer
             )
-            text = f'{{"parameters": {{"{setting.key}": {value}}}}}'
-            assert autopilot.adopter.adopt(autopilot, (text,)) == (), setting
+            text = f'{{"parameters": {{"{parameter.key}": {value}}}}}'
+            assert autopilot.adopter.adopt(autopilot, (text,)) == (), parameter
 
 
 def test_replacing_is_loading_what_was_changed(params: app.AutopilotParams) -> None:
-    changed = with_values(params, {"control.depth.delta_sw_rad": 0.5, "safety.gate.hold": 7}, "x")
-    assert (changed.control.depth.delta_sw, changed.safety.gate.hold) == (0.5, 7)
+    changed = with_values(params, {"control.depth.delta_sw_rad": 0.5, "safety.gate.hold_ticks": 7}, "x")
+    assert (changed.control.depth.delta_sw, changed.safety.gate.hold_ticks) == (0.5, 7)
     assert changed.control.heading is params.control.heading
-    assert with_values(changed, {"control.depth.delta_sw_rad": 0.4, "safety.gate.hold": 5}, "x") == params
+    assert with_values(changed, {"control.depth.delta_sw_rad": 0.4, "safety.gate.hold_ticks": 5}, "x") == params
 
 
 @pytest.mark.parametrize(
@@ -93,7 +95,7 @@ def test_replacing_is_loading_what_was_changed(params: app.AutopilotParams) -> N
     [
         ("control.depth.delta_sw", 0.5, "x: control: depth: delta_sw has the wrong unit; write delta_sw_rad"),
         ("control.depth", 0.5, "x: control: depth must be a table"),
-        ("control.u_min_m_s.x", 0.5, "x: control: u_min_m_s is no table"),
+        ("control.u_min_m_s.x", 0.5, "x: control: u_min_m_s is not a table"),
         ("contrl.u_min_m_s", 0.5, "x: contrl is unknown; did you mean control?"),
         ("control.u_min_m_s", 5.5, "x: control: u_min_m_s = 5.5: out of bounds, must be a number in m/s in [0.05, 5]"),
         ("control.u_min_m_s", 4.5, "x: control: u_min_m_s = 4.5: must be below u_max_m_s = 4"),
@@ -118,11 +120,11 @@ def test_what_stations_changed_lies_over_the_file_at_the_next_start(tmp_path: Pa
     params = app.autopilot_params(again)
     assert params.control.depth.poles == (-0.4, -0.5)
     assert params.control.law.name == "PID"
-    assert params.safety.gate.hold == 3
+    assert params.safety.gate.hold_ticks == 3
     assert again["changed"] == {
         "control.depth.poles_1_s": [-0.4, -0.45],
         "control.law": "sliding",
-        "safety.gate.hold": 5,
+        "safety.gate.hold_ticks": 5,
     }
     app.build(again)
     book = app.book(again)

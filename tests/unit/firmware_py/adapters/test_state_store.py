@@ -33,7 +33,7 @@ def test_more_than_the_pipe_holds_waits_its_turn_and_loses_nothing(tmp_path):
     with StateStore(tmp_path) as kept:
         kept.save("big", big)
         kept.save("small", b"x")
-        assert kept._waiting  # nobody waited for it
+        assert kept._queued  # nobody waited for it
     assert (tmp_path / "big").read_bytes() == big
     assert (tmp_path / "small").read_bytes() == b"x"
 
