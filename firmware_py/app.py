@@ -1,186 +1,21 @@
-"""The vehicle's composition root: a configuration in, an autopilot out.
-
-A configuration is plain tables, as they stand in the files, so that a log's header can carry it whole:
-{"vehicle": vehicle.toml, "autopilot": autopilot.toml, "files": what to call them in errors,
-"mission": as `records.mission.plain` gives it, "kept": {...} of an earlier run, or {}}; "fence" and "rally", as
-`records.fence` has them, where there are such. Where stations have changed something in an earlier run, "autopilot" has
-it so, and "changed" has the value of each such key in the files.
-"""
+"""The vehicle's composition root: a configuration in, an autopilot out."""
 
 from __future__ import annotations
 
-import json
-import os
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
-
-from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.allocation import Allocator
 from firmware_py.autopilot import Autopilot
+from firmware_py.config_files import Configuration, autopilot_params, vehicle
 from firmware_py.estimation.navigation.navigation import KeptNavigation
-from firmware_py.marine import Origin
-from firmware_py.mavlink.commands.setpoints import WaterFrame
-from firmware_py.mavlink.parameters import transfer
 from firmware_py.mavlink.parameters.transfer import ParameterStore
-from firmware_py.mavlink.plans import plan_builder
-from firmware_py.mavlink.plans.plan_builder import PlanBuilder
 from firmware_py.parameter_tree import list_parameters, with_values
-from firmware_py.params import ParamError, dump, load, prefix_errors
+from firmware_py.params import prefix_errors
 from firmware_py.reconfiguration import ActiveConfiguration, PartsFactory
-from firmware_py.reconfiguration import AutopilotParams as AutopilotParams
 from firmware_py.records.fence import from_plain as fence_from_plain
 from firmware_py.records.fence import rally_from_plain
-from firmware_py.records.mission import Item, Point, from_plain, mission_of, plain
-from firmware_py.vehicle.vehicle import Vehicle
-
-Configuration = Mapping[str, Any]
+from firmware_py.records.mission import from_plain
 
 
-@dataclass(frozen=True, slots=True)
-class MissionParams:
-    """mission.toml, whole: what a vehicle that is on its own may be sent to fly."""
-
-    waypoints: tuple[Point, ...] = ()
-    items: tuple[Item, ...] = ()
-
-    def __post_init__(self) -> None:
-        mission_of(self.waypoints, self.items)
-
-
-def read_mission(folder: Path) -> dict[str, Any]:
-    """The mission of a configuration's mission.toml as `build` takes it; an empty one if there is no such file.
-
-    Raises:
-        ParamError: an error that names the file and the key.
-    """
-    path = folder / "mission.toml"
-    mission = load(MissionParams, read_toml(path) if path.exists() else {}, str(path))
-    return plain(mission_of(mission.waypoints, mission.items))
-
-
-def read_configuration(
-    folder: Path, over: Mapping[str, Any] | None = None, state: Path | None = None
-) -> dict[str, Any]:
-    """The tables of a configuration folder; `over` is laid upon autopilot.toml, and what stations changed upon both.
-
-    Raises:
-        ParamError: a file is missing or is not TOML, or autopilot.toml, alone or under what is laid upon it, is wrong.
-    """
-    if not os.path.isdir(folder):
-        raise ParamError(f"{folder}: there is no such configuration folder; configs/npsauv2 is an example")
-    files = {name: folder / f"{name}.toml" for name in ("vehicle", "autopilot")}
-    configuration = {
-        "files": {name: str(path) for name, path in files.items()},
-        "vehicle": read_toml(files["vehicle"]),
-        "autopilot": read_table(AutopilotParams, files["autopilot"], over or {}),
-        "changed": {},
-    }
-    changes = state / transfer.FILE if state is not None else None
-    return _under(configuration, changes) if changes is not None and changes.exists() else configuration
-
-
-def _under(configuration: Configuration, path: Path) -> dict[str, Any]:
-    """The configuration under a file of changes."""
-    changes, base = read_toml(path), configuration["autopilot"]
-    load(AutopilotParams, merge(base, changes), str(path))
-    was = dump(load(AutopilotParams, base, configuration["files"]["autopilot"]))
-    return {
-        **configuration,
-        "files": {**configuration["files"], "autopilot": f"{path} over {configuration['files']['autopilot']}"},
-        "autopilot": merge(base, changes),
-        "changed": {key: _below(was, key) for key in _dotted(changes)},
-    }
-
-
-def _dotted(table: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            yield from _dotted(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}"
-
-
-def _below(table: Mapping[str, Any], key: str) -> Any:
-    head, _, rest = key.partition(".")
-    return _below(table[head], rest) if rest else table[head]
-
-
-def read_table(cls: type[Any], path: Path, over: Mapping[str, Any]) -> dict[str, Any]:
-    """The table of a file with the scenario's table `over` laid upon it, checked with and without.
-
-    Raises:
-        ParamError: the file is wrong by itself, or `over` makes it so; the error tells which.
-    """
-    table = read_toml(path)
-    load(cls, table, str(path))
-    if over:
-        table = merge(table, over)
-        load(cls, table, f"{path} under the scenario's [{path.stem}]")
-    return table
-
-
-def autopilot_params(configuration: Configuration) -> AutopilotParams:
-    """autopilot.toml, checked.
-
-    Raises:
-        ParamError: an error that names the file and the key.
-    """
-    return load(AutopilotParams, configuration["autopilot"], configuration["files"]["autopilot"])
-
-
-def under_plans(configuration: Configuration, state: Path | None) -> dict[str, Any]:
-    """The configuration with the mission, fence and rally points that stations have sent in an earlier run.
-
-    Raises:
-        ParamError: what was kept cannot be used; the error names the file.
-    """
-    laid: dict[str, Any] = {}
-    for plan in _kept_plans(configuration, state).values():
-        laid |= json.loads(plan.finish()[1])
-    return {**configuration, **laid}
-
-
-def plans(configuration: Configuration, state: Path | None) -> dict[int, PlanBuilder]:
-    """Mission, fence and rally points as stations may see and change them.
-
-    Raises:
-        ParamError: what was kept cannot be used; the error names the file.
-    """
-    found = _kept_plans(configuration, state)
-    if plan_builder.MISSION not in found:
-        sea = _sea(configuration)
-        found[plan_builder.MISSION] = plan_builder.plan_of_mission(from_plain(configuration["mission"]), sea)
-    return found
-
-
-def _kept_plans(configuration: Configuration, state: Path | None) -> dict[int, PlanBuilder]:
-    found: dict[int, PlanBuilder] = {}
-    for kind, name in plan_builder.FILES.items():
-        path = state / name if state is not None else None
-        if path is not None and path.exists():
-            with prefix_errors(str(path)):
-                found[kind] = plan_builder.read_plan(kind, path.read_text(encoding="utf-8"), _sea(configuration))
-    return found
-
-
-def _sea(configuration: Configuration) -> WaterFrame:
-    params = autopilot_params(configuration)
-    origin = Origin(params.origin.latitude, params.origin.longitude)
-    return WaterFrame(origin, params.mavlink.telemetry.surface_altitude)
-
-
-def vehicle(configuration: Configuration) -> Vehicle:
-    """vehicle.toml, checked.
-
-    Raises:
-        ParamError: an error that names the file and the key.
-    """
-    return load(Vehicle, configuration["vehicle"], configuration["files"]["vehicle"])
-
-
-def yard(configuration: Configuration) -> PartsFactory:
+def parts_factory(configuration: Configuration) -> PartsFactory:
     """Where the parts of a configuration's autopilot are made.
 
     Raises:
@@ -192,13 +27,13 @@ def yard(configuration: Configuration) -> PartsFactory:
     return PartsFactory(configuration["files"], boat, ActiveConfiguration(params, *plans))
 
 
-def book(configuration: Configuration) -> ParameterStore:
+def parameter_store(configuration: Configuration) -> ParameterStore:
     """The parameters of a configuration, as stations may see and change them.
 
     Raises:
         ParamError: an error that names the file and the key.
     """
-    made = yard(configuration)
+    made = parts_factory(configuration)
     base = with_values(made.params, configuration.get("changed", {}), configuration["files"]["autopilot"])
     return ParameterStore([*list_parameters(made.params, base)], made)
 
@@ -209,19 +44,10 @@ def build(configuration: Configuration) -> Autopilot:
     Raises:
         ParamError: a configuration that cannot be flown, with file and key.
     """
-    made = yard(configuration)
+    made = parts_factory(configuration)
     with prefix_errors(configuration["files"]["vehicle"]):
         allocator = Allocator(vehicle(configuration))
     parts = {name: make() for name, make in made.makers().items()}
     if configuration["kept"]:
         parts["estimator"].resume(KeptNavigation(**configuration["kept"]))
     return Autopilot(**parts, allocator=allocator, adopter=made)
-
-
-def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """`base` with the values of `over` laid upon it, table by table."""
-    merged = dict(base)
-    for key, value in over.items():
-        below = merged.get(key)
-        merged[key] = merge(below, value) if isinstance(below, Mapping) and isinstance(value, Mapping) else value
-    return merged

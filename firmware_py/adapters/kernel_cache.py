@@ -6,51 +6,92 @@ import hashlib
 import os
 import re
 import sys
+import tempfile
+from collections.abc import Iterator, Sequence
 from importlib import metadata
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+from firmware_py.adapters.installation import ROOT, is_checkout
+from firmware_py.adapters.processor import processor
+
+PACKAGES = ("firmware_py", "sim_bridge", "sternplane")
 _ROOTS = (ROOT, ROOT / "tools")
 """Where the packages lie: side by side once installed, the tools a folder deeper in a checkout."""
-_PACKAGES = ("firmware_py", "sim_bridge", "sternplane")
-_IMPORT = re.compile(rf"^\s*from ((?:{'|'.join(_PACKAGES)})[\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
-"""Who imports what of ours; `ast` would take a tenth of a second of every start."""
+_LOCATOR = "firmware_py.adapters.kernel_locator.KernelLocator"
+_IMPORT = re.compile(rf"^\s*from ((?:{'|'.join(PACKAGES)})[\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
+"""Imports of our own modules; `ast` would take a tenth of a second of every start."""
 _NAME = re.compile(r"\w+")
 
 
-def sources() -> list[Path]:
-    """The files that hold kernels."""
-    files = (path for root in _ROOTS for name in _PACKAGES for path in sorted((root / name).rglob("*.py")))
-    return [path for path in files if b"@kernel(" in path.read_bytes() and path != Path(__file__).resolve()]
+def sources(packages: Sequence[str] = PACKAGES) -> list[Path]:
+    """Return the files that hold kernels."""
+    files = (path for root in _ROOTS for name in packages for path in sorted((root / name).rglob("*.py")))
+    return [path for path in files if b"\n@kernel(" in path.read_bytes()]
 
 
-def modules() -> list[str]:
-    """The names of the modules that hold kernels."""
-    found = []
-    for path in sources():
-        root = next(root for root in reversed(_ROOTS) if root in path.parents)
-        found.append(".".join(path.relative_to(root).with_suffix("").parts))
-    return found
+def module_name(path: Path) -> str:
+    """Return the dotted name of the module in a file of ours."""
+    root = next(root for root in reversed(_ROOTS) if root in path.parents)
+    return ".".join(path.relative_to(root).with_suffix("").parts)
 
 
 def use() -> Path:
-    """Points numba's cache at a folder keyed by kernels' sources, Python and numba; call before importing any.
+    """Point numba's cache at the folder of these kernels; call before one is imported.
 
-    The folders lie in `STERNPLANE_CACHE`, else in `.cache/kernels` beside the sources.
+    It is named by sources, Python, numba and processor. It lies in `STERNPLANE_CACHE`; else in .cache/kernels of the
+    checkout, where that is complete or can be written; else in the user's cache folder (`XDG_CACHE_HOME`, ~/.cache);
+    else in a folder for temporary files.
     """
-    digest = hashlib.sha256(f"{sys.version} {metadata.version('numba')}".encode())
+    digest = hashlib.sha256(f"{sys.version} {metadata.version('numba')} {processor()}".encode())
     for path in sorted(_with_imports(sources())):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
-    base = Path(os.environ.get("STERNPLANE_CACHE", ROOT / ".cache" / "kernels"))
-    folder = base / digest.hexdigest()[:16]
-    os.environ["NUMBA_CACHE_DIR"] = str(folder)
+    folder = _place(digest.hexdigest()[:16])
+    settings = {"CACHE_DIR": str(folder), "CACHE_LOCATOR_CLASSES": _LOCATOR}
+    os.environ.update({f"NUMBA_{name}": value for name, value in settings.items()})
     if "numba" in sys.modules:
-        sys.modules["numba"].config.CACHE_DIR = str(folder)
+        for name, value in settings.items():
+            setattr(sys.modules["numba"].config, name, value)
     return folder
 
 
+def is_complete(folder: Path, packages: Sequence[str] = PACKAGES) -> bool:
+    """Whether all kernels of the packages have been compiled into the folder."""
+    return all((folder / f"{name}.complete").exists() for name in packages)
+
+
+def mark_complete(folder: Path, packages: Sequence[str] = PACKAGES) -> None:
+    """Remember that all kernels of the packages have been compiled into the folder."""
+    for name in packages:
+        (folder / f"{name}.complete").touch()
+
+
+def _place(name: str) -> Path:
+    if given := os.environ.get("STERNPLANE_CACHE"):
+        return Path(given) / name
+    for base in _bases():
+        if is_complete(base / name) or _writable(base):
+            return base / name
+    return Path(tempfile.mkdtemp(prefix="sternplane-")) / name
+
+
+def _bases() -> Iterator[Path]:
+    if is_checkout(ROOT):
+        yield ROOT / ".cache" / "kernels"
+    home = os.path.expanduser("~")
+    if cache := os.environ.get("XDG_CACHE_HOME") or (home if home == "~" else f"{home}/.cache"):
+        yield Path(cache) / "sternplane" / "kernels"
+
+
+def _writable(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return False
+    return os.access(folder, os.W_OK | os.X_OK)
+
+
 def _with_imports(files: list[Path]) -> set[Path]:
-    """The files, and those of ours that they import: a kernel is compiled with the constants that it finds there."""
+    """Return the files, and those of ours that they import: a kernel is compiled with the constants of these."""
     found: set[Path] = set()
     while files:
         path = files.pop()

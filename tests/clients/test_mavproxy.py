@@ -14,7 +14,7 @@ import pytest
 from pymavlink import mavutil
 from sternplane.logs.reading import Log
 
-from firmware_py import app
+from firmware_py import app, config_files
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode
 
@@ -117,8 +117,8 @@ def flown(place: Path, earlier: bytes) -> Flown:
 
 
 def test_it_fetches_every_parameter_in_one_file_and_saves_them(flown: Flown) -> None:
-    nothing = {**app.read_configuration(CONFIG), "mission": {"waypoints": []}}
-    expected = {setting.name: setting for setting in app.book(nothing).settings}
+    nothing = {**config_files.read_configuration(CONFIG), "mission": {"waypoints": []}}
+    expected = {setting.name: setting for setting in app.parameter_store(nothing).settings}
     for typed in ("begin", "param fetch"):
         assert int(flown.said[typed][1]) == len(expected)
     saved = {name: float(value) for name, value in map(str.split, (flown.folder / "all.parm").read_text().splitlines())}

@@ -15,7 +15,7 @@ import pytest
 from sternplane.logs.reading import Log
 from sternplane.logs.replay import replay
 
-from firmware_py import app
+from firmware_py import app, config_files
 from firmware_py.app import build
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode
@@ -98,8 +98,8 @@ def test_under_water_the_place_is_known_without_a_fix(flown: Flown) -> None:
 
 
 def test_all_parameters_come_each_in_its_kind_and_what_was_set_is_kept(flown: Flown) -> None:
-    nothing = {**app.read_configuration(CONFIG), "mission": {"waypoints": []}}
-    expected = {setting.name: setting for setting in app.book(nothing).settings}
+    nothing = {**config_files.read_configuration(CONFIG), "mission": {"waypoints": []}}
+    expected = {setting.name: setting for setting in app.parameter_store(nothing).settings}
     assert {**flown.said["floats"], **flown.said["ints"]}.keys() == expected.keys()
     assert flown.said["ints"].keys() == {name for name, setting in expected.items() if setting.is_integer}
     assert flown.said["floats"]["CTL_Z_POLE1"] == pytest.approx(expected["CTL_Z_POLE1"].value)

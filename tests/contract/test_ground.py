@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink import mavutil
 
-from firmware_py import app
+from firmware_py import app, config_files
 from firmware_py.adapters.ground.mavlink_ground import GroundError, Grounds, MavlinkGround, merge, open_link
 from firmware_py.adapters.ground.station_link import parse_link
 from firmware_py.adapters.ground.udp_link import DATAGRAMS_PER_TICK
@@ -53,9 +53,9 @@ class Vehicle:
 
     def __init__(self, *links: str, charge: float = 0.9, waypoints=((100.0, 0.0, 5.0, 1.5),), signing=None) -> None:
         mission = {"waypoints": [list(point) for point in waypoints]}
-        configuration = {**app.read_configuration(CONFIG), "mission": mission, "kept": {}}
+        configuration = {**config_files.read_configuration(CONFIG), "mission": mission, "kept": {}}
         self.autopilot = app.build(configuration)
-        boat, origin = app.vehicle(configuration), app.autopilot_params(configuration).origin
+        boat, origin = config_files.vehicle(configuration), config_files.autopilot_params(configuration).origin
         actuators = Actuators(tuple(fin.delta_max for fin in boat.fins), boat.propeller.n_max)
         place = Origin(origin.latitude, origin.longitude)
         self.ground = MavlinkGround(links, MavlinkParams(), place, actuators, signing=signing)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from pymavlink import mavutil
 
-from firmware_py import app
+from firmware_py import app, config_files
 from firmware_py.adapters.ground.mavlink_ground import MavlinkGround, merge
 from firmware_py.adapters.storage.state_store import StateStoreError
 from firmware_py.marine import Origin
@@ -26,14 +26,14 @@ class Vehicle:
     """The shipped autopilot and its ground, stepped by hand."""
 
     def __init__(self, port: int) -> None:
-        configuration = {**app.read_configuration(CONFIG), "mission": {"waypoints": []}, "kept": {}}
+        configuration = {**config_files.read_configuration(CONFIG), "mission": {"waypoints": []}, "kept": {}}
         self.autopilot = app.build(configuration)
         self.ground = MavlinkGround(
             [f"udpout:127.0.0.1:{port}"],
             MavlinkParams(),
             Origin(0.0, 0.0),
             Actuators((0.4,) * 4, 10.0),
-            parameter_store=app.book(configuration),
+            parameter_store=app.parameter_store(configuration),
         )
         self.k = 0
         self.orders: list[Order] = []
@@ -83,9 +83,7 @@ def test_a_change_reaches_the_law_in_the_next_cycle_and_the_disk_by_the_end(stat
     vehicle.ground.close()
     assert [path.name for path in (tmp_path / "state").iterdir()] == [STATE_FILES[0]]
     content = (tmp_path / "state" / STATE_FILES[0]).read_text()
-    assert tomllib.loads(content) == {
-        "control": {"depth": {"delta_sw_rad": 0.25}}
-    }
+    assert tomllib.loads(content) == {"control": {"depth": {"delta_sw_rad": 0.25}}}
 
 
 def test_what_sticks_ask_for_changes_at_once(station, vehicle) -> None:

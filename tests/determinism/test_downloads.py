@@ -31,7 +31,7 @@ class Station:
 
     def __init__(self, configuration: Any, folder: Path) -> None:
         door = LinkConfiguration(Identity.ARDUSUB)
-        book = app.book(configuration)
+        book = app.parameter_store(configuration)
         self.node = Node(
             MavlinkParams(), Origin(0.8, 0.1), Actuators((0.4,) * 4, 10.0), [door, door], parameter_store=book
         )

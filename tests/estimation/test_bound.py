@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from sternplane.cli.errors import UsageError
 from sternplane.identification.cramer_rao_bound import bound, bounds, true_states
 from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, BuslessFlight, fly, measured
 
 from firmware_py.estimation.identifiability import unlearned
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.guidance.excitation import opposite, prbs
+from firmware_py.run.errors import UsageError
 
 from .cases import TEN, TRUTH, VEHICLE
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from sternplane.sitl.busless_flight import SENSOR_STD, measure
 
-from firmware_py import app
+from firmware_py import app, config_files
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
 from firmware_py.estimation.filter.start_up import LEARNS
@@ -148,7 +148,7 @@ def folder(tmp_path: Path) -> Path:
 
 def refused(folder: Path) -> str:
     with pytest.raises(ParamError) as caught:
-        app.build({**app.read_configuration(folder), "mission": app.read_mission(folder), "kept": {}})
+        app.build({**config_files.read_configuration(folder), "mission": config_files.read_mission(folder), "kept": {}})
     assert "\n" not in str(caught.value)
     return str(caught.value)
 

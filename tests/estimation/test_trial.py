@@ -6,11 +6,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from sternplane.cli.errors import UsageError
 from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, altered, fly, held_level, measure
 
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.guidance.excitation import opposite, prbs
+from firmware_py.run.errors import UsageError
 
 from .cases import TRUTH, VEHICLE
 

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sternplane.fly import provenance
 
 from firmware_py import loop
 from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter, Recorder
@@ -21,6 +20,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.order import Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Heard, SensorFrame, silence
+from firmware_py.run import provenance
 from firmware_py.schedule import Tick
 from sim_bridge.truth_sample import TruthSample
 

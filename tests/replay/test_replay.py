@@ -11,11 +11,11 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from sternplane.fly import provenance
 from sternplane.logs.reading import read
 from sternplane.logs.replay import command, difference, replay
 
 from firmware_py.adapters.storage.recorder import LogError
+from firmware_py.run import provenance
 
 
 def test_two_runs_are_byte_identical_and_another_seed_is_not(flown: Path, tmp_path: Path, toy: SimpleNamespace) -> None:

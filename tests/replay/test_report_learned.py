@@ -19,10 +19,10 @@ from sternplane.report.coefficient_plots import SECTION
 from sternplane.report.figures import Figures
 from sternplane.report.learned import coefficients, nis_bands
 
-from firmware_py.adapters.kernel_cache import ROOT
+from firmware_py.adapters.installation import configs
 from firmware_py.estimation.model.observer_model import GROUPS
 
-VEHICLE = tomllib.loads((ROOT / "configs" / "npsauv2" / "vehicle.toml").read_text())
+VEHICLE = tomllib.loads((configs() / "npsauv2" / "vehicle.toml").read_text())
 NAMES = ["M_q", "Y_dr", "N_dot"]
 BELIEVED = [-0.068, 0.027, 1.0]
 TRUTH = {**VEHICLE["coefficients"], "M_q": -0.08, "Y_dr": 0.025}

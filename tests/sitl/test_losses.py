@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
-from sternplane.fly.ground import Stations, open_ground
 from sternplane.logs.reading import read
 from sternplane.report import report
 from sternplane.sitl.flight import Flight, Wish, fly, prepare
+
+from firmware_py.run.ground_links import Stations, open_ground
 
 SCENARIO = """
 description = "Waits for a moment."

@@ -12,7 +12,7 @@ from pymavlink import mavparm, mavutil
 from sternplane.logs.reading import read
 from sternplane.logs.replay import replay
 
-from firmware_py import app
+from firmware_py import app, config_files
 from firmware_py.app import build
 from tests.sitl.stations import flight
 
@@ -43,7 +43,8 @@ def value(station: Any, name: str) -> float:
 @pytest.mark.timeout(300)
 def test_a_person_changes_parameters_in_flight_and_finds_them_after_a_restart(tmp_path: Path) -> None:
     state, mavset = tmp_path / "state", mavparm.MAVParmDict().mavset
-    expected = {s.name: s for s in app.book({**app.read_configuration(CONFIG), "mission": {"waypoints": []}}).settings}
+    configuration = {**config_files.read_configuration(CONFIG), "mission": {"waypoints": []}}
+    expected = {s.name: s for s in app.parameter_store(configuration).settings}
     with flight(tmp_path / "first", state) as station:
         told = fetched(station)
         assert [*sorted(told, key=lambda name: told[name].param_index)] == [*expected]

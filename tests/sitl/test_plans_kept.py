@@ -14,11 +14,11 @@ from typing import Any, TypeAlias
 
 from pymavlink import mavutil, mavwp
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
-from sternplane.fly.ground import open_ground
 from sternplane.logs.reading import read
 from sternplane.sitl.flight import Wish, fly, prepare
 
 from firmware_py.records.cycle import Cycle
+from firmware_py.run.ground_links import open_ground
 
 SCENARIO = """
 description = "Lies at the surface until it is ended."

@@ -81,6 +81,8 @@ class LogWriter:
         self._channels: dict[str, tuple[int, Codec[Any]]] = {}
         self._closed = False
         self._chunk_end_ns: int | None = None
+        if self.path.is_fifo():  # opening one would wait for a reader
+            raise LogError(f"{self.path}: is a FIFO, not a file; remove it, or choose another --out")
         try:
             self._file = self.path.open("wb")
         except OSError as error:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py import app
+from firmware_py import app, config_files
 from firmware_py.params import ParamError
 
 SHIPPED = Path(__file__).resolve().parents[3] / "configs" / "npsauv2"
@@ -38,24 +38,25 @@ def edit(path: Path, old: str, new: str) -> None:
 
 
 def built(folder: Path) -> app.Autopilot:
-    return app.build({**app.read_configuration(folder), "mission": app.read_mission(folder), "kept": {}})
+    configuration, mission = config_files.read_configuration(folder), config_files.read_mission(folder)
+    return app.build({**configuration, "mission": mission, "kept": {}})
 
 
 def refused(folder: Path, over: dict | None = None) -> str:
     with pytest.raises(ParamError) as caught:
-        app.read_configuration(folder, over)
+        config_files.read_configuration(folder, over)
     assert "\n" not in str(caught.value)
     return str(caught.value)
 
 
 def test_a_configuration_without_a_mission_has_none(folder: Path) -> None:
     assert not (folder / "mission.toml").exists()
-    assert app.read_mission(folder) == {"waypoints": [], "manoeuvres": []}
+    assert config_files.read_mission(folder) == {"waypoints": [], "manoeuvres": []}
 
 
 def test_a_mission_is_read_as_the_autopilot_takes_it(folder: Path) -> None:
     (folder / "mission.toml").write_text(GOOD)
-    assert app.read_mission(folder)["waypoints"] == [[100.0, -20.5, 5.0, 1.8], [0.0, 0.0, 0.0, 0.0]]
+    assert config_files.read_mission(folder)["waypoints"] == [[100.0, -20.5, 5.0, 1.8], [0.0, 0.0, 0.0, 0.0]]
     assert not built(folder).guidance.finished
 
 
@@ -69,18 +70,18 @@ manoeuvre = { kind = "prbs", duration_s = 60.0 }
 
 def test_a_mission_of_items_reaches_the_guidance(folder: Path) -> None:
     (folder / "mission.toml").write_text(ITEMS)
-    mission = app.read_mission(folder)
+    mission = config_files.read_mission(folder)
     assert mission["waypoints"] == [[100.0, 0.0, 20.0, 0.0]]
     assert [(m["after"], m["kind"], m["duration_s"]) for m in mission["manoeuvres"]] == [(1, "prbs", 60.0)]
     only = {**mission, "waypoints": [], "manoeuvres": [{**mission["manoeuvres"][0], "after": 0}]}
-    autopilot = app.build({**app.read_configuration(folder), "mission": only, "kept": {}})
+    autopilot = app.build({**config_files.read_configuration(folder), "mission": only, "kept": {}})
     assert not autopilot.guidance.finished
 
 
 def test_waypoints_beside_items_are_refused_by_file(folder: Path) -> None:
     (folder / "mission.toml").write_text(GOOD + ITEMS)
     with pytest.raises(ParamError, match=r"mission\.toml: there are \[\[waypoints\]\] and \[\[items\]\]"):
-        app.read_mission(folder)
+        config_files.read_mission(folder)
 
 
 @pytest.mark.parametrize(
@@ -99,21 +100,21 @@ def test_a_mission_that_cannot_be_flown_is_one_line_with_file_and_key(
     path = folder / "mission.toml"
     path.write_text(GOOD.replace(old, new, 1))
     with pytest.raises(ParamError) as caught:
-        app.read_mission(folder)
+        config_files.read_mission(folder)
     assert str(caught.value).startswith(f"{path}: {words}")
 
 
 def test_a_folder_in_a_missions_place_is_said_to_be_one(folder: Path) -> None:
     (folder / "mission.toml").mkdir()
     with pytest.raises(ParamError, match=r"mission\.toml: cannot be read \(Is a directory\)"):
-        app.read_mission(folder)
+        config_files.read_mission(folder)
 
 
 def test_a_mistake_is_looked_for_in_the_file_first_and_then_in_what_is_laid_over_it(folder: Path) -> None:
     path = folder / "autopilot.toml"
     over = {"control": {"law": "pid"}}
-    merged = app.read_configuration(folder, over)["autopilot"]
-    assert merged == app.merge(tomllib.loads(path.read_text()), over)
+    merged = config_files.read_configuration(folder, over)["autopilot"]
+    assert merged == config_files.merge(tomllib.loads(path.read_text()), over)
     assert merged["control"]["u_min_m_s"] == 0.5
     said = refused(folder, {"control": {"law": "fuzzy"}})
     assert said.startswith(f"{path} under the scenario's [autopilot]: control: law = 'fuzzy': must be one of")

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py import app
+from firmware_py import app, config_files
 from firmware_py.parameter_tree import describe_keys, list_parameters, with_values
 from firmware_py.params import ParamError, TakesEffect
+from firmware_py.reconfiguration import AutopilotParams
 
 SHIPPED = Path(__file__).resolve().parents[3] / "configs" / "npsauv2"
 NOT_FOR_STATIONS = {
@@ -26,15 +27,15 @@ DISARMED = {"CTL_LAW", "CTL_GAINS", "GDN_SHAPE", "EST_DEP_DENSITY", "EST_DEP_P_S
 
 
 def configuration(state: Path | None = None, folder: Path = SHIPPED) -> dict:
-    return {**app.read_configuration(folder, None, state), "mission": {"waypoints": []}, "kept": {}}
+    return {**config_files.read_configuration(folder, None, state), "mission": {"waypoints": []}, "kept": {}}
 
 
 @pytest.fixture(scope="module")
-def params() -> app.AutopilotParams:
-    return app.autopilot_params(configuration())
+def params() -> AutopilotParams:
+    return config_files.autopilot_params(configuration())
 
 
-def test_every_parameter_has_one_name_that_fits_and_tells_its_group(params: app.AutopilotParams) -> None:
+def test_every_parameter_has_one_name_that_fits_and_tells_its_group(params: AutopilotParams) -> None:
     listed = [*list_parameters(params)]
     names = [parameter.name for parameter in listed]
     assert len(set(names)) == len(names)
@@ -45,15 +46,15 @@ def test_every_parameter_has_one_name_that_fits_and_tells_its_group(params: app.
         assert parameter.doc.endswith((".", "?")), parameter
 
 
-def test_no_number_or_choice_of_the_autopilot_is_left_out(params: app.AutopilotParams) -> None:
-    missing = {key for key, _, _ in describe_keys(app.AutopilotParams)} - {
+def test_no_number_or_choice_of_the_autopilot_is_left_out(params: AutopilotParams) -> None:
+    missing = {key for key, _, _ in describe_keys(AutopilotParams)} - {
         parameter.key for parameter in list_parameters(params)
     }
     assert missing == NOT_FOR_STATIONS
 
 
-def test_every_value_is_within_its_own_bounds_and_sets_itself_again(params: app.AutopilotParams) -> None:
-    book = app.book(configuration())
+def test_every_value_is_within_its_own_bounds_and_sets_itself_again(params: AutopilotParams) -> None:
+    book = app.parameter_store(configuration())
     for parameter in book.settings:
         assert parameter.low <= parameter.value <= parameter.high
         book.set(parameter.name, parameter.value, armed=True)
@@ -61,11 +62,11 @@ def test_every_value_is_within_its_own_bounds_and_sets_itself_again(params: app.
     assert not book.files_to_save()
 
 
-def test_what_may_not_come_in_flight_is_little_and_known(params: app.AutopilotParams) -> None:
+def test_what_may_not_come_in_flight_is_little_and_known(params: AutopilotParams) -> None:
     assert {s.name for s in list_parameters(params) if s.when is TakesEffect.DISARMED} == DISARMED
 
 
-def test_every_change_that_takes_effect_at_once_leaves_what_the_parts_remember(params: app.AutopilotParams) -> None:
+def test_every_change_that_takes_effect_at_once_leaves_what_the_parts_remember(params: AutopilotParams) -> None:
     """The parts are made with it and take up the memory of the old ones, so none has another size."""
     made = configuration()
     autopilot = app.build(made)
@@ -83,7 +84,7 @@ def test_every_change_that_takes_effect_at_once_leaves_what_the_parts_remember(p
             assert autopilot.adopter.adopt(autopilot, (text,)) == (), parameter
 
 
-def test_replacing_is_loading_what_was_changed(params: app.AutopilotParams) -> None:
+def test_replacing_is_loading_what_was_changed(params: AutopilotParams) -> None:
     changed = with_values(params, {"control.depth.delta_sw_rad": 0.5, "safety.gate.hold_ticks": 7}, "x")
     assert (changed.control.depth.delta_sw, changed.safety.gate.hold_ticks) == (0.5, 7)
     assert changed.control.heading is params.control.heading
@@ -102,22 +103,20 @@ def test_replacing_is_loading_what_was_changed(params: app.AutopilotParams) -> N
         ("control.law", "fuzzy", "x: control: law = 'fuzzy': must be one of"),
     ],
 )
-def test_a_wrong_replacement_names_file_and_key(
-    params: app.AutopilotParams, key: str, value: object, words: str
-) -> None:
+def test_a_wrong_replacement_names_file_and_key(params: AutopilotParams, key: str, value: object, words: str) -> None:
     with pytest.raises(ParamError) as caught:
         with_values(params, {key: value}, "x")
     assert str(caught.value).startswith(words)
 
 
 def test_what_stations_changed_lies_over_the_file_at_the_next_start(tmp_path: Path) -> None:
-    book = app.book(configuration())
+    book = app.parameter_store(configuration())
     for name, value in (("CTL_Z_POLE2", -0.5), ("CTL_LAW", 1.0), ("SAF_GATE_HOLD", 3.0), ("EST_COF_CURRENT", 1.0)):
         book.set(name, value, armed=False)
     ((file, content),) = book.files_to_save()
     (tmp_path / file).write_bytes(content)
     again = configuration(tmp_path)
-    params = app.autopilot_params(again)
+    params = config_files.autopilot_params(again)
     assert params.control.depth.poles == (-0.4, -0.5)
     assert params.control.law.name == "PID"
     assert params.safety.gate.hold_ticks == 3
@@ -127,7 +126,7 @@ def test_what_stations_changed_lies_over_the_file_at_the_next_start(tmp_path: Pa
         "safety.gate.hold_ticks": 5,
     }
     app.build(again)
-    book = app.book(again)
+    book = app.parameter_store(again)
     book.set("CTL_LAW", 0.0, armed=False)
     book.set("SAF_GATE_HOLD", 5.0, armed=False)
     ((_, content),) = book.files_to_save()

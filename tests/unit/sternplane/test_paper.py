@@ -16,15 +16,16 @@ from sternplane.paper import command, control, design, differences, drawings, es
 from sternplane.paper.printed import ERRATA, NUMBERS
 from sternplane.sitl.flight import CONFIG
 
-from firmware_py import app
+from firmware_py import app, config_files
+from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.control.control import LawKind
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.params import ParamError, load
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.plant.truth import Truth
 
-TRUTH = load(Truth, app.read_toml(CONFIG / "truth.toml"), "truth.toml")
-VEHICLE = load(Vehicle, app.read_toml(CONFIG / "vehicle.toml"), "vehicle.toml")
+TRUTH = load(Truth, read_toml(CONFIG / "truth.toml"), "truth.toml")
+VEHICLE = load(Vehicle, read_toml(CONFIG / "vehicle.toml"), "vehicle.toml")
 EKF = {"M_q": 0.12, "M_ds": 0.26, "N_r": 0.33, "N_dr": 0.58, "N_v": 0.13, "Z_ds": 0.05, "Z_q": 0.09}
 EKF |= {"Y_dr": 14.53, "Y_r": 9.61, "Y_v": 23.29}
 SMO = {"M_q": 1.10, "M_ds": 1.46, "N_r": 24.67, "N_dr": 17.78, "N_v": 30.35, "Z_ds": 3.07, "Z_q": 2.48}
@@ -144,12 +145,12 @@ def test_every_vehicle_it_writes_can_be_built_and_differs_in_what_it_should(tmp_
     made = control.vehicles(tmp_path, {"smo": half, "truth": {}})
     assert set(made) == {"smo", "truth", "pid", "ideal"}
     for name, place in made.items():
-        configuration = {**app.read_configuration(place, {}), "mission": {"waypoints": []}, "kept": {}}
+        configuration = {**config_files.read_configuration(place, {}), "mission": {"waypoints": []}, "kept": {}}
         app.build(configuration)
-        vehicle, truth = app.vehicle(configuration), load(Truth, app.read_toml(place / "truth.toml"), "truth.toml")
+        vehicle, truth = config_files.vehicle(configuration), load(Truth, read_toml(place / "truth.toml"), "truth.toml")
         wanted = design.with_values(VEHICLE, half) if name == "smo" else VEHICLE
         assert vehicle == wanted
-        law = app.autopilot_params(configuration).control.law
+        law = config_files.autopilot_params(configuration).control.law
         assert law is (LawKind.PID if name == "pid" else LawKind.SLIDING)
         assert dataclasses.replace(truth, servo=TRUTH.servo) == TRUTH
         assert (truth.servo.tau < 0.1 * TRUTH.servo.tau + 1e-9) == (name == "ideal")

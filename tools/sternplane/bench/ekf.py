@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from firmware_py import params
+from firmware_py.adapters.installation import ROOT, configs
 from firmware_py.compiled import kernel
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
@@ -31,7 +32,6 @@ from firmware_py.estimation.model.transition import MOVING, Picks
 from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.bench.lateness import NoCompiler
 from sternplane.codegen import derive_c
-from sternplane.fly.provenance import ROOT
 
 SOURCE = Path(__file__).with_name("ekf_step.c")
 FOLDER = ROOT / "build" / "ekf_step"
@@ -178,7 +178,7 @@ def settled(case: CoefficientParams) -> CoefficientEkf:
 
 def begun(case: CoefficientParams) -> CoefficientEkf:
     """A filter of the vehicle, at the beginning of the flight."""
-    table = tomllib.loads((ROOT / "configs" / "npsauv2" / "vehicle.toml").read_text())
+    table = tomllib.loads((configs() / "npsauv2" / "vehicle.toml").read_text())
     ekf = CoefficientEkf(params.load(Vehicle, table, "vehicle.toml"), case)
     ekf.start((SPEED, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), STD)
     return ekf

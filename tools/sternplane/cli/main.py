@@ -10,46 +10,26 @@ import importlib
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NoReturn
 
-from firmware_py.adapters import kernel_cache
+from firmware_py.run import options as vehicle
+from firmware_py.run.command_line import Parser, add_version, status_of
+from sternplane.cli.extras import require_report
 
-CONFIG = kernel_cache.ROOT / "configs" / "npsauv2"
+Command = Callable[[argparse.Namespace], int]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Parses the command line, runs one sub-command, and turns every error of the user's into one line."""
-    kernel_cache.use()  # before anything imports a kernel
+    """Parse the command line and run one sub-command; every error of the user's is one line."""
     options = parser().parse_args(arguments)
-    from sternplane.cli.errors import BAD_INPUT
-
-    try:
-        status: int = options.run(options)
-        sys.stdout.flush()
-    except BAD_INPUT as error:
-        print(f"sternplane: {' '.join(str(error).split())}", file=sys.stderr)
-        return 2
-    except BrokenPipeError:  # whoever read our output has had enough
-        sys.stdout = None
-        return 1
-    except KeyboardInterrupt:
-        print("sternplane: interrupted", file=sys.stderr)
-        return 130
-    return status
-
-
-class _Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line, like all of ours."""
-
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"sternplane: {message}; see `{self.prog} --help`\n")
+    return status_of(lambda: options.run(options))
 
 
 def parser() -> argparse.ArgumentParser:
     """The command line: every option with what it is for."""
-    top = _Parser(
+    top = Parser(
         prog="sternplane", description="A fixed-rate autopilot for fin-controlled AUVs, and the sea to try it in."
     )
+    add_version(top)
     commands = top.add_subparsers(required=True, metavar="COMMAND")
 
     sitl = commands.add_parser(
@@ -61,14 +41,14 @@ def parser() -> argparse.ArgumentParser:
     sitl.add_argument(
         "--scenario", default="demo", metavar="NAME", help="see `sternplane scenarios`, or a .toml file [demo]"
     )
-    _add_config(sitl, "vehicle and autopilot")
+    vehicle.add_config(sitl, "vehicle and autopilot")
     sitl.add_argument(
         "--bus",
         default="virtual",
         metavar="BUS",
         help="virtual in one process; udp:N or socketcan:IFACE in two [virtual]",
     )
-    _add_link(sitl)
+    vehicle.add_link(sitl)
     sitl.add_argument(
         "--pace", choices=("max", "realtime"), default="max", help="as fast as it goes, or as at sea [max]"
     )
@@ -77,28 +57,19 @@ def parser() -> argparse.ArgumentParser:
     sitl.add_argument(
         "--state", type=Path, metavar="DIR", help="what the vehicle keeps between runs [empty, in the run's folder]"
     )
-    _add_gcs(sitl)
+    vehicle.add_ground(sitl)
     _add_fault(sitl)
     sitl.set_defaults(run=_lazily("sternplane.sitl.command"))
 
     fly = commands.add_parser(
         "fly",
         help="the vehicle alone: what runs at sea",
-        description="Flies the vehicle on a real bus until Ctrl-C. It starts disarmed and waits for orders.",
-        epilog="Exit status 0 if it was ended by a person, 1 if its plant was lost, 2 for bad input, 3 if a station "
-        "asked for a reboot: whoever started it is to start it again.",
+        description=f"{vehicle.DESCRIPTION} The same as `python -m firmware_py`, which has no --report.",
+        epilog=vehicle.EPILOG,
     )
-    _add_config(fly, "vehicle and autopilot")
-    _add_real_bus(fly)
-    _add_link(fly)
-    fly.add_argument(
-        "--pace", choices=("realtime", "bus"), help="its own clock, or a plant's ticks [realtime; mavlink-hil: bus]"
-    )
-    fly.add_argument("--dvl", metavar="PATH", help="the DVL's serial port [as the io file says]")
-    fly.add_argument("--out", type=Path, metavar="DIR", help="where the log is left [runs/<stamp>]")
-    fly.add_argument("--state", type=Path, metavar="DIR", help="what the vehicle keeps between runs")
-    _add_gcs(fly)
-    fly.set_defaults(run=_lazily("sternplane.fly.command"))
+    vehicle.add_fly(fly)
+    fly.add_argument("--report", action="store_true", help="make report.html and summary.json when the flight is over")
+    fly.set_defaults(run=_lazily("sternplane.cli.fly", kernels=("firmware_py",)))
 
     plant = commands.add_parser(
         "plant",
@@ -106,9 +77,9 @@ def parser() -> argparse.ArgumentParser:
         description="Puts a simulated boat on a bus; `sternplane fly` in another process flies it.",
     )
     plant.add_argument("--scenario", default="demo", metavar="NAME", help="where it starts, in what water [demo]")
-    _add_config(plant, "truth and sensors")
-    _add_real_bus(plant)
-    _add_link(plant)
+    vehicle.add_config(plant, "truth and sensors")
+    vehicle.add_real_bus(plant)
+    vehicle.add_link(plant)
     plant.add_argument(
         "--pace",
         choices=("max", "realtime"),
@@ -137,7 +108,7 @@ def parser() -> argparse.ArgumentParser:
     report = commands.add_parser("report", help="make report.html and summary.json of a log again")
     report.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
     report.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [beside the log]")
-    report.set_defaults(run=_lazily("sternplane.report.report"))
+    report.set_defaults(run=_lazily("sternplane.report.report", draws=True))
 
     export = commands.add_parser(
         "export",
@@ -172,7 +143,7 @@ def parser() -> argparse.ArgumentParser:
         "--prior", type=float, metavar="PCT", help="how far off the vehicle file may be, 1 sigma [as the log's filter]"
     )
     identify.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [beside the log]")
-    identify.set_defaults(run=_lazily("sternplane.identification.command"))
+    identify.set_defaults(run=_lazily("sternplane.identification.command", draws=True))
 
     study = commands.add_parser("study", help="how well something is done, over many seeds, beside what is possible")
     studies = study.add_subparsers(required=True, metavar="STUDY")
@@ -187,7 +158,7 @@ def parser() -> argparse.ArgumentParser:
     )
     estimation.add_argument("--short", action="store_true", help="fewer seeds, same cases: the form for CI")
     estimation.add_argument("--out", type=Path, metavar="DIR", help="where they are left [runs/<stamp>]")
-    estimation.set_defaults(run=_lazily("sternplane.study.command"))
+    estimation.set_defaults(run=_lazily("sternplane.study.command", draws=True))
 
     paper = commands.add_parser(
         "paper",
@@ -197,50 +168,15 @@ def parser() -> argparse.ArgumentParser:
         epilog="Exit status 0 if every EKF row of Table 1 is at or under the paper's, 1 if not, 2 for bad input.",
     )
     paper.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [runs/<stamp>]")
-    paper.set_defaults(run=_lazily("sternplane.paper.command"))
+    paper.set_defaults(run=_lazily("sternplane.paper.command", draws=True))
 
     scenarios = commands.add_parser("scenarios", help="list the scenarios, with a sentence each")
-    scenarios.set_defaults(run=_lazily("sternplane.sitl.command", "list_scenarios"))
+    scenarios.set_defaults(run=_lazily("sternplane.sitl.list_scenarios", kernels=()))
     return top
-
-
-def _add_config(command: argparse.ArgumentParser, what: str) -> None:
-    command.add_argument("--config", type=Path, default=CONFIG, metavar="DIR", help=f"{what} [configs/npsauv2]")
-    command.add_argument("--io", type=Path, metavar="FILE", help="who is who on the wires [DIR/io_sitl.toml]")
-
-
-def _add_real_bus(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--bus", default="", metavar="BUS", help="udp:N or socketcan:IFACE [as the io file says]")
-
-
-def _add_link(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--link",
-        default="can",
-        metavar="LINK",
-        help="can, or mavlink-hil[:HOST:PORT]: PX4's simulator interface over TCP [can; 127.0.0.1:4560]",
-    )
 
 
 def _add_seed(command: argparse.ArgumentParser) -> None:
     command.add_argument("--seed", type=int, default=1, metavar="N", help="of noise, bias, dropout and turbulence [1]")
-
-
-def _add_gcs(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--gcs",
-        action="append",
-        default=[],
-        metavar="LINK",
-        help="a ground station: udpout:, udpin:, tcp: or tcpin:HOST:PORT, or serial:DEVICE:BAUD, with :generic or "
-        ":highlatency behind it; may be repeated",
-    )
-    command.add_argument(
-        "--gcs-key",
-        type=Path,
-        metavar="FILE",
-        help="sign MAVLink with this file's passphrase, and refuse what is not signed",
-    )
 
 
 def _add_fault(command: argparse.ArgumentParser) -> None:
@@ -253,10 +189,28 @@ def _add_fault(command: argparse.ArgumentParser) -> None:
     )
 
 
-def _lazily(module: str, function: str = "command") -> Callable[[argparse.Namespace], int]:
-    """A sub-command that is imported when it runs: `--help` needs no numba, and the kernels' folder is chosen first."""
+def _lazily(
+    module: str,
+    function: str = "command",
+    kernels: Sequence[str] = ("firmware_py", "sim_bridge", "sternplane"),
+    draws: bool = False,
+) -> Command:
+    """Return a sub-command that is imported when it runs, so that `--help` imports nothing that computes.
+
+    Args:
+        module: where the command is.
+        function: its name there.
+        kernels: the packages whose kernels it needs; they are compiled first if they are not in the cache.
+        draws: it can do nothing without the libraries of the extra `report`.
+    """
 
     def run(options: argparse.Namespace) -> int:
+        if draws:
+            require_report()
+        if kernels:
+            from firmware_py.adapters.kernel_compile import prepare_kernels
+
+            prepare_kernels(kernels)
         status: int = getattr(importlib.import_module(module), function)(options)
         return status
 

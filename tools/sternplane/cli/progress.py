@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from firmware_py.records.cycle import Cycle
-from sternplane.fly.sensor_watch import SensorWatch
+from firmware_py.run.sensor_watch import SensorWatch
 
 _REDRAW_S = 0.125
 _LOOK = 16

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import importlib
-
 from firmware_py.adapters import kernel_cache
+from firmware_py.adapters.kernel_compile import compile_missing
 
 
 def main() -> None:
-    """Imports every module that holds a kernel: with explicit signatures, importing is compiling."""
-    folder = kernel_cache.use()
-    folder.mkdir(parents=True, exist_ok=True)
-    for module in kernel_cache.modules():
-        importlib.import_module(module)
+    """Compile what is missing, with a line for each kernel."""
+    compile_missing(kernel_cache.use(), lambda line: print(f"  {line}", flush=True))
 
 
 if __name__ == "__main__":

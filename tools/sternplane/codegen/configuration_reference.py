@@ -16,17 +16,19 @@ from firmware_py.adapters import kernel_cache
 if __name__ == "__main__":
     kernel_cache.use()
 
+from firmware_py.adapters.installation import configs
 from firmware_py.adapters.io_params import IoParams
-from firmware_py.app import AutopilotParams, MissionParams
+from firmware_py.config_files import MissionParams
 from firmware_py.parameter_tree import describe_keys
 from firmware_py.params import Declaration, TakesEffect
+from firmware_py.reconfiguration import AutopilotParams
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.devices.devices import BoatParams
 from sim_bridge.faults import known_faults
 from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import Scenario
 
-PATH = kernel_cache.ROOT / "configs" / "README.md"
+PATH = configs() / "README.md"
 
 INTRODUCTION = """# Configurations
 

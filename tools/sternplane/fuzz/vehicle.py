@@ -1,4 +1,4 @@
-"""The vehicle's side of the links, as `sternplane.fly.ground` opens it, but for sockets, clocks and disks."""
+"""The vehicle's side of the links, as `firmware_py.run.ground_links` opens it, but for sockets, clocks and disks."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from firmware_py import app
+from firmware_py import app, config_files
 from firmware_py.marine import Origin
 from firmware_py.mavlink.base.codec import Codec, Message
 from firmware_py.mavlink.base.identity import Identity
@@ -19,6 +19,7 @@ from firmware_py.mavlink.link import MAX_PARSED_PER_TICK
 from firmware_py.mavlink.node import Node
 from firmware_py.mavlink.parameters.transfer import ParameterStore
 from firmware_py.mavlink.telemetry.health import Actuators
+from firmware_py.run import kept_plans
 from sternplane.fuzz.rules import Broken
 
 DOORS = (
@@ -102,12 +103,13 @@ def ashore(configuration: Mapping[str, Any], signed: bool, rng: random.Random, s
     Raises:
         ParamError: what was kept cannot be used.
     """
-    params, boat, book = app.autopilot_params(configuration), app.vehicle(configuration), app.book(configuration)
+    params, boat = config_files.autopilot_params(configuration), config_files.vehicle(configuration)
+    book = app.parameter_store(configuration)
     signing = Signing(KEY, _NOW) if signed else None
     actuators = Actuators(tuple(fin.delta_max for fin in boat.fins), boat.propeller.n_max)
     origin = Origin(params.origin.latitude, params.origin.longitude)
     learned = params.estimation.coefficients.names if params.estimation.learning.enabled else ()
-    plans = app.plans(configuration, state)
+    plans = kept_plans.plans(configuration, state)
     node = Node(params.mavlink, origin, actuators, DOORS, learned, signing, book, plans)
     node.set_limits(params.safety.depth_max, params.safety.altitude_min, params.guidance.turning)
     node.allow_end()

@@ -17,7 +17,7 @@ from firmware_py.compiled import kernel
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.estimation.model.prediction import CURRENT, RESPONSE
 from firmware_py.estimation.model.transition import MOVING, WATER, Picks
-from sternplane.cli.errors import UsageError
+from firmware_py.run.errors import UsageError
 from sternplane.logs.tracking import Array
 
 _SINGULAR = 1e-13

@@ -26,7 +26,7 @@ from firmware_py.adapters import kernel_cache
 if __name__ == "__main__":
     kernel_cache.use()
 
-from firmware_py import app
+from firmware_py import config_files
 from firmware_py.control.control import Control
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.guidance.guidance import Guidance
@@ -70,11 +70,11 @@ class Rooms:
     """Guidance and laws of the configuration on a mission of one manoeuvre; a `trial.Hold` at 100 Hz."""
 
     def __init__(self, manoeuvre: Manoeuvre, grip: float) -> None:
-        configuration = app.read_configuration(CONFIG)
-        params = app.autopilot_params(configuration)
+        configuration = config_files.read_configuration(CONFIG)
+        params = config_files.autopilot_params(configuration)
         learning = dataclasses.replace(params.guidance.learning, grip=grip)
         guidance = dataclasses.replace(params.guidance, learning=learning)
-        self.vehicle = app.vehicle(configuration)
+        self.vehicle = config_files.vehicle(configuration)
         self._guidance = Guidance(guidance, Mission((manoeuvre,)))
         self._control = Control(params.control, self.vehicle)
         self._dt_ns = step_ns(100)
@@ -147,7 +147,7 @@ def main() -> None:
     parser.add_argument("kind", nargs="*", type=lambda word: Kind[word.upper()], help="zigzag, doublets, prbs; all")
     parser.add_argument("--grip", type=float, nargs="+", default=[ManoeuvreParams().grip], help="shares of the laws")
     options = parser.parse_args()
-    truth = load(Truth, app.read_table(Truth, CONFIG / "truth.toml", {}), "truth.toml")
+    truth = load(Truth, config_files.read_table(Truth, CONFIG / "truth.toml", {}), "truth.toml")
     wanted = [(m, grip) for kind in options.kind or Kind for m in candidates(kind) for grip in options.grip]
     console = Console(stderr=True)
     rows = [(told(truth, m, grip), m, grip) for m, grip in track(wanted, "flying", console=console, transient=True)]

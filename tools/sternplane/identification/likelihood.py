@@ -18,7 +18,7 @@ import numpy as np
 
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.estimation.model.transition import MOVING
-from sternplane.cli.errors import UsageError
+from firmware_py.run.errors import UsageError
 from sternplane.identification.recording import Recording
 from sternplane.identification.shooting import Flown, fly
 from sternplane.logs.tracking import Array

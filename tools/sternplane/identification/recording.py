@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from firmware_py import app
+from firmware_py import config_files
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.fixed_lag_buffer import WILD
@@ -67,7 +67,7 @@ def record(log: Log, begin: float | None = None, end: float | None = None) -> Re
         ParamError: the log's vehicle cannot be one.
     """
     configuration, c = _configuration(log), log.columns
-    vehicle, autopilot = app.vehicle(configuration), app.autopilot_params(configuration)
+    vehicle, autopilot = config_files.vehicle(configuration), config_files.autopilot_params(configuration)
     h, estimation, sensors = 1.0 / autopilot.rate, autopilot.estimation, autopilot.estimation.learning.horizon
     begin, end = _span(log, begin, end, 0.5 * vehicle.hull.length)
     keys = ("t_valid", "value", "fresh", "ok")

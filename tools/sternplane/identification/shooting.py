@@ -11,7 +11,7 @@ from firmware_py.compiled import kernel
 from firmware_py.estimation.model.observer_model import MOTIONS, ObserverModel
 from firmware_py.estimation.model.prediction import CURRENT, predict
 from firmware_py.estimation.model.transition import MOVING, Picks
-from sternplane.cli.errors import UsageError
+from firmware_py.run.errors import UsageError
 from sternplane.identification.cramer_rao_bound import carry
 from sternplane.identification.recording import Recording
 from sternplane.logs.tracking import Array

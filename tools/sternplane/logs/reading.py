@@ -188,6 +188,8 @@ def _at(truth: Topic, times: list[int]) -> Topic:
 
 
 def _open(path: Path) -> Log:
+    if path.is_fifo():  # opening one would wait for a writer
+        raise LogError(f"{path}: is a FIFO, not a log")
     try:
         with path.open("rb") as file:
             return _read(path, file)

@@ -16,8 +16,8 @@ from firmware_py.records.command import Applied
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Order
 from firmware_py.records.sensing import SensorFrame
+from firmware_py.run import provenance
 from firmware_py.schedule import Tick
-from sternplane.fly import provenance
 from sternplane.logs.reading import Log, find, read
 
 Build = Callable[[Mapping[str, Any]], Autopilot]

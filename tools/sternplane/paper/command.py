@@ -16,9 +16,9 @@ from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.params import load
+from firmware_py.run.run_folders import run_folder
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.plant.truth import Truth
-from sternplane.cli.run_folders import run_folder
 from sternplane.paper import control, design, drawings, estimation, figures
 from sternplane.paper.page import page
 from sternplane.paper.printed import TABLE_1

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 
 import plotly.offline
 
-from sternplane.fly import provenance
+from firmware_py.run import provenance
 from sternplane.paper import differences, tables
 from sternplane.paper.control import Flown
 from sternplane.paper.design import Row

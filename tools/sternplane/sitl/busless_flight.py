@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_py.marine import Eta, Nu, clip
+from firmware_py.run.errors import UsageError
 from sim_bridge.plant.environment import Environment, EnvironmentParams
 from sim_bridge.plant.packing import S
 from sim_bridge.plant.plant import Plant
 from sim_bridge.plant.truth import Truth
-from sternplane.cli.errors import UsageError
 from sternplane.logs.tracking import Array
 
 Hold = Callable[[Eta, Nu], tuple[float, float]]

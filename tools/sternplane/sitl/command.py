@@ -1,28 +1,31 @@
-"""`sternplane sitl` and `sternplane scenarios`."""
+"""`sternplane sitl`."""
 
 from __future__ import annotations
 
 import argparse
+import json
+import sys
+from pathlib import Path
 
 from rich.console import Console
 
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.hil.hil_link import parse_link, serve
-from sim_bridge.scenarios import known, load_scenario
-from sternplane.cli.errors import UsageError
+from firmware_py.adapters.storage.recorder import LogError
+from firmware_py.run import kept_navigation
+from firmware_py.run.errors import UsageError
+from firmware_py.run.ground_links import open_ground
+from firmware_py.run.run_folders import LOG_FILE, point_latest, run_folder
+from sternplane.cli import extras
 from sternplane.cli.progress import Progress
-from sternplane.cli.run_folders import point_latest, run_folder
-from sternplane.fly import kept_state
-from sternplane.fly.ground import open_ground
-from sternplane.logs.reading import TRUTH_FILE
-from sternplane.logs.summary import table
-from sternplane.report import report
-from sternplane.sitl.flight import SCENARIOS, Wish, fly, prepare
+from sternplane.logs.reading import TRUTH_FILE, read
+from sternplane.logs.summary import Summary, summarise, table
+from sternplane.sitl.flight import Wish, fly, prepare
 from sternplane.sitl.two_process import fly_two_processes
 
 
 def command(options: argparse.Namespace) -> int:
-    """Flies, reports, and returns the exit status."""
+    """Fly and report; return the exit status."""
     if options.seed < 0:
         raise UsageError(f"--seed {options.seed}: must be 0 or more")
     bus, faults, address = options.bus, tuple(options.fault), parse_link(options.link)
@@ -39,32 +42,39 @@ def command(options: argparse.Namespace) -> int:
         options.link,
         options.state,
     )
-    flight = prepare(wish, kept_state.load(options.state) if options.state else {})
+    flight = prepare(wish, kept_navigation.load(options.state) if options.state else {})
     # What cannot be opened is refused before anything is written.
     (serve(address) if address else open_bus(bus)).close()
     with open_ground(options.gcs, flight.configuration, options.gcs_key, options.state) as stations:
         folder = run_folder(options.out)
         stations.save_changes_in(options.state, folder)
         (folder / TRUTH_FILE).unlink(missing_ok=True)
-        scenario, log = flight.scenario, folder / "log.mcap"
+        scenario, log = flight.scenario, folder / LOG_FILE
         with Progress(scenario.duration, len(scenario.mission.waypoints), Console(stderr=True)) as progress:
             if bus.startswith("virtual") and not address:
                 outcome = fly(flight, log, progress.update, stations.merged_with, stations.losses)
             else:
                 outcome = fly_two_processes(flight, folder, progress.update, stations.merged_with, stations.losses)
-    kept_state.save(options.state or folder / "state", flight.autopilot.estimator.keep())
+    kept_navigation.save(options.state or folder / "state", flight.autopilot.estimator.keep())
     point_latest(folder)
     console = Console()
-    console.print(table(report.leave_of(log, folder)))
-    for name in ("report.html", "summary.json", "log.mcap"):
-        console.print(f"  {folder / name}", highlight=False, soft_wrap=True)
+    console.print(table(_leave(log, folder)))
+    for name in ("report.html", "summary.json", LOG_FILE):
+        if (folder / name).exists():
+            console.print(f"  {folder / name}", highlight=False, soft_wrap=True)
     return 0 if outcome.completed else 1
 
 
-def list_scenarios(_options: argparse.Namespace) -> int:
-    """Prints every scenario with its sentence."""
-    names = known(SCENARIOS)
-    width = max(map(len, names))
-    for name in names:
-        print(f"{name:<{width}}  {load_scenario(name, SCENARIOS).description}")
-    return 0
+def _leave(log: Path, folder: Path) -> Summary:
+    """Leave summary.json and report.html; only the first where nothing can draw, and say what to install."""
+    if not log.exists():
+        raise LogError(f"{log}: was removed in flight, and is lost")
+    if not extras.missing():
+        from sternplane.report import report
+
+        return report.leave_of(log, folder)
+    (folder / "report.html").unlink(missing_ok=True)
+    summary = summarise(read(log))
+    (folder / "summary.json").write_text(f"{json.dumps(summary, indent=2, ensure_ascii=False)}\n")
+    print(f"no report.html without {' and '.join(extras.missing())}: {extras.HINT}", file=sys.stderr)
+    return summary

@@ -12,21 +12,25 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from firmware_py import app, loop
+from firmware_py import app, config_files, loop
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
 from firmware_py.adapters.clock import RealTime
 from firmware_py.adapters.dvl import DvlPort
 from firmware_py.adapters.hardware import Hardware
 from firmware_py.adapters.hil.hil_link import parse_link
+from firmware_py.adapters.installation import configs
 from firmware_py.adapters.io_params import IoParams
-from firmware_py.adapters.kernel_cache import ROOT
 from firmware_py.adapters.realtime import applied
 from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter, Recorder
 from firmware_py.autopilot import Autopilot
 from firmware_py.params import ParamError, load
 from firmware_py.ports import Ground, Schedule
+from firmware_py.reconfiguration import AutopilotParams
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.mission import plain
+from firmware_py.run import over_hil, provenance
+from firmware_py.run.interrupt import interruptible
+from firmware_py.run.kept_plans import with_kept_plans
 from firmware_py.schedule import step_ns
 from sim_bridge.assembly import assemble
 from sim_bridge.bridge import Bridge, Lockstep
@@ -39,11 +43,9 @@ from sim_bridge.plant.plant import PlantError
 from sim_bridge.plant.truth import Truth, refuse_other_fins
 from sim_bridge.scenarios import Scenario, load_scenario
 from sim_bridge.scripted_operator import ScriptedOperator
-from sternplane.cli.interrupt import interruptible
-from sternplane.fly import provenance, vehicle
 
-SCENARIOS = ROOT / "configs" / "scenarios"
-CONFIG = ROOT / "configs" / "npsauv2"
+SCENARIOS = configs() / "scenarios"
+CONFIG = configs() / "npsauv2"
 _PATIENCE = {"max": 1.0, "realtime": 0.002}
 """How long a tick waits for a line of the DVL, s. On a busy machine the kernel takes 70 ms, and a clock goes on."""
 
@@ -82,7 +84,7 @@ class Flight:
     scenario: Scenario
     configuration: Mapping[str, Any]
     autopilot: Autopilot
-    params: app.AutopilotParams
+    params: AutopilotParams
     io: IoParams
     truth: Truth
     boat: BoatParams
@@ -138,10 +140,10 @@ def prepare(wish: Wish, kept: Mapping[str, float]) -> Flight:
     over = scenario.autopilot
     if parse_link(wish.link):
         refuse_faults(scenario)
-        over = app.merge(over, vehicle.OVER_HIL)
-    configuration = app.under_plans(
+        over = config_files.merge(over, over_hil.OVER_HIL)
+    configuration = with_kept_plans(
         {
-            **app.read_configuration(wish.config, over, wish.state),
+            **config_files.read_configuration(wish.config, over, wish.state),
             "mission": plain(scenario.mission),
             "kept": dict(kept),
         },
@@ -155,7 +157,7 @@ def prepare(wish: Wish, kept: Mapping[str, float]) -> Flight:
         scenario=scenario,
         configuration=configuration,
         autopilot=autopilot,
-        params=app.autopilot_params(configuration),
+        params=config_files.autopilot_params(configuration),
         io=_load(IoParams, wish.io or wish.config / "io_sitl.toml"),
         truth=truth,
         boat=_load(BoatParams, wish.config / "sensors.toml", scenario.sensors),
@@ -255,7 +257,7 @@ def _fault(text: str) -> Fault:
 
 def _refuse_other_scale(flight: Flight) -> None:
     """Over mavlink-hil a command is a share of full scale, which both sides must take for the same."""
-    believed, boat = app.vehicle(flight.configuration), flight.boat
+    believed, boat = config_files.vehicle(flight.configuration), flight.boat
     if any(fin.delta_max != boat.servo_hub.travel for fin in believed.fins):
         keys = "servo_hub.travel_deg must be delta_max_deg of every fin"
     elif believed.propeller.n_max != boat.esc.n_max:
@@ -267,7 +269,7 @@ def _refuse_other_scale(flight: Flight) -> None:
 
 
 def _load(cls: type[Any], path: Path, over: Mapping[str, Any] = MappingProxyType({})) -> Any:
-    return load(cls, app.read_table(cls, path, over), str(path))
+    return load(cls, config_files.read_table(cls, path, over), str(path))
 
 
 def _bus(stack: contextlib.ExitStack, flight: Flight) -> CanBus:

@@ -19,6 +19,9 @@ from firmware_py.adapters.hil.hil_link import Address, HilLink, accept, parse_li
 from firmware_py.adapters.lockstep.lockstep import LockstepError, LockstepLink
 from firmware_py.adapters.realtime import RealtimeParams, applied
 from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter
+from firmware_py.run import provenance
+from firmware_py.run.errors import UsageError
+from firmware_py.run.interrupt import interruptible
 from firmware_py.schedule import step_ns
 from sim_bridge import hil
 from sim_bridge.assembly import assemble
@@ -26,9 +29,6 @@ from sim_bridge.bridge import Bridge
 from sim_bridge.devices.serial_line import SerialLine
 from sim_bridge.lockstep_server import LockstepServer, meet
 from sim_bridge.plant.plant import PlantError
-from sternplane.cli.errors import UsageError
-from sternplane.cli.interrupt import interruptible
-from sternplane.fly import provenance
 from sternplane.logs.reading import TRUTH_FILE
 from sternplane.sitl.flight import Flight, Wish, prepare
 

@@ -16,10 +16,11 @@ from firmware_py.adapters.lockstep.lockstep import LockstepError
 from firmware_py.adapters.storage.recorder import LogWriter, Recorder
 from firmware_py.ports import Ground
 from firmware_py.records.cycle import Cycle
+from firmware_py.run import over_can, over_hil
+from firmware_py.run.errors import UsageError
+from firmware_py.run.interrupt import interruptible
+from firmware_py.run.run_folders import LOG_FILE
 from sim_bridge.scripted_operator import ScriptedOperator
-from sternplane.cli.errors import UsageError
-from sternplane.cli.interrupt import interruptible
-from sternplane.fly import vehicle
 from sternplane.sitl.flight import Flight, Outcome, judge
 
 PLANT_WORDS = "plant.txt"
@@ -79,7 +80,7 @@ def fly_two_processes(
     with (
         _plant(flight, folder) as child,
         interruptible() as interrupted,
-        LogWriter(folder / "log.mcap", flight.header()) as log,
+        LogWriter(folder / LOG_FILE, flight.header()) as log,
     ):
         tape = _Tape(log, watch, round(scenario.duration * flight.rate))
         gone = _Gone(child)
@@ -94,9 +95,9 @@ def fly_two_processes(
         ground, io = command(pilot), flight.io
         try:
             if address:
-                vehicle.run_hil(flight.autopilot, flight.configuration, address, io, ground, tape, stop, say, losses)
+                over_hil.run(flight.autopilot, flight.configuration, address, io, ground, tape, stop, say, losses)
             else:
-                vehicle.run(
+                over_can.run(
                     flight.autopilot,
                     flight.rate,
                     io,

@@ -10,9 +10,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from sternplane.cli.errors import UsageError
-from sternplane.cli.run_folders import run_folder
-from sternplane.fly import provenance
+from firmware_py.run import provenance
+from firmware_py.run.errors import UsageError
+from firmware_py.run.run_folders import run_folder
 from sternplane.study.cases import CASES
 from sternplane.study.page import page
 from sternplane.study.pool import run_all

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from firmware_py import params
-from firmware_py.adapters.kernel_cache import ROOT
+from firmware_py.adapters.installation import configs
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.estimation.model.prediction import EDDIES
@@ -27,7 +27,7 @@ from sternplane.logs.tracking import Array
 from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, BuslessFlight, fly, held_level, measure, measured
 from sternplane.study.rows import Numbers
 
-CONFIG = ROOT / "configs" / "npsauv2"
+CONFIG = configs() / "npsauv2"
 PAPER_EKF = dict(zip(TEN, (0.12, 0.26, 0.33, 0.58, 0.13, 0.05, 0.09, 14.53, 9.61, 23.29), strict=True))
 """Table 1 of the paper, %: the steady-state errors of its EKF, noise-free."""
 PAPER_SMO = dict(zip(TEN, (1.10, 1.46, 24.67, 17.78, 30.35, 3.07, 2.48, 49.34, 102.57, 44.22), strict=True))

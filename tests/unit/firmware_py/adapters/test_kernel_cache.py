@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from pathlib import Path
 
 import numba
 import pytest
 
 from firmware_py.adapters import kernel_cache
+from firmware_py.adapters.kernel_locator import KernelLocator
 
 TREE = {
+    "pyproject.toml": "",
     "firmware_py/compiled.py": "def kernel(): ...\n",
     "firmware_py/marine.py": "GRAVITY = 9.8\n",
     "firmware_py/loop.py": "from firmware_py.marine import GRAVITY\n",
@@ -32,8 +35,9 @@ def tree(tmp_path, monkeypatch):
     monkeypatch.setattr(kernel_cache, "ROOT", tmp_path)
     monkeypatch.setattr(kernel_cache, "_ROOTS", (tmp_path, tmp_path / "tools"))
     monkeypatch.delenv("STERNPLANE_CACHE", raising=False)
-    monkeypatch.setenv("NUMBA_CACHE_DIR", "")
-    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    for name in ("CACHE_DIR", "CACHE_LOCATOR_CLASSES"):
+        monkeypatch.setenv(f"NUMBA_{name}", "")
+        monkeypatch.setattr(numba.config, name, "")
     return tmp_path
 
 
@@ -47,6 +51,40 @@ def test_numba_keeps_its_kernels_there_though_it_was_imported_before(tree):
 def test_the_environment_says_where(tree, tmp_path, monkeypatch):
     monkeypatch.setenv("STERNPLANE_CACHE", str(tmp_path / "elsewhere"))
     assert kernel_cache.use().parent == tmp_path / "elsewhere"
+
+
+def test_a_checkout_that_cannot_be_written_is_served_from_the_users_cache_folder(tree, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "user"))
+    (tree / ".cache").write_text("a file in the folder's place cannot be written, by root neither")
+    folder = kernel_cache.use()
+    assert folder.parent == tmp_path / "user" / "sternplane" / "kernels"
+
+
+def test_without_any_folder_that_can_be_written_it_is_a_new_one(tree, tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    (tree / ".cache").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    (tmp_path / "temporary").mkdir()
+    first, second = kernel_cache.use(), kernel_cache.use()
+    assert first.parent.parent == second.parent.parent == tmp_path / "temporary"
+    assert first != second  # never one that somebody else may have made
+    assert first.parent.stat().st_mode & 0o077 == 0
+
+
+def test_a_folder_is_complete_when_all_packages_asked_for_are(tmp_path):
+    kernel_cache.mark_complete(tmp_path, ["firmware_py"])
+    assert kernel_cache.is_complete(tmp_path, ["firmware_py"])
+    assert not kernel_cache.is_complete(tmp_path)
+
+
+def test_a_copy_of_the_sources_elsewhere_has_its_kernels_in_the_same_place(tree, monkeypatch):
+    here = KernelLocator.get_suitable_cache_subpath(str(tree / "sim_bridge" / "plant" / "dynamics.py"))
+    monkeypatch.setattr(kernel_cache, "_ROOTS", (tree / "elsewhere", tree / "elsewhere" / "tools"))
+    there = KernelLocator.get_suitable_cache_subpath(
+        str(tree / "elsewhere" / "tools" / "sim_bridge" / "plant" / "a.py")
+    )
+    assert here == there == "sim_bridge.plant"
 
 
 def test_only_files_with_kernels_are_sources(tree):

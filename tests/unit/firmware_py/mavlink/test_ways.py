@@ -7,8 +7,8 @@ import math
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from firmware_py import app
-from firmware_py.adapters.kernel_cache import ROOT
+from firmware_py import app, config_files
+from firmware_py.adapters.installation import configs
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.node import MavlinkParams, Node
@@ -233,7 +233,7 @@ def test_a_circle_is_as_wide_as_it_will_be_flown(x: float, radius: float, speed:
     assert planner.upload(home(*items, at(x, command=LOITER, p=(0, 0, radius)))) == code
 
 
-BOOK = {**app.read_configuration(ROOT / "configs" / "npsauv2"), "mission": {"waypoints": []}, "kept": {}}
+BOOK = {**config_files.read_configuration(configs() / "npsauv2"), "mission": {"waypoints": []}, "kept": {}}
 
 
 @pytest.mark.parametrize(
@@ -249,9 +249,9 @@ BOOK = {**app.read_configuration(ROOT / "configs" / "npsauv2"), "mission": {"way
 def test_what_makes_circles_wider_holds_for_the_next_mission(
     name: str, value: float, gap: float, before: int, after: int
 ) -> None:
-    book, boat = app.book(BOOK), Boat()
+    book, boat = app.parameter_store(BOOK), Boat()
     boat.node = Node(MavlinkParams(), ORIGIN, ACTUATORS, (LinkConfiguration(Identity.ARDUSUB),), parameter_store=book)
-    boat.node.set_limits(30.0, 2.0, app.autopilot_params(BOOK).guidance.turning)
+    boat.node.set_limits(30.0, 2.0, config_files.autopilot_params(BOOK).guidance.turning)
     planner, circle = Planner(boat), home(at(40.0 - gap, command=LOITER))
     assert planner.upload(home(*WALL, kind=FENCE), FENCE) == ACCEPTED
     assert planner.upload(circle) == before

@@ -13,7 +13,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from firmware_py import app
+from firmware_py import app, config_files
 from firmware_py.marine import Origin, local_to_geodetic
 from firmware_py.mavlink.base.modes import Identity, custom_mode
 from firmware_py.parameter_tree import list_parameters, with_values
@@ -79,8 +79,8 @@ def _parameters(writer: Writer, log: Log) -> list[tuple[int, bytes, float, float
     """Writes all as they were at first; returns what was changed since: time, us, name, value and default of each."""
     writer.form("PARM", (TIME, Field("Name", "N"), Field("Value", "f"), Field("Default", "f")))
     configuration = log.header["configuration"]
-    params, values, defaults, changed = app.autopilot_params(configuration), {}, {}, []
-    for setting in app.book(configuration).settings:
+    params, values, defaults, changed = config_files.autopilot_params(configuration), {}, {}, []
+    for setting in app.parameter_store(configuration).settings:
         values[setting.name] = setting.value
         defaults[setting.name] = setting.base if setting.default is None else setting.default
         writer.write("PARM", (0, setting.name.encode(), setting.value, defaults[setting.name]))
@@ -105,7 +105,7 @@ def _tables(c: Columns, configuration: Mapping[str, Any]) -> dict[str, tuple[tup
     def plain(*paths: str) -> Any:
         return np.stack([c[path] for path in paths], axis=1)
 
-    params = app.autopilot_params(configuration)
+    params = config_files.autopilot_params(configuration)
     origin = Origin(params.origin.latitude, params.origin.longitude)
     surface = params.mavlink.telemetry.surface_altitude
     place = plain("state.eta.x", "state.eta.y", "state.eta.z")
@@ -151,7 +151,7 @@ def _tables(c: Columns, configuration: Mapping[str, Any]) -> dict[str, tuple[tup
 
 
 def _learned(c: Columns, configuration: Mapping[str, Any]) -> Callable[[int], list[tuple[Any, ...]]]:
-    names = [name.encode()[:16] for name in app.autopilot_params(configuration).estimation.coefficients.names]
+    names = [name.encode()[:16] for name in config_files.autopilot_params(configuration).estimation.coefficients.names]
     value, std, valid, excited = (c[f"state.learned.{name}"] for name in ("value", "std", "valid", "excited"))
 
     def rows(i: int) -> list[tuple[Any, ...]]:

@@ -1,4 +1,4 @@
-"""What a log's bits depend on besides our own sources: the processor, and the libraries that compute."""
+"""Where a log comes from: the version that wrote it, and the processor and libraries that its bits depend on."""
 
 from __future__ import annotations
 
@@ -10,9 +10,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[3]
+from firmware_py import __version__
+from firmware_py.adapters.installation import ROOT, is_checkout
+from firmware_py.adapters.processor import processor
+
 _COMPUTING = ("numpy", "numba", "llvmlite")
-_DISTRIBUTIONS = (*_COMPUTING, "python-can", "pyserial", "mcap", "rich", "plotly")
+_DISTRIBUTIONS = (*_COMPUTING, "python-can", "pyserial", "pymavlink", "mcap", "zstandard")
 
 
 def fingerprint() -> dict[str, str]:
@@ -20,7 +23,7 @@ def fingerprint() -> dict[str, str]:
 
     The compiled kernels use whatever the processor has (its flags), and `math` is the C library's.
     """
-    model, flags = _processor()
+    model, flags = processor()
     return {
         "machine": platform.machine(),
         "cpu": model,
@@ -47,6 +50,7 @@ def header(scenario: str, configuration: Mapping[str, Any], **more: Any) -> dict
     return {
         "scenario": scenario,
         **more,
+        "version": __version__,
         "git": git_revision(),
         "machine": fingerprint(),
         "versions": versions(),
@@ -56,7 +60,9 @@ def header(scenario: str, configuration: Mapping[str, Any], **more: Any) -> dict
 
 
 def git_revision(root: Path = ROOT) -> str:
-    """The commit of the sources, "-dirty" behind it when they were changed since; "unknown" where git cannot say."""
+    """Return the commit of the sources, with "-dirty" if they were changed since; "unknown" where git cannot say."""
+    if not is_checkout(root):
+        return "unknown"  # an installed package lies perhaps in somebody else's repository
     command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
@@ -70,14 +76,3 @@ def _version(distribution: str) -> str:
         return importlib.metadata.version(distribution)
     except importlib.metadata.PackageNotFoundError:
         return "not installed"
-
-
-def _processor(cpuinfo: Path = Path("/proc/cpuinfo")) -> tuple[str, str]:
-    """(model, flags) of the first processor; x86 and ARM name them differently."""
-    try:
-        lines = cpuinfo.read_text().partition("\n\n")[0].splitlines()
-    except OSError:
-        return platform.processor() or "unknown", ""
-    found = {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in lines)}
-    model = found.get("model name") or found.get("CPU part") or "unknown"
-    return model, found.get("flags") or found.get("Features") or ""

@@ -1,4 +1,4 @@
-"""What a vehicle keeps from one run to the next, in a folder of its own."""
+"""The navigation that a vehicle keeps from one run to the next: position, its sigma, the pressure at the surface."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 from firmware_py.adapters.storage.state_store import write_atomically
 from firmware_py.estimation.navigation.navigation import KeptNavigation
-from sternplane.cli.errors import UsageError
+from firmware_py.run.errors import UsageError
 
 FILE = "navigation.json"
 BOUNDS = {"x": (-1e7, 1e7), "y": (-1e7, 1e7), "position_std": (1e-6, 1e7), "surface_pressure": (3e4, 1.3e5)}
@@ -16,7 +16,7 @@ BOUNDS = {"x": (-1e7, 1e7), "y": (-1e7, 1e7), "position_std": (1e-6, 1e7), "surf
 
 
 def load(folder: Path) -> dict[str, float]:
-    """What was kept there; empty for a folder that is new.
+    """Return what was kept there; empty for a folder that is new.
 
     Raises:
         UsageError: the file is not what `save` writes.
@@ -38,7 +38,7 @@ def load(folder: Path) -> dict[str, float]:
 
 
 def save(folder: Path, kept: KeptNavigation) -> None:
-    """Keeps it, whole or not at all.
+    """Keep it, whole or not at all.
 
     Raises:
         UsageError: the folder cannot be written.

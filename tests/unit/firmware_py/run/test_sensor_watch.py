@@ -2,8 +2,7 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
-from sternplane.fly.sensor_watch import SensorWatch
-
+from firmware_py.run.sensor_watch import SensorWatch
 from firmware_py.schedule import Tick
 
 

@@ -7,7 +7,10 @@ from pathlib import Path
 
 import numpy
 import pytest
-from sternplane.fly import provenance
+
+from firmware_py import __version__
+from firmware_py.adapters.processor import processor
+from firmware_py.run import provenance
 
 
 def test_the_fingerprint_names_processor_and_libraries() -> None:
@@ -37,7 +40,7 @@ def test_the_difference_names_what_differs_and_only_that() -> None:
 )
 def test_the_processor_of_x86_and_of_arm(tmp_path: Path, text: str, expected: tuple[str, str]) -> None:
     (tmp_path / "cpuinfo").write_text(text)
-    assert provenance._processor(tmp_path / "cpuinfo") == expected
+    assert processor(tmp_path / "cpuinfo") == expected
 
 
 def test_the_revision_of_a_tree_and_its_changes(tmp_path: Path) -> None:
@@ -51,15 +54,24 @@ def test_the_revision_of_a_tree_and_its_changes(tmp_path: Path) -> None:
     git("init", "-q")
     assert provenance.git_revision(tmp_path) == "unknown"
     (tmp_path / "a").write_text("1")
-    git("add", "a")
+    (tmp_path / "pyproject.toml").touch()  # what makes it a checkout
+    git("add", ".")
     git("commit", "-qm", "first")
     git("tag", "-am", "named", "v1")
     commit = git("rev-parse", "HEAD")
     assert provenance.git_revision(tmp_path) == commit
     (tmp_path / "a").write_text("2")
     assert provenance.git_revision(tmp_path) == f"{commit}-dirty"
+    (tmp_path / "pyproject.toml").unlink()  # a package that is installed inside somebody else's repository
+    assert provenance.git_revision(tmp_path) == "unknown"
 
 
 def test_without_git_the_revision_is_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", "")
     assert provenance.git_revision() == "unknown"
+
+
+def test_the_header_says_which_version_wrote_the_log() -> None:
+    header = provenance.header("demo", {"mission": {}})
+    assert header["version"] == __version__
+    assert header["versions"].keys() >= {"numpy", "numba", "python-can", "mcap"}

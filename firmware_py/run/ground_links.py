@@ -1,4 +1,4 @@
-"""Ground stations on the command line."""
+"""The links to ground stations, as the command line names them."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from firmware_py import app
+from firmware_py import app, config_files
 from firmware_py.adapters.ground.mavlink_ground import Grounds, MavlinkGround
 from firmware_py.adapters.ground.signing_key import read_signing
 from firmware_py.marine import Origin
 from firmware_py.mavlink.node import STATE_FILES
 from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.ports import Ground
+from firmware_py.run import kept_plans
 
 
 class Stations(NamedTuple):
@@ -47,7 +48,7 @@ class Stations(NamedTuple):
 
 @contextlib.contextmanager
 def open_ground(
-    links: Sequence[str], configuration: app.Configuration, key: Path | None = None, state: Path | None = None
+    links: Sequence[str], configuration: config_files.Configuration, key: Path | None = None, state: Path | None = None
 ) -> Iterator[Stations]:
     """Opens the links to the stations, for as long as the context lasts; with a `key` they are signed.
 
@@ -55,13 +56,13 @@ def open_ground(
         GroundError: a link is written wrongly or cannot be opened.
         ParamError: a configuration that cannot be flown.
     """
-    params, vehicle = app.autopilot_params(configuration), app.vehicle(configuration)
+    params, vehicle = config_files.autopilot_params(configuration), config_files.vehicle(configuration)
     actuators = Actuators(tuple(fin.delta_max for fin in vehicle.fins), vehicle.propeller.n_max)
     origin = Origin(params.origin.latitude, params.origin.longitude)
     learned = params.estimation.coefficients.names if params.estimation.learning.enabled else ()
     signing = read_signing(key, state) if key is not None else None
-    book, plans = app.book(configuration), app.plans(configuration, state)
-    ground = MavlinkGround(links, params.mavlink, origin, actuators, learned, signing, book, plans)
+    store, plans = app.parameter_store(configuration), kept_plans.plans(configuration, state)
+    ground = MavlinkGround(links, params.mavlink, origin, actuators, learned, signing, store, plans)
     ground.node.set_limits(params.safety.depth_max, params.safety.altitude_min, params.guidance.turning)
     try:
         yield Stations(ground)

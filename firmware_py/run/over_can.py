@@ -1,4 +1,4 @@
-"""The vehicle on a wire to somewhere else: what `fly` and the two processes of `sitl` have in common."""
+"""The vehicle on a CAN bus, with a plant or the sea at its other end."""
 
 from __future__ import annotations
 
@@ -7,34 +7,27 @@ from collections.abc import Callable
 from dataclasses import astuple
 from pathlib import Path
 
-from firmware_py import app, loop
+from firmware_py import loop
 from firmware_py.adapters import realtime
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
 from firmware_py.adapters.clock import RealTime
 from firmware_py.adapters.dvl import DvlPort
 from firmware_py.adapters.hardware import Hardware
-from firmware_py.adapters.hil.hil_hardware import HilHardware, HilPaced
-from firmware_py.adapters.hil.hil_link import Address, HilLink, connect
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.lockstep.bus_paced import BusPaced, answer, join
 from firmware_py.adapters.lockstep.lockstep import LockstepLink
 from firmware_py.autopilot import Autopilot
 from firmware_py.ports import Ground, Recorder
+from firmware_py.run.errors import UsageError
 from firmware_py.schedule import step_ns
-from sternplane.cli.errors import UsageError
 
 PLANT_S = 60.0
 """How long a plant may take to come, s."""
-OVER_HIL = {"safety": {"fin_needed": False}, "estimation": {"learning": {"enabled": False}}}
-"""Laid over autopilot.toml where the plant is behind MAVLink: nothing there reports what the fins do.
-
-Without their lag, learned coefficients come out wrong by more than their sigma.
-"""
 
 
 def check(spec: str) -> None:
-    """Makes sure that there is such a bus, and that another process can be on it.
+    """Refuse a bus that does not exist, or that no other process can be on.
 
     Raises:
         BusError, UsageError: in one line, why not.
@@ -59,7 +52,7 @@ def run(
     *,
     meet_plant: bool = False,
 ) -> None:
-    """Flies until `stop` says so, or the plant has had enough; leaves the actuators centred and stopped.
+    """Fly until `stop` says so or the plant ends; leave the actuators centred and stopped.
 
     Args:
         autopilot: built, fresh.
@@ -104,48 +97,3 @@ def run(
             loop.run(autopilot, hardware, ground, recorder, schedule)
         finally:
             hardware.park()
-
-
-def run_hil(
-    autopilot: Autopilot,
-    configuration: app.Configuration,
-    address: Address,
-    io: IoParams,
-    ground: Ground,
-    recorder: Recorder,
-    stop: Callable[[], bool],
-    say: Callable[[str], None],
-    losses: dict[str, int],
-) -> None:
-    """The same behind a PX4-compatible simulator: in lockstep with it until it, or `stop`, has had enough.
-
-    Args:
-        autopilot: built of `configuration`, fresh.
-        configuration: with `OVER_HIL` in it.
-        address: where the simulator listens.
-        io: for its options of real time.
-        ground: who gives orders.
-        recorder: who keeps the log.
-        stop: asked at every tick.
-        say: told what people should know.
-        losses: however it ends, how much that came was no MAVLink.
-
-    Raises:
-        BusError: there is no such host.
-        LockstepError: the simulator did not come, went, or does not step as the vehicle does.
-    """
-    params, boat = app.autopilot_params(configuration), app.vehicle(configuration)
-    dt_ns = step_ns(params.rate)
-    stream = connect(address, PLANT_S, stop)
-    if stream is None:
-        return
-    link = HilLink(stream, params.mavlink.system, vehicle=True)
-    with contextlib.closing(link), contextlib.ExitStack() as stack:
-        stack.callback(lambda: losses.update(hil_malformed=link.malformed))
-        hardware = HilHardware(link, [*(fin.delta_max for fin in boat.fins), boat.propeller.n_max])
-        with realtime.applied(io.realtime) as refusals:
-            for refusal in refusals:
-                say(refusal)
-            loop.run(autopilot, hardware, ground, recorder, HilPaced(hardware, link, dt_ns, stop))
-        if link.malformed:
-            say(f"{link.malformed} bytes that came from {address} are no MAVLink")

@@ -1,0 +1,138 @@
+"""A configuration folder: its files read and checked, as the tables that a log's header carries whole.
+
+A configuration is {"vehicle": vehicle.toml, "autopilot": autopilot.toml, "files": what to call them in errors,
+"mission": as `records.mission.plain` gives it, "kept": {...} of an earlier run, or {}}; "fence" and "rally", as
+`records.fence` has them, where there are such. Where stations have changed something in an earlier run, "autopilot" has
+it so, and "changed" has the value of each such key in the files.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from firmware_py.adapters.storage.toml_files import read_toml
+from firmware_py.mavlink.parameters import transfer
+from firmware_py.params import ParamError, dump, load
+from firmware_py.reconfiguration import AutopilotParams
+from firmware_py.records.mission import Item, Point, mission_of, plain
+from firmware_py.vehicle.vehicle import Vehicle
+
+Configuration = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class MissionParams:
+    """mission.toml, whole: what a vehicle that is on its own may be sent to fly."""
+
+    waypoints: tuple[Point, ...] = ()
+    items: tuple[Item, ...] = ()
+
+    def __post_init__(self) -> None:
+        mission_of(self.waypoints, self.items)
+
+
+def read_mission(folder: Path) -> dict[str, Any]:
+    """The mission of a configuration's mission.toml as `build` takes it; an empty one if there is no such file.
+
+    Raises:
+        ParamError: an error that names the file and the key.
+    """
+    path = folder / "mission.toml"
+    mission = load(MissionParams, read_toml(path) if path.exists() else {}, str(path))
+    return plain(mission_of(mission.waypoints, mission.items))
+
+
+def read_configuration(
+    folder: Path, over: Mapping[str, Any] | None = None, state: Path | None = None
+) -> dict[str, Any]:
+    """The tables of a configuration folder; `over` is laid upon autopilot.toml, and what stations changed upon both.
+
+    Raises:
+        ParamError: a file is missing or is not TOML, or autopilot.toml, alone or under what is laid upon it, is wrong.
+    """
+    if not os.path.isdir(folder):
+        raise ParamError(f"{folder}: there is no such configuration folder; configs/npsauv2 is an example")
+    files = {name: folder / f"{name}.toml" for name in ("vehicle", "autopilot")}
+    configuration = {
+        "files": {name: str(path) for name, path in files.items()},
+        "vehicle": read_toml(files["vehicle"]),
+        "autopilot": read_table(AutopilotParams, files["autopilot"], over or {}),
+        "changed": {},
+    }
+    changes = state / transfer.FILE if state is not None else None
+    return _under(configuration, changes) if changes is not None and changes.exists() else configuration
+
+
+def _under(configuration: Configuration, path: Path) -> dict[str, Any]:
+    """The configuration under a file of changes."""
+    base = configuration["autopilot"]
+    try:
+        changes = read_toml(path)
+        load(AutopilotParams, merge(base, changes), str(path))
+    except ParamError as error:
+        raise ParamError(f"{error}; mend it, or remove it to fly without what stations changed") from None
+    was = dump(load(AutopilotParams, base, configuration["files"]["autopilot"]))
+    return {
+        **configuration,
+        "files": {**configuration["files"], "autopilot": f"{path} over {configuration['files']['autopilot']}"},
+        "autopilot": merge(base, changes),
+        "changed": {key: _below(was, key) for key in _dotted(changes)},
+    }
+
+
+def _dotted(table: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _dotted(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}"
+
+
+def _below(table: Mapping[str, Any], key: str) -> Any:
+    head, _, rest = key.partition(".")
+    return _below(table[head], rest) if rest else table[head]
+
+
+def read_table(cls: type[Any], path: Path, over: Mapping[str, Any]) -> dict[str, Any]:
+    """The table of a file with the scenario's table `over` laid upon it, checked with and without.
+
+    Raises:
+        ParamError: the file is wrong by itself, or `over` makes it so; the error tells which.
+    """
+    table = read_toml(path)
+    load(cls, table, str(path))
+    if over:
+        table = merge(table, over)
+        load(cls, table, f"{path} under the scenario's [{path.stem}]")
+    return table
+
+
+def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """`base` with the values of `over` laid upon it, table by table."""
+    merged = dict(base)
+    for key, value in over.items():
+        below = merged.get(key)
+        merged[key] = merge(below, value) if isinstance(below, Mapping) and isinstance(value, Mapping) else value
+    return merged
+
+
+def autopilot_params(configuration: Configuration) -> AutopilotParams:
+    """autopilot.toml, checked.
+
+    Raises:
+        ParamError: an error that names the file and the key.
+    """
+    return load(AutopilotParams, configuration["autopilot"], configuration["files"]["autopilot"])
+
+
+def vehicle(configuration: Configuration) -> Vehicle:
+    """vehicle.toml, checked.
+
+    Raises:
+        ParamError: an error that names the file and the key.
+    """
+    return load(Vehicle, configuration["vehicle"], configuration["files"]["vehicle"])

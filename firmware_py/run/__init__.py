@@ -1,0 +1,1 @@
+"""The vehicle's own program: what a process at sea needs around the loop."""

@@ -1,0 +1,50 @@
+"""The recorder of a flight at sea, which also tells people what happens."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import sys
+
+from firmware_py.adapters.storage.recorder import LogError, LogWriter, Recorder
+from firmware_py.records.cycle import Cycle
+from firmware_py.run.sensor_watch import SensorWatch
+from firmware_py.schedule import NS_PER_S
+
+_STATUS_NS = 10 * NS_PER_S
+"""Between two lines on how the vehicle is."""
+
+
+class FlightRecorder:
+    """A recorder that never ends a flight: when the log cannot be written it says so once, and the vehicle flies on."""
+
+    def __init__(self, log: LogWriter) -> None:
+        self._recorder = Recorder(log)
+        self._sensors = SensorWatch()
+        self.cycles = 0
+        self.last: Cycle | None = None
+        self.broken = False
+
+    def write(self, cycle: Cycle) -> None:
+        """Keep one cycle while that is possible, and show its events."""
+        for line in (*cycle.events, *self._sensors.changes(cycle)):
+            say(f"{cycle.tick.t:9.2f} s  {line}")
+        if cycle.tick.k * cycle.tick.dt_ns % _STATUS_NS == 0:
+            eta, mode = cycle.state.eta, cycle.mode.mode.name.lower()
+            heading = round(math.degrees(eta.psi)) % 360
+            say(f"{cycle.tick.t:9.2f} s  {mode}, depth {eta.z:.2f} m, heading {heading}°, {cycle.state.nu.u:.2f} m/s")
+        self.last = cycle
+        if self.broken:
+            return
+        try:
+            self._recorder.write(cycle)
+            self.cycles += 1
+        except LogError as error:
+            self.broken = True
+            say(f"sternplane: {error}; flying on without a log")
+
+
+def say(line: str) -> None:
+    """Show a line to people; a terminal that is gone does not end a flight."""
+    with contextlib.suppress(OSError, ValueError):
+        print(line, file=sys.stderr, flush=True)

@@ -1,0 +1,135 @@
+"""One flight of the vehicle alone, from its options to its end."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+from firmware_py import app, config_files
+from firmware_py.adapters.hil.hil_link import parse_link, resolve
+from firmware_py.adapters.io_params import IoParams
+from firmware_py.adapters.lockstep.lockstep import LockstepError
+from firmware_py.adapters.storage.recorder import LogWriter
+from firmware_py.adapters.storage.toml_files import read_toml
+from firmware_py.estimation.navigation.navigation import KeptNavigation
+from firmware_py.params import load
+from firmware_py.records.cycle import Cycle
+from firmware_py.run import kept_navigation, over_can, over_hil, provenance
+from firmware_py.run.command_line import BAD
+from firmware_py.run.errors import UsageError
+from firmware_py.run.flight_recorder import FlightRecorder, say
+from firmware_py.run.ground_links import open_ground
+from firmware_py.run.interrupt import interruptible
+from firmware_py.run.kept_plans import with_kept_plans
+from firmware_py.run.run_folders import LOG_FILE, flight_folder, point_latest
+
+_LOST = 1
+"""The exit status of a flight whose plant was lost."""
+_AGAIN = 3
+"""The exit status that asks whoever started the vehicle to start it again."""
+
+
+class Flown(NamedTuple):
+    """What a flight has left: exit status, the run's folder, the cycles in its log."""
+
+    status: int
+    folder: Path
+    cycles: int
+
+
+def fly(options: argparse.Namespace) -> Flown:
+    """Fly until someone says stop.
+
+    Args:
+        options: as `run.options.add_fly` defines them.
+
+    Raises:
+        BusError, GroundError, LogError, ParamError, StoreError, UsageError: in one line, what cannot be used.
+    """
+    io_file, address = options.io or options.config / "io_sitl.toml", parse_link(options.link)
+    pace = options.pace or ("bus" if address else "realtime")
+    if address and (options.bus or options.dvl or pace != "bus"):
+        raise UsageError(
+            f"--link {options.link} has no bus, no DVL and the plant's pace: no --bus, --dvl, --pace realtime"
+        )
+    over = over_hil.OVER_HIL if address else None
+    configuration = with_kept_plans(
+        {
+            **config_files.read_configuration(options.config, over, options.state),
+            "mission": config_files.read_mission(options.config),
+            "kept": kept_navigation.load(options.state) if options.state else {},
+        },
+        options.state,
+    )
+    params = config_files.autopilot_params(configuration)
+    io = load(IoParams, read_toml(io_file), str(io_file))
+    autopilot = app.build(configuration)
+    spec = options.bus or io.can.bus
+    # What cannot be opened is refused before anything is written.
+    if address:
+        resolve(address)
+    else:
+        over_can.check(spec)
+    folder = flight_folder(options.out)
+    header = provenance.header("fly", configuration, pace=pace, link=options.link)
+    lost, reason, began = False, "", time.monotonic()
+    losses: dict[str, int] = {}
+    with (
+        open_ground(options.gcs, configuration, options.gcs_key, options.state) as stations,
+        interruptible() as interrupted,
+    ):
+        stations.save_changes_in(options.state, folder)
+        log = LogWriter(folder / LOG_FILE, header)
+        recorder, ground = FlightRecorder(log), stations.ground
+
+        def stop() -> bool:
+            return bool(interrupted) or ground.node.end_request != ""
+
+        ground.node.allow_end()
+        try:
+            if address or pace == "bus":
+                say(f"waiting for the {'simulator' if address else 'plant'} on {address or spec}")
+            if address:
+                over_hil.run(autopilot, configuration, address, io, ground, recorder, stop, say, losses)
+            else:
+                dvl = Path(options.dvl or io.dvl.place(spec))
+                over_can.run(autopilot, params.rate, io, spec, dvl, pace, ground, recorder, stop, say, losses)
+        except LockstepError as error:
+            lost, reason = True, str(error)
+            say(f"sternplane: {error}")
+        finally:
+            node = ground.node
+            asked = f"{node.end_request} by station {node.end_requester}" if node.end_request else ""
+            reason = reason or _how(recorder.last, bool(interrupted), asked)
+            if not recorder.broken:
+                end = {"completed": None, "reason": reason, "wall_s": time.monotonic() - began}
+                log.close({**end, "losses": {**losses, **stations.losses()}})
+    kept = _leave(log.path, options.state, autopilot.estimator.keep())
+    point_latest(folder)
+    status = _LOST if lost else _AGAIN if ground.node.end_request == "reboot" else 0 if kept else BAD
+    return Flown(status, folder, recorder.cycles)
+
+
+def _leave(log: Path, state: Path | None, navigation: KeptNavigation) -> bool:
+    """Keep the navigation for the next start, and say where the run is; False, and said why, if something is lost."""
+    there = log.exists()
+    if there:
+        say(f"  {log.parent}")
+    else:
+        say(f"sternplane: {log} was removed in flight, and is lost")
+    if state is None and not there:
+        return False
+    try:
+        kept_navigation.save(state or log.parent / "state", navigation)
+    except UsageError as error:
+        say(f"sternplane: {error}")
+        return False
+    return there
+
+
+def _how(last: Cycle | None, interrupted: bool, asked: str) -> str:
+    """How a flight that nothing broke off came to its end."""
+    by = "ended by a person" if interrupted else asked or "ended with the plant's time"
+    return by if last is None else f"{by}, in mode {last.mode.mode.name.lower()}"

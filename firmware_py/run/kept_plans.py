@@ -1,0 +1,56 @@
+"""Mission, fence and rally points that stations sent in an earlier run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from firmware_py.config_files import Configuration, autopilot_params
+from firmware_py.marine import Origin
+from firmware_py.mavlink.commands.setpoints import WaterFrame
+from firmware_py.mavlink.plans import plan_builder
+from firmware_py.mavlink.plans.plan_builder import PlanBuilder
+from firmware_py.params import prefix_errors
+from firmware_py.records.mission import from_plain
+
+
+def with_kept_plans(configuration: Configuration, state: Path | None) -> dict[str, Any]:
+    """The configuration with the mission, fence and rally points that stations have sent in an earlier run.
+
+    Raises:
+        ParamError: what was kept cannot be used; the error names the file.
+    """
+    laid: dict[str, Any] = {}
+    for plan in _kept_plans(configuration, state).values():
+        laid |= json.loads(plan.finish()[1])
+    return {**configuration, **laid}
+
+
+def plans(configuration: Configuration, state: Path | None) -> dict[int, PlanBuilder]:
+    """Mission, fence and rally points as stations may see and change them.
+
+    Raises:
+        ParamError: what was kept cannot be used; the error names the file.
+    """
+    found = _kept_plans(configuration, state)
+    if plan_builder.MISSION not in found:
+        sea = _sea(configuration)
+        found[plan_builder.MISSION] = plan_builder.plan_of_mission(from_plain(configuration["mission"]), sea)
+    return found
+
+
+def _kept_plans(configuration: Configuration, state: Path | None) -> dict[int, PlanBuilder]:
+    found: dict[int, PlanBuilder] = {}
+    for kind, name in plan_builder.FILES.items():
+        path = state / name if state is not None else None
+        if path is not None and path.exists():
+            with prefix_errors(str(path)):
+                found[kind] = plan_builder.read_plan(kind, path.read_text(encoding="utf-8"), _sea(configuration))
+    return found
+
+
+def _sea(configuration: Configuration) -> WaterFrame:
+    params = autopilot_params(configuration)
+    origin = Origin(params.origin.latitude, params.origin.longitude)
+    return WaterFrame(origin, params.mavlink.telemetry.surface_altitude)

@@ -1,0 +1,74 @@
+"""The options of `python -m firmware_py`, and those that `sternplane` shares with it."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from firmware_py.adapters.installation import configs
+
+CONFIG = configs() / "npsauv2"
+"""The configuration that is flown unless another is named."""
+DESCRIPTION = "Flies the vehicle on a real bus until Ctrl-C. It starts disarmed and waits for orders."
+EPILOG = (
+    "Exit status 0 if it was ended by a person, 1 if its plant was lost, 2 for bad input, 3 if a station asked for a "
+    "reboot: whoever started it is to start it again."
+)
+
+
+def add_fly(parser: argparse.ArgumentParser) -> None:
+    """Add every option of a flight of the vehicle alone."""
+    add_config(parser, "vehicle and autopilot")
+    add_real_bus(parser)
+    add_link(parser)
+    parser.add_argument(
+        "--pace", choices=("realtime", "bus"), help="its own clock, or a plant's ticks [realtime; mavlink-hil: bus]"
+    )
+    parser.add_argument("--dvl", metavar="PATH", help="the DVL's serial port [as the io file says]")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="where the log is left; DIR/<stamp> if there is a log in DIR already [runs/<stamp>]",
+    )
+    parser.add_argument("--state", type=Path, metavar="DIR", help="what the vehicle keeps between runs")
+    add_ground(parser)
+
+
+def add_config(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add the configuration folder and the io file."""
+    parser.add_argument("--config", type=Path, default=CONFIG, metavar="DIR", help=f"{what} [configs/npsauv2]")
+    parser.add_argument("--io", type=Path, metavar="FILE", help="who is who on the wires [DIR/io_sitl.toml]")
+
+
+def add_real_bus(parser: argparse.ArgumentParser) -> None:
+    """Add the bus, where another process is on it."""
+    parser.add_argument("--bus", default="", metavar="BUS", help="udp:N or socketcan:IFACE [as the io file says]")
+
+
+def add_link(parser: argparse.ArgumentParser) -> None:
+    """Add the choice between CAN and a simulator's MAVLink."""
+    parser.add_argument(
+        "--link",
+        default="can",
+        metavar="LINK",
+        help="can, or mavlink-hil[:HOST:PORT]: PX4's simulator interface over TCP [can; 127.0.0.1:4560]",
+    )
+
+
+def add_ground(parser: argparse.ArgumentParser) -> None:
+    """Add the links to ground stations, and their key."""
+    parser.add_argument(
+        "--gcs",
+        action="append",
+        default=[],
+        metavar="LINK",
+        help="a ground station: udpout:, udpin:, tcp: or tcpin:HOST:PORT, or serial:DEVICE:BAUD, with :generic or "
+        ":highlatency behind it; may be repeated",
+    )
+    parser.add_argument(
+        "--gcs-key",
+        type=Path,
+        metavar="FILE",
+        help="sign MAVLink with this file's passphrase, and refuse what is not signed",
+    )

@@ -1,0 +1,68 @@
+"""The vehicle behind a PX4-compatible simulator, in lockstep with it."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+
+from firmware_py import config_files, loop
+from firmware_py.adapters import realtime
+from firmware_py.adapters.hil.hil_hardware import HilHardware, HilPaced
+from firmware_py.adapters.hil.hil_link import Address, HilLink, connect
+from firmware_py.adapters.io_params import IoParams
+from firmware_py.autopilot import Autopilot
+from firmware_py.ports import Ground, Recorder
+from firmware_py.schedule import step_ns
+
+PLANT_S = 60.0
+"""How long a simulator may take to come, s."""
+OVER_HIL = {"safety": {"fin_needed": False}, "estimation": {"learning": {"enabled": False}}}
+"""Laid over autopilot.toml where the plant is behind MAVLink: nothing there reports what the fins do.
+
+Without their lag, learned coefficients come out wrong by more than their sigma.
+"""
+
+
+def run(
+    autopilot: Autopilot,
+    configuration: config_files.Configuration,
+    address: Address,
+    io: IoParams,
+    ground: Ground,
+    recorder: Recorder,
+    stop: Callable[[], bool],
+    say: Callable[[str], None],
+    losses: dict[str, int],
+) -> None:
+    """Fly in lockstep with the simulator until it ends, or `stop` says so.
+
+    Args:
+        autopilot: built of `configuration`, fresh.
+        configuration: with `OVER_HIL` in it.
+        address: where the simulator listens.
+        io: for its options of real time.
+        ground: who gives orders.
+        recorder: who keeps the log.
+        stop: asked at every tick.
+        say: told what people should know.
+        losses: however it ends, how much that came was no MAVLink.
+
+    Raises:
+        BusError: there is no such host.
+        LockstepError: the simulator did not come, went, or does not step as the vehicle does.
+    """
+    params, vehicle = config_files.autopilot_params(configuration), config_files.vehicle(configuration)
+    dt_ns = step_ns(params.rate)
+    stream = connect(address, PLANT_S, stop)
+    if stream is None:
+        return
+    link = HilLink(stream, params.mavlink.system, vehicle=True)
+    with contextlib.closing(link), contextlib.ExitStack() as stack:
+        stack.callback(lambda: losses.update(hil_malformed=link.malformed))
+        hardware = HilHardware(link, [*(fin.delta_max for fin in vehicle.fins), vehicle.propeller.n_max])
+        with realtime.applied(io.realtime) as refusals:
+            for refusal in refusals:
+                say(refusal)
+            loop.run(autopilot, hardware, ground, recorder, HilPaced(hardware, link, dt_ns, stop))
+        if link.malformed:
+            say(f"{link.malformed} bytes that came from {address} are no MAVLink")

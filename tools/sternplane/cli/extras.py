@@ -1,0 +1,26 @@
+"""The libraries that draw are an extra: what to install where they are missing."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+from firmware_py.run.errors import UsageError
+
+_DRAWING = ("plotly", "matplotlib")
+HINT = "pip install 'sternplane[report]'"
+"""What installs them."""
+
+
+def missing() -> list[str]:
+    """Return the libraries of the extra `report` that are not installed."""
+    return [name for name in _DRAWING if find_spec(name) is None]
+
+
+def require_report() -> None:
+    """Refuse a command that draws where it cannot.
+
+    Raises:
+        UsageError: what is missing, and how to install it.
+    """
+    if absent := missing():
+        raise UsageError(f"this command draws, and {' and '.join(absent)} is not installed: {HINT}")

@@ -1,1 +1,0 @@
-"""The vehicle alone, as it runs at sea."""
