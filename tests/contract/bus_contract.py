@@ -81,7 +81,7 @@ class BusContract:
             assert heard == frames
             assert all(type(data) is bytes for _, data in heard)
             assert a.drain(100) == []
-            assert (a.dropped, b.deaf, b.overrun) == (0, 0, 0)
+            assert (a.dropped, b.failed_drains, b.overrun) == (0, 0, 0)
 
     def test_what_a_node_says_itself_leaves_its_limit_alone(self, spec):
         with doors(spec, 3) as (a, b, c):
@@ -141,7 +141,7 @@ class TwoProcesses:
             a.send([(1, b"go")])
             assert collect(a, 4000) == numbered(4000)
             assert a.drain(9) == []
-            assert (a.overrun, a.deaf) == (0, 0)
+            assert (a.overrun, a.failed_drains) == (0, 0)
 
     def test_four_thousand_frames_a_second_are_heard_all_and_in_order(self, spec):
         with doors(spec, 1) as (a,), self.peer("listen", spec) as process:

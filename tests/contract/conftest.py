@@ -12,7 +12,7 @@ import dronecan
 import pytest
 from dronecan.transport import Frame, Transfer
 
-from firmware_py.adapters.buses.can_bus import CanBus, NodeIds
+from firmware_py.adapters.buses.can_bus import CanBus, NodeIds, open_bus
 from firmware_py.marine import Eta, Nu, Origin
 from firmware_py.params import load
 from sim_bridge.devices.devices import BoatParams, Devices
@@ -142,8 +142,8 @@ def launch():
 
     def make(**changes):
         channel = f"contract-{next(_channels)}"
-        ours, theirs = (can.Bus(interface="virtual", channel=channel) for _ in range(2))
-        boat = Boat(CanBus(ours), quiet(**changes))
+        theirs = can.Bus(interface="virtual", channel=channel)
+        boat = Boat(open_bus("virtual", channel), quiet(**changes))
         opened.extend((boat.close, theirs.shutdown))
         return boat, Peer(theirs)
 

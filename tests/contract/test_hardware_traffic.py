@@ -177,5 +177,5 @@ def test_a_bus_that_fails_in_flight_is_silence():
             heard = vehicle.read(k).pressure
             assert (heard.value, heard.fresh) == (2e5, False)
             vehicle.write(k)
-        assert vehicle.bus.deaf == 2
+        assert vehicle.bus.failed_drains == 2
         assert vehicle.bus.dropped > 0

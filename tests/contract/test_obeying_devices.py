@@ -236,14 +236,14 @@ def test_a_flood_is_worked_off_in_bounded_portions(launch):
 def test_no_traffic_makes_a_device_fail_or_leave_its_bounds(frames):
     import can
 
-    from firmware_py.adapters.buses.can_bus import CanBus
+    from firmware_py.adapters.buses.can_bus import open_bus
 
     from .conftest import Boat, quiet
 
     with (
         can.Bus(interface="virtual", channel="fuzz") as theirs,
     ):
-        boat = Boat(CanBus(can.Bus(interface="virtual", channel="fuzz")), quiet())
+        boat = Boat(open_bus("virtual", "fuzz"), quiet())
         for can_id, data in frames:
             theirs.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=True))
         angles, n = boat.told(0.0)

@@ -48,14 +48,14 @@ class TestSocketCan(BusContract, TwoProcesses):
             try:
                 a.send([(1, b"lost"), (1, b"lost too")])
                 assert (a.drain(9, 0.01), a.dropped) == ([], 2)
-                assert (listener.drain(9), listener.deaf) == ([], 1)
+                assert (listener.drain(9), listener.failed_drains) == ([], 1)
                 assert listener.drain(9, 0.01) == []
             finally:
                 ip("set", "vcan0", "up")
             a.send([(1, b"after")])
             assert collect(a, 1) == [(2, b"after")]
             assert collect(listener, 2) == [(1, b"after"), (2, b"after")]
-            assert (a.dropped, listener.deaf) == (2, 1)
+            assert (a.dropped, listener.failed_drains) == (2, 1)
 
     def test_remote_requests_are_not_delivered(self, spec, plain):
         with doors(spec, 1) as (a,):

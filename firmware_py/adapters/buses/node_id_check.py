@@ -1,4 +1,4 @@
-"""Who is on a bus already: two vehicles, or two simulations, must not share one by accident."""
+"""Check that no other node on a bus uses our node ids: two vehicles must not share a bus by accident."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from firmware_py.wire.dronecan.messages import GET_NODE_INFO, GET_NODE_INFO_RESP
 from firmware_py.wire.dronecan.protocol import GetNodeInfoRequest
 from firmware_py.wire.dronecan.transfer import Reassembler, Sender
 
-LONG_ENOUGH = 1.2
-"""Every node says once a second that it lives; s."""
-_ASKER = 126
-"""We ask under an id that DroneCAN keeps for tools: ours may be the one that is taken."""
-_GLANCE = 0.05
+LISTEN_TIME = 1.2
+"""How long to listen, s: every node sends its status once a second."""
+_TOOL_ID = 126
+"""Requests are sent under an id that DroneCAN reserves for tools: our own may be the one that is taken."""
+_WAIT = 0.05
 _FRAMES = 1024
 
 
-def heard_nodes(bus: CanBus, seconds: float = LONG_ENOUGH) -> dict[int, str]:
-    """The nodes that speak on a bus within `seconds` of wall time: by id, their names, "" of those that tell none."""
-    sender, answers = Sender(_ASKER), Reassembler([GET_NODE_INFO_RESPONSE], _ASKER)
+def heard_nodes(bus: CanBus, seconds: float = LISTEN_TIME) -> dict[int, str]:
+    """Return the names, by id, of the nodes that send on a bus within `seconds` of wall time; "" if one gives none."""
+    sender, answers = Sender(_TOOL_ID), Reassembler([GET_NODE_INFO_RESPONSE], _TOOL_ID)
     names: dict[int, str] = {}
     deadline = time.monotonic() + seconds
     while (left := deadline - time.monotonic()) > 0.0:
-        for can_id, data in bus.drain(_FRAMES, min(left, _GLANCE)):
+        for can_id, data in bus.drain(_FRAMES, min(left, _WAIT)):
             source = can_id & 0x7F
             if source not in names and source != 0:
                 names[source] = ""
@@ -36,16 +36,16 @@ def heard_nodes(bus: CanBus, seconds: float = LONG_ENOUGH) -> dict[int, str]:
     return names
 
 
-def refuse_if_taken(bus: CanBus, ids: Mapping[int, str], seconds: float = LONG_ENOUGH) -> None:
-    """Makes sure that nobody speaks under our node ids.
+def refuse_if_taken(bus: CanBus, ids: Mapping[int, str], seconds: float = LISTEN_TIME) -> None:
+    """Make sure that no other node sends under our node ids.
 
     Args:
-        bus: on which we have not spoken yet.
+        bus: on which we have sent nothing yet.
         ids: ours, with their roles.
         seconds: how long to listen, wall time.
 
     Raises:
-        BusError: who was heard.
+        BusError: an id is taken; the text names the node.
     """
     heard = heard_nodes(bus, seconds)
     taken = [_described(i, ids[i], heard[i]) for i in sorted(ids) if i in heard]

@@ -1,4 +1,4 @@
-"""What the kernel keeps of a bus between two drains: how much it may be, and how often it was too little."""
+"""The kernel's receive buffer of a socket: make it large, and count what it had no room for."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ _MEMINFO = struct.Struct("9I")
 _DROPS = 8
 
 
-def enlarge(door: socket.socket) -> None:
-    """Asks for SIZE; without the right to exceed net.core.rmem_max, for as much as that allows."""
+def enlarge(receiver: socket.socket) -> None:
+    """Ask for SIZE bytes; without the right to exceed net.core.rmem_max, for as much as that allows."""
     try:
-        door.setsockopt(socket.SOL_SOCKET, _SO_RCVBUFFORCE, SIZE)
+        receiver.setsockopt(socket.SOL_SOCKET, _SO_RCVBUFFORCE, SIZE)
     except OSError:
-        door.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, SIZE)
+        receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, SIZE)
 
 
-def overrun(door: socket.socket) -> int:
-    """How many frames, one's own included, came while the buffer was full."""
-    return int(_MEMINFO.unpack(door.getsockopt(socket.SOL_SOCKET, _SO_MEMINFO, _MEMINFO.size))[_DROPS])
+def overrun(receiver: socket.socket) -> int:
+    """Return how many frames, one's own included, arrived while the buffer was full."""
+    return int(_MEMINFO.unpack(receiver.getsockopt(socket.SOL_SOCKET, _SO_MEMINFO, _MEMINFO.size))[_DROPS])

@@ -1,4 +1,4 @@
-"""SocketCAN, the buses of the Linux kernel: python-can's door to them, with a way past its `can.Message`."""
+"""SocketCAN, the CAN buses of the Linux kernel: python-can's interface with a way past `can.Message`."""
 
 from __future__ import annotations
 
@@ -10,17 +10,19 @@ import can
 from can.interfaces.socketcan import SocketcanBus
 from can.typechecking import CanFilter
 
-from firmware_py.adapters.buses.receive_buffer import enlarge
+from firmware_py.adapters.buses import receive_buffer
 
 _FRAME = struct.Struct("=IB3x8s")
 _EXTENDED = socket.CAN_EFF_FLAG
-_EXTENDED_ALONE: list[CanFilter] = [{"can_id": 0, "can_mask": 0, "extended": True}]
+_EXTENDED_ONLY: list[CanFilter] = [{"can_id": 0, "can_mask": 0, "extended": True}]
 
 
-class KernelBus(SocketcanBus):
-    """One node on a CAN interface; it does not hear itself, and hears extended ids alone.
+class SocketCanFrameBus(SocketcanBus):
+    """One node on a CAN interface; it receives extended ids only, and not its own frames.
 
-    While the interface is down it takes and gives nothing; when it comes up again, frames flow again.
+    While the interface is down nothing is sent or received; when it is up again, frames flow again.
+
+    Bare frames bypass `can.Message`, which costs about as much as everything else that a frame costs here.
 
     Raises:
         can.CanInitializationError: no such interface, or it is down; the text says how to make it.
@@ -28,16 +30,21 @@ class KernelBus(SocketcanBus):
 
     def __init__(self, interface: str) -> None:
         _check(interface)
-        super().__init__(channel=interface, can_filters=_EXTENDED_ALONE, ignore_rx_error_frames=True)
+        super().__init__(channel=interface, can_filters=_EXTENDED_ONLY, ignore_rx_error_frames=True)
         self.channel_info = f"socketcan:{interface}"
-        enlarge(self.socket)
+        receive_buffer.enlarge(self.socket)
 
-    def put(self, can_id: int, data: bytes) -> None:
-        """Sends a frame with an extended id; OSError if it cannot at once."""
+    @property
+    def overrun(self) -> int:
+        """Return how many frames, one's own included, the kernel had no room for."""
+        return receive_buffer.overrun(self.socket)
+
+    def send_frame(self, can_id: int, data: bytes) -> None:
+        """Send a frame with an extended id; raise OSError if the kernel does not take it at once."""
         self.socket.send(_FRAME.pack(can_id | _EXTENDED, len(data), data), socket.MSG_DONTWAIT)
 
-    def take(self, frames: list[tuple[int, bytes]], limit: int) -> None:
-        """Appends the frames with extended ids that have arrived; looks at no more than `limit`.
+    def receive_frames(self, frames: list[tuple[int, bytes]], limit: int) -> None:
+        """Append the frames with extended ids that have arrived; examine at most `limit`.
 
         Raises:
             OSError: once, after the interface went down.
@@ -53,7 +60,7 @@ class KernelBus(SocketcanBus):
 
 
 def _check(interface: str) -> None:
-    """Says what is wrong with an interface in words: python-can would log it, and raise a bare number."""
+    """Raise what is wrong with an interface in words: python-can would log it, and raise a bare number."""
     up = f"ip link set {interface} up" + ("" if interface.startswith("vcan") else " type can bitrate 1000000")
     if not interface:
         raise can.CanInitializationError("which interface? write socketcan:IFACE")

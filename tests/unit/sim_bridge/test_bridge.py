@@ -8,12 +8,11 @@ import math
 import tomllib
 from pathlib import Path
 
-import can
 import numpy as np
 import pytest
 import serial
 
-from firmware_py.adapters.buses.can_bus import CanBus, NodeIds
+from firmware_py.adapters.buses.can_bus import NodeIds, open_bus
 from firmware_py.params import ParamError, load
 from firmware_py.wire.dronecan import equipment as eq
 from firmware_py.wire.dronecan import messages as m
@@ -44,7 +43,7 @@ class Rig:
 
     def __init__(self, scenario=None, seed=1, base_hz=100, truth=None, **boat):
         channel = f"bridge-{next(_channels)}"
-        ours, theirs = (CanBus(can.Bus(interface="virtual", channel=channel)) for _ in range(2))
+        ours, theirs = (open_bus("virtual", channel) for _ in range(2))
         self.bus = theirs
         self.line = SerialLine()
         self.port = serial.Serial(self.line.path, 115200, timeout=0)

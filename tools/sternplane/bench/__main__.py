@@ -93,7 +93,7 @@ def _flight(path: Path) -> dict[str, Any]:
     vehicle_time = len(read(path).cycle_bytes) / ready.rate
     spent: dict[str, float] = {}
     with contextlib.ExitStack() as stack:
-        stack.enter_context(_replaced(can_bus.VirtualCanBus, "drain", counted(can_bus.VirtualCanBus.drain)))
+        stack.enter_context(_replaced(can_bus.CanBus, "drain", counted(can_bus.CanBus.drain)))
         for part, cls, method in (
             ("plant_and_devices", bridge.Bridge, "step"),
             ("hear", hardware.Hardware, "read"),

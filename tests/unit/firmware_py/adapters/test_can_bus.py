@@ -1,7 +1,8 @@
-"""One node's door to python-can's virtual bus."""
+"""One node on python-can's virtual bus."""
 
 from __future__ import annotations
 
+import errno
 import itertools
 
 import can
@@ -11,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.adapters.buses.can_bus import CanBus, NodeIds, open_bus
+from firmware_py.adapters.buses.virtual_bus import VirtualFrameBus
 from firmware_py.params import ParamError, load
 
 _channels = itertools.count()
@@ -18,10 +20,10 @@ FRAMES = st.lists(st.tuples(st.integers(0, 2**29 - 1), st.binary(max_size=8)), m
 
 
 class Pair:
-    """Two doors to one bus, and python-can's own beside them."""
+    """Two nodes of ours on one bus, and one of python-can's."""
 
     def __enter__(self) -> Pair:
-        channel = f"doors-{next(_channels)}"
+        channel = f"pair-{next(_channels)}"
         self.a, self.b = open_bus("virtual", channel), open_bus("virtual", channel)
         self.plain = can.Bus(interface="virtual", channel=channel)
         return self
@@ -49,7 +51,7 @@ def test_frames_arrive_whole_and_in_order_at_most_so_many_at_once_and_not_at_the
         assert heard == frames
         assert all(type(data) is bytes for _, data in heard)
         assert pair.a.drain(100) == []
-        assert (pair.a.dropped, pair.b.deaf) == (0, 0)
+        assert (pair.a.dropped, pair.b.failed_drains) == (0, 0)
 
 
 def test_python_cans_own_bus_hears_us_and_we_hear_it(pair):
@@ -72,27 +74,33 @@ def test_what_is_not_an_extended_data_frame_is_skipped_and_costs_its_share_of_th
     assert pair.a.drain(2) == [(3, b"")]
 
 
-def test_a_bus_that_does_not_take_a_frame_costs_that_frame_alone():
-    class Stubborn(can.BusABC):
-        def __init__(self):
-            super().__init__("x")
+def test_a_bus_that_does_not_take_a_frame_costs_that_frame_alone(pair):
+    class Full(VirtualFrameBus):
+        def send_frame(self, can_id, data):
+            if can_id == 2:
+                raise OSError(errno.ENOBUFS, "no buffer")
+            super().send_frame(can_id, data)
 
-        def send(self, msg, timeout=None):
-            if msg.arbitration_id == 2:
-                raise can.CanOperationError("no buffer")
-            sent.append(msg.arbitration_id)
+        def receive_frames(self, frames, limit):
+            raise OSError(errno.ENETDOWN, "network is down")
 
-        def _recv_internal(self, timeout):
-            raise can.CanOperationError("network is down")
+    node = CanBus(Full(pair.plain.channel_id))
+    node.send([(1, b""), (2, b""), (3, b"")])
+    assert pair.a.drain(9) == [(1, b""), (3, b"")]
+    assert node.dropped == 1
+    assert node.drain(10) == []
+    assert node.failed_drains == 1
+    node.close()
 
-    sent: list[int] = []
-    door = CanBus(Stubborn())
-    door.send([(1, b""), (2, b""), (3, b"")])
-    assert sent == [1, 3]
-    assert door.dropped == 1
-    assert door.drain(10) == []
-    assert door.deaf == 1
-    door.close()
+
+def test_python_cans_own_receive_call_reads_our_frames(pair):
+    with VirtualFrameBus(pair.plain.channel_id) as bus:
+        pair.a.send([(0x1ABCDEF, b"123")])
+        pair.plain.send(can.Message(arbitration_id=7, data=b"x"))
+        first, second = bus.recv(0), bus.recv(0)
+        assert (first.arbitration_id, bytes(first.data), first.is_extended_id) == (0x1ABCDEF, b"123", True)
+        assert (second.arbitration_id, bytes(second.data)) == (7, b"x")
+        assert bus.recv(0) is None
 
 
 def test_leaving_twice_is_leaving_and_the_others_stay(pair):
