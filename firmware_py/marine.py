@@ -62,8 +62,8 @@ INERTIA_IMPOSSIBLE = (
 def is_inertia_tensor(x: float, y: float, z: float, xy: float, yz: float, xz: float) -> bool:
     """Return whether a rigid body can have these moments and products of inertia, kg m^2.
 
-    The matrix of its second moments of mass, the integrals of x x, x y and so on, must be positive definite (Sylvester's
-    criterion). This is stricter than a positive definite inertia matrix: it includes the triangle inequalities.
+    The matrix of its second moments of mass, the integrals of x x, x y and so on, must be positive definite
+    (Sylvester's criterion). This is stricter than a positive definite inertia matrix, by the triangle inequalities.
     """
     a, b, c = 0.5 * (y + z - x), 0.5 * (x + z - y), 0.5 * (x + y - z)
     determinant = a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz)

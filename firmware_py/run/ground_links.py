@@ -36,7 +36,7 @@ class Stations(NamedTuple):
         Stations may fetch the logs: all below runs/ if the run is left there, else its own.
 
         Raises:
-            StoreError: it cannot be written.
+            StateStoreError: it cannot be written.
         """
         if state is None:
             for name in STATE_FILES:

@@ -77,7 +77,7 @@ class Vehicle:
         ParamError: fins, coefficients or propeller with which the vehicle cannot be steered or driven.
     """
 
-    name: str = param(doc="Name of the vehicle.")
+    name: str
     hull: Hull
     body: Body
     propeller: Propeller

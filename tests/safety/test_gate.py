@@ -251,7 +251,8 @@ def test_output_is_finite_and_within_all_limits_for_any_input(
 
 # Mutants that no test can tell from the gate, each with its reason.
 EQUIVALENT = {
-    "since < ahrs.t_valid <= tick.t + _TIME_ROUNDING -> since <= ahrs.t_valid <= tick.t + _TIME_ROUNDING",  # the same time again
+    # the same time of validity again changes nothing
+    "since < ahrs.t_valid <= tick.t + _TIME_ROUNDING -> since <= ahrs.t_valid <= tick.t + _TIME_ROUNDING",
 }
 
 COMPARISONS = {ast.Lt: (ast.LtE, ast.Gt), ast.LtE: (ast.Lt, ast.Gt), ast.Gt: (ast.GtE, ast.Lt), ast.GtE: (ast.Gt,)}

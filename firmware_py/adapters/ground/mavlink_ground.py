@@ -108,7 +108,7 @@ class MavlinkGround:
         """From now on what stations change is kept in a folder, for the next start.
 
         Raises:
-            StoreError: it cannot be written.
+            StateStoreError: it cannot be written.
         """
         self._state_store = StateStore(folder)
 

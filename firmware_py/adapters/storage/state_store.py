@@ -1,7 +1,7 @@
 """The state folder: files that the vehicle keeps from one start to the next, each written whole or not at all.
 
 A disk may take many cycles to complete a write. So a child process writes, and the cycle only passes on what fits into
-a pipe; the rest is queued. If the vehicle's process is killed, the child lives on until it has written what it received.
+a pipe; the rest is queued. If the vehicle's process is killed, the child first writes what it has received.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class StateStore:
     """The state folder, created if it is missing, and the child process that writes into it.
 
     Raises:
-        StoreError: the folder cannot be written.
+        StateStoreError: the folder cannot be written.
     """
 
     def __init__(self, folder: Path) -> None:

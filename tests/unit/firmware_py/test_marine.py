@@ -37,7 +37,7 @@ def test_quaternion_rotates_as_the_euler_matrix_does(phi: float, theta: float, p
     assert marine.body_to_ned(phi, theta, psi, 1.0, 0.0, 0.0) == pytest.approx(column, abs=1e-12)
 
 
-def test_a_pitched_up_boat_going_ahead_climbs_and_a_heading_of_90_degrees_is_east() -> None:
+def test_bow_up_and_ahead_climbs_and_a_heading_of_90_degrees_is_east() -> None:
     assert marine.body_to_ned(0.0, 0.1, 0.0, 1.0, 0.0, 0.0)[2] < 0.0
     assert marine.body_to_ned(0.0, 0.0, math.pi / 2, 1.0, 0.0, 0.0) == pytest.approx((0.0, 1.0, 0.0), abs=1e-12)
 
@@ -90,7 +90,7 @@ def test_ten_metres_of_fresh_water_are_98_kilopascals_and_the_air_adds_nothing()
     assert marine.depth_of_pressure(101325.0 + 98066.5, 101325.0, 1000.0) == pytest.approx(10.0)
 
 
-def test_clip_lets_nan_through_for_the_caller_to_see() -> None:
+def test_clip_returns_nan_for_nan() -> None:
     assert math.isnan(marine.clip(math.nan, -1.0, 1.0))
     assert marine.clip(2.0, -1.0, 1.0) == 1.0
     assert marine.clip(-2.0, -1.0, 1.0) == -1.0
@@ -104,7 +104,7 @@ MASSES = st.lists(
 
 
 @given(MASSES)
-def test_what_any_masses_have_together_is_an_inertia(masses: list[tuple[float, float, float, float]]) -> None:
+def test_the_inertia_of_any_point_masses_is_accepted(masses: list[tuple[float, float, float, float]]) -> None:
     m, x, y, z = (np.array(column) for column in zip(*masses, strict=True))
     second = np.array([[np.sum(m * a * b) for a in (x, y, z)] for b in (x, y, z)])
     assume(np.linalg.eigvalsh(second)[0] > 1e-6 * np.trace(second))  # not all of them in one plane
@@ -115,12 +115,12 @@ def test_what_any_masses_have_together_is_an_inertia(masses: list[tuple[float, f
 @pytest.mark.parametrize(
     "inertia",
     [
-        (2038.0, 13587.0, 1.0, 0.0, 0.0, 0.0),  # positive definite, and yet none
+        (2038.0, 13587.0, 1.0, 0.0, 0.0, 0.0),  # positive definite, but against the triangle inequality
         (2038.0, 13587.0, 15626.0, 0.0, 0.0, 0.0),
         (2038.0, 13587.0, 13587.0, 9000.0, 0.0, 9000.0),
         (-1.0, 1.0, 1.0, 0.0, 0.0, 0.0),
         (math.nan, 1.0, 1.0, 0.0, 0.0, 0.0),
     ],
 )
-def test_what_no_body_has_is_none(inertia: tuple[float, ...]) -> None:
+def test_an_inertia_that_no_body_can_have_is_rejected(inertia: tuple[float, ...]) -> None:
     assert not marine.is_inertia_tensor(*inertia)

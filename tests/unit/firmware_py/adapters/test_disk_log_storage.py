@@ -1,4 +1,4 @@
-"""Logs read by a process of their own: what is listed, read while it grows, erased and kept."""
+"""Logs on the disk, read by a child process: listing, reading while they grow, erasing."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ OLD, OWN = bytes(i * i % 251 for i in range(200_000)), b"begun"
 
 
 def soon(ask: Callable[[], T | None]) -> T:
-    """What it says once it is there."""
+    """Return the answer once it has arrived."""
     end = time.monotonic() + 30.0
     while time.monotonic() < end:
         answer = ask()
         if answer is not None:
             return answer
         time.sleep(0.001)
-    raise AssertionError("nothing came")
+    raise AssertionError("no answer arrived")
 
 
 @pytest.fixture
@@ -47,7 +47,7 @@ def store(runs: Path) -> Iterator[DiskLogStorage]:
     store.close()
 
 
-def test_logs_are_listed_by_their_runs_once_each(store: DiskLogStorage, runs: Path) -> None:
+def test_each_log_is_listed_once_by_its_run(store: DiskLogStorage, runs: Path) -> None:
     listed = soon(store.logs)
     assert [(log.name, log.size, log.growing) for log in listed] == [
         ("a-old.mcap", 200_000, False),
@@ -61,12 +61,12 @@ def test_logs_are_listed_by_their_runs_once_each(store: DiskLogStorage, runs: Pa
 
 
 @pytest.mark.parametrize(("offset", "n"), [(0, 90), (65_500, 90), (199_990, 90), (0, 65_536), (100, 65_536)])
-def test_any_part_is_read_also_over_the_edge_of_a_block(store: DiskLogStorage, offset: int, n: int) -> None:
+def test_any_part_is_read_also_across_blocks(store: DiskLogStorage, offset: int, n: int) -> None:
     assert soon(lambda: store.read("a-old.mcap", offset, n)) == OLD[offset : offset + n]
     assert soon(lambda: store.read("a-old.mcap", 200_000, n)) == b""
 
 
-def test_a_log_can_be_read_on_while_it_is_written(store: DiskLogStorage, runs: Path) -> None:
+def test_a_growing_log_is_read_on_to_its_new_end(store: DiskLogStorage, runs: Path) -> None:
     assert soon(lambda: store.read("c-own.mcap", 0, 90)) == OWN
     assert soon(lambda: store.read("c-own.mcap", 0, 5)) == OWN
     with (runs / "c-own" / "log.mcap").open("ab") as file:
@@ -81,13 +81,13 @@ def test_what_is_not_a_log_is_not_read(store: DiskLogStorage, name: str) -> None
     assert raised.value.errno == errno.ENOENT
 
 
-def test_erasing_keeps_what_is_written_or_was_a_moment_ago(store: DiskLogStorage, runs: Path) -> None:
+def test_erasing_keeps_logs_that_may_still_grow(store: DiskLogStorage, runs: Path) -> None:
     store.erase()
     assert [log.name for log in soon(store.logs)] == ["b-new.mcap", "c-own.mcap"]
     assert (runs / "a-old").is_dir()
 
 
-def test_a_reader_that_has_ended_is_an_error_and_no_end(store: DiskLogStorage) -> None:
+def test_a_child_that_has_ended_is_an_error_and_not_an_end_of_file(store: DiskLogStorage) -> None:
     soon(store.logs)
     store._child.kill()
     store._child.wait()

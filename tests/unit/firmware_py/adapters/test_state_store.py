@@ -1,4 +1,4 @@
-"""The store: what is handed over is on the disk, whole, whoever dies meanwhile, and nobody waits for the disk."""
+"""The state store: what is saved is on the disk, whole, whichever process is killed, and no call waits for the disk."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ names = st.text("abcdefgh.-_é", min_size=1, max_size=20).filter(lambda name: na
 
 @given(st.lists(st.tuples(names, st.binary(max_size=5000)), min_size=1, max_size=8))
 @settings(max_examples=10)
-def test_what_was_saved_last_under_each_name_is_there_to_the_byte(tmp_path_factory, saved):
+def test_the_last_content_of_each_name_is_on_the_disk(tmp_path_factory, saved):
     folder = tmp_path_factory.mktemp("state") / "deep" / "er"
     with StateStore(folder) as kept:
         for name, content in saved:
@@ -28,28 +28,29 @@ def test_what_was_saved_last_under_each_name_is_there_to_the_byte(tmp_path_facto
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == dict(saved)
 
 
-def test_more_than_the_pipe_holds_waits_its_turn_and_loses_nothing(tmp_path):
+def test_more_than_the_pipe_holds_is_queued_and_not_lost(tmp_path):
     big = os.urandom(5 << 20)
     with StateStore(tmp_path) as kept:
         kept.save("big", big)
         kept.save("small", b"x")
-        assert kept._queued  # nobody waited for it
+        assert kept._queued  # save() did not wait
     assert (tmp_path / "big").read_bytes() == big
     assert (tmp_path / "small").read_bytes() == b"x"
 
 
-def test_a_vehicle_that_is_killed_leaves_what_it_had_handed_over(tmp_path):
+def test_what_was_saved_is_written_even_if_the_vehicle_is_killed(tmp_path):
     program = (
-        "import os, signal, sys; from pathlib import Path; from firmware_py.adapters.storage.state_store import Store\n"
-        "Store(Path(sys.argv[1])).save('a', b'b' * 1000)\n"
+        "import os, signal, sys; from pathlib import Path\n"
+        "from firmware_py.adapters.storage.state_store import StateStore\n"
+        "StateStore(Path(sys.argv[1])).save('a', b'b' * 1000)\n"
         "os.kill(os.getpid(), signal.SIGKILL)\n"
     )
     done = subprocess.run([sys.executable, "-c", program, str(tmp_path)], check=False, stderr=subprocess.PIPE)
-    assert done.returncode == -signal.SIGKILL  # run() has waited until the writer, too, has let go of its output
+    assert done.returncode == -signal.SIGKILL  # run() has waited until the child, too, has closed its output
     assert (tmp_path / "a").read_bytes() == b"b" * 1000
 
 
-def test_what_could_not_be_written_is_said_and_leaves_what_was_there(tmp_path):
+def test_a_failed_write_is_reported_and_leaves_the_old_file(tmp_path):
     (tmp_path / "a").write_bytes(b"old")
     (tmp_path / "a.new").mkdir()
     kept = StateStore(tmp_path)
@@ -63,7 +64,7 @@ def test_what_could_not_be_written_is_said_and_leaves_what_was_there(tmp_path):
 
 
 @pytest.mark.parametrize("step", ["fsync", "replace"])
-def test_a_replacement_that_fails_half_way_leaves_the_old_one(tmp_path, monkeypatch, step):
+def test_a_replacement_that_fails_half_way_leaves_the_old_file(tmp_path, monkeypatch, step):
     state_store.write_atomically(tmp_path, "a", b"old")
 
     def full(*_):
@@ -76,7 +77,7 @@ def test_a_replacement_that_fails_half_way_leaves_the_old_one(tmp_path, monkeypa
     assert (tmp_path / "a").read_bytes() == b"old"
 
 
-def test_a_file_in_the_folders_place_is_refused(tmp_path):
+def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
     (tmp_path / "state").write_text("precious")
     with pytest.raises(StateStoreError, match=r"state: cannot be made \(File exists\); choose another --state"):
         StateStore(tmp_path / "state")
