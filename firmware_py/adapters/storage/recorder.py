@@ -43,12 +43,12 @@ class LogError(Exception):
 
 
 def to_json(document: Any) -> str:
-    """JSON in which every double is exact; a number that JSON does not have is {"$float": "nan" | "inf" | "-inf"}."""
+    """Return JSON in which every double is exact; a non-finite one is {"$float": "nan" | "inf" | "-inf"}."""
     return json.dumps(_finite(document), allow_nan=False, ensure_ascii=False)
 
 
 def from_json(text: str) -> Any:
-    """What `to_json` was given (tuples come back as lists)."""
+    """Return what `to_json` was given; tuples come back as lists."""
     return json.loads(text, object_hook=lambda found: float(found["$float"]) if found.keys() == {"$float"} else found)
 
 
@@ -97,13 +97,13 @@ class LogWriter:
             raise self._failed(error) from None
 
     def channel(self, topic: str, sample: R) -> None:
-        """Opens a topic for records like the sample: the same type, tuples of the same length."""
+        """Open a topic for records like `sample`: the same type, with tuples of the same lengths."""
         codec = Codec.like(sample)
         schema = self._writer.register_schema(codec.name, "ros2msg", codec.schema.encode())
         self._channels[topic] = self._writer.register_channel(topic, "cdr", schema), codec
 
     def write(self, topic: str, t_ns: int, record: Any) -> None:
-        """Keeps one record under its vehicle time, ns; times do not go back."""
+        """Write one record at its vehicle time, ns; times do not decrease."""
         channel, codec = self._channels[topic]
         try:
             if self._chunk_end_ns is None:
@@ -116,7 +116,7 @@ class LogWriter:
             raise self._failed(error) from None
 
     def close(self, end: Mapping[str, Any] | None = None) -> None:
-        """Writes how the run ended, the index and the summary. A second call does nothing."""
+        """Write how the run ended, the index and the summary. A second call does nothing."""
         if self._closed:
             return
         try:
@@ -137,7 +137,7 @@ class LogWriter:
         self.close()
 
     def _failed(self, error: OSError) -> LogError:
-        """Gives the file up; what the kernel already has stays a readable, truncated log."""
+        """Close the file after an error; what was written so far stays a readable, truncated log."""
         self._closed = True
         with contextlib.suppress(OSError):  # the same failure again: the buffer that cannot be written
             self._file.close()
