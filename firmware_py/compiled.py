@@ -1,19 +1,63 @@
-"""Compilation of numerical kernels: for one signature, without fastmath, so that every run gives the same bits.
+"""How a kernel is compiled: once, for one signature, without fastmath, so that it gives the same bits every time.
 
-Numba's cache does not notice changes in other files. A composition root therefore calls
+Arguments are arrays, numbers and NamedTuples of them; their annotations are the signature. So many of a filter's arrays
+travel as few arguments, and each keeps its name.
+
+The cache of compiled kernels does not see changes in other files; a composition root therefore calls
 `firmware_py.adapters.kernel_cache.use` before it imports any kernel.
 """
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import Annotated, Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import numba
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+Vector = Annotated[NDArray[np.float64], types.float64[::1]]
+Matrix = Annotated[NDArray[np.float64], types.float64[:, ::1]]
+Cube = Annotated[NDArray[np.float64], types.float64[:, :, ::1]]
+Indices = Annotated[NDArray[np.int64], types.int64[::1]]
+Flags = Annotated[NDArray[np.bool_], types.boolean[::1]]
+"""Arrays as kernels take them, contiguous; to a type checker they are numpy's."""
+_SCALARS = {float: types.float64, int: types.int64, bool: types.boolean, type(None): types.void}
 
-def kernel(signature: str) -> Callable[[F], F]:
-    """Return a decorator that compiles a function for a numba signature, e.g. "void(f8[::1], f8)", at import."""
-    return cast(Callable[[F], F], numba.njit(signature, cache=True, fastmath=False, error_model="numpy"))
+
+def kernel(signature: str = "") -> Callable[[F], F]:
+    """Compiles the function when its module is imported.
+
+    Args:
+        signature: in numba's words, e.g. "void(f8[::1], f8)"; by default that of the function's annotations.
+    """
+
+    def compiled(function: F) -> F:
+        given = signature or _signature(function)
+        return cast(F, numba.njit(given, cache=True, fastmath=False, error_model="numpy")(function))
+
+    return compiled
+
+
+def _signature(function: Callable[..., Any]) -> Any:
+    """The numba signature that the annotations of a function say."""
+    hints = get_type_hints(function, include_extras=True)
+    returned = _type(hints.pop("return"))
+    return returned(*map(_type, hints.values()))
+
+
+@functools.cache
+def _type(hint: Any) -> Any:
+    """The numba type of an annotation: a scalar, an array, a tuple, or a NamedTuple of these."""
+    if hint in _SCALARS:
+        return _SCALARS[hint]
+    if get_origin(hint) is Annotated:
+        return hint.__metadata__[0]
+    of_types: Any = types.BaseTuple.from_types
+    if get_origin(hint) is tuple:
+        return of_types([_type(item) for item in get_args(hint)])
+    return of_types([_type(field) for field in get_type_hints(hint, include_extras=True).values()], hint)

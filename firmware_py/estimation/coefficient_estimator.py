@@ -16,8 +16,7 @@ from firmware_py.estimation.coefficient_records import EkfMemory
 from firmware_py.estimation.fixed_lag_buffer import FixedLagBuffer, FixedLagBufferMemory, FixedLagBufferParams, Span
 from firmware_py.estimation.health import Health, HealthMemory, HealthParams
 from firmware_py.estimation.identifiability import Known, sentence
-from firmware_py.estimation.model.prediction import STILL
-from firmware_py.estimation.model.transition import MOVING
+from firmware_py.estimation.model.state import CURRENT_EAST, CURRENT_NORTH, MOVING, STILL
 from firmware_py.params import TakesEffect, param, table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned, StateEstimate
@@ -69,7 +68,7 @@ class CoefficientEstimatorMemory(NamedTuple):
     running: bool
     begun: bool
     resets: int
-    reviews: int
+    iterations: int
     ever: tuple[bool, ...]
     said: Learned
 
@@ -92,9 +91,9 @@ class CoefficientEstimator:
         self._horizon = FixedLagBuffer(params.horizon, vehicle)
         self._health = Health(health, self.ekf.model, count)
         self._running = self._begun = False
-        self._resets = self._restarts = self._reviews = 0
+        self._resets = self._filter_resets = self._iterations = 0
         self._variances = [P.diagonal()[self._learned] for P in self.ekf.P]
-        """Of the coefficients, by member: views of the covariances."""
+        """Of the coefficients, by filter: views of the covariances."""
         self._std, self._ever = np.zeros(count), np.zeros(count, dtype=np.bool_)
         self._intensities = coefficients.turbulence
         self._forget()
@@ -144,11 +143,11 @@ class CoefficientEstimator:
             self._forget()
             self._said = self._say(None, self._words())
             return
-        np.sqrt(self._variances[ekf.evidence.argmax()], out=self._std)
-        if ekf.restarts > self._restarts:
-            self._restarts = ekf.restarts
+        np.sqrt(self._variances[ekf.log_likelihood.argmax()], out=self._std)
+        if ekf.resets > self._filter_resets:
+            self._filter_resets = ekf.resets
             self._health.reset()
-        if self._health.update(span.h, self._std, ekf.model.y, ekf.nis):
+        if self._health.update(span.h, self._std, ekf.model.linearisation.regressors, ekf.nis):
             self._permit()
 
     def _forget(self) -> None:
@@ -163,20 +162,20 @@ class CoefficientEstimator:
         self._ever |= self._health.excited
 
     def _say(self, before: Learned | None, words: str) -> Learned:
-        """What is known. What was not excited since `before` stands to the last bit, unless the flight was reviewed."""
-        mean, std, weights = (array.tolist() for array in self.ekf.blend())
+        """What is known. What was not excited since `before` stands to the last bit, unless an iteration took over."""
+        mean, std, weights = (array.tolist() for array in self.ekf.combine())
         value, sigma = mean[self._learned], std[self._learned]
         valid, excited, nis = self._health.verdict
         nothing = (False,) * self._count
         excited = excited if self._running else nothing
-        reviews, self._reviews = self._reviews, self.ekf.review.taken
-        if before is not None and reviews == self._reviews:
+        iterations, self._iterations = self._iterations, self.ekf.iteration.accepted
+        if before is not None and iterations == self._iterations:
             for i, moved in enumerate(excited):
                 if not (moved or before.excited[i]):
                     value[i], sigma[i] = before.value[i], before.std[i]
-        water = slice(MOVING, MOVING + 2)
+        current = slice(CURRENT_NORTH, CURRENT_EAST + 1)
         flows = self.ekf.model.water != STILL
-        (north, east), (north_std, east_std) = (mean[water], std[water]) if flows else ((math.nan,) * 2,) * 2
+        (north, east), (north_std, east_std) = (mean[current], std[current]) if flows else ((math.nan,) * 2,) * 2
         return Learned(
             value=tuple(value),
             std=tuple(sigma),
@@ -188,7 +187,7 @@ class CoefficientEstimator:
             nis=nis,
             rejected=sum(self.ekf.rejected.tolist()),
             dropped=self._horizon.dropped,
-            resets=self._resets + self.ekf.restarts,
+            resets=self._resets + self.ekf.resets,
             horizon=self._horizon.t if self._running else math.nan,
             words=words,
         )
@@ -220,7 +219,7 @@ class CoefficientEstimator:
             self._running,
             self._begun,
             self._resets,
-            self._reviews,
+            self._iterations,
             tuple(self._ever.tolist()),
             self._said,
         )
@@ -232,6 +231,6 @@ class CoefficientEstimator:
         self._health.thaw(memory.health)
         self._running, self._begun = memory.running, memory.begun
         self._resets, self._said = memory.resets, memory.said
-        self._restarts, self._reviews = self.ekf.restarts, memory.reviews
+        self._filter_resets, self._iterations = self.ekf.resets, memory.iterations
         self._permit()
         self._ever[:] = memory.ever

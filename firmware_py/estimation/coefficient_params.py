@@ -1,4 +1,4 @@
-"""What the coefficient filter is told: which coefficients, and how well they are known before."""
+"""The parameters of the coefficient filter: which coefficients, and how well they are known before."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from firmware_py.estimation.model.equations import COEFFICIENTS
-from firmware_py.estimation.model.observer_model import GROUPS, MOTIONS
+from firmware_py.estimation.model.observer_model import GROUPS
+from firmware_py.estimation.model.state import MOTIONS
 from firmware_py.params import ParamError, TakesEffect, param
 from firmware_py.vehicle.vehicle import Vehicle
 
@@ -28,7 +29,8 @@ class CoefficientParams:
         "N_dot, the scale of all added mass in an equation.",
     )
     considered: tuple[str, ...] = param(
-        (), doc='What is reckoned to be uncertain but not learned (Schmidt); "rest" is every other coefficient.'
+        (),
+        doc='What is uncertain but only considered, not learned (Schmidt-Kalman); "rest" is every other coefficient.',
     )
     nuisances: tuple[str, ...] = param(
         (), doc='What is learned from as little uncertainty, for the sake of the others; "rest" here or in considered.'
@@ -92,15 +94,15 @@ class CoefficientParams:
         unit="m/s",
         low=0.0,
         high=2.0,
-        doc="Intensities of the eddies, one for each filter of the bank.",
+        doc="Intensities of the eddies that the filters of the bank assume, one each.",
         mav="TURB",
         when=TakesEffect.RESTART,
     )
     turbulence_time: float = param(
         10.0, unit="s", low=0.1, high=1000.0, doc="Correlation time of the eddies.", mav="TURB_T"
     )
-    memory: float = param(
-        60.0, unit="s", low=1.0, high=1e6, doc="Time over which evidence between filters fades.", mav="MEMORY"
+    likelihood_memory: float = param(
+        60.0, unit="s", low=1.0, high=1e6, doc="Time over which the log-likelihoods of the bank fade.", mav="MEMORY"
     )
     speed_noise: float = param(
         1e-5, unit="m/s", low=1e-9, high=1.0, doc="Random walk of u, v, w, by sqrt(s).", mav="U_NOISE"
@@ -108,31 +110,46 @@ class CoefficientParams:
     rate_noise: float = param(
         1e-4, unit="deg/s", low=1e-9, high=10.0, doc="Random walk of p, q, r, by sqrt(s).", mav="R_NOISE"
     )
-    wait: float = param(
-        0.0, unit="s", low=0.0, high=1000.0, doc="For so long the water is found before coefficients.", mav="WAIT"
+    learning_delay: float = param(
+        0.0,
+        unit="s",
+        low=0.0,
+        high=1000.0,
+        doc="For so long after the start the current is found, and no coefficient learns.",
+        mav="DELAY",
     )
-    settling: float = param(
-        10.0, unit="s", low=0.1, high=1000.0, doc="Time constant with which the next four fade.", mav="SETTLE"
+    startup_time: float = param(
+        10.0,
+        unit="s",
+        low=0.1,
+        high=1000.0,
+        doc="Time constant with which the start-up noise, the next four, fades.",
+        mav="START_T",
     )
-    speed_settling: float = param(
-        0.0, unit="m/s", low=0.0, high=1.0, doc="Random walk of u, v, w as learning begins, by sqrt(s).", mav="U_SETTLE"
+    startup_speed_noise: float = param(
+        0.0,
+        unit="m/s",
+        low=0.0,
+        high=1.0,
+        doc="Start-up noise: random walk of u, v, w as learning begins, by sqrt(s).",
+        mav="U_START",
     )
-    rate_settling: float = param(0.0, unit="deg/s", low=0.0, high=10.0, doc="The same of p, q, r.", mav="R_SETTLE")
-    speed_stirred: float = param(
+    startup_rate_noise: float = param(0.0, unit="deg/s", low=0.0, high=10.0, doc="The same of p, q, r.", mav="R_START")
+    eddy_speed_noise: float = param(
         0.0,
         low=0.0,
         high=10.0,
-        doc="What that of u, v, w is more from the start, of the mean of eddies and water that is not known.",
-        mav="U_STIR",
+        doc="More of it from the start: over the geometric mean of a filter's eddies and the 1 sigma of the water.",
+        mav="U_EDDY",
     )
-    rate_stirred: float = param(0.0, unit="deg/m", low=0.0, high=100.0, doc="The same of p, q, r.", mav="R_STIR")
-    reviews: tuple[float, ...] = param(
+    eddy_rate_noise: float = param(0.0, unit="deg/m", low=0.0, high=100.0, doc="The same of p, q, r.", mav="R_EDDY")
+    iteration_times: tuple[float, ...] = param(
         (),
         unit="s",
         low=1.0,
         high=600.0,
-        doc="Lengths of flight, rising, after which learning goes through all of it again.",
-        mav="REVIEW",
+        doc="Lengths of flight, rising, after which the iterated filter goes through all of it again.",
+        mav="ITER",
         when=TakesEffect.RESTART,
     )
     speed_bias: float = param(
@@ -162,15 +179,17 @@ class CoefficientParams:
         mav="A_BIAS",
         when=TakesEffect.RESTART,
     )
-    gate: float = param(5.0, low=2.0, high=100.0, doc="A measurement more sigmas away is not taken in.", mav="GATE")
+    gate: float = param(5.0, low=2.0, high=100.0, doc="A measurement more sigmas away is rejected.", mav="GATE")
 
     def __post_init__(self) -> None:
         if not self.names:
             raise ParamError("names is empty; name the coefficients to learn, such as M_q")
         if not self.turbulence:
-            raise ParamError("turbulence is empty; write 0 for a filter that reckons with none")
-        if list(self.reviews) != sorted(set(self.reviews)):
-            raise ParamError(f"reviews {list(self.reviews)} do not rise; each is a longer flight than the one before")
+            raise ParamError("turbulence is empty; write 0 for a filter that assumes none")
+        if list(self.iteration_times) != sorted(set(self.iteration_times)):
+            raise ParamError(
+                f"iteration_times {list(self.iteration_times)} do not rise; each is longer than the one before"
+            )
         if REST in self.considered and REST in self.nuisances:
             raise ParamError('"rest" is both in considered and in nuisances; write it once')
 

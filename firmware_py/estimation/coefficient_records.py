@@ -1,20 +1,15 @@
-"""What the coefficient filter says, went through, and remembers."""
+"""Records of the coefficient filter: its estimate, the history of a run, and what it remembers."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from firmware_py.compiled import Flags, Indices
 from firmware_py.estimation.model.jacobians import Array
-from firmware_py.estimation.model.transition import Picks
-
-Flags = NDArray[np.bool_]
 
 
 class Estimate(NamedTuple):
-    """What the bank believes, its filters blended by their probabilities.
+    """The estimate of the bank, its filters combined by their probabilities.
 
     Attributes:
         values: the learned coefficients, (names,); `std` their 1 sigma.
@@ -46,10 +41,10 @@ class History(NamedTuple):
 
     Attributes:
         steps: how many were made; fewer than asked if the filter met a number that is not finite.
-        x: blended states, (K / every, n); `std` their 1 sigma.
+        x: combined states, (K / every, n); `std` their 1 sigma.
         std: see x.
         nis: normalised innovations squared, (K, 9); NaN where nothing came.
-        weights: probabilities of the filters, (K / every, members).
+        weights: probabilities of the filters, (K / every, filters).
     """
 
     steps: int
@@ -59,35 +54,35 @@ class History(NamedTuple):
     weights: Array
 
 
-class ReviewMemory(NamedTuple):
-    """The tape, the banks at its beginning and on their way, what slopes are drawn about, and how far all is."""
+class IterationMemory(NamedTuple):
+    """The measurement history, the banks at its beginning and on their way, the reference, and how far all is."""
 
-    tape: Array
+    history: tuple[Array, ...]
     start: tuple[Array, Array, Array]
     bank: tuple[Array, Array, Array]
     arrays: tuple[Array, ...]
     span: float
     turn: int
     row: int
-    scout: tuple[int, int]
+    reference: tuple[int, int]
     stage: int
-    sound: bool
+    accepted_last: bool
     age: float
-    fruitful: bool
+    learned: bool
     running: bool
-    taken: int
+    accepted: int
 
 
 class EkfMemory(NamedTuple):
-    """All that a bank remembers: states, covariances, evidence, and how many measurements it left out, its age."""
+    """All that a bank remembers: states, covariances, log-likelihoods, rejected measurements, start-up and resets."""
 
     x: Array
     P: Array
-    evidence: Array
-    rejected: Picks
+    log_likelihood: Array
+    rejected: Indices
     age: float
     begun: Flags
     window: Array
-    since: float
-    restarts: int
-    review: ReviewMemory
+    since_reset: float
+    resets: int
+    iteration: IterationMemory

@@ -13,16 +13,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from firmware_py.compiled import kernel
-from firmware_py.estimation.filter.consistency import COUNT, SQUARES, SUM, hear
+from firmware_py.compiled import Flags, Matrix, Vector, kernel
+from firmware_py.estimation.filter.consistency import COUNT, SQUARES, SUM, add_nis
 from firmware_py.estimation.model.jacobians import Array
+from firmware_py.estimation.model.kernel_arguments import ForceTerms, first_terms
 from firmware_py.estimation.model.observer_model import ObserverModel
-from firmware_py.estimation.model.transition import Picks
 from firmware_py.params import ParamError, param
-
-Flags = NDArray[np.bool_]
 
 SENSORS = ("dvl", "gyro", "attitude")
 """Whose measurements u v w, p q r and phi theta psi are."""
@@ -119,10 +116,11 @@ class Health:
         """Begins as after a reset. Inertia and the sizes of the coefficients are as believed, whatever is learned."""
         self._params = params
         self._scale = np.abs(np.array(model.believed[:count], dtype=np.float64))
-        self._picks = model.picks[model.picks[:, 0] < count].copy()
+        self._terms = first_terms(model.arrays.terms, count)
         seen = np.array((params.speed_gain,) * 3 + (params.rate_gain,) * 3)
-        parameter, row = self._picks[:, 0], self._picks[:, 2]
-        self._gain = model.weight[: len(row)] * self._scale[parameter] * np.diag(model.inverse)[row] / seen[row]
+        parameter, equation, weight = self._terms.parameter, self._terms.equation, self._terms.weight
+        inertia = np.diag(model.arrays.inverse_mass)[equation]
+        self._gain = weight * self._scale[parameter] * inertia / seen[equation]
         self._valid, self.excited = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
         self._level = np.zeros(count)
         """Mean square of the acceleration that each force would make, over the one that can be seen."""
@@ -131,25 +129,25 @@ class Health:
         self._wait = params.settle
         """Until the filter has settled, s."""
 
-    def update(self, dt: float, std: Array, y: Array, nis: Array) -> bool:
+    def update(self, dt: float, std: Array, regressors: Array, nis: Array) -> bool:
         """Judges a step of the filter.
 
         Args:
             dt: the step, s.
             std: 1 sigma of the coefficients, (count,) or longer; one that is not finite is no certainty.
-            y: the force that each coefficient multiplies, as `ObserverModel.y` has it after the step.
-            nis: of u v w p q r phi theta psi, (9,), those that were gated out too; NaN where nothing came.
+            regressors: the force that a unit of each coefficient makes, see `Linearisation`.
+            nis: of u v w p q r phi theta psi, (9,), those of rejected measurements too; NaN where nothing came.
 
         Returns:
             Whether what is excited has changed.
         """
         params = self._params
         self._wait = max(0.0, self._wait - dt)
-        hear(nis, math.exp(-dt / params.nis_time), self._window)
+        add_nis(nis, math.exp(-dt / params.nis_time), self._window)
         self._consistent = inside(self._window, STAY if self._consistent else ENTER, 1.0 + params.nis_slack)
         settled = self._wait == 0.0
         share = -math.expm1(-dt / params.excitation_time) if settled else 0.0
-        changed = excite(self._picks, self._gain, y, share, self._level, self.excited)
+        changed = excite(self._terms, self._gain, regressors, share, self._level, self.excited)
         trusted = self._consistent and settled
         judge(std, self._scale, params.valid_std, params.invalid_std, trusted, self.excited, self._valid)
         return changed
@@ -187,7 +185,7 @@ class Health:
         self._consistent, self._wait = memory.consistent, memory.wait
 
 
-@kernel("UniTuple(f8,2)(f8,f8)")
+@kernel()
 def band(freedom: float, z: float) -> tuple[float, float]:
     """Where a chi-square over its degrees of freedom lies, but for tails beyond -z and z (Wilson and Hilferty 1931)."""
     spread = 2.0 / (9.0 * freedom)
@@ -195,8 +193,8 @@ def band(freedom: float, z: float) -> tuple[float, float]:
     return max(low, 0.0) ** 3, high**3
 
 
-@kernel("b1(f8[:,::1],f8,f8)")
-def inside(window: Array, z: float, slack: float) -> bool:
+@kernel()
+def inside(window: Matrix, z: float, slack: float) -> bool:
     """Whether the mean of every sensor that is heard lies in its band, and one is heard.
 
     A weighted mean has the variance of one over COUNT^2 / SQUARES measurements that count alike.
@@ -212,8 +210,8 @@ def inside(window: Array, z: float, slack: float) -> bool:
     return heard
 
 
-@kernel("b1(i8[:,::1],f8[::1],f8[::1],f8,f8[::1],b1[::1])")
-def excite(picks: Picks, gain: Array, y: Array, share: float, level: Array, excited: Flags) -> bool:
+@kernel()
+def excite(terms: ForceTerms, gain: Vector, regressors: Vector, share: float, level: Vector, excited: Flags) -> bool:
     """Takes the forces of a step into the excitation of each coefficient: in the equation where it does most.
 
     A force that is not finite excites nothing. Returns whether what is excited has changed.
@@ -221,10 +219,10 @@ def excite(picks: Picks, gain: Array, y: Array, share: float, level: Array, exci
     k, changed = 0, False
     for i in range(len(level)):
         most = 0.0
-        while k < len(gain) and picks[k, 0] == i:
-            equation, force = picks[k, 2], 0.0
-            while k < len(gain) and picks[k, 0] == i and picks[k, 2] == equation:
-                force += gain[k] * y[picks[k, 1]]
+        while k < len(gain) and terms.parameter[k] == i:
+            equation, force = terms.equation[k], 0.0
+            while k < len(gain) and terms.parameter[k] == i and terms.equation[k] == equation:
+                force += gain[k] * regressors[terms.regressor[k]]
                 k += 1
             square = force * force
             if most < square < math.inf:
@@ -236,8 +234,8 @@ def excite(picks: Picks, gain: Array, y: Array, share: float, level: Array, exci
     return changed
 
 
-@kernel("void(f8[::1],f8[::1],f8,f8,b1,b1[::1],b1[::1])")
-def judge(std: Array, scale: Array, enter: float, leave: float, trusted: bool, excited: Flags, valid: Flags) -> None:
+@kernel()
+def judge(std: Vector, scale: Vector, enter: float, leave: float, trusted: bool, excited: Flags, valid: Flags) -> None:
     """Says of each coefficient whether it is valid; `enter` and `leave` are shares of `scale`."""
     for i in range(len(valid)):
         certain = std[i] <= (leave if valid[i] else enter) * scale[i]

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from firmware_py.compiled import kernel
+from firmware_py.compiled import Indices, Matrix, Vector, kernel
 from firmware_py.estimation.model.jacobians import Array
 
 ROOM = 1024
@@ -64,8 +63,8 @@ class IntervalMeans:
             self._newest[i] = times[-1] if times else -math.inf
 
 
-@kernel("void(f8[:,::1],f8[:,::1],i8[::1],f8[:,::1],f8,f8,f8[::1])")
-def mean(times: Array, values: Array, held: NDArray[np.int64], weights: Array, a: float, b: float, sums: Array) -> None:
+@kernel()
+def mean(times: Matrix, values: Matrix, held: Indices, weights: Matrix, a: float, b: float, sums: Vector) -> None:
     """See `IntervalMeans.mean`; the first `held` reports of each row of times and values, (count, ROOM), count."""
     for row in range(len(sums)):
         sums[row] = 0.0

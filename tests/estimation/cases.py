@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from firmware_py import params
 from firmware_py.estimation.model.equations import COEFFICIENTS
 from firmware_py.estimation.model.observer_model import GROUPS, ObserverModel
-from firmware_py.estimation.model.prediction import flow_of
-from firmware_py.estimation.model.transition import WIDTH, linearise
+from firmware_py.estimation.model.prediction import water_velocity
+from firmware_py.estimation.model.transition import linearise
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.plant.truth import Truth
 
@@ -62,14 +62,12 @@ def apart(a: object, b: object) -> float:
 def slopes(model: ObserverModel, x: np.ndarray, inputs: np.ndarray) -> np.ndarray:
     """d rates / d x, (9, size), from the kernels."""
     x_dot = model.rates(x, inputs)
-    A, D, B = np.zeros((9, WIDTH)), np.zeros((6, WIDTH)), np.zeros((3, WIDTH))
-    linearise(model.c, model.inverse, inputs, tuple(x[:9]), x_dot, flow_of(x, model.water), A, D, B, model.y)
-    full = np.zeros((9, model.size))
+    linearise(model.arrays, inputs, tuple(x[:9]), x_dot, water_velocity(x, model.water), model.linearisation)
+    A, full = model.linearisation.A, np.zeros((9, model.size))
     full[:, :9] = A[:, :9]
     for j in range(model.water):
         full[:, 9 + j] = A[:, 9 + (j if j < 2 else j - 2)]
-    for (i, factor, row, _), weight in zip(model.picks, model.weight, strict=True):
-        full[:6, model.first + i] += weight * model.y[factor] * model.inverse[:, row]
+    full[:6, model.first :] = model.arrays.inverse_mass @ model.unit_forces()
     return full
 
 

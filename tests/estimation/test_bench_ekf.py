@@ -45,7 +45,7 @@ def test_c_makes_the_same_numbers_to_the_last_bit(library: ctypes.CDLL | None) -
         for mine, other in (
             (ours.x, theirs.x),
             (ours.P, theirs.P),
-            (ours.evidence, theirs.evidence),
+            (ours.log_likelihood, theirs.log_likelihood),
             (wanted, nis),
             (ours.rejected, theirs.rejected),
         ):

@@ -38,9 +38,9 @@ def test_it_is_the_inverse_of_the_information_of_perturbed_flights() -> None:
 
     def heard(offset: np.ndarray) -> np.ndarray:
         """Every measurement that came, over its noise, of a flight that begins elsewhere."""
-        x, Phi, found = states[0] + offset, model.transition(), []
+        x, found = states[0] + offset, []
         for k in range(steps):
-            assert model.predict(x, trial.inputs[k], H, Phi)
+            assert model.advance(x, trial.inputs[k], H)
             bias = np.zeros(9)
             bias[0], bias[4] = x[11], x[12]
             found.append(((x[:9] + bias) / SENSOR_STD)[came[k]])

@@ -15,7 +15,6 @@ from sternplane.sitl.busless_flight import SENSOR_STD, measure
 from firmware_py import app, config_files
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
-from firmware_py.estimation.filter.start_up import LEARNS
 from firmware_py.params import ParamError
 
 from .cases import CONFIGS, TRUTH, VEHICLE
@@ -64,7 +63,7 @@ def test_steps_one_by_one_are_the_compiled_run_to_the_last_bit(turbulence: tuple
         assert one.step(inputs, DT, z, VARIANCE)
     other.run(DT, TRIAL.inputs[:300], Z[:300], VARIANCE)
     assert (one.x.tobytes(), one.P.tobytes()) == (other.x.tobytes(), other.P.tobytes())
-    assert one.evidence.tobytes() == other.evidence.tobytes()
+    assert one.log_likelihood.tobytes() == other.log_likelihood.tobytes()
 
 
 def test_what_does_not_learn_stays_to_the_last_bit_and_what_does_is_no_surer_for_it() -> None:
@@ -78,19 +77,19 @@ def test_what_does_not_learn_stays_to_the_last_bit_and_what_does_is_no_surer_for
     others = [held.model.place(name) for name in TEN if name != "N_dr"]
     loose, tight = held.P[0].diagonal()[others], free.P[0].diagonal()[others]
     assert (loose > tight * (1.0 - 1e-6)).all()
-    assert held.rules[LEARNS, place] == 0.0
+    assert held.tuning.learns[place] == 0.0
 
 
 def test_in_short_it_says_what_it_says_at_length() -> None:
     ekf = started(turbulence=BANK)
     ekf.run(DT, TRIAL.inputs[:500], Z[:500], VARIANCE)
-    told, (mean, std, weights) = ekf.estimate(), ekf.blend()
+    told, (mean, std, weights) = ekf.estimate(), ekf.combine()
     assert mean.tobytes() == told.mean.tobytes()
     assert weights.tobytes() == told.weights.tobytes()
     np.testing.assert_allclose(std, np.sqrt(told.covariance.diagonal()), rtol=1e-9)
 
 
-def test_to_resume_forgets_the_motion_and_to_drift_the_water() -> None:
+def test_a_reset_of_motion_keeps_the_rest_and_one_of_the_current_too() -> None:
     ekf = started(turbulence=BANK)
     ekf.run(DT, TRIAL.inputs[:1500], Z[:1500], VARIANCE)
     first = ekf.model.first
@@ -101,9 +100,9 @@ def test_to_resume_forgets_the_motion_and_to_drift_the_water() -> None:
     np.testing.assert_array_equal(ekf.x[:, kept], x[:, kept])
     np.testing.assert_array_equal(ekf.P[:, kept][:, :, kept], P[:, kept][:, :, kept])
     assert not ekf.P[:, :9, 9:].any()
-    np.testing.assert_allclose(ekf.P[:, 11, 11], np.square(ekf.eddies))
+    np.testing.assert_allclose(ekf.P[:, 11, 11], np.square(ekf.intensity))
 
-    ekf._drift()
+    ekf.reset_current()
     assert not ekf.x[:, 9:11].any()
     assert not ekf.P[:, 9:11, first:].any()
     np.testing.assert_allclose(ekf.P[:, [9, 10], [9, 10]], 0.3**2)
@@ -117,9 +116,9 @@ def test_to_resume_forgets_the_motion_and_to_drift_the_water() -> None:
         lambda ekf: ekf.x.__setitem__((1, 4), math.nan),
         lambda ekf: ekf.P.__setitem__((2, 4, 4), math.inf),
         lambda ekf: ekf.P.__setitem__((2, 4, 4), -1.0),
-        lambda ekf: ekf.evidence.__setitem__(0, math.inf),
+        lambda ekf: ekf.log_likelihood.__setitem__(0, math.inf),
     ],
-    ids=["state", "covariance", "negative covariance", "evidence"],
+    ids=["state", "covariance", "negative covariance", "log-likelihood"],
 )
 def test_a_step_that_leads_to_a_number_that_is_none_says_so_and_a_start_mends_it(poison) -> None:
     ekf = started(turbulence=BANK)
@@ -136,7 +135,7 @@ def test_the_rest_is_every_other_coefficient_that_is_known_to_be_something() -> 
     assert len(set(names)) == len(names)
     assert {"Y_vdot", "Y_rdot", "Y_pdot", "K_prop", "N_prop"}.isdisjoint(names)
     assert {"Z_w", "X_udot", "C_d0", "C_dy"} <= set(names)
-    assert (ekf.rules[LEARNS, ekf.model.first : ekf.model.size] == [1.0, 1.0] + [0.0] * (len(names) - 2)).all()
+    assert (ekf.tuning.learns[ekf.model.first : ekf.model.size] == [1.0, 1.0] + [0.0] * (len(names) - 2)).all()
     shares = ekf.prior[ekf.model.first :] / np.abs(ekf.model.believed)
     np.testing.assert_allclose(shares, [0.7, 0.2] + [0.05] * (len(names) - 2))
 

@@ -12,10 +12,11 @@ from sternplane.bench.ekf import STD, H, flight
 
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
-from firmware_py.estimation.filter.covariance import BATCH, CHANNELS, FORCES, cut, fuse, padded, spread
+from firmware_py.estimation.filter.covariance import propagate, update_covariance, update_state
+from firmware_py.estimation.filter.kernel_arguments import BATCH, UpdateRows, new_scratch, padded
+from firmware_py.estimation.model.kernel_arguments import ForceTerms, Model, new_linearisation
 from firmware_py.estimation.model.observer_model import ObserverModel
-from firmware_py.estimation.model.prediction import CURRENT, EDDIES, STILL
-from firmware_py.estimation.model.transition import MOVING, WATER
+from firmware_py.estimation.model.state import CURRENT, EDDIES, EQUATIONS, MOVING, STILL, WATER
 
 from .cases import VEHICLE
 
@@ -32,6 +33,10 @@ def covariance(rng: np.random.Generator, n: int) -> Matrix:
     return P
 
 
+def empty(width: int) -> UpdateRows:
+    return UpdateRows(np.zeros((BATCH, width)), np.zeros((BATCH, width)))
+
+
 def dense(x: Matrix, P: Matrix, H_i: Matrix, innovation: float, variance: float, learns: Matrix) -> float:
     """One measurement in Joseph's form, in place, with the gain of considered states struck out; its NIS."""
     S = float(H_i @ P @ H_i + variance)
@@ -46,37 +51,41 @@ def dense(x: Matrix, P: Matrix, H_i: Matrix, innovation: float, variance: float,
 
 
 @given(seeds, st.sampled_from([STILL, CURRENT, EDDIES]), st.integers(0, 3), st.integers(0, 14))
-def test_a_covariance_spreads_as_dense_matrices_spread_it(seed: int, drift: int, biases: int, pushing: int) -> None:
+def test_a_covariance_is_propagated_as_by_dense_matrices(seed: int, water: int, biases: int, parameters: int) -> None:
     rng = np.random.default_rng(seed)
-    first = MOVING + drift + biases
-    n = first + pushing
-    P, Phi, response = covariance(rng, n), rng.standard_normal((9, 16)), rng.standard_normal((9, 16))
-    count = 2 * pushing  # some push twice, some not at all
-    picks = np.zeros((count, 4), dtype=np.int64)
-    picks[:, 0], picks[:, 1] = rng.integers(0, max(pushing, 1), count), rng.integers(0, 20, count)
-    picks[:, 2] = rng.integers(0, FORCES, count)
-    weight, y = rng.standard_normal(count), rng.standard_normal(20)
+    first = MOVING + water + biases
+    n = first + parameters
+    P, step = covariance(rng, n), new_linearisation(20)
+    step.Phi[:], step.response[:] = rng.standard_normal((9, 16)), rng.standard_normal((9, 16))
+    step.regressors[:] = rng.standard_normal(20)
+    count = 2 * parameters  # some make two forces, some none
+    terms = ForceTerms(
+        parameter=rng.integers(0, max(parameters, 1), count),
+        regressor=rng.integers(0, 20, count),
+        equation=rng.integers(0, EQUATIONS, count),
+        constant=np.zeros(count, dtype=np.int64),
+        weight=rng.standard_normal(count),
+    )
 
     full = np.eye(n)
-    full[:MOVING, :MOVING] = Phi[:, :MOVING]
-    for d in range(drift):
-        full[:MOVING, MOVING + d] = Phi[:, WATER + (d if d < 2 else d - 2)]
-    for (state, place, channel, _), w in zip(picks, weight, strict=True):
-        full[:MOVING, first + state] += w * y[place] * response[:, channel]
+    full[:MOVING, :MOVING] = step.Phi[:, :MOVING]
+    for d in range(water):
+        full[:MOVING, MOVING + d] = step.Phi[:, WATER + (d if d < 2 else d - 2)]
+    for parameter, regressor, equation, _, weight in zip(*terms, strict=True):
+        full[:MOVING, first + parameter] += weight * step.regressors[regressor] * step.response[:, equation]
     wanted = full @ P[:, :n] @ full.T
 
-    T, F = np.full((MOVING, padded(n)), np.nan), np.full((CHANNELS, padded(n)), np.nan)
-    spread(P, Phi, response, picks, weight, y, drift, first, T, F)
+    propagate(P, Model(np.zeros(1), np.eye(6), terms, water, first, False), step, new_scratch(padded(n)))
     np.testing.assert_allclose(P[:, :n], wanted, rtol=1e-11, atol=1e-12 * np.abs(wanted).max())
     np.testing.assert_array_equal(P[:, :n], P[:, :n].T)
     assert not P[:, n:].any()
 
 
 @given(seeds, st.integers(13, 30), st.booleans())
-def test_a_batch_is_taken_in_as_dense_matrices_take_it_one_by_one(seed: int, n: int, outlier: bool) -> None:
+def test_a_batch_of_updates_is_that_of_dense_matrices_one_by_one(seed: int, n: int, outlier: bool) -> None:
     rng = np.random.default_rng(seed)
     width = padded(n)
-    P, x, S = covariance(rng, n), np.zeros(width), np.zeros((2 * BATCH, width))
+    P, x, rows = covariance(rng, n), np.zeros(width), empty(width)
     x[:n] = rng.standard_normal(n)
     learns = np.ones(width)
     learns[rng.integers(10, n) : n] = 0.0  # what is measured learns, and so do sensors' biases
@@ -86,26 +95,26 @@ def test_a_batch_is_taken_in_as_dense_matrices_take_it_one_by_one(seed: int, n: 
         seen = np.eye(n)[i] + (np.eye(n)[bias] if bias >= 0 else 0.0)
         innovation = 100.0 * math.sqrt(seen @ P_2 @ seen + variance) if outlier and slot == 1 else rng.normal()
         size = seen @ P_2 @ seen + variance
-        nis, got = fuse(x, P, learns, i, bias, innovation, variance, 5.0, slot, S)
-        assert (nis, got) == pytest.approx((innovation**2 / size, size), rel=1e-9)
+        nis, S = update_state(x, P, learns, i, bias, innovation, variance, 5.0, slot, rows)
+        assert (nis, S) == pytest.approx((innovation**2 / size, size), rel=1e-9)
         if nis <= 25.0:
             dense(x_2, P_2, seen, innovation, variance, learns[:n])
-    cut(P, learns, S)
+    update_covariance(P, learns, rows)
     np.testing.assert_allclose(x[:n], x_2, rtol=1e-8, atol=1e-9)
     np.testing.assert_allclose(P[:, :n], P_2, rtol=1e-8, atol=1e-9 * np.abs(P_2).max())
     np.testing.assert_array_equal(P[:, :n], P[:, :n].T)
     assert not P[:, n:].any()
-    assert not S.any(), "the next batch begins with nothing"
+    assert not np.any(rows), "the next batch begins with nothing"
 
 
-def test_what_is_gated_out_changes_nothing() -> None:
+def test_a_rejected_measurement_changes_nothing() -> None:
     rng = np.random.default_rng(3)
-    P, x, S = covariance(rng, 14), np.zeros(16), np.zeros((2 * BATCH, 16))
+    P, x, rows = covariance(rng, 14), np.zeros(16), empty(16)
     before = P.copy()
     for bad in (math.nan, math.inf, 1e9):
-        nis, _ = fuse(x, P, np.ones(16), 2, -1, bad, 0.1, 5.0, 0, S)
+        nis, _ = update_state(x, P, np.ones(16), 2, -1, bad, 0.1, 5.0, 0, rows)
         assert not nis <= 25.0
-        cut(P, np.ones(16), S)
+        update_covariance(P, np.ones(16), rows)
     np.testing.assert_array_equal(P, before)
     assert not x.any()
 
@@ -124,11 +133,12 @@ SETUPS = {
 
 
 class Dense:
-    """One member of a bank, with dense matrices."""
+    """One filter of a bank, with dense matrices."""
 
     def __init__(self, ekf: CoefficientEkf) -> None:
         m = ekf.model
-        self.rules, self.params, self.eddies = ekf.rules[:, : m.size], ekf.params, ekf.eddies[0]
+        self.Q, self.learns = ekf.tuning.Q[: m.size], ekf.tuning.learns[: m.size]
+        self.params, self.intensity = ekf.params, ekf.intensity[0]
         names = (*"uvwpqr", "phi", "theta", "psi")
         self.model = ObserverModel(VEHICLE, m.names, m.water, tuple(names[i] for i in m.biases))
         self.seen = np.eye(MOVING, m.size)
@@ -138,20 +148,20 @@ class Dense:
 
     def predict(self, inputs: Matrix) -> None:
         n, m = self.model.size, self.model
-        Phi, full, keep = m.transition(), np.eye(n), math.exp(-H / self.params.turbulence_time)
-        assert m.predict(self.x, inputs, H, Phi)
-        full[:MOVING] = Phi
-        decay, noise = np.ones(n), H * self.rules[0]
+        full, keep = np.eye(n), math.exp(-H / self.params.turbulence_time)
+        assert m.advance(self.x, inputs, H)
+        full[:MOVING] = m.transition()
+        decay, noise = np.ones(n), H * self.Q
         if m.water == EDDIES:
             decay[11:14] = keep
-            noise[11:14] += (1.0 - keep**2) * self.eddies**2
+            noise[11:14] += (1.0 - keep**2) * self.intensity**2
         self.x *= decay
         self.P = np.diag(decay) @ (full @ self.P @ full.T) @ np.diag(decay) + np.diag(noise)
 
     def update(self, z: Matrix, variance: Matrix) -> Matrix:
         nis = np.full(MOVING, math.nan)
         for i in np.flatnonzero(~np.isnan(z)):
-            nis[i] = dense(self.x, self.P, self.seen[i], z[i] - self.seen[i] @ self.x, variance[i], self.rules[1])
+            nis[i] = dense(self.x, self.P, self.seen[i], z[i] - self.seen[i] @ self.x, variance[i], self.learns)
         return nis
 
 

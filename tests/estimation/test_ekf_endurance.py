@@ -11,7 +11,7 @@ from sternplane.bench.ekf import CASES, STD, Flight, H, begun, flight
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.filter import bank
-from firmware_py.estimation.filter.covariance import padded
+from firmware_py.estimation.filter.kernel_arguments import padded
 
 LONG = 100_000
 
@@ -27,16 +27,16 @@ def long_flight() -> Flight:
 def test_a_covariance_stays_one_for_1e5_steps(name: str, share: float, long_flight: Flight) -> None:
     ekf, std = begun(CASES[name]), share * STD
     z = long_flight.z + std * np.random.default_rng(2).standard_normal(long_flight.z.shape)
-    steps = LONG if len(ekf.eddies) == 1 else LONG // 5
+    steps = LONG if len(ekf.intensity) == 1 else LONG // 5
     history = ekf.run(H, long_flight.inputs[:steps], z[:steps], std**2, every=steps)
     assert history.steps == steps
     for P in ekf.P:
         np.testing.assert_array_equal(P, P.T)
         scale = np.sqrt(np.diag(P))
         assert np.linalg.eigvalsh(P / np.outer(scale, scale))[0] > 1e-9
-    assert not ekf.bank._x[:, ekf.model.size :].any()
-    assert not ekf.bank._P[:, :, ekf.model.size :].any()
-    assert ekf.bank._P.shape[2] == padded(ekf.model.size)
+    assert not ekf.bank.kernel.x[:, ekf.model.size :].any()
+    assert not ekf.bank.kernel.P[:, :, ekf.model.size :].any()
+    assert ekf.bank.kernel.P.shape[2] == padded(ekf.model.size)
 
 
 def test_runs_are_the_same_to_the_last_bit_however_they_are_cut(long_flight: Flight) -> None:
@@ -49,26 +49,19 @@ def test_runs_are_the_same_to_the_last_bit_however_they_are_cut(long_flight: Fli
         calls.step(row, H, heard, STD**2)
     assert whole.x.tobytes() == parts.x.tobytes() == calls.x.tobytes()
     assert whole.P.tobytes() == parts.P.tobytes() == calls.P.tobytes()
-    assert whole.evidence.tobytes() == parts.evidence.tobytes() == calls.evidence.tobytes()
+    assert whole.log_likelihood.tobytes() == parts.log_likelihood.tobytes() == calls.log_likelihood.tobytes()
 
 
 @numba.njit
-def many(
-    steps: int, c, inverse, picks, weight, water, first, heavy, work, y, room, rules, bias, eddy_time, memory, gate,
-    eddies, x, P, evidence, weights, inputs, h, z, variance, nis, rejected,
-) -> None:  # fmt: skip
+def many(steps: int, filters, inputs, h, z, R, nis, rejected) -> None:
     for _ in range(steps):
-        bank.step(
-            c, inverse, picks, weight, water, first, heavy, work, y, room, rules, bias, eddy_time, memory, gate,
-            eddies, x, P, evidence, weights, inputs, h, z, variance, nis, rejected,
-        )  # fmt: skip
+        bank.step(filters, inputs, h, z, R, nis, rejected)
 
 
 def test_a_step_allocates_and_compiles_nothing() -> None:
     ekf = begun(CASES["bank of 5 by 24 states"])
-    arguments = ekf.bank.arguments(
-        np.array([0.1, 0.1, 0.0, 8.0]), H, ekf.x[0, :9].copy(), STD**2, ekf.nis, ekf.rejected
-    )
+    z = ekf.x[0, :9].copy()
+    arguments = (ekf.bank.kernel, np.array([0.1, 0.1, 0.0, 8.0]), H, z, STD**2, ekf.nis, ekf.rejected)
     _nrt_python.memsys_enable_stats()
 
     def allocated(steps: int) -> tuple[int, int]:
@@ -89,7 +82,7 @@ def nothing_heard(ekf: CoefficientEkf) -> tuple[np.ndarray, float, np.ndarray, n
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-@pytest.mark.parametrize("what", ["inputs", "h", "x", "P", "variance", "evidence"])
+@pytest.mark.parametrize("what", ["inputs", "h", "x", "P", "variance", "log_likelihood"])
 def test_a_number_that_is_not_finite_is_told(what: str, bad: float) -> None:
     ekf = begun(CoefficientParams(turbulence=(0.0, 0.1)))
     inputs, h, z, variance = nothing_heard(ekf)
@@ -102,8 +95,8 @@ def test_a_number_that_is_not_finite_is_told(what: str, bad: float) -> None:
         ekf.x[1, ekf.model.place("M_q")] = bad
     elif what == "P":
         ekf.P[1, 4, 4] = bad
-    elif what == "evidence":
-        ekf.evidence[1] = bad
+    elif what == "log_likelihood":
+        ekf.log_likelihood[1] = bad
     else:
         variance, z[4] = np.where(np.arange(9) == 4, np.nan, variance), 0.0
     assert not ekf.step(inputs, h, z, variance)

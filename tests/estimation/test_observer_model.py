@@ -15,7 +15,7 @@ from firmware_py.estimation.model import jacobians
 from firmware_py.estimation.model.equations import COEFFICIENTS
 from firmware_py.estimation.model.flow import race, race_slopes
 from firmware_py.estimation.model.observer_model import GROUPS, ObserverModel
-from firmware_py.estimation.model.prediction import EDDIES
+from firmware_py.estimation.model.state import EDDIES
 from firmware_py.marine import Eta, Nu
 from sim_bridge.plant.environment import Environment, EnvironmentParams
 from sim_bridge.plant.plant import Plant
@@ -62,7 +62,7 @@ def test_bow_planes_push_as_their_coefficients_say() -> None:
     model = ObserverModel(VEHICLE, ())
     x = model.state((2.0, 0, 0, 0, 0, 0), (0, 0, 0))
     up = np.subtract(model.rates(x, np.array([0, 0, 0.1, 8.0])), model.rates(x, np.array([0, 0, 0, 8.0])))
-    tau = np.linalg.inv(model.inverse) @ up[:6]
+    tau = np.linalg.inv(model.arrays.inverse_mass) @ up[:6]
     half = 500.0 * 5.3**2 * 4.0 * 0.1
     assert tau[2] == pytest.approx(half * -1.3e-2)
     assert tau[4] == pytest.approx(half * 5.3 * 3.5e-3)
@@ -101,14 +101,14 @@ def test_slopes_by_inputs_are_those_of_finite_differences(seed: int) -> None:
     x = state(model, dataclasses.replace(at, current=(0.0, 0.0)))
     inputs = np.add(at.inputs, (0.0, 0.0, 0.1, 0.5))
     D, n = np.zeros((6, 4)), inputs[3]
-    s, e, _ = race(model.c, x[0], n)
-    _, _, e_n, jet_n = race_slopes(model.c, x[0], n)
-    jacobians.input_slopes(model.c, *x[:6], inputs[0], inputs[1], s, e, e_n, jet_n, D)
+    s, e, _ = race(model.arrays.constants, x[0], n)
+    _, _, e_n, jet_n = race_slopes(model.arrays.constants, x[0], n)
+    jacobians.input_slopes(model.arrays.constants, *x[:6], inputs[0], inputs[1], s, e, e_n, jet_n, D)
     columns = []
     for i in range(4):
         h = 1e-4 * np.eye(4)[i]
         columns.append(np.subtract(model.rates(x, inputs + h), model.rates(x, inputs - h))[:6] / 2e-4)
-    assert apart(model.inverse @ D, np.array(columns).T) < 1e-7
+    assert apart(model.arrays.inverse_mass @ D, np.array(columns).T) < 1e-7
 
 
 # --- the list of names -----------------------------------------------------------------------------------------------

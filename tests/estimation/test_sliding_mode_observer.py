@@ -14,7 +14,7 @@ from sternplane.sitl.busless_flight import N_TRIM, BuslessFlight, Start, fly, he
 from firmware_py import params
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.estimation.model.observer_model import ObserverModel
-from firmware_py.estimation.model.prediction import STILL
+from firmware_py.estimation.model.state import STILL
 from firmware_py.guidance.excitation import opposite, prbs
 from firmware_py.marine import Nu
 from firmware_py.vehicle.vehicle import Vehicle
@@ -68,9 +68,7 @@ def force_errors(values: np.ndarray, trial: BuslessFlight) -> dict[str, tuple[fl
     """Of each equation at the end: the error of its force, and that of its coefficients one by one, N or N m."""
     model = ObserverModel(VEHICLE, TEN, STILL)
     model.advance(model.state(trial.x[-1, :6], trial.x[-1, 6:]), trial.inputs[-1], 1e-9)
-    parts: dict[int, list[float]] = {row: [] for row in EQUATIONS.values()}
-    for i, factor, row, _ in model.picks.tolist():
-        parts[row].append(model.y[factor] * (values[i] - TRUE[i]))
+    parts = (model.unit_forces() * (values - TRUE)).tolist()
     return {name: (abs(sum(parts[row])), max(map(abs, parts[row]))) for name, row in EQUATIONS.items()}
 
 
@@ -82,7 +80,7 @@ def force_errors(values: np.ndarray, trial: BuslessFlight) -> dict[str, tuple[fl
 def test_outside_the_layer_an_error_falls_at_every_step_no_slower_than_eq_9_promises(i: int, side: float) -> None:
     trial, smo = excited(), SmoParams(rate=1e-9)
     observer = SlidingModeObserver(HALF, smo)
-    L, Phi = observer.channels[:, i]
+    L, Phi = observer.gains.L[i], observer.gains.Phi[i]
     nu = trial.x[0, :6].copy()
     nu[i] += side * 10.0 * Phi
     observer.start(nu, trial.x[0, 6:])
@@ -106,7 +104,7 @@ def test_while_it_slides_the_switching_term_is_the_acceleration_that_the_model_g
         believed.rates(believed.state(x[:6], x[6:]), trial.inputs[k]),
         true.rates(true.state(x[:6], x[6:]), trial.inputs[k]),
     )[:6]
-    switch = observer.channels[0, :6] * np.tanh(history.s[k, :6])
+    switch = observer.gains.L[:6] * np.tanh(history.s[k, :6])
     for i in (1, 2, 4, 5):
         assert abs(wrong[i]) > 1e-3
         assert switch[i] == pytest.approx(wrong[i], rel=0.03)

@@ -12,11 +12,10 @@ from sternplane.study.setups import Setup, flown
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.filter.bank_arrays import BankArrays
-from firmware_py.estimation.filter.measurement_update import EDDY
-from firmware_py.estimation.filter.start_up import LEARNS, MAY
-from firmware_py.estimation.iteration.measurement_history import ROW, write
+from firmware_py.estimation.iteration.measurement_history import new_history, record
 from firmware_py.estimation.iteration.rts_smoother import SMOOTHED, divide, factored, smooth
 from firmware_py.estimation.iteration.smoother_pass import BLOCK, RING, SmootherPass
+from firmware_py.estimation.model.state import EDDY_NORTH as EDDY
 
 from .cases import VEHICLE
 
@@ -85,19 +84,19 @@ def test_afterwards_the_eddies_are_known_better_than_at_the_moment() -> None:
     ekf, members = CoefficientEkf(VEHICLE, params), BankArrays(VEHICLE, params)
     ekf.start(trial.x[0, :6], trial.x[0, 6:], SENSOR_STD)
     members.take(*ekf.bank.copy())
-    members.rules[LEARNS] = members.rules[MAY]
-    tape = np.zeros((len(z), ROW))
+    members.tuning.learns[:] = members.tuning.may_learn
+    tape = new_history(len(z))
     for k, (u, heard) in enumerate(zip(trial.inputs, z, strict=True)):
-        write(tape, k, EDDYING.h, u, heard, SENSOR_STD**2)
+        record(tape, k, EDDYING.h, u, heard, SENSOR_STD**2)
     scout = SmootherPass(members)
     scout.begin(members.x[0].copy(), 0)
     first, now = [], []
-    while scout.known < len(tape):
+    while scout.known < len(z):
         begin = scout.known
-        while scout.row < min(scout.goal, len(tape)):
-            assert scout.go(tape, min(scout.row + 8, len(tape)))
-            now.append((scout.row, scout._x[0, EDDY : EDDY + 3].copy()))
-        scout.look_back(whole=scout.row == len(tape))
+        while scout.row < min(scout.goal, len(z)):
+            assert scout.go(tape, min(scout.row + 8, len(z)))
+            now.append((scout.row, scout.bank.x[0, EDDY : EDDY + 3].copy()))
+        scout.look_back(whole=scout.row == len(z))
         first += [(k, scout.path[k % RING, 9:].copy()) for k in range(begin, scout.known)]
     assert scout.path.shape == (3 * BLOCK, SMOOTHED)
 

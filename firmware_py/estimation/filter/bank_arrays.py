@@ -1,40 +1,39 @@
-"""A bank's model, its rules and its arrays."""
+"""The arrays of a bank of filters: its model, its tuning, its states and covariances."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from firmware_py.estimation.coefficient_params import ANGLES, RATES, SPEEDS, CoefficientParams, beside, share
-from firmware_py.estimation.filter import bank
-from firmware_py.estimation.filter.covariance import padded
-from firmware_py.estimation.filter.measurement_update import ROOM
-from firmware_py.estimation.filter.start_up import BEGINNING, FLOOR, HIGH, LOW, MAY, RULES, STIRRED
+from firmware_py.estimation.filter.bank import reset_motion
+from firmware_py.estimation.filter.kernel_arguments import FilterBank, Settings, Tuning, new_scratch, padded
+from firmware_py.estimation.filter.weighting import combine
 from firmware_py.estimation.model.jacobians import Array
 from firmware_py.estimation.model.observer_model import GROUPS, ObserverModel
-from firmware_py.estimation.model.prediction import CURRENT, EDDIES, STILL
-from firmware_py.estimation.model.transition import MOVING
+from firmware_py.estimation.model.state import ANGULAR, CURRENT, EDDIES, LINEAR, MOVING, STILL
 from firmware_py.params import ParamError
 from firmware_py.vehicle.vehicle import Vehicle
 
-LEAST_EDDY = 1e-6
-"""Intensity of the eddies of a member that reckons with none, m/s: so that its covariance has an inverse too."""
+INTENSITY_MIN = 1e-6
+"""Intensity of the eddies of a filter that assumes none, m/s: so that its covariance has an inverse too."""
 
 
 class BankArrays:
-    """Filters that differ in the intensity of the eddies they reckon with.
+    """Filters that differ in the intensity of the eddies they assume.
 
     Attributes:
-        model: theirs; a step leaves in it what it drew its slopes from.
+        model: theirs; a step leaves in it how it was linearised.
         prior: 1 sigma of each state before anything is measured, (n,); 0 for those that a start is told of.
-        rules: (RULES, padded), see `settling`.
-        eddies: intensities, m/s, (members,).
-        x: states, (members, n), a view of what the kernels pad to whole vectors.
-        P: covariances, (members, n, n), likewise.
-        evidence: log-likelihoods, (members,).
-        weights: their probabilities before the measurements of the last step, (members,).
+        width: of a row of states, padded to whole vectors.
+        kernel: what the kernels take; the next six are views of it.
+        tuning: process noise, learning and bounds, see `Tuning`.
+        intensity: of the eddies, m/s, (filters,).
+        x: states, (filters, n).
+        P: covariances, (filters, n, n).
+        log_likelihood: (filters,).
+        weights: their probabilities before the measurements of the last step, (filters,).
     """
 
     def __init__(self, vehicle: Vehicle, params: CoefficientParams) -> None:
@@ -43,7 +42,6 @@ class BankArrays:
         Raises:
             ParamError: see `CoefficientEkf`.
         """
-        self._params = params
         nuisances, considered = beside(vehicle, params)
         bias = {
             **dict.fromkeys(SPEEDS, params.speed_bias),
@@ -55,9 +53,9 @@ class BankArrays:
         if params.current:
             water = CURRENT if params.turbulence == (0.0,) else EDDIES
         elif params.turbulence != (0.0,):
-            raise ParamError("turbulence needs current = true: eddies waver about a current")
+            raise ParamError("turbulence needs current = true: eddies are added to a current")
         self.model = model = ObserverModel(vehicle, (*params.names, *nuisances, *considered), water, biases)
-        n, first, count = model.size, model.first, len(params.names)
+        n, first = model.size, model.first
         scale = np.abs(np.array(model.believed))
         shares = np.array([share(name, params) for name in model.names])
         for name, size in zip(model.names, scale, strict=True):
@@ -68,66 +66,71 @@ class BankArrays:
         self.prior[MOVING : MOVING + water] = params.current_std
         self.prior[MOVING + water : first] = [bias[name] for name in biases]
         self.prior[first:] = shares * scale
-        width = padded(n)
-        self.rules = rules = np.zeros((RULES, width))
-        rules[FLOOR, :3], rules[FLOOR, 3:6] = params.speed_noise**2, params.rate_noise**2
-        rules[FLOOR, first : first + count] = (params.walk * scale[:count]) ** 2
-        rules[BEGINNING, :3], rules[BEGINNING, 3:6] = params.speed_settling**2, params.rate_settling**2
-        rules[STIRRED, :3], rules[STIRRED, 3:6] = params.speed_stirred**2, params.rate_stirred**2
-        rules[MAY] = 1.0
-        rules[MAY, first + count + len(nuisances) :] = 0.0
-        rules[LOW], rules[HIGH] = -math.inf, math.inf
-        reach = params.bound * self.prior[first:]
-        rules[LOW, first:n] = np.array(model.believed) - reach
-        rules[HIGH, first:n] = np.array(model.believed) + reach
-        for k, name in enumerate(model.names):
-            if name in GROUPS:  # half to double the believed added mass: no scale makes it negative
-                rules[LOW, first + k], rules[HIGH, first + k] = 0.5, 2.0
-        self._bias = np.full(MOVING, -1, dtype=np.int64)
+        self.width = width = padded(n)
+        self.tuning = _tuning(model, params, self.prior, len(nuisances), width)
+        bias_state = np.full(MOVING, -1, dtype=np.int64)
         for k, state in enumerate(model.biases):
-            self._bias[state] = MOVING + water + k
+            bias_state[state] = MOVING + water + k
 
-        members = len(params.turbulence)
-        self.eddies = np.maximum(np.array(params.turbulence), LEAST_EDDY)
-        self._x, self._P = np.zeros((members, width)), np.zeros((members, n, width))
-        self.x, self.P = self._x[:, :n], self._P[:, :, :n]
-        self.evidence, self.weights = np.zeros(members), np.full(members, 1.0 / members)
-        self._room = np.zeros((ROOM, width))
+        filters = len(params.turbulence)
+        self.kernel = kernel = FilterBank(
+            model=model.arrays,
+            step=model.linearisation,
+            tuning=self.tuning,
+            settings=Settings(
+                eddy_time=params.turbulence_time,
+                likelihood_memory=params.likelihood_memory,
+                gate=params.gate,
+                learning_delay=params.learning_delay,
+                startup_time=params.startup_time,
+            ),
+            bias_state=bias_state,
+            intensity=np.maximum(np.array(params.turbulence), INTENSITY_MIN),
+            x=np.zeros((filters, width)),
+            P=np.zeros((filters, n, width)),
+            log_likelihood=np.zeros(filters),
+            weights=np.full(filters, 1.0 / filters),
+            scratch=new_scratch(width),
+        )
+        self.x, self.P = kernel.x[:, :n], kernel.P[:, :, :n]
+        self.intensity, self.log_likelihood, self.weights = kernel.intensity, kernel.log_likelihood, kernel.weights
 
-    def take(self, x: Array, P: Array, evidence: Array) -> None:
+    def take(self, x: Array, P: Array, log_likelihood: Array) -> None:
         """Becomes equal to these."""
-        self.x[:], self.P[:], self.evidence[:] = x, P, evidence
+        self.x[:], self.P[:], self.log_likelihood[:] = x, P, log_likelihood
 
     def copy(self) -> tuple[Array, Array, Array]:
         """What `take` takes."""
-        return self.x.copy(), self.P.copy(), self.evidence.copy()
+        return self.x.copy(), self.P.copy(), self.log_likelihood.copy()
 
-    def resume(self, motion: Array, variance: Array) -> None:
-        """See `bank.resume`."""
-        bank.resume(self._x, self._P, self.eddies, self.model.water, motion, variance)
+    def reset_motion(self, motion: Array, variance: Array) -> None:
+        """See `bank.reset_motion`."""
+        reset_motion(self.kernel, motion, variance)
 
-    def blend(self) -> tuple[Array, Array, Array]:
+    def combine(self) -> tuple[Array, Array, Array]:
         """Mean and 1 sigma of the whole state, (n,), and the probabilities of the filters."""
-        members, n = self.x.shape
-        weights, mean, std = np.zeros(members), np.zeros(n), np.zeros(n)
-        bank.blend(self._x, self._P, self.evidence, weights, mean, std)
+        filters, n = self.x.shape
+        weights, mean, std = np.zeros(filters), np.zeros(n), np.zeros(n)
+        combine(self.kernel, weights, mean, std)
         return mean, std, weights
 
-    def arguments(self, *more: Any) -> tuple[Any, ...]:
-        """Those of `bank.step` that stay the same, and `more`."""
-        params = self._params
-        return (
-            *(*self._model, self.rules, self._bias, params.turbulence_time, params.memory, params.gate),
-            *(self.eddies, self._x, self._P, self.evidence, self.weights, *more),
-        )
 
-    def alone(self, rules: Array, *more: Any) -> tuple[Any, ...]:
-        """Those of `smoother.scout` that a filter has in common with these, its rules, and more."""
-        params = self._params
-        return (*self._model, rules, self._bias, params.turbulence_time, params.gate, *more)
-
-    @property
-    def _model(self) -> tuple[Any, ...]:
-        """The model as kernels take it, and the room that they work in."""
-        m = self.model
-        return m.c, m.inverse, m.picks, m.weight, m.water, m.first, m.heavy, m.work, m.y, self._room
+def _tuning(model: ObserverModel, params: CoefficientParams, prior: Array, nuisances: int, width: int) -> Tuning:
+    """The tuning at the start: what learns, its process noise, and its bounds."""
+    n, first, count = model.size, model.first, len(params.names)
+    believed = np.array(model.believed)
+    tuning = Tuning(*np.zeros((len(Tuning._fields), width)))
+    tuning.Q_final[LINEAR], tuning.Q_final[ANGULAR] = params.speed_noise**2, params.rate_noise**2
+    tuning.Q_final[first : first + count] = (params.walk * np.abs(believed)[:count]) ** 2
+    tuning.Q_startup[LINEAR], tuning.Q_startup[ANGULAR] = params.startup_speed_noise**2, params.startup_rate_noise**2
+    tuning.Q_eddy_startup[LINEAR] = params.eddy_speed_noise**2
+    tuning.Q_eddy_startup[ANGULAR] = params.eddy_rate_noise**2
+    tuning.may_learn[:] = 1.0
+    tuning.may_learn[first + count + nuisances :] = 0.0
+    tuning.lower[:], tuning.upper[:] = -math.inf, math.inf
+    reach = params.bound * prior[first:]
+    tuning.lower[first:n], tuning.upper[first:n] = believed - reach, believed + reach
+    for k, name in enumerate(model.names):
+        if name in GROUPS:  # half to double the believed added mass: no scale makes it negative
+            tuning.lower[first + k], tuning.upper[first + k] = 0.5, 2.0
+    return tuning

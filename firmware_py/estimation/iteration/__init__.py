@@ -1,1 +1,1 @@
-"""The iterated filter: goes through the recorded measurements again, linearised about a better estimate."""
+"""The iterated filter: it goes through the measurement history again, linearised about a better estimate."""

@@ -1,133 +1,110 @@
-"""A tape gone through by a bank, all its slopes drawn about one motion and one set of coefficients, compiled."""
+"""A pass of the bank through the measurement history, all slopes taken about one motion, compiled.
+
+It is the iterated filter's (Bell and Cathey 1993): motion and slopes are those of the reference, and each filter
+carries its deviation from it.
+"""
 
 from __future__ import annotations
 
 import math
 
-from firmware_py.compiled import kernel
-from firmware_py.estimation.filter.bank import BANK, MODEL, resume, shares
-from firmware_py.estimation.filter.consistency import hear
-from firmware_py.estimation.filter.measurement_update import PHI, PSI, observe, wrapped
-from firmware_py.estimation.filter.start_up import WINDOW, lost
-from firmware_py.estimation.iteration.measurement_history import INPUTS, ROW, VARIANCE, H, Z
+from firmware_py.compiled import Indices, Matrix, Vector, kernel
+from firmware_py.estimation.filter.bank import reset_motion
+from firmware_py.estimation.filter.consistency import NIS_WINDOW, add_nis, diverged
+from firmware_py.estimation.filter.kernel_arguments import FilterBank
+from firmware_py.estimation.filter.measurement_update import expect, update, wrapped
+from firmware_py.estimation.filter.time_update import predict_covariance
+from firmware_py.estimation.filter.weighting import weigh
+from firmware_py.estimation.iteration.measurement_history import MeasurementHistory
 from firmware_py.estimation.iteration.rts_smoother import place
-from firmware_py.estimation.model.jacobians import Array
-from firmware_py.estimation.model.prediction import RESPONSE, predict
-from firmware_py.estimation.model.transition import MOVING, WATER, Picks
-
-FLOW = (0, 1, 0, 1, 2)
-"""Along which axis each state of the water flows."""
+from firmware_py.estimation.model.kernel_arguments import Linearisation, Model
+from firmware_py.estimation.model.prediction import predict
+from firmware_py.estimation.model.state import MOVING, PHI, PSI, WATER, WATER_AXIS
 
 
-@kernel("void(f8[:,::1],f8[::1],i8[:,::1],f8[::1],i8,i8,f8[::1],f8[::1],f8[::1])")
-def follow(
-    work: Array, y: Array, picks: Picks, weight: Array, water: int, first: int, about: Array, apart: Array, x: Array
-) -> None:
-    """Moves the nine of x on: `about` after a step, and what became of `apart`, by which x was off it before.
+@kernel()
+def move_beside(model: Model, step: Linearisation, reference: Vector, deviation: Vector, x: Vector) -> None:
+    """Moves the motion of x on: the reference after a step, and what became of the deviation from it, F* deviation.
 
     Args:
-        work: as `prediction.predict` leaves it for `about`, as are y and the rest.
-        y: see work.
-        picks: see work.
-        weight: see work.
-        water: see work.
-        first: see work.
-        about: state after the step, (padded,).
-        apart: x less `about` before it, (padded,).
+        model: of the reference.
+        step: of the reference, linearised.
+        reference: state after the step, (padded,).
+        deviation: x less the reference before it, (padded,).
         x: changed.
     """
+    terms = model.terms
     for i in range(MOVING):
-        moved = about[i]
+        moved = reference[i]
         for j in range(MOVING):
-            moved += work[i, j] * apart[j]
-        for j in range(water):
-            moved += work[i, WATER + FLOW[j]] * apart[MOVING + j]
-        for k in range(len(weight)):
-            moved += work[RESPONSE + i, picks[k, 2]] * (weight[k] * y[picks[k, 1]] * apart[first + picks[k, 0]])
+            moved += step.Phi[i, j] * deviation[j]
+        for j in range(model.water):
+            moved += step.Phi[i, WATER + WATER_AXIS[j]] * deviation[MOVING + j]
+        for k in range(len(terms.weight)):
+            force = terms.weight[k] * step.regressors[terms.regressor[k]] * deviation[model.first + terms.parameter[k]]
+            moved += step.response[i, terms.equation[k]] * force
         x[i] = moved
 
 
-@kernel(f"b1({MODEL},{BANK},f8[:,::1],i8,i8,f8[:,::1],f8[::1],f8[:,::1],f8[::1],i8[::1],f8[:,::1],f8[::1])")
-def relive(
-    c: Array,
-    inverse: Array,
-    picks: Picks,
-    weight: Array,
-    water: int,
-    first: int,
-    heavy: bool,
-    work: Array,
-    y: Array,
-    room: Array,
-    rules: Array,
-    bias: Picks,
-    eddy_time: float,
-    memory: float,
-    gate: float,
-    eddies: Array,
-    x: Array,
-    P: Array,
-    evidence: Array,
-    weights: Array,
-    tape: Array,
+@kernel()
+def relinearised_pass(
+    bank: FilterBank,
+    history: MeasurementHistory,
     begin: int,
     end: int,
-    path: Array,
-    about: Array,
-    apart: Array,
-    nis: Array,
-    rejected: Picks,
-    window: Array,
-    poor: Array,
+    path: Matrix,
+    reference: Vector,
+    deviation: Matrix,
+    nis: Vector,
+    rejected: Indices,
+    window: Matrix,
+    contradicted: Vector,
 ) -> bool:
-    """Takes a bank through rows of a tape, all members by the slopes of one state.
+    """Takes a bank through rows of the history, all filters by the slopes about one reference.
 
     Args:
-        c: this and all before tape are those of `bank.step`.
-        tape: (rows, ROW).
+        bank: the filters.
+        history: what they are given.
         begin: the row to begin with; `end` is behind the last.
         end: see begin.
-        path: motion and eddies that slopes are drawn about, before each row, as `smoother.smooth` leaves them.
-        about: the rest of that state, (padded,); changed where it moves.
-        apart: scratch, (members, padded).
+        path: motion and eddies of the reference before each row, as `rts_smoother.smooth` leaves them.
+        reference: the rest of its state, (padded,); changed where it moves.
+        deviation: scratch, (filters, padded).
         nis: scratch, (9,).
         rejected: scratch, (9,).
-        window: see `settling.lost`.
-        poor: out, (1,): becomes 1 where the measurements contradict the bank.
+        window: see `consistency.add_nis`.
+        contradicted: out, (1,): becomes 1 where the measurements contradict the bank.
 
     Returns:
         False if a number is not finite.
     """
-    members, width = x.shape
+    filters, width = bank.x.shape
     ring, states = path.shape
     for k in range(begin, end):
-        row = tape[k]
-        h, z, variance = row[H], row[Z:VARIANCE], row[VARIANCE:ROW]
+        h, z, R = history.h[k], history.z[k], history.R[k]
         if h == 0.0:
-            resume(x, P, eddies, water, z, variance)
+            reset_motion(bank, z, R)
             continue
         for j in range(states):
-            about[place(j)] = path[k % ring, j]
-        for i in range(MOVING):
-            nis[i] = math.nan if math.isnan(z[i]) else 0.0
-        for b in range(members):
+            reference[place(j)] = path[k % ring, j]
+        expect(z, nis)
+        for b in range(filters):
             for j in range(width):
-                apart[b, j] = x[b, j] - about[j]
-            apart[b, PHI], apart[b, PSI] = wrapped(apart[b, PHI]), wrapped(apart[b, PSI])
-        shares(evidence, weights)
-        if not predict(c, inverse, picks, weight, water, first, heavy, row[INPUTS:Z], about, h, work, y):
+                deviation[b, j] = bank.x[b, j] - reference[j]
+            deviation[b, PHI], deviation[b, PSI] = wrapped(deviation[b, PHI]), wrapped(deviation[b, PSI])
+        weigh(bank.log_likelihood, bank.weights)
+        if not predict(bank.model, history.inputs[k], h, reference, bank.step):
             return False
-        fade, keep = math.exp(-h / memory), math.exp(-h / eddy_time)
-        for b in range(members):
-            follow(work, y, picks, weight, water, first, about, apart[b], x[b])
-            likelihood = observe(
-                picks, weight, water, first, work, y, room, rules, bias, keep, gate, eddies[b], x[b], P[b], weights[b],
-                h, z, variance, nis, rejected, False,
-            )  # fmt: skip
-            evidence[b] = fade * evidence[b] + likelihood
-            if evidence[b] * 0.0 != 0.0:
+        fade = math.exp(-h / bank.settings.likelihood_memory)
+        for b in range(filters):
+            x, P = bank.x[b], bank.P[b]
+            move_beside(bank.model, bank.step, reference, deviation[b], x)
+            predict_covariance(bank, bank.intensity[b], x, P, h)
+            likelihood = update(bank, x, P, bank.weights[b], z, R, nis, rejected, False)
+            bank.log_likelihood[b] = fade * bank.log_likelihood[b] + likelihood
+            if bank.log_likelihood[b] * 0.0 != 0.0:
                 return False
-        hear(nis, math.exp(-h / WINDOW), window)
-        if lost(window):
-            poor[0] = 1.0
+        add_nis(nis, math.exp(-h / NIS_WINDOW), window)
+        if diverged(window):
+            contradicted[0] = 1.0
     return True

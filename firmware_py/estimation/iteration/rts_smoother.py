@@ -1,6 +1,6 @@
-"""Where the boat and the water went, as far as it can be known afterwards, compiled (Rauch, Tung and Striebel 1965).
+"""Where the vehicle and the water went, as far as it can be known afterwards, compiled (Rauch, Tung and Striebel 1965).
 
-Of the eddies a filter knows the present from the past alone. What they did is told by what follows: the boat answers
+Of the eddies a filter knows the present from the past alone. What they did is told by what follows: the vehicle answers
 to a change of the water within seconds. The states smoothed here: the nine that move and, where there are such, the
 eddies; all else is taken to be known.
 """
@@ -9,28 +9,28 @@ from __future__ import annotations
 
 import math
 
-from firmware_py.compiled import kernel
-from firmware_py.estimation.filter.bank import MODEL, resume
-from firmware_py.estimation.filter.measurement_update import EDDY, PHI, PSI, observe, wrapped
-from firmware_py.estimation.filter.start_up import GROWTH
-from firmware_py.estimation.iteration.measurement_history import INPUTS, ROW, VARIANCE, H, Z
-from firmware_py.estimation.model.jacobians import Array
-from firmware_py.estimation.model.prediction import EDDIES, predict
-from firmware_py.estimation.model.transition import MOVING, WATER, Picks
+from firmware_py.compiled import Cube, Indices, Matrix, Vector, kernel
+from firmware_py.estimation.filter.bank import reset_motion
+from firmware_py.estimation.filter.kernel_arguments import FilterBank
+from firmware_py.estimation.filter.measurement_update import expect, update, wrapped
+from firmware_py.estimation.filter.time_update import predict_covariance
+from firmware_py.estimation.iteration.measurement_history import MeasurementHistory
+from firmware_py.estimation.model.prediction import predict
+from firmware_py.estimation.model.state import EDDIES, EDDY_NORTH, MOVING, PHI, PSI, WATER
 
-WAVERING = 3
+EDDY_STATES = 3
 """Eddies north, east and down."""
-SMOOTHED = MOVING + WAVERING
+SMOOTHED = MOVING + EDDY_STATES
 
 
-@kernel("i8(i8)")
+@kernel()
 def place(j: int) -> int:
     """Where the j-th of the smoothed states stands in a filter's state."""
-    return j if j < MOVING else EDDY + j - MOVING
+    return j if j < MOVING else EDDY_NORTH + j - MOVING
 
 
-@kernel("b1(f8[:,::1])")
-def factored(C: Array) -> bool:
+@kernel()
+def factored(C: Matrix) -> bool:
     """Turns C, the lower half of a positive definite matrix, into its Cholesky factor; False if it has none."""
     for j in range(len(C)):
         for k in range(j):
@@ -44,8 +44,8 @@ def factored(C: Array) -> bool:
     return True
 
 
-@kernel("void(f8[:,::1],f8[:,::1])")
-def divide(L: Array, G: Array) -> None:
+@kernel()
+def divide(L: Matrix, G: Matrix) -> None:
     """G = (L L')^-1 G."""
     states = len(G)
     for i in range(states):
@@ -62,15 +62,15 @@ def divide(L: Array, G: Array) -> None:
             G[i, j] /= L[i, i]
 
 
-@kernel("void(f8[:,::1],f8[:,::1],f8[::1],f8,f8,f8,f8[:,::1],f8[:,::1])")
-def gain(work: Array, P: Array, growth: Array, keep: float, kick: float, h: float, C: Array, G: Array) -> None:
+@kernel()
+def gain(Phi: Matrix, P: Matrix, Q: Vector, decay: float, kick: float, h: float, C: Matrix, G: Matrix) -> None:
     """The smoother's gain of a step, transposed: G = P_after^-1 F P.
 
     Args:
-        work: as `prediction.predict` leaves it: F, but for the eddies' own row.
+        Phi: of the step; all of F but the eddies' own rows.
         P: covariance before the step, (n, padded).
-        growth: variance that each state gains by the second, (padded,).
-        keep: what is left of an eddy after the step.
+        Q: variance that each state gains by the second, (padded,).
+        decay: what is left of an eddy after the step.
         kick: variance that it gains.
         h: step, s.
         C: scratch, (states, states).
@@ -83,67 +83,48 @@ def gain(work: Array, P: Array, growth: Array, keep: float, kick: float, h: floa
             if i < MOVING:
                 moved = 0.0
                 for k in range(MOVING):
-                    moved += work[i, k] * P[k, column]
+                    moved += Phi[i, k] * P[k, column]
                 for k in range(MOVING, states):
-                    moved += work[i, WATER + k - MOVING] * P[place(k), column]
+                    moved += Phi[i, WATER + k - MOVING] * P[place(k), column]
                 G[i, j] = moved
             else:
-                G[i, j] = keep * P[place(i), column]
+                G[i, j] = decay * P[place(i), column]
     for i in range(states):
         for j in range(i + 1):
             if j < MOVING:
                 moved = 0.0
                 for k in range(MOVING):
-                    moved += G[i, k] * work[j, k]
+                    moved += G[i, k] * Phi[j, k]
                 for k in range(MOVING, states):
-                    moved += G[i, k] * work[j, WATER + k - MOVING]
+                    moved += G[i, k] * Phi[j, WATER + k - MOVING]
                 C[i, j] = moved
             else:
-                C[i, j] = keep * G[i, j]
-        C[i, i] += h * growth[place(i)] + (kick if i >= MOVING else 0.0)
+                C[i, j] = decay * G[i, j]
+        C[i, i] += h * Q[place(i)] + (kick if i >= MOVING else 0.0)
     if factored(C):
         divide(C, G)
     else:
         G[:] = 0.0
 
 
-@kernel(
-    f"b1({MODEL},f8[:,::1],f8[:,::1],i8[::1],f8,f8,f8[::1],f8[:,::1],f8[:,:,::1],"
-    "f8[:,::1],i8,i8,f8[:,::1],f8[:,::1],f8[:,:,::1],f8[:,::1],f8[::1],i8[::1])"
-)
-def scout(
-    c: Array,
-    inverse: Array,
-    picks: Picks,
-    weight: Array,
-    water: int,
-    first: int,
-    heavy: bool,
-    work: Array,
-    y: Array,
-    room: Array,
-    rules: Array,
-    bias: Picks,
-    eddy_time: float,
-    gate: float,
-    eddies: Array,
-    x: Array,
-    P: Array,
-    tape: Array,
+@kernel()
+def reference_pass(
+    bank: FilterBank,
+    history: MeasurementHistory,
     begin: int,
     end: int,
-    filtered: Array,
-    predicted: Array,
-    gains: Array,
-    C: Array,
-    nis: Array,
-    rejected: Picks,
+    filtered: Matrix,
+    predicted: Matrix,
+    gains: Cube,
+    C: Matrix,
+    nis: Vector,
+    rejected: Indices,
 ) -> bool:
-    """Takes one filter through rows of a tape, and keeps what `smooth` needs.
+    """Takes one filter through rows of the history, and keeps what `smooth` needs.
 
     Args:
-        c: this and all before tape are those of `bank.step`, of one filter and as far as it needs them.
-        tape: (rows, ROW).
+        bank: of one filter.
+        history: what it is given.
         begin: the row to begin with; `end` is behind the last.
         end: see begin.
         filtered: out, (ring, states): the state before each row; a row's place is its number modulo the ring's length.
@@ -157,42 +138,39 @@ def scout(
         False if a number is not finite.
     """
     ring, states = filtered.shape
+    x, P, intensity = bank.x[0], bank.P[0], bank.intensity[0]
     for k in range(begin, end):
-        row, r = tape[k], k % ring
-        h, z, variance = row[H], row[Z:VARIANCE], row[VARIANCE:ROW]
+        r = k % ring
+        h, z, R = history.h[k], history.z[k], history.R[k]
         for j in range(states):
-            filtered[r, j] = x[0, place(j)]
+            filtered[r, j] = x[place(j)]
         if h == 0.0:
             gains[r] = 0.0
             predicted[r] = 0.0
-            resume(x, P, eddies, water, z, variance)
+            reset_motion(bank, z, R)
             continue
-        if not predict(c, inverse, picks, weight, water, first, heavy, row[INPUTS:Z], x[0], h, work, y):
+        if not predict(bank.model, history.inputs[k], h, x, bank.step):
             return False
-        keep = math.exp(-h / eddy_time)
-        gain(work, P[0], rules[GROWTH], keep, (1.0 - keep * keep) * eddies[0] * eddies[0], h, C, gains[r])
+        decay = math.exp(-h / bank.settings.eddy_time)
+        gain(bank.step.Phi, P, bank.tuning.Q, decay, (1.0 - decay * decay) * intensity * intensity, h, C, gains[r])
         for j in range(states):
-            predicted[r, j] = x[0, place(j)] * (keep if j >= MOVING else 1.0)
-        for i in range(MOVING):
-            nis[i] = math.nan if math.isnan(z[i]) else 0.0
-        likelihood = observe(
-            picks, weight, water, first, work, y, room, rules, bias, keep, gate, eddies[0], x[0], P[0], 0.0,
-            h, z, variance, nis, rejected, False,
-        )  # fmt: skip
-        if likelihood * 0.0 != 0.0:
+            predicted[r, j] = x[place(j)] * (decay if j >= MOVING else 1.0)
+        expect(z, nis)
+        predict_covariance(bank, intensity, x, P, h)
+        if update(bank, x, P, 0.0, z, R, nis, rejected, False) * 0.0 != 0.0:
             return False
     return True
 
 
-@kernel("void(f8[::1],i8,i8,f8[:,::1],f8[:,::1],f8[:,:,::1],f8[::1],f8[:,::1])")
+@kernel()
 def smooth(
-    x: Array, begin: int, end: int, filtered: Array, predicted: Array, gains: Array, moved: Array, path: Array
+    x: Vector, begin: int, end: int, filtered: Matrix, predicted: Matrix, gains: Cube, moved: Vector, path: Matrix
 ) -> None:
     """Goes back over the rows from `end`, where the state is x, to `begin`: x_s = x_f + G (x_s after - x_p after).
 
     Args:
-        x: state of the scout, (padded,).
-        begin: of `scout`'s rows, as are the next four to gains.
+        x: state of the filter at the end, (padded,).
+        begin: of `reference_pass`, as are the next four to gains.
         end: see begin.
         filtered: see begin.
         predicted: see begin.

@@ -1,16 +1,15 @@
-"""The scout: a filter that goes ahead of a review, and tells where the boat and the water went."""
+"""The reference filter of an iterated pass: it runs ahead of the bank and is smoothed."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from firmware_py.estimation.filter.bank_arrays import BankArrays
-from firmware_py.estimation.filter.measurement_update import EDDY
-from firmware_py.estimation.filter.start_up import GROWTH, LEARNS
-from firmware_py.estimation.iteration.rts_smoother import WAVERING, scout, smooth, smoothed
+from firmware_py.estimation.filter.kernel_arguments import FilterBank
+from firmware_py.estimation.iteration.measurement_history import MeasurementHistory
+from firmware_py.estimation.iteration.rts_smoother import EDDY_STATES, reference_pass, smooth, smoothed
 from firmware_py.estimation.model.jacobians import Array
-from firmware_py.estimation.model.prediction import EDDIES
-from firmware_py.estimation.model.transition import MOVING
+from firmware_py.estimation.model.state import EDDIES, EDDY_NORTH, MOVING
 
 BLOCK = 256
 """Rows whose motion is smoothed together, after as many more: the water is known by what follows in 2 or 3 s."""
@@ -27,12 +26,18 @@ class SmootherPass:
         path: the smoothed motion and eddies before each row up to `known`, (RING, states), at the row modulo RING.
     """
 
-    def __init__(self, members: BankArrays) -> None:
-        """Makes room for a scout ahead of `members`."""
-        n, width, count = members.x.shape[1], members.rules.shape[1], smoothed(members.model.water)
-        self._members = members
-        self._x, self._P, self._rules = np.zeros((1, width)), np.zeros((1, n, width)), np.zeros_like(members.rules)
-        self._eddy = np.zeros(1)
+    def __init__(self, filters: BankArrays) -> None:
+        """Makes room for a reference of these filters."""
+        n, width, count = filters.model.size, filters.width, smoothed(filters.model.water)
+        self._filters = filters
+        self.bank: FilterBank = filters.kernel._replace(
+            tuning=filters.tuning._replace(Q=np.zeros(width), learns=np.zeros(width)),
+            intensity=np.zeros(1),
+            x=np.zeros((1, width)),
+            P=np.zeros((1, n, width)),
+            log_likelihood=np.zeros(1),
+            weights=np.zeros(1),
+        )
         self._filtered, self._predicted = np.zeros((RING, count)), np.zeros((RING, count))
         self._gains = np.zeros((RING, count, count))
         self._scratch, self._moved = np.zeros((count, count)), np.zeros(count)
@@ -46,40 +51,38 @@ class SmootherPass:
         return self.known + 2 * BLOCK
 
     def begin(self, mean: Array, leader: int) -> None:
-        """Goes to the tape's beginning, where its members are; the state `mean`, (n,), in the eddies of a member."""
-        bank = self._members
-        self._eddy[0] = bank.eddies[leader]
-        self._rules[:] = bank.rules
-        self._rules[LEARNS, MOVING:] = 0.0
-        self._rules[GROWTH, MOVING:] = 0.0
+        """Goes to the start of the history; the state `mean`, (n,), with the eddies of filter `leader`."""
+        filters, own = self._filters, self.bank
+        own.intensity[0] = filters.intensity[leader]
+        own.tuning.Q[:], own.tuning.learns[:] = filters.tuning.Q, filters.tuning.learns
+        own.tuning.learns[MOVING:] = 0.0
+        own.tuning.Q[MOVING:] = 0.0
         self.about[: len(mean)] = mean
-        self._x[0] = self.about
-        self._P[:] = 0.0
-        eddies = slice(EDDY, EDDY + WAVERING)
-        for moving in (slice(0, MOVING), eddies)[: 2 if bank.model.water == EDDIES else 1]:
-            self._x[0, moving], self._P[0, moving, moving] = bank.x[leader, moving], bank.P[leader, moving, moving]
-            self._rules[LEARNS, moving] = 1.0
+        own.x[0] = self.about
+        own.P[:] = 0.0
+        eddies = slice(EDDY_NORTH, EDDY_NORTH + EDDY_STATES)
+        for moving in (slice(0, MOVING), eddies)[: 2 if filters.model.water == EDDIES else 1]:
+            own.x[0, moving], own.P[0, moving, moving] = filters.x[leader, moving], filters.P[leader, moving, moving]
+            own.tuning.learns[moving] = 1.0
         self.row = self.known = 0
 
-    def go(self, tape: Array, to: int) -> bool:
-        """Goes on to that row of the tape, no further than its goal; False if a number was not finite."""
+    def go(self, history: MeasurementHistory, to: int) -> bool:
+        """Goes on to that row of the history, no further than its goal; False if a number was not finite."""
         begin, self.row = self.row, max(self.row, min(to, self.goal))
         kept = (self._filtered, self._predicted, self._gains, self._scratch, self._nis, self._rejected)
-        going: bool = scout(
-            *self._members.alone(self._rules, self._eddy, self._x, self._P, tape, begin, self.row, *kept)
-        )
+        going: bool = reference_pass(self.bank, history, begin, self.row, *kept)
         return going
 
     def look_back(self, whole: bool) -> None:
         """Smooths what it went through: a block, or with `whole` all."""
         kept = (self._filtered, self._predicted, self._gains, self._moved, self.path)
-        smooth(self._x[0], self.known, self.row, *kept)
+        smooth(self.bank.x[0], self.known, self.row, *kept)
         self.known = self.row if whole else self.row - BLOCK
 
     @property
     def arrays(self) -> tuple[Array, ...]:
         """All that it remembers, but for its two rows."""
         return (
-            *(self._x, self._P, self._rules, self._eddy),
+            *(self.bank.x, self.bank.P, self.bank.tuning.Q, self.bank.tuning.learns, self.bank.intensity),
             *(self._filtered, self._predicted, self._gains, self.about, self.path),
         )

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 
-from firmware_py.compiled import kernel
+from firmware_py.compiled import Matrix, Vector, kernel
 from firmware_py.estimation.model.equations import CONSTANTS
-from firmware_py.estimation.model.jacobians import Array, strip, strip_slopes
+from firmware_py.estimation.model.jacobians import strip, strip_slopes
 
 SCALE, LENGTH, ADVANCE, K_RACE, KNEE = (CONSTANTS.index(name) for name in ("scale", "L", "advance", "k_race", "knee"))
 U_S_MIN = 0.01
@@ -22,32 +22,34 @@ NODES = (0.1488743389816312, 0.4333953941292472, 0.6794095682990244, 0.865063366
 WEIGHTS = (0.2955242247147529, 0.2692667193099964, 0.2190863625159820, 0.1494513491505806, 0.0666713443086881)
 """Gauss-Legendre, ten points, either side of amidships (Abramowitz and Stegun, Table 25.4)."""
 STATIONS = len(NODES)
+SWAY, HEAVE, PITCH, YAW = 1, 2, 4, 5
+"""Of u v w p q r, and of the equations X Y Z K M N: those that flow across the hull acts on."""
 
 
-@kernel("UniTuple(f8,7)(f8,f8,f8)")
+@kernel()
 def turn(phi: float, theta: float, psi: float) -> tuple[float, float, float, float, float, float, float]:
-    """A `model.Turn`."""
+    """The sines and cosines of `equations.Turn`."""
     c_theta = math.cos(theta)
     sec = 1.0 / math.copysign(max(abs(c_theta), COS_MIN), c_theta)
     return math.sin(phi), math.cos(phi), math.sin(theta), c_theta, math.sin(psi), math.cos(psi), sec
 
 
-@kernel("f8(f8[::1],f8,f8)")
-def behind_disc(c: Array, u: float, u_n: float) -> float:
+@kernel()
+def behind_disc(c: Vector, u: float, u_n: float) -> float:
     """u_s, m/s, signed."""
     square = u * abs(u) + c[K_RACE] * u_n * abs(u_n)
     return math.copysign(math.sqrt(abs(square)), square)
 
 
-@kernel("UniTuple(f8,3)(f8[::1],f8,f8)")
-def race(c: Array, u: float, n: float) -> tuple[float, float, float]:
-    """A `model.Race` at water speed u (m/s) and shaft speed n (rev/s)."""
+@kernel()
+def race(c: Vector, u: float, n: float) -> tuple[float, float, float]:
+    """`equations.Race` at water speed u (m/s) and shaft speed n (rev/s)."""
     u_n = c[ADVANCE] * n
     return abs(u), (behind_disc(c, u, u_n) - u) / c[KNEE] - u, u_n * abs(u_n)
 
 
-@kernel("UniTuple(f8,4)(f8[::1],f8,f8)")
-def race_slopes(c: Array, u: float, n: float) -> tuple[float, float, float, float]:
+@kernel()
+def race_slopes(c: Vector, u: float, n: float) -> tuple[float, float, float, float]:
     """The slopes of `race`: of s and e by u, of e and jet by n."""
     u_n = c[ADVANCE] * n
     u_s = max(abs(behind_disc(c, u, u_n)), U_S_MIN)
@@ -56,8 +58,8 @@ def race_slopes(c: Array, u: float, n: float) -> tuple[float, float, float, floa
     return math.copysign(1.0, u), e_u, 0.5 * c[K_RACE] * jet_n / (u_s * c[KNEE]), jet_n
 
 
-@kernel("UniTuple(f8,4)(f8[::1],f8,f8,f8,f8)")
-def cross_flow(c: Array, v: float, w: float, q: float, r: float) -> tuple[float, float, float, float]:
+@kernel()
+def cross_flow(c: Vector, v: float, w: float, q: float, r: float) -> tuple[float, float, float, float]:
     """(Y, Z, M, N) of the drag across the hull, N and N m."""
     half = 0.5 * c[LENGTH]
     Y, Z, M, N = 0.0, 0.0, 0.0, 0.0
@@ -76,8 +78,8 @@ def cross_flow(c: Array, v: float, w: float, q: float, r: float) -> tuple[float,
     return size * Y, size * Z, size * M, size * N
 
 
-@kernel("void(f8[::1],f8,f8,f8,f8,f8[:,::1],f8[::1],i8)")
-def cross_flow_slopes(c: Array, v: float, w: float, q: float, r: float, D: Array, y: Array, first: int) -> None:
+@kernel()
+def cross_flow_slopes(c: Vector, v: float, w: float, q: float, r: float, D: Matrix, y: Vector, first: int) -> None:
     """Adds the slopes of `cross_flow` to those of the forces, and fills what C_dy and C_dz multiply.
 
     Args:
@@ -109,19 +111,19 @@ def cross_flow_slopes(c: Array, v: float, w: float, q: float, r: float, D: Array
                 Y_vxx, Y_wxx, Z_vxx, Z_wxx = Y_vxx + kxx * a, Y_wxx + kxx * b, Z_vxx + kxx * d, Z_wxx + kxx * e
     y[first], y[first + 1], y[first + 2], y[first + 3] = y_Y, y_Z, y_M, y_N
     y[first + 4], y[first + 5], y[first + 6], y[first + 7] = z_Y, z_Z, z_M, z_N
-    D[1, 1] += Y_v
-    D[1, 2] += Y_w
-    D[1, 4] -= Y_wx
-    D[1, 5] += Y_vx
-    D[2, 1] += Z_v
-    D[2, 2] += Z_w
-    D[2, 4] -= Z_wx
-    D[2, 5] += Z_vx
-    D[4, 1] -= Z_vx
-    D[4, 2] -= Z_wx
-    D[4, 4] += Z_wxx
-    D[4, 5] -= Z_vxx
-    D[5, 1] += Y_vx
-    D[5, 2] += Y_wx
-    D[5, 4] -= Y_wxx
-    D[5, 5] += Y_vxx
+    D[SWAY, SWAY] += Y_v
+    D[SWAY, HEAVE] += Y_w
+    D[SWAY, PITCH] -= Y_wx
+    D[SWAY, YAW] += Y_vx
+    D[HEAVE, SWAY] += Z_v
+    D[HEAVE, HEAVE] += Z_w
+    D[HEAVE, PITCH] -= Z_wx
+    D[HEAVE, YAW] += Z_vx
+    D[PITCH, SWAY] -= Z_vx
+    D[PITCH, HEAVE] -= Z_wx
+    D[PITCH, PITCH] += Z_wxx
+    D[PITCH, YAW] -= Z_vxx
+    D[YAW, SWAY] += Y_vx
+    D[YAW, HEAVE] += Y_wx
+    D[YAW, PITCH] -= Y_wxx
+    D[YAW, YAW] += Y_vxx

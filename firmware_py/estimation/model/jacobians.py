@@ -11,7 +11,7 @@ from firmware_py.compiled import kernel
 
 Array = NDArray[np.float64]
 
-FACTORS = (
+REGRESSORS = (
     ("X_pp", 0),
     ("X_qq", 0),
     ("X_rr", 0),
@@ -106,7 +106,7 @@ FACTORS = (
     ("N_prop", 5),
     ("C_d0", 0),
 )
-"""What `factors` fills, in order: each coefficient and the equation (0 to 5) that it acts in."""
+"""What `regressors` fills, in order: each coefficient and the equation (0 to 5) that it acts in."""
 
 
 @kernel("void(f8[::1],f8[:,::1])")
@@ -673,12 +673,12 @@ def input_slopes(
 
 
 @kernel("void(f8[::1],f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8[::1])")
-def factors(
+def regressors(
     c: Array, u: float, v: float, w: float, p: float, q: float, r: float, u_dot: float, v_dot: float, w_dot: float,
     p_dot: float, q_dot: float, r_dot: float, delta_s: float, delta_r: float, delta_b: float, s: float, e: float,
     jet: float, y: Array,
 ) -> None:
-    """What each coefficient of FACTORS multiplies, N or N m; `*_dot` are accelerations through the water."""
+    """What each coefficient of REGRESSORS multiplies, N or N m; `*_dot` are accelerations through the water."""
     scale = c[15]
     L = c[16]
     t0 = p*p

@@ -9,42 +9,48 @@ from collections.abc import Sequence
 import numpy as np
 
 from firmware_py.estimation.model.equations import AXES, BODY, COEFFICIENTS, CONSTANTS
-from firmware_py.estimation.model.jacobians import FACTORS, Array, mass
-from firmware_py.estimation.model.prediction import CURRENT, RESPONSE, WORK, flow_of, load, predict, rates
-from firmware_py.estimation.model.transition import DRAG, MOVING, WATER, Nine, invert
+from firmware_py.estimation.model.jacobians import REGRESSORS, Array, mass
+from firmware_py.estimation.model.kernel_arguments import ForceTerms, Model, new_linearisation
+from firmware_py.estimation.model.prediction import load_parameters, predict, rates, water_velocity
+from firmware_py.estimation.model.state import CURRENT, EQUATIONS, MOTIONS, MOVING, WATER, WATER_AXIS
+from firmware_py.estimation.model.transition import DRAG, Nine, invert
 from firmware_py.params import ParamError
 from firmware_py.vehicle.vehicle import Vehicle
 
 Floats = Sequence[float] | Array
-MOTIONS = ("u", "v", "w", "p", "q", "r", "phi", "theta", "psi")
-"""The states that move by themselves."""
 GROUPS = {
     f"{axis}_dot": tuple(name for name in COEFFICIENTS if name.startswith(f"{axis}_") and name.endswith("dot"))
     for axis in AXES
 }
 """One scale, 1 as believed, for all added mass of an equation: estimated in the place of its members."""
+_CROSS_FLOW = tuple(AXES.index(axis) for axis in "YZMN")
+"""The equations that cross-flow drag acts in."""
 _PLACES = {
-    **{name: ((i, row),) for i, (name, row) in enumerate(FACTORS)},
+    **{name: ((i, equation),) for i, (name, equation) in enumerate(REGRESSORS)},
     **{
-        name: tuple((DRAG + 4 * i + j, row) for j, row in enumerate((1, 2, 4, 5)))
+        name: tuple((DRAG + len(_CROSS_FLOW) * i + j, equation) for j, equation in enumerate(_CROSS_FLOW))
         for i, name in enumerate(("C_dy", "C_dz"))
     },
 }
-"""Where the forces that a coefficient multiplies lie in y, and the equations they act in."""
+"""Where the regressors of a coefficient stand, and the equations that they act in."""
+_REGRESSORS = DRAG + 2 * len(_CROSS_FLOW)
 
 
 class ObserverModel:
-    """x_dot = f(x, inputs) of one vehicle. Kernels read its arrays; it is no more than their keeper.
+    """x_dot = f(x, inputs) of one vehicle; it keeps the arrays that the kernels work on.
 
-    The state x, shape (size,): u v w p q r phi theta psi; the water, 0, 2 or 5 numbers (see `prediction`); one number
-    for each of `biases`, what a sensor of that moving state reads too much; one for each of `names`, a nondimensional
-    coefficient or the scale of a group.
+    Attributes:
+        names: the parameters: nondimensional coefficients, or scales of groups.
+        water: how many states the water has: STILL, CURRENT or EDDIES.
+        biases: motion states whose sensors have a bias.
+        believed: the parameters as the vehicle file has them.
+        first: place of the first parameter in the state x; see `state` for the layout.
+        size: how many states there are.
+        arrays: what the kernels read.
+        linearisation: what a step leaves.
     """
 
-    __slots__ = (
-        *("believed", "biases", "c", "first", "heavy", "inverse", "names", "picks", "size"),
-        *("water", "weight", "work", "y"),
-    )
+    __slots__ = ("arrays", "believed", "biases", "first", "linearisation", "names", "size", "water")
 
     def __init__(
         self, vehicle: Vehicle, names: Sequence[str], water: int = CURRENT, biases: Sequence[str] = ()
@@ -54,34 +60,21 @@ class ObserverModel:
         Raises:
             ParamError: a name is unknown, or occurs twice, or the mass matrix is not positive definite.
         """
-        self.names = tuple(names)
-        self.water = water
-        """How many states the water has: STILL, CURRENT or EDDIES."""
+        self.names, self.water = tuple(names), water
         self.biases = tuple(MOTIONS.index(name) for name in biases)
-        """The moving states whose sensors have one."""
-        self.c = constants(vehicle)
-        """Constants, shape (len(CONSTANTS),)."""
-        self.inverse = inverse_mass(self.c)
-        """Inverse of the mass matrix, (6, 6)."""
-        rows, weights = [], []
-        for i, members in enumerate(_members(self.names)):
-            for member in members:
-                place = CONSTANTS.index(member)
-                weight = 1.0 if member == self.names[i] else float(self.c[place])
-                for factor, row in _PLACES[member]:
-                    rows.append((i, factor, row, place))
-                    weights.append(weight)
-        self.picks = np.array(rows, dtype=np.int64).reshape(len(rows), 4)
-        """See `prediction.predict`."""
-        self.weight = np.array(weights, dtype=np.float64)
-        self.heavy = any("dot" in name for name in self.names)
-        """Whether the inverse of the mass matrix changes with the state."""
-        self.believed = tuple(1.0 if name in GROUPS else float(self.c[CONSTANTS.index(name)]) for name in self.names)
-        """The parameters as the vehicle file has them."""
+        values = constants(vehicle)
+        self.believed = tuple(1.0 if name in GROUPS else float(values[CONSTANTS.index(name)]) for name in self.names)
         self.first = MOVING + water + len(self.biases)
-        """Place of the first parameter in x."""
         self.size = self.first + len(self.names)
-        self.work, self.y = np.zeros(WORK), np.zeros(DRAG + 8)
+        self.arrays = Model(
+            constants=values,
+            inverse_mass=inverse_mass(values),
+            terms=_force_terms(self.names, values),
+            water=water,
+            first=self.first,
+            added_mass=any("dot" in name for name in self.names),
+        )
+        self.linearisation = new_linearisation(_REGRESSORS)
 
     def state(self, nu: Floats, angles: Floats) -> Array:
         """A state with the believed parameters in still water, at a velocity (m/s, rad/s) and attitude (rad)."""
@@ -96,37 +89,49 @@ class ObserverModel:
 
     def rates(self, x: Array, inputs: Array) -> Nine:
         """f(x, inputs): the rates of u v w p q r phi theta psi; NaN if the mass matrix has no inverse."""
-        if not load(self.c, self.inverse, self.picks, self.weight, self.first, self.heavy, x, np.zeros((6, 6))):
+        if not load_parameters(self.arrays, x, self.linearisation):
             return (math.nan,) * 9
         u, v, w, p, q, r, phi, theta, psi = x[:MOVING].tolist()
-        return rates(self.c, self.inverse, inputs, (u, v, w, p, q, r, phi, theta, psi), flow_of(x, self.water))
-
-    def transition(self) -> Array:
-        """Room for the transition matrix's nine rows, shape (9, size)."""
-        return np.zeros((MOVING, self.size))
-
-    def predict(self, x: Array, inputs: Array, h: float, Phi: Array) -> bool:
-        """Moves x on by h (s), inputs (delta_s, delta_r, delta_b, n) being means over the step; fills Phi, (9, size).
-
-        The rest of the state stays: its rows of the transition matrix would be those of the identity.
-        """
-        if not self.advance(x, inputs, h):
-            return False
-        moved, response = self.work[:MOVING], self.work[RESPONSE : RESPONSE + MOVING]
-        Phi[:] = 0.0
-        Phi[:, :MOVING] = moved[:, :MOVING]
-        for j in range(self.water):
-            Phi[:, MOVING + j] = moved[:, WATER + (j if j < CURRENT else j - CURRENT)]
-        for (i, factor, row, _), weight in zip(self.picks.tolist(), self.weight.tolist(), strict=True):
-            Phi[:, self.first + i] += weight * self.y[factor] * response[:, row]
-        return True
+        return rates(self.arrays, inputs, (u, v, w, p, q, r, phi, theta, psi), water_velocity(x, self.water))
 
     def advance(self, x: Array, inputs: Array, h: float) -> bool:
-        """As `predict`, but leaves what moves the error where it was made, in `work` and `y`."""
-        return predict(
-            *(self.c, self.inverse, self.picks, self.weight, self.water, self.first, self.heavy),
-            *(inputs, x, h, self.work, self.y),
+        """Moves x on by h (s), inputs (delta_s, delta_r, delta_b, n) being means over the step, and linearises it.
+
+        Returns:
+            False, with x as it was, if the step leads to a number that is not finite.
+        """
+        return predict(self.arrays, inputs, h, x, self.linearisation)
+
+    def transition(self) -> Array:
+        """The motion's rows of F* of the last step, (9, size); its other rows are those of the identity."""
+        Phi = self.linearisation.Phi
+        F = np.zeros((MOVING, self.size))
+        F[:, :MOVING] = Phi[:, :MOVING]
+        for j in range(self.water):
+            F[:, MOVING + j] = Phi[:, WATER + WATER_AXIS[j]]
+        F[:, self.first :] = self.linearisation.response[:, :EQUATIONS] @ self.unit_forces()
+        return F
+
+    def unit_forces(self) -> Array:
+        """The force in each equation by a unit of each parameter in the last step, (6, parameters), N or N m."""
+        forces, terms = np.zeros((EQUATIONS, len(self.names))), self.arrays.terms
+        np.add.at(
+            forces, (terms.equation, terms.parameter), terms.weight * self.linearisation.regressors[terms.regressor]
         )
+        return forces
+
+
+def _force_terms(names: tuple[str, ...], values: Array) -> ForceTerms:
+    """What these parameters scale; `values` are the constants as believed."""
+    rows, weights = [], []
+    for i, members in enumerate(_members(names)):
+        for member in members:
+            constant = CONSTANTS.index(member)
+            for regressor, equation in _PLACES[member]:
+                rows.append((i, regressor, equation, constant))
+                weights.append(1.0 if member == names[i] else float(values[constant]))
+    parameters, regressors, equations, places = np.array(rows, dtype=np.int64).reshape(len(rows), 4).T.copy()
+    return ForceTerms(parameters, regressors, equations, places, np.array(weights, dtype=np.float64))
 
 
 def constants(vehicle: Vehicle) -> Array:

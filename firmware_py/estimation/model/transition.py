@@ -1,37 +1,29 @@
 """How an error moves over one step, compiled: the slopes of the equations and the transition matrix made from them.
 
 A coefficient acts through the force that it multiplies, one number, in one equation. (For added mass that is the
-acceleration: M nu_dot = tau differentiates to it.) So the moving states answer to six forces however many coefficients
-are estimated, and a coefficient's column of the transition matrix is one of the six, times its force.
+acceleration: M nu_dot = tau differentiates to it.) So the motion states answer to six forces however many coefficients
+are estimated, and a coefficient's column of the transition matrix is one of the six, times its regressor.
 """
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-from firmware_py.compiled import kernel
+from firmware_py.compiled import Matrix, Vector, kernel
 from firmware_py.estimation.model.flow import cross_flow_slopes, race, race_slopes, turn
-from firmware_py.estimation.model.jacobians import FACTORS, Array, factors, kinematic_slopes, kinematics, slopes
+from firmware_py.estimation.model.jacobians import REGRESSORS, kinematic_slopes, kinematics, regressors, slopes
+from firmware_py.estimation.model.kernel_arguments import Linearisation, Model
+from firmware_py.estimation.model.state import EQUATIONS, MOVING, WIDTH
 
 Nine = tuple[float, float, float, float, float, float, float, float, float]
 Three = tuple[float, float, float]
-Picks = NDArray[np.int64]
 
-MOVING = 9
-"""Velocities and angles, the states that move by themselves."""
-DRAG = len(FACTORS)
-"""Where the factors of cross-flow drag begin, behind the others."""
-WIDTH = 16
-"""Columns of such arrays, whole vectors: nine moving states, three of the water's velocity."""
-WATER = 9
-"""Where the water's columns begin."""
+DRAG = len(REGRESSORS)
+"""Where the regressors of cross-flow drag begin, behind the others."""
 
 
-@kernel("b1(f8[:,::1],f8[:,::1])")
-def invert(M: Array, inverse: Array) -> bool:
+@kernel()
+def invert(M: Matrix, inverse: Matrix) -> bool:
     """Fills the inverse of M (6, 6), which is used up; False if M has none (Gauss-Jordan, pivot by column)."""
     for i in range(6):
         for j in range(6):
@@ -59,33 +51,20 @@ def invert(M: Array, inverse: Array) -> bool:
     return True
 
 
-@kernel(
-    "void(f8[::1],f8[:,::1],f8[::1],UniTuple(f8,9),UniTuple(f8,9),UniTuple(f8,3),f8[:,::1],f8[:,::1],f8[:,::1],f8[::1])"
-)
-def linearise(
-    c: Array,
-    inverse: Array,
-    inputs: Array,
-    x: Nine,
-    x_dot: Nine,
-    water: Three,
-    A: Array,
-    D: Array,
-    B: Array,
-    y: Array,
-) -> None:
-    """The slopes of `rates` at x, where it is x_dot.
+@kernel()
+def linearise(model: Model, inputs: Vector, x: Nine, x_dot: Nine, water: Three, step: Linearisation) -> None:
+    """Fills A, the slopes of `rates` at x by motion and water velocity, and the regressors there.
 
     Args:
-        c: constants.
-        inverse: inverse of the mass matrix.
-        inputs: as everywhere.
-        x: the nine moving states; `x_dot` their rates.
+        model: its constants and inverse mass matrix are used.
+        inputs: delta_s, delta_r, delta_b (rad), n (rev/s).
+        x: the nine motion states.
+        x_dot: their rates.
         water: its velocity north, east, down, m/s.
-        A: out, (9, WIDTH): by the moving states and the water.
-        D: scratch, (6, WIDTH). `B` too, (3, WIDTH).
-        y: out, (DRAG + 8,): the force that each coefficient multiplies; its slope is M^-1's column of its equation.
+        step: out: A and the regressors; B and D are scratch.
     """
+    c, inverse_mass = model.constants, model.inverse_mass
+    A, B, D = step.A, step.B, step.D
     u, v, w, p, q, r, phi, theta, psi = x
     t = turn(phi, theta, psi)
     u_c, v_c, w_c, u_turn, v_turn, w_turn, _, _, _ = kinematics(p, q, r, *t, *water)
@@ -93,36 +72,37 @@ def linearise(
     ds, dr, db, n = inputs[0], inputs[1], inputs[2], inputs[3]
     s, e, jet = race(c, u, n)
     s_u, e_u, _, _ = race_slopes(c, u, n)
-    u_dot, v_dot, w_dot = x_dot[0] - u_turn, x_dot[1] - v_turn, x_dot[2] - w_turn
-    factors(c, u, v, w, p, q, r, u_dot, v_dot, w_dot, x_dot[3], x_dot[4], x_dot[5], ds, dr, db, s, e, jet, y)
+    u_dot, v_dot, w_dot, p_dot, q_dot, r_dot, _, _, _ = x_dot
+    u_dot, v_dot, w_dot = u_dot - u_turn, v_dot - v_turn, w_dot - w_turn
+    regressors(c, u, v, w, p, q, r, u_dot, v_dot, w_dot, p_dot, q_dot, r_dot, ds, dr, db, s, e, jet, step.regressors)
 
-    for i in range(6):
+    for i in range(EQUATIONS):
         for j in range(WIDTH):
             D[i, j] = 0.0
     slopes(c, u, v, w, p, q, r, t[0], t[1], t[2], t[3], ds, dr, db, s, e, s_u, e_u, D)
-    cross_flow_slopes(c, v, w, q, r, D, y, DRAG)
-    for i in range(9):
+    cross_flow_slopes(c, v, w, q, r, D, step.regressors, DRAG)
+    for i in range(MOVING):
         for j in range(WIDTH):
             A[i, j] = 0.0
     for i in range(3):
         for j in range(WIDTH):
             B[i, j] = 0.0
     kinematic_slopes(p, q, r, *t, *water, A, B)
-    for i in range(6):
+    for i in range(EQUATIONS):
         d_0, d_1, d_2 = D[i, 0], D[i, 1], D[i, 2]
         for j in range(WIDTH):
             D[i, j] -= d_0 * B[0, j] + d_1 * B[1, j] + d_2 * B[2, j]
-    for i in range(6):
-        m_0, m_1, m_2 = inverse[i, 0], inverse[i, 1], inverse[i, 2]
-        m_3, m_4, m_5 = inverse[i, 3], inverse[i, 4], inverse[i, 5]
+    for i in range(EQUATIONS):
+        m_0, m_1, m_2 = inverse_mass[i, 0], inverse_mass[i, 1], inverse_mass[i, 2]
+        m_3, m_4, m_5 = inverse_mass[i, 3], inverse_mass[i, 4], inverse_mass[i, 5]
         for j in range(WIDTH):
             A[i, j] += m_0 * D[0, j] + m_1 * D[1, j] + m_2 * D[2, j] + m_3 * D[3, j] + m_4 * D[4, j] + m_5 * D[5, j]
 
 
-@kernel("void(f8[:,::1],f8,f8[:,::1],f8[:,::1])")
-def product(X: Array, h: float, Y: Array, Z: Array) -> None:
-    """Z = h X Y, all (9, WIDTH), X counting nine columns wide. The sum is written out: so it compiles to vectors."""
-    for i in range(9):
+@kernel()
+def product(X: Matrix, h: float, Y: Matrix, Z: Matrix) -> None:
+    """Z = h X Y, all (9, WIDTH), X nine columns wide. The sum is written out, so that it compiles to vectors."""
+    for i in range(MOVING):
         x_0, x_1, x_2, x_3, x_4 = h * X[i, 0], h * X[i, 1], h * X[i, 2], h * X[i, 3], h * X[i, 4]
         x_5, x_6, x_7, x_8 = h * X[i, 5], h * X[i, 6], h * X[i, 7], h * X[i, 8]
         for j in range(WIDTH):
@@ -139,33 +119,28 @@ def product(X: Array, h: float, Y: Array, Z: Array) -> None:
             )
 
 
-@kernel("void(f8[:,::1],f8,f8[:,::1],f8[:,::1],f8[:,::1],f8[:,::1])")
-def transition(inverse: Array, h: float, A: Array, G: Array, Phi: Array, response: Array) -> None:
-    """Phi, the exponential of the slopes over a step h (s) to third order: G = 1 + A h/2 + A^2 h^2/6, Phi = 1 + h G A.
+@kernel()
+def transition(model: Model, h: float, step: Linearisation) -> None:
+    """Fills Phi = exp(A h) to third order, and the response to forces that are held over the step h (s).
 
-    Args:
-        inverse: inverse of the mass matrix.
-        h: step, s.
-        A: from `linearise`.
-        G: scratch, (9, WIDTH).
-        Phi: out, (9, WIDTH): by the moving states and the water.
-        response: out, (9, WIDTH): six columns, by a force in each equation, held over the step, N or N m.
+    With the series E = 1 + A h/2 + A^2 h^2/6 they are Phi = 1 + h E A and the response = h E M^-1.
     """
+    A, E, Phi, response, inverse_mass = step.A, step.series, step.Phi, step.response, model.inverse_mass
     product(A, h * h / 6.0, A, Phi)
-    for i in range(9):
-        for j in range(9):
-            G[i, j] = h / 2.0 * A[i, j] + Phi[i, j]
-        G[i, i] += 1.0
-    product(G, h, A, Phi)
-    for i in range(9):
+    for i in range(MOVING):
+        for j in range(MOVING):
+            E[i, j] = h / 2.0 * A[i, j] + Phi[i, j]
+        E[i, i] += 1.0
+    product(E, h, A, Phi)
+    for i in range(MOVING):
         Phi[i, i] += 1.0
-        g_0, g_1, g_2, g_3, g_4, g_5 = h * G[i, 0], h * G[i, 1], h * G[i, 2], h * G[i, 3], h * G[i, 4], h * G[i, 5]
-        for j in range(6):
+        e_0, e_1, e_2, e_3, e_4, e_5 = h * E[i, 0], h * E[i, 1], h * E[i, 2], h * E[i, 3], h * E[i, 4], h * E[i, 5]
+        for j in range(EQUATIONS):
             response[i, j] = (
-                g_0 * inverse[0, j]
-                + g_1 * inverse[1, j]
-                + g_2 * inverse[2, j]
-                + g_3 * inverse[3, j]
-                + g_4 * inverse[4, j]
-                + g_5 * inverse[5, j]
+                e_0 * inverse_mass[0, j]
+                + e_1 * inverse_mass[1, j]
+                + e_2 * inverse_mass[2, j]
+                + e_3 * inverse_mass[3, j]
+                + e_4 * inverse_mass[4, j]
+                + e_5 * inverse_mass[5, j]
             )

@@ -18,7 +18,8 @@ from sternplane.identification.verdict import judge, learned_table
 from sternplane.sitl import busless_flight
 
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
-from firmware_py.estimation.model.observer_model import MOTIONS, ObserverModel
+from firmware_py.estimation.model.observer_model import ObserverModel
+from firmware_py.estimation.model.state import MOTIONS
 from firmware_py.params import load
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.plant.truth import Truth

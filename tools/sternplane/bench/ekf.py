@@ -21,14 +21,14 @@ import numpy as np
 
 from firmware_py import params
 from firmware_py.adapters.installation import ROOT, configs
-from firmware_py.compiled import kernel
+from firmware_py.compiled import Indices, kernel
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
 from firmware_py.estimation.filter import bank
-from firmware_py.estimation.filter.start_up import FLOOR, GROWTH, LEARNS, MAY
+from firmware_py.estimation.filter.kernel_arguments import FilterBank, Given
 from firmware_py.estimation.model.jacobians import Array
 from firmware_py.estimation.model.observer_model import GROUPS, ObserverModel
-from firmware_py.estimation.model.transition import MOVING, Picks
+from firmware_py.estimation.model.state import MOVING
 from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.bench.lateness import NoCompiler
 from sternplane.codegen import derive_c
@@ -55,7 +55,7 @@ DVL_EVERY = 20
 SWITCH_EVERY = 50
 """Steps between draws of the fins, each 0.2 rad to one side or the other."""
 TURN = 100
-"""Steps of a turn, over all members of a bank: so short that most turns are through before others get the processor."""
+"""Steps of a turn, over all filters of a bank: so short that most turns are through before others get the processor."""
 
 
 Run = Callable[[Array, Array, Array, Array], int]
@@ -69,21 +69,13 @@ class Flight(NamedTuple):
     z: Array
 
 
-@kernel(f"i8({bank.MODEL},{bank.BANK},f8[:,::1],f8,f8[:,::1],f8[::1],f8[:,::1],i8[::1])")
-def loop(
-    c: Array, inverse: Array, picks: Picks, weight: Array, water: int, first: int, heavy: bool, work: Array, y: Array,
-    room: Array, rules: Array, bias: Picks, eddy_time: float, memory: float, gate: float, eddies: Array, x: Array,
-    P: Array, evidence: Array, weights: Array, inputs: Array, h: float, z: Array, variance: Array, nis: Array,
-    rejected: Picks,
-) -> int:  # fmt: skip
-    """`bank.step` over the rows of inputs, z and nis; how many were made."""
-    for k in range(len(inputs)):
-        if not bank.step(
-            c, inverse, picks, weight, water, first, heavy, work, y, room, rules, bias, eddy_time, memory, gate,
-            eddies, x, P, evidence, weights, inputs[k], h, z[k], variance, nis[k], rejected,
-        ):  # fmt: skip
+@kernel()
+def loop(filters: FilterBank, given: Given, rejected: Indices) -> int:
+    """`bank.step` over the rows of what is given; how many were made."""
+    for k in range(len(given.inputs)):
+        if not bank.step(filters, given.inputs[k], given.h, given.z[k], given.R, given.nis[k], rejected):
             return k
-    return len(inputs)
+    return len(given.inputs)
 
 
 class InNumba:
@@ -94,7 +86,7 @@ class InNumba:
 
     def run(self, inputs: Array, z: Array, variance: Array, nis: Array) -> int:
         """Steps over the rows, filling nis, (K, 9); how many were made."""
-        steps: int = loop(*self.ekf.bank.arguments(inputs, H, z, variance, nis, self.ekf.rejected))
+        steps: int = loop(self.ekf.bank.kernel, Given(H, inputs, z, variance, nis), self.ekf.rejected)
         return steps
 
 
@@ -102,10 +94,13 @@ class Bank(ctypes.Structure):
     """The structure of this name in ekf_step.c."""
 
     _fields_ = (
-        *((name, ctypes.c_int64) for name in ("n", "width", "members", "picked", "drift", "first", "heavy")),
-        *((name, ctypes.c_double) for name in ("eddy_time", "memory", "gate")),
-        *((name, ctypes.c_void_p) for name in ("c", "inverse", "picks", "weight", "y", "room", "rules", "bias")),
-        *((name, ctypes.c_void_p) for name in ("eddies", "x", "P", "evidence", "weights", "rejected")),
+        *((name, ctypes.c_int64) for name in ("n", "width", "filters", "terms", "water", "first", "added_mass")),
+        *((name, ctypes.c_double) for name in ("eddy_time", "likelihood_memory", "gate")),
+        *((name, ctypes.c_void_p) for name in ("constants", "inverse_mass")),
+        *((name, ctypes.c_void_p) for name in ("parameter", "regressor", "equation", "constant", "weight")),
+        *((name, ctypes.c_void_p) for name in ("regressors", "FP", "channels", "PHt", "K")),
+        *((name, ctypes.c_void_p) for name in ("Q", "Q_eddy", "learns", "lower", "upper", "bias_state")),
+        *((name, ctypes.c_void_p) for name in ("intensity", "x", "P", "log_likelihood", "weights", "rejected")),
     )
 
 
@@ -115,13 +110,18 @@ class InC:
     def __init__(self, library: ctypes.CDLL, ekf: CoefficientEkf) -> None:
         self.ekf = ekf
         self._run = library.run
-        c, inverse, picks, weight, drift, first, heavy, _, y, room, rules, bias, *rest = ekf.bank.arguments()
-        eddy_time, memory, gate, eddies, x, P, evidence, weights = rest
-        members, n, width = P.shape
-        arrays = (c, inverse, picks, weight, y, room, rules, bias, eddies, x, P, evidence, weights, ekf.rejected)
+        filters = ekf.bank.kernel
+        model, tuning, scratch, settings = filters.model, filters.tuning, filters.scratch, filters.settings
+        count, n, width = filters.P.shape
+        arrays = (
+            *(model.constants, model.inverse_mass, *model.terms),
+            *(filters.step.regressors, scratch.FP, scratch.channels, *scratch.rows),
+            *(tuning.Q, tuning.Q_eddy, tuning.learns, tuning.lower, tuning.upper, filters.bias_state),
+            *(filters.intensity, filters.x, filters.P, filters.log_likelihood, filters.weights, ekf.rejected),
+        )
         self._bank = Bank(
-            *(n, width, members, len(weight), drift, first, heavy),
-            *(eddy_time, memory, gate),
+            *(n, width, count, len(model.terms.weight), model.water, model.first, model.added_mass),
+            *(settings.eddy_time, settings.likelihood_memory, settings.gate),
             *(array.ctypes.data for array in arrays),
         )
 
@@ -170,9 +170,9 @@ def compiled(folder: Path, *flags: str) -> ctypes.CDLL:
 
 
 def settled(case: CoefficientParams) -> CoefficientEkf:
-    """As `begun`, but with the rules that hold when the beginning is over: both languages take them as they are."""
+    """As `begun`, but with the tuning that holds when the start-up is over: both languages take it as it is."""
     ekf = begun(case)
-    ekf.rules[GROWTH], ekf.rules[LEARNS] = ekf.rules[FLOOR], ekf.rules[MAY]
+    ekf.tuning.Q[:], ekf.tuning.learns[:] = ekf.tuning.Q_final, ekf.tuning.may_learn
     return ekf
 
 

@@ -16,18 +16,18 @@ static const double WEIGHTS[STATIONS] = {0.2955242247147529, 0.2692667193099964,
 
 typedef double Row[WIDTH];
 
-/* A bank of filters: what bank.step takes, and the sizes of its arrays; tools/sternplane/bench/ekf.py has the same structure. */
+/* A bank of filters: what bank.step takes, and the sizes of its arrays; bench/ekf.py has the same structure. */
 typedef struct {
-    int64_t n, width, members, picked, drift, first, heavy;
-    double eddy_time, memory, gate;
-    double *c, (*inverse)[6];
-    const int64_t (*picks)[4];
+    int64_t n, width, filters, terms, water, first, added_mass;
+    double eddy_time, likelihood_memory, gate;
+    double *constants, (*inverse_mass)[6];
+    const int64_t *parameter, *regressor, *equation, *constant;
     const double *weight;
-    double *y, *room;
-    const double *rules;
-    const int64_t *bias;
-    const double *eddies;
-    double *x, *P, *evidence, *weights;
+    double *regressors, *FP, *channels, *PHt, *K;
+    const double *Q, *Q_eddy, *learns, *lower, *upper;
+    const int64_t *bias_state;
+    const double *intensity;
+    double *x, *P, *log_likelihood, *weights;
     int64_t *rejected;
 } Bank;
 
@@ -148,7 +148,7 @@ static void linearise(const double *restrict c, double (*restrict inverse)[6], c
     const double u = x[0] - k[0], v = x[1] - k[1], w = x[2] - k[2];
     race(c, u, inputs[3], s);
     race_slopes(c, u, inputs[3], &s_u, &e_u);
-    factors(c, u, v, w, p, q, r, x_dot[0] - k[3], x_dot[1] - k[4], x_dot[2] - k[5], x_dot[3], x_dot[4], x_dot[5], ds, dr,
+    regressors(c, u, v, w, p, q, r, x_dot[0] - k[3], x_dot[1] - k[4], x_dot[2] - k[5], x_dot[3], x_dot[4], x_dot[5], ds, dr,
             db, s[0], s[1], s[2], y);
     for (int i = 0; i < 6; i++)
         for (int j = 0; j < WIDTH; j++)
@@ -241,24 +241,24 @@ static bool predict(const Bank *e, const double *restrict inputs, double *restri
                     Row *restrict response)
 {
     double M[6][6], k_1[9], k_2[9], k_3[9], k_4[9], x_2[9], x_3[9], x_4[9], water[3] = {0.0, 0.0, 0.0};
-    for (int64_t k = 0; k < e->picked; k++)
-        e->c[e->picks[k][3]] = e->weight[k] * x[e->first + e->picks[k][0]];
-    if (e->heavy) {
-        mass(e->c, M);
-        if (!invert(M, e->inverse))
+    for (int64_t k = 0; k < e->terms; k++)
+        e->constants[e->constant[k]] = e->weight[k] * x[e->first + e->parameter[k]];
+    if (e->added_mass) {
+        mass(e->constants, M);
+        if (!invert(M, e->inverse_mass))
             return false;
     }
-    if (e->drift == EDDIES)
+    if (e->water == EDDIES)
         water[0] = x[9] + x[11], water[1] = x[10] + x[12], water[2] = x[13];
-    else if (e->drift == CURRENT)
+    else if (e->water == CURRENT)
         water[0] = x[9], water[1] = x[10];
-    rates(e->c, e->inverse, inputs, x, water, k_1);
+    rates(e->constants, e->inverse_mass, inputs, x, water, k_1);
     along(x, 0.5 * h, k_1, x_2);
-    rates(e->c, e->inverse, inputs, x_2, water, k_2);
+    rates(e->constants, e->inverse_mass, inputs, x_2, water, k_2);
     along(x, 0.5 * h, k_2, x_3);
-    rates(e->c, e->inverse, inputs, x_3, water, k_3);
+    rates(e->constants, e->inverse_mass, inputs, x_3, water, k_3);
     along(x, h, k_3, x_4);
-    rates(e->c, e->inverse, inputs, x_4, water, k_4);
+    rates(e->constants, e->inverse_mass, inputs, x_4, water, k_4);
     double check = 0.0, end[9];
     along(x, h / 6.0, k_1, end);
     along(end, h / 3.0, k_2, end);
@@ -269,8 +269,8 @@ static bool predict(const Bank *e, const double *restrict inputs, double *restri
     if (check != 0.0)
         return false;
     double A[9][WIDTH], G[9][WIDTH], D[6][WIDTH], B[3][WIDTH];
-    linearise(e->c, e->inverse, inputs, x_3, k_3, water, A, D, B, e->y);
-    transition(e->inverse, h, A, G, Phi, response);
+    linearise(e->constants, e->inverse_mass, inputs, x_3, k_3, water, A, D, B, e->regressors);
+    transition(e->inverse_mass, h, A, G, Phi, response);
     for (int i = 0; i < 9; i++)
         x[i] = end[i];
     return true;

@@ -53,7 +53,7 @@ def main() -> None:
 
 def generate() -> str:
     """The whole text of jacobians.py."""
-    return in_python([(name, _row(name)) for name in _factors()], kernels())
+    return in_python([(name, _row(name)) for name in _regressors()], kernels())
 
 
 def kernels() -> list[Kernel]:
@@ -61,7 +61,7 @@ def kernels() -> list[Kernel]:
     return [*_dynamics(), *_kinematics(), *_drag()]
 
 
-def _factors() -> dict[str, Any]:
+def _regressors() -> dict[str, Any]:
     """What each coefficient multiplies, N or N m, in the order of COEFFICIENTS."""
     nu, nu_dot = equations.Motion(*_symbols(MOTION)), equations.Motion(*_symbols(DOTS))
     terms = equations.terms(nu, nu_dot, equations.Fins(*_symbols(FINS)), equations.Race(*_symbols(RACE)), C)
@@ -70,14 +70,14 @@ def _factors() -> dict[str, Any]:
 
 def _dynamics() -> list[Kernel]:
     nu, nu_dot = equations.Motion(*_symbols(MOTION)), equations.Motion(*_symbols(DOTS))
-    factors = _factors()
+    regressors = _regressors()
     tau = [a - b for a, b in zip(equations.restoring(ATTITUDE, C), equations.inertia(nu, nu_dot, C), strict=True)]
-    for name, factor in factors.items():
+    for name, factor in regressors.items():
         tau[_row(name)] += S[name] * factor
     at_rest = dict.fromkeys(nu_dot, 0)
     forces = [_scaled_once(t.subs(at_rest), SIZES[i]) for i, t in enumerate(tau)]
     mass = {("M", i, j): -sympy.diff(t, a) for i, t in enumerate(tau) for j, a in enumerate(nu_dot)}
-    y = {("y", i): factor for i, factor in enumerate(factors.values())}
+    y = {("y", i): factor for i, factor in enumerate(regressors.values())}
     state, bent = (*MOTION, *LEVEL, *FINS), RACE[:2]
     states, inputs = _jacobian("D", forces, (*MOTION, "phi", "theta")), _jacobian("D", forces, (*FINS, "n"))
     return [
@@ -92,8 +92,8 @@ def _dynamics() -> list[Kernel]:
             ("D",),
         ),
         Kernel(
-            "factors",
-            "What each coefficient of FACTORS multiplies, N or N m; `*_dot` are accelerations through the water.",
+            "regressors",
+            "What each coefficient of REGRESSORS multiplies, N or N m; `*_dot` are accelerations through the water.",
             ("c", *MOTION, *DOTS, *FINS, *RACE),
             y,
             ("y",),

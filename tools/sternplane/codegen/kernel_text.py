@@ -70,19 +70,19 @@ def body(kernel: Kernel) -> Body:
     )
 
 
-def in_python(factors: Sequence[tuple[str, int]], kernels: Sequence[Kernel]) -> str:
+def in_python(regressors: Sequence[tuple[str, int]], kernels: Sequence[Kernel]) -> str:
     """The whole text of jacobians.py.
 
     Args:
-        factors: what `factors` fills: each coefficient and its equation.
+        regressors: what `regressors` fills: each coefficient and its equation.
         kernels: all there are.
     """
-    table = ",\n".join(f'    ("{name}", {row})' for name, row in factors)
+    table = ",\n".join(f'    ("{name}", {row})' for name, row in regressors)
     return "\n".join(
         [
             HEADER,
-            f"FACTORS = (\n{table},\n)",
-            '"""What `factors` fills, in order: each coefficient and the equation (0 to 5) that it acts in."""',
+            f"REGRESSORS = (\n{table},\n)",
+            '"""What `regressors` fills, in order: each coefficient and the equation (0 to 5) that it acts in."""',
             *map(_function, kernels),
             "",
         ]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from firmware_py.estimation.model.transition import MOVING
+from firmware_py.estimation.model.state import MOVING
 from sternplane.identification.likelihood import Fit, normal, whitened
 from sternplane.logs.tracking import Array
 

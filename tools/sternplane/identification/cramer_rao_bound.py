@@ -13,10 +13,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_py.compiled import kernel
+from firmware_py.compiled import Flags, Indices, Matrix, Vector, kernel
+from firmware_py.estimation.model.kernel_arguments import Linearisation, Model
 from firmware_py.estimation.model.observer_model import ObserverModel
-from firmware_py.estimation.model.prediction import CURRENT, RESPONSE
-from firmware_py.estimation.model.transition import MOVING, WATER, Picks
+from firmware_py.estimation.model.state import CURRENT, MOVING, WATER
 from firmware_py.run.errors import UsageError
 from sternplane.logs.tracking import Array
 
@@ -24,38 +24,33 @@ _SINGULAR = 1e-13
 """Eigenvalues of normalised information below this part of the largest are rounding."""
 
 
-@kernel("void(f8[:,::1],f8[::1],i8[:,::1],f8[::1],i8,i8,f8[:,::1],f8[:,::1])")
-def carry(
-    work: Array, y: Array, picks: Picks, weight: Array, water: int, first: int, before: Array, after: Array
-) -> None:
+@kernel()
+def carry(model: Model, step: Linearisation, before: Matrix, after: Matrix) -> None:
     """Slopes by the state at the start, (9, size), over a step: Phi `before`, and what water and parameters do in it.
 
     Args:
-        work: as `prediction.predict` leaves it, as are y and the rest.
-        y: see work.
-        picks: see work.
-        weight: see work.
-        water: see work.
-        first: see work.
-        before: of the moving states before the step.
+        model: steady or still water.
+        step: as `prediction.predict` leaves it.
+        before: of the motion states before the step.
         after: out, of those after it.
     """
-    size = after.shape[1]
+    size, terms = after.shape[1], model.terms
     for i in range(MOVING):
         for j in range(size):
             after[i, j] = 0.0
         for k in range(MOVING):
-            f = work[i, k]
+            f = step.Phi[i, k]
             for j in range(size):
                 after[i, j] += f * before[k, j]
-        for j in range(water):
-            after[i, MOVING + j] += work[i, WATER + j]
-        for k in range(len(weight)):
-            after[i, first + picks[k, 0]] += weight[k] * y[picks[k, 1]] * work[RESPONSE + i, picks[k, 2]]
+        for j in range(model.water):
+            after[i, MOVING + j] += step.Phi[i, WATER + j]
+        for k in range(len(terms.weight)):
+            force = terms.weight[k] * step.regressors[terms.regressor[k]]
+            after[i, model.first + terms.parameter[k]] += force * step.response[i, terms.equation[k]]
 
 
-@kernel("void(f8[:,::1],i8[::1],b1[::1],f8[::1],f8[::1],f8[:,::1])")
-def _inform(S: Array, bias: Picks, came: NDArray[np.bool_], std: Array, s: Array, J: Array) -> None:
+@kernel()
+def _inform(S: Matrix, bias: Indices, came: Flags, std: Vector, s: Vector, J: Matrix) -> None:
     """Adds to the lower half of the information J, (size, size), what the measurements that `came`, (9,), tell.
 
     Args:
@@ -123,7 +118,7 @@ def bounds(
         if not model.advance(x[k].copy(), inputs[k], h):
             raise UsageError(f"the model cannot follow the motion at step {k}: a number is not finite")
         S, T = T, S
-        carry(model.work, model.y, model.picks, model.weight, model.water, model.first, T, S)
+        carry(model.arrays, model.linearisation, T, S)
         if came[k].any():
             _inform(S, bias, came[k], noise, s, J)
         if k + 1 == rows[len(found)]:

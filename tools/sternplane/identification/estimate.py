@@ -19,7 +19,7 @@ from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import Estimate, History
-from firmware_py.estimation.model.transition import MOVING
+from firmware_py.estimation.model.state import MOVING
 from sternplane.identification.confidence import Confidence, confidence
 from sternplane.identification.likelihood import Fit, fit
 from sternplane.identification.recording import Recording

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from firmware_py.estimation.model.observer_model import ObserverModel
-from firmware_py.estimation.model.transition import MOVING
+from firmware_py.estimation.model.state import MOVING
 from firmware_py.run.errors import UsageError
 from sternplane.identification.recording import Recording
 from sternplane.identification.shooting import Flown, fly

@@ -18,7 +18,7 @@ from firmware_py import config_files
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.fixed_lag_buffer import WILD
-from firmware_py.estimation.model.observer_model import MOTIONS
+from firmware_py.estimation.model.state import MOTIONS
 from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.logs.reading import Log
 from sternplane.logs.tracking import Array

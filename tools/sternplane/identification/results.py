@@ -9,7 +9,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from firmware_py.estimation.model.observer_model import MOTIONS
+from firmware_py.estimation.model.state import MOTIONS
 from sternplane.identification.estimate import LARGE, WHITE, Answer, Known
 from sternplane.identification.recording import Recording
 from sternplane.identification.verdict import Verdict

@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from firmware_py.compiled import kernel
-from firmware_py.estimation.model.observer_model import MOTIONS, ObserverModel
-from firmware_py.estimation.model.prediction import CURRENT, predict
-from firmware_py.estimation.model.transition import MOVING, Picks
+from firmware_py.compiled import Cube, Matrix, Vector, kernel
+from firmware_py.estimation.model.kernel_arguments import Linearisation, Model
+from firmware_py.estimation.model.observer_model import ObserverModel
+from firmware_py.estimation.model.prediction import predict
+from firmware_py.estimation.model.state import CURRENT, MOTIONS, MOVING
 from firmware_py.run.errors import UsageError
 from sternplane.identification.cramer_rao_bound import carry
 from sternplane.identification.recording import Recording
@@ -39,9 +40,7 @@ def fly(model: ObserverModel, recording: Recording, x: Array) -> Flown | None:
     inputs, S = np.ascontiguousarray(recording.inputs), np.zeros((MOVING, model.size))
     S[:, :MOVING] = np.eye(MOVING)
     predicted, slopes = np.empty((len(inputs), MOVING)), np.empty((len(inputs), MOVING, model.size))
-    m, start = model, x.copy()
-    vehicle = (m.c, m.inverse, m.picks, m.weight, m.water, m.first, m.heavy)
-    if not _shoot(*vehicle, inputs, start, recording.h, m.work, m.y, S, predicted, slopes):
+    if not _shoot(model.arrays, inputs, recording.h, x.copy(), model.linearisation, S, predicted, slopes):
         return None
     for i, place in enumerate(model.biases):
         at = MOVING + model.water + i
@@ -52,50 +51,26 @@ def fly(model: ObserverModel, recording: Recording, x: Array) -> Flown | None:
     return Flown(residuals, slopes) if np.isfinite(slopes[-1]).all() else None
 
 
-@kernel(
-    "b1(f8[::1],f8[:,::1],i8[:,::1],f8[::1],i8,i8,b1,f8[:,::1],f8[::1],f8,f8[:,::1],f8[::1],f8[:,::1],f8[:,::1],"
-    "f8[:,:,::1])"
-)
+@kernel()
 def _shoot(
-    c: Array,
-    inverse: Array,
-    picks: Picks,
-    weight: Array,
-    water: int,
-    first: int,
-    heavy: bool,
-    inputs: Array,
-    x: Array,
-    h: float,
-    work: Array,
-    y: Array,
-    S: Array,
-    predicted: Array,
-    slopes: Array,
+    model: Model, inputs: Matrix, h: float, x: Vector, step: Linearisation, S: Matrix, predicted: Matrix, slopes: Cube
 ) -> bool:
-    """Fills `predicted`, (K, 9), and `slopes`, (K, 9, size), step by step; False if a step leaves the numbers.
+    """Fills `predicted`, (K, 9), and `slopes`, (K, 9, size), step by step; False if a step becomes non-finite.
 
     Args:
-        c: as `prediction.predict` has it, as are all up to y; `inputs` are of all the steps, (K, 4).
-        inverse: see c.
-        picks: see c.
-        weight: see c.
-        water: see c.
-        first: see c.
-        heavy: see c.
-        inputs: see c.
+        model: see `prediction.predict`, as for step and h (s).
+        inputs: of all the steps, (K, 4).
+        h: see model.
         x: at the start; at the end where it came to.
-        h: see c.
-        work: see c.
-        y: see c.
+        step: see model.
         S: slopes at the start, (9, size): the identity's rows.
         predicted: out.
         slopes: out.
     """
     for k in range(len(inputs)):
-        if not predict(c, inverse, picks, weight, water, first, heavy, inputs[k], x, h, work, y):
+        if not predict(model, inputs[k], h, x, step):
             return False
-        carry(work, y, picks, weight, water, first, S if k == 0 else slopes[k - 1], slopes[k])
+        carry(model, step, S if k == 0 else slopes[k - 1], slopes[k])
         for i in range(MOVING):
             predicted[k, i] = x[i]
     return True

@@ -11,7 +11,7 @@ import numpy as np
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
 from firmware_py.estimation.model.observer_model import ObserverModel
-from firmware_py.estimation.model.prediction import STILL
+from firmware_py.estimation.model.state import STILL
 from firmware_py.guidance.excitation import opposite, prbs
 from firmware_py.marine import Nu
 from firmware_py.vehicle.vehicle import Vehicle
@@ -163,10 +163,11 @@ def plane(vehicle: Vehicle, trial: BuslessFlight, errors: Mapping[str, float]) -
     """What errors of coefficients, %, come to in each equation's force at the end of a motion."""
     model = ObserverModel(vehicle, TEN, STILL)
     model.advance(model.state(trial.x[-1, :6].tolist(), trial.x[-1, 6:].tolist()), trial.inputs[-1], 1e-9)
-    parts: dict[int, dict[str, float]] = {row: {} for row in EQUATIONS.values()}
-    for i, factor, row, _ in model.picks.tolist():
-        parts[row][TEN[i]] = float(model.y[factor]) * model.believed[i] * 0.01 * errors[TEN[i]]
-    return {name: Plane(sum(parts[row].values()), parts[row]) for name, row in EQUATIONS.items()}
+    forces, parts = model.unit_forces().tolist(), {}
+    for axis, equation in EQUATIONS.items():
+        own = [(i, name) for i, name in enumerate(TEN) if name.startswith(axis)]
+        parts[axis] = {name: forces[equation][i] * model.believed[i] * 0.01 * errors[name] for i, name in own}
+    return {axis: Plane(sum(part.values()), part) for axis, part in parts.items()}
 
 
 def nearest(vehicle: Vehicle, trial: BuslessFlight, table: Mapping[str, float]) -> dict[str, float]:

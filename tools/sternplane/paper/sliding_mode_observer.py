@@ -19,12 +19,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from firmware_py.compiled import kernel
+from firmware_py.compiled import Matrix, Vector, kernel
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.estimation.model.jacobians import Array, mass
+from firmware_py.estimation.model.kernel_arguments import Linearisation, Model
 from firmware_py.estimation.model.observer_model import ObserverModel
-from firmware_py.estimation.model.prediction import STILL, predict
-from firmware_py.estimation.model.transition import MOVING, Picks
+from firmware_py.estimation.model.prediction import predict
+from firmware_py.estimation.model.state import EQUATIONS, MOVING, PHI, STILL
 from firmware_py.params import ParamError, param
 from firmware_py.vehicle.vehicle import Vehicle
 
@@ -78,44 +79,42 @@ class History(NamedTuple):
     s: Array
 
 
-@kernel(
-    "b1(f8[::1],f8[:,::1],i8[:,::1],f8[::1],i8,f8[:,::1],f8[::1],f8[:,::1],f8[:,::1],f8[::1],f8,b1,f8[::1],f8[::1],"
-    "f8,f8[::1],f8[::1])"
-)
+class Gains(NamedTuple):
+    """What the kernel takes beside the model, and its scratch.
+
+    Attributes:
+        L: switching gains of the nine outputs, m/s^2, rad/s^2, rad/s, (9,).
+        Phi: boundary layers of the nine outputs, (9,).
+        learning: of each parameter: L, its sign included; or, weighted, what weighs the squares of the regressors.
+        rate: of learning, 1/s, where L is weighted.
+        weighted: see `SmoParams`.
+        mass: mass matrix, (6, 6).
+        switching: scratch, (9,): L tanh(s).
+        force: scratch, (6,): the force that each equation gets wrong.
+        square: scratch, (6,): the squares of the regressors of each equation.
+    """
+
+    L: Vector
+    Phi: Vector
+    learning: Vector
+    rate: float
+    weighted: bool
+    mass: Matrix
+    switching: Vector
+    force: Vector
+    square: Vector
+
+
+@kernel()
 def observe(
-    c: Array,
-    inverse: Array,
-    picks: Picks,
-    weight: Array,
-    first: int,
-    work: Array,
-    y: Array,
-    M: Array,
-    channels: Array,
-    gains: Array,
-    rate: float,
-    weighted: bool,
-    x: Array,
-    inputs: Array,
-    h: float,
-    z: Array,
-    s: Array,
+    model: Model, step: Linearisation, gains: Gains, x: Vector, inputs: Vector, h: float, z: Vector, s: Vector
 ) -> bool:
     """Moves x on by h (s), then back along the switching term of what is measured there (Eq. 6).
 
     Args:
-        c: the observer model's, as are the next six.
-        inverse: see c.
-        picks: see c.
-        weight: see c.
-        first: see c.
-        work: see c.
-        y: see c.
-        M: mass matrix, (6, 6).
-        channels: L and Phi of the nine outputs, (2, 9).
-        gains: of each coefficient: L, its sign included; or what weighs the squares of the regressors.
-        rate: of learning, 1/s, where L is weighted.
-        weighted: see `SmoParams`.
+        model: see `prediction.predict`, as for step.
+        step: see model.
+        gains: see there.
         x: state, (n,).
         inputs: delta_s, delta_r, delta_b (rad), n (rev/s): means over the step.
         h: step, s.
@@ -125,32 +124,35 @@ def observe(
     Returns:
         False, with x as it was, if the step leads to a number that is not finite.
     """
-    if not predict(c, inverse, picks, weight, STILL, first, False, inputs, x, h, work, y):
+    if not predict(model, inputs, h, x, step):
         return False
-    switch, force, square = work[0], work[1], work[2]
+    terms, first = model.terms, model.first
     for i in range(MOVING):
         error = x[i] - z[i]
-        if i >= 6:
+        if i >= PHI:
             error = (error + math.pi) % math.tau - math.pi
-        s[i] = error / channels[1, i] if math.isfinite(error) else 0.0
-        switch[i] = channels[0, i] * math.tanh(s[i])
-        x[i] -= h * switch[i]
-    if not weighted:
-        for k in range(len(weight)):
-            if k == 0 or picks[k, 0] != picks[k - 1, 0]:  # one channel each: the first equation it acts in
-                x[first + picks[k, 0]] -= h * gains[picks[k, 0]] * math.tanh(s[picks[k, 2]])
+        s[i] = error / gains.Phi[i] if math.isfinite(error) else 0.0
+        gains.switching[i] = gains.L[i] * math.tanh(s[i])
+        x[i] -= h * gains.switching[i]
+    if not gains.weighted:
+        for k in range(len(terms.weight)):
+            i = terms.parameter[k]
+            if k == 0 or i != terms.parameter[k - 1]:  # one channel each: the first equation it acts in
+                x[first + i] -= h * gains.learning[i] * math.tanh(s[terms.equation[k]])
         return True
-    for r in range(6):
+    force, square = gains.force, gains.square
+    for r in range(EQUATIONS):
         square[r] = FLOOR
         force[r] = 0.0
-        for i in range(6):
-            force[r] += M[r, i] * switch[i]
-    for k in range(len(weight)):
-        a = weight[k] * y[picks[k, 1]]
-        square[picks[k, 2]] += gains[picks[k, 0]] * a * a
-    for k in range(len(weight)):
-        i, r = picks[k, 0], picks[k, 2]
-        x[first + i] -= h * rate * gains[i] * weight[k] * y[picks[k, 1]] * force[r] / square[r]
+        for i in range(EQUATIONS):
+            force[r] += gains.mass[r, i] * gains.switching[i]
+    for k in range(len(terms.weight)):
+        regressor = terms.weight[k] * step.regressors[terms.regressor[k]]
+        square[terms.equation[k]] += gains.learning[terms.parameter[k]] * regressor * regressor
+    for k in range(len(terms.weight)):
+        i, r = terms.parameter[k], terms.equation[k]
+        regressor = terms.weight[k] * step.regressors[terms.regressor[k]]
+        x[first + i] -= h * gains.rate * gains.learning[i] * regressor * force[r] / square[r]
     return True
 
 
@@ -171,26 +173,27 @@ class SlidingModeObserver:
         """
         self.params, self.names = params, params.names
         self.model = model = ObserverModel(vehicle, params.names, STILL)
-        if model.heavy:
+        if model.arrays.added_mass:
             raise ParamError(f"names: {', '.join(params.names)}: this observer does not learn added mass; leave it out")
-        self._M = np.zeros((6, 6))
-        mass(model.c, self._M)
+        M = np.zeros((EQUATIONS, EQUATIONS))
+        mass(model.arrays.constants, M)
         push, scale = _pushes(model, vehicle, sides), np.abs(np.array(model.believed))
         for i, name in enumerate(params.names):
             if scale[i] == 0.0 or not push[:, i].any():
                 raise ParamError(f"names: nothing says how far {name} moves this vehicle; leave it out")
-        moved = np.abs(model.inverse @ push) * scale
+        moved = np.abs(model.arrays.inverse_mass @ push) * scale
         """Acceleration by all of each coefficient, (6, names)."""
         layers = np.repeat((params.speed_layer, params.rate_layer, params.angle_layer), 3)
         layers[:6] = np.maximum(layers[:6], params.margin * params.uncertainty * moved.sum(axis=1) / params.bandwidth)
-        self.channels = np.array([params.bandwidth * layers, layers])
-        """L and Phi of the nine outputs, (2, 9)."""
-        self.gains = 1.0 / (push**2).sum(axis=0)
-        """L of each coefficient with its sign; or, weighted, one over the square of its usual regressor."""
+        L, learning = params.bandwidth * layers, 1.0 / (push**2).sum(axis=0)
         if not params.weighted:
-            for i, row in {i: row for i, _, row, _ in reversed(model.picks.tolist())}.items():
+            terms = model.arrays.terms
+            equations = dict(reversed([*zip(terms.parameter.tolist(), terms.equation.tolist(), strict=True)]))
+            for i, row in equations.items():
                 share = scale[i] / moved[row].sum()
-                self.gains[i] = params.rate * self.channels[0, row] * share * math.copysign(1.0, push[row, i])
+                learning[i] = params.rate * L[row] * share * math.copysign(1.0, push[row, i])
+        scratch = (np.zeros(MOVING), np.zeros(EQUATIONS), np.zeros(EQUATIONS))
+        self.gains = Gains(L, layers, learning, params.rate, params.weighted, M, *scratch)
         self.x, self.s = model.state((0.0,) * 6, (0.0,) * 3), np.zeros(MOVING)
 
     def start(self, nu: Sequence[float], angles: Sequence[float], values: Mapping[str, float] | None = None) -> None:
@@ -210,11 +213,8 @@ class SlidingModeObserver:
         Returns:
             False if a number was not finite: call `start`.
         """
-        m, params = self.model, self.params
-        return observe(
-            *(m.c, m.inverse, m.picks, m.weight, m.first, m.work, m.y, self._M, self.channels, self.gains),
-            *(params.rate, params.weighted, self.x, inputs, h, z, self.s),
-        )
+        model = self.model
+        return observe(model.arrays, model.linearisation, self.gains, self.x, inputs, h, z, self.s)
 
     def run(self, h: float, inputs: Array, z: Array, every: int = 1) -> History:
         """`step` over the rows of inputs, (K, 4), and z, (K, 9); what it went through at every such row."""
@@ -243,7 +243,4 @@ def _pushes(model: ObserverModel, vehicle: Vehicle, sides: tuple[float, float]) 
     nu = (u, r * DRIFT * u, -s * HEAVE * u, ROLL * u / vehicle.hull.length, -s * turn, -r * turn)
     inputs = np.array([s * fins.delta_s_max, r * fins.delta_r_max, 0.0, vehicle.propeller.n_trim])
     model.advance(model.state(nu, (0.0, 0.0, 0.0)), inputs, 1e-9)
-    push = np.zeros((6, len(model.names)))
-    for (i, factor, row, _), weight in zip(model.picks.tolist(), model.weight.tolist(), strict=True):
-        push[row, i] += weight * model.y[factor]
-    return push
+    return model.unit_forces()

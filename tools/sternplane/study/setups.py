@@ -17,8 +17,7 @@ from firmware_py import params
 from firmware_py.adapters.installation import configs
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import TEN
-from firmware_py.estimation.model.prediction import EDDIES
-from firmware_py.estimation.model.transition import MOVING
+from firmware_py.estimation.model.state import EDDIES, MOVING
 from firmware_py.guidance.excitation import PERIOD, opposite, prbs
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.plant.truth import Truth
@@ -35,16 +34,16 @@ PAPER_SMO = dict(zip(TEN, (1.10, 1.46, 24.67, 17.78, 30.35, 3.07, 2.48, 49.34, 1
 AMPLITUDE, CLOCK = math.radians(20.0), 4.0
 """Of the PRBS, rad and s: chosen by the bound alone, which after 900 s is then 0.72 of the tightest target (Z_ds); at
 17 deg and 2.5 s it is 0.96 (N_v). Pitch stays below 30 deg."""
-REVIEWS = (10.0, 20.0, 30.0, 50.0, 80.0)
+ITERATION_TIMES = (10.0, 20.0, 30.0, 50.0, 80.0)
 """At which ages, s, a filter goes through its flight again."""
 UNKNOWN_WATER: Mapping[str, Any] = MappingProxyType(
     {
-        "wait": 5.0,
-        "speed_settling": 1e-3,
-        "rate_settling": math.radians(0.01),
-        "speed_stirred": 0.12,
-        "rate_stirred": math.radians(0.5),
-        "reviews": REVIEWS,
+        "learning_delay": 5.0,
+        "startup_speed_noise": 1e-3,
+        "startup_rate_noise": math.radians(0.01),
+        "eddy_speed_noise": 0.12,
+        "eddy_rate_noise": math.radians(0.5),
+        "iteration_times": ITERATION_TIMES,
     }
 )
 """How a filter begins that has to find a current too: as the vehicle's own does."""

@@ -32,7 +32,7 @@ def health(**changes: float) -> Health:
 def forces(nu: tuple[float, ...] = CRUISE, delta_s: float = 0.0, delta_r: float = 0.0) -> np.ndarray:
     """What each coefficient multiplies, as the model has it after a step."""
     assert MODEL.advance(MODEL.state(nu, (0.0, 0.0, 0.0)), np.array([delta_s, delta_r, 0.0, 8.33]), 1e-9)
-    return MODEL.y.copy()
+    return MODEL.linearisation.regressors.copy()
 
 
 def hasty(**changes: float) -> Health:
@@ -244,7 +244,7 @@ def test_each_motion_excites_its_own_coefficients() -> None:
 def test_excitation_is_an_rms_with_hysteresis() -> None:
     """A fin that swings by A has the RMS A / sqrt(2); what begins at that stays down to half of it."""
     m_ds = NAMES.index("M_ds")
-    made = abs(MODEL.inverse[4, 4] * SCALE[1] * forces(delta_s=0.1)[MODEL.picks[1, 1]]) / 0.1
+    made = abs(MODEL.arrays.inverse_mass[4, 4] * SCALE[1] * forces(delta_s=0.1)[MODEL.arrays.terms.regressor[1]]) / 0.1
 
     def swing(judge: Health, amplitude: float) -> Verdict:
         for k in range(10_000):

@@ -28,7 +28,7 @@ def _run(seed: int, k: int) -> Numbers:
         ekf = CoefficientEkf(vehicle(), CoefficientParams(std=WRONG, turbulence=BANK, **UNKNOWN_WATER))
         run = learn(setup, flown(setup, seed), ekf, seed, starts(seed, WRONG))
         out |= {f"{label} {key}": value for key, value in run.numbers().items()}
-        out[f"{label} restarts"] = np.array(ekf.restarts)
+        out[f"{label} restarts"] = np.array(ekf.resets)
     return out
 
 

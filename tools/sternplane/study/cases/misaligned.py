@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from firmware_py.estimation.coefficient_params import TEN
-from firmware_py.estimation.model.transition import MOVING
+from firmware_py.estimation.model.state import MOVING
 from sternplane.logs.tracking import Array
 from sternplane.sitl.busless_flight import N_TRIM, BuslessFlight, fly, held_level, measured
 from sternplane.study.cases.noisy import still_water

@@ -10,7 +10,17 @@ from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
 from sternplane.study.figures import bars, final, over_time, per_name, rms
 from sternplane.study.rows import Case, Findings, Numbers, Row
-from sternplane.study.setups import PAPER_EKF, REVIEWS, UNKNOWN_WATER, Setup, bounded, flown, learn, starts, vehicle
+from sternplane.study.setups import (
+    ITERATION_TIMES,
+    PAPER_EKF,
+    UNKNOWN_WATER,
+    Setup,
+    bounded,
+    flown,
+    learn,
+    starts,
+    vehicle,
+)
 
 WRONG = 0.5
 """How far off every coefficient starts; it is also the filter's prior sigma."""
@@ -23,7 +33,7 @@ SWAY = {"Y_dr": 14.53, "Y_r": 9.61, "Y_v": 23.29}
 
 def still_water() -> CoefficientEkf:
     """A filter that knows that there is no current."""
-    return CoefficientEkf(vehicle(), CoefficientParams(std=WRONG, current=False, reviews=REVIEWS))
+    return CoefficientEkf(vehicle(), CoefficientParams(std=WRONG, current=False, iteration_times=ITERATION_TIMES))
 
 
 def any_water() -> CoefficientEkf:

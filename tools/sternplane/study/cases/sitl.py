@@ -13,7 +13,7 @@ import numpy as np
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import TEN
-from firmware_py.estimation.model.transition import MOVING
+from firmware_py.estimation.model.state import MOVING
 from firmware_py.guidance.excitation import PERIOD
 from firmware_py.params import load
 from firmware_py.vehicle.vehicle import Vehicle

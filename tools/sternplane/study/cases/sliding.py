@@ -42,10 +42,8 @@ def _constant(seed: int, k: int) -> Numbers:
     error = _observe(CONSTANT, trial, observer, STARTS[k])
     model = observer.model
     model.advance(model.state(trial.x[-1, :6].tolist(), trial.x[-1, 6:].tolist()), trial.inputs[-1], CONSTANT.h)
-    normal = np.zeros((len(EQUATIONS), len(TEN)))
-    for (i, factor, row, _), weight in zip(model.picks.tolist(), model.weight.tolist(), strict=True):
-        if "XYZKMN"[row] in EQUATIONS:
-            normal[EQUATIONS.index("XYZKMN"[row]), i] += weight * model.y[factor] * abs(model.believed[i])
+    rows = ["XYZKMN".index(axis) for axis in EQUATIONS]
+    normal = model.unit_forces()[rows] * np.abs(model.believed)
     return {"error": error, "normal": normal / np.linalg.norm(normal, axis=1, keepdims=True)}
 
 

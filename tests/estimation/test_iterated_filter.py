@@ -1,4 +1,4 @@
-"""Going through a flight again: slopes about one motion, the Cramer-Rao bound, and never a bit of chance."""
+"""The iterated filter: slopes about one motion, the Cramer-Rao bound, and never a bit of chance."""
 
 from __future__ import annotations
 
@@ -14,20 +14,19 @@ from sternplane.study.setups import UNKNOWN_WATER, Learned, Setup, bounded, flow
 
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
-from firmware_py.estimation.iteration.iterated_filter import LAST, PACE, PATIENCE
-from firmware_py.estimation.iteration.measurement_history import INPUTS
-from firmware_py.estimation.iteration.relinearised_pass import follow
+from firmware_py.estimation.iteration.iterated_filter import LAST, PATIENCE, ROWS_PER_STEP
+from firmware_py.estimation.iteration.relinearised_pass import move_beside
 from firmware_py.estimation.iteration.smoother_pass import BLOCK
 from firmware_py.estimation.model.observer_model import ObserverModel
-from firmware_py.estimation.model.prediction import EDDIES
+from firmware_py.estimation.model.state import EDDIES
 from firmware_py.params import ParamError
 
 from .cases import VEHICLE, WIDE, case, seeds, state
 
-STREAM = Setup(duration=40.0, current=0.2)
+CURRENT = Setup(duration=40.0, current=0.2)
 SEEDS = range(12)
 SURE = CoefficientParams(std=0.5, **UNKNOWN_WATER)
-SOON = dataclasses.replace(SURE, wait=0.5, reviews=(2.0, 5.0))
+SOON = dataclasses.replace(SURE, learning_delay=0.5, iteration_times=(2.0, 5.0))
 NOW = Setup(duration=16.0, current=0.2)
 
 
@@ -36,35 +35,35 @@ def test_a_state_beside_another_follows_as_the_model_would_take_it(seed: int) ->
     model, at, rng = ObserverModel(VEHICLE, WIDE, EDDIES), case(seed), np.random.default_rng(seed)
     about = state(model, at)
     size = np.array([0.1] * 6 + [0.05] * 3 + [0.1] * 5 + [*(np.abs(model.believed) * 0.1)])
-    apart = 1e-4 * size * rng.standard_normal(model.size)
-    beside, there = about + apart, about.copy()
+    deviation = 1e-4 * size * rng.standard_normal(model.size)
+    beside, there = about + deviation, about.copy()
     assert model.advance(beside, at.inputs, 0.01)
     assert model.advance(there, at.inputs, 0.01)
     x = np.zeros(model.size)
-    follow(model.work, model.y, model.picks, model.weight, model.water, model.first, there, apart, x)
+    move_beside(model.arrays, model.linearisation, there, deviation, x)
     moved = np.abs(beside[:9] - there[:9]).max()
     assert np.abs(x[:9] - beside[:9]).max() < 1e-3 * moved
 
 
 def learned(seed: int, params: CoefficientParams) -> tuple[Learned, BuslessFlight, CoefficientEkf]:
-    trial, ekf = flown(STREAM, seed), CoefficientEkf(VEHICLE, params)
-    return learn(STREAM, trial, ekf, seed, starts(seed, 0.5)), trial, ekf
+    trial, ekf = flown(CURRENT, seed), CoefficientEkf(VEHICLE, params)
+    return learn(CURRENT, trial, ekf, seed, starts(seed, 0.5)), trial, ekf
 
 
-def test_after_a_review_the_filter_stands_at_the_bound_and_knows_it() -> None:
+def test_after_an_iteration_the_filter_stands_at_the_bound_and_knows_it() -> None:
     runs = [learned(seed, SURE) for seed in SEEDS]
-    assert all(ekf.review.taken for _, _, ekf in runs)
+    assert all(ekf.iteration.accepted for _, _, ekf in runs)
     squares = sum(run.nees[-1, 0] for run, _, _ in runs)
     low, high = chi2.ppf((0.0005, 0.9995), 10 * len(SEEDS))
     assert low < squares < high
     for seed, (run, trial, ekf) in zip(SEEDS, runs[:3], strict=False):
-        limit = bounded(STREAM, trial, ekf, seed, run.t[-1:])[0]
+        limit = bounded(CURRENT, trial, ekf, seed, run.t[-1:])[0]
         np.testing.assert_allclose(run.std[-1] / limit, 1.0, atol=0.05)
 
 
-def test_without_a_review_it_does_not_reach_the_bound() -> None:
-    run, trial, ekf = learned(0, dataclasses.replace(SURE, reviews=()))
-    limit = bounded(STREAM, trial, ekf, 0, run.t[-1:])[0]
+def test_without_an_iteration_it_does_not_reach_the_bound() -> None:
+    run, trial, ekf = learned(0, dataclasses.replace(SURE, iteration_times=()))
+    limit = bounded(CURRENT, trial, ekf, 0, run.t[-1:])[0]
     assert (run.std[-1] / limit).max() > 1.2
 
 
@@ -80,7 +79,7 @@ def started(x: np.ndarray, params: CoefficientParams = SOON) -> CoefficientEkf:
 
 
 def bits(ekf: CoefficientEkf) -> bytes:
-    return ekf.x.tobytes() + ekf.P.tobytes() + ekf.evidence.tobytes() + ekf.age.tobytes()
+    return ekf.x.tobytes() + ekf.P.tobytes() + ekf.log_likelihood.tobytes() + ekf.age.tobytes()
 
 
 def test_a_run_is_the_same_to_the_last_bit_however_it_is_cut() -> None:
@@ -91,7 +90,7 @@ def test_a_run_is_the_same_to_the_last_bit_however_it_is_cut() -> None:
         parts.run(NOW.h, inputs[k : k + 37], z[k : k + 37], SENSOR_STD**2)
     for u, heard in zip(inputs, z, strict=True):
         assert calls.step(u, NOW.h, heard, SENSOR_STD**2)
-    assert whole.review.taken
+    assert whole.iteration.accepted
     assert bits(whole) == bits(parts) == bits(calls)
 
 
@@ -102,43 +101,45 @@ def test_it_is_taken_up_again_in_the_middle() -> None:
     other.thaw(one.freeze())
     for ekf in (one, other):
         ekf.run(NOW.h, inputs[230:], z[230:], SENSOR_STD**2)
-    assert one.review.taken == other.review.taken >= 1
+    assert one.iteration.accepted == other.iteration.accepted >= 1
     assert bits(one) == bits(other)
 
 
-def test_it_takes_over_when_the_tape_has_been_gone_through() -> None:
+def test_it_takes_over_when_the_history_has_been_gone_through() -> None:
     x, inputs, z = given_to(3)
     ekf = started(x)
     steps = 0
-    while not ekf.review.taken:
+    while not ekf.iteration.accepted:
         ekf.step(inputs[steps], NOW.h, z[steps], SENSOR_STD**2)
         steps += 1
-    tape = 2.0 / NOW.h * (PACE / (PACE - 1)) ** (LAST + 1)  # gone through at least once a stage, growing meanwhile
-    assert tape < steps < 2.0 * tape + (LAST + 1) * 2 * BLOCK
-    assert ekf.review.used == steps
+    rows = (
+        2.0 / NOW.h * (ROWS_PER_STEP / (ROWS_PER_STEP - 1)) ** (LAST + 1)
+    )  # gone through at least once a stage, growing meanwhile
+    assert rows < steps < 2.0 * rows + (LAST + 1) * 2 * BLOCK
+    assert ekf.iteration.used == steps
 
 
-def test_motion_taken_up_anew_is_on_the_tape() -> None:
+def test_a_reset_of_motion_is_in_the_history() -> None:
     x, inputs, z = given_to(4)
     ekf = started(x)
     ekf.run(NOW.h, inputs[:150], z[:150], SENSOR_STD**2)
     later = flown(NOW, 4).x[300]
     ekf.resume(later[:6], later[6:], SENSOR_STD)
     ekf.run(NOW.h, inputs[300:], z[300:], SENSOR_STD**2)
-    assert ekf.review.taken
-    assert not ekf.restarts
+    assert ekf.iteration.accepted
+    assert not ekf.resets
     told = ekf.estimate()
     off = (told.values - np.array(ekf.model.believed)) / told.std
     assert off @ off / 10.0 < 3.0
 
 
-def test_without_anything_to_learn_the_tape_begins_again_and_again() -> None:
+def test_without_anything_to_learn_the_history_begins_again_and_again() -> None:
     x, inputs, z = given_to(5)
     ekf = started(x)
     ekf.permit(np.zeros(10, dtype=np.bool_))
     ekf.run(NOW.h, inputs, z, SENSOR_STD**2)
-    assert ekf.review.used <= (SOON.wait + PATIENCE) / NOW.h + 1
-    assert not ekf.review.taken
+    assert ekf.iteration.used <= (SOON.learning_delay + PATIENCE) / NOW.h + 1
+    assert not ekf.iteration.accepted
     np.testing.assert_array_equal(ekf.estimate().values[1:], ekf.model.believed[1:])
 
 
@@ -146,24 +147,24 @@ def test_what_is_only_considered_stays_as_believed() -> None:
     x, inputs, z = given_to(6)
     ekf = started(x, dataclasses.replace(SOON, considered=("K_p", "M_w", "N_rdot")))
     ekf.run(NOW.h, inputs, z, SENSOR_STD**2)
-    assert ekf.review.taken
+    assert ekf.iteration.accepted
     believed = dict(zip(ekf.model.names, ekf.model.believed, strict=True))
     for name in ("K_p", "M_w", "N_rdot"):
         assert ekf.x[0, ekf.model.place(name)] == believed[name]
 
 
-def test_a_review_that_meets_no_number_changes_nothing() -> None:
+def test_an_iteration_that_becomes_non_finite_changes_nothing() -> None:
     x, inputs, z = given_to(7)
-    ekf, alone = started(x), started(x, dataclasses.replace(SOON, reviews=()))
+    ekf, alone = started(x), started(x, dataclasses.replace(SOON, iteration_times=()))
     ekf.run(NOW.h, inputs[:100], z[:100], SENSOR_STD**2)
-    ekf.review.tape[50, INPUTS] = math.nan
+    ekf.iteration.history.inputs[50, 0] = math.nan
     ekf.run(NOW.h, inputs[100:400], z[100:400], SENSOR_STD**2)
     alone.run(NOW.h, inputs[:400], z[:400], SENSOR_STD**2)
-    assert not ekf.review.taken
+    assert not ekf.iteration.accepted
     assert bits(ekf) == bits(alone)
 
 
-@pytest.mark.parametrize("reviews", [(20.0, 10.0), (10.0, 10.0)])
-def test_lengths_that_do_not_rise_are_refused(reviews: tuple[float, ...]) -> None:
+@pytest.mark.parametrize("times", [(20.0, 10.0), (10.0, 10.0)])
+def test_lengths_that_do_not_rise_are_refused(times: tuple[float, ...]) -> None:
     with pytest.raises(ParamError, match="do not rise"):
-        CoefficientParams(reviews=reviews)
+        CoefficientParams(iteration_times=times)

@@ -259,7 +259,7 @@ POISONS = {
     "negative covariance": lambda ekf: ekf.P.__setitem__((0, 4, 4), -1.0),
     "state": lambda ekf: ekf.x.__setitem__((0, 0), math.nan),
     "coefficient": lambda ekf: ekf.x.__setitem__((0, -1), math.nan),
-    "evidence": lambda ekf: ekf.evidence.__setitem__(0, math.nan),
+    "log-likelihood": lambda ekf: ekf.log_likelihood.__setitem__(0, math.nan),
 }
 
 

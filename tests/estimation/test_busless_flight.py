@@ -25,10 +25,10 @@ def demands(steps: int, size: float = 0.25, clock: int = 150) -> np.ndarray:
 def test_the_observer_model_under_a_trial_s_inputs_moves_as_the_boat_did(ideal: bool, most: float) -> None:
     trial = fly(TRUTH, demands(2000), N_TRIM, H, current=(0.2, -0.1, 0.0), ideal_fins=ideal)
     model = ObserverModel(VEHICLE, ())
-    x, Phi = model.state(trial.x[0, :6].tolist(), trial.x[0, 6:].tolist()), model.transition()
+    x = model.state(trial.x[0, :6].tolist(), trial.x[0, 6:].tolist())
     x[9:11] = 0.2, -0.1
     for k in range(2000):
-        assert model.predict(x, trial.inputs[k], H, Phi)
+        assert model.advance(x, trial.inputs[k], H)
         assert np.abs(x[:8] - trial.x[k + 1, :8]).max() < most
 
 
