@@ -3,9 +3,9 @@
 PYTHON ?= python3
 BIN := .venv/bin
 LOCKS := tools/requirements
-PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+PIP := $(BIN)/python $(LOCKS)/install.py
 
-.PHONY: help setup sitl gcs test test-vcan lint bench fuzz load study paper lock clean
+.PHONY: help setup sitl gcs test test-vcan lint rooms bench fuzz load study paper lock clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -33,6 +33,9 @@ lint: setup .venv/.dev ## style, types, import rules
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
 
+rooms: setup .venv/.dev ## the folders, how many files and lines they have, and the layers of imports
+	@$(BIN)/python -m sternplane.codegen.rooms
+
 bench: setup .venv/.dev ## measure, and print JSON
 	@$(BIN)/python -m sternplane.bench
 
@@ -48,9 +51,10 @@ study: setup ## the estimation study; ARGS=--short for its quick form
 paper: setup ## every experiment of the source paper
 	@$(BIN)/sternplane paper $(ARGS)
 
-lock: .venv/.dev ## pin the newest versions that the *.in files permit
+lock: .venv/.dev ## pin the newest versions that pyproject.toml and the *.in files permit
 	@cd $(LOCKS) && for name in run dev; do ../../$(BIN)/uv pip compile --quiet --universal --python-version 3.11 \
-		--generate-hashes --no-emit-index-url --no-header --excludes exclude.txt $$name.in -o $$name.txt; done
+		--generate-hashes --no-emit-index-url --no-header --excludes exclude.txt --extra report \
+		../../pyproject.toml $$name.in -o $$name.txt; done
 
 clean: ## remove what was installed, compiled and flown
 	rm -rf .venv .cache build runs *.egg-info
@@ -62,16 +66,15 @@ clean: ## remove what was installed, compiled and flown
 
 .venv/.run: $(LOCKS)/run.txt pyproject.toml | .venv/bin/python
 	@echo "installing into .venv"
-	@$(PIP) install --require-hashes -r $(LOCKS)/run.txt
-	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@$(PIP) $(LOCKS)/run.txt
+	@$(BIN)/python -m pip --disable-pip-version-check install --quiet --no-deps --no-build-isolation --editable .
 	@touch $@
 
 .venv/.dev: $(LOCKS)/dev.txt .venv/.run
 	@echo "installing what the tests need into .venv"
-	@$(PIP) install --no-deps --require-hashes -r $(LOCKS)/dev.txt
+	@$(PIP) $(LOCKS)/dev.txt --no-deps
 	@touch $@
 
 .venv/.kernels: .venv/.run $(shell grep -rl '^@kernel' --include='*.py' firmware_py sim_bridge tools/sternplane)
-	@echo "compiling the kernels"
 	@$(BIN)/python -m sternplane.codegen.compile_kernels
 	@touch $@

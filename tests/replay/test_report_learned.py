@@ -17,7 +17,7 @@ from sternplane.logs.summary import figures, summarise
 from sternplane.report import report
 from sternplane.report.coefficient_plots import SECTION
 from sternplane.report.figures import Figures
-from sternplane.report.learned import coefficients, nis_bands
+from sternplane.logs.learned import coefficients, nis_bands
 
 from firmware_py.adapters.installation import configs
 from firmware_py.estimation.model.observer_model import GROUPS

@@ -78,7 +78,7 @@ def _lines(path: Path) -> int:
 def _rooms() -> Iterator[tuple[Path, str]]:
     for package, root in _FOLDERS.items():
         for folder in [root, *sorted(path for path in root.rglob("*") if path.is_dir())]:
-            if (folder / "__init__.py").exists() and any(folder.glob("[!_]*.py")):
+            if (folder / "__init__.py").exists():
                 yield folder, ".".join((package, *folder.relative_to(root).parts))
 
 

@@ -13,8 +13,8 @@ from firmware_py.estimation.model.state import MOTIONS
 from sternplane.identification.estimate import LARGE, WHITE, Answer, Known
 from sternplane.identification.recording import Recording
 from sternplane.identification.verdict import Verdict
+from sternplane.logs.learned import believed, truth
 from sternplane.logs.reading import Log
-from sternplane.report.learned import believed, truth
 
 DIRECTIONS = 3
 """So many of the weakest directions are told."""

@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from firmware_py.records.order import Mode
-from sternplane.logs import lateness, standard_manoeuvres
+from sternplane.logs import lateness, learned, standard_manoeuvres
 from sternplane.logs.reading import Log
 from sternplane.logs.tracking import (
     Array,
@@ -23,7 +23,6 @@ from sternplane.logs.tracking import (
     true_columns,
     wrapped_deg,
 )
-from sternplane.report import learned
 
 Summary = dict[str, Any]
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from firmware_py.estimation.health import SENSORS
+from sternplane.logs.learned import Coefficient, coefficients, nis_bands, taught
 from sternplane.logs.reading import Columns, Log
 from sternplane.logs.tracking import Array
 from sternplane.report.drawing import BELIEVED, TRUE, WANTED, Plot, at_least, band, line
-from sternplane.report.learned import Coefficient, coefficients, nis_bands, taught
 
 SECTION = "Coefficients"
 _SENSORS = dict(zip(SENSORS, (("DVL", BELIEVED), ("gyros", "#059669"), ("attitude", "#be185d")), strict=True))
