@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sternplane.logs.learned import coefficients, nis_bands
 from sternplane.logs.reading import Log, read
 from sternplane.logs.summary import figures, summarise
 from sternplane.report import report
 from sternplane.report.coefficient_plots import SECTION
 from sternplane.report.figures import Figures
-from sternplane.logs.learned import coefficients, nis_bands
 
 from firmware_py.adapters.installation import configs
 from firmware_py.estimation.model.observer_model import GROUPS
