@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from scipy.stats import chi2
 from sternplane.sitl.busless_flight import SENSOR_STD, BuslessFlight, measure
-from sternplane.study.setups import UNKNOWN_WATER, Learned, Setup, bounded, flown, learn, starts
+from sternplane.study.setups import UNKNOWN_WATER, FilterRun, Setup, bound_std, fly_prbs, run_filter, starts
 
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
@@ -45,9 +45,9 @@ def test_a_state_beside_another_follows_as_the_model_would_take_it(seed: int) ->
     assert np.abs(x[:9] - beside[:9]).max() < 1e-3 * moved
 
 
-def learned(seed: int, params: CoefficientParams) -> tuple[Learned, BuslessFlight, CoefficientEkf]:
-    trial, ekf = flown(CURRENT, seed), CoefficientEkf(VEHICLE, params)
-    return learn(CURRENT, trial, ekf, seed, starts(seed, 0.5)), trial, ekf
+def learned(seed: int, params: CoefficientParams) -> tuple[FilterRun, BuslessFlight, CoefficientEkf]:
+    flight, ekf = fly_prbs(CURRENT, seed), CoefficientEkf(VEHICLE, params)
+    return run_filter(CURRENT, flight, ekf, seed, starts(seed, 0.5)), flight, ekf
 
 
 def test_after_an_iteration_the_filter_stands_at_the_bound_and_knows_it() -> None:
@@ -57,18 +57,18 @@ def test_after_an_iteration_the_filter_stands_at_the_bound_and_knows_it() -> Non
     low, high = chi2.ppf((0.0005, 0.9995), 10 * len(SEEDS))
     assert low < squares < high
     for seed, (run, trial, ekf) in zip(SEEDS, runs[:3], strict=False):
-        limit = bounded(CURRENT, trial, ekf, seed, run.t[-1:])[0]
+        limit = bound_std(CURRENT, flight, ekf, seed, run.t[-1:])[0]
         np.testing.assert_allclose(run.std[-1] / limit, 1.0, atol=0.05)
 
 
 def test_without_an_iteration_it_does_not_reach_the_bound() -> None:
-    run, trial, ekf = learned(0, dataclasses.replace(SURE, iteration_times=()))
-    limit = bounded(CURRENT, trial, ekf, 0, run.t[-1:])[0]
+    run, flight, ekf = learned(0, dataclasses.replace(SURE, iteration_times=()))
+    limit = bound_std(CURRENT, flight, ekf, 0, run.t[-1:])[0]
     assert (run.std[-1] / limit).max() > 1.2
 
 
 def given_to(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    trial = flown(NOW, seed)
+    trial = fly_prbs(NOW, seed)
     return trial.x[0], trial.inputs, measure(trial, SENSOR_STD, NOW.rates, seed)
 
 
@@ -123,7 +123,7 @@ def test_a_reset_of_motion_is_in_the_history() -> None:
     x, inputs, z = given_to(4)
     ekf = started(x)
     ekf.run(NOW.h, inputs[:150], z[:150], SENSOR_STD**2)
-    later = flown(NOW, 4).x[300]
+    later = fly_prbs(NOW, 4).x[300]
     ekf.resume(later[:6], later[6:], SENSOR_STD)
     ekf.run(NOW.h, inputs[300:], z[300:], SENSOR_STD**2)
     assert ekf.iteration.accepted

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from sternplane.sitl.busless_flight import SENSOR_STD, measure
-from sternplane.study.setups import Setup, flown
+from sternplane.study.setups import Setup, fly_prbs
 
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
@@ -78,7 +78,7 @@ def test_it_finds_what_least_squares_over_all_rows_at_once_finds(seed: int) -> N
 
 
 def test_afterwards_the_eddies_are_known_better_than_at_the_moment() -> None:
-    trial = flown(EDDYING, 0)
+    trial = fly_prbs(EDDYING, 0)
     z = measure(trial, SENSOR_STD, EDDYING.rates, 0)
     params = CoefficientParams(turbulence=(0.05,))
     ekf, members = CoefficientEkf(VEHICLE, params), BankArrays(VEHICLE, params)

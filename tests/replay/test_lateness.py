@@ -8,12 +8,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from sternplane.logs import lateness
+from sternplane.logs import lateness_histogram
 from sternplane.logs.reading import Log, read
-from sternplane.logs.summary import figures, summarise
-from sternplane.report import report
+from sternplane.logs.summary import key_figures, summarise
 from sternplane.report.drawing import Plot
 from sternplane.report.figures import Figures
+from sternplane.report.flight_page import flight_page
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def test_the_summary_tells_it_as_plain_json(late: Log) -> None:
     assert (found["median_us"], found["p99_us"], found["p999_us"], found["max_us"]) == (60.0, 60.0, 25_000.0, 25_000.0)
     assert (found["slips"], sum(found["counts"])) == (2, 300)
     assert json.loads(json.dumps(found, allow_nan=False)) == found
-    shown = dict(figures(summarise(late)))
+    shown = dict(key_figures(summarise(late)))
     assert (shown["lateness, median"], shown["lateness, greatest"]) == ("60 µs", "25 ms")
 
 
@@ -48,14 +48,14 @@ def test_the_report_draws_every_cycle_not_only_the_thinned(late: Log) -> None:
     assert set(step.x) == {10_000.0}
     assert (figure.layout.xaxis.type, figure.layout.yaxis.type) == ("log", "log")
     assert note.endswith("99.9 % within 25 ms, the latest 25 ms; 2 of 300 slipped by more than a step.")
-    page = report.page(late, summarise(late))
+    page = flight_page(late, summarise(late))
     assert f"<h2>{title}</h2>" in page
     assert note in page
 
 
 def test_bars_stand_where_their_edges_are(tmp_path: Path, toy: SimpleNamespace) -> None:
     log = read(toy.fly(tmp_path / "log.mcap", late_ns=lambda k: 1_000 * (k % 100)))
-    found = lateness.of(log)
+    found = lateness_histogram.of_log(log)
     assert found is not None
     bars = plot(log).figure.data[0]
     x, width = np.array(bars.x), np.array(bars.width)
@@ -68,5 +68,5 @@ def test_a_run_that_was_not_in_real_time_has_none(flown: Path) -> None:
     log = read(flown)
     summary = summarise(log)
     assert summary["lateness"] is None
-    assert not any("lateness" in words for words, _ in figures(summary))
+    assert not any("lateness" in words for words, _ in key_figures(summary))
     assert "Lateness" not in [plot.title for plot in Figures(log)]

@@ -17,7 +17,7 @@ import pytest
 from sternplane.logs.reading import Log, read
 from sternplane.logs.summary import summarise
 from sternplane.logs.tracking import path_error, true_columns
-from sternplane.report import figures, report
+from sternplane.report import figures, flight_page, report
 from sternplane.report.drawing import Plot
 
 from firmware_py.adapters.storage.recorder import LogError
@@ -49,7 +49,7 @@ class Page(HTMLParser):
 
 def plots(text: str) -> dict[str, dict[str, Any]]:
     """Title -> trace name -> {x, y} as the browser would draw them."""
-    titles = re.findall(r"<h2>(.*?)</h2>", text)
+    titles = re.findall(r'<h2>([^<]*)</h2>(?:(?!<h2>).)*?<div class="plot"', text, re.DOTALL)
     found = json.loads(re.search(r"^const plots = (.*);$", text, re.MULTILINE)[1])  # type: ignore[index]
     return {title: {t.get("name"): t for t in data} for title, (_, data, _, _) in zip(titles, found, strict=False)}
 
@@ -63,13 +63,13 @@ def numbers(array: Any) -> np.ndarray:
 @pytest.fixture(scope="module")
 def page(flown: Path) -> str:
     log = read(flown)
-    return report.page(log, summarise(log))
+    return flight_page.flight_page(log, summarise(log))
 
 
 def test_it_needs_no_network(page: str) -> None:
     found = Page(page)
     assert found.open == []
-    assert found.fetched == ["data:,"]
+    assert [address for address in found.fetched if not address.startswith("#")] == ["data:,"]
     assert "@import" not in re.search(r"<style>.*?</style>", page, re.DOTALL)[0]  # type: ignore[index]
     assert """http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline';""" in page
     assert len(page) < 8e6
@@ -109,10 +109,26 @@ def test_it_shows_what_the_log_holds(page: str, flown: Path) -> None:
     assert "every 10th cycle (10 Hz)" in page
 
 
+def test_the_depth_limit_is_drawn_and_the_law_is_named(flown: Path) -> None:
+    log = read(flown)
+    paths = {name: f"{name}.toml" for name in ("autopilot", "vehicle")}
+    autopilot = {"control": {"law": "pid"}, "safety": {"depth_max_m": 3.0}}
+    log.header["configuration"] = {"autopilot": autopilot, "files": paths, "vehicle": {"name": "a torpedo"}}
+    text = flight_page.flight_page(log, summarise(log))
+    assert numbers(plots(text)["Depth"]["depth limit, 3 m"]["y"]).tolist() == [3.0, 3.0]
+    words = " ".join(Page(text).words)
+    assert "vehicle a torpedo · law pid · autopilot.toml" in words
+    assert "k_p" in words
+
+
+def test_events_come_before_the_plots(page: str) -> None:
+    assert page.index(">Events<") < page.index(">Plan view<")
+
+
 def test_words_from_the_log_stay_words(tmp_path: Path, toy: SimpleNamespace) -> None:
     nasty = "</script><script>alert(1)</script>"
     log = read(toy.fly(tmp_path / "log.mcap", scenario=nasty))
-    found = Page(report.page(log, summarise(log)))
+    found = Page(flight_page.flight_page(log, summarise(log)))
     assert found.open == []
     assert nasty in found.words
     assert "the fins <move>" in found.words
@@ -122,7 +138,7 @@ def test_a_sea_log_and_a_cut_off_log_have_a_report(tmp_path: Path, toy: SimpleNa
     data = toy.fly(tmp_path / "log.mcap", truth=False).read_bytes()
     (tmp_path / "log.mcap").write_bytes(data[:-4000])
     log = read(tmp_path / "log.mcap")
-    text = report.page(log, summarise(log))
+    text = flight_page.flight_page(log, summarise(log))
     assert "The log is cut off" in text
     assert "truth" not in plots(text)["Depth"]
     assert "Navigation error, horizontal" not in plots(text)
@@ -213,7 +229,7 @@ def test_an_uncertainty_of_hundreds_of_metres_does_not_hide_the_error(tmp_path: 
 
 def test_the_scenarios_sentence_is_there(tmp_path: Path, toy: SimpleNamespace) -> None:
     log = read(toy.fly(tmp_path / "log.mcap", description="Sails a slow curve & <stops>."))
-    assert "Sails a slow curve & <stops>." in Page(report.page(log, summarise(log))).words
+    assert "Sails a slow curve & <stops>." in Page(flight_page.flight_page(log, summarise(log))).words
 
 
 def files(folder: Path) -> dict[str, str]:
@@ -230,9 +246,9 @@ def test_a_report_that_fails_leaves_the_old_one(
     def broken(*_: object) -> str:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(*{"page": (report, "page"), "replace": (Path, "replace")}[fails], broken)
+    monkeypatch.setattr(*{"page": (report, "flight_page"), "replace": (Path, "replace")}[fails], broken)
     with pytest.raises((LogError, OSError)):
-        report.leave(read(flown), tmp_path)
+        report.write_report(read(flown), tmp_path)
     assert files(tmp_path) == {"report.html": "old", "summary.json": "old"}
 
 
@@ -249,4 +265,4 @@ def test_the_command_leaves_both_files(
 def test_an_unwritable_folder_is_one_line(flown: Path, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(LogError, match="file: the report cannot be written"):
-        report.leave(read(flown), tmp_path / "file")
+        report.write_report(read(flown), tmp_path / "file")

@@ -96,4 +96,4 @@ def test_a_fence_of_a_hundred_kilometres_does_not_hide_the_boat(tmp_path: Path, 
     assert plot.note.endswith("The fence or a rally point is beyond the plot.")
     near = logged(tmp_path, toy, {}, fence=plain(Fence((BAY,))))
     assert plan(near).note == "Local frame; scales are equal."
-    assert [stood.when for stood in areas.stood(near, "fence")] == [""]
+    assert [stood.when for stood in areas.versions(near, "fence")] == [""]

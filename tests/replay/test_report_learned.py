@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from sternplane.logs.learned import coefficients, nis_bands
 from sternplane.logs.reading import Log, read
-from sternplane.logs.summary import figures, summarise
-from sternplane.report import report
+from sternplane.logs.summary import key_figures, summarise
+from sternplane.report import flight_page
 from sternplane.report.coefficient_plots import SECTION
 from sternplane.report.figures import Figures
 
@@ -68,13 +68,13 @@ def traces(log: Log, title: str) -> dict[str, np.ndarray]:
 
 
 def test_they_stand_in_a_section_of_their_own(log: Log) -> None:
-    page = report.page(log, summarise(log))
+    page = flight_page.flight_page(log, summarise(log))
     heads = re.findall(r"<h[23][^>]*>(.*?)</h[23]>", page)
     at = heads.index(SECTION)
     assert heads[at + 1 :] == [
         *NAMES,
         *("Excitation and validity", "Errors in sigmas", "Innovations", "Current", "Turbulence"),
-        *("The log", "Events", "Made by"),
+        *("Set-up", "Law, gains and configuration", "Made by"),
     ]
     assert heads.count(SECTION) == 1
     assert "Depth" in heads[:at]
@@ -154,9 +154,10 @@ def test_the_summary_has_values_sigmas_and_errors(log: Log) -> None:
     assert learned["nis"] == {"dvl": None, "gyro": None, "attitude": None}
     assert (learned["current_m_s"], learned["turbulence_m_s"]) == ([0.1, -0.05], 0.02)
     assert (learned["rejected"], learned["dropped"], learned["resets"]) == (8, 7, 6)
-    said = dict(figures(summary))
+    said = dict(key_figures(summary))
     assert said["coefficients valid"] == "2 of 3"
-    assert said["worst of these"] == "N_dot +3.9 %"
+    sigmas = abs(n_dot["error_sigmas"])
+    assert said["largest error of the valid coefficients"] == f"N_dot +3.9 % ({sigmas:.1f} σ)"
 
 
 def test_at_sea_there_is_no_truth_to_compare_with(log: Log) -> None:
@@ -165,7 +166,7 @@ def test_at_sea_there_is_no_truth_to_compare_with(log: Log) -> None:
     assert learned["mean_square_error_sigmas"] is None
     for one in learned["coefficients"].values():
         assert (one["truth"], one["error_pct"], one["error_sigmas"]) == (None, None, None)
-    assert "worst of these" not in dict(figures(summarise(log)))
+    assert "largest error of the valid coefficients" not in dict(key_figures(summarise(log)))
     assert set(traces(log, "M_q")) == {None, "±3 σ", "vehicle file", "estimate", "estimate, valid"}
     assert "truth" not in drawn(log)["M_q"].note
     assert "Errors in sigmas" not in drawn(log)
@@ -191,14 +192,14 @@ def test_names_that_do_not_fit_are_not_guessed(log: Log, names: object) -> None:
 def test_names_of_a_log_stay_words(log: Log) -> None:
     nasty = "</h2><script>alert(1)</script>"
     log.header["configuration"]["autopilot"]["estimation"]["coefficients"]["names"] = [nasty, *NAMES[1:]]
-    assert nasty not in report.page(log, summarise(log)).replace("<\\/", "")
+    assert nasty not in flight_page.flight_page(log, summarise(log)).replace("<\\/", "")
 
 
 def test_a_filter_that_never_began_has_learned_nothing(log: Log) -> None:
     log.columns["state.learned.horizon"] = np.full(CYCLES, np.nan)
     assert summarise(log)["learned"] is None
     assert not drawn(log)
-    assert SECTION not in report.page(log, summarise(log))
+    assert SECTION not in flight_page.flight_page(log, summarise(log))
 
 
 def test_a_log_of_a_vehicle_that_does_not_learn_has_no_section(flown: Path) -> None:

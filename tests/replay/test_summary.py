@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 from sternplane.logs.reading import read
-from sternplane.logs.summary import figures, summarise, table, verdict
+from sternplane.logs.summary import key_figures, outcome, summarise, summary_table
 from sternplane.logs.tracking import path_error, true_columns
 
 from firmware_py.records.order import Mode
@@ -121,8 +121,8 @@ def test_losses_are_shown_where_there_are_some(flown: Path) -> None:
     log.end["losses"] = {"transfers_malformed": 3, "dvl_broken": 0}
     summary = summarise(log)
     assert summary["losses"] == {"transfers_malformed": 3, "dvl_broken": 0}
-    assert figures(summary)[-1] == ("transfers malformed", "3")
-    assert "dvl broken" not in dict(figures(summary))
+    assert key_figures(summary)[-1] == ("transfers malformed", "3")
+    assert "dvl broken" not in dict(key_figures(summary))
 
 
 def test_a_zigzag_has_its_figures(tmp_path: Path, toy: SimpleNamespace) -> None:
@@ -138,7 +138,7 @@ def test_a_zigzag_has_its_figures(tmp_path: Path, toy: SimpleNamespace) -> None:
     assert s["zigzag_period_s"] == pytest.approx(20.0)
     assert s["overshoot_first_deg"] == pytest.approx(6.0)
     assert s["overshoot_second_deg"] == pytest.approx(4.0 + 46.0 / 10.0 * 2.0)
-    assert dict(figures(s))["first overshoot"] == "6.0°"
+    assert dict(key_figures(s))["first overshoot"] == "6.0°"
 
 
 def test_a_log_that_was_cut_off_is_not_completed(flown: Path, tmp_path: Path) -> None:
@@ -146,7 +146,7 @@ def test_a_log_that_was_cut_off_is_not_completed(flown: Path, tmp_path: Path) ->
     (tmp_path / "log.mcap").write_bytes(data[: len(data) // 2])
     s = summarise(read(tmp_path / "log.mcap"))
     assert not s["completed"]
-    assert verdict(s).startswith("not completed: the log is cut off; recovered up to ")
+    assert outcome(s).startswith("not completed: the log is cut off; recovered up to ")
     assert s["speed_up"] is None
 
 
@@ -160,10 +160,10 @@ def test_one_cycle_and_no_order_are_enough(tmp_path: Path, toy: SimpleNamespace)
 def test_the_table_shows_what_is_known(flown: Path) -> None:
     summary = summarise(read(flown))
     out = io.StringIO()
-    Console(file=out, width=80).print(table(summary))
+    Console(file=out, width=80).print(summary_table(summary))
     for words in ("completed", "vehicle time", "3.0 s", "0 of 3", "°/s"):
         assert words in out.getvalue()
     reason = "it had not surfaced [/] when the time was over"
-    Console(file=out, width=80).print(table({**summary, "completed": False, "reason": reason}))
+    Console(file=out, width=80).print(summary_table({**summary, "completed": False, "reason": reason}))
     assert f"  not completed: {reason}  " in out.getvalue()
-    assert len(figures({**summary, "speed_up": None})) == len(figures(summary)) - 1
+    assert len(key_figures({**summary, "speed_up": None})) == len(key_figures(summary)) - 1

@@ -36,7 +36,7 @@ def summary(tmp_path: Path) -> Callable:
         with open_ground(two, flight.configuration, key if signed else None) as stations:
             send(stations, datagrams)
             fly(flight, tmp_path / "log.mcap", command=stations.merged_with, lost=stations.losses)
-        return report.leave(read(tmp_path / "log.mcap"), tmp_path)
+        return report.write_report(read(tmp_path / "log.mcap"), tmp_path)
 
     return flown
 

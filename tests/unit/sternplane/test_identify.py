@@ -10,11 +10,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from sternplane.identification import likelihood, shooting
+from sternplane.identification import likelihood, simulation
+from sternplane.identification.assessment import assess, learned_table
 from sternplane.identification.confidence import confidence
-from sternplane.identification.estimate import Known
+from sternplane.identification.estimate import Estimated
 from sternplane.identification.recording import Recording
-from sternplane.identification.verdict import judge, learned_table
 from sternplane.sitl import busless_flight
 
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
@@ -65,16 +65,16 @@ def test_slopes_of_the_whole_flight_are_those_of_finite_differences() -> None:
     model = ObserverModel(VEHICLE, TEN, 2, ("u", "q", "theta"))
     recording = recorded(VEHICLE, 4.0)
     x = model.state(recording.start[:6].tolist(), recording.start[6:].tolist())
-    flown = shooting.fly(model, recording, x)
-    assert flown is not None
+    trajectory = simulation.simulate(model, recording, x)
+    assert trajectory is not None
     for i in range(model.size):
         step = 1e-4 * (abs(x[i]) if i >= model.first else 1.0) * np.eye(model.size)[i]
-        ahead, back = (shooting.fly(model, recording, x + sign * step) for sign in (1.0, -1.0))
+        ahead, back = (simulation.simulate(model, recording, x + sign * step) for sign in (1.0, -1.0))
         assert ahead is not None
         assert back is not None
         wanted = (back.residuals - ahead.residuals) / (2.0 * step[i])  # residuals fall as predictions rise
         size = np.abs(wanted).max(axis=0)
-        off = np.abs(flown.slopes[:, :, i] - wanted).max(axis=0)
+        off = np.abs(trajectory.slopes[:, :, i] - wanted).max(axis=0)
         assert (off <= 2e-3 * size + 1e-6 * size.max()).all(), (*MOTIONS, "x_c", "y_c", "u", "q", "theta", *TEN)[i]
 
 
@@ -95,8 +95,8 @@ def test_a_heading_through_south_is_no_residual() -> None:
     turned[:, 8] += 2.0 * math.pi
     model = ObserverModel(VEHICLE, (), 2)
     x = model.state(recording.start[:6].tolist(), recording.start[6:].tolist())
-    straight = shooting.fly(model, recording, x)
-    around = shooting.fly(model, dataclasses.replace(recording, z=turned), x)
+    straight = simulation.simulate(model, recording, x)
+    around = simulation.simulate(model, dataclasses.replace(recording, z=turned), x)
     assert straight is not None
     assert around is not None
     np.testing.assert_allclose(around.residuals, straight.residuals, atol=1e-12)
@@ -137,14 +137,14 @@ def answer(std: dict[str, float], correlated: dict[tuple[str, str], float] | Non
         names=TEN,
         believed=believed,
         prior=0.7 * np.abs(believed),
-        taken=Known(1.1 * believed, covariance),
+        taken=Estimated(1.1 * believed, covariance),
         sizes=np.abs(1.1 * believed),
     )
 
 
 def test_all_that_is_known_is_laid_into_the_vehicle_s_table_and_nothing_else() -> None:
     found = answer({})
-    verdict = judge(found)  # type: ignore[arg-type]
+    verdict = assess(found)  # type: ignore[arg-type]
     assert verdict.sentences == ()
     table = learned_table(TABLE, found, verdict)  # type: ignore[arg-type]
     changed = {name for name, value in table["coefficients"].items() if value != TABLE["coefficients"][name]}
@@ -156,7 +156,7 @@ def test_all_that_is_known_is_laid_into_the_vehicle_s_table_and_nothing_else() -
 
 def test_what_nothing_excites_is_named_and_stays() -> None:
     found = answer({"M_ds": 0.7, "Z_ds": 0.699})
-    verdict = judge(found)  # type: ignore[arg-type]
+    verdict = assess(found)  # type: ignore[arg-type]
     assert verdict.sentences == ("M_ds, Z_ds: nothing in the log excites them",)
     table = learned_table(TABLE, found, verdict)  # type: ignore[arg-type]
     for name in TEN:
@@ -166,7 +166,7 @@ def test_what_nothing_excites_is_named_and_stays() -> None:
 def test_a_sum_that_nothing_tells_is_named_and_its_members_stay() -> None:
     """Each alone looks half known; their sum along one diagonal is as it was before, the other is known."""
     found = answer({"Y_r": 0.5, "Y_v": 0.5}, {("Y_r", "Y_v"): 0.9999})
-    verdict = judge(found)  # type: ignore[arg-type]
+    verdict = assess(found)  # type: ignore[arg-type]
     assert verdict.unknown == ("Y_r", "Y_v")
     assert len(verdict.sentences) == 1
     assert "0.7 Y_r + 0.7 Y_v" in verdict.sentences[0]

@@ -38,11 +38,11 @@ def found() -> estimation.Estimation:
 
 
 @pytest.fixture(scope="module")
-def rows(found: estimation.Estimation) -> list[design.Row]:
+def rows(found: estimation.Estimation) -> list[design.Comparison]:
     return design.compare(VEHICLE, command._estimates(found, VEHICLE))
 
 
-def step(tau: float = 5.0, over: float = 0.0) -> control.Flown:
+def step(tau: float = 5.0, over: float = 0.0) -> control.StepFlight:
     """A flight that nobody flew: a first-order answer to the step, with a little rudder."""
     t = np.arange(0.0, 130.0, 0.1)
     wanted = ((t >= 20.0) & (t < 70.0)).astype(float)
@@ -50,7 +50,7 @@ def step(tau: float = 5.0, over: float = 0.0) -> control.Flown:
     way = np.where(t >= 70.0, np.exp(-(t - 70.0) / tau), way)
     names = ("pitch", "rate", "sigma", "heading", "sway")
     columns = {"t": t, "wanted": wanted, "way": way, "fin": np.sin(t), **dict.fromkeys(names, 0.1 * way)}
-    return control.Flown(columns, control.judge(t, wanted, way, np.sin(t)))
+    return control.StepFlight(columns, control.step_figures(t, wanted, way, np.sin(t)))
 
 
 FLOWN = {
@@ -84,8 +84,8 @@ def test_the_motion_is_steady_at_the_end_of_its_length_and_elevator_alone_is_not
     found: estimation.Estimation,
 ) -> None:
     later = estimation.scenario(TRUTH, estimation.ANGLE, estimation.ANGLE, 2.0 * estimation.LENGTH)
-    end, steady = found.trial.x[-1], later.x[-1]
-    np.testing.assert_array_equal(later.x[: len(found.trial.x)], found.trial.x)
+    end, steady = found.flight.x[-1], later.x[-1]
+    np.testing.assert_array_equal(later.x[: len(found.flight.x)], found.flight.x)
     assert end[:6] == pytest.approx(steady[:6], rel=0.03)
     assert abs(end[7]) < math.radians(40.0)
     assert found.nose[0] > math.radians(89.0)
@@ -94,12 +94,12 @@ def test_the_motion_is_steady_at_the_end_of_its_length_and_elevator_alone_is_not
 
 def test_errors_that_balance_are_found_to_lie_on_the_plane(found: estimation.Estimation) -> None:
     sizes = {name: abs(error) for name, error in found.learned["smo"].errors.items()}
-    assert max(estimation.nearest(VEHICLE, found.trial, sizes).values()) < 0.005
+    assert max(estimation.nearest(VEHICLE, found.flight, sizes).values()) < 0.005
     away = {**sizes, "Z_q": 3.0 * sizes["Z_q"]}
-    assert estimation.nearest(VEHICLE, found.trial, away)["Z"] == pytest.approx(2.0 / 3.0, rel=0.01)
+    assert estimation.nearest(VEHICLE, found.flight, away)["Z"] == pytest.approx(2.0 / 3.0, rel=0.01)
 
 
-def test_all_printed_numbers_follow_but_two_of_the_yaw_row(rows: list[design.Row]) -> None:
+def test_all_printed_numbers_follow_but_two_of_the_yaw_row(rows: list[design.Comparison]) -> None:
     assert [row.number.key for row in rows if not row.follows] == ["a_rr", "b_r"]
     assert [row.number for row in rows] == list(NUMBERS)
     by_key = {row.number.key: row for row in rows}
@@ -166,7 +166,7 @@ def test_a_configuration_in_which_the_law_is_not_found_is_refused(tmp_path: Path
 
 
 def test_the_page_has_every_figure_and_table_and_needs_no_network(
-    found: estimation.Estimation, rows: list[design.Row]
+    found: estimation.Estimation, rows: list[design.Comparison]
 ) -> None:
     drawn = figures.all_figures(found, VEHICLE, FLOWN)
     text = page.page(found, rows, FLOWN, drawn)
@@ -206,7 +206,7 @@ def grounded(found: estimation.Estimation, monkeypatch: pytest.MonkeyPatch) -> l
     """All of it but the flights, which other tests fly; what would have been flown."""
     asked: list[tuple[str, Path]] = []
 
-    def flight(scenario: str, config: Path, folder: Path, watch: object) -> control.Flown:
+    def flight(scenario: str, config: Path, folder: Path, watch: object) -> control.StepFlight:
         asked.append((scenario, config))
         return step()
 
@@ -253,7 +253,7 @@ def test_a_flight_that_fails_is_exit_status_1_in_one_line(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    def flight(*_: object) -> control.Flown:
+    def flight(*_: object) -> control.StepFlight:
         raise control.FlightError("paper-depth with smo: the plant has left the numbers")
 
     monkeypatch.setattr(control, "flight", flight)

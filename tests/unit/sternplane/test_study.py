@@ -8,14 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.stats import binom, chi2, norm
 from sternplane.cli import main
 from sternplane.study import command, pool
-from sternplane.study.cases import CASES, exact, noisy
-from sternplane.study.figures import band_999
+from sternplane.study.cases import CASES, consistency, exact, noisy
+from sternplane.study.chance import K_SIGMA, MISS, chi_square_band, greatest_of, median_of, rms_band, share_of
 from sternplane.study.page import page
-from sternplane.study.rows import Findings, Row
-from sternplane.study.setups import Setup, bounded, flown, learn, starts
+from sternplane.study.rows import Results, Row
+from sternplane.study.setups import Setup, bound_std, fly_prbs, run_filter, starts
+
+from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 
 PAPER = exact.CASES[1]
 
@@ -35,24 +37,73 @@ PAPER = exact.CASES[1]
 def test_a_row_meets_its_target_or_not(value: float, target: object, ok: bool | None) -> None:
     row = Row("case", "figure", value, target)
     assert row.ok is ok
-    assert json.loads(json.dumps(row.plain(), allow_nan=False))["ok"] is ok
+    plain = json.loads(json.dumps(row.plain(), allow_nan=False))
+    assert plain["ok"] is ok
+    assert (row.margin is None) == (ok is None)
+    assert math.isnan(value) or ok is None or (row.margin >= 0.0) == ok
 
 
-@pytest.mark.parametrize("freedom", [80, 210, 6000])
-def test_the_band_is_chi_square_s(freedom: int) -> None:
-    wanted = chi2.ppf([0.0005, 0.9995], freedom) / freedom
-    assert band_999(freedom) == pytest.approx(tuple(wanted), rel=1e-2)
+@pytest.mark.parametrize("freedom", [1, 2, 4, 24, 79, 210, 6000])
+def test_the_band_of_chance_is_chi_square_s(freedom: int) -> None:
+    wanted = chi2.ppf([0.5 * MISS, 1.0 - 0.5 * MISS], freedom) / freedom
+    assert chi_square_band(freedom) == pytest.approx(tuple(wanted), rel=2e-3)
+
+
+@pytest.mark.parametrize("n", [50, 400])
+def test_the_band_of_n_seeds_is_k_sigma_of_one_over_the_root_of_2n(n: int) -> None:
+    low, high = rms_band(n)
+    assert (high - low) / 2.0 == pytest.approx(K_SIGMA / math.sqrt(2.0 * n), rel=0.05)
+    assert rms_band(n, 1.1) == pytest.approx((low, 1.1 * high))
+
+
+def test_shares_medians_and_maxima_stay_below_what_chance_reaches() -> None:
+    """Checked against scipy's distributions, each at the probability that a right filter has to miss the row."""
+    assert norm.sf(greatest_of(24)) * 2.0 * 24 == pytest.approx(0.5 * MISS, rel=1e-3)
+    assert binom.sf(1, 4, 2.0 * norm.sf(median_of(4))) == pytest.approx(MISS, rel=1e-3)
+    most = round(share_of(100, 0.05) * 100)
+    assert binom.sf(most, 100, 0.05) < MISS < binom.sf(most - 1, 100, 0.05)
 
 
 @pytest.fixture(scope="module")
-def found() -> Findings:
+def found() -> Results:
     """Of the paper's scenario."""
-    return PAPER.judge([PAPER.run(1, k) for k in range(PAPER.runs)])
+    return PAPER.evaluate([PAPER.run(1, k) for k in range(PAPER.runs)])
 
 
-def test_the_paper_s_scenario_is_judged_row_by_row(found: Findings) -> None:
+def test_the_paper_s_scenario_is_judged_row_by_row(found: Results) -> None:
     assert len(found.rows) == 30
     assert all(row.ok for row in found.rows)
+
+
+def test_a_coefficient_whose_part_in_the_model_is_off_misses_its_targets(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = exact.stillwater_filter
+
+    def wrong() -> CoefficientEkf:
+        ekf = right()
+        ekf.model.weight[ekf.names.index("M_q")] *= 1.01
+        return ekf
+
+    monkeypatch.setattr(exact, "stillwater_filter", wrong)
+    rows = PAPER.evaluate([PAPER.run(1, k) for k in range(PAPER.runs)]).rows
+    missed = [row.figure for row in rows if not row.ok]
+    assert len([figure for figure in missed if figure.endswith("M_q")]) == PAPER.runs
+
+
+@pytest.mark.parametrize("scale", [0.9, 1.1])
+def test_a_filter_that_is_told_wrong_noise_misses_the_band_of_its_innovations(
+    scale: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (case,) = consistency.CASES
+    monkeypatch.setattr(consistency, "SEAS", {"no turbulence": Setup(duration=12.0)})
+
+    def missed() -> set[str]:
+        rows = case.evaluate([case.run(seed, seed) for seed in range(3)]).rows
+        return {row.figure for row in rows if row.ok is False}
+
+    assert missed() == set()
+    told = Setup.std.fget
+    monkeypatch.setattr(Setup, "std", property(lambda setup: scale * told(setup)))
+    assert {"NIS of gyro", "NIS of attitude"} <= missed()
 
 
 def test_a_run_is_the_same_each_time_and_differs_by_its_seed() -> None:
@@ -67,17 +118,17 @@ def test_a_filter_that_starts_near_the_truth_claims_what_the_bound_allows() -> N
     """Two computations with nothing in common but the model; far from the truth they differ by the linearisation."""
     setup = Setup(duration=20.0)
     for seed in range(4):
-        ekf, trial = noisy.still_water(), flown(setup, seed)
-        run = learn(setup, trial, ekf, seed, starts(seed, 0.02))
-        assert run.std[-1] == pytest.approx(bounded(setup, trial, ekf, seed, (20.0,))[0], rel=0.1)
+        ekf, trial = noisy.still_water(), fly_prbs(setup, seed)
+        run = run_filter(setup, trial, ekf, seed, starts(seed, 0.02))
+        assert run.std[-1] == pytest.approx(bound_std(setup, trial, ekf, seed, (20.0,))[0], rel=0.1)
 
 
 def test_errors_are_as_large_as_the_bound_says() -> None:
     setup, squares = Setup(duration=20.0), []
     for seed in range(12):
-        ekf, trial = noisy.still_water(), flown(setup, seed)
-        run = learn(setup, trial, ekf, seed, starts(seed, 0.5))
-        squares.append((run.error[-1] / bounded(setup, trial, ekf, seed, (20.0,))[0]) ** 2)
+        ekf, trial = noisy.still_water(), fly_prbs(setup, seed)
+        run = run_filter(setup, trial, ekf, seed, starts(seed, 0.5))
+        squares.append((run.error[-1] / bound_std(setup, trial, ekf, seed, (20.0,))[0]) ** 2)
     assert 0.5 < np.mean(squares) < 2.0
 
 
@@ -86,8 +137,8 @@ def test_every_case_is_known_by_its_name_and_makes_fewer_runs_in_the_short_form(
     assert all(0 < case.short <= case.runs for case in CASES)
 
 
-def test_a_page_holds_every_row_and_loads_nothing(found: Findings) -> None:
-    text = page([PAPER], [found], "seed 1")
+def test_a_page_holds_every_row_and_loads_nothing(found: Results) -> None:
+    text = page([PAPER], [found], ["seed 1"])
     assert "30 of 30 targets met" in text
     assert 'src="http' not in text
     assert text.count('class="plot"') == len(found.plots)
@@ -115,6 +166,6 @@ def test_the_whole_study_runs_in_processes_and_exits_by_its_targets(
     monkeypatch.setattr(pool, "CASES", few)
     assert main.main(["study", "estimation", "--seeds", "0:1", "--short", "--out", str(tmp_path)]) == 0
     rows = json.loads((tmp_path / "results.json").read_text())
-    assert {tuple(row) for row in rows} == {("case", "figure", "value", "target", "ok")}
+    assert {tuple(row) for row in rows} == {("case", "figure", "value", "target", "n", "margin", "ok")}
     assert all("100 Hz" in row["case"] for row in rows)
     assert (tmp_path / "report.html").stat().st_size > 1_000_000

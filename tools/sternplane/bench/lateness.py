@@ -20,7 +20,7 @@ from firmware_py.adapters import realtime
 from firmware_py.adapters.clock import RealTime
 from firmware_py.records.cycle import Cycle
 from firmware_py.schedule import step_ns
-from sternplane.logs import lateness
+from sternplane.logs import lateness_histogram
 from sternplane.logs.reading import Log
 
 SOURCE = Path(__file__).with_name("lateness.c")
@@ -63,7 +63,7 @@ def measure(log: Log, rounds: int = 4, seconds: float = 1.0) -> dict[str, Any]:
             late[key] += turn(key[0], round(seconds * key[0]))
     found: dict[str, Any] = {}
     for (rate, name), values in late.items():
-        measured = lateness.measure(values, step_ns(rate))._asdict()
+        measured = lateness_histogram.of_cycles(values, step_ns(rate))._asdict()
         found.setdefault(f"{rate} Hz", {})[name] = {figure: measured[figure] for figure in FIGURES}
     return {name: with_ratios(table, missing) for name, table in found.items()}
 

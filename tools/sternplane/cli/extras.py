@@ -6,7 +6,7 @@ from importlib.util import find_spec
 
 from firmware_py.run.errors import UsageError
 
-_DRAWING = ("plotly", "matplotlib")
+_DRAWING = ("plotly", "jinja2", "matplotlib")
 HINT = "pip install 'sternplane[report]'"
 """What installs them."""
 

@@ -17,8 +17,8 @@ def command(options: argparse.Namespace) -> int:
     if options.report and flown.cycles:
         from rich.console import Console
 
-        from sternplane.logs.summary import table
+        from sternplane.logs.summary import summary_table
         from sternplane.report import report
 
-        Console().print(table(report.leave_of(flown.folder / LOG_FILE, flown.folder)))
+        Console().print(summary_table(report.write_report_of_file(flown.folder / LOG_FILE, flown.folder)))
     return flown.status

@@ -17,9 +17,9 @@ from firmware_py.params import load, prefix_errors
 from firmware_py.run.errors import UsageError
 from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.identification import page, results, vehicle_file
-from sternplane.identification.estimate import answer
+from sternplane.identification.assessment import assess, learned_table
+from sternplane.identification.estimate import identify
 from sternplane.identification.recording import record
-from sternplane.identification.verdict import judge, learned_table
 from sternplane.logs.reading import find, read
 
 ORIGIN = "Learned by `sternplane identify`"
@@ -30,27 +30,27 @@ def command(options: argparse.Namespace) -> int:
     """Estimates, prints, writes; 1 if something asked for is not identifiable."""
     path = find(options.log)
     folder = options.out or path.parent
-    _spare(folder / "vehicle.toml")
+    _refuse_to_replace(folder / "vehicle.toml")
     log = read(path)
     recording = record(log, options.begin, options.end)
     params = wanted(recording.params, options)
     with prefix_errors(str(log.header["configuration"]["files"]["vehicle"])):
         ObserverModel(recording.vehicle, ())  # its mass matrix is one
     with prefix_errors("--coefficients"), Console(stderr=True).status("fitting") as status:
-        found = answer(recording, params, lambda n, gain: status.update(f"fitting, step {n}: {gain:.3g} gained"))
-    verdict = judge(found)
-    table = learned_table(recording.table, found, verdict)
+        found = identify(recording, params, lambda n, gain: status.update(f"fitting, step {n}: {gain:.3g} gained"))
+    assessment = assess(found)
+    table = learned_table(recording.table, found, assessment)
     with prefix_errors(str(folder / "vehicle.toml")):
         ObserverModel(load(Vehicle, table, "learned"), ())  # what was learned can be flown
-    told = results.document(log, recording, found, verdict)
-    _leave(folder, told, page.page(log, recording, found, told))
-    vehicle_file.write(folder / "vehicle.toml", table, results.origin(ORIGIN, told))
+    document = results.document(log, recording, found, assessment)
+    _write(folder, document, page.page(log, recording, found, document))
+    vehicle_file.write(folder / "vehicle.toml", table, results.origin(ORIGIN, document))
     console = Console()
-    results.show(console, told)
+    results.print_results(console, document)
     for name in ("identify.html", "identify.json", "vehicle.toml"):
         console.print(f"  {folder / name}", highlight=False, soft_wrap=True)
     console.print("To fly it: copy the vehicle's folder, put this vehicle.toml in it, and give that to sitl --config.")
-    return 1 if verdict.sentences else 0
+    return 1 if assessment.sentences else 0
 
 
 def wanted(params: CoefficientParams, options: argparse.Namespace) -> CoefficientParams:
@@ -76,7 +76,7 @@ def wanted(params: CoefficientParams, options: argparse.Namespace) -> Coefficien
     )
 
 
-def _spare(path: Path) -> None:
+def _refuse_to_replace(path: Path) -> None:
     """Raises UsageError if a vehicle file that somebody wrote is in the way."""
     try:
         ours = not path.exists() or path.read_text(encoding="utf-8").startswith(f"# {ORIGIN}")
@@ -86,10 +86,10 @@ def _spare(path: Path) -> None:
         raise UsageError(f"{path} is not one of ours and stays as it is; choose another folder with --out")
 
 
-def _leave(folder: Path, told: dict[str, Any], drawn: str) -> None:
+def _write(folder: Path, document: dict[str, Any], html: str) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "identify.json").write_text(json.dumps(told, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-        (folder / "identify.html").write_text(drawn, encoding="utf-8")
+        (folder / "identify.json").write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        (folder / "identify.html").write_text(html, encoding="utf-8")
     except OSError as error:
         raise LogError(f"{folder}: cannot be written ({error.strerror}); choose another --out") from None

@@ -34,7 +34,7 @@ LARGE = 1.25
 
 
 @dataclass(frozen=True)
-class Known:
+class Estimated:
     """Values of the named coefficients, (names,), and their covariance, (names, names)."""
 
     values: Array
@@ -48,7 +48,7 @@ class Known:
 
 
 @dataclass(frozen=True)
-class Answer:
+class Identification:
     """All that is found.
 
     Attributes:
@@ -72,8 +72,8 @@ class Answer:
     names: tuple[str, ...]
     believed: Array
     prior: Array
-    likelihood: Known
-    filtered: Known
+    likelihood: Estimated
+    filtered: Estimated
     white: bool
     current: Array
     current_std: Array
@@ -87,7 +87,7 @@ class Answer:
     first: int
 
     @property
-    def taken(self) -> Known:
+    def taken(self) -> Estimated:
         """The one to believe."""
         return self.likelihood if self.white else self.filtered
 
@@ -97,9 +97,9 @@ class Answer:
         return np.abs(np.where(self.taken.values == 0.0, self.believed, self.taken.values))
 
 
-def answer(
+def identify(
     recording: Recording, params: CoefficientParams, watch: Callable[[int, float], None] = lambda _step, _gain: None
-) -> Answer:
+) -> Identification:
     """Estimates `params.names` from a recording.
 
     Args:
@@ -132,12 +132,12 @@ def answer(
     if white and model.water:
         place = slice(MOVING, MOVING + model.water)
         current, current_std = found.x[place], np.sqrt(np.diag(sure.covariance)[place])
-    return Answer(
+    return Identification(
         names=params.names,
         believed=np.array(model.believed),
         prior=prior[learned],
-        likelihood=Known(found.x[learned], sure.covariance[learned, learned]),
-        filtered=Known(told.values, told.covariance[block, block]),
+        likelihood=Estimated(found.x[learned], sure.covariance[learned, learned]),
+        filtered=Estimated(told.values, told.covariance[block, block]),
         white=white,
         current=current,
         current_std=current_std,

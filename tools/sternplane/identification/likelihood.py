@@ -2,7 +2,7 @@
 
 The model is flown from an initial state, without process noise, on the inputs that were recorded; what it does is
 compared with all that was measured. Initial velocity and attitude, current, biases of the sensors and coefficients are
-one vector, the observer model's state at the start, so that its transition matrices carry every slope (`shooting`).
+one vector, the observer model's state at the start, so that its transition matrices carry every slope (`simulation`).
 
 The noise of each sensor is not assumed: it is what the residuals have. For given noise the step is Gauss and Newton's
 with Levenberg and Marquardt's damping. The vehicle file counts as a measurement of each coefficient, a weak one.
@@ -20,7 +20,7 @@ from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.estimation.model.state import MOVING
 from firmware_py.run.errors import UsageError
 from sternplane.identification.recording import Recording
-from sternplane.identification.shooting import Flown, fly
+from sternplane.identification.simulation import Trajectory, simulate
 from sternplane.logs.tracking import Array
 
 STEPS_MAX = 30
@@ -39,7 +39,7 @@ class Fit:
     Attributes:
         x: (size,): the model's state at the start: velocity, attitude, current, biases, coefficients.
         residuals: (K, 9), NaN where nothing was measured.
-        slopes: (K, 9, size), see `Flown`.
+        slopes: (K, 9, size), see `Trajectory`.
         std: (9,): of the residuals.
         prior: (size,): what was known before, 1 / sigma^2.
         steps: how many were taken.
@@ -74,7 +74,7 @@ def fit(
     """
     believed = model.state(recording.start[:6].tolist(), recording.start[6:].tolist())
     prior = prior_std**-2.0
-    x, flown = believed, fly(model, recording, believed)
+    x, flown = believed, simulate(model, recording, believed)
     if flown is None:
         raise UsageError("the believed vehicle cannot be flown on the log's inputs: its motion leaves the numbers")
     damping, found, step = DAMPING, False, 0
@@ -88,7 +88,7 @@ def fit(
         while not found and damping < DAMPING_MAX:
             bent = information / np.outer(scale, scale) + damping * np.eye(len(x))
             ahead = x + np.linalg.solve(bent, slope / scale) / scale
-            tried = fly(model, recording, ahead)
+            tried = simulate(model, recording, ahead)
             gain = -math.inf if tried is None else cost - _cost(tried, ahead - believed, prior)
             if tried is not None and gain > 0.0:
                 x, flown, damping, step = ahead, tried, 0.1 * damping, step + 1
@@ -121,7 +121,7 @@ def whitened(residuals: Array, slopes: Array, std: Array, i: int) -> tuple[Array
     return slopes[measured, i] / std[i], residuals[measured, i] / std[i]
 
 
-def _cost(flown: Flown, away: Array, prior: Array) -> float:
+def _cost(flown: Trajectory, away: Array, prior: Array) -> float:
     """Less the logarithm of the likelihood, the noise being what the residuals have."""
     count = np.isfinite(flown.residuals).sum(axis=0)
     return float(count @ np.log(spread(flown.residuals)) + 0.5 * prior @ away**2)

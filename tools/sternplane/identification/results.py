@@ -10,9 +10,9 @@ from rich.console import Console
 from rich.table import Table
 
 from firmware_py.estimation.model.state import MOTIONS
-from sternplane.identification.estimate import LARGE, WHITE, Answer, Known
+from sternplane.identification.estimate import LARGE, WHITE, Identification, Estimated
 from sternplane.identification.recording import Recording
-from sternplane.identification.verdict import Verdict
+from sternplane.identification.assessment import Assessment
 from sternplane.logs.learned import believed, truth
 from sternplane.logs.reading import Log
 
@@ -24,7 +24,7 @@ CONSISTENT = (0.8, 1.2)
 """The filter's mean NIS, were its model right."""
 
 
-def document(log: Log, recording: Recording, found: Answer, verdict: Verdict) -> dict[str, Any]:
+def document(log: Log, recording: Recording, found: Identification, verdict: Assessment) -> dict[str, Any]:
     """All of it in plain numbers; None where there is none."""
     true, names = truth(log.header, believed(log.header)), found.names
     by_name = {}
@@ -69,7 +69,7 @@ def document(log: Log, recording: Recording, found: Answer, verdict: Verdict) ->
     }
 
 
-def remarks(recording: Recording, found: Answer) -> list[str]:
+def remarks(recording: Recording, found: Identification) -> list[str]:
     """What a reader has to know of the figures."""
     said = [
         f"{lost} readings of the {name.upper()} were not used: not finite or wild, not vouched for (a DVL "
@@ -150,9 +150,9 @@ def origin(first: str, told: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _known(known: Known, i: int) -> dict[str, float]:
+def _known(known: Estimated, i: int) -> dict[str, float]:
     return {"value": float(known.values[i]), "std": float(known.std[i])}
 
 
-def _correlation(known: Known) -> Any:
+def _correlation(known: Estimated) -> Any:
     return known.covariance / np.outer(known.std, known.std)

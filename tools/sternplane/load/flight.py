@@ -13,7 +13,7 @@ from typing import Any
 
 from sternplane.load.flood import Flood
 from sternplane.load.stations import Files, Missions, Parameters, Station
-from sternplane.logs import lateness
+from sternplane.logs import lateness_histogram
 from sternplane.logs.reading import read
 from sternplane.sitl.flight import CONFIG
 
@@ -124,7 +124,7 @@ def _flown(seconds: float, folder: Path, stations: Sequence[Station | Flood]) ->
         said.seek(0)
         words = said.read().strip()
     log = read(folder / "log.mcap")
-    late = lateness.of(log)
+    late = lateness_histogram.of_log(log)
     if process.returncode not in (0, 1) or late is None or "reason" not in log.end:
         raise Problem(f"{folder.name}: the flight broke off: {words[-2000:]}")
     cycles = sum(late.counts)

@@ -60,7 +60,7 @@ def coefficients(log: Log) -> list[Coefficient]:
     ]
 
 
-def taught(log: Log) -> list[tuple[float, str]]:
+def manoeuvre_results(log: Log) -> list[tuple[float, str]]:
     """Time, s, and sentence of each learning manoeuvre's end: what it taught and what not; see `weakness.sentence`."""
     return [(t, text) for t, text in log.events if text.partition(": ")[2].startswith("learned ")]
 
@@ -81,7 +81,7 @@ def nis_bands(log: Log) -> dict[str, tuple[float, float]]:
     return {name: (low / slack, high * slack) for name, (low, high) in bands.items()}
 
 
-def figures(log: Log) -> dict[str, Any] | None:
+def learned_summary(log: Log) -> dict[str, Any] | None:
     """What summary.json says of it, None where nothing was learned: see `summary.summarise`."""
     learned = coefficients(log)
     if not learned:
@@ -91,7 +91,7 @@ def figures(log: Log) -> dict[str, Any] | None:
     said: dict[str, Any] = _sayable(
         {
             "coefficients": {c.name: _figures(c) for c in learned},
-            "taught": [list(said) for said in taught(log)],
+            "taught": [list(said) for said in manoeuvre_results(log)],
             "mean_square_error_sigmas": float(np.mean(squares)) if squares else None,
             "nis": dict(zip(SENSORS, last["nis"], strict=True)),
             "current_m_s": last["current"],

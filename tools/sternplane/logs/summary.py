@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from firmware_py.records.order import Mode
-from sternplane.logs import lateness, learned, standard_manoeuvres
+from sternplane.logs import lateness_histogram, learned, standard_manoeuvres
 from sternplane.logs.reading import Log
 from sternplane.logs.tracking import (
     Array,
@@ -69,8 +69,8 @@ def summarise(log: Log) -> Summary:
     overshoot_first_deg, overshoot_second_deg, zigzag_period_s: of one steered by hand in a zigzag (`manoeuvres`).
     fin_travel_deg_s: the way a fin's applied angle covers, over the time armed, mean of all fins.
     waypoints_passed, waypoints_total: legs flown to their end, of how many, of the mission that was flown last.
-    late_cycles: those that began more than one step after their deadline. lateness: `lateness.Lateness` by name, None
-    for a run that was not in real time. losses: by name, how much was lost on its way, as the log's end record counts;
+    late_cycles: those that began more than one step after their deadline. lateness: `LatenessHistogram` by
+    name, None for a run that was not in real time. losses: by name, what was lost, as the log's end record counts;
     gcs_N_*: of the N-th link to ground stations, what came unsigned, malformed or too fast (flooding, overrun), what
     was not taken for want of room, and what was not said or sent to them.
     learned: None if nothing was; else of the last cycle, by coefficient, value, std, valid, believed, and truth,
@@ -91,7 +91,7 @@ def summarise(log: Log) -> Summary:
     steps = np.abs(np.diff(c["applied.fins"], axis=0))[armed[1:]]
     away = navigation_error(log, truth)
     passed, total = _waypoints(log)
-    late = lateness.of(log)
+    late = lateness_histogram.of_log(log)
     circle, zigzag = standard_manoeuvres.circle(c, boat), standard_manoeuvres.zigzag(c, boat)
     reason = log.end.get("reason") or (f"the log is {log.lost}" if log.lost else "the run was ended")
     summary: Summary = {
@@ -120,7 +120,7 @@ def summarise(log: Log) -> Summary:
         "late_cycles": int(np.sum(c["tick.late_ns"] > c["tick.dt_ns"])),
         "lateness": late._asdict() if late else None,
         "losses": dict(log.end.get("losses", {})),
-        "learned": learned.figures(log),
+        "learned": learned.learned_summary(log),
         "cycles": len(c["t"]),
         "complete": log.complete,
         "lost": log.lost,
@@ -130,39 +130,41 @@ def summarise(log: Log) -> Summary:
     return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in summary.items()}
 
 
-def table(summary: Summary) -> Group:
+def summary_table(summary: Summary) -> Group:
     """The summary as the terminal shows it: the verdict in a line of its own, then the figures."""
     rows = Table(show_header=False, box=None, padding=(0, 2))
-    for words, value in figures(summary):
+    for words, value in key_figures(summary):
         rows.add_row(words, value)
     if summary["faults"]:
         rows.add_row("faults", ", ".join(summary["faults"]))
-    return Group(Padding(Text(verdict(summary)), (0, 2)), rows)
+    return Group(Padding(Text(outcome(summary)), (0, 2)), rows)
 
 
-def verdict(summary: Summary) -> str:
+def outcome(summary: Summary) -> str:
     """One phrase: did it do what it should, and if not, why not."""
     if summary["completed"] is None:
         return str(summary["reason"])
     return "completed" if summary["completed"] else f"not completed: {summary['reason']}"
 
 
-def figures(summary: Summary) -> list[tuple[str, str]]:
+def key_figures(summary: Summary) -> list[tuple[str, str]]:
     """(words, figure with its unit), without what the log cannot say."""
     found = [(words, form.format(summary[key])) for key, words, form in _ROWS if summary[key] is not None]
     if summary["waypoints_total"]:
         found.append(("waypoints", f"{summary['waypoints_passed']} of {summary['waypoints_total']}"))
     if late := summary["lateness"]:
-        found.append(("lateness, median", lateness.shown(late["median_us"])))
-        found.append(("lateness, 99 % within", lateness.shown(late["p99_us"])))
-        found.append(("lateness, greatest", lateness.shown(late["max_us"])))
+        found.append(("lateness, median", lateness_histogram.with_unit(late["median_us"])))
+        found.append(("lateness, 99 % within", lateness_histogram.with_unit(late["p99_us"])))
+        found.append(("lateness, greatest", lateness_histogram.with_unit(late["max_us"])))
     if learned := summary["learned"]:
         valid = {name: one for name, one in learned["coefficients"].items() if one["valid"]}
         found.append(("coefficients valid", f"{len(valid)} of {len(learned['coefficients'])}"))
         errors = {name: one["error_pct"] for name, one in valid.items() if one["error_pct"] is not None}
         if errors:
             worst = max(errors, key=lambda name: abs(errors[name]))
-            found.append(("worst of these", f"{worst} {errors[worst]:+.2g} %"))
+            sigmas = abs(valid[worst]["error_sigmas"])
+            text = f"{worst} {errors[worst]:+.2g} % ({sigmas:.1f} σ)"
+            found.append(("largest error of the valid coefficients", text))
     found += [(str(name).replace("_", " "), str(count)) for name, count in summary["losses"].items() if count]
     return found
 

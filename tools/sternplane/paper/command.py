@@ -22,7 +22,7 @@ from sim_bridge.plant.truth import Truth
 from sternplane.paper import control, design, drawings, estimation, figures
 from sternplane.paper.page import page
 from sternplane.paper.printed import TABLE_1
-from sternplane.paper.progress import Steps
+from sternplane.paper.progress import ExperimentProgress
 from sternplane.paper.tables import percent
 from sternplane.sitl.flight import CONFIG
 
@@ -38,21 +38,21 @@ def command(options: argparse.Namespace) -> int:
     truth: Truth = load(Truth, read_toml(CONFIG / "truth.toml"), str(CONFIG / "truth.toml"))
     vehicle: Vehicle = load(Vehicle, read_toml(CONFIG / "vehicle.toml"), str(CONFIG / "vehicle.toml"))
     who = {"fig9": tuple(figures.BY), "fig10": (*figures.BY, control.IDEAL)}
-    total = (_PARTS + 2) * Steps.REST + sum(map(len, who.values())) * _FLIGHT
+    total = (_PARTS + 2) * ExperimentProgress.REST + sum(map(len, who.values())) * _FLIGHT
     try:
-        with Steps(total, Console(stderr=True)) as steps:
+        with ExperimentProgress(total, Console(stderr=True)) as steps:
             found = estimation.estimate(truth, vehicle, steps.done)
             estimates = _estimates(found, vehicle)
             rows = design.compare(vehicle, estimates)
             made = control.vehicles(folder / "vehicles", estimates)
-            flown: dict[str, dict[str, control.Flown]] = {}
+            flown: dict[str, dict[str, control.StepFlight]] = {}
             for name, scenario in control.SCENARIOS.items():
                 flown[name] = {}
                 for one in who[name]:
                     words = f"{scenario}, {one}"
                     steps.begin(words)
                     place = folder / "flights" / f"{name}-{one}"
-                    flown[name][one] = control.flight(scenario, made[one], place, steps.watch)
+                    flown[name][one] = control.fly_step(scenario, made[one], place, steps.watch)
                     steps.done(words, _FLIGHT)
             steps.begin("the figures")
             drawn = figures.all_figures(found, vehicle, flown)
@@ -81,7 +81,7 @@ def _estimates(found: estimation.Estimation, vehicle: Vehicle) -> dict[str, dict
 
 
 def _results(
-    found: estimation.Estimation, rows: list[design.Row], flown: dict[str, dict[str, control.Flown]]
+    found: estimation.Estimation, rows: list[design.Comparison], flown: dict[str, dict[str, control.StepFlight]]
 ) -> dict[str, Any]:
     return {
         **estimation.document(found),
@@ -90,7 +90,9 @@ def _results(
     }
 
 
-def _leave(folder: Path, drawn: list[figures.Figure], text: str, results: dict[str, Any], steps: Steps) -> list[Path]:
+def _leave(
+    folder: Path, drawn: list[figures.Figure], text: str, results: dict[str, Any], steps: ExperimentProgress
+) -> list[Path]:
     """Writes the files and says which.
 
     Raises:

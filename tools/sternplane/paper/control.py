@@ -39,7 +39,7 @@ class FlightError(Exception):
     """A flight did not end as it should."""
 
 
-class Flown(NamedTuple):
+class StepFlight(NamedTuple):
     """What is drawn of a flight, at 10 Hz, by name: t (s), m and degrees; and its figures."""
 
     columns: dict[str, Array]
@@ -74,7 +74,7 @@ def vehicles(folder: Path, estimates: Mapping[str, Mapping[str, float]], config:
     return made
 
 
-def flight(scenario: str, config: Path, folder: Path, watch: Callable[[Cycle], None]) -> Flown:
+def fly_step(scenario: str, config: Path, folder: Path, watch: Callable[[Cycle], None]) -> StepFlight:
     """Flies, leaving a log.
 
     Raises:
@@ -93,13 +93,13 @@ def flight(scenario: str, config: Path, folder: Path, watch: Callable[[Cycle], N
     return _dive(c, truth) if scenario == SCENARIOS["fig9"] else _turn(c, truth, log.header["mission"]["waypoints"])
 
 
-def _dive(c: Columns, truth: Columns) -> Flown:
+def _dive(c: Columns, truth: Columns) -> StepFlight:
     more = {"pitch": np.degrees(truth["eta.theta"]), "rate": np.degrees(truth["nu.q"]), "sigma": c["demand.sigma_z"]}
     begin = c["reference.z_d"][0]
     return _flown(c["t"], c["reference.z_d"] - begin, truth["eta.z"] - begin, np.degrees(c["demand.delta_s"]), more)
 
 
-def _turn(c: Columns, truth: Columns, waypoints: list[list[float]]) -> Flown:
+def _turn(c: Columns, truth: Columns, waypoints: list[list[float]]) -> StepFlight:
     path = np.array([y for _, y, _, _ in waypoints])
     wanted = path[np.minimum(c["reference.waypoint"], len(path) - 1)]
     more = {
@@ -111,13 +111,13 @@ def _turn(c: Columns, truth: Columns, waypoints: list[list[float]]) -> Flown:
     return _flown(c["t"], wanted, truth["eta.y"], np.degrees(c["demand.delta_r"]), more)
 
 
-def _flown(t: Array, wanted: Array, way: Array, fin: Array, more: dict[str, Array]) -> Flown:
+def _flown(t: Array, wanted: Array, way: Array, fin: Array, more: dict[str, Array]) -> StepFlight:
     drawn = {"t": t, "wanted": wanted, "way": way, "fin": fin, **more}
     thinned = {name: np.ascontiguousarray(column[::EVERY]) for name, column in drawn.items()}
-    return Flown(thinned, judge(t, wanted, way, fin))
+    return StepFlight(thinned, step_figures(t, wanted, way, fin))
 
 
-def judge(t: Array, wanted: Array, way: Array, fin: Array) -> dict[str, float | None]:
+def step_figures(t: Array, wanted: Array, way: Array, fin: Array) -> dict[str, float | None]:
     """A step of `wanted` from 0 to 1 m and back: how long it took, how far it went over, what the fin did for it.
 
     Args:

@@ -18,7 +18,7 @@ OPPOSITE = ("k_q", "k_theta", "k_zd_dot", "k_v", "k_r", "k_psid_dot")
 _MODELS = ("27", "31")
 
 
-class Row(NamedTuple):
+class Comparison(NamedTuple):
     """A printed number and what it should be.
 
     Attributes:
@@ -42,7 +42,7 @@ def with_values(vehicle: Vehicle, values: Mapping[str, float]) -> Vehicle:
     return dataclasses.replace(vehicle, coefficients=dataclasses.replace(vehicle.coefficients, **values))
 
 
-def compare(vehicle: Vehicle, estimates: Mapping[str, Mapping[str, float]]) -> list[Row]:
+def compare(vehicle: Vehicle, estimates: Mapping[str, Mapping[str, float]]) -> list[Comparison]:
     """Every printed number of Eq. 27 to 33 beside what each set of coefficients gives.
 
     Args:
@@ -58,7 +58,7 @@ def compare(vehicle: Vehicle, estimates: Mapping[str, Mapping[str, float]]) -> l
         low, high = min(given), max(given)
         least, most = (-high, -low) if number.key in OPPOSITE else (low, high)
         follows = least <= number.box[1] and most >= number.box[0]
-        rows.append(Row(number, low, high, follows, {name: found[number.key] for name, found in ours.items()}))
+        rows.append(Comparison(number, low, high, follows, {name: found[number.key] for name, found in ours.items()}))
     return rows
 
 
@@ -119,7 +119,7 @@ def _from_printed_models() -> Iterator[dict[str, float | None]]:
         yield numbers(dives[i % len(dives)], steers[i % len(steers)])
 
 
-def document(rows: list[Row]) -> list[dict[str, Any]]:
+def document(rows: list[Comparison]) -> list[dict[str, Any]]:
     """For results.json."""
     return [
         {

@@ -40,7 +40,7 @@ EQUATIONS = {"M": 4, "N": 5, "Z": 2, "Y": 1}
 """The four equations with estimated coefficients, by their place in the force."""
 
 
-class Learned(NamedTuple):
+class EstimatorRun(NamedTuple):
     """What an estimator went through.
 
     Attributes:
@@ -75,7 +75,7 @@ class Estimation(NamedTuple):
     """All of section 2: motions, estimates, and where on their hyperplanes they lie.
 
     Attributes:
-        trial: the scenario.
+        flight: the scenario.
         excited: the motion under PRBS.
         learned: "ekf", "smo", "smo_weighted" on the scenario; "ekf_prbs", "smo_prbs" (weighted) on the other motion.
         planes: "smo" and "begin" -> equation -> where; and "paper": the share of the greatest part that remains of the
@@ -84,9 +84,9 @@ class Estimation(NamedTuple):
         nose: |pitch| that elevator alone comes to, rad, and when, s.
     """
 
-    trial: BuslessFlight
+    flight: BuslessFlight
     excited: BuslessFlight
-    learned: dict[str, Learned]
+    learned: dict[str, EstimatorRun]
     planes: dict[str, dict[str, Plane]]
     paper: dict[str, dict[str, float]]
     starts: dict[str, dict[float, dict[str, float]]]
@@ -101,33 +101,33 @@ def estimate(truth: Truth, vehicle: Vehicle, done: Callable[[str], None]) -> Est
         vehicle: the vehicle file that is right.
         done: told what is done.
     """
-    trial = scenario(truth, ANGLE, ANGLE, LENGTH)
+    flight = scenario(truth, ANGLE, ANGLE, LENGTH)
     alone = scenario(truth, ANGLE, 0.0, 2.0 * LENGTH)
     excited = prbs_motion(truth)
     done("the motions")
     constant, weighted = SmoParams(), SmoParams(weighted=True)
     learned = {
-        "ekf": with_ekf(vehicle, trial, SHARE),
-        "smo": with_smo(vehicle, trial, SHARE, constant),
-        "smo_weighted": with_smo(vehicle, trial, SHARE, weighted),
+        "ekf": with_ekf(vehicle, flight, SHARE),
+        "smo": with_smo(vehicle, flight, SHARE, constant),
+        "smo_weighted": with_smo(vehicle, flight, SHARE, weighted),
         "ekf_prbs": with_ekf(vehicle, excited, SHARE),
         "smo_prbs": with_smo(vehicle, excited, SHARE, weighted),
     }
     done("the estimates")
     starts = {
-        "ekf": {share: with_ekf(vehicle, trial, share).errors for share in SHARES},
-        "smo": {share: with_smo(vehicle, trial, share, constant).errors for share in SHARES},
+        "ekf": {share: with_ekf(vehicle, flight, share).errors for share in SHARES},
+        "smo": {share: with_smo(vehicle, flight, share, constant).errors for share in SHARES},
         "smo_prbs": {share: with_smo(vehicle, excited, share, weighted).errors for share in SHARES},
     }
     done("other starts")
     planes = {
-        "begin": plane(vehicle, trial, dict.fromkeys(TEN, 100.0 * (SHARE - 1.0))),
-        "smo": plane(vehicle, trial, learned["smo"].errors),
+        "begin": plane(vehicle, flight, dict.fromkeys(TEN, 100.0 * (SHARE - 1.0))),
+        "smo": plane(vehicle, flight, learned["smo"].errors),
     }
-    paper = {who: nearest(vehicle, trial, TABLE_1[who]) for who in ("smo", "ekf")}
+    paper = {who: nearest(vehicle, flight, TABLE_1[who]) for who in ("smo", "ekf")}
     steepest = int(np.argmax(np.abs(alone.x[:, 7])))
     nose = (float(abs(alone.x[steepest, 7])), float(alone.t[steepest]))
-    return Estimation(trial, excited, learned, planes, paper, starts, nose)
+    return Estimation(flight, excited, learned, planes, paper, starts, nose)
 
 
 def scenario(truth: Truth, delta_s: float, delta_r: float, length: float) -> BuslessFlight:
@@ -143,26 +143,26 @@ def prbs_motion(truth: Truth) -> BuslessFlight:
     return fly(truth, AMPLITUDE * np.array(sides), N_TRIM, H, hold=held_level())
 
 
-def with_ekf(vehicle: Vehicle, trial: BuslessFlight, share: float) -> Learned:
+def with_ekf(vehicle: Vehicle, flight: BuslessFlight, share: float) -> EstimatorRun:
     """The filter that flies, in still water as the paper's; its vehicle file has `share` of the true ten."""
     ekf = CoefficientEkf(_wrong(vehicle, share), CoefficientParams(current=False))
-    ekf.start(trial.x[0, :6].tolist(), trial.x[0, 6:].tolist(), STD.tolist())
-    history = ekf.run(H, trial.inputs, np.ascontiguousarray(trial.x[1:]), STD**2)
-    return _learned(vehicle, trial, share, history.x[:, ekf.model.first :])
+    ekf.start(flight.x[0, :6].tolist(), flight.x[0, 6:].tolist(), STD.tolist())
+    history = ekf.run(H, flight.inputs, np.ascontiguousarray(flight.x[1:]), STD**2)
+    return _learned(vehicle, flight, share, history.x[:, ekf.model.first :])
 
 
-def with_smo(vehicle: Vehicle, trial: BuslessFlight, share: float, params: SmoParams) -> Learned:
+def with_smo(vehicle: Vehicle, flight: BuslessFlight, share: float, params: SmoParams) -> EstimatorRun:
     """The observer, in the same way."""
     smo = SlidingModeObserver(_wrong(vehicle, share), params)
-    smo.start(trial.x[0, :6].tolist(), trial.x[0, 6:].tolist())
-    history = smo.run(H, trial.inputs, np.ascontiguousarray(trial.x[1:]))
-    return _learned(vehicle, trial, share, history.x[:, smo.model.first :])
+    smo.start(flight.x[0, :6].tolist(), flight.x[0, 6:].tolist())
+    history = smo.run(H, flight.inputs, np.ascontiguousarray(flight.x[1:]))
+    return _learned(vehicle, flight, share, history.x[:, smo.model.first :])
 
 
-def plane(vehicle: Vehicle, trial: BuslessFlight, errors: Mapping[str, float]) -> dict[str, Plane]:
+def plane(vehicle: Vehicle, flight: BuslessFlight, errors: Mapping[str, float]) -> dict[str, Plane]:
     """What errors of coefficients, %, come to in each equation's force at the end of a motion."""
     model = ObserverModel(vehicle, TEN, STILL)
-    model.advance(model.state(trial.x[-1, :6].tolist(), trial.x[-1, 6:].tolist()), trial.inputs[-1], 1e-9)
+    model.advance(model.state(flight.x[-1, :6].tolist(), flight.x[-1, 6:].tolist()), flight.inputs[-1], 1e-9)
     forces, parts = model.unit_forces().tolist(), {}
     for axis, equation in EQUATIONS.items():
         own = [(i, name) for i, name in enumerate(TEN) if name.startswith(axis)]
@@ -170,10 +170,10 @@ def plane(vehicle: Vehicle, trial: BuslessFlight, errors: Mapping[str, float]) -
     return {axis: Plane(sum(part.values()), part) for axis, part in parts.items()}
 
 
-def nearest(vehicle: Vehicle, trial: BuslessFlight, table: Mapping[str, float]) -> dict[str, float]:
+def nearest(vehicle: Vehicle, flight: BuslessFlight, table: Mapping[str, float]) -> dict[str, float]:
     """How near errors without signs, %, can lie to the hyperplane of each equation: the least `Plane.share`."""
     found = {}
-    for name, at in plane(vehicle, trial, table).items():
+    for name, at in plane(vehicle, flight, table).items():
         sizes = list(at.parts.values())
         sums = [abs(sum(_signed(sizes, signs))) for signs in range(2 ** len(sizes))]
         found[name] = min(sums) / max(map(abs, sizes))
@@ -209,7 +209,7 @@ def document(found: Estimation) -> dict[str, Any]:
     }
 
 
-def under(learned: Learned, column: str) -> bool:
+def under(learned: EstimatorRun, column: str) -> bool:
     """Whether every row is at or under the paper's."""
     return all(abs(learned.errors[name]) <= limit for name, limit in TABLE_1[column].items())
 
@@ -218,10 +218,10 @@ def _wrong(vehicle: Vehicle, share: float) -> Vehicle:
     return with_values(vehicle, {name: share * getattr(vehicle.coefficients, name) for name in TEN})
 
 
-def _learned(vehicle: Vehicle, trial: BuslessFlight, share: float, values: Array) -> Learned:
+def _learned(vehicle: Vehicle, flight: BuslessFlight, share: float, values: Array) -> EstimatorRun:
     true = np.array([getattr(vehicle.coefficients, name) for name in TEN])
     errors = 100.0 * (values[-1] / true - 1.0)
-    return Learned(trial.t, np.vstack((share * true, values)), dict(zip(TEN, errors.tolist(), strict=True)))
+    return EstimatorRun(flight.t, np.vstack((share * true, values)), dict(zip(TEN, errors.tolist(), strict=True)))
 
 
 def _signed(sizes: list[float], signs: int) -> list[float]:

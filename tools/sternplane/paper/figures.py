@@ -11,8 +11,8 @@ import numpy as np
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.logs.tracking import Array
-from sternplane.paper.control import Flown
-from sternplane.paper.estimation import AMPLITUDE, CLOCK, EXCITED, LENGTH, SHARE, Estimation, Learned
+from sternplane.paper.control import StepFlight
+from sternplane.paper.estimation import AMPLITUDE, CLOCK, EXCITED, LENGTH, SHARE, Estimation, EstimatorRun
 
 
 class Style(NamedTuple):
@@ -81,7 +81,7 @@ _EVERY = 10
 """So many steps make a point."""
 
 
-def all_figures(found: Estimation, vehicle: Vehicle, flown: Mapping[str, Mapping[str, Flown]]) -> list[Figure]:
+def all_figures(found: Estimation, vehicle: Vehicle, flown: Mapping[str, Mapping[str, StepFlight]]) -> list[Figure]:
     """Fig. 3 to 7, 9 and 10, and one of ours: the estimators under excitation."""
     return [
         _scenario(found),
@@ -93,9 +93,9 @@ def all_figures(found: Estimation, vehicle: Vehicle, flown: Mapping[str, Mapping
 
 
 def _scenario(found: Estimation) -> Figure:
-    trial = found.trial
-    t, x, eta = trial.t[::_EVERY], trial.x[::_EVERY], trial.eta[::_EVERY]
-    fins = np.degrees(np.vstack((np.zeros(4), trial.inputs)))[::_EVERY]
+    flight = found.flight
+    t, x, eta = flight.t[::_EVERY], flight.x[::_EVERY], flight.eta[::_EVERY]
+    fins = np.degrees(np.vstack((np.zeros(4), flight.inputs)))[::_EVERY]
     return Figure(
         "fig3",
         "Fig. 3: the motion",
@@ -154,7 +154,7 @@ def _excited(found: Estimation) -> Figure:
     )
 
 
-def _errors(learned: Learned) -> list[Line]:
+def _errors(learned: EstimatorRun) -> list[Line]:
     """Of the ten, without signs; the last value of `errors` goes with the last of `values`."""
     t, values = learned.t[::_EVERY], learned.values[::_EVERY]
     true = learned.values[-1] / (1.0 + 0.01 * np.array(list(learned.errors.values())))
@@ -162,7 +162,7 @@ def _errors(learned: Learned) -> list[Line]:
     return [Line(_TEN[i], name, t, off[:, i]) for i, name in enumerate(TEN)]
 
 
-def _dive(flown: Mapping[str, Flown]) -> Figure:
+def _dive(flown: Mapping[str, StepFlight]) -> Figure:
     return Figure(
         "fig9",
         "Fig. 9: depth control",
@@ -177,7 +177,7 @@ def _dive(flown: Mapping[str, Flown]) -> Figure:
     )
 
 
-def _turn(flown: Mapping[str, Flown]) -> Figure:
+def _turn(flown: Mapping[str, StepFlight]) -> Figure:
     return Figure(
         "fig10",
         "Fig. 10: heading control by line of sight",
@@ -191,7 +191,7 @@ def _turn(flown: Mapping[str, Flown]) -> Figure:
     )
 
 
-def _lines(flown: Mapping[str, Flown], name: str) -> list[Line]:
+def _lines(flown: Mapping[str, StepFlight], name: str) -> list[Line]:
     lines = [
         Line(style, words, flown[who].columns["t"], flown[who].columns[name]) for who, (style, words) in BY.items()
     ]

@@ -14,8 +14,8 @@ _REDRAW = 100
 """Cycles between two looks of the bar."""
 
 
-class Steps:
-    """Counts work in seconds of vehicle time; whatever does not fly counts as `Steps.REST`."""
+class ExperimentProgress:
+    """Counts work in seconds of vehicle time; whatever does not fly counts as `ExperimentProgress.REST`."""
 
     REST = 10.0
 
@@ -46,7 +46,7 @@ class Steps:
             seconds = time.monotonic() - self._begun
             self._console.print(f"{seconds:6.1f} s  {words}", highlight=False, soft_wrap=True)
 
-    def __enter__(self) -> Steps:
+    def __enter__(self) -> ExperimentProgress:
         if self._console.is_terminal:
             self._bar.start()
         return self

@@ -1,17 +1,17 @@
-"""The tables of the page, as HTML."""
+"""The tables of the page."""
 
 from __future__ import annotations
 
-import html
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 
 from firmware_py.estimation.coefficient_params import TEN
-from sternplane.paper.control import IDEAL, Flown
-from sternplane.paper.design import OPPOSITE, Row
+from sternplane.paper.control import IDEAL, StepFlight
+from sternplane.paper.design import OPPOSITE, Comparison
 from sternplane.paper.estimation import SHARES, Estimation
 from sternplane.paper.figures import BY
 from sternplane.paper.printed import ERRATA, TABLE_1
+from sternplane.report.page import Cell, Table
 
 _FIGURES = (
     ("settling_s", "settled within 5 % after, s", "{:.1f}"),
@@ -23,16 +23,8 @@ _FIGURES = (
 )
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "", kind: str = "numbers") -> str:
-    """A table, of "numbers" or "words"; cells that begin with "<" are HTML already."""
-    top = "".join(f"<th>{html.escape(word)}</th>" for word in head)
-    body = "".join(f"<tr>{''.join(f'<td>{_cell(cell)}</td>' for cell in row)}</tr>" for row in rows)
-    words = f'<p class="soft">{html.escape(caption)}</p>' if caption else ""
-    return f'<div class="scroll"><table class="{kind}"><tr>{top}</tr>{body}</table></div>{words}'
-
-
-def table_1(found: Estimation) -> str:
-    """Steady-state errors beside the paper's."""
+def table_1(found: Estimation) -> Table:
+    """Return the steady-state errors beside the paper's."""
     columns = ("ekf", "smo", "smo_weighted", "ekf_prbs", "smo_prbs")
     rows = []
     for name in TEN:
@@ -60,16 +52,17 @@ def table_1(found: Estimation) -> str:
         "SMO, weighted L, PRBS",
         "EKF, PRBS",
     )
-    return table(
-        head,
+    return Table(
         rows,
+        head,
         "Estimate over truth, less 1, at the end; the paper gives no signs. A tick: at or under the paper's row of the "
         "same estimator. The last two columns are of another motion, under a PRBS.",
+        "numbers",
     )
 
 
-def equations(rows: Iterable[Row]) -> str:
-    """Eq. 27 to 33 beside the printed ones."""
+def equations(rows: Iterable[Comparison]) -> Table:
+    """Return Eq. 27 to 33 beside the printed ones."""
     lines = [
         [
             row.number.equation,
@@ -80,34 +73,36 @@ def equations(rows: Iterable[Row]) -> str:
         ]
         for row in rows
     ]
-    return table(
-        ("Eq.", "number", "printed", "from the paper's own inputs", "from our EKF", "from our SMO", "from the truth"),
+    return Table(
         lines,
+        ("Eq.", "number", "printed", "from the paper's own inputs", "from our EKF", "from our SMO", "from the truth"),
         "The paper's own inputs are Table 1's EKF column for Eq. 27 and 31, with the signs that fit best, and the "
         "printed Eq. 27 and 31 for the rest, each anywhere within its rounding; a tick says that the printed number is "
         "among what they give. * Printed with the other sign than Eq. 25 gives: compared by size.",
+        "numbers",
     )
 
 
-def flights(flown: Mapping[str, Flown]) -> str:
-    """What the flights of a figure came to."""
-    words = {**{who: name for who, (_, name) in BY.items()}, IDEAL: "true coefficients, servos without lag"}
-    return table(
+def flights(flown: Mapping[str, StepFlight]) -> Table:
+    """Return the figures of the flights."""
+    names = {**{who: name for who, (_, name) in BY.items()}, IDEAL: "true coefficients, servos without lag"}
+    return Table(
+        [[names[who], *(number(one.figures[key], form) for key, _, form in _FIGURES)] for who, one in flown.items()],
         ("law designed from", *(title for _, title, _ in _FIGURES)),
-        [[words[who], *(number(one.figures[key], form) for key, _, form in _FIGURES)] for who, one in flown.items()],
+        style="numbers",
     )
 
 
-def starts(found: Estimation) -> str:
-    """What other starts lead to."""
+def starts(found: Estimation) -> Table:
+    """Return the errors from other starts."""
     who = (("smo", "SMO, constant L"), ("smo_prbs", "SMO, weighted L, PRBS"), ("ekf", "EKF"))
-    head = ("%", *(f"{words}, from {share:g}" for _, words in who for share in SHARES))
+    head = ("%", *(f"{label}, from {share:g}" for _, label in who for share in SHARES))
     rows = [[name, *(percent(found.starts[key][share][name]) for key, _ in who for share in SHARES)] for name in TEN]
-    return table(head, rows)
+    return Table(rows, head, style="numbers")
 
 
-def hyperplanes(found: Estimation) -> str:
-    """Where the constant-gain observer rests, by forces."""
+def hyperplanes(found: Estimation) -> Table:
+    """Return where the constant-gain observer rests, by forces."""
     rows = []
     for name, at in found.planes["smo"].items():
         unit = "N" if name in "XYZ" else "N m"
@@ -124,43 +119,39 @@ def hyperplanes(found: Estimation) -> str:
                 f"{100.0 * found.paper['ekf'][name]:.0f} %",
             ]
         )
-    return table(
+    return Table(
+        rows,
         (
             *("equation", "wrong force at the start", "at the end", "of which by"),
             *("sum over greatest part", "the paper's SMO at best", "the paper's EKF at best"),
         ),
-        rows,
+        style="numbers",
     )
 
 
-def errata() -> str:
-    """Where the print is in error."""
-    return table(("where", "printed", "right"), ERRATA, kind="words")
+def errata() -> Table:
+    """Return the errors of the print."""
+    return Table(ERRATA, ("where", "printed", "right"))
 
 
-def marked(text: str, good: bool) -> str:
-    """A cell with a tick or a cross."""
-    kind, sign = ("yes", "✓") if good else ("no", "✗")
-    return f'<span class="{kind}">{html.escape(text)} {sign}</span>'
+def marked(text: str, good: bool) -> Cell:
+    """Return a cell with a tick or a cross."""
+    return Cell(f"{text} ✓", "good") if good else Cell(f"{text} ✗", "bad")
 
 
 def percent(value: float) -> str:
-    """A signed error, %, with two figures that count."""
+    """Return a signed error, %, with two figures that count."""
     if not math.isfinite(value):
         return "not finite"
     return f"{value:+.1f}" if abs(value) >= 10.0 else f"{value:+.2g}" if abs(value) >= 1e-3 else f"{value:+.0e}"
 
 
 def number(value: float | None, form: str = "{:.5g}") -> str:
-    """A number, or a dash where there is none."""
+    """Return a number as text, or a dash where there is none."""
     return "–" if value is None else form.format(value)
 
 
 def span(low: float, high: float) -> str:
-    """A range, or one number if its ends look alike."""
+    """Return a range as text, or one number if its ends look alike."""
     a, b = f"{low:.5g}", f"{high:.5g}"
     return a if a == b else f"{a} … {b}"
-
-
-def _cell(text: str) -> str:
-    return text if text.startswith("<") else html.escape(text)

@@ -20,14 +20,14 @@ _LEAST = 20.0
 """From the middle of a view to its edge, m, at least."""
 
 
-class Stood(NamedTuple):
+class Validity(NamedTuple):
     """The table of a fence or of rally points, and from when and until when it stood, in words; "" is all the time."""
 
     table: Mapping[str, Any]
     when: str
 
 
-def stood(log: Log, kind: str) -> list[Stood]:
+def versions(log: Log, kind: str) -> list[Validity]:
     """Every "fence", or "rally", of a run: the configuration's, and those that stations sent meanwhile."""
     tables = [(0.0, log.header.get("configuration", {}).get(kind, {}))]
     for t_ns, documents in log.changes.items():
@@ -37,20 +37,20 @@ def stood(log: Log, kind: str) -> list[Stood]:
     ends = [f"until {t:.1f} s" for t, _ in tables[1:]] + [""]
     begins = ["", *(f"from {t:.1f} s" for t, _ in tables[1:])]
     words = [" ".join(part for part in parts if part) for parts in zip(begins, ends, strict=True)]
-    return [Stood(table, when) for (_, table), when in zip(tables, words, strict=True)]
+    return [Validity(table, when) for (_, table), when in zip(tables, words, strict=True)]
 
 
 def draw(figure: Any, log: Log) -> bool:
     """Puts them into a plan view that has all else in it already; True if some of it is beyond the view."""
     view = _view(figure)
     lines: list[tuple[Array, Array]] = []
-    for table, when in stood(log, "fence"):
+    for table, when in versions(log, "fence"):
         fence = from_plain(table)
         for name, areas, colour in (("inclusion", fence.within, _INCLUSION), ("exclusion", fence.without, _EXCLUSION)):
             if areas:
                 lines.append(_outline(areas))
                 _area(figure, *lines[-1], f"fence, {name}", when, colour)
-    for table, when in stood(log, "rally"):
+    for table, when in versions(log, "rally"):
         if points := rally_from_plain(table):
             north, east = np.array(points).T
             lines.append((north, east))

@@ -11,10 +11,10 @@ from firmware_py.estimation.health import SENSORS
 from sternplane.logs.learned import Coefficient, coefficients, nis_bands, taught
 from sternplane.logs.reading import Columns, Log
 from sternplane.logs.tracking import Array
-from sternplane.report.drawing import BELIEVED, TRUE, WANTED, Plot, at_least, band, line
+from sternplane.report.drawing import ESTIMATE, TRUTH, REFERENCE, Plot, minimum_height, band, line
 
 SECTION = "Coefficients"
-_SENSORS = dict(zip(SENSORS, (("DVL", BELIEVED), ("gyros", "#059669"), ("attitude", "#be185d")), strict=True))
+_SENSORS = dict(zip(SENSORS, (("DVL", ESTIMATE), ("gyros", "#059669"), ("attitude", "#be185d")), strict=True))
 _UNSURE = "#94a3b8"
 _STATES = ("#e2e8f0", "#a5b4fc", "#bbf7d0", "#16a34a")
 """Of the timeline: neither, excited, valid, both."""
@@ -37,7 +37,7 @@ def plots(log: Log, truth: Columns, stride: int, figure: Callable[[str], Any]) -
     t = c["t"].astype(np.float32)
     for coefficient in learned:
         yield _coefficient(coefficient, t, every, figure("nondimensional"))
-    yield _timeline(learned, taught(log), t, every, figure(""))
+    yield _timeline(learned, manoeuvre_results(log), t, every, figure(""))
     known = [one for one in learned if np.isfinite(one.truth)]
     if known:
         yield _errors(known, t, every, figure("σ"))
@@ -53,12 +53,12 @@ def _coefficient(one: Coefficient, t: Array, every: slice, figure: Any) -> Plot:
     value, reach, valid = one.value[every], 3.0 * one.std[every], one.valid[every]
     band(figure, t, value - reach, value + reach, "±3 σ")
     for level, name, colour, dash in (
-        (one.believed, "vehicle file", WANTED, "dot"),
-        (one.truth, "truth", TRUE, "solid"),
+        (one.believed, "vehicle file", REFERENCE, "dot"),
+        (one.truth, "truth", TRUTH, "solid"),
     ):
         line(figure, t[[0, -1]], np.full(2, level), name, colour, dash=dash)
     line(figure, t, value, "estimate", _UNSURE)
-    line(figure, t, np.where(valid, value, np.nan), "estimate, valid", BELIEVED, width=2.2)
+    line(figure, t, np.where(valid, value, np.nan), "estimate, valid", ESTIMATE, width=2.2)
     ends = [*value[valid if valid.any() else slice(None)], value[-1] - reach[-1], value[-1] + reach[-1]]
     _fit(figure, [*ends, one.believed, one.truth], 0.1 * abs(value[-1]))
     return Plot(one.name, _note(one), figure, section=SECTION)
@@ -114,7 +114,7 @@ def _nis(nis: Array, bands: dict[str, tuple[float, float]], t: Array, figure: An
         for level in bands.get(sensor, ()):
             pen: dict[str, Any] = {"dash": "dot", "legendgroup": name, "showlegend": False, "hoverinfo": "skip"}
             line(figure, t[[0, -1]], np.full(2, level), name, colour, width=1.0, **pen)
-    at_least(figure, 0.5)
+    minimum_height(figure, 0.5)
     note = "NIS per degree of freedom, running mean; 1 where consistent. Dotted: where it may be, in a full window."
     return Plot("Innovations", note, figure, section=SECTION)
 
@@ -122,13 +122,13 @@ def _nis(nis: Array, bands: dict[str, tuple[float, float]], t: Array, figure: An
 def _current(c: Columns, running: Array, truth: Array | None, t: Array, figure: Any) -> Plot:
     """The water's velocity, where the filter runs."""
     ends: list[float] = []
-    for i, (name, colour) in enumerate((("north", BELIEVED), ("east", "#059669"))):
+    for i, (name, colour) in enumerate((("north", ESTIMATE), ("east", "#059669"))):
         value, reach = (
             np.where(running, c[f"state.learned.{key}"][:, i], np.nan) for key in ("current", "current_std")
         )
         band(figure, t, value - 3.0 * reach, value + 3.0 * reach, f"{name}, ±3 σ")
         if truth is not None:
-            line(figure, t, truth[:, i], f"{name}, truth", TRUE, dash="dash" if i else "solid")
+            line(figure, t, truth[:, i], f"{name}, truth", TRUTH, dash="dash" if i else "solid")
         line(figure, t, value, name, colour)
         ends += [*value, *(value + reach)[running][-1:], *(value - reach)[running][-1:]]
     _fit(figure, ends if truth is None else [*ends, *truth[:, :2].ravel()], 0.2)
@@ -136,8 +136,8 @@ def _current(c: Columns, running: Array, truth: Array | None, t: Array, figure: 
 
 
 def _turbulence(intensity: Array, t: Array, figure: Any) -> Plot:
-    line(figure, t, intensity, "turbulence", BELIEVED)
-    at_least(figure, 0.02)
+    line(figure, t, intensity, "turbulence", ESTIMATE)
+    minimum_height(figure, 0.02)
     note = "Intensity of the eddies that the bank of filters finds likely."
     return Plot("Turbulence", note, figure, section=SECTION)
 

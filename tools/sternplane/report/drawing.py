@@ -8,7 +8,7 @@ import numpy as np
 
 from sternplane.logs.tracking import Array
 
-TRUE, BELIEVED, WANTED = "#0f172a", "#2563eb", "#f59e0b"
+TRUTH, ESTIMATE, REFERENCE = "#0f172a", "#2563eb", "#f59e0b"
 
 
 class Plot(NamedTuple):
@@ -43,7 +43,7 @@ def band(figure: Any, t: Array, low: Array, high: Array, name: str) -> None:
     figure.add_scatter(x=t, y=high.astype(np.float32), name=name, **hidden, **fill)
 
 
-def at_least(figure: Any, height: float) -> None:
+def minimum_height(figure: Any, height: float) -> None:
     """Makes the y axis at least this high, so that what hardly moves looks like it."""
     ends = [(np.nanmin(trace.y), np.nanmax(trace.y)) for trace in figure.data if trace.visible is None]
     if not ends:

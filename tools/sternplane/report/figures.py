@@ -9,8 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import plotly.graph_objects as go
 
+from firmware_py import app
+from firmware_py.params import ParamError
 from firmware_py.records.order import Mode
-from sternplane.logs import lateness
+from sternplane.logs import lateness_histogram
 from sternplane.logs.reading import Columns, Log
 from sternplane.logs.tracking import (
     Array,
@@ -24,7 +26,7 @@ from sternplane.logs.tracking import (
 )
 from sternplane.report import areas
 from sternplane.report.coefficient_plots import plots
-from sternplane.report.drawing import BELIEVED, TRUE, WANTED, Plot, at_least, band, line
+from sternplane.report.drawing import ESTIMATE, REFERENCE, TRUTH, Plot, band, line, minimum_height
 from sternplane.report.lateness_plot import histogram
 
 _PAIRS = ("#2563eb", "#dc2626", "#059669", "#9333ea", "#d97706", "#0891b2", "#be185d", "#4d7c0f")
@@ -38,9 +40,11 @@ _MODES = {
     Mode.GUIDED: "#8b5cf6",
     Mode.RETURN: "#ec4899",
 }
-_WANTED = ("reference.z_d", "reference.psi_d", "reference.u_d")
-"""What is a reference only while somebody steers by it; in MANUAL and DISARMED it goes along with the boat."""
+_REFERENCES = ("reference.z_d", "reference.psi_d", "reference.u_d")
+"""What is a reference only while somebody steers by it; in MANUAL and DISARMED it goes along with the vehicle."""
 _MOST_HZ, _MOST_POINTS = 10.0, 4000
+_NEAR_LIMIT = 2.0
+"""The depth limit is drawn at once where it is less than so many times the greatest depth; else from the legend."""
 
 
 class Bands(NamedTuple):
@@ -52,7 +56,7 @@ class Bands(NamedTuple):
 
 
 class Figures:
-    """All plots of one log. What they draw is thinned to every `stride`-th cycle; `rate` is what is left, Hz."""
+    """All plots of one log; their data are thinned to every `stride`-th cycle; `rate` is what is left, Hz."""
 
     def __init__(self, log: Log) -> None:
         c = log.columns
@@ -62,16 +66,16 @@ class Figures:
         self.bands = _bands(c["t"], c["mode.mode"], dt)
         self._log = log
         truth = true_columns(log)
-        boat = truth or believed_columns(log)
+        pose = truth or believed_columns(log)
         self._c = self._thinned(c)
         self._true, self._truth = truth, self._thinned(truth)
-        self._boat = self._thinned(boat)
-        self._psi = unwrapped_deg(boat["eta.psi"])[:: self.stride]
-        self._off = path_error(log, boat)[:: self.stride]
+        self._pose = self._thinned(pose)
+        self._psi = unwrapped_deg(pose["eta.psi"])[:: self.stride]
+        self._off = path_error(log, pose)[:: self.stride]
         self._away = navigation_error(log, truth)[:: self.stride]
         self._t = self._c["t"].astype(np.float32)
         steered = ~np.isin(self._c["mode.mode"], (Mode.DISARMED, Mode.MANUAL))
-        self._c |= {name: np.where(steered, self._c[name], np.nan) for name in _WANTED}
+        self._c |= {name: np.where(steered, self._c[name], np.nan) for name in _REFERENCES}
         self._steered = bool(steered.any())
 
     def __iter__(self) -> Iterator[Plot]:
@@ -88,7 +92,7 @@ class Figures:
         if self._steered:
             yield from self.tracking()
         yield from self.navigation()
-        if late := lateness.of(self._log):
+        if late := lateness_histogram.of_log(self._log):
             yield histogram(late, float(self._log.columns["tick.dt_ns"][0]) * 1e-3)
         yield from plots(self._log, self._true, self.stride, self._figure)
 
@@ -99,18 +103,25 @@ class Figures:
         if len(waypoints):
             numbers = [str(i + 1) for i in range(len(waypoints))]
             label: dict[str, Any] = {
+                "mode": "lines+markers+text",
                 "text": numbers,
                 "textposition": "top center",
                 "marker": {"size": 9, "symbol": "diamond-open"},
             }
             line(
-                figure, waypoints[:, 1], waypoints[:, 0], "legs", WANTED, mode="lines+markers+text", dash="dot", **label
+                figure,
+                waypoints[:, 1],
+                waypoints[:, 0],
+                "legs",
+                REFERENCE,
+                dash="dot",
+                **label,
             )
         if truth:
-            line(figure, truth["eta.y"], truth["eta.x"], "truth", TRUE, width=3)
-        line(figure, c["state.eta.y"], c["state.eta.x"], "estimate", BELIEVED)
+            line(figure, truth["eta.y"], truth["eta.x"], "truth", TRUTH, width=3)
+        line(figure, c["state.eta.y"], c["state.eta.x"], "estimate", ESTIMATE)
         for name, at, symbol in (("begin", 0, "circle"), ("end", -1, "square")):
-            marker = {"size": 10, "symbol": symbol, "color": TRUE}
+            marker = {"size": 10, "symbol": symbol, "color": TRUTH}
             x, y = c["state.eta.y"][at : at + 1 or None], c["state.eta.x"][at : at + 1 or None]
             figure.add_scatter(x=x, y=y, name=name, mode="markers", marker=marker)
         figure.update_xaxes(title="east, m")
@@ -132,22 +143,28 @@ class Figures:
             marker = {"symbol": "diamond", "size": 9, "color": "#be185d"}
             z = np.interp(times, self._log.columns["t"], self._log.columns["state.eta.z"])
             plot.figure.add_scatter(x=times, y=z, text=texts, name="events", mode="markers", marker=marker)
+        limit = _depth_limit(self._log)
+        if limit is not None:
+            near = limit < _NEAR_LIMIT * float(np.nanmax(c["state.eta.z"], initial=0.0))
+            ends = self._t[[0, -1]]
+            shown: dict[str, Any] = {} if near else {"visible": "legendonly"}
+            line(plot.figure, ends, np.full(2, limit), f"depth limit, {limit:g} m", "#dc2626", dash="dot", **shown)
         plot.figure.update_yaxes(autorange="reversed")
         return plot
 
     def heading(self) -> Plot:
-        """Heading without jumps at north; all of it on the turn that the boat is on."""
-        c, boat = self._c, self._boat["eta.psi"]
-        psi_d, psi = (self._psi + wrapped_deg(c[name] - boat) for name in ("reference.psi_d", "state.eta.psi"))
+        """Heading without jumps at north; all of it on the turn that the vehicle is on."""
+        c, pose = self._c, self._pose["eta.psi"]
+        psi_d, psi = (self._psi + wrapped_deg(c[name] - pose) for name in ("reference.psi_d", "state.eta.psi"))
         return self._three("Heading", "heading, degrees", 5.0, psi_d, psi, self._psi if self._truth else None)
 
     def attitude(self) -> Plot:
         """Roll and pitch."""
         figure = self._figure("degrees")
-        for name, colour in (("phi", "#059669"), ("theta", BELIEVED)):
-            words = {"phi": "roll", "theta": "pitch"}[name]
-            line(figure, self._t, np.degrees(self._c[f"state.eta.{name}"]), words, colour)
-        at_least(figure, 2.0)
+        for name, colour in (("phi", "#059669"), ("theta", ESTIMATE)):
+            label = {"phi": "roll", "theta": "pitch"}[name]
+            line(figure, self._t, np.degrees(self._c[f"state.eta.{name}"]), label, colour)
+        minimum_height(figure, 2.0)
         return Plot("Attitude", "Estimates; bow up and starboard down are positive.", figure)
 
     def fins(self) -> Plot:
@@ -158,29 +175,29 @@ class Figures:
             colour = _PAIRS[i % len(_PAIRS)]
             line(figure, self._t, commanded[:, i], name, colour, legendgroup=name)
             line(figure, self._t, reported[:, i], f"{name}, reported", colour, dash="dot", legendgroup=name)
-        at_least(figure, 4.0)
+        minimum_height(figure, 4.0)
         return Plot("Fins", "Commanded, and what the servos report.", figure)
 
     def propeller(self) -> Plot:
         """Propeller: commanded and reported."""
         figure = self._figure("rpm")
-        line(figure, self._t, 60.0 * self._c["applied.n"], "commanded", BELIEVED)
+        line(figure, self._t, 60.0 * self._c["applied.n"], "commanded", ESTIMATE)
         line(figure, self._t, 60.0 * self._c["frame.n.value"], "reported", "#dc2626", dash="dot")
-        at_least(figure, 20.0)
+        minimum_height(figure, 20.0)
         return Plot("Propeller", "Commanded, and what its controller reports.", figure)
 
     def tracking(self) -> Iterator[Plot]:
         """What was wanted minus what was true, or believed where nobody knew."""
         against = "the truth" if self._truth else "the estimate"
         figure = self._figure("m")
-        line(figure, self._t, self._c["reference.z_d"] - self._boat["eta.z"], "depth", BELIEVED)
+        line(figure, self._t, self._c["reference.z_d"] - self._pose["eta.z"], "depth", ESTIMATE)
         line(figure, self._t, self._off, "path", "#059669")
-        at_least(figure, 0.1)
+        minimum_height(figure, 0.1)
         flown = " Path: horizontal distance to the planned path, in MISSION." if np.isfinite(self._off).any() else ""
         yield Plot("Tracking error", f"Against {against}.{flown}", figure)
         figure = self._figure("degrees")
-        line(figure, self._t, wrapped_deg(self._c["reference.psi_d"] - self._boat["eta.psi"]), "heading", BELIEVED)
-        at_least(figure, 1.0)
+        line(figure, self._t, wrapped_deg(self._c["reference.psi_d"] - self._pose["eta.psi"]), "heading", ESTIMATE)
+        minimum_height(figure, 1.0)
         yield Plot("Heading error", f"Against {against}.", figure)
 
     def navigation(self) -> Iterator[Plot]:
@@ -198,7 +215,7 @@ class Figures:
         """An error in the band where it should be. The error makes the height of the axis, at `least` so much."""
         figure = self._figure("m")
         band(figure, self._t, low, high, "3 σ")
-        line(figure, self._t, error, "error", BELIEVED)
+        line(figure, self._t, error, "error", ESTIMATE)
         top = max(2.0 * float(np.nanmax(np.abs(error), initial=0.0)), least)
         bottom = -top if low.min() < 0.0 else 0.0
         figure.update_yaxes(
@@ -213,10 +230,10 @@ class Figures:
     ) -> Plot:
         figure = self._figure(unit)
         if true is not None:
-            line(figure, self._t, true, "truth", TRUE, width=3)
-        line(figure, self._t, believed, "estimate", BELIEVED)
-        line(figure, self._t, wanted, "reference", WANTED, dash="dash")
-        at_least(figure, least)
+            line(figure, self._t, true, "truth", TRUTH, width=3)
+        line(figure, self._t, believed, "estimate", ESTIMATE)
+        line(figure, self._t, wanted, "reference", REFERENCE, dash="dash")
+        minimum_height(figure, least)
         return Plot(title, note, figure)
 
     def _thinned(self, columns: Columns) -> Columns:
@@ -232,14 +249,22 @@ class Figures:
 
 
 def mode_colours(bands: list[Bands]) -> list[tuple[str, str]]:
-    """(mode, colour) of the modes that occur, for the key."""
-    return [(mode.name.lower(), colour) for mode, colour in _MODES.items() if any(b.mode is mode for b in bands)]
+    """Return (colour, mode) of the modes that occur."""
+    return [(colour, mode.name.lower()) for mode, colour in _MODES.items() if any(b.mode is mode for b in bands)]
 
 
 def _bands(t: Array, modes: Array, dt: float) -> list[Bands]:
     edges = [0, *(np.flatnonzero(np.diff(modes)) + 1), len(modes)]
     pairs = itertools.pairwise(edges)
     return [Bands(float(t[a]), float(t[b - 1]) + dt, Mode(int(modes[a]))) for a, b in pairs]
+
+
+def _depth_limit(log: Log) -> float | None:
+    """The configured limit, m; None where the header has none that this version can read."""
+    try:
+        return float(app.autopilot_params(log.header["configuration"]).safety.depth_max)
+    except (KeyError, TypeError, ParamError):
+        return None
 
 
 def _fin_names(log: Log, count: int) -> list[str]:

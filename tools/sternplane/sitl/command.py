@@ -19,7 +19,7 @@ from firmware_py.run.run_folders import LOG_FILE, point_latest, run_folder
 from sternplane.cli import extras
 from sternplane.cli.progress import Progress
 from sternplane.logs.reading import TRUTH_FILE, read
-from sternplane.logs.summary import Summary, summarise, table
+from sternplane.logs.summary import Summary, summarise, summary_table
 from sternplane.sitl.flight import Wish, fly, prepare
 from sternplane.sitl.two_process import fly_two_processes
 
@@ -58,7 +58,7 @@ def command(options: argparse.Namespace) -> int:
     kept_navigation.save(options.state or folder / "state", flight.autopilot.estimator.keep())
     point_latest(folder)
     console = Console()
-    console.print(table(_leave(log, folder)))
+    console.print(summary_table(_leave(log, folder)))
     for name in ("report.html", "summary.json", LOG_FILE):
         if (folder / name).exists():
             console.print(f"  {folder / name}", highlight=False, soft_wrap=True)
@@ -72,7 +72,7 @@ def _leave(log: Path, folder: Path) -> Summary:
     if not extras.missing():
         from sternplane.report import report
 
-        return report.leave_of(log, folder)
+        return report.write_report_of_file(log, folder)
     (folder / "report.html").unlink(missing_ok=True)
     summary = summarise(read(log))
     (folder / "summary.json").write_text(f"{json.dumps(summary, indent=2, ensure_ascii=False)}\n")

@@ -1,10 +1,11 @@
-"""`sternplane study estimation`: flies and judges every case, and leaves report.html and results.json."""
+"""`sternplane study estimation`: runs every case, judges it by its targets, and writes report.html and results.json."""
 
 from __future__ import annotations
 
 import argparse
 import json
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -14,7 +15,8 @@ from firmware_py.run import provenance
 from firmware_py.run.errors import UsageError
 from firmware_py.run.run_folders import run_folder
 from sternplane.study.cases import CASES
-from sternplane.study.page import page
+from sternplane.study.chance import MISS
+from sternplane.study.page import page, target_text
 from sternplane.study.pool import run_all
 from sternplane.study.rows import Row
 
@@ -24,23 +26,24 @@ MOST = 400
 
 
 def command(options: argparse.Namespace) -> int:
-    """Runs the study; 0 if every target is met, 1 if one is missed."""
+    """Run the study; return 0 if every target is met, 1 if one is missed."""
     seeds = seeds_of(options.seeds)
     folder = run_folder(options.out)
-    findings = [
-        case.judge(runs) for case, runs in zip(CASES, run_all(seeds, options.short, Console(stderr=True)), strict=True)
+    results = [
+        case.evaluate(runs)
+        for case, runs in zip(CASES, run_all(seeds, options.short, Console(stderr=True)), strict=True)
     ]
-    rows = [row for found in findings for row in found.rows]
+    rows = [row for result in results for row in result.rows]
     form = "short form" if options.short else "full form"
     identity = f"seeds {seeds.start} to {seeds.stop - 1} · {form} · revision {provenance.git_revision()}"
     _write(folder / "results.json", json.dumps([row.plain() for row in rows], indent=1, allow_nan=False) + "\n")
-    _write(folder / "report.html", page(CASES, findings, identity))
-    _tell(rows, folder)
+    _write(folder / "report.html", page(CASES, results, (identity, chance_text(rows))))
+    _print(rows, folder)
     return 1 if any(row.ok is False for row in rows) else 0
 
 
 def seeds_of(text: str | None) -> range:
-    """The seeds of A:B, A to B - 1; by default those that count.
+    """Return the seeds of A:B, A to B - 1; by default those that count.
 
     Raises:
         UsageError: not two numbers, or none between them.
@@ -53,30 +56,35 @@ def seeds_of(text: str | None) -> range:
     return range(int(match[1]), int(match[2]))
 
 
-def _tell(rows: list[Row], folder: Path) -> None:
-    """A line for each case, and each target that was missed."""
+def chance_text(rows: Sequence[Row]) -> str:
+    """Say how many rows chance can move, and how often a right filter misses one of them by chance."""
+    moved = sum(row.n > 0 for row in rows if row.ok is not None)
+    if not moved:
+        return "No row depends on chance."
+    return f"{moved} rows depend on chance: a right filter misses one of them in {moved * MISS:.1e} of all studies."
+
+
+def _print(rows: Sequence[Row], folder: Path) -> None:
+    """Print a line for each case, and each target that was missed."""
     console = Console()
-    table = Table("case", "met", "of", box=None)
+    table = Table("case", "met", "of", "least margin", box=None)
     for name in dict.fromkeys(row.case for row in rows):
-        judged = [row for row in rows if row.case == name and row.ok is not None]
+        judged = [row for row in rows if row.case == name and row.margin is not None]
         if judged:
-            table.add_row(name, str(sum(bool(row.ok) for row in judged)), str(len(judged)))
+            least = min(row.margin for row in judged if row.margin is not None)
+            table.add_row(name, str(sum(bool(row.ok) for row in judged)), str(len(judged)), f"{100.0 * least:.0f} %")
     console.print(table)
+    console.print(chance_text(rows), highlight=False, soft_wrap=True)
     for row in rows:
         if row.ok is False:
-            target = (
-                f"in {row.target[0]:.4g} … {row.target[1]:.4g}"
-                if isinstance(row.target, tuple)
-                else f"≤ {row.target:g}"
-            )
-            console.print(
-                f"missed: {row.case}: {row.figure}: {row.value:.4g}, wanted {target}", highlight=False, soft_wrap=True
-            )
+            seeds = f" (n = {row.n})" if row.n else ""
+            text = f"missed: {row.case}: {row.figure}: {row.value:.4g}, target {target_text(row)}{seeds}"
+            console.print(text, highlight=False, soft_wrap=True)
     console.print(f"{folder / 'report.html'}\n{folder / 'results.json'}", highlight=False, soft_wrap=True)
 
 
 def _write(path: Path, text: str) -> None:
-    """Whoever reads the file at any time finds the old one or the new one."""
+    """Write a file so that whoever reads it at any time finds the old one or the new one."""
     fresh = path.with_name(f"{path.name}.new")
     try:
         fresh.write_text(text, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Statistics and plots that several cases share."""
+"""Statistics, rows and plots that several cases share."""
 
 from __future__ import annotations
 
@@ -10,23 +10,15 @@ import plotly.graph_objects as go
 
 from firmware_py.estimation.coefficient_params import TEN
 from sternplane.logs.tracking import Array
-from sternplane.report.drawing import BELIEVED, TRUE, WANTED, Plot
-from sternplane.study.rows import Numbers, Row
+from sternplane.report.drawing import ESTIMATE, REFERENCE, TRUTH, Plot
+from sternplane.study.chance import K_SIGMA, chi_square_band, rms_band
+from sternplane.study.rows import Row, RunArrays, Target
 
-NORMAL_999 = 3.2905267314919255
-"""Two-sided 99.9 % of the normal distribution."""
-Target = float | tuple[float, float] | None
 SENSORS = ("DVL", "gyro", "attitude")
 COLOURS = ("#2563eb", "#dc2626", "#059669", "#9333ea", "#d97706", "#0891b2", "#be185d", "#4d7c0f", "#64748b", "#0f172a")
 
 
-def band_999(freedom: float) -> tuple[float, float]:
-    """The 99.9 % band of chi-square over its degrees of freedom (Wilson and Hilferty 1931; 1 % off at 80 of them)."""
-    a = 2.0 / (9.0 * freedom)
-    return max(1.0 - a - NORMAL_999 * math.sqrt(a), 0.0) ** 3, (1.0 - a + NORMAL_999 * math.sqrt(a)) ** 3
-
-
-def final(runs: Sequence[Numbers], name: str = "error") -> Array:
+def final(runs: Sequence[RunArrays], name: str = "error") -> Array:
     """(runs, ...): what each run left at its end; NaN where a run broke off."""
     rows = [run[name][-1] if run["t"][-1] >= runs[0]["t"][-1] else run[name][-1] * math.nan for run in runs]
     return np.array(rows)
@@ -39,11 +31,45 @@ def rms(values: Array) -> Array:
 
 
 def per_name(
-    case: str, figure: str, values: Array, target: Target | Mapping[str, float], names: Sequence[str] = TEN
+    case: str,
+    figure: str,
+    values: Array,
+    target: Target | Mapping[str, float],
+    n: int = 0,
+    names: Sequence[str] = TEN,
 ) -> list[Row]:
-    """One row for each coefficient; `target` is one for all, or by name."""
+    """Return one row for each coefficient; `target` is one for all, or by name; n as in `Row`."""
     each = [target.get(name) if isinstance(target, Mapping) else target for name in names]
-    return [Row(case, f"{figure}, {n}", float(v), t) for n, v, t in zip(names, values, each, strict=True)]
+    return [Row(case, f"{figure}, {name}", float(v), t, n) for name, v, t in zip(names, values, each, strict=True)]
+
+
+def over_bound(
+    case: str, figure: str, error: Array, bound: Array, ratio: float = 1.0
+) -> tuple[Array, tuple[float, float], list[Row]]:
+    """Return the RMS of each coefficient's error over its bound, the band it is held in, and the rows.
+
+    Args:
+        case: of the rows.
+        figure: of the rows.
+        error: (seeds, names), as a part of the true value.
+        bound: the same, 1 sigma. Where it differs from seed to seed fewer seeds count (Satterthwaite 1946).
+        ratio: the filter's true ratio is 1 to `ratio`.
+    """
+    values: Array = rms(error) / rms(bound)
+    squares = np.sum(bound**2, axis=0) ** 2 / np.sum(bound**4, axis=0)
+    finite = bool(np.isfinite(squares).all())
+    band = rms_band(max(round(float(np.min(squares))), 1), ratio) if finite else (math.nan, math.nan)
+    return values, band, per_name(case, figure, values, band, len(error))
+
+
+def correlation(a: Array, b: Array) -> Array:
+    """Return the least correlation that a and b, (seeds, names), may have by `K_SIGMA`; not below 0 (Fisher 1921)."""
+    if len(a) < 4:
+        return np.zeros(a.shape[1])
+    sample = np.abs(np.sum(a * b, axis=0)) / np.sqrt(np.sum(a**2, axis=0) * np.sum(b**2, axis=0))
+    z = np.arctanh(np.minimum(sample, 1.0 - 1e-12)) - K_SIGMA / math.sqrt(len(a) - 3)
+    least: Array = np.tanh(np.maximum(z, 0.0))
+    return least
 
 
 def bars(
@@ -51,7 +77,7 @@ def bars(
 ) -> Plot:
     """A group of bars for each coefficient, lines across at what they are held against."""
     figure = go.Figure()
-    for (name, values), colour in zip(series.items(), (BELIEVED, WANTED, TRUE, "#94a3b8"), strict=False):
+    for (name, values), colour in zip(series.items(), (ESTIMATE, REFERENCE, TRUTH, "#94a3b8"), strict=False):
         figure.add_bar(x=list(TEN), y=[float(v) for v in values], name=name, marker={"color": colour})
     for level in lines:
         figure.add_hline(y=level, line={"color": "#dc2626", "width": 1, "dash": "dash"})
@@ -78,7 +104,7 @@ def over_time(title: str, note: str, t: Array, error: Array, bound: Array | None
 
 
 def nees_over_time(title: str, note: str, runs: Mapping[str, tuple[Array, Array, int]], over: int) -> Plot:
-    """NEES by degree of freedom, averaged over `over` runs, with its 99.9 % band.
+    """NEES by degree of freedom, averaged over `over` runs, with its band of chance.
 
     Args:
         title: of the plot.
@@ -89,7 +115,7 @@ def nees_over_time(title: str, note: str, runs: Mapping[str, tuple[Array, Array,
     figure = go.Figure()
     for (name, (t, nees, freedom)), colour in zip(runs.items(), COLOURS, strict=False):
         figure.add_scatter(x=t, y=nees.mean(axis=0) / freedom, name=name, line={"color": colour})
-        low, high = band_999(freedom * over)
+        low, high = chi_square_band(freedom * over)
         for edge in (low, high):
             figure.add_scatter(
                 x=[t[0], t[-1]],

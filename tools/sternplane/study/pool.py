@@ -9,17 +9,17 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 
 from sternplane.cli.workers import workers
 from sternplane.study.cases import CASES
-from sternplane.study.rows import Numbers
+from sternplane.study.rows import RunArrays
 
 PROCESSES = 2
 
 
-def run_case(index: int, seed: int, k: int) -> Numbers:
+def run_case(index: int, seed: int, k: int) -> RunArrays:
     """The k-th run of a case; called in another process."""
     return CASES[index].run(seed, k)
 
 
-def run_all(seeds: range, short: bool, console: Console) -> list[list[Numbers]]:
+def run_all(seeds: range, short: bool, console: Console) -> list[list[RunArrays]]:
     """Every run of every case, in their order.
 
     Args:
@@ -33,7 +33,7 @@ def run_all(seeds: range, short: bool, console: Console) -> list[list[Numbers]]:
         for index, case in enumerate(CASES)
         for k in range(case.runs if case.runs == case.short else min(case.short if short else case.runs, len(seeds)))
     ]
-    found: dict[tuple[int, int], Numbers] = {}
+    found: dict[tuple[int, int], RunArrays] = {}
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     with workers(PROCESSES, console, *columns, transient=True) as (bar, pool):
         task = bar.add_task("study", total=len(jobs))

@@ -1,4 +1,4 @@
-"""What a study comes to: rows with a target each, and what is drawn of them."""
+"""Rows of a study, each a figure with its target, and what a case is made of."""
 
 from __future__ import annotations
 
@@ -9,18 +9,28 @@ from typing import Any, NamedTuple
 from sternplane.logs.tracking import Array
 from sternplane.report.drawing import Plot
 
-Numbers = Mapping[str, Array]
-"""What one run of a case leaves: arrays by name."""
+RunArrays = Mapping[str, Array]
+"""Arrays by name: the result of one run of a case."""
+Target = float | tuple[float, float] | None
+"""At most so much, or within a band; None for a figure that is information only."""
 
 
 class Row(NamedTuple):
-    """One figure of one case."""
+    """One figure of one case.
+
+    Attributes:
+        case: its name.
+        figure: what it is, with its unit.
+        value: the figure.
+        target: see `Target`.
+        n: over how many seeds, for a figure that chance moves; 0 for one that is the same in every run.
+    """
 
     case: str
     figure: str
     value: float
-    target: float | tuple[float, float] | None = None
-    """At most so much, or within a band; None is told for information."""
+    target: Target = None
+    n: int = 0
 
     @property
     def ok(self) -> bool | None:
@@ -31,14 +41,31 @@ class Row(NamedTuple):
             return self.target[0] <= self.value <= self.target[1]
         return self.value <= self.target
 
+    @property
+    def margin(self) -> float | None:
+        """What is left to the target, as a part of it (of half a band): 0 at the target, negative beyond."""
+        if self.target is None:
+            return None
+        if isinstance(self.target, tuple):
+            low, high = self.target
+            return 2.0 * min(self.value - low, high - self.value) / (high - low)
+        return 1.0 - self.value / self.target if self.target else -math.inf if self.value > 0.0 else 0.0
+
     def plain(self) -> dict[str, Any]:
-        """As it stands in results.json; a value that is not a number is null."""
+        """Return the row as it stands in results.json; a number that is not finite is null."""
         target = list(self.target) if isinstance(self.target, tuple) else self.target
-        value = self.value if math.isfinite(self.value) else None
-        return {"case": self.case, "figure": self.figure, "value": value, "target": target, "ok": self.ok}
+        return {
+            "case": self.case,
+            "figure": self.figure,
+            "value": _finite(self.value),
+            "target": target,
+            "n": self.n,
+            "margin": _finite(self.margin),
+            "ok": self.ok,
+        }
 
 
-class Findings(NamedTuple):
+class Results(NamedTuple):
     """What the runs of one case show."""
 
     rows: Sequence[Row]
@@ -53,9 +80,13 @@ class Case(NamedTuple):
     name: str
     about: str
     """A sentence or two: what is flown, with which sensors, against what."""
-    run: Callable[[int, int], Numbers]
+    run: Callable[[int, int], RunArrays]
     """run(seed, k): the case's k-th run, k = 0, 1, ..."""
-    judge: Callable[[Sequence[Numbers]], Findings]
+    evaluate: Callable[[Sequence[RunArrays]], Results]
     runs: int
     short: int
     """How many runs, and how many in the form for CI."""
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None

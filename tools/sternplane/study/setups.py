@@ -1,4 +1,4 @@
-"""How the boat of a case is flown, measured and learned about."""
+"""How the vehicle of a case is flown and measured, and how a filter runs over the flight."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from sim_bridge.plant.truth import Truth
 from sternplane.identification.cramer_rao_bound import bounds, true_states
 from sternplane.logs.tracking import Array
 from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, BuslessFlight, fly, held_level, measure, measured
-from sternplane.study.rows import Numbers
+from sternplane.study.rows import RunArrays
 
 CONFIG = configs() / "npsauv2"
 PAPER_EKF = dict(zip(TEN, (0.12, 0.26, 0.33, 0.58, 0.13, 0.05, 0.09, 14.53, 9.61, 23.29), strict=True))
@@ -47,20 +47,24 @@ UNKNOWN_WATER: Mapping[str, Any] = MappingProxyType(
     }
 )
 """How a filter begins that has to find a current too: as the vehicle's own does."""
+FIXED_SEED = 1000
+"""Of runs without noise: they and their rows are the same whatever seeds the study is given."""
+MARGIN = 1.25
+"""The target of a row without noise over what was reached when the target was written."""
 POINTS = 24
 """At how many times a run is looked at."""
 
 
 @functools.cache
-def boat() -> Truth:
-    """The boat as it really is."""
+def true_vehicle() -> Truth:
+    """Return the simulated vehicle."""
     path = CONFIG / "truth.toml"
     return params.load(Truth, tomllib.loads(path.read_text()), str(path))
 
 
 @functools.cache
 def vehicle() -> Vehicle:
-    """The boat as the vehicle file has it."""
+    """Return the vehicle as the vehicle file has it."""
     path = CONFIG / "vehicle.toml"
     return params.load(Vehicle, tomllib.loads(path.read_text()), str(path))
 
@@ -83,8 +87,8 @@ class Setup:
     to be a thousandth."""
 
     @property
-    def words(self) -> str:
-        """The rates, for a row."""
+    def label(self) -> str:
+        """Duration and rates, as a row names them."""
         both = f"inertial {self.inertial:g} Hz, DVL {self.dvl:g} Hz"
         return f"{self.duration:g} s, {both if self.inertial != self.dvl else f'all sensors {self.dvl:g} Hz'}"
 
@@ -100,23 +104,23 @@ class Setup:
         return std
 
     def drift(self, seed: int) -> tuple[float, float, float]:
-        """The steady current of a seed, NED."""
+        """Return the steady current of a seed, NED, m/s."""
         side = np.random.default_rng([seed, *b"side"]).uniform(0.0, math.tau)
         return self.current * math.cos(side), self.current * math.sin(side), 0.0
 
 
 def excitation(setup: Setup, seed: int) -> Array:
-    """The PRBS of a seed, rad, (K, 2): each seed begins elsewhere in the sequence."""
+    """Return the PRBS of a seed, rad, (K, 2): each seed begins elsewhere in the sequence."""
     clock, register = round(CLOCK / setup.h), 1 + seed % PERIOD
     other = opposite(register)
     steps = range(round(setup.duration / setup.h))
     return AMPLITUDE * np.array([(prbs(k, clock, register), prbs(k, clock, other)) for k in steps])
 
 
-def flown(setup: Setup, seed: int, truth: Truth | None = None) -> BuslessFlight:
-    """The boat under its PRBS, held softly at its depth."""
+def fly_prbs(setup: Setup, seed: int, truth: Truth | None = None) -> BuslessFlight:
+    """Fly the simulated vehicle under its PRBS, held softly at its depth."""
     return fly(
-        truth or boat(),
+        truth or true_vehicle(),
         excitation(setup, seed),
         N_TRIM,
         setup.h,
@@ -128,13 +132,13 @@ def flown(setup: Setup, seed: int, truth: Truth | None = None) -> BuslessFlight:
 
 
 def starts(seed: int, wrong: float, names: Sequence[str] = TEN) -> dict[str, float]:
-    """Factors 1 +- wrong, the sign of each coefficient drawn by the seed."""
+    """Return factors 1 +- wrong, the sign of each coefficient drawn by the seed."""
     signs = np.random.default_rng([seed, *b"start"]).choice((-1.0, 1.0), len(names))
     return {name: 1.0 + wrong * float(sign) for name, sign in zip(names, signs, strict=True)}
 
 
-class Learned(NamedTuple):
-    """What a filter made of a trial, at POINTS times."""
+class FilterRun(NamedTuple):
+    """What a filter made of a flight, at POINTS times."""
 
     t: Array
     """(points,), s."""
@@ -155,45 +159,45 @@ class Learned(NamedTuple):
     steps: int
     """Made, of those asked."""
 
-    def numbers(self) -> Numbers:
-        """For the pool."""
+    def arrays(self) -> RunArrays:
+        """Return all fields as arrays by name."""
         return {name: np.asarray(value) for name, value in self._asdict().items()}
 
 
-def learn(
+def run_filter(
     setup: Setup,
-    trial: BuslessFlight,
+    flight: BuslessFlight,
     ekf: CoefficientEkf,
     seed: int,
     factors: Mapping[str, float],
     true: Array | None = None,
-) -> Learned:
-    """Runs a filter over a trial.
+) -> FilterRun:
+    """Run a filter over a flight.
 
     Args:
         setup: how it is measured.
-        trial: what was flown.
+        flight: what was flown.
         ekf: the filter.
         seed: of the noise.
         factors: what each coefficient begins with, over what is believed.
         true: true values of the model's parameters, (parameters,); None is as believed.
     """
     model = ekf.model
-    z = measure(trial, SENSOR_STD * setup.noise, setup.rates, seed)
-    begin = np.random.default_rng([seed, *b"begin"]).standard_normal(9) * SENSOR_STD * setup.noise + trial.x[0]
+    z = measure(flight, SENSOR_STD * setup.noise, setup.rates, seed)
+    begin = np.random.default_rng([seed, *b"begin"]).standard_normal(9) * SENSOR_STD * setup.noise + flight.x[0]
     believed = dict(zip(model.names, model.believed, strict=True))
     ekf.start(begin[:6], begin[6:], setup.std, {name: believed[name] * f for name, f in factors.items()})
-    size = np.abs(np.array(believed_or(true, model.believed)))[: len(ekf.names)]
+    size = np.abs(np.array(true_or_believed(true, model.believed)))[: len(ekf.names)]
     current = setup.drift(seed)[:2]
-    states = true_states(model, trial.x, (*current, 0.0, 0.0, 0.0), true)
+    states = true_states(model, flight.x, (*current, 0.0, 0.0, 0.0), true)
     if model.water == EDDIES:
-        states[1:, MOVING + 2 : MOVING + 5] = trial.water - setup.drift(seed)
-    steps = len(trial.inputs)
+        states[1:, MOVING + 2 : MOVING + 5] = flight.water - setup.drift(seed)
+    steps = len(flight.inputs)
     edges = np.linspace(0, steps, POINTS + 1).round().astype(int)
     rows: list[tuple[Array, ...]] = []
     nis, made = np.zeros((3, 2)), 0
     for a, b in itertools.pairwise(edges.tolist()):
-        history = ekf.run(setup.h, trial.inputs[a:b], z[a:b], setup.std**2, every=b - a)
+        history = ekf.run(setup.h, flight.inputs[a:b], z[a:b], setup.std**2, every=b - a)
         made += history.steps
         seen = ekf.estimate()
         off = seen.mean - states[b]
@@ -221,8 +225,8 @@ def learn(
             came = history.nis[:, 3 * i : 3 * i + 3]
             nis[i] += np.nansum(came), np.isfinite(came).sum()
     error, std, nees, weights, flow = (np.array(column) for column in zip(*rows, strict=True))
-    return Learned(
-        trial.t[edges[1 : len(rows) + 1]],
+    return FilterRun(
+        flight.t[edges[1 : len(rows) + 1]],
         error,
         std,
         nees,
@@ -234,39 +238,39 @@ def learn(
     )
 
 
-def believed_or(true: Array | None, believed: Sequence[float]) -> Array:
-    """The true values, which are as believed if nothing is said."""
+def true_or_believed(true: Array | None, believed: Sequence[float]) -> Array:
+    """Return the true values; None means as believed."""
     return np.array(believed) if true is None else true
 
 
-def bounded(
+def bound_std(
     setup: Setup,
-    trial: BuslessFlight,
+    flight: BuslessFlight,
     ekf: CoefficientEkf,
     seed: int,
     at: Sequence[float] | Array,
     true: Array | None = None,
 ) -> Array:
-    """The bound's 1 sigma of the learned coefficients after `at` s, (len(at), names), as a part of the true values.
+    """Return the bound's 1 sigma of the learned coefficients at the times `at`, s: (len(at), names).
 
-    It reckons with the filter's prior, and with the sensors; not with the filter's process noise.
+    In parts of the true values. It takes the filter's prior and the sensors into account, not its process noise.
     """
     model = ekf.model
     prior = ekf.prior.copy()
     prior[:MOVING] = setup.std
     found = bounds(
         model,
-        true_states(model, trial.x, setup.drift(seed)[:2], true),
-        trial.inputs,
+        true_states(model, flight.x, setup.drift(seed)[:2], true),
+        flight.inputs,
         setup.h,
-        measured(len(trial.inputs), setup.h, setup.rates),
+        measured(len(flight.inputs), setup.h, setup.rates),
         setup.std,
         prior,
         [round(t / setup.h) for t in at],
     )
     part = slice(model.first, model.first + len(ekf.names))
     std: Array = np.sqrt(np.diagonal(found, axis1=1, axis2=2)[:, part])
-    return std / np.abs(believed_or(true, model.believed)[: len(ekf.names)])
+    return std / np.abs(true_or_believed(true, model.believed)[: len(ekf.names)])
 
 
 def _square(off: Array, covariance: Array) -> float:

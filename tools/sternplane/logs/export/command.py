@@ -28,14 +28,14 @@ def command(options: argparse.Namespace) -> int:
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("export", total=total)
-        leave(log, out, options.format, lambda done: bar.update(task, completed=done))
+        write_export(log, out, options.format, lambda done: bar.update(task, completed=done))
     if log.lost:
         console.print(f"sternplane: {log.lost}", highlight=False, soft_wrap=True)
     console.print(f"  {out}", highlight=False, soft_wrap=True)
     return 0
 
 
-def leave(log: Log, out: Path, form: str, step: Callable[[int], None] = lambda _: None) -> None:
+def write_export(log: Log, out: Path, form: str, step: Callable[[int], None] = lambda _: None) -> None:
     """Writes a log to a file as "bin" or "csv", whole or not at all.
 
     Raises:

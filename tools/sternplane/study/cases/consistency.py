@@ -11,31 +11,34 @@ import plotly.graph_objects as go
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from sternplane.report.drawing import Plot
-from sternplane.study.figures import COLOURS, SENSORS, band_999, nees_over_time
-from sternplane.study.rows import Case, Findings, Numbers, Row
-from sternplane.study.setups import UNKNOWN_WATER, Setup, flown, learn, starts, vehicle
+from sternplane.study.chance import chi_square_band, share_of
+from sternplane.study.figures import COLOURS, SENSORS, nees_over_time
+from sternplane.study.rows import Case, Results, Row, RunArrays
+from sternplane.study.setups import UNKNOWN_WATER, Setup, fly_prbs, run_filter, starts, vehicle
 
 WRONG = 0.5
 BANK = (0.0, 0.02, 0.05)
 """Intensities that the filters of the bank reckon with, m/s."""
+LOST = {"no turbulence": 0.001, "turbulence 0.05 m/s": 0.05}
+"""Expected share of flights in which the filter is lost and starts again."""
 SEAS = {"no turbulence": Setup(), "turbulence 0.05 m/s": Setup(turbulence=0.05)}
 
 
-def _run(seed: int, k: int) -> Numbers:
+def _run(seed: int, k: int) -> RunArrays:
     del k
     out: dict[str, np.ndarray] = {}
     for label, setup in SEAS.items():
         ekf = CoefficientEkf(vehicle(), CoefficientParams(std=WRONG, turbulence=BANK, **UNKNOWN_WATER))
-        run = learn(setup, flown(setup, seed), ekf, seed, starts(seed, WRONG))
-        out |= {f"{label} {key}": value for key, value in run.numbers().items()}
+        run = run_filter(setup, fly_prbs(setup, seed), ekf, seed, starts(seed, WRONG))
+        out |= {f"{label} {key}": value for key, value in run.arrays().items()}
         out[f"{label} restarts"] = np.array(ekf.resets)
     return out
 
 
-def _judge(runs: Sequence[Numbers]) -> Findings:
+def _evaluate(runs: Sequence[RunArrays]) -> Results:
     rows, curves, plots, notes = [], {}, [], [_NO_TARGET]
     for label, setup in SEAS.items():
-        name = f"consistency, {label}, PRBS, start +-50 %, bank of {len(BANK)}, {setup.words}"
+        name = f"consistency, {label}, PRBS, start +-50 %, bank of {len(BANK)}, {setup.label}"
         t = max((run[f"{label} t"] for run in runs), key=len)
         kept = [run for run in runs if len(run[f"{label} t"]) == len(t)]
         if len(kept) < len(runs):
@@ -48,22 +51,23 @@ def _judge(runs: Sequence[Numbers]) -> Findings:
         for i, what in enumerate(("the ten", "all states")):
             dof = int(freedom[i])
             mean = float(nees[:, -1, i].mean()) / dof if len(kept) == len(runs) else math.nan
-            band = band_999(dof * len(kept)) if i == 0 or setup.turbulence else None
-            rows.append(Row(name, f"NEES of {what} per degree of freedom, {len(kept)} seeds", mean, band))
+            band = chi_square_band(dof * len(kept)) if i == 0 or setup.turbulence else None
+            rows.append(Row(name, f"NEES of {what} per degree of freedom", mean, band, len(kept)))
             curves[f"{label}, {what}"] = (t, nees[:, :, i], dof)
         middle = float(np.median(nees[:, -1, 0])) / int(freedom[0])
         rows.append(Row(name, "NEES of the ten per degree of freedom, the median flight (expected: 0.93)", middle))
         lost = float(np.mean([run[f"{label} restarts"] > 0 for run in kept]))
-        rows.append(Row(name, "share of flights in which the filter was lost and began anew", lost))
+        most = share_of(len(kept), LOST[label])
+        rows.append(Row(name, "share of flights in which the filter was lost and started again", lost, most, len(kept)))
         nis = np.sum([run[f"{label} nis"] for run in kept], axis=0)
         for sensor, (total, count) in zip(SENSORS, nis, strict=True):
-            rows.append(Row(name, f"NIS of {sensor}, {len(kept)} seeds", float(total / count), band_999(float(count))))
+            rows.append(Row(name, f"NIS of {sensor}", float(total / count), chi_square_band(float(count)), len(kept)))
         weights = np.array([run[f"{label} weights"] for run in kept]).mean(axis=0)
         plots.append(_bank(f"The bank, {label}", t, weights))
         for intensity, weight in zip(BANK, weights[-1], strict=True):
             rows.append(Row(name, f"probability of {intensity:g} m/s at the end", float(weight)))
-    note = "Average over the seeds; dotted: the 99.9 % band."
-    return Findings(rows, [nees_over_time("Consistency", note, curves, len(runs)), *plots], notes)
+    note = "Average over the seeds; dotted: the band of chance."
+    return Results(rows, [nees_over_time("Consistency", note, curves, len(runs)), *plots], notes)
 
 
 _NO_TARGET = (
@@ -86,6 +90,6 @@ CASES = (
     Case(
         "consistency",
         "PRBS with noise and a correct model, in still water and in eddies of 0.05 m/s; a bank of filters decides.",
-        *(_run, _judge, 100, 8),
+        *(_run, _evaluate, 100, 8),
     ),
 )

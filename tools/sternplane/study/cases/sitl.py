@@ -23,13 +23,13 @@ from sternplane.logs.reading import Columns, Log, read
 from sternplane.logs.tracking import Array
 from sternplane.sitl.busless_flight import SENSOR_STD
 from sternplane.sitl.flight import Wish, fly, prepare
-from sternplane.study.figures import bars, per_name, rms
-from sternplane.study.rows import Case, Findings, Numbers
-from sternplane.study.setups import CONFIG, boat, starts
+from sternplane.study.figures import bars, over_bound, per_name, rms
+from sternplane.study.rows import Case, Results, RunArrays
+from sternplane.study.setups import CONFIG, starts, true_vehicle
 
 WRONG = 0.5
 DURATION = 61.0
-"""s; the boat dives with its fins moving from 0.5 s on."""
+"""s; the vehicle dives with its fins moving from 0.5 s on."""
 SCENARIO = """
 description = "The estimation study: PRBS at 60 m."
 duration_s = {duration}
@@ -51,18 +51,18 @@ manoeuvre = {{ kind = "prbs", delta_s_deg = 15.0, delta_r_deg = 15.0, register =
 """
 
 
-def _run(seed: int, k: int) -> Numbers:
+def _run(seed: int, k: int) -> RunArrays:
     del k
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        shutil.copytree(CONFIG, folder / "boat")
+        shutil.copytree(CONFIG, folder / "config")
         table = read_toml(CONFIG / "vehicle.toml")
         for coefficient, factor in starts(seed, WRONG).items():
             table["coefficients"][coefficient] *= factor
-        write(folder / "boat" / "vehicle.toml", table, "Wrong on purpose.")
+        write(folder / "config" / "vehicle.toml", table, "Wrong on purpose.")
         scenario = folder / "study.toml"
         scenario.write_text(SCENARIO.format(duration=DURATION, register=1 + seed % PERIOD))
-        flight = prepare(Wish(scenario=str(scenario), config=folder / "boat", seed=seed), {})
+        flight = prepare(Wish(scenario=str(scenario), config=folder / "config", seed=seed), {})
         fly(flight, folder / "log.mcap")
         log = read(folder / "log.mcap")
         params = dataclasses.replace(flight.params.estimation.coefficients, turbulence=(0.0,))
@@ -71,10 +71,10 @@ def _run(seed: int, k: int) -> Numbers:
 
 
 def _true(names: Sequence[str]) -> Array:
-    return np.array([getattr(boat().coefficients, name) for name in names])
+    return np.array([getattr(true_vehicle().coefficients, name) for name in names])
 
 
-def _learned(log: Log) -> Numbers:
+def _learned(log: Log) -> RunArrays:
     """Error and sigma at the end, as parts of the true values."""
     c, true = log.columns, _true(TEN)
     error = (c["state.learned.value"][-1] - true) / np.abs(true)
@@ -82,14 +82,14 @@ def _learned(log: Log) -> Numbers:
 
 
 def _bound(log: Log, ekf: CoefficientEkf) -> Array:
-    """1 sigma of the ten at the end, along what the boat really did, as parts of the true values."""
+    """1 sigma of the ten at the end, along what the vehicle really did, as parts of the true values."""
     c, truth, model = log.columns, log.truth, ekf.model
     t = c["t"]
     h = float(t[1] - t[0])
     moving = np.column_stack(
         [*(truth[f"nu.{name}"] for name in "uvwpqr"), *(truth[f"eta.{name}"] for name in ("phi", "theta", "psi"))]
     )
-    fins = truth["fins"] @ np.array([fin.share for fin in boat().fins])
+    fins = truth["fins"] @ np.array([fin.share for fin in true_vehicle().fins])
     acts = np.column_stack([fins, truth["n"]])
     came = np.zeros((len(t) - 1, MOVING), dtype=np.bool_)
     _mark(came[:, 3:], c, "frame.ahrs", h)
@@ -110,20 +110,19 @@ def _mark(came: np.ndarray, c: Columns, sensor: str, h: float) -> None:
     came[rows[rows >= 0]] = True
 
 
-def _judge(runs: Sequence[Numbers]) -> Findings:
+def _evaluate(runs: Sequence[RunArrays]) -> Results:
     name = f"through the bus, SITL on virtual, PRBS, file +-50 % off, {DURATION:g} s, AHRS 100 Hz, DVL 5 Hz, biases"
     error, limit = (np.array([run[key] for run in runs]) for key in ("error", "bound"))
-    ratio = rms(error) / rms(limit)
-    rows = per_name(name, f"RMS over bound, {len(runs)} flights", ratio, 1.5)
+    ratio, band, rows = over_bound(name, "RMS over bound", error, limit)
     rows += per_name(name, "RMS error, %", 100.0 * rms(error), None)
-    note = "Whole flights by the autopilot: float16, real rates, latency, dropouts, biases; the line is 1.5."
-    return Findings(rows, [bars("Through the bus: RMS over bound", note, "RMS / bound", {"SITL": ratio}, (1.5,))])
+    note = f"Whole flights by the autopilot: float16, real rates, latency, dropouts, biases; the line is {band[1]:.2f}."
+    return Results(rows, [bars("Through the bus: RMS over bound", note, "RMS / bound", {"SITL": ratio}, (band[1],))])
 
 
 CASES = (
     Case(
         "through the bus",
         "Whole flights on the virtual bus with a vehicle file whose ten are 50 % off, learned by the autopilot itself.",
-        *(_run, _judge, 40, 2),
+        *(_run, _evaluate, 40, 2),
     ),
 )

@@ -1,4 +1,4 @@
-"""How much learning manoeuvres tell: `python -m sternplane.identification.excitation [kind] [--grip SHARE ...]`.
+"""How much learning manoeuvres tell: `python -m sternplane.identification.manoeuvre_design [kind] [--grip SHARE ...]`.
 
 Each candidate is flown for 60 s under guidance and laws as in the vehicle, at the true state, with servos that lag.
 The Cramér-Rao bound of the ten coefficients (`bound`) then says what any estimator can make of that flight at best:
@@ -51,7 +51,7 @@ _START_STD = np.array([0.1] * 3 + [math.radians(angle) for angle in (1.0, 1.0, 1
 _DEPTH = 60.0
 
 
-class Told(NamedTuple):
+class ManoeuvreResult(NamedTuple):
     """What came of one candidate: relative 1 sigma of the ten, and how far (m, rad) the boat went off for it."""
 
     sigma: Array
@@ -66,7 +66,7 @@ class Told(NamedTuple):
         return float(np.mean(self.sigma))
 
 
-class Rooms:
+class ManoeuvreController:
     """Guidance and laws of the configuration on a mission of one manoeuvre; a `trial.Hold` at 100 Hz."""
 
     def __init__(self, manoeuvre: Manoeuvre, grip: float) -> None:
@@ -92,7 +92,7 @@ class Rooms:
         return demand.delta_s, demand.delta_r
 
 
-def told(truth: Truth, manoeuvre: Manoeuvre, grip: float, seconds: float = 60.0) -> Told:
+def evaluate(truth: Truth, manoeuvre: Manoeuvre, grip: float, seconds: float = 60.0) -> ManoeuvreResult:
     """Flies a manoeuvre for so long from trim at 60 m and bounds what it tells.
 
     Args:
@@ -101,26 +101,26 @@ def told(truth: Truth, manoeuvre: Manoeuvre, grip: float, seconds: float = 60.0)
         grip: share of the laws, in [0, 1].
         seconds: how long.
     """
-    rooms, steps, h = Rooms(manoeuvre, grip), round(seconds * 100.0), 0.01
+    rooms, steps, h = ManoeuvreController(manoeuvre, grip), round(seconds * 100.0), 0.01
     start = Start(eta=Eta(0.0, 0.0, _DEPTH, 0.0, 0.0, 0.0))
-    trial = fly(truth, np.zeros((steps, 2)), start.n, h, start=start, ideal_fins=False, hold=rooms)
-    return Told(
-        relative_sigma(rooms, trial),
-        float(np.max(np.abs(trial.eta[:, 2] - _DEPTH))),
-        float(np.max(np.abs(trial.x[:, 7]))),
-        float(np.max(np.abs(trial.x[:, 8]))),
+    flight = fly(truth, np.zeros((steps, 2)), start.n, h, start=start, ideal_fins=False, hold=rooms)
+    return ManoeuvreResult(
+        relative_sigma(rooms, flight),
+        float(np.max(np.abs(flight.eta[:, 2] - _DEPTH))),
+        float(np.max(np.abs(flight.x[:, 7]))),
+        float(np.max(np.abs(flight.x[:, 8]))),
         rooms.waited,
     )
 
 
-def relative_sigma(rooms: Rooms, trial: BuslessFlight) -> Array:
-    """The bound of the ten at the end of a trial, 1 sigma, as shares of what they are."""
+def relative_sigma(rooms: ManoeuvreController, flight: BuslessFlight) -> Array:
+    """The bound of the ten at the end of a flight, 1 sigma, as shares of what they are."""
     model = ObserverModel(rooms.vehicle, TEN)
     believed = np.abs(np.array(model.believed))
     prior = np.concatenate([_START_STD, [_CURRENT] * 2, _PRIOR * believed])
-    came = measured(len(trial.inputs), 0.01, _RATES)
-    states = true_states(model, trial.x)
-    covariance = bound(model, states, trial.inputs, 0.01, came, SENSOR_STD, prior)
+    came = measured(len(flight.inputs), 0.01, _RATES)
+    states = true_states(model, flight.x)
+    covariance = bound(model, states, flight.inputs, 0.01, came, SENSOR_STD, prior)
     sigma: Array = np.sqrt(np.diag(covariance)[-len(TEN) :]) / believed
     return sigma
 
@@ -150,7 +150,7 @@ def main() -> None:
     truth = load(Truth, config_files.read_table(Truth, CONFIG / "truth.toml", {}), "truth.toml")
     wanted = [(m, grip) for kind in options.kind or Kind for m in candidates(kind) for grip in options.grip]
     console = Console(stderr=True)
-    rows = [(told(truth, m, grip), m, grip) for m, grip in track(wanted, "flying", console=console, transient=True)]
+    rows = [(evaluate(truth, m, grip), m, grip) for m, grip in track(wanted, "flying", console=console, transient=True)]
     table = Table(
         "kind",
         "angle",

@@ -10,14 +10,14 @@ import numpy as np
 
 from firmware_py.estimation.identifiability import Direction, directions, identifiability
 from firmware_py.estimation.model.observer_model import GROUPS
-from sternplane.identification.estimate import Answer
+from sternplane.identification.estimate import Identification
 
 POOR = 0.1
 """What is known no better than to this part of what it was found to be, 1 sigma, is not laid into a vehicle file."""
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Assessment:
     """What can be said, and what not.
 
     Attributes:
@@ -31,7 +31,7 @@ class Verdict:
     sentences: tuple[str, ...]
 
 
-def judge(answer: Answer) -> Verdict:
+def assess(answer: Identification) -> Assessment:
     """Finds what is not identifiable in the answer that is taken."""
     covariance, names = answer.taken.covariance, answer.names
     weak = identifiability(covariance, names, answer.prior)
@@ -48,14 +48,14 @@ def judge(answer: Answer) -> Verdict:
     if poor:
         known = ", ".join(f"{name} to {100.0 * part:.0f} %" for name, part in poor.items())
         sentences.append(f"known poorly: {known} of its size (1 sigma); the vehicle file keeps what was believed")
-    return Verdict(
+    return Assessment(
         weak=tuple(directions(covariance, names, answer.sizes)),
         unknown=(*weak.unknown, *poor),
         sentences=tuple(sentences),
     )
 
 
-def learned_table(table: Mapping[str, Any], answer: Answer, verdict: Verdict) -> dict[str, Any]:
+def learned_table(table: Mapping[str, Any], answer: Identification, verdict: Assessment) -> dict[str, Any]:
     """A vehicle file's table with what was learned laid in, and nothing else changed."""
     found: dict[str, Any] = {key: dict(value) if isinstance(value, Mapping) else value for key, value in table.items()}
     for name, value in zip(answer.names, answer.taken.values.tolist(), strict=True):

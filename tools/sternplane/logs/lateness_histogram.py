@@ -13,7 +13,7 @@ _EDGES = (0.0, *(round(step * 10.0**decade, 6) for decade in range(8) for step i
 """us, about equally wide on a logarithmic scale up to 70 s; what is later still has an edge made for it."""
 
 
-class Lateness(NamedTuple):
+class LatenessHistogram(NamedTuple):
     """A histogram with its figures, all in us; `counts[i]` cycles were in [edges_us[i], edges_us[i + 1])."""
 
     edges_us: list[float]
@@ -26,14 +26,14 @@ class Lateness(NamedTuple):
     """Cycles that began more than one step after their deadline."""
 
 
-def of(log: Log) -> Lateness | None:
+def of_log(log: Log) -> LatenessHistogram | None:
     """The lateness of a run's cycles; None if it was not in real time, where none is ever late."""
     c = log.columns
     late_ns = c["tick.late_ns"]
-    return measure(late_ns, int(c["tick.dt_ns"][0])) if late_ns.any() else None
+    return of_cycles(late_ns, int(c["tick.dt_ns"][0])) if late_ns.any() else None
 
 
-def measure(late_ns: npt.ArrayLike, dt_ns: int) -> Lateness:
+def of_cycles(late_ns: npt.ArrayLike, dt_ns: int) -> LatenessHistogram:
     """Histogram and figures of at least one cycle's lateness.
 
     Every figure is one that was measured: p99 is the least lateness that 99 % of the cycles did not exceed.
@@ -50,10 +50,10 @@ def measure(late_ns: npt.ArrayLike, dt_ns: int) -> Lateness:
     edges = [*_EDGES[first : last + 1]] if last < len(_EDGES) else [*_EDGES[first:], latest + 1.0]
     counts = np.histogram(us, edges)[0].tolist()
     median, p99, p999 = (float(us[-(-len(us) * permille // 1000) - 1]) for permille in (500, 990, 999))
-    return Lateness(edges, counts, median, p99, p999, latest, int(np.sum(late > dt_ns)))
+    return LatenessHistogram(edges, counts, median, p99, p999, latest, int(np.sum(late > dt_ns)))
 
 
-def shown(us: float) -> str:
+def with_unit(us: float) -> str:
     """A lateness for people, in the unit that fits: "58 µs", "1.25 ms", "2 s"."""
     for factor, unit in ((1e-6, "s"), (1e-3, "ms")):
         if us * factor >= 1.0:

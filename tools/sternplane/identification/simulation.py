@@ -20,7 +20,7 @@ from sternplane.logs.tracking import Array
 YAW = MOTIONS.index("psi")
 
 
-class Flown(NamedTuple):
+class Trajectory(NamedTuple):
     """The model's flight from one initial state."""
 
     residuals: Array
@@ -29,7 +29,7 @@ class Flown(NamedTuple):
     """(K, 9, size): of the predictions by the state at the start."""
 
 
-def fly(model: ObserverModel, recording: Recording, x: Array) -> Flown | None:
+def simulate(model: ObserverModel, recording: Recording, x: Array) -> Trajectory | None:
     """The model's flight from the state x (size,) at the start; None if it leaves the numbers.
 
     Raises:
@@ -48,7 +48,7 @@ def fly(model: ObserverModel, recording: Recording, x: Array) -> Flown | None:
         slopes[:, place, at] += 1.0
     residuals = recording.z - predicted
     residuals[:, YAW] = (residuals[:, YAW] + math.pi) % math.tau - math.pi
-    return Flown(residuals, slopes) if np.isfinite(slopes[-1]).all() else None
+    return Trajectory(residuals, slopes) if np.isfinite(slopes[-1]).all() else None
 
 
 @kernel()

@@ -1,0 +1,107 @@
+"""The page of a flight: its key figures, its events, how the vehicle was set up, and the plots."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from firmware_py import app
+from firmware_py.control.control import LawKind
+from firmware_py.control.gains import PAPER_DEPTH, PAPER_HEADING, Preset
+from firmware_py.params import ParamError, dump
+from sternplane.logs.reading import Log
+from sternplane.logs.summary import Summary, key_figures, outcome
+from sternplane.report.figures import Figures, mode_colours
+from sternplane.report.page import Heading, Page, Section, Table, plot_section, render, rows_of
+
+_IDENTITY = (("seed", "seed"), ("faults", "faults"), ("revision", "git"), ("recorded", "stamp"))
+
+
+def flight_page(log: Log, summary: Summary) -> str:
+    """The report of a flight as HTML."""
+    header, figures = log.header, Figures(log)
+    events = [(f"{t:.2f} s", text) for t, text in log.events] or [("", "none")]
+    sections: list[Section | Heading] = [
+        Section("Events", tables=(Table(rows_of(events), style="log"),), wide=True, anchor="events")
+    ]
+    group = ""
+    for i, plot in enumerate(figures):
+        if plot.section != group:
+            group = plot.section
+            sections.append(Heading(group, anchor=group.lower()))
+        sections.append(plot_section(plot, wide=i == 0))
+    sections.append(Heading("Set-up", anchor="setup"))
+    if settings := [*_settings(header)]:
+        sections.append(Section("Law, gains and configuration", tables=(Table(settings, style="log"),)))
+    made_by = header.get("machine", {}) | header.get("versions", {})
+    sections.append(Section("Made by", tables=(Table(rows_of(made_by.items()), style="log"),)))
+    page = Page(
+        title=str(header.get("scenario", "run")),
+        status=outcome(summary),
+        mood={True: "good", False: "bad"}.get(summary["completed"], "neutral"),
+        description=str(header.get("description", "")),
+        identity=[line for line in (_identity(header), _law(header)) if line],
+        warnings=[f"The log is {log.lost}."] if log.lost else (),
+        key_figures=key_figures(summary),
+        colours=mode_colours(figures.bands),
+        sections=sections,
+        footnote=f"Plots show every {_ordinal(figures.stride)} cycle ({figures.rate:.3g} Hz); the figures use all of "
+        "them.",
+    )
+    return render(page)
+
+
+def _identity(header: Mapping[str, Any]) -> str:
+    return " · ".join(
+        f"{name} {', '.join(map(str, header[key])) if isinstance(header[key], list) else header[key]}"
+        for name, key in _IDENTITY
+        if header.get(key) not in (None, [])
+    )
+
+
+def _law(header: Mapping[str, Any]) -> str:
+    """Law, gains and vehicle in one line."""
+    control, files = _control(header), header.get("configuration", {}).get("files", {})
+    if control is None:
+        return ""
+    gains = {Preset.PAPER: "the paper's gains"}.get(control.gains, "gains of the configuration")
+    law = f"law {control.law.name.lower()}" + (f", {gains}" if control.law is LawKind.SLIDING else "")
+    name = header["configuration"].get("vehicle", {}).get("name", "")
+    return " · ".join(part for part in (f"vehicle {name}" if name else "", law, files.get("autopilot", "")) if part)
+
+
+def _settings(header: Mapping[str, Any]) -> Iterator[list[str]]:
+    """Yield the files that the vehicle was made from, its laws and their gains, by the keys of the configuration."""
+    for name, path in header.get("configuration", {}).get("files", {}).items():
+        yield [f"{name} file", str(path)]
+    control = _control(header)
+    if control is None:
+        return
+    sliding = control.law is LawKind.SLIDING
+    yield ["law", control.law.name.lower()]
+    if sliding:
+        yield ["gains", control.gains.name.lower()]
+    printed = {"depth": PAPER_DEPTH, "heading": PAPER_HEADING} if control.gains is Preset.PAPER else {}
+    for name in ("depth", "heading", "speed"):
+        key = name if sliding or name == "speed" else f"{name}_pid"
+        gains = dump(printed.get(key, getattr(control, key)))
+        yield [name, ", ".join(f"{one} = {_value(value)}" for one, value in gains.items())]
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_value, value))}]"
+    return f"{value:.6g}" if isinstance(value, float) else str(value).lower()
+
+
+def _control(header: Mapping[str, Any]) -> Any:
+    """The control parameters of the header; None if it has none that this version can read."""
+    try:
+        return app.autopilot_params(header["configuration"]).control
+    except (KeyError, TypeError, ParamError):
+        return None
+
+
+def _ordinal(n: int) -> str:
+    endings = {1: "st", 2: "nd", 3: "rd"}
+    return "" if n == 1 else f"{n}{'th' if 10 < n % 100 < 14 else endings.get(n % 10, 'th')}"

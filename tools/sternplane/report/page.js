@@ -1,0 +1,31 @@
+const buttons = ["toImage", "zoom2d", "pan2d", "resetScale2d"];  // of plotly's, those that send nothing anywhere
+const config = {responsive: true, displaylogo: false, displayModeBar: "hover", modeBarButtons: [buttons]};
+const darkColours = {  // what is drawn for a light page -> the same for a dark one
+  "#0f172a": "#f8fafc", "#334155": "#cbd5e1", "#e2e8f0": "#334155", "#cbd5e1": "#475569", "#94a3b8": "#64748b",
+  "#ffffff": "#1e293b", "#2563eb": "#60a5fa", "#dc2626": "#f87171", "#059669": "#34d399", "#9333ea": "#c084fc",
+  "#be185d": "#f472b6", "#4d7c0f": "#a3e635", "#15803d": "#4ade80", "#7c3aed": "#a78bfa", "#475569": "#94a3b8",
+};
+const scheme = window.matchMedia("(prefers-color-scheme: dark)");
+function coloured(value) {
+  if (typeof value === "string") return scheme.matches ? darkColours[value.toLowerCase()] ?? value : value;
+  if (Array.isArray(value)) return typeof value[0] === "number" ? value : value.map(coloured);
+  if (value === null || typeof value !== "object") return value;
+  return Object.fromEntries(Object.entries(value).map(([key, inner]) => [key, coloured(inner)]));
+}
+function draw() {
+  for (const [id, data, layout] of plots) Plotly.react(id, coloured(data), coloured(layout), config);
+}
+const timed = plots.filter((plot) => plot[3]).map((plot) => plot[0]);
+let moving = false;
+draw();
+scheme.addEventListener("change", draw);
+for (const id of timed) {
+  const moved = document.getElementById(id);
+  moved.on("plotly_relayout", (change) => {
+    if (moving || !Object.keys(change).some((key) => key.startsWith("xaxis."))) return;
+    moving = true;
+    const update = () => ({"xaxis.range": [...moved.layout.xaxis.range]});
+    Promise.all(timed.filter((other) => other !== id).map((other) => Plotly.relayout(other, update())))
+      .finally(() => { moving = false; });
+  });
+}
