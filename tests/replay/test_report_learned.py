@@ -99,8 +99,10 @@ def test_an_estimate_is_drawn_in_its_band_beside_belief_and_truth(log: Log) -> N
 
 def test_axes_name_their_unit(log: Log) -> None:
     found = drawn(log)
-    assert {found[name].figure.layout.yaxis.title.text for name in NAMES} == {"nondimensional"}
-    assert found["Current"].figure.layout.yaxis.title.text == "m/s"
+    assert [found[name].figure.layout.yaxis.title.text for name in NAMES] == [
+        f"{name}, nondimensional" for name in NAMES
+    ]
+    assert found["Current"].figure.layout.yaxis.title.text == "current, m/s"
     assert {plot.figure.layout.xaxis.title.text for plot in found.values()} == {"vehicle time, s"}
 
 

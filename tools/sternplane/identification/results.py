@@ -107,7 +107,7 @@ def remarks(recording: Recording, found: Identification) -> list[str]:
     return said
 
 
-def show(console: Console, told: dict[str, Any]) -> None:
+def print_results(console: Console, told: dict[str, Any]) -> None:
     """The table, the weak directions and the verdict."""
     table = Table(box=None, pad_edge=True)
     true = any(one["truth"] is not None for one in told["coefficients"].values())

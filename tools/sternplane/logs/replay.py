@@ -78,14 +78,15 @@ def replay(log: Log, build: Build, *, anyway: bool = False) -> ReplayResult:
     differs = provenance.difference(log.header.get("machine", {}), provenance.fingerprint())
     if differs and not anyway:
         raise LogError(f"{log.path}: log of another machine ({differs}); replay it there, or add --anyway")
-    tape = ReplayRecorder(log)
+    comparison = ReplayedLog(log)
     if log.cycle_bytes:
-        loop.run(build(log.header["configuration"]), _Hardware(tape), _Ground(tape), _Comparison(tape), tape)
+        hardware, ground = _LoggedHardware(comparison), _LoggedGround(comparison)
+        loop.run(build(log.header["configuration"]), hardware, ground, _ComparingRecorder(comparison), comparison)
     first = None
-    if tape.first is not None:
-        logged, replayed = (codec.decode(data) for data in tape.first)
+    if comparison.first is not None:
+        logged, replayed = (codec.decode(data) for data in comparison.first)
         first = difference(logged, replayed)
-    return ReplayResult(tape.count, tape.differing, first, tuple(_cautions(log, differs)))
+    return ReplayResult(comparison.count, comparison.differing, first, tuple(_cautions(log, differs)))
 
 
 def command(options: argparse.Namespace) -> int:
@@ -107,7 +108,7 @@ def difference(logged: Cycle, replayed: Cycle) -> Difference:
     return Difference(logged.tick.k, "the bytes", "other", "other")
 
 
-class ReplayRecorder:
+class ReplayedLog:
     """The schedule of a replay, and what its other parts read from: the log's cycles, one at a time."""
 
     def __init__(self, log: Log) -> None:
@@ -123,41 +124,41 @@ class ReplayRecorder:
             yield cycle.tick
 
 
-class _Hardware:
-    def __init__(self, tape: ReplayRecorder) -> None:
-        self._tape = tape
+class _LoggedHardware:
+    def __init__(self, log: ReplayedLog) -> None:
+        self._log = log
 
     def read(self, tick: Tick) -> SensorFrame:  # noqa: ARG002
-        return self._tape.cycle.frame
+        return self._log.cycle.frame
 
     def write(self, tick: Tick, applied: Applied) -> None:
         """Nobody listens."""
 
 
-class _Ground:
-    def __init__(self, tape: ReplayRecorder) -> None:
-        self._tape = tape
+class _LoggedGround:
+    def __init__(self, log: ReplayedLog) -> None:
+        self._log = log
 
     def read(self, tick: Tick) -> Order:  # noqa: ARG002
-        return self._tape.cycle.order
+        return self._log.cycle.order
 
     def write(self, cycle: Cycle) -> None:
         """Nobody listens."""
 
 
-class _Comparison:
+class _ComparingRecorder:
     """The recorder of a replay: it keeps nothing but the first cycle that came out otherwise."""
 
-    def __init__(self, tape: ReplayRecorder) -> None:
-        self._tape = tape
+    def __init__(self, log: ReplayedLog) -> None:
+        self._log = log
 
     def write(self, cycle: Cycle) -> None:
-        tape = self._tape
-        tape.count += 1
-        replayed = tape.encode(cycle)
-        if replayed != tape.logged:
-            tape.differing += 1
-            tape.first = tape.first or (tape.logged, replayed)
+        log = self._log
+        log.count += 1
+        replayed = log.encode(cycle)
+        if replayed != log.logged:
+            log.differing += 1
+            log.first = log.first or (log.logged, replayed)
 
 
 def _cautions(log: Log, differs: str) -> Iterator[str]:

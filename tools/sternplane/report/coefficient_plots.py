@@ -36,16 +36,16 @@ def plots(log: Log, truth: Columns, stride: int, figure: Callable[[str], Any]) -
     c = {name: column[every] for name, column in log.columns.items() if name.startswith(("t", "state.learned."))}
     t = c["t"].astype(np.float32)
     for coefficient in learned:
-        yield _coefficient(coefficient, t, every, figure("nondimensional"))
+        yield _coefficient(coefficient, t, every, figure(f"{coefficient.name}, nondimensional"))
     yield _timeline(learned, manoeuvre_results(log), t, every, figure(""))
     known = [one for one in learned if np.isfinite(one.truth)]
     if known:
-        yield _errors(known, t, every, figure("σ"))
+        yield _errors(known, t, every, figure("error, σ"))
     yield _nis(c["state.learned.nis"], nis_bands(log), t, figure("mean square of innovations"))
     running = np.isfinite(c["state.learned.horizon"])
     if np.isfinite(c["state.learned.current"]).any():
-        yield _current(c, running, truth["current"][every] if truth else None, t, figure("m/s"))
-    yield _turbulence(np.where(running, c["state.learned.turbulence"], np.nan), t, figure("m/s"))
+        yield _current(c, running, truth["current"][every] if truth else None, t, figure("current, m/s"))
+    yield _turbulence(np.where(running, c["state.learned.turbulence"], np.nan), t, figure("intensity, m/s"))
 
 
 def _coefficient(one: Coefficient, t: Array, every: slice, figure: Any) -> Plot:
@@ -66,15 +66,17 @@ def _coefficient(one: Coefficient, t: Array, every: slice, figure: Any) -> Plot:
 
 def _note(one: Coefficient) -> str:
     value, std = one.value[-1], one.std[-1]
-    words = f"At the end {value:.4g} ± {3.0 * std:.2g} (3 σ), {'valid' if one.valid[-1] else 'not valid'}"
+    text = f"At the end {value:.4g} ± {3.0 * std:.2g} (3 σ), {'valid' if one.valid[-1] else 'not valid'}"
     if one.truth:
         share = 100.0 * (value / one.truth - 1.0)  # + is larger in size
         if np.isfinite(share):
-            words += f"; {share:+.2f} % ({abs(one.error_sigmas[-1]):.1f} σ) off the truth"
-    return f"{words}."
+            text += f"; {share:+.2f} % ({abs(one.error_sigmas[-1]):.1f} σ) off the truth"
+    return f"{text}."
 
 
-def _timeline(learned: list[Coefficient], said: list[tuple[float, str]], t: Array, every: slice, figure: Any) -> Plot:
+def _timeline(
+    learned: list[Coefficient], manoeuvres: list[tuple[float, str]], t: Array, every: slice, figure: Any
+) -> Plot:
     states = np.array([one.excited[every] + 2 * one.valid[every].astype(np.int8) for one in learned], dtype=np.int8)
     steps = (
         [(i / 4, colour) for i, colour in enumerate(_STATES)],
@@ -92,8 +94,8 @@ def _timeline(learned: list[Coefficient], said: list[tuple[float, str]], t: Arra
     )
     figure.update_yaxes(autorange="reversed", dtick=1)
     note = "Excited: the motion tells something about it. Valid: certain, and the filter is consistent."
-    words = [f"At {end:.1f} s, {text}." for end, text in said]
-    return Plot("Excitation and validity", " ".join((note, *words)), figure, section=SECTION)
+    results = [f"At {end:.1f} s, {text}." for end, text in manoeuvres]
+    return Plot("Excitation and validity", " ".join((note, *results)), figure, section=SECTION)
 
 
 def _errors(known: list[Coefficient], t: Array, every: slice, figure: Any) -> Plot:

@@ -1,4 +1,4 @@
-"""The plots of a report: what was wanted, what was believed, what was true."""
+"""The plots of a flight's report: reference, estimate and truth."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class Figures:
         yield self.depth()
         yield self.heading()
         yield self._three(
-            "Speed", "m/s", 0.2, c["reference.u_d"], c["state.nu.u"], truth.get("nu.u"), "Surge over the ground."
+            "Speed", "surge, m/s", 0.2, c["reference.u_d"], c["state.nu.u"], truth.get("nu.u"), "Surge over the ground."
         )
         yield self.attitude()
         yield self.fins()
@@ -133,7 +133,7 @@ class Figures:
         """Depth, downwards, with the bottom where the vehicle hears it and the events where they happened."""
         c, truth = self._c, self._truth
         plot = self._three(
-            "Depth", "m", 0.5, c["reference.z_d"], c["state.eta.z"], truth.get("eta.z"), "Diamonds are events."
+            "Depth", "depth, m", 0.5, c["reference.z_d"], c["state.eta.z"], truth.get("eta.z"), "Diamonds are events."
         )
         bottom = c["state.eta.z"] + c["state.altitude"]
         if np.isfinite(bottom).any():
@@ -160,7 +160,7 @@ class Figures:
 
     def attitude(self) -> Plot:
         """Roll and pitch."""
-        figure = self._figure("degrees")
+        figure = self._figure("angle, degrees")
         for name, colour in (("phi", "#059669"), ("theta", ESTIMATE)):
             label = {"phi": "roll", "theta": "pitch"}[name]
             line(figure, self._t, np.degrees(self._c[f"state.eta.{name}"]), label, colour)
@@ -169,7 +169,7 @@ class Figures:
 
     def fins(self) -> Plot:
         """Every fin: commanded and reported."""
-        figure = self._figure("degrees")
+        figure = self._figure("fin angle, degrees")
         commanded, reported = (np.degrees(self._c[name]) for name in ("applied.fins", "frame.fins.value"))
         for i, name in enumerate(_fin_names(self._log, commanded.shape[1])):
             colour = _PAIRS[i % len(_PAIRS)]
@@ -180,7 +180,7 @@ class Figures:
 
     def propeller(self) -> Plot:
         """Propeller: commanded and reported."""
-        figure = self._figure("rpm")
+        figure = self._figure("propeller speed, rpm")
         line(figure, self._t, 60.0 * self._c["applied.n"], "commanded", ESTIMATE)
         line(figure, self._t, 60.0 * self._c["frame.n.value"], "reported", "#dc2626", dash="dot")
         minimum_height(figure, 20.0)
@@ -189,13 +189,13 @@ class Figures:
     def tracking(self) -> Iterator[Plot]:
         """What was wanted minus what was true, or believed where nobody knew."""
         against = "the truth" if self._truth else "the estimate"
-        figure = self._figure("m")
+        figure = self._figure("reference minus actual, m")
         line(figure, self._t, self._c["reference.z_d"] - self._pose["eta.z"], "depth", ESTIMATE)
         line(figure, self._t, self._off, "path", "#059669")
         minimum_height(figure, 0.1)
         flown = " Path: horizontal distance to the planned path, in MISSION." if np.isfinite(self._off).any() else ""
         yield Plot("Tracking error", f"Against {against}.{flown}", figure)
-        figure = self._figure("degrees")
+        figure = self._figure("reference minus actual, degrees")
         line(figure, self._t, wrapped_deg(self._c["reference.psi_d"] - self._pose["eta.psi"]), "heading", ESTIMATE)
         minimum_height(figure, 1.0)
         yield Plot("Heading error", f"Against {against}.", figure)
@@ -213,7 +213,7 @@ class Figures:
 
     def _within(self, title: str, note: str, error: Array, low: Array, high: Array, least: float) -> Plot:
         """An error in the band where it should be. The error makes the height of the axis, at `least` so much."""
-        figure = self._figure("m")
+        figure = self._figure("error, m")
         band(figure, self._t, low, high, "3 σ")
         line(figure, self._t, error, "error", ESTIMATE)
         top = max(2.0 * float(np.nanmax(np.abs(error), initial=0.0)), least)

@@ -7,7 +7,7 @@ from typing import Any
 
 from firmware_py import app
 from firmware_py.control.control import LawKind
-from firmware_py.control.gains import PAPER_DEPTH, PAPER_HEADING, Preset
+from firmware_py.control.sliding_mode_gains import PAPER_DEPTH_GAINS, PAPER_HEADING_GAINS, GainSet
 from firmware_py.params import ParamError, dump
 from sternplane.logs.reading import Log
 from sternplane.logs.summary import Summary, key_figures, outcome
@@ -18,7 +18,7 @@ _IDENTITY = (("seed", "seed"), ("faults", "faults"), ("revision", "git"), ("reco
 
 
 def flight_page(log: Log, summary: Summary) -> str:
-    """The report of a flight as HTML."""
+    """Return the report of a flight as HTML."""
     header, figures = log.header, Figures(log)
     events = [(f"{t:.2f} s", text) for t, text in log.events] or [("", "none")]
     sections: list[Section | Heading] = [
@@ -60,12 +60,13 @@ def _identity(header: Mapping[str, Any]) -> str:
 
 
 def _law(header: Mapping[str, Any]) -> str:
-    """Law, gains and vehicle in one line."""
+    """Return vehicle, law, gains and configuration in one line."""
     control, files = _control(header), header.get("configuration", {}).get("files", {})
     if control is None:
         return ""
-    gains = {Preset.PAPER: "the paper's gains"}.get(control.gains, "gains of the configuration")
-    law = f"law {control.law.name.lower()}" + (f", {gains}" if control.law is LawKind.SLIDING else "")
+    law = f"law {control.law.name.lower()}"
+    if control.law is LawKind.SLIDING:
+        law += ", the paper's gains" if control.gains is GainSet.PAPER else ", gains of the configuration"
     name = header["configuration"].get("vehicle", {}).get("name", "")
     return " · ".join(part for part in (f"vehicle {name}" if name else "", law, files.get("autopilot", "")) if part)
 
@@ -81,7 +82,7 @@ def _settings(header: Mapping[str, Any]) -> Iterator[list[str]]:
     yield ["law", control.law.name.lower()]
     if sliding:
         yield ["gains", control.gains.name.lower()]
-    printed = {"depth": PAPER_DEPTH, "heading": PAPER_HEADING} if control.gains is Preset.PAPER else {}
+    printed = {"depth": PAPER_DEPTH_GAINS, "heading": PAPER_HEADING_GAINS} if control.gains is GainSet.PAPER else {}
     for name in ("depth", "heading", "speed"):
         key = name if sliding or name == "speed" else f"{name}_pid"
         gains = dump(printed.get(key, getattr(control, key)))
@@ -95,7 +96,7 @@ def _value(value: Any) -> str:
 
 
 def _control(header: Mapping[str, Any]) -> Any:
-    """The control parameters of the header; None if it has none that this version can read."""
+    """Return the control parameters of the header; None if it has none that this version can read."""
     try:
         return app.autopilot_params(header["configuration"]).control
     except (KeyError, TypeError, ParamError):
