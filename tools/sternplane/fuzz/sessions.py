@@ -18,7 +18,7 @@ Message = Any
 
 SYSTEM, COMPONENT = 255, 190
 """The station."""
-_BOAT = (1, 1)
+_VEHICLE = (1, 1)
 _HERE = (465000000, 66000000)
 """Latitude and longitude, 1e-7 deg, of no place in particular; the recordings are laid around the vehicle's own."""
 _MISSIONS = (mav.MAV_MISSION_TYPE_MISSION, mav.MAV_MISSION_TYPE_FENCE, mav.MAV_MISSION_TYPE_RALLY)
@@ -34,13 +34,13 @@ def sessions(names: Sequence[str], here: tuple[int, int] = _HERE) -> list[list[M
 
 def long(command: int, *params: float, again: int = 0) -> Message:
     """COMMAND_LONG with some of its seven parameters."""
-    return mav.MAVLink_command_long_message(*_BOAT, command, again, *(*params, *(0.0,) * (7 - len(params))))
+    return mav.MAVLink_command_long_message(*_VEHICLE, command, again, *(*params, *(0.0,) * (7 - len(params))))
 
 
 def whole(command: int, frame: int, *params: float) -> Message:
     """COMMAND_INT with all of its seven parameters."""
     p1, p2, p3, p4, x, y, z = params
-    return mav.MAVLink_command_int_message(*_BOAT, frame, command, 0, 0, p1, p2, p3, p4, int(x), int(y), z)
+    return mav.MAVLink_command_int_message(*_VEHICLE, frame, command, 0, 0, p1, p2, p3, p4, int(x), int(y), z)
 
 
 def _connect(here: tuple[int, int]) -> list[Message]:
@@ -53,7 +53,7 @@ def _connect(here: tuple[int, int]) -> list[Message]:
         long(mav.MAV_CMD_GET_MESSAGE_INTERVAL, mav.MAVLINK_MSG_ID_ATTITUDE),
         long(mav.MAV_CMD_SET_MESSAGE_INTERVAL, mav.MAVLINK_MSG_ID_ATTITUDE, 0),
         long(mav.MAV_CMD_CONTROL_HIGH_LATENCY, 0),
-        mav.MAVLink_request_data_stream_message(*_BOAT, mav.MAV_DATA_STREAM_ALL, 4, 1),
+        mav.MAVLink_request_data_stream_message(*_VEHICLE, mav.MAV_DATA_STREAM_ALL, 4, 1),
         mav.MAVLink_timesync_message(0, 4711),
         mav.MAVLink_ping_message(4711, 1, 0, 0),
         mav.MAVLink_system_time_message(1_800_000_000_000_000, 0),
@@ -76,7 +76,7 @@ def _fly() -> list[Message]:
         long(mav.MAV_CMD_DO_PAUSE_CONTINUE, 0),
         long(mav.MAV_CMD_DO_PAUSE_CONTINUE, 1),
         long(mav.MAV_CMD_DO_SET_MISSION_CURRENT, 1),
-        mav.MAVLink_mission_set_current_message(*_BOAT, 1),
+        mav.MAVLink_mission_set_current_message(*_VEHICLE, 1),
         long(mav.MAV_CMD_NAV_LOITER_UNLIM),
         mav.MAVLink_manual_control_message(1, 300, -200, 500, 100, 0),
     ]
@@ -96,24 +96,24 @@ def _steer(here: tuple[int, int]) -> list[Message]:
         whole(mav.MAV_CMD_GUIDED_CHANGE_ALTITUDE, relative, 0, 0, 0, 0, 0, 0, -7),
         long(mav.MAV_CMD_CONDITION_YAW, 45, 0, 1, 1),
         long(mav.MAV_CMD_GUIDED_CHANGE_HEADING, 1, 120, 1),
-        mav.MAVLink_set_position_target_local_ned_message(0, *_BOAT, 1, depth, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 0),
-        mav.MAVLink_set_position_target_local_ned_message(0, *_BOAT, 1, heading, 0, 0, 0, 1, 1, 0, 0, 0, 0, 2, 0),
+        mav.MAVLink_set_position_target_local_ned_message(0, *_VEHICLE, 1, depth, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 0),
+        mav.MAVLink_set_position_target_local_ned_message(0, *_VEHICLE, 1, heading, 0, 0, 0, 1, 1, 0, 0, 0, 0, 2, 0),
         mav.MAVLink_set_position_target_global_int_message(
-            *(0, *_BOAT, relative, place, north, here[1], -5, 0, 0, 0, 0, 0, 0, 0, 0)
+            *(0, *_VEHICLE, relative, place, north, here[1], -5, 0, 0, 0, 0, 0, 0, 0, 0)
         ),
-        mav.MAVLink_set_attitude_target_message(0, *_BOAT, 7, [1, 0, 0, 0], 0, 0, 0, 0.5),
+        mav.MAVLink_set_attitude_target_message(0, *_VEHICLE, 7, [1, 0, 0, 0], 0, 0, 0, 0.5),
     ]
 
 
 def _parameters(names: Sequence[str]) -> list[Message]:
     known = [name.encode() for name in names]
     return [
-        mav.MAVLink_param_request_list_message(*_BOAT),
-        *(mav.MAVLink_param_request_read_message(*_BOAT, name, -1) for name in known[:3]),
-        mav.MAVLink_param_request_read_message(*_BOAT, b"", 2),
-        mav.MAVLink_param_request_read_message(*_BOAT, b"NO_SUCH", -1),
+        mav.MAVLink_param_request_list_message(*_VEHICLE),
+        *(mav.MAVLink_param_request_read_message(*_VEHICLE, name, -1) for name in known[:3]),
+        mav.MAVLink_param_request_read_message(*_VEHICLE, b"", 2),
+        mav.MAVLink_param_request_read_message(*_VEHICLE, b"NO_SUCH", -1),
         *(
-            mav.MAVLink_param_set_message(*_BOAT, name, value, kind)
+            mav.MAVLink_param_set_message(*_VEHICLE, name, value, kind)
             for i, name in enumerate(known)
             for value, kind in (((0.5, 1.0, 2.0, 10.0)[i % 4], 9), (i % 3 * 1e-45, 6))
         ),
@@ -123,7 +123,7 @@ def _parameters(names: Sequence[str]) -> list[Message]:
 def ftp(number: int, op: int, data: bytes = b"", session: int = 0, offset: int = 0, size: int | None = None) -> Message:
     """A request of MAVLink FTP."""
     head = _FTP.pack(number, session, op, len(data) if size is None else size, 0, 0, offset)
-    return mav.MAVLink_file_transfer_protocol_message(0, *_BOAT, (head + data).ljust(251, b"\0"))
+    return mav.MAVLink_file_transfer_protocol_message(0, *_VEHICLE, (head + data).ljust(251, b"\0"))
 
 
 def _files() -> list[Message]:
@@ -146,11 +146,11 @@ def _files() -> list[Message]:
 
 def _logs() -> list[Message]:
     return [
-        mav.MAVLink_log_request_list_message(*_BOAT, 0, 0xFFFF),
-        mav.MAVLink_log_request_data_message(*_BOAT, 1, 0, 4000),
-        mav.MAVLink_log_request_data_message(*_BOAT, 2, 900, 0xFFFFFFFF),
-        mav.MAVLink_log_request_end_message(*_BOAT),
-        mav.MAVLink_log_erase_message(*_BOAT),
+        mav.MAVLink_log_request_list_message(*_VEHICLE, 0, 0xFFFF),
+        mav.MAVLink_log_request_data_message(*_VEHICLE, 1, 0, 4000),
+        mav.MAVLink_log_request_data_message(*_VEHICLE, 2, 900, 0xFFFFFFFF),
+        mav.MAVLink_log_request_end_message(*_VEHICLE),
+        mav.MAVLink_log_erase_message(*_VEHICLE),
     ]
 
 
@@ -158,7 +158,7 @@ def item(kind: int, seq: int, frame: int, command: int, *params: float) -> Messa
     """MISSION_ITEM_INT with all of its seven parameters."""
     p1, p2, p3, p4, x, y, z = params
     return mav.MAVLink_mission_item_int_message(
-        *_BOAT, seq, frame, command, 0, 1, p1, p2, p3, p4, int(x), int(y), z, kind
+        *_VEHICLE, seq, frame, command, 0, 1, p1, p2, p3, p4, int(x), int(y), z, kind
     )
 
 
@@ -199,21 +199,24 @@ def _uploads(here: tuple[int, int]) -> list[list[Message]]:
     """Each type uploaded, and fetched again; then all of it cleared."""
     talks = []
     for kind, items in plans(here).items():
-        whole_list = [mav.MAVLink_mission_request_list_message(*_BOAT, kind)]
-        fetched = [mav.MAVLink_mission_request_int_message(*_BOAT, seq, kind) for seq in range(len(items))]
-        older = [mav.MAVLink_mission_request_message(*_BOAT, 0, kind), mav.MAVLink_mission_ack_message(*_BOAT, 0, kind)]
+        whole_list = [mav.MAVLink_mission_request_list_message(*_VEHICLE, kind)]
+        fetched = [mav.MAVLink_mission_request_int_message(*_VEHICLE, seq, kind) for seq in range(len(items))]
+        older = [
+            mav.MAVLink_mission_request_message(*_VEHICLE, 0, kind),
+            mav.MAVLink_mission_ack_message(*_VEHICLE, 0, kind),
+        ]
         talks.append(
-            [mav.MAVLink_mission_count_message(*_BOAT, len(items), kind), *items, *whole_list, *fetched, *older]
+            [mav.MAVLink_mission_count_message(*_VEHICLE, len(items), kind), *items, *whole_list, *fetched, *older]
         )
     float_item = mav.MAVLink_mission_item_message(
-        *_BOAT, 0, 3, mav.MAV_CMD_NAV_WAYPOINT, 0, 1, 0, 0, 0, 0, 46.5, 6.6, -5
+        *_VEHICLE, 0, 3, mav.MAV_CMD_NAV_WAYPOINT, 0, 1, 0, 0, 0, 0, 46.5, 6.6, -5
     )
     partial = (
-        mav.MAVLink_mission_write_partial_list_message(*_BOAT, 0, 1),
-        mav.MAVLink_mission_request_partial_list_message(*_BOAT, 0, 1),
+        mav.MAVLink_mission_write_partial_list_message(*_VEHICLE, 0, 1),
+        mav.MAVLink_mission_request_partial_list_message(*_VEHICLE, 0, 1),
     )
-    cleared = [mav.MAVLink_mission_clear_all_message(*_BOAT, kind) for kind in (*_MISSIONS, 255)]
-    talks.append([mav.MAVLink_mission_count_message(*_BOAT, 1), float_item, *partial, *cleared])
+    cleared = [mav.MAVLink_mission_clear_all_message(*_VEHICLE, kind) for kind in (*_MISSIONS, 255)]
+    talks.append([mav.MAVLink_mission_count_message(*_VEHICLE, 1), float_item, *partial, *cleared])
     return talks
 
 

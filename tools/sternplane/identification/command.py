@@ -42,7 +42,7 @@ def command(options: argparse.Namespace) -> int:
     table = learned_table(recording.table, found, assessment)
     with prefix_errors(str(folder / "vehicle.toml")):
         ObserverModel(load(Vehicle, table, "learned"), ())  # what was learned can be flown
-    document = results.document(log, recording, found, assessment)
+    document = results.result_document(log, recording, found, assessment)
     _write(folder, document, page.page(log, recording, found, document))
     vehicle_file.write(folder / "vehicle.toml", table, results.origin(ORIGIN, document))
     console = Console()

@@ -49,7 +49,7 @@ class Estimated:
 
 @dataclass(frozen=True)
 class Identification:
-    """All that is found.
+    """Both estimates, and what their residuals say.
 
     Attributes:
         names: the coefficients; `believed` what the vehicle file says, `prior` (names,) its 1 sigma.
@@ -88,7 +88,7 @@ class Identification:
 
     @property
     def taken(self) -> Estimated:
-        """The one to believe."""
+        """The estimate that is taken."""
         return self.likelihood if self.white else self.filtered
 
     @property
@@ -100,7 +100,7 @@ class Identification:
 def identify(
     recording: Recording, params: CoefficientParams, watch: Callable[[int, float], None] = lambda _step, _gain: None
 ) -> Identification:
-    """Estimates `params.names` from a recording.
+    """Estimate `params.names` from a recording.
 
     Args:
         recording: see there.
@@ -124,11 +124,11 @@ def identify(
     found = fit(model, recording, prior, watch)
     sure, learned = confidence(found), slice(model.first, model.size)
     bank = CoefficientEkf(recording.vehicle, params)
-    told, history = _filtered(bank, recording)
+    estimate, history = _filtered(bank, recording)
     block = slice(bank.model.first, bank.model.first + len(params.names))
     size = found.std / recording.std
     white = bool(found.found and np.abs(sure.whiteness).max() < WHITE and size.max() < LARGE)
-    current, current_std = told.current, told.current_std
+    current, current_std = estimate.current, estimate.current_std
     if white and model.water:
         place = slice(MOVING, MOVING + model.water)
         current, current_std = found.x[place], np.sqrt(np.diag(sure.covariance)[place])
@@ -137,7 +137,7 @@ def identify(
         believed=np.array(model.believed),
         prior=prior[learned],
         likelihood=Estimated(found.x[learned], sure.covariance[learned, learned]),
-        filtered=Estimated(told.values, told.covariance[block, block]),
+        filtered=Estimated(estimate.values, estimate.covariance[block, block]),
         white=white,
         current=current,
         current_std=current_std,
@@ -146,14 +146,14 @@ def identify(
         size=size,
         widening=sure.widening[learned],
         nis=_nis(history),
-        turbulence=told.turbulence,
+        turbulence=estimate.turbulence,
         history=history,
         first=block.start,
     )
 
 
 def _filtered(bank: CoefficientEkf, recording: Recording) -> tuple[Estimate, History]:
-    """What the filter knows in the end, and how it came there."""
+    """Return the final estimate of the filter and its history."""
     bank.start(recording.start[:6].tolist(), recording.start[6:].tolist(), recording.std.tolist())
     history = bank.run(recording.h, recording.inputs, recording.z, recording.std**2)
     if history.steps < len(recording.inputs):

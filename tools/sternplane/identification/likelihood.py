@@ -61,7 +61,7 @@ def fit(
     prior_std: Array,
     watch: Callable[[int, float], None] = lambda _step, _gain: None,
 ) -> Fit:
-    """The state at the start that makes the recording most likely.
+    """Return the state at the start that makes the recording most likely.
 
     Args:
         model: with the water, biases and names that are to be found; believed values are where the search begins.
@@ -74,13 +74,13 @@ def fit(
     """
     believed = model.state(recording.start[:6].tolist(), recording.start[6:].tolist())
     prior = prior_std**-2.0
-    x, flown = believed, simulate(model, recording, believed)
-    if flown is None:
-        raise UsageError("the believed vehicle cannot be flown on the log's inputs: its motion leaves the numbers")
+    x, trajectory = believed, simulate(model, recording, believed)
+    if trajectory is None:
+        raise UsageError("the believed vehicle cannot be flown on the log's inputs: its motion becomes non-finite")
     damping, found, step = DAMPING, False, 0
     while not found and step < STEPS_MAX and damping < DAMPING_MAX:
-        std, cost = spread(flown.residuals), _cost(flown, x - believed, prior)
-        information, slope = normal(flown.residuals, flown.slopes, std)
+        std, cost = spread(trajectory.residuals), _cost(trajectory, x - believed, prior)
+        information, slope = normal(trajectory.residuals, trajectory.slopes, std)
         information += np.diag(prior)
         slope -= prior * (x - believed)
         scale = np.sqrt(np.diag(information))
@@ -91,11 +91,11 @@ def fit(
             tried = simulate(model, recording, ahead)
             gain = -math.inf if tried is None else cost - _cost(tried, ahead - believed, prior)
             if tried is not None and gain > 0.0:
-                x, flown, damping, step = ahead, tried, 0.1 * damping, step + 1
+                x, trajectory, damping, step = ahead, tried, 0.1 * damping, step + 1
                 watch(step, gain)
                 break
             damping *= 10.0
-    return Fit(x, flown.residuals, flown.slopes, spread(flown.residuals), prior, step, found)
+    return Fit(x, trajectory.residuals, trajectory.slopes, spread(trajectory.residuals), prior, step, found)
 
 
 def spread(residuals: Array) -> Array:
@@ -121,7 +121,7 @@ def whitened(residuals: Array, slopes: Array, std: Array, i: int) -> tuple[Array
     return slopes[measured, i] / std[i], residuals[measured, i] / std[i]
 
 
-def _cost(flown: Trajectory, away: Array, prior: Array) -> float:
+def _cost(trajectory: Trajectory, away: Array, prior: Array) -> float:
     """Less the logarithm of the likelihood, the noise being what the residuals have."""
-    count = np.isfinite(flown.residuals).sum(axis=0)
-    return float(count @ np.log(spread(flown.residuals)) + 0.5 * prior @ away**2)
+    count = np.isfinite(trajectory.residuals).sum(axis=0)
+    return float(count @ np.log(spread(trajectory.residuals)) + 0.5 * prior @ away**2)

@@ -1,4 +1,6 @@
-"""How much learning manoeuvres tell: `python -m sternplane.identification.manoeuvre_design [kind] [--grip SHARE ...]`.
+"""Design of the learning manoeuvres, by how much each tells.
+
+`python -m sternplane.identification.manoeuvre_design [kind] [--grip SHARE ...]` prints a row for each candidate.
 
 Each candidate is flown for 60 s under guidance and laws as in the vehicle, at the true state, with servos that lag.
 The Cramér-Rao bound of the ten coefficients (`bound`) then says what any estimator can make of that flight at best:
@@ -52,7 +54,7 @@ _DEPTH = 60.0
 
 
 class ManoeuvreResult(NamedTuple):
-    """What came of one candidate: relative 1 sigma of the ten, and how far (m, rad) the boat went off for it."""
+    """Result of one candidate: relative 1 sigma of the ten, and how far (m, rad) the vehicle deviated."""
 
     sigma: Array
     depth: float
@@ -67,7 +69,7 @@ class ManoeuvreResult(NamedTuple):
 
 
 class ManoeuvreController:
-    """Guidance and laws of the configuration on a mission of one manoeuvre; a `trial.Hold` at 100 Hz."""
+    """Guidance and laws of the configuration on a mission of one manoeuvre; a `busless_flight.Hold` at 100 Hz."""
 
     def __init__(self, manoeuvre: Manoeuvre, grip: float) -> None:
         configuration = config_files.read_configuration(CONFIG)
@@ -93,29 +95,29 @@ class ManoeuvreController:
 
 
 def evaluate(truth: Truth, manoeuvre: Manoeuvre, grip: float, seconds: float = 60.0) -> ManoeuvreResult:
-    """Flies a manoeuvre for so long from trim at 60 m and bounds what it tells.
+    """Fly a manoeuvre for so long from trim at 60 m and bounds what it tells.
 
     Args:
-        truth: the boat.
+        truth: the simulated vehicle.
         manoeuvre: of any duration.
         grip: share of the laws, in [0, 1].
         seconds: how long.
     """
-    rooms, steps, h = ManoeuvreController(manoeuvre, grip), round(seconds * 100.0), 0.01
+    controller, steps, h = ManoeuvreController(manoeuvre, grip), round(seconds * 100.0), 0.01
     start = Start(eta=Eta(0.0, 0.0, _DEPTH, 0.0, 0.0, 0.0))
-    flight = fly(truth, np.zeros((steps, 2)), start.n, h, start=start, ideal_fins=False, hold=rooms)
+    flight = fly(truth, np.zeros((steps, 2)), start.n, h, start=start, ideal_fins=False, hold=controller)
     return ManoeuvreResult(
-        relative_sigma(rooms, flight),
+        relative_sigma(controller, flight),
         float(np.max(np.abs(flight.eta[:, 2] - _DEPTH))),
         float(np.max(np.abs(flight.x[:, 7]))),
         float(np.max(np.abs(flight.x[:, 8]))),
-        rooms.waited,
+        controller.waited,
     )
 
 
-def relative_sigma(rooms: ManoeuvreController, flight: BuslessFlight) -> Array:
-    """The bound of the ten at the end of a flight, 1 sigma, as shares of what they are."""
-    model = ObserverModel(rooms.vehicle, TEN)
+def relative_sigma(controller: ManoeuvreController, flight: BuslessFlight) -> Array:
+    """Return the bound of the ten at the end of a flight, 1 sigma, as shares of what they are."""
+    model = ObserverModel(controller.vehicle, TEN)
     believed = np.abs(np.array(model.believed))
     prior = np.concatenate([_START_STD, [_CURRENT] * 2, _PRIOR * believed])
     came = measured(len(flight.inputs), 0.01, _RATES)
@@ -126,7 +128,7 @@ def relative_sigma(rooms: ManoeuvreController, flight: BuslessFlight) -> Array:
 
 
 def candidates(kind: Kind) -> Iterator[Manoeuvre]:
-    """What is worth flying of a kind."""
+    """Yield the candidates of a kind."""
     if kind is Kind.ZIGZAG:
         for amplitude, pitch, heading in itertools.product((5, 10, 15, 20), (4, 8, 12), (5, 10, 20)):
             angle = math.radians(amplitude)
@@ -142,7 +144,7 @@ def candidates(kind: Kind) -> Iterator[Manoeuvre]:
 
 
 def main() -> None:
-    """Prints a row for each candidate, the most telling first."""
+    """Print a row for each candidate, the most telling first."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("kind", nargs="*", type=lambda word: Kind[word.upper()], help="zigzag, doublets, prbs; all")
     parser.add_argument("--grip", type=float, nargs="+", default=[ManoeuvreParams().grip], help="shares of the laws")

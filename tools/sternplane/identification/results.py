@@ -17,14 +17,14 @@ from sternplane.logs.learned import believed, truth
 from sternplane.logs.reading import Log
 
 DIRECTIONS = 3
-"""So many of the weakest directions are told."""
+"""So many of the weakest directions are document."""
 APART = 5.0
 """Two estimates from the same measurements differ by far less than this many sigmas if both are right."""
 CONSISTENT = (0.8, 1.2)
 """The filter's mean NIS, were its model right."""
 
 
-def document(log: Log, recording: Recording, found: Identification, verdict: Assessment) -> dict[str, Any]:
+def result_document(log: Log, recording: Recording, found: Identification, assessment: Assessment) -> dict[str, Any]:
     """All of it in plain numbers; None where there is none."""
     true, names = truth(log.header, believed(log.header)), found.names
     by_name = {}
@@ -34,7 +34,7 @@ def document(log: Log, recording: Recording, found: Identification, verdict: Ass
             "filter": _known(found.filtered, i),
             "likelihood": {**_known(found.likelihood, i), "widened": float(found.widening[i]), "valid": found.white},
             "truth": true.get(name),
-            "identifiable": name not in verdict.unknown,
+            "identifiable": name not in assessment.unknown,
         }
     return {
         "log": str(log.path.resolve()),  # runs/latest is another one tomorrow
@@ -49,7 +49,7 @@ def document(log: Log, recording: Recording, found: Identification, verdict: Ass
         "correlation": np.round(_correlation(found.taken), 4).tolist(),
         "weak": [
             {"direction": one.words, "sigma": one.sigma, "weights": dict(zip(names, one.weights.tolist(), strict=True))}
-            for one in verdict.weak
+            for one in assessment.weak
         ],
         "current": [None if math.isnan(x) else float(x) for x in (*found.current, *found.current_std)],
         "turbulence": found.turbulence,
@@ -64,7 +64,7 @@ def document(log: Log, recording: Recording, found: Identification, verdict: Ass
         },
         "steps": found.fit.steps,
         "at_rest": found.fit.found,
-        "not_identifiable": list(verdict.sentences),
+        "not_identifiable": list(assessment.sentences),
         "remarks": [*([f"The log is {log.lost}."] if log.lost else []), *remarks(recording, found)],
     }
 
@@ -107,43 +107,43 @@ def remarks(recording: Recording, found: Identification) -> list[str]:
     return said
 
 
-def print_results(console: Console, told: dict[str, Any]) -> None:
-    """The table, the weak directions and the verdict."""
+def print_results(console: Console, document: dict[str, Any]) -> None:
+    """The table, the weak directions and the assessment."""
     table = Table(box=None, pad_edge=True)
-    true = any(one["truth"] is not None for one in told["coefficients"].values())
+    true = any(one["truth"] is not None for one in document["coefficients"].values())
     for head in ("", "believed", "filter", "±3σ", "likelihood", "±3σ", "taken ±3σ", *(["truth"] if true else [])):
         table.add_column(head, justify="left" if not head else "right", no_wrap=True)
-    for name, one in told["coefficients"].items():
+    for name, one in document["coefficients"].items():
         filtered, likely = one["filter"], one["likelihood"]
-        share = 300.0 * one[told["taken"]]["std"] / abs(one[told["taken"]]["value"] or one["believed"])
+        share = 300.0 * one[document["taken"]]["std"] / abs(one[document["taken"]]["value"] or one["believed"])
         cells = [f"{one['believed']:.5f}", f"{filtered['value']:.5f}", f"{3.0 * filtered['std']:.5f}"]
         cells += [f"{likely['value']:.5f}", f"{3.0 * likely['std']:.5f}" if likely["valid"] else "not valid"]
         cells.append(f"{share:.2f} %" if one["identifiable"] else "as believed")
         table.add_row(name, *cells, *([f"{one['truth']:.5f}"] if one["truth"] is not None else []))
     console.print(table)
-    for one in told["weak"][:DIRECTIONS]:
+    for one in document["weak"][:DIRECTIONS]:
         console.print(f"  {one['direction']}: known to {100.0 * one['sigma']:.2g} % (1 sigma)", highlight=False)
-    for sentence in told["remarks"]:
+    for sentence in document["remarks"]:
         console.print(f"  {sentence}", highlight=False)
-    for sentence in told["not_identifiable"]:
+    for sentence in document["not_identifiable"]:
         console.print(f"  not identifiable: {sentence}", highlight=False, style="bold red")
 
 
-def origin(first: str, told: dict[str, Any]) -> str:
+def origin(first: str, document: dict[str, Any]) -> str:
     """The comment at the top of the vehicle file."""
     method = "the filter"
-    if told["taken"] == "likelihood":
+    if document["taken"] == "likelihood":
         method = "maximum likelihood, whose intervals know nothing of errors in what was not estimated"
     lines = [
-        f"{first} from {told['log']} ({told['scenario']}, revision {told['revision']}),",
-        f"{told['from']:.2f} to {told['to']:.2f} s,",
+        f"{first} from {document['log']} ({document['scenario']}, revision {document['revision']}),",
+        f"{document['from']:.2f} to {document['to']:.2f} s,",
         f"by {method};",
-        f"all else is as in {told['vehicle']}. With 3 sigma:",
+        f"all else is as in {document['vehicle']}. With 3 sigma:",
         "",
     ]
-    for name, one in told["coefficients"].items():
+    for name, one in document["coefficients"].items():
         if one["identifiable"]:
-            known = one[told["taken"]]
+            known = one[document["taken"]]
             lines.append(f"{name} = {known['value']:.6g} +- {3.0 * known['std']:.2g} (was {one['believed']:.6g})")
         else:
             lines.append(f"{name} is not identifiable from this log and stays {one['believed']:.6g}")

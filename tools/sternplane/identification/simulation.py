@@ -1,4 +1,4 @@
-"""One flight of the model from an initial state, and the slopes of all it does by that state: S = Phi S."""
+"""Simulation of the model from an initial state, with the sensitivity of the trajectory to that state: S = Phi S."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ YAW = MOTIONS.index("psi")
 
 
 class Trajectory(NamedTuple):
-    """The model's flight from one initial state."""
+    """The trajectory of the model from one initial state."""
 
     residuals: Array
     """(K, 9): measured less predicted; NaN where nothing was measured."""
@@ -30,7 +30,7 @@ class Trajectory(NamedTuple):
 
 
 def simulate(model: ObserverModel, recording: Recording, x: Array) -> Trajectory | None:
-    """The model's flight from the state x (size,) at the start; None if it leaves the numbers.
+    """Simulate the model from the state x (size,) at the start; None if it becomes non-finite.
 
     Raises:
         UsageError: the model's water has eddies; what they do is process noise, and this flight has none.

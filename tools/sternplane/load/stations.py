@@ -16,7 +16,7 @@ from pymavlink import mavftp, mavutil  # type: ignore[import-untyped]
 from firmware_py.mavlink.telemetry.streams import DEFAULT_STREAMS
 
 mavlink = mavutil.mavlink
-BOAT = (1, 1)
+VEHICLE = (1, 1)
 _INTERVAL_US = 50_000
 """Of every message that there is: more than a link carries."""
 _BUFFER = 4 << 20
@@ -80,7 +80,7 @@ class Station(threading.Thread):
         """Sends a command until it is answered."""
         filled = (*params, *(0.0,) * (7 - len(params)))
         while self.left > 0.0:
-            self.link.mav.command_long_send(*BOAT, number, 0, *filled)
+            self.link.mav.command_long_send(*VEHICLE, number, 0, *filled)
             answer = self.hear("COMMAND_ACK", _PATIENCE_S)
             if answer is not None and answer.command == number:
                 return
@@ -116,7 +116,7 @@ class Parameters(Station):
         self._heard = time.monotonic()
         self._asked: dict[str, tuple[float, float]] = {}
         due, turn = time.monotonic(), 0
-        self.link.mav.param_request_list_send(*BOAT)
+        self.link.mav.param_request_list_send(*VEHICLE)
         while self.left > 0.0:
             message, now = self.hear("PARAM_VALUE", 0.01), time.monotonic()
             if message is not None:
@@ -141,12 +141,12 @@ class Parameters(Station):
         if not self._missing:
             self.counts["parameter lists fetched"] += 1
             self._missing = set(range(message.param_count))
-            self.link.mav.param_request_list_send(*BOAT)
+            self.link.mav.param_request_list_send(*VEHICLE)
 
     def _again(self, now: float) -> None:
         self._heard = now
         self.counts["said again"] += 1
-        self.link.mav.param_request_list_send(*BOAT)
+        self.link.mav.param_request_list_send(*VEHICLE)
 
     def _set(self, name: str, value: float, now: float) -> None:
         """One value after the other; one that was not echoed is said again."""
@@ -156,7 +156,7 @@ class Parameters(Station):
                 return
             self.counts["said again"] += 1
         self._asked[name] = value, now
-        self.link.mav.param_set_send(*BOAT, name.encode(), value, mavlink.MAV_PARAM_TYPE_REAL32)
+        self.link.mav.param_set_send(*VEHICLE, name.encode(), value, mavlink.MAV_PARAM_TYPE_REAL32)
 
 
 class Files(Station):
@@ -170,7 +170,7 @@ class Files(Station):
     def work(self) -> None:
         """See `Station`."""
         while self.left > _IDLE_S:
-            client = mavftp.MAVFTP(self.link, *BOAT)
+            client = mavftp.MAVFTP(self.link, *VEHICLE)
             client.ftp_settings.burst_read_size = _PART
             listed = client.cmd_list(["logs"]).directory_listing
             if not listed or not listed[0].size_b:
@@ -213,7 +213,7 @@ class Missions(Station):
         last = None
         while self.left > 0.0:
             if last is None:
-                self.link.mav.mission_count_send(*BOAT, self._items)
+                self.link.mav.mission_count_send(*VEHICLE, self._items)
             else:
                 self._item(last, latitude, longitude)
             while message := self.hear(["MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_ACK"], _PATIENCE_S):
@@ -230,4 +230,4 @@ class Missions(Station):
         north, east = latitude + 900 * seq, longitude + 2000 * (seq % 2)
         frame, command = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, mavlink.MAV_CMD_NAV_WAYPOINT
         depth = -5.0 if seq else 0.0
-        self.link.mav.mission_item_int_send(*BOAT, seq, frame, command, 0, 1, 0, 0, 0, 0, north, east, depth)
+        self.link.mav.mission_item_int_send(*VEHICLE, seq, frame, command, 0, 1, 0, 0, 0, 0, north, east, depth)

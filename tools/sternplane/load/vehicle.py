@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from firmware_py.autopilot import Autopilot
     from firmware_py.ports import Ground, Hardware, Recorder, Schedule
 
-PHASES = ("the boat", "hear", "obey", "think", "act", "record", "report")
-"""The boat is the simulator's, and the wait for the tick; the others are the lines of `loop.run`."""
+PHASES = ("the plant", "hear", "obey", "think", "act", "record", "report")
+"""The plant is the simulator's, and the wait for the tick; the others are the lines of `loop.run`."""
 _STARTED = 200
 """Cycles before this one are not counted: they do many things for the first time."""
 

@@ -88,7 +88,7 @@ def learned_summary(log: Log) -> dict[str, Any] | None:
         return None
     last = {name: log.columns[f"{_HERE}.{name}"][-1].tolist() for name in _BESIDE}
     squares = [c.error_sigmas[-1] ** 2 for c in learned if np.isfinite(c.error_sigmas[-1])]
-    said: dict[str, Any] = _sayable(
+    said: dict[str, Any] = _with_none(
         {
             "coefficients": {c.name: _figures(c) for c in learned},
             "taught": [list(said) for said in manoeuvre_results(log)],
@@ -116,12 +116,12 @@ def _figures(c: Coefficient) -> dict[str, Any]:
     }
 
 
-def _sayable(value: Any) -> Any:
+def _with_none(value: Any) -> Any:
     """None for numbers that JSON has no word for."""
     if isinstance(value, Mapping):
-        return {key: _sayable(inner) for key, inner in value.items()}
+        return {key: _with_none(inner) for key, inner in value.items()}
     if isinstance(value, list):
-        return [_sayable(inner) for inner in value]
+        return [_with_none(inner) for inner in value]
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
@@ -150,7 +150,7 @@ def believed(header: Mapping[str, Any]) -> dict[str, float]:
 
 
 def truth(header: Mapping[str, Any], believed: Mapping[str, float]) -> dict[str, float]:
-    """What the boat is built like, in the believed vehicle's terms: a group's scale only where it has one.
+    """What the simulated vehicle is built like, in the believed vehicle's terms: a group's scale only where it has one.
 
     With another density or length the same number is another force, and nothing here is comparable.
     """

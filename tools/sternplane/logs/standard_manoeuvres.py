@@ -1,4 +1,4 @@
-"""Standard manoeuvres of a boat steered by hand: the turning circle and the zigzag (ITTC 7.5-04-02-01)."""
+"""Standard manoeuvres of a vehicle steered by hand: the turning circle and the zigzag (ITTC 7.5-04-02-01)."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ class Zigzag(NamedTuple):
     """From the second execute to the fourth, s."""
 
 
-def circle(c: Columns, boat: Columns) -> Circle | None:
+def circle(c: Columns, pose: Columns) -> Circle | None:
     """The turning circle of the longest turn under one rudder angle in MANUAL; None below one and a half turns.
 
     The first half turn is taken for the way into it.
 
     Args:
         c: the cycles' columns.
-        boat: the boat's "eta.x", "eta.y" and "eta.psi" at the same cycles.
+        pose: the vehicle's "eta.x", "eta.y" and "eta.psi" at the same cycles.
     """
-    rudder, psi = _rudder(c), np.unwrap(boat["eta.psi"])
+    rudder, psi = _rudder(c), np.unwrap(pose["eta.psi"])
     edges = [0, *_moves(rudder), len(rudder)]
     spells = [(a, b - 1) for a, b in itertools.pairwise(edges) if rudder[a] != 0.0]
     begin, end = max(spells, key=lambda spell: abs(psi[spell[1]] - psi[spell[0]]), default=(0, 0))
@@ -51,18 +51,18 @@ def circle(c: Columns, boat: Columns) -> Circle | None:
     begin += int(np.flatnonzero(np.abs(psi[end] - psi[begin:end]) >= math.tau)[-1])
     t = c["t"][begin : end + 1]
     share = (t - t[0]) / (t[-1] - t[0])
-    x, y = (_without_drift(boat[name][begin : end + 1], share) for name in ("eta.x", "eta.y"))
+    x, y = (_without_drift(pose[name][begin : end + 1], share) for name in ("eta.x", "eta.y"))
     return Circle(2.0 * math.sqrt(np.var(x) + np.var(y)), float((psi[end] - psi[begin]) / (t[-1] - t[0])))
 
 
-def zigzag(c: Columns, boat: Columns) -> Zigzag | None:
+def zigzag(c: Columns, pose: Columns) -> Zigzag | None:
     """The zigzag of a run whose rudder was put over from side to side in MANUAL; None before the fourth execute.
 
     Args:
         c: the cycles' columns.
-        boat: the boat's "eta.psi" at the same cycles.
+        pose: the vehicle's "eta.psi" at the same cycles.
     """
-    rudder, psi = _rudder(c), np.unwrap(boat["eta.psi"])
+    rudder, psi = _rudder(c), np.unwrap(pose["eta.psi"])
     executes = _moves(rudder)[:4]
     angles = rudder[executes]
     if len(executes) < 4 or not angles[0] or not np.array_equal(angles[1:], -angles[:-1]):

@@ -29,7 +29,7 @@ Summary = dict[str, Any]
 _HELD = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN)
 
 _ROWS: tuple[tuple[str, str, str], ...] = (
-    # key, words, format with the unit
+    # key, label, format with the unit
     ("vehicle_time_s", "vehicle time", "{:.1f} s"),
     ("wall_time_s", "wall time", "{:.1f} s"),
     ("speed_up", "speed-up", "{:.1f} ×"),
@@ -52,7 +52,7 @@ _ROWS: tuple[tuple[str, str, str], ...] = (
 
 
 def summarise(log: Log) -> Summary:
-    """The figures of a run; None where the log cannot say.
+    """Return the figures of a run; None where the log cannot say.
 
     completed, reason: from the log's end record, as the run's scenario judged; None where there was
     none to judge; False for a log that was cut off.
@@ -61,7 +61,7 @@ def summarise(log: Log) -> Summary:
     depth_error_rms_m, heading_error_rms_deg: of z_d - z and psi_d - psi (the short way) over all armed cycles in which
     depth and heading are held: hold, mission, loiter, guided, return. z and psi are the truth where it was logged,
     else the estimate; `against` says which.
-    path_error_rms_m, path_error_max_m: of the horizontal distance from the boat (truth or estimate, as above) to the
+    path_error_rms_m, path_error_max_m: of the horizontal distance from the vehicle (truth or estimate, as above) to the
     planned path over the cycles in MISSION; the path is the straight lines from where MISSION was entered through the
     waypoints, the last of them without an end (`tracking.path_error`). None if no mission was flown.
     navigation_error_end_m, navigation_error_max_m: horizontal distance from the estimate to the truth.
@@ -83,16 +83,16 @@ def summarise(log: Log) -> Summary:
     dt = float(c["tick.dt_ns"][-1]) * 1e-9
     vehicle_time, wall = float(c["t"][-1]) + dt, log.end.get("wall_s")
     truth = true_columns(log)
-    boat = truth or believed_columns(log)
+    pose = truth or believed_columns(log)
     armed = c["applied.armed"]
     held = armed & np.isin(c["mode.mode"], _HELD)
-    off = path_error(log, boat)
+    off = path_error(log, pose)
     off = off[np.isfinite(off)]
     steps = np.abs(np.diff(c["applied.fins"], axis=0))[armed[1:]]
     away = navigation_error(log, truth)
     passed, total = _waypoints(log)
     late = lateness_histogram.of_log(log)
-    circle, zigzag = standard_manoeuvres.circle(c, boat), standard_manoeuvres.zigzag(c, boat)
+    circle, zigzag = standard_manoeuvres.circle(c, pose), standard_manoeuvres.zigzag(c, pose)
     reason = log.end.get("reason") or (f"the log is {log.lost}" if log.lost else "the run was ended")
     summary: Summary = {
         "completed": log.end.get("completed", False),
@@ -100,11 +100,11 @@ def summarise(log: Log) -> Summary:
         "vehicle_time_s": vehicle_time,
         "wall_time_s": wall,
         "speed_up": vehicle_time / wall if wall else None,
-        "distance_m": float(np.sum(np.sqrt(sum(np.diff(boat[f"eta.{axis}"]) ** 2 for axis in "xyz")))),
-        "depth_max_m": float(np.max(boat["eta.z"])),
+        "distance_m": float(np.sum(np.sqrt(sum(np.diff(pose[f"eta.{axis}"]) ** 2 for axis in "xyz")))),
+        "depth_max_m": float(np.max(pose["eta.z"])),
         "against": "truth" if truth else "estimate",
-        "depth_error_rms_m": _rms((c["reference.z_d"] - boat["eta.z"])[held]),
-        "heading_error_rms_deg": _rms(wrapped_deg(c["reference.psi_d"] - boat["eta.psi"])[held]),
+        "depth_error_rms_m": _rms((c["reference.z_d"] - pose["eta.z"])[held]),
+        "heading_error_rms_deg": _rms(wrapped_deg(c["reference.psi_d"] - pose["eta.psi"])[held]),
         "path_error_rms_m": _rms(off),
         "path_error_max_m": float(np.max(off)) if off.size else None,
         "navigation_error_end_m": float(away[-1]) if away.size else None,
@@ -131,25 +131,25 @@ def summarise(log: Log) -> Summary:
 
 
 def summary_table(summary: Summary) -> Group:
-    """The summary as the terminal shows it: the verdict in a line of its own, then the figures."""
+    """The summary as the terminal shows it: the outcome in a line of its own, then the figures."""
     rows = Table(show_header=False, box=None, padding=(0, 2))
-    for words, value in key_figures(summary):
-        rows.add_row(words, value)
+    for label, value in key_figures(summary):
+        rows.add_row(label, value)
     if summary["faults"]:
         rows.add_row("faults", ", ".join(summary["faults"]))
     return Group(Padding(Text(outcome(summary)), (0, 2)), rows)
 
 
 def outcome(summary: Summary) -> str:
-    """One phrase: did it do what it should, and if not, why not."""
+    """Return one phrase: whether the run was completed, and if not, why."""
     if summary["completed"] is None:
         return str(summary["reason"])
     return "completed" if summary["completed"] else f"not completed: {summary['reason']}"
 
 
 def key_figures(summary: Summary) -> list[tuple[str, str]]:
-    """(words, figure with its unit), without what the log cannot say."""
-    found = [(words, form.format(summary[key])) for key, words, form in _ROWS if summary[key] is not None]
+    """Return (label, figure with its unit), without what the log cannot say."""
+    found = [(label, form.format(summary[key])) for key, label, form in _ROWS if summary[key] is not None]
     if summary["waypoints_total"]:
         found.append(("waypoints", f"{summary['waypoints_passed']} of {summary['waypoints_total']}"))
     if late := summary["lateness"]:

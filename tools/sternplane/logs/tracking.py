@@ -1,4 +1,4 @@
-"""Where the boat was, and how far that is from where it believed to be and from where it was to go."""
+"""Where the vehicle was, and how far that is from where it believed to be and from where it was to go."""
 
 from __future__ import annotations
 
@@ -64,21 +64,21 @@ def navigation_error(log: Log, truth: Columns) -> Array:
     return away
 
 
-def path_error(log: Log, boat: Columns) -> Array:
-    """Horizontal distance from the boat to the planned path, m, at each cycle; NaN while it flies no leg of a mission.
+def path_error(log: Log, pose: Columns) -> Array:
+    """Return the horizontal distance to the planned path, m, at each cycle; NaN while no leg of a mission is flown.
 
-    The path runs straight from where the boat was when MISSION was entered through the waypoints that were then still
+    The path runs straight from where the vehicle was when MISSION was entered, through the waypoints that were still
     to be passed, and on beyond the last. It is planned anew each time MISSION is entered, after each manoeuvre, and for
     each mission that a station sends. The distance is to the nearest point of any leg, so that rounding a corner counts
     as what it leaves out, and passing from leg to leg as nothing.
 
     Args:
         log: the run.
-        boat: "eta.x" and "eta.y" at each cycle, true or believed.
+        pose: "eta.x" and "eta.y" at each cycle, true or believed.
     """
     c = log.columns
     flying = (c["mode.mode"] == Mode.MISSION) & np.isfinite(c["reference.cross_track"])
-    places = np.column_stack((boat["eta.x"], boat["eta.y"]))
+    places = np.column_stack((pose["eta.x"], pose["eta.y"]))
     away = np.full(len(places), np.nan)
     for first, last, points in missions(log):
         waypoints = points[:, :2]

@@ -101,8 +101,8 @@ def _leave(
     try:
         pictures = [drawings.draw(figure, folder) for figure in drawn]
         steps.done("the figures")
-        told = json.dumps(_plain(results), indent=2, ensure_ascii=False, allow_nan=False)
-        for name, content in (("results.json", f"{told}\n"), ("report.html", text)):
+        document = json.dumps(_plain(results), indent=2, ensure_ascii=False, allow_nan=False)
+        for name, content in (("results.json", f"{document}\n"), ("report.html", text)):
             fresh = folder / f"{name}.new"
             fresh.write_text(content, encoding="utf-8")
             fresh.replace(folder / name)

@@ -35,7 +35,7 @@ SHARES = (0.5, 0.8, 1.2, 1.5)
 EXCITED, CLOCK, AMPLITUDE = 120.0, 4.0, math.radians(15.0)
 """The excited motion: its length and the PRBS's clock, s, and its fin angle, rad."""
 STD = 0.1 * SENSOR_STD
-"""What the filter is told of the noise of measurements that have none: a tenth of the sensors'."""
+"""What the filter is given as the noise of measurements that have none: a tenth of the sensors'."""
 EQUATIONS = {"M": 4, "N": 5, "Z": 2, "Y": 1}
 """The four equations with estimated coefficients, by their place in the force."""
 
@@ -97,7 +97,7 @@ def estimate(truth: Truth, vehicle: Vehicle, done: Callable[[str], None]) -> Est
     """Flies the motions and lets the estimators look at them.
 
     Args:
-        truth: the boat.
+        truth: the simulated vehicle.
         vehicle: the vehicle file that is right.
         done: told what is done.
     """

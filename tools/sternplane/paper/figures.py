@@ -99,8 +99,8 @@ def _scenario(found: Estimation) -> Figure:
     return Figure(
         "fig3",
         "Fig. 3: the motion",
-        f"Rudder and elevator at 20° from the start at 1.8 m/s, the propeller at 500 rpm, for {LENGTH:g} s: the boat "
-        "goes down in a spiral to port.",
+        f"Rudder and elevator at 20° from the start at 1.8 m/s, the propeller at 500 rpm, for {LENGTH:g} s: the "
+        "vehicle goes down in a spiral to port.",
         [
             Panel(
                 "(a) fin angles",

@@ -235,7 +235,7 @@ class SlidingModeObserver:
 def _pushes(model: ObserverModel, vehicle: Vehicle, sides: tuple[float, float]) -> Array:
     """The force (N, N m) in each equation by a unit of each coefficient in the usual manoeuvre, (6, names).
 
-    Positive fin angles turn the bow down and to port; the boat then drifts to starboard and rises in its own axes.
+    Positive fin angles turn the bow down and to port; the vehicle then drifts to starboard and rises in its own axes.
     """
     fins, u = vehicle.effectiveness, vehicle.propeller.u_trim
     turn = TURN * u / vehicle.hull.length

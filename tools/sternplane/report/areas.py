@@ -15,20 +15,20 @@ from sternplane.logs.tracking import Array
 _INCLUSION, _EXCLUSION, _RALLY = "#15803d", "#dc2626", "#7c3aed"
 _AROUND = np.linspace(0.0, 2.0 * np.pi, 73)
 _WIDE = 3.0
-"""The view reaches so many times as far as the boat and its legs do, for a fence that is larger."""
+"""The view reaches so many times as far as the vehicle and its legs do, for a fence that is larger."""
 _LEAST = 20.0
 """From the middle of a view to its edge, m, at least."""
 
 
 class Validity(NamedTuple):
-    """The table of a fence or of rally points, and from when and until when it stood, in words; "" is all the time."""
+    """The table of a fence or of rally points, and its time of validity as text; "" is all the time."""
 
     table: Mapping[str, Any]
     when: str
 
 
 def versions(log: Log, kind: str) -> list[Validity]:
-    """Every "fence", or "rally", of a run: the configuration's, and those that stations sent meanwhile."""
+    """Return every "fence", or "rally", of a run: the configuration's, and those that stations sent meanwhile."""
     tables = [(0.0, log.header.get("configuration", {}).get(kind, {}))]
     for t_ns, documents in log.changes.items():
         for document in map(json.loads, documents):
@@ -36,12 +36,12 @@ def versions(log: Log, kind: str) -> list[Validity]:
                 tables.append((t_ns * 1e-9, document[kind]))
     ends = [f"until {t:.1f} s" for t, _ in tables[1:]] + [""]
     begins = ["", *(f"from {t:.1f} s" for t, _ in tables[1:])]
-    words = [" ".join(part for part in parts if part) for parts in zip(begins, ends, strict=True)]
-    return [Validity(table, when) for (_, table), when in zip(tables, words, strict=True)]
+    times = [" ".join(part for part in parts if part) for parts in zip(begins, ends, strict=True)]
+    return [Validity(table, when) for (_, table), when in zip(tables, times, strict=True)]
 
 
 def draw(figure: Any, log: Log) -> bool:
-    """Puts them into a plan view that has all else in it already; True if some of it is beyond the view."""
+    """Draw them into a plan view that has everything else already; return True if some of it is beyond the view."""
     view = _view(figure)
     lines: list[tuple[Array, Array]] = []
     for table, when in versions(log, "fence"):
