@@ -56,7 +56,7 @@ def test_after_an_iteration_the_filter_stands_at_the_bound_and_knows_it() -> Non
     squares = sum(run.nees[-1, 0] for run, _, _ in runs)
     low, high = chi2.ppf((0.0005, 0.9995), 10 * len(SEEDS))
     assert low < squares < high
-    for seed, (run, trial, ekf) in zip(SEEDS, runs[:3], strict=False):
+    for seed, (run, flight, ekf) in zip(SEEDS, runs[:3], strict=False):
         limit = bound_std(CURRENT, flight, ekf, seed, run.t[-1:])[0]
         np.testing.assert_allclose(run.std[-1] / limit, 1.0, atol=0.05)
 

@@ -80,7 +80,7 @@ def test_a_coefficient_whose_part_in_the_model_is_off_misses_its_targets(monkeyp
 
     def wrong() -> CoefficientEkf:
         ekf = right()
-        ekf.model.weight[ekf.names.index("M_q")] *= 1.01
+        ekf.model.arrays.terms.weight[ekf.names.index("M_q")] *= 1.01
         return ekf
 
     monkeypatch.setattr(exact, "stillwater_filter", wrong)

@@ -10,9 +10,9 @@ from rich.console import Console
 from rich.table import Table
 
 from firmware_py.estimation.model.state import MOTIONS
-from sternplane.identification.estimate import LARGE, WHITE, Identification, Estimated
-from sternplane.identification.recording import Recording
 from sternplane.identification.assessment import Assessment
+from sternplane.identification.estimate import LARGE, WHITE, Estimated, Identification
+from sternplane.identification.recording import Recording
 from sternplane.logs.learned import believed, truth
 from sternplane.logs.reading import Log
 

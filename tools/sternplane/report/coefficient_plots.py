@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from firmware_py.estimation.health import SENSORS
-from sternplane.logs.learned import Coefficient, coefficients, nis_bands, taught
+from sternplane.logs.learned import Coefficient, coefficients, manoeuvre_results, nis_bands
 from sternplane.logs.reading import Columns, Log
 from sternplane.logs.tracking import Array
-from sternplane.report.drawing import ESTIMATE, TRUTH, REFERENCE, Plot, minimum_height, band, line
+from sternplane.report.drawing import ESTIMATE, REFERENCE, TRUTH, Plot, band, line, minimum_height
 
 SECTION = "Coefficients"
 _SENSORS = dict(zip(SENSORS, (("DVL", ESTIMATE), ("gyros", "#059669"), ("attitude", "#be185d")), strict=True))

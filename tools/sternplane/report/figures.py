@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import plotly.graph_objects as go
 
-from firmware_py import app
+from firmware_py import config_files
 from firmware_py.params import ParamError
 from firmware_py.records.order import Mode
 from sternplane.logs import lateness_histogram
@@ -262,7 +262,7 @@ def _bands(t: Array, modes: Array, dt: float) -> list[Bands]:
 def _depth_limit(log: Log) -> float | None:
     """The configured limit, m; None where the header has none that this version can read."""
     try:
-        return float(app.autopilot_params(log.header["configuration"]).safety.depth_max)
+        return float(config_files.autopilot_params(log.header["configuration"]).safety.depth_max)
     except (KeyError, TypeError, ParamError):
         return None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from firmware_py import app
+from firmware_py import config_files
 from firmware_py.control.control import LawKind
 from firmware_py.control.sliding_mode_gains import PAPER_DEPTH_GAINS, PAPER_HEADING_GAINS, GainSet
 from firmware_py.params import ParamError, dump
@@ -98,7 +98,7 @@ def _value(value: Any) -> str:
 def _control(header: Mapping[str, Any]) -> Any:
     """Return the control parameters of the header; None if it has none that this version can read."""
     try:
-        return app.autopilot_params(header["configuration"]).control
+        return config_files.autopilot_params(header["configuration"]).control
     except (KeyError, TypeError, ParamError):
         return None
 

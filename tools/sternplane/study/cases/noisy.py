@@ -10,7 +10,7 @@ from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
 from sternplane.study.chance import greatest_of, median_of, paired_ratio, rms_band
 from sternplane.study.figures import bars, correlation, final, over_bound, over_time, per_name, rms
-from sternplane.study.rows import Case, Results, RunArrays, Row
+from sternplane.study.rows import Case, Results, Row, RunArrays
 from sternplane.study.setups import (
     ITERATION_TIMES,
     PAPER_EKF,
