@@ -1,0 +1,168 @@
+"""One flight of the vehicle alone, in this process: what it leaves, what it never overwrites, what it refuses."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import pty
+import shutil
+import tty
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from sternplane.cli.fly import command
+from sternplane.logs.reading import read
+
+from firmware_py.__main__ import main
+from firmware_py.adapters.storage.recorder import LogError, LogWriter
+from firmware_py.params import ParamError
+from firmware_py.run import flight_recorder, options, over_can, run_folders
+from firmware_py.run.errors import UsageError
+from firmware_py.run.fly import Flown, fly
+
+BUS = "udp:8"
+Fly = Callable[..., Flown]
+
+
+def parsed(*words: str | Path) -> argparse.Namespace:
+    parser = argparse.ArgumentParser()
+    options.add_fly(parser)
+    parser.add_argument("--report", action="store_true")
+    return parser.parse_args([str(word) for word in words])
+
+
+@pytest.fixture
+def dvl() -> Iterator[str]:
+    """A serial line on which nobody speaks."""
+    ours, theirs = pty.openpty()
+    tty.setraw(theirs)
+    yield os.ttyname(theirs)
+    os.close(ours)
+    os.close(theirs)
+
+
+@pytest.fixture
+def until(monkeypatch: pytest.MonkeyPatch) -> Callable[[int, Callable[[], None]], None]:
+    """Arranges that something happens at a cycle, and that the flight then ends as by Ctrl-C."""
+
+    write = flight_recorder.FlightRecorder.write
+
+    def until(cycles: int, happens: Callable[[], None]) -> None:
+        def watched(self: flight_recorder.FlightRecorder, cycle: object) -> None:
+            write(self, cycle)  # type: ignore[arg-type]
+            if self.cycles == cycles:
+                happens()
+                os.kill(os.getpid(), 2)
+
+        monkeypatch.setattr(flight_recorder.FlightRecorder, "write", watched)
+
+    return until
+
+
+@pytest.fixture
+def flown(dvl: str, until: Callable) -> Fly:
+    """Flies for ten cycles."""
+
+    def flown(*words: str | Path, happens: Callable[[], None] = lambda: None) -> Flown:
+        until(10, happens)
+        return fly(parsed("--bus", BUS, "--dvl", dvl, *words))
+
+    return flown
+
+
+def test_a_log_that_is_there_is_never_overwritten(
+    tmp_path: Path, flown: Fly, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    first = flown("--out", out)
+    assert (first.status, first.folder) == (0, out)
+    before = (out / "log.mcap").read_bytes()
+    second = flown("--out", out)
+    assert second.folder.parent == out
+    assert (out / "log.mcap").read_bytes() == before
+    assert read(second.folder / "log.mcap").end["reason"].startswith("ended by a person")
+    assert str(second.folder) in capsys.readouterr().err
+    left = {path.name for path in second.folder.iterdir()}
+    assert left == {"log.mcap", "state"}, "no report unless it is asked for"
+
+
+def test_a_report_is_made_when_it_is_asked_for(tmp_path: Path, dvl: str, until: Callable) -> None:
+    until(10, lambda: None)
+    assert command(parsed("--bus", BUS, "--dvl", dvl, "--out", tmp_path, "--report")) == 0
+    assert (tmp_path / "report.html").exists()
+    assert (tmp_path / "summary.json").exists()
+
+
+def test_a_folder_that_is_removed_in_flight_is_said_in_one_line(
+    tmp_path: Path, flown: Fly, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, state = tmp_path / "out", tmp_path / "state"
+    ended = flown("--out", out, "--state", state, happens=lambda: shutil.rmtree(out))
+    assert ended.status == 2
+    complaints = [line for line in capsys.readouterr().err.splitlines() if line.startswith("sternplane: ")]
+    assert complaints == [f"sternplane: {out}/log.mcap was removed in flight, and is lost"]
+    assert not out.exists()
+    assert (state / "navigation.json").exists()
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_the_flight(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "access", lambda path, mode: path != tmp_path)  # root may write wherever it likes
+    with pytest.raises(UsageError, match=r"--out .*: cannot be written; choose another folder"):
+        run_folders.flight_folder(tmp_path)
+
+
+def test_two_flights_in_a_second_have_folders_of_their_own(tmp_path: Path) -> None:
+    (tmp_path / "log.mcap").touch()
+    assert len({run_folders.flight_folder(tmp_path) for _ in range(3)}) == 3
+
+
+def test_a_fifo_in_a_logs_place_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    os.mkfifo(path)
+    with pytest.raises(LogError, match="is a FIFO"):
+        LogWriter(path, {})
+    with pytest.raises(LogError, match="is a FIFO"):
+        read(path)
+    assert run_folders.flight_folder(tmp_path) != tmp_path
+
+
+@pytest.mark.parametrize("content", ["rate_hz = ", "[safety]\ndepth_max_m = -3.0\n"])
+def test_changes_of_an_earlier_run_that_cannot_be_used_are_refused_with_a_remedy(tmp_path: Path, content: str) -> None:
+    path = tmp_path / "parameters.toml"
+    path.write_text(content)
+    with pytest.raises(ParamError) as refused:
+        fly(parsed("--bus", BUS, "--state", tmp_path))
+    assert str(path) in str(refused.value)
+    assert str(refused.value).endswith("mend it, or remove it to fly without what stations changed")
+    assert path.read_text() == content
+
+
+def test_navigation_of_an_earlier_run_that_cannot_be_used_is_refused_with_a_remedy(tmp_path: Path) -> None:
+    (tmp_path / "navigation.json").write_text("{")
+    with pytest.raises(UsageError, match=r"navigation\.json cannot be read .*; remove it to start anew"):
+        fly(parsed("--bus", BUS, "--state", tmp_path))
+
+
+def test_a_terminal_that_is_gone_does_not_end_a_flight(monkeypatch: pytest.MonkeyPatch) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "w") as gone:
+        monkeypatch.setattr("sys.stderr", gone)
+        for _ in range(3):
+            flight_recorder.say("nobody reads this")
+        monkeypatch.undo()
+        os.dup2(os.open(os.devnull, os.O_WRONLY), gone.fileno())  # what is buffered goes nowhere
+
+
+def test_the_vehicles_own_program_takes_the_same_options_and_refuses_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(over_can, "run", None)  # it never comes so far
+    assert main(["--bus", "virtual", "--out", str(tmp_path / "out")]) == 2
+    assert capsys.readouterr().err == (
+        "sternplane: a virtual bus ends at its process; give --bus udp:N or socketcan:IFACE\n"
+    )
+    assert not (tmp_path / "out").exists()
