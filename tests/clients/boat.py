@@ -6,14 +6,14 @@ import contextlib
 import json
 import signal
 import socket
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from sternplane.logs.reading import Log, read
+
+from tests.command import Forked
 
 T = TypeVar("T")
 SURFACE = 300.0
@@ -43,7 +43,7 @@ class Boat(NamedTuple):
     """Where it keeps what: `place` is the folder in which it was started."""
 
     place: Path
-    process: subprocess.Popen[str]
+    process: Forked
 
     @property
     def state(self) -> Path:
@@ -69,22 +69,15 @@ def boat(place: Path, *links: str) -> Iterator[Boat]:
     scenario = place / "waits.toml"
     scenario.write_text(SCENARIO)
     words = ["sitl", "--scenario", scenario, "--pace", "realtime", "--out", "runs/flight", "--state", place / "state"]
-    process = subprocess.Popen(
-        [Path(sys.executable).parent / "sternplane", *words, *(word for link in links for word in ("--gcs", link))],
-        cwd=place,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    process = Forked(*words, *(word for link in links for word in ("--gcs", link)), cwd=place)
     try:
         yield Boat(place, process)
     except Exception as error:
-        if process.poll() is not None:
-            raise AssertionError(f"the boat had ended:\n{process.communicate()[1]}") from error
+        if process.returncode is not None:
+            raise AssertionError(f"the boat had ended:\n{process.stderr}") from error
         raise
     finally:
-        process.kill()
-        process.communicate()
+        process.close()
 
 
 def free_port(kind: socket.SocketKind = socket.SOCK_DGRAM) -> int:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from tests.command import called
 
 SCENARIO = """
 description = "A short flight, of which there is a log."
@@ -25,10 +25,7 @@ def earlier(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """The log of a short flight."""
     folder = tmp_path_factory.mktemp("earlier")
     (folder / "short.toml").write_text(SCENARIO)
-    words = ["sitl", "--scenario", "short.toml", "--out", "run"]
-    flown = subprocess.run(
-        [Path(sys.executable).parent / "sternplane", *words], cwd=folder, capture_output=True, text=True
-    )
+    flown = called("sitl", "--scenario", "short.toml", "--out", "run", cwd=folder)
     assert flown.returncode == 1, flown.stderr  # nobody armed it
     return (folder / "run" / "log.mcap").read_bytes()
 

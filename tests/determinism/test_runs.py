@@ -21,6 +21,9 @@ current_ned_m_s = [0.1, -0.1, 0.0]
 turbulence_m_s = 0.05
 bottom_depth_m = 40.0
 
+[autopilot.safety]
+late_max = 1000  # on a machine that tests share with others
+
 [[orders]]
 t_s = 0.5
 arming = "arm"
@@ -53,9 +56,9 @@ def test_two_runs_of_one_seed_are_equal_byte_for_byte(first: Log, tmp_path: Path
 
 
 def test_another_seed_is_another_run(first: Log, tmp_path: Path) -> None:
-    other = flown(tmp_path / "run", seed=2)
-    differing = sum(a != b for a, b in zip(other.cycle_bytes, first.cycle_bytes, strict=True))
-    assert differing > 3900
+    other = flown(tmp_path / "run", seed=2, duration=10.0)
+    differing = sum(a != b for a, b in zip(other.cycle_bytes, first.cycle_bytes[:1000], strict=True))
+    assert differing > 975
 
 
 def test_a_replay_gives_every_output_again(first: Log) -> None:

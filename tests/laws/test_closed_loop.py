@@ -103,7 +103,7 @@ def test_paper_gains_turn_without_overshoot() -> None:
 def test_own_gains_answer_a_small_step_over_the_same_way_at_every_speed(u: float) -> None:
     depth, heading = (dataclasses.replace(gains, integral_time=0.0) for gains in (OWN.depth, OWN.heading))
     control = dataclasses.replace(OWN, depth=depth, heading=heading)
-    flown = fly(LinearBoat(u), control, STEP, Setpoint(10.02, 0.002, u), 200.0 / u)
+    flown = fly(LinearBoat(u), control, STEP, Setpoint(10.02, 0.002, u), 80.0 / u)
     dive, turn = (flown["z"] - 10.0) / 0.02, flown["psi"] / 0.002
     assert dive.max() < 1.01
     assert turn.max() < 1.05

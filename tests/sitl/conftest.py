@@ -1,15 +1,35 @@
-"""What the tests of whole processes have in common."""
+"""What the tests of whole flights have in common."""
 
 from __future__ import annotations
 
-import subprocess
-from collections.abc import Iterator
+import contextlib
+import gc
+import os
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
+from tests.command import Forked
 from tests.dive import DIVE
-from tests.sitl.command import COMMAND, Start
+from tests.sitl.flights import Flights
+
+Start = Callable[..., Forked]
+"""Starts it with these words, in the background."""
+
+
+@pytest.fixture(autouse=True)
+def frozen() -> None:
+    """Leaves out what the tests have imported where a flight collects garbage before it begins: a third of a second."""
+    gc.freeze()
+
+
+@pytest.fixture(scope="session")
+def flown(tmp_path_factory: pytest.TempPathFactory) -> Flights:
+    """Flies a scenario, unless a test has flown it before."""
+    own = tmp_path_factory.getbasetemp()
+    shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+    return Flights(shared / "flights")
 
 
 @pytest.fixture
@@ -23,16 +43,11 @@ def dive(tmp_path: Path) -> Path:
 @pytest.fixture
 def start(tmp_path: Path) -> Iterator[Start]:
     """Starts `sternplane ...` in the background; what is still running when the test ends is ended."""
-    processes: list[subprocess.Popen[str]] = []
+    with contextlib.ExitStack() as stack:
 
-    def start(*arguments: str | Path) -> subprocess.Popen[str]:
-        process = subprocess.Popen(
-            [COMMAND, *arguments], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
-        processes.append(process)
-        return process
+        def start(*arguments: str | Path) -> Forked:
+            process = Forked(*arguments, cwd=tmp_path)
+            stack.callback(process.close)
+            return process
 
-    yield start
-    for process in processes:
-        process.kill()
-        process.communicate()
+        yield start

@@ -1,23 +1,46 @@
-"""Flights in this process, each flown once for all tests that look at it."""
+"""Flights in one process, each flown once in a run of the tests, whichever worker asks for it first."""
 
 from __future__ import annotations
 
-from functools import cache
+import fcntl
+import hashlib
+import json
+from functools import lru_cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from sternplane.logs.reading import Log, read
 from sternplane.sitl.flight import SCENARIOS, Outcome, Wish, fly, prepare
 
-
-@cache
-def flown(scenario: str, seed: int = 1) -> tuple[Outcome, Log]:
-    """A shipped scenario by its name, or one in a file of the test's own by its path."""
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "log.mcap"
-        return fly(prepare(Wish(scenario=scenario, seed=seed), {}), path), read(path)
+LEARNING_OFF = "\n[autopilot.estimation.learning]\nenabled = false\n"
+"""At the end of a scenario. Learning only looks on (test_learning.py shows it), and costs four fifths of a flight."""
 
 
-def demonstration() -> str:
-    """The text of the demonstration without learning, which only looks on, and takes a fifth of the time."""
-    return (SCENARIOS / "demo.toml").read_text() + "\n[autopilot.estimation.learning]\nenabled = false\n"
+class Flights:
+    """The flights of a run of the tests, as logs in a folder that its workers share."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        folder.mkdir(exist_ok=True)
+        self._read = lru_cache(maxsize=4)(self._flown)
+
+    def __call__(self, scenario: str, seed: int = 1) -> tuple[Outcome, Log]:
+        """Return outcome and log of a scenario, given by the name under which it is shipped or by its text."""
+        return self._read(scenario, seed)
+
+    def _flown(self, scenario: str, seed: int) -> tuple[Outcome, Log]:
+        name = hashlib.sha256(f"{seed} {scenario}".encode()).hexdigest()[:16]
+        place, log = self._folder / f"{name}.toml", self._folder / f"{name}.mcap"
+        outcome = log.with_suffix(".json")
+        with log.with_suffix(".lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)  # until it is closed, by whatever end of this process
+            if not outcome.exists():
+                if "\n" in scenario:
+                    place.write_text(scenario)
+                wish = Wish(scenario=str(place) if "\n" in scenario else scenario, seed=seed)
+                outcome.write_text(json.dumps(fly(prepare(wish, {}), log)))
+        return Outcome(*json.loads(outcome.read_text())), read(log)
+
+
+def without_learning(name: str) -> str:
+    """Return the text of a shipped scenario, with learning off."""
+    return (SCENARIOS / f"{name}.toml").read_text() + LEARNING_OFF

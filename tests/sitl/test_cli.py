@@ -1,4 +1,4 @@
-"""The `sternplane` command as a person meets it: real processes, exit statuses, and errors of one line."""
+"""The `sternplane` command as a person meets it: exit statuses, errors of one line, and what it leaves."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ import resource
 import shutil
 import signal
 import subprocess
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 from sternplane.logs.reading import read
 
-from tests.sitl.command import COMMAND
+from tests.command import SCRIPT, called, installed
+from tests.sitl.flights import LEARNING_OFF, without_learning
 
 ROOT = Path(__file__).resolve().parents[2]
 BRIEF = """
@@ -31,14 +33,6 @@ WRONG = {
     "far.toml": "[[waypoints]]\nx_m = 1e300\ny_m = 0.0\ndepth_m = 1.0\nspeed_m_s = 1.0\n",
     "law.toml": '[autopilot.control]\nlaw = "fuzzy"\n',
 }
-
-
-def sternplane(
-    *arguments: str | Path, cwd: Path, before: Callable[[], None] | None = None
-) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [COMMAND, *arguments], cwd=cwd, capture_output=True, text=True, check=False, timeout=110, preexec_fn=before
-    )
 
 
 @pytest.fixture
@@ -108,7 +102,7 @@ def test_a_bad_configuration_is_one_line_with_file_and_key(
         words = ("vehicle.toml", "delta_r")
     else:
         edit(config / file, old, new)
-    result = sternplane("sitl", "--scenario", brief, "--config", config, "--out", tmp_path / "out", cwd=tmp_path)
+    result = called("sitl", "--scenario", brief, "--config", config, "--out", tmp_path / "out", cwd=tmp_path)
     assert_one_line(result, *words)
 
 
@@ -142,14 +136,21 @@ def test_a_bad_argument_is_one_line_that_says_what_would_be_right(
     for name, more in WRONG.items():
         (tmp_path / name).write_text(BRIEF + more)
     wanted = ("sitl", "--scenario", brief, *arguments) if arguments[0] != "--scenario" else ("sitl", *arguments)
-    assert_one_line(sternplane(*wanted, cwd=tmp_path), *words)
+    assert_one_line(called(*wanted, cwd=tmp_path), *words)
     assert not list(tmp_path.glob("runs/*/log.mcap"))
+
+
+def test_the_installed_script_says_what_the_command_says_when_a_test_calls_it(tmp_path: Path) -> None:
+    words = ("sitl", "--scenario", "atlantis")
+    script, here = installed(*words, cwd=tmp_path), called(*words, cwd=tmp_path)
+    assert_one_line(script, "atlantis")
+    assert (script.returncode, script.stdout, script.stderr) == (here.returncode, here.stdout, here.stderr)
 
 
 def test_a_mistake_in_a_file_is_not_put_down_to_the_scenario(config: Path, tmp_path: Path) -> None:
     edit(config / "autopilot.toml", "depth_max_m = 30.0", "depth_max_m = -3.0")
     (tmp_path / "law.toml").write_text(BRIEF + WRONG["law.toml"])
-    result = sternplane("sitl", "--scenario", "law.toml", "--config", config, cwd=tmp_path)
+    result = called("sitl", "--scenario", "law.toml", "--config", config, cwd=tmp_path)
     assert_one_line(result, "autopilot.toml: safety: depth_max_m = -3.0: out of bounds")
 
 
@@ -165,7 +166,7 @@ def test_sixteen_fins_are_refused_in_belief_and_in_truth(config: Path, brief: Pa
         before = (config / name).read_text()
         fins = "".join(f'[[fins]]\nname = "more_{i}"\nhinge_deg = 0.0\n{more}' for i in range(12))
         (config / name).write_text(before + fins)
-        assert_one_line(sternplane("sitl", "--scenario", brief, "--config", config, cwd=tmp_path), f"{name}: {words}")
+        assert_one_line(called("sitl", "--scenario", brief, "--config", config, cwd=tmp_path), f"{name}: {words}")
         (config / name).write_text(before)
 
 
@@ -174,7 +175,7 @@ def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(tmp_p
         resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 
-    result = sternplane("sitl", "--out", "full", cwd=tmp_path, before=little_room)
+    result = installed("sitl", "--out", "full", cwd=tmp_path, before=little_room)
     assert result.returncode == 2
     errors = [line for line in result.stderr.splitlines() if line.startswith("sternplane: ")]
     assert len(errors) == 1
@@ -188,25 +189,25 @@ def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(tmp_p
 def test_a_run_leaves_log_summary_and_report_and_a_replay_and_a_report_can_be_made_of_it(
     tmp_path: Path, brief: Path
 ) -> None:
-    flown = sternplane("sitl", "--scenario", brief, "--out", "run", cwd=tmp_path)
+    flown = installed("sitl", "--scenario", brief, "--out", "run", cwd=tmp_path)
     assert flown.returncode == 0, flown.stderr
     folder = tmp_path / "run"
     assert json.loads((folder / "summary.json").read_text())["completed"] is True
     page = (folder / "report.html").read_text()
     (folder / "report.html").unlink()
 
-    replayed = sternplane("replay", folder, cwd=tmp_path)
+    replayed = called("replay", folder, cwd=tmp_path)
     assert replayed.returncode == 0, replayed.stdout + replayed.stderr
     assert "200 cycles replayed: every byte equal" in replayed.stdout
 
-    reported = sternplane("report", folder / "log.mcap", cwd=tmp_path)
+    reported = called("report", folder / "log.mcap", cwd=tmp_path)
     assert reported.returncode == 0
     assert (folder / "report.html").read_text() == page
 
 
 def test_a_vehicle_takes_up_the_state_that_it_kept(tmp_path: Path, brief: Path) -> None:
     for name in ("one", "two"):
-        result = sternplane("sitl", "--scenario", brief, "--out", name, "--state", "kept", cwd=tmp_path)
+        result = called("sitl", "--scenario", brief, "--out", name, "--state", "kept", cwd=tmp_path)
         assert result.returncode == 0, result.stderr
     one, two = (read(tmp_path / name / "log.mcap") for name in ("one", "two"))
     assert one.header["configuration"]["kept"] == {}
@@ -217,18 +218,18 @@ def test_a_vehicle_takes_up_the_state_that_it_kept(tmp_path: Path, brief: Path) 
 
 def test_a_mission_that_fails_is_status_1_and_says_why(tmp_path: Path) -> None:
     path = tmp_path / "aground.toml"
-    path.write_text(
-        (ROOT / "configs" / "scenarios" / "demo.toml").read_text().replace("duration_s = 330.0", "duration_s = 30.0")
-    )
-    result = sternplane("sitl", "--scenario", path, "--out", "run", cwd=tmp_path)
+    path.write_text(without_learning("demo").replace("duration_s = 330.0", "duration_s = 30.0"))
+    result = called("sitl", "--scenario", path, "--out", "run", cwd=tmp_path)
     assert result.returncode == 1, result.stderr
     assert "it had not surfaced when the time was over" in result.stdout
 
 
 def test_a_vehicle_armed_at_rest_stays_where_it_is_with_its_fins_centred(tmp_path: Path) -> None:
     path = tmp_path / "rest.toml"
-    path.write_text(BRIEF.replace("duration_s = 2.0", "duration_s = 20.0") + 'mode = "hold"\nspeed_m_s = 0.0\n')
-    result = sternplane("sitl", "--scenario", path, "--out", "run", cwd=tmp_path)
+    path.write_text(
+        BRIEF.replace("duration_s = 2.0", "duration_s = 20.0") + 'mode = "hold"\nspeed_m_s = 0.0\n' + LEARNING_OFF
+    )
+    result = called("sitl", "--scenario", path, "--out", "run", cwd=tmp_path)
     assert result.returncode == 0, result.stderr + result.stdout
     cycles = list(read(tmp_path / "run" / "log.mcap").cycles)
     assert all(abs(angle) < 1e-9 for cycle in cycles for angle in cycle.applied.fins)
@@ -238,7 +239,7 @@ def test_a_vehicle_armed_at_rest_stays_where_it_is_with_its_fins_centred(tmp_pat
 
 def test_ctrl_c_closes_the_log_and_leaves_the_report(tmp_path: Path) -> None:
     with subprocess.Popen(
-        [COMMAND, "sitl", "--out", "run", "--pace", "realtime"],
+        [SCRIPT, "sitl", "--out", "run", "--pace", "realtime"],
         cwd=tmp_path,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -248,7 +249,7 @@ def test_ctrl_c_closes_the_log_and_leaves_the_report(tmp_path: Path) -> None:
         log = tmp_path / "run" / "log.mcap"
         while not (log.exists() and log.stat().st_size > 20_000):  # a chunk is written: it flies
             assert process.poll() is None
-            os.sched_yield()
+            time.sleep(0.02)
         process.send_signal(signal.SIGINT)
         out, _ = process.communicate(timeout=60)
     assert process.returncode == 1
@@ -262,20 +263,20 @@ def test_ctrl_c_closes_the_log_and_leaves_the_report(tmp_path: Path) -> None:
 def test_a_truncated_log_is_replayed_as_far_as_it_goes_and_one_without_a_beginning_is_refused(
     tmp_path: Path, brief: Path
 ) -> None:
-    assert sternplane("sitl", "--scenario", brief, "--out", "run", cwd=tmp_path).returncode == 0
+    assert called("sitl", "--scenario", brief, "--out", "run", cwd=tmp_path).returncode == 0
     data = (tmp_path / "run" / "log.mcap").read_bytes()
     (tmp_path / "half.mcap").write_bytes(data[: len(data) // 2])
     (tmp_path / "stub.mcap").write_bytes(data[:100])
-    half = sternplane("replay", "half.mcap", cwd=tmp_path)
+    half = called("replay", "half.mcap", cwd=tmp_path)
     assert half.returncode == 0, half.stderr
     assert "every byte equal" in half.stdout
     assert "note:" in half.stdout
-    assert_one_line(sternplane("replay", "stub.mcap", cwd=tmp_path), "stub.mcap")
-    assert_one_line(sternplane("replay", "missing.mcap", cwd=tmp_path), "missing.mcap")
+    assert_one_line(called("replay", "stub.mcap", cwd=tmp_path), "stub.mcap")
+    assert_one_line(called("replay", "missing.mcap", cwd=tmp_path), "missing.mcap")
 
 
 def test_the_scenarios_are_listed_with_a_sentence_each(tmp_path: Path) -> None:
-    result = sternplane("scenarios", cwd=tmp_path)
+    result = installed("scenarios", cwd=tmp_path)
     assert result.returncode == 0
     lines = dict(line.split(maxsplit=1) for line in result.stdout.splitlines())
     assert {"demo", "paper-depth", "paper-heading", "zigzag", "turning-circle"} <= set(lines)

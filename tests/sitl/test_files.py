@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -12,6 +10,8 @@ from typing import Any
 import pytest
 from pymavlink import mavftp, mavutil
 from sternplane.logs.reading import read
+
+from tests.command import Forked
 
 
 def fetched(station: Any, path: str, to: Path) -> bytes:
@@ -40,10 +40,8 @@ def test_a_person_fetches_the_log_of_the_flight_that_is_going_on(tmp_path: Path)
     folder = tmp_path / "flight"
     station = mavutil.mavlink_connection("udpin:127.0.0.1:0", source_system=255)
     port = station.port.getsockname()[1]
-    words = [sys.executable, "-m", "sternplane.cli.main", "sitl", "--pace", "realtime", "--out", str(folder)]
-    process = subprocess.Popen(
-        [*words, "--gcs", f"udpout:127.0.0.1:{port}"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
-    )
+    words = ("--out", folder, "--gcs", f"udpout:127.0.0.1:{port}")
+    process = Forked("sitl", "--pace", "realtime", *words, cwd=tmp_path)
     try:
         assert station.wait_heartbeat(timeout=90) is not None
         assert fetched(station, "@PARAM/param.pck", tmp_path / "param.pck")[:2] == bytes.fromhex("1b67")
@@ -68,6 +66,7 @@ def test_a_person_fetches_the_log_of_the_flight_that_is_going_on(tmp_path: Path)
         _, said = process.communicate(timeout=60)
         station.close()
     assert process.returncode == 1, said  # the mission was not completed
+    process.close()
     whole = (folder / "log.mcap").read_bytes()
     assert len(begun) > 20_000
     assert whole.startswith(begun)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import shutil
 import signal
 import socket
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,8 +15,9 @@ from sternplane.logs.replay import replay
 from sternplane.logs.summary import summarise
 
 from firmware_py.app import build
-from tests.sitl.command import Start, sternplane
-from tests.sitl.flights import demonstration, flown
+from tests.command import called
+from tests.sitl.conftest import Start
+from tests.sitl.flights import Flights, without_learning
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -49,23 +49,18 @@ def refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.Captu
     return refused
 
 
-def flying(vehicle: subprocess.Popen[str]) -> None:
-    """Waits for the line that the vehicle says in its first cycle."""
-    assert vehicle.stderr is not None
-    for line in vehicle.stderr:
-        if "0.00 s  disarmed" in line:
-            return
-    raise AssertionError("the vehicle has ended before it flew")
+FLIES = "0.00 s  disarmed"
+"""What the vehicle says in its first cycle."""
 
 
-def test_the_demonstration_tracks_as_over_can(tmp_path: Path, link: str) -> None:
+def test_the_demonstration_tracks_as_over_can(flown: Flights, tmp_path: Path, link: str) -> None:
     scenario = tmp_path / "demo.toml"
-    scenario.write_text(demonstration())
-    result = sternplane("sitl", "--scenario", scenario, "--link", link, "--out", "hil", cwd=tmp_path)
+    scenario.write_text(without_learning("demo"))
+    result = called("sitl", "--scenario", scenario, "--link", link, "--out", "hil", cwd=tmp_path)
     assert result.returncode == 0, result.stderr + result.stdout
     log = read(tmp_path / "hil" / "log.mcap")
     hil = summarise(log)
-    outcome, over_can = flown("demo")
+    outcome, over_can = flown(without_learning("demo"))
     can = summarise(over_can)
     assert outcome.completed
     assert hil["waypoints_passed"] == can["waypoints_passed"] == 5
@@ -82,7 +77,7 @@ def test_the_demonstration_tracks_as_over_can(tmp_path: Path, link: str) -> None
 
 def test_two_runs_give_the_same_bytes_and_so_does_the_replay(dive: Path, tmp_path: Path, link: str) -> None:
     for name in ("one", "two"):
-        result = sternplane("sitl", "--scenario", dive, "--link", link, "--out", name, cwd=tmp_path)
+        result = called("sitl", "--scenario", dive, "--link", link, "--out", name, cwd=tmp_path)
         assert result.returncode == 0, result.stderr + result.stdout
     one, two = (read(tmp_path / name / "log.mcap") for name in ("one", "two"))
     assert len(one.cycle_bytes) == 1200
@@ -96,7 +91,7 @@ def test_in_real_time_the_plant_keeps_the_time_and_the_vehicle_follows(dive: Pat
     dive.write_text(dive.read_text().replace("12.0", "3.0"))
     for name, pace in (("slow", "realtime"), ("quick", "max")):
         words = ("--scenario", dive, "--link", link, "--pace", pace, "--out", name)
-        result = sternplane("sitl", *words, cwd=tmp_path)
+        result = called("sitl", *words, cwd=tmp_path)
         assert result.returncode == 0, result.stderr + result.stdout
     slow, quick = (read(tmp_path / name / "log.mcap") for name in ("slow", "quick"))
     assert slow.end["wall_s"] > 2.9
@@ -106,7 +101,7 @@ def test_in_real_time_the_plant_keeps_the_time_and_the_vehicle_follows(dive: Pat
 def test_a_killed_plant_ends_the_vehicle_with_its_name_and_a_whole_log(tmp_path: Path, link: str, start: Start) -> None:
     plant = start("plant", "--link", link)
     vehicle = start("fly", "--link", link, "--out", "vehicle")
-    flying(vehicle)
+    vehicle.until_said(FLIES)
     plant.kill()
     out, err = vehicle.communicate(timeout=20)
     assert vehicle.returncode == 1, out + err
@@ -119,7 +114,7 @@ def test_a_killed_plant_ends_the_vehicle_with_its_name_and_a_whole_log(tmp_path:
 def test_a_plant_that_hangs_ends_the_vehicle_after_four_seconds(link: str, start: Start) -> None:
     plant = start("plant", "--link", link)
     vehicle = start("fly", "--link", link)
-    flying(vehicle)
+    vehicle.until_said(FLIES)
     plant.send_signal(signal.SIGSTOP)
     out, err = vehicle.communicate(timeout=20)
     assert vehicle.returncode == 1, out + err
@@ -129,7 +124,7 @@ def test_a_plant_that_hangs_ends_the_vehicle_after_four_seconds(link: str, start
 def test_a_killed_vehicle_ends_the_plant_with_its_name(link: str, start: Start) -> None:
     plant = start("plant", "--link", link)
     vehicle = start("fly", "--link", link)
-    flying(vehicle)
+    vehicle.until_said(FLIES)
     vehicle.kill()
     _, err = plant.communicate(timeout=20)
     assert plant.returncode == 1, err
@@ -140,7 +135,7 @@ def test_a_killed_vehicle_ends_the_plant_with_its_name(link: str, start: Start) 
 def test_ctrl_c_on_either_side_ends_both_well(tmp_path: Path, link: str, start: Start, ended: str) -> None:
     plant = start("plant", "--link", link)
     vehicle = start("fly", "--link", link, "--out", "vehicle")
-    flying(vehicle)
+    vehicle.until_said(FLIES)
     (plant if ended == "plant" else vehicle).send_signal(signal.SIGINT)
     out, err = vehicle.communicate(timeout=60)
     _, words = plant.communicate(timeout=20)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ from sternplane.sitl.flight import Outcome
 from firmware_py.app import build
 from firmware_py.guidance.manoeuvre import ManoeuvreParams
 from firmware_py.records.order import Mode
-from tests.sitl.flights import flown
+from tests.sitl.flights import LEARNING_OFF, Flights
 
 LIMITS = ManoeuvreParams()
 SHIPPED = ("learn-zigzag", "learn-doublets", "learn-prbs")
@@ -34,7 +33,7 @@ def angles(c: Columns) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_a_shipped_scenario_learns_inside_its_limits_and_surfaces(name: str) -> None:
+def test_a_shipped_scenario_learns_inside_its_limits_and_surfaces(flown: Flights, name: str) -> None:
     outcome, log = flown(name)
     kind = name.removeprefix("learn-")
     assert outcome == Outcome(True, "completed")
@@ -51,7 +50,7 @@ def test_a_shipped_scenario_learns_inside_its_limits_and_surfaces(name: str) -> 
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_the_fins_move_both_ways_and_the_boat_with_them(name: str) -> None:
+def test_the_fins_move_both_ways_and_the_boat_with_them(flown: Flights, name: str) -> None:
     _, log = flown(name)
     while_learning = learning(log)
     planes, rudder = (angle[while_learning] for angle in angles(log.columns))
@@ -63,13 +62,21 @@ def test_the_fins_move_both_ways_and_the_boat_with_them(name: str) -> None:
     assert np.std(log.truth["nu.r"][while_learning]) > math.radians(0.5)
 
 
-def test_a_replay_gives_the_manoeuvre_again() -> None:
+def test_learning_only_looks_on(flown: Flights) -> None:
+    scenario = written('[[items]]\nmanoeuvre = { kind = "prbs" }', duration=12.0)
+    learned, without = (flown(text)[1].columns for text in (scenario, scenario + LEARNING_OFF))
+    assert learned["state.learned.excited"].any()
+    for name in (name for name in without if not name.startswith("state.learned.")):
+        np.testing.assert_array_equal(learned[name], without[name], err_msg=name)
+
+
+def test_a_replay_gives_the_manoeuvre_again(flown: Flights) -> None:
     _, log = flown("learn-prbs")
     result = replay(log, build)
     assert result.equal, str(result)
 
 
-def test_a_run_of_nothing_but_a_manoeuvre_has_no_path_to_be_off() -> None:
+def test_a_run_of_nothing_but_a_manoeuvre_has_no_path_to_be_off(flown: Flights) -> None:
     summary = summarise(flown("learn-prbs")[1])
     assert summary["path_error_rms_m"] is None
     assert summary["waypoints_total"] == 0
@@ -96,15 +103,13 @@ mode = "mission"
 """
 
 
-def written(folder: Path, items: str, duration: float = 80.0, bottom: float = 100.0, orders: str = "") -> str:
-    path = folder / "scenario.toml"
-    path.write_text(SCENARIO.format(duration=duration, bottom=bottom, items=items, orders=orders))
-    return str(path)
+def written(items: str, duration: float = 80.0, bottom: float = 100.0, orders: str = "") -> str:
+    return SCENARIO.format(duration=duration, bottom=bottom, items=items, orders=orders)
 
 
-def test_what_would_leave_the_limits_waits_and_goes_on(tmp_path: Path) -> None:
+def test_what_would_leave_the_limits_waits_and_goes_on(flown: Flights) -> None:
     wild = '[[items]]\nmanoeuvre = { kind = "prbs", delta_s_deg = 23, delta_r_deg = 23, clock_s = 6.0 }'
-    outcome, log = flown(written(tmp_path, wild))
+    outcome, log = flown(written(wild) + LEARNING_OFF)
     assert outcome.completed
     events = [text.split(":")[0] for _, text in log.events[1:]]
     assert events[0] == "prbs begins"
@@ -118,13 +123,13 @@ def test_what_would_leave_the_limits_waits_and_goes_on(tmp_path: Path) -> None:
     assert not c["reference.delta_s"][waiting].any()
 
 
-def test_over_a_bottom_that_is_near_it_gives_up_and_the_mission_goes_on(tmp_path: Path) -> None:
+def test_over_a_bottom_that_is_near_it_gives_up_and_the_mission_goes_on(flown: Flights) -> None:
     items = (
         '[[items]]\nmanoeuvre = { kind = "prbs" }\n'
         "[[items]]\nwaypoint = { x_m = 200.0, y_m = 0.0, depth_m = 58.0, speed_m_s = 1.8 }"
     )
     over = "[autopilot.guidance.learning]\npatience_s = 10.0\n"
-    outcome, log = flown(written(tmp_path, over + items, duration=40.0, bottom=65.5))
+    outcome, log = flown(written(over + items, duration=40.0, bottom=65.5))
     assert outcome.completed
     assert not learning(log).any()
     assert [text.split(":")[0] for _, text in log.events[1:]] == [
@@ -133,22 +138,22 @@ def test_over_a_bottom_that_is_near_it_gives_up_and_the_mission_goes_on(tmp_path
     assert log.columns["reference.cross_track"][-1] == pytest.approx(0.0, abs=1.0)
 
 
-def test_an_order_to_surface_takes_the_fins_from_the_manoeuvre_at_once(tmp_path: Path) -> None:
+def test_an_order_to_surface_takes_the_fins_from_the_manoeuvre_at_once(flown: Flights) -> None:
     orders = '[[orders]]\nt_s = 20.0\nmode = "surface"'
-    _, log = flown(written(tmp_path, '[[items]]\nmanoeuvre = { kind = "prbs" }', duration=40.0, orders=orders))
+    _, log = flown(written('[[items]]\nmanoeuvre = { kind = "prbs" }', duration=40.0, orders=orders) + LEARNING_OFF)
     t, while_learning = log.columns["t"], learning(log)
     assert while_learning[(t >= 0.5) & (t < 20.0)].all()
     assert not while_learning[t >= 20.0].any()
     assert log.truth["eta.z"][-1] < 57.0
 
 
-def test_the_path_error_leaves_the_manoeuvre_out(tmp_path: Path) -> None:
+def test_the_path_error_leaves_the_manoeuvre_out(flown: Flights) -> None:
     items = (
         "[[items]]\nwaypoint = { x_m = 40.0, y_m = 0.0, depth_m = 60.0, speed_m_s = 1.8 }\n"
         '[[items]]\nmanoeuvre = { kind = "zigzag", delta_s_deg = 0, duration_s = 25.0, heading_deg = 40 }\n'
         "[[items]]\nwaypoint = { x_m = 150.0, y_m = 0.0, depth_m = 60.0, speed_m_s = 1.8 }"
     )
-    outcome, log = flown(written(tmp_path, items, duration=70.0))
+    outcome, log = flown(written(items, duration=70.0) + LEARNING_OFF)
     assert outcome.completed
     off = np.abs(log.truth["eta.y"])[learning(log)].max()
     summary = summarise(log)
@@ -156,12 +161,12 @@ def test_the_path_error_leaves_the_manoeuvre_out(tmp_path: Path) -> None:
     assert summary["path_error_max_m"] < 0.6 * off
 
 
-def test_a_rudder_at_rest_is_named_in_log_and_report_until_it_has_moved(tmp_path: Path) -> None:
+def test_a_rudder_at_rest_is_named_in_log_and_report_until_it_has_moved(flown: Flights) -> None:
     items = (
         '[[items]]\nmanoeuvre = { kind = "doublets", delta_r_deg = 0, duration_s = 40.0 }\n'
         '[[items]]\nmanoeuvre = { kind = "prbs", duration_s = 40.0 }'
     )
-    _, log = flown(written(tmp_path, items, duration=81.0))
+    _, log = flown(written(items, duration=81.0))
     first, second = (text for _, text in log.events if ": learned " in text)
     assert first.startswith("doublets: learned 4 of 10, 4 valid, ")
     assert first.endswith("; not identifiable: N_r, N_dr, N_v, Y_dr, Y_r, Y_v (never excited)")
@@ -171,9 +176,9 @@ def test_a_rudder_at_rest_is_named_in_log_and_report_until_it_has_moved(tmp_path
     assert replay(log, build).equal
 
 
-def test_an_order_to_surface_ends_it_with_what_it_taught_so_far(tmp_path: Path) -> None:
+def test_an_order_to_surface_ends_it_with_what_it_taught_so_far(flown: Flights) -> None:
     orders = '[[orders]]\nt_s = 4.0\nmode = "surface"'
-    _, log = flown(written(tmp_path, '[[items]]\nmanoeuvre = { kind = "prbs" }', duration=6.0, orders=orders))
+    _, log = flown(written('[[items]]\nmanoeuvre = { kind = "prbs" }', duration=6.0, orders=orders))
     said = [(round(t, 2), text) for t, text in log.events if ": learned " in text]
     assert [t for t, _ in said] == [4.0]
     assert said[0][1].startswith("prbs: learned 0 of 10, 0 valid; not identifiable: M_q, ")  # the water is found first

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,18 +10,12 @@ from sternplane.logs.summary import summarise
 from sternplane.sitl.flight import Outcome
 
 from firmware_py.records.order import Mode
-from tests.sitl.flights import demonstration, flown
-
-
-def written(folder: Path, text: str) -> str:
-    path = folder / "scenario.toml"
-    path.write_text(text)
-    return str(path)
+from tests.sitl.flights import LEARNING_OFF, Flights, without_learning
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_the_demonstration_dives_passes_its_waypoints_surfaces_and_disarms(tmp_path: Path, seed: int) -> None:
-    outcome, log = flown("demo") if seed == 1 else flown(written(tmp_path, demonstration()), seed)
+def test_the_demonstration_dives_passes_its_waypoints_surfaces_and_disarms(flown: Flights, seed: int) -> None:
+    outcome, log = flown(without_learning("demo"), seed)
     c, truth, summary = log.columns, log.truth, summarise(log)
     assert outcome == Outcome(True, "completed")
     assert summary["waypoints_passed"] == summary["waypoints_total"] == 5
@@ -49,8 +42,8 @@ def settled(t: np.ndarray, error: np.ndarray, begin: float, width: float) -> flo
     return float(t[outside[-1]] - begin)
 
 
-def test_the_papers_depth_gains_settle_a_step_of_a_metre_in_20_seconds_without_overshoot() -> None:
-    _, log = flown("paper-depth")
+def test_the_papers_depth_gains_settle_a_step_of_a_metre_in_20_seconds_without_overshoot(flown: Flights) -> None:
+    _, log = flown(without_learning("paper-depth"))
     t, z = log.columns["t"], log.truth["eta.z"]
     for begin, target, way in ((20.0, 11.0, 1.0), (70.0, 10.0, -1.0)):
         after = (t >= begin) & (t < begin + 49.0)
@@ -60,8 +53,8 @@ def test_the_papers_depth_gains_settle_a_step_of_a_metre_in_20_seconds_without_o
     assert np.abs(s).max() <= math.radians(23.0)
 
 
-def test_the_papers_heading_gains_reach_a_path_a_metre_to_the_side_in_17_seconds() -> None:
-    _, log = flown("paper-heading")
+def test_the_papers_heading_gains_reach_a_path_a_metre_to_the_side_in_17_seconds(flown: Flights) -> None:
+    _, log = flown(without_learning("paper-heading"))
     c, y = log.columns, log.truth["eta.y"]
     first, *_, last = np.flatnonzero(np.diff(c["reference.waypoint"])) + 1
     for begin, target, way in ((c["t"][first], 1.0, 1.0), (c["t"][last], 0.0, -1.0)):
@@ -70,8 +63,8 @@ def test_the_papers_heading_gains_reach_a_path_a_metre_to_the_side_in_17_seconds
         assert np.max(way * (y - target)[after]) < 0.05
 
 
-def test_the_turning_circle_to_starboard_is_a_circle() -> None:
-    _, log = flown("turning-circle")
+def test_the_turning_circle_to_starboard_is_a_circle(flown: Flights) -> None:
+    _, log = flown(without_learning("turning-circle"))
     t, psi = log.columns["t"], np.unwrap(log.truth["eta.psi"])
     steady = t > 100.0
     rate = np.diff(psi[steady]) / 0.01
@@ -81,8 +74,8 @@ def test_the_turning_circle_to_starboard_is_a_circle() -> None:
     assert log.columns["applied.fins"][steady][:, 2:].mean() < 0.0  # to port of centre: the boat turns to starboard
 
 
-def test_the_zigzag_puts_its_rudder_over_at_20_degrees_each_time() -> None:
-    _, log = flown("zigzag")
+def test_the_zigzag_puts_its_rudder_over_at_20_degrees_each_time(flown: Flights) -> None:
+    _, log = flown(without_learning("zigzag"))
     c = log.columns
     rudder, psi = c["order.sticks.delta_r"], np.degrees(np.unwrap(c["state.eta.psi"]))
     moving = np.flatnonzero(np.diff(rudder))
@@ -93,7 +86,8 @@ def test_the_zigzag_puts_its_rudder_over_at_20_degrees_each_time() -> None:
     assert np.all(np.sign(executes[1:]) == -np.sign(executes[:-1]))
 
 
-FAULT = """
+FAULT = (
+    """
 description = "Something breaks in the middle of a straight run."
 duration_s = 150.0
 completes = "surfaced"
@@ -112,6 +106,8 @@ heading_deg = 0.0
 speed_m_s = 1.8
 {fault}
 """
+    + LEARNING_OFF
+)
 
 
 @pytest.mark.parametrize(
@@ -123,9 +119,9 @@ speed_m_s = 1.8
     ],
 )
 def test_what_the_first_rules_find_brings_the_boat_up_by_itself(
-    tmp_path: Path, depth: float, bottom: float, fault: str, cause: str
+    flown: Flights, depth: float, bottom: float, fault: str, cause: str
 ) -> None:
-    outcome, log = flown(written(tmp_path, FAULT.format(depth=depth, bottom=bottom, fault=fault)))
+    outcome, log = flown(FAULT.format(depth=depth, bottom=bottom, fault=fault))
     assert not outcome.completed  # it came up, but nobody had meant it to
     assert outcome.reason.startswith("aborted: HOLD -> SURFACE")
     assert cause in outcome.reason
@@ -135,9 +131,9 @@ def test_what_the_first_rules_find_brings_the_boat_up_by_itself(
     assert (bottom - log.truth["eta.z"]).min() > 1.0
 
 
-def test_an_ahrs_that_falls_silent_centres_the_fins_and_stops_the_propeller(tmp_path: Path) -> None:
+def test_an_ahrs_that_falls_silent_centres_the_fins_and_stops_the_propeller(flown: Flights) -> None:
     fault = '[[faults]]\nt_s = 20.0\nname = "ahrs-off"'
-    outcome, log = flown(written(tmp_path, FAULT.format(depth=8.0, bottom=60.0, fault=fault)))
+    outcome, log = flown(FAULT.format(depth=8.0, bottom=60.0, fault=fault))
     c = log.columns
     assert outcome.reason.startswith("aborted: HOLD -> SURFACE: attitude")  # W = B: it waits where it is
     after = c["t"] > 23.0
@@ -147,16 +143,16 @@ def test_an_ahrs_that_falls_silent_centres_the_fins_and_stops_the_propeller(tmp_
     assert abs(log.truth["eta.z"][-1] - 8.0) < 6.0
 
 
-def test_the_pid_baseline_flies_the_demonstration_too(tmp_path: Path) -> None:
-    outcome, log = flown(written(tmp_path, demonstration() + '\n[autopilot.control]\nlaw = "pid"\n'))
+def test_the_pid_baseline_flies_the_demonstration_too(flown: Flights) -> None:
+    outcome, log = flown(without_learning("demo") + '\n[autopilot.control]\nlaw = "pid"\n')
     assert outcome.completed
     assert summarise(log)["depth_error_rms_m"] < 0.1
 
 
 @pytest.mark.parametrize("rate", [50, 200])
-def test_another_base_rate_flies_as_well(tmp_path: Path, rate: int) -> None:
+def test_another_base_rate_flies_as_well(flown: Flights, rate: int) -> None:
     text = FAULT.format(depth=6.0, bottom=60.0, fault="").replace("surfaced", "time").replace("150.0", "60.0")
-    outcome, log = flown(written(tmp_path, f"{text}\n[autopilot]\nrate_hz = {rate}\n"))
+    outcome, log = flown(f"{text}\n[autopilot]\nrate_hz = {rate}\n")
     assert outcome.completed, outcome.reason
     assert len(log.cycle_bytes) == 60 * rate
     assert log.truth["eta.z"][-1] == pytest.approx(6.0, abs=0.2)

@@ -17,8 +17,9 @@ from firmware_py.adapters.lockstep.lockstep import HELLO, VERSION, LockstepLink
 from firmware_py.app import build
 from firmware_py.wire.dronecan.messages import TICK, TICK_DONE
 from firmware_py.wire.dronecan.protocol import LockstepTick, LockstepTickDone
-from tests.sitl.command import Start, sternplane
-from tests.sitl.flights import flown
+from tests.command import called
+from tests.sitl.conftest import Start
+from tests.sitl.flights import Flights
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -42,11 +43,11 @@ def until_heard(bus: CanBus, source: int, seconds: float = 60.0) -> None:
     raise AssertionError(f"node {source} was not heard for {seconds:g} s")
 
 
-def test_two_processes_give_the_cycles_that_one_gives_byte_for_byte(dive: Path, tmp_path: Path) -> None:
+def test_two_processes_give_the_cycles_that_one_gives_byte_for_byte(flown: Flights, dive: Path, tmp_path: Path) -> None:
     for name in ("two", "again"):
-        result = sternplane("sitl", "--scenario", dive, "--bus", BUS, "--out", name, cwd=tmp_path)
+        result = called("sitl", "--scenario", dive, "--bus", BUS, "--out", name, cwd=tmp_path)
         assert result.returncode == 0, result.stderr + result.stdout
-    _, one = flown(str(dive))
+    _, one = flown(dive.read_text())
     two, again = (read(tmp_path / name / "log.mcap") for name in ("two", "again"))
     assert len(one.cycle_bytes) == 1200
     assert two.cycle_bytes == one.cycle_bytes
@@ -57,8 +58,9 @@ def test_two_processes_give_the_cycles_that_one_gives_byte_for_byte(dive: Path, 
 
 
 def test_a_run_in_real_time_in_two_processes_is_replayed_byte_for_byte(dive: Path, tmp_path: Path) -> None:
-    dive.write_text(dive.read_text().replace("12.0", "4.0"))
-    result = sternplane("sitl", "--scenario", dive, "--bus", BUS, "--pace", "realtime", "--out", "run", cwd=tmp_path)
+    late = "[autopilot.safety]\nlate_max = 1000  # on a machine that tests share with others\n"
+    dive.write_text(dive.read_text().replace("12.0", "4.0") + late)
+    result = called("sitl", "--scenario", dive, "--bus", BUS, "--pace", "realtime", "--out", "run", cwd=tmp_path)
     assert result.returncode == 0, result.stderr + result.stdout
     log = read(tmp_path / "run" / "log.mcap")
     assert any(cycle.tick.late_ns > 0 for cycle in log.cycles)
@@ -123,7 +125,7 @@ def test_a_plant_of_another_kind_is_refused(
     for _ in range(300):  # 30 s
         turns.say(TICK, hello)
         turns.listen(TICK_DONE, 0.1)
-        if fly.poll() is not None:
+        if fly.returncode is not None:
             break
     _, err = fly.communicate(timeout=20)
     assert fly.returncode == 1, err

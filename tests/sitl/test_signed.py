@@ -1,10 +1,9 @@
-"""`sternplane sitl` as a process with signed links over TCP and UDP; mavutil flies it, a stranger does not."""
+"""`sternplane sitl` with signed links over TCP and UDP; mavutil flies it, a stranger does not."""
 
 from __future__ import annotations
 
 import hashlib
 import socket
-import subprocess
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,13 +13,17 @@ from pymavlink import mavutil
 from sternplane.logs.reading import read
 
 from firmware_py.records.order import Arming, Mode
-from tests.sitl.command import COMMAND
+from tests.command import Forked
 
 PASSPHRASE = "correct horse battery"
 IDLE = """
 description = "Waits at the surface for whoever comes."
 duration_s = 60.0
 completes = "time"
+[autopilot.safety]
+late_max = 1000  # on a machine that tests share with others
+[autopilot.estimation.learning]
+enabled = false
 """
 ARM = mavutil.mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 
@@ -39,17 +42,13 @@ def flight(tmp_path: Path) -> Iterator[tuple[int, int, Path]]:
     key.write_text(PASSPHRASE)
     key.chmod(0o600)
     tcp, udp = free_port(socket.SOCK_STREAM), free_port(socket.SOCK_DGRAM)
-    process = subprocess.Popen(
-        [
-            *(COMMAND, "sitl", "--scenario", scenario, "--pace", "realtime", "--out", folder, "--gcs-key", key),
-            *("--gcs", f"tcpin:127.0.0.1:{tcp}", "--gcs", f"udpin:127.0.0.1:{udp}:generic"),
-        ],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
+    vehicle = Forked(
+        *("sitl", "--scenario", scenario, "--pace", "realtime", "--out", folder, "--gcs-key", key),
+        *("--gcs", f"tcpin:127.0.0.1:{tcp}", "--gcs", f"udpin:127.0.0.1:{udp}:generic"),
+        cwd=tmp_path,
     )
     yield tcp, udp, folder
-    process.terminate()
-    process.wait(timeout=60)
+    vehicle.close()
 
 
 def connected(where: str) -> mavutil.mavfile:

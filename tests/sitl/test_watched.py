@@ -14,7 +14,7 @@ from pymavlink import mavutil
 from sternplane.logs.reading import read
 
 from firmware_py.records.order import Arming, Mode
-from tests.sitl.command import COMMAND
+from tests.command import Forked
 
 ROOT = Path(__file__).resolve().parents[2]
 PORT = 14871
@@ -48,14 +48,9 @@ def flight(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     scenario.write_text(IDLE)
     folder = place / "run"
     arguments = ["--scenario", scenario, "--bus", f"udp:{NUMBER}", "--pace", "realtime", "--out", folder]
-    process = subprocess.Popen(
-        [COMMAND, "sitl", *arguments, "--gcs", f"udpout:127.0.0.1:{PORT}"],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
+    vehicle = Forked("sitl", *arguments, "--gcs", f"udpout:127.0.0.1:{PORT}", cwd=place)
     yield folder
-    process.terminate()
-    process.wait(timeout=60)
+    vehicle.close()
 
 
 def test_mavutil_hears_a_submarine_arms_it_and_sets_its_mode(flight: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 from sternplane.logs.reading import read
 from sternplane.sitl.flight import Wish, fly, prepare
 
-from tests.sitl.command import COMMAND
+from tests.command import SCRIPT
 
 pytestmark = [pytest.mark.vcan, pytest.mark.timeout(400)]
 HOLD = """
@@ -39,7 +39,7 @@ def test_the_demonstration_flies_over_vcan0_as_it_does_in_one_process_and_candum
     with (tmp_path / "dump").open("wb") as dump:
         candump = subprocess.Popen(["candump", "-L", "vcan0"], stdout=dump)
         try:
-            command = [COMMAND, "sitl", "--bus", "socketcan:vcan0", "--out", tmp_path / "run"]
+            command = [SCRIPT, "sitl", "--bus", "socketcan:vcan0", "--out", tmp_path / "run"]
             result = subprocess.run(command, capture_output=True, text=True, timeout=300)
         finally:
             candump.terminate()
@@ -60,7 +60,7 @@ def test_an_interface_that_goes_down_and_up_in_flight_is_a_gap_that_the_vehicle_
     arguments = ["sitl", "--bus", "socketcan:vcan0", "--pace", "realtime", "--scenario", scenario]
     log = tmp_path / "run" / "log.mcap"
     with subprocess.Popen(
-        [COMMAND, *arguments, "--out", tmp_path / "run"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [SCRIPT, *arguments, "--out", tmp_path / "run"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as sitl:
         deadline = time.monotonic() + 60.0
         while not (log.exists() and log.stat().st_size > 30_000):  # a second is written: it flies

@@ -41,6 +41,11 @@ def run(boat: Plant, seconds: float, fins: tuple[float, ...] = CENTRED, n: float
     return boat
 
 
+def motion(boat: Plant) -> str:
+    """Return all that can be seen of a boat, to the bit."""
+    return repr((boat.eta, boat.nu, boat.nu_dot, boat.nu_r, boat.n, boat.n_dot, boat.fins, boat.current_ned))
+
+
 # --- the current -----------------------------------------------------------------------------------------------------
 
 
@@ -88,7 +93,7 @@ def test_a_vehicle_at_rest_is_taken_along_by_the_current() -> None:
 def test_turbulence_shakes_it_the_same_way_for_the_same_seed() -> None:
     rough = EnvironmentParams(turbulence=0.1, turbulence_time=2.0)
     paths = [run(plant(sea=rough, nu0=CRUISE, n0=TRIM), 20.0, n=TRIM) for _ in range(2)]
-    assert paths[0]._state.tobytes() == paths[1]._state.tobytes()
+    assert motion(paths[0]) == motion(paths[1])
     assert paths[0].eta.y != 0.0
     assert 1e-3 < abs(paths[0].eta.y) < 5.0
 
@@ -196,5 +201,5 @@ def test_the_same_commands_give_the_same_bytes() -> None:
         boat = plant(sea=EnvironmentParams((0.1, 0.0, 0.0), 0.05))
         for k in range(1000):
             boat.step((0.2 * math.sin(k / 50.0), 0.1, -0.1, 0.05), TRIM)
-        states.append(boat._state.tobytes() + boat._out.tobytes())
+        states.append(motion(boat))
     assert states[0] == states[1]

@@ -31,6 +31,8 @@ u_m_s = 1.8288
 n_rpm = 500.0
 [autopilot.safety]
 depth_max_m = 90.0
+[autopilot.estimation.learning]
+enabled = false
 [[orders]]
 t_s = 0.5
 arming = "arm"
