@@ -9,7 +9,9 @@ from pathlib import Path
 
 QUIET = ("--disable-pip-version-check", "--no-input", "--progress-bar=off", "--no-warn-script-location")
 REQUIREMENT = re.compile(r"^([A-Za-z0-9][\w.-]*)==", re.MULTILINE)
-COLLECTING = re.compile(r"(?:Collecting|Requirement already satisfied:) ([\w.-]+)==([\w.+-]+)")
+FETCHED = re.compile(
+    r"(?:Collecting|Requirement already satisfied:) ([\w.-]+)==([\w.+-]+)|Processing .*/([\w.]+)-([\d.]+\d)"
+)
 
 
 def main() -> int:
@@ -21,9 +23,9 @@ def main() -> int:
         assert process.stdout is not None
         for line in process.stdout:
             said.append(line)
-            if found := COLLECTING.match(line):
+            if found := FETCHED.match(line):
                 count += 1
-                print(f"  fetching {count}/{total}: {found[1]} {found[2]}", flush=True)
+                print(f"  fetching {count}/{total}: {found[1] or found[3]} {found[2] or found[4]}", flush=True)
             elif line.startswith("Installing collected packages"):
                 print(f"  unpacking {line.count(',') + 1} packages", flush=True)
     if process.returncode:

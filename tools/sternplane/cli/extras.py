@@ -23,4 +23,4 @@ def require_report() -> None:
         UsageError: what is missing, and how to install it.
     """
     if absent := missing():
-        raise UsageError(f"this command draws, and {' and '.join(absent)} is not installed: {HINT}")
+        raise UsageError(f"this command draws, and needs {', '.join(absent)}: {HINT}")

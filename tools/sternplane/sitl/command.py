@@ -76,5 +76,5 @@ def _leave(log: Path, folder: Path) -> Summary:
     (folder / "report.html").unlink(missing_ok=True)
     summary = summarise(read(log))
     (folder / "summary.json").write_text(f"{json.dumps(summary, indent=2, ensure_ascii=False)}\n")
-    print(f"no report.html without {' and '.join(extras.missing())}: {extras.HINT}", file=sys.stderr)
+    print(f"no report.html without {', '.join(extras.missing())}: {extras.HINT}", file=sys.stderr)
     return summary
