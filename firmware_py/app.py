@@ -47,7 +47,7 @@ def build(configuration: Configuration) -> Autopilot:
     made = parts_factory(configuration)
     with prefix_errors(configuration["files"]["vehicle"]):
         allocator = Allocator(vehicle(configuration))
-    parts = {name: make() for name, make in made.makers().items()}
+    parts = made.parts()
     if configuration["kept"]:
-        parts["estimator"].resume(KeptNavigation(**configuration["kept"]))
-    return Autopilot(**parts, allocator=allocator, adopter=made)
+        parts.estimator.resume(KeptNavigation(**configuration["kept"]))
+    return Autopilot(parts, allocator, made)

@@ -9,7 +9,8 @@ from firmware_py.guidance.guidance import Guidance
 from firmware_py.records.command import Applied, Demand, ModeState, Reference
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.order import Order
+from firmware_py.records.event import Event
+from firmware_py.records.order import Change, Order
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.gate import Gate
 from firmware_py.safety.supervisor import Supervisor
@@ -24,6 +25,9 @@ class Estimator(Protocol):
 
     def keep(self) -> Any:
         """What a later run may start from."""
+
+    def resume(self, kept: Any) -> None:
+        """Starts from what an earlier run kept."""
 
     def freeze(self) -> Any:
         """All it remembers."""
@@ -45,83 +49,68 @@ class Law(Protocol):
         """Takes up again what `freeze` gave."""
 
 
-class Reconfigurator(Protocol):
-    """Whoever makes of an order's changes other parts for an autopilot: the composition root."""
+class Parts(NamedTuple):
+    """What an autopilot is made of that a station's changes may make anew."""
 
-    def adopt(self, autopilot: Autopilot, changes: tuple[str, ...]) -> tuple[str, ...]:
-        """Changes the parts in place, which remember what the old ones did; returns sentences for people."""
+    estimator: Estimator
+    supervisor: Supervisor
+    guidance: Guidance
+    control: Law
+    gate: Gate
+
+
+class Reconfigurator(Protocol):
+    """Whoever makes an autopilot's parts anew for an order's changes: the composition root."""
+
+    def apply(self, changes: tuple[Change, ...], parts: Parts) -> tuple[Parts, tuple[Event, ...]]:
+        """Return the parts to go on with, which remember what the old ones did, and what could not be changed."""
 
     def freeze(self) -> Any:
-        """All that was adopted."""
+        """All that was changed."""
 
-    def thaw(self, autopilot: Autopilot, memory: Any) -> None:
-        """Makes the parts that `freeze` was asked about, fresh."""
+    def thaw(self, memory: Any, parts: Parts) -> Parts:
+        """Return the parts that `freeze` was asked about, fresh."""
 
 
 class Memory(NamedTuple):
-    """Everything the autopilot remembers from one tick to the next, and the changes that were adopted."""
+    """Everything the autopilot remembers from one tick to the next, and the changes that were made."""
 
-    adopted: Any
-    estimator: Any
-    supervisor: Any
-    guidance: Any
-    control: Any
-    gate: Any
+    changed: Any
+    parts: tuple[Any, ...]
+    """What each of `Parts` remembers."""
     applied: Applied
 
 
 class Autopilot:
-    """The whole vehicle's mind, one part per line of `step`."""
+    """The whole vehicle's autopilot, one part per line of `step`."""
 
-    def __init__(
-        self,
-        estimator: Estimator,
-        supervisor: Supervisor,
-        guidance: Guidance,
-        control: Law,
-        allocator: Allocator,
-        gate: Gate,
-        adopter: Reconfigurator,
-    ) -> None:
-        self.estimator = estimator
-        self.supervisor = supervisor
-        self.guidance = guidance
-        self.control = control
+    def __init__(self, parts: Parts, allocator: Allocator, reconfigurator: Reconfigurator) -> None:
+        self.parts = parts
         self.allocator = allocator
-        self.gate = gate
-        self.adopter = adopter
+        self.reconfigurator = reconfigurator
         self.applied = Applied(fins=(0.0,) * allocator.size, n=0.0, armed=False, limited=False)
 
     def step(self, tick: Tick, frame: SensorFrame, order: Order) -> Cycle:
-        """One cycle: adopt what was changed, estimate, supervise, guide, control, allocate, limit."""
-        adopted = self.adopter.adopt(self, order.changes) if order.changes else ()
-        state = self.estimator.update(tick, frame, self.applied)
-        mode = self.supervisor.update(tick, frame, state, order, self.guidance.finished)  # may only make it safer
-        reference = self.guidance.update(tick, mode, order, state)
-        demand = self.control.update(tick, mode, order, reference, state)
+        """One cycle: make what was changed anew, estimate, supervise, guide, control, allocate, limit."""
+        self.parts, failed = self.reconfigurator.apply(order.changes, self.parts)  # parameters, mission, fence, rally
+        estimator, supervisor, guidance, control, gate = self.parts
+        state = estimator.update(tick, frame, self.applied)
+        mode = supervisor.update(tick, frame, state, order, guidance.finished)  # may only make it safer
+        reference = guidance.update(tick, mode, order, state)
+        demand = control.update(tick, mode, order, reference, state)
         fins = self.allocator.allocate(demand)
-        self.applied = self.gate.limit(tick, mode, frame, fins, self.applied)  # last word; knows no law
-        events = adopted + self.supervisor.events + self.guidance.events
+        self.applied = gate.limit(tick, mode, frame, fins, self.applied)  # last word; knows no law
+        events = failed + supervisor.events + guidance.events
         return Cycle(tick, frame, order, state, mode, reference, demand, fins, self.applied, events)
 
     def freeze(self) -> Memory:
         """All it remembers, so that a log can be entered in the middle."""
-        return Memory(
-            self.adopter.freeze(),
-            self.estimator.freeze(),
-            self.supervisor.freeze(),
-            self.guidance.freeze(),
-            self.control.freeze(),
-            self.gate.freeze(),
-            self.applied,
-        )
+        return Memory(self.reconfigurator.freeze(), tuple(part.freeze() for part in self.parts), self.applied)
 
     def thaw(self, memory: Memory) -> None:
         """Takes up again what `freeze` gave."""
-        self.adopter.thaw(self, memory.adopted)
-        self.estimator.thaw(memory.estimator)
-        self.supervisor.thaw(memory.supervisor)
-        self.guidance.thaw(memory.guidance)
-        self.control.thaw(memory.control)
-        self.gate.thaw(memory.gate)
+        self.parts = self.reconfigurator.thaw(memory.changed, self.parts)
+        parts: tuple[Any, ...] = self.parts
+        for part, remembered in zip(parts, memory.parts, strict=True):
+            part.thaw(remembered)
         self.applied = memory.applied

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from firmware_py.autopilot import Autopilot
+from firmware_py.autopilot import Parts
 from firmware_py.control.control import Control, ControlParams
 from firmware_py.estimation.estimator import EstimationParams, Estimator, refuse_no_filter, same_filter
 from firmware_py.estimation.model.observer_model import refuse_no_inertia
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.marine import Origin
+from firmware_py.mavlink.commands.manual_control import ManualControlParams
 from firmware_py.mavlink.node import MavlinkParams
 from firmware_py.parameter_tree import with_values
 from firmware_py.params import ParamError, param, prefix_errors, table
-from firmware_py.records.fence import NO_FENCE, Fence, Place, rally_from_plain
-from firmware_py.records.fence import from_plain as fence_from_plain
-from firmware_py.records.mission import from_plain
-from firmware_py.records.order import Mission, Prepared
+from firmware_py.records.event import Event, EventKind, Severity
+from firmware_py.records.fence import NO_FENCE, Fence, Place
+from firmware_py.records.limits import OperatingLimits
+from firmware_py.records.order import Change, FenceChange, Mission, MissionChange, ParameterChange
 from firmware_py.safety.gate import Gate
 from firmware_py.safety.supervisor import SafetyParams, Supervisor
 from firmware_py.schedule import step_ns
@@ -87,6 +87,17 @@ class PartsFactory:
         """autopilot.toml as it stands now."""
         return self._now.params
 
+    @property
+    def limits(self) -> OperatingLimits:
+        """What the vehicle keeps to, as stations have to know."""
+        params = self.params
+        return OperatingLimits(params.safety.depth_max, params.safety.altitude_min, params.guidance.turning)
+
+    @property
+    def manual_control(self) -> ManualControlParams:
+        """What sticks ask for."""
+        return self.params.mavlink.manual_control
+
     def makers(self) -> dict[str, Callable[[], Any]]:
         """Who makes each part, by the part's name.
 
@@ -118,66 +129,67 @@ class PartsFactory:
                     refuse_no_filter(params.estimation, self._boat)
         return yard
 
-    def adopt(self, autopilot: Autopilot, changes: tuple[str, ...]) -> tuple[str, ...]:
+    def apply(self, changes: tuple[Change, ...], parts: Parts) -> tuple[Parts, tuple[Event, ...]]:
         """See `autopilot.Reconfigurator`. Orders were checked before; a change that fails leaves all as it was."""
-        said = []
+        failed: list[Event] = []
         for change in changes:
             before = self._now
             try:
-                if isinstance(change, Prepared):
-                    self._fly(autopilot, change.mission)
-                    continue
-                for kind, content in json.loads(change).items():
-                    self._adopt(autopilot, kind, content)
+                parts = self._applied(change, parts)
             except (ValueError, LookupError, TypeError) as error:
                 self._now = before
-                said.append(f"change not made: {' '.join(str(error).split())}")
-        return tuple(said)
+                why = " ".join(str(error).split())
+                failed.append(Event(EventKind.CHANGE_FAILED, Severity.WARNING, names=(why,)))
+        return parts, tuple(failed)
 
     def freeze(self) -> ActiveConfiguration:
         """All that was adopted."""
         return self._now
 
-    def thaw(self, autopilot: Autopilot, memory: ActiveConfiguration) -> None:
-        """Makes every part anew if something else was adopted."""
-        if memory != self._now:
-            self._now = memory
-            for name, make in self.makers().items():
-                setattr(autopilot, name, make())
+    def thaw(self, memory: ActiveConfiguration, parts: Parts) -> Parts:
+        """Return every part anew if something else was adopted."""
+        if memory == self._now:
+            return parts
+        self._now = memory
+        return self.parts()
 
-    def _adopt(self, autopilot: Autopilot, kind: str, content: Any) -> None:
-        if kind == "parameters":
-            self._now = self._now._replace(params=with_values(self.params, content, self._files["autopilot"]))
-            self._remake(autopilot, _parts_of(content))
-        elif kind == "mission":
-            self._fly(autopilot, from_plain(content))
-        elif kind == "fence":
-            self._now = self._now._replace(fence=fence_from_plain(content))
-            self._remake(autopilot, ("supervisor", "guidance"))
-        elif kind == "rally":
-            self._now = self._now._replace(rally=rally_from_plain(content))
-            self._remake(autopilot, ("guidance",))
-        else:
-            raise LookupError(f"{kind} is nothing that can be changed")
+    def parts(self) -> Parts:
+        """Return all parts, fresh.
 
-    def _fly(self, autopilot: Autopilot, mission: Mission) -> None:
-        self._now = self._now._replace(mission=mission)
-        self._remake(autopilot, ("supervisor", "guidance"))
-        autopilot.guidance.restart()
+        Raises:
+            ParamError: a configuration that cannot be flown, with file and key.
+        """
+        return Parts(**{name: make() for name, make in self.makers().items()})
 
-    def _remake(self, autopilot: Autopilot, parts: tuple[str, ...]) -> None:
-        """All of them or none."""
+    def _applied(self, change: Change, parts: Parts) -> Parts:
+        now = self._now
+        if isinstance(change, ParameterChange):
+            values = dict(change.values)
+            self._now = now._replace(params=with_values(self.params, values, self._files["autopilot"]))
+            return self._remade(parts, _parts_of(values))
+        if isinstance(change, MissionChange):
+            self._now = now._replace(mission=change.mission)
+            parts = self._remade(parts, ("supervisor", "guidance"))
+            parts.guidance.restart()
+            return parts
+        if isinstance(change, FenceChange):
+            self._now = now._replace(fence=change.fence)
+            return self._remade(parts, ("supervisor", "guidance"))
+        self._now = now._replace(rally=change.points)
+        return self._remade(parts, ("guidance",))
+
+    def _remade(self, parts: Parts, names: tuple[str, ...]) -> Parts:
+        """Return the parts with some of them made anew; each remembers what the old one did."""
         makers, made = self.makers(), {}
-        for part in parts:
-            before = getattr(autopilot, part)
-            if part == "estimator":  # to make it of nothing is dear
+        for name in names:
+            before = getattr(parts, name)
+            if name == "estimator":  # to make it of nothing takes long
                 with self._naming_coefficients():
-                    made[part] = before.under(self.params.estimation, self._origin)
+                    made[name] = before.under(self.params.estimation, self._origin)
             else:
-                made[part] = makers[part]()
-                made[part].thaw(before.freeze())
-        for part, new in made.items():
-            setattr(autopilot, part, new)
+                made[name] = makers[name]()
+                made[name].thaw(before.freeze())
+        return parts._replace(**made)
 
     def _estimator(self) -> Estimator:
         with prefix_errors(self._files["vehicle"]):

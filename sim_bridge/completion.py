@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.event_text import sentences
 from firmware_py.records.order import Mode
 from sim_bridge.scenarios import Completes
 
@@ -50,16 +51,13 @@ class Completion:
         """Takes one cycle in."""
         mode, before = cycle.mode.mode, self._mode
         if cycle.events:
-            self._said = cycle.events[-1]
+            self._said = sentences(cycle.events)[-1].text
         if mode is before:
             return
         self._mode = mode
         self._armed = self._armed or mode is not Mode.DISARMED
-        if mode is Mode.SURFACE:
-            done = before is Mode.MISSION and cycle.mode.mission_done
-            returned = before is Mode.RETURN and self._said.endswith(": return done")
-            if not (done or returned or cycle.order.mode in (Mode.SURFACE, Mode.RETURN)):
-                self._abort()
+        if cycle.mode.failsafe:
+            self._abort()
         elif mode is Mode.DISARMED:
             came_up = cycle.frame.fix.ok or cycle.state.eta.z < _SURFACE
             if before is not Mode.SURFACE or not came_up:

@@ -15,11 +15,12 @@ from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import EkfMemory
 from firmware_py.estimation.fixed_lag_buffer import FixedLagBuffer, FixedLagBufferMemory, FixedLagBufferParams, Span
 from firmware_py.estimation.health import Health, HealthMemory, HealthParams
-from firmware_py.estimation.identifiability import Known, sentence
+from firmware_py.estimation.identifiability import Known, report, reported
 from firmware_py.estimation.model.state import CURRENT_EAST, CURRENT_NORTH, MOVING, STILL
 from firmware_py.params import TakesEffect, param, table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned, StateEstimate
+from firmware_py.records.event import Cause, Event
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.schedule import Rate, Tick
 from firmware_py.vehicle.vehicle import Vehicle
@@ -98,7 +99,7 @@ class CoefficientEstimator:
         self._intensities = coefficients.turbulence
         self._forget()
         self._permit()
-        self._said = self._say(None, self._words())
+        self._said = self._say(None, self._report())
 
     def under(self, params: LearningParams, health: HealthParams, vehicle: Vehicle) -> CoefficientEstimator:
         """One that goes on from here by other rules; of the two only one may go on, for they share the filter."""
@@ -125,7 +126,7 @@ class CoefficientEstimator:
             elif ping.t >= span.t and span.t - turn.t <= RECENT:
                 self._begin(span)
         if tick.every(SAID):
-            self._said = self._say(self._said, self._words() if tick.every(WORDED) else self._said.words)
+            self._said = self._say(self._said, self._report() if tick.every(WORDED) else self._said.report)
         return self._said
 
     def _begin(self, span: Span) -> None:
@@ -141,7 +142,7 @@ class CoefficientEstimator:
         if not ekf.step(span.inputs, span.h, span.z, span.variance):
             self._resets += 1
             self._forget()
-            self._said = self._say(None, self._words())
+            self._said = self._say(None, self._report())
             return
         np.sqrt(self._variances[ekf.log_likelihood.argmax()], out=self._std)
         if ekf.resets > self._filter_resets:
@@ -161,7 +162,7 @@ class CoefficientEstimator:
         self.ekf.permit(np.array(self._health.excited, dtype=np.bool_))
         self._ever |= self._health.excited
 
-    def _say(self, before: Learned | None, words: str) -> Learned:
+    def _say(self, before: Learned | None, report: tuple[Event, ...]) -> Learned:
         """What is known. What was not excited since `before` stands to the last bit, unless an iteration took over."""
         mean, std, weights = (array.tolist() for array in self.ekf.combine())
         value, sigma = mean[self._learned], std[self._learned]
@@ -189,16 +190,16 @@ class CoefficientEstimator:
             dropped=self._horizon.dropped,
             resets=self._resets + self.ekf.resets,
             horizon=self._horizon.t if self._running else math.nan,
-            words=words,
+            report=report,
         )
 
-    def _words(self) -> str:
+    def _report(self) -> tuple[Event, ...]:
         """What was learned and what was not."""
         model, count, learned = self.ekf.model, self._count, self._learned
         if not self._begun:
-            return f"learned 0 of {count}: learning has not begun"
+            return (reported(Cause.NOT_BEGUN, (float(count),)),)
         valid, excited, _ = self._health.verdict
-        return sentence(
+        return report(
             Known(
                 model.names[:count],
                 self.ekf.estimate().covariance[learned, learned],

@@ -1,4 +1,4 @@
-"""What was not learned: coefficients, and combinations of them, that are as unknown as before, in words for people."""
+"""What was not learned: coefficients, and combinations of them, that are as unknown as before."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_py.estimation.model.jacobians import Array
+from firmware_py.records.event import Cause, Event, EventKind, Severity
+from firmware_py.records.event_text import combination
 
 NOTHING = 0.95
 """A direction whose sigma is more than this part of what it was before has not been learned."""
@@ -25,8 +27,14 @@ class Direction(NamedTuple):
     """1 sigma, in the units that the parameters were scaled by."""
     weights: Array
     """Of the scaled parameters, their squares' sum 1."""
-    words: str
-    """Such as "0.3 Y_dr + 0.9 Y_r + 0.3 Y_v"."""
+    shares: tuple[float, ...]
+    """The weights of at least `PART`, and whose they are."""
+    names: tuple[str, ...]
+
+    @property
+    def words(self) -> str:
+        """Such as "0.3 Y_dr + 0.9 Y_r + 0.3 Y_v"."""
+        return combination(self.shares, self.names)
 
 
 class Identifiability(NamedTuple):
@@ -83,36 +91,44 @@ def identifiability(covariance: Array, names: Sequence[str], prior_std: Sequence
     return Identifiability(tuple(alone), tuple(mixed), tuple(name for name in names if name in alone or name in parts))
 
 
-def sentence(known: Known) -> str:
-    """What was learned and what was not, such as "learned 8 of 10, 7 valid, 1 sigma up to 12 % (N_r); not identifiable:
-    N_v, Y_v (never excited)", or "learned all 10, 1 sigma up to 2 % (Y_r)" where all are excited and valid too.
+def report(known: Known) -> tuple[Event, ...]:
+    """Return what was learned and what was not, as events of a learning report; `event_text` has the sentence.
 
-    Sigma is that of the worst known of what was learned, of its believed size.
+    All is learned where every coefficient is identifiable, valid and excited. Sigma is that of the worst known of what
+    was learned, of its believed size.
     """
     names, count = list(known.names), len(known.names)
     with np.errstate(all="ignore"):  # what is too large for a number is told below
         scaled = known.covariance / np.outer(known.prior_std, known.prior_std)
         sizes = np.sqrt(known.covariance.diagonal()) / np.abs(known.believed)
     if not (np.isfinite(scaled).all() and np.isfinite(sizes).all()):
-        return f"learned 0 of {count}: the filter's numbers are not finite"
+        return (reported(Cause.NOT_FINITE, (float(count),)),)
     weak = identifiability(scaled, names, np.ones(count))
     learned = [i for i, name in enumerate(names) if name not in weak.unknown]
     calm = [names[i] for i in learned if not known.excited[i]]
     valid = sum(bool(known.valid[i]) for i in learned)
-    best = valid == count and not calm
-    parts = [f"learned all {count}" if best else f"learned {len(learned)} of {count}, {valid} valid"]
-    if learned:
-        worst = max(learned, key=lambda i: float(sizes[i]))
-        parts[0] += f", 1 sigma up to {100.0 * sizes[worst]:.3g} % ({names[worst]})"
-    if weak.unknown:
-        never = [name for name in weak.alone if not known.ever[names.index(name)]]
-        groups = [f"{', '.join(never)} (never excited)"] if never else []
-        groups += [name for name in weak.alone if name not in never]
-        groups += [one.words for one in weak.mixed]
-        parts.append(f"not identifiable: {' and '.join(groups)}")
+    worst = [max(learned, key=lambda i: float(sizes[i]))] if learned else []
+    sigma, whose = tuple(float(sizes[i]) for i in worst), [names[i] for i in worst]
+    if valid == count and not calm:
+        parts = [reported(Cause.LEARNED_ALL, (float(count), *sigma), whose)]
+    else:
+        parts = [reported(Cause.LEARNED, (float(len(learned)), float(count), float(valid), *sigma), whose)]
+    never = [name for name in weak.alone if not known.ever[names.index(name)]]
+    alone = [name for name in weak.alone if name not in never]
+    if never:
+        parts.append(reported(Cause.NEVER_EXCITED, (), never))
+    if alone:
+        parts.append(reported(Cause.NOT_IDENTIFIABLE, (), alone))
+    parts += [reported(Cause.COMBINATION, one.shares, one.names) for one in weak.mixed]
     if calm:
-        parts.append(f"not excited at the end: {', '.join(calm)}")
-    return "; ".join(parts)
+        parts.append(reported(Cause.NOT_EXCITED_AT_END, (), calm))
+    return tuple(parts)
+
+
+def reported(cause: Cause, numbers: tuple[float, ...] = (), names: Sequence[str] = ()) -> Event:
+    """Return one part of a learning report: a warning, unless all was learned."""
+    severity = Severity.NOTICE if cause is Cause.LEARNED_ALL else Severity.WARNING
+    return Event(EventKind.LEARNING_REPORT, severity, cause=cause, numbers=numbers, names=tuple(names))
 
 
 def _principal(covariance: Array, scales: Sequence[float] | Array) -> list[tuple[float, Array]]:
@@ -123,13 +139,7 @@ def _principal(covariance: Array, scales: Sequence[float] | Array) -> list[tuple
 
 
 def _direction(sigma: float, vector: Array, names: Sequence[str]) -> Direction:
-    """The direction with its words, its greatest weight positive."""
+    """Return the direction with the parameters that count in it, its greatest weight positive."""
     vector = vector * np.sign(vector[np.argmax(np.abs(vector))])
-    return Direction(sigma, vector, _words(vector, names))
-
-
-def _words(vector: Array, names: Sequence[str]) -> str:
-    """The members that count, with their weights to one digit."""
-    parts = [(f"{abs(w):.1f} {name}", w < 0.0) for name, w in zip(names, vector, strict=True) if abs(w) >= PART]
-    text = "".join(f" {'-' if minus else '+'} {part}" for part, minus in parts)
-    return text[3:] if text.startswith(" + ") else text[1:].replace("- ", "-", 1)
+    parts = [i for i, weight in enumerate(vector.tolist()) if abs(weight) >= PART]
+    return Direction(sigma, vector, tuple(vector[parts].tolist()), tuple(names[i] for i in parts))

@@ -22,7 +22,8 @@ from firmware_py.guidance.route import Route, homing
 from firmware_py.marine import clip
 from firmware_py.records.command import ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.fence import NO_FENCE, Fence, Place
+from firmware_py.records.event import Event, EventKind, Severity
+from firmware_py.records.fence import NO_FENCE, NOWHERE, Fence, Place
 from firmware_py.records.order import Loiter, Manoeuvre, Mission, Mode, Order, Setpoint, Surface, Waypoint
 from firmware_py.schedule import Tick
 
@@ -36,11 +37,11 @@ _CLEAR = 1.0
 """What is flown above the bottom stays so far, m, within the supervisor's limits."""
 _JOINED = 0.25
 """A circle is joined nearer to it than this share of its radius."""
-_NO_WAY = "no rally point has a straight way within the fence"
+_UNREACHABLE = Event(EventKind.RALLY_POINT_UNREACHABLE, Severity.WARNING)
 
 
 class Guidance:
-    """One reference per tick. `finished` once the mission is flown; `events` are the sentences of this tick.
+    """One reference per tick. `finished` once the mission is flown; `events` are those of this tick.
 
     `depth_max` and `altitude_min` are the supervisor's limits, m: learning manoeuvres keep away from them, and so does
     what is flown above the bottom. Who surfaces or returns goes to `fence.haven` of `rally`, as chosen on entering.
@@ -67,9 +68,10 @@ class Guidance:
         self._wanted = Setpoint(0.0, 0.0, 0.0)
         self._last = AT_REST
         self._circle: Circle | None = None
+        self._place: Place | None = None
         self._pace = 0.0
         self._climb_share = math.sin(params.pitch_max)
-        self.events: tuple[str, ...] = ()
+        self.events: tuple[Event, ...] = ()
 
     @property
     def finished(self) -> bool:
@@ -90,7 +92,7 @@ class Guidance:
         """The reference of this tick. While the state is not finite the last one stands, and no manoeuvre goes on."""
         self.events = ()
         reference = self._update(tick, mode, order, state)
-        self.events += self._learning.taught(state.learned.words)
+        self.events += self._learning.taught(state.learned.report)
         return reference
 
     def _update(self, tick: Tick, mode: ModeState, order: Order, state: StateEstimate) -> Reference:
@@ -104,6 +106,7 @@ class Guidance:
             if mode.mode is Mode.DISARMED:
                 self._route.reset()
             self._home.reset()
+            self._place = None
         if order.jump >= 0:
             self._learning.reset()
             self._route.jump(order.jump, eta.x, eta.y, self._depth.command)
@@ -126,8 +129,8 @@ class Guidance:
         else:
             barred = self._flown.barred
             across, dither = self._proceed(entered, order.setpoint.u_d, state, tick.dt)
-            self.events += (_NO_WAY,) * (self._flown.barred and not barred)
-        self._last = self._shape(nu.u, across, dither, tick.dt)
+            self.events += (_UNREACHABLE,) * (self._flown.barred and not barred)
+        self._last = self._shape(state, across, dither, tick.dt)
         return self._last
 
     def _follow(self, mode: Mode, state: StateEstimate) -> Reference:
@@ -139,7 +142,14 @@ class Guidance:
         z_d = self._depth.reset(state.eta.z).d
         psi_d = self._heading.reset(state.eta.psi).d
         route = self._route
-        return Reference(z_d, 0.0, 0.0, 0.0, psi_d, 0.0, 0.0, u_d, route.index, math.nan, *STILL, route.item)
+        return Reference(
+            *(z_d, 0.0, 0.0, 0.0),
+            *(psi_d, 0.0, 0.0),
+            *(u_d, route.index, math.nan),
+            *STILL,
+            route.item,
+            target_bearing=psi_d,
+        )
 
     def _hold(self, setpoint: Setpoint) -> None:
         z_d, psi_d, u_d, _, _ = setpoint
@@ -161,8 +171,9 @@ class Guidance:
         if self._mode is Mode.GUIDED:
             if math.isfinite(setpoint.x + setpoint.y):
                 self._circle = Circle(setpoint.x, setpoint.y, self._radius)
+                self._place = Place(setpoint.x, setpoint.y)
             elif math.isfinite(setpoint.psi_d):
-                self._circle = None
+                self._circle = self._place = None
         if self._circle is None:
             return math.nan
         circle = self._circle._replace(radius=max(self._circle.radius, self._radius))
@@ -227,7 +238,7 @@ class Guidance:
         z_d = self._bottom.above(item.z, self._depth.command) if item.above else item.z
         self._wanted = Setpoint(max(z_d, 0.0), psi_d, u_d)
         if self._route.circle(x, y, circle, _JOINED * radius, dt):
-            self.events = (f"loiter done at item {self._route.item + 1}",)
+            self.events = (Event(EventKind.LOITER_DONE, Severity.WARNING, numbers=(self._route.item + 1.0,)),)
             self._route.leave(x, y, self._depth.command)
 
     def _learn(self, manoeuvre: Manoeuvre, state: StateEstimate, dt: float) -> Dither:
@@ -251,9 +262,9 @@ class Guidance:
         """The speed of an item, m/s, unless another was ordered; the cruising speed where neither is given."""
         return self._turning.speed(self._pace or asked)
 
-    def _shape(self, u: float, across: float, dither: Dither, dt: float) -> Reference:
+    def _shape(self, state: StateEstimate, across: float, dither: Dither, dt: float) -> Reference:
         params, wanted = self._params, self._wanted
-        u = max(u, 0.0)
+        u = max(state.nu.u, 0.0)
         climb = min(params.climb_max, self._climb_share * u)
         turn = min(params.turn_rate_max, u / params.turn_radius)
         z_d, z_d_dot, z_d_ddot, z_d_dddot = self._depth.update(wanted.z_d, climb, u / params.depth_way, dt)
@@ -262,7 +273,38 @@ class Guidance:
         u_d = self._last.u_d + clip(wanted.u_d - self._last.u_d, -step, step)
         heading = (psi_d, psi_d_dot, psi_d_ddot)
         route = self._route
-        return Reference(z_d, z_d_dot, z_d_ddot, z_d_dddot, *heading, u_d, route.index, across, *dither, route.item)
+        rally, target = self._rally, self._target
+        if target is not None:
+            north, east = target.x - state.eta.x, target.y - state.eta.y
+            distance, bearing = math.hypot(north, east), math.atan2(east, north)
+        else:
+            distance, bearing = abs(across) if math.isfinite(across) else 0.0, psi_d
+        return Reference(
+            *(z_d, z_d_dot, z_d_ddot, z_d_dddot),
+            *heading,
+            *(u_d, route.index, across),
+            *dither,
+            route.item,
+            *(target or NOWHERE, distance, bearing),
+            rally or NOWHERE,
+        )
+
+    @property
+    def _rally(self) -> Place | None:
+        """The rally point that was chosen, where one is gone to."""
+        if self._mode is Mode.MISSION:
+            return self._route.rally
+        return self._home.rally if self._mode in (Mode.RETURN, Mode.SURFACE) else None
+
+    @property
+    def _target(self) -> Place | None:
+        """The place that is flown to, where there is one."""
+        if self._mode is Mode.GUIDED:
+            return self._place
+        if self._mode is Mode.MISSION:
+            item = self._route.current
+            return Place(item.x, item.y) if isinstance(item, Waypoint | Loiter) else None
+        return self._rally
 
     def restart(self) -> None:
         """Begins the mission anew, for it is another one."""
@@ -281,6 +323,7 @@ class Guidance:
             self._route.freeze(),
             self._learning.freeze(),
             self._circle,
+            self._place,
             self._pace,
             self._bottom.z,
             self._home.freeze(),
@@ -294,7 +337,7 @@ class Guidance:
         self._sight.thaw(memory.crab)
         self._route.thaw(memory.route)
         self._learning.thaw(memory.learning)
-        self._circle = memory.circle
+        self._circle, self._place = memory.circle, memory.place
         self._pace = memory.pace
         self._bottom.z = memory.bottom
         self._home.thaw(memory.home)

@@ -10,11 +10,15 @@ from firmware_py.guidance.manoeuvre import Course
 from firmware_py.guidance.reference_model import Lags
 from firmware_py.guidance.route import Progress
 from firmware_py.records.command import Reference
+from firmware_py.records.fence import Place
 from firmware_py.records.order import Mode, Setpoint
 
 
 class GuidanceMemory(NamedTuple):
-    """Everything guidance remembers: `wanted` is what the mode asks for, `last` the reference that became of it."""
+    """Everything guidance remembers: `wanted` is what the mode asks for, `last` the reference that became of it.
+
+    `circle` is what is flown in LOITER and GUIDED, `place` its centre where a station gave one.
+    """
 
     mode: Mode
     wanted: Setpoint
@@ -25,6 +29,7 @@ class GuidanceMemory(NamedTuple):
     route: Progress
     learning: Course | None
     circle: Circle | None
+    place: Place | None
     pace: float
     bottom: float
     home: Progress

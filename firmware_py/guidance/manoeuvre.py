@@ -8,13 +8,14 @@ laws alone at full strength, until they have brought it well inside. It then goe
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from firmware_py.guidance.excitation import Sides, sides
 from firmware_py.marine import body_to_ned, euler_rates, wrap
 from firmware_py.params import param
 from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.order import Kind, Manoeuvre, Setpoint
 
 
@@ -71,8 +72,15 @@ class Course(NamedTuple):
     sides: Sides
 
 
+class Breach(NamedTuple):
+    """The limit at which a manoeuvre waits, and the numbers of that cause."""
+
+    cause: Cause
+    numbers: tuple[float, ...]
+
+
 class ManoeuvreGuidance:
-    """Remembers a `Course`, or None while nothing is learned. `events` are the sentences of the last update.
+    """Remembers a `Course`, or None while nothing is learned. `events` are those of the last update.
 
     The supervisor's limits `depth_max` and `altitude_min` (m) are given, so that the manoeuvre waits long before they
     end it.
@@ -83,7 +91,7 @@ class ManoeuvreGuidance:
         self._deepest, self._lowest = depth_max - params.depth_margin, altitude_min
         self._memory: Course | None = None
         self._over: Kind | None = None
-        self.events: tuple[str, ...] = ()
+        self.events: tuple[Event, ...] = ()
 
     @property
     def begun(self) -> bool:
@@ -101,17 +109,18 @@ class ManoeuvreGuidance:
         """
         self.events = ()
         if self._memory is None:
-            self._say(manoeuvre, f"begins: {manoeuvre.duration:g} s about {base.z_d:.1f} m")
+            self._say(manoeuvre, EventKind.MANOEUVRE_BEGUN, numbers=(manoeuvre.duration, base.z_d))
         course = self._memory or Course(manoeuvre.kind, 0, 0, 0, Sides(1.0, 1.0))
-        if why := self._breach(base.z_d, state, self._params.resume if course.waiting else 1.0):
-            return self._wait(manoeuvre, course, why, dt)
+        breach = self._breach(base.z_d, state, self._params.resume if course.waiting else 1.0)
+        if breach is not None:
+            return self._wait(manoeuvre, course, breach, dt)
         if course.waiting:
-            self._say(manoeuvre, "goes on")
+            self._say(manoeuvre, EventKind.MANOEUVRE_RESUMED)
         at = sides(manoeuvre, course.flown, dt, course.sides, state.eta.theta, wrap(state.eta.psi - base.psi_d))
         self._memory = course._replace(flown=course.flown + 1, waiting=0, sides=at)
         if (course.flown + 1) * dt >= manoeuvre.duration:
             self.reset()
-            self._say(manoeuvre, f"done: {manoeuvre.duration:g} s, and {course.waited * dt:.1f} s of waiting")
+            self._say(manoeuvre, EventKind.MANOEUVRE_DONE, numbers=(manoeuvre.duration, course.waited * dt))
         return Dither(manoeuvre.delta_s * at.s, manoeuvre.delta_r * at.r, self._params.grip)
 
     def reset(self) -> None:
@@ -120,10 +129,10 @@ class ManoeuvreGuidance:
             self._over = self._memory.kind
         self._memory = None
 
-    def taught(self, words: str) -> tuple[str, ...]:
-        """The sentence on what a manoeuvre taught that has ended since this was last asked; `words` are `Learned`'s."""
+    def taught(self, report: tuple[Event, ...]) -> tuple[Event, ...]:
+        """Return the report on what a manoeuvre taught that has ended since this was last asked; see `Learned`."""
         over, self._over = self._over, None
-        return (f"{over.name.lower()}: {words}",) if over is not None and words else ()
+        return tuple(replace(event, manoeuvre=over) for event in report) if over is not None else ()
 
     def freeze(self) -> Course | None:
         """All it remembers."""
@@ -133,17 +142,18 @@ class ManoeuvreGuidance:
         """Takes up again what `freeze` gave."""
         self._memory = memory
 
-    def _wait(self, manoeuvre: Manoeuvre, course: Course, why: str, dt: float) -> Dither:
+    def _wait(self, manoeuvre: Manoeuvre, course: Course, breach: Breach, dt: float) -> Dither:
         if not course.waiting:
-            self._say(manoeuvre, f"waits: {why}")
+            self._say(manoeuvre, EventKind.MANOEUVRE_WAITS, breach.cause, breach.numbers)
         self._memory = course._replace(waiting=course.waiting + 1, waited=course.waited + 1)
         if (course.waiting + 1) * dt >= self._params.patience:
             self.reset()
-            self._say(manoeuvre, f"given up after {course.flown * dt:.1f} s: {why}")
+            flown = course.flown * dt
+            self._say(manoeuvre, EventKind.MANOEUVRE_GIVEN_UP, breach.cause, (flown, *breach.numbers))
         return STILL
 
-    def _breach(self, base: float, state: StateEstimate, share: float) -> str:
-        """Which of the limits, drawn in to that share, the boat is beyond or about to pass; "" if none.
+    def _breach(self, base: float, state: StateEstimate, share: float) -> Breach | None:
+        """Return the limit, drawn in to that share, that the vehicle is beyond or about to pass; None if there is none.
 
         An altitude that is not known breaks none.
         """
@@ -154,16 +164,18 @@ class ManoeuvreGuidance:
         top = base + share * (max(base - params.depth_band, params.depth_margin) - base)
         floor = base + share * (min(base + params.depth_band, self._deepest) - base)
         if max(z, z + way) > floor or min(z, z + way) < top:
-            return f"depth {z:.1f} m, soon {z + way:.1f} m, limits {top:.1f} and {floor:.1f} m"
+            return Breach(Cause.MANOEUVRE_DEPTH, (z, z + way, top, floor))
         lowest = self._lowest + (2.0 - share) * params.altitude_margin
         if min(state.altitude, state.altitude - way) < lowest:
-            return f"altitude {state.altitude:.1f} m, soon {state.altitude - way:.1f} m, limit {lowest:.1f} m"
+            return Breach(Cause.MANOEUVRE_ALTITUDE, (state.altitude, state.altitude - way, lowest))
         steepest = share * params.pitch_max
         soon = theta + params.pitch_lead * euler_rates(phi, theta, p, q, r)[1]
         if max(abs(theta), abs(soon)) > steepest:
-            angles = (math.degrees(angle) for angle in (theta, soon, steepest))
-            return "pitch {:.0f} deg, soon {:.0f} deg, limit {:.0f} deg".format(*angles)
-        return ""
+            return Breach(Cause.MANOEUVRE_PITCH, (theta, soon, steepest))
+        return None
 
-    def _say(self, manoeuvre: Manoeuvre, sentence: str) -> None:
-        self.events = (*self.events, f"{manoeuvre.kind.name.lower()} {sentence}")
+    def _say(
+        self, manoeuvre: Manoeuvre, kind: EventKind, cause: Cause = Cause.NONE, numbers: tuple[float, ...] = ()
+    ) -> None:
+        said = Event(kind, Severity.WARNING, cause=cause, manoeuvre=manoeuvre.kind, numbers=numbers)
+        self.events = (*self.events, said)

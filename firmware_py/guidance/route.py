@@ -9,6 +9,7 @@ from typing import NamedTuple
 from firmware_py.guidance.circle import Circle
 from firmware_py.guidance.line_of_sight import Leg, leg, passed
 from firmware_py.marine import wrap
+from firmware_py.records.event import Event, EventKind, Severity
 from firmware_py.records.fence import NO_FENCE, Fence, Place, nearest_rally_point
 from firmware_py.records.order import Jump, Loiter, Manoeuvre, Mission, Step, Surface, Waypoint
 
@@ -145,15 +146,18 @@ class Route:
             way = leg(start, end, x, y)
         return way
 
-    def passed(self, before: Progress) -> tuple[str, ...]:
-        """What was passed since then, in sentences."""
+    def passed(self, before: Progress) -> tuple[Event, ...]:
+        """What was passed since then."""
         if self._memory.next == before.next:
             return ()
         if before.rally is not None:
-            return ("rally point reached",)
+            return (Event(EventKind.RALLY_POINT_REACHED, Severity.WARNING),)
         first = self._before[before.next]
         last = max(self.index, first + 1)  # a jump may lead back
-        return tuple(f"waypoint {i} of {len(self)} passed" for i in range(first + 1, last + 1))
+        return tuple(
+            Event(EventKind.WAYPOINT_PASSED, Severity.INFO, numbers=(float(i), float(len(self))))
+            for i in range(first + 1, last + 1)
+        )
 
     def circle(self, x: float, y: float, circle: Circle, slack: float, dt: float) -> bool:
         """Goes on around a loiter's circle, which is joined within `slack` of it, m; True once it is over."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 from firmware_py.mavlink.base.codec import COMPONENT, Codec, Message, dialect
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
-from firmware_py.mavlink.base.link_output import CommandHandler
-from firmware_py.mavlink.base.modes import with_mode_names
+from firmware_py.mavlink.base.modes import mode_name, with_mode_names
 from firmware_py.mavlink.base.service import Service
 from firmware_py.mavlink.base.signing import SignedMavlink, Signing
 from firmware_py.mavlink.base.statustext import StatusTexts
@@ -16,11 +16,15 @@ from firmware_py.mavlink.commands.dispatch import CommandDispatch
 from firmware_py.mavlink.commands.manual_control import ManualControlParams, sticks
 from firmware_py.mavlink.commands.pre_flight import PreFlight
 from firmware_py.mavlink.commands.queue import CommandQueue, CommandResult
-from firmware_py.mavlink.commands.setpoints import Setpoints, WaterFrame
+from firmware_py.mavlink.commands.setpoints import Setpoints
+from firmware_py.mavlink.plans.plan_store import PlanStore
+from firmware_py.mavlink.plans.upload import PlanUpload
 from firmware_py.mavlink.telemetry.message_requests import MessageRequests
 from firmware_py.mavlink.telemetry.pose import Encoder
 from firmware_py.mavlink.telemetry.streams import DEFAULT_STREAMS, HIGH_LATENCY_STREAMS, Streams
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.event import Event, Severity
+from firmware_py.records.event_text import sentences
 from firmware_py.schedule import NS_PER_S, Tick
 
 MAX_PARSED_PER_TICK = 32
@@ -40,13 +44,14 @@ class Link:
         configuration: LinkConfiguration,
         system: int,
         manual_control: ManualControlParams,
-        water_frame: WaterFrame,
+        plans: PlanStore,
         queue: CommandQueue,
         encoders: Mapping[int, Encoder],
         signing: Signing | None = None,
     ) -> None:
         self._configuration = configuration
         self._system = system
+        self._mode_name = partial(mode_name, configuration.identity)
         self._manual_control = manual_control
         self._queue = queue
         self._encoders = encoders
@@ -55,13 +60,16 @@ class Link:
         self._waiting: deque[Message] = deque()
         self._requested: dict[int, None] = {}
         requests = MessageRequests(self, configuration.identity, self._streams, encoders)
-        self.setpoints, upkeep = Setpoints(number, self, queue, water_frame), PreFlight(self, queue, water_frame)
-        others = requests.command_handlers() | self.setpoints.command_handlers() | upkeep.command_handlers()
-        self._dispatch = CommandDispatch(number, self, queue, others)
+        setpoints = Setpoints(number, self, queue, plans.water_frame, plans)
+        upkeep = PreFlight(self, queue, plans.water_frame)
+        self.plan_upload = PlanUpload(number, plans, self, queue, configuration.identity)
+        others = requests.command_handlers() | setpoints.command_handlers() | upkeep.command_handlers()
+        others |= self.plan_upload.command_handlers()
+        self._dispatch = CommandDispatch(number, self, queue, others, self.plan_upload.mission_refusal)
         self._handlers: dict[int, Callable[[Tick, Message], None]] = {
             **self._dispatch.message_handlers(),
             **requests.message_handlers(),
-            **self.setpoints.message_handlers(),
+            **setpoints.message_handlers(),
             **upkeep.message_handlers(),
             dialect.MAVLINK_MSG_ID_MANUAL_CONTROL: self._manual_control_received,
         }
@@ -88,10 +96,6 @@ class Link:
         """Takes a service in; services say what they have in turn, where a tick has room left."""
         self._handlers |= service.message_handlers()
         self._services.append(service)
-
-    def add_commands(self, does: Mapping[int, CommandHandler], objection: Callable[[], str]) -> None:
-        """Takes in what a service does by command, and who says what is wrong with flying the mission."""
-        self._dispatch.add_commands(does, objection)
 
     def receive(self, tick: Tick, datagrams: Sequence[bytes], most: int = MAX_PARSED_PER_TICK) -> int:
         """Takes what came since the last tick; what is too much for one tick is dropped.
@@ -185,10 +189,11 @@ class Link:
         """Says what became of a wish that came by this link."""
         self._dispatch.send_result(answer)
 
-    def send_event(self, event: str, severity: int) -> None:
-        """Tells of an event; where each byte is dear, only of what is critical."""
-        if not self._configuration.high_latency or severity <= dialect.MAV_SEVERITY_CRITICAL:
-            self.send_text(event, severity)
+    def send_events(self, events: Sequence[Event]) -> None:
+        """Tell of a cycle's events; where each byte counts, only of what is critical."""
+        for text, severity in sentences(events, self._mode_name):
+            if not self._configuration.high_latency or severity <= Severity.CRITICAL:
+                self._enqueue(self._texts.encode(text, severity), MAX_WAITING // 2)
 
     def send(self, message: Message) -> None:
         """Sends a message as soon as it is its turn."""

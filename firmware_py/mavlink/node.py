@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from firmware_py.marine import Origin
 from firmware_py.mavlink.base import protocol_version
@@ -15,7 +13,6 @@ from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.base.modes import Identity, current_mode, modes_monitor
 from firmware_py.mavlink.base.service import PersistentState
 from firmware_py.mavlink.base.signing import Signing
-from firmware_py.mavlink.base.statustext import severity
 from firmware_py.mavlink.commands.manual_control import ManualControlParams
 from firmware_py.mavlink.commands.queue import CommandQueue
 from firmware_py.mavlink.commands.setpoints import WaterFrame
@@ -24,36 +21,25 @@ from firmware_py.mavlink.files.log_transfer import LogTransfer
 from firmware_py.mavlink.files.tree import FileTree, LogStorage
 from firmware_py.mavlink.link import MAX_PARSED_PER_TICK, Link
 from firmware_py.mavlink.parameters import metadata, transfer
-from firmware_py.mavlink.parameters.transfer import ParameterStore, ParameterTransfer
+from firmware_py.mavlink.parameters.transfer import Checker, ParameterStore, ParameterTransfer
 from firmware_py.mavlink.plans import plan_builder
 from firmware_py.mavlink.plans.plan_builder import PlanBuilder
 from firmware_py.mavlink.plans.plan_store import PlanStore
-from firmware_py.mavlink.plans.upload import PlanUpload
 from firmware_py.mavlink.telemetry.health import Actuators, HealthTelemetry, NamedValues
 from firmware_py.mavlink.telemetry.high_latency import HighLatency
 from firmware_py.mavlink.telemetry.lateness import Lateness
-from firmware_py.mavlink.telemetry.navigation_target import NavigationTarget
 from firmware_py.mavlink.telemetry.odometry import OdometryTelemetry
 from firmware_py.mavlink.telemetry.pose import Encoder, PoseTelemetry, TelemetryParams
 from firmware_py.mavlink.telemetry.system_state import SystemState
 from firmware_py.mavlink.telemetry.time_sync import Calendar, TimeSync
-from firmware_py.parameter_tree import with_values
 from firmware_py.params import TakesEffect, param, table
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.order import Mode, Order
-from firmware_py.records.turning import Turning
 from firmware_py.schedule import Tick
 
 STATE_FILES = (transfer.FILE, *plan_builder.FILES.values())
 """The names of all that `Node.saves` may ever give."""
-_TURNING_KEYS = {
-    "guidance.loiter_radius_m": ("loiter_radius", 1.0),
-    "guidance.turn_radius_m": ("turn_radius", 1.0),
-    "guidance.turn_rate_max_deg_s": ("turn_rate_max", math.radians(1.0)),
-    "guidance.cruise_speed_m_s": ("cruise_speed", 1.0),
-    "guidance.speed_max_m_s": ("speed_max", 1.0),
-}
-"""Which parameter is what of `Turning`, and its unit in SI."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,25 +70,33 @@ class Node:
         origin: Origin,
         actuators: Actuators,
         configurations: Sequence[LinkConfiguration],
+        limits: OperatingLimits,
         coefficients: Sequence[str] = (),
         signing: Signing | None = None,
         parameter_store: ParameterStore | None = None,
         plans: Mapping[int, PlanBuilder] | None = None,
     ) -> None:
-        """`doors` has one for each link, `coefficients` the names of what is learned, as the records order it.
+        """Make all links.
 
-        With `signing`, all links are signed. `book` has the parameters, `plans` mission, fence and rally points.
+        Args:
+            params: table [mavlink].
+            origin: where the local frame touches the earth.
+            actuators: what fins and propeller can do.
+            configurations: one for each link.
+            limits: what stations send is checked against them: no setpoint or mission may go beyond.
+            coefficients: the names of what is learned, as the records order it.
+            signing: with it, all links are signed.
+            parameter_store: the parameters that stations may see and change; without it, none.
+            plans: mission, fence and rally points, by their MAV_MISSION_TYPE.
         """
-        self._params = params
         self._queue = CommandQueue()
         self._system_state = SystemState()
         water_frame = WaterFrame(origin, params.telemetry.surface_altitude)
-        self._plan_store = PlanStore(water_frame, plans)
-        self._target = NavigationTarget(self._plan_store)
+        self._plan_store = PlanStore(water_frame, limits, plans)
         self._lateness = Lateness()
         status = HealthTelemetry(actuators, self._lateness, self._plan_store)
         shared = PoseTelemetry(params.telemetry, origin, actuators.n_max).encoders() | status.encoders()
-        shared |= OdometryTelemetry(water_frame.surface, self._target).encoders()
+        shared |= OdometryTelemetry(water_frame.surface).encoders()
         calendar = Calendar()
         shared |= calendar.encoders()
         self.files: dict[str, Callable[[], bytes]] = (
@@ -113,7 +107,7 @@ class Node:
             shared[metadata.MESSAGE_ID] = metadata.encoder(self.files)
         self.links = tuple(
             Link(
-                *(i, configuration, params.system, params.manual_control, water_frame, self._queue),
+                *(i, configuration, params.system, params.manual_control, self._plan_store, self._queue),
                 shared
                 | NamedValues(coefficients).encoders()
                 | self._link_encoders(configuration, water_frame, actuators.n_max),
@@ -129,11 +123,7 @@ class Node:
             link.add_service(FtpServer(self._tree, link))
             link.add_service(LogTransfer(self._tree, link, lambda: self._system_state.mode is not Mode.DISARMED))
             link.add_service(TimeSync(calendar, link))
-        for i, (link, configuration) in enumerate(zip(self.links, configurations, strict=True)):
-            missions = PlanUpload(i, self._plan_store, link, self._queue, configuration.identity)
-            link.add_service(missions)
-            link.add_commands(missions.command_handlers(), missions.mission_refusal)
-            link.setpoints.position_refusal = self._plan_store.check_position
+            link.add_service(link.plan_upload)
 
     def receive_all(self, tick: Tick, said: Sequence[Sequence[bytes]]) -> None:
         """Takes what came since the last tick, by link.
@@ -142,8 +132,8 @@ class Node:
         whoever comes later what those before have left.
         """
         left, speaking = MAX_PARSED_PER_TICK, [i for i, datagrams in enumerate(said) if datagrams]
-        for set_turning, i in enumerate(speaking):
-            left -= self.links[i].receive(tick, said[i], left // (len(speaking) - set_turning))
+        for turn, i in enumerate(speaking):
+            left -= self.links[i].receive(tick, said[i], left // (len(speaking) - turn))
 
     def receive(self, tick: Tick, link: int, datagrams: Sequence[bytes]) -> None:
         """Takes what came by a link since the last tick, in which no other speaks."""
@@ -164,11 +154,9 @@ class Node:
         self._system_state.update(cycle)
         self._lateness.update(cycle)
         self._plan_store.update(cycle)
-        self._target.update(cycle)
-        for event in cycle.events:
-            level = severity(event)
+        if cycle.events:
             for link in self.links:
-                link.send_event(event, level)
+                link.send_events(cycle.events)
         for answer in self._queue.results(cycle):
             self.links[answer.pending.link].send_result(answer)
         return [link.report(cycle) for link in self.links]
@@ -183,16 +171,9 @@ class Node:
         """Which station that was, by system and component."""
         return self._queue.end_requester
 
-    def set_limits(self, depth_max: float, altitude_min: float | None = None, turning: Turning | None = None) -> None:
-        """The supervisor's limits, m: stations are told that no setpoint or mission may go beyond.
-
-        `turning` says how wide a mission's circles will be.
-        """
-        self._plan_store.set_limits(depth_max, altitude_min)
-        if turning is not None:
-            self._plan_store.set_turning(**turning._asdict())
-        for link in self.links:
-            link.setpoints.depth_max = depth_max
+    def set_limits(self, limits: OperatingLimits) -> None:
+        """Check what stations send against these limits from now on."""
+        self._plan_store.set_limits(limits)
 
     def offer_logs(self, log_storage: LogStorage) -> None:
         """From now on stations may fetch the logs of a shelf."""
@@ -206,7 +187,7 @@ class Node:
         self, configuration: LinkConfiguration, water_frame: WaterFrame, n_max: float
     ) -> dict[int, Encoder]:
         identity, system_state = configuration.identity, self._system_state
-        briefly = HighLatency(identity, water_frame.origin, water_frame.surface, n_max, system_state, self._target)
+        briefly = HighLatency(identity, water_frame.origin, water_frame.surface, n_max, system_state)
         return {
             dialect.MAVLINK_MSG_ID_HEARTBEAT: lambda cycle: heartbeat(identity, cycle.mode.mode, system_state.state),
             dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION: lambda _: autopilot_version(identity),
@@ -233,17 +214,7 @@ class Node:
                 )
             )
 
-    def _parameter_changed(self, key: str, value: Any) -> None:
-        """Of what stations change, that which is ours."""
-        table, _, rest = key.partition(".")
-        if key == "safety.depth_max_m":
-            self.set_limits(value)
-        if key == "safety.altitude_min_m":
-            self._plan_store.set_limits(altitude_min=value)
-        if key in _TURNING_KEYS:
-            name, unit = _TURNING_KEYS[key]
-            self._plan_store.set_turning(**{name: value * unit})
-        if table == "mavlink":
-            self._params = with_values(self._params, {rest: value}, table)
-            for link in self.links:
-                link.set_manual_control(self._params.manual_control)
+    def _parameter_changed(self, checker: Checker) -> None:
+        self.set_limits(checker.limits)
+        for link in self.links:
+            link.set_manual_control(checker.manual_control)

@@ -4,20 +4,28 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from firmware_py.records.event import Cause
+from firmware_py.records.fence import NOWHERE, WITHIN, Place
 from firmware_py.records.order import Mode
 
 
 @dataclass(frozen=True, slots=True)
 class ModeState:
-    """The supervisor's word: the mode, whether the mission is done, and how many ticks were late of the last second.
+    """What the supervisor decides: the mode, whether the mission is done, how many ticks of the last second were late.
 
-    `ready` says that arming would be granted in this tick, or that it was.
+    `ready` says that arming would be granted in this tick, or that it was; `cause` why the mode was entered, `failsafe`
+    that a rule did so and nobody asked for it. `too_deep` and `breach` say what is wrong with the place: deeper than
+    the limit, and beyond the fence as `Fence.breached` has it.
     """
 
     mode: Mode
     mission_done: bool
     late: int
     ready: bool = False
+    cause: Cause = Cause.NONE
+    failsafe: bool = False
+    too_deep: bool = False
+    breach: int = WITHIN
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +36,10 @@ class Reference:
     the index of the leg being flown, `cross_track` the distance to starboard of it, m (NaN off a leg). In a learning
     manoeuvre `delta_s` and `delta_r` (rad) are fin angles to be added to the share `grip` of what the laws ask. `item`
     is the mission's item that is next or being flown, as many as there are once all are flown.
+
+    `target` is the place that is flown to (NaN: none), `target_distance` (m) how far it is and `target_bearing` (rad)
+    where. Without a place they are the distance to the circle that is flown, 0 off one, and the heading that is wanted.
+    `rally` is the rally point that was chosen (NaN: none).
     """
 
     z_d: float
@@ -44,6 +56,10 @@ class Reference:
     delta_r: float = 0.0
     grip: float = 1.0
     item: int = 0
+    target: Place = NOWHERE
+    target_distance: float = 0.0
+    target_bearing: float = 0.0
+    rally: Place = NOWHERE
 
 
 @dataclass(frozen=True, slots=True)

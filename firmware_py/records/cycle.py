@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from firmware_py.records.command import Applied, Demand, FinCommand, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.order import Order
+from firmware_py.records.event import Event
+from firmware_py.records.order import ANY_LENGTH, Order
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.schedule import Tick
 
 
 @dataclass(frozen=True, slots=True)
 class Cycle:
-    """Inputs (tick, frame, order) and outputs of one step; `events` are sentences for people, mostly none."""
+    """Inputs (tick, frame, order) and outputs of one step; `events` are what happened in it, mostly nothing."""
 
     tick: Tick
     frame: SensorFrame
@@ -24,4 +25,4 @@ class Cycle:
     demand: Demand
     fins: FinCommand
     applied: Applied
-    events: tuple[str, ...]
+    events: tuple[Event, ...] = field(metadata={ANY_LENGTH: True})

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 from firmware_py.marine import Eta, Nu
+from firmware_py.records.event import Event
 from firmware_py.records.order import BESIDE
 
 
@@ -20,8 +21,8 @@ class Learned:
     running mean of the normalised innovations squared of DVL, gyros and attitude, per degree of freedom: 1 where the
     filter is consistent. `rejected` counts the measurements that the gate kept out, `dropped` those that came too late
     or from the future, `resets` how often the filter began anew. `horizon` is the time that all this is true for, s.
-    NaN means unknown. `words` say what was learned and what was not (`estimation.weakness.sentence`), no older than a
-    second; a log has them as the event that ends a learning manoeuvre.
+    NaN means unknown. `report` says what was learned and what was not (`estimation.identifiability.report`), no older
+    than a second; a log has it as the events that end a learning manoeuvre.
     """
 
     value: tuple[float, ...]
@@ -36,7 +37,7 @@ class Learned:
     dropped: int
     resets: int
     horizon: float
-    words: str = field(default="", metadata={BESIDE: True})
+    report: tuple[Event, ...] = field(default=(), metadata={BESIDE: True})
 
 
 NOTHING_LEARNED = Learned(

@@ -94,6 +94,17 @@ class Polygon(NamedTuple):
 Area = Disc | Polygon
 
 
+WITHIN, OUTSIDE = 0, -1
+"""Within the fence; outside all of its inclusions. A positive number is that of an exclusion."""
+
+
+def breach_text(breach: int) -> str:
+    """Return what is wrong with a place by the fence, for people; "" if nothing is."""
+    if breach == WITHIN:
+        return ""
+    return "outside the fence" if breach == OUTSIDE else f"within exclusion {breach:.0f} of the fence"
+
+
 @dataclass(frozen=True, slots=True)
 class Fence:
     """The vehicle shall be in one of `within`, if there are any, and in none of `without`."""
@@ -101,16 +112,23 @@ class Fence:
     within: tuple[Area, ...] = ()
     without: tuple[Area, ...] = ()
 
-    def breach(self, x: float, y: float) -> str:
-        """What is wrong with being at (x, y), m, in words for people; "" if nothing is. Of NaN nothing is known."""
+    def breached(self, x: float, y: float) -> int:
+        """Return the number of the exclusion that (x, y), m, is in, from 1; OUTSIDE of all inclusions; or WITHIN.
+
+        Of NaN nothing is known: WITHIN.
+        """
         if math.isnan(x + y):
-            return ""
+            return WITHIN
         for i, area in enumerate(self.without, 1):
             if area.holds(x, y):
-                return f"within exclusion {i} of the fence"
+                return i
         if self.within and not any(area.holds(x, y) for area in self.within):
-            return "outside the fence"
-        return ""
+            return OUTSIDE
+        return WITHIN
+
+    def breach(self, x: float, y: float) -> str:
+        """Return what is wrong with being at (x, y), m, as `breach_text` says it; "" if nothing is."""
+        return breach_text(self.breached(x, y))
 
     def barred(self, x0: float, y0: float, x1: float, y1: float) -> str:
         """What is wrong with the straight way from (x0, y0) to (x1, y1), m, as `breach` says it; "" if nothing is.
@@ -149,6 +167,9 @@ class Place(NamedTuple):
     y: float
 
 
+NOWHERE = Place(math.nan, math.nan)
+
+
 def plain(fence: Fence) -> dict[str, Any]:
     """{"within": [area, ...], "without": ...}; an area is [x, y, radius], or a list of corners [[x, y], ...]."""
     return {"within": [*map(_plain, fence.within)], "without": [*map(_plain, fence.without)]}
@@ -169,9 +190,9 @@ def nearest_rally_point(places: Iterable[Place], fence: Fence, x: float, y: floa
 
     From beyond the fence every way begins there: to be in it is then all that is asked of a place.
     """
-    beyond = fence.breach(x, y) != ""
+    beyond = fence.breached(x, y) != WITHIN
     for place in sorted(places, key=lambda place: math.hypot(place.x - x, place.y - y)):
-        if not (fence.breach(*place) if beyond else fence.barred(x, y, *place)):
+        if not (fence.breached(*place) if beyond else fence.barred(x, y, *place)):
             return place
     return None
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 import enum
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from firmware_py.params import ParamError, param
+from firmware_py.records.fence import Fence, Place
 
 BESIDE = "beside"
 """In a field's metadata: a log keeps it in a topic of its own, so the record's encoding leaves it out."""
+ANY_LENGTH = "any length"
+"""In a field's metadata: a tuple that may be of another length in each record; it comes last."""
 
 
 class Mode(enum.IntEnum):
@@ -77,9 +80,8 @@ class Order:
     """What was asked in one tick. `mode` None asks for no change; `t_sticks` is when the sticks were last heard, s.
 
     `jump` is the mission's item to fly next, -1 none; `asker` is who asked for mode, arming or setpoint. `changes` are
-    JSON documents of what is changed for good, adopted in their order before anything else: {"parameters": {dotted key:
-    value, both as in autopilot.toml}} or {"mission": as `records.mission.plain` has it}, or {"fence": ...}, {"rally":
-    ...} as `records.fence` has them. A log keeps them beside the cycles, for they have no fixed length.
+    what is changed for good, made in their order before anything else. A log keeps them in a topic of their own, for
+    they have no fixed length.
     """
 
     arming: Arming = Arming.KEEP
@@ -89,15 +91,7 @@ class Order:
     t_sticks: float = -math.inf
     jump: int = -1
     asker: Asker = NOBODY
-    changes: tuple[str, ...] = field(default=(), metadata={BESIDE: True})
-
-
-@dataclass(frozen=True, slots=True)
-class Changes:
-    """What a log keeps of the `changes` that were ordered in tick `k`."""
-
-    k: int
-    documents: tuple[str, ...]
+    changes: tuple[Change, ...] = field(default=(), metadata={BESIDE: True})
 
 
 NO_ORDER = Order()
@@ -146,7 +140,7 @@ class Surface(NamedTuple):
     rally: bool = False
 
 
-class Kind(enum.Enum):
+class Kind(enum.IntEnum):
     """What a learning manoeuvre does with stern planes and rudder."""
 
     ZIGZAG = enum.auto()
@@ -199,16 +193,33 @@ class Mission:
         return tuple(item for item in self.items if isinstance(item, Waypoint))
 
 
-class Prepared(str):
-    """A document of `Order.changes` with the mission that it says, made beforehand.
+@dataclass(frozen=True, slots=True)
+class ParameterChange:
+    """Other values of parameters: (dotted key, value) pairs, both as in autopilot.toml."""
 
-    To make a long one of the document would take longer than a cycle may; a replay, which has the time, does so.
-    """
+    values: tuple[tuple[str, Any], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class MissionChange:
+    """Another mission, flown from its beginning."""
 
     mission: Mission
 
-    def __new__(cls, document: str, mission: Mission) -> Prepared:
-        """The document, and what it says."""
-        made = super().__new__(cls, document)
-        made.mission = mission
-        return made
+
+@dataclass(frozen=True, slots=True)
+class FenceChange:
+    """Another fence."""
+
+    fence: Fence
+
+
+@dataclass(frozen=True, slots=True)
+class RallyChange:
+    """Other rally points."""
+
+    points: tuple[Place, ...]
+
+
+Change = ParameterChange | MissionChange | FenceChange | RallyChange
+"""What a station changes for good."""

@@ -8,6 +8,7 @@ import sys
 
 from firmware_py.adapters.storage.recorder import LogError, LogWriter, Recorder
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.event_text import texts
 from firmware_py.run.sensor_watch import SensorWatch
 from firmware_py.schedule import NS_PER_S
 
@@ -27,7 +28,7 @@ class FlightRecorder:
 
     def write(self, cycle: Cycle) -> None:
         """Keep one cycle while that is possible, and show its events."""
-        for line in (*cycle.events, *self._sensors.changes(cycle)):
+        for line in (*texts(cycle.events), *self._sensors.changes(cycle)):
             say(f"{cycle.tick.t:9.2f} s  {line}")
         if cycle.tick.k * cycle.tick.dt_ns % _STATUS_NS == 0:
             eta, mode = cycle.state.eta, cycle.mode.mode.name.lower()

@@ -106,7 +106,7 @@ def fly(options: argparse.Namespace) -> Flown:
             if not recorder.broken:
                 end = {"completed": None, "reason": reason, "wall_s": time.monotonic() - began}
                 log.close({**end, "losses": {**losses, **stations.losses()}})
-    kept = _leave(log.path, options.state, autopilot.estimator.keep())
+    kept = _leave(log.path, options.state, autopilot.parts.estimator.keep())
     point_latest(folder)
     status = _LOST if lost else _AGAIN if ground.node.end_request == "reboot" else 0 if kept else BAD
     return Flown(status, folder, recorder.cycles)

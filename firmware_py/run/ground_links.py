@@ -62,8 +62,8 @@ def open_ground(
     learned = params.estimation.coefficients.names if params.estimation.learning.enabled else ()
     signing = read_signing(key, state) if key is not None else None
     store, plans = app.parameter_store(configuration), kept_plans.plans(configuration, state)
-    ground = MavlinkGround(links, params.mavlink, origin, actuators, learned, signing, store, plans)
-    ground.node.set_limits(params.safety.depth_max, params.safety.altitude_min, params.guidance.turning)
+    limits = app.parts_factory(configuration).limits
+    ground = MavlinkGround(links, params.mavlink, origin, actuators, limits, learned, signing, store, plans)
     try:
         yield Stations(ground)
     finally:

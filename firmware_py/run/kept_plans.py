@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,10 @@ from firmware_py.mavlink.commands.setpoints import WaterFrame
 from firmware_py.mavlink.plans import plan_builder
 from firmware_py.mavlink.plans.plan_builder import PlanBuilder
 from firmware_py.params import prefix_errors
+from firmware_py.records.fence import plain as fence_plain
 from firmware_py.records.mission import from_plain
+from firmware_py.records.mission import plain as mission_plain
+from firmware_py.records.order import Change, FenceChange, MissionChange, RallyChange
 
 
 def with_kept_plans(configuration: Configuration, state: Path | None) -> dict[str, Any]:
@@ -23,8 +25,17 @@ def with_kept_plans(configuration: Configuration, state: Path | None) -> dict[st
     """
     laid: dict[str, Any] = {}
     for plan in _kept_plans(configuration, state).values():
-        laid |= json.loads(plan.finish()[1])
+        laid |= _table(plan.finish()[1])
     return {**configuration, **laid}
+
+
+def _table(change: Change) -> dict[str, Any]:
+    """Return a plan as a configuration has it."""
+    if isinstance(change, MissionChange):
+        return {"mission": mission_plain(change.mission)}
+    if isinstance(change, FenceChange):
+        return {"fence": fence_plain(change.fence)}
+    return {"rally": {"points": [list(point) for point in change.points]}} if isinstance(change, RallyChange) else {}
 
 
 def plans(configuration: Configuration, state: Path | None) -> dict[int, PlanBuilder]:

@@ -16,12 +16,13 @@ Why the table says what it says:
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from firmware_py.params import param, table
+from firmware_py.records.event import Cause
+from firmware_py.records.fence import WITHIN
 from firmware_py.records.order import Mode
 from firmware_py.safety.gate import GateParams
 
@@ -100,24 +101,19 @@ class Conditions(NamedTuple):
     """Or, on the way back, that there is nothing left of it."""
     tilt: float
     fins_heard: bool
-    breach: str = ""
-    """What is wrong with the place, by the fence."""
-
-    @property
-    def battery(self) -> str:
-        """Its charge, in words."""
-        return "battery not heard" if math.isnan(self.charge) else f"battery at {self.charge:.0%}"
+    breach: int = WITHIN
+    """What is wrong with the place, as `Fence.breached` has it."""
 
 
 class Rule(NamedTuple):
     """While `holds`, for `time` (the name of a parameter; "" at once), the mode is `mode` or a safer one."""
 
-    name: str
+    cause: Cause
     holds: Callable[[Conditions, SafetyParams], bool]
     time: str
     mode: Mode
-    because: str
-    """A sentence for people, formatted with the conditions `c` and the limits `p`."""
+    numbers: Callable[[Conditions, SafetyParams], tuple[float, ...]] = lambda *_: ()
+    """The numbers of the cause, for its event."""
 
 
 def _at_surface(c: Conditions, p: SafetyParams) -> bool:
@@ -128,41 +124,38 @@ DISARMED, SURFACE = Mode.DISARMED, Mode.SURFACE
 
 # fmt: off
 RULES: tuple[Rule, ...] = (
-    Rule("attitude dead", lambda c, _: not c.attitude_ok, "attitude_dead_time", DISARMED,
-         "attitude lost for {p.attitude_dead_time:g} s"),
-    Rule("surfaced",      _at_surface, "surface_time", DISARMED,
-         "surfaced"),
-    Rule("attitude lost", lambda c, _: not c.attitude_ok, "", SURFACE,
-         "attitude not heard for {p.attitude_timeout:g} s"),
-    Rule("depth lost",    lambda c, _: not c.depth_ok, "", SURFACE,
-         "depth not heard for {p.depth_timeout:g} s"),
-    Rule("leak",          lambda c, _: c.leak, "leak_time", SURFACE,
-         "water in the hull"),
-    Rule("battery",       lambda c, p: c.charge < p.battery_min, "battery_time", SURFACE,
-         "{c.battery}, less than {p.battery_min:.0%}"),
-    Rule("depth limit",   lambda c, p: c.depth > p.depth_max, "", SURFACE,
-         "depth {c.depth:.2f} m, limit {p.depth_max:g} m"),
-    Rule("altitude",      lambda c, p: c.altitude < p.altitude_min, "altitude_time", SURFACE,
-         "altitude {c.altitude:.2f} m, floor {p.altitude_min:g} m"),
-    Rule("fence",         lambda c, _: c.breach != "", "fence_time", SURFACE,
-         "{c.breach}"),
-    Rule("late cycles",   lambda c, p: c.late > p.late_max, "", SURFACE,
-         "{c.late} cycles late within a second, limit {p.late_max}"),
-    Rule("mission end",   lambda c, _: c.mission_done and c.wanted is Mode.MISSION, "", SURFACE,
-         "mission done"),
-    Rule("returned",      lambda c, _: c.mission_done and c.wanted is Mode.RETURN, "", SURFACE,
-         "return done"),
+    Rule(Cause.ATTITUDE_DEAD,  lambda c, _: not c.attitude_ok, "attitude_dead_time", DISARMED,
+         lambda _, p: (p.attitude_dead_time,)),
+    Rule(Cause.SURFACED,       _at_surface, "surface_time", DISARMED),
+    Rule(Cause.ATTITUDE_LOST,  lambda c, _: not c.attitude_ok, "", SURFACE,
+         lambda _, p: (p.attitude_timeout,)),
+    Rule(Cause.DEPTH_LOST,     lambda c, _: not c.depth_ok, "", SURFACE,
+         lambda _, p: (p.depth_timeout,)),
+    Rule(Cause.LEAK,           lambda c, _: c.leak, "leak_time", SURFACE),
+    Rule(Cause.BATTERY_LOW,    lambda c, p: c.charge < p.battery_min, "battery_time", SURFACE,
+         lambda c, p: (c.charge, p.battery_min)),
+    Rule(Cause.DEPTH_LIMIT,    lambda c, p: c.depth > p.depth_max, "", SURFACE,
+         lambda c, p: (c.depth, p.depth_max)),
+    Rule(Cause.ALTITUDE_LIMIT, lambda c, p: c.altitude < p.altitude_min, "altitude_time", SURFACE,
+         lambda c, p: (c.altitude, p.altitude_min)),
+    Rule(Cause.FENCE,          lambda c, _: c.breach != WITHIN, "fence_time", SURFACE,
+         lambda c, _: (float(c.breach),)),
+    Rule(Cause.LATE_CYCLES,    lambda c, p: c.late > p.late_max, "", SURFACE,
+         lambda c, p: (float(c.late), float(p.late_max))),
+    Rule(Cause.MISSION_DONE,   lambda c, _: c.mission_done and c.wanted is Mode.MISSION, "", SURFACE),
+    Rule(Cause.RETURN_DONE,    lambda c, _: c.mission_done and c.wanted is Mode.RETURN, "", SURFACE),
 )
 
 ARMING: tuple[Rule, ...] = (
-    Rule("attitude", lambda c, _: not c.attitude_ok, "", DISARMED,
-         "attitude not heard for {p.attitude_timeout:g} s"),
-    Rule("fins",     lambda c, p: p.fin_needed and not c.fins_heard, "", DISARMED,
-         "not every fin heard within {p.fin_timeout:g} s"),
-    Rule("tilt",     lambda c, p: c.tilt > p.tilt_max, "", DISARMED,
-         "rolled or pitched by {c.tilt:.2f} rad, limit {p.tilt_max:.2f} rad"),
-    Rule("charge",   lambda c, p: c.wanted is not SURFACE and p.battery_arm > 0.0 and not c.charge >= p.battery_arm,
-         "", DISARMED, "{c.battery}, needs {p.battery_arm:.0%}"),
+    Rule(Cause.ATTITUDE_LOST,  lambda c, _: not c.attitude_ok, "", DISARMED,
+         lambda _, p: (p.attitude_timeout,)),
+    Rule(Cause.FINS_NOT_HEARD, lambda c, p: p.fin_needed and not c.fins_heard, "", DISARMED,
+         lambda _, p: (p.fin_timeout,)),
+    Rule(Cause.TILT,           lambda c, p: c.tilt > p.tilt_max, "", DISARMED,
+         lambda c, p: (c.tilt, p.tilt_max)),
+    Rule(Cause.CHARGE_NEEDED,
+         lambda c, p: c.wanted is not SURFACE and p.battery_arm > 0.0 and not c.charge >= p.battery_arm, "", DISARMED,
+         lambda c, p: (c.charge, p.battery_arm)),
 )
 """What arming asks beyond the rules; to come up from where it lies, a vehicle may be armed with what charge is left."""
 # fmt: on

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.event import MEANT, Cause, Event, EventKind, Severity
 from firmware_py.records.fence import NO_FENCE, Fence
 from firmware_py.records.order import NOBODY, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import SensorFrame
@@ -19,19 +20,25 @@ from firmware_py.schedule import NS_PER_S, Tick
 
 __all__ = ["SafetyParams", "Supervisor", "SupervisorMemory"]
 
+Refusal = tuple[Cause, tuple[float, ...]]
+"""Why arming is refused: a cause and its numbers."""
+
 
 class SupervisorMemory(NamedTuple):
-    """The mode, for how many ticks each rule's condition has held, and a bit per late tick of the last second."""
+    """The mode and why it was entered; for how many ticks each rule's condition has held; a bit per late tick of the
+    last second.
+    """
 
     mode: Mode
+    cause: Cause
     held: tuple[int, ...]
     late: int
 
 
 class Supervisor:
-    """Decides the mode, once per tick; `events` are the sentences that the last update gave cause to."""
+    """Decides the mode, once per tick; `events` are what the last update decided."""
 
-    events: tuple[str, ...]
+    events: tuple[Event, ...]
 
     def __init__(self, params: SafetyParams, has_mission: bool = True, fence: Fence = NO_FENCE) -> None:
         self._params = params
@@ -40,7 +47,7 @@ class Supervisor:
         self._rules = tuple(
             (rule.holds, round(getattr(params, rule.time) * NS_PER_S) if rule.time else 0) for rule in RULES
         )
-        self._memory = SupervisorMemory(Mode.DISARMED, (0,) * len(RULES), 0)
+        self._memory = SupervisorMemory(Mode.DISARMED, Cause.NONE, (0,) * len(RULES), 0)
         self.events = ()
 
     def update(
@@ -59,27 +66,44 @@ class Supervisor:
         late = (was.late << 1 | (tick.late_ns > tick.dt_ns)) & ((1 << NS_PER_S // tick.dt_ns) - 1)
         self.events = ()
         ready = True
-        wanted, cause = self._ordered(was.mode, order), ""
+        wanted, ruled = self._ordered(was.mode, order), None
         done = mission_done and was.mode is wanted
         c = self._conditions(tick, frame, state, wanted, late.bit_count(), done)
 
         held = tuple([n + 1 if holds(c, params) else 0 for (holds, _), n in zip(self._rules, was.held, strict=True)])
         if wanted is not Mode.DISARMED:
             if was.mode is Mode.DISARMED and (refusals := self._refusals(c, held)):
-                self._say(f"arming refused{_named(' to', order.asker)}: {'; '.join(refusals)}")
+                self._refuse(EventKind.ARMING_REFUSED, refusals, order.asker)
                 wanted = Mode.DISARMED
             elif any(held):
-                wanted, cause = self._ruled(wanted, c, held, tick.dt_ns)
+                wanted, ruled = self._ruled(wanted, c, held, tick.dt_ns)
         if wanted is Mode.DISARMED:
             refusals = self._refusals(self._conditions(tick, frame, state, Mode.MANUAL, c.late, False), held)
             ready = not refusals
             if order.arming is Arming.CHECK and was.mode is Mode.DISARMED:
-                self._say("arming would be refused: " + "; ".join(refusals) if refusals else "ready to be armed")
+                self._refuse(EventKind.ARMING_CHECK_FAILED, refusals, order.asker)
+                if ready:
+                    self._say(EventKind.ARMING_CHECK_PASSED, Severity.INFO, asker=order.asker)
+        cause = was.cause
         if wanted is not was.mode:
-            cause = cause or f"ordered{_named(' by', order.asker)}"
-            self._say(f"{was.mode.name} -> {wanted.name}: {cause}")
-        self._memory = SupervisorMemory(wanted, held, late)
-        return ModeState(wanted, mission_done and was.mode is not Mode.RETURN, c.late, ready)
+            cause = ruled.cause if ruled else Cause.ORDERED
+            self._say(
+                EventKind.MODE_CHANGED,
+                Severity.NOTICE if cause in MEANT else Severity.CRITICAL,
+                *(was.mode, wanted, cause, NOBODY if ruled else order.asker),
+                numbers=ruled.numbers(c, params) if ruled else (),
+            )
+        self._memory = SupervisorMemory(wanted, cause, held, late)
+        return ModeState(
+            mode=wanted,
+            mission_done=mission_done and was.mode is not Mode.RETURN,
+            late=c.late,
+            ready=ready,
+            cause=cause,
+            failsafe=wanted is Mode.SURFACE and cause not in MEANT,
+            too_deep=c.depth > params.depth_max,
+            breach=c.breach,
+        )
 
     def freeze(self) -> SupervisorMemory:
         """All that is remembered."""
@@ -89,27 +113,40 @@ class Supervisor:
         """Goes on from there."""
         self._memory = memory
 
-    def _say(self, sentence: str) -> None:
-        self.events += (sentence,)
+    def _say(
+        self,
+        kind: EventKind,
+        severity: Severity,
+        before: Mode | None = None,
+        after: Mode | None = None,
+        cause: Cause = Cause.NONE,
+        asker: Asker = NOBODY,
+        numbers: tuple[float, ...] = (),
+    ) -> None:
+        self.events += (Event(kind, severity, before, after, cause, asker, numbers=numbers),)
+
+    def _refuse(self, kind: EventKind, refusals: list[Refusal], asker: Asker) -> None:
+        for cause, numbers in refusals:
+            self._say(kind, Severity.WARNING, cause=cause, asker=asker, numbers=numbers)
 
     def _ordered(self, mode: Mode, order: Order) -> Mode:
         """The mode that an order asks for, where it may be asked for."""
         if order.arming == Arming.DISARM or order.mode == Mode.DISARMED:
             return Mode.DISARMED
-        asked, why = order.mode, ""
+        asked, why = order.mode, Cause.NONE
         if mode is Mode.DISARMED and order.arming == Arming.ARM:
             if asked is None:
                 asked = Mode.MANUAL  # with centred sticks and a stopped propeller
         elif asked is None or asked is mode:
             return mode
         elif mode is Mode.DISARMED:
-            why = "disarmed; arm first"
+            why = Cause.DISARMED
         elif mode is Mode.SURFACE:
-            why = "surfacing, which only disarming ends"
+            why = Cause.SURFACING
         if asked is Mode.MISSION and not self._has_mission:
-            why = why or "no mission is loaded"
-        if why:
-            self._say(f"{asked.name} refused{_named(' to', order.asker)}: {why}")
+            why = why or Cause.NO_MISSION
+        if why is not Cause.NONE:
+            self._say(EventKind.MODE_REFUSED, Severity.WARNING, None, asked, why, order.asker)
             return mode
         return asked
 
@@ -131,31 +168,24 @@ class Supervisor:
             tilt=max(abs(eta.phi), abs(eta.theta)),
             fins_heard=wanted is self._memory.mode  # it matters on arming alone, and costs a microsecond
             or all(fin.usable(t, params.fin_timeout) and math.isfinite(fin.value) for fin in frame.fins),
-            breach=self._fence.breach(eta.x, eta.y),
+            breach=self._fence.breached(eta.x, eta.y),
         )
 
-    def _refusals(self, c: Conditions, held: tuple[int, ...]) -> list[str]:
+    def _refusals(self, c: Conditions, held: tuple[int, ...]) -> list[Refusal]:
         """Why not to arm: a check of `ARMING`, or a rule that holds and would soon ask for a safer mode."""
         checks = [rule for rule in ARMING if rule.holds(c, self._params)]
         rules = [rule for rule, n in zip(RULES, held, strict=True) if n and safer(rule.mode, c.wanted)]
-        return list(dict.fromkeys(self._sentence(rule, c) for rule in checks + rules))
+        return list(dict.fromkeys((rule.cause, rule.numbers(c, self._params)) for rule in checks + rules))
 
-    def _ruled(self, wanted: Mode, c: Conditions, held: tuple[int, ...], dt_ns: int) -> tuple[Mode, str]:
-        """The ordered mode, or the safest that a rule asks for whose time has come, and why; "" if no rule does."""
-        mode, cause = wanted, ""
+    def _ruled(self, wanted: Mode, c: Conditions, held: tuple[int, ...], dt_ns: int) -> tuple[Mode, Rule | None]:
+        """The ordered mode, or the safest that a rule asks for whose time has come, and that rule."""
+        mode, ruled = wanted, None
         for rule, (_, after_ns), n in zip(RULES, self._rules, held, strict=True):
             if (n - 1) * dt_ns < after_ns:
                 continue
             if safer(rule.mode, mode):
-                mode, cause = rule.mode, self._sentence(rule, c)
-            elif rule.mode is self._memory.mode and (n - 2) * dt_ns < after_ns:
-                self._say(self._sentence(rule, c))  # one more reason for what is being done
-        return mode, cause
-
-    def _sentence(self, rule: Rule, c: Conditions) -> str:
-        return rule.because.format(c=c, p=self._params)
-
-
-def _named(how: str, asker: Asker) -> str:
-    """Which station it was, by system and component; nothing if it was none."""
-    return "" if asker == NOBODY else f"{how} station {asker.system}/{asker.component}"
+                mode, ruled = rule.mode, rule
+            elif rule.mode is self._memory.mode and (n - 2) * dt_ns < after_ns:  # one more reason
+                numbers = rule.numbers(c, self._params)
+                self._say(EventKind.RULE_HOLDS, Severity.WARNING, cause=rule.cause, numbers=numbers)
+        return mode, ruled

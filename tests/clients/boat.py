@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import signal
 import socket
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 from sternplane.logs.reading import Log, read
 
@@ -37,6 +36,8 @@ late_max = 1000  # on a machine that tests share with others
 [autopilot.estimation.learning]
 enabled = false
 """
+
+T = TypeVar("T")
 
 
 class Boat(NamedTuple):
@@ -97,7 +98,6 @@ def until(found: Callable[[], T | None], what: str, seconds: float = 30.0) -> T:
         time.sleep(0.02)
 
 
-def changes(log: Log, kind: str) -> list[Any]:
+def changes(log: Log, kind: type[T]) -> list[T]:
     """What was adopted of that kind, in its order."""
-    documents = [json.loads(document) for documents in log.changes.values() for document in documents]
-    return [document[kind] for document in documents if kind in document]
+    return [change for changes in log.changes.values() for change in changes if isinstance(change, kind)]

@@ -16,7 +16,7 @@ from sternplane.logs.reading import Log
 
 from firmware_py import app, config_files
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.order import Mode
+from firmware_py.records.order import FenceChange, MissionChange, Mode, ParameterChange, RallyChange
 
 from .boat import boat, changes, free_port, until
 from .proxy import Proxy
@@ -130,7 +130,7 @@ def test_it_fetches_every_parameter_in_one_file_and_saves_them(flown: Flown) -> 
 def test_what_it_sets_is_flown_with_and_kept_and_what_is_out_of_bounds_is_refused_by_a_sentence(flown: Flown) -> None:
     assert float(flown.said["param show CTL_Z_DELTA_SW"][1]) == pytest.approx(0.4)
     assert flown.said["param set SAF_DEPTH_MAX 1e9"][0].startswith("SAF_DEPTH_MAX stays 30: 1e+09 is not in [1, 6000]")
-    assert changes(flown.log, "parameters") == [{"control.depth.delta_sw_rad": 0.3}]
+    assert changes(flown.log, ParameterChange) == [ParameterChange((("control.depth.delta_sw_rad", 0.3),))]
     kept = tomllib.loads((flown.place / "state" / "parameters.toml").read_text())
     assert kept == {"control": {"depth": {"delta_sw_rad": 0.3}}}
 
@@ -158,9 +158,9 @@ def test_a_mission_of_a_file_is_sent_saved_as_it_was_and_flown_from_the_item_tha
         assert flown.said[typed][1] == "5"
     sent, saved = (_items(flown.folder / name) for name in ("route.txt", "saved.txt"))
     assert saved == sent
-    mission, cleared = changes(flown.log, "mission")
-    assert [depth for _, _, depth, _ in mission["waypoints"]] == [8.0, 9.0]
-    assert cleared["waypoints"] == []
+    mission, cleared = (change.mission for change in changes(flown.log, MissionChange))
+    assert [waypoint.z for waypoint in mission.waypoints] == [8.0, 9.0]
+    assert cleared.waypoints == ()
     flying = [cycle for cycle in flown.cycles if cycle.mode.mode is Mode.MISSION]
     assert {cycle.reference.item for cycle in flying} == {1}
     assert json.loads((flown.place / "state" / "mission.json").read_text()) == {"items": []}
@@ -169,9 +169,9 @@ def test_a_mission_of_a_file_is_sent_saved_as_it_was_and_flown_from_the_item_tha
 def test_a_fence_and_rally_points_of_files_are_sent_and_the_fence_taken_away_again(flown: Flown) -> None:
     assert flown.said["fence load fence.txt"][1] == flown.said["fence list"][1] == "5"
     assert flown.said["rally load rally.txt"][1] == "1"
-    fence, none = changes(flown.log, "fence")
+    fence, none = changes(flown.log, FenceChange)
     assert fence != none
-    assert len(changes(flown.log, "rally")) == 1
+    assert len(changes(flown.log, RallyChange)) == 1
     assert not re.search("fence breach", flown.all_said)
 
 

@@ -18,7 +18,8 @@ from sternplane.logs.replay import replay
 from firmware_py import app, config_files
 from firmware_py.app import build
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.order import Mode
+from firmware_py.records.event_text import texts
+from firmware_py.records.order import FenceChange, MissionChange, Mode, ParameterChange, RallyChange
 
 from .boat import SURFACE, boat, changes, free_port
 
@@ -112,7 +113,10 @@ def test_what_is_no_value_of_a_parameter_is_refused_by_its_error(flown: Flown) -
     errors = [flown.said[name] for name in ("too much", "of the other kind", "unknown")]
     assert errors == ["VALUE_OUT_OF_RANGE", "WRONG_TYPE", "DOES_NOT_EXIST"]
     assert "sending again" not in flown.warned  # as if the old value were no answer
-    assert changes(flown.log, "parameters") == [{"control.depth.delta_sw_rad": 0.3}, {"safety.late_max": 900}]
+    assert changes(flown.log, ParameterChange) == [
+        ParameterChange((("control.depth.delta_sw_rad", 0.3),)),
+        ParameterChange((("safety.late_max", 900),)),
+    ]
 
 
 def test_files_are_fetched_by_ftp_and_logs_by_either_way_byte_for_byte(flown: Flown) -> None:
@@ -173,15 +177,15 @@ def test_a_mission_comes_back_as_it_was_sent_and_one_above_the_water_leaves_it_a
     assert flown.said["above the water"] == "INVALID_ARGUMENT"
     assert flown.said["why"] == "mission item 2: 5.00 m above the water is no depth"
     assert repr(flown.said["mission"]) == repr(flown.said["route"])  # NaN equals NaN
-    (mission,) = changes(flown.log, "mission")
-    assert [depth for _, _, depth, _ in mission["waypoints"]] == [8.0, 9.0]
+    (change,) = changes(flown.log, MissionChange)
+    assert [waypoint.z for waypoint in change.mission.waypoints] == [8.0, 9.0]
     kept = json.loads((flown.place / "state" / "mission.json").read_text())
     assert len(kept["items"]) == len(flown.said["route"])
 
 
 def test_fence_and_rally_points_come_back_and_are_adopted(flown: Flown) -> None:
     assert flown.said["kept"] == flown.said["sent"]
-    assert len(changes(flown.log, "fence")) == len(changes(flown.log, "rally")) == 1
+    assert len(changes(flown.log, FenceChange)) == len(changes(flown.log, RallyChange)) == 1
 
 
 def test_a_mission_is_begun_paused_and_gone_on_with_from_the_item_that_is_set(flown: Flown) -> None:
@@ -190,7 +194,7 @@ def test_a_mission_is_begun_paused_and_gone_on_with_from_the_item_that_is_set(fl
     assert flown.said["jumped"] == {"current": 3, "total": 5}
     flying = [cycle for cycle in flown.cycles if cycle.mode.mode is Mode.MISSION]
     assert list(dict.fromkeys(cycle.reference.item for cycle in flying)) == [0, 1, 2]
-    assert "waypoint 1 of 2 passed" in [event for cycle in flown.cycles for event in cycle.events]
+    assert "waypoint 1 of 2 passed" in [text for cycle in flown.cycles for text in texts(cycle.events)]
 
 
 def test_what_it_cannot_do_now_or_ever_is_refused_by_the_right_result(flown: Flown) -> None:

@@ -14,7 +14,7 @@ from firmware_py.adapters.storage.state_store import StateStoreError
 from firmware_py.marine import Origin
 from firmware_py.mavlink.node import STATE_FILES, MavlinkParams
 from firmware_py.mavlink.telemetry.health import Actuators
-from firmware_py.records.order import NO_ORDER, NOBODY, Arming, Asker, Mode, Order, Setpoint
+from firmware_py.records.order import NO_ORDER, NOBODY, Arming, Asker, Mode, Order, ParameterChange, Setpoint
 from firmware_py.schedule import Tick
 
 from .test_ground import CONFIG, DT_NS, frame
@@ -76,9 +76,9 @@ def test_a_change_reaches_the_law_in_the_next_cycle_and_the_disk_by_the_end(stat
     vehicle.ground.save_changes_in(tmp_path / "state")
     change(station, vehicle, GAIN, 0.25)
     vehicle.step()
-    assert vehicle.autopilot.adopter.params.control.depth.delta_sw == 0.25
+    assert vehicle.autopilot.reconfigurator.params.control.depth.delta_sw == 0.25
     assert [order.changes for order in vehicle.orders if order.changes] == [
-        ('{"parameters": {"control.depth.delta_sw_rad": 0.25}}',)
+        (ParameterChange((("control.depth.delta_sw_rad", 0.25),)),)
     ]
     vehicle.ground.close()
     assert [path.name for path in (tmp_path / "state").iterdir()] == [STATE_FILES[0]]

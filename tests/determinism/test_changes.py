@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,8 @@ from sternplane.sitl.flight import Wish, fly, prepare
 from firmware_py.adapters.ground.mavlink_ground import Grounds
 from firmware_py.app import build
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.order import NO_ORDER, Mode, Order
+from firmware_py.records.event import EventKind
+from firmware_py.records.order import NO_ORDER, Mission, MissionChange, Mode, Order, ParameterChange, Waypoint
 from firmware_py.schedule import Tick
 
 SCENARIO = """
@@ -31,20 +31,16 @@ depth_m = 4.0
 heading_deg = 120.0
 speed_m_s = 1.5
 """
-MISSION = {"waypoints": [[0.0, 200.0, 6.0, 1.5]], "manoeuvres": []}
+MISSION = MissionChange(Mission((Waypoint(0.0, 200.0, 6.0, 1.5),)))
 PID, LAG, LIMIT, FLY, BAD = 700, 900, 1100, 1200, 1400
 ORDERS: dict[int, Order] = {
-    PID: Order(changes=(json.dumps({"parameters": {"control.law": "pid"}}),)),
+    PID: Order(changes=(ParameterChange((("control.law", "pid"),)),)),
     LAG: Order(
-        changes=(json.dumps({"parameters": {"estimation.attitude.tau_rate_s": 0.1, "guidance.pitch_max_deg": 5}}),)
+        changes=(ParameterChange((("estimation.attitude.tau_rate_s", 0.1), ("guidance.pitch_max_deg", 5))),),
     ),
-    LIMIT: Order(
-        changes=tuple(
-            json.dumps(change) for change in ({"parameters": {"safety.depth_max_m": 40.0}}, {"mission": MISSION})
-        )
-    ),
+    LIMIT: Order(changes=(ParameterChange((("safety.depth_max_m", 40.0),)), MISSION)),
     FLY: Order(mode=Mode.MISSION),
-    BAD: Order(changes=('{"parameters": {"control.u_min_m_s": 4.5}}', "{", '{"weather": 1}')),
+    BAD: Order(changes=(ParameterChange((("control.u_min_m_s", 4.5),)), ParameterChange((("weather", 1),)))),
 }
 
 
@@ -104,10 +100,10 @@ def test_a_mission_that_comes_in_flight_can_be_flown(changed: Log) -> None:
 
 
 def test_a_change_that_cannot_be_made_is_said_and_changes_nothing(changed: Log) -> None:
-    said = [text for t, text in changed.events if text.startswith("change not made")]
-    assert len(said) == 3
-    assert "u_min_m_s = 4.5: must be below u_max_m_s = 4" in said[0]
-    assert "weather" in said[2]
+    failed = [e for _, events in changed.events for e in events if e.kind is EventKind.CHANGE_FAILED]
+    assert len(failed) == 2
+    assert "u_min_m_s = 4.5: must be below u_max_m_s = 4" in failed[0].names[0]
+    assert "weather" in failed[1].names[0]
 
 
 def test_the_log_gives_the_orders_back_as_they_were(changed: Log) -> None:

@@ -33,7 +33,12 @@ class Station:
         door = LinkConfiguration(Identity.ARDUSUB)
         book = app.parameter_store(configuration)
         self.node = Node(
-            MavlinkParams(), Origin(0.8, 0.1), Actuators((0.4,) * 4, 10.0), [door, door], parameter_store=book
+            MavlinkParams(),
+            Origin(0.8, 0.1),
+            Actuators((0.4,) * 4, 10.0),
+            [door, door],
+            book.checker.limits,
+            parameter_store=book,
         )
         self.store = DiskLogStorage(folder, beside=False)
         self.node.offer_logs(self.store)

@@ -18,6 +18,7 @@ from firmware_py.marine import Eta, Nu
 from firmware_py.records.command import Applied, Demand, FinCommand, ModeState, Reference
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.order import Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Heard, SensorFrame, silence
 from firmware_py.run import provenance
@@ -25,6 +26,14 @@ from firmware_py.schedule import Tick
 from sim_bridge.truth_sample import TruthSample
 
 STEP_NS = 10_000_000
+EVENTS = {
+    1.0: (
+        Event(EventKind.MODE_CHANGED, Severity.NOTICE, Mode.DISARMED, Mode.MANUAL, Cause.ORDERED),
+        Event(EventKind.CHANGE_FAILED, Severity.WARNING, names=("the fins <move>",)),
+    ),
+    2.0: (Event(EventKind.WAYPOINT_PASSED, Severity.INFO, numbers=(1.0, 3.0)),),
+    110.0: (Event(EventKind.MODE_CHANGED, Severity.NOTICE, Mode.MISSION, Mode.SURFACE, Cause.MISSION_DONE),),
+}
 WAYPOINTS = [[60.0, 0.0, 4.0, 1.8], [60.0, 60.0, 8.0, 1.8], [-20.0, 60.0, 4.0, 1.8]]
 
 
@@ -48,9 +57,7 @@ class ToyAutopilot:
         mode = Mode.DISARMED if not armed else Mode.MANUAL if t < 2.0 else Mode.MISSION if t < 110.0 else Mode.SURFACE
         fins = tuple(math.radians(8.0) * math.sin(0.3 * t + i) * armed for i in range(4))
         reference = Reference(z_d, 0.0, 0.0, 0.0, 0.02 * t, 0.02, 0.0, 1.8, leg, math.sin(t) if t >= 2.0 else math.nan)
-        events = {1.0: ("armed", "the fins <move>"), 2.0: ("mission: leg 1",), 110.0: ("surfacing",)}.get(
-            round(t, 6), ()
-        )
+        events = EVENTS.get(round(t, 6), ())
         return Cycle(
             tick=tick,
             frame=frame,
@@ -138,7 +145,7 @@ def fly(path: Path, seconds: float = 3.0, *, told: Callable[[int], object] = lam
 @pytest.fixture(scope="session")
 def toy() -> SimpleNamespace:
     """The toy's parts, for the tests."""
-    return SimpleNamespace(fly=fly, build=ToyAutopilot, header=header, waypoints=WAYPOINTS)
+    return SimpleNamespace(fly=fly, build=ToyAutopilot, header=header, waypoints=WAYPOINTS, events=EVENTS)
 
 
 @pytest.fixture(scope="session")

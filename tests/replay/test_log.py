@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import math
 import resource
 import struct
@@ -59,7 +60,12 @@ def test_a_log_holds_what_was_flown(flown: Path, toy: SimpleNamespace) -> None:
     assert [cycle.tick.k for cycle in log.cycles] == list(range(300))
     assert log.truth["eta.x"][-1] == pytest.approx(1.8 * 2.99, rel=1e-12)
     assert log.truth["current"].shape == (300, 3)
-    assert log.events == [(1.0, "armed"), (1.0, "the fins <move>"), (2.0, "mission: leg 1")]
+    assert log.events == [(1.0, toy.events[1.0]), (2.0, toy.events[2.0])]
+    assert log.sentences == [
+        (1.0, "DISARMED -> MANUAL: ordered"),
+        (1.0, "change not made: the fins <move>"),
+        (2.0, "waypoint 1 of 3 passed"),
+    ]
     assert read(find(flown.parent)).cycle_bytes == log.cycle_bytes
 
 
@@ -147,8 +153,21 @@ def test_another_format_is_refused(tmp_path: Path, toy: SimpleNamespace, monkeyp
     monkeypatch.setattr(recorder, "FORMAT", 99)
     toy.fly(tmp_path / "log.mcap", 0.1)
     monkeypatch.undo()
-    with pytest.raises(LogError, match="format 99, and this program reads format 1"):
+    with pytest.raises(LogError, match="format 99, and this program reads format 2; read it"):
         read(tmp_path / "log.mcap")
+
+
+FORMAT_1 = """iU1DQVAwDQoBFgAAAAAAAAAEAAAAcm9zMgoAAABzdGVybnBsYW5lDG0AAAAAAAAACgAAAHN0ZXJucGxhbmVbAAAABgAAAGZvcm1hdAEA
+AAAxBgAAAGhlYWRlcj4AAAB7ImdpdCI6ICJiMDkyODQ2ZGFhMWY1NmNiOWU1MTIyMDA5NjcyNGYwNDNhODRjN2IyIiwgInNlZWQiOiA3fQ=="""
+"""The first bytes of a log that revision b092846 wrote, up to its header."""
+
+
+def test_a_log_of_the_first_format_is_refused_with_the_version_that_wrote_it(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    path.write_bytes(base64.b64decode(FORMAT_1))
+    words = "revision b092846daa1f56cb9e51220096724f043a84c7b2 wrote it in format 1, and this program reads format 2"
+    with pytest.raises(LogError, match=f"log of another version: {words}; read it with that revision"):
+        read(path)
 
 
 def test_a_log_without_a_cycle_says_so(tmp_path: Path) -> None:

@@ -131,7 +131,7 @@ def test_words_from_the_log_stay_words(tmp_path: Path, toy: SimpleNamespace) -> 
     found = Page(flight_page.flight_page(log, summarise(log)))
     assert found.open == []
     assert nasty in found.words
-    assert "the fins <move>" in found.words
+    assert "change not made: the fins <move>" in found.words
 
 
 def test_a_sea_log_and_a_cut_off_log_have_a_report(tmp_path: Path, toy: SimpleNamespace) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,17 +13,18 @@ from sternplane.report import areas
 from sternplane.report.drawing import Plot
 from sternplane.report.figures import Figures
 
-from firmware_py.records.fence import Disc, Fence, Polygon, plain
+from firmware_py.records.fence import Disc, Fence, Place, Polygon, plain
+from firmware_py.records.order import Change, FenceChange, Mission, MissionChange, RallyChange
 
 BAY = Polygon(((-20.0, -50.0), (-20.0, 70.0), (80.0, 70.0), (80.0, -50.0)))
 POND, ROCK, REEF = Disc(90.0, 0.0, 30.0), Disc(30.0, 30.0, 5.0), Polygon(((40.0, 0.0), (50.0, 0.0), (45.0, 10.0)))
 
 
-def logged(folder: Path, toy: SimpleNamespace, changes: dict[int, list[dict[str, Any]]], **configuration: Any) -> Log:
+def logged(folder: Path, toy: SimpleNamespace, changes: dict[int, tuple[Change, ...]], **configuration: Any) -> Log:
     """The log of a vehicle that began with that configuration, and of what stations changed, by time, ns."""
     log = read(toy.fly(folder / "log.mcap", 3.0))
     log.header["configuration"] |= configuration
-    log.__dict__["changes"] = {t: tuple(map(json.dumps, documents)) for t, documents in changes.items()}
+    log.__dict__["changes"] = changes
     return log
 
 
@@ -62,18 +62,18 @@ def test_what_the_vehicle_began_with_is_drawn_and_told_apart(tmp_path: Path, toy
 def test_nothing_is_drawn_where_there_is_none(tmp_path: Path, toy: SimpleNamespace) -> None:
     assert drawn(logged(tmp_path, toy, {})) == {}
     empty = {"fence": plain(Fence()), "rally": {"points": []}}
-    assert drawn(logged(tmp_path, toy, {10_000_000: [empty]}, **empty)) == {}
+    assert drawn(logged(tmp_path, toy, {10_000_000: (FenceChange(Fence()), RallyChange(()))}, **empty)) == {}
     assert plan(logged(tmp_path, toy, {})).note == "Local frame; scales are equal."
 
 
 def test_what_stations_changed_is_drawn_for_as_long_as_it_stood(tmp_path: Path, toy: SimpleNamespace) -> None:
-    first, second = plain(Fence((BAY,))), plain(Fence((BAY,), (ROCK,)))
-    changes: dict[int, list[dict[str, Any]]] = {
-        1_000_000_000: [{"rally": {"points": [[10.0, -40.0]]}}, {"fence": first}],  # the same once more
-        1_500_000_000: [{"mission": {"waypoints": []}}],
-        2_000_000_000: [{"fence": second}],
+    first, second = Fence((BAY,)), Fence((BAY,), (ROCK,))
+    changes: dict[int, tuple[Change, ...]] = {
+        1_000_000_000: (RallyChange((Place(10.0, -40.0),)), FenceChange(first)),  # the same once more
+        1_500_000_000: (MissionChange(Mission()),),
+        2_000_000_000: (FenceChange(second),),
     }
-    found = drawn(logged(tmp_path, toy, changes, fence=first))
+    found = drawn(logged(tmp_path, toy, changes, fence=plain(first)))
     assert list(found) == [
         "fence, inclusion, until 2.0 s",
         "fence, inclusion, from 2.0 s",
@@ -81,8 +81,8 @@ def test_what_stations_changed_is_drawn_for_as_long_as_it_stood(tmp_path: Path, 
         "rally points, from 1.0 s",
     ]
     assert found["fence, inclusion, until 2.0 s"].opacity < found["fence, inclusion, from 2.0 s"].opacity == 1.0
-    changes[2_500_000_000] = [{"fence": plain(Fence())}]
-    found = drawn(logged(tmp_path, toy, changes, fence=first))
+    changes[2_500_000_000] = (FenceChange(Fence()),)
+    found = drawn(logged(tmp_path, toy, changes, fence=plain(first)))
     assert list(found)[1:3] == ["fence, inclusion, from 2.0 s until 2.5 s", "fence, exclusion, from 2.0 s until 2.5 s"]
 
 
@@ -96,4 +96,4 @@ def test_a_fence_of_a_hundred_kilometres_does_not_hide_the_boat(tmp_path: Path, 
     assert plot.note.endswith("The fence or a rally point is beyond the plot.")
     near = logged(tmp_path, toy, {}, fence=plain(Fence((BAY,))))
     assert plan(near).note == "Local frame; scales are equal."
-    assert [stood.when for stood in areas.versions(near, "fence")] == [""]
+    assert [fence.when for fence in areas.fences(near)] == [""]

@@ -21,6 +21,8 @@ from sternplane.report.figures import Figures
 
 from firmware_py.adapters.installation import configs
 from firmware_py.estimation.model.observer_model import GROUPS
+from firmware_py.records.event import Cause, Event, EventKind, Severity
+from firmware_py.records.order import Kind
 
 VEHICLE = tomllib.loads((configs() / "npsauv2" / "vehicle.toml").read_text())
 NAMES = ["M_q", "Y_dr", "N_dot"]
@@ -122,7 +124,17 @@ def test_what_is_excited_and_valid_is_a_timeline(log: Log) -> None:
 
 def test_what_a_manoeuvre_taught_and_what_not_stands_there_and_in_the_summary(log: Log) -> None:
     sentence = "prbs: learned 2 of 3, 1 valid, 1 sigma up to 5 % (M_q); not identifiable: Y_dr (never excited)"
-    log.events[:] = [(0.5, "prbs begins: 2 s about 60.0 m"), (2.5, "prbs done: 2 s"), (2.5, sentence)]
+    prbs = {"manoeuvre": Kind.PRBS}
+    begun = Event(EventKind.MANOEUVRE_BEGUN, Severity.WARNING, numbers=(2.0, 60.0), **prbs)
+    done = Event(EventKind.MANOEUVRE_DONE, Severity.WARNING, numbers=(2.0, 0.0), **prbs)
+    report = [
+        Event(EventKind.LEARNING_REPORT, Severity.WARNING, cause=cause, numbers=numbers, names=names, **prbs)
+        for cause, numbers, names in [
+            (Cause.LEARNED, (2.0, 3.0, 1.0, 0.05), ("M_q",)),
+            (Cause.NEVER_EXCITED, (), ("Y_dr",)),
+        ]
+    ]
+    log.events[:] = [(0.5, (begun,)), (2.5, (done, *report))]
     assert drawn(log)["Excitation and validity"].note.endswith(f"filter is consistent. At 2.5 s, {sentence}.")
     assert summarise(log)["learned"]["taught"] == [[2.5, sentence]]
     log.events.clear()

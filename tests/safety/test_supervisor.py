@@ -13,6 +13,7 @@ from firmware_py.marine import Eta, Nu
 from firmware_py.params import dump, load
 from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.event_text import texts
 from firmware_py.records.order import NO_ORDER, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame, never
 from firmware_py.safety.rules import ARMING, RULES, SafetyParams, safer
@@ -60,7 +61,8 @@ class Boat:
         now = replace(STATE, eta=state.pop("eta", STATE.eta._replace(z=z)), **state)
         tick = Tick(self.k, DT_NS, late_ns)
         self.answer = self.supervisor.update(tick, self.frame(**(frame or {})), now, order, done)
-        self.mode, self.events, self.k = self.answer.mode, self.supervisor.events, self.k + 1
+        self.mode, self.k = self.answer.mode, self.k + 1
+        self.events = tuple(texts(self.supervisor.events))
         return self.mode
 
     def ticks_until(self, mode: Mode, most: int, **inputs: Any) -> int:
@@ -393,7 +395,7 @@ def test_the_table_is_in_order_of_severity_and_names_its_parameters() -> None:
     for rule in (*RULES, *ARMING):
         assert rule.time == "" or isinstance(getattr(PARAMS, rule.time), float)
         assert rule.mode in (Mode.DISARMED, Mode.SURFACE)
-    assert len({rule.name for rule in RULES}) == len(RULES)
+    assert len({rule.cause for rule in RULES}) == len(RULES)
 
 
 def test_parameters_come_back_from_their_table() -> None:

@@ -12,6 +12,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 
 from firmware_py.marine import Eta, Nu
 from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.event import EventKind
 from firmware_py.records.order import NO_ORDER, Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Heard, silence
 from firmware_py.safety.rules import SafetyParams
@@ -153,7 +154,9 @@ class Voyage(RuleBasedStateMachine):
         assert not (was is mode is Mode.MISSION and self.seen["done"])
 
         # every change and every refusal is told
-        assert sum(f"{was.name} -> {mode.name}: " in e for e in self.events) == (mode is not was)
+        assert [(e.before, e.after) for e in self.events if e.kind is EventKind.MODE_CHANGED] == [(was, mode)] * (
+            mode is not was
+        )
         asked = order.mode if order.arming is not Arming.ARM or was is not Mode.DISARMED else order.mode or Mode.MANUAL
         if asked is not None and asked is not mode and not disarm:
             assert self.events

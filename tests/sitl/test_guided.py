@@ -17,7 +17,9 @@ from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.node import MavlinkParams, Node
 from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.order import Asker, Mode, Order
+from firmware_py.records.turning import AS_ASKED
 from firmware_py.schedule import Tick
 
 SCENARIO = """
@@ -51,7 +53,7 @@ class Operator:
     def __init__(self, script: dict[float, object]) -> None:
         self.node = Node(
             MavlinkParams(), Origin(math.radians(36.8), math.radians(-121.8)), Actuators((0.4,) * 4, 10.0),
-            [LinkConfiguration(Identity.ARDUSUB)],
+            [LinkConfiguration(Identity.ARDUSUB)], OperatingLimits(math.inf, 0.0, AS_ASKED),
         )  # fmt: skip
         self.script = script
         self.mav = mavlink.MAVLink(None, 255, 190)

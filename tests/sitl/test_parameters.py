@@ -14,6 +14,7 @@ from sternplane.logs.replay import replay
 
 from firmware_py import app, config_files
 from firmware_py.app import build
+from firmware_py.records.order import ParameterChange
 from tests.sitl.stations import flight
 
 CONFIG = Path(__file__).resolve().parents[2] / "configs" / "npsauv2"
@@ -63,9 +64,9 @@ def test_a_person_changes_parameters_in_flight_and_finds_them_after_a_restart(tm
         "safety": {"late_max": 500},
     }
     log = read(tmp_path / "first" / "log.mcap")
-    assert [doc for docs in log.changes.values() for doc in docs] == [
-        '{"parameters": {"control.depth.delta_sw_rad": 0.3}}',
-        '{"parameters": {"safety.late_max": 500}}',
+    assert [change for changes in log.changes.values() for change in changes] == [
+        ParameterChange((("control.depth.delta_sw_rad", 0.3),)),
+        ParameterChange((("safety.late_max", 500),)),
     ]
     assert replay(log, build).equal
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 
@@ -22,7 +21,9 @@ from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.node import MavlinkParams, Node
 from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.order import Mode, Order
+from firmware_py.records.limits import OperatingLimits
+from firmware_py.records.order import MissionChange, Mode, Order, RallyChange
+from firmware_py.records.turning import AS_ASKED
 from firmware_py.schedule import Tick
 
 SCENARIO = """
@@ -52,6 +53,8 @@ OUTSIDE = mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION
 INSIDE, RALLY_POINT = mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION, mavlink.MAV_CMD_NAV_RALLY_POINT
 ORIGIN = Origin(math.radians(36.8), math.radians(-121.8))
 
+LIMITS = OperatingLimits(math.inf, 0.0, AS_ASKED)
+
 
 def at(command: int, x: float, y: float, z: float = 0.0, *params: float, kind: int = MISSION, frame: int = LOCAL):
     filled = (*params, *(0.0,) * (4 - len(params)))
@@ -63,7 +66,9 @@ class Planner:
     """Sends each plan at its time, item by item as it is asked for, and commands at theirs."""
 
     def __init__(self, script: dict[float, object]) -> None:
-        self.node = Node(MavlinkParams(), ORIGIN, Actuators((0.4,) * 4, 10.0), [LinkConfiguration(Identity.GENERIC)])
+        self.node = Node(
+            MavlinkParams(), ORIGIN, Actuators((0.4,) * 4, 10.0), [LinkConfiguration(Identity.GENERIC)], LIMITS
+        )
         self.script = script
         self.mav = mavlink.MAVLink(None, 255, 190)
         self.items: list = []
@@ -185,8 +190,8 @@ def test_stations_are_shown_how_far_the_current_item_is(mission) -> None:
 
 def test_what_stations_sent_is_in_the_log_and_is_replayed_to_the_byte(mission) -> None:
     _, log = mission
-    kinds = [kind for documents in log.changes.values() for text in documents for kind in json.loads(text)]
-    assert kinds == ["mission", "rally"]
+    kinds = [type(change) for changes in log.changes.values() for change in changes]
+    assert kinds == [MissionChange, RallyChange]
     assert replay(log, build).equal
 
 

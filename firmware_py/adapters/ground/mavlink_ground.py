@@ -21,6 +21,7 @@ from firmware_py.mavlink.plans.plan_builder import PlanBuilder
 from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.ports import Ground
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.order import NO_ORDER, NOBODY, Arming, Mode, Order, Setpoint
 from firmware_py.schedule import Rate, Tick
 
@@ -56,6 +57,7 @@ class MavlinkGround:
         params: MavlinkParams,
         origin: Origin,
         actuators: Actuators,
+        limits: OperatingLimits,
         coefficients: Sequence[str] = (),
         signing: Signing | None = None,
         parameter_store: ParameterStore | None = None,
@@ -63,6 +65,7 @@ class MavlinkGround:
     ) -> None:
         """Opens every link, or none; `coefficients` are the names of what is learned, with `signing` links are signed.
 
+        What stations send is checked against `limits`.
         `book` has the parameters that stations may see and change, `plans` mission, fence and rally points.
 
         Raises:
@@ -76,7 +79,9 @@ class MavlinkGround:
                 self.links.append(link)
             self._close = opened.pop_all().close
         configurations = [link.configuration for link in self.links]
-        self.node = Node(params, origin, actuators, configurations, coefficients, signing, parameter_store, plans)
+        self.node = Node(
+            params, origin, actuators, configurations, limits, coefficients, signing, parameter_store, plans
+        )
         self._state_store: StateStore | None = None
         self._log_store: DiskLogStorage | None = None
 

@@ -19,18 +19,18 @@ from typing import Any, TypeVar, cast
 from mcap.writer import CompressionType, Writer
 
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.order import Changes
+from firmware_py.wire.log import changes
 from firmware_py.wire.log.cdr_codec import Codec
 
 R = TypeVar("R")
 
-FORMAT = 1
+FORMAT = 2
 """Version of what is written here; a reader refuses others."""
 HEADER = "sternplane"
 END = "sternplane.end"
 CYCLE_TOPIC = "/cycle"
 CHANGES_TOPIC = "/changes"
-"""`Changes`: what of the orders a cycle's message leaves out, always before that cycle."""
+"""`changes.LoggedChanges`: what of the orders a cycle's message leaves out, always before that cycle."""
 TRUTH_TOPIC = "/truth"
 
 _CHUNK_NS = 500_000_000
@@ -164,7 +164,8 @@ class Recorder:
             LogError: when the file cannot be written.
         """
         if cycle.order.changes:
-            self._keep(CHANGES_TOPIC, cycle.tick.t_ns, Changes(cycle.tick.k, cycle.order.changes))
+            logged = tuple(map(changes.encode, cycle.order.changes))
+            self._keep(CHANGES_TOPIC, cycle.tick.t_ns, changes.LoggedChanges(cycle.tick.k, logged))
         self._keep(CYCLE_TOPIC, cycle.tick.t_ns, cycle)
 
     def _keep(self, topic: str, t_ns: int, record: Any) -> None:

@@ -86,6 +86,11 @@ def custom_mode(identity: Identity, mode: Mode) -> int:
     return _BY_MODE[mode].custom(identity)
 
 
+def mode_name(identity: Identity, mode: Mode) -> str:
+    """Return what a link's stations call a mode."""
+    return _SHOWN[identity].get(mode.name, mode.name)
+
+
 def with_mode_names(identity: Identity, sentence: str) -> str:
     """A sentence that names modes as `Mode` does, with the names that a link's stations show."""
     shown = _SHOWN[identity]

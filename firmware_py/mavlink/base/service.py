@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from firmware_py.mavlink.base.codec import Message
+from firmware_py.records.order import Change
 from firmware_py.schedule import Tick
 
 MessageHandler = Callable[[Tick, Message], None]
@@ -24,7 +25,7 @@ class Service(Protocol):
 class PersistentState(Protocol):
     """What the links share of something that stations may change for good."""
 
-    def changes(self) -> tuple[str, ...]:
+    def changes(self) -> tuple[Change, ...]:
         """What has been changed since this was asked last, as `Order.changes` has it."""
 
     def files_to_save(self) -> list[tuple[str, bytes]]:

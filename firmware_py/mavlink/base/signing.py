@@ -9,6 +9,7 @@ one can be said again on another.
 from __future__ import annotations
 
 from firmware_py.mavlink.base.codec import COMPONENT, Message, dialect
+from firmware_py.records.order import Change
 
 STATE_FILE = "signing"
 """The file in the state's folder."""
@@ -47,7 +48,7 @@ class Signing:
         """A message with that timestamp was believed."""
         self._newest = max(self._newest, timestamp)
 
-    def changes(self) -> tuple[str, ...]:
+    def changes(self) -> tuple[Change, ...]:
         """See `service.Keeper`; nobody changes a key from afar."""
         return ()
 

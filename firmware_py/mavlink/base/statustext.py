@@ -6,20 +6,6 @@ from firmware_py.mavlink.base.codec import Message, dialect
 
 _CHUNK = 50
 _MAX_CHUNKS = 6
-_AS_WISHED = ("ordered", "mission done", "return done", "surfaced")
-"""Of a change of mode that somebody meant, how its cause begins."""
-_ALL_LEARNED = ": learned all "
-"""What a learning manoeuvre did not teach is a warning; see `estimation.weakness.sentence`."""
-
-
-def severity(event: str) -> int:
-    """How much an event of a cycle matters, by the words that those use who say it."""
-    if " -> " in event:
-        meant = event.partition(": ")[2].startswith(_AS_WISHED)
-        return int(dialect.MAV_SEVERITY_NOTICE if meant else dialect.MAV_SEVERITY_CRITICAL)
-    if _ALL_LEARNED in event:
-        return int(dialect.MAV_SEVERITY_NOTICE)
-    return int(dialect.MAV_SEVERITY_INFO if event.startswith(("waypoint ", "ready ")) else dialect.MAV_SEVERITY_WARNING)
 
 
 class StatusTexts:

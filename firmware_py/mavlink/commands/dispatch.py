@@ -33,15 +33,22 @@ _NAMES = {
 
 
 class CommandDispatch:
-    """The commands of one link; `others` are those that are done elsewhere."""
+    """The commands of one link; `handlers` has those that are done elsewhere, `mission_refusal` says what is wrong with
+    flying the mission.
+    """
 
     def __init__(
-        self, link: int, output: LinkOutput, queue: CommandQueue, handlers: Mapping[int, CommandHandler]
+        self,
+        link: int,
+        output: LinkOutput,
+        queue: CommandQueue,
+        handlers: Mapping[int, CommandHandler],
+        mission_refusal: Callable[[], str],
     ) -> None:
         self._link = link
         self._output = output
         self._queue = queue
-        self._mission_refusal: Callable[[], str] = lambda: ""
+        self._mission_refusal = mission_refusal
         self._handlers: dict[int, CommandHandler] = {
             dialect.MAV_CMD_COMPONENT_ARM_DISARM: self._arm,
             dialect.MAV_CMD_RUN_PREARM_CHECKS: self._check,
@@ -61,11 +68,6 @@ class CommandDispatch:
             dialect.MAVLINK_MSG_ID_COMMAND_INT: self._int,
             dialect.MAVLINK_MSG_ID_SET_MODE: self._old_set_mode,
         }
-
-    def add_commands(self, handlers: Mapping[int, CommandHandler], mission_refusal: Callable[[], str]) -> None:
-        """More commands that are done elsewhere, and who says what is wrong with flying the mission."""
-        self._handlers |= handlers
-        self._mission_refusal = mission_refusal
 
     def send_result(self, result: CommandResult) -> None:
         """Says why a wish was refused, and COMMAND_ACK, unless it came by a message that is no command."""

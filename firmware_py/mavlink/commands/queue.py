@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from firmware_py.mavlink.base.codec import dialect
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.event import EventKind
 from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Asker, Mode, Order, Setpoint, Sticks
 from firmware_py.schedule import NS_PER_S
 
@@ -21,6 +22,8 @@ ACCEPTED, REJECTED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_TEMPORARILY
 MAX_WAITING = 8
 _MAX_SENDERS = 32
 _ANSWER_STANDS_NS = 10 * NS_PER_S
+_SAID = (EventKind.MODE_CHANGED, EventKind.MODE_REFUSED, EventKind.ARMING_REFUSED)
+"""Events that say why a mode or arming was not granted."""
 
 
 class PendingCommand(NamedTuple):
@@ -151,7 +154,7 @@ def _answer(wish: PendingCommand, cycle: Cycle) -> CommandResult:
         return CommandResult(wish, REJECTED if why else ACCEPTED, why)
     disarmed = mode is Mode.DISARMED
     granted = mode is wish.mode if wish.mode is not None else disarmed == (wish.arming is Arming.DISARM)
-    if granted or any(" refused" in event or " -> " in event for event in cycle.events):
+    if granted or any(event.kind in _SAID for event in cycle.events):
         return CommandResult(wish, ACCEPTED if granted else REJECTED)
     return CommandResult(wish, REJECTED, f"another order was obeyed, and the mode is {mode.name}")
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from firmware_py.marine import Origin, geodetic_to_local
 from firmware_py.mavlink.base.codec import Message, dialect
@@ -75,16 +75,25 @@ class WaterFrame(NamedTuple):
         return _within_range(*geodetic_to_local(self.origin, math.radians(latitude), math.radians(longitude)))
 
 
+class SetpointCheck(Protocol):
+    """Whoever knows how deep and where the vehicle may be sent."""
+
+    @property
+    def depth_max(self) -> float:
+        """The supervisor's limit, m."""
+
+    def check_position(self, x: float, y: float, u: float) -> str:
+        """Return what is wrong with going to (x, y), m, at u, m/s (0: none asked); "" if nothing is."""
+
+
 class Setpoints:
-    """Of one link. `depth_max` is the supervisor's limit, m: what is deeper is refused, not obeyed and undone.
+    """Of one link. What `check` has something against is refused, not obeyed and undone."""
 
-    So is a place that `objection` has something against: it takes (x, y), m, and the speed there, m/s, 0 of none asked.
-    """
-
-    def __init__(self, link: int, output: LinkOutput, queue: CommandQueue, water_frame: WaterFrame) -> None:
+    def __init__(
+        self, link: int, output: LinkOutput, queue: CommandQueue, water_frame: WaterFrame, check: SetpointCheck
+    ) -> None:
         self._link, self._output, self._queue, self._water_frame = link, output, queue, water_frame
-        self.depth_max = math.inf
-        self.position_refusal: Callable[[float, float, float], str] = lambda _x, _y, _u: ""
+        self._check = check
         self._last_refusal: dict[int, tuple[int, str]] = {}
 
     def command_handlers(self) -> dict[int, CommandHandler]:
@@ -205,14 +214,14 @@ class Setpoints:
         return Setpoint(depth, psi_d, u_d, x, y)
 
     def _refuse_beyond(self, setpoint: Setpoint) -> None:
-        if setpoint.z_d > self.depth_max:
-            raise CommandRefused(f"depth {setpoint.z_d:.1f} m, limit {self.depth_max:g} m")
+        if setpoint.z_d > self._check.depth_max:
+            raise CommandRefused(f"depth {setpoint.z_d:.1f} m, limit {self._check.depth_max:g} m")
         if math.isnan(setpoint.x):
             return
         cycle, u_d = self._queue.cycle, setpoint.u_d
         if math.isnan(u_d):
             u_d = 0.0 if cycle is None else cycle.reference.u_d
-        if why := self.position_refusal(setpoint.x, setpoint.y, u_d):
+        if why := self._check.check_position(setpoint.x, setpoint.y, u_d):
             raise CommandRefused(why)
 
     def _attitude(self, tick: Tick, m: Message) -> None:

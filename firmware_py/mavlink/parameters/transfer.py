@@ -21,8 +21,11 @@ from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import LinkOutput
 from firmware_py.mavlink.base.modes import Identity
 from firmware_py.mavlink.base.service import MessageHandler
+from firmware_py.mavlink.commands.manual_control import ManualControlParams
 from firmware_py.parameter_tree import Parameter
 from firmware_py.params import ParamError, TakesEffect
+from firmware_py.records.limits import OperatingLimits
+from firmware_py.records.order import Change, ParameterChange
 from firmware_py.schedule import Tick
 
 FILE = "parameters.toml"
@@ -47,6 +50,14 @@ class Checker(Protocol):
             ParamError: no vehicle can be made of them; the error says why.
         """
 
+    @property
+    def limits(self) -> OperatingLimits:
+        """What the vehicle keeps to under these values."""
+
+    @property
+    def manual_control(self) -> ManualControlParams:
+        """What sticks ask for under these values."""
+
 
 class ParameterRefused(Exception):
     """Why a value was not taken, as MAV_PARAM_ERROR and as a sentence."""
@@ -65,8 +76,8 @@ class ParameterStore:
         self._checker = checker
         self._value_subscribers: list[Callable[[int], None]] = []
         self._waiting_subscribers: list[Callable[[], bool]] = []
-        self._change_subscribers: list[Callable[[str, Any], None]] = []
-        self._changes: list[str] = []
+        self._change_subscribers: list[Callable[[Checker], None]] = []
+        self._changes: list[Change] = []
         self._unsaved = False
         self._tried_k = _NEVER
 
@@ -75,8 +86,8 @@ class ParameterStore:
         self._value_subscribers.append(send_text)
         self._waiting_subscribers.append(has_waiting)
 
-    def subscribe_changes(self, on_change: Callable[[str, Any], None]) -> None:
-        """`take` is told the dotted key of every change that takes effect at once, and its value as TOML has it."""
+    def subscribe_changes(self, on_change: Callable[[Checker], None]) -> None:
+        """`changed` is told of every change that takes effect at once: of all values as they are then."""
         self._change_subscribers.append(on_change)
 
     def may_try(self, k: int, last: int) -> bool:
@@ -115,14 +126,14 @@ class ParameterStore:
             self.settings = new
             self._unsaved = True
             if setting.when is not TakesEffect.RESTART:
-                self._changes.append(json.dumps({"parameters": {setting.key: content}}))
+                self._changes.append(ParameterChange(((setting.key, content),)))
                 for on_change in self._change_subscribers:
-                    on_change(setting.key, content)
+                    on_change(self._checker)
         for send_text in self._value_subscribers:
             send_text(i)
 
-    def changes(self) -> tuple[str, ...]:
-        """The documents for the order of this tick."""
+    def changes(self) -> tuple[Change, ...]:
+        """Return what changes for the order of this tick."""
         changes, self._changes = tuple(self._changes), []
         return changes
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 from firmware_py.mavlink.base.codec import dialect
 from firmware_py.mavlink.commands.setpoints import WaterFrame
 from firmware_py.mavlink.plans.items import (
@@ -15,7 +13,8 @@ from firmware_py.mavlink.plans.items import (
     PlanItem,
     position,
 )
-from firmware_py.records.fence import MAX_CORNERS, MAX_RALLY_POINTS, Area, Disc, Fence, Place, Polygon, plain
+from firmware_py.records.fence import MAX_CORNERS, MAX_RALLY_POINTS, Area, Disc, Fence, Place, Polygon
+from firmware_py.records.order import FenceChange, RallyChange
 
 _POLYGONS = {
     dialect.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION: True,
@@ -59,14 +58,14 @@ class FenceBuilder:
         else:
             raise ItemRefused(UNSUPPORTED, f"command {item.command} is no corner and no circle of a fence")
 
-    def finish(self) -> str:
-        """The document for the core.
+    def finish(self) -> FenceChange:
+        """Return the fence for the core.
 
         Raises:
             Refused: a polygon without its last corners.
         """
         self._refuse_incomplete()
-        return json.dumps({"fence": plain(self.fence)})
+        return FenceChange(self.fence)
 
     @property
     def fence(self) -> Fence:
@@ -112,6 +111,6 @@ class RallyBuilder:
             raise ItemRefused(INVALID_PARAMS[4], breach)
         self.points.append(point)
 
-    def finish(self) -> str:
-        """The document for the core."""
-        return json.dumps({"rally": {"points": self.points}})
+    def finish(self) -> RallyChange:
+        """Return the rally points for the core."""
+        return RallyChange(tuple(self.points))

@@ -1,27 +1,26 @@
-"""Whether the vehicle is where it may be, as FENCE_STATUS tells it."""
+"""Whether the vehicle is where it may be, as FENCE_STATUS repeats it from the supervisor."""
 
 from __future__ import annotations
 
 from firmware_py.mavlink.base.codec import Message, dialect
-from firmware_py.mavlink.plans.items import Limits
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.fence import WITHIN
 
 _NONE: int = dialect.FENCE_BREACH_NONE
 
 
 class FenceStatus:
-    """Counts how often it went beyond."""
+    """Counts how often the vehicle left the fence, or went deeper than it may."""
 
     def __init__(self) -> None:
         self._count, self._began_ms, self._breach = 0, 0, _NONE
 
-    def update(self, cycle: Cycle, limits: Limits) -> None:
-        """Sees where the vehicle is."""
-        eta = cycle.state.eta
+    def update(self, cycle: Cycle) -> None:
+        """See what is wrong with the vehicle's place."""
         before, self._breach = self._breach, _NONE
-        if eta.z > limits.depth_max:
+        if cycle.mode.too_deep:
             self._breach = dialect.FENCE_BREACH_MINALT
-        elif limits.fence.breach(eta.x, eta.y):
+        elif cycle.mode.breach != WITHIN:
             self._breach = dialect.FENCE_BREACH_BOUNDARY
         if self.outside_fence and before == _NONE:
             self._count = min(self._count + 1, 65535)

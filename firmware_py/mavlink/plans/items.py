@@ -80,10 +80,14 @@ class PlanItem(NamedTuple):
 class Limits(NamedTuple):
     """What no item of a mission may go beyond: depth and altitude, m, and the fence; and how wide its circles are."""
 
-    depth_max: float = math.inf
-    altitude_min: float = 0.0
-    fence: Fence = NO_FENCE
-    turning: Turning = AS_ASKED
+    depth_max: float
+    altitude_min: float
+    fence: Fence
+    turning: Turning
+
+
+UNLIMITED = Limits(math.inf, 0.0, NO_FENCE, AS_ASKED)
+"""For a plan that was checked before."""
 
 
 def item_from_message(message: Message) -> PlanItem:

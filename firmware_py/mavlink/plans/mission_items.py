@@ -10,7 +10,6 @@ A fin vehicle cannot stay at a place: a waypoint with a time to hold becomes a c
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
 
@@ -33,7 +32,7 @@ from firmware_py.mavlink.plans.items import (
 )
 from firmware_py.mavlink.plans.path_check import PathCheck
 from firmware_py.params import ParamError, dump, load
-from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mission, Prepared, Step, Surface, Waypoint
+from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mission, MissionChange, Step, Surface, Waypoint
 
 _LEARN: int = dialect.MAV_CMD_USER_1
 _SPEED: int = dialect.MAV_CMD_DO_CHANGE_SPEED
@@ -55,9 +54,6 @@ class MissionBuilder:
         """Of each step the item that it was made of."""
         self._count = 0
         self._speed = 0.0
-        self._waypoints: list[str] = []
-        self._above: list[int] = []
-        self._manoeuvres: list[str] = []
         self._handlers: dict[int, Callable[[PlanItem], list[Step]]] = {
             dialect.MAV_CMD_NAV_WAYPOINT: self._waypoint,
             dialect.MAV_CMD_NAV_LOITER_UNLIM: self._loiter,
@@ -82,34 +78,22 @@ class MissionBuilder:
         refuse_infinite(item)
         for step in handler(item):
             self._path_check.check(self._count, step)
-            if isinstance(step, Waypoint):
-                if step.above:
-                    self._above.append(len(self._waypoints))
-                self._waypoints.append(json.dumps(step[:4]))
-            elif isinstance(step, Manoeuvre):
-                self._manoeuvres.append(json.dumps({"after": len(self._waypoints), **dump(step)}))
             self.steps.append(step)
             self.item_numbers.append(self._count)
         self._count += 1
 
-    def finish(self) -> str:
-        """The document for the core.
+    def finish(self) -> MissionChange:
+        """Return the mission for the core.
 
         Raises:
             Refused: a jump to where no item is.
         """
-        others = []
         for i, step in enumerate(self.steps):
             if isinstance(step, Jump):
                 if step.to >= self._count:
                     raise ItemRefused(INVALID_PARAMS[0], f"jumps to item {step.to}, of {self._count}")
-                step = self.steps[i] = Jump(self.step_of(step.to), step.times)
-            if not isinstance(step, Waypoint | Manoeuvre):
-                others.append([i, type(step).__name__.lower(), *step])
-        parts = f'"waypoints": [{", ".join(self._waypoints)}], "manoeuvres": [{", ".join(self._manoeuvres)}]'
-        parts += f', "above": {self._above}' if self._above else ""
-        parts += f', "others": {json.dumps(others)}' if others else ""
-        return Prepared(f'{{"mission": {{{parts}}}}}', Mission(tuple(self.steps)))
+                self.steps[i] = Jump(self.step_of(step.to), step.times)
+        return MissionChange(Mission(tuple(self.steps)))
 
     def step_of(self, item: int) -> int:
         """The first step that was made of an item or of one behind it."""

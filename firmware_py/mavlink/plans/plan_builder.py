@@ -10,10 +10,10 @@ from firmware_py.marine import Eta
 from firmware_py.mavlink.base.codec import dialect
 from firmware_py.mavlink.commands.setpoints import WaterFrame
 from firmware_py.mavlink.plans.fence_items import FenceBuilder, RallyBuilder
-from firmware_py.mavlink.plans.items import ItemRefused, Limits, PlanItem, item_from_json, resolve_offset
+from firmware_py.mavlink.plans.items import UNLIMITED, ItemRefused, Limits, PlanItem, item_from_json, resolve_offset
 from firmware_py.mavlink.plans.mission_items import MissionBuilder, items_of
 from firmware_py.params import ParamError
-from firmware_py.records.order import Mission
+from firmware_py.records.order import Change, Mission
 
 MISSION: int = dialect.MAV_MISSION_TYPE_MISSION
 FENCE: int = dialect.MAV_MISSION_TYPE_FENCE
@@ -56,14 +56,14 @@ class PlanBuilder:
         self._lines.append(item.text)
         self._crc = zlib.crc32(item.packed, self._crc)
 
-    def finish(self) -> tuple[Plan, str]:
-        """The plan, and the document for the core.
+    def finish(self) -> tuple[Plan, Change]:
+        """The plan, and what changes for the core.
 
         Raises:
             Refused: what came makes no plan.
         """
-        document = self._content.finish()
-        return Plan(tuple(self._items), (self._crc or 1) if self._items else 0, self._item_numbers), document
+        change = self._content.finish()
+        return Plan(tuple(self._items), (self._crc or 1) if self._items else 0, self._item_numbers), change
 
     @property
     def file_content(self) -> bytes:
@@ -86,7 +86,7 @@ def read_plan(kind: int, content: str, water_frame: WaterFrame) -> PlanBuilder:
     Raises:
         ParamError: it is none; the error says why.
     """
-    builder = PlanBuilder(kind, water_frame, Limits())
+    builder = PlanBuilder(kind, water_frame, UNLIMITED)
     try:
         for row in json.loads(content)["items"]:
             builder.add(item_from_json(row))
@@ -98,7 +98,7 @@ def read_plan(kind: int, content: str, water_frame: WaterFrame) -> PlanBuilder:
 
 def plan_of_mission(mission: Mission, water_frame: WaterFrame) -> PlanBuilder:
     """A mission that no station has sent, as one would have."""
-    builder = PlanBuilder(MISSION, water_frame, Limits())
+    builder = PlanBuilder(MISSION, water_frame, UNLIMITED)
     for item in items_of(mission, water_frame):
         builder.add(item)
     return builder

@@ -20,8 +20,9 @@ from firmware_py.mavlink.plans.path_check import check_first_leg, check_guided
 from firmware_py.mavlink.plans.plan_builder import FENCE, FILES, MISSION, NAMES, RALLY, Plan, PlanBuilder
 from firmware_py.mavlink.plans.plan_revalidation import PlanRevalidation
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.fence import Fence, Place
-from firmware_py.records.order import Mode, Step
+from firmware_py.records.fence import NO_FENCE, Fence, Place
+from firmware_py.records.limits import OperatingLimits
+from firmware_py.records.order import Change, Mode, Step
 
 _CHECKS_PER_TICK = 4
 """Of a fence with many corners, a place that a station sends costs half a millisecond."""
@@ -35,18 +36,20 @@ _NO_MISSION, _NOT_STARTED, _ACTIVE, _PAUSED, _COMPLETE = 1, 2, 3, 4, 5
 class PlanStore:
     """What the links share. `busy` is who is sending a plan now, by link, system and component; None is nobody."""
 
-    def __init__(self, water_frame: WaterFrame, plans: Mapping[int, PlanBuilder] | None = None) -> None:
-        """`plans` are those that were kept, or came with the configuration."""
+    def __init__(
+        self, water_frame: WaterFrame, limits: OperatingLimits, plans: Mapping[int, PlanBuilder] | None = None
+    ) -> None:
+        """`limits` hold for what stations send; `plans` are those that were kept, or came with the configuration."""
         self.water_frame = water_frame
         self.plans = {kind: Plan() for kind in NAMES}
         self.revalidation = PlanRevalidation()
-        self._limits = Limits()
+        self._limits = Limits(limits.depth_max, limits.altitude_min, NO_FENCE, limits.turning)
         self.steps: Sequence[Step] = ()
         self.rally: Sequence[Place] = ()
         self._here: Eta | None = None
         self.busy: tuple[int, int, int] | None = None
         self._listeners: list[tuple[Callable[[int], None], Callable[[], None]]] = []
-        self._changes: dict[int, str] = {}
+        self._changes: dict[int, Change] = {}
         """By kind: of plans that come within one tick the last is flown, so that a flood makes no tick long."""
         self._unsaved: dict[int, bytes] = {}
         self._step = -1
@@ -61,16 +64,14 @@ class PlanStore:
         """An empty plan, to be filled and taken."""
         return PlanBuilder(kind, self.water_frame, self._limits, self._here)
 
-    def set_limits(self, depth_max: float | None = None, altitude_min: float | None = None) -> None:
-        """The supervisor's limits, m, from now on; None leaves what is there."""
-        limits = self._limits
-        depth_max = limits.depth_max if depth_max is None else depth_max
-        altitude_min = limits.altitude_min if altitude_min is None else altitude_min
-        self._apply_limits(limits._replace(depth_max=depth_max, altitude_min=altitude_min))
+    def set_limits(self, limits: OperatingLimits) -> None:
+        """Check what stations send against these limits from now on."""
+        self._apply_limits(Limits(limits.depth_max, limits.altitude_min, self._limits.fence, limits.turning))
 
-    def set_turning(self, **numbers: float) -> None:
-        """What changes of `Turning`: how wide circles are from now on."""
-        self._apply_limits(self._limits._replace(turning=self._limits.turning._replace(**numbers)))
+    @property
+    def depth_max(self) -> float:
+        """The supervisor's limit, m."""
+        return self._limits.depth_max
 
     @property
     def fence(self) -> Fence:
@@ -106,8 +107,7 @@ class PlanStore:
         Raises:
             Refused: what came makes no plan; the old one stays.
         """
-        document = self._install(builder.kind, builder)
-        self._changes[builder.kind] = document
+        self._changes[builder.kind] = self._install(builder.kind, builder)
         self._unsaved[builder.kind] = builder.file_content
 
     def check_position(self, x: float, y: float, u: float) -> str:
@@ -118,7 +118,7 @@ class PlanStore:
         here = None if self._here is None else (self._here.x, self._here.y)
         return check_guided(here, x, y, u, self._limits)
 
-    def changes(self) -> tuple[str, ...]:
+    def changes(self) -> tuple[Change, ...]:
         """See `service.Keeper`."""
         changes, self._changes = tuple(self._changes.values()), {}
         return changes
@@ -153,7 +153,7 @@ class PlanStore:
         known = state.depth_ok and state.position_std <= KNOWN_POSITION and math.isfinite(eta.x + eta.y + eta.z)
         self._here = eta if known else None
         self._checked = 0
-        self._fence_status.update(cycle, self._limits)
+        self._fence_status.update(cycle)
         if self.revalidation.running and (self.revalidation.advance() or self._rest_blocked):
             for _, on_not_flyable in self._listeners:
                 on_not_flyable()
@@ -188,8 +188,8 @@ class PlanStore:
             return _COMPLETE
         return _PAUSED if self._begun else _NOT_STARTED
 
-    def _install(self, kind: int, builder: PlanBuilder) -> str:
-        plan, document = builder.finish()
+    def _install(self, kind: int, builder: PlanBuilder) -> Change:
+        plan, change = builder.finish()
         if kind == MISSION and self._flown and self._here is not None:
             wrong = check_first_leg(builder.content.steps, 0, self._here.x, self._here.y, self._limits)
             if wrong is not None:
@@ -205,7 +205,7 @@ class PlanStore:
             self.revalidation.cancel()
             if builder.limits != self._limits:
                 self.revalidation.start(self.steps, self.plans[MISSION].item_numbers, self._limits)
-        return document
+        return change
 
     def _apply_limits(self, limits: Limits) -> None:
         if limits != self._limits:

@@ -9,7 +9,6 @@ from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.identity import autopilot, base_mode
 from firmware_py.mavlink.base.modes import Identity, custom_mode
 from firmware_py.mavlink.base.scaling import INT16, INT32, UINT16, boot_ms, whole
-from firmware_py.mavlink.telemetry.navigation_target import NavigationTarget
 from firmware_py.mavlink.telemetry.pose import DEG_E7
 from firmware_py.mavlink.telemetry.system_state import SystemState
 from firmware_py.records.cycle import Cycle
@@ -21,7 +20,7 @@ _CHARGE_LOW = 0.2
 
 
 class HighLatency:
-    """The maker of one link's; `surface` is the water's above mean sea level, m, `aim` knows what is flown to."""
+    """The maker of one link's; `surface` is the water's above mean sea level, m."""
 
     def __init__(
         self,
@@ -30,10 +29,9 @@ class HighLatency:
         surface: float,
         n_max: float,
         system_state: SystemState,
-        target: NavigationTarget,
     ) -> None:
         self._identity, self._origin, self._surface = identity, origin, surface
-        self._n_max, self._system_state, self._target = n_max, system_state, target
+        self._n_max, self._system_state = n_max, system_state
 
     def message(self, cycle: Cycle) -> Message:
         """Unknown is 0, or what the field has for it. custom0 is the base mode, as from ArduPilot; wind is the current.
@@ -58,7 +56,7 @@ class HighLatency:
             whole(self._surface - reference.z_d, 1.0, INT16),
             _half_circle(psi),
             _half_circle(reference.psi_d),
-            whole(self._target.vector(cycle).distance, _DAM, UINT16),
+            whole(reference.target_distance, _DAM, UINT16),
             throttle,
             whole(state.nu.u, _FIFTH, _BYTE),
             whole(reference.u_d, _FIFTH, _BYTE),

@@ -7,7 +7,6 @@ import math
 from firmware_py.marine import quaternion_from_euler, wrap
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.scaling import INT16, INT32, UINT16, boot_ms, boot_us, whole
-from firmware_py.mavlink.telemetry.navigation_target import NavigationTarget
 from firmware_py.mavlink.telemetry.pose import DEG_E7, Encoder
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode
@@ -28,10 +27,10 @@ _LANDED = {
 
 
 class OdometryTelemetry:
-    """Makers of these messages; `surface` is the water's above mean sea level, m, `aim` knows what is flown to."""
+    """Makers of these messages; `surface` is the water's above mean sea level, m."""
 
-    def __init__(self, surface: float, target: NavigationTarget) -> None:
-        self._surface, self._target = surface, target
+    def __init__(self, surface: float) -> None:
+        self._surface = surface
 
     def encoders(self) -> dict[int, Encoder]:
         """A maker for each message id."""
@@ -118,16 +117,16 @@ class OdometryTelemetry:
     def errors(self, cycle: Cycle) -> Message:
         """NAV_CONTROLLER_OUTPUT: what is asked for less what is; its altitude is up. Degrees, m, m/s.
 
-        The target, of which it has bearing and distance, is the point that is flown to, as `NavigationTarget` has it.
+        The target, of which it has bearing and distance, is the place that is flown to, as guidance has it.
         """
         reference, state = cycle.reference, cycle.state
-        across, way = reference.cross_track, self._target.vector(cycle)
+        across = reference.cross_track
         return dialect.MAVLink_nav_controller_output_message(
             math.degrees(state.eta.phi),
             math.degrees(state.eta.theta),
             _heading(reference.psi_d),
-            _heading(way.bearing),
-            whole(way.distance, 1.0, UINT16),
+            _heading(reference.target_bearing),
+            whole(reference.target_distance, 1.0, UINT16),
             state.eta.z - reference.z_d,
             reference.u_d - state.nu.u,
             across if math.isfinite(across) else 0.0,

@@ -8,12 +8,12 @@ from firmware_py.records.order import Mode
 
 
 class SystemState:
-    """Remembers what was ordered and what became of it."""
+    """Repeats what the supervisor decided; remembers the mode that a failsafe ended."""
 
     def __init__(self) -> None:
         self.mode = Mode.DISARMED
         self.intended = Mode.DISARMED
-        """The mode that was in force before a failsafe took it away."""
+        """The mode that was in force before a failsafe ended it."""
         self.failsafe = False
         self._awake = False
 
@@ -27,17 +27,8 @@ class SystemState:
         return int(dialect.MAV_STATE_STANDBY if self._awake else dialect.MAV_STATE_BOOT)
 
     def update(self, cycle: Cycle) -> None:
-        """It is a failsafe that surfaces, unless someone ordered it, or the mission or the way back was done."""
-        mode, before = cycle.mode.mode, self.mode
+        """See the mode, and whether a failsafe entered it."""
         self._awake = self._awake or (cycle.state.attitude_ok and cycle.state.depth_ok)
-        if mode is before:
-            return
-        done = (before is Mode.MISSION and cycle.mode.mission_done) or _returned(cycle)
-        self.failsafe = mode is Mode.SURFACE and cycle.order.mode is not Mode.SURFACE and not done
-        self.mode = mode
+        self.mode, self.failsafe = cycle.mode.mode, cycle.mode.failsafe
         if not self.failsafe:
-            self.intended = mode
-
-
-def _returned(cycle: Cycle) -> bool:
-    return any(event.endswith(": return done") for event in cycle.events)
+            self.intended = self.mode

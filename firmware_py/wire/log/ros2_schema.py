@@ -2,14 +2,15 @@
 
 Messages are classic CDR (OMG DDSI-RTPS 2.2, 10.2): four bytes of encapsulation for "little-endian", then the fields in
 order, each aligned to its own size counted from behind those four bytes. Everything of fixed length comes
-first; a message may end with one `string[]`. Such a log opens in any viewer that knows ROS 2, and a column of it is a
-strided view of the bytes.
+first; a message may end with one sequence, of strings, numbers or records, which may have sequences of their own. Such
+a log opens in any viewer that knows ROS 2, and a column of it is a strided view of the bytes.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections import abc
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -20,8 +21,8 @@ PACKAGE = "sternplane"
 ENCAPSULATION = b"\0\1\0\0"
 """CDR, little-endian, no options."""
 
-_CODES = {"bool": "?", "int8": "b", "int64": "q", "float64": "d"}
-_SIZES = {"?": 1, "b": 1, "q": 8, "d": 8}
+CODES = {"bool": "?", "int8": "b", "int64": "q", "float64": "d"}
+SIZES = {"?": 1, "b": 1, "q": 8, "d": 8}
 _RULE = "=" * 80
 _FIELD = re.compile(r"(?:sternplane/)?(\w+)(?:\[(\d*)\])? (\w+)")
 
@@ -57,11 +58,18 @@ class Record:
 
 
 @dataclass(frozen=True, slots=True)
-class Texts:
-    """Any number of strings, at the end of the message."""
+class Text:
+    """A string, in a sequence."""
 
 
-Node = Scalar | Array | Record | Texts
+@dataclass(frozen=True, slots=True)
+class Sequence:
+    """Any number of one kind, at the end of a message or within a record of such a sequence."""
+
+    item: Node
+
+
+Node = Scalar | Array | Record | Text | Sequence
 
 
 class Leaf(NamedTuple):
@@ -77,24 +85,26 @@ class Layout:
 
     Attributes:
         leaves: every number, in order.
-        size: bytes of the fixed part, the count of the strings included.
-        texts: the path of the closing `string[]`, or "".
+        size: bytes of the fixed part, the count of the closing sequence included.
+        closing: the path of the closing sequence, or "".
+        closing_item: what is in it; None where there is none.
         format: the fixed part in the notation of `struct`.
     """
 
     def __init__(self, root: Record) -> None:
         self.root = root
         self.leaves: list[Leaf] = []
-        self.texts = ""
+        self.closing = ""
+        self.closing_item: Node | None = None
         self._end = len(ENCAPSULATION)
         codes = [f"<{self._end}s", *self._place(root, "")]
-        if self.texts:
+        if self.closing:
             codes.append(self._pad(4) + "I")
             self._end += 4
         self.size = self._end
         self.format = "".join(codes)
 
-    def columns(self, messages: Sequence[bytes]) -> dict[str, npt.NDArray[Any]]:
+    def columns(self, messages: abc.Sequence[bytes]) -> dict[str, npt.NDArray[Any]]:
         """Return every field over all messages: path -> array of shape (messages,) or, in arrays, (messages, count)."""
         fixed = b"".join([message[: self.size] for message in messages])
         grouped: dict[str, list[npt.NDArray[Any]]] = {}
@@ -104,32 +114,24 @@ class Layout:
         arrays = self._arrays(self.root, "")
         return {path: np.stack(c, axis=-1) if path in arrays else c[0] for path, c in grouped.items()}
 
-    def strings(self, message: bytes) -> tuple[str, ...]:
-        """Return the strings that a message ends with."""
-        at, found = self.size, []
-        for _ in range(int.from_bytes(message[at - 4 : at], "little") if self.texts else 0):
-            at += -at % 4
-            length = int.from_bytes(message[at : at + 4], "little")
-            found.append(message[at + 4 : at + 3 + length].decode())
-            at += 4 + length
-        return tuple(found)
-
     def _place(self, node: Node, path: str) -> Iterator[str]:
-        if self.texts:
-            raise SchemaError(f"{self.root.name}: {path} comes after {self.texts}; strings must be last")
+        if self.closing:
+            raise SchemaError(f"{self.root.name}: {path} comes after {self.closing}; a sequence must be last")
         if isinstance(node, Scalar):
-            code = _CODES[node.kind]
-            yield self._pad(_SIZES[code]) + code
+            code = CODES[node.kind]
+            yield self._pad(SIZES[code]) + code
             self.leaves.append(Leaf(path, code, self._end))
-            self._end += _SIZES[code]
+            self._end += SIZES[code]
         elif isinstance(node, Array):
             for _ in range(node.count):
                 yield from self._place(node.item, path)
         elif isinstance(node, Record):
             for name, inner in node.fields:
                 yield from self._place(inner, f"{path}.{name}" if path else name)
+        elif isinstance(node, Sequence):
+            self.closing, self.closing_item = path, node.item
         else:
-            self.texts = path
+            raise SchemaError(f"{self.root.name}: {path} is a string; only sequences have strings")
 
     def _pad(self, size: int) -> str:
         gap = -(self._end - len(ENCAPSULATION)) % size
@@ -182,16 +184,16 @@ def parse(name: str, schema: str) -> Record:
         if match is None:
             raise SchemaError(f"schema of {name}: {line!r} is not understood")
         kind, count, title = match.groups()
-        if (kind, count) == ("string", ""):
-            return title, Texts()
-        node: Node = Scalar(kind) if kind in _CODES else record(kind)
+        node: Node = Text() if kind == "string" else Scalar(kind) if kind in CODES else record(kind)
+        if count == "":
+            return title, Sequence(node)
         return title, Array(node, int(count)) if count else node
 
     return record(name)
 
 
 def _records(node: Node) -> Iterator[Record]:
-    if isinstance(node, Array):
+    if isinstance(node, Array | Sequence):
         yield from _records(node.item)
     elif isinstance(node, Record):
         yield node
@@ -204,14 +206,18 @@ def _body(record: Record) -> str:
     for name, node in record.fields:
         if isinstance(node, Array) and node.count == 0:
             continue  # ROS 2 has no arrays of length zero
-        item, count = (node.item, f"[{node.count}]") if isinstance(node, Array) else (node, "")
+        item, count = node, ""
+        if isinstance(node, Array):
+            item, count = node.item, f"[{node.count}]"
+        elif isinstance(node, Sequence):
+            item, count = node.item, "[]"
         if isinstance(item, Scalar):
             lines += [f"int8 {name.upper()}_{key}={value}" for key, value in _members(item)]
             lines.append(f"{item.kind}{count} {name}")
         elif isinstance(item, Record):
             lines.append(f"{PACKAGE}/{item.name}{count} {name}")
         else:
-            lines.append(f"string[] {name}")
+            lines.append(f"string{count} {name}")
     return "\n".join(lines) + "\n"
 
 

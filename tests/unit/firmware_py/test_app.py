@@ -75,7 +75,7 @@ def test_a_mission_of_items_reaches_the_guidance(folder: Path) -> None:
     assert [(m["after"], m["kind"], m["duration_s"]) for m in mission["manoeuvres"]] == [(1, "prbs", 60.0)]
     only = {**mission, "waypoints": [], "manoeuvres": [{**mission["manoeuvres"][0], "after": 0}]}
     autopilot = app.build({**config_files.read_configuration(folder), "mission": only, "kept": {}})
-    assert not autopilot.guidance.finished
+    assert not autopilot.parts.guidance.finished
 
 
 def test_waypoints_beside_items_are_refused_by_file(folder: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import struct
+import types
 import typing
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -18,10 +19,11 @@ from mcap_ros2.decoder import DecoderFactory
 from firmware_py.records.command import Applied, FinCommand
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import NOTHING_LEARNED
+from firmware_py.records.event import Event
 from firmware_py.records.order import BESIDE, Mode, Order
 from firmware_py.records.sensing import Heard, silence
 from firmware_py.wire.log import ros2_schema
-from firmware_py.wire.log.cdr_codec import Codec
+from firmware_py.wire.log.cdr_codec import Codec, closing_records
 from firmware_py.wire.log.ros2_schema import Layout, SchemaError
 
 FINS = 4
@@ -40,10 +42,12 @@ def records(hint: Any) -> st.SearchStrategy[Any]:
         return st.integers(-(2**63), 2**63 - 1)
     if hint is bool:
         return st.booleans()
-    if hint == Mode | None:
-        return st.none() | st.sampled_from(Mode)
+    if origin is types.UnionType:
+        return st.none() | st.sampled_from(args[0])
     if args == (str, ...):
         return st.lists(TEXTS, max_size=4).map(tuple)
+    if hint == tuple[Event, ...]:
+        return st.lists(EVENTS, max_size=3).map(tuple)
     if origin is tuple:
         return st.tuples(*[records(args[0])] * (FINS if args[-1] is ... else len(args)))
     if isinstance(hint, type) and issubclass(hint, int):
@@ -60,6 +64,11 @@ def logged(cls: Any) -> list[str]:
     return [f.name for f in dataclasses.fields(cls) if BESIDE not in f.metadata]
 
 
+EVENTS = st.builds(
+    Event,
+    **{name: records(hint) for name, hint in typing.get_type_hints(Event).items() if name != "numbers"},
+    numbers=st.lists(FLOATS, max_size=4).map(tuple),
+)
 CYCLES = records(Cycle)
 
 
@@ -138,7 +147,8 @@ def test_columns_hold_what_the_records_hold(codec: Codec[Cycle], cycles: list[Cy
         assert columns["state.learned.valid"][i].tolist() == list(learned.valid)
         assert columns["state.learned.nis"].shape == (len(cycles), 3)
         assert columns["state.learned.resets"][i] == learned.resets
-        assert layout.strings(data[i]) == cycle.events
+        closing = closing_records(Event, layout)
+        assert flat(closing(data[i])) == flat(cycle.events)
 
 
 def test_bytes_are_those_of_the_standard() -> None:

@@ -12,6 +12,7 @@ from firmware_py import app, config_files
 from firmware_py.parameter_tree import describe_keys, list_parameters, with_values
 from firmware_py.params import ParamError, TakesEffect
 from firmware_py.reconfiguration import AutopilotParams
+from firmware_py.records.order import ParameterChange
 
 SHIPPED = Path(__file__).resolve().parents[3] / "configs" / "npsauv2"
 NOT_FOR_STATIONS = {
@@ -80,8 +81,9 @@ def test_every_change_that_takes_effect_at_once_leaves_what_the_parts_remember(p
                 if parameter.is_integer
                 else nearer
             )
-            text = f'{{"parameters": {{"{parameter.key}": {value}}}}}'
-            assert autopilot.adopter.adopt(autopilot, (text,)) == (), parameter
+            change = ParameterChange(((parameter.key, value),))
+            _, failed = autopilot.reconfigurator.apply((change,), autopilot.parts)
+            assert failed == (), parameter
 
 
 def test_replacing_is_loading_what_was_changed(params: AutopilotParams) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import math
 import subprocess
 import sys
@@ -19,7 +18,7 @@ from sternplane.sitl.flight import Wish, fly, prepare
 
 from firmware_py.adapters.ground.mavlink_ground import Grounds
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.order import NO_ORDER, Order
+from firmware_py.records.order import NO_ORDER, Order, ParameterChange
 from firmware_py.schedule import Tick
 from tests.dive import DIVE
 
@@ -35,7 +34,7 @@ class Changing:
     """A station."""
 
     def read(self, tick: Tick) -> Order:
-        return Order(changes=(json.dumps({"parameters": CHANGED[tick.k]}),)) if tick.k in CHANGED else NO_ORDER
+        return Order(changes=(ParameterChange(tuple(CHANGED[tick.k].items())),)) if tick.k in CHANGED else NO_ORDER
 
     def write(self, cycle: Cycle) -> None:
         pass

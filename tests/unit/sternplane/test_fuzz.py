@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 import random
 from collections import Counter
@@ -22,7 +21,8 @@ from sternplane.sitl.flight import Wish, prepare
 from firmware_py.mavlink import link
 from firmware_py.mavlink.base import signing
 from firmware_py.mavlink.telemetry.time_sync import TimeSync
-from firmware_py.records.order import NO_ORDER, Order, Setpoint, Sticks
+from firmware_py.records.fence import Place
+from firmware_py.records.order import NO_ORDER, Order, ParameterChange, RallyChange, Setpoint, Sticks
 
 TALKS = sessions(("GDN_CRUISE", "SAF_LEAK_TIME"))
 FEW = 12_000
@@ -138,8 +138,8 @@ def test_a_key_that_lets_the_unsigned_in_is_found(monkeypatch: pytest.MonkeyPatc
         dataclasses.replace(NO_ORDER, sticks=Sticks(0.0, math.nan, 0.0)),
         dataclasses.replace(NO_ORDER, t_sticks=math.nan),
         dataclasses.replace(NO_ORDER, jump=2**40),
-        dataclasses.replace(NO_ORDER, changes=(json.dumps({"parameters": {"a": math.nan}}),)),
-        dataclasses.replace(NO_ORDER, changes=("{",)),
+        dataclasses.replace(NO_ORDER, changes=(RallyChange((Place(math.nan, 0.0),)),)),
+        dataclasses.replace(NO_ORDER, changes=(ParameterChange(()),)),
     ],
 )
 def test_an_order_that_cannot_be_is_seen(order: Order) -> None:

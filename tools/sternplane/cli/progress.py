@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.event_text import texts
 from firmware_py.run.sensor_watch import SensorWatch
 
 _REDRAW_S = 0.125
@@ -67,8 +68,8 @@ class Progress:
     def update(self, cycle: Cycle) -> None:
         """To be called with every cycle; nearly all calls only count."""
         if cycle.events:
-            for event in cycle.events:
-                self._say(f"{cycle.tick.t:9.2f} s  {event}")
+            for text in texts(cycle.events):
+                self._say(f"{cycle.tick.t:9.2f} s  {text}")
         self._cycles += 1
         if self._cycles % _LOOK:
             return

@@ -19,7 +19,7 @@ from firmware_py.parameter_tree import list_parameters
 from firmware_py.params import ParamError, TakesEffect
 from firmware_py.ports import Ground
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.order import NO_ORDER, Order
+from firmware_py.records.order import NO_ORDER, Change, Order
 from firmware_py.schedule import Tick
 from sim_bridge.scripted_operator import ScriptedOperator
 from sternplane.fuzz.owner import Owner, forger
@@ -107,7 +107,7 @@ class UnderFire:
             self._owner = Owner(rng, any_time, here)
         self._left, self._quiet = job.packets, _QUIET
         self._streams = [bytearray() for _ in DOORS]
-        self._changes: tuple[list[str], list[str]] = ([], [])
+        self._changes: tuple[list[Change], list[Change]] = ([], [])
         self._said: list[list[bytes]] = []
         self._peers = [Peer() for _ in DOORS]
         self._pilot: ScriptedOperator | None = None

@@ -9,12 +9,12 @@ from typing import Any
 from pymavlink.dialects.v20 import all as mav  # type: ignore[import-untyped]
 
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.order import Arming, Mode, Order
+from firmware_py.records.event import EventKind
+from firmware_py.records.order import Arming, Change, Mode, Order, ParameterChange
+from firmware_py.wire.log.changes import decode, encode
 
 MOST_BYTES = 1400
 """Of a datagram, so that it fits into an Ethernet frame."""
-_NOT_MADE = "change not made"
-"""How `yard.Yard.adopt` begins the sentence that a change was no good."""
 
 
 class Broken(Exception):
@@ -38,20 +38,26 @@ def obeys(order: Order) -> list[str]:
         raise Broken(f"order: sticks {order.sticks} of {order.t_sticks} s")
     if type(order.jump) is not int or not -1 <= order.jump < 2**31 or not all(type(x) is int for x in order.asker):
         raise Broken(f"order: jump {order.jump!r}, asker {order.asker}")
-    return [kind for change in order.changes for kind in _document(change)]
+    return [_changed(change) for change in order.changes]
 
 
-def _document(change: str) -> dict[str, Any]:
-    def refuse(word: str) -> Any:
-        raise Broken(f"order: {word} in the change {change[:200]}")
+def _changed(change: Change) -> str:
+    """What a change is of; a log gives it back as it is, and its numbers are finite."""
+    logged = encode(change)
+    numbers = (*logged.numbers, *(logged.text and _numbers(json.loads(logged.text))))
+    if not all(map(math.isfinite, numbers)) or decode(logged) != change:
+        raise Broken(f"order: the change {str(change)[:200]}")
+    if change == ParameterChange(()):
+        raise Broken(f"order: the change {change} changes nothing")
+    return logged.kind.name.lower()
 
-    try:
-        document = json.loads(change, parse_constant=refuse)
-    except ValueError as error:
-        raise Broken(f"order: the change {change[:200]!r} is no JSON: {error}") from None
-    if not isinstance(document, dict) or not document:
-        raise Broken(f"order: the change {change[:200]} changes nothing")
-    return document
+
+def _numbers(value: Any) -> list[float]:
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list):
+        return [number for inner in value for number in _numbers(inner)]
+    return [value] if isinstance(value, int | float) else []
 
 
 def flies(cycle: Cycle) -> None:
@@ -67,7 +73,7 @@ def flies(cycle: Cycle) -> None:
     if not math.isfinite(sum(cycle.state.eta) + sum(cycle.state.nu)):
         raise Broken(f"state: eta {cycle.state.eta}, nu {cycle.state.nu}")
     for event in cycle.events:
-        if event.startswith(_NOT_MADE):
+        if event.kind is EventKind.CHANGE_FAILED:
             raise Broken(f"event: {event}")
 
 

@@ -110,8 +110,8 @@ def ashore(configuration: Mapping[str, Any], signed: bool, rng: random.Random, s
     origin = Origin(params.origin.latitude, params.origin.longitude)
     learned = params.estimation.coefficients.names if params.estimation.learning.enabled else ()
     plans = kept_plans.plans(configuration, state)
-    node = Node(params.mavlink, origin, actuators, DOORS, learned, signing, book, plans)
-    node.set_limits(params.safety.depth_max, params.safety.altitude_min, params.guidance.turning)
+    limits = app.parts_factory(configuration).limits
+    node = Node(params.mavlink, origin, actuators, DOORS, limits, learned, signing, book, plans)
     node.allow_end()
     found = Ashore(node, book, signing, Logs(rng))
     node.offer_logs(found.logs)

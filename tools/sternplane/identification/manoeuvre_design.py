@@ -37,6 +37,7 @@ from firmware_py.marine import Eta, Nu
 from firmware_py.params import load
 from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.event import EventKind
 from firmware_py.records.order import NO_ORDER, Kind, Manoeuvre, Mission, Mode
 from firmware_py.schedule import Tick, step_ns
 from sim_bridge.plant.truth import Truth
@@ -90,7 +91,7 @@ class ManoeuvreController:
         reference = self._guidance.update(tick, mode, NO_ORDER, state)
         demand = self._control.update(tick, mode, NO_ORDER, reference, state)
         self._k += 1
-        self.waited = self.waited or any("waits" in event for event in self._guidance.events)
+        self.waited = self.waited or any(event.kind is EventKind.MANOEUVRE_WAITS for event in self._guidance.events)
         return demand.delta_s, demand.delta_r
 
 

@@ -21,7 +21,7 @@ POINTS = 1500
 def page(log: Log, recording: Recording, found: Identification, document: dict[str, Any]) -> str:
     """Return the page; `document` is what `results.result_document` made."""
     weak = [(f"{100.0 * one['sigma']:.2g} %", one["direction"]) for one in document["weak"]]
-    events = [(f"{t:.2f} s", text) for t, text in log.events if document["from"] <= t <= document["to"]]
+    events = [(f"{t:.2f} s", text) for t, text in log.sentences if document["from"] <= t <= document["to"]]
     made_by = log.header.get("machine", {}) | log.header.get("versions", {})
     directions = Table(rows_of(weak), style="log", caption="1 sigma of each, as a share of the values that were found.")
     sections: list[Section | Heading] = [

@@ -135,7 +135,7 @@ def _flown(seconds: float, folder: Path, stations: Sequence[Station | Flood]) ->
         "late": late.slips,
         "late_pct": round(100.0 * late.slips / cycles, 4),
         "cpu_s": round(_cpu_s() - before, 1),
-        "changes": sum(len(documents) for documents in log.changes.values()),
+        "changes": sum(map(len, log.changes.values())),
         "outcome": log.end.get("reason", ""),
         "cost_ms": json.loads(cost.read_text()),
     }

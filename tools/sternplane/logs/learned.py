@@ -12,6 +12,8 @@ from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.health import SENSORS, STAY, HealthParams, band
 from firmware_py.estimation.model.observer_model import GROUPS
 from firmware_py.params import ParamError, load
+from firmware_py.records.event import EventKind
+from firmware_py.records.event_text import texts
 from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.logs.reading import Log
 from sternplane.logs.tracking import Array
@@ -61,8 +63,9 @@ def coefficients(log: Log) -> list[Coefficient]:
 
 
 def manoeuvre_results(log: Log) -> list[tuple[float, str]]:
-    """Time, s, and sentence of each learning manoeuvre's end: what it taught and what not; see `weakness.sentence`."""
-    return [(t, text) for t, text in log.events if text.partition(": ")[2].startswith("learned ")]
+    """Time, s, and sentence of each learning manoeuvre's end: what it taught and what not."""
+    reports = [(t, [e for e in events if e.kind is EventKind.LEARNING_REPORT]) for t, events in log.events]
+    return [(t, text) for t, report in reports for text in texts(report)]
 
 
 def nis_bands(log: Log) -> dict[str, tuple[float, float]]:

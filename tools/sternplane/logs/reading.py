@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -28,10 +28,15 @@ from firmware_py.adapters.storage.recorder import (
     from_json,
 )
 from firmware_py.records.cycle import Cycle
-from firmware_py.wire.log import ros2_schema
-from firmware_py.wire.log.cdr_codec import Codec
+from firmware_py.records.event import Event
+from firmware_py.records.event_text import texts
+from firmware_py.records.order import Change
+from firmware_py.wire.log import changes, ros2_schema
+from firmware_py.wire.log.cdr_codec import Codec, closing_records
+from firmware_py.wire.log.changes import LoggedChange
 from firmware_py.wire.log.ros2_schema import Layout, SchemaError
 
+R = TypeVar("R")
 Columns = dict[str, npt.NDArray[Any]]
 
 TRUTH_FILE = "truth.mcap"
@@ -99,26 +104,30 @@ class Log:
         try:
             return Codec.of(Cycle, self._cycles.schema)
         except SchemaError as error:
-            revision = self.header.get("git", "unknown")
-            raise LogError(f"{self.path}: log of another version ({error}); use revision {revision}") from None
+            raise self._other_version(error) from None
 
     @property
     def cycles(self) -> Iterator[Cycle]:
         """Every cycle, decoded as it is asked for, with what its order changed."""
-        changes, decode = self.changes, self.codec.decode
+        changed, decode = self.changes, self.codec.decode
         for time, message in zip(self._cycles.times, self.cycle_bytes, strict=True):
             cycle = decode(message)
-            if time in changes:
-                cycle = dataclasses.replace(cycle, order=dataclasses.replace(cycle.order, changes=changes[time]))
+            if time in changed:
+                cycle = dataclasses.replace(cycle, order=dataclasses.replace(cycle.order, changes=changed[time]))
             yield cycle
 
     @cached_property
-    def changes(self) -> dict[int, tuple[str, ...]]:
-        """Vehicle time in ns -> the documents of what was changed then."""
+    def changes(self) -> dict[int, tuple[Change, ...]]:
+        """Vehicle time in ns -> what was changed then.
+
+        Raises:
+            LogError: if the log was written by a version with other records.
+        """
         topic = self.topics.get(CHANGES_TOPIC)
         if topic is None:
             return {}
-        return {t: topic.layout.strings(message) for t, message in zip(topic.times, topic.messages, strict=True)}
+        logged = self._closing(LoggedChange, topic)
+        return {t: tuple(map(changes.decode, logged(m))) for t, m in zip(topic.times, topic.messages, strict=True)}
 
     @property
     def columns(self) -> Columns:
@@ -131,11 +140,30 @@ class Log:
         return self.topics[TRUTH_TOPIC].columns if TRUTH_TOPIC in self.topics else {}
 
     @cached_property
-    def events(self) -> list[tuple[float, str]]:
-        """(vehicle time, s; sentence), in order."""
-        layout, cycles = self._cycles.layout, self._cycles
-        pairs = zip(cycles.times, cycles.messages, strict=True)
-        return [(t * 1e-9, text) for t, m in pairs if len(m) > layout.size for text in layout.strings(m)]
+    def events(self) -> list[tuple[float, tuple[Event, ...]]]:
+        """(vehicle time, s; what happened in that cycle), in order, without the cycles in which nothing did.
+
+        Raises:
+            LogError: if the log was written by a version with other records.
+        """
+        cycles = self._cycles
+        size, closing = cycles.layout.size, self._closing(Event, cycles)
+        return [(t * 1e-9, closing(m)) for t, m in zip(cycles.times, cycles.messages, strict=True) if len(m) > size]
+
+    @property
+    def sentences(self) -> list[tuple[float, str]]:
+        """The same for people: (vehicle time, s; sentence)."""
+        return [(t, text) for t, events in self.events for text in texts(events)]
+
+    def _closing(self, record: type[R], topic: Topic) -> Callable[[bytes], tuple[R, ...]]:
+        try:
+            return closing_records(record, topic.layout)
+        except SchemaError as error:
+            raise self._other_version(error) from None
+
+    def _other_version(self, error: SchemaError) -> LogError:
+        revision = self.header.get("git", "unknown")
+        return LogError(f"{self.path}: log of another version ({error}); use revision {revision}")
 
     @property
     def _cycles(self) -> Topic:
@@ -246,8 +274,12 @@ def _read(path: Path, file: IO[bytes]) -> Log:
 def _header(path: Path, record: McapRecord) -> dict[str, Any]:
     if not isinstance(record, Metadata) or record.name != HEADER:
         raise LogError(f"{path}: an MCAP file, but not a log of ours; give the log.mcap of a run")
+    header: dict[str, Any] = from_json(record.metadata.get("header", "{}"))
     found = record.metadata.get("format")
     if found != str(FORMAT):
-        raise LogError(f"{path}: log of another version: format {found}, and this program reads format {FORMAT}")
-    header: dict[str, Any] = from_json(record.metadata["header"])
+        revision = header.get("git", "unknown")
+        raise LogError(
+            f"{path}: log of another version: revision {revision} wrote it in format {found}, and this program reads"
+            f" format {FORMAT}; read it with that revision"
+        )
     return header

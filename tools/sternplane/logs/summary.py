@@ -125,7 +125,7 @@ def summarise(log: Log) -> Summary:
         "complete": log.complete,
         "lost": log.lost,
         "faults": log.header.get("faults", []),
-        "events": [[t, text] for t, text in log.events],
+        "events": [[t, text] for t, text in log.sentences],
     }
     return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in summary.items()}
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from firmware_py.records.order import Mode
+from firmware_py.records.order import MissionChange, Mode
 from sternplane.logs.reading import Columns, Log
 
 Array = npt.NDArray[Any]
@@ -24,14 +23,15 @@ class Planned(NamedTuple):
 
 def missions(log: Log) -> list[Planned]:
     """Every mission of a run: the header's, and those that stations sent meanwhile."""
-    t, tables = log.columns["t"], [(0, log.header.get("mission", {}))]
-    for t_ns, documents in log.changes.items():
+    t, found = log.columns["t"], [(0, log.header.get("mission", {}).get("waypoints", ()))]
+    for t_ns, changes in log.changes.items():
         at = int(np.searchsorted(t, t_ns * 1e-9))
-        tables += [(at, change["mission"]) for change in map(json.loads, documents) if "mission" in change]
-    ends = [begin for begin, _ in tables[1:]] + [len(t)]
+        flown = [change.mission for change in changes if isinstance(change, MissionChange)]
+        found += [(at, [waypoint[:4] for waypoint in mission.waypoints]) for mission in flown]
+    ends = [begin for begin, _ in found[1:]] + [len(t)]
     return [
-        Planned(begin, end, np.array(table.get("waypoints", ()), dtype=float).reshape(-1, 4))
-        for (begin, table), end in zip(tables, ends, strict=True)
+        Planned(begin, end, np.array(waypoints, dtype=float).reshape(-1, 4))
+        for (begin, waypoints), end in zip(found, ends, strict=True)
     ]
 
 

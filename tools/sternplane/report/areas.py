@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from firmware_py.records.fence import Area, Disc, from_plain, rally_from_plain
+from firmware_py.records.fence import Area, Disc, Fence, Place, rally_from_plain
+from firmware_py.records.fence import from_plain as fence_from_plain
+from firmware_py.records.order import Change, FenceChange, RallyChange
 from sternplane.logs.reading import Log
 from sternplane.logs.tracking import Array
 
+T = TypeVar("T")
 _INCLUSION, _EXCLUSION, _RALLY = "#15803d", "#dc2626", "#7c3aed"
 _AROUND = np.linspace(0.0, 2.0 * np.pi, 73)
 _WIDE = 3.0
@@ -20,38 +22,48 @@ _LEAST = 20.0
 """From the middle of a view to its edge, m, at least."""
 
 
-class Validity(NamedTuple):
-    """The table of a fence or of rally points, and its time of validity as text; "" is all the time."""
+class InForce(NamedTuple, Generic[T]):
+    """A fence or rally points, and its time of validity as text; "" is all the time."""
 
-    table: Mapping[str, Any]
+    what: T
     when: str
 
 
-def versions(log: Log, kind: str) -> list[Validity]:
-    """Return every "fence", or "rally", of a run: the configuration's, and those that stations sent meanwhile."""
-    tables = [(0.0, log.header.get("configuration", {}).get(kind, {}))]
-    for t_ns, documents in log.changes.items():
-        for document in map(json.loads, documents):
-            if kind in document and document[kind] != tables[-1][1]:
-                tables.append((t_ns * 1e-9, document[kind]))
-    ends = [f"until {t:.1f} s" for t, _ in tables[1:]] + [""]
-    begins = ["", *(f"from {t:.1f} s" for t, _ in tables[1:])]
+def fences(log: Log) -> list[InForce[Fence]]:
+    """Return every fence of a run: the configuration's, and those that stations sent meanwhile."""
+    first = fence_from_plain(log.header.get("configuration", {}).get("fence", {}))
+    return _in_force(log, first, lambda change: change.fence if isinstance(change, FenceChange) else None)
+
+
+def rally_points(log: Log) -> list[InForce[tuple[Place, ...]]]:
+    """All rally points of a run, in the same way."""
+    first = rally_from_plain(log.header.get("configuration", {}).get("rally", {}))
+    return _in_force(log, first, lambda change: change.points if isinstance(change, RallyChange) else None)
+
+
+def _in_force(log: Log, first: T, of: Callable[[Change], T | None]) -> list[InForce[T]]:
+    found = [(0.0, first)]
+    for t_ns, changes in log.changes.items():
+        for what in map(of, changes):
+            if what is not None and what != found[-1][1]:
+                found.append((t_ns * 1e-9, what))
+    ends = [f"until {t:.1f} s" for t, _ in found[1:]] + [""]
+    begins = ["", *(f"from {t:.1f} s" for t, _ in found[1:])]
     times = [" ".join(part for part in parts if part) for parts in zip(begins, ends, strict=True)]
-    return [Validity(table, when) for (_, table), when in zip(tables, times, strict=True)]
+    return [InForce(what, when) for (_, what), when in zip(found, times, strict=True)]
 
 
 def draw(figure: Any, log: Log) -> bool:
     """Draw them into a plan view that has everything else already; return True if some of it is beyond the view."""
     view = _view(figure)
     lines: list[tuple[Array, Array]] = []
-    for table, when in versions(log, "fence"):
-        fence = from_plain(table)
+    for fence, when in fences(log):
         for name, areas, colour in (("inclusion", fence.within, _INCLUSION), ("exclusion", fence.without, _EXCLUSION)):
             if areas:
                 lines.append(_outline(areas))
                 _area(figure, *lines[-1], f"fence, {name}", when, colour)
-    for table, when in versions(log, "rally"):
-        if points := rally_from_plain(table):
+    for points, when in rally_points(log):
+        if points:
             north, east = np.array(points).T
             lines.append((north, east))
             marker = {"symbol": "star", "size": 12, "color": _RALLY, "opacity": _opacity(when)}

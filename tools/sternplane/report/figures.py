@@ -138,7 +138,7 @@ class Figures:
         bottom = c["state.eta.z"] + c["state.altitude"]
         if np.isfinite(bottom).any():
             line(plot.figure, self._t, bottom, "bottom", "#a16207", width=1, visible="legendonly")
-        if events := self._log.events:
+        if events := self._log.sentences:
             times, texts = zip(*events, strict=True)
             marker = {"symbol": "diamond", "size": 9, "color": "#be185d"}
             z = np.interp(times, self._log.columns["t"], self._log.columns["state.eta.z"])

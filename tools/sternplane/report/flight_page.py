@@ -20,7 +20,7 @@ _IDENTITY = (("seed", "seed"), ("faults", "faults"), ("revision", "git"), ("reco
 def flight_page(log: Log, summary: Summary) -> str:
     """Return the report of a flight as HTML."""
     header, figures = log.header, Figures(log)
-    events = [(f"{t:.2f} s", text) for t, text in log.events] or [("", "none")]
+    events = [(f"{t:.2f} s", text) for t, text in log.sentences] or [("", "none")]
     sections: list[Section | Heading] = [
         Section("Events", tables=(Table(rows_of(events), style="log"),), wide=True, anchor="events")
     ]

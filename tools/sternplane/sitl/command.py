@@ -55,7 +55,7 @@ def command(options: argparse.Namespace) -> int:
                 outcome = fly(flight, log, progress.update, stations.merged_with, stations.losses)
             else:
                 outcome = fly_two_processes(flight, folder, progress.update, stations.merged_with, stations.losses)
-    kept_navigation.save(options.state or folder / "state", flight.autopilot.estimator.keep())
+    kept_navigation.save(options.state or folder / "state", flight.autopilot.parts.estimator.keep())
     point_latest(folder)
     console = Console()
     console.print(summary_table(_leave(log, folder)))

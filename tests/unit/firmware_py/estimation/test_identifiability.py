@@ -13,12 +13,25 @@ from hypothesis import strategies as st
 from firmware_py.estimation.coefficient_estimator import CoefficientEstimator, LearningParams
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.estimation.health import HealthParams
-from firmware_py.estimation.identifiability import Known, directions, identifiability, sentence
+from firmware_py.estimation.identifiability import Known, directions, identifiability, report
+from firmware_py.records.estimate import Learned
+from firmware_py.records.event_text import texts
 from tests.estimation.flights import flown, learner, moments, said
 
 NAMES = ("N_r", "N_v", "Y_r", "Y_v")
 BELIEVED = np.array([-0.016, -0.007, 0.03, -0.1])
 PRIOR = 0.7 * np.abs(BELIEVED)
+
+
+def sentence(known: Known) -> str:
+    """The report, as it is told at a manoeuvre's end."""
+    (text,) = texts(report(known))
+    return text.removeprefix("manoeuvre: ")
+
+
+def told(learned: Learned) -> str:
+    (text,) = texts(learned.report)
+    return text.removeprefix("manoeuvre: ")
 
 
 def known(std: tuple[float, ...] = (0.01,) * 4, correlated: float = 0.0, **changes: object) -> Known:
@@ -130,14 +143,14 @@ def shipped() -> CoefficientEstimator:
     ids=["rudder locked", "stern planes locked", "both locked"],
 )
 def test_what_only_a_locked_plane_tells_is_named(delta_s: float, delta_r: float, lost: str) -> None:
-    last = said(shipped(), moments(flown(20.0, delta_s, delta_r)))[-1].words
+    last = told(said(shipped(), moments(flown(20.0, delta_s, delta_r)))[-1])
     assert last.startswith(f"learned {10 - lost.count(',') - 1} of 10, ")
     assert last.endswith(f"; not identifiable: {lost} (never excited)")
 
 
 def test_where_both_planes_move_enough_all_is_learned_and_said_once_a_second() -> None:
     flight = moments(flown(40.0, 0.3, 0.3))
-    words = [learned.words for learned in said(shipped(), flight)]
+    words = [told(learned) for learned in said(shipped(), flight)]
     assert words[0] == "learned 0 of 10: learning has not begun"
     assert words[-1].startswith("learned all 10, 1 sigma up to ")
     changed = [k for k in range(1, len(words)) if words[k] != words[k - 1]]
@@ -146,7 +159,7 @@ def test_where_both_planes_move_enough_all_is_learned_and_said_once_a_second() -
 
 
 def test_of_a_boat_that_is_too_slow_to_learn_nothing_is_claimed() -> None:
-    words = {learned.words for learned in said(learner(LearningParams(speed_min=5.0)), moments(flown()))}
+    words = {told(learned) for learned in said(learner(LearningParams(speed_min=5.0)), moments(flown()))}
     assert words == {"learned 0 of 10: learning has not begun"}
 
 
@@ -155,6 +168,6 @@ def test_the_words_go_on_where_they_were_frozen() -> None:
     one, other = shipped(), shipped()
     said(one, flight[:1234])
     other.thaw(one.freeze())
-    words = [learned.words for learned in said(one, flight[1234:])]
-    assert words == [learned.words for learned in said(other, flight[1234:])]
+    words = [told(learned) for learned in said(one, flight[1234:])]
+    assert words == [told(learned) for learned in said(other, flight[1234:])]
     assert "(never excited)" in words[-1]

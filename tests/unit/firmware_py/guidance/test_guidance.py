@@ -16,6 +16,7 @@ from firmware_py.marine import Eta, Nu, wrap
 from firmware_py.params import dump, load
 from firmware_py.records.command import ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.event_text import texts
 from firmware_py.records.order import NO_ORDER, Mission, Mode, Order, Setpoint, Waypoint
 from firmware_py.schedule import Tick
 
@@ -45,7 +46,7 @@ class Kinematic:
 
     def step(self, mode: Mode, order: Order = NO_ORDER) -> Reference:
         reference = self.guidance.update(Tick(self.k, 50_000_000), ModeState(mode, False, 0), order, self.state)
-        self.events += self.guidance.events
+        self.events += texts(self.guidance.events)
         self.k += 1
         self.u += 0.05 * (reference.u_d - self.u)
         self.psi, self.z = reference.psi_d, reference.z_d

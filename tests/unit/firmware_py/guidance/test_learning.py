@@ -9,11 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firmware_py.estimation.identifiability import reported
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.guidance.manoeuvre import STILL, ManoeuvreGuidance, ManoeuvreParams
 from firmware_py.marine import Eta, Nu
 from firmware_py.records.command import ModeState, Reference
 from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate
+from firmware_py.records.event import Cause
+from firmware_py.records.event_text import texts
 from firmware_py.records.order import NO_ORDER, Kind, Manoeuvre, Mission, Mode, Order, Setpoint, Waypoint
 from firmware_py.schedule import Tick
 
@@ -42,7 +45,7 @@ def flown(learning: ManoeuvreGuidance, at: StateEstimate, ticks: int, manoeuvre:
     events: list[str] = []
     for _ in range(ticks):
         learning.update(manoeuvre, BASE, at, 0.1)
-        events += learning.events
+        events += texts(learning.events)
     return events
 
 
@@ -82,10 +85,10 @@ def test_it_waits_with_the_laws_alone_where_a_limit_is_near_and_goes_on_well_ins
     learning = ManoeuvreGuidance(PARAMS, depth_max=80.0, altitude_min=2.0)
     flown(learning, state(), 40)
     assert learning.update(PRBS, BASE, off, 0.1) == STILL
-    assert words in learning.events[0]
+    assert words in texts(learning.events)[0]
     assert flown(learning, off, 20) == []
     assert learning.update(PRBS, BASE, inside, 0.1) != STILL
-    assert learning.events == ("prbs goes on",)
+    assert texts(learning.events) == ["prbs goes on"]
     assert flown(learning, state(), 59) == ["prbs done: 10 s, and 2.1 s of waiting"]  # not shortened by the wait
 
 
@@ -137,7 +140,7 @@ class Boat:
         for _ in range(round(10.0 * seconds)):
             at = dataclasses.replace(state(z=self.z, x=self.x, y=self.y, psi=self.psi), learned=self.learned)
             last = self.guidance.update(Tick(self.k, 100_000_000), ModeState(mode, False, 0), order, at)
-            self.events += self.guidance.events
+            self.events += texts(self.guidance.events)
             self.k += 1
             self.psi, self.z = last.psi_d, last.z_d
             self.x += 0.18 * math.cos(self.psi)
@@ -217,8 +220,11 @@ def test_thawed_in_the_middle_it_goes_on_as_the_frozen_one(ticks: int) -> None:
     assert repr(boat.run(Mode.MISSION, 5.0)) == repr(twin.run(Mode.MISSION, 5.0))
 
 
-KNOWN = dataclasses.replace(NOTHING_LEARNED, words="learned 1 of 2; not identifiable: N_r (never excited)")
-TAUGHT = f"prbs: {KNOWN.words}"
+KNOWN = dataclasses.replace(
+    NOTHING_LEARNED,
+    report=(reported(Cause.LEARNED, (1.0, 2.0, 1.0, 0.02), ["Y_r"]), reported(Cause.NEVER_EXCITED, (), ["N_r"])),
+)
+TAUGHT = "prbs: learned 1 of 2, 1 valid, 1 sigma up to 2 % (Y_r); not identifiable: N_r (never excited)"
 
 
 def under_way(*items: Waypoint | Manoeuvre) -> Boat:

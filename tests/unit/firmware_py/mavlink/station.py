@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
@@ -18,13 +19,17 @@ from firmware_py.mavlink.telemetry.pose import TelemetryParams
 from firmware_py.records.command import Applied, Demand, FinCommand, ModeState, Reference
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import Learned, StateEstimate
+from firmware_py.records.event import Event
+from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.order import NO_ORDER, Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame
+from firmware_py.records.turning import AS_ASKED
 from firmware_py.schedule import Tick
 
 DT_NS = 10_000_000
 ORIGIN = Origin(math.radians(46.5), math.radians(6.6))
 ACTUATORS = Actuators((0.4, 0.4, 0.4, 0.4), 10.0)
+LIMITS = OperatingLimits(depth_max=math.inf, altitude_min=0.0, turning=AS_ASKED)
 NAMES = ("M_q", "Y_dr", "X_dot")
 LEARNED = Learned(
     value=(-0.0625, 0.03125, 1.25),
@@ -77,9 +82,10 @@ def cycle(
     k: int = 0,
     mode: Mode = Mode.DISARMED,
     order: Order = NO_ORDER,
-    events: tuple[str, ...] = (),
+    events: tuple[Event, ...] = (),
     mission_done: bool = False,
     late: int = 0,
+    decided: Mapping[str, Any] | None = None,
     applied: Applied | None = None,
     sensors: SensorFrame | None = None,
     **state,
@@ -91,7 +97,7 @@ def cycle(
         frame=sensors or frame(tick.t),
         order=order,
         state=dataclasses.replace(STATE, **state),
-        mode=ModeState(mode, mission_done, late),
+        mode=ModeState(mode, mission_done, late, **(decided or {})),
         reference=reference,
         demand=Demand(0.0, 0.0, 0.0, 0.0, 0.0),
         fins=FinCommand((0.0,) * 4, 0.0),
@@ -108,7 +114,7 @@ def node(
     plans: Mapping[int, PlanBuilder] | None = None,
 ) -> Node:
     params = MavlinkParams(system=system, telemetry=TelemetryParams(surface_altitude=surface))
-    return Node(params, ORIGIN, ACTUATORS, tuple(map(LinkConfiguration, identities)), coefficients, plans=plans)
+    return Node(params, ORIGIN, ACTUATORS, tuple(map(LinkConfiguration, identities)), LIMITS, coefficients, plans=plans)
 
 
 def parse(datagram: bytes) -> list:
@@ -143,7 +149,7 @@ def told(surface: float = 0.0, **changes) -> dict[str, object]:
     return {message.get_type(): message for message in messages}
 
 
-def easy_supervisor(mode: Mode, order: Order) -> tuple[Mode, tuple[str, ...]]:
+def easy_supervisor(mode: Mode, order: Order) -> tuple[Mode, tuple[Event, ...]]:
     """Does what it is told, as far as a disarmed boat can."""
     if order.arming is Arming.DISARM:
         return Mode.DISARMED, ()

@@ -11,6 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.commands.queue import MAX_WAITING
+from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.order import Arming, Mode, Order
 
 from .station import Boat, Station, cycle, node, parse
@@ -37,9 +38,13 @@ COMMANDS = sorted(
 )
 
 
-def stubborn(mode: Mode, order: Order) -> tuple[Mode, tuple[str, ...]]:
+def stubborn(mode: Mode, order: Order) -> tuple[Mode, tuple[Event, ...]]:
     asked = order.arming is Arming.ARM
-    return mode, ("arming refused: not every fin heard within 1 s; battery at 5%, needs 20%",) if asked else ()
+    refusals = (
+        Event(EventKind.ARMING_REFUSED, Severity.WARNING, cause=Cause.FINS_NOT_HEARD, numbers=(1.0,)),
+        Event(EventKind.ARMING_REFUSED, Severity.WARNING, cause=Cause.CHARGE_NEEDED, numbers=(0.05, 0.2)),
+    )
+    return mode, refusals if asked else ()
 
 
 def armed(**options) -> tuple[Boat, Station]:

@@ -14,7 +14,7 @@ from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.node import MavlinkParams, Node
 from firmware_py.mavlink.telemetry.pose import TelemetryParams
 
-from .station import ACTUATORS, ORIGIN, cycle, parse, told
+from .station import ACTUATORS, LIMITS, ORIGIN, cycle, parse, told
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_each_field_says_the_depth_in_its_own_way(surface: float, depth: float, 
 @pytest.mark.parametrize(("surface", "depth", "amsl"), [(0.0, 12.4, -12), (300.0, 12.4, 288), (300.0, 0.0, 300)])
 def test_high_latency_says_the_altitude_and_the_depth(surface: float, depth: float, amsl: int) -> None:
     params = MavlinkParams(telemetry=TelemetryParams(surface_altitude=surface))
-    boat = Node(params, ORIGIN, ACTUATORS, [LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
+    boat = Node(params, ORIGIN, ACTUATORS, [LinkConfiguration(Identity.ARDUSUB, high_latency=True)], LIMITS)
     (said,) = parse(boat.report(cycle(0, eta=Eta(0.0, 0.0, depth, 0.0, 0.0, 0.0)))[0])
     assert said.altitude == amsl
     assert (said.custom1 + 127 * said.custom2) / 10 == pytest.approx(depth)

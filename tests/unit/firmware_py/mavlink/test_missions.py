@@ -19,10 +19,22 @@ from firmware_py.mavlink.node import MavlinkParams, Node
 from firmware_py.mavlink.plans.mission_items import items_of
 from firmware_py.mavlink.plans.plan_builder import FILES, plan_of_mission, read_plan
 from firmware_py.records.mission import from_plain, plain
-from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mission, Surface, Waypoint
+from firmware_py.records.order import (
+    FenceChange,
+    Jump,
+    Kind,
+    Loiter,
+    Manoeuvre,
+    Mission,
+    MissionChange,
+    RallyChange,
+    Surface,
+    Waypoint,
+)
+from firmware_py.wire.log.changes import decode, encode
 
 from .planner import FENCE, MISSION, RALLY, WAYPOINT, Planner, fields, home, item
-from .station import ACTUATORS, ORIGIN, Boat, cycle, node
+from .station import ACTUATORS, LIMITS, ORIGIN, Boat, cycle, node
 
 ACCEPTED = mavlink.MAV_MISSION_ACCEPTED
 LOITER_UNLIM, LOITER_TURNS, LOITER_TIME = 17, 18, 19
@@ -49,9 +61,9 @@ def everything_that_can_be_flown() -> list:
 
 def ordered(boat: Boat) -> Mission | None:
     """The mission of the last order that changed it, as a replay reads it."""
-    documents = [json.loads(change) for order in boat.orders for change in order.changes]
-    found = [document["mission"] for document in documents if "mission" in document]
-    return from_plain(found[-1]) if found else None
+    changes = [decode(encode(change)) for order in boat.orders for change in order.changes]
+    found = [change.mission for change in changes if isinstance(change, MissionChange)]
+    return found[-1] if found else None
 
 
 def test_what_goes_up_is_flown_and_comes_down_as_it_went_up() -> None:
@@ -79,9 +91,10 @@ def test_the_mission_in_the_order_is_made_already_and_is_what_the_document_says(
     boat = Boat()
     Planner(boat).upload(everything_that_can_be_flown())
     boat.step()
-    (document,) = [change for order in boat.orders for change in order.changes]
-    assert document.mission == from_plain(json.loads(document)["mission"])
-    assert plain(document.mission) == json.loads(document)["mission"]
+    (change,) = [change for order in boat.orders for change in order.changes]
+    assert isinstance(change, MissionChange)
+    assert decode(encode(change)) == change
+    assert from_plain(plain(change.mission)).waypoints == change.mission.waypoints
 
 
 def test_a_generic_station_has_no_home_and_finds_the_same_mission() -> None:
@@ -228,7 +241,7 @@ FRAGMENTS = st.one_of(
 def test_whatever_is_said_in_whatever_order_a_mission_is_whole_or_as_it_was(said) -> None:
     boat = Boat(links=2)
     doors = [LinkConfiguration(identity, high_latency=True) for identity in Identity]
-    boat.node = Node(MavlinkParams(), ORIGIN, ACTUATORS, doors)
+    boat.node = Node(MavlinkParams(), ORIGIN, ACTUATORS, doors, LIMITS)
     assert Planner(boat).upload(home(item(north=10), item(north=20))) == ACCEPTED
     boat.step()
     for link, message, ticks in said:
@@ -237,12 +250,11 @@ def test_whatever_is_said_in_whatever_order_a_mission_is_whole_or_as_it_was(said
     boat.step(1100)
     for order in boat.orders:
         for change in order.changes:
-            ((kind, content),) = json.loads(change).items()
-            if kind == "mission":
-                assert len(from_plain(content).items) <= 4
-                assert all(isinstance(s, Waypoint | Jump | Surface) for s in from_plain(content).items)
+            if isinstance(change, MissionChange):
+                assert len(change.mission.items) <= 4
+                assert all(isinstance(s, Waypoint | Jump | Surface) for s in change.mission.items)
             else:
-                assert kind in ("fence", "rally")
+                assert isinstance(change, FenceChange | RallyChange)
     planner = Planner(boat)
     for kind in (MISSION, FENCE, RALLY):
         assert planner.upload(planner.download(kind), kind) == ACCEPTED  # what stands is a plan
@@ -252,7 +264,7 @@ def test_two_thousand_items_go_up_and_down_where_every_tenth_packet_is_lost() ->
     chance = random.Random(1)
     boat = Boat()
     boat.node = Node(
-        MavlinkParams(), ORIGIN, ACTUATORS, [LinkConfiguration(Identity.ARDUSUB, high_latency=True)]
+        MavlinkParams(), ORIGIN, ACTUATORS, [LinkConfiguration(Identity.ARDUSUB, high_latency=True)], LIMITS
     )  # no telemetry
     planner = Planner(boat, hears=lambda _: chance.random() > 0.1, sends=lambda _: chance.random() > 0.1)
     items = home(*(item(north=i, east=(i * 37) % 101, z=-1.0 - i % 20) for i in range(2000)))

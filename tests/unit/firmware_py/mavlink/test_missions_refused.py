@@ -11,7 +11,7 @@ from firmware_py.mavlink.base.identity import Identity
 from firmware_py.records.order import Loiter, Mode
 
 from .planner import FENCE, WAYPOINT, Planner, fields, home, item
-from .station import Boat, node
+from .station import LIMITS, Boat, node
 
 ACCEPTED, X = mavlink.MAV_MISSION_ACCEPTED, mavlink.MAV_MISSION_INVALID_PARAM5_X
 LOITER_UNLIM, LOITER_TURNS, LOITER_TIME = 17, 18, 19
@@ -55,7 +55,7 @@ REFUSED = [
 @pytest.mark.parametrize(("bad", "code", "words"), REFUSED, ids=lambda value: str(value)[:24])
 def test_an_item_that_cannot_be_flown_ends_the_upload_and_the_old_mission_stays(bad, code: int, words: str) -> None:
     boat = Boat()
-    boat.node.set_limits(30.0, 2.0)
+    boat.node.set_limits(LIMITS._replace(depth_max=30.0, altitude_min=2.0))
     planner, old = Planner(boat), home(item(north=50), item(north=60))
     assert planner.upload(old) == ACCEPTED
     boat.step()
@@ -176,10 +176,10 @@ def test_a_fence_that_forbids_the_mission_is_taken_and_the_mission_is_not_flown(
 
 def test_a_depth_limit_that_forbids_the_mission_is_as_good_as_a_fence() -> None:
     boat = Boat()
-    boat.node.set_limits(30.0, 2.0)
+    boat.node.set_limits(LIMITS._replace(depth_max=30.0, altitude_min=2.0))
     planner = Planner(boat)
     assert planner.upload(home(at(0), item(z=-25.0))) == ACCEPTED
-    boat.node.set_limits(20.0)
+    boat.node.set_limits(LIMITS._replace(depth_max=20.0, altitude_min=2.0))
     planner.step()
     assert "item 2: depth 25.0 m, limit 20 m" in "".join(planner.texts)
     boat.mode = Mode.HOLD

@@ -12,6 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from firmware_py.mavlink import link as limits
 from firmware_py.mavlink.base.codec import Codec
 from firmware_py.mavlink.telemetry.streams import DEFAULT_STREAMS
+from firmware_py.records.event import Event, EventKind, Severity
 from firmware_py.records.order import NO_ORDER, Arming
 
 from .station import Boat, cycle, node, parse
@@ -164,5 +165,6 @@ def test_services_are_heard_however_much_is_streamed() -> None:
 def test_every_datagram_fits_into_an_ethernet_frame() -> None:
     boat = node()
     for k in range(300):
-        events = (f"{'a sentence that goes on and on ' * 20}{k}",) if k % 7 == 0 else ()
+        text = f"{'a sentence that goes on and on ' * 20}{k}"
+        events = (Event(EventKind.CHANGE_FAILED, Severity.WARNING, names=(text,)),) if k % 7 == 0 else ()
         assert len(boat.report(cycle(k, events=events))[0]) <= 1400

@@ -13,6 +13,7 @@ from pymavlink.dialects.v20 import all as mavlink
 from firmware_py.mavlink.base.codec import Message
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.modes import available_modes, with_mode_names
+from firmware_py.records.event import Event
 from firmware_py.records.order import Mode, Order
 from firmware_py.safety.supervisor import SafetyParams, Supervisor
 from firmware_py.schedule import Tick
@@ -39,7 +40,7 @@ def strict() -> object:
     """The vehicle's own supervisor, without a mission."""
     supervisor, ticks = Supervisor(SafetyParams(), has_mission=False), iter(range(1_000_000))
 
-    def decide(mode: Mode, order: Order) -> tuple[Mode, tuple[str, ...]]:
+    def decide(mode: Mode, order: Order) -> tuple[Mode, tuple[Event, ...]]:
         tick = Tick(next(ticks), DT_NS)
         supervisor.thaw(supervisor.freeze()._replace(mode=mode))
         return supervisor.update(tick, frame(tick.t), STATE, order, False).mode, supervisor.events

@@ -17,9 +17,10 @@ from firmware_py.mavlink.commands.setpoints import WaterFrame
 from firmware_py.mavlink.link import Link
 from firmware_py.mavlink.node import MavlinkParams, Node
 from firmware_py.mavlink.plans.plan_builder import MISSION, plan_of_mission
+from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.order import Arming, Mission, Mode, Waypoint
 
-from .station import ACTUATORS, LEARNED, ORIGIN, Boat, cycle, node
+from .station import ACTUATORS, LEARNED, LIMITS, ORIGIN, Boat, cycle, node
 
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED = 0, 1, 2, 3
 REQUEST, START, PAUSE = mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAV_CMD_MISSION_START, 193
@@ -132,8 +133,9 @@ def test_a_course_that_makes_no_sense_is_denied(number: int, param: float) -> No
 
 
 def test_the_checks_before_arming_are_run_on_request_and_only_while_disarmed() -> None:
-    def supervisor(mode: Mode, order) -> tuple[Mode, tuple[str, ...]]:
-        return mode, ("ready to be armed",) if order.arming is Arming.CHECK and mode is Mode.DISARMED else ()
+    def supervisor(mode: Mode, order) -> tuple[Mode, tuple[Event, ...]]:
+        passed = Event(EventKind.ARMING_CHECK_PASSED, Severity.INFO)
+        return mode, (passed,) if order.arming is Arming.CHECK and mode is Mode.DISARMED else ()
 
     boat = Boat(supervisor=supervisor)
     (station,) = boat.stations
@@ -265,7 +267,9 @@ def test_a_home_that_disagrees_is_denied() -> None:
 
 def acoustic() -> Boat:
     boat = Boat()
-    boat.node = Node(MavlinkParams(), ORIGIN, ACTUATORS, [LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
+    boat.node = Node(
+        MavlinkParams(), ORIGIN, ACTUATORS, [LinkConfiguration(Identity.ARDUSUB, high_latency=True)], LIMITS
+    )
     return boat
 
 
@@ -282,8 +286,12 @@ def test_a_link_of_high_latency_says_one_message_in_five_seconds_and_answers() -
 
 def test_of_events_only_critical_ones_go_over_a_link_of_high_latency() -> None:
     link: Link = acoustic().node.links[0]
-    link.send_event("MISSION -> SURFACE: water in the hull", mavlink.MAV_SEVERITY_CRITICAL)
-    link.send_event("waypoint 1 of 3 passed", mavlink.MAV_SEVERITY_INFO)
+    link.send_events(
+        (
+            Event(EventKind.MODE_CHANGED, Severity.CRITICAL, Mode.MISSION, Mode.SURFACE, Cause.LEAK),
+            Event(EventKind.WAYPOINT_PASSED, Severity.INFO, numbers=(1.0, 3.0)),
+        )
+    )
     assert len(link._waiting) == 1
 
 

@@ -15,7 +15,7 @@ from firmware_py.mavlink.base.signing import STATE_FILE, TICKS_PER_S, UNSIGNED_A
 from firmware_py.mavlink.node import MavlinkParams, Node
 from firmware_py.records.order import NO_ORDER, Arming
 
-from .station import ACTUATORS, DT_NS, ORIGIN, cycle, parse
+from .station import ACTUATORS, DT_NS, LIMITS, ORIGIN, cycle, parse
 
 KEY, OTHER = bytes(range(32)), bytes(32)
 NOW = 370_000_000 * TICKS_PER_S
@@ -42,7 +42,7 @@ class Peer:
 
 def node(kept: bytes = b"", links: int = 1, key: bytes = KEY, now: int = NOW, stream: bool = False) -> Node:
     doors = [LinkConfiguration(Identity.ARDUSUB, stream=stream)] * links
-    return Node(MavlinkParams(), ORIGIN, ACTUATORS, doors, signing=Signing(key, now, kept))
+    return Node(MavlinkParams(), ORIGIN, ACTUATORS, doors, LIMITS, signing=Signing(key, now, kept))
 
 
 def hears(boat: Node, *datagrams: bytes, link: int = 0) -> bool:

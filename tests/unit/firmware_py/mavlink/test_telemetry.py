@@ -18,7 +18,7 @@ from firmware_py.records.estimate import NOTHING_LEARNED, Learned
 from firmware_py.records.order import Mode, Order
 from firmware_py.records.sensing import Battery, silence
 
-from .station import LEARNED, NAMES, ORIGIN, cycle, frame, heard, node, parse, told
+from .station import LEARNED, LIMITS, NAMES, ORIGIN, cycle, frame, heard, node, parse, told
 
 
 def reports(boat, cycles) -> list:
@@ -121,7 +121,7 @@ def test_the_prearm_check_is_always_there_and_healthy_where_arming_would_be_gran
 
 def test_deeper_than_the_depth_limit_is_beyond_the_fence() -> None:
     boat, statuses = node(), []
-    boat.set_limits(30.0)
+    boat.set_limits(LIMITS._replace(depth_max=30.0))
     for k in range(300):
         deep = 100 <= k < 200
         for m in parse(boat.report(cycle(k, eta=Eta(0.0, 0.0, 30.1 if deep else 30.0, 0.0, 0.0, 0.0)))[0]):

@@ -7,7 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from firmware_py.mavlink.base.statustext import StatusTexts, severity
+from firmware_py.mavlink.base.statustext import StatusTexts
+from firmware_py.records.event import Cause, Event, EventKind, Severity
+from firmware_py.records.order import Kind, Mode
 
 from .station import cycle, node, parse, put_together
 
@@ -40,34 +42,40 @@ def test_the_number_of_a_sentence_is_never_that_of_short_ones() -> None:
     assert numbers == set(range(1, 65_536))
 
 
+def changed(cause: Cause, severity: Severity, before: Mode = Mode.MISSION, after: Mode = Mode.SURFACE) -> Event:
+    return Event(EventKind.MODE_CHANGED, severity, before, after, cause, numbers=(30.0,))
+
+
 @pytest.mark.parametrize(
-    ("event", "expected"),
+    ("event", "words"),
     [
-        ("MISSION -> SURFACE: water in the hull", mavlink.MAV_SEVERITY_CRITICAL),
-        ("SURFACE -> DISARMED: attitude lost for 30 s", mavlink.MAV_SEVERITY_CRITICAL),
-        ("MISSION -> SURFACE: mission done", mavlink.MAV_SEVERITY_NOTICE),
-        ("MANUAL -> HOLD: ordered", mavlink.MAV_SEVERITY_NOTICE),
-        ("MANUAL -> HOLD: ordered by station 255/190", mavlink.MAV_SEVERITY_NOTICE),
-        ("SURFACE -> DISARMED: surfaced", mavlink.MAV_SEVERITY_NOTICE),
-        ("HOLD refused to station 1/1: arm first", mavlink.MAV_SEVERITY_WARNING),
-        ("water in the hull", mavlink.MAV_SEVERITY_WARNING),
-        ("waypoint 1 of 3 passed", mavlink.MAV_SEVERITY_INFO),
-        ("prbs: learned all 10, 1 sigma up to 2 % (Y_r)", mavlink.MAV_SEVERITY_NOTICE),
-        ("prbs: learned 0 of 2: learning has not begun", mavlink.MAV_SEVERITY_WARNING),
+        (changed(Cause.LEAK, Severity.CRITICAL), "AUTO -> SURFACE: water in the hull"),
+        (changed(Cause.ORDERED, Severity.NOTICE, Mode.MANUAL, Mode.HOLD), "MANUAL -> ALT_HOLD: ordered"),
+        (Event(EventKind.RULE_HOLDS, Severity.WARNING, cause=Cause.LEAK), "water in the hull"),
+        (Event(EventKind.WAYPOINT_PASSED, Severity.INFO, numbers=(1.0, 3.0)), "waypoint 1 of 3 passed"),
     ],
 )
-def test_what_is_grave_is_told_as_grave(event: str, expected: int) -> None:
-    assert severity(event) == expected
+def test_an_event_is_told_with_its_severity_in_the_stations_words(event: Event, words: str) -> None:
     (text,) = [m for m in parse(node().report(cycle(7, events=(event,)))[0]) if m.get_type() == "STATUSTEXT"]
-    shown = event.replace("MISSION", "AUTO").replace("HOLD", "ALT_HOLD")
-    assert (text.text, text.severity) == (shown, expected)
+    assert (text.text, text.severity) == (words, event.severity)
+
+
+def test_severities_are_those_of_mavlink() -> None:
+    for severity in Severity:
+        assert severity == getattr(mavlink, f"MAV_SEVERITY_{severity.name}")
 
 
 def test_what_a_manoeuvre_did_not_teach_arrives_whole_as_a_warning() -> None:
-    event = "doublets: learned 4 of 10, 4 valid, 1 sigma up to 3.08 % (Z_ds); " + (
-        "not identifiable: N_r, N_dr, N_v, Y_dr, Y_r, Y_v (never excited)"
-    )
-    texts = [m for m in parse(node().report(cycle(7, events=(event,)))[0]) if m.get_type() == "STATUSTEXT"]
+    def report(cause: Cause, numbers: tuple[float, ...], *names: str) -> Event:
+        kind = EventKind.LEARNING_REPORT
+        return Event(kind, Severity.WARNING, cause=cause, manoeuvre=Kind.DOUBLETS, numbers=numbers, names=names)
+
+    never = ("N_r", "N_dr", "N_v", "Y_dr", "Y_r", "Y_v")
+    events = (report(Cause.LEARNED, (4.0, 10.0, 4.0, 0.0308), "Z_ds"), report(Cause.NEVER_EXCITED, (), *never))
+    texts = [m for m in parse(node().report(cycle(7, events=events))[0]) if m.get_type() == "STATUSTEXT"]
     assert len(texts) == 3
-    assert put_together(texts) == [event]
+    assert put_together(texts) == [
+        "doublets: learned 4 of 10, 4 valid, 1 sigma up to 3.08 % (Z_ds); "
+        "not identifiable: N_r, N_dr, N_v, Y_dr, Y_r, Y_v (never excited)"
+    ]
     assert {text.severity for text in texts} == {mavlink.MAV_SEVERITY_WARNING}

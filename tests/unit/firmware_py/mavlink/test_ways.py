@@ -12,14 +12,16 @@ from firmware_py.adapters.installation import configs
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.node import MavlinkParams, Node
-from firmware_py.mavlink.plans.items import Limits
+from firmware_py.mavlink.plans.items import UNLIMITED
 from firmware_py.mavlink.plans.path_check import check_first_leg
 from firmware_py.records.fence import Fence, Polygon
+from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mode, Surface, Waypoint
 from firmware_py.records.turning import Turning
 
 from .planner import FENCE, RALLY, WAYPOINT, Planner, home, item
 from .station import ACTUATORS, ORIGIN, STATE, Boat, put_together
+from .station import LIMITS as UNBOUND
 
 ACCEPTED, X = mavlink.MAV_MISSION_ACCEPTED, mavlink.MAV_MISSION_INVALID_PARAM5_X
 YES, NOT_NOW, DENIED = 0, mavlink.MAV_RESULT_TEMPORARILY_REJECTED, mavlink.MAV_RESULT_DENIED
@@ -40,7 +42,7 @@ WALL = [at(x, y, command=EXCLUDE, p=(4,), kind=FENCE) for x, y in ((40, -50), (4
 def fenced(x: float = 0.0, y: float = 0.0, **state) -> Planner:
     boat = Boat()
     boat.state = {"eta": STATE.eta._replace(x=x, y=y), **state}
-    boat.node.set_limits(30.0, 2.0, TURNING)
+    boat.node.set_limits(OperatingLimits(30.0, 2.0, TURNING))
     planner = Planner(boat)
     assert planner.upload(home(*WALL, kind=FENCE), FENCE) == ACCEPTED
     boat.mode = Mode.HOLD
@@ -80,7 +82,7 @@ def test_a_mission_does_not_begin_where_the_way_to_its_first_place_is_barred(aut
 
 
 AREA = Polygon(((40.0, -50.0), (40.0, 50.0), (60.0, 50.0), (60.0, -50.0)))
-LIMITS = Limits(fence=Fence((), (AREA,)), turning=TURNING)
+LIMITS = UNLIMITED._replace(fence=Fence((), (AREA,)), turning=TURNING)
 FAR, NEAR = Waypoint(100.0, 0.0, 5.0, 0.0), Waypoint(0.0, 20.0, 5.0, 0.0)
 
 
@@ -250,8 +252,10 @@ def test_what_makes_circles_wider_holds_for_the_next_mission(
     name: str, value: float, gap: float, before: int, after: int
 ) -> None:
     book, boat = app.parameter_store(BOOK), Boat()
-    boat.node = Node(MavlinkParams(), ORIGIN, ACTUATORS, (LinkConfiguration(Identity.ARDUSUB),), parameter_store=book)
-    boat.node.set_limits(30.0, 2.0, config_files.autopilot_params(BOOK).guidance.turning)
+    boat.node = Node(
+        MavlinkParams(), ORIGIN, ACTUATORS, (LinkConfiguration(Identity.ARDUSUB),), UNBOUND, parameter_store=book
+    )
+    boat.node.set_limits(OperatingLimits(30.0, 2.0, config_files.autopilot_params(BOOK).guidance.turning))
     planner, circle = Planner(boat), home(at(40.0 - gap, command=LOITER))
     assert planner.upload(home(*WALL, kind=FENCE), FENCE) == ACCEPTED
     assert planner.upload(circle) == before

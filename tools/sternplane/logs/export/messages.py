@@ -7,7 +7,6 @@ and FINR the fins as they were told and as they reported, PROP the propeller, an
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from typing import IO, Any
 
@@ -17,7 +16,7 @@ from firmware_py import app, config_files
 from firmware_py.marine import Origin, local_to_geodetic
 from firmware_py.mavlink.base.modes import Identity, custom_mode
 from firmware_py.parameter_tree import list_parameters, with_values
-from firmware_py.records.order import Mode
+from firmware_py.records.order import Mode, ParameterChange
 from sternplane.logs.export.dataflash import TIME, Field, Writer
 from sternplane.logs.reading import Columns, Log
 
@@ -52,7 +51,7 @@ def export(log: Log, file: IO[bytes], step: Callable[[int], None] = lambda _: No
     )
     writer.form("MSG", (TIME, Field("Message", "Z")))
     writer.form("MODE", (TIME, Field("Mode", "M"), Field("ModeNum", "B"), Field("Rsn", "B")))
-    events = [(round(t * 1e6), text) for t, text in log.events]
+    events = [(round(t * 1e6), text) for t, text in log.sentences]
     events.reverse()
     before = None
     for i, t in enumerate(times):
@@ -84,10 +83,10 @@ def _parameters(writer: Writer, log: Log) -> list[tuple[int, bytes, float, float
         values[setting.name] = setting.value
         defaults[setting.name] = setting.base if setting.default is None else setting.default
         writer.write("PARM", (0, setting.name.encode(), setting.value, defaults[setting.name]))
-    for t_ns, documents in log.changes.items():
-        for document in map(json.loads, documents):
-            if "parameters" in document:
-                params = with_values(params, document["parameters"], str(log.path))
+    for t_ns, changes in log.changes.items():
+        for change in changes:
+            if isinstance(change, ParameterChange):
+                params = with_values(params, dict(change.values), str(log.path))
                 for setting in list_parameters(params):
                     name, value = setting.name, setting.value
                     if value != values[name]:

@@ -1,0 +1,107 @@
+"""Events: what happened in a cycle, as values. `event_text` makes sentences of them for people."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+from firmware_py.records.order import NOBODY, Asker, Kind, Mode
+
+
+class Severity(enum.IntEnum):
+    """How much an event matters, with MAVLink's numbers (MAV_SEVERITY)."""
+
+    EMERGENCY = 0
+    ALERT = 1
+    CRITICAL = 2
+    ERROR = 3
+    WARNING = 4
+    NOTICE = 5
+    INFO = 6
+    DEBUG = 7
+
+
+class EventKind(enum.IntEnum):
+    """What happened; the comment says what `Event.numbers` and `Event.names` are."""
+
+    MODE_CHANGED = 0  # numbers: the cause's
+    MODE_REFUSED = 1  # `after` was asked for
+    ARMING_REFUSED = 2  # one event for each cause; numbers: the cause's
+    ARMING_CHECK_FAILED = 3  # arming would be refused; one event for each cause; numbers: the cause's
+    ARMING_CHECK_PASSED = 4
+    RULE_HOLDS = 5  # one more reason for the mode in force; numbers: the cause's
+    CHANGE_FAILED = 6  # names: why
+    WAYPOINT_PASSED = 7  # numbers: which, counted from 1; of how many
+    RALLY_POINT_REACHED = 8
+    RALLY_POINT_UNREACHABLE = 9  # no rally point has a straight way within the fence
+    LOITER_DONE = 10  # numbers: the mission's item, counted from 1
+    MANOEUVRE_BEGUN = 11  # numbers: duration, s; depth, m
+    MANOEUVRE_WAITS = 12  # numbers: the cause's
+    MANOEUVRE_RESUMED = 13
+    MANOEUVRE_DONE = 14  # numbers: duration, s; waited, s
+    MANOEUVRE_GIVEN_UP = 15  # numbers: flown, s; then the cause's
+    LEARNING_REPORT = 16  # what a manoeuvre taught; one event for each cause; numbers and names: the cause's
+
+
+class Cause(enum.IntEnum):
+    """Why it happened; the comment says what its numbers are."""
+
+    NONE = 0
+    ORDERED = 1  # by `Event.asker`
+    # The rules, which end a mode.
+    ATTITUDE_DEAD = 2  # limit, s
+    SURFACED = 3
+    ATTITUDE_LOST = 4  # limit, s
+    DEPTH_LOST = 5  # limit, s
+    LEAK = 6
+    BATTERY_LOW = 7  # charge and limit, in [0, 1]; NaN is not known
+    DEPTH_LIMIT = 8  # depth and limit, m
+    ALTITUDE_LIMIT = 9  # altitude and limit, m
+    FENCE = 10  # `Fence.breached`
+    LATE_CYCLES = 11  # late cycles of the last second, and limit
+    MISSION_DONE = 12
+    RETURN_DONE = 13
+    # What arming needs beyond the rules.
+    FINS_NOT_HEARD = 14  # limit, s
+    TILT = 15  # tilt and limit, rad
+    CHARGE_NEEDED = 16  # charge and limit, in [0, 1]; NaN is not known
+    # Why a mode that was ordered is refused.
+    DISARMED = 17
+    SURFACING = 18
+    NO_MISSION = 19
+    # The limits at which a learning manoeuvre waits.
+    MANOEUVRE_DEPTH = 20  # depth, depth ahead in time, least, greatest, m
+    MANOEUVRE_ALTITUDE = 21  # altitude, altitude ahead in time, least, m
+    MANOEUVRE_PITCH = 22  # pitch, pitch ahead in time, greatest, rad
+    # What was learned and what was not.
+    LEARNED_ALL = 23  # count of coefficients, greatest relative sigma; names: whose
+    LEARNED = 24  # learned, count, valid of these, greatest relative sigma (where any is learned); names: whose
+    NOT_FINITE = 25  # count of coefficients
+    NOT_BEGUN = 26  # count of coefficients
+    NEVER_EXCITED = 27  # names: coefficients that are not identifiable
+    NOT_IDENTIFIABLE = 28  # names: coefficients, each by itself
+    COMBINATION = 29  # numbers, names: weights and coefficients of a combination that is not identifiable
+    NOT_EXCITED_AT_END = 30  # names: coefficients
+
+
+MEANT = (Cause.ORDERED, Cause.MISSION_DONE, Cause.RETURN_DONE, Cause.SURFACED)
+"""Causes of a change of mode that somebody asked for, at once or beforehand; with any other it is a failsafe."""
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One thing that happened, SI and radians.
+
+    `before` and `after` are modes, where it is about such; `asker` is the station that asked, `manoeuvre` the learning
+    manoeuvre that it is about. `EventKind` and `Cause` say what `numbers` and `names` are.
+    """
+
+    kind: EventKind
+    severity: Severity
+    before: Mode | None = None
+    after: Mode | None = None
+    cause: Cause = Cause.NONE
+    asker: Asker = NOBODY
+    manoeuvre: Kind | None = None
+    numbers: tuple[float, ...] = ()
+    names: tuple[str, ...] = ()

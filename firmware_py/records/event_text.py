@@ -1,0 +1,197 @@
+"""The sentences of events, for people: the one place where they are made, for every log, link and terminal.
+
+Nothing reads them back: who needs to know what happened looks at the `Event`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from firmware_py.records.event import Cause, Event, EventKind, Severity
+from firmware_py.records.fence import breach_text
+from firmware_py.records.order import NOBODY, Asker, Mode
+
+ModeName = Callable[[Mode], str]
+"""What a mode is called."""
+
+
+class Sentence(NamedTuple):
+    """What happened, for people, and how much it matters."""
+
+    text: str
+    severity: Severity
+
+
+_CAUSES: Mapping[Cause, str] = {
+    Cause.NONE: "no cause given",
+    Cause.ORDERED: "ordered",
+    Cause.ATTITUDE_DEAD: "attitude lost for {0:g} s",
+    Cause.SURFACED: "surfaced",
+    Cause.ATTITUDE_LOST: "attitude not heard for {0:g} s",
+    Cause.DEPTH_LOST: "depth not heard for {0:g} s",
+    Cause.LEAK: "water in the hull",
+    Cause.DEPTH_LIMIT: "depth {0:.2f} m, limit {1:g} m",
+    Cause.ALTITUDE_LIMIT: "altitude {0:.2f} m, floor {1:g} m",
+    Cause.LATE_CYCLES: "{0:.0f} cycles late within a second, limit {1:.0f}",
+    Cause.MISSION_DONE: "mission done",
+    Cause.RETURN_DONE: "return done",
+    Cause.FINS_NOT_HEARD: "not every fin heard within {0:g} s",
+    Cause.TILT: "rolled or pitched by {0:.2f} rad, limit {1:.2f} rad",
+    Cause.DISARMED: "disarmed; arm first",
+    Cause.SURFACING: "surfacing, which only disarming ends",
+    Cause.NO_MISSION: "no mission is loaded",
+    Cause.MANOEUVRE_DEPTH: "depth {0:.1f} m, soon {1:.1f} m, limits {2:.1f} and {3:.1f} m",
+    Cause.MANOEUVRE_ALTITUDE: "altitude {0:.1f} m, soon {1:.1f} m, limit {2:.1f} m",
+}
+"""Of causes whose sentence is made of their numbers as they stand."""
+
+
+def sentences(events: Iterable[Event], name: ModeName = lambda mode: mode.name) -> list[Sentence]:
+    """Return the sentences of the events of one cycle: mostly one for each event.
+
+    The causes for which arming is refused, and the parts of a learning report, come in one sentence, which matters as
+    much as its most severe part.
+
+    Args:
+        events: in the order in which they happened.
+        name: what modes are called.
+    """
+    groups: list[list[Event]] = []
+    for event in events:
+        last = groups[-1][-1] if groups else None
+        if last is not None and event.kind in _TOGETHER and _about(last) == _about(event):
+            groups[-1].append(event)
+        else:
+            groups.append([event])
+    return [Sentence(_text(group, name), min(event.severity for event in group)) for group in groups]
+
+
+def texts(events: Iterable[Event]) -> list[str]:
+    """Return the sentences alone, with the core's own names of modes."""
+    return [sentence.text for sentence in sentences(events)]
+
+
+def combination(weights: Sequence[float], names: Sequence[str]) -> str:
+    """Return a combination of coefficients with weights to one digit, such as "0.3 Y_dr + 0.9 Y_r - 0.3 Y_v"."""
+    parts = [(f"{abs(w):.1f} {name}", w < 0.0) for name, w in zip(names, weights, strict=True)]
+    text = "".join(f" {'-' if minus else '+'} {part}" for part, minus in parts)
+    return text[3:] if text.startswith(" + ") else text[1:].replace("- ", "-", 1)
+
+
+_TOGETHER = (EventKind.ARMING_REFUSED, EventKind.ARMING_CHECK_FAILED, EventKind.LEARNING_REPORT)
+
+
+def _about(event: Event) -> tuple[object, ...]:
+    return event.kind, event.asker, event.manoeuvre
+
+
+def _text(events: Sequence[Event], name: ModeName) -> str:
+    first = events[0]
+    if first.kind is EventKind.ARMING_REFUSED:
+        return f"arming refused{_station(' to', first.asker)}: {'; '.join(map(_cause, events))}"
+    if first.kind is EventKind.ARMING_CHECK_FAILED:
+        return f"arming would be refused: {'; '.join(map(_cause, events))}"
+    if first.kind is EventKind.LEARNING_REPORT:
+        return f"{_manoeuvre(first)}: {_report(events)}"
+    return _ONE[first.kind](first, name)
+
+
+def _cause(event: Event, skip: int = 0) -> str:
+    cause, numbers = event.cause, event.numbers[skip:]
+    if cause is Cause.BATTERY_LOW:
+        return f"{_battery(numbers[0])}, less than {numbers[1]:.0%}"
+    if cause is Cause.CHARGE_NEEDED:
+        return f"{_battery(numbers[0])}, needs {numbers[1]:.0%}"
+    if cause is Cause.FENCE:
+        return breach_text(int(numbers[0]))
+    if cause is Cause.MANOEUVRE_PITCH:
+        return "pitch {:.0f} deg, soon {:.0f} deg, limit {:.0f} deg".format(*map(math.degrees, numbers))
+    if cause is Cause.ORDERED:
+        return f"ordered{_station(' by', event.asker)}"
+    return _CAUSES[cause].format(*numbers)
+
+
+def _battery(charge: float) -> str:
+    return "battery not heard" if math.isnan(charge) else f"battery at {charge:.0%}"
+
+
+def _station(how: str, asker: Asker) -> str:
+    """Which station it was, by system and component; nothing if it was none."""
+    return "" if asker == NOBODY else f"{how} station {asker.system}/{asker.component}"
+
+
+def _manoeuvre(event: Event) -> str:
+    return "manoeuvre" if event.manoeuvre is None else event.manoeuvre.name.lower()
+
+
+def _report(events: Sequence[Event]) -> str:
+    """Such as "learned 8 of 10, 7 valid, 1 sigma up to 12 % (N_r); not identifiable: N_v, Y_v (never excited)"."""
+    parts: list[str] = []
+    unknown: list[str] = []
+    calm: list[str] = []
+    for event in events:
+        cause, numbers, names = event.cause, event.numbers, event.names
+        if cause is Cause.NOT_FINITE:
+            parts.append(f"learned 0 of {numbers[0]:.0f}: the filter's numbers are not finite")
+        elif cause is Cause.NOT_BEGUN:
+            parts.append(f"learned 0 of {numbers[0]:.0f}: learning has not begun")
+        elif cause is Cause.LEARNED_ALL:
+            parts.append(f"learned all {numbers[0]:.0f}{_worst(numbers[1:], names)}")
+        elif cause is Cause.LEARNED:
+            learned, count, valid = numbers[:3]
+            parts.append(f"learned {learned:.0f} of {count:.0f}, {valid:.0f} valid{_worst(numbers[3:], names)}")
+        elif cause is Cause.NEVER_EXCITED:
+            unknown.append(f"{', '.join(names)} (never excited)")
+        elif cause is Cause.NOT_IDENTIFIABLE:
+            unknown += names
+        elif cause is Cause.COMBINATION:
+            unknown.append(combination(numbers, names))
+        else:
+            calm += names
+    if unknown:
+        parts.append(f"not identifiable: {' and '.join(unknown)}")
+    if calm:
+        parts.append(f"not excited at the end: {', '.join(calm)}")
+    return "; ".join(parts)
+
+
+def _worst(sigma: Sequence[float], names: Sequence[str]) -> str:
+    return f", 1 sigma up to {100.0 * sigma[0]:.3g} % ({names[0]})" if sigma else ""
+
+
+def _mode_changed(event: Event, name: ModeName) -> str:
+    before, after = (name(mode) if mode is not None else "?" for mode in (event.before, event.after))
+    return f"{before} -> {after}: {_cause(event)}"
+
+
+def _mode_refused(event: Event, name: ModeName) -> str:
+    asked = name(event.after) if event.after is not None else "?"
+    return f"{asked} refused{_station(' to', event.asker)}: {_cause(event)}"
+
+
+def _given_up(event: Event, _: ModeName) -> str:
+    return f"{_manoeuvre(event)} given up after {event.numbers[0]:.1f} s: {_cause(event, 1)}"
+
+
+_ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
+    EventKind.MODE_CHANGED: _mode_changed,
+    EventKind.MODE_REFUSED: _mode_refused,
+    EventKind.ARMING_CHECK_PASSED: lambda *_: "ready to be armed",
+    EventKind.RULE_HOLDS: lambda event, _: _cause(event),
+    EventKind.CHANGE_FAILED: lambda event, _: f"change not made: {'; '.join(event.names)}",
+    EventKind.WAYPOINT_PASSED: lambda event, _: "waypoint {:.0f} of {:.0f} passed".format(*event.numbers),
+    EventKind.RALLY_POINT_REACHED: lambda *_: "rally point reached",
+    EventKind.RALLY_POINT_UNREACHABLE: lambda *_: "no rally point has a straight way within the fence",
+    EventKind.LOITER_DONE: lambda event, _: f"loiter done at item {event.numbers[0]:.0f}",
+    EventKind.MANOEUVRE_BEGUN: lambda event, _: (
+        f"{_manoeuvre(event)} begins: {event.numbers[0]:g} s about {event.numbers[1]:.1f} m"
+    ),
+    EventKind.MANOEUVRE_WAITS: lambda event, _: f"{_manoeuvre(event)} waits: {_cause(event)}",
+    EventKind.MANOEUVRE_RESUMED: lambda event, _: f"{_manoeuvre(event)} goes on",
+    EventKind.MANOEUVRE_DONE: lambda event, _: (
+        f"{_manoeuvre(event)} done: {event.numbers[0]:g} s, and {event.numbers[1]:.1f} s of waiting"
+    ),
+    EventKind.MANOEUVRE_GIVEN_UP: _given_up,
+}

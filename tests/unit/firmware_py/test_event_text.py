@@ -1,0 +1,107 @@
+"""Sentences of events: every kind and every cause has one, with its numbers and their units."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from firmware_py.records.event import MEANT, Cause, Event, EventKind, Severity
+from firmware_py.records.event_text import sentences, texts
+from firmware_py.records.order import Asker, Kind, Mode
+
+STATION = Asker(0, 255, 190, 400)
+NUMBERS: dict[Cause, tuple[float, ...]] = {
+    Cause.ATTITUDE_DEAD: (30.0,),
+    Cause.ATTITUDE_LOST: (0.5,),
+    Cause.DEPTH_LOST: (1.0,),
+    Cause.BATTERY_LOW: (0.05, 0.1),
+    Cause.DEPTH_LIMIT: (31.0, 30.0),
+    Cause.ALTITUDE_LIMIT: (1.25, 2.0),
+    Cause.FENCE: (2.0,),
+    Cause.LATE_CYCLES: (11.0, 10.0),
+    Cause.FINS_NOT_HEARD: (1.0,),
+    Cause.TILT: (1.0, 0.79),
+    Cause.CHARGE_NEEDED: (math.nan, 0.2),
+    Cause.MANOEUVRE_DEPTH: (56.0, 57.0, 55.0, 65.0),
+    Cause.MANOEUVRE_ALTITUDE: (6.0, 5.0, 7.0),
+    Cause.MANOEUVRE_PITCH: (0.4, 0.5, math.radians(25.0)),
+}
+REPORTED: dict[Cause, tuple[tuple[float, ...], tuple[str, ...]]] = {
+    Cause.LEARNED_ALL: ((10.0, 0.02), ("Y_r",)),
+    Cause.LEARNED: ((4.0, 10.0, 3.0, 0.03), ("Z_ds",)),
+    Cause.NOT_FINITE: ((10.0,), ()),
+    Cause.NOT_BEGUN: ((10.0,), ()),
+    Cause.NEVER_EXCITED: ((), ("N_r", "N_v")),
+    Cause.NOT_IDENTIFIABLE: ((), ("Y_v",)),
+    Cause.COMBINATION: ((0.7, -0.7), ("Y_r", "Y_v")),
+    Cause.NOT_EXCITED_AT_END: ((), ("N_r",)),
+}
+BY_KIND: dict[EventKind, tuple[float, ...]] = {
+    EventKind.WAYPOINT_PASSED: (1.0, 3.0),
+    EventKind.LOITER_DONE: (2.0,),
+    EventKind.MANOEUVRE_BEGUN: (120.0, 30.0),
+    EventKind.MANOEUVRE_DONE: (120.0, 4.5),
+}
+
+
+def event(kind: EventKind, cause: Cause = Cause.LEAK, numbers: tuple[float, ...] | None = None) -> Event:
+    numbers = BY_KIND.get(kind, NUMBERS.get(cause, ())) if numbers is None else numbers
+    return Event(kind, Severity.WARNING, Mode.HOLD, Mode.SURFACE, cause, STATION, Kind.PRBS, numbers, ("why",))
+
+
+@pytest.mark.parametrize("kind", [kind for kind in EventKind if kind is not EventKind.LEARNING_REPORT])
+def test_every_kind_has_a_sentence(kind: EventKind) -> None:
+    numbers = (4.0,) if kind is EventKind.MANOEUVRE_GIVEN_UP else None
+    (text,) = texts([event(kind, numbers=numbers)])
+    assert len(text) > 5
+    assert all(f"{number:g}" in text for number in event(kind).numbers)
+
+
+@pytest.mark.parametrize("cause", [cause for cause in Cause if cause not in REPORTED])
+def test_every_cause_has_a_sentence_with_its_numbers(cause: Cause) -> None:
+    (text,) = texts([event(EventKind.MODE_CHANGED, cause)])
+    assert text.startswith("HOLD -> SURFACE: ")
+    assert "{" not in text
+    assert any(unit in text for unit in (" m", " s", "%", " deg", " rad", "cycles", "exclusion 2")) or not NUMBERS.get(
+        cause
+    )
+
+
+def test_angles_and_shares_are_told_as_people_think_of_them() -> None:
+    pitch, battery, unknown = (
+        event(EventKind.RULE_HOLDS, cause) for cause in (Cause.MANOEUVRE_PITCH, Cause.BATTERY_LOW, Cause.CHARGE_NEEDED)
+    )
+    assert texts([pitch]) == ["pitch 23 deg, soon 29 deg, limit 25 deg"]
+    assert texts([battery]) == ["battery at 5%, less than 10%"]
+    assert texts([unknown]) == ["battery not heard, needs 20%"]
+
+
+@pytest.mark.parametrize("cause", REPORTED)
+def test_every_part_of_a_learning_report_is_told(cause: Cause) -> None:
+    numbers, names = REPORTED[cause]
+    report = Event(EventKind.LEARNING_REPORT, Severity.WARNING, cause=cause, manoeuvre=Kind.PRBS,
+                   numbers=numbers, names=names)  # fmt: skip
+    (text,) = texts([report])
+    assert text.startswith("prbs: ")
+    assert all(name in text for name in names)
+
+
+def test_the_causes_of_a_refusal_come_in_one_sentence_as_severe_as_the_worst() -> None:
+    parts = [event(EventKind.ARMING_REFUSED, cause) for cause in (Cause.LEAK, Cause.DEPTH_LOST)]
+    other = event(EventKind.RULE_HOLDS)
+    found = sentences([*parts, other])
+    assert [sentence.text for sentence in found] == [
+        "arming refused to station 255/190: water in the hull; depth not heard for 1 s",
+        "water in the hull",
+    ]
+    assert {sentence.severity for sentence in found} == {Severity.WARNING}
+
+
+def test_modes_are_called_what_the_reader_calls_them() -> None:
+    (sentence,) = sentences([event(EventKind.MODE_CHANGED, Cause.ORDERED)], lambda mode: mode.name.title())
+    assert sentence.text == "Hold -> Surface: ordered by station 255/190"
+
+
+def test_who_meant_a_change_of_mode_is_known() -> None:
+    assert set(MEANT) == {Cause.ORDERED, Cause.MISSION_DONE, Cause.RETURN_DONE, Cause.SURFACED}
