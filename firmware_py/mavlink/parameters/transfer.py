@@ -21,7 +21,6 @@ from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import LinkOutput
 from firmware_py.mavlink.base.modes import Identity
 from firmware_py.mavlink.base.service import MessageHandler
-from firmware_py.mavlink.commands.manual_control import ManualControlParams
 from firmware_py.parameter_tree import Parameter
 from firmware_py.params import ParamError, TakesEffect
 from firmware_py.records.limits import OperatingLimits
@@ -55,8 +54,8 @@ class Checker(Protocol):
         """What the vehicle keeps to under these values."""
 
     @property
-    def manual_control(self) -> ManualControlParams:
-        """What sticks ask for under these values."""
+    def manual_control(self) -> Any:
+        """What sticks ask for under these values, `ManualControlParams`: handed on unread."""
 
 
 class ParameterRefused(Exception):
