@@ -33,6 +33,7 @@ class Vehicle:
             MavlinkParams(),
             Origin(0.0, 0.0),
             Actuators((0.4,) * 4, 10.0),
+            app.parts_factory(configuration).limits,
             parameter_store=app.parameter_store(configuration),
         )
         self.k = 0

@@ -57,7 +57,7 @@ def test_a_configuration_without_a_mission_has_none(folder: Path) -> None:
 def test_a_mission_is_read_as_the_autopilot_takes_it(folder: Path) -> None:
     (folder / "mission.toml").write_text(GOOD)
     assert config_files.read_mission(folder)["waypoints"] == [[100.0, -20.5, 5.0, 1.8], [0.0, 0.0, 0.0, 0.0]]
-    assert not built(folder).guidance.finished
+    assert not built(folder).parts.guidance.finished
 
 
 ITEMS = """
