@@ -15,7 +15,7 @@ from firmware_py.estimation.filter.bank_arrays import BankArrays
 from firmware_py.estimation.iteration.measurement_history import new_history, record
 from firmware_py.estimation.iteration.rts_smoother import SMOOTHED, divide, factored, smooth
 from firmware_py.estimation.iteration.smoother_pass import BLOCK, RING, SmootherPass
-from firmware_py.estimation.model.state import EDDY_NORTH as EDDY
+from firmware_py.estimation.model.state import EDDY_NORTH
 
 from .cases import VEHICLE
 
@@ -71,7 +71,7 @@ def test_it_finds_what_least_squares_over_all_rows_at_once_finds(seed: int) -> N
         b += [np.zeros(STATES), z[k]]
     whole = np.linalg.lstsq(np.concatenate(A), np.concatenate(b), rcond=None)[0].reshape(rows + 1, STATES)
     end = np.zeros(20)
-    end[:9], end[EDDY : EDDY + 3] = x[:9], x[9:]
+    end[:9], end[EDDY_NORTH : EDDY_NORTH + 3] = x[:9], x[9:]
     path = np.zeros((rows, STATES))
     smooth(end, 0, rows, filtered, predicted, gains, np.zeros(STATES), path)
     np.testing.assert_allclose(path, whole[:-1], atol=1e-6)
@@ -81,24 +81,24 @@ def test_afterwards_the_eddies_are_known_better_than_at_the_moment() -> None:
     trial = fly_prbs(EDDYING, 0)
     z = measure(trial, SENSOR_STD, EDDYING.rates, 0)
     params = CoefficientParams(turbulence=(0.05,))
-    ekf, members = CoefficientEkf(VEHICLE, params), BankArrays(VEHICLE, params)
+    ekf, filters = CoefficientEkf(VEHICLE, params), BankArrays(VEHICLE, params)
     ekf.start(trial.x[0, :6], trial.x[0, 6:], SENSOR_STD)
-    members.take(*ekf.bank.copy())
-    members.tuning.learns[:] = members.tuning.may_learn
-    tape = new_history(len(z))
+    filters.take(*ekf.bank.copy())
+    filters.tuning.learns[:] = filters.tuning.may_learn
+    history = new_history(len(z))
     for k, (u, heard) in enumerate(zip(trial.inputs, z, strict=True)):
-        record(tape, k, EDDYING.h, u, heard, SENSOR_STD**2)
-    scout = SmootherPass(members)
-    scout.begin(members.x[0].copy(), 0)
+        record(history, k, EDDYING.h, u, heard, SENSOR_STD**2)
+    smoother = SmootherPass(filters)
+    smoother.start(filters.x[0].copy(), 0)
     first, now = [], []
-    while scout.known < len(z):
-        begin = scout.known
-        while scout.row < min(scout.goal, len(z)):
-            assert scout.go(tape, min(scout.row + 8, len(z)))
-            now.append((scout.row, scout.bank.x[0, EDDY : EDDY + 3].copy()))
-        scout.look_back(whole=scout.row == len(z))
-        first += [(k, scout.path[k % RING, 9:].copy()) for k in range(begin, scout.known)]
-    assert scout.path.shape == (3 * BLOCK, SMOOTHED)
+    while smoother.smoothed_to < len(z):
+        begin = smoother.smoothed_to
+        while smoother.row < min(smoother.row_max, len(z)):
+            assert smoother.run(history, min(smoother.row + 8, len(z)))
+            now.append((smoother.row, smoother.bank.x[0, EDDY_NORTH : EDDY_NORTH + 3].copy()))
+        smoother.smooth_back(whole=smoother.row == len(z))
+        first += [(k, smoother.path[k % RING, 9:].copy()) for k in range(begin, smoother.smoothed_to)]
+    assert smoother.path.shape == (3 * BLOCK, SMOOTHED)
 
     def error(said: list[tuple[int, np.ndarray]]) -> float:
         return float(np.sqrt(np.mean([(e - trial.water[k - 1]) ** 2 for k, e in said if k > 100])))

@@ -115,8 +115,8 @@ class IteratedFilter:
             return ENDLESS
         if self._row >= 0:
             ref = self._reference
-            ahead = min(_steps(ref.goal - ref.row, ROWS_PER_STEP), _steps(self.used - ref.row, ROWS_PER_STEP - 1))
-            return max(_steps(ref.known - self._row, ROWS_PER_STEP), ahead, 1)
+            ahead = min(_steps(ref.row_max - ref.row, ROWS_PER_STEP), _steps(self.used - ref.row, ROWS_PER_STEP - 1))
+            return max(_steps(ref.smoothed_to - self._row, ROWS_PER_STEP), ahead, 1)
         mark = self._times[self._turn] if self._learned else self._delay + PATIENCE
         return max(math.ceil((mark - self._span) / h - 1e-6), 1)
 
@@ -158,15 +158,16 @@ class IteratedFilter:
     def _catch_up(self, bank: BankArrays, steps: int, age: Array, begun: Flags) -> bool:
         """Goes on; at the end of the history, takes over or begins another pass."""
         own, ref, far = self._bank, self._reference, ROWS_PER_STEP * steps
-        going = self._go(min(self._row + far, ref.known)) and ref.go(self.history, min(ref.row + far, self.used))
+        finite = self._advance(min(self._row + far, ref.smoothed_to))
+        finite = finite and ref.run(self.history, min(ref.row + far, self.used))
         at_end = ref.row == self.used
-        if going and self._row == ref.known and (at_end or ref.row == ref.goal):
-            ref.look_back(whole=at_end)
+        if finite and self._row == ref.smoothed_to and (at_end or ref.row == ref.row_max):
+            ref.smooth_back(whole=at_end)
             if self.used - self._row <= ROWS_PER_STEP:
-                going = self._go(self.used)
-        if going and self._row < self.used:
+                finite = self._advance(self.used)
+        if finite and self._row < self.used:
             return False
-        if going:
+        if finite:
             mean, std, _ = own.combine()
             first = own.model.first
             learned = slice(first, first + len(begun))
@@ -175,27 +176,27 @@ class IteratedFilter:
                 self._stage += converged
                 self._rewind(mean, int(own.log_likelihood.argmax()), begun)
                 return False
-            going = self._contradicted[0] == 0.0
-        if going:
+        accepted = bool(finite and self._contradicted[0] == 0.0)
+        if accepted:
             bank.take(own.x, own.P, own.log_likelihood)
             age[0] = max(age[0], self._startup_over)
             self.accepted += 1
-        self._accepted_last = going
+        self._accepted_last = accepted
         self._row = -1
         while self._turn < len(self._times) and self._times[self._turn] <= self._span:
             self._turn += 1
         self.running = self._turn < len(self._times)
-        return going
+        return accepted
 
-    def _go(self, to: int) -> bool:
+    def _advance(self, to: int) -> bool:
         """Takes the bank to that row, up to which the reference is known; False if it cannot go on."""
         ref, begin, self._row = self._reference, self._row, to
-        rest = (ref.path, ref.about, self._deviation, self._nis, self._rejected, self._window, self._contradicted)
-        going: bool = relinearised_pass(self._bank.kernel, self.history, begin, to, *rest)
-        return going
+        rest = (ref.path, ref.reference, self._deviation, self._nis, self._rejected, self._window, self._contradicted)
+        finite: bool = relinearised_pass(self._bank.kernel, self.history, begin, to, *rest)
+        return finite
 
-    def _rewind(self, mean: Array, leader: int, begun: Flags) -> None:
-        """Starts a pass: slopes about the `mean`, (n,), in the eddies of the filter `leader`."""
+    def _rewind(self, mean: Array, most_likely: int, begun: Flags) -> None:
+        """Starts a pass: slopes about the `mean`, (n,), in the eddies of that filter."""
         own, first, tuning = self._bank, self._bank.model.first, self._bank.tuning
         own.take(*self._start)
         names = slice(first, first + len(begun))
@@ -206,7 +207,7 @@ class IteratedFilter:
         tuning.Q_eddy[:] = EDDY_NOISE_LEFT**2 * tuning.Q_eddy_startup
         tuning.Q[LINEAR] += (STAGES[self._stage] * STAGE_SPEED_NOISE) ** 2
         tuning.Q[ANGULAR] += (STAGES[self._stage] * STAGE_RATE_NOISE) ** 2
-        self._reference.begin(mean, leader)
+        self._reference.start(mean, most_likely)
         self._mean[:] = mean
         self._window[:], self._contradicted[:] = 0.0, 0.0
         self._row = 0
@@ -226,7 +227,7 @@ class IteratedFilter:
             span=self._span,
             turn=self._turn,
             row=self._row,
-            reference=(self._reference.row, self._reference.known),
+            reference=(self._reference.row, self._reference.smoothed_to),
             stage=self._stage,
             accepted_last=self._accepted_last,
             age=self._age,
@@ -245,7 +246,7 @@ class IteratedFilter:
         for own, kept in zip(self._arrays, memory.arrays, strict=True):
             own[:] = kept
         self._span, self._turn, self._row = memory.span, memory.turn, memory.row
-        self._reference.row, self._reference.known = memory.reference
+        self._reference.row, self._reference.smoothed_to = memory.reference
         self._stage, self._accepted_last = memory.stage, memory.accepted_last
         self._age, self._learned = memory.age, memory.learned
         self.running, self.accepted = memory.running, memory.accepted

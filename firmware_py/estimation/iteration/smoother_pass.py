@@ -17,13 +17,13 @@ RING = 3 * BLOCK
 
 
 class SmootherPass:
-    """One filter to which coefficients, biases and the current are known; only motion and eddies are not.
+    """One filter to which coefficients, biases and the current are known; only motion and eddies are estimated.
 
     Attributes:
-        row: of the tape, where it is.
-        known: up to where the smoothed motion is.
-        about: the state that is known, (padded,); a review moves in it what moves.
-        path: the smoothed motion and eddies before each row up to `known`, (RING, states), at the row modulo RING.
+        row: of the history, where it is.
+        smoothed_to: the row up to which motion is smoothed.
+        reference: the state that is known, (padded,); a pass moves in it what moves.
+        path: smoothed motion and eddies before each row up to `smoothed_to`, (RING, states), at the row modulo RING.
     """
 
     def __init__(self, filters: BankArrays) -> None:
@@ -42,47 +42,50 @@ class SmootherPass:
         self._gains = np.zeros((RING, count, count))
         self._scratch, self._moved = np.zeros((count, count)), np.zeros(count)
         self._nis, self._rejected = np.zeros(9), np.zeros(9, dtype=np.int64)
-        self.about, self.path = np.zeros(width), np.zeros((RING, count))
-        self.row = self.known = 0
+        self.reference, self.path = np.zeros(width), np.zeros((RING, count))
+        self.row = self.smoothed_to = 0
 
     @property
-    def goal(self) -> int:
+    def row_max(self) -> int:
         """Where it stops until what it knows has been used."""
-        return self.known + 2 * BLOCK
+        return self.smoothed_to + 2 * BLOCK
 
-    def begin(self, mean: Array, leader: int) -> None:
-        """Goes to the start of the history; the state `mean`, (n,), with the eddies of filter `leader`."""
+    def start(self, mean: Array, most_likely: int) -> None:
+        """Goes to the start of the history; the state `mean`, (n,), with the eddies of the most likely filter."""
         filters, own = self._filters, self.bank
-        own.intensity[0] = filters.intensity[leader]
+        own.intensity[0] = filters.intensity[most_likely]
         own.tuning.Q[:], own.tuning.learns[:] = filters.tuning.Q, filters.tuning.learns
         own.tuning.learns[MOVING:] = 0.0
         own.tuning.Q[MOVING:] = 0.0
-        self.about[: len(mean)] = mean
-        own.x[0] = self.about
+        self.reference[: len(mean)] = mean
+        own.x[0] = self.reference
         own.P[:] = 0.0
         eddies = slice(EDDY_NORTH, EDDY_NORTH + EDDY_STATES)
         for moving in (slice(0, MOVING), eddies)[: 2 if filters.model.water == EDDIES else 1]:
-            own.x[0, moving], own.P[0, moving, moving] = filters.x[leader, moving], filters.P[leader, moving, moving]
+            own.x[0, moving], own.P[0, moving, moving] = (
+                filters.x[most_likely, moving],
+                filters.P[most_likely, moving, moving],
+            )
             own.tuning.learns[moving] = 1.0
-        self.row = self.known = 0
+        self.row = self.smoothed_to = 0
 
-    def go(self, history: MeasurementHistory, to: int) -> bool:
-        """Goes on to that row of the history, no further than its goal; False if a number was not finite."""
-        begin, self.row = self.row, max(self.row, min(to, self.goal))
+    def run(self, history: MeasurementHistory, to: int) -> bool:
+        """Goes on to that row of the history, no further than `row_max`; False if a number was not finite."""
+        first, self.row = self.row, max(self.row, min(to, self.row_max))
         kept = (self._filtered, self._predicted, self._gains, self._scratch, self._nis, self._rejected)
-        going: bool = reference_pass(self.bank, history, begin, self.row, *kept)
-        return going
+        finite: bool = reference_pass(self.bank, history, first, self.row, *kept)
+        return finite
 
-    def look_back(self, whole: bool) -> None:
+    def smooth_back(self, whole: bool) -> None:
         """Smooths what it went through: a block, or with `whole` all."""
         kept = (self._filtered, self._predicted, self._gains, self._moved, self.path)
-        smooth(self.bank.x[0], self.known, self.row, *kept)
-        self.known = self.row if whole else self.row - BLOCK
+        smooth(self.bank.x[0], self.smoothed_to, self.row, *kept)
+        self.smoothed_to = self.row if whole else self.row - BLOCK
 
     @property
     def arrays(self) -> tuple[Array, ...]:
         """All that it remembers, but for its two rows."""
         return (
             *(self.bank.x, self.bank.P, self.bank.tuning.Q, self.bank.tuning.learns, self.bank.intensity),
-            *(self._filtered, self._predicted, self._gains, self.about, self.path),
+            *(self._filtered, self._predicted, self._gains, self.reference, self.path),
         )

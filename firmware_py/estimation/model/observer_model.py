@@ -63,13 +63,14 @@ class ObserverModel:
         self.names, self.water = tuple(names), water
         self.biases = tuple(MOTIONS.index(name) for name in biases)
         values = constants(vehicle)
+        terms = _force_terms(self.names, values)
         self.believed = tuple(1.0 if name in GROUPS else float(values[CONSTANTS.index(name)]) for name in self.names)
         self.first = MOVING + water + len(self.biases)
         self.size = self.first + len(self.names)
         self.arrays = Model(
             constants=values,
             inverse_mass=inverse_mass(values),
-            terms=_force_terms(self.names, values),
+            terms=terms,
             water=water,
             first=self.first,
             added_mass=any("dot" in name for name in self.names),
