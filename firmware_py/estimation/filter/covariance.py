@@ -35,13 +35,14 @@ def channel_covariance(P: Matrix, model: Model, step: Linearisation, width: int,
         width: how many states.
         channels: out, (CHANNELS, width).
     """
-    terms = model.terms
+    parameters, regressors, equations = model.terms.parameter, model.terms.regressor, model.terms.equation
+    weights, forces, first = model.terms.weight, step.regressors, model.first
     for r in range(CHANNELS):
         for j in range(width):
             channels[r, j] = 0.0
-    for k in range(len(terms.weight)):
-        force = terms.weight[k] * step.regressors[terms.regressor[k]]
-        parameter, channel = model.first + terms.parameter[k], terms.equation[k]
+    for k in range(len(weights)):
+        force = weights[k] * forces[regressors[k]]
+        parameter, channel = first + parameters[k], equations[k]
         for j in range(width):
             channels[channel, j] += force * P[parameter, j]
     for d in range(model.water):

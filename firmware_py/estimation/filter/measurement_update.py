@@ -22,15 +22,6 @@ def wrapped(angle: float) -> float:
 
 
 @kernel()
-def innovation(bank: FilterBank, x: Vector, z: Vector, i: int) -> float:
-    """z - H x of sensor i, its bias included; an angle's is wrapped."""
-    innov = z[i] - x[i]
-    if bank.bias_state[i] >= 0:
-        innov -= x[bank.bias_state[i]]
-    return wrapped(innov) if i in (PHI, PSI) else innov
-
-
-@kernel()
 def update(
     bank: FilterBank,
     x: Vector,
@@ -58,7 +49,8 @@ def update(
     Returns:
         The log-likelihood of the measurements, -1/2 sum(nis + ln S), but for a constant; NaN if a number is not finite.
     """
-    tuning, rows, gate = bank.tuning, bank.scratch.rows, bank.settings.gate
+    rows, gate, bias_state = bank.scratch.rows, bank.settings.gate, bank.bias_state
+    learns, lower, upper = bank.tuning.learns, bank.tuning.lower, bank.tuning.upper
     log_likelihood = 0.0
     clear(rows)
     for start in range(0, MOVING, BATCH):
@@ -69,8 +61,12 @@ def update(
                 continue
             if i in (PHI, PSI) and abs(math.cos(x[THETA])) < COS_STEEP:
                 continue
-            innov = innovation(bank, x, z, i)
-            square, S = update_state(x, P, tuning.learns, i, bank.bias_state[i], innov, R[i], gate, slot, rows)
+            innov, bias = z[i] - x[i], bias_state[i]
+            if bias >= 0:
+                innov -= x[bias]
+            if i in (PHI, PSI):
+                innov = wrapped(innov)
+            square, S = update_state(x, P, learns, i, bias, innov, R[i], gate, slot, rows)
             taken, product_of_S = True, product_of_S * S
             if not square <= gate * gate:
                 square = gate * gate
@@ -80,11 +76,11 @@ def update(
             log_likelihood -= 0.5 * square
         if taken:
             log_likelihood -= 0.5 * math.log(product_of_S)
-            update_covariance(P, tuning.learns, rows)
+            update_covariance(P, learns, rows)
     x[PHI], x[PSI] = wrapped(x[PHI]), wrapped(x[PSI])
     check = log_likelihood * 0.0
     for j in range(len(P)):
-        x[j] = min(max(x[j], tuning.lower[j]), tuning.upper[j])
+        x[j] = min(max(x[j], lower[j]), upper[j])
         check += (x[j] + P[j, j]) * 0.0
     return log_likelihood + check
 

@@ -28,20 +28,27 @@ def schedule(tuning: Tuning, age: Vector, first: int, h: float, settings: Settin
         h: step, s.
         settings: the learning delay and the time constant of the start-up.
     """
+    Q, Q_eddy, learns = tuning.Q, tuning.Q_eddy, tuning.learns
+    Q_final, Q_startup, Q_eddy_startup, may_learn = (
+        tuning.Q_final,
+        tuning.Q_startup,
+        tuning.Q_eddy_startup,
+        tuning.may_learn,
+    )
     delayed = age[0] < settings.learning_delay
     any_learns = False
-    for j in range(len(tuning.Q)):
-        may = tuning.may_learn[j]
+    for j in range(len(Q)):
+        may = may_learn[j]
         if j >= first:
             any_learns = any_learns or may != 0.0
             if delayed:
                 may = 0.0
-        tuning.learns[j] = may
-        tuning.Q[j] = tuning.Q_final[j] * may
+        learns[j] = may
+        Q[j] = Q_final[j] * may
     left = math.exp(-2.0 * max(age[0] - settings.learning_delay, 0.0) / settings.startup_time)
     for j in range(MOVING):
-        tuning.Q_eddy[j] = left * tuning.Q_eddy_startup[j]
+        Q_eddy[j] = left * Q_eddy_startup[j]
         if not delayed:
-            tuning.Q[j] += left * tuning.Q_startup[j]
+            Q[j] += left * Q_startup[j]
     if delayed or any_learns:
         age[0] += h

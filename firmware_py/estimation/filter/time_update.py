@@ -41,11 +41,11 @@ def predict_covariance(bank: FilterBank, intensity: float, x: Vector, P: Matrix,
         h: step, s.
     """
     n, width = P.shape
-    tuning, model = bank.tuning, bank.model
+    Q, Q_eddy, model = bank.tuning.Q, bank.tuning.Q_eddy, bank.model
     eddy_noise = intensity * math.sqrt(water_variance(P, model.water))
     propagate(P, model, bank.step, bank.scratch)
     for i in range(n):
-        P[i, i] += h * (tuning.Q[i] + eddy_noise * tuning.Q_eddy[i])
+        P[i, i] += h * (Q[i] + eddy_noise * Q_eddy[i])
     if model.water == EDDIES:
         decay = math.exp(-h / bank.settings.eddy_time)
         for i in range(EDDY_NORTH, WATER_END):

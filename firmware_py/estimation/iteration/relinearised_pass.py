@@ -33,16 +33,18 @@ def move_beside(model: Model, step: Linearisation, reference: Vector, deviation:
         deviation: x less the reference before it, (padded,).
         x: changed.
     """
-    terms = model.terms
+    Phi, response, regressors = step.Phi, step.response, step.regressors
+    terms, weights, first = model.terms, model.terms.weight, model.first
+    parameters, places, equations = terms.parameter, terms.regressor, terms.equation
     for i in range(MOVING):
         moved = reference[i]
         for j in range(MOVING):
-            moved += step.Phi[i, j] * deviation[j]
+            moved += Phi[i, j] * deviation[j]
         for j in range(model.water):
-            moved += step.Phi[i, WATER + WATER_AXIS[j]] * deviation[MOVING + j]
-        for k in range(len(terms.weight)):
-            force = terms.weight[k] * step.regressors[terms.regressor[k]] * deviation[model.first + terms.parameter[k]]
-            moved += step.response[i, terms.equation[k]] * force
+            moved += Phi[i, WATER + WATER_AXIS[j]] * deviation[MOVING + j]
+        for k in range(len(weights)):
+            force = weights[k] * regressors[places[k]] * deviation[first + parameters[k]]
+            moved += response[i, equations[k]] * force
         x[i] = moved
 
 

@@ -81,12 +81,13 @@ def load_parameters(model: Model, x: Vector, step: Linearisation) -> bool:
     Returns:
         False if the mass matrix has no inverse.
     """
-    terms = model.terms
-    for k in range(len(terms.weight)):
-        model.constants[terms.constant[k]] = terms.weight[k] * x[model.first + terms.parameter[k]]
+    constants, first = model.constants, model.first
+    places, parameters, weights = model.terms.constant, model.terms.parameter, model.terms.weight
+    for k in range(len(weights)):
+        constants[places[k]] = weights[k] * x[first + parameters[k]]
     if not model.added_mass:
         return True
-    mass(model.constants, step.mass)
+    mass(constants, step.mass)
     return invert(step.mass, model.inverse_mass)
 
 
