@@ -1,1 +1,1 @@
-"""The boat and the sea, on the far side of the wires."""
+"""The simulated vehicle and its environment: plant, devices, scenarios, faults."""

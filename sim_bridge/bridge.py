@@ -1,4 +1,4 @@
-"""The boat as a whole: its plant, its instruments and its devices, moved on one tick at a time."""
+"""The simulated vehicle as a whole: its plant and its devices, stepped one tick at a time."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from sim_bridge.plant.plant import Plant
 from sim_bridge.truth_sample import TruthSample
 
 
-class Devices(Protocol):
-    """Whatever is between the boat and its vehicle; times are in s."""
+class DevicePort(Protocol):
+    """The devices between the plant and the autopilot; times are in s."""
 
-    def settle(self, plant: Plant, /) -> None:
-        """Begins where the boat is."""
+    def initialise(self, plant: Plant, /) -> None:
+        """Take the initial state of the plant."""
 
-    def hear(self, t: float, /) -> None:
-        """Takes what the vehicle has said."""
+    def receive(self, t: float, /) -> None:
+        """Take what the autopilot has sent."""
 
     def commands(self, t: float, fins: Sequence[float], /) -> tuple[Sequence[float], float]:
-        """Fin angles (rad) and shaft speed (rev/s) that act from t on; `fins` is where they are."""
+        """Return the fin angles (rad) and shaft speed (rev/s) commanded from t on; `fins` are the true angles."""
 
-    def speak(self, k: int, t: float, plant: Plant, /) -> None:
-        """Says what is measured at tick k."""
+    def publish(self, k: int, t: float, plant: Plant, /) -> None:
+        """Send what is measured at tick k."""
 
     def switch_off(self, device: str, /) -> None:
-        """Takes a device's power away."""
+        """Switch a device off."""
 
 
 class Bridge:
-    """All beyond the wires. What was commanded in tick k acts from k to k + 1; what is true at k is sent at k."""
+    """Plant, devices and faults. What is commanded in tick k acts from k to k + 1; what is true at k is sent at k."""
 
-    def __init__(self, plant: Plant, devices: Devices, faults: Iterable[Fault] = ()) -> None:
-        """Raises ParamError if a fault strikes a fin that the boat does not have."""
+    def __init__(self, plant: Plant, devices: DevicePort, faults: Iterable[Fault] = ()) -> None:
+        """Raise ParamError if a fault names a fin that the plant does not have."""
         self._plant = plant
         self._devices = devices
         self._faults = Faults(faults)
@@ -43,37 +43,37 @@ class Bridge:
         for fin in self._faults.fins:
             if fin not in self._names:
                 raise ParamError(f"fault fin-jam:{fin}: there is no such fin; known: {', '.join(self._names)}")
-        devices.settle(plant)
+        devices.initialise(plant)
 
     def step(self, k: int) -> None:
-        """Brings the boat from tick k - 1 to tick k (k = 0 is the start) and says what it measures there."""
+        """Step the plant from tick k - 1 to tick k (k = 0 is the start) and send what is measured there."""
         plant, devices = self._plant, self._devices
         t = k * plant.dt
         if t >= self._faults.next_t:
-            self._faults.strike(t, self)
+            self._faults.inject(t, self)
         if k > 0:
-            devices.hear(t - plant.dt)
+            devices.receive(t - plant.dt)
             plant.step(*devices.commands(t - plant.dt, plant.fins))
-        devices.speak(k, t, plant)
+        devices.publish(k, t, plant)
 
     def truth(self) -> TruthSample:
-        """What is really the case at the tick that was last stepped to."""
+        """Return the true state at the last tick."""
         plant = self._plant
         return TruthSample(plant.eta, plant.nu, plant.current_ned, plant.fins, plant.n)
 
     def switch_off(self, device: str) -> None:
-        """Takes a device's power away: it is never heard again."""
+        """Switch a device off for the rest of the run."""
         self._devices.switch_off(device)
 
     def jam(self, fin: str) -> None:
-        """Blocks a fin where it is."""
+        """Jam a fin at its present angle."""
         self._plant.jam(self._names.index(fin))
 
 
-class Lockstep:
-    """The schedule that waits for nothing: it moves the boat to each tick before it yields it; a `ports.Schedule`.
+class PlantSchedule:
+    """A `ports.Schedule` that never waits: it steps the plant to each tick before it yields it.
 
-    `advance` alone is what `adapters.clock.RealTime` wants to be handed for the same run in real time.
+    For a run in real time, `advance` is passed to `adapters.clock.RealTime`.
     """
 
     def __init__(self, bridge: Bridge, dt_ns: int, ticks: int, stop: Callable[[], bool] = lambda: False) -> None:
@@ -83,14 +83,14 @@ class Lockstep:
         self._stop = stop
 
     def advance(self, k: int) -> bool:
-        """Moves the boat to tick k; False if the run is over instead."""
+        """Step the plant to tick k; return False if the run is over instead."""
         if k >= self._ticks or self._stop():
             return False
         self._bridge.step(k)
         return True
 
     def __iter__(self) -> Iterator[Tick]:
-        """Ticks 0, 1, ... until the time is over or `stop` says so."""
+        """Yield ticks 0, 1, ... until the time is over or `stop` returns True."""
         k = 0
         while self.advance(k):
             yield Tick(k, self._dt_ns)

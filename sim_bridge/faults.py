@@ -1,4 +1,4 @@
-"""What can be made to fail, and when: one table from names to the hand that does it."""
+"""Faults of a scenario: a table from the name of a fault to its action, and the schedule of a run's faults."""
 
 from __future__ import annotations
 
@@ -9,66 +9,66 @@ from typing import Protocol
 from firmware_py.params import ParamError, param
 
 
-class Breakable(Protocol):
-    """What a fault gets its hands on."""
+class FaultTarget(Protocol):
+    """What faults act on."""
 
     def switch_off(self, device: str) -> None:
-        """Takes a device's power away."""
+        """Switch a device off."""
 
     def jam(self, fin: str) -> None:
-        """Blocks a fin where it is."""
+        """Jam a fin at its present angle."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One failure of a scenario; `name` is one of KINDS, with what it strikes behind a colon where one is needed."""
+    """One failure of a scenario; `name` is one of KINDS, followed by a colon and a fin where one is needed."""
 
     t: float = param(unit="s", low=0, high=1e6, doc="When it happens.")
     name: str = param(doc='What happens: "dvl-off", "fin-jam:rudder_upper", ...')
 
 
-def _off(device: str) -> Callable[[Breakable, str], None]:
-    return lambda boat, _: boat.switch_off(device)
+def _off(device: str) -> Callable[[FaultTarget, str], None]:
+    return lambda target, _: target.switch_off(device)
 
 
-KINDS: Mapping[str, tuple[bool, Callable[[Breakable, str], None]]] = {
-    # name: (takes an argument, what it does)
+KINDS: Mapping[str, tuple[bool, Callable[[FaultTarget, str], None]]] = {
+    # name: (takes an argument, action)
     "dvl-off": (False, _off("dvl")),
     "ahrs-off": (False, _off("ahrs")),
     "pressure-off": (False, _off("pressure")),
     "altimeter-off": (False, _off("altimeter")),
     "fix-off": (False, _off("fix")),
-    "fin-jam": (True, lambda boat, fin: boat.jam(fin)),
+    "fin-jam": (True, lambda target, fin: target.jam(fin)),
 }
 
 
 def known_faults() -> str:
-    """The names of KINDS, for an error or a help text."""
+    """Return the names of KINDS, for an error or a help text."""
     return "known: " + ", ".join(f"{name}:FIN" if argued else name for name, (argued, _) in KINDS.items())
 
 
 class Faults:
-    """The failures of one run in order of time; each strikes at the first tick that is not before it.
+    """The faults of one run in order of time; each occurs at the first tick that is not before it.
 
     Raises:
-        ParamError: a name that is not in KINDS, or an argument too many or too few.
+        ParamError: a name that is not in KINDS, or an argument that is missing or not expected.
     """
 
     def __init__(self, faults: Iterable[Fault]) -> None:
-        self._ahead = sorted(faults, key=lambda fault: fault.t, reverse=True)
-        self.fins = tuple(argument for _, argument in (_resolve(fault.name) for fault in self._ahead) if argument)
-        """The fins that will be struck."""
-        self.next_t = self._ahead[-1].t if self._ahead else float("inf")
+        self._pending = sorted(faults, key=lambda fault: fault.t, reverse=True)
+        self.fins = tuple(argument for _, argument in (_resolve(fault.name) for fault in self._pending) if argument)
+        """The fins that will fail."""
+        self.next_t = self._pending[-1].t if self._pending else float("inf")
 
-    def strike(self, t: float, boat: Breakable) -> None:
-        """Does all that is due at time `t`, s."""
+    def inject(self, t: float, target: FaultTarget) -> None:
+        """Inject every fault that is due at time `t`, s."""
         while t >= self.next_t:
-            act, argument = _resolve(self._ahead.pop().name)
-            act(boat, argument)
-            self.next_t = self._ahead[-1].t if self._ahead else float("inf")
+            act, argument = _resolve(self._pending.pop().name)
+            act(target, argument)
+            self.next_t = self._pending[-1].t if self._pending else float("inf")
 
 
-def _resolve(name: str) -> tuple[Callable[[Breakable, str], None], str]:
+def _resolve(name: str) -> tuple[Callable[[FaultTarget, str], None], str]:
     kind, _, argument = name.partition(":")
     if kind not in KINDS:
         raise ParamError(f"fault {name!r} is unknown; known: {', '.join(KINDS)}")

@@ -1,30 +1,30 @@
-"""The plant's side of the lockstep with a vehicle in another process: it moves on when the vehicle has answered."""
+"""The plant's side of the lockstep with a vehicle in another process: it steps when the vehicle has acknowledged."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from firmware_py.adapters.lockstep.lockstep import BYE, HELLO, PATIENCE, VERSION, LockstepError, LockstepLink
+from firmware_py.adapters.lockstep.lockstep_link import BYE, HELLO, TIMEOUT, VERSION, LockstepError, LockstepLink
 from firmware_py.wire.dronecan.messages import TICK, TICK_DONE
 from firmware_py.wire.dronecan.protocol import LockstepTick
 
-_KNOCK = 0.2
-"""How often a vehicle that has not answered yet is greeted, s."""
+_HELLO_PERIOD = 0.2
+"""How often hello is sent to a vehicle that has not acknowledged yet, s."""
 
 
-def meet(turns: LockstepLink, dt_ns: int, seconds: float, stop: Callable[[], bool]) -> bool:
-    """Greets until a vehicle answers; False if `stop` said so before.
+def accept_vehicle(link: LockstepLink, dt_ns: int, seconds: float, stop: Callable[[], bool]) -> bool:
+    """Send hello until a vehicle acknowledges it; return False if `stop` returned True before.
 
     Raises:
-        LockstepError: no vehicle answered within `seconds`.
+        LockstepError: no vehicle acknowledged within `seconds`, or one refused.
     """
-    for _ in range(max(1, round(seconds / _KNOCK))):
-        turns.say(TICK, LockstepTick(HELLO, dt_ns, 0, VERSION))
-        done = turns.listen(TICK_DONE, _KNOCK, stop)
+    for _ in range(max(1, round(seconds / _HELLO_PERIOD))):
+        link.send_message(TICK, LockstepTick(HELLO, dt_ns, 0, VERSION))
+        done = link.receive_message(TICK_DONE, _HELLO_PERIOD, stop)
         if stop():
             return False
         if done is not None and done.k == HELLO:
-            turns.forget()
+            link.discard()
             return True
         if done is not None and done.k == BYE:
             raise LockstepError("the vehicle refused: it has another rate, or another version of the lockstep")
@@ -32,39 +32,39 @@ def meet(turns: LockstepLink, dt_ns: int, seconds: float, stop: Callable[[], boo
 
 
 class LockstepServer:
-    """Runs a boat in lockstep. `step(k)` moves it to tick k and sends what it measures there."""
+    """Runs a plant in lockstep. `step(k)` moves it to tick k and sends what its devices measure there."""
 
-    def __init__(self, step: Callable[[int], None], turns: LockstepLink, dt_ns: int) -> None:
+    def __init__(self, step: Callable[[int], None], link: LockstepLink, dt_ns: int) -> None:
         self._step = step
-        self._turns = turns
+        self._link = link
         self._dt_ns = dt_ns
 
     def advance(self, k: int, stop: Callable[[], bool]) -> bool:
-        """Plays tick k with the vehicle; False if either side has had enough.
+        """Step to tick k and wait for the vehicle's acknowledgement; return False if either side ends the run.
 
         Raises:
             LockstepError: the vehicle is silent, or a frame was lost.
         """
-        turns = self._turns
+        link = self._link
         self._step(k)
-        turns.say(TICK, LockstepTick(k, k * self._dt_ns, turns.said & 0xFFFF, VERSION))
+        link.send_message(TICK, LockstepTick(k, k * self._dt_ns, link.frames_sent & 0xFFFF, VERSION))
         while True:
-            done = turns.listen(TICK_DONE, PATIENCE, stop)
+            done = link.receive_message(TICK_DONE, TIMEOUT, stop)
             if stop():
                 return False
             if done is None:
-                raise LockstepError(f"the vehicle has been silent for {PATIENCE:g} s, at tick {k}: was it ended?")
+                raise LockstepError(f"the vehicle has been silent for {TIMEOUT:g} s, at tick {k}: was it ended?")
             if done.k == BYE:
                 return False
-            if done.k != HELLO:  # an answer to a greeting that came late
+            if done.k != HELLO:  # an acknowledgement of hello that came late
                 break
         if done.k != k:
             raise LockstepError(f"the vehicle answered tick {done.k} when it was tick {k}: a frame was lost")
-        if turns.heard & 0xFFFF != done.frames:
-            raise LockstepError(f"{turns.heard} frames came after tick {k}, the vehicle sent {done.frames}")
-        turns.heard = 0
+        if link.frames_received & 0xFFFF != done.frames:
+            raise LockstepError(f"{link.frames_received} frames came after tick {k}, the vehicle sent {done.frames}")
+        link.frames_received = 0
         return True
 
     def bye(self) -> None:
-        """Tells the vehicle that there are no more ticks."""
-        self._turns.say(TICK, LockstepTick(BYE, 0, 0, VERSION))
+        """Tell the vehicle that there are no more ticks."""
+        self._link.send_message(TICK, LockstepTick(BYE, 0, 0, VERSION))

@@ -1,4 +1,4 @@
-"""A scenario: where the boat starts, in what water, what it is told and when, what breaks, and when it is over."""
+"""A scenario: initial state, environment, scheduled orders, faults, and when it is complete."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from sim_bridge.plant.environment import EnvironmentParams
 
 
 class Completes(enum.Enum):
-    """What must have come to pass for the scenario to count as completed."""
+    """The condition for a scenario to count as completed."""
 
     SURFACED = enum.auto()
     """The vehicle surfaced and disarmed itself; the run ends there."""
     TIME = enum.auto()
-    """It was still armed, and not on its way up, when the time was over."""
+    """It was still armed, and not surfacing, when the time was over."""
 
 
 @dataclass(frozen=True, slots=True)
-class Start:
+class InitialState:
     """The plant at t = 0."""
 
     x: float = param(0.0, unit="m", low=-1e5, high=1e5, doc="North of the origin.")
@@ -46,20 +46,20 @@ class Start:
 
     @property
     def eta(self) -> Eta:
-        """Position and attitude."""
+        """Return position and attitude."""
         return Eta(self.x, self.y, self.depth, self.phi, self.theta, self.psi)
 
     @property
     def nu(self) -> Nu:
-        """Velocity; the boat does not turn at the start."""
+        """Return the body velocity; the rates are zero."""
         return Nu(self.u, self.v, self.w, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Cue:
-    """What the pilot says at one time; what is not written stays as it is. Sticks, once moved, are held."""
+class ScenarioOrder:
+    """One order of the scripted operator; a key that is not given changes nothing. Sticks, once moved, are held."""
 
-    t: float = param(unit="s", low=0, high=1e6, doc="When; said at the first tick that is not before it.")
+    t: float = param(unit="s", low=0, high=1e6, doc="Time of the order: the first tick that is not before it.")
     arming: Arming = Arming.KEEP
     mode: Mode | None = None
     depth: float = param(math.nan, unit="m", low=0, high=6000, doc="To hold.")
@@ -72,23 +72,23 @@ class Cue:
 
 @dataclass(frozen=True, slots=True)
 class Zigzag:
-    """The zigzag (Kempf): the rudder is put over each time the heading has gone `heading` off the base course."""
+    """The zigzag (Kempf): the rudder is reversed each time the heading is `heading` off the base course."""
 
     t: float = param(unit="s", low=0, high=1e6, doc="First execute.")
     delta_r: float = param(20.0, unit="deg", low=1, high=90, doc="Rudder angle, to one side and the other.")
-    heading: float = param(20.0, unit="deg", low=1, high=90, doc="Deviation at which the rudder is put over.")
+    heading: float = param(20.0, unit="deg", low=1, high=90, doc="Deviation at which the rudder is reversed.")
 
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """One scenario file. `autopilot` and `sensors` are laid over autopilot.toml and sensors.toml as they stand."""
+    """One scenario file. `autopilot` and `sensors` override values of autopilot.toml and sensors.toml."""
 
     description: str
     completes: Completes
-    duration: float = param(unit="s", low=1, high=1e6, doc="The run ends at the latest then.")
+    duration: float = param(unit="s", low=1, high=1e6, doc="Time limit of the run.")
     environment: EnvironmentParams = field(default_factory=EnvironmentParams)
-    start: Start = field(default_factory=Start)
-    orders: tuple[Cue, ...] = ()
+    start: InitialState = field(default_factory=InitialState)
+    orders: tuple[ScenarioOrder, ...] = ()
     zigzag: Zigzag | None = None
     waypoints: tuple[Point, ...] = ()
     items: tuple[Item, ...] = ()
@@ -99,7 +99,7 @@ class Scenario:
     def __post_init__(self) -> None:
         if any(later.t < earlier.t for earlier, later in zip(self.orders, self.orders[1:], strict=False)):
             raise ParamError("orders are not in order of t_s")
-        if not self.mission.items and any(cue.mode is Mode.MISSION for cue in self.orders):
+        if not self.mission.items and any(order.mode is Mode.MISSION for order in self.orders):
             raise ParamError('mode = "mission" is ordered, but there are no [[waypoints]] or [[items]]')
         depth, bottom = self.start.depth, self.environment.bottom_depth
         if depth > bottom:
@@ -108,38 +108,38 @@ class Scenario:
 
     @property
     def mission(self) -> Mission:
-        """What the vehicle is given to fly."""
+        """Return the mission that the vehicle loads."""
         return mission_of(self.waypoints, self.items)
 
 
 def parse(table: Mapping[str, Any], where: str) -> Scenario:
-    """Makes a scenario of a TOML table.
+    """Return the scenario of a TOML table.
 
     Raises:
         ParamError: one line that names `where`, the key and what would be right.
     """
     table = dict(table)
-    laid_over = {name: table.pop(name, {}) for name in ("autopilot", "sensors")}
-    for name, values in laid_over.items():
+    overrides = {name: table.pop(name, {}) for name in ("autopilot", "sensors")}
+    for name, values in overrides.items():
         if not isinstance(values, Mapping):
             raise ParamError(f"{where}: {name} must be a table")
-    autopilot, sensors = (MappingProxyType(dict(laid_over[name])) for name in ("autopilot", "sensors"))
+    autopilot, sensors = (MappingProxyType(dict(overrides[name])) for name in ("autopilot", "sensors"))
     return dataclasses.replace(load(Scenario, table, where), autopilot=autopilot, sensors=sensors)
 
 
 def known(folder: Path) -> tuple[str, ...]:
-    """Names of the scenarios in a folder."""
+    """Return the names of the scenarios in a folder."""
     return tuple(sorted(path.stem for path in folder.glob("*.toml")))
 
 
 def load_scenario(name: str, folder: Path) -> Scenario:
-    """Reads the scenario `name` of a folder, or the file `name` if it ends in .toml.
+    """Read the scenario `name` of a folder, or the file `name` if it ends in .toml.
 
     Raises:
         ParamError: unknown (the known ones are listed), unreadable or wrong.
     """
-    own = name.endswith(".toml")
-    if not own and name not in known(folder):
+    is_file = name.endswith(".toml")
+    if not is_file and name not in known(folder):
         raise ParamError(f"unknown scenario {name!r}; known: {', '.join(known(folder)) or 'none'}")
-    path = Path(name) if own else folder / f"{name}.toml"
+    path = Path(name) if is_file else folder / f"{name}.toml"
     return parse(read_toml(path), str(path))

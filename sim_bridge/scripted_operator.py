@@ -1,4 +1,4 @@
-"""Whoever gives the orders of a scenario: a script, and for the zigzag an eye on the compass."""
+"""The operator of a scenario: gives its orders in time, and steers the zigzag by the measured heading."""
 
 from __future__ import annotations
 
@@ -9,48 +9,50 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import CENTRED_STICKS, NO_ORDER, Arming, Order, Setpoint, Sticks
 from firmware_py.schedule import Tick
 from sim_bridge.completion import Completion
-from sim_bridge.scenarios import Cue, Scenario, Zigzag
+from sim_bridge.scenarios import Scenario, ScenarioOrder, Zigzag
 
 
 class ScriptedOperator:
-    """Plays the orders of a scenario; a `ports.Ground` by shape. Its `referee` sees how the flight goes."""
+    """Gives the orders of a scenario (a `ports.Ground` by shape); its `completion` watches the flight."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self.referee = Completion(scenario.completes)
-        self._cues = scenario.orders[::-1]
-        self._ahead = len(scenario.orders)
-        self._zigzag = _Helmsman(scenario.zigzag) if scenario.zigzag else None
+        self.completion = Completion(scenario.completes)
+        self._orders = scenario.orders[::-1]
+        self._remaining = len(scenario.orders)
+        self._zigzag = _ZigzagRudder(scenario.zigzag) if scenario.zigzag else None
         self._sticks: Sticks | None = None
 
     def read(self, tick: Tick) -> Order:
-        """The order of this tick: at most one cue, and the sticks as they are held."""
+        """Return the order of this tick: at most one order of the scenario, and the sticks as they are held."""
         t = tick.t
-        cue = None
-        if self._ahead and t >= self._cues[self._ahead - 1].t:
-            self._ahead -= 1
-            cue = self._cues[self._ahead]
-            self._sticks = _moved(self._sticks, cue)
+        scheduled = None
+        if self._remaining and t >= self._orders[self._remaining - 1].t:
+            self._remaining -= 1
+            scheduled = self._orders[self._remaining]
+            self._sticks = _moved(self._sticks, scheduled)
         if self._zigzag is not None:
             self._sticks = self._zigzag.steer(t, self._sticks)
-        if cue is None and self._sticks is None:
+        if scheduled is None and self._sticks is None:
             return NO_ORDER
         return Order(
-            arming=Arming.KEEP if cue is None else cue.arming,
-            mode=None if cue is None else cue.mode,
-            setpoint=NO_ORDER.setpoint if cue is None else Setpoint(cue.depth, cue.heading, cue.speed),
+            arming=Arming.KEEP if scheduled is None else scheduled.arming,
+            mode=None if scheduled is None else scheduled.mode,
+            setpoint=NO_ORDER.setpoint
+            if scheduled is None
+            else Setpoint(scheduled.depth, scheduled.heading, scheduled.speed),
             sticks=CENTRED_STICKS if self._sticks is None else self._sticks,
             t_sticks=-math.inf if self._sticks is None else t,
         )
 
     def write(self, cycle: Cycle) -> None:
-        """Watches the heading, and lets the referee watch the rest."""
-        self.referee.see(cycle)
+        """Pass the cycle to `completion`, and its heading to the zigzag."""
+        self.completion.see(cycle)
         if self._zigzag is not None:
-            self._zigzag.look(cycle.state.eta.psi)
+            self._zigzag.observe(cycle.state.eta.psi)
 
 
-class _Helmsman:
-    """Steers a zigzag; knows nothing of which way a rudder turns the boat."""
+class _ZigzagRudder:
+    """The rudder of a zigzag; it does not assume to which side a rudder turns the vehicle."""
 
     def __init__(self, zigzag: Zigzag) -> None:
         self._zigzag = zigzag
@@ -59,7 +61,7 @@ class _Helmsman:
         self._delta_r = zigzag.delta_r
         self._side = 0.0
 
-    def look(self, psi: float) -> None:
+    def observe(self, psi: float) -> None:
         self._psi = psi
 
     def steer(self, t: float, sticks: Sticks | None) -> Sticks | None:
@@ -74,9 +76,9 @@ class _Helmsman:
         return (sticks or CENTRED_STICKS)._replace(delta_r=self._delta_r)
 
 
-def _moved(sticks: Sticks | None, cue: Cue) -> Sticks | None:
-    """The sticks after a cue; None as long as nobody touched them."""
-    wanted = (cue.delta_s, cue.delta_r, cue.n)
+def _moved(sticks: Sticks | None, scheduled: ScenarioOrder) -> Sticks | None:
+    """Return the sticks after an order; None as long as no order has moved them."""
+    wanted = (scheduled.delta_s, scheduled.delta_r, scheduled.n)
     if all(math.isnan(value) for value in wanted):
         return sticks
     held = sticks or CENTRED_STICKS

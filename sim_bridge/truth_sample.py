@@ -1,4 +1,4 @@
-"""What really happened, as the log keeps it beside what the vehicle believes."""
+"""The true state of the plant, as the log keeps it beside the estimate."""
 
 from __future__ import annotations
 

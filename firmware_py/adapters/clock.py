@@ -1,4 +1,4 @@
-"""The schedule that waits: ticks at absolute deadlines of the monotonic clock."""
+"""The real-time schedule: ticks at absolute deadlines of the monotonic clock."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from firmware_py.schedule import Tick
 
 
 class RealTime:
-    """Tick k begins at start + k dt, whatever the ticks before it took; one that is late begins at once and says so.
+    """Tick k begins at start + k dt, whatever the ticks before it took; a late one begins at once and says how late.
 
-    `advance(k)` is called just before tick k is released; it returns False to end the run. In SITL it is the plant's
-    step, at sea a look at whether someone asked to stop.
+    `advance(k)` is called just before tick k is released; it returns False to end the run. In SITL it steps the plant,
+    at sea it checks whether the operator asked to stop.
 
     Attributes:
-        slips: how many ticks of this run began more than one step late, as the supervisor counts them.
+        slips: how many ticks of this run began more than one step late, counted as the supervisor does.
     """
 
     def __init__(self, dt_ns: int, advance: Callable[[int], bool], spin_ns: int = 0) -> None:
-        """Takes the step, who is asked before each tick, and for how long before a deadline to watch the clock, ns.
+        """Take the step, ns, what is called before each tick, and the time before a deadline to poll the clock, ns.
 
-        A sleep ends tens of microseconds late; who watches the clock instead is punctual, and keeps a processor busy.
+        A sleep ends tens of microseconds late; polling the clock instead is punctual, and keeps a processor busy.
         """
         self._dt_ns = dt_ns
         self._advance = advance
@@ -29,7 +29,7 @@ class RealTime:
         self.slips = 0
 
     def __iter__(self) -> Iterator[Tick]:
-        """Ticks until `advance` ends the run."""
+        """Yield ticks until `advance` ends the run."""
         start = time.monotonic_ns()
         self.slips = k = 0
         while True:

@@ -17,7 +17,7 @@ from firmware_py.wire.serial.waterlink import LineBuffer, Velocity
 
 BYTES_PER_TICK = 4096
 LONGEST_DELAY_US = 10_000_000
-"""A report that claims to be older is not believed."""
+"""A greater delay than this between validity and transmission is not accepted, us."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,19 +28,19 @@ class DvlParams:
     baud: int = param(115200, low=1200, high=4_000_000, doc="Bits a second; the device's default is 115200.")
 
     def place(self, spec: str) -> str:
-        """The port for a bus: "{bus}" in its name stands for the bus's, so that several simulations have one each."""
+        """Return the port for a bus: "{bus}" in its name is replaced, so that several simulations can run at once."""
         return self.port.replace("{bus}", spec.replace(":", "-").replace("/", "-"))
 
 
-_BRINGS = "a simulated boat brings its own: start it first, sternplane plant"
+_SIMULATED = "a simulated plant makes its own: start it first, sternplane plant"
 _WHY = {
-    errno.ENOENT: f"there is no such device; {_BRINGS}",
-    errno.EIO: f"nobody is at its other end; {_BRINGS}",
-    errno.EAGAIN: f"another program has it; end that one, or give another --dvl; {_BRINGS}",
+    errno.ENOENT: f"there is no such device; {_SIMULATED}",
+    errno.EIO: f"its other end is closed; {_SIMULATED}",
+    errno.EAGAIN: f"another program has it; end that one, or give another --dvl; {_SIMULATED}",
     errno.EBUSY: "another program has it; end that one, or give another --dvl",
     errno.EACCES: "no permission; ask for it, or give another --dvl",
 }
-"""EAGAIN is also what a name gets that a boat left behind, whose terminal somebody else has by now."""
+"""EAGAIN also results from the name of an ended simulation whose terminal belongs to another program by now."""
 
 
 def _why(error: Exception) -> str:
@@ -49,14 +49,14 @@ def _why(error: Exception) -> str:
 
 
 class DvlPort:
-    """Drains the line once a tick. A line that breaks is silence, not an error: the supervisor knows what to do.
+    """Reads the serial line once a tick. A line that breaks is silence, not an error: the supervisor reacts to it.
 
-    The device's clock is its own, so a report's time of validity is when it came less what the device says has passed
-    between validity and transmission.
+    The device has its own clock, so the time of validity of a report is its arrival less the delay between validity and
+    transmission that the device reports.
 
     Args:
         params: of the io file.
-        port: takes the place of the io file's.
+        port: replaces that of the io file.
 
     Raises:
         BusError: the port cannot be opened.
@@ -72,7 +72,7 @@ class DvlPort:
         self.broken = False
 
     def read(self, t: float) -> Heard[Dvl] | None:
-        """The newest report that is complete at `t`, s, if one has come."""
+        """Return the newest report that is complete at `t`, s, if one has arrived."""
         if self.broken:
             return None
         try:
@@ -84,7 +84,7 @@ class DvlPort:
         return _heard(reports[-1], t) if reports else None
 
     def close(self) -> None:
-        """Closes the port; may be called twice."""
+        """Close the port; may be called twice."""
         self._serial.close()
 
 

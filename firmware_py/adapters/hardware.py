@@ -1,4 +1,4 @@
-"""The boat as the autopilot sees it: DroneCAN devices and a DVL in, one frozen frame a tick out, commands back."""
+"""Sensors and actuators on the wires: DroneCAN devices and a DVL in, one frozen frame a tick out, commands back."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from firmware_py.wire.dronecan.transfer import Dropped, Reassembler, Sender, Tra
 
 NAME = b"org.sternplane.autopilot"
 FRAMES_PER_TICK = 256
-"""The most frames taken from the bus in one tick; the rest waits."""
+"""Maximum number of frames taken from the bus in one tick; the rest waits."""
 RADIANS = 1
 ARMED, DISARMED = 255, 0
 VALID_RANGE = 1
@@ -32,9 +32,9 @@ FIX_3D = 3
 class Hardware:
     """A `ports.Hardware` over one CAN bus and one serial DVL.
 
-    What is heard is believed only from the node that the io file gives the role to. Messages carry no common clock
-    (their timestamps are "unknown"), so a value's time of validity is when its first frame came less its device's
-    latency.
+    A message is accepted only from the node that has its role in the io file. Messages carry no common clock (their
+    timestamps are "unknown"), so the time of validity of a value is the arrival of its first frame less the latency of
+    its device.
     """
 
     def __init__(self, params: IoParams, fins: int, bus: FramePort, dvl: DvlPort) -> None:
@@ -48,25 +48,25 @@ class Hardware:
             field.name: getattr(nothing, field.name) for field in fields(nothing) if field.name != "fins"
         }
         self.malformed = 0
-        """Transfers whose payload was not what their type says."""
-        nodes, late = params.nodes, params.latency
-        self._hear: dict[tuple[m.MessageType[Any], int], tuple[Callable[[Any, float], None], float]] = {
-            (m.AHRS_SOLUTION, nodes.ahrs): (self._ahrs, late.ahrs),
-            (m.STATIC_PRESSURE, nodes.pressure): (self._pressure, late.pressure),
-            (m.RANGE_MEASUREMENT, nodes.altimeter): (self._range, late.altimeter),
-            (m.FIX2, nodes.fix): (self._fix, late.fix),
-            (m.ACTUATOR_STATUS, nodes.servo_hub): (self._actuator, late.servo_hub),
-            (m.ESC_STATUS, nodes.esc): (self._esc, late.esc),
+        """Transfers whose payload did not fit their type."""
+        nodes, latency = params.nodes, params.latency
+        self._handlers: dict[tuple[m.MessageType[Any], int], tuple[Callable[[Any, float], None], float]] = {
+            (m.AHRS_SOLUTION, nodes.ahrs): (self._ahrs, latency.ahrs),
+            (m.STATIC_PRESSURE, nodes.pressure): (self._pressure, latency.pressure),
+            (m.RANGE_MEASUREMENT, nodes.altimeter): (self._range, latency.altimeter),
+            (m.FIX2, nodes.fix): (self._fix, latency.fix),
+            (m.ACTUATOR_STATUS, nodes.servo_hub): (self._actuator, latency.servo_hub),
+            (m.ESC_STATUS, nodes.esc): (self._esc, latency.esc),
             (m.BATTERY_INFO, nodes.battery): (self._battery, 0.0),
             (m.HYGROMETER, nodes.battery): (self._hygrometer, 0.0),
         }
-        wanted = [*{kind for kind, _ in self._hear}, m.GET_NODE_INFO]
-        # Room for every node: no flood of others' transfers crowds out one of ours.
+        wanted = [*{kind for kind, _ in self._handlers}, m.GET_NODE_INFO]
+        # Room for every node: no flood of other transfers displaces one of ours.
         self._reassembler = Reassembler(wanted, params.can.node_id, most_open=127 * len(wanted))
-        self._asked: dict[int, Transfer] = {}
+        self._requests: dict[int, Transfer] = {}
 
     def read(self, tick: Tick) -> SensorFrame:
-        """Drains the bus and the line once; what is not heard anew keeps its value and its time."""
+        """Drain the bus and the serial line once; a channel without a new value keeps its value and its time."""
         t, heard, fins = tick.t, self._heard, self._fins
         for name, old in heard.items():
             if old.fresh:
@@ -85,7 +85,7 @@ class Hardware:
         return SensorFrame(fins=tuple(fins), **heard)
 
     def write(self, tick: Tick, applied: Applied) -> None:
-        """Commands, arming and status, each at its rate. Disarmed, zeros are sent: no device is left alone."""
+        """Send commands, arming and status, each at its rate. Disarmed, zeros are sent: no device times out."""
         send, out = self._sender.send, self._bus.send
         if tick.every(self._params.commands.rate):
             commands = tuple([eq.Command(i, RADIANS, angle) for i, angle in enumerate(applied.fins)])
@@ -95,42 +95,44 @@ class Hardware:
             out(send(m.ARMING_STATUS, eq.ArmingStatus(ARMED if applied.armed else DISARMED)))
         if tick.every(Rate.HZ_1):
             out(send(m.NODE_STATUS, NodeStatus(int(tick.t))))
-        if self._asked:  # one answer a tick: nobody's questions delay the commands
-            self._introduce(tick, self._asked.pop(next(iter(self._asked))))
+        if self._requests:  # one answer a tick: requests do not delay the commands
+            self._send_node_info(tick, self._requests.pop(next(iter(self._requests))))
 
     def losses(self) -> dict[str, int]:
-        """What was lost or refused on the wires, by cause."""
-        causes = [field.name for field in fields(Dropped) if field.name != "foreign"]  # what is not ours is no loss
+        """Return how many messages were lost or refused on the wires, by cause."""
+        causes = [
+            field.name for field in fields(Dropped) if field.name != "foreign"
+        ]  # a message that was not asked for is no loss
         dropped = {f"transfers_{cause}": getattr(self._reassembler.dropped, cause) for cause in causes}
         return {"transfers_malformed": self.malformed, **dropped, "dvl_broken": int(self._dvl.broken)}
 
     def park(self) -> None:
-        """Centres the fins, stops the propeller and says "disarmed", now: the last that is sent."""
+        """Centre the fins, stop the propeller and send "disarmed", at once: the last messages of a run."""
         send, out = self._sender.send, self._bus.send
         out(send(m.ARRAY_COMMAND, eq.ArrayCommand(tuple(eq.Command(i, RADIANS, 0.0) for i in range(len(self._fins))))))
         out(send(m.RPM_COMMAND, eq.RpmCommand((0,))))
         out(send(m.ARMING_STATUS, eq.ArmingStatus(DISARMED)))
 
     def close(self) -> None:
-        """Leaves the bus and the line."""
+        """Leave the bus and the serial line."""
         self._bus.close()
         self._dvl.close()
 
     def _dispatch(self, transfer: Transfer) -> None:
         kind = transfer.kind
         if kind is m.GET_NODE_INFO:
-            self._asked[transfer.source] = transfer
+            self._requests[transfer.source] = transfer
             return
-        entry = self._hear.get((kind, transfer.source))
+        entry = self._handlers.get((kind, transfer.source))
         if entry is None:
             return
-        hear, latency = entry
+        handle, latency = entry
         try:
-            hear(kind.decode(transfer.payload), transfer.t - latency)
+            handle(kind.decode(transfer.payload), transfer.t - latency)
         except DecodeError:
             self.malformed += 1
 
-    def _introduce(self, tick: Tick, request: Transfer) -> None:
+    def _send_node_info(self, tick: Tick, request: Transfer) -> None:
         status = NodeStatus(int(tick.t))
         hardware = HardwareVersion(unique_id=NAME[-16:])
         info = GetNodeInfoResponse(status, SoftwareVersion(major=0, minor=1), hardware, NAME)

@@ -1,4 +1,4 @@
-"""io_*.toml as the vehicle reads it: which bus, who is who on it, and how late each device speaks."""
+"""io_*.toml as the vehicle reads it: the bus, the node ids, the latency of each device."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class CommandParams:
 
 @dataclass(frozen=True, slots=True)
 class LatencyParams:
-    """Table [latency]: how long after its moment of validity a device's message arrives; the DVL says so itself."""
+    """Table [latency]: delay from the validity of a value to its arrival; the DVL reports its own."""
 
     ahrs: float = param(0.0, unit="s", low=0.0, high=1.0, doc="Attitude and rates.")
     pressure: float = param(0.0, unit="s", low=0.0, high=1.0, doc="Water pressure.")
@@ -32,7 +32,7 @@ class LatencyParams:
 
 @dataclass(frozen=True, slots=True)
 class IoParams:
-    """io_*.toml, whole."""
+    """All of io_*.toml."""
 
     can: CanParams
     nodes: NodeIds
@@ -41,7 +41,7 @@ class IoParams:
     latency: LatencyParams = field(default_factory=LatencyParams)
 
     def __post_init__(self) -> None:
-        """Refuses a device that has an id of the autopilot's or the plant's, and these two the same."""
+        """Refuse a device with the id of the autopilot or the plant, and one id for both of these."""
         taken = {self.can.node_id: "can.node_id"}
         devices = {f"nodes.{field.name}": getattr(self.nodes, field.name) for field in fields(self.nodes)}
         for name, node_id in {"can.plant_id": self.can.plant_id, **devices}.items():

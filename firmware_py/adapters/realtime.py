@@ -1,4 +1,4 @@
-"""What Linux grants a loop that must not be late. What is not permitted is said, and the loop runs without it."""
+"""Real-time options of Linux. An option that is not permitted is reported, and the loop runs without it."""
 
 from __future__ import annotations
 
@@ -26,30 +26,32 @@ class RealtimeParams:
         0, low=0, high=99, doc="Run before every ordinary process, by SCHED_FIFO at this priority; 0 is off."
     )
     lock_memory: bool = param(False, doc="Keep all memory in RAM, so that no cycle waits for a page.")
-    cpu: int = param(-1, low=-1, high=1023, doc="Stay on this processor; -1 is any.")
-    freeze_garbage: bool = param(False, doc="Collect no garbage in flight: no cycle leaves any that needs it.")
+    cpu: int = param(-1, low=-1, high=1023, doc="Run on this processor only; -1 is any.")
+    freeze_garbage: bool = param(
+        False, doc="Switch the garbage collector off in flight: no cycle leaves anything for it."
+    )
     spin: float = param(
-        0.0, unit="ms", low=0.0, high=1.0, doc="Watch the clock for so long before a deadline, instead of sleeping."
+        0.0, unit="ms", low=0.0, high=1.0, doc="Poll the clock for this long before a deadline, instead of sleeping."
     )
 
     @property
     def spin_ns(self) -> int:
-        """`spin` as the schedule wants it, ns."""
+        """Return `spin` in ns."""
         return round(self.spin * 1e9)
 
 
 def apply(params: RealtimeParams) -> tuple[str, ...]:
-    """Applies what is permitted to the calling thread (memory and garbage: the process), for good.
+    """Apply what is permitted to the calling thread (memory and garbage: the process), permanently.
 
     Returns:
-        One sentence for each option that was refused: which, why, and what would be right. Refusal never raises.
+        One sentence for each option that was refused: which, why, and what would permit it. Refusal never raises.
     """
     return _apply(params, contextlib.ExitStack())
 
 
 @contextlib.contextmanager
 def applied(params: RealtimeParams) -> Iterator[tuple[str, ...]]:
-    """`apply`, for as long as the context lasts; then everything is as it was."""
+    """Apply the options for as long as the context lasts, then restore the former state."""
     with contextlib.ExitStack() as undo:
         yield _apply(params, undo)
 
@@ -57,29 +59,29 @@ def applied(params: RealtimeParams) -> Iterator[tuple[str, ...]]:
 def _apply(params: RealtimeParams, undo: contextlib.ExitStack) -> tuple[str, ...]:
     refused = []
     if params.cpu >= 0:
-        refused.append(_stay(params.cpu, undo))
+        refused.append(_pin(params.cpu, undo))
     if params.lock_memory:
         refused.append(_lock_memory(undo))
     if params.freeze_garbage:
         _freeze_garbage(undo)
-    if params.fifo_priority > 0:  # last: what comes before may take its time
-        refused.append(_go_first(params.fifo_priority, undo))
+    if params.fifo_priority > 0:  # last: the options before may take long
+        refused.append(_set_priority(params.fifo_priority, undo))
     return tuple(filter(None, refused))
 
 
-def _stay(cpu: int, undo: contextlib.ExitStack) -> str:
+def _pin(cpu: int, undo: contextlib.ExitStack) -> str:
     before = os.sched_getaffinity(0)
     try:
         os.sched_setaffinity(0, {cpu})
     except OSError as error:
         known = ", ".join(map(str, sorted(before)))
         return f"[realtime] cpu = {cpu} was refused ({error.strerror}); this process may run on {known}"
-    undo.callback(_quietly, os.sched_setaffinity, 0, before)
+    undo.callback(_ignore_refusal, os.sched_setaffinity, 0, before)
     return ""
 
 
 def _lock_memory(undo: contextlib.ExitStack) -> str:
-    """Not below a limit, though Linux would permit it: what is allocated later, in flight, would fail at the limit."""
+    """Lock memory only if there is no limit: under a limit, a later allocation in flight would fail."""
     limit, _ = resource.getrlimit(resource.RLIMIT_MEMLOCK)
     if limit != resource.RLIM_INFINITY and not _capable(_CAP_IPC_LOCK):
         why = f"the limit is {limit // 1024} KiB"
@@ -89,7 +91,7 @@ def _lock_memory(undo: contextlib.ExitStack) -> str:
         except OSError as error:
             why = str(error.strerror)
         else:
-            undo.callback(_quietly, _libc, "munlockall")
+            undo.callback(_ignore_refusal, _libc, "munlockall")
             return ""
     return f"[realtime] lock_memory was refused ({why}); it needs CAP_IPC_LOCK or `ulimit -l unlimited`"
 
@@ -103,7 +105,7 @@ def _freeze_garbage(undo: contextlib.ExitStack) -> None:
     gc.disable()
 
 
-def _go_first(priority: int, undo: contextlib.ExitStack) -> str:
+def _set_priority(priority: int, undo: contextlib.ExitStack) -> str:
     policy, before = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
@@ -113,12 +115,12 @@ def _go_first(priority: int, undo: contextlib.ExitStack) -> str:
             f"[realtime] fifo_priority = {priority} was refused ({error.strerror}); it needs CAP_SYS_NICE or "
             f"`ulimit -r` of at least {priority}, which is {limit}"
         )
-    undo.callback(_quietly, os.sched_setscheduler, 0, policy, before)
+    undo.callback(_ignore_refusal, os.sched_setscheduler, 0, policy, before)
     return ""
 
 
 def _capable(capability: int) -> bool:
-    """Whether this process has a capability; False where nobody says."""
+    """Return whether this process has a capability; False if that is unknown."""
     with contextlib.suppress(OSError):
         for line in Path("/proc/self/status").read_text().splitlines():
             if line.startswith("CapEff:"):
@@ -127,14 +129,14 @@ def _capable(capability: int) -> bool:
 
 
 def _libc(name: str, *arguments: int) -> None:
-    """Calls a function of the C library that returns 0, or OSError."""
+    """Call a function of the C library; raise OSError if it does not return 0."""
     library = ctypes.CDLL(None, use_errno=True)
     if getattr(library, name)(*arguments):
         number = ctypes.get_errno()
         raise OSError(number, os.strerror(number))
 
 
-def _quietly(call: Callable[..., Any], *arguments: Any) -> None:
-    """To restore is a courtesy: it must not hide how a run ended."""
+def _ignore_refusal(call: Callable[..., Any], *arguments: Any) -> None:
+    """Call, and ignore a refusal: a failure to restore must not hide how a run ended."""
     with contextlib.suppress(OSError):
         call(*arguments)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from firmware_py import app, config_files
 from firmware_py.adapters.hil.hil_link import parse_link, resolve
 from firmware_py.adapters.io_params import IoParams
-from firmware_py.adapters.lockstep.lockstep import LockstepError
+from firmware_py.adapters.lockstep.lockstep_link import LockstepError
 from firmware_py.adapters.storage.recorder import LogWriter
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.estimation.navigation.navigation import KeptNavigation

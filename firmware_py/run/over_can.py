@@ -15,8 +15,8 @@ from firmware_py.adapters.clock import RealTime
 from firmware_py.adapters.dvl import DvlPort
 from firmware_py.adapters.hardware import Hardware
 from firmware_py.adapters.io_params import IoParams
-from firmware_py.adapters.lockstep.bus_paced import BusPaced, answer, join
-from firmware_py.adapters.lockstep.lockstep import LockstepLink
+from firmware_py.adapters.lockstep.lockstep_client import LockstepClient, acknowledge_hello, wait_for_plant
+from firmware_py.adapters.lockstep.lockstep_link import LockstepLink
 from firmware_py.autopilot import Autopilot
 from firmware_py.ports import Ground, Recorder
 from firmware_py.run.errors import UsageError
@@ -78,7 +78,7 @@ def run(
         stack.callback(bus.close)
         refuse_if_taken(bus, {io.can.node_id: "autopilot"})
         turns = LockstepLink(bus, io.can.node_id, astuple(io.nodes))
-        if (pace == "bus" or meet_plant) and not join(turns, dt_ns, PLANT_S, stop):
+        if (pace == "bus" or meet_plant) and not wait_for_plant(turns, dt_ns, PLANT_S, stop):
             return
         line = DvlPort(io.dvl, str(dvl))
         stack.callback(line.close)
@@ -87,11 +87,11 @@ def run(
         for refusal in stack.enter_context(realtime.applied(io.realtime)):
             say(refusal)
         if pace == "bus":
-            paced = BusPaced(hardware, turns, dt_ns, stop)
+            paced = LockstepClient(hardware, turns, dt_ns, stop)
             loop.run(autopilot, paced, ground, recorder, paced)
             return
         if meet_plant:
-            answer(turns)
+            acknowledge_hello(turns)
         try:
             schedule = RealTime(dt_ns, lambda _: not stop(), io.realtime.spin_ns)
             loop.run(autopilot, hardware, ground, recorder, schedule)

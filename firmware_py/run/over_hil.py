@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from firmware_py import config_files, loop
 from firmware_py.adapters import realtime
-from firmware_py.adapters.hil.hil_hardware import HilHardware, HilPaced
+from firmware_py.adapters.hil.hil_hardware import HilHardware, HilSchedule
 from firmware_py.adapters.hil.hil_link import Address, HilLink, connect
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.autopilot import Autopilot
@@ -63,6 +63,6 @@ def run(
         with realtime.applied(io.realtime) as refusals:
             for refusal in refusals:
                 say(refusal)
-            loop.run(autopilot, hardware, ground, recorder, HilPaced(hardware, link, dt_ns, stop))
+            loop.run(autopilot, hardware, ground, recorder, HilSchedule(hardware, link, dt_ns, stop))
         if link.malformed:
             say(f"{link.malformed} bytes that came from {address} are no MAVLink")

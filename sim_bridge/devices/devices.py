@@ -1,6 +1,6 @@
-"""All that the vehicle can hear of the boat and tell it: the nodes behind the bus, and the DVL behind its serial line.
+"""All simulated devices: the nodes on the bus, and the DVL on its serial line.
 
-Nothing reaches the vehicle past them.
+The autopilot has no other connection to the plant.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from sim_bridge.plant.plant import Plant
 SERVICE = 0x80
 """Bit of a CAN id: a request or a response, addressed to one node."""
 FRAMES_PER_TICK = 128
-"""The most frames taken from the bus in one tick; the rest waits."""
+"""Maximum number of frames taken from the bus in one tick; the rest waits."""
 
 
 @dataclass(frozen=True, slots=True)
-class BoatParams(InstrumentsParams):
-    """sensors.toml: what the boat measures with, and how its devices behave."""
+class DevicesParams(InstrumentsParams):
+    """sensors.toml: the instruments, and the behaviour of the actuator nodes."""
 
     servo_hub: ServoHubParams
     esc: EscParams
 
-    def within(self, base_hz: int) -> BoatParams:
-        """The same with no device faster than the base rate: who would speak more often speaks once every tick."""
+    def within(self, base_hz: int) -> DevicesParams:
+        """Return the same with no device faster than the base rate: a faster one sends once every tick."""
         slowed = {}
         for field in fields(self):
             device = getattr(self, field.name)
@@ -44,14 +44,14 @@ class BoatParams(InstrumentsParams):
 
 
 class Devices:
-    """Every device of the boat; `nodes` by the names of `NodeIds`.
+    """Every device of the simulated vehicle, a `bridge.DevicePort`; `nodes` by the names of `NodeIds`.
 
-    `malformed` counts commands whose payload is not what their type says; they are ignored.
+    `malformed` counts commands whose payload does not fit their type; they are ignored.
     """
 
     def __init__(
         self,
-        params: BoatParams,
+        params: DevicesParams,
         ids: NodeIds,
         instruments: Instruments,
         bus: FramePort,
@@ -72,51 +72,51 @@ class Devices:
         self._base_hz = base_hz
         self._hub_rate, self._esc_rate = params.servo_hub.status, params.esc.status
 
-    def settle(self, plant: Plant) -> None:
-        """Lets the instruments run in before tick 0: readings that were under way then are delivered in time."""
+    def initialise(self, plant: Plant) -> None:
+        """Sample before tick 0, so that readings delayed by latency arrive from tick 0 on."""
         for sensor in self._instruments.all:
             for k in range(-sensor.delay, 0):
                 sensor.update(k, plant)
 
-    def hear(self, t: float) -> None:
-        """Takes what came over the bus at `t`: commands and requests; the DVL takes what came over its line."""
+    def receive(self, t: float) -> None:
+        """Take the commands and requests on the bus at `t`; the DVL takes what came over its line."""
         for can_id, data in self._bus.drain(FRAMES_PER_TICK):
             if can_id & SERVICE:
                 node = self._by_id.get(can_id >> 8 & 0x7F)
                 if node is not None:
-                    node.serve(can_id, data, t)
+                    node.accept_request(can_id, data, t)
             else:
                 transfer = self._commands.accept(can_id, data, t)
                 if transfer is not None:
-                    self._obey(transfer, t)
-        self._dvl.hear()
+                    self._accept_command(transfer, t)
+        self._dvl.receive()
 
     def commands(self, t: float, fins: Sequence[float]) -> tuple[Sequence[float], float]:
-        """What servos (rad) and shaft (rev/s) are told at `t`; `fins` are the true angles."""
+        """Return the commands to servos (rad) and shaft (rev/s) at `t`; `fins` are the true angles."""
         return self._hub.commands(t, fins), self._esc.command(t)
 
-    def speak(self, k: int, t: float, plant: Plant) -> None:
-        """Sends what is to be said at tick `k`, at time `t`; returns when the vehicle can read all of it."""
+    def publish(self, k: int, t: float, plant: Plant) -> None:
+        """Send the messages of tick `k`, at time `t`; return when the autopilot can read all of them."""
         for publisher in self._publishers:
             publisher.update(k, plant)
         if due(k, self._hub_rate, self._base_hz):
-            self._hub.report(plant.fins)
+            self._hub.publish_status(plant.fins)
         if due(k, self._esc_rate, self._base_hz):
-            self._esc.report(plant.n)
+            self._esc.publish_status(plant.n)
         if due(k, 1, self._base_hz):
             for node in self.nodes.values():
-                node.beat(t)
+                node.publish_status(t)
         self._dvl.update(k, t, plant)
 
     def switch_off(self, device: str) -> None:
-        """Takes the power from a node, or from "dvl"; what it had measured and not yet sent is lost with it."""
+        """Switch a node, or "dvl", off; what it has measured and not yet sent is lost."""
         (self._dvl if device == "dvl" else self.nodes[device]).powered = False
 
-    def _obey(self, command: Transfer, t: float) -> None:
+    def _accept_command(self, command: Transfer, t: float) -> None:
         try:
             if command.kind is m.ARRAY_COMMAND:
-                self._hub.obey(m.ARRAY_COMMAND.decode(command.payload), t)
+                self._hub.accept_command(m.ARRAY_COMMAND.decode(command.payload), t)
             else:
-                self._esc.obey(m.RPM_COMMAND.decode(command.payload), t)
+                self._esc.accept_command(m.RPM_COMMAND.decode(command.payload), t)
         except DecodeError:
             self.malformed += 1

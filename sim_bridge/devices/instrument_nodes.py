@@ -1,6 +1,6 @@
-"""The devices that measure: what a sensor reads, in the words of its DroneCAN message.
+"""The sensor nodes: the readings of sensors as DroneCAN messages.
 
-Timestamps are 0, which is DroneCAN's word for unknown: no node aboard keeps the network's time.
+Timestamps are 0, which means unknown in DroneCAN: no node keeps the network's time.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from firmware_py.marine import quaternion_from_euler
 from firmware_py.records.sensing import Ahrs, Battery, Fix
 from firmware_py.wire.dronecan import equipment as eq
 from firmware_py.wire.dronecan import messages as m
-from sim_bridge.devices.instruments import Boat, Instruments, InstrumentsParams
+from sim_bridge.devices.instruments import Instruments, InstrumentsParams, MeasuredPlant
 from sim_bridge.devices.node import Node
 from sim_bridge.devices.sensors import Sensor
 
@@ -22,27 +22,27 @@ NAN3 = (math.nan, math.nan, math.nan)
 
 
 class Publisher(Generic[V]):
-    """One sensor, the node it belongs to, and the message that it is sent as."""
+    """One sensor, its node, and the message that carries its readings."""
 
     def __init__(
-        self, node: Node, sensor: Sensor[Boat, V], message: m.MessageType[Any], words: Callable[[V], Any]
+        self, node: Node, sensor: Sensor[MeasuredPlant, V], message: m.MessageType[Any], to_record: Callable[[V], Any]
     ) -> None:
         self._node = node
         self._sensor = sensor
         self._message = message
-        self._words = words
+        self._to_record = to_record
 
-    def update(self, k: int, boat: Boat) -> None:
-        """Sends what the sensor delivers at tick `k`, if anything."""
-        reading = self._sensor.update(k, boat)
+    def update(self, k: int, plant: MeasuredPlant) -> None:
+        """Send what the sensor delivers at tick `k`, if anything."""
+        reading = self._sensor.update(k, plant)
         if reading is not None:
-            self._node.publish(self._message, self._words(reading.value))
+            self._node.publish(self._message, self._to_record(reading.value))
 
 
 def publishers(
     params: InstrumentsParams, instruments: Instruments, nodes: Mapping[str, Node]
 ) -> tuple[Publisher[Any], ...]:
-    """Everything that is measured on the bus; `nodes` by the names of `NodeIds`."""
+    """Return a publisher for each sensor on the bus; `nodes` by the names of `NodeIds`."""
     return (
         Publisher(nodes["ahrs"], instruments.ahrs, m.AHRS_SOLUTION, _solution),
         Publisher(nodes["pressure"], instruments.pressure, m.STATIC_PRESSURE, _pressure(params.pressure.noise)),
@@ -100,7 +100,7 @@ def _battery(capacity: float) -> Callable[[Battery], eq.BatteryInfo]:
     full = capacity / 3600.0
     in_use, unknown = 1, 127
 
-    def words(battery: Battery) -> eq.BatteryInfo:
+    def to_record(battery: Battery) -> eq.BatteryInfo:
         return eq.BatteryInfo(
             temperature=math.nan,
             voltage=battery.voltage,
@@ -118,7 +118,7 @@ def _battery(capacity: float) -> Callable[[Battery], eq.BatteryInfo]:
             model_name=b"",
         )
 
-    return words
+    return to_record
 
 
 def _hygrometer(humidity: float) -> eq.Hygrometer:

@@ -1,4 +1,4 @@
-"""What every DroneCAN node aboard does: says once a second that it lives, and who it is when asked."""
+"""What every simulated DroneCAN node does: NodeStatus once a second, and the answer to GetNodeInfo."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ VENDOR = "org.sternplane.sim."
 
 
 class Node:
-    """One device's place on the bus. Without power it says nothing and hears nothing."""
+    """One device on the bus. Without power it neither sends nor answers."""
 
     def __init__(self, node_id: int, name: str, bus: FramePort) -> None:
         self.node_id = node_id
@@ -25,22 +25,22 @@ class Node:
         self._requests = Reassembler([GET_NODE_INFO], node_id)
 
     def publish(self, message: MessageType[R], value: R) -> None:
-        """Broadcasts a message."""
+        """Broadcast a message."""
         if self.powered:
             self._bus.send(self._sender.send(message, value))
 
-    def beat(self, t: float) -> None:
-        """NodeStatus; wanted once a second."""
+    def publish_status(self, t: float) -> None:
+        """Send NodeStatus; due once a second."""
         self.publish(NODE_STATUS, NodeStatus(int(t)))
 
-    def serve(self, can_id: int, data: bytes, t: float) -> None:
-        """Takes a frame of a service that is addressed to this node."""
+    def accept_request(self, can_id: int, data: bytes, t: float) -> None:
+        """Take a frame of a service request that is addressed to this node."""
         request = self._requests.accept(can_id, data, t)
         if request is not None and self.powered:
-            self._introduce(request, t)
+            self._send_node_info(request, t)
 
-    def _introduce(self, request: Transfer, t: float) -> None:
-        """Answers GetNodeInfo, which asks nothing; the unique id is the end of the name."""
+    def _send_node_info(self, request: Transfer, t: float) -> None:
+        """Answer GetNodeInfo; the unique id is the end of the name."""
         name = self.name.encode()
         hardware = HardwareVersion(major=1, unique_id=name[-16:].rjust(16, b"\0"))
         info = GetNodeInfoResponse(NodeStatus(int(t)), SoftwareVersion(major=1), hardware, name)

@@ -1,8 +1,8 @@
-"""What every instrument has in common: a rate, an error, a delay, and now and then nothing at all.
+"""What every instrument has in common: rate, noise, bias, latency and dropout.
 
-What an instrument measures is the business of `instruments`; here is only how it errs. Each draws from two random
-streams of its own (noise and dropout), spawned from the run's seed and its name: to change one instrument leaves every
-other one's readings as they were.
+`instruments` says what each instrument measures; this module adds its errors. Each draws from two random streams of its
+own (noise and dropout), spawned from the run's seed and its name: to change one instrument leaves the readings of every
+other one as they were.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ import numpy as np
 
 from firmware_py.params import param
 
-B = TypeVar("B")
+P = TypeVar("P")
 V = TypeVar("V")
 
 BLOCK = 128
-"""How many samples' errors are drawn at once."""
+"""Number of samples whose errors are drawn at once."""
 
 
 class Reading(NamedTuple, Generic[V]):
@@ -32,7 +32,7 @@ class Reading(NamedTuple, Generic[V]):
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """When an instrument speaks."""
+    """When an instrument delivers a value."""
 
     rate: int = param(unit="Hz", low=1, high=1000, doc="Samples a second; above the base rate: one every tick.")
     latency: float = param(
@@ -42,18 +42,18 @@ class Timing:
 
 
 def due(k: int, rate: int, base_hz: int) -> bool:
-    """True on `rate` ticks of each second, tick 0 among them, as evenly as may be; on every one if above `base_hz`."""
+    """Return True on `rate` ticks of each second, tick 0 among them, evenly spread; on every one if above `base_hz`."""
     return k * rate % base_hz < rate
 
 
-class Sensor(Generic[B, V]):
-    """One instrument aboard a boat of type B that gives values of type V.
+class Sensor(Generic[P, V]):
+    """One instrument of a plant of type P that gives values of type V.
 
     Args:
         name: names the random streams, and the instrument in errors.
         timing: rate, latency, dropout.
-        read: makes the value from the boat and one error per channel (bias and noise, summed); it is called at the time
-            of validity, once per sample, dropped ones too.
+        read: makes the value from the plant and one error per channel (bias and noise, summed); it is called at the
+            time of validity, once per sample, dropped ones too.
         noise: 1 sigma of each channel's white noise.
         bias: 1 sigma of each channel's constant error, drawn once.
         seed: of the run.
@@ -64,7 +64,7 @@ class Sensor(Generic[B, V]):
         self,
         name: str,
         timing: Timing,
-        read: Callable[[B, Sequence[float]], V],
+        read: Callable[[P, Sequence[float]], V],
         noise: Sequence[float],
         bias: Sequence[float],
         seed: int,
@@ -81,24 +81,24 @@ class Sensor(Generic[B, V]):
         self.bias: tuple[float, ...] = tuple((self._normals.standard_normal(len(bias)) * np.asarray(bias)).tolist())
         self._errors: list[list[float]] = []
         self._lost: list[bool] = []
-        self._line: deque[tuple[int, Reading[V]]] = deque()
+        self._in_transit: deque[tuple[int, Reading[V]]] = deque()
 
     @property
     def delay(self) -> int:
-        """Latency in ticks."""
+        """Return the latency in ticks."""
         return self._delay
 
-    def update(self, k: int, boat: B) -> Reading[V] | None:
-        """Samples if tick `k` is one of its ticks, and returns the reading that is delivered at it, if any."""
-        line = self._line
+    def update(self, k: int, plant: P) -> Reading[V] | None:
+        """Sample if tick `k` is one of its ticks, and return the reading that is delivered at it, if any."""
+        in_transit = self._in_transit
         if due(k, self._rate, self._base):
             if not self._errors:
                 self._draw()
-            reading = Reading(self._read(boat, self._errors.pop()), k * self._dt)
+            reading = Reading(self._read(plant, self._errors.pop()), k * self._dt)
             if not self._lost.pop():
-                line.append((k + self._delay, reading))
-        if line and line[0][0] <= k:
-            return line.popleft()[1]
+                in_transit.append((k + self._delay, reading))
+        if in_transit and in_transit[0][0] <= k:
+            return in_transit.popleft()[1]
         return None
 
     def _draw(self) -> None:

@@ -1,36 +1,36 @@
-"""The Doppler log as a Water Linked A50 speaks: one `wrz` sentence per ping, over a serial line."""
+"""The DVL in the protocol of a Water Linked A50: one `wrz` sentence per ping, over a serial line."""
 
 from __future__ import annotations
 
 from firmware_py.records.sensing import Dvl
 from firmware_py.wire.serial import waterlink
-from sim_bridge.devices.instruments import Boat
+from sim_bridge.devices.instruments import MeasuredPlant
 from sim_bridge.devices.sensors import Sensor
 from sim_bridge.devices.serial_line import SerialLine
 
 CLOCK_OFFSET_US = 1_742_000_000
-"""What the device's own clock, which nobody set, shows at t = 0."""
+"""Time of the device's own clock, which is not set, at t = 0."""
 UNLOCKED = Dvl(0.0, 0.0, 0.0, 0.0, -1.0)
-"""What the numbers show while there is no bottom lock."""
+"""The values that are sent without bottom lock."""
 
 
 class SerialDvl:
-    """The device between its sensor and its line."""
+    """The device: sends the readings of its sensor over its line."""
 
-    def __init__(self, sensor: Sensor[Boat, Dvl | None], line: SerialLine) -> None:
+    def __init__(self, sensor: Sensor[MeasuredPlant, Dvl | None], line: SerialLine) -> None:
         self.powered = True
         self._sensor = sensor
         self._line = line
         self._last_us = 0
 
-    def update(self, k: int, t: float, boat: Boat) -> None:
-        """Sends what is ready at tick `k`, at time `t`, s; returns when the vehicle can read it."""
-        reading = self._sensor.update(k, boat)
+    def update(self, k: int, t: float, plant: MeasuredPlant) -> None:
+        """Send what is ready at tick `k`, at time `t`, s; return when the autopilot can read it."""
+        reading = self._sensor.update(k, plant)
         if reading is not None and self.powered:
             self._line.send(self._sentence(reading.value, _clock(reading.t_valid), _clock(t)))
 
-    def hear(self) -> None:
-        """Takes what the vehicle wrote, so that its writes never stall; the device obeys nothing of it."""
+    def receive(self) -> None:
+        """Read and ignore what the autopilot wrote, so that its writes never block."""
         self._line.receive()
 
     def _sentence(self, dvl: Dvl | None, valid_us: int, sent_us: int) -> bytes:
@@ -46,5 +46,5 @@ class SerialDvl:
 
 
 def _clock(t: float) -> int:
-    """The device's time at `t`, us."""
+    """Return the device's time at `t`, us."""
     return CLOCK_OFFSET_US + round(t * 1e6)

@@ -1,4 +1,4 @@
-"""Servos and shaft. Each step is exact for a held command, so the substep decides nothing."""
+"""Servos and shaft. Each step is exact for a held command, so the result does not depend on the substep."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sim_bridge.plant.packing import Array, C, F, S
 
 @kernel("f8(f8,f8,f8,f8,f8)")
 def lag(value: float, target: float, tau: float, rate: float, dt: float) -> float:
-    """A first-order lag `tau` (s) that moves at most at `rate`: where `value` is after `dt` (s).
+    """A first-order lag `tau` (s) that moves at most at `rate`: return `value` after `dt` (s).
 
     Far from the target it slews, within rate * tau of it it decays; both parts in closed form.
     """
@@ -26,13 +26,13 @@ def lag(value: float, target: float, tau: float, rate: float, dt: float) -> floa
 
 @kernel("f8(f8,f8,f8)")
 def play(follower: float, leader: float, half: float) -> float:
-    """Backlash: the follower stays until the leader has taken up the play of `half` to either side."""
+    """Return the follower of a backlash: it stays until the leader has taken up the play of `half` to either side."""
     return min(max(follower, leader - half), leader + half)
 
 
 @kernel("void(f8[::1],f8[:,::1],f8[::1],f8[::1],f8)")
 def actuate(c: Array, table: Array, command: Array, state: Array, dt: float) -> None:
-    """Moves shaft, servos and fins in `state` over `dt` (s) towards `command` (fin angles, then n; rad, rev/s).
+    """Move shaft, servos and fins in `state` over `dt` (s) towards `command` (fin angles, then n; rad, rev/s).
 
     A jammed fin stays, with its servo, where it is.
     """
@@ -51,7 +51,7 @@ def actuate(c: Array, table: Array, command: Array, state: Array, dt: float) -> 
 
 @kernel("f8(f8[::1],f8,f8)")
 def shaft_acceleration(c: Array, n: float, command: float) -> float:
-    """n_dot, rev/s^2, of the shaft at speed n under a command (rev/s)."""
+    """Return n_dot, rev/s^2, of the shaft at speed n under a command (rev/s)."""
     limit, rate = c[C.shaft_limit], c[C.shaft_rate]
     target = min(max(command, -limit), limit)
     n_dot: float = min(max((target - n) / c[C.shaft_tau], -rate), rate)

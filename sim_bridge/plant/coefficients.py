@@ -126,7 +126,7 @@ class Coefficients:
 
 
 def length_power(name: str) -> int:
-    """The power of L in the scale rho/2 L^k of a coefficient: X_vv 2, X_wq 3, Y_rdot 4, M_qdot 5.
+    """Return the power of L in the scale rho/2 L^k of a coefficient: X_vv 2, X_wq 3, Y_rdot 4, M_qdot 5.
 
     Raises:
         ValueError: the name is not a force or moment and a product of known factors.
@@ -139,6 +139,6 @@ def length_power(name: str) -> int:
 
 
 def dimensional(coefficients: Coefficients, rho: float, L: float) -> dict[str, float]:
-    """Every coefficient by name times rho/2 L^k, so that SI motion gives N and N m."""
+    """Return every coefficient by name times rho/2 L^k, so that SI motion gives N and N m."""
     names = (field.name for field in dataclasses.fields(Coefficients))
     return {name: getattr(coefficients, name) * 0.5 * rho * L ** length_power(name) for name in names}

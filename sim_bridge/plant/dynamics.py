@@ -16,12 +16,12 @@ MOTION = S.n
 W = places("k1 k2 k3 k4 trial nu_r tau wet")
 """Rows of the scratch array, shape (len(W), MOTION)."""
 O = places("u_dot v_dot w_dot p_dot q_dot r_dot u_r v_r w_r phi theta psi n_dot")  # noqa: E741
-"""What a step reports besides the state."""
+"""The outputs of a step besides the state."""
 
 
 @kernel("void(f8[::1],f8[::1],f8[::1])")
 def rigid_body(c: Array, nu: Array, tau: Array) -> None:
-    """Adds -C_RB(nu) nu for a centre of gravity anywhere (Fossen 2011, Eq. 3.38, from the vectors); it does no work."""
+    """Add -C_RB(nu) nu for a centre of gravity anywhere (Fossen 2011, Eq. 3.38, from the vectors); it does no work."""
     m, x, y, z = c[C.m], c[C.x_G], c[C.y_G], c[C.z_G]
     u, v, w, p, q, r = nu[0], nu[1], nu[2], nu[3], nu[4], nu[5]
     u_G, v_G, w_G = u + q * z - r * y, v + r * x - p * z, w + p * y - q * x
@@ -48,7 +48,7 @@ def derivative(
     x_dot: Array,
     work: Array,
 ) -> None:
-    """x_dot of position, quaternion and velocity.
+    """Compute x_dot of position, quaternion and velocity.
 
     In a uniform steady current the laws of motion are those of still water for an observer who drifts along
     (Galileo), so M nu_r_dot + C_RB(nu_r) nu_r = tau(nu_r) with nu_r = nu - nu_c; Fossen 2011, ch. 8, comes to the same
@@ -113,7 +113,7 @@ def derivative(
 def observe(
     c: Array, table: Array, inverse: Array, current: Array, command: Array, state: Array, out: Array, work: Array
 ) -> None:
-    """Fills `out` (see `O`) with what instruments feel at `state`."""
+    """Fill `out` (see `O`) with what instruments measure at `state`."""
     x_dot = work[W.k1]
     derivative(c, table, inverse, current, state, state, x_dot, work)
     out[: O.u_r] = x_dot[S.u :]
@@ -138,7 +138,7 @@ def advance(
     dt: float,
     substeps: int,
 ) -> float:
-    """Moves `state` on by `dt` (s) in `substeps` steps of RK4 and fills `out`; command and current are held.
+    """Advance `state` by `dt` (s) in `substeps` steps of RK4 and fill `out`; command and current are held.
 
     The actuators stand where they exactly are at the beginning, middle and end of each substep.
 

@@ -1,4 +1,4 @@
-"""The sea: current, turbulence, bottom, and where on earth. Chance comes from a given seed alone."""
+"""The environment: current, turbulence, bottom, place on earth. All randomness follows from a given seed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class EnvironmentParams:
 
     @property
     def origin(self) -> Origin:
-        """Where the local frame touches the earth."""
+        """Return the geodetic position of the local frame's origin."""
         return Origin(self.latitude, self.longitude)
 
 
@@ -41,7 +41,7 @@ class Environment:
     def __init__(self, params: EnvironmentParams, seed: int | np.random.SeedSequence, dt: float) -> None:
         self.params = params
         self.current: tuple[float, float, float] = params.current_ned
-        """Velocity of the water in NED, m/s."""
+        """Return the mean velocity of the water in NED, m/s."""
         self._keep = math.exp(-dt / params.turbulence_time)
         self._kick = params.turbulence * math.sqrt(1.0 - self._keep**2)
         self._generator = np.random.Generator(np.random.PCG64(seed))
@@ -52,7 +52,7 @@ class Environment:
             self._flow(params.turbulence * a, params.turbulence * b, params.turbulence * c)
 
     def step(self) -> None:
-        """Moves the turbulence on by one step; it is held until the next."""
+        """Advance the turbulence by one step; it is held until the next."""
         if self.params.turbulence > 0.0:
             (x, y, z), (a, b, c) = self._eddy, self._draw()
             keep, kick = self._keep, self._kick

@@ -14,7 +14,7 @@ from sim_bridge.plant.propulsion import square
 
 @kernel("void(f8[::1],f8[::1],f8,f8,f8,f8[::1])")
 def hull(c: Array, nu: Array, u_eps: float, abs_u_eps: float, wet: float, tau: Array) -> None:
-    """Hull forces at relative velocity `nu` (6,): `u_eps`, `abs_u_eps` from `race`, `wet` the immersed part."""
+    """Add the hull forces at relative velocity `nu` (6,): `u_eps`, `abs_u_eps` from `race`, `wet` the immersed part."""
     u, v, w, p, q, r = nu[0], nu[1], nu[2], nu[3], nu[4], nu[5]
     s = abs(u)
     tau[0] += wet * (
@@ -96,7 +96,7 @@ def fins(
     k_z: float,
     tau: Array,
 ) -> None:
-    """Fin forces. Every fin of `table` counts by its share, its effectiveness and the part of it that is immersed.
+    """Add the fin forces. Every fin of `table` counts by its share, its effectiveness and its immersed part.
 
     Args:
         c: constants.

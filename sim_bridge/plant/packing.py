@@ -1,4 +1,4 @@
-"""The truth as the kernels read it: arrays of numbers, every place in them counted from a list of names."""
+"""The parameters of the plant as arrays for the kernels; a list of names gives the index of every number."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FOOT = 0.3048
 
 
 def places(names: str) -> Any:
-    """A named tuple that says where each name lies: `places("a b").b` is 1. A constant inside a kernel."""
+    """Return a named tuple of the index of each name: `places("a b").b` is 1. A constant inside a kernel."""
     return namedtuple("Places", names)(*range(len(names.split())))
 
 
@@ -38,7 +38,7 @@ F = places("x y z span to_s to_r to_b effectiveness jammed")
 
 
 def constants(truth: Truth) -> Array:
-    """The vector that `C` indexes. Source of the propeller's constants: see `propulsion`."""
+    """Return the vector that `C` indexes. Source of the propeller's constants: see `propulsion`."""
     body, hull, propeller = truth.body, truth.hull, truth.propeller
     half_rho, load = 0.5 * hull.rho, 0.5 * propeller.C_t * hull.L**2
     values = {
@@ -68,13 +68,13 @@ def constants(truth: Truth) -> Array:
 
 
 def fin_table(truth: Truth) -> Array:
-    """One row per fin (see `F`), shape (fins, len(F))."""
+    """Return one row per fin (see `F`), shape (fins, len(F))."""
     rows = [(*fin.centre, fin.span, *fin.share, fin.effectiveness, 0.0) for fin in truth.fins]
     return np.array(rows, dtype=np.float64).reshape(len(rows), len(F))
 
 
 def mass_matrix(truth: Truth) -> Array:
-    """M = M_RB + M_A, shape (6, 6), about the origin of the body frame (paper's appendix, errata applied).
+    """Return M = M_RB + M_A, shape (6, 6), about the origin of the body frame (paper's appendix, errata applied).
 
     Raises:
         ParamError: M is singular, or nearly.

@@ -13,21 +13,21 @@ from sim_bridge.plant.environment import Environment
 from sim_bridge.plant.packing import F, S, constants, fin_table, mass_matrix
 from sim_bridge.plant.truth import Truth
 
-AFLOAT = Eta(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-"""Awash at the origin, level, heading north."""
+AT_SURFACE = Eta(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""At the origin, just immersed, level, heading north."""
 AT_REST = Nu(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class PlantError(ValueError):
-    """The plant was asked for something it cannot do, or its state has left the numbers."""
+    """Impossible commands or parameters, or a state that became non-finite."""
 
 
 class Plant:
-    """The truth as a state that steps. Everything public but the methods is to be read only.
+    """The true vehicle and its state. The attributes are to be read only.
 
     Attributes:
         k: steps made.
-        eta: position (NED, m; z = 0 is afloat and awash, see `strips.hydrostatics`) and Euler angles, psi in [-pi, pi].
+        eta: position (NED, m; just immersed at z = 0, see `strips.hydrostatics`) and Euler angles, psi in [-pi, pi].
         nu: velocity over ground in the body frame.
         nu_dot: its rate of change in the body frame, (6,), m/s^2 and rad/s^2.
         nu_r: velocity through the water in the body frame, m/s, (3,).
@@ -42,16 +42,16 @@ class Plant:
         environment: Environment,
         dt: float,
         substeps: int = 1,
-        eta0: Eta = AFLOAT,
+        eta0: Eta = AT_SURFACE,
         nu0: Nu = AT_REST,
         n0: float = 0.0,
         fins0: Sequence[float] | None = None,
     ) -> None:
-        """Puts the vehicle at `eta0` with velocity `nu0` over ground, shaft `n0` (rev/s) and fins at `fins0` (rad).
+        """Set the initial state: `eta0`, velocity over ground `nu0`, shaft `n0` (rev/s), fin angles `fins0` (rad).
 
         Args:
             truth: the vehicle.
-            environment: the sea, made for the same `dt`.
+            environment: current and turbulence, made for the same `dt`.
             dt: step, s.
             substeps: integration steps within one step.
             eta0: position and attitude.
@@ -83,7 +83,7 @@ class Plant:
         self._read()
 
     def step(self, fins: Sequence[float], n: float) -> None:
-        """Moves on by `dt` under held commands: one angle (rad) per fin, and the shaft speed (rev/s).
+        """Advance by `dt` under held commands: one angle (rad) per fin, and the shaft speed (rev/s).
 
         Raises:
             PlantError: another number of fins than the vehicle has, or the state is no longer finite.
@@ -116,25 +116,25 @@ class Plant:
 
     @property
     def t(self) -> float:
-        """Time since the start, s."""
+        """Return the time since the start, s."""
         return self.k * self.dt
 
     @property
     def current_ned(self) -> tuple[float, float, float]:
-        """Velocity of the water during the last step, NED, m/s."""
+        """Return the velocity of the water during the last step, NED, m/s."""
         return self.environment.current
 
     @property
     def altitude(self) -> float:
-        """Height of the origin above the flat bottom, m; negative is in the mud, which nothing prevents."""
+        """Return the height of the origin above the flat bottom, m; negative below it: there is no contact model."""
         return self.environment.params.bottom_depth - self.eta.z
 
     def jam(self, fin: int, jammed: bool = True) -> None:
-        """Holds a fin where it is, or frees it again."""
+        """Jam a fin at its present angle, or free it again."""
         self._table[fin, F.jammed] = float(jammed)
 
     def damage(self, fin: int, effectiveness: float) -> None:
-        """Sets what is left of a fin: 1 as designed, 0 lost."""
+        """Set the effectiveness of a fin: 1 as designed, 0 lost."""
         self._table[fin, F.effectiveness] = effectiveness
 
     def _angles(self, fins: Sequence[float]) -> list[float]:
@@ -154,7 +154,7 @@ class Plant:
 
 
 def _quaternion(phi: float, theta: float, psi: float) -> tuple[float, float, float, float]:
-    """Attitude quaternion, scalar first (Fossen 2011, Eq. 2.65 ff.)."""
+    """Return the attitude quaternion, scalar first (Fossen 2011, Eq. 2.65 ff.)."""
     c_1, s_1 = math.cos(phi / 2.0), math.sin(phi / 2.0)
     c_2, s_2 = math.cos(theta / 2.0), math.sin(theta / 2.0)
     c_3, s_3 = math.cos(psi / 2.0), math.sin(psi / 2.0)

@@ -1,4 +1,4 @@
-"""Thrust, and the race that washes over the fins; both finite at rest, in reverse, and when they oppose the motion.
+"""Thrust, and the propeller race over the fins; both finite at rest, in reverse, and when they oppose the motion.
 
 Published (Healey and Lienard 1993): eta = 0.012 n / u with n in rpm and u in ft/s, X_prop = C_d0 (eta|eta| - 1) times
 u^2, and eps(n) = -1 + sign(n)/sign(u) (sqrt(1 + C_t) - 1) / (sqrt(1 + C_t1) - 1), singular at u = 0.
@@ -18,19 +18,19 @@ from sim_bridge.plant.packing import Array, C
 
 @kernel("f8(f8)")
 def square(x: float) -> float:
-    """x |x|."""
+    """Return x |x|."""
     return x * abs(x)
 
 
 @kernel("f8(f8)")
 def root(x: float) -> float:
-    """The inverse of `square`."""
+    """Return the inverse of `square`."""
     return math.copysign(math.sqrt(abs(x)), x)
 
 
 @kernel("UniTuple(f8,2)(f8[::1],f8,f8,f8)")
 def race(c: Array, u: float, n: float, wet: float) -> tuple[float, float]:
-    """(u eps, |u| eps), m/s, at water speed u, shaft speed n (rev/s) and immersed part `wet` of the disc.
+    """Return (u eps, |u| eps), m/s, at water speed u, shaft speed n (rev/s) and immersed part `wet` of the disc.
 
     The second goes with direct damping, which opposes the motion whichever way the race runs; ahead they are equal.
     """
@@ -40,7 +40,7 @@ def race(c: Array, u: float, n: float, wet: float) -> tuple[float, float]:
 
 @kernel("void(f8[::1],f8,f8,f8,f8,f8[::1])")
 def propulsion(c: Array, u: float, n: float, wet: float, hull_wet: float, tau: Array) -> None:
-    """Adds thrust less axial drag to `tau`, and the (published as zero) moments of the propeller."""
+    """Add thrust less axial drag to `tau`, and the (published as zero) moments of the propeller."""
     tau[0] += c[C.k_thrust] * (square(c[C.advance] * n) * wet - square(u) * hull_wet)
     tau[3] += c[C.K_prop] * square(u) * wet
     tau[5] += c[C.N_prop] * square(u) * wet

@@ -38,7 +38,7 @@ STRIPS = len(NODES)
 
 @kernel("f8(f8)")
 def immersed(s: float) -> float:
-    """Part of a circle that is under water, when its centre is `s` radii under the surface."""
+    """Return the part of a circle that is under water when its centre is `s` radii below the surface."""
     if s >= 1.0:
         return 1.0
     if s <= -1.0:
@@ -48,11 +48,11 @@ def immersed(s: float) -> float:
 
 @kernel("f8(f8[::1],f8,f8,f8,f8,f8[::1],f8[::1])")
 def hydrostatics(c: Array, z: float, k_x: float, k_y: float, k_z: float, wet: Array, tau: Array) -> float:
-    """Adds weight and buoyancy to `tau` and returns the immersed part of the hull.
+    """Add weight and buoyancy to `tau` and return the immersed part of the hull.
 
-    The surface lies one hull radius above the frame's z = 0: a level vehicle at z = 0 is awash, just fully immersed,
-    so that depth counts from the floating vehicle, as a depth gauge zeroed afloat does. Each strip's buoyancy goes with
-    its immersed volume and acts through its axis, as pressure on a circle must; it therefore has a potential.
+    The surface lies one hull radius above the frame's z = 0: a level vehicle at z = 0 is just fully immersed,
+    so that depth counts from the floating vehicle, as of a depth sensor zeroed at the surface. Each strip's buoyancy
+    goes with its immersed volume and acts through its axis, as pressure on a circle must; it therefore has a potential.
 
     Args:
         c: constants.
@@ -90,7 +90,7 @@ def hydrostatics(c: Array, z: float, k_x: float, k_y: float, k_z: float, wet: Ar
 
 @kernel("void(f8[::1],f8[::1],f8[::1],f8[::1])")
 def cross_flow(c: Array, nu: Array, wet: Array, tau: Array) -> None:
-    """Adds the drag of the flow across the hull (Healey and Lienard 1993), opposed to it at every station.
+    """Add the drag of the flow across the hull (Healey and Lienard 1993), opposed to it at every station.
 
     With v(x) = v + x r and w(x) = w - x q the force per length is -rho/2 (C_dy h v^2 + C_dz b w^2) (v, w) / |(v, w)|.
     """

@@ -1,4 +1,4 @@
-"""The vehicle as it really is: what `truth.toml` says, read by the simulator alone."""
+"""The parameters of the true vehicle, from `truth.toml`; only the simulator reads them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from firmware_py.params import ParamError, param
 from sim_bridge.plant.coefficients import Coefficients
 
 MOST_FINS = 15
-"""As many as one ArrayCommand addresses."""
+"""Maximum number of fins: as many as one ArrayCommand addresses."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +69,7 @@ class Propeller:
 
 @dataclass(frozen=True, slots=True)
 class Servo:
-    """One characteristic for every fin servo."""
+    """The servo of every fin; all have the same characteristic."""
 
     tau: float = param(unit="s", low=1e-4, high=100.0, doc="Time constant.")
     rate: float = param(unit="deg/s", low=1e-3, high=1e5, doc="Highest speed.")
@@ -79,7 +79,7 @@ class Servo:
 
 @dataclass(frozen=True, slots=True)
 class Shaft:
-    """The motor under its speed controller."""
+    """The propeller motor under its speed controller."""
 
     tau: float = param(unit="s", low=1e-4, high=100.0, doc="Time constant.")
     rate: float = param(unit="rpm/s", low=1e-3, high=1e6, doc="Highest acceleration of the shaft.")
@@ -87,7 +87,7 @@ class Shaft:
 
 
 class Station(enum.Enum):
-    """Where along the hull a fin works, and so which coefficients it works with."""
+    """Position of a fin along the hull, which decides the coefficients that it uses."""
 
     STERN = enum.auto()
     BOW = enum.auto()
@@ -121,7 +121,7 @@ class Fin:
 
     @property
     def share(self) -> tuple[float, float, float]:
-        """What a unit angle gives in (delta_s, delta_r, delta_b)."""
+        """Return the contribution of a unit angle to (delta_s, delta_r, delta_b)."""
         if self.station is Station.BOW:
             return 0.0, 0.0, 1.0
         return 0.5 * math.cos(self.hinge), 0.5 * math.sin(self.hinge), 0.0
@@ -129,7 +129,7 @@ class Fin:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """The whole vehicle."""
+    """All parameters of the true vehicle."""
 
     body: Body
     hull: Hull
@@ -150,10 +150,10 @@ class Truth:
 
 
 def refuse_other_fins(truth: Truth, where: str, believed: int, vehicle: str) -> None:
-    """A command goes to a fin by its number, so truth (in the file `where`) and belief (in `vehicle`) need as many.
+    """Refuse a truth (file `where`) with another number of fins than `vehicle`: commands address fins by number.
 
     Raises:
-        ParamError: the boat has another number of fins than the autopilot believes.
+        ParamError: the plant has another number of fins than the vehicle file.
     """
     if len(truth.fins) != believed:
         here = f"{where}: fins: {len(truth.fins)} of them"

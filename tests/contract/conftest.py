@@ -1,4 +1,4 @@
-"""A boat on a real python-can bus, and pydronecan at the other end of it."""
+"""A simulated on a real python-can bus, and pydronecan at the other end of it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from dronecan.transport import Frame, Transfer
 from firmware_py.adapters.buses.can_bus import CanBus, NodeIds, open_bus
 from firmware_py.marine import Eta, Nu, Origin
 from firmware_py.params import load
-from sim_bridge.devices.devices import BoatParams, Devices
+from sim_bridge.devices.devices import Devices, DevicesParams
 from sim_bridge.devices.instruments import Instruments, Water
 from sim_bridge.devices.serial_dvl import SerialDvl
 from sim_bridge.devices.serial_line import SerialLine
@@ -77,10 +77,10 @@ class Peer:
         ]
 
 
-class Boat:
+class SimulatedDevices:
     """Devices around a plant that stands where a test puts it."""
 
-    def __init__(self, bus: CanBus, params: BoatParams) -> None:
+    def __init__(self, bus: CanBus, params: DevicesParams) -> None:
         self.params = params
         self.ids = load(NodeIds, tomllib.loads((CONFIGS / "io_sitl.toml").read_text())["nodes"], "io_sitl.toml")
         self.plant = SimpleNamespace(
@@ -96,13 +96,13 @@ class Boat:
         dvl = SerialDvl(instruments.dvl, self.line)
         self.devices = Devices(params, self.ids, instruments, bus, dvl, 4, BASE_HZ)
 
-    def speak(self, first: int, last: int | None = None) -> None:
+    def publish(self, first: int, last: int | None = None) -> None:
         for k in range(first, first + 1 if last is None else last):
-            self.devices.speak(k, k / BASE_HZ, self.plant)
+            self.devices.publish(k, k / BASE_HZ, self.plant)
 
-    def told(self, t: float) -> tuple[list[float], float]:
-        """What servos and shaft are told at `t`, after hearing what came until then."""
-        self.devices.hear(t)
+    def commanded(self, t: float) -> tuple[list[float], float]:
+        """The commands to servos and shaft at `t`, after everything that came until then."""
+        self.devices.receive(t)
         return self.later(t)
 
     def later(self, t: float) -> tuple[list[float], float]:
@@ -114,15 +114,15 @@ class Boat:
         self.bus.close()
 
 
-def shipped(**changes: dict[str, object]) -> BoatParams:
+def shipped(**changes: dict[str, object]) -> DevicesParams:
     """The parameters of sensors.toml, with keys of its tables changed."""
     table = tomllib.loads((CONFIGS / "sensors.toml").read_text())
     for name, keys in changes.items():
         table[name] = table[name] | keys
-    return load(BoatParams, table, "sensors.toml")
+    return load(DevicesParams, table, "sensors.toml")
 
 
-def quiet(**changes: dict[str, object]) -> BoatParams:
+def quiet(**changes: dict[str, object]) -> DevicesParams:
     """Instruments without errors, and an AHRS without latency."""
     table = tomllib.loads((CONFIGS / "sensors.toml").read_text())
     silence = {
@@ -137,15 +137,15 @@ def quiet(**changes: dict[str, object]) -> BoatParams:
 
 @pytest.fixture
 def launch():
-    """launch(**changes of sensors.toml) -> (boat, peer), on a bus of their own."""
+    """launch(**changes of sensors.toml) -> (simulated, peer), on a bus of their own."""
     opened = []
 
     def make(**changes):
         channel = f"contract-{next(_channels)}"
         theirs = can.Bus(interface="virtual", channel=channel)
-        boat = Boat(open_bus("virtual", channel), quiet(**changes))
-        opened.extend((boat.close, theirs.shutdown))
-        return boat, Peer(theirs)
+        simulated = SimulatedDevices(open_bus("virtual", channel), quiet(**changes))
+        opened.extend((simulated.close, theirs.shutdown))
+        return simulated, Peer(theirs)
 
     yield make
     for close in opened:

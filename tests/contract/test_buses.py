@@ -263,11 +263,11 @@ def test_pydronecan_and_we_are_nodes_of_one_bus(number):
         deadline = time.monotonic() + 2 * PATIENCE
         while not (100 in sources and all(line in stranger.said() for line in wanted)):
             assert time.monotonic() < deadline, (sources, stranger.said())
-            hub.beat(time.monotonic())
+            hub.publish_status(time.monotonic())
             autopilots.send(autopilot.send(ARRAY_COMMAND, fins))
             for can_id, data in ours.drain(100, 0.2):
                 sources.add(can_id & 0x7F)
-                hub.serve(can_id, data, time.monotonic())
+                hub.accept_request(can_id, data, time.monotonic())
         assert heard_nodes(autopilots)[100] == "org.example.stranger"
         with pytest.raises(BusError) as failure:
             refuse_if_taken(autopilots, {10: "autopilot", 100: "servo_hub"})

@@ -207,7 +207,7 @@ def test_a_file_is_no_port(tmp_path):
     assert path.read_text() == "precious"
 
 
-FIRST = r"a simulated boat brings its own: start it first, sternplane plant$"
+FIRST = r"a simulated plant makes its own: start it first, sternplane plant$"
 
 
 def test_a_port_that_is_not_there_says_who_brings_it(tmp_path):

@@ -13,7 +13,7 @@ from sternplane.logs.reading import read
 from sternplane.logs.replay import replay
 
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
-from firmware_py.adapters.lockstep.lockstep import HELLO, VERSION, LockstepLink
+from firmware_py.adapters.lockstep.lockstep_link import HELLO, VERSION, LockstepLink
 from firmware_py.app import build
 from firmware_py.wire.dronecan.messages import TICK, TICK_DONE
 from firmware_py.wire.dronecan.protocol import LockstepTick, LockstepTickDone
@@ -120,11 +120,11 @@ def test_a_bus_on_which_our_nodes_speak_is_refused_with_who_was_heard(
 def test_a_plant_of_another_kind_is_refused(
     bus: CanBus, start: Start, hello: LockstepTick, words: tuple[str, ...]
 ) -> None:
-    turns = LockstepLink(bus, 125, [10])
+    link = LockstepLink(bus, 125, [10])
     fly = start("fly", "--bus", BUS, "--pace", "bus", "--dvl", "none")
     for _ in range(300):  # 30 s
-        turns.say(TICK, hello)
-        turns.listen(TICK_DONE, 0.1)
+        link.send_message(TICK, hello)
+        link.receive_message(TICK_DONE, 0.1)
         if fly.returncode is not None:
             break
     _, err = fly.communicate(timeout=20)
@@ -136,16 +136,16 @@ def test_a_frame_that_is_lost_ends_the_run_and_says_so(tmp_path: Path, bus: CanB
     line = tmp_path / "dvl"
     master, slave = os.openpty()
     os.symlink(os.ttyname(slave), line)
-    turns = LockstepLink(bus, 125, [10])
+    link = LockstepLink(bus, 125, [10])
     fly = start("fly", "--bus", BUS, "--pace", "bus", "--dvl", line)
     for _ in range(300):
-        turns.say(TICK, LockstepTick(HELLO, 10_000_000, 0, VERSION))
-        done = turns.listen(TICK_DONE, 0.1)
+        link.send_message(TICK, LockstepTick(HELLO, 10_000_000, 0, VERSION))
+        done = link.receive_message(TICK_DONE, 0.1)
         if done is not None and done.k == HELLO:
             break
-    turns.say(TICK, LockstepTick(0, 0, 0, VERSION))
-    assert turns.listen(TICK_DONE, 10.0) == LockstepTickDone(0, 6)  # commands, arming, status
-    turns.say(TICK, LockstepTick(1, 10_000_000, 3, VERSION))  # three frames that nobody sent
+    link.send_message(TICK, LockstepTick(0, 0, 0, VERSION))
+    assert link.receive_message(TICK_DONE, 10.0) == LockstepTickDone(0, 6)  # commands, arming, status
+    link.send_message(TICK, LockstepTick(1, 10_000_000, 3, VERSION))  # three frames that nobody sent
     _, err = fly.communicate(timeout=20)
     assert fly.returncode == 1
     assert "0 frames came for tick 1, the plant sent 3" in err

@@ -1,13 +1,13 @@
-"""The boat over MAVLink: the interface of PX4-compatible simulators, as a second way to attach one.
+"""Sensors and actuators over MAVLink: the interface of PX4-compatible simulators.
 
 HIL_SENSOR gives rates and pressure, and is the tick; each is answered by one HIL_ACTUATOR_CONTROLS. It has neither
-attitude nor velocity, and no message of the interface is a Doppler log's: both are taken from HIL_STATE_QUATERNION,
-which is the simulator's truth, and so are without the errors of an AHRS and a Doppler log. The velocity is rotated into
-the body and taken five times a second, as a DVL pings; its field is whole cm/s. Nothing tells what fins and propeller
-do: the estimator uses what they were told. Nothing tells of water in the hull.
+attitude nor velocity, and the interface has no message of a DVL: both are taken from HIL_STATE_QUATERNION, which is the
+simulator's truth, so they have no errors of an AHRS or a DVL. The velocity is rotated into the body frame and taken
+five times a second, as a DVL does; its field is in whole cm/s. There is no feedback of fins and propeller: the
+estimator uses the commands. There is no leak sensor.
 
-Steering does not suffer from that, learning does: what the servos lag behind their commands is taken for the hull's,
-and an attitude without noise contradicts the noise it is expected to have, so that no coefficient becomes valid.
+Steering does not suffer from that, learning does: the lag of the servos is attributed to the hull, and an attitude
+without noise contradicts the noise that the filter expects, so that no coefficient becomes valid.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from dataclasses import fields
 from typing import Any
 
 from firmware_py.adapters.hil.hil_link import ARMED, LOCKSTEP, MOST_CONTROLS, HilLink, Stop
-from firmware_py.adapters.lockstep.lockstep import PATIENCE, LockstepError
+from firmware_py.adapters.lockstep.lockstep_link import TIMEOUT, LockstepError
 from firmware_py.marine import euler_from_quaternion, ned_to_body
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.records.command import Applied
@@ -26,7 +26,7 @@ from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFr
 from firmware_py.schedule import Rate, Tick
 
 DVL_PERIOD_US = 200_000
-"""Between two velocities: a Doppler log's 5 Hz."""
+"""Time between two velocities: 5 Hz, as a DVL."""
 VELOCITY_STD = 0.01 / math.sqrt(12.0)
 """1 sigma of a velocity that is rounded to cm/s, m/s."""
 GYRO = dialect.HIL_SENSOR_UPDATED_XGYRO | dialect.HIL_SENSOR_UPDATED_YGYRO | dialect.HIL_SENSOR_UPDATED_ZGYRO
@@ -36,8 +36,8 @@ _UNKNOWN_U16 = 65535
 _INVALID_SIGNAL = 1
 _DOWN = dialect.MAV_SENSOR_ROTATION_PITCH_270
 
-_HEARD: dict[int, Callable[[Message], bool]] = {
-    # What is heard, and of which instance: simulators may send several.
+_USED: dict[int, Callable[[Message], bool]] = {
+    # Which messages are used, and of which instance: simulators may send several.
     dialect.MAVLINK_MSG_ID_HIL_SENSOR: lambda message: message.id == 0,
     dialect.MAVLINK_MSG_ID_HIL_GPS: lambda message: message.id == 0,
     dialect.MAVLINK_MSG_ID_HIL_STATE_QUATERNION: lambda _: True,
@@ -62,57 +62,57 @@ class HilHardware:
         self._heard: dict[str, Heard[Any]] = {
             field.name: getattr(nothing, field.name) for field in fields(nothing) if field.name != "fins"
         }
-        self._turn: dict[int, Message] = {}
+        self._received: dict[int, Message] = {}
         self._epoch_us = 0
-        self._pinged_us = -math.inf
+        self._velocity_us = -math.inf
         self._attitude: tuple[tuple[float, float, float], float] | None = None
 
-    def begin(self, epoch_us: int) -> None:
-        """Sets the simulator's time at which tick 0 is."""
+    def set_epoch(self, epoch_us: int) -> None:
+        """Set the simulator's time at tick 0."""
         self._epoch_us = epoch_us
 
-    def hear(self, message: Message) -> None:
-        """Keeps a message for the next `read`; of each kind the newest counts."""
+    def accept(self, message: Message) -> None:
+        """Keep a message for the next `read`; of each kind the newest counts."""
         kind = message.get_msgId()
-        ours = _HEARD.get(kind)
+        ours = _USED.get(kind)
         if ours is not None and ours(message):
-            self._turn[kind] = message
+            self._received[kind] = message
 
     def read(self, tick: Tick) -> SensorFrame:
-        """What was heard since the last tick; what is not heard anew keeps its value and its time."""
-        heard, turn = self._heard, self._turn
+        """Return what was received since the last tick; a channel without a new value keeps its value and its time."""
+        heard, received = self._heard, self._received
         for name, old in heard.items():
             if old.fresh:
                 heard[name] = Heard(old.value, old.t_valid, False, old.ok)
-        state = turn.get(dialect.MAVLINK_MSG_ID_HIL_STATE_QUATERNION)
+        state = received.get(dialect.MAVLINK_MSG_ID_HIL_STATE_QUATERNION)
         if state is not None:
             self._state(state)
-        sensor = turn.get(dialect.MAVLINK_MSG_ID_HIL_SENSOR)
+        sensor = received.get(dialect.MAVLINK_MSG_ID_HIL_SENSOR)
         if sensor is not None:
             self._sensor(sensor)
-        gps = turn.get(dialect.MAVLINK_MSG_ID_HIL_GPS)
+        gps = received.get(dialect.MAVLINK_MSG_ID_HIL_GPS)
         if gps is not None:
             heard["fix"] = _fix(gps, self._t(gps.time_usec))
-        # The two others tell no time, or one of another clock: they are valid when they come.
-        distance = turn.get(dialect.MAVLINK_MSG_ID_DISTANCE_SENSOR)
+        # The two others have no time, or one of another clock: they are valid when they arrive.
+        distance = received.get(dialect.MAVLINK_MSG_ID_DISTANCE_SENSOR)
         if distance is not None:
             heard["altitude"] = _altitude(distance, tick.t)
-        battery = turn.get(dialect.MAVLINK_MSG_ID_BATTERY_STATUS)
+        battery = received.get(dialect.MAVLINK_MSG_ID_BATTERY_STATUS)
         if battery is not None:
             heard["battery"] = _battery(battery, tick.t)
-        turn.clear()
+        received.clear()
         return SensorFrame(fins=self._fins, **heard)
 
     def write(self, tick: Tick, applied: Applied) -> None:
-        """Answers the tick; a heartbeat goes before it once a second."""
-        link, told = self._link, (*applied.fins, applied.n)
+        """Answer the tick; send a heartbeat before it once a second."""
+        link, commands = self._link, (*applied.fins, applied.n)
         if tick.every(Rate.HZ_1):
-            link.say(link.beat(applied.armed))
-        controls = [value / full for value, full in zip(told, self._scale, strict=True)]
+            link.send(link.heartbeat(applied.armed))
+        controls = [value / full for value, full in zip(commands, self._scale, strict=True)]
         controls += [0.0] * (MOST_CONTROLS - len(controls))
         mode = dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | (ARMED if applied.armed else 0)
         now_us = self._epoch_us + tick.t_ns // 1000
-        link.say(dialect.MAVLink_hil_actuator_controls_message(now_us, controls, mode, LOCKSTEP))
+        link.send(dialect.MAVLink_hil_actuator_controls_message(now_us, controls, mode, LOCKSTEP))
 
     def _t(self, time_us: int) -> float:
         return (time_us - self._epoch_us) / 1e6
@@ -122,14 +122,14 @@ class HilHardware:
         phi, theta, psi = euler_from_quaternion(x, y, z, w)
         t = self._t(message.time_usec)
         self._attitude = (phi, theta, psi), t
-        if message.time_usec - self._pinged_us >= DVL_PERIOD_US:
-            self._pinged_us = message.time_usec
+        if message.time_usec - self._velocity_us >= DVL_PERIOD_US:
+            self._velocity_us = message.time_usec
             velocity = ned_to_body(phi, theta, psi, *(0.01 * v for v in (message.vx, message.vy, message.vz)))
             ok = all(map(math.isfinite, velocity))
             self._heard["dvl"] = Heard(Dvl(*velocity, VELOCITY_STD, math.nan), t, True, ok)
 
     def _sensor(self, message: Message) -> None:
-        """Rates make an AHRS of an attitude that is new too, at the attitude's time."""
+        """Use the rates together with a new attitude as one AHRS value, at the attitude's time."""
         updated = message.fields_updated
         if updated & GYRO == GYRO and self._attitude is not None:
             angles, t = self._attitude
@@ -141,11 +141,11 @@ class HilHardware:
             self._heard["pressure"] = Heard(pressure, self._t(message.time_usec), True, math.isfinite(pressure))
 
 
-class HilPaced:
-    """A `ports.Schedule` that the simulator's HIL_SENSOR paces: its time is the vehicle's.
+class HilSchedule:
+    """A `ports.Schedule` that waits for the simulator's HIL_SENSOR: its time is the vehicle's.
 
     Args:
-        hardware: hears what comes over `link`.
+        hardware: takes the messages that arrive over `link`.
         link: to the simulator.
         dt_ns: the step, a whole number of microseconds.
         stop: asked at every tick and while waiting.
@@ -158,16 +158,16 @@ class HilPaced:
         self._stop = stop
 
     def __iter__(self) -> Iterator[Tick]:
-        """Ticks, one for each HIL_SENSOR, until either side has had enough.
+        """Yield ticks, one for each HIL_SENSOR, until either side ends the run.
 
         Raises:
-            LockstepError: the simulator is silent or gone, or its time does not go on by our step.
+            LockstepError: the simulator is silent or gone, or its time does not advance by our step.
         """
-        link, hear = self._link, self._hardware.hear
-        link.say(link.beat(False), _ask_for_state(self._dt_ns // 1000))
+        link, accept = self._link, self._hardware.accept
+        link.send(link.heartbeat(False), _request_state(self._dt_ns // 1000))
         k, epoch_us = 0, 0
         while True:
-            sensor = link.listen(_is_tick, hear, PATIENCE, self._stop)
+            sensor = link.receive(_is_tick, accept, TIMEOUT, self._stop)
             if self._stop():
                 break
             if sensor is None:
@@ -176,9 +176,9 @@ class HilPaced:
                 raise link.missing(k)
             if k == 0:
                 epoch_us = sensor.time_usec
-                self._hardware.begin(epoch_us)
+                self._hardware.set_epoch(epoch_us)
             self._check(k, sensor.time_usec - epoch_us)
-            hear(sensor)
+            accept(sensor)
             yield Tick(k, self._dt_ns)
             k += 1
         link.bye()
@@ -198,15 +198,15 @@ def _is_tick(message: Message) -> bool:
     return bool(message.get_msgId() == dialect.MAVLINK_MSG_ID_HIL_SENSOR and message.id == 0)
 
 
-def _ask_for_state(period_us: int) -> Message:
-    """Simulators send HIL_STATE_QUATERNION to those that ask, as PX4 does."""
+def _request_state(period_us: int) -> Message:
+    """Return the request for HIL_STATE_QUATERNION, which simulators send on request, as PX4 does it."""
     state = dialect.MAVLINK_MSG_ID_HIL_STATE_QUATERNION
     command = dialect.MAV_CMD_SET_MESSAGE_INTERVAL
     return dialect.MAVLink_command_long_message(0, 0, command, 0, state, period_us, 0, 0, 0, 0, 0)
 
 
 def _fix(message: Message, t: float) -> Heard[Fix]:
-    """`eph` is an error in cm, as PX4 reads it; MAVLink itself calls it a dilution."""
+    """Return the fix; `eph` is an error in cm, as PX4 reads it (MAVLink itself calls it a dilution)."""
     std = message.eph * 0.01 if 0 < message.eph < _UNKNOWN_U16 else math.nan
     value = Fix(math.radians(message.lat * 1e-7), math.radians(message.lon * 1e-7), std)
     return Heard(value, t, True, message.fix_type >= FIX_3D and math.isfinite(std))

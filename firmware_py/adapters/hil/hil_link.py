@@ -1,7 +1,7 @@
-"""What both ends of the PX4 simulator interface share: where it is, the MAVLink stream over TCP, and its farewell.
+"""What both ends of the PX4 simulator interface share: address, MAVLink stream over TCP, end of the run.
 
-The simulator listens and the autopilot connects. The interface has no word for "I have had enough"; here whoever ends
-says so with a last HEARTBEAT in MAV_STATE_POWEROFF, so that a side that was killed is told from one that has finished.
+The simulator listens and the autopilot connects. The interface has no message for the end of a run; here the side that
+ends sends a last HEARTBEAT in MAV_STATE_POWEROFF, which tells a side that has finished from one that was killed.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from firmware_py.adapters.buses.can_bus import BusError
-from firmware_py.adapters.lockstep.lockstep import PATIENCE, LockstepError
+from firmware_py.adapters.lockstep.lockstep_link import TIMEOUT, LockstepError
 from firmware_py.mavlink.base.codec import Codec, Message, dialect
 
 LOOPBACK = "127.0.0.1"
@@ -27,8 +27,8 @@ MOST_CONTROLS = 16
 
 Stop = Callable[[], bool]
 _CHUNK = 65536
-_GLANCE = 0.1
-"""How long one wait takes at most, s, before it is seen whether someone asked to stop."""
+_POLL = 0.1
+"""How long one wait takes at most, s, before `stop` is asked."""
 _RETRY = 0.2
 
 
@@ -43,7 +43,7 @@ class Address(NamedTuple):
 
 
 def parse_link(text: str) -> Address | None:
-    """Reads `can` (None) or `mavlink-hil[:HOST:PORT]`.
+    """Read `can` (None) or `mavlink-hil[:HOST:PORT]`.
 
     Raises:
         BusError: it is neither.
@@ -60,10 +60,10 @@ def parse_link(text: str) -> Address | None:
 
 
 def serve(address: Address) -> socket.socket:
-    """The simulator's door; while it is open nobody else listens there.
+    """Open the socket on which the simulator listens.
 
     Raises:
-        BusError: it cannot be opened.
+        BusError: it cannot be opened, or another process listens there.
     """
     try:
         return socket.create_server(address, backlog=1)
@@ -74,16 +74,16 @@ def serve(address: Address) -> socket.socket:
 
 
 def accept(server: socket.socket, seconds: float, stop: Stop) -> socket.socket | None:
-    """The first who connects; None if nobody did within `seconds` of wall time, or `stop` said so before."""
+    """Return the first connection; None if there is none within `seconds` of wall time, or if `stop` returned True."""
     deadline = time.monotonic() + seconds
     while not stop() and (left := deadline - time.monotonic()) > 0.0:
-        if select.select([server], [], [], min(left, _GLANCE))[0]:
+        if select.select([server], [], [], min(left, _POLL))[0]:
             return server.accept()[0]
     return None
 
 
 def resolve(address: Address) -> None:
-    """Makes sure that there is such a host; raises BusError if not."""
+    """Raise BusError if there is no such host."""
     try:
         socket.getaddrinfo(*address, type=socket.SOCK_STREAM)
     except (OSError, UnicodeError) as error:
@@ -92,18 +92,18 @@ def resolve(address: Address) -> None:
 
 
 def connect(address: Address, seconds: float, stop: Stop) -> socket.socket | None:
-    """Connects to the simulator, which may come later; None if `stop` said so before.
+    """Connect to the simulator, which may start later; return None if `stop` returned True before.
 
     Raises:
         BusError: there is no such host.
-        LockstepError: nobody listened there within `seconds`.
+        LockstepError: no simulator listened there within `seconds`.
     """
     resolve(address)
     deadline = time.monotonic() + seconds
     while not stop():
         left = deadline - time.monotonic()
         try:
-            return socket.create_connection(address, timeout=min(max(left, _GLANCE), PATIENCE))
+            return socket.create_connection(address, timeout=min(max(left, _POLL), TIMEOUT))
         except OSError as error:
             if left <= _RETRY:
                 why = (error.strerror or "timed out").lower()
@@ -116,38 +116,38 @@ def connect(address: Address, seconds: float, stop: Stop) -> socket.socket | Non
 
 
 class HilLink:
-    """One end of the stream. What is no MAVLink is skipped and counted; a side that is gone is silence.
+    """One end of the stream. Bytes that are no MAVLink are skipped and counted; a closed connection is silence.
 
     Args:
-        stream: connected; closed by `close`.
+        stream: connected; `close` closes it.
         system: our MAVLink system id.
-        vehicle: True at the vehicle's end, which says what the other end is.
+        vehicle: True at the vehicle's end, False at the simulator's.
     """
 
     def __init__(self, stream: socket.socket, system: int, *, vehicle: bool) -> None:
         stream.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        stream.settimeout(PATIENCE)
+        stream.settimeout(TIMEOUT)
         self._stream = stream
         self._vehicle = vehicle
         self._codec = Codec(system)
         self._parser = dialect.MAVLink(None)
         self._parser.robust_parsing = True
-        self._ahead: deque[Message] = deque()
-        self._gone = False
+        self._unread: deque[Message] = deque()
+        self._closed = False
         self.ended = False
-        """The other side has said that it has had enough."""
+        """The other side has ended the run."""
         self.malformed = 0
         """Bytes that belong to no message."""
 
-    def say(self, *messages: Message) -> None:
-        """Sends messages in order, in one piece. That nobody takes them is noticed by the next `listen`."""
+    def send(self, *messages: Message) -> None:
+        """Send messages in order, in one piece; the next `receive` notices a closed connection."""
         try:
             self._stream.sendall(b"".join(map(self._codec.pack, messages)))
         except OSError:
-            self._gone = True
+            self._closed = True
 
-    def beat(self, armed: bool, state: int = dialect.MAV_STATE_ACTIVE) -> Message:
-        """Our HEARTBEAT."""
+    def heartbeat(self, armed: bool, state: int = dialect.MAV_STATE_ACTIVE) -> Message:
+        """Return our HEARTBEAT."""
         kind, autopilot = dialect.MAV_TYPE_GENERIC, dialect.MAV_AUTOPILOT_INVALID
         if self._vehicle:
             kind, autopilot = dialect.MAV_TYPE_SUBMARINE, dialect.MAV_AUTOPILOT_GENERIC
@@ -155,47 +155,47 @@ class HilLink:
         return dialect.MAVLink_heartbeat_message(kind, autopilot, mode, 0, state, 3)
 
     def bye(self) -> None:
-        """Says that we have had enough."""
-        self.say(self.beat(False, dialect.MAV_STATE_POWEROFF))
+        """Tell the other side that we end the run."""
+        self.send(self.heartbeat(False, dialect.MAV_STATE_POWEROFF))
 
-    def listen(
+    def receive(
         self,
         wanted: Callable[[Message], bool],
-        hear: Callable[[Message], None],
+        other: Callable[[Message], None],
         seconds: float,
         stop: Stop = lambda: False,
     ) -> Message | None:
-        """Waits for a message that is `wanted`, and gives those before it to `hear`.
+        """Wait for a message that is `wanted`, and pass those before it to `other`.
 
         Returns:
-            The message; None if it did not come within `seconds` of wall time, `stop` says so, or the other side has
-            `ended` or is gone.
+            The message; None if it did not come within `seconds` of wall time, `stop` returned True, or the other side
+            has `ended` or closed the connection.
         """
         deadline = time.monotonic() + seconds
         while True:
-            while self._ahead:
-                message = self._ahead.popleft()
+            while self._unread:
+                message = self._unread.popleft()
                 if wanted(message):
                     return message
-                if _farewell(message):
+                if _is_bye(message):
                     self.ended = True
                     return None
-                hear(message)
+                other(message)
             left = deadline - time.monotonic()
-            if self._gone or left <= 0.0 or stop():
+            if self._closed or left <= 0.0 or stop():
                 return None
-            if select.select([self._stream], [], [], min(left, _GLANCE))[0]:
+            if select.select([self._stream], [], [], min(left, _POLL))[0]:
                 self._receive()
 
     def missing(self, k: int) -> LockstepError:
-        """Why nothing came of what was due at tick k, in one line."""
+        """Return the error, in one line, for a message that was due at tick k and did not come."""
         other = "plant" if self._vehicle else "vehicle"
         noise = f"; {self.malformed} bytes that came are no MAVLink" if self.malformed else ""
-        what = "has closed the connection" if self._gone else f"has been silent for {PATIENCE:g} s"
+        what = "has closed the connection" if self._closed else f"has been silent for {TIMEOUT:g} s"
         return LockstepError(f"the {other} {what}, at tick {k}: was it ended?{noise}")
 
     def close(self) -> None:
-        """Hangs up; may be called twice."""
+        """Close the connection; may be called twice."""
         self._stream.close()
 
     def _receive(self) -> None:
@@ -204,19 +204,19 @@ class HilLink:
         except OSError:
             data = b""
         if not data:
-            self._gone = True
+            self._closed = True
             return
         parser = self._parser
         for message in parser.parse_buffer(data) or ():
             if message.get_type() == "BAD_DATA":
                 self.malformed += len(message.data)
             else:
-                self._ahead.append(message)
+                self._unread.append(message)
         # pymavlink frees what it has read only when nothing is left over: a long stream would pile up.
         del parser.buf[: parser.buf_index]
         parser.buf_index = 0
 
 
-def _farewell(message: Message) -> bool:
+def _is_bye(message: Message) -> bool:
     heartbeat = message.get_msgId() == dialect.MAVLINK_MSG_ID_HEARTBEAT
     return bool(heartbeat and message.system_status == dialect.MAV_STATE_POWEROFF)

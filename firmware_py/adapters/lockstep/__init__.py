@@ -1,1 +1,1 @@
-"""Lockstep between vehicle and plant over a bus."""
+"""Lockstep of vehicle and plant over a bus."""

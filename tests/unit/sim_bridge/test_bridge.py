@@ -1,4 +1,4 @@
-"""The boat as a whole, over its real wires: what acts when, what is said when, faults, and the same bytes twice."""
+"""The simulated vehicle as a whole, over real wires: when commands act, when readings are sent, faults, equal bytes."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from firmware_py.params import ParamError, load
 from firmware_py.wire.dronecan import equipment as eq
 from firmware_py.wire.dronecan import messages as m
 from firmware_py.wire.dronecan.transfer import Sender
-from sim_bridge.assembly import assemble
-from sim_bridge.bridge import Lockstep
-from sim_bridge.devices.devices import BoatParams
+from sim_bridge.bridge import PlantSchedule
+from sim_bridge.build import build_bridge
+from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.devices.serial_line import SerialLine
 from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import parse
@@ -39,9 +39,9 @@ def table(name):
 
 
 class Rig:
-    """A boat and the vehicle's ends of its wires."""
+    """The simulated vehicle and the autopilot's ends of its wires."""
 
-    def __init__(self, scenario=None, seed=1, base_hz=100, truth=None, **boat):
+    def __init__(self, scenario=None, seed=1, base_hz=100, truth=None, **devices):
         channel = f"bridge-{next(_channels)}"
         ours, theirs = (open_bus("virtual", channel) for _ in range(2))
         self.bus = theirs
@@ -50,12 +50,12 @@ class Rig:
         self.sender = Sender(10)
         self._close = [ours.close, theirs.close, self.port.close, self.line.close]
         params = table("sensors.toml")
-        for name, keys in boat.items():
+        for name, keys in devices.items():
             params[name] |= keys
         try:
-            self.bridge = assemble(
+            self.bridge = build_bridge(
                 load(Truth, table("truth.toml") | (truth or {}), "truth.toml"),
-                load(BoatParams, params, "sensors.toml"),
+                load(DevicesParams, params, "sensors.toml"),
                 load(NodeIds, table("io_sitl.toml")["nodes"], "io_sitl.toml"),
                 parse(STRAIGHT | (scenario or {}), "scenario"),
                 ours,
@@ -72,7 +72,7 @@ class Rig:
         self.bus.send(self.sender.send(m.ARRAY_COMMAND, eq.ArrayCommand(commands)))
         self.bus.send(self.sender.send(m.RPM_COMMAND, eq.RpmCommand((rpm,))))
 
-    def heard(self):
+    def received(self):
         return self.bus.drain(10_000), self.port.read(4096)
 
     def close(self):
@@ -98,36 +98,36 @@ def sources(frames):
 
 
 def test_at_the_first_tick_every_device_speaks_and_the_plant_has_not_moved(rig):
-    boat = rig()
-    boat.bridge.step(0)
-    frames, _ = boat.heard()
+    simulated = rig()
+    simulated.bridge.step(0)
+    frames, _ = simulated.received()
     assert sources(frames) == set(range(21, 28))
-    truth = boat.bridge.truth()
+    truth = simulated.bridge.truth()
     assert truth.eta == (0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
     assert truth.n * 60 == pytest.approx(500.0)
 
 
 def test_a_command_given_in_a_tick_acts_until_the_next_and_no_sooner(rig):
-    boat = rig()
-    boat.bridge.step(0)
-    boat.command(fins=(0.2, 0.2, 0.0, 0.0))
-    assert boat.bridge.truth().fins == (0.0, 0.0, 0.0, 0.0)
-    boat.bridge.step(1)
-    assert min(boat.bridge.truth().fins[:2]) > 0.0
+    simulated = rig()
+    simulated.bridge.step(0)
+    simulated.command(fins=(0.2, 0.2, 0.0, 0.0))
+    assert simulated.bridge.truth().fins == (0.0, 0.0, 0.0, 0.0)
+    simulated.bridge.step(1)
+    assert min(simulated.bridge.truth().fins[:2]) > 0.0
     for k in range(2, 100):
-        boat.command(fins=(0.2, 0.2, 0.0, 0.0))
-        boat.bridge.step(k)
-    fins = boat.bridge.truth().fins
+        simulated.command(fins=(0.2, 0.2, 0.0, 0.0))
+        simulated.bridge.step(k)
+    fins = simulated.bridge.truth().fins
     assert fins[0] == pytest.approx(0.2, abs=0.002)
     assert fins[2:] == (0.0, 0.0)
 
 
 def test_in_trim_it_runs_straight_at_six_feet_per_second(rig):
-    boat = rig()
+    simulated = rig()
     for k in range(1001):
-        boat.bridge.step(k)
-        boat.command()
-    truth = boat.bridge.truth()
+        simulated.bridge.step(k)
+        simulated.command()
+    truth = simulated.bridge.truth()
     assert truth.eta.x == pytest.approx(18.288, abs=0.01)
     assert abs(truth.eta.y) < 1e-6
     assert truth.nu.u == pytest.approx(1.8288, abs=1e-3)
@@ -135,13 +135,13 @@ def test_in_trim_it_runs_straight_at_six_feet_per_second(rig):
 
 def test_the_same_seed_says_the_same_bytes_and_another_does_not(rig):
     def said(seed):
-        boat = rig({"environment": {"turbulence_m_s": 0.1}}, seed=seed, dvl={"dropout": 0.3})
+        simulated = rig({"environment": {"turbulence_m_s": 0.1}}, seed=seed, dvl={"dropout": 0.3})
         log = []
         for k in range(300):
-            boat.bridge.step(k)
-            log.append(boat.heard())
-            boat.command(fins=(0.1 * math.sin(0.1 * k),) * 4)
-        return log, boat.bridge.truth()
+            simulated.bridge.step(k)
+            log.append(simulated.received())
+            simulated.command(fins=(0.1 * math.sin(0.1 * k),) * 4)
+        return log, simulated.bridge.truth()
 
     assert said(5) == said(5)
     assert said(5) != said(6)
@@ -152,11 +152,11 @@ def test_the_same_seed_says_the_same_bytes_and_another_does_not(rig):
     [("ahrs-off", {23}), ("pressure-off", {24}), ("altimeter-off", {25}), ("fix-off", {26}), ("dvl-off", set())],
 )
 def test_a_device_that_fails_is_not_heard_from_its_time_on(rig, fault, silenced):
-    boat = rig({"faults": [{"t_s": 1.0, "name": fault}]})
+    simulated = rig({"faults": [{"t_s": 1.0, "name": fault}]})
     said = []
     for k in range(200):
-        boat.bridge.step(k)
-        said.append(boat.heard())
+        simulated.bridge.step(k)
+        said.append(simulated.received())
     before, after = said[:100], said[100:]
     assert set.union(*(sources(frames) for frames, _ in before)) == set(range(21, 28))
     assert set.union(*(sources(frames) for frames, _ in after)) == set(range(21, 28)) - silenced
@@ -165,13 +165,13 @@ def test_a_device_that_fails_is_not_heard_from_its_time_on(rig, fault, silenced)
 
 
 def test_a_jammed_fin_stays_where_it_is_and_the_others_move_on(rig):
-    boat = rig({"faults": [{"t_s": 0.5, "name": "fin-jam:rudder_upper"}]})
+    simulated = rig({"faults": [{"t_s": 0.5, "name": "fin-jam:rudder_upper"}]})
     for k in range(150):
-        boat.bridge.step(k)
+        simulated.bridge.step(k)
         if k == 49:
-            stuck = boat.bridge.truth().fins[2]
-        boat.command(fins=(0.0, 0.0, 0.3 if k < 49 else -0.3, 0.3 if k < 49 else -0.3))
-    fins = boat.bridge.truth().fins
+            stuck = simulated.bridge.truth().fins[2]
+        simulated.command(fins=(0.0, 0.0, 0.3 if k < 49 else -0.3, 0.3 if k < 49 else -0.3))
+    fins = simulated.bridge.truth().fins
     assert stuck > 0.2
     assert fins[2] == stuck
     assert fins[3] == pytest.approx(-0.3, abs=0.02)
@@ -183,11 +183,11 @@ def test_a_fault_that_strikes_what_is_not_there_is_refused_before_the_run(rig):
 
 
 def test_faults_strike_in_order_of_time_however_they_are_listed(rig):
-    boat = rig({"faults": [{"t_s": 0.3, "name": "ahrs-off"}, {"t_s": 0.1, "name": "pressure-off"}]})
+    simulated = rig({"faults": [{"t_s": 0.3, "name": "ahrs-off"}, {"t_s": 0.1, "name": "pressure-off"}]})
     heard = []
     for k in range(60):
-        boat.bridge.step(k)
-        heard.append(sources(boat.heard()[0]))
+        simulated.bridge.step(k)
+        heard.append(sources(simulated.received()[0]))
     assert max(k for k, ids in enumerate(heard) if 23 in ids) == 29
     assert max(k for k, ids in enumerate(heard) if 24 in ids) == 5
 
@@ -195,12 +195,12 @@ def test_faults_strike_in_order_of_time_however_they_are_listed(rig):
 def test_devices_faster_than_the_base_rate_are_those_that_speak_once_every_tick(rig):
     def said(rate, status):
         keys = {name: {"rate_hz": rate} for name in ("ahrs", "pressure", "dvl", "altimeter", "fix", "battery", "leak")}
-        boat = rig(base_hz=50, **keys, servo_hub={"status_hz": status}, esc={"status_hz": status})
+        simulated = rig(base_hz=50, **keys, servo_hub={"status_hz": status}, esc={"status_hz": status})
         heard = []
         for k in range(100):
-            boat.bridge.step(k)
-            heard.append(boat.heard())
-            boat.command(fins=(0.2, 0.2, 0.0, 0.0))
+            simulated.bridge.step(k)
+            heard.append(simulated.received())
+            simulated.command(fins=(0.2, 0.2, 0.0, 0.0))
         return heard
 
     assert said(1000, 200) == said(50, 50)  # the fins' speeds and the battery's charge among it
@@ -208,10 +208,10 @@ def test_devices_faster_than_the_base_rate_are_those_that_speak_once_every_tick(
 
 def test_the_substeps_of_the_truth_reach_the_plant(rig):
     def there(substeps):
-        boat = rig({"start": STRAIGHT["start"] | {"phi_deg": 5.0}}, base_hz=50, truth={"substeps": substeps})
+        simulated = rig({"start": STRAIGHT["start"] | {"phi_deg": 5.0}}, base_hz=50, truth={"substeps": substeps})
         for k in range(200):
-            boat.bridge.step(k)
-        return boat.bridge.truth().eta
+            simulated.bridge.step(k)
+        return simulated.bridge.truth().eta
 
     one, two, four = there(1), there(2), there(4)
     assert one != two != four
@@ -248,7 +248,7 @@ class Steps:
 def test_lockstep_moves_the_boat_before_each_tick_and_ends_with_the_time():
     bridge = Steps()
     ticks = []
-    for tick in Lockstep(bridge, 10_000_000, 5):
+    for tick in PlantSchedule(bridge, 10_000_000, 5):
         assert bridge.steps[-1] == tick.k
         assert (tick.t_ns, tick.late_ns) == (tick.k * 10_000_000, 0)
         ticks.append(tick.k)
@@ -258,17 +258,17 @@ def test_lockstep_moves_the_boat_before_each_tick_and_ends_with_the_time():
 def test_lockstep_ends_when_told_without_another_step():
     bridge = Steps()
     seen = []
-    for tick in Lockstep(bridge, 10_000_000, 1000, stop=lambda: len(seen) == 3):
+    for tick in PlantSchedule(bridge, 10_000_000, 1000, stop=lambda: len(seen) == 3):
         seen.append(tick.k)
     assert bridge.steps == seen == [0, 1, 2]
 
 
 def test_truth_is_a_record_of_the_tick(rig):
-    boat = rig({"environment": {"current_ned_m_s": [0.1, -0.2, 0.0]}})
-    boat.bridge.step(0)
-    first = boat.bridge.truth()
-    boat.bridge.step(1)
+    simulated = rig({"environment": {"current_ned_m_s": [0.1, -0.2, 0.0]}})
+    simulated.bridge.step(0)
+    first = simulated.bridge.truth()
+    simulated.bridge.step(1)
     assert first.current == (0.1, -0.2, 0.0)
-    assert first.eta.x == 0.0 < boat.bridge.truth().eta.x
+    assert first.eta.x == 0.0 < simulated.bridge.truth().eta.x
     with pytest.raises(dataclasses.FrozenInstanceError):
         first.n = 0.0

@@ -80,7 +80,7 @@ def test_what_the_vehicle_writes_reaches_the_device(line, port):
 
 
 def test_what_never_arrives_is_given_up_and_counted(line, monkeypatch):
-    impatient = SerialLine(patience=0.01)
+    impatient = SerialLine(timeout=0.01)
     monkeypatch.setattr(os, "write", lambda fd, data: len(data))
     impatient.send(LINE)
     assert (impatient.lost, impatient.late) == (0, 1)
@@ -95,7 +95,7 @@ def test_close_may_be_called_twice_and_frees_the_line():
 
 
 def test_a_reader_that_takes_the_line_at_once_does_not_stall_a_boat_that_keeps_its_own_time(monkeypatch):
-    with SerialLine(patience=0.0) as line:
+    with SerialLine(timeout=0.0) as line:
         monkeypatch.setattr(line, "waiting", lambda: 0)  # read before it was seen
         monkeypatch.setattr("sim_bridge.devices.serial_line.time.monotonic", lambda: pytest.fail("it waits"))
         line.send(LINE)

@@ -16,15 +16,15 @@ from pymavlink.dialects.v20 import common as mav
 
 from firmware_py.adapters.buses.can_bus import NodeIds, open_bus
 from firmware_py.adapters.hil.hil_link import HilLink
-from firmware_py.adapters.lockstep.lockstep import LockstepError
+from firmware_py.adapters.lockstep.lockstep_link import LockstepError
 from firmware_py.marine import GRAVITY, Eta, Nu, Origin, euler_from_quaternion
 from firmware_py.params import ParamError, load
-from sim_bridge import assembly, hil
-from sim_bridge.devices.devices import BoatParams
+from sim_bridge import build, hil_server
+from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.devices.instruments import Instruments, Water
 from sim_bridge.devices.serial_line import SerialLine
 from sim_bridge.faults import Fault
-from sim_bridge.hil import HilConductor, HilDevices, refuse_faults, specific_force, time_at
+from sim_bridge.hil_server import HilDevices, HilServer, refuse_faults, specific_force, time_at
 from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import Scenario, parse
 
@@ -47,14 +47,14 @@ n_rpm = 492.0
 """
 
 
-def sensors(quiet: bool) -> BoatParams:
+def sensors(quiet: bool) -> DevicesParams:
     table = tomllib.loads((CONFIGS / "sensors.toml").read_text())
     if quiet:
         for name, keys in table.items():
             table[name] = {
                 key: 0.0 if "noise" in key or "bias" in key or key == "dropout" else x for key, x in keys.items()
             }
-    return load(BoatParams, table, "sensors.toml")
+    return load(DevicesParams, table, "sensors.toml")
 
 
 def truth() -> Truth:
@@ -65,7 +65,7 @@ def scenario(text: str = SCENARIO) -> Scenario:
     return parse(tomllib.loads(text), "a test")
 
 
-class Boat:
+class Simulator:
     """Devices around a plant that stands where a test puts it, and the bare socket of an autopilot."""
 
     def __init__(self, quiet: bool = True) -> None:
@@ -90,7 +90,7 @@ class Boat:
         """What the autopilot hears of these ticks, by type."""
         heard: dict[str, list] = {}
         for k in range(first, last):
-            self.devices.speak(k, k / BASE_HZ, self.plant)
+            self.devices.publish(k, k / BASE_HZ, self.plant)
             for message in self.mav.parse_buffer(self.autopilot.recv(65536)):
                 heard.setdefault(message.get_type(), []).append(message)
         return heard
@@ -104,8 +104,8 @@ class Boat:
 
 
 @pytest.fixture
-def boat() -> Iterator[Boat]:
-    made = Boat()
+def simulator() -> Iterator[Simulator]:
+    made = Simulator()
     yield made
     made.close()
 
@@ -114,16 +114,16 @@ def controls(k: int = 0, *, fins=(0.0, 0.0, 0.0, 0.0), n: float = 0.0, mode: int
     return mav.MAVLink_hil_actuator_controls_message(time_at(k / BASE_HZ), (*fins, n, *(0.0,) * 11), mode, flags)
 
 
-def test_hil_sensor_ends_every_tick_and_says_its_time(boat: Boat) -> None:
+def test_hil_sensor_ends_every_tick_and_says_its_time(simulator: Simulator) -> None:
     for k in range(3):
-        boat.devices.speak(k, k / BASE_HZ, boat.plant)
-        *_, last = boat.mav.parse_buffer(boat.autopilot.recv(65536))
+        simulator.devices.publish(k, k / BASE_HZ, simulator.plant)
+        *_, last = simulator.mav.parse_buffer(simulator.autopilot.recv(65536))
         assert last.get_type() == "HIL_SENSOR"
         assert last.time_usec == 10_000_000 + 10_000 * k
 
 
-def test_each_instrument_speaks_at_its_rate(boat: Boat) -> None:
-    heard = boat.says(0, 100)
+def test_each_instrument_speaks_at_its_rate(simulator: Simulator) -> None:
+    heard = simulator.says(0, 100)
     updated = [message.fields_updated for message in heard["HIL_SENSOR"]]
     assert len(updated) == len(heard["HIL_STATE_QUATERNION"]) == 100
     assert sum(bits & GYRO == GYRO for bits in updated) == 100
@@ -136,9 +136,9 @@ def test_each_instrument_speaks_at_its_rate(boat: Boat) -> None:
     }
 
 
-def test_rates_and_pressure_are_in_the_units_of_the_message(boat: Boat) -> None:
-    boat.plant.nu = Nu(1.8, 0.0, 0.0, 0.01, -0.02, 0.05)
-    (sensor,) = boat.says()["HIL_SENSOR"]
+def test_rates_and_pressure_are_in_the_units_of_the_message(simulator: Simulator) -> None:
+    simulator.plant.nu = Nu(1.8, 0.0, 0.0, 0.01, -0.02, 0.05)
+    (sensor,) = simulator.says()["HIL_SENSOR"]
     assert (sensor.xgyro, sensor.ygyro, sensor.zgyro) == pytest.approx((0.01, -0.02, 0.05))
     assert sensor.abs_pressure == pytest.approx(1013.25 + 5.0 * 1000.0 * GRAVITY / 100.0)
 
@@ -151,9 +151,9 @@ def test_rates_and_pressure_are_in_the_units_of_the_message(boat: Boat) -> None:
         (math.pi / 2, 0.0, (0.0, -GRAVITY, 0.0)),
     ],
 )
-def test_the_accelerometer_at_rest_feels_what_holds_it(boat: Boat, phi: float, theta: float, force) -> None:
-    boat.plant.eta = Eta(0.0, 0.0, 5.0, phi, theta, 1.0)
-    (sensor,) = boat.says()["HIL_SENSOR"]
+def test_the_accelerometer_at_rest_feels_what_holds_it(simulator: Simulator, phi: float, theta: float, force) -> None:
+    simulator.plant.eta = Eta(0.0, 0.0, 5.0, phi, theta, 1.0)
+    (sensor,) = simulator.says()["HIL_SENSOR"]
     assert (sensor.xacc, sensor.yacc, sensor.zacc) == pytest.approx(force, abs=1e-5)
 
 
@@ -172,18 +172,18 @@ def test_the_accelerometer_in_a_steady_turn_feels_the_centripetal_force(velocity
 
 
 @pytest.mark.parametrize("psi", [0.0, 1.0, -2.5])
-def test_the_magnetometer_shows_north_and_dips_in_the_north(boat: Boat, psi: float) -> None:
-    boat.plant.eta = Eta(0.0, 0.0, 5.0, 0.0, 0.0, psi)
-    (sensor,) = boat.says()["HIL_SENSOR"]
+def test_the_magnetometer_shows_north_and_dips_in_the_north(simulator: Simulator, psi: float) -> None:
+    simulator.plant.eta = Eta(0.0, 0.0, 5.0, 0.0, 0.0, psi)
+    (sensor,) = simulator.says()["HIL_SENSOR"]
     assert math.atan2(-sensor.ymag, sensor.xmag) == pytest.approx(psi, abs=1e-6)
     assert sensor.zmag == pytest.approx(2.0 * math.tan(ORIGIN.latitude) * math.hypot(sensor.xmag, sensor.ymag))
     assert math.sqrt(sensor.xmag**2 + sensor.ymag**2 + sensor.zmag**2) == pytest.approx(0.48, abs=0.06)  # Monterey
 
 
-def test_the_state_is_the_truth(boat: Boat) -> None:
-    boat.plant.eta = Eta(100.0, 200.0, 7.5, 0.1, -0.2, 2.0)
-    boat.plant.nu = Nu(1.8, 0.0, 0.0, 0.01, 0.02, 0.03)
-    (state,) = boat.says()["HIL_STATE_QUATERNION"]
+def test_the_state_is_the_truth(simulator: Simulator) -> None:
+    simulator.plant.eta = Eta(100.0, 200.0, 7.5, 0.1, -0.2, 2.0)
+    simulator.plant.nu = Nu(1.8, 0.0, 0.0, 0.01, 0.02, 0.03)
+    (state,) = simulator.says()["HIL_STATE_QUATERNION"]
     w, x, y, z = state.attitude_quaternion
     assert euler_from_quaternion(x, y, z, w) == pytest.approx((0.1, -0.2, 2.0), abs=1e-6)
     assert (state.rollspeed, state.pitchspeed, state.yawspeed) == pytest.approx((0.01, 0.02, 0.03))
@@ -195,34 +195,34 @@ def test_the_state_is_the_truth(boat: Boat) -> None:
     assert (state.lon * 1e-7 + 121.8) * 111_320 * math.cos(ORIGIN.latitude) == pytest.approx(200.0, rel=0.01)
 
 
-def test_a_fix_comes_at_the_surface_alone(boat: Boat) -> None:
-    (under,) = boat.says(0, 1)["HIL_GPS"]
+def test_a_fix_comes_at_the_surface_alone(simulator: Simulator) -> None:
+    (under,) = simulator.says(0, 1)["HIL_GPS"]
     assert (under.fix_type, under.eph) == (1, 65535)
-    boat.plant.eta = Eta(0.0, 0.0, 0.1, 0.0, 0.0, 0.0)
-    boat.plant.nu = Nu(1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    (above,) = boat.says(100, 101)["HIL_GPS"]
+    simulator.plant.eta = Eta(0.0, 0.0, 0.1, 0.0, 0.0, 0.0)
+    simulator.plant.nu = Nu(1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    (above,) = simulator.says(100, 101)["HIL_GPS"]
     assert (above.fix_type, above.lat, above.lon) == (3, 368_000_000, -1_218_000_000)
     assert (above.vn, above.ve, above.vel, above.cog) == (100, 0, 100, 0)
     assert above.time_usec == 11_000_000
 
 
 @pytest.mark.parametrize(("altitude", "cm", "quality"), [(12.34, 1234, 100), (0.1, 0, 1), (75.0, 6001, 1)])
-def test_the_distance_to_the_bottom_and_none(boat: Boat, altitude: float, cm: int, quality: int) -> None:
-    boat.plant.altitude = altitude
-    (message,) = boat.says()["DISTANCE_SENSOR"]
+def test_the_distance_to_the_bottom_and_none(simulator: Simulator, altitude: float, cm: int, quality: int) -> None:
+    simulator.plant.altitude = altitude
+    (message,) = simulator.says()["DISTANCE_SENSOR"]
     assert (message.current_distance, message.signal_quality) == (cm, quality)
     assert (message.min_distance, message.max_distance, message.orientation) == (30, 6000, 25)
 
 
 def test_noise_is_that_of_sensors_toml() -> None:
-    boat = Boat(quiet=False)
-    heard = boat.says(0, 3000)
+    simulator = Simulator(quiet=False)
+    heard = simulator.says(0, 3000)
     rates = np.array([message.xgyro for message in heard["HIL_SENSOR"]])
     assert np.degrees(rates.std()) == pytest.approx(0.05, rel=0.1)
     pascals = 100.0 * np.array([m.abs_pressure for m in heard["HIL_SENSOR"] if m.fields_updated & PRESSURE])
     assert pascals.std() == pytest.approx(50.0, rel=0.15)
     assert {tuple(message.attitude_quaternion) for message in heard["HIL_STATE_QUATERNION"]} == {(1.0, 0.0, 0.0, 0.0)}
-    boat.close()
+    simulator.close()
 
 
 @pytest.mark.parametrize(
@@ -234,18 +234,18 @@ def test_noise_is_that_of_sensors_toml() -> None:
         (controls(fins=(1.0, 1.0, 1.0, 1.0), n=1.0, mode=1), (0.0,) * 4, 0.0),  # not armed
     ],
 )
-def test_controls_are_shares_of_full_scale(boat: Boat, message, fins, n: float) -> None:
-    boat.devices.obey(controls(fins=(0.3,) * 4, n=0.3))
-    boat.devices.obey(message)
-    told = boat.devices.commands(0.0, (0.0,) * 4)
+def test_controls_are_shares_of_full_scale(simulator: Simulator, message, fins, n: float) -> None:
+    simulator.devices.accept_command(controls(fins=(0.3,) * 4, n=0.3))
+    simulator.devices.accept_command(message)
+    told = simulator.devices.commands(0.0, (0.0,) * 4)
     assert told[0] == pytest.approx(fins)
     assert told[1] == pytest.approx(n)
 
 
 @pytest.mark.parametrize("device", ["ahrs", "pressure", "altimeter", "fix"])
-def test_what_has_no_power_is_not_heard(boat: Boat, device: str) -> None:
-    boat.devices.switch_off(device)
-    heard = boat.says()
+def test_what_has_no_power_is_not_heard(simulator: Simulator, device: str) -> None:
+    simulator.devices.switch_off(device)
+    heard = simulator.says()
     bits = heard["HIL_SENSOR"][0].fields_updated
     silent = {
         "ahrs": not bits & GYRO,
@@ -262,33 +262,33 @@ def test_a_dvl_cannot_be_switched_off_where_there_is_none() -> None:
         refuse_faults(broken)
 
 
-def test_it_is_the_boat_and_the_sea_that_a_bus_has() -> None:
-    boat = Boat()
-    behind_mavlink, _ = hil.assemble(truth(), sensors(False), scenario(), boat.link, 3, BASE_HZ)
+def test_plant_and_environment_are_those_of_a_bus() -> None:
+    simulator = Simulator()
+    behind_mavlink, _ = hil_server.build_hil_bridge(truth(), sensors(False), scenario(), simulator.link, 3, BASE_HZ)
     ids = load(NodeIds, tomllib.loads((CONFIGS / "io_sitl.toml").read_text())["nodes"], "io_sitl.toml")
-    line, bus = SerialLine(), open_bus("virtual", "the-same-boat")
-    on_a_bus = assembly.assemble(truth(), sensors(False), ids, scenario(), bus, line, 3, BASE_HZ)
+    line, bus = SerialLine(), open_bus("virtual", "the-same-simulator")
+    on_a_bus = build.build_bridge(truth(), sensors(False), ids, scenario(), bus, line, 3, BASE_HZ)
     for k in range(300):
         for bridge in (behind_mavlink, on_a_bus):
             bridge.step(k)
-        boat.autopilot.recv(65536)
+        simulator.autopilot.recv(65536)
     assert behind_mavlink.truth() == on_a_bus.truth()
     assert behind_mavlink.truth().current != (0.1, -0.05, 0.0)
     bus.close()
     line.close()
-    boat.close()
+    simulator.close()
 
 
-def advance(boat: Boat, *messages, k: int = 0) -> bool:
+def advance(simulator: Simulator, *messages, k: int = 0) -> bool:
     """Whether a tick was played when the autopilot had answered so."""
-    boat.tell(*messages)
-    conductor = HilConductor(lambda _: None, boat.devices, boat.link, DT_NS)
-    return conductor.advance(k, lambda: False)
+    simulator.tell(*messages)
+    server = HilServer(lambda _: None, simulator.devices, simulator.link, DT_NS)
+    return server.advance(k, lambda: False)
 
 
-def test_a_tick_is_over_when_it_is_answered(boat: Boat) -> None:
-    assert advance(boat, mav.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3), controls(7, n=0.5), k=7)
-    assert boat.devices.commands(0.0, ())[1] == pytest.approx(0.5 * N_MAX)
+def test_a_tick_is_over_when_it_is_answered(simulator: Simulator) -> None:
+    assert advance(simulator, mav.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3), controls(7, n=0.5), k=7)
+    assert simulator.devices.commands(0.0, ())[1] == pytest.approx(0.5 * N_MAX)
 
 
 @pytest.mark.parametrize(
@@ -298,16 +298,16 @@ def test_a_tick_is_over_when_it_is_answered(boat: Boat) -> None:
         (controls(7, flags=0), "the vehicle does not fly in lockstep"),
     ],
 )
-def test_another_answer_ends_the_run(boat: Boat, message, words: str) -> None:
+def test_another_answer_ends_the_run(simulator: Simulator, message, words: str) -> None:
     with pytest.raises(LockstepError, match=words):
-        advance(boat, message, k=7)
+        advance(simulator, message, k=7)
 
 
-def test_a_vehicle_that_says_farewell_ends_the_run(boat: Boat) -> None:
-    assert not advance(boat, mav.MAVLink_heartbeat_message(12, 0, 0, 0, mav.MAV_STATE_POWEROFF, 3))
+def test_a_vehicle_that_says_farewell_ends_the_run(simulator: Simulator) -> None:
+    assert not advance(simulator, mav.MAVLink_heartbeat_message(12, 0, 0, 0, mav.MAV_STATE_POWEROFF, 3))
 
 
-def test_a_vehicle_that_is_gone_is_named(boat: Boat) -> None:
-    boat.autopilot.close()
+def test_a_vehicle_that_is_gone_is_named(simulator: Simulator) -> None:
+    simulator.autopilot.close()
     with pytest.raises(LockstepError, match="the vehicle has closed the connection, at tick 5: was it ended"):
-        HilConductor(lambda _: None, boat.devices, boat.link, DT_NS).advance(5, lambda: False)
+        HilServer(lambda _: None, simulator.devices, simulator.link, DT_NS).advance(5, lambda: False)

@@ -23,7 +23,7 @@ from firmware_py.parameter_tree import describe_keys
 from firmware_py.params import Declaration, TakesEffect
 from firmware_py.reconfiguration import AutopilotParams
 from firmware_py.vehicle.vehicle import Vehicle
-from sim_bridge.devices.devices import BoatParams
+from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.faults import known_faults
 from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import Scenario
@@ -59,7 +59,7 @@ FILES: tuple[tuple[str, type[Any], str], ...] = (
     ("io_*.toml", IoParams, "Node ids, ports, latencies and real-time options."),
     ("mission.toml", MissionParams, "The mission of a vehicle without a ground station. Optional."),
     ("truth.toml", Truth, "The simulated vehicle."),
-    ("sensors.toml", BoatParams, "Sensors and devices of the simulated vehicle."),
+    ("sensors.toml", DevicesParams, "Sensors and devices of the simulated vehicle."),
     (
         "scenarios/*.toml",
         Scenario,

@@ -160,7 +160,7 @@ class UnderFire:
         if not self._left:
             self._quiet -= 1
             if not self._quiet and self._pilot is not None:
-                self._pilot.referee.done = True
+                self._pilot.completion.done = True
 
     def end(self, log: Path) -> None:
         """What holds in the end: the next start takes what was kept, and a key let nobody change anything.

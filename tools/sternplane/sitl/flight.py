@@ -32,13 +32,13 @@ from firmware_py.run import over_hil, provenance
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.kept_plans import with_kept_plans
 from firmware_py.schedule import step_ns
-from sim_bridge.assembly import assemble
-from sim_bridge.bridge import Bridge, Lockstep
+from sim_bridge.bridge import Bridge, PlantSchedule
+from sim_bridge.build import build_bridge
 from sim_bridge.completion import Completion
-from sim_bridge.devices.devices import BoatParams
+from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.devices.serial_line import SerialLine
 from sim_bridge.faults import Fault, known_faults
-from sim_bridge.hil import refuse_faults
+from sim_bridge.hil_server import refuse_faults
 from sim_bridge.plant.plant import PlantError
 from sim_bridge.plant.truth import Truth, refuse_other_fins
 from sim_bridge.scenarios import Scenario, load_scenario
@@ -87,7 +87,7 @@ class Flight:
     params: AutopilotParams
     io: IoParams
     truth: Truth
-    boat: BoatParams
+    boat: DevicesParams
 
     @property
     def rate(self) -> int:
@@ -160,7 +160,7 @@ def prepare(wish: Wish, kept: Mapping[str, float]) -> Flight:
         params=config_files.autopilot_params(configuration),
         io=_load(IoParams, wish.io or wish.config / "io_sitl.toml"),
         truth=truth,
-        boat=_load(BoatParams, wish.config / "sensors.toml", scenario.sensors),
+        boat=_load(DevicesParams, wish.config / "sensors.toml", scenario.sensors),
     )
     if parse_link(wish.link):
         _refuse_other_scale(flight)
@@ -196,11 +196,14 @@ def fly(
             flight.io, len(flight.autopilot.applied.fins), _bus(stack, flight), DvlPort(flight.io.dvl, line.path)
         )
         stack.callback(hardware.close)
-        bridge = assemble(flight.truth, flight.boat, flight.io.nodes, scenario, boat_bus, line, wish.seed, rate)
+        bridge = build_bridge(flight.truth, flight.boat, flight.io.nodes, scenario, boat_bus, line, wish.seed, rate)
         pilot = ScriptedOperator(scenario)
         interrupted = stack.enter_context(interruptible())
-        lockstep = Lockstep(
-            bridge, step_ns(rate), round(scenario.duration * rate), stop=lambda: pilot.referee.done or bool(interrupted)
+        lockstep = PlantSchedule(
+            bridge,
+            step_ns(rate),
+            round(scenario.duration * rate),
+            stop=lambda: pilot.completion.done or bool(interrupted),
         )
         schedule: Schedule = (
             RealTime(step_ns(rate), lockstep.advance, flight.io.realtime.spin_ns)
@@ -213,7 +216,7 @@ def fly(
             print(refusal, file=sys.stderr)
         try:
             loop.run(flight.autopilot, hardware, command(pilot), _Tape(log, bridge, watch), schedule)
-            outcome = judge(pilot.referee, bool(interrupted))
+            outcome = judge(pilot.completion, bool(interrupted))
         except PlantError as error:
             outcome = Outcome(False, f"the plant has left the numbers: {error}")
         if line.late and wish.pace == "max":

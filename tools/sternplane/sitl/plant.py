@@ -16,18 +16,18 @@ from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
 from firmware_py.adapters.clock import RealTime
 from firmware_py.adapters.hil.hil_link import Address, HilLink, accept, parse_link, serve
-from firmware_py.adapters.lockstep.lockstep import LockstepError, LockstepLink
+from firmware_py.adapters.lockstep.lockstep_link import LockstepError, LockstepLink
 from firmware_py.adapters.realtime import RealtimeParams, applied
 from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter
 from firmware_py.run import provenance
 from firmware_py.run.errors import UsageError
 from firmware_py.run.interrupt import interruptible
 from firmware_py.schedule import step_ns
-from sim_bridge import hil
-from sim_bridge.assembly import assemble
+from sim_bridge import hil_server
 from sim_bridge.bridge import Bridge
+from sim_bridge.build import build_bridge
 from sim_bridge.devices.serial_line import SerialLine
-from sim_bridge.lockstep_server import LockstepServer, meet
+from sim_bridge.lockstep_server import LockstepServer, accept_vehicle
 from sim_bridge.plant.plant import PlantError
 from sternplane.logs.reading import TRUTH_FILE
 from sternplane.sitl.flight import Flight, Wish, prepare
@@ -88,13 +88,13 @@ def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Conso
         refuse_if_taken(bus, {**ids, io.can.plant_id: "plant"})
         turns = LockstepLink(bus, io.can.plant_id, [io.can.node_id])
         _clear(dvl)
-        line = stack.enter_context(SerialLine(patience=0.0 if free else 1.0))
+        line = stack.enter_context(SerialLine(timeout=0.0 if free else 1.0))
         stack.enter_context(_link(dvl, Path(line.path)))
         door = bus if free else turns
-        bridge = assemble(flight.truth, flight.boat, io.nodes, flight.scenario, door, line, wish.seed, flight.rate)
+        bridge = build_bridge(flight.truth, flight.boat, io.nodes, flight.scenario, door, line, wish.seed, flight.rate)
         interrupted = stack.enter_context(interruptible())
         console.print(f"plant on {spec}, DVL on {dvl}")
-        if wait and not meet(turns, dt_ns, wait, lambda: bool(interrupted)):
+        if wait and not accept_vehicle(turns, dt_ns, wait, lambda: bool(interrupted)):
             return "interrupted before a vehicle came"
         step = _kept(bridge, _truth_log(stack, flight, out), dt_ns)
         ticks = round(flight.scenario.duration * flight.rate)
@@ -143,9 +143,11 @@ def run_hil(flight: Flight, address: Address, out: Path | None, wait: float, con
             raise LockstepError(f"no vehicle connected to {address} for {wait:g} s; start one: {start}")
         link = HilLink(stream, flight.params.mavlink.system, vehicle=False)
         stack.callback(link.close)
-        bridge, devices = hil.assemble(flight.truth, flight.boat, flight.scenario, link, wish.seed, flight.rate)
+        bridge, devices = hil_server.build_hil_bridge(
+            flight.truth, flight.boat, flight.scenario, link, wish.seed, flight.rate
+        )
         stack.enter_context(applied(RealtimeParams(freeze_garbage=True)))
-        conductor = hil.HilConductor(_kept(bridge, _truth_log(stack, flight, out), dt_ns), devices, link, dt_ns)
+        conductor = hil_server.HilServer(_kept(bridge, _truth_log(stack, flight, out), dt_ns), devices, link, dt_ns)
         ticks, played = round(flight.scenario.duration * flight.rate), 0
 
         def advance(k: int) -> bool:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from firmware_py.adapters.hil.hil_link import parse_link
-from firmware_py.adapters.lockstep.lockstep import LockstepError
+from firmware_py.adapters.lockstep.lockstep_link import LockstepError
 from firmware_py.adapters.storage.recorder import LogWriter, Recorder
 from firmware_py.ports import Ground
 from firmware_py.records.cycle import Cycle
@@ -87,7 +87,7 @@ def fly_two_processes(
         losses: dict[str, int] = {}
 
         def stop() -> bool:
-            return pilot.referee.done or bool(interrupted) or tape.full or gone()
+            return pilot.completion.done or bool(interrupted) or tape.full or gone()
 
         def say(line: str) -> None:
             print(line, file=sys.stderr)
@@ -111,7 +111,7 @@ def fly_two_processes(
                     losses,
                     meet_plant=realtime,
                 )
-            outcome = judge(pilot.referee, bool(interrupted))
+            outcome = judge(pilot.completion, bool(interrupted))
         except LockstepError as error:
             outcome = Outcome(False, str(error))
         if child.poll() == 2:

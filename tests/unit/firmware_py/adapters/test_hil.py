@@ -11,9 +11,9 @@ import pytest
 from pymavlink.dialects.v20 import common as mav
 
 from firmware_py.adapters.hil import hil_hardware, hil_link
-from firmware_py.adapters.hil.hil_hardware import HilHardware, HilPaced
+from firmware_py.adapters.hil.hil_hardware import HilHardware, HilSchedule
 from firmware_py.adapters.hil.hil_link import HilLink
-from firmware_py.adapters.lockstep.lockstep import LockstepError
+from firmware_py.adapters.lockstep.lockstep_link import LockstepError
 from firmware_py.marine import quaternion_from_euler
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame
@@ -55,7 +55,7 @@ class Pair:
         self.simulator = Simulator(theirs)
         self.link = HilLink(ours, 7, vehicle=True)
         self.hardware = HilHardware(self.link, (*DELTA_MAX, N_MAX))
-        self.ticks = iter(HilPaced(self.hardware, self.link, DT_NS, lambda: False))
+        self.ticks = iter(HilSchedule(self.hardware, self.link, DT_NS, lambda: False))
 
     def frame(self, *messages: mav.MAVLink_message) -> SensorFrame:
         """The frame of the next tick, when the simulator has sent these; the vehicle answers it."""
@@ -298,7 +298,7 @@ def test_a_simulator_that_is_gone_ends_the_run_with_one_line(
     pair: Pair, monkeypatch: pytest.MonkeyPatch, leave: Callable[[socket.socket], None], words: str
 ) -> None:
     for module in (hil_hardware, hil_link):
-        monkeypatch.setattr(module, "PATIENCE", 0.2)
+        monkeypatch.setattr(module, "TIMEOUT", 0.2)
     pair.frame(state(), sensor())
     pair.simulator.received()
     leave(pair.simulator.stream)
@@ -308,7 +308,7 @@ def test_a_simulator_that_is_gone_ends_the_run_with_one_line(
 
 def test_who_is_asked_to_stop_says_farewell(pair: Pair) -> None:
     asked: list[bool] = []
-    ticks = iter(HilPaced(pair.hardware, pair.link, DT_NS, lambda: bool(asked)))
+    ticks = iter(HilSchedule(pair.hardware, pair.link, DT_NS, lambda: bool(asked)))
     pair.simulator.send(state(), sensor())
     assert next(ticks).k == 0
     asked.append(True)

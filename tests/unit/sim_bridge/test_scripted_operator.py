@@ -1,4 +1,4 @@
-"""The pilot of a scenario: says each cue once and in time, holds the sticks, steers the zigzag, knows the end."""
+"""The scripted operator: gives each order once and in time, holds the sticks, steers the zigzag, sees the end."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DT_NS = 10_000_000
 DEG = math.pi / 180
 
 
-def pilot(**table):
+def operator(**table):
     return ScriptedOperator(
         parse({"description": "x.", "duration_s": 100.0, "completes": "time"} | table, "here"),
     )
@@ -37,8 +37,8 @@ def orders(ground, ticks):
     return [ground.read(Tick(k, DT_NS)) for k in range(ticks)]
 
 
-def test_each_cue_is_said_once_at_the_first_tick_that_is_not_before_it():
-    ground = pilot(
+def test_each_order_is_given_once_at_the_first_tick_that_is_not_before_it():
+    ground = operator(
         orders=[
             {"t_s": 0.0, "arming": "arm"},
             {"t_s": 0.055, "mode": "hold", "depth_m": 5.0, "heading_deg": 90.0, "speed_m_s": 1.5},
@@ -57,14 +57,14 @@ def test_each_cue_is_said_once_at_the_first_tick_that_is_not_before_it():
     assert spoken[10].mode is None
 
 
-def test_cues_of_one_time_are_said_in_the_ticks_after_it_and_none_is_lost():
-    said = orders(pilot(orders=[{"t_s": 0.0, "arming": "arm"}, {"t_s": 0.0, "mode": "manual"}]), 3)
+def test_orders_of_one_time_are_given_in_the_ticks_after_it_and_none_is_lost():
+    said = orders(operator(orders=[{"t_s": 0.0, "arming": "arm"}, {"t_s": 0.0, "mode": "manual"}]), 3)
     assert [o.arming for o in said] == [Arming.ARM, Arming.KEEP, Arming.KEEP]
     assert [o.mode for o in said] == [None, Mode.MANUAL, None]
 
 
 def test_sticks_are_held_and_fresh_from_the_first_touch_on():
-    said = orders(pilot(orders=[{"t_s": 0.02, "n_rpm": 600.0}, {"t_s": 0.04, "delta_r_deg": -20.0}]), 6)
+    said = orders(operator(orders=[{"t_s": 0.02, "n_rpm": 600.0}, {"t_s": 0.04, "delta_r_deg": -20.0}]), 6)
     assert [o.t_sticks for o in said[:2]] == [-math.inf] * 2
     assert [o.t_sticks for o in said[2:]] == pytest.approx([0.02, 0.03, 0.04, 0.05])
     assert said[3].sticks == pytest.approx((0.0, 0.0, 10.0))
@@ -76,7 +76,9 @@ def test_sticks_are_held_and_fresh_from_the_first_touch_on():
 @pytest.mark.parametrize("base", [0.0, 3.1, -2.0])
 def test_zigzag_puts_the_rudder_over_at_each_heading_whichever_way_it_turns(base, to_port):
     """On a vehicle that turns with a lag, so that its heading overshoots."""
-    ground = pilot(orders=[{"t_s": 0.0, "n_rpm": 500.0}], zigzag={"t_s": 1.0, "delta_r_deg": 15.0, "heading_deg": 20.0})
+    ground = operator(
+        orders=[{"t_s": 0.0, "n_rpm": 500.0}], zigzag={"t_s": 1.0, "delta_r_deg": 15.0, "heading_deg": 20.0}
+    )
     psi, r, track, rudder = base, 0.0, [], []
     for k in range(4000):
         order = ground.read(Tick(k, DT_NS))
@@ -96,60 +98,60 @@ def test_zigzag_puts_the_rudder_over_at_each_heading_whichever_way_it_turns(base
 
 
 def test_a_surfacing_scenario_is_done_when_the_vehicle_disarmed_itself_at_the_surface():
-    ground = pilot(completes="surfaced")
+    ground = operator(completes="surfaced")
     for mode in (Mode.DISARMED, Mode.MANUAL, Mode.MISSION, Mode.SURFACE):
         ground.write(cycle(mode=mode))
-        assert (ground.referee.done, ground.referee.completed) == (False, False)
+        assert (ground.completion.done, ground.completion.completed) == (False, False)
     ground.write(cycle(mode=Mode.DISARMED))
-    assert (ground.referee.done, ground.referee.completed) == (True, True)
+    assert (ground.completion.done, ground.completion.completed) == (True, True)
 
 
 @pytest.mark.parametrize(("z", "fix", "up"), [(8.0, False, False), (8.0, True, True), (0.4, False, True)])
 def test_a_vehicle_that_disarms_in_the_deep_has_not_surfaced(z, fix, up):
-    ground = pilot(completes="surfaced")
+    ground = operator(completes="surfaced")
     for mode in (Mode.SURFACE, Mode.DISARMED):
         ground.write(cycle(mode=mode, z=z, fix=fix))
-    assert (ground.referee.done, ground.referee.completed) == (up, up)
+    assert (ground.completion.done, ground.completion.completed) == (up, up)
 
 
 def test_a_vehicle_that_disarms_under_way_has_not_surfaced():
-    ground = pilot(completes="surfaced")
+    ground = operator(completes="surfaced")
     for mode in (Mode.MISSION, Mode.DISARMED):
         ground.write(cycle(mode=mode))
-    assert (ground.referee.done, ground.referee.completed) == (False, False)
+    assert (ground.completion.done, ground.completion.completed) == (False, False)
 
 
 @pytest.mark.parametrize(
     ("last", "completed"), [(Mode.HOLD, True), (Mode.MANUAL, True), (Mode.SURFACE, False), (Mode.DISARMED, False)]
 )
 def test_a_timed_scenario_is_completed_by_a_vehicle_that_is_still_doing_it(last, completed):
-    ground = pilot()
+    ground = operator()
     for mode in (Mode.DISARMED, Mode.HOLD, last):
         ground.write(cycle(mode=mode))
-    assert ground.referee.done is False
-    assert ground.referee.completed is completed
+    assert ground.completion.done is False
+    assert ground.completion.completed is completed
 
 
-def test_a_boat_that_a_rule_brings_up_has_not_completed_its_mission_and_the_rule_is_named():
-    ground = pilot(completes="surfaced")
+def test_a_vehicle_that_a_rule_surfaces_has_not_completed_its_mission_and_the_rule_is_named():
+    ground = operator(completes="surfaced")
     ground.write(cycle(mode=Mode.MISSION))
     ground.write(cycle(mode=Mode.SURFACE, meant=False, said=("MISSION -> SURFACE: depth 7.00 m, limit 7 m",)))
     ground.write(cycle(mode=Mode.DISARMED, meant=False, said=("SURFACE -> DISARMED: surfaced",)))
-    assert (ground.referee.done, ground.referee.completed) == (True, False)
-    assert ground.referee.reason == "aborted: MISSION -> SURFACE: depth 7.00 m, limit 7 m"
+    assert (ground.completion.done, ground.completion.completed) == (True, False)
+    assert ground.completion.reason == "aborted: MISSION -> SURFACE: depth 7.00 m, limit 7 m"
 
 
 def test_the_end_of_a_mission_is_meant_and_its_end_by_a_rule_is_not():
     for done in (True, False):
-        ground = pilot(completes="surfaced")
+        ground = operator(completes="surfaced")
         for mode in (Mode.MISSION, Mode.SURFACE, Mode.DISARMED):
             seen = cycle(mode=mode, meant=False)
             seen.mode.mission_done = done
             ground.write(seen)
-        assert ground.referee.completed is done
+        assert ground.completion.completed is done
 
 
-def test_a_boat_that_was_never_armed_says_what_it_was_told():
-    ground = pilot()
+def test_a_vehicle_that_was_never_armed_has_the_refusal_as_reason():
+    ground = operator()
     ground.write(cycle(mode=Mode.DISARMED, said=("arming refused: battery at 3%, needs 20%",)))
-    assert ground.referee.reason == "never armed: arming refused: battery at 3%, needs 20%"
+    assert ground.completion.reason == "never armed: arming refused: battery at 3%, needs 20%"

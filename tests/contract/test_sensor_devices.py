@@ -16,13 +16,13 @@ EQUIPMENT = "uavcan.equipment."
 
 
 def test_every_device_is_a_node_of_its_own_that_beats_once_a_second(launch):
-    boat, peer = launch()
-    boat.speak(0, 301)
+    simulated, peer = launch()
+    simulated.publish(0, 301)
     beats = {}
     for source, status in peer.hear("uavcan.protocol.NodeStatus"):
         beats.setdefault(source, []).append(status.uptime_sec)
         assert (status.health, status.mode) == (status.HEALTH_OK, status.MODE_OPERATIONAL)
-    assert sorted(beats) == sorted(node.node_id for node in boat.devices.nodes.values())
+    assert sorted(beats) == sorted(node.node_id for node in simulated.devices.nodes.values())
     assert len(beats) == 7
     assert all(uptimes == [0, 1, 2, 3] for uptimes in beats.values())
 
@@ -41,22 +41,22 @@ def test_every_device_is_a_node_of_its_own_that_beats_once_a_second(launch):
     ],
 )
 def test_each_message_comes_from_its_node_at_its_rate_and_from_the_first_tick(launch, name, device, rate):
-    boat, peer = launch()
-    boat.speak(0)
+    simulated, peer = launch()
+    simulated.publish(0)
     assert len(peer.hear(name)) == (4 if device == "servo_hub" else 1)
-    boat.speak(1, 100)
-    boat.speak(100, 200)
+    simulated.publish(1, 100)
+    simulated.publish(100, 200)
     heard = peer.hear(name)
-    assert {source for source, _ in heard} == {boat.devices.nodes[device].node_id}
+    assert {source for source, _ in heard} == {simulated.devices.nodes[device].node_id}
     assert len(heard) == 2 * rate - (4 if device == "servo_hub" else 1)
 
 
 @pytest.mark.parametrize("attitude", [(0.0, 0.0, 0.0), (0.2, -0.3, 1.0), (-0.5, 0.4, -3.0), (3.0, 1.2, 2.0)])
 def test_ahrs_says_the_attitude_and_rates(launch, attitude):
-    boat, peer = launch()
-    boat.plant.eta = Eta(1.0, 2.0, 3.0, *attitude)
-    boat.plant.nu = Nu(1.0, 0.0, 0.0, 0.01, -0.02, 0.03)
-    boat.speak(0)
+    simulated, peer = launch()
+    simulated.plant.eta = Eta(1.0, 2.0, 3.0, *attitude)
+    simulated.plant.nu = Nu(1.0, 0.0, 0.0, 0.01, -0.02, 0.03)
+    simulated.publish(0)
     [(_, solution)] = peer.hear(EQUIPMENT + "ahrs.Solution")
     assert euler_from_quaternion(*solution.orientation_xyzw) == pytest.approx(attitude, abs=2e-3)
     assert list(solution.angular_velocity) == pytest.approx([0.01, -0.02, 0.03], rel=1e-3)
@@ -66,9 +66,9 @@ def test_ahrs_says_the_attitude_and_rates(launch, attitude):
 
 
 def test_pressure_is_absolute_and_good_to_a_millimetre(launch):
-    boat, peer = launch()
-    boat.plant.eta = boat.plant.eta._replace(z=12.345)
-    boat.speak(0)
+    simulated, peer = launch()
+    simulated.plant.eta = simulated.plant.eta._replace(z=12.345)
+    simulated.publish(0)
     [(_, message)] = peer.hear(EQUIPMENT + "air_data.StaticPressure")
     assert message.static_pressure == pytest.approx(101_325.0 + 12.345 * 9806.65, abs=9.8)
 
@@ -77,9 +77,9 @@ def test_pressure_is_absolute_and_good_to_a_millimetre(launch):
     ("altitude", "reading", "distance"), [(12.5, 1, 12.5), (0.1, 2, 0.0), (-2.0, 2, 0.0), (61.0, 3, None)]
 )
 def test_altimeter_says_whether_its_range_means_anything(launch, altitude, reading, distance):
-    boat, peer = launch()
-    boat.plant.altitude = altitude
-    boat.speak(0)
+    simulated, peer = launch()
+    simulated.plant.altitude = altitude
+    simulated.publish(0)
     [(_, message)] = peer.hear(EQUIPMENT + "range_sensor.Measurement")
     assert message.reading_type == reading
     assert message.sensor_type == message.SENSOR_TYPE_SONAR
@@ -88,16 +88,16 @@ def test_altimeter_says_whether_its_range_means_anything(launch, altitude, readi
 
 
 def test_fix_is_the_place_on_earth_at_the_surface_and_no_fix_below(launch):
-    boat, peer = launch()
-    boat.plant.eta = Eta(250.0, -130.0, 0.1, 0.0, 0.0, 0.0)
-    boat.speak(0)
+    simulated, peer = launch()
+    simulated.plant.eta = Eta(250.0, -130.0, 0.1, 0.0, 0.0, 0.0)
+    simulated.publish(0)
     [(_, fix)] = peer.hear(EQUIPMENT + "gnss.Fix2")
     assert fix.status == fix.STATUS_3D_FIX
     place = Origin(*local_to_geodetic(ORIGIN, 250.0, -130.0))
     assert math.radians(fix.latitude_deg_1e8 * 1e-8) == pytest.approx(place.latitude, abs=1e-9)
     assert math.radians(fix.longitude_deg_1e8 * 1e-8) == pytest.approx(place.longitude, abs=1e-9)
-    boat.plant.eta = boat.plant.eta._replace(z=2.0)
-    boat.speak(100)
+    simulated.plant.eta = simulated.plant.eta._replace(z=2.0)
+    simulated.publish(100)
     [(_, fix)] = peer.hear(EQUIPMENT + "gnss.Fix2")
     assert fix.status == fix.STATUS_NO_FIX
     assert fix.sats_used == 0
@@ -105,18 +105,18 @@ def test_fix_is_the_place_on_earth_at_the_surface_and_no_fix_below(launch):
 
 
 def test_fix_carries_its_variance(launch):
-    boat, peer = launch(fix={"noise_m": 2.0})
-    boat.plant.eta = boat.plant.eta._replace(z=0.0)
-    boat.speak(0)
+    simulated, peer = launch(fix={"noise_m": 2.0})
+    simulated.plant.eta = simulated.plant.eta._replace(z=0.0)
+    simulated.publish(0)
     [(_, fix)] = peer.hear(EQUIPMENT + "gnss.Fix2")
     assert list(fix.covariance)[:2] == [4.0, 4.0]
     assert fix.num_leap_seconds == 0
 
 
 def test_battery_and_hull_are_in_the_units_of_the_standard(launch):
-    boat, peer = launch(battery={"charge_pct": 50.0})
-    boat.plant.n = 500 / 60
-    boat.speak(0)
+    simulated, peer = launch(battery={"charge_pct": 50.0})
+    simulated.plant.n = 500 / 60
+    simulated.publish(0)
     transfers = peer.listen()
     battery = next(t.payload for t in transfers if t.data_type_id == 1092)
     assert battery.remaining_capacity_wh == 1000.0
@@ -129,11 +129,11 @@ def test_battery_and_hull_are_in_the_units_of_the_standard(launch):
 
 
 def test_an_unpowered_device_falls_silent_and_no_other(launch):
-    boat, peer = launch()
-    boat.devices.switch_off("ahrs")
-    boat.speak(0, 101)
+    simulated, peer = launch()
+    simulated.devices.switch_off("ahrs")
+    simulated.publish(0, 101)
     heard = {t.source_node_id for t in peer.listen()}
-    assert heard == {node.node_id for name, node in boat.devices.nodes.items() if name != "ahrs"}
+    assert heard == {node.node_id for name, node in simulated.devices.nodes.items() if name != "ahrs"}
 
 
 @pytest.fixture
@@ -141,13 +141,13 @@ def pinged(launch):
     """Speaks some ticks and returns what the real driver reads of the DVL."""
 
     def make(change=lambda plant: None, ticks=31, **dvl):
-        boat, _ = launch(dvl=dvl)
-        change(boat.plant)
-        with serial.Serial(boat.line.path, 115200, timeout=0) as port:
-            boat.devices.settle(boat.plant)
+        simulated, _ = launch(dvl=dvl)
+        change(simulated.plant)
+        with serial.Serial(simulated.line.path, 115200, timeout=0) as port:
+            simulated.devices.initialise(simulated.plant)
             heard = []
             for k in range(ticks):
-                boat.speak(k)
+                simulated.publish(k)
                 if port.in_waiting:
                     heard.append((k, port.read(4096)))
         return heard

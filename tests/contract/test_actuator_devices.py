@@ -34,103 +34,103 @@ def half(value):
 
 
 def test_fins_go_where_they_are_told_each_by_its_id(launch):
-    boat, peer = launch()
+    simulated, peer = launch()
     peer.send(fins((2, 0.1), (0, -0.2), (3, 0.3), (1, 0.25)))
-    assert boat.told(0.0)[0] == [half(-0.2), 0.25, half(0.1), half(0.3)]
+    assert simulated.commanded(0.0)[0] == [half(-0.2), 0.25, half(0.1), half(0.3)]
 
 
 def test_a_unitless_command_is_a_share_of_the_travel(launch):
-    boat, peer = launch()
+    simulated, peer = launch()
     peer.send(fins((0, 1.0, 0), (1, -0.5, 0), (2, 3.0, 0)))
-    assert boat.told(0.0)[0] == pytest.approx([TRAVEL, -0.5 * TRAVEL, TRAVEL, 0.0])
+    assert simulated.commanded(0.0)[0] == pytest.approx([TRAVEL, -0.5 * TRAVEL, TRAVEL, 0.0])
 
 
 @pytest.mark.parametrize("kind", [2, 3, 4, 255])
 def test_other_command_types_are_not_obeyed(launch, kind):
-    boat, peer = launch()
+    simulated, peer = launch()
     peer.send(fins((0, 0.2, kind)))
-    assert boat.told(0.0)[0] == CENTRE
+    assert simulated.commanded(0.0)[0] == CENTRE
 
 
 @pytest.mark.parametrize("value", [0.5, 100.0, 65504.0])
 def test_commands_saturate(launch, value):
-    boat, peer = launch()
+    simulated, peer = launch()
     peer.send(fins((0, value), (1, -value)))
     peer.send(rpm(100_000))
-    angles, n = boat.told(0.0)
+    angles, n = simulated.commanded(0.0)
     assert angles == [TRAVEL, -TRAVEL, 0.0, 0.0]
-    assert n == pytest.approx(boat.params.esc.n_max)
+    assert n == pytest.approx(simulated.params.esc.n_max)
 
 
 def test_infinity_off_the_wire_saturates_and_nan_is_ignored(launch):
-    boat, peer = launch()
+    simulated, peer = launch()
     peer.send(fins((0, 0.125), (1, 0.125)))
-    boat.told(0.0)
+    simulated.commanded(0.0)
     # One command is 4 bytes, so that the transfer is a single frame: id, type, float16 (little-endian), tail.
     peer.raw(16 << 24 | 1010 << 8 | 11, b"\x00\x01\x00\x7c\xc0")  # +inf to fin 0
     peer.raw(16 << 24 | 1010 << 8 | 12, b"\x01\x01\x00\x7e\xc0")  # NaN to fin 1
-    assert boat.told(0.01)[0] == [TRAVEL, 0.125, 0.0, 0.0]
+    assert simulated.commanded(0.01)[0] == [TRAVEL, 0.125, 0.0, 0.0]
 
 
 def test_unknown_fins_are_not_obeyed_and_known_ones_beside_them_are(launch):
-    boat, peer = launch()
+    simulated, peer = launch()
     peer.send(fins((4, 0.25), (255, 0.25), (3, 0.25)))
-    assert boat.told(0.0)[0] == [0.0, 0.0, 0.0, 0.25]
+    assert simulated.commanded(0.0)[0] == [0.0, 0.0, 0.0, 0.25]
 
 
 def test_propeller_takes_the_first_speed_ahead_and_astern(launch):
-    boat, peer = launch()
+    simulated, peer = launch()
     peer.send(rpm(600, 120))
-    assert boat.told(0.0)[1] == 10.0
+    assert simulated.commanded(0.0)[1] == 10.0
     peer.send(rpm(-300))
-    assert boat.told(0.01)[1] == -5.0
+    assert simulated.commanded(0.01)[1] == -5.0
     peer.send(rpm())
-    assert boat.told(0.02)[1] == -5.0
+    assert simulated.commanded(0.02)[1] == -5.0
 
 
 @pytest.mark.parametrize(("silent", "after"), [("hold", 0.25), ("centre", 0.0), ("limp", 0.125)])
 def test_when_commands_stop_fins_do_what_they_are_set_to(launch, silent, after):
-    boat, peer = launch(servo_hub={"silent": silent, "silence_s": 0.5})
-    boat.plant.fins = (0.125,) * 4
+    simulated, peer = launch(servo_hub={"silent": silent, "silence_s": 0.5})
+    simulated.plant.fins = (0.125,) * 4
     peer.send(fins(*((i, 0.25) for i in range(4))))
-    assert boat.told(1.0)[0] == [0.25] * 4
-    assert boat.later(1.5)[0] == [0.25] * 4
-    assert boat.later(1.501)[0] == [after] * 4
+    assert simulated.commanded(1.0)[0] == [0.25] * 4
+    assert simulated.later(1.5)[0] == [0.25] * 4
+    assert simulated.later(1.501)[0] == [after] * 4
     peer.send(fins(*((i, -0.25) for i in range(4))))
-    assert boat.told(9.0)[0] == [-0.25] * 4
+    assert simulated.commanded(9.0)[0] == [-0.25] * 4
 
 
 def test_a_fin_that_is_left_out_falls_silent_alone(launch):
-    boat, peer = launch()
+    simulated, peer = launch()
     peer.send(fins((0, 0.25), (1, 0.25)))
-    boat.told(0.0)
+    simulated.commanded(0.0)
     peer.send(fins((0, 0.25)))
-    assert boat.told(0.4)[0] == [0.25, 0.25, 0.0, 0.0]
-    assert boat.later(0.6)[0] == [0.25, 0.0, 0.0, 0.0]
+    assert simulated.commanded(0.4)[0] == [0.25, 0.25, 0.0, 0.0]
+    assert simulated.later(0.6)[0] == [0.25, 0.0, 0.0, 0.0]
 
 
 def test_when_commands_stop_the_propeller_stops(launch):
-    boat, peer = launch()
+    simulated, peer = launch()
     peer.send(rpm(600))
-    assert boat.told(1.0)[1] == 10.0
-    assert boat.later(1.5)[1] == 10.0
-    assert boat.later(1.501)[1] == 0.0
+    assert simulated.commanded(1.0)[1] == 10.0
+    assert simulated.later(1.5)[1] == 10.0
+    assert simulated.later(1.501)[1] == 0.0
 
 
 def test_before_any_command_everything_is_at_rest(launch):
-    boat, _ = launch()
-    assert boat.told(0.0) == (CENTRE, 0.0)
+    simulated, _ = launch()
+    assert simulated.commanded(0.0) == (CENTRE, 0.0)
 
 
 def test_feedback_is_the_true_angle_and_its_speed(launch):
-    boat, peer = launch()
-    boat.plant.fins = (0.1, -0.1, 0.0, 0.2)
-    boat.speak(0)
+    simulated, peer = launch()
+    simulated.plant.fins = (0.1, -0.1, 0.0, 0.2)
+    simulated.publish(0)
     first = {s.actuator_id: s for _, s in peer.hear("uavcan.equipment.actuator.Status")}
     assert {i: s.position for i, s in first.items()} == {0: half(0.1), 1: half(-0.1), 2: 0.0, 3: half(0.2)}
     assert all(s.speed == 0.0 and math.isnan(s.force) and s.power_rating_pct == 127 for s in first.values())
-    boat.plant.fins = (0.11, -0.1, 0.0, 0.2)
-    boat.speak(1, 3)
+    simulated.plant.fins = (0.11, -0.1, 0.0, 0.2)
+    simulated.publish(1, 3)
     second = {s.actuator_id: s for _, s in peer.hear("uavcan.equipment.actuator.Status")}
     assert second[0].speed == pytest.approx(0.5, rel=1e-3)
     assert second[1].speed == 0.0
@@ -138,20 +138,20 @@ def test_feedback_is_the_true_angle_and_its_speed(launch):
 
 @pytest.mark.parametrize(("n", "said"), [(0.0, 0), (500 / 60, 500), (-123.4 / 60, -123)])
 def test_propeller_feedback_is_signed_rpm(launch, n, said):
-    boat, peer = launch()
-    boat.plant.n = n
-    boat.speak(0)
+    simulated, peer = launch()
+    simulated.plant.n = n
+    simulated.publish(0)
     [(_, status)] = peer.hear("uavcan.equipment.esc.Status")
     assert (status.rpm, status.esc_index) == (said, 0)
-    assert status.power_rating_pct == round(100 * abs(n) / boat.params.esc.n_max)
+    assert status.power_rating_pct == round(100 * abs(n) / simulated.params.esc.n_max)
 
 
 def test_get_node_info_is_answered_by_the_node_that_is_asked_and_no_other(launch):
-    boat, peer = launch()
+    simulated, peer = launch()
     names = set()
-    for name, node in boat.devices.nodes.items():
+    for name, node in simulated.devices.nodes.items():
         asked = peer.send(dronecan.uavcan.protocol.GetNodeInfo.Request(), to=node.node_id)
-        boat.devices.hear(12.5)
+        simulated.devices.receive(12.5)
         [answer] = peer.listen()
         assert answer.service_not_message
         assert not answer.request_not_response
@@ -164,26 +164,26 @@ def test_get_node_info_is_answered_by_the_node_that_is_asked_and_no_other(launch
 
 
 def test_two_foreign_nodes_ask_and_each_is_answered(launch):
-    boat, peer = launch()
+    simulated, peer = launch()
     other = type(peer)(peer.bus, node_id=99)
-    node_id = boat.ids.ahrs
+    node_id = simulated.ids.ahrs
     for asker in (peer, other):
         asker.send(dronecan.uavcan.protocol.GetNodeInfo.Request(), to=node_id)
-    boat.devices.hear(0.0)
+    simulated.devices.receive(0.0)
     assert [t.dest_node_id for t in peer.listen()] == [10, 99]
 
 
 def test_requests_to_nobody_or_to_a_dead_node_are_not_answered(launch):
-    boat, peer = launch()
-    boat.devices.switch_off("ahrs")
-    for node_id in (99, boat.ids.ahrs):
+    simulated, peer = launch()
+    simulated.devices.switch_off("ahrs")
+    for node_id in (99, simulated.ids.ahrs):
         peer.send(dronecan.uavcan.protocol.GetNodeInfo.Request(), to=node_id)
-    boat.devices.hear(0.0)
+    simulated.devices.receive(0.0)
     assert peer.listen() == []
 
 
 def test_a_command_with_a_missing_end_a_wrong_crc_or_half_a_payload_is_not_obeyed(launch):
-    boat, peer = launch()
+    simulated, peer = launch()
     command = fins(*((i, 0.25) for i in range(4)))
     frames = dronecan.transport.Transfer(source_node_id=10, payload=command, transfer_priority=16).to_frames()
     assert len(frames) == 3
@@ -194,31 +194,31 @@ def test_a_command_with_a_missing_end_a_wrong_crc_or_half_a_payload_is_not_obeye
     for frame, data in zip(frames, wrong, strict=True):  # a bit is wrong
         peer.raw(frame.message_id, bytes(data))
     peer.raw(16 << 24 | 1010 << 8 | 11, b"\x00\x01\x00\xc0")  # a command of three bytes
-    assert boat.told(0.0)[0] == CENTRE
-    assert boat.devices.malformed == 1
+    assert simulated.commanded(0.0)[0] == CENTRE
+    assert simulated.devices.malformed == 1
     for frame in dronecan.transport.Transfer(
         transfer_id=5, source_node_id=10, payload=command, transfer_priority=16
     ).to_frames():
         peer.raw(frame.message_id, bytes(frame.bytes))
-    assert boat.told(0.01)[0] == [0.25] * 4
+    assert simulated.commanded(0.01)[0] == [0.25] * 4
 
 
 def test_standard_frames_empty_frames_and_other_peoples_traffic_are_passed_over(launch):
-    boat, peer = launch()
+    simulated, peer = launch()
     peer.raw(0x123, b"\x00\x01\x00\x34\xc0", extended=False)
     peer.raw(16 << 24 | 1010 << 8 | 11, b"")
     peer.send(dronecan.uavcan.protocol.NodeStatus(uptime_sec=3))
     peer.raw(16 << 24 | 1010 << 8, b"\x00\x01\x00\x34\xc0")  # anonymous
-    assert boat.told(0.0) == (CENTRE, 0.0)
+    assert simulated.commanded(0.0) == (CENTRE, 0.0)
 
 
 def test_a_flood_is_worked_off_in_bounded_portions(launch):
-    boat, peer = launch()
+    simulated, peer = launch()
     for _ in range(200):
         peer.raw(16 << 24 | 341 << 8 | 50, b"\0" * 7 + b"\xc0")
     peer.send(fins((0, 0.25)))
-    assert boat.told(0.0)[0] == CENTRE
-    assert boat.told(0.01)[0][0] == 0.25
+    assert simulated.commanded(0.0)[0] == CENTRE
+    assert simulated.commanded(0.01)[0][0] == 0.25
 
 
 @given(
@@ -238,15 +238,15 @@ def test_no_traffic_makes_a_device_fail_or_leave_its_bounds(frames):
 
     from firmware_py.adapters.buses.can_bus import open_bus
 
-    from .conftest import Boat, quiet
+    from .conftest import SimulatedDevices, quiet
 
     with (
         can.Bus(interface="virtual", channel="fuzz") as theirs,
     ):
-        boat = Boat(open_bus("virtual", "fuzz"), quiet())
+        simulated = SimulatedDevices(open_bus("virtual", "fuzz"), quiet())
         for can_id, data in frames:
             theirs.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=True))
-        angles, n = boat.told(0.0)
-        boat.close()
+        angles, n = simulated.commanded(0.0)
+        simulated.close()
     assert all(abs(angle) <= TRAVEL for angle in angles)
-    assert abs(n) <= boat.params.esc.n_max
+    assert abs(n) <= simulated.params.esc.n_max

@@ -1,8 +1,8 @@
-"""The boat as a PX4-compatible simulator: HIL_SENSOR and its kin out, HIL_ACTUATOR_CONTROLS in, over TCP in lockstep.
+"""The plant as a PX4-compatible simulator: sends HIL_SENSOR, receives HIL_ACTUATOR_CONTROLS, over TCP in lockstep.
 
-Rates, pressure, fixes, distance to the bottom and battery are what the instruments of sensors.toml read, noise and all;
-those of HIL_SENSOR without their latency, for it has one time for everything. HIL_STATE_QUATERNION is the truth. The
-boat has neither accelerometer nor magnetometer: HIL_SENSOR tells both without error.
+Rates, pressure, fixes, distance to the bottom and battery are what the instruments of sensors.toml read, with noise;
+those of HIL_SENSOR without their latency, because it has one time for all. HIL_STATE_QUATERNION is the truth. The
+vehicle has neither accelerometer nor magnetometer: HIL_SENSOR gives both without error.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 from pymavlink.dialects.v20 import ardupilotmega as dialect  # type: ignore[import-untyped]
 
 from firmware_py.adapters.hil.hil_link import ARMED, LOCKSTEP, HilLink
-from firmware_py.adapters.lockstep.lockstep import PATIENCE, LockstepError
+from firmware_py.adapters.lockstep.lockstep_link import TIMEOUT, LockstepError
 from firmware_py.marine import (
     GRAVITY,
     Origin,
@@ -27,9 +27,9 @@ from firmware_py.marine import (
 )
 from firmware_py.params import ParamError
 from firmware_py.records.sensing import Battery, Fix
-from sim_bridge.assembly import afloat
 from sim_bridge.bridge import Bridge
-from sim_bridge.devices.devices import BoatParams
+from sim_bridge.build import plant_and_instruments
+from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.devices.instruments import AltimeterParams, Instruments
 from sim_bridge.devices.sensors import due
 from sim_bridge.plant.plant import Plant
@@ -47,81 +47,82 @@ _UPDATED = {
 _FIELD_AT_EQUATOR = 0.294048
 """Of the earth's axial dipole, gauss: g_1^0 of IGRF-13 for 2020."""
 _EPOCH_US = 10_000_000
-"""The simulator's time at tick 0: what was measured before it, and is late, has a time too."""
+"""The simulator's time at tick 0; late measurements from before it need a time too."""
 _UNKNOWN_U16 = 65535
 _NO_FIX, _FIX_3D = 1, 3
 _INVALID_SIGNAL, _PERFECT_SIGNAL = 1, 100
 
 
-def assemble(
-    truth: Truth, boat: BoatParams, scenario: Scenario, link: HilLink, seed: int, base_hz: int
+def build_hil_bridge(
+    truth: Truth, params: DevicesParams, scenario: Scenario, link: HilLink, seed: int, base_hz: int
 ) -> tuple[Bridge, HilDevices]:
-    """The boat at the start of a scenario, at its end of the link: the same boat as `assembly.assemble` makes.
+    """Return the simulated vehicle at the start of a scenario, on its end of the link; compare `build.build_bridge`.
 
     Raises:
-        ParamError: a body or a battery that cannot be, or a fault that strikes what is not there.
+        ParamError: an impossible body or battery, or a fault of a device or fin that does not exist.
     """
     refuse_faults(scenario)
-    boat = boat.within(base_hz)
-    boat = replace(boat, ahrs=replace(boat.ahrs, latency=0.0), pressure=replace(boat.pressure, latency=0.0))
-    plant, instruments = afloat(truth, boat, scenario, seed, base_hz)
-    devices = HilDevices(boat, instruments, scenario.environment.origin, link, len(truth.fins), base_hz)
+    params = params.within(base_hz)
+    ahrs, pressure = replace(params.ahrs, latency=0.0), replace(params.pressure, latency=0.0)
+    params = replace(params, ahrs=ahrs, pressure=pressure)
+    plant, instruments = plant_and_instruments(truth, params, scenario, seed, base_hz)
+    devices = HilDevices(params, instruments, scenario.environment.origin, link, len(truth.fins), base_hz)
     return Bridge(plant, devices, scenario.faults), devices
 
 
 def refuse_faults(scenario: Scenario) -> None:
-    """Raises ParamError if a fault strikes a device that this interface does not have."""
+    """Raise ParamError if a fault concerns a device that this interface does not have."""
     for fault in scenario.faults:
         if fault.name == "dvl-off":
             raise ParamError("fault dvl-off: mavlink-hil has no DVL to switch off; velocity comes with the truth")
 
 
 class HilDevices:
-    """What the vehicle hears of the boat and tells it, in the words of the interface."""
+    """The devices of the plant as messages of the interface; a `bridge.DevicePort`."""
 
     def __init__(
-        self, params: BoatParams, instruments: Instruments, origin: Origin, link: HilLink, fins: int, base_hz: int
+        self, params: DevicesParams, instruments: Instruments, origin: Origin, link: HilLink, fins: int, base_hz: int
     ) -> None:
         self._params = params
         self._instruments = instruments
         self._origin = origin
         self._link = link
         self._base_hz = base_hz
-        self._told: tuple[tuple[float, ...], float] = ((0.0,) * fins, 0.0)
+        self._commanded: tuple[tuple[float, ...], float] = ((0.0,) * fins, 0.0)
         self._off: set[str] = set()
 
-    def settle(self, plant: Plant) -> None:
-        """Lets the instruments run in before tick 0: readings that were under way then are delivered in time."""
+    def initialise(self, plant: Plant) -> None:
+        """Sample before tick 0, so that readings delayed by latency arrive from tick 0 on."""
         for sensor in self._instruments.all:
             for k in range(-sensor.delay, 0):
                 sensor.update(k, plant)
 
-    def hear(self, _t: float, /) -> None:
-        """Nothing: a tick ends with the answer, which `obey` has taken."""
+    def receive(self, _t: float, /) -> None:
+        """Do nothing: a tick ends with the answer, which `accept_command` has taken."""
 
-    def obey(self, answer: Any) -> None:
-        """Takes HIL_ACTUATOR_CONTROLS: the fins in order, then the propeller, each a share of full scale in [-1, 1].
+    def accept_command(self, answer: Any) -> None:
+        """Take HIL_ACTUATOR_CONTROLS: the fins in order, then the propeller, each a share of full scale in [-1, 1].
 
-        Who is not armed commands nothing: fins to centre, propeller stopped; so does a share that is no number.
+        A vehicle that is not armed centres the fins and stops the propeller; a share that is NaN counts as 0.
         """
-        fins = len(self._told[0])
+        fins = len(self._commanded[0])
         if not answer.mode & ARMED:
-            self._told = (0.0,) * fins, 0.0
+            self._commanded = (0.0,) * fins, 0.0
             return
         shares = [clip(share, -1.0, 1.0) if share == share else 0.0 for share in answer.controls]
         travel, n_max = self._params.servo_hub.travel, self._params.esc.n_max
-        self._told = tuple([share * travel for share in shares[:fins]]), shares[fins] * n_max
+        self._commanded = tuple([share * travel for share in shares[:fins]]), shares[fins] * n_max
 
     def commands(self, _t: float, _fins: Sequence[float], /) -> tuple[Sequence[float], float]:
-        """What servos (rad) and shaft (rev/s) are told."""
-        return self._told
+        """Return the commands to servos (rad) and shaft (rev/s)."""
+        return self._commanded
 
-    def speak(self, k: int, _t: float, plant: Plant, /) -> None:
-        """Sends what is to be said at tick k; HIL_SENSOR ends it, for it is what the vehicle answers."""
+    def publish(self, k: int, _t: float, plant: Plant, /) -> None:
+        """Send the messages of tick k; HIL_SENSOR is the last, because the vehicle answers it."""
         time_us, read = time_at(k * plant.dt), self._instruments
         messages = []
         if due(k, 1, self._base_hz):
-            messages.append(self._link.beat(False))
+            messages.append(self._link.heartbeat(False))
         messages.append(_state(plant, self._origin, time_us))
         fix = read.fix.update(k, plant)
         if fix is not None and "fix" not in self._off:
@@ -133,10 +134,10 @@ class HilDevices:
         if battery is not None:
             messages.append(_battery(battery.value))
         messages.append(self._sensor(k, plant, time_us))
-        self._link.say(*messages)
+        self._link.send(*messages)
 
     def switch_off(self, device: str) -> None:
-        """Takes the power from a device."""
+        """Switch a device off."""
         self._off.add(device)
 
     def _sensor(self, k: int, plant: Plant, time_us: int) -> Any:
@@ -160,8 +161,8 @@ class HilDevices:
         )
 
 
-class HilConductor:
-    """Runs a boat in lockstep: one HIL_ACTUATOR_CONTROLS for each HIL_SENSOR. `step(k)` moves it and has it speak."""
+class HilServer:
+    """Runs a plant in lockstep: one HIL_ACTUATOR_CONTROLS for each HIL_SENSOR. `step(k)` moves it and sends tick k."""
 
     def __init__(self, step: Callable[[int], None], devices: HilDevices, link: HilLink, dt_ns: int) -> None:
         self._step = step
@@ -170,13 +171,13 @@ class HilConductor:
         self._dt = dt_ns * 1e-9
 
     def advance(self, k: int, stop: Callable[[], bool]) -> bool:
-        """Plays tick k with the vehicle; False if either side has had enough.
+        """Step to tick k and wait for the vehicle's answer; return False if either side ends the run.
 
         Raises:
             LockstepError: the vehicle is silent or gone, answers another tick, or does not fly in lockstep.
         """
         self._step(k)
-        answer = self._link.listen(_is_answer, lambda _: None, PATIENCE, stop)
+        answer = self._link.receive(_is_answer, lambda _: None, TIMEOUT, stop)
         if stop():
             return False
         if answer is None:
@@ -187,21 +188,21 @@ class HilConductor:
             raise LockstepError("the vehicle does not fly in lockstep: bit 0 of HIL_ACTUATOR_CONTROLS.flags is not set")
         if answer.time_usec != time_at(k * self._dt):
             raise LockstepError(f"the vehicle answered {answer.time_usec} us when it was {time_at(k * self._dt)} us")
-        self._devices.obey(answer)
+        self._devices.accept_command(answer)
         return True
 
     def bye(self) -> None:
-        """Tells the vehicle that there are no more ticks."""
+        """Tell the vehicle that there are no more ticks."""
         self._link.bye()
 
 
 def time_at(t: float) -> int:
-    """The simulator's time at `t` (s, 0 at tick 0), us."""
+    """Return the simulator's time at `t` (s, 0 at tick 0), us."""
     return _EPOCH_US + round(t * 1e6)
 
 
 def specific_force(plant: Plant) -> tuple[float, float, float]:
-    """What an accelerometer at the body's origin would feel, m/s^2: at rest it is -g, up."""
+    """Return what an accelerometer at the body's origin would measure, m/s^2: at rest it is -g, up."""
     _, _, _, phi, theta, _ = plant.eta
     u, v, w, p, q, r = plant.nu
     u_dot, v_dot, w_dot = plant.nu_dot[:3]
@@ -213,7 +214,7 @@ def specific_force(plant: Plant) -> tuple[float, float, float]:
 
 
 def _magnetic_field(latitude: float) -> tuple[float, float, float]:
-    """The earth's as an axial dipole, NED, gauss: there is no declination in it."""
+    """Return the earth's field as that of an axial dipole, NED, gauss; it has no declination."""
     return _FIELD_AT_EQUATOR * math.cos(latitude), 0.0, 2.0 * _FIELD_AT_EQUATOR * math.sin(latitude)
 
 
@@ -241,7 +242,7 @@ def _state(plant: Plant, origin: Origin, time_us: int) -> Any:
 
 
 def _gps(fix: Fix | None, plant: Plant, time_us: int) -> Any:
-    """Position as the receiver reads it, its error as `eph` in cm (as PX4 reads it); velocity is the truth."""
+    """Return HIL_GPS: position of the receiver, its error as `eph` in cm (as PX4 reads it), the true velocity."""
     if fix is None:
         unknown = (_UNKNOWN_U16,) * 3
         return dialect.MAVLink_hil_gps_message(time_us, _NO_FIX, 0, 0, 0, *unknown, 0, 0, 0, _UNKNOWN_U16, 0)
@@ -263,7 +264,7 @@ def _gps(fix: Fix | None, plant: Plant, time_us: int) -> Any:
 
 
 def _distance(altitude: float, params: AltimeterParams, time_ms: int) -> Any:
-    """Out of range, too near (0) or too far (inf), is a distance beyond the limits, and an invalid signal."""
+    """Return DISTANCE_SENSOR; too near (0) or too far (inf) is a distance beyond the limits and an invalid signal."""
     near, far = (min(round(100.0 * limit), _UNKNOWN_U16 - 1) for limit in (params.range_min, params.range_max))
     valid = 0.0 < altitude < math.inf
     return dialect.MAVLink_distance_sensor_message(
@@ -280,7 +281,7 @@ def _distance(altitude: float, params: AltimeterParams, time_ms: int) -> Any:
 
 
 def _battery(battery: Battery) -> Any:
-    whole = round(1e3 * battery.voltage)  # more than a field holds goes on in the next
+    whole = round(1e3 * battery.voltage)  # what exceeds one field continues in the next
     first = min(max(whole, 0), _UNKNOWN_U16 - 1)
     voltages = (first, whole - first if whole > first else _UNKNOWN_U16, *(_UNKNOWN_U16,) * 8)
     charge = round(100.0 * battery.remaining)
