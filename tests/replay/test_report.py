@@ -7,6 +7,7 @@ import base64
 import errno
 import json
 import re
+import tomllib
 from html.parser import HTMLParser
 from pathlib import Path
 from types import SimpleNamespace
@@ -20,6 +21,7 @@ from sternplane.logs.tracking import path_error, true_columns
 from sternplane.report import figures, flight_page, report
 from sternplane.report.drawing import Plot
 
+from firmware_py.adapters.kernel_cache import ROOT
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.records.order import Mode
 
@@ -112,7 +114,8 @@ def test_it_shows_what_the_log_holds(page: str, flown: Path) -> None:
 def test_the_depth_limit_is_drawn_and_the_law_is_named(flown: Path) -> None:
     log = read(flown)
     paths = {name: f"{name}.toml" for name in ("autopilot", "vehicle")}
-    autopilot = {"control": {"law": "pid"}, "safety": {"depth_max_m": 3.0}}
+    autopilot = tomllib.loads((ROOT / "configs" / "npsauv2" / "autopilot.toml").read_text())
+    autopilot["control"]["law"], autopilot["safety"]["depth_max_m"] = "pid", 3.0
     log.header["configuration"] = {"autopilot": autopilot, "files": paths, "vehicle": {"name": "a torpedo"}}
     text = flight_page.flight_page(log, summarise(log))
     assert numbers(plots(text)["Depth"]["depth limit, 3 m"]["y"]).tolist() == [3.0, 3.0]

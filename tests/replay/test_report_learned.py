@@ -76,7 +76,7 @@ def test_they_stand_in_a_section_of_their_own(log: Log) -> None:
     assert heads[at + 1 :] == [
         *NAMES,
         *("Excitation and validity", "Errors in sigmas", "Innovations", "Current", "Turbulence"),
-        *("Set-up", "Law, gains and configuration", "Made by"),
+        *("Set-up", "Made by"),
     ]
     assert heads.count(SECTION) == 1
     assert "Depth" in heads[:at]

@@ -65,7 +65,7 @@ FLOWN = {
 def test_every_row_of_the_ekf_is_at_or_under_table_1_from_every_start(found: estimation.Estimation) -> None:
     for errors in (found.learned["ekf"].errors, *found.starts["ekf"].values()):
         assert {name: abs(error) for name, error in errors.items() if not abs(error) <= EKF[name]} == {}
-    assert differences.verdict(found) == ("every EKF row of Table 1 is at or under the paper's", True)
+    assert differences.outcome(found) == ("every EKF row of Table 1 is at or under the paper's", True)
 
 
 def test_the_observer_weighted_by_the_regressor_is_under_table_1_once_excited(found: estimation.Estimation) -> None:
@@ -210,7 +210,7 @@ def grounded(found: estimation.Estimation, monkeypatch: pytest.MonkeyPatch) -> l
         asked.append((scenario, config))
         return step()
 
-    monkeypatch.setattr(control, "flight", flight)
+    monkeypatch.setattr(control, "fly_step", flight)
     monkeypatch.setattr(estimation, "estimate", lambda truth, vehicle, done: found)
     monkeypatch.setattr(drawings, "draw", lambda figure, folder: folder / f"{figure.name}.png")
     return asked
@@ -256,7 +256,7 @@ def test_a_flight_that_fails_is_exit_status_1_in_one_line(
     def flight(*_: object) -> control.StepFlight:
         raise control.FlightError("paper-depth with smo: the plant has left the numbers")
 
-    monkeypatch.setattr(control, "flight", flight)
+    monkeypatch.setattr(control, "fly_step", flight)
     assert main.main(["paper", "--out", str(tmp_path)]) == 1
     assert capsys.readouterr().err.splitlines()[-1] == (
         "sternplane: paper-depth with smo: the plant has left the numbers"
