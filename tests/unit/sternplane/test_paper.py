@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import html
 import json
 import math
 import re
@@ -244,7 +245,8 @@ def test_a_row_above_the_paper_s_is_exit_status_1_and_said(
     worse = found._replace(learned={**found.learned, "ekf": ekf._replace(errors={**ekf.errors, "Z_ds": -0.06})})
     monkeypatch.setattr(estimation, "estimate", lambda truth, vehicle, done: worse)
     assert main.main(["paper", "--out", str(tmp_path)]) == 1
-    assert "EKF above the paper&#x27;s Table 1 in Z_ds" in (tmp_path / "report.html").read_text()
+    text = html.unescape((tmp_path / "report.html").read_text())
+    assert "EKF above the paper's Table 1 in Z_ds" in text
 
 
 def test_a_flight_that_fails_is_exit_status_1_in_one_line(
