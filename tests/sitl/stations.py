@@ -21,11 +21,11 @@ def flight(folder: Path, state: Path, identity: str = "ardusub") -> Iterator[Any
     words = ("--out", folder, "--gcs", f"udpout:127.0.0.1:{port}:{identity}", "--state", state)
     vehicle = Forked("sitl", "--pace", "realtime", *words, cwd=state.parent)
     try:
-        assert station.wait_heartbeat(timeout=90) is not None
+        assert station.wait_heartbeat(timeout=90) is not None, vehicle.stderr
         yield station
-    finally:
         vehicle.send_signal(signal.SIGINT)
         _, said = vehicle.communicate(timeout=60)
+        assert vehicle.returncode == 1, said  # the mission was not completed
+    finally:
+        vehicle.close()
         station.close()
-    assert vehicle.returncode == 1, said  # the mission was not completed
-    vehicle.close()
