@@ -6,7 +6,10 @@ from firmware_py.allocation import Allocator
 from firmware_py.autopilot import Autopilot
 from firmware_py.config_files import Configuration, autopilot_params, vehicle
 from firmware_py.estimation.navigation.navigation import KeptNavigation
-from firmware_py.mavlink.parameters.transfer import ParameterStore
+from firmware_py.marine import Origin
+from firmware_py.mavlink.node import VehicleDescription
+from firmware_py.mavlink.parameters.store import ParameterStore
+from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.parameter_tree import list_parameters, with_values
 from firmware_py.params import prefix_errors
 from firmware_py.reconfiguration import ActiveConfiguration, PartsFactory
@@ -36,6 +39,18 @@ def parameter_store(configuration: Configuration) -> ParameterStore:
     made = parts_factory(configuration)
     base = with_values(made.params, configuration.get("changed", {}), configuration["files"]["autopilot"])
     return ParameterStore([*list_parameters(made.params, base)], made)
+
+
+def vehicle_description(configuration: Configuration) -> VehicleDescription:
+    """Return what the MAVLink node must know of the vehicle.
+
+    Raises:
+        ParamError: an error that names the file and the key.
+    """
+    params, hull = autopilot_params(configuration), vehicle(configuration)
+    actuators = Actuators(tuple(fin.delta_max for fin in hull.fins), hull.propeller.n_max)
+    estimated = params.estimation.coefficients.names if params.estimation.learning.enabled else ()
+    return VehicleDescription(Origin(params.origin.latitude, params.origin.longitude), actuators, estimated)
 
 
 def build(configuration: Configuration) -> Autopilot:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from firmware_py.adapters.storage.toml_files import read_toml
-from firmware_py.mavlink.parameters import transfer
+from firmware_py.mavlink.parameters import store
 from firmware_py.params import ParamError, dump, load
 from firmware_py.reconfiguration import AutopilotParams
 from firmware_py.records.mission import Item, Point, mission_of, plain
@@ -63,7 +63,7 @@ def read_configuration(
         "autopilot": read_table(AutopilotParams, files["autopilot"], over or {}),
         "changed": {},
     }
-    changes = state / transfer.FILE if state is not None else None
+    changes = state / store.FILE if state is not None else None
     return _under(configuration, changes) if changes is not None and changes.exists() else configuration
 
 

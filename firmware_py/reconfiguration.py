@@ -13,8 +13,7 @@ from firmware_py.estimation.estimator import EstimationParams, Estimator, refuse
 from firmware_py.estimation.model.observer_model import refuse_no_inertia
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.marine import Origin
-from firmware_py.mavlink.commands.manual_control import ManualControlParams
-from firmware_py.mavlink.node import MavlinkParams
+from firmware_py.mavlink.settings import MavlinkParams, NodeSettings
 from firmware_py.parameter_tree import with_values
 from firmware_py.params import ParamError, param, prefix_errors, table
 from firmware_py.records.event import Event, EventKind, Severity
@@ -74,6 +73,12 @@ _MADE_OF: dict[str, tuple[str, ...]] = {
 """Which parts a table of autopilot.toml goes into."""
 
 
+def node_settings(params: AutopilotParams) -> NodeSettings:
+    """Return the parameters that the MAVLink node depends on."""
+    safety, turning = params.safety, params.guidance.turning
+    return NodeSettings(params.mavlink, OperatingLimits(safety.depth_max, safety.altitude_min, turning))
+
+
 class PartsFactory:
     """An `autopilot.Reconfigurator` that knows what an autopilot is made of."""
 
@@ -89,14 +94,13 @@ class PartsFactory:
 
     @property
     def limits(self) -> OperatingLimits:
-        """What the vehicle keeps to, as stations have to know."""
-        params = self.params
-        return OperatingLimits(params.safety.depth_max, params.safety.altitude_min, params.guidance.turning)
+        """The limits that stations' plans and setpoints are checked against."""
+        return self.node_settings.limits
 
     @property
-    def manual_control(self) -> ManualControlParams:
-        """What sticks ask for."""
-        return self.params.mavlink.manual_control
+    def node_settings(self) -> NodeSettings:
+        """The parameters that the MAVLink node depends on."""
+        return node_settings(self.params)
 
     def makers(self) -> dict[str, Callable[[], Any]]:
         """Who makes each part, by the part's name.

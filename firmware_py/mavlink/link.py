@@ -1,15 +1,16 @@
-"""One link: what came in goes to its service, and what goes out waits its turn, so many messages a tick."""
+"""One link: received messages go to their service, and what is to be sent waits its turn, some messages a tick."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
+from typing import NamedTuple
 
 from firmware_py.mavlink.base.codec import COMPONENT, Codec, Message, dialect
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.base.modes import mode_name, with_mode_names
-from firmware_py.mavlink.base.service import Service
+from firmware_py.mavlink.base.service import MessageHandler, Service
 from firmware_py.mavlink.base.signing import SignedMavlink, Signing
 from firmware_py.mavlink.base.statustext import StatusTexts
 from firmware_py.mavlink.commands.dispatch import CommandDispatch
@@ -28,51 +29,62 @@ from firmware_py.records.event_text import sentences
 from firmware_py.schedule import NS_PER_S, Tick
 
 MAX_PARSED_PER_TICK = 32
-"""Messages, and places where one might begin, that are looked at in one tick, over all links."""
+"""Parse attempts (messages, and bytes that look like the beginning of one) in a tick, over all links."""
 MAX_SENT_PER_TICK = 4
-"""Messages in one tick; they fit into one datagram."""
+"""Messages in a tick; they fit into one datagram."""
 MAX_WAITING = 64
 _REPORT_REFUSED_NS = 10 * NS_PER_S
 
 
+class Shared(NamedTuple):
+    """What the links of a vehicle share: its system id, the commands in order, the plans, and the signing key."""
+
+    system: int
+    queue: CommandQueue
+    plan_store: PlanStore
+    signing: Signing | None = None
+
+
 class Link:
-    """A door through which stations come in; `makers` say what of a cycle can be told here."""
+    """A link to stations, with its services. A service that needs more than `Shared` is added by `add_service`."""
 
     def __init__(
         self,
         number: int,
         configuration: LinkConfiguration,
-        system: int,
+        shared: Shared,
         manual_control: ManualControlParams,
-        plans: PlanStore,
-        queue: CommandQueue,
         encoders: Mapping[int, Encoder],
-        signing: Signing | None = None,
     ) -> None:
+        """`encoders` has, by message id, what can be sent of a cycle."""
+        system, queue, plan_store, signing = shared
         self._configuration = configuration
         self._system = system
-        self._mode_name = partial(mode_name, configuration.identity)
-        self._manual_control = manual_control
         self._queue = queue
         self._encoders = encoders
+        self._mode_name = partial(mode_name, configuration.identity)
+        self.manual_control = manual_control
         self._streams = Streams(HIGH_LATENCY_STREAMS if configuration.high_latency else DEFAULT_STREAMS)
         self._texts = StatusTexts()
         self._waiting: deque[Message] = deque()
         self._requested: dict[int, None] = {}
         requests = MessageRequests(self, configuration.identity, self._streams, encoders)
-        setpoints = Setpoints(number, self, queue, plans.water_frame, plans)
-        upkeep = PreFlight(self, queue, plans.water_frame)
-        self.plan_upload = PlanUpload(number, plans, self, queue, configuration.identity)
-        others = requests.command_handlers() | setpoints.command_handlers() | upkeep.command_handlers()
-        others |= self.plan_upload.command_handlers()
-        self._dispatch = CommandDispatch(number, self, queue, others, self.plan_upload.mission_refusal)
-        self._handlers: dict[int, Callable[[Tick, Message], None]] = {
+        setpoints, pre_flight = (
+            Setpoints(number, self, queue, plan_store),
+            PreFlight(self, queue, plan_store.water_frame),
+        )
+        self.plan_upload = PlanUpload(number, plan_store, self, queue, configuration.identity)
+        handlers = requests.command_handlers() | setpoints.command_handlers() | pre_flight.command_handlers()
+        handlers |= self.plan_upload.command_handlers()
+        self._dispatch = CommandDispatch(number, self, queue, handlers, self.plan_upload.mission_refusal)
+        self.handlers: dict[int, MessageHandler] = {
             **self._dispatch.message_handlers(),
             **requests.message_handlers(),
             **setpoints.message_handlers(),
-            **upkeep.message_handlers(),
+            **pre_flight.message_handlers(),
             dialect.MAVLINK_MSG_ID_MANUAL_CONTROL: self._manual_control_received,
         }
+        """The handler of each message id that is received here."""
         self._services: deque[Service] = deque()
         self._signed = SignedMavlink(system, number, signing) if signing is not None else None
         self.codec = Codec(system, configuration.stream, self._signed)
@@ -80,28 +92,24 @@ class Link:
         self._crowded = False
         self._reported = (0, 0)
         self.dropped = 0
-        """Datagrams beyond what a tick may hear."""
+        """Datagrams beyond what is parsed in a tick."""
         self.overrun = 0
-        """Datagrams that the system had no room to keep until a tick; who has the socket counts them."""
+        """Datagrams that the kernel had no room for until the tick; the owner of the socket counts them."""
         self.not_taken = 0
         """Messages that a service had no room for."""
         self.not_sent = 0
-        """Messages of ours beyond what may wait."""
-
-    def set_manual_control(self, manual_control: ManualControlParams) -> None:
-        """What the sticks ask for from now on."""
-        self._manual_control = manual_control
+        """Messages of the vehicle beyond what may wait."""
 
     def add_service(self, service: Service) -> None:
-        """Takes a service in; services say what they have in turn, where a tick has room left."""
-        self._handlers |= service.message_handlers()
+        """Add a service; services send in turn, in ticks that have room left."""
+        self.handlers |= service.message_handlers()
         self._services.append(service)
 
     def receive(self, tick: Tick, datagrams: Sequence[bytes], most: int = MAX_PARSED_PER_TICK) -> int:
-        """Takes what came since the last tick; what is too much for one tick is dropped.
+        """Handle the datagrams received since the last tick; drop what is too much for one tick.
 
         Returns:
-            In how many places it looked for a message, at most `most`.
+            The number of parse attempts, at most `most`.
         """
         left = most
         for datagram in datagrams:
@@ -111,42 +119,39 @@ class Link:
             messages, attempts = self.codec.parse(datagram, left, tick.t_ns)
             left -= attempts
             for message in messages:
-                receive = self._handlers.get(message.get_msgId())
-                if receive is not None and self._addressed_to_us(message):
-                    receive(tick, message)
+                handler = self.handlers.get(message.get_msgId())
+                if handler is not None and self._addressed_to_us(message):
+                    handler(tick, message)
         return most - left
 
     def report(self, cycle: Cycle) -> bytes:
-        """The datagram of this tick: answers and sentences, what was asked for; the rest is for streams and services.
+        """Return the datagram of this tick: first answers and sentences, then requested messages, streams and services.
 
-        Streams go first; services do after a tick in which there was no room for them, however much is streamed.
+        Streams go before services, except in the tick after one that had no room for services.
         """
         t_ns, waiting = cycle.tick.t_ns, self._waiting
         self._report_refused(t_ns)
         if not self._room(cycle.tick):
             return b""
         messages = [waiting.popleft() for _ in range(min(len(waiting), MAX_SENT_PER_TICK - 1))]
-        message_ids: list[int] = []
-        while self._requested and len(messages) + len(message_ids) < MAX_SENT_PER_TICK - 1:
-            message_ids.append(next(iter(self._requested)))
-            del self._requested[message_ids[-1]]
-        crowded = self._crowded  # streams had all the room of the last tick: services go first in this one
-        from_services = (
-            self._from_services(cycle.tick, MAX_SENT_PER_TICK - len(messages) - len(message_ids)) if crowded else []
-        )
-        message_ids += self._streams.due(
-            t_ns, max(0, MAX_SENT_PER_TICK - len(messages) - len(message_ids) - len(from_services))
-        )
-        for name in message_ids:
-            message = self._encoders[name](cycle)
+        ids: list[int] = []
+        while self._requested and len(messages) + len(ids) < MAX_SENT_PER_TICK - 1:
+            ids.append(next(iter(self._requested)))
+            del self._requested[ids[-1]]
+        room = MAX_SENT_PER_TICK - len(messages) - len(ids)
+        services_first = self._crowded  # streams had all the room of the last tick
+        from_services = self._from_services(cycle.tick, room) if services_first else []
+        ids += self._streams.due(t_ns, max(0, room - len(from_services)))
+        for message_id in ids:
+            message = self._encoders[message_id](cycle)
             if message is not None:
-                if name == dialect.MAVLINK_MSG_ID_SYS_STATUS:
+                if message_id == dialect.MAVLINK_MSG_ID_SYS_STATUS:
                     message.errors_comm = min(self.lost, 65535)
                 messages.append(message)
         messages += from_services
         room = MAX_SENT_PER_TICK - len(messages)
-        self._crowded = room <= 0 and not crowded
-        if room > 0 and not crowded:
+        self._crowded = room <= 0 and not services_first
+        if room > 0 and not services_first:
             messages += self._from_services(cycle.tick, room)
         if not messages:
             return b""
@@ -157,7 +162,7 @@ class Link:
         return datagram
 
     def _from_services(self, tick: Tick, room: int) -> list[Message]:
-        """What services have to say, in turn, until there is no room."""
+        """Return the next messages of the services, in turn, while there is room."""
         messages: list[Message] = []
         for _ in range(len(self._services)):
             if len(messages) >= room:
@@ -168,13 +173,13 @@ class Link:
 
     @property
     def lost(self) -> int:
-        """All that came in and was not heard: too much, broken, or not signed as it should be."""
-        heard_not = self.dropped + self.overrun + self.not_taken
-        return heard_not + self.codec.dropped + self.codec.malformed + self.codec.refused
+        """Received messages that were not handled: too many, malformed or not signed."""
+        received = self.dropped + self.overrun + self.not_taken
+        return received + self.codec.dropped + self.codec.malformed + self.codec.refused
 
     @property
     def losses(self) -> dict[str, int]:
-        """The same by cause, and what of our own did not go out."""
+        """Counts of lost messages by cause, received and to be sent."""
         codec = self.codec
         return {
             "unsigned": codec.refused,
@@ -182,39 +187,38 @@ class Link:
             "flooding": self.dropped + codec.dropped,
             "overrun": self.overrun,
             "not_taken": self.not_taken,
-            "not_said": self.not_sent + codec.not_encodable,
+            "queue_full": self.not_sent + codec.not_encodable,
         }
 
-    def send_result(self, answer: CommandResult) -> None:
-        """Says what became of a wish that came by this link."""
-        self._dispatch.send_result(answer)
+    def send_result(self, result: CommandResult) -> None:
+        """Send the result of a command that came by this link."""
+        self._dispatch.send_result(result)
 
     def send_events(self, events: Sequence[Event]) -> None:
-        """Tell of a cycle's events; where each byte counts, only of what is critical."""
+        """Send the events of a cycle as sentences; a high-latency link sends critical ones only."""
         for text, severity in sentences(events, self._mode_name):
             if not self._configuration.high_latency or severity <= Severity.CRITICAL:
                 self._enqueue(self._texts.encode(text, severity), MAX_WAITING // 2)
 
     def send(self, message: Message) -> None:
-        """Sends a message as soon as it is its turn."""
+        """Send a message when its turn comes."""
         self._enqueue([message], MAX_WAITING)
 
     def send_text(self, text: str, severity: int) -> None:
-        """Sends a sentence, whole or not at all; half of what may wait is kept for answers.
+        """Send a sentence, whole or not at all; half of the waiting room is kept for answers.
 
-        The modes in it are called what this link's stations call them.
+        Modes get the names that this link's stations show.
         """
-        self._enqueue(
-            self._texts.encode(with_mode_names(self._configuration.identity, text), severity), MAX_WAITING // 2
-        )
+        text = with_mode_names(self._configuration.identity, text)
+        self._enqueue(self._texts.encode(text, severity), MAX_WAITING // 2)
 
     def count_dropped(self) -> None:
-        """Counts a message that a service had no room for."""
+        """Count a received message that a service had no room for."""
         self.not_taken += 1
 
-    def send_from_cycle(self, name: int) -> None:
-        """Sends the message of that id, made of the next cycle that has room for it."""
-        self._requested[name] = None
+    def send_from_cycle(self, message_id: int) -> None:
+        """Send the message of that id, encoded from the next cycle that has room for it."""
+        self._requested[message_id] = None
 
     def _enqueue(self, messages: list[Message], most: int) -> None:
         if len(self._waiting) + len(messages) <= most:
@@ -223,16 +227,16 @@ class Link:
             self.not_sent += len(messages)
 
     def _room(self, tick: Tick) -> bool:
-        """Whether the link can take a datagram now; of what it could have taken, no more than a second is saved up."""
+        """Return whether the link can take a datagram now; unused capacity is saved up for a second at most."""
         rate = self._configuration.bytes_per_s
         self._credit = min(self._credit + rate * tick.dt, rate)
         return self._credit > 0.0
 
     def _report_refused(self, t_ns: int) -> None:
-        """Says now and then how many messages were not signed as they should be."""
-        told, told_ns = self._reported
+        """Send now and then how many messages had no valid signature."""
+        reported, reported_ns = self._reported
         refused = self.codec.refused
-        if refused > told and (told == 0 or t_ns - told_ns >= _REPORT_REFUSED_NS):
+        if refused > reported and (reported == 0 or t_ns - reported_ns >= _REPORT_REFUSED_NS):
             self._reported = refused, t_ns
             self.send_text(
                 f"{refused} messages refused: not signed with the vehicle's key", dialect.MAV_SEVERITY_WARNING
@@ -240,9 +244,9 @@ class Link:
 
     def _addressed_to_us(self, message: Message) -> bool:
         if message.get_srcSystem() == self._system and message.get_srcComponent() == COMPONENT:
-            return False  # our own words, come back
+            return False  # our own message, sent back to us
         system = message.target if hasattr(message, "target") else getattr(message, "target_system", 0)
         return system in (0, self._system) and getattr(message, "target_component", 0) in (0, COMPONENT)
 
     def _manual_control_received(self, tick: Tick, message: Message) -> None:
-        self._queue.set_sticks(sticks(self._manual_control, message), tick.t)
+        self._queue.set_sticks(sticks(self.manual_control, message), tick.t)

@@ -1,220 +1,191 @@
-"""The vehicle on all its links: one `Order` a tick from whoever spoke, and a datagram per link of each cycle."""
+"""The vehicle on all its links: one `Order` a tick from the stations, and a datagram per link of each cycle."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 from firmware_py.marine import Origin
-from firmware_py.mavlink.base import protocol_version
 from firmware_py.mavlink.base.codec import dialect
-from firmware_py.mavlink.base.identity import autopilot_version, heartbeat
+from firmware_py.mavlink.base.identity import autopilot_version, heartbeat, protocol_version
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
+from firmware_py.mavlink.base.message_definitions import PROTOCOL_VERSION
 from firmware_py.mavlink.base.modes import Identity, current_mode, modes_monitor
 from firmware_py.mavlink.base.service import PersistentState
 from firmware_py.mavlink.base.signing import Signing
-from firmware_py.mavlink.commands.manual_control import ManualControlParams
+from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.commands.queue import CommandQueue
-from firmware_py.mavlink.commands.setpoints import WaterFrame
 from firmware_py.mavlink.files.ftp_server import FtpServer
 from firmware_py.mavlink.files.log_transfer import LogTransfer
 from firmware_py.mavlink.files.tree import FileTree, LogStorage
-from firmware_py.mavlink.link import MAX_PARSED_PER_TICK, Link
-from firmware_py.mavlink.parameters import metadata, transfer
-from firmware_py.mavlink.parameters.transfer import Checker, ParameterStore, ParameterTransfer
+from firmware_py.mavlink.link import MAX_PARSED_PER_TICK, Link, Shared
+from firmware_py.mavlink.parameters import metadata, store
+from firmware_py.mavlink.parameters.store import ParameterStore
+from firmware_py.mavlink.parameters.transfer import ParameterTransfer
 from firmware_py.mavlink.plans import plan_builder
 from firmware_py.mavlink.plans.plan_builder import PlanBuilder
 from firmware_py.mavlink.plans.plan_store import PlanStore
+from firmware_py.mavlink.settings import MavlinkParams, NodeSettings
 from firmware_py.mavlink.telemetry.health import Actuators, HealthTelemetry, NamedValues
 from firmware_py.mavlink.telemetry.high_latency import HighLatency
 from firmware_py.mavlink.telemetry.lateness import Lateness
 from firmware_py.mavlink.telemetry.odometry import OdometryTelemetry
-from firmware_py.mavlink.telemetry.pose import Encoder, PoseTelemetry, TelemetryParams
+from firmware_py.mavlink.telemetry.pose import Encoder, PoseTelemetry
 from firmware_py.mavlink.telemetry.system_state import SystemState
 from firmware_py.mavlink.telemetry.time_sync import Calendar, TimeSync
-from firmware_py.params import TakesEffect, param, table
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.order import Mode, Order
 from firmware_py.schedule import Tick
 
-STATE_FILES = (transfer.FILE, *plan_builder.FILES.values())
-"""The names of all that `Node.saves` may ever give."""
+__all__ = ["MavlinkParams", "Node", "NodeSettings", "SharedState", "VehicleDescription"]
+
+STATE_FILES = (store.FILE, *plan_builder.FILES.values())
+"""The names of all files that `Node.files_to_save` may return."""
 
 
-@dataclass(frozen=True, slots=True)
-class MavlinkParams:
-    """Table [mavlink]."""
+class VehicleDescription(NamedTuple):
+    """What a node must know of the vehicle: the local frame's origin, the actuators, and the names of the coefficients.
 
-    system: int = param(
-        1,
-        low=1,
-        high=250,
-        doc="System id; every vehicle of a fleet has its own.",
-        mav="MAV_SYSID",
-        when=TakesEffect.RESTART,
-    )
-    telemetry: TelemetryParams = table(TelemetryParams)
-    manual_control: ManualControlParams = table(ManualControlParams)
+    `coefficients` are those that are estimated, in the order of the records; empty if none are.
+    """
+
+    origin: Origin
+    actuators: Actuators
+    coefficients: Sequence[str] = ()
+
+
+class SharedState(NamedTuple):
+    """What outlives a start: the signing key (with it all links are signed), the parameters, and the plans."""
+
+    signing: Signing | None = None
+    parameters: ParameterStore | None = None
+    plans: Mapping[int, PlanBuilder] | None = None
+
+
+NOTHING_SAVED = SharedState()
 
 
 class Node:
-    """Pure: hears datagrams, gives orders, reports cycles.
+    """Takes datagrams, gives orders and reports cycles, without clock or socket.
 
-    Of orders each link's are obeyed alike, in the order in which they came; of sticks the last word holds.
+    Commands of all links are executed alike, in the order in which they came; of manual control the latest holds.
     """
 
     def __init__(
         self,
-        params: MavlinkParams,
-        origin: Origin,
-        actuators: Actuators,
+        settings: NodeSettings,
+        vehicle: VehicleDescription,
         configurations: Sequence[LinkConfiguration],
-        limits: OperatingLimits,
-        coefficients: Sequence[str] = (),
-        signing: Signing | None = None,
-        parameter_store: ParameterStore | None = None,
-        plans: Mapping[int, PlanBuilder] | None = None,
+        state: SharedState = NOTHING_SAVED,
     ) -> None:
-        """Make all links.
-
-        Args:
-            params: table [mavlink].
-            origin: where the local frame touches the earth.
-            actuators: what fins and propeller can do.
-            configurations: one for each link.
-            limits: what stations send is checked against them: no setpoint or mission may go beyond.
-            coefficients: the names of what is learned, as the records order it.
-            signing: with it, all links are signed.
-            parameter_store: the parameters that stations may see and change; without it, none.
-            plans: mission, fence and rally points, by their MAV_MISSION_TYPE.
-        """
+        """`configurations` has one entry for each link."""
+        params, parameters = settings.params, state.parameters
         self._queue = CommandQueue()
         self._system_state = SystemState()
-        water_frame = WaterFrame(origin, params.telemetry.surface_altitude)
-        self._plan_store = PlanStore(water_frame, limits, plans)
+        water_frame = WaterFrame(vehicle.origin, params.telemetry.surface_altitude)
+        self._plan_store = PlanStore(water_frame, settings.limits, state.plans)
         self._lateness = Lateness()
-        status = HealthTelemetry(actuators, self._lateness, self._plan_store)
-        shared = PoseTelemetry(params.telemetry, origin, actuators.n_max).encoders() | status.encoders()
-        shared |= OdometryTelemetry(water_frame.surface).encoders()
         calendar = Calendar()
-        shared |= calendar.encoders()
-        self.files: dict[str, Callable[[], bytes]] = (
-            metadata.files(parameter_store) if parameter_store is not None else {}
-        )
-        """What may be fetched by MAVLink FTP: names without a slash in front, and who makes the bytes."""
-        if parameter_store is not None:
-            shared[metadata.MESSAGE_ID] = metadata.encoder(self.files)
+        self.files: dict[str, Callable[[], bytes]] = {} if parameters is None else metadata.files(parameters)
+        """The generated files that MAVLink FTP offers: names without a leading slash, and who makes the bytes."""
+        encoders = PoseTelemetry(params.telemetry, vehicle.origin, vehicle.actuators.n_max).encoders()
+        encoders |= HealthTelemetry(vehicle.actuators, self._lateness, self._plan_store).encoders()
+        encoders |= OdometryTelemetry(water_frame.surface).encoders() | calendar.encoders()
+        if parameters is not None:
+            encoders[metadata.MESSAGE_ID] = metadata.encoder(self.files)
+        shared = Shared(params.system, self._queue, self._plan_store, state.signing)
         self.links = tuple(
             Link(
-                *(i, configuration, params.system, params.manual_control, self._plan_store, self._queue),
-                shared
-                | NamedValues(coefficients).encoders()
-                | self._link_encoders(configuration, water_frame, actuators.n_max),
-                signing,
+                *(i, configuration, shared, params.manual_control),
+                encoders | NamedValues(vehicle.coefficients).encoders() | self._link_encoders(configuration, vehicle),
             )
             for i, configuration in enumerate(configurations)
         )
-        self._persistent: list[PersistentState] = [self._plan_store] if signing is None else [self._plan_store, signing]
-        if parameter_store is not None:
-            self._serve_parameters(parameter_store, configurations)
+        self._persistent: list[PersistentState] = [self._plan_store]
         self._tree = FileTree(self.files)
-        for link in self.links:
+        if state.signing is not None:
+            self._persistent.append(state.signing)
+        if parameters is not None:
+            self._persistent.append(parameters)
+            parameters.subscribe_changes(self._settings_changed)
+        for link, configuration in zip(self.links, configurations, strict=True):
+            if parameters is not None:
+                link.add_service(ParameterTransfer(parameters, link, configuration.identity, self._armed))
             link.add_service(FtpServer(self._tree, link))
-            link.add_service(LogTransfer(self._tree, link, lambda: self._system_state.mode is not Mode.DISARMED))
+            link.add_service(LogTransfer(self._tree, link, self._armed))
             link.add_service(TimeSync(calendar, link))
             link.add_service(link.plan_upload)
 
-    def receive_all(self, tick: Tick, said: Sequence[Sequence[bytes]]) -> None:
-        """Takes what came since the last tick, by link.
+    def receive(self, tick: Tick, datagrams: Sequence[Sequence[bytes]]) -> None:
+        """Handle the datagrams received since the last tick, by link.
 
-        All of it together costs no more than HEARD_PER_TICK places: each link that speaks has its share of them, and
-        whoever comes later what those before have left.
+        Together they cost at most MAX_PARSED_PER_TICK parse attempts: each link that received something has its share,
+        and later links also what earlier ones have left.
         """
-        left, speaking = MAX_PARSED_PER_TICK, [i for i, datagrams in enumerate(said) if datagrams]
-        for turn, i in enumerate(speaking):
-            left -= self.links[i].receive(tick, said[i], left // (len(speaking) - turn))
-
-    def receive(self, tick: Tick, link: int, datagrams: Sequence[bytes]) -> None:
-        """Takes what came by a link since the last tick, in which no other speaks."""
-        self.links[link].receive(tick, datagrams)
+        left, active = MAX_PARSED_PER_TICK, [i for i, received in enumerate(datagrams) if received]
+        for done, i in enumerate(active):
+            left -= self.links[i].receive(tick, datagrams[i], left // (len(active) - done))
 
     def order(self) -> Order:
-        """The order of this tick."""
+        """Return the order of this tick."""
         order = self._queue.next_order()
-        changes = tuple([change for owner in self._persistent for change in owner.changes()])
+        changes = tuple([change for state in self._persistent for change in state.changes()])
         return replace(order, changes=changes) if changes else order
 
     def files_to_save(self) -> list[tuple[str, bytes]]:
-        """What is to be kept for the next start, since this was asked last: names of files, and their content."""
-        return [save for owner in self._persistent for save in owner.files_to_save()]
+        """Return the files to save for the next start, since the last call: name and content."""
+        return [file for state in self._persistent for file in state.files_to_save()]
 
     def report(self, cycle: Cycle) -> list[bytes]:
-        """What each link has to say of a cycle; empty in most."""
+        """Return the datagram of each link for a cycle; most are empty."""
         self._system_state.update(cycle)
         self._lateness.update(cycle)
         self._plan_store.update(cycle)
         if cycle.events:
             for link in self.links:
                 link.send_events(cycle.events)
-        for answer in self._queue.results(cycle):
-            self.links[answer.pending.link].send_result(answer)
+        for result in self._queue.results(cycle):
+            self.links[result.pending.link].send_result(result)
         return [link.report(cycle) for link in self.links]
 
     @property
     def end_request(self) -> str:
-        """What a station asked for of a disarmed vehicle: "reboot" or "shutdown"; empty until then."""
+        """What a station asked of a disarmed vehicle: "reboot" or "shutdown"; empty until then."""
         return self._queue.end_request
 
     @property
     def end_requester(self) -> str:
-        """Which station that was, by system and component."""
+        """The station that asked, by system and component."""
         return self._queue.end_requester
 
-    def set_limits(self, limits: OperatingLimits) -> None:
-        """Check what stations send against these limits from now on."""
-        self._plan_store.set_limits(limits)
-
     def offer_logs(self, log_storage: LogStorage) -> None:
-        """From now on stations may fetch the logs of a shelf."""
+        """Offer stations the logs of a storage."""
         self._tree.log_storage = log_storage
 
     def allow_end(self) -> None:
-        """From now on a station may ask a disarmed vehicle to end."""
+        """Let stations ask a disarmed vehicle to reboot or shut down."""
         self._queue.end_allowed = True
 
-    def _link_encoders(
-        self, configuration: LinkConfiguration, water_frame: WaterFrame, n_max: float
-    ) -> dict[int, Encoder]:
-        identity, system_state = configuration.identity, self._system_state
-        briefly = HighLatency(identity, water_frame.origin, water_frame.surface, n_max, system_state)
+    def _armed(self) -> bool:
+        return self._system_state.mode is not Mode.DISARMED
+
+    def _link_encoders(self, configuration: LinkConfiguration, vehicle: VehicleDescription) -> dict[int, Encoder]:
+        identity, state, plans = configuration.identity, self._system_state, self._plan_store
+        surface, n_max = plans.water_frame.surface, vehicle.actuators.n_max
         return {
-            dialect.MAVLINK_MSG_ID_HEARTBEAT: lambda cycle: heartbeat(identity, cycle.mode.mode, system_state.state),
+            dialect.MAVLINK_MSG_ID_HEARTBEAT: lambda cycle: heartbeat(identity, cycle.mode.mode, state.state),
             dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION: lambda _: autopilot_version(identity),
-            protocol_version.MESSAGE_ID: lambda _: protocol_version.protocol_version(),
-            dialect.MAVLINK_MSG_ID_CURRENT_MODE: lambda cycle: current_mode(
-                identity, cycle.mode.mode, system_state.intended
-            ),
+            PROTOCOL_VERSION.id: lambda _: protocol_version(),
+            dialect.MAVLINK_MSG_ID_CURRENT_MODE: lambda cycle: current_mode(identity, cycle.mode.mode, state.intended),
             dialect.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR: lambda _: modes_monitor(),
-            dialect.MAVLINK_MSG_ID_MISSION_CURRENT: lambda cycle: self._plan_store.current(
-                cycle, home=identity is Identity.ARDUSUB
-            ),
-            dialect.MAVLINK_MSG_ID_FENCE_STATUS: self._plan_store.fence_status,
-            dialect.MAVLINK_MSG_ID_HIGH_LATENCY2: briefly.message,
+            dialect.MAVLINK_MSG_ID_MISSION_CURRENT: lambda cycle: plans.current(cycle, identity is Identity.ARDUSUB),
+            dialect.MAVLINK_MSG_ID_FENCE_STATUS: plans.fence_status,
+            dialect.MAVLINK_MSG_ID_HIGH_LATENCY2: HighLatency(identity, vehicle.origin, surface, n_max, state).message,
         }
 
-    def _serve_parameters(self, parameter_store: ParameterStore, configurations: Sequence[LinkConfiguration]) -> None:
-        system_state = self._system_state
-        self._persistent.append(parameter_store)
-        parameter_store.subscribe_changes(self._parameter_changed)
-        for link, configuration in zip(self.links, configurations, strict=True):
-            link.add_service(
-                ParameterTransfer(
-                    parameter_store, link, configuration.identity, lambda: system_state.mode is not Mode.DISARMED
-                )
-            )
-
-    def _parameter_changed(self, checker: Checker) -> None:
-        self.set_limits(checker.limits)
+    def _settings_changed(self, settings: NodeSettings) -> None:
+        """Take over the parameters that a station has changed."""
+        self._plan_store.set_limits(settings.limits)
         for link in self.links:
-            link.set_manual_control(checker.manual_control)
+            link.manual_control = settings.params.manual_control

@@ -10,30 +10,29 @@ from typing import NamedTuple
 from firmware_py import app, config_files
 from firmware_py.adapters.ground.mavlink_ground import Grounds, MavlinkGround
 from firmware_py.adapters.ground.signing_key import read_signing
-from firmware_py.marine import Origin
-from firmware_py.mavlink.node import STATE_FILES
-from firmware_py.mavlink.telemetry.health import Actuators
+from firmware_py.mavlink.node import STATE_FILES, SharedState
 from firmware_py.ports import Ground
+from firmware_py.reconfiguration import node_settings
 from firmware_py.run import kept_plans
 
 
 class Stations(NamedTuple):
-    """All stations as one, beside whom else gives orders."""
+    """All stations of a flight as one ground."""
 
     ground: MavlinkGround
 
     def merged_with(self, pilot: Ground) -> Ground:
-        """Both as one `ports.Ground`; the pilot alone where there is no station."""
+        """Return stations and pilot as one `ports.Ground`; the pilot alone if there is no station."""
         return Grounds(pilot, self.ground) if self.ground.links else pilot
 
     def losses(self) -> dict[str, int]:
-        """As `MavlinkGround.losses`, once the flight is over."""
+        """Return `MavlinkGround.losses` at the end of the flight."""
         return self.ground.losses()
 
     def save_changes_in(self, state: Path | None, folder: Path) -> None:
-        """Keeps what stations change in `state`, or, with nothing kept of an earlier run, in the folder of this one.
+        """Save what stations change in `state`, or else in an empty state folder of this run; offer the logs.
 
-        Stations may fetch the logs: all below runs/ if the run is left there, else its own.
+        Stations may fetch all logs below runs/ if the run's folder is there, otherwise the run's own.
 
         Raises:
             StateStoreError: it cannot be written.
@@ -50,20 +49,16 @@ class Stations(NamedTuple):
 def open_ground(
     links: Sequence[str], configuration: config_files.Configuration, key: Path | None = None, state: Path | None = None
 ) -> Iterator[Stations]:
-    """Opens the links to the stations, for as long as the context lasts; with a `key` they are signed.
+    """Open the links to the stations while the context lasts; with a `key` they are signed.
 
     Raises:
-        GroundError: a link is written wrongly or cannot be opened.
+        GroundError: a link has wrong syntax or cannot be opened.
         ParamError: a configuration that cannot be flown.
     """
-    params, vehicle = config_files.autopilot_params(configuration), config_files.vehicle(configuration)
-    actuators = Actuators(tuple(fin.delta_max for fin in vehicle.fins), vehicle.propeller.n_max)
-    origin = Origin(params.origin.latitude, params.origin.longitude)
-    learned = params.estimation.coefficients.names if params.estimation.learning.enabled else ()
+    settings = node_settings(config_files.autopilot_params(configuration))
     signing = read_signing(key, state) if key is not None else None
-    store, plans = app.parameter_store(configuration), kept_plans.plans(configuration, state)
-    limits = app.parts_factory(configuration).limits
-    ground = MavlinkGround(links, params.mavlink, origin, actuators, limits, learned, signing, store, plans)
+    shared = SharedState(signing, app.parameter_store(configuration), kept_plans.plans(configuration, state))
+    ground = MavlinkGround(links, settings, app.vehicle_description(configuration), shared)
     try:
         yield Stations(ground)
     finally:

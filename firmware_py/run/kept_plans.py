@@ -7,7 +7,7 @@ from typing import Any
 
 from firmware_py.config_files import Configuration, autopilot_params
 from firmware_py.marine import Origin
-from firmware_py.mavlink.commands.setpoints import WaterFrame
+from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.plans import plan_builder
 from firmware_py.mavlink.plans.plan_builder import PlanBuilder
 from firmware_py.params import prefix_errors

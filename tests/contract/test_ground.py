@@ -17,22 +17,17 @@ from firmware_py import app, config_files
 from firmware_py.adapters.ground.mavlink_ground import GroundError, Grounds, MavlinkGround, merge, open_link
 from firmware_py.adapters.ground.station_link import parse_link
 from firmware_py.adapters.ground.udp_link import DATAGRAMS_PER_TICK
-from firmware_py.marine import Origin
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
-from firmware_py.mavlink.node import MavlinkParams
-from firmware_py.mavlink.telemetry.health import Actuators
-from firmware_py.records.limits import OperatingLimits
+from firmware_py.mavlink.node import SharedState
+from firmware_py.reconfiguration import node_settings
 from firmware_py.records.order import CENTRED_STICKS, KEEP_SETPOINT, NO_ORDER, Arming, Mode, Order, Setpoint, Sticks
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame
-from firmware_py.records.turning import AS_ASKED
 from firmware_py.schedule import Tick
 
 CONFIG = Path(__file__).resolve().parents[2] / "configs" / "npsauv2"
 DT_NS = 10_000_000
 ARM = mavutil.mavlink.MAV_CMD_COMPONENT_ARM_DISARM
-
-LIMITS = OperatingLimits(math.inf, 0.0, AS_ASKED)
 
 
 def frame(t: float, fins: int, charge: float) -> SensorFrame:
@@ -59,11 +54,10 @@ class Vehicle:
         mission = {"waypoints": [list(point) for point in waypoints]}
         configuration = {**config_files.read_configuration(CONFIG), "mission": mission, "kept": {}}
         self.autopilot = app.build(configuration)
-        boat, origin = config_files.vehicle(configuration), config_files.autopilot_params(configuration).origin
-        actuators = Actuators(tuple(fin.delta_max for fin in boat.fins), boat.propeller.n_max)
-        place = Origin(origin.latitude, origin.longitude)
-        self.ground = MavlinkGround(links, MavlinkParams(), place, actuators, LIMITS, signing=signing)
-        self.fins = len(boat.fins)
+        settings = node_settings(config_files.autopilot_params(configuration))
+        vehicle = app.vehicle_description(configuration)._replace(coefficients=())
+        self.ground = MavlinkGround(links, settings, vehicle, SharedState(signing))
+        self.fins = len(config_files.vehicle(configuration).fins)
         self.charge = charge
         self.k = itertools.count()
         self.mode = Mode.DISARMED

@@ -12,8 +12,9 @@ from firmware_py import app, config_files
 from firmware_py.adapters.ground.mavlink_ground import MavlinkGround, merge
 from firmware_py.adapters.storage.state_store import StateStoreError
 from firmware_py.marine import Origin
-from firmware_py.mavlink.node import STATE_FILES, MavlinkParams
+from firmware_py.mavlink.node import STATE_FILES, SharedState, VehicleDescription
 from firmware_py.mavlink.telemetry.health import Actuators
+from firmware_py.reconfiguration import node_settings
 from firmware_py.records.order import NO_ORDER, NOBODY, Arming, Asker, Mode, Order, ParameterChange, Setpoint
 from firmware_py.schedule import Tick
 
@@ -30,11 +31,9 @@ class Vehicle:
         self.autopilot = app.build(configuration)
         self.ground = MavlinkGround(
             [f"udpout:127.0.0.1:{port}"],
-            MavlinkParams(),
-            Origin(0.0, 0.0),
-            Actuators((0.4,) * 4, 10.0),
-            app.parts_factory(configuration).limits,
-            parameter_store=app.parameter_store(configuration),
+            node_settings(config_files.autopilot_params(configuration)),
+            VehicleDescription(Origin(0.0, 0.0), Actuators((0.4,) * 4, 10.0)),
+            SharedState(parameters=app.parameter_store(configuration)),
         )
         self.k = 0
         self.orders: list[Order] = []

@@ -10,14 +10,15 @@ from pymavlink.dialects.v20 import all as mavlink
 from sternplane.logs.reading import Log, read
 from sternplane.sitl.flight import Wish, fly, prepare
 
-from firmware_py import app
+from firmware_py import app, config_files
 from firmware_py.adapters.ground.mavlink_ground import Grounds
 from firmware_py.adapters.storage.disk_log_storage import DiskLogStorage
 from firmware_py.marine import Origin
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
-from firmware_py.mavlink.node import MavlinkParams, Node
+from firmware_py.mavlink.node import Node, SharedState, VehicleDescription
 from firmware_py.mavlink.telemetry.health import Actuators
+from firmware_py.reconfiguration import node_settings
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Order
 from firmware_py.schedule import Tick
@@ -30,16 +31,10 @@ class Station:
     """Asks for something every tenth of a second, and counts what comes."""
 
     def __init__(self, configuration: Any, folder: Path) -> None:
-        door = LinkConfiguration(Identity.ARDUSUB)
-        book = app.parameter_store(configuration)
-        self.node = Node(
-            MavlinkParams(),
-            Origin(0.8, 0.1),
-            Actuators((0.4,) * 4, 10.0),
-            [door, door],
-            book.checker.limits,
-            parameter_store=book,
-        )
+        settings = node_settings(config_files.autopilot_params(configuration))
+        vehicle = VehicleDescription(Origin(0.8, 0.1), Actuators((0.4,) * 4, 10.0))
+        links = [LinkConfiguration(Identity.ARDUSUB)] * 2
+        self.node = Node(settings, vehicle, links, SharedState(parameters=app.parameter_store(configuration)))
         self.store = DiskLogStorage(folder, beside=False)
         self.node.offer_logs(self.store)
         self.mav = mavlink.MAVLink(None, 255, 190)
@@ -47,8 +42,7 @@ class Station:
 
     def read(self, tick: Tick) -> Order:
         if tick.k % 10 == 0:
-            self.node.receive(tick, 0, [self.files(tick.k // 10)])
-            self.node.receive(tick, 1, [self.logs(tick.k // 10)])
+            self.node.receive(tick, [[self.files(tick.k // 10)], [self.logs(tick.k // 10)]])
         return self.node.order()
 
     def files(self, i: int) -> bytes:

@@ -14,7 +14,8 @@ from firmware_py.adapters.ground.mavlink_ground import Grounds
 from firmware_py.marine import Origin
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
-from firmware_py.mavlink.node import MavlinkParams, Node
+from firmware_py.mavlink.node import Node, VehicleDescription
+from firmware_py.mavlink.settings import MavlinkParams, NodeSettings
 from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.limits import OperatingLimits
@@ -51,10 +52,10 @@ class Operator:
     """Says what stands in a script, at its times; remembers what it was answered."""
 
     def __init__(self, script: dict[float, object]) -> None:
-        self.node = Node(
-            MavlinkParams(), Origin(math.radians(36.8), math.radians(-121.8)), Actuators((0.4,) * 4, 10.0),
-            [LinkConfiguration(Identity.ARDUSUB)], OperatingLimits(math.inf, 0.0, AS_ASKED),
-        )  # fmt: skip
+        origin = Origin(math.radians(36.8), math.radians(-121.8))
+        vehicle = VehicleDescription(origin, Actuators((0.4,) * 4, 10.0))
+        settings = NodeSettings(MavlinkParams(), OperatingLimits(math.inf, 0.0, AS_ASKED))
+        self.node = Node(settings, vehicle, [LinkConfiguration(Identity.ARDUSUB)])
         self.script = script
         self.mav = mavlink.MAVLink(None, 255, 190)
         self.results: list[tuple[int, int]] = []
@@ -63,7 +64,7 @@ class Operator:
 
     def read(self, tick: Tick) -> Order:
         if tick.t in self.script:
-            self.node.receive(tick, 0, [self.script[tick.t].pack(self.mav)])
+            self.node.receive(tick, [[self.script[tick.t].pack(self.mav)]])
         return self.node.order()
 
     def write(self, cycle: Cycle) -> None:
@@ -111,7 +112,7 @@ def test_every_command_was_accepted_and_stands_in_the_log_with_who_gave_it(flown
     assert askers == [Asker(0, 255, 190, number) for number, _ in operator.results]
     modes = [Mode(mode) for mode in dict.fromkeys(log.columns["mode.mode"])]
     assert modes == [Mode.DISARMED, Mode.HOLD, Mode.GUIDED, Mode.LOITER]
-    changed = [text for _, text in log.events if " -> " in text]
+    changed = [text for _, text in log.sentences if " -> " in text]
     assert changed == [
         "DISARMED -> HOLD: ordered",
         "HOLD -> GUIDED: ordered by station 255/190",

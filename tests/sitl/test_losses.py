@@ -56,7 +56,7 @@ def test_noise_and_floods_are_counted_at_their_link(tmp_path: Path, summary: Cal
     broken = frame[:-1] + bytes([frame[-1] ^ 1])
     found = summary([broken, broken, b"\0", frame * 100], signed=False)
     assert of(found) == {"gcs_2_malformed": 3, "gcs_2_flooding": 1}
-    assert {f"gcs_1_{cause}" for cause in ("unsigned", "not_taken", "not_said", "not_sent")} <= found["losses"].keys()
+    assert {f"gcs_1_{cause}" for cause in ("unsigned", "not_taken", "queue_full", "not_sent")} <= found["losses"].keys()
     page = (tmp_path / "report.html").read_text()
     assert "gcs 2 malformed" in page
     assert "gcs 1" not in page

@@ -18,7 +18,8 @@ from firmware_py.app import build
 from firmware_py.marine import Origin
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
-from firmware_py.mavlink.node import MavlinkParams, Node
+from firmware_py.mavlink.node import Node, VehicleDescription
+from firmware_py.mavlink.settings import MavlinkParams, NodeSettings
 from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.limits import OperatingLimits
@@ -66,9 +67,9 @@ class Planner:
     """Sends each plan at its time, item by item as it is asked for, and commands at theirs."""
 
     def __init__(self, script: dict[float, object]) -> None:
-        self.node = Node(
-            MavlinkParams(), ORIGIN, Actuators((0.4,) * 4, 10.0), [LinkConfiguration(Identity.GENERIC)], LIMITS
-        )
+        settings = NodeSettings(MavlinkParams(), OperatingLimits(math.inf, 0.0, AS_ASKED))
+        vehicle = VehicleDescription(ORIGIN, Actuators((0.4,) * 4, 10.0))
+        self.node = Node(settings, vehicle, [LinkConfiguration(Identity.GENERIC)])
         self.script = script
         self.mav = mavlink.MAVLink(None, 255, 190)
         self.items: list = []
@@ -87,7 +88,7 @@ class Planner:
             for i, each in enumerate(said):
                 each.seq = i
             said = mavlink.MAVLink_mission_count_message(1, 1, len(said), said[0].mission_type)
-        self.node.receive(tick, 0, [m.pack(self.mav) for m in (*self.next, *([said] if said else []))])
+        self.node.receive(tick, [[m.pack(self.mav) for m in (*self.next, *([said] if said else []))]])
         self.next = []
         return self.node.order()
 
@@ -202,7 +203,7 @@ def test_return_to_launch_is_to_the_nearest_rally_point_that_no_exclusion_is_bef
     assert log.end["completed"], log.end
     assert planner.results == [(RETURN, 0)]
     assert planner.seen(Mode.RETURN, -1, 20, 80)
-    modes = [text for _, text in log.events if " -> " in text]
+    modes = [text for _, text in log.sentences if " -> " in text]
     assert modes[1:3] == ["HOLD -> RETURN: ordered by station 255/190", "RETURN -> SURFACE: return done"]
     c = log.columns
     k = np.flatnonzero(c["mode.mode"] == Mode.SURFACE)[0]
@@ -219,7 +220,7 @@ def test_beyond_the_fence_it_surfaces_says_why_and_turns_to_the_rally_point(tmp_
     log = flown(tmp_path, planner, 60.0, "time")
     assert planner.acks == [(FENCE, 0), (RALLY, 0), (MISSION, mavlink.MAV_MISSION_INVALID_PARAM5_X)]
     assert planner.broken == {0, 1}
-    (text,) = [text for _, text in log.events if "fence" in text]
+    (text,) = [text for _, text in log.sentences if "fence" in text]
     assert text == "HOLD -> SURFACE: outside the fence"
     c = log.columns
     k = np.flatnonzero(c["mode.mode"] == Mode.SURFACE)[0]

@@ -1,10 +1,10 @@
-"""Stations on the ground: MAVLink over several links at once, beside whoever else gives orders."""
+"""Ground stations: MAVLink over several links at once, merged with other sources of orders."""
 
 from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from firmware_py.adapters.ground.station_link import GroundError, LinkSpec, StationLink, parse_link
@@ -12,23 +12,17 @@ from firmware_py.adapters.ground.stream_links import SerialLink, TcpClient, TcpS
 from firmware_py.adapters.ground.udp_link import UdpLink
 from firmware_py.adapters.storage.disk_log_storage import DiskLogStorage
 from firmware_py.adapters.storage.state_store import StateStore
-from firmware_py.marine import Origin
 from firmware_py.mavlink.base.codec import dialect
-from firmware_py.mavlink.base.signing import Signing
-from firmware_py.mavlink.node import MavlinkParams, Node
-from firmware_py.mavlink.parameters.transfer import ParameterStore
-from firmware_py.mavlink.plans.plan_builder import PlanBuilder
-from firmware_py.mavlink.telemetry.health import Actuators
+from firmware_py.mavlink.node import NOTHING_SAVED, Node, NodeSettings, SharedState, VehicleDescription
 from firmware_py.ports import Ground
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.order import NO_ORDER, NOBODY, Arming, Mode, Order, Setpoint
 from firmware_py.schedule import Rate, Tick
 
 __all__ = ["GroundError", "Grounds", "MavlinkGround", "open_link"]
 
 _PRECEDENCE = (Arming.KEEP, Arming.CHECK, Arming.ARM, Arming.DISARM)
-"""Of two words on arming the later in this list is obeyed."""
+"""Of two demands on arming, the later in this list wins."""
 _LINK_CLASSES: dict[str, Callable[[LinkSpec], StationLink]] = {
     "udpout": UdpLink,
     "udpin": UdpLink,
@@ -39,10 +33,10 @@ _LINK_CLASSES: dict[str, Callable[[LinkSpec], StationLink]] = {
 
 
 def open_link(text: str) -> StationLink:
-    """Opens a link; `stations.parse_link` tells how it is written.
+    """Open a link; see `station_link.parse_link` for its syntax.
 
     Raises:
-        GroundError: it is written wrongly or cannot be opened.
+        GroundError: it has wrong syntax or cannot be opened.
     """
     spec = parse_link(text)
     return _LINK_CLASSES[spec.kind](spec)
@@ -54,22 +48,14 @@ class MavlinkGround:
     def __init__(
         self,
         links: Iterable[str],
-        params: MavlinkParams,
-        origin: Origin,
-        actuators: Actuators,
-        limits: OperatingLimits,
-        coefficients: Sequence[str] = (),
-        signing: Signing | None = None,
-        parameter_store: ParameterStore | None = None,
-        plans: Mapping[int, PlanBuilder] | None = None,
+        settings: NodeSettings,
+        vehicle: VehicleDescription,
+        state: SharedState = NOTHING_SAVED,
     ) -> None:
-        """Opens every link, or none; `coefficients` are the names of what is learned, with `signing` links are signed.
-
-        What stations send is checked against `limits`.
-        `book` has the parameters that stations may see and change, `plans` mission, fence and rally points.
+        """Open every link, or none.
 
         Raises:
-            GroundError: a link is written wrongly or cannot be opened.
+            GroundError: a link has wrong syntax or cannot be opened.
         """
         with contextlib.ExitStack() as opened:
             self.links: list[StationLink] = []
@@ -79,19 +65,17 @@ class MavlinkGround:
                 self.links.append(link)
             self._close = opened.pop_all().close
         configurations = [link.configuration for link in self.links]
-        self.node = Node(
-            params, origin, actuators, configurations, limits, coefficients, signing, parameter_store, plans
-        )
+        self.node = Node(settings, vehicle, configurations, state)
         self._state_store: StateStore | None = None
         self._log_store: DiskLogStorage | None = None
 
     def read(self, tick: Tick) -> Order:
-        """What was asked since the last tick."""
-        self.node.receive_all(tick, [link.receive() for link in self.links])
+        """Return what stations asked for since the last tick."""
+        self.node.receive(tick, [link.receive() for link in self.links])
         return self.node.order()
 
     def write(self, cycle: Cycle) -> None:
-        """Reports the cycle: at most one datagram per link and station."""
+        """Report the cycle: at most one datagram per link and station."""
         for link, datagram in zip(self.links, self.node.report(cycle), strict=True):
             if datagram:
                 link.send(datagram)
@@ -101,7 +85,7 @@ class MavlinkGround:
             self._save_changes(self._state_store, cycle.tick)
 
     def losses(self) -> dict[str, int]:
-        """What each link has lost or refused, by cause; they are counted from 1, as they were given."""
+        """Return what each link has lost or refused, by cause; links count from 1, in the order given."""
         self._count()
         return {
             f"gcs_{i}_{cause}": count
@@ -110,7 +94,7 @@ class MavlinkGround:
         }
 
     def save_changes_in(self, folder: Path) -> None:
-        """From now on what stations change is kept in a folder, for the next start.
+        """Save what stations change in a folder, for the next start.
 
         Raises:
             StateStoreError: it cannot be written.
@@ -118,7 +102,7 @@ class MavlinkGround:
         self._state_store = StateStore(folder)
 
     def offer_logs(self, folder: Path, beside: bool) -> None:
-        """From now on stations may fetch the log of a run's folder, and with `beside` those beside it too."""
+        """Offer stations the log of a run's folder, and with `beside` those of the neighbouring folders."""
         self._log_store = DiskLogStorage(folder, beside)
         self.node.offer_logs(self._log_store)
 
@@ -136,7 +120,7 @@ class MavlinkGround:
                     link.send_text(error, dialect.MAV_SEVERITY_CRITICAL)
 
     def close(self) -> None:
-        """Closes every link, once all is kept."""
+        """Close every link after everything is saved."""
         if self._state_store is not None:
             self._state_store.close()
         if self._log_store is not None:
@@ -145,26 +129,26 @@ class MavlinkGround:
 
 
 class Grounds:
-    """Several who give orders, as one `ports.Ground`; see `merge` for who is obeyed."""
+    """Several sources of orders as one `ports.Ground`; see `merge`."""
 
     def __init__(self, *grounds: Ground) -> None:
         self._grounds = grounds
 
     def read(self, tick: Tick) -> Order:
-        """What all of them asked."""
+        """Return the merged order of all."""
         return merge([ground.read(tick) for ground in self._grounds])
 
     def write(self, cycle: Cycle) -> None:
-        """Shows the cycle to all of them."""
+        """Report the cycle to all."""
         for ground in self._grounds:
             ground.write(cycle)
 
 
 def merge(orders: Sequence[Order]) -> Order:
-    """One order of many: of each thing the last word holds, of sticks the latest; but who disarms is obeyed.
+    """Return one order of many: the last value of each field, the latest sticks; a demand to disarm always wins.
 
-    What is changed for good is changed by all of them, in their order. The asker is whose word on arming or mode holds,
-    or else the last who asked for anything.
+    Permanent changes are all kept, in order. The asker is the source of the arming or mode demand that won, or else the
+    last source that asked for anything.
     """
     given = [order for order in orders if order is not NO_ORDER]
     if len(given) < 2:

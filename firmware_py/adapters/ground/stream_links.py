@@ -14,7 +14,7 @@ from firmware_py.adapters.ground.station_link import Address, LinkSpec
 
 BYTES_PER_TICK = 4096
 MAX_UNSENT = 16384
-_TRY_AGAIN_S = 1.0
+RETRY_S = 1.0
 _CONNECTING, _CONNECTED = (errno.EINPROGRESS, errno.EALREADY), (0, errno.EISCONN)
 """What a second connect says of the first."""
 _DEAD_AFTER_MS = 10_000
@@ -144,7 +144,7 @@ class TcpClient(TcpLink):
         except OSError as error:
             raise spec.error(error) from None
         self._connecting: socket.socket | None = None
-        self._tried = -_TRY_AGAIN_S
+        self._tried = -RETRY_S
         self._connect()
 
     def fileno(self) -> int:
@@ -163,7 +163,7 @@ class TcpClient(TcpLink):
         if self._peer is not None:
             return
         if self._connecting is None:
-            if time.monotonic() - self._tried < _TRY_AGAIN_S:
+            if time.monotonic() - self._tried < RETRY_S:
                 return
             self._tried = time.monotonic()
             self._connecting = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
@@ -211,7 +211,7 @@ class SerialLink:
 
     def receive(self) -> list[bytes]:
         """What has come, up to so many bytes."""
-        if self._port is None and time.monotonic() - self._tried >= _TRY_AGAIN_S:
+        if self._port is None and time.monotonic() - self._tried >= RETRY_S:
             with contextlib.suppress(serial.SerialException, OSError):
                 self._port = self._open()
         if self._port is None:

@@ -1,4 +1,4 @@
-"""MAVLink's bytes. pymavlink's generated dialect packs and unpacks them; nothing else of pymavlink comes in."""
+"""MAVLink frames. pymavlink's generated dialect packs and unpacks messages; nothing else of pymavlink is used."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ _V1, _V2, _SIGNED = 0xFE, 0xFD, 0x01
 _FRAME_V1, _FRAME_V2, _SIGNATURE = 8, 12, 13
 _NO_FRAME, _NOT_KNOWN_YET = 0, 1 << 16
 _PARTIAL_TIMEOUT_NS = 200_000_000
-"""What a frame still lacks so long after its first bytes will not come: those were noise."""
+"""A partial frame older than this was noise: its rest will not come."""
 
-dialect.MAVLINK_IGNORE_CRC = 0  # pymavlink takes this from the environment, which shall not make us believe noise
+dialect.MAVLINK_IGNORE_CRC = 0  # pymavlink reads this from the environment; checksums are always checked
 
 
 class Codec:
-    """One link's packing and parsing: MAVLink 2 out, MAVLink 1 and 2 in. Nothing that it is given makes it raise."""
+    """Packs and parses the frames of one link: MAVLink 2 out, MAVLink 1 and 2 in. No input makes it raise."""
 
     def __init__(self, system: int, stream: bool = False, mav: Any = None) -> None:
-        """In a `stream` frames go on in what comes next, in a datagram not; `mav` packs and parses if it is given."""
+        """In a `stream` a frame may continue in the next bytes, in a datagram not; `mav` packs and parses if given."""
         self._mav = mav or dialect.MAVLink(None, system, COMPONENT)
         self._stream = stream
         self._partial = b""
         self._rest_ns = 0
         self.malformed = 0
-        """Places in what came in at which a frame should have begun, and did not."""
+        """Positions in the input where no valid frame begins."""
         self.refused = 0
-        """Messages that should have been signed and were not, or wrongly, or not lately."""
+        """Messages without a valid, recent signature where one is required."""
         self.not_encodable = 0
-        """Messages with a number that its field cannot hold."""
+        """Messages to send with a number that its field cannot hold."""
         self.unknown = 0
-        """Frames of an id that the dialect does not have: newer messages or noise, for no checksum can tell."""
+        """Frames of an id that the dialect does not have: newer messages, or noise; no checksum can tell."""
         self.dropped = 0
-        """Datagrams that were not read to their end, for want of time."""
+        """Datagrams that were not parsed to their end, as the tick's limit was reached."""
 
     def pack(self, message: Message) -> bytes:
-        """The frame, numbered in sequence; empty, and counted, if a field cannot hold its number."""
+        """Return the frame with the next sequence number; empty, and counted, if a field cannot hold its number."""
         mav = self._mav
         try:
             frame: bytes = message.pack(mav)
@@ -54,10 +54,10 @@ class Codec:
         return frame
 
     def parse(self, data: bytes, most: int, t_ns: int = 0) -> tuple[list[Message], int]:
-        """The messages of a datagram, and in how many places it was looked at for them, at most `most`.
+        """Return the messages of a datagram, and the number of parse attempts, at most `most`.
 
-        In a stream, what may be a frame's beginning is kept for the next call: less than 300 bytes. A broken frame
-        harms none but its own. After noise the search goes on at the next byte that may begin a frame.
+        In a stream, a partial frame (less than 300 bytes) is kept for the next call. A broken frame costs only itself:
+        the search continues at the next byte that may begin a frame.
         """
         messages: list[Message] = []
         start = attempts = 0
@@ -81,7 +81,7 @@ class Codec:
         return messages, attempts
 
     def _decode(self, frame: bytes, messages: list[Message]) -> bool:
-        """Appends the frame's message, unless it is refused or of no known id; False if it is no frame."""
+        """Append the frame's message, unless it is refused or its id is unknown; return False if it is no frame."""
         rejected = self._mav.signing.reject_count
         try:
             message = self._mav.decode(bytearray(frame))
@@ -98,7 +98,7 @@ class Codec:
 
 
 def _length(data: bytes, start: int) -> int:
-    """How long a frame that begins here would be: 0 if none does, more than there is if that cannot be told yet."""
+    """Return the length of the frame that begins here: 0 if none does, a large number if it is not known yet."""
     magic = data[start]
     if magic not in (_V1, _V2):
         return _NO_FRAME
@@ -106,7 +106,7 @@ def _length(data: bytes, start: int) -> int:
         return _NOT_KNOWN_YET
     if magic == _V1:
         return _FRAME_V1 + data[start + 1]
-    if data[start + 2] & ~_SIGNED:  # other flags change what the frame means
+    if data[start + 2] & ~_SIGNED:  # other incompatibility flags change the frame's meaning
         return _NO_FRAME
     return _FRAME_V2 + data[start + 1] + (_SIGNATURE if data[start + 2] else 0)
 

@@ -1,22 +1,23 @@
-"""Whom the vehicle says it is, per link.
+"""The identity of the vehicle on a link: HEARTBEAT, AUTOPILOT_VERSION and PROTOCOL_VERSION.
 
-Ground stations decide by the heartbeat's autopilot field what they let an operator do: as ArduPilot's submarine they
-show mode names and set modes; a generic autopilot they treat by the book.
+Ground stations decide by the heartbeat's autopilot field what an operator may do. For an ArduPilot submarine they show
+mode names and set modes; a generic autopilot they treat by the standard alone.
 """
 
 from __future__ import annotations
 
 from firmware_py.mavlink.base.codec import Message, dialect
+from firmware_py.mavlink.base.message_definitions import PROTOCOL_VERSION
 from firmware_py.mavlink.base.modes import Identity, custom_mode
 from firmware_py.records.order import Mode
 
-__all__ = ["Identity", "autopilot", "autopilot_version", "base_mode", "heartbeat"]
+__all__ = ["Identity", "autopilot", "autopilot_version", "base_mode", "heartbeat", "protocol_version"]
 
 _AUTOPILOT = {
     Identity.ARDUSUB: dialect.MAV_AUTOPILOT_ARDUPILOTMEGA,
     Identity.GENERIC: dialect.MAV_AUTOPILOT_GENERIC,
 }
-_PARAM_ENCODING = {  # of integers; exactly one may be claimed
+_PARAM_ENCODING = {  # encoding of integer parameters; exactly one may be declared
     Identity.ARDUSUB: dialect.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST,
     Identity.GENERIC: dialect.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE,
 }
@@ -30,6 +31,9 @@ _CAPABILITIES = (
     | dialect.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
     | dialect.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT
 )
+_MAVLINK_1, _MAVLINK_2 = 100, 200
+"""PROTOCOL_VERSION counts in hundredths: MAVLink 1 is parsed, MAVLink 2 is sent."""
+_NO_HASH = bytes(8)
 _VERSION = 0 << 24 | 1 << 16 | 0 << 8 | dialect.FIRMWARE_VERSION_TYPE_DEV
 
 _FLAGS = {
@@ -45,26 +49,31 @@ _FLAGS = {
 
 
 def heartbeat(identity: Identity, mode: Mode, state: int) -> Message:
-    """HEARTBEAT of a submarine in that MAV_STATE."""
+    """Return HEARTBEAT of a submarine; `state` is the MAV_STATE."""
     return dialect.MAVLink_heartbeat_message(
         dialect.MAV_TYPE_SUBMARINE, autopilot(identity), base_mode(mode), custom_mode(identity, mode), state, 3
     )
 
 
 def autopilot(identity: Identity) -> int:
-    """The MAV_AUTOPILOT that a link is told."""
+    """Return the MAV_AUTOPILOT of an identity."""
     return int(_AUTOPILOT[identity])
 
 
 def base_mode(mode: Mode) -> int:
-    """The MAV_MODE_FLAGs of a mode."""
+    """Return the MAV_MODE_FLAGs of a mode."""
     return int(_FLAGS[mode] | dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED)
 
 
 def autopilot_version(identity: Identity) -> Message:
-    """AUTOPILOT_VERSION: what of the protocol is spoken here."""
-    nothing = bytes(8)
+    """Return AUTOPILOT_VERSION: the parts of the protocol that the vehicle implements."""
+    unknown = bytes(8)
     capabilities = _CAPABILITIES | _PARAM_ENCODING[identity]
     return dialect.MAVLink_autopilot_version_message(
-        capabilities, _VERSION, 0, 0, 0, nothing, nothing, nothing, 0, 0, 0, bytes(18)
+        capabilities, _VERSION, 0, 0, 0, unknown, unknown, unknown, 0, 0, 0, bytes(18)
     )
+
+
+def protocol_version() -> Message:
+    """Return PROTOCOL_VERSION, without hashes: there is no repository of message definitions behind this vehicle."""
+    return PROTOCOL_VERSION.message(_MAVLINK_2, _MAVLINK_1, _MAVLINK_2, _NO_HASH, _NO_HASH)

@@ -1,4 +1,4 @@
-"""What a link is like, apart from what goes over it."""
+"""The properties of a link, apart from what is sent over it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from firmware_py.mavlink.base.modes import Identity
 
 
 class LinkConfiguration(NamedTuple):
-    """For whom the vehicle is taken here; how many bytes a second go through; whether they come without datagrams.
+    """The identity shown on a link, its capacity, and whether bytes arrive as a stream or as datagrams.
 
-    At a door of high latency HIGH_LATENCY2 goes out, and else only what was asked for.
+    A high-latency link sends HIGH_LATENCY2, and otherwise only what a station asks for.
     """
 
     identity: Identity

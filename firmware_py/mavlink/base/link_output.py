@@ -1,4 +1,4 @@
-"""What the services of a link have in common: who speaks for them, and a command as both messages say it."""
+"""What a service of a link uses: the link's output, and a command as COMMAND_LONG and COMMAND_INT both give it."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ REJECTED: int = dialect.MAV_RESULT_TEMPORARILY_REJECTED
 DENIED: int = dialect.MAV_RESULT_DENIED
 UNSUPPORTED: int = dialect.MAV_RESULT_UNSUPPORTED
 NO_FRAME = 9
-"""MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME, which the dialect does not name."""
+"""MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME, which pymavlink's dialect does not name."""
 WARNING: int = dialect.MAV_SEVERITY_WARNING
 
 
 class CommandRefused(Exception):
-    """Why something is not done, in words for people, with the MAV_RESULT that says so."""
+    """Why a command is refused: a sentence for the operator, and the MAV_RESULT."""
 
     def __init__(self, text: str, result: int = DENIED) -> None:
         super().__init__(text)
@@ -27,25 +27,25 @@ class CommandRefused(Exception):
 
 
 class LinkOutput(Protocol):
-    """The link that a message came by."""
+    """The link that a message came by, as the services answer through it."""
 
     def send(self, message: Message) -> None:
-        """Sends a message."""
+        """Send a message when its turn comes."""
 
     def send_text(self, text: str, severity: int) -> None:
-        """Sends a sentence, which names modes as `records.order.Mode` does."""
+        """Send a sentence as STATUSTEXT; it names modes as `records.order.Mode` does."""
 
     def count_dropped(self) -> None:
-        """Counts a message that there was no room for."""
+        """Count a received message that a service had no room for."""
 
-    def send_from_cycle(self, name: int) -> None:
-        """Sends a message that is made of the next cycle."""
+    def send_from_cycle(self, message_id: int) -> None:
+        """Send the message of that id, encoded from the next cycle."""
 
 
 class Command(NamedTuple):
-    """COMMAND_LONG or COMMAND_INT; x and y of the latter are the fifth and sixth of `params`, in its own units.
+    """A COMMAND_LONG or COMMAND_INT; x and y of the latter are `params` five and six, in its own units.
 
-    `frame` is COMMAND_INT's, -1 where there is none; `again` is True if the sender says that it has sent it before.
+    `frame` is COMMAND_INT's frame, -1 for COMMAND_LONG; `again` is True if the sender marks it as a retransmission.
     """
 
     system: int
@@ -57,12 +57,12 @@ class Command(NamedTuple):
 
 
 CommandHandler = Callable[[Tick, Command], int | None]
-"""Does a command: its result, or None if the answer comes with the cycle that obeys.
+"""Executes a command. Returns its MAV_RESULT, or None if the result comes with the cycle that executes it.
 
-It raises `CommandRefused` where it does not, so that no station is refused without a word.
+A handler that refuses raises `CommandRefused`, so that every refusal comes with a sentence.
 """
 
 
-def ident(value: float) -> int:
-    """A message id out of a parameter; -1 if it is none."""
+def message_id_of(value: float) -> int:
+    """Return the message id that a command parameter holds; -1 if it holds none."""
     return int(value) if math.isfinite(value) else -1

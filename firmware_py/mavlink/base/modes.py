@@ -1,7 +1,7 @@
-"""The modes as stations know them: by number, by name, by the standard's names.
+"""The modes as stations know them: custom mode numbers, names and standard modes.
 
-Custom modes have ArduSub's numbers on a link that takes the vehicle for ArduSub. On a generic one they have PX4's,
-which MAVSDK reads and writes wherever it does not see ArduPilot; both codings are understood on every link.
+On a link with ArduSub's identity, custom modes have ArduSub's numbers. On a generic link they have PX4's numbers, which
+MAVSDK uses for every autopilot but ArduPilot. Both codings are accepted on every link.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ _AUTOMATIC = 4
 
 
 class Identity(enum.Enum):
-    """What a link takes the vehicle for."""
+    """The autopilot that the vehicle presents itself as on a link."""
 
     ARDUSUB = enum.auto()
     GENERIC = enum.auto()
 
 
-class Name(NamedTuple):
-    """A mode that may be ordered: ArduSub's number, PX4's main and sub mode, its name, the standard mode that it is.
+class ModeEntry(NamedTuple):
+    """A mode that may be ordered: ArduSub's number, PX4's main and sub mode, names and the standard mode.
 
-    `shown` is what ArduSub's stations call it, and `name` what AVAILABLE_MODES does.
+    `shown` is the name that stations show for ArduSub, `name` the one in AVAILABLE_MODES.
     """
 
     mode: Mode
@@ -42,37 +42,37 @@ class Name(NamedTuple):
     properties: int = 0
 
     def custom(self, identity: Identity) -> int:
-        """The custom mode on a link."""
+        """Return the custom mode number on a link of that identity."""
         main, sub = self.px4
         return self.ardusub if identity is Identity.ARDUSUB else sub << 24 | main << 16
 
 
-NAMES = (
-    Name(Mode.MANUAL, 19, (1, 0), "Manual", "MANUAL", properties=_ADVANCED),
-    Name(Mode.HOLD, 2, (2, 0), "Depth hold", "ALT_HOLD"),
-    Name(Mode.LOITER, 16, (4, 3), "Position hold", "POSHOLD", properties=_AUTOMATIC),
-    Name(Mode.GUIDED, 4, (6, 0), "Guided", "GUIDED", properties=_AUTOMATIC),
-    Name(Mode.MISSION, 3, (4, 4), "Auto", "AUTO", dialect.MAV_STANDARD_MODE_MISSION, _AUTOMATIC),
-    Name(Mode.SURFACE, 9, (4, 6), "Surface", "SURFACE", dialect.MAV_STANDARD_MODE_LAND, _AUTOMATIC),
+MODES = (
+    ModeEntry(Mode.MANUAL, 19, (1, 0), "Manual", "MANUAL", properties=_ADVANCED),
+    ModeEntry(Mode.HOLD, 2, (2, 0), "Depth hold", "ALT_HOLD"),
+    ModeEntry(Mode.LOITER, 16, (4, 3), "Position hold", "POSHOLD", properties=_AUTOMATIC),
+    ModeEntry(Mode.GUIDED, 4, (6, 0), "Guided", "GUIDED", properties=_AUTOMATIC),
+    ModeEntry(Mode.MISSION, 3, (4, 4), "Auto", "AUTO", dialect.MAV_STANDARD_MODE_MISSION, _AUTOMATIC),
+    ModeEntry(Mode.SURFACE, 9, (4, 6), "Surface", "SURFACE", dialect.MAV_STANDARD_MODE_LAND, _AUTOMATIC),
 )
-_RETURN = Name(Mode.RETURN, 4, (4, 5), "Return", "RETURN", dialect.MAV_STANDARD_MODE_SAFE_RECOVERY, _AUTOMATIC)
-"""ArduSub has no such mode: its stations order it by command, and see Guided."""
-_AVAILABLE = {Identity.ARDUSUB: NAMES, Identity.GENERIC: (*NAMES, _RETURN)}
-MODE_LIST = ", ".join(f"{name.mode.name} {name.ardusub}" for name in NAMES)
-"""The modes that may be ordered, for people, once they are `worded`."""
+_RETURN = ModeEntry(Mode.RETURN, 4, (4, 5), "Return", "RETURN", dialect.MAV_STANDARD_MODE_SAFE_RECOVERY, _AUTOMATIC)
+"""ArduSub has no such mode: its stations order it by command and show Guided."""
+_AVAILABLE = {Identity.ARDUSUB: MODES, Identity.GENERIC: (*MODES, _RETURN)}
+MODE_LIST = ", ".join(f"{name.mode.name} {name.ardusub}" for name in MODES)
+"""The modes that may be ordered, for sentences; `with_mode_names` puts the station's names in."""
 _SHOWN = {
-    Identity.ARDUSUB: {name.mode.name: name.shown for name in (*NAMES, _RETURN)},
-    Identity.GENERIC: {name.mode.name: name.name for name in (*NAMES, _RETURN)} | {Mode.DISARMED.name: "Disarmed"},
+    Identity.ARDUSUB: {name.mode.name: name.shown for name in (*MODES, _RETURN)},
+    Identity.GENERIC: {name.mode.name: name.name for name in (*MODES, _RETURN)} | {Mode.DISARMED.name: "Disarmed"},
 }
 _MODE = re.compile(rf"\b({'|'.join(mode.name for mode in Mode)})\b")
-_BY_MODE = {name.mode: name for name in (*NAMES, _RETURN)}
+_BY_MODE = {name.mode: name for name in (*MODES, _RETURN)}
 _BY_MODE[Mode.DISARMED] = _BY_MODE[Mode.MANUAL]
 _BY_CUSTOM: dict[float, Mode] = {
-    6: Mode.GUIDED,  # PX4's main mode alone; the others mean something else, or the same, as ArduSub's numbers
-    **{name.custom(identity): name.mode for identity in Identity for name in NAMES},
+    6: Mode.GUIDED,  # PX4's main mode alone; the other main modes are also ArduSub numbers
+    **{name.custom(identity): name.mode for identity in Identity for name in MODES},
     _RETURN.custom(Identity.GENERIC): Mode.RETURN,
 }
-_PX4: dict[tuple[float, float], Mode] = {name.px4: name.mode for name in (*NAMES, _RETURN)}
+_PX4: dict[tuple[float, float], Mode] = {name.px4: name.mode for name in (*MODES, _RETURN)}
 """PX4's pairs, as MAVSDK sends them."""
 _BY_STANDARD: dict[float, Mode] = {
     dialect.MAV_STANDARD_MODE_MISSION: Mode.MISSION,
@@ -82,7 +82,7 @@ _BY_STANDARD: dict[float, Mode] = {
 
 
 def custom_mode(identity: Identity, mode: Mode) -> int:
-    """The custom mode of each mode; disarmed it is manual, for the sticks would be heard next."""
+    """Return the custom mode of a mode; that of MANUAL while disarmed, as arming leads there."""
     return _BY_MODE[mode].custom(identity)
 
 
@@ -92,27 +92,27 @@ def mode_name(identity: Identity, mode: Mode) -> str:
 
 
 def with_mode_names(identity: Identity, sentence: str) -> str:
-    """A sentence that names modes as `Mode` does, with the names that a link's stations show."""
+    """Return a sentence with the mode names of `Mode` replaced by those that a link's stations show."""
     shown = _SHOWN[identity]
     return _MODE.sub(lambda found: shown.get(found[0], found[0]), sentence)
 
 
 def mode_of(custom: float, sub: float = 0.0) -> Mode | None:
-    """The mode that DO_SET_MODE's param2 and param3 ask for, None if there is none.
+    """Return the mode that DO_SET_MODE's param2 and param3 ask for; None if there is none.
 
-    With `sub` it is PX4's main and sub mode, without it is a custom mode of ours; NaN is 0.
+    With `sub` they are PX4's main and sub mode, otherwise `custom` is a custom mode; NaN counts as 0.
     """
     custom, sub = (0.0 if math.isnan(value) else value for value in (custom, sub))
     return _PX4.get((custom, sub)) if sub else _BY_CUSTOM.get(custom)
 
 
 def standard_mode(number: float) -> Mode | None:
-    """The mode that DO_SET_STANDARD_MODE's param1 asks for, None if there is none."""
+    """Return the mode that DO_SET_STANDARD_MODE's param1 asks for; None if there is none."""
     return _BY_STANDARD.get(number)
 
 
 def available_modes(identity: Identity, index: int) -> list[Message]:
-    """AVAILABLE_MODES of one mode, counted from 1, or with 0 of all; empty if there is no such mode."""
+    """Return AVAILABLE_MODES of one mode, counted from 1, or of all with 0; empty if there is no such mode."""
     return [
         dialect.MAVLink_available_modes_message(
             len(_AVAILABLE[identity]), i, name.standard, name.custom(identity), name.properties, name.name.encode()
@@ -123,12 +123,12 @@ def available_modes(identity: Identity, index: int) -> list[Message]:
 
 
 def current_mode(identity: Identity, mode: Mode, intended: Mode) -> Message:
-    """CURRENT_MODE; `intended` is what was ordered before a failsafe changed it."""
+    """Return CURRENT_MODE; `intended` is the mode ordered before a failsafe changed it."""
     return dialect.MAVLink_current_mode_message(
         _BY_MODE[mode].standard, custom_mode(identity, mode), custom_mode(identity, intended)
     )
 
 
 def modes_monitor() -> Message:
-    """AVAILABLE_MODES_MONITOR: the modes never change."""
+    """Return AVAILABLE_MODES_MONITOR; the modes never change."""
     return dialect.MAVLink_available_modes_monitor_message(0)

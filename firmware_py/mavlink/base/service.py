@@ -1,4 +1,4 @@
-"""What a link asks of a service: parameters, missions, files, logs."""
+"""The interfaces of a link's services: parameters, plans, files, logs, time."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ MessageHandler = Callable[[Tick, Message], None]
 
 
 class Service(Protocol):
-    """One conversation on one link; what it is about may be shared with other links."""
+    """One protocol on one link; the data behind it may be shared with other links."""
 
     def message_handlers(self) -> dict[int, MessageHandler]:
-        """Who takes which message, by its id."""
+        """Return the handler of each message id that the service receives."""
 
     def due(self, tick: Tick) -> list[Message]:
-        """What it says of itself now; asked in every tick in which there is room, so a few messages are enough."""
+        """Return the next messages to send; called in every tick that has room, so a few messages are enough."""
 
 
 class PersistentState(Protocol):
-    """What the links share of something that stations may change for good."""
+    """State shared by all links that stations may change permanently."""
 
     def changes(self) -> tuple[Change, ...]:
-        """What has been changed since this was asked last, as `Order.changes` has it."""
+        """Return the changes since the last call, as `Order.changes` has them."""
 
     def files_to_save(self) -> list[tuple[str, bytes]]:
-        """What is to be kept since this was asked last: names of files in the state's folder, and their content."""
+        """Return the files to save since the last call: name in the state folder, and content."""

@@ -1,9 +1,8 @@
-"""Message signing: pymavlink signs and checks; here is who may speak unsigned, and what outlives a restart.
+"""Message signing: pymavlink signs and checks; this module adds replay protection across links and restarts.
 
-A timestamp counts 10 us since 2015 and never goes back in a stream of one sender. The highest that may have been heard
-is kept beyond the vehicle's next start, a little ahead of what was, so that it need not be written for each message:
-what was sent before it is refused after it. All links share what they have heard, so that nothing that was heard on
-one can be said again on another.
+A timestamp counts 10 us since 2015 and never decreases in the stream of one sender. The highest accepted timestamp is
+saved for the next start, a little ahead, so that it is not written for each message; after the restart everything
+older is refused. All links share the accepted timestamps, so that a message cannot be replayed on another link.
 """
 
 from __future__ import annotations
@@ -25,14 +24,14 @@ UNSIGNED_ACCEPTED = frozenset(
         dialect.MAVLINK_MSG_ID_RADIO_STATUS,
     }
 )
-"""What is heard unsigned where there is a key: radios cannot sign, and nothing of this changes the vehicle."""
+"""Messages accepted unsigned in spite of a key: radios cannot sign, and none of these changes the vehicle."""
 
 
 class Signing:
-    """One vehicle's key and what it has heard; `now` is the time at vehicle time 0, `kept` the content of the file."""
+    """The vehicle's key and the timestamps it has accepted; `now` is the timestamp at vehicle time 0."""
 
     def __init__(self, key: bytes, now: int, saved: bytes = b"") -> None:
-        """A `kept` that is no number counts as nothing."""
+        """`saved` is the content of the state file; content that is no number counts as none."""
         self.key = key
         self.floor = int(saved) if saved.isdigit() and len(saved) < 20 else 0
         self.streams: dict[tuple[int, int, int], int] = {}
@@ -41,19 +40,19 @@ class Signing:
         self._newest = 0
 
     def at(self, t_ns: int) -> int:
-        """The timestamp of a vehicle time."""
+        """Return the timestamp of a vehicle time."""
         return self._now + t_ns * TICKS_PER_S // 1_000_000_000
 
     def accept(self, timestamp: int) -> None:
-        """A message with that timestamp was believed."""
+        """Note the timestamp of an accepted message."""
         self._newest = max(self._newest, timestamp)
 
     def changes(self) -> tuple[Change, ...]:
-        """See `service.Keeper`; nobody changes a key from afar."""
+        """Return nothing: no station can change the key. See `service.PersistentState`."""
         return ()
 
     def files_to_save(self) -> list[tuple[str, bytes]]:
-        """See `service.Keeper`."""
+        """See `service.PersistentState`."""
         if self._newest <= self._reserved:
             return []
         self._reserved = self._newest + _AHEAD
@@ -61,7 +60,7 @@ class Signing:
 
 
 class SignedMavlink(dialect.MAVLink):  # type: ignore[misc]
-    """pymavlink's packing and parsing of one link, signed."""
+    """pymavlink's packing and parsing for one signed link."""
 
     def __init__(self, system: int, link: int, shared: Signing) -> None:
         super().__init__(None, system, COMPONENT)
@@ -75,16 +74,16 @@ class SignedMavlink(dialect.MAVLink):  # type: ignore[misc]
         self.signing.allow_unsigned_callback = lambda _, name: not self._forged and name in UNSIGNED_ACCEPTED
 
     def set_time(self, t_ns: int) -> None:
-        """Vehicle time goes on; timestamps with it, and never back."""
+        """Advance the timestamp to a vehicle time; it never goes back."""
         self.signing.timestamp = max(self.signing.timestamp, self._shared.at(t_ns))
 
     def decode(self, msgbuf: bytearray) -> Message:
-        """See pymavlink; a wrong signature is worse than none."""
+        """Decode a frame as pymavlink does; a wrong signature is refused even where none is required."""
         self._forged = False
         return super().decode(msgbuf)
 
     def check_signature(self, msgbuf: bytearray, srcSystem: int, srcComponent: int) -> bool:
-        """As pymavlink has it, but what was sent before this start is old, and a forgery leaves no trace."""
+        """Check as pymavlink does; also refuse what is older than this start, and keep no timestamp of a forgery."""
         timestamp = int.from_bytes(msgbuf[_STAMP:_STAMP_END], "little")
         stream = (msgbuf[_LINK], srcSystem, srcComponent)
         before = self._shared.streams.get(stream)

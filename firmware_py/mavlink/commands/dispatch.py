@@ -1,6 +1,7 @@
-"""COMMAND_LONG, COMMAND_INT and SET_MODE: every command gets one answer, and one that is refused a sentence first.
+"""COMMAND_LONG, COMMAND_INT and SET_MODE: every command gets one COMMAND_ACK, refusals with a sentence.
 
-Here are arming, modes and pausing; `Requests`, `Setpoints`, `Upkeep` and `Missions` do the other commands.
+Arming, modes and pausing are handled here; `MessageRequests`, `Setpoints`, `PreFlight` and `PlanUpload` handle the
+other commands.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from firmware_py.mavlink.base.link_output import (
     LinkOutput,
 )
 from firmware_py.mavlink.base.modes import MODE_LIST, mode_of, standard_mode
+from firmware_py.mavlink.base.service import MessageHandler
 from firmware_py.mavlink.commands.queue import CommandQueue, CommandResult, PendingCommand
 from firmware_py.records.order import Arming, Mode
 from firmware_py.schedule import Tick
@@ -29,13 +31,11 @@ _NAMES = {
     0: "MISSION_SET_CURRENT",
     _SET_MODE: "SET_MODE",
 }
-"""Of commands, and of the two messages that are done as such."""
+"""Names of the commands, and of the two messages that are executed like commands."""
 
 
 class CommandDispatch:
-    """The commands of one link; `handlers` has those that are done elsewhere, `mission_refusal` says what is wrong with
-    flying the mission.
-    """
+    """The commands of one link. `handlers` are other services'; `mission_refusal` says why a mission may not start."""
 
     def __init__(
         self,
@@ -61,8 +61,8 @@ class CommandDispatch:
             **handlers,
         }
 
-    def message_handlers(self) -> dict[int, Callable[[Tick, Message], None]]:
-        """The message ids that come here."""
+    def message_handlers(self) -> dict[int, MessageHandler]:
+        """See `service.Service`."""
         return {
             dialect.MAVLINK_MSG_ID_COMMAND_LONG: self._long,
             dialect.MAVLINK_MSG_ID_COMMAND_INT: self._int,
@@ -70,7 +70,7 @@ class CommandDispatch:
         }
 
     def send_result(self, result: CommandResult) -> None:
-        """Says why a wish was refused, and COMMAND_ACK, unless it came by a message that is no command."""
+        """Send why a command was refused, and COMMAND_ACK unless it came by a message that is no command."""
         pending, code, why = result
         if why:
             self._refuse(pending.command, why)
@@ -104,14 +104,14 @@ class CommandDispatch:
         self._output.send(dialect.MAVLink_command_ack_message(number, result, 0, 0, system, component))
 
     def _arm(self, tick: Tick, command: Command) -> int | None:
-        """Nobody arms by force: what param2 says to that is not heard, the supervisor's checks hold."""
+        """Arm or disarm; param2 (force) is ignored: the supervisor's checks always hold."""
         arming = {1.0: Arming.ARM, 0.0: Arming.DISARM}.get(command.params[0])
         if arming is None:
-            raise CommandRefused(f"{command.params[0]:g} is neither to arm (1) nor to disarm (0)")
+            raise CommandRefused(f"{command.params[0]:g} is neither arm (1) nor disarm (0)")
         return self._enqueue(tick, command, arming, None)
 
     def _check(self, tick: Tick, command: Command) -> None:
-        """What would be refused comes as a sentence; armed, there is nothing to check."""
+        """Run the pre-arm checks; what would be refused comes as a sentence."""
         self._enqueue(tick, command, Arming.CHECK, None)
 
     def _set_mode(self, tick: Tick, command: Command) -> int | None:
@@ -126,18 +126,18 @@ class CommandDispatch:
     def _set_standard_mode(self, tick: Tick, command: Command) -> int | None:
         mode = standard_mode(command.params[0])
         if mode is None:
-            raise CommandRefused(f"standard mode {command.params[0]:g} is none of this vehicle's")
+            raise CommandRefused(f"standard mode {command.params[0]:g} is not supported")
         return self._enqueue(tick, command, Arming.KEEP, mode)
 
     def _old_set_mode(self, tick: Tick, m: Message) -> None:
-        """The standard has no answer to SET_MODE; as from ArduPilot, the message's id stands for the command's."""
+        """Execute SET_MODE. The standard has no answer to it; as ArduPilot does, answer with the message's id."""
         params = (float(m.base_mode), float(m.custom_mode), 0.0)
         self._attempt(self._set_mode, tick, Command(m.get_srcSystem(), m.get_srcComponent(), _SET_MODE, False, params))
 
     def _pause(self, tick: Tick, command: Command) -> int | None:
         mode = {0.0: Mode.LOITER, 1.0: Mode.MISSION}.get(command.params[0])
         if mode is None:
-            raise CommandRefused(f"{command.params[0]:g} is neither to pause (0) nor to go on (1)")
+            raise CommandRefused(f"{command.params[0]:g} is neither pause (0) nor continue (1)")
         return self._enqueue(tick, command, Arming.KEEP, mode)
 
     def _mode(self, mode: Mode) -> CommandHandler:

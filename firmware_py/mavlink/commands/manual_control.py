@@ -15,7 +15,7 @@ _NO_AXIS = 32767
 
 @dataclass(frozen=True, slots=True)
 class ManualControlParams:
-    """What a stick moved all the way asks for."""
+    """The demand of a fully deflected stick."""
 
     delta_s_full: float = param(15.0, unit="deg", low=0.0, high=45.0, doc="Stern planes.", mav="JS_DELTA_S")
     delta_r_full: float = param(20.0, unit="deg", low=0.0, high=45.0, doc="Rudder.", mav="JS_DELTA_R")
@@ -30,20 +30,20 @@ class ManualControlParams:
 
 
 def sticks(params: ManualControlParams, message: Message) -> Sticks:
-    """What the axes ask for; what lies outside their range counts as its end, an axis that is not there as its middle.
+    """Return the demand of the axes; values are clipped to their range, and a missing axis counts as centred.
 
-    The axes are those of ArduSub's pilots: x forward turns the propeller ahead; r to the right, or y where there is no
-    r, gives starboard rudder; z up (the throttle) climbs. A positive fin angle dives or turns to port, so both angles
-    have the opposite sign. (The message's text has r positive to the left; ground stations send it to the right.)
+    The axes are ArduSub's: x forward turns the propeller ahead; r to the right, or y if there is no r, gives starboard
+    rudder; z up (the throttle) climbs. A positive fin angle dives or turns to port, so both angles have the opposite
+    sign. (The message's definition has r positive to the left; ground stations send it positive to the right.)
     """
     r = message.r if message.r != _NO_AXIS else message.y
     z = 0.0 if message.z == _NO_AXIS else (message.z - params.z_centre) / (_FULL - params.z_centre)
     return Sticks(
         delta_s=-clip(z, -1.0, 1.0) * params.delta_s_full,
-        delta_r=-_share(r) * params.delta_r_full,
-        n=_share(message.x) * params.n_full,
+        delta_r=-_fraction(r) * params.delta_r_full,
+        n=_fraction(message.x) * params.n_full,
     )
 
 
-def _share(axis: int) -> float:
+def _fraction(axis: int) -> float:
     return 0.0 if axis == _NO_AXIS else clip(axis / _FULL, -1.0, 1.0)

@@ -1,4 +1,4 @@
-"""What MAVLink FTP writes into a FILE_TRANSFER_PROTOCOL message. Source: https://mavlink.io/en/services/ftp.html."""
+"""The payload of MAVLink FTP in a FILE_TRANSFER_PROTOCOL message. Source: https://mavlink.io/en/services/ftp.html."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _PAYLOAD = 251
 
 
 class Op(IntEnum):
-    """What is asked for, and how it is answered."""
+    """An operation, and the two kinds of reply."""
 
     NONE = 0
     TERMINATE = 1
@@ -40,7 +40,7 @@ class Op(IntEnum):
 
 
 class Nak(IntEnum):
-    """Why not."""
+    """The error code of a NAK."""
 
     ERRNO = 2
     DATA_SIZE = 3
@@ -53,11 +53,11 @@ class Nak(IntEnum):
 
 
 WRITE_OPS = range(Op.CREATE, Op.CRC)
-"""What would change something."""
+"""The operations that would change something."""
 
 
 class FtpRefused(Exception):
-    """Answered with a NAK."""
+    """A request that is answered with a NAK."""
 
     def __init__(self, why: Nak, *more: int) -> None:
         super().__init__(why)
@@ -65,7 +65,7 @@ class FtpRefused(Exception):
 
 
 class Request(NamedTuple):
-    """What a station asks for; `data` is mostly a path."""
+    """A station's request; `data` is mostly a path."""
 
     station: tuple[int, int]
     number: int
@@ -77,17 +77,17 @@ class Request(NamedTuple):
 
     @property
     def key(self) -> tuple[int, int, int]:
-        """The session: each station counts its own."""
+        """The session; each station numbers its own."""
         return (*self.station, self.session)
 
     @property
     def path(self) -> str:
-        """The path that is asked for."""
+        """The requested path."""
         return self.data.split(b"\0")[0].decode(errors="replace")
 
 
 def request(message: Message) -> Request:
-    """The request in a message, whatever bytes it has."""
+    """Return the request in a message, whatever its bytes."""
     payload = bytes(message.payload)
     number, session, op, size, _, _, offset = _HEAD.unpack_from(payload)
     station = (message.get_srcSystem(), message.get_srcComponent())
@@ -102,7 +102,7 @@ def reply(
     offset: int | None = None,
     last: bool = False,
 ) -> Message:
-    """The answer to a request; in a burst `number` and `offset` go on, and the `last` message says that it is."""
+    """Return the reply to a request; in a burst `number` and `offset` advance, and `last` marks the last message."""
     head = _HEAD.pack(
         (request.number if number is None else number) + 1 & 0xFFFF,
         request.session,
@@ -116,12 +116,12 @@ def reply(
 
 
 def failed(error: OSError) -> bytes:
-    """The data of the NAK for what the system said."""
+    """Return the data of the NAK for an error of the operating system."""
     return bytes((Nak.ERRNO, (error.errno or errno.EIO) & 255))
 
 
 def line(entry: Entry) -> bytes:
-    """An entry of a list; one whose name is too long is skipped by its own letter, so that the count stays right."""
+    """Return an entry of a listing; one with too long a name is marked as skipped, so that the count stays right."""
     text = f"D{entry.name}" if entry.size is None else f"F{entry.name}\t{entry.size}"
     encoded = text.encode() + b"\0"
     return encoded if len(encoded) <= MAX_DATA else b"S\0"

@@ -1,8 +1,7 @@
-"""MAVLink FTP: stations list folders and fetch files, and change nothing.
+"""MAVLink FTP, read-only: stations list folders and fetch files.
 
-A request is one FILE_TRANSFER_PROTOCOL message, and so is its answer, whose number is one more; only a burst is
-answered with many. Every request may come twice, for a station that hears no answer repeats it: none does anything
-that cannot be done twice.
+A request is one FILE_TRANSFER_PROTOCOL message; the reply is one message with the next number, a burst many. A station
+without a reply repeats its request, so every operation may be executed twice.
 """
 
 from __future__ import annotations
@@ -32,13 +31,13 @@ from firmware_py.schedule import NS_PER_S, Tick
 
 _MAX_REQUESTS, _MAX_SESSIONS = 8, 8
 _IDLE_NS = 10 * NS_PER_S
-"""A session that was not used for so long may have to make room for another one."""
+"""A session unused for this long may be closed to make room for another."""
 _BURST = 256
-"""Messages in a burst; then the station asks for more, so that one which is gone is not talked to for long."""
+"""Messages in a burst; then the station asks for more, so that a station that has left gets no more than this."""
 _PER_TICK = 2
-"""Messages of a burst in one tick: with three of other services they fit into one datagram."""
+"""Messages of a burst in a tick; with three of other services they fit into one datagram."""
 _CRC_PART = 1 << 16
-"""Bytes of a file that are summed up in one tick."""
+"""Bytes of a file that go into the checksum in a tick."""
 
 
 @dataclass
@@ -57,7 +56,7 @@ class _Burst:
 
 @dataclass
 class _Checksum:
-    """How far the checksum of a file is."""
+    """The unfinished checksum of a file."""
 
     file: File
     offset: int = 0
@@ -65,7 +64,7 @@ class _Checksum:
 
 
 class FtpServer:
-    """The conversation on one link."""
+    """The FTP server of one link."""
 
     def __init__(self, tree: FileTree, output: LinkOutput) -> None:
         self._tree, self._output = tree, output
@@ -79,7 +78,7 @@ class FtpServer:
         return {dialect.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL: self._receive}
 
     def due(self, tick: Tick) -> list[Message]:
-        """The answer to one request, or the next of a burst."""
+        """Return the reply to one request, or the next messages of a burst."""
         if self._requests:
             request = self._requests[0]
             try:
@@ -91,7 +90,7 @@ class FtpServer:
         return self._continue_burst(tick, next(iter(self._bursts.values()))) if self._bursts else []
 
     def _receive(self, _: Tick, message: Message) -> None:
-        """A station that hears no answer asks again, so what is too much is dropped."""
+        """Queue a request. What is too much is dropped: a station without a reply asks again."""
         request = ftp_messages.request(message)
         if request in self._requests:
             return
@@ -147,7 +146,7 @@ class FtpServer:
         return data
 
     def _open(self, tick: Tick, request: Request) -> int:
-        """The file's size. A session that was open under that number is over."""
+        """Open a file and return its size; an open session of that number is closed."""
         file = self._tree.open(request.path)
         if file is None:
             raise FtpRefused(Nak.NOT_FOUND)
@@ -162,7 +161,7 @@ class FtpServer:
         return min(file.size, 0xFFFFFFFF)
 
     def _crc(self, request: Request) -> int:
-        """A long file is summed up over many ticks, and a file that grows to where it ended at the beginning."""
+        """Return a file's checksum; a long file takes many ticks, a growing one is read to its size at the start."""
         done = self._checksums.get(request)
         if done is None:
             file = self._tree.open(request.path)
@@ -206,7 +205,7 @@ class FtpServer:
         return part
 
     def _continue_burst(self, tick: Tick, burst: _Burst) -> list[Message]:
-        """The next messages of a burst; the bursts of several stations take turns."""
+        """Return the next messages of a burst; the bursts of several stations take turns."""
         request = burst.request
         messages: list[Message] = []
         del self._bursts[request.key]

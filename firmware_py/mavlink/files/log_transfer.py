@@ -1,6 +1,6 @@
-"""The LOG_* protocol: the same logs as over MAVLink FTP, for stations that ask for them in the older way.
+"""The LOG_* protocol: the same logs as over MAVLink FTP, for stations that use the older protocol.
 
-Logs are numbered from 1, the oldest first. What is downloaded are the bytes of the file as it lies on the disk.
+Logs are numbered from 1, the oldest first. A download has the bytes of the file on disk.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ from firmware_py.schedule import Tick
 
 _DATA = 90
 _PER_TICK = 4
-"""LOG_DATA in one tick: with three other messages they fit into one datagram."""
+"""LOG_DATA in a tick; with three other messages they fit into one datagram."""
 _U32 = 2**32 - 1
 
 
 class LogTransfer:
-    """The conversation on one link. A new request takes the place of the one before, as stations expect."""
+    """The log protocol of one link. A new request replaces the one before, as stations expect."""
 
     def __init__(self, tree: FileTree, output: LinkOutput, armed: Callable[[], bool]) -> None:
-        """`armed` says whether the vehicle is."""
+        """`armed` returns whether the vehicle is armed."""
         self._tree, self._output, self._armed = tree, output, armed
         self._wanted: range | None = None
-        """The numbers whose entries were asked for, and not listed yet."""
+        """The numbers whose entries are requested and not listed yet."""
         self._entries: list[Message] = []
         self._number: int | None = None
-        """Of the log that is told; `_log` once it was found, from `_offset` to `_end`."""
+        """The log being sent, from `_offset` to `_end`; `_log` is set once it was found."""
         self._log: LogSnapshot | None = None
         self._offset = self._end = 0
 
@@ -43,7 +43,7 @@ class LogTransfer:
         }
 
     def due(self, tick: Tick) -> list[Message]:  # noqa: ARG002
-        """The next entries of the list, or else the next of a log."""
+        """Return the next entries of the list, or else the next data of a log."""
         try:
             if self._wanted is not None:
                 self._entries = _entries(self._tree.logs(), self._wanted)
@@ -74,14 +74,14 @@ class LogTransfer:
         if self._armed():
             self._output.send_text("logs are not erased while armed: disarm first", WARNING)
         elif self._tree.log_storage is None:
-            self._output.send_text("there are no logs to be erased", WARNING)
+            self._output.send_text("there are no logs to erase", WARNING)
         else:
             self._stop(tick, message)
             self._tree.log_storage.erase()
-            self._output.send_text("logs are erased, but for those that may still be written", WARNING)
+            self._output.send_text("logs erased, except those that may still be written", WARNING)
 
     def _parts(self, number: int) -> list[Message]:
-        """A part that is not full is the last."""
+        """Return the next data; a part that is not full is the last."""
         log = self._log
         if log is None:
             logs = self._tree.logs()
@@ -104,7 +104,7 @@ class LogTransfer:
 
 
 def _entries(logs: Sequence[LogFile], wanted: range) -> list[Message]:
-    """LOG_ENTRY of each that is wanted; where there are no logs, one that says so."""
+    """Return LOG_ENTRY of each requested log; without logs, one entry that says so."""
     count = min(len(logs), 65535)
     if not count:
         return [dialect.MAVLink_log_entry_message(0, 0, 0, 0, 0)]

@@ -1,7 +1,7 @@
-"""What stations may fetch of the vehicle: files that are made when they are asked for, and the logs on its disk.
+"""The files that stations may fetch: files generated on request, and the logs on disk.
 
-A disk may take longer than a cycle. So a `LogStorage` that does not have at hand what it is asked for says None, and is
-asked again in the next tick.
+A disk may take longer than a cycle, so a `LogStorage` without the data at hand returns None and is asked again in the
+next tick.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ LOGS = "logs"
 
 
 class LogFile(NamedTuple):
-    """A log: its name, without a slash; bytes; when it was last written, s since 1970; whether it still is."""
+    """A log: name without a slash, size in bytes, time of the last write (s since 1970), whether it still grows."""
 
     name: str
     size: int
@@ -23,35 +23,35 @@ class LogFile(NamedTuple):
 
 
 class LogStorage(Protocol):
-    """The logs, as a disk has them."""
+    """The logs on a disk."""
 
     def logs(self) -> Sequence[LogFile] | None:
-        """All of them, the oldest first; None: not known yet, ask again.
+        """Return all logs, the oldest first; None if not known yet: ask again.
 
         Raises:
             OSError: they cannot be listed.
         """
 
     def read(self, name: str, offset: int, n: int) -> bytes | None:
-        """At most `n` bytes, fewer only at the end of what there is; None: not here yet, ask again.
+        """Return at most `n` bytes, fewer only at the end; None if not read yet: ask again.
 
         Raises:
             OSError: they cannot be read.
         """
 
     def erase(self) -> None:
-        """Removes all that are no longer written."""
+        """Remove all logs that are no longer written."""
 
 
 class Entry(NamedTuple):
-    """A line of a folder's list; a folder has no size."""
+    """An entry of a folder's listing; a folder has no size."""
 
     name: str
     size: int | None
 
 
 class File(Protocol):
-    """A file that was opened."""
+    """An open file."""
 
     size: int
 
@@ -60,7 +60,7 @@ class File(Protocol):
 
 
 class MemoryFile:
-    """A file of one content for as long as it is open, so that its parts fit together."""
+    """A generated file; its content does not change while it is open."""
 
     def __init__(self, content: bytes) -> None:
         self._content = content
@@ -72,7 +72,7 @@ class MemoryFile:
 
 
 class LogSnapshot:
-    """A log up to where it was when it was opened: one that grows faster than a link fetches it would have no end."""
+    """A log up to its size when it was opened; a growing log might never end on a slow link."""
 
     def __init__(self, log_storage: LogStorage, log: LogFile) -> None:
         self._log_storage, self._name = log_storage, log.name
@@ -85,20 +85,20 @@ class LogSnapshot:
 
 
 class Wait(Exception):
-    """What was asked for is not here yet; to be asked again in the next tick."""
+    """The data is not here yet; ask again in the next tick."""
 
 
 class FileTree:
-    """Both as one tree of names. A slash in front means nothing."""
+    """Generated files and logs as one tree; a leading slash is ignored."""
 
     def __init__(self, generated: Mapping[str, Callable[[], bytes]], log_storage: LogStorage | None = None) -> None:
         """`made` has who makes which file; what is behind a "?" in a name is a way to ask for it, and not listed."""
         self._generated = generated
         self.log_storage = log_storage
-        """Where the logs are, once that is known."""
+        """The storage of the logs, once it is known."""
 
     def list(self, path: str) -> list[Entry] | None:
-        """What is in a folder, by name; None if there is no such folder.
+        """Return the entries of a folder by name; None if there is no such folder.
 
         Raises:
             Wait: not known yet.
@@ -118,7 +118,7 @@ class FileTree:
         return [found[name] for name in sorted(found)] if found or not folder else None
 
     def open(self, path: str) -> File | None:
-        """A file; None if there is no such file.
+        """Open a file; None if there is no such file.
 
         Raises:
             Wait: not known yet.
@@ -133,7 +133,7 @@ class FileTree:
         return next((LogSnapshot(self.log_storage, log) for log in self.logs() if log.name == rest), None)
 
     def logs(self) -> Sequence[LogFile]:
-        """The logs, the oldest first.
+        """Return the logs, the oldest first.
 
         Raises:
             Wait: not known yet.

@@ -1,57 +1,35 @@
-"""Component metadata: what a station may show beside a parameter, as JSON files over MAVLink FTP.
+"""Component metadata: descriptions of the parameters for stations, as JSON files over MAVLink FTP.
 
-COMPONENT_METADATA says where the general file is, the general file where that of the parameters is. Each place comes
-with a checksum of the file, so that a station that has it need not fetch it again.
+COMPONENT_METADATA has the URI of the general file, and that the URI of the parameter file. Each URI comes with the
+file's checksum, so that a station that has the file need not fetch it again.
 """
 
 from __future__ import annotations
 
 import json
 import math
-import struct
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from firmware_py.mavlink.base.codec import Message, dialect
+from firmware_py.mavlink.base.codec import Message
+from firmware_py.mavlink.base.message_definitions import COMPONENT_METADATA
 from firmware_py.mavlink.base.scaling import boot_ms
 from firmware_py.mavlink.parameters.packed_file import pack
-from firmware_py.mavlink.parameters.transfer import ParameterStore
+from firmware_py.mavlink.parameters.store import ParameterStore
 from firmware_py.parameter_tree import Parameter
 from firmware_py.params import TakesEffect
 from firmware_py.records.cycle import Cycle
 
 GENERAL, PARAMETERS = "metadata/general.json", "metadata/parameter.json"
-MESSAGE_ID = 397
+MESSAGE_ID = COMPONENT_METADATA.id
 _TYPE_PARAMETER = 1
 _VERSION = 1
-"""The only one that QGroundControl reads."""
-
-
-class ComponentMetadata(dialect.MAVLink_message):  # type: ignore[misc]
-    """COMPONENT_METADATA (397), which pymavlink's dialects do not have."""
-
-    id = MESSAGE_ID
-    msgname = "COMPONENT_METADATA"
-    fieldnames = ("time_boot_ms", "file_crc", "uri")
-    ordered_fieldnames = fieldnames
-    fieldtypes = ("uint32_t", "uint32_t", "char")
-    crc_extra = 182
-    unpacker = struct.Struct("<II100s")
-
-    def __init__(self, time_boot_ms: int, file_crc: int, uri: bytes) -> None:
-        super().__init__(self.id, self.msgname)
-        self.time_boot_ms, self.file_crc, self.uri = time_boot_ms, file_crc, uri
-
-    def pack(self, mav: Any, force_mavlink1: bool = False) -> bytes:
-        """The frame."""
-        payload = self.unpacker.pack(self.time_boot_ms, self.file_crc, self.uri)
-        frame: bytes = self._pack(mav, self.crc_extra, payload, force_mavlink1=force_mavlink1)
-        return frame
+"""The only version that QGroundControl reads."""
 
 
 def files(store: ParameterStore) -> dict[str, Callable[[], bytes]]:
-    """What there is to fetch: a file's name, without a slash in front, and who makes its bytes."""
+    """Return the generated files: name, without a leading slash, and the function that makes the bytes."""
     parameters = _json({"version": _VERSION, "parameters": [*map(metadata_of, store.settings)]})
     general = _json(
         {
@@ -68,23 +46,23 @@ def files(store: ParameterStore) -> dict[str, Callable[[], bytes]]:
 
 
 def encoder(provided: Mapping[str, Callable[[], bytes]]) -> Callable[[Cycle], Message]:
-    """The maker of COMPONENT_METADATA for the files that `files` has made."""
+    """Return the encoder of COMPONENT_METADATA for the files that `files` returned."""
     crc = crc32(provided[GENERAL]())
-    return lambda cycle: ComponentMetadata(boot_ms(cycle.tick), crc, _uri(GENERAL).encode())
+    return lambda cycle: COMPONENT_METADATA.message(boot_ms(cycle.tick), crc, _uri(GENERAL).encode())
 
 
 def crc32(content: bytes) -> int:
-    """MAVLink's CRC-32: the usual polynomial, but begun with 0, and not inverted at the end."""
+    """Return MAVLink's CRC-32: the usual polynomial with initial value 0 and no final inversion."""
     return zlib.crc32(content, 0xFFFFFFFF) ^ 0xFFFFFFFF
 
 
 def metadata_of(setting: Parameter) -> dict[str, Any]:
-    """A parameter as its metadata file has it."""
+    """Return a parameter's entry of the metadata file."""
     entry: dict[str, Any] = {
         "name": setting.name,
         "type": "Int32" if setting.is_integer else "Float",
         "shortDesc": setting.doc,
-        "longDesc": _long(setting),
+        "longDesc": _long_description(setting),
         "group": setting.group,
     }
     if setting.unit:
@@ -99,7 +77,7 @@ def metadata_of(setting: Parameter) -> dict[str, Any]:
     return entry
 
 
-def _long(setting: Parameter) -> str:
+def _long_description(setting: Parameter) -> str:
     place = f"[{setting.index}]" if setting.index >= 0 else ""
     limit = " It cannot be changed while armed." if setting.when is TakesEffect.DISARMED else ""
     return f"{setting.key}{place} in autopilot.toml.{limit}"

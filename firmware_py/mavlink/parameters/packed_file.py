@@ -1,8 +1,8 @@
-"""All parameters as one file, "@PARAM/param.pck", which stations fetch in a second where PARAM_VALUE takes many.
+"""All parameters in one file, "@PARAM/param.pck", which is fetched in a second where PARAM_VALUE takes many.
 
-The format is ArduPilot's: a magic number, how many parameters are here and how many there are (u16 each); then each
-parameter as its type and a flag in one byte, how much of the name before it goes on and how much is new in another,
-the new part of the name, the value, and, with the flag, the value that it had from the start.
+The format is ArduPilot's: a magic number, the number of parameters in the file and in all (u16 each); then for each
+parameter one byte of type and flag, one byte with the number of characters shared with the previous name and the number
+of new ones, the new characters, the value, and, with the flag, the default value.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _MAX_COMMON = 15
 
 
 def pack(settings: Iterable[Parameter], defaults: bool = False) -> bytes:
-    """The bytes of the file; with `defaults` it tells the value of the vehicle's files where it is another one."""
+    """Return the file; with `defaults` also each value of the configuration files that differs from the current one."""
     listed = [*settings]
     parts = [struct.pack("<HHH", _MAGIC_DEFAULTS if defaults else _MAGIC, len(listed), len(listed))]
     before = b""
@@ -36,6 +36,6 @@ def pack(settings: Iterable[Parameter], defaults: bool = False) -> bytes:
 
 
 def _common(before: bytes, name: bytes) -> int:
-    """How many characters both begin with; one at least is left, for a name goes on by one or more."""
+    """Return the length of the common prefix; at least one character of `name` is left, as the format requires."""
     most = min(len(before), len(name) - 1, _MAX_COMMON)
     return next((i for i in range(most) if before[i] != name[i]), most)

@@ -1,4 +1,4 @@
-"""How stations read plans: the half of the mission protocol that changes nothing."""
+"""Plan download: the half of the mission protocol that changes nothing."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import LinkOutput
-from firmware_py.mavlink.base.message_extensions import ExtendedMessage
+from firmware_py.mavlink.base.message_definitions import ExtendedMessage
 from firmware_py.mavlink.base.service import MessageHandler
 from firmware_py.mavlink.plans.items import ACCEPTED, UNSUPPORTED, PlanItem, geodetic_e7, xy_of
 from firmware_py.mavlink.plans.plan_builder import MISSION, NAMES, Plan
@@ -19,7 +19,7 @@ _MAX_READERS = 8
 
 
 class Sender(NamedTuple):
-    """Who speaks, and of which plan."""
+    """A station, and the kind of plan that it reads or writes."""
 
     system: int
     component: int
@@ -27,7 +27,7 @@ class Sender(NamedTuple):
 
 
 class PlanDownload:
-    """Of one link; with a `home` that is item 0 of a mission."""
+    """The plan downloads of one link; with `home`, item 0 of a mission is the home position."""
 
     def __init__(self, plan_store: PlanStore, output: LinkOutput, home: bool) -> None:
         self._plan_store, self._output, self._home = plan_store, output, home
@@ -42,15 +42,15 @@ class PlanDownload:
         }
 
     def forget(self, sender: Sender) -> None:
-        """It has read all that it wanted."""
+        """End the download of a station."""
         self._reading.pop(sender, None)
 
     def first(self, kind: int) -> int:
-        """The number of the first item that is kept."""
+        """Return the number of the first item that is stored: 1 where item 0 is the home position."""
         return int(self._home and kind == MISSION)
 
     def _list(self, _: Tick, m: Message) -> None:
-        """What a station reads stays as it was when it asked how much there is."""
+        """Answer with MISSION_COUNT; the station then reads the plan as it is now, even if it changes meanwhile."""
         sender = sender_of(m)
         if sender.kind not in NAMES:
             self._refuse(sender, UNSUPPORTED)
@@ -96,11 +96,11 @@ class PlanDownload:
 
 
 def acknowledgement(plan_store: PlanStore, sender: Sender, code: int) -> ExtendedMessage:
-    """MISSION_ACK, with the identity of the plan that stands if all is well."""
+    """Return MISSION_ACK, with the id of the stored plan if the result is ACCEPTED."""
     ident = plan_store.plans[sender.kind].ident if sender.kind in NAMES and code == ACCEPTED else 0
     return ExtendedMessage(dialect.MAVLink_mission_ack_message(*sender[:2], code, sender.kind), ident)
 
 
 def sender_of(m: Message) -> Sender:
-    """Who sent a message."""
+    """Return who sent a message, and which kind of plan it is about."""
     return Sender(m.get_srcSystem(), m.get_srcComponent(), m.mission_type)

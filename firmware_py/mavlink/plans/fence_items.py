@@ -1,9 +1,9 @@
-"""Fence and rally points as stations write them: areas by corners or by radius, and places."""
+"""Fence and rally items: areas given by corners or by radius, and rally points."""
 
 from __future__ import annotations
 
 from firmware_py.mavlink.base.codec import dialect
-from firmware_py.mavlink.commands.setpoints import WaterFrame
+from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.plans.items import (
     INVALID,
     INVALID_PARAMS,
@@ -29,21 +29,21 @@ _MIN_CORNERS, _MAX_RADIUS = 3, 1e5
 
 
 class FenceBuilder:
-    """A fence that comes item by item. Heights are not heard: how deep it may go a parameter says."""
+    """Builds a fence item by item. Heights are ignored: a parameter sets the greatest depth."""
 
     def __init__(self, water_frame: WaterFrame, _: Limits) -> None:
         self._water_frame = water_frame
         self._areas: list[tuple[bool, Area]] = []
         self._corners: list[tuple[float, float]] = []
         self._side = (0, 0.0)
-        """Command and number of corners of the polygon that is under way."""
+        """Command and number of corners of the polygon that is being received."""
         self._count = 0
 
     def add(self, item: PlanItem) -> None:
-        """Takes the next item.
+        """Add the next item.
 
         Raises:
-            Refused: it is no part of a fence.
+            ItemRefused: it is not a fence item.
         """
         self._count += 1
         if self._count > MAX_CORNERS:
@@ -56,20 +56,20 @@ class FenceBuilder:
         elif item.command in _POLYGONS:
             self._corner(item)
         else:
-            raise ItemRefused(UNSUPPORTED, f"command {item.command} is no corner and no circle of a fence")
+            raise ItemRefused(UNSUPPORTED, f"command {item.command} is not a fence item")
 
     def finish(self) -> FenceChange:
-        """Return the fence for the core.
+        """Return the change for `Order.changes`.
 
         Raises:
-            Refused: a polygon without its last corners.
+            ItemRefused: the last corners of a polygon are missing.
         """
         self._refuse_incomplete()
         return FenceChange(self.fence)
 
     @property
     def fence(self) -> Fence:
-        """What has come so far."""
+        """The fence of the items so far."""
         return Fence(*(tuple(area for side, area in self._areas if side is within) for within in (True, False)))
 
     def _corner(self, item: PlanItem) -> None:
@@ -90,20 +90,20 @@ class FenceBuilder:
 
 
 class RallyBuilder:
-    """Rally points that come one by one: places on the surface, whatever their height."""
+    """Builds the rally points item by item: positions on the surface, whatever their height."""
 
     def __init__(self, water_frame: WaterFrame, limits: Limits) -> None:
         self._water_frame, self._limits = water_frame, limits
         self.points: list[Place] = []
 
     def add(self, item: PlanItem) -> None:
-        """Takes the next item.
+        """Add the next item.
 
         Raises:
-            Refused: it is no rally point, or beyond the fence.
+            ItemRefused: it is not a rally point, or outside the fence.
         """
         if item.command != _RALLY:
-            raise ItemRefused(UNSUPPORTED, f"command {item.command} is no rally point")
+            raise ItemRefused(UNSUPPORTED, f"command {item.command} is not a rally point")
         if len(self.points) == MAX_RALLY_POINTS:
             raise ItemRefused(dialect.MAV_MISSION_NO_SPACE, f"there may be {MAX_RALLY_POINTS} rally points")
         point = Place(*position(item, self._water_frame))
@@ -112,5 +112,5 @@ class RallyBuilder:
         self.points.append(point)
 
     def finish(self) -> RallyChange:
-        """Return the rally points for the core."""
+        """Return the change for `Order.changes`."""
         return RallyChange(tuple(self.points))

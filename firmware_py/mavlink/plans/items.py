@@ -1,4 +1,4 @@
-"""An item of a plan (mission, fence, rally points) as stations send it, and where it is in the local frame."""
+"""An item of a plan (mission, fence, rally points) as stations send it, and its position in the local frame."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import NamedTuple
 from firmware_py.marine import Eta, local_to_geodetic
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import NO_FRAME, CommandRefused
-from firmware_py.mavlink.commands.setpoints import WaterFrame
+from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.records.fence import NO_FENCE, Fence
 from firmware_py.records.turning import AS_ASKED, Turning
 
@@ -40,15 +40,15 @@ _PACKED = struct.Struct("<HBB4fiif")
 
 
 class ItemRefused(Exception):
-    """Why an item is not taken, as MAV_MISSION_RESULT and as a sentence."""
+    """Why an item is refused: the MAV_MISSION_RESULT and a sentence."""
 
-    def __init__(self, code: int, because: str) -> None:
-        super().__init__(because)
+    def __init__(self, code: int, text: str) -> None:
+        super().__init__(text)
         self.code = code
 
 
 class PlanItem(NamedTuple):
-    """An item as MISSION_ITEM_INT says it, without its number; `x` and `y` in units of 1e-7 deg or 1e-4 m."""
+    """An item as MISSION_ITEM_INT has it, without its number; `x` and `y` in 1e-7 deg or 1e-4 m."""
 
     command: int
     frame: int
@@ -63,22 +63,22 @@ class PlanItem(NamedTuple):
 
     @property
     def params(self) -> tuple[float, float, float, float]:
-        """The first four."""
+        """The first four parameters."""
         return self.p1, self.p2, self.p3, self.p4
 
     @property
     def text(self) -> str:
-        """As JSON, NaN as null."""
+        """The item as JSON, NaN as null."""
         return json.dumps([None if value != value else value for value in self])
 
     @property
     def packed(self) -> bytes:
-        """The same numbers are always the same bytes."""
+        """The item as bytes, for the plan's id: equal numbers give equal bytes."""
         return _PACKED.pack(*self)
 
 
 class Limits(NamedTuple):
-    """What no item of a mission may go beyond: depth and altitude, m, and the fence; and how wide its circles are."""
+    """The limits of a mission: greatest depth and least altitude, m, the fence, and how tightly the vehicle turns."""
 
     depth_max: float
     altitude_min: float
@@ -91,7 +91,7 @@ UNLIMITED = Limits(math.inf, 0.0, NO_FENCE, AS_ASKED)
 
 
 def item_from_message(message: Message) -> PlanItem:
-    """The item of MISSION_ITEM_INT, or of MISSION_ITEM, whose places are numbers of degrees or metres."""
+    """Return the item of MISSION_ITEM_INT, or of MISSION_ITEM, whose x and y are in degrees or metres."""
     x, y = message.x, message.y
     if message.get_msgId() == dialect.MAVLINK_MSG_ID_MISSION_ITEM:
         scale = _E7 if message.frame in _GLOBAL else _E4 if message.frame in (_LOCAL, _OFFSET) else 1.0
@@ -101,10 +101,10 @@ def item_from_message(message: Message) -> PlanItem:
 
 
 def item_from_json(row: list[float | None]) -> PlanItem:
-    """The item that `RawItem.text` made the row of.
+    """Return the item of a row that `PlanItem.text` wrote.
 
     Raises:
-        TypeError: a row of another length, or with what a field cannot hold.
+        TypeError: the row has another length, or a value that its field cannot hold.
     """
     item = PlanItem(*[math.nan if value is None else value for value in row])  # type: ignore[arg-type]
     try:
@@ -115,24 +115,24 @@ def item_from_json(row: list[float | None]) -> PlanItem:
 
 
 def xy_of(item: PlanItem) -> tuple[float, float]:
-    """x and y as MISSION_ITEM has them."""
+    """Return x and y as MISSION_ITEM has them."""
     scale = _E7 if item.frame in _GLOBAL else _E4 if item.frame == _LOCAL else 1.0
     return item.x / scale, item.y / scale
 
 
 def has_position(item: PlanItem) -> bool:
-    """False where the item leaves it open where it is: nowhere, or at latitude and longitude 0."""
+    """Return whether the item has a position; latitude and longitude 0 count as none."""
     return _INT_MAX not in (item.x, item.y) and not (item.frame in _GLOBAL and item.x == item.y == 0)
 
 
 def position(item: PlanItem, water_frame: WaterFrame) -> tuple[float, float]:
-    """(x, y), m.
+    """Return (x, y), m.
 
     Raises:
-        Refused: a frame that is not known here, or no place.
+        ItemRefused: the frame is not supported, or it is not a position.
     """
     if item.frame not in (*_GLOBAL, _LOCAL):
-        raise ItemRefused(UNSUPPORTED_FRAME, f"frame {item.frame} is not known here; use a global one or LOCAL_NED")
+        raise ItemRefused(UNSUPPORTED_FRAME, f"frame {item.frame} is not supported; use a global frame or LOCAL_NED")
     if item.frame == _LOCAL:
         return item.x / _E4, item.y / _E4  # int32 in 1e-4 m ends at 215 km
     try:
@@ -143,14 +143,14 @@ def position(item: PlanItem, water_frame: WaterFrame) -> tuple[float, float]:
 
 
 def depth(item: PlanItem, water_frame: WaterFrame) -> tuple[float, bool]:
-    """Depth, m, and False; or altitude above the bottom, m, and True.
+    """Return depth, m, and False; or altitude above the bottom, m, and True.
 
     Raises:
-        Refused: above the water, or no number.
+        ItemRefused: it is above the water, or not finite.
     """
     bad = INVALID_PARAMS[6]
     if not math.isfinite(item.z):
-        raise ItemRefused(bad, f"{item.z:g} is no height")
+        raise ItemRefused(bad, f"{item.z:g} is not a height")
     if item.frame in _TERRAIN:
         return item.z, True
     try:
@@ -160,33 +160,35 @@ def depth(item: PlanItem, water_frame: WaterFrame) -> tuple[float, bool]:
 
 
 def resolve_offset(item: PlanItem, here: Eta | None) -> PlanItem:
-    """The item in LOCAL_NED, where it is an offset from the vehicle, which is `here`; None where nobody knows.
+    """Return an offset from the vehicle as an item in LOCAL_NED; other items unchanged.
+
+    `here` is where the vehicle is, None if that is unknown.
 
     Raises:
-        Refused: nobody knows, or it is too far off.
+        ItemRefused: the vehicle's position is unknown, or the offset is too large.
     """
     if item.frame != _OFFSET:
         return item
     if here is None:
-        unknown = "an offset from the vehicle, whose place is not known; use a global frame or LOCAL_NED"
+        unknown = "an offset from the vehicle, whose position is unknown; use a global frame or LOCAL_NED"
         raise ItemRefused(UNSUPPORTED_FRAME, unknown)
     x, y = _int32(item.x + here.x * _E4), _int32(item.y + here.y * _E4)
     if _INT_MAX in (item.x, item.y, x, y):
-        raise ItemRefused(INVALID_PARAMS[4], "the offset is no place")
+        raise ItemRefused(INVALID_PARAMS[4], "the offset is not a position")
     return item._replace(frame=_LOCAL, x=x, y=y, z=item.z + here.z)
 
 
 def geodetic_e7(water_frame: WaterFrame, x: float, y: float) -> tuple[int, int]:
-    """Latitude and longitude of (x, y), m, in 1e-7 deg."""
+    """Return latitude and longitude of (x, y), m, in 1e-7 deg."""
     latitude, longitude = local_to_geodetic(water_frame.origin, x, y)
     return round(math.degrees(latitude) * _E7), round(math.degrees(longitude) * _E7)
 
 
 def refuse_infinite(item: PlanItem) -> None:
-    """NaN leaves a parameter open.
+    """Check the first four parameters; NaN leaves one open.
 
     Raises:
-        Refused: one of the first four is infinite.
+        ItemRefused: one of them is infinite.
     """
     for value, code in zip(item.params, INVALID_PARAMS, strict=False):
         if math.isinf(value):

@@ -1,11 +1,11 @@
-"""Missions as stations write them, in both directions: MAVLink items to the core's steps, and back.
+"""Conversion of missions: MAVLink items to the steps of `records.order.Mission`, and back.
 
-Each item that is flown becomes one step. A change of speed holds for what is written behind it, and becomes none.
+Each item that is flown becomes one step. A change of speed becomes no step; it holds for the items behind it.
 Learning manoeuvres are MAV_CMD_USER_1 in MAV_FRAME_MISSION: param1 0 zigzag, 1 doublets, 2 PRBS; param2 seconds;
 param3 and param4 stern plane and rudder, deg; x and y of doublets and PRBS clock in ms and shift register, of a zigzag
-pitch and heading in 1e-3 deg. 0 is `Manoeuvre`'s own number, NaN too; an angle of -1 leaves the fin still.
+pitch and heading in 1e-3 deg. 0 and NaN stand for `Manoeuvre`'s default; an angle of -1 keeps the fin still.
 
-A fin vehicle cannot stay at a place: a waypoint with a time to hold becomes a circle about it, flown for so long.
+A fin-controlled vehicle cannot stay at a position: a waypoint with a hold time becomes a circle about it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import math
 from collections.abc import Callable
 
 from firmware_py.mavlink.base.codec import dialect
-from firmware_py.mavlink.commands.setpoints import WaterFrame
+from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.plans.items import (
     INVALID_PARAMS,
     MISSION_FRAME,
@@ -40,18 +40,18 @@ _KEEP_SPEED, _OWN_SPEED = -1.0, -2.0
 _SPEED_TYPES = (dialect.SPEED_TYPE_AIRSPEED, dialect.SPEED_TYPE_GROUNDSPEED)
 _MAX_SPEED, _MAX_RADIUS, _MAX_TURNS, _MAX_DURATION, _MAX_TIMES = 100.0, 1000.0, 1e4, 1e6, 1e4
 _SHORT_HOLD = 1.0
-"""Stations write so short a stay, s, for a place that is not flown through: it is none."""
+"""Stations write a hold time this short, s, for waypoints without one."""
 _KINDS = (Kind.ZIGZAG, Kind.DOUBLETS, Kind.PRBS)
 
 
 class MissionBuilder:
-    """A mission that comes item by item; work is done as they come, so that the last one costs no more than others."""
+    """Builds a mission item by item; each is checked as it arrives, so that no tick has to check them all."""
 
     def __init__(self, water_frame: WaterFrame, limits: Limits) -> None:
         self._water_frame, self._path_check = water_frame, PathCheck(limits)
         self.steps: list[Step] = []
         self.item_numbers: list[int] = []
-        """Of each step the item that it was made of."""
+        """The item number of each step."""
         self._count = 0
         self._speed = 0.0
         self._handlers: dict[int, Callable[[PlanItem], list[Step]]] = {
@@ -67,14 +67,14 @@ class MissionBuilder:
         }
 
     def add(self, item: PlanItem) -> None:
-        """Takes the next item.
+        """Add the next item.
 
         Raises:
-            Refused: it cannot be flown.
+            ItemRefused: it cannot be flown.
         """
         handler = self._handlers.get(item.command)
         if handler is None:
-            raise ItemRefused(UNSUPPORTED, f"command {item.command} is none of this vehicle's missions")
+            raise ItemRefused(UNSUPPORTED, f"command {item.command} is not supported in missions")
         refuse_infinite(item)
         for step in handler(item):
             self._path_check.check(self._count, step)
@@ -83,10 +83,10 @@ class MissionBuilder:
         self._count += 1
 
     def finish(self) -> MissionChange:
-        """Return the mission for the core.
+        """Return the change for `Order.changes`.
 
         Raises:
-            Refused: a jump to where no item is.
+            ItemRefused: a jump to an item that does not exist.
         """
         for i, step in enumerate(self.steps):
             if isinstance(step, Jump):
@@ -96,10 +96,8 @@ class MissionBuilder:
         return MissionChange(Mission(tuple(self.steps)))
 
     def step_of(self, item: int) -> int:
-        """The first step that was made of an item or of one behind it."""
-        return next(
-            (i for i, geodetic_e7 in enumerate(self.item_numbers) if geodetic_e7 >= item), len(self.item_numbers)
-        )
+        """Return the first step that was made of an item or of one behind it."""
+        return next((i for i, number in enumerate(self.item_numbers) if number >= item), len(self.item_numbers))
 
     def _waypoint(self, item: PlanItem) -> list[Step]:
         position_and_speed = (*position(item, self._water_frame), *self._depth_and_speed(item))
@@ -121,13 +119,13 @@ class MissionBuilder:
         return [Loiter(x, y, *self._depth_and_speed(item), radius, turns, duration)]
 
     def _land(self, item: PlanItem) -> list[Step]:
-        """At a place, or where the vehicle is by then."""
+        """Surface at a position, or where the vehicle is by then."""
         if not has_position(item):
             return [Surface()]
         return [*self._waypoint(item._replace(p1=0.0)), Surface()]
 
     def _jump(self, item: PlanItem) -> list[Step]:
-        """To an item, until `finish` knows its step."""
+        """Jump to an item; `finish` replaces its number by that of the step."""
         to, times = _between(item.p1, 0.0, 65535.0, 0, "an item"), _between(item.p2, -1.0, _MAX_TIMES, 1, "times")
         return [Jump(int(to), int(times))]
 
@@ -173,11 +171,11 @@ class MissionBuilder:
         for step in reversed(self.steps):
             if isinstance(step, Waypoint | Loiter):
                 return step.x, step.y
-        raise ItemRefused(INVALID_PARAMS[4], "no place is given, and no item before it has one")
+        raise ItemRefused(INVALID_PARAMS[4], "no position is given, and no item before it has one")
 
 
 def items_of(mission: Mission, water_frame: WaterFrame) -> list[PlanItem]:
-    """The items that `MissionBuilder` makes a mission of."""
+    """Return the items of which `MissionBuilder` makes this mission."""
     items: list[PlanItem] = []
     number: list[int] = []
     speed = 0.0
@@ -217,7 +215,7 @@ def _item_of(step: Step, water_frame: WaterFrame) -> PlanItem:
 def _frame_to_z(
     step: Waypoint | Loiter, water_frame: WaterFrame
 ) -> tuple[int, float, float, float, float, int, int, float]:
-    """Frame to z of an item."""
+    """Return the fields of an item from frame to z."""
     frame = TERRAIN if step.above else RELATIVE
     return frame, 0.0, 0.0, 0.0, math.nan, *geodetic_e7(water_frame, step.x, step.y), step.z if step.above else -step.z
 

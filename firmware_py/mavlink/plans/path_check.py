@@ -1,8 +1,8 @@
-"""A mission's ways from place to place, beside the fence and the limits: looked at item by item, jumps among them.
+"""Check of a mission's legs against the fence and the limits, item by item, jumps included.
 
-How the vehicle comes to the first place is known when the mission is started; `first_way` looks at that. What nobody
-knows beforehand is left to the supervisor, who watches the vehicle wherever it is: the way on from a manoeuvre, the way
-to a rally point (which is chosen on the way there: `fence.haven`), circles that a speed ordered meanwhile widens, how
+The leg to the first position is known when the mission is started; `check_first_leg` checks it then. What is not known
+beforehand is left to the supervisor, which watches the vehicle's position: the leg after a manoeuvre, the leg to a
+rally point (chosen on entering: `fence.nearest_rally_point`), circles widened by a speed ordered meanwhile, and how
 far a corner is rounded.
 """
 
@@ -19,13 +19,13 @@ from firmware_py.records.order import Jump, Loiter, Step, Surface, Waypoint
 
 _MAX_ALTITUDE = 6000.0
 _MISS_SHARE = 1.0 / 12.0
-"""So much of its radius a circle may be missed by, to either side."""
+"""Share of its radius by which the vehicle may miss a circle, to either side."""
 _MAX_STARTS = 16
-"""To one item, by jumps forward: what an item costs is bounded."""
+"""Jumps forward to one item; the cost of checking an item is bounded."""
 
 
 class _Target(NamedTuple):
-    """A place, m, and the radius of the circle around it that is flown there; 0 of a waypoint."""
+    """A position, m, and the radius of the circle flown around it; 0 for a waypoint."""
 
     x: float
     y: float
@@ -33,7 +33,7 @@ class _Target(NamedTuple):
 
 
 class PathCheck:
-    """Remembers from where the next item may be come to."""
+    """Checks steps in order; remembers from which positions the next one can be reached."""
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
@@ -42,10 +42,10 @@ class PathCheck:
         self._jumped_to: dict[int, set[_Target]] = {}
 
     def check(self, number: int, step: Step) -> None:
-        """Looks at the next step, made of the item of that number, by which jumps name it too.
+        """Check the next step; `number` is the item by which jumps refer to it.
 
         Raises:
-            Refused: it is too deep, too near to the bottom or beyond the fence, or the way to it is.
+            ItemRefused: it, or a leg to it, is too deep, too near to the bottom or outside the fence.
         """
         for to in [to for to in self._jumped_to if to <= number]:
             self._starts |= self._jumped_to.pop(to)
@@ -60,28 +60,28 @@ class PathCheck:
     def _check_leg_to(self, number: int, step: Waypoint | Loiter) -> None:
         limits = self._limits
         if step.above and not limits.altitude_min <= step.z <= _MAX_ALTITUDE:
-            raise ItemRefused(INVALID_PARAMS[6], f"{step.z:g} m above the bottom, floor {limits.altitude_min:g} m")
+            raise ItemRefused(INVALID_PARAMS[6], f"{step.z:g} m above the bottom, minimum {limits.altitude_min:g} m")
         if not step.above and step.z > limits.depth_max:
             raise ItemRefused(INVALID_PARAMS[6], f"depth {step.z:.1f} m, limit {limits.depth_max:g} m")
         target = _target_of(step, limits)
         if why := _circle_problem(target, limits.fence):
             raise ItemRefused(INVALID_PARAMS[4], why)
         for start in self._starts:
-            self._check_leg(start, target, "the way to it")
+            self._check_leg(start, target, "the leg to it")
         self._starts = {target}
         self._targets.append((number, target))
 
     def _check_jump(self, number: int, jump: Jump) -> None:
-        """Back to a place that is known, or on to the one that comes next behind an item."""
+        """Check the leg back to a known position, or remember the jump forward until its item comes."""
         at = bisect_left(self._targets, jump.to, key=lambda target: target[0])
         if at < len(self._targets):
             for start in self._starts:
-                self._check_leg(start, self._targets[at][1], "the way back")
+                self._check_leg(start, self._targets[at][1], "the leg back")
         elif jump.to > number:
             starts = self._jumped_to.setdefault(jump.to, set())
             starts |= self._starts
             if len(starts) > _MAX_STARTS:
-                raise ItemRefused(INVALID, f"from more than {_MAX_STARTS} places jumps lead to one item")
+                raise ItemRefused(INVALID, f"jumps lead to one item from more than {_MAX_STARTS} positions")
         if jump.times < 0:
             self._starts = set()
 
@@ -91,10 +91,10 @@ class PathCheck:
 
 
 def check_first_leg(steps: Sequence[Step], at: int, x: float, y: float, limits: Limits) -> tuple[int, str] | None:
-    """What is wrong with the straight way from (x, y), m, to the first place that is flown to from a step on.
+    """Check the straight leg from (x, y), m, to the first position of a mission from step `at` on.
 
     Returns:
-        The step that is there, and why not; None if nothing is wrong, or nobody knows beforehand.
+        The step with that position, and what is wrong; None if nothing is, or the position is not known beforehand.
     """
     for _ in steps:
         step = steps[at] if at < len(steps) else None
@@ -108,22 +108,22 @@ def check_first_leg(steps: Sequence[Step], at: int, x: float, y: float, limits: 
 
 
 def check_guided(here: tuple[float, float] | None, x: float, y: float, u: float, limits: Limits) -> str:
-    """What is wrong with circling about (x, y), m, at u, m/s (0 of the cruising speed), and with the way there.
+    """Return what is wrong with circling about (x, y), m, at u, m/s (0: cruising speed), or with the leg there.
 
-    `here` is where the vehicle is, None where nobody knows.
+    `here` is where the vehicle is, None if that is unknown.
     """
     turning = limits.turning
     target = _Target(x, y, turning.radius(0.0, turning.speed(u)))
     if why := limits.fence.breach(x, y):
-        return f"the place is {why}"
+        return f"the position is {why}"
     if why := _circle_problem(target, limits.fence):
-        return f"the circle around the place, {target.radius:.0f} m wide to all sides, is {why}"
+        return f"the circle around the position, {target.radius:.0f} m in radius, is {why}"
     if (
         here is not None
         and not limits.fence.breach(*here)
         and (why := _leg_problem(_Target(*here, 0.0), target, limits))
     ):
-        return f"the way to the place is {why}"
+        return f"the leg to the position is {why}"
     return ""
 
 

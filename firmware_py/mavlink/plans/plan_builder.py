@@ -1,4 +1,4 @@
-"""A plan of any kind, as it comes item by item from a station, or from a file that was kept."""
+"""A plan of any kind, built item by item from a station's upload or from a saved file."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from firmware_py.marine import Eta
 from firmware_py.mavlink.base.codec import dialect
-from firmware_py.mavlink.commands.setpoints import WaterFrame
+from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.plans.fence_items import FenceBuilder, RallyBuilder
 from firmware_py.mavlink.plans.items import UNLIMITED, ItemRefused, Limits, PlanItem, item_from_json, resolve_offset
 from firmware_py.mavlink.plans.mission_items import MissionBuilder, items_of
@@ -20,13 +20,13 @@ FENCE: int = dialect.MAV_MISSION_TYPE_FENCE
 RALLY: int = dialect.MAV_MISSION_TYPE_RALLY
 NAMES = {MISSION: "mission", FENCE: "fence", RALLY: "rally"}
 FILES = {kind: f"{name}.json" for kind, name in NAMES.items()}
-"""Where each is kept."""
+"""The file of each plan in the state folder."""
 MAX_ITEMS = 2500
-"""In a plan."""
+"""Most items in a plan."""
 
 
 class Plan(NamedTuple):
-    """Items, their identity (0 of none), and, of a mission, of each step the item that it was made of."""
+    """Items, the plan's id (0 for no plan), and for a mission the item number of each step."""
 
     items: tuple[PlanItem, ...] = ()
     ident: int = 0
@@ -34,7 +34,7 @@ class Plan(NamedTuple):
 
 
 class PlanBuilder:
-    """A plan that comes item by item; offsets are seen from `here`, None where nobody knows where the vehicle is."""
+    """Builds a plan item by item; offsets count from `here`, the vehicle's position (None if unknown)."""
 
     def __init__(self, kind: int, water_frame: WaterFrame, limits: Limits, here: Eta | None = None) -> None:
         encoders = {MISSION: MissionBuilder, FENCE: FenceBuilder, RALLY: RallyBuilder}
@@ -45,10 +45,10 @@ class PlanBuilder:
         self._crc = 0
 
     def add(self, item: PlanItem) -> None:
-        """Takes the next item.
+        """Add the next item.
 
         Raises:
-            Refused: it is none for such a plan.
+            ItemRefused: the plan cannot hold it.
         """
         item = resolve_offset(item, self._here)
         self._content.add(item)
@@ -57,22 +57,22 @@ class PlanBuilder:
         self._crc = zlib.crc32(item.packed, self._crc)
 
     def finish(self) -> tuple[Plan, Change]:
-        """The plan, and what changes for the core.
+        """Return the plan, and the change for `Order.changes`.
 
         Raises:
-            Refused: what came makes no plan.
+            ItemRefused: the plan is incomplete.
         """
         change = self._content.finish()
         return Plan(tuple(self._items), (self._crc or 1) if self._items else 0, self._item_numbers), change
 
     @property
     def file_content(self) -> bytes:
-        """As it is kept: an item a line."""
+        """The content of the state file: one item a line."""
         return ('{"items": [\n' + ",\n".join(self._lines) + "\n]}\n").encode()
 
     @property
     def content(self) -> Any:
-        """What the items mean."""
+        """The builder of the plan's kind, with the mission's steps, the fence or the rally points."""
         return self._content
 
     @property
@@ -81,10 +81,10 @@ class PlanBuilder:
 
 
 def read_plan(kind: int, content: str, water_frame: WaterFrame) -> PlanBuilder:
-    """The plan of a file that was kept, whatever limits hold now.
+    """Return the plan of a saved file, whatever limits hold now.
 
     Raises:
-        ParamError: it is none; the error says why.
+        ParamError: the file has no such plan; the error says why.
     """
     builder = PlanBuilder(kind, water_frame, UNLIMITED)
     try:
@@ -97,7 +97,7 @@ def read_plan(kind: int, content: str, water_frame: WaterFrame) -> PlanBuilder:
 
 
 def plan_of_mission(mission: Mission, water_frame: WaterFrame) -> PlanBuilder:
-    """A mission that no station has sent, as one would have."""
+    """Return a configured mission as a plan that stations can read."""
     builder = PlanBuilder(MISSION, water_frame, UNLIMITED)
     for item in items_of(mission, water_frame):
         builder.add(item)

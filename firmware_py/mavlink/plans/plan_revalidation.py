@@ -1,4 +1,4 @@
-"""A second look at the mission that stands, once the fence or a limit is another one: a few steps in each tick."""
+"""Revalidation of the stored mission after the fence or a limit has changed: a few steps in each tick."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ class PlanRevalidation:
         self.running = False
 
     def start(self, steps: Sequence[Step], at: Sequence[int], limits: Limits) -> None:
-        """Looks at all steps from the first on; `at` has of each the item that it was made of."""
+        """Check all steps from the first on; `at` has the item number of each."""
         self.problem, self.running = None, True
         self._left = _checks(tuple(steps), tuple(at), limits)
 
     def cancel(self) -> None:
-        """There is nothing to look at: the mission was looked at as it came."""
+        """Stop: a new mission was checked as it arrived."""
         self.problem, self.running = None, False
 
     def advance(self) -> bool:
-        """Looks at the next few steps; True if something is wrong with one of them."""
+        """Check the next few steps; return True if one must not be flown."""
         for _ in range(_STEPS_PER_TICK):
             if not self.running:
                 return False

@@ -1,8 +1,8 @@
-"""The plans as they stand, for all links: mission, fence, rally points; what of them is flown, and what is kept.
+"""The plan store: mission, fence and rally points, shared by all links, and how far the mission is flown.
 
-A plan is replaced whole or not at all. What a station has sent is kept item by item, so that it gets back what it sent;
-only offsets from the vehicle become places, seen from where it was when the first was announced. A mission that a later
-fence or limit forbids stays, and is not flown; a rally point that a later fence forbids stays, and is not gone to.
+A plan is replaced whole or not at all. It is stored item by item, so that a station reads back what it sent; only
+offsets from the vehicle become positions, counted from where it was when the upload began. A mission that a later fence
+or limit forbids stays stored and is not flown; a rally point that a later fence forbids is not returned to.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 from firmware_py.marine import Eta
 from firmware_py.mavlink.base.codec import Message, dialect
-from firmware_py.mavlink.base.message_extensions import ExtendedMessage
-from firmware_py.mavlink.commands.setpoints import WaterFrame
+from firmware_py.mavlink.base.message_definitions import ExtendedMessage
+from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.plans.fence_status import FenceStatus
 from firmware_py.mavlink.plans.items import INVALID_PARAMS, ItemRefused, Limits
 from firmware_py.mavlink.plans.path_check import check_first_leg, check_guided
@@ -25,120 +25,120 @@ from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.order import Change, Mode, Step
 
 _CHECKS_PER_TICK = 4
-"""Of a fence with many corners, a place that a station sends costs half a millisecond."""
+"""Checks of guided positions in a tick: with many corners in the fence each costs half a millisecond."""
 KNOWN_POSITION = 10.0
-"""A place is known up to this 1 sigma, m."""
+"""A position counts as known up to this 1 sigma, m."""
 _JUMP = dialect.MAV_CMD_DO_JUMP
 _NO_MISSION, _NOT_STARTED, _ACTIVE, _PAUSED, _COMPLETE = 1, 2, 3, 4, 5
 """MISSION_STATE."""
 
 
 class PlanStore:
-    """What the links share. `busy` is who is sending a plan now, by link, system and component; None is nobody."""
+    """The plans of all links. `busy` is who uploads a plan now (link, system, component); None for nobody."""
 
     def __init__(
         self, water_frame: WaterFrame, limits: OperatingLimits, plans: Mapping[int, PlanBuilder] | None = None
     ) -> None:
-        """`limits` hold for what stations send; `plans` are those that were kept, or came with the configuration."""
+        """`plans` are those saved by an earlier run, or configured."""
         self.water_frame = water_frame
         self.plans = {kind: Plan() for kind in NAMES}
         self.revalidation = PlanRevalidation()
-        self._limits = Limits(limits.depth_max, limits.altitude_min, NO_FENCE, limits.turning)
+        self.limits = Limits(limits.depth_max, limits.altitude_min, NO_FENCE, limits.turning)
         self.steps: Sequence[Step] = ()
         self.rally: Sequence[Place] = ()
         self._here: Eta | None = None
         self.busy: tuple[int, int, int] | None = None
         self._listeners: list[tuple[Callable[[int], None], Callable[[], None]]] = []
         self._changes: dict[int, Change] = {}
-        """By kind: of plans that come within one tick the last is flown, so that a flood makes no tick long."""
+        """By kind: of plans that arrive in one tick only the last takes effect, so that a flood makes no tick long."""
         self._unsaved: dict[int, bytes] = {}
         self._step = -1
         self._flown = self._begun = self._done = False
         self._fence_status = FenceStatus()
         self._checked = 0
-        """Places that were asked for since the last cycle."""
+        """Guided positions checked since the last cycle."""
         for kind, builder in (plans or {}).items():
             self._install(kind, builder)
 
     def builder(self, kind: int) -> PlanBuilder:
-        """An empty plan, to be filled and taken."""
-        return PlanBuilder(kind, self.water_frame, self._limits, self._here)
+        """Return the builder of an empty plan."""
+        return PlanBuilder(kind, self.water_frame, self.limits, self._here)
 
     def set_limits(self, limits: OperatingLimits) -> None:
-        """Check what stations send against these limits from now on."""
-        self._apply_limits(Limits(limits.depth_max, limits.altitude_min, self._limits.fence, limits.turning))
+        """Apply the operating limits from now on."""
+        self._apply_limits(self.limits._replace(**limits._asdict()))
 
     @property
     def depth_max(self) -> float:
-        """The supervisor's limit, m."""
-        return self._limits.depth_max
+        """The greatest depth, m."""
+        return self.limits.depth_max
 
     @property
     def fence(self) -> Fence:
-        """The one that is in force."""
-        return self._limits.fence
+        """The fence in force."""
+        return self.limits.fence
 
     @property
     def outside_fence(self) -> bool:
-        """Whether the vehicle is beyond the fence, or deeper than it may be."""
+        """Whether the vehicle is outside the fence, or deeper than the limit."""
         return self._fence_status.outside_fence
 
     @property
     def rally_outside_fence(self) -> str:
-        """Which rally point is beyond the fence, in words for people; "" if none is."""
+        """A sentence about the first rally point outside the fence; "" if all are inside."""
         wrong = ((i, self.fence.breach(*place)) for i, place in enumerate(self.rally))
-        return next((f"rally point {i} is {why}: nobody returns to it" for i, why in wrong if why), "")
+        return next((f"rally point {i} is {why}: the vehicle will not return to it" for i, why in wrong if why), "")
 
     def check_first_leg(self, step: int | None = None) -> tuple[int, str] | None:
-        """What is wrong with the way from here to the next place from a step on, or from where the mission was left.
+        """Check the leg from the vehicle to the first position from a step on, or from where the mission was left.
 
         Returns:
-            The item that is there, and why not; None if nothing is wrong, or nobody knows where the vehicle is.
+            The item of that position, and what is wrong; None if nothing is, or the vehicle's position is unknown.
         """
         if self._here is None:
             return None
         at = max(self._step, 0) if step is None else step
-        wrong = check_first_leg(self.steps, at, self._here.x, self._here.y, self._limits)
+        wrong = check_first_leg(self.steps, at, self._here.x, self._here.y, self.limits)
         return None if wrong is None else (self.plans[MISSION].item_numbers[wrong[0]], wrong[1])
 
     def replace(self, builder: PlanBuilder) -> None:
-        """Puts a plan in the place of the old one.
+        """Replace the plan of its kind.
 
         Raises:
-            Refused: what came makes no plan; the old one stays.
+            ItemRefused: the plan is incomplete; the old one stays.
         """
         self._changes[builder.kind] = self._install(builder.kind, builder)
         self._unsaved[builder.kind] = builder.file_content
 
     def check_position(self, x: float, y: float, u: float) -> str:
-        """What is wrong with going from here to (x, y), m, at u, m/s, and around it, by the fence."""
+        """Return what is wrong with going to (x, y), m, at u, m/s, and circling there; "" if nothing is."""
         self._checked += 1
         if self._checked > _CHECKS_PER_TICK:
-            return "too many places are asked for at once; send it again"
+            return "too many positions at once; send it again"
         here = None if self._here is None else (self._here.x, self._here.y)
-        return check_guided(here, x, y, u, self._limits)
+        return check_guided(here, x, y, u, self.limits)
 
     def changes(self) -> tuple[Change, ...]:
-        """See `service.Keeper`."""
+        """See `service.PersistentState`."""
         changes, self._changes = tuple(self._changes.values()), {}
         return changes
 
     def files_to_save(self) -> list[tuple[str, bytes]]:
-        """See `service.Keeper`."""
+        """See `service.PersistentState`."""
         files_to_save, self._unsaved = [(FILES[kind], content) for kind, content in self._unsaved.items()], {}
         return files_to_save
 
     def subscribe(self, on_reached: Callable[[int], None], on_not_flyable: Callable[[], None]) -> None:
-        """`reached` is told of every item of the mission that was reached, `objects` that one must not be flown."""
+        """Call `on_reached` for every item reached, and `on_not_flyable` when the mission must no longer be flown."""
         self._listeners.append((on_reached, on_not_flyable))
 
     def step_of(self, item: int) -> int:
-        """The mission's step that an item, or the next one that makes a step, was made into."""
+        """Return the step made of an item, or of the next one that makes a step."""
         at = self.plans[MISSION].item_numbers
         return next((i for i, made_of in enumerate(at) if made_of >= item), len(at))
 
     def update(self, cycle: Cycle) -> None:
-        """Sees which items were reached, and whether the vehicle is within the fence."""
+        """Note which items the cycle reached, and whether the vehicle is inside the fence."""
         step, before = cycle.reference.item, self._step
         mode = cycle.mode.mode
         self._step = step
@@ -159,7 +159,7 @@ class PlanStore:
                 on_not_flyable()
 
     def current(self, cycle: Cycle, home: bool) -> Message:
-        """MISSION_CURRENT; with a `home` items are counted from 1, for it is item 0."""
+        """Return MISSION_CURRENT; with `home`, item 0 is the home position and the mission begins at 1."""
         mission, fence, rally = (self.plans[kind] for kind in (MISSION, FENCE, RALLY))
         count, mode = len(mission.items), cycle.mode.mode
         step = cycle.reference.item
@@ -171,12 +171,12 @@ class PlanStore:
         return ExtendedMessage(message, mission.ident, fence.ident, rally.ident)
 
     def fence_status(self, _: Cycle) -> Message:
-        """FENCE_STATUS."""
+        """Return FENCE_STATUS."""
         return self._fence_status.status
 
     @property
     def _rest_blocked(self) -> bool:
-        """Whether the mission is flown, its places are free, and the way that is left to the next one is not."""
+        """Whether a flown mission's positions are inside the fence, but the rest of the current leg is not."""
         return self._flown and not self.revalidation.running and self.check_first_leg() is not None
 
     def _state(self, mode: Mode) -> int:
@@ -191,29 +191,31 @@ class PlanStore:
     def _install(self, kind: int, builder: PlanBuilder) -> Change:
         plan, change = builder.finish()
         if kind == MISSION and self._flown and self._here is not None:
-            wrong = check_first_leg(builder.content.steps, 0, self._here.x, self._here.y, self._limits)
+            wrong = check_first_leg(builder.content.steps, 0, self._here.x, self._here.y, self.limits)
             if wrong is not None:
-                raise ItemRefused(INVALID_PARAMS[4], f"it would begin at once, and the way to it is {wrong[1]}")
+                raise ItemRefused(
+                    INVALID_PARAMS[4], f"the mission is flown now, and the leg to its start is {wrong[1]}"
+                )
         self.plans[kind] = plan
         if kind == RALLY:
             self.rally = builder.content.points
         if kind == FENCE:
-            self._apply_limits(self._limits._replace(fence=builder.content.fence))
+            self._apply_limits(self.limits._replace(fence=builder.content.fence))
         if kind == MISSION:
             self._step, self._begun = -1, False
             self.steps = builder.content.steps
             self.revalidation.cancel()
-            if builder.limits != self._limits:
-                self.revalidation.start(self.steps, self.plans[MISSION].item_numbers, self._limits)
+            if builder.limits != self.limits:
+                self.revalidation.start(self.steps, self.plans[MISSION].item_numbers, self.limits)
         return change
 
     def _apply_limits(self, limits: Limits) -> None:
-        if limits != self._limits:
-            self._limits = limits
+        if limits != self.limits:
+            self.limits = limits
             self.revalidation.start(self.steps, self.plans[MISSION].item_numbers, limits)
 
     def _notify_reached(self, before: int, step: int) -> None:
-        """Every item between is reached, up to a jump; after a jump back the one before."""
+        """Report the items reached between two steps, up to a jump; after a jump back the one before it."""
         items, at = self.plans[MISSION].items, self.plans[MISSION].item_numbers
         passed = at[before : step if step > before else before + 1]
         for item in dict.fromkeys(passed):

@@ -1,11 +1,11 @@
-"""The mission protocol: missions, fences and rally points, up, down and away; a conversation on each link.
+"""The mission protocol on one link: upload, clear, start and set current; `download` has the reading half.
 
-A plan is sent item by item, each asked for by its number, and taken when the last one has come; until then the old one
-stands. An item that cannot be taken ends the transfer, with a code and a sentence. What is asked for and does not come
-is asked for again, so that of lost packets only time is lost; the standard's five tries would fail one transfer in ten
-of 2,000 items over a link that loses every tenth packet, so it goes on until nothing was heard for ten seconds.
+The vehicle requests a plan item by item and installs it after the last one; until then the old plan stays. A refused
+item ends the upload with a result code and a sentence. A request without an answer is repeated, so that a lost packet
+costs only time. The standard's five tries would fail one upload in ten of 2,000 items over a link that loses every
+tenth packet, so the vehicle goes on until it has received nothing for ten seconds.
 
-Stations that take the vehicle for ArduPilot's count the home as item 0 of a mission: it is theirs, and is not kept.
+For stations that see an ArduPilot vehicle, item 0 of a mission is the home position; it is not stored.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ _ALL: int = dialect.MAV_MISSION_TYPE_ALL
 _CURRENT: int = dialect.MAVLINK_MSG_ID_MISSION_CURRENT
 _JUMP: int = dialect.MAV_CMD_DO_JUMP
 _FIRST_WAIT_NS, _LONGEST_WAIT_NS = NS_PER_S // 4, 3 * NS_PER_S // 2
-"""The standard's times for an item and for everything else."""
+"""The standard's timeouts for an item and for everything else."""
 _SILENCE_NS = 10 * NS_PER_S
 
 
 @dataclass
 class _Upload:
-    """A plan that is coming; items are numbered as its sender does."""
+    """An upload in progress; items are numbered as the sender numbers them."""
 
     sender: Sender
     count: int
@@ -51,7 +51,7 @@ class _Upload:
 
 @dataclass
 class _Ended:
-    """What became of the last upload, and with which item: whoever sends that again did not hear."""
+    """The result of the last upload, and its last item: a sender that repeats that item missed the MISSION_ACK."""
 
     sender: Sender
     last: int
@@ -59,7 +59,7 @@ class _Ended:
 
 
 class PlanUpload:
-    """Of one link."""
+    """The plan uploads of one link."""
 
     def __init__(
         self, link: int, plan_store: PlanStore, output: LinkOutput, queue: CommandQueue, identity: Identity
@@ -86,7 +86,7 @@ class PlanUpload:
         }
 
     def command_handlers(self) -> dict[int, CommandHandler]:
-        """Who does which command."""
+        """Return the handler of each command."""
         return {
             dialect.MAV_CMD_MISSION_START: self._start,
             dialect.MAV_CMD_DO_SET_MISSION_CURRENT: self._do_set_current,
@@ -94,25 +94,26 @@ class PlanUpload:
         }
 
     def mission_refusal(self, item: int | None = None) -> str:
-        """What is wrong with flying the mission, from an item on or from where it was left; "" if nothing is."""
+        """Return why the mission must not be flown, from an item on or from where it was left; "" if it may."""
         look = self._plan_store.revalidation
         if look.problem is not None:
             return f"the mission must not be flown: item {look.problem[0] + self._first(MISSION)}: {look.problem[1]}"
         if look.running:
-            return "the mission is being looked at again; try once more"
+            return "the mission is being checked again after a change; try once more"
         return "" if item is None and self._queue.mode is Mode.MISSION else self._leg_problem(item)
 
     def _warn_not_flyable(self) -> None:
-        """A mission that is flown goes on: the supervisor brings the boat up, should it come to the fence."""
-        self._output.send_text(self.mission_refusal() or f"{self._leg_problem(None)}, where it will come up", WARNING)
+        """Warn that the mission must not be flown. A flown mission continues: at the fence the supervisor surfaces."""
+        problem = self.mission_refusal() or f"{self._leg_problem(None)}; the vehicle will surface there"
+        self._output.send_text(problem, WARNING)
 
     def due(self, tick: Tick) -> list[Message]:
-        """The request that was not answered, once more; or the end, if nothing was heard for long."""
+        """Repeat a request without an answer; cancel the upload after a long silence."""
         upload = self._upload
         if upload is None:
             return []
         if tick.t_ns - upload.heard_ns >= _SILENCE_NS:
-            self._end(_CANCELLED, f"{NAMES[upload.sender.kind]} not taken: item {upload.next} did not come")
+            self._end(_CANCELLED, f"{NAMES[upload.sender.kind]} upload cancelled: item {upload.next} did not come")
         elif tick.t_ns - upload.asked_ns >= upload.wait_ns:
             upload.wait_ns = min(2 * upload.wait_ns, _LONGEST_WAIT_NS)
             self._ask(tick)
@@ -135,14 +136,14 @@ class PlanUpload:
             self._continue(tick)
 
     def _item_received(self, tick: Tick, m: Message) -> None:
-        """An item that was not asked for is not heard: it came twice, or too late."""
+        """Take the requested item; another one came twice or too late, and is ignored."""
         sender, upload = sender_of(m), self._upload
         if upload is None or upload.sender != sender:
             ended = self._ended
             if upload is None and ended is not None and (ended.sender, ended.last) == (sender, m.seq):
                 self._acknowledge(sender, ended.code)
             elif self._plan_store.busy is None and sender.kind in NAMES and (ended is None or ended.sender != sender):
-                self._acknowledge(sender, ERROR)  # nobody has said how many
+                self._acknowledge(sender, ERROR)  # without MISSION_COUNT
             return
         upload.heard_ns = tick.t_ns
         if m.seq != upload.next:
@@ -159,7 +160,7 @@ class PlanUpload:
         self._continue(tick)
 
     def _continue(self, tick: Tick) -> None:
-        """Asks for the next item, or takes the plan."""
+        """Request the next item, or install the plan."""
         upload = self._upload
         assert upload is not None
         if upload.next < upload.count:
@@ -191,7 +192,7 @@ class PlanUpload:
         self._acknowledge(upload.sender, code)
 
     def _acknowledged(self, _: Tick, m: Message) -> None:
-        """A station has read all, or does not want to go on."""
+        """End a download; cancel the sender's upload if it reports an error."""
         sender = sender_of(m)
         self._download.forget(sender)
         if self._upload is not None and self._upload.sender == sender and m.type != ACCEPTED:
@@ -207,7 +208,7 @@ class PlanUpload:
             self._acknowledge(sender, _BUSY)
         else:
             for kind in kinds:
-                if self._plan_store.plans[kind].items:  # twice is once
+                if self._plan_store.plans[kind].items:  # a second clear changes nothing
                     self._plan_store.replace(self._plan_store.builder(kind))
             self._acknowledge(sender, ACCEPTED)
 
@@ -215,7 +216,7 @@ class PlanUpload:
         self._acknowledge(sender_of(m), UNSUPPORTED)
 
     def _set_current(self, tick: Tick, m: Message) -> None:
-        """The answer is MISSION_CURRENT, with a sentence if that item cannot be."""
+        """Answer with MISSION_CURRENT, and with a sentence if the item cannot be set."""
         if why := self._set_current_problem(m.seq):
             self._output.send_text(f"MISSION_SET_CURRENT refused: {why}", WARNING)
         else:
@@ -237,7 +238,7 @@ class PlanUpload:
         return None
 
     def _start(self, tick: Tick, command: Command) -> int | None:
-        """The mission from an item, or with none (0, as stations write it) from where it was left."""
+        """Start the mission at an item, or (item 0) where it was left."""
         item = command.params[0]
         if item != 0.0 and not self._has(item):
             raise CommandRefused(f"the mission has no item {item:g}")
@@ -248,7 +249,7 @@ class PlanUpload:
         return None
 
     def _enable_fence(self, _: Tick, command: Command) -> int:
-        """A fence is in force as long as there is one."""
+        """Enable the fence; a stored fence is always in force."""
         if command.params[0] == 1.0 and self._plan_store.plans[FENCE].items:
             return int(dialect.MAV_RESULT_ACCEPTED)
         raise CommandRefused(
@@ -266,12 +267,12 @@ class PlanUpload:
         return self._plan_store.step_of(max(item - self._first(MISSION), 0))
 
     def _leg_problem(self, item: int | None) -> str:
-        """What is wrong with the way from here to an item, or to where the mission was left."""
+        """Return what is wrong with the leg from here to an item, or to where the mission was left."""
         wrong = self._plan_store.check_first_leg(None if item is None else self._step(item))
-        return "" if wrong is None else f"the way from here to item {wrong[0] + self._first(MISSION)} is {wrong[1]}"
+        return "" if wrong is None else f"the leg from here to item {wrong[0] + self._first(MISSION)} is {wrong[1]}"
 
     def _set_current_problem(self, item: float) -> str:
-        """What is wrong with going on with an item; where the mission is not flown, its start will look at the way."""
+        """Return why an item cannot become the current one; the leg to it is checked only in a flown mission."""
         if not self._has(item):
             return f"the mission has no item {item:g}"
         return self._leg_problem(int(item)) if self._queue.mode is Mode.MISSION else ""

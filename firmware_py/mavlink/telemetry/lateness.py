@@ -1,4 +1,4 @@
-"""How late the cycles began, as a histogram of octaves that a station can draw."""
+"""Lateness of the cycles, as a histogram of octaves that a station can plot."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ class Lateness:
         self.counts = [0] * OCTAVES
 
     def update(self, cycle: Cycle) -> None:
-        """Counts one cycle."""
+        """Count one cycle."""
         octave = (cycle.tick.late_ns // 16_000).bit_length()
         self.counts[octave if octave < OCTAVES else OCTAVES - 1] += 1
 
     def message(self, cycle: Cycle) -> Message:
-        """DEBUG_FLOAT_ARRAY "late_us": entry i counts the cycles that were late by 2^(i+3) us to twice that."""
+        """Return DEBUG_FLOAT_ARRAY "late_us": entry i counts the cycles that were late by 2^(i+3) us to twice that."""
         data = [float(count) for count in self.counts] + [0.0] * (_FIELDS - OCTAVES)
         return dialect.MAVLink_debug_float_array_message(boot_us(cycle.tick), b"late_us", 1, data)

@@ -1,10 +1,9 @@
-"""What a station asks to be told: once, at intervals, or as the old data streams, which are groups of messages."""
+"""Requests of messages: once, at intervals, or as data streams (the older groups of messages)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Container
 
-from firmware_py.mavlink.base import protocol_version
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import (
     ACCEPTED,
@@ -13,8 +12,9 @@ from firmware_py.mavlink.base.link_output import (
     CommandHandler,
     CommandRefused,
     LinkOutput,
-    ident,
+    message_id_of,
 )
+from firmware_py.mavlink.base.message_definitions import PROTOCOL_VERSION
 from firmware_py.mavlink.base.modes import Identity, available_modes
 from firmware_py.mavlink.telemetry.streams import Streams
 from firmware_py.schedule import Tick
@@ -48,7 +48,7 @@ _GROUPS: dict[int, tuple[int, ...]] = {
         dialect.MAVLINK_MSG_ID_RPM,
     ),
 }
-"""ArduPilot's groups, as far as there are such messages here."""
+"""ArduPilot's groups, as far as the vehicle has these messages."""
 
 
 class MessageRequests:
@@ -58,7 +58,7 @@ class MessageRequests:
         self._output, self._identity, self._streams, self._encoders = output, identity, streams, encoders
 
     def command_handlers(self) -> dict[int, CommandHandler]:
-        """Who does which command."""
+        """Return the handler of each command."""
         return {
             dialect.MAV_CMD_REQUEST_MESSAGE: self._request,
             dialect.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_interval,
@@ -69,11 +69,11 @@ class MessageRequests:
         }
 
     def message_handlers(self) -> dict[int, Callable[[Tick, Message], None]]:
-        """The message ids that come here."""
+        """See `service.Service`."""
         return {dialect.MAVLINK_MSG_ID_REQUEST_DATA_STREAM: self._data_stream}
 
     def _request(self, _: Tick, command: Command) -> int | None:
-        message_id, which = map(ident, command.params[:2])
+        message_id, which = map(message_id_of, command.params[:2])
         if message_id == _MODES:
             modes = available_modes(self._identity, which)
             if not modes:
@@ -89,26 +89,26 @@ class MessageRequests:
         return ACCEPTED
 
     def _set_interval(self, tick: Tick, command: Command) -> int:
-        message_id = ident(command.params[0])
+        message_id = message_id_of(command.params[0])
         if message_id not in self._encoders:
             return UNSUPPORTED
-        if message_id == _HEARTBEAT:  # a vehicle without one is not there
+        if message_id == _HEARTBEAT:  # without it, stations lose the vehicle
             raise CommandRefused("the heartbeat keeps its rate")
         if not self._streams.set_interval(message_id, command.params[1], tick.t_ns):
-            raise CommandRefused(f"{command.params[1]:g} us is no interval; -1 is never, 0 the usual one")
+            raise CommandRefused(f"{command.params[1]:g} us is not an interval; -1 is never, 0 the default")
         return ACCEPTED
 
     def _get_interval(self, _: Tick, command: Command) -> int:
-        return self._send_interval(ident(command.params[0]))
+        return self._send_interval(message_id_of(command.params[0]))
 
     def _send_interval(self, message_id: int) -> int:
-        """MESSAGE_INTERVAL: 0 says that there is no such message, -1 that it is not sent."""
+        """Answer with MESSAGE_INTERVAL: 0 for a message that is not supported, -1 for one that is not sent."""
         known = message_id in self._encoders
         if 0 <= message_id < 2**16:
             interval = self._streams.interval_us(message_id) if known else 0
             self._output.send(dialect.MAVLink_message_interval_message(message_id, interval))
         if not known:
-            raise CommandRefused(f"there is no message {message_id} here")
+            raise CommandRefused(f"message {message_id} is not supported")
         return ACCEPTED
 
     def _capabilities(self, _: Tick, command: Command) -> int:
@@ -120,7 +120,7 @@ class MessageRequests:
     def _protocol(self, _: Tick, command: Command) -> int:
         if command.params[0] != 1.0:
             raise CommandRefused(f"{command.params[0]:g} asks for nothing; 1 asks for PROTOCOL_VERSION")
-        self._output.send_from_cycle(protocol_version.MESSAGE_ID)
+        self._output.send_from_cycle(PROTOCOL_VERSION.id)
         return ACCEPTED
 
     def _high_latency(self, tick: Tick, command: Command) -> int:
@@ -130,7 +130,7 @@ class MessageRequests:
         return ACCEPTED
 
     def _data_stream(self, tick: Tick, m: Message) -> None:
-        """REQUEST_DATA_STREAM: a rate for a group, or for all; what is not to be sent, or at 0 Hz, is not sent."""
+        """Set the rate of a group, or of all; stopped or at 0 Hz they are not sent."""
         on = m.start_stop == 1 and m.req_message_rate > 0
         interval = 1e6 / m.req_message_rate if on else -1.0
         groups = _GROUPS.values() if m.req_stream_id == _ALL else [_GROUPS.get(m.req_stream_id, ())]

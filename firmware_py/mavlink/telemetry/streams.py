@@ -1,4 +1,4 @@
-"""Which message goes out when: a table of intervals, spread so that no tick carries all of them."""
+"""Message streams: a table of intervals, spread so that no tick has to send all of them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _NEVER = 1 << 62
 
 
 class StreamTiming(NamedTuple):
-    """Every so many ns, first at `phase_ns`."""
+    """Sent every `period_ns`, first at `phase_ns`."""
 
     period_ns: int
     phase_ns: int
@@ -54,11 +54,11 @@ DEFAULT_STREAMS: dict[int, StreamTiming] = {
 }
 
 HIGH_LATENCY_STREAMS = {dialect.MAVLINK_MSG_ID_HIGH_LATENCY2: StreamTiming(5000 * _MS, 0)}
-"""All that goes out over a link of high latency."""
+"""The streams of a high-latency link."""
 
 
 class Streams:
-    """One link's intervals. A message that is late goes out once, and then again at its own times."""
+    """The streams of one link. A late message is sent once, and then again at its own times."""
 
     def __init__(self, defaults: Mapping[int, StreamTiming]) -> None:
         self._defaults = defaults
@@ -67,7 +67,7 @@ class Streams:
         self._next = min(self._due.values(), default=_NEVER)
 
     def due(self, t_ns: int, most: int) -> list[int]:
-        """The ids whose time has come, longest waiting first; no more than `most`, the rest waits."""
+        """Return the ids that are due, longest waiting first, at most `most`; the rest waits."""
         if t_ns < self._next:
             return []
         ready = sorted([(due, name) for name, due in self._due.items() if due <= t_ns])[:most]
@@ -78,11 +78,11 @@ class Streams:
         return [name for _, name in ready]
 
     def interval_us(self, name: int) -> int:
-        """How often a message goes out, as MESSAGE_INTERVAL says it; -1 never."""
+        """Return the interval of a message as MESSAGE_INTERVAL has it; -1 if it is not sent."""
         return self._period[name] // 1000 if name in self._period else -1
 
     def set_interval(self, name: int, interval_us: float, t_ns: int) -> bool:
-        """SET_MESSAGE_INTERVAL: -1 never, 0 the default, else us, at least 20 ms. False if the interval is none."""
+        """Set an interval: -1 never, 0 default, else us, at least 20 ms; return False if it is not an interval."""
         if interval_us == -1.0:
             self._period.pop(name, None)
             self._due.pop(name, None)

@@ -1,4 +1,4 @@
-"""What time it is: stations compare their clock with the vehicle's, and tell it the date, which it does not know."""
+"""TIMESYNC, PING and SYSTEM_TIME: stations compare clocks with the vehicle, and give it the date."""
 
 from __future__ import annotations
 
@@ -11,33 +11,33 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.schedule import Tick
 
 _EARLIEST_US = 1_577_836_800 * 1_000_000
-"""2020: what comes as an earlier one is a clock that was never set."""
+"""2020; an earlier date comes from a clock that was never set."""
 _MAX_US = 2**63
 
 
 class Calendar:
-    """The date, of all links; of stations the last word holds. Nothing is steered by it."""
+    """The date, shared by all links; the last one received holds. Nothing in the vehicle depends on it."""
 
     def __init__(self) -> None:
         self._began_us = 0
 
     def set_date(self, tick: Tick, unix_us: int) -> None:
-        """It is `unix_us` after the beginning of 1970."""
+        """Set the date: `unix_us` since the beginning of 1970."""
         if _EARLIEST_US <= unix_us < _MAX_US:
             self._began_us = unix_us - boot_us(tick)
 
     def encoders(self) -> dict[int, Encoder]:
-        """Who makes which message."""
+        """Return the encoder of each message id."""
         return {dialect.MAVLINK_MSG_ID_SYSTEM_TIME: self.system_time}
 
     def system_time(self, cycle: Cycle) -> Message:
-        """SYSTEM_TIME; its date is 0 while nobody has told any."""
+        """Return SYSTEM_TIME; the date is 0 while no station has given it."""
         date = self._began_us + boot_us(cycle.tick) if self._began_us else 0
         return dialect.MAVLink_system_time_message(date, boot_ms(cycle.tick))
 
 
 class TimeSync:
-    """The conversation on one link."""
+    """The time protocols of one link."""
 
     def __init__(self, calendar: Calendar, output: LinkOutput) -> None:
         self._calendar, self._output = calendar, output
@@ -53,16 +53,16 @@ class TimeSync:
         }
 
     def due(self, tick: Tick) -> list[Message]:  # noqa: ARG002
-        """Nothing: answers go out as answers do."""
+        """Return nothing: the answers are sent at once."""
         return []
 
     def _compare(self, tick: Tick, message: Message) -> None:
-        """TIMESYNC: a request has no `tc1`; in the answer that is vehicle time, ns, and never 0."""
+        """Answer TIMESYNC: a request has `tc1` 0; the answer has the vehicle time there, ns, never 0."""
         if message.tc1 == 0:
             self._output.send(dialect.MAVLink_timesync_message(max(tick.t_ns, 1), message.ts1))
 
     def _ping(self, _: Tick, message: Message) -> None:
-        """PING: a request is for everybody, an answer for the one who asked."""
+        """Answer PING: a request is addressed to all, an answer to the sender."""
         if message.target_system == 0 and message.target_component == 0:
             system, component = message.get_srcSystem(), message.get_srcComponent()
             self._output.send(dialect.MAVLink_ping_message(message.time_usec, message.seq, system, component))

@@ -71,7 +71,7 @@ def test_the_conversations_have_all_that_the_vehicle_hears() -> None:
     configuration = prepare(Wish("demo"), {}).configuration
     known = {message.get_msgId() for talk in TALKS for message in talk}
     for one in ashore(configuration, False, random.Random(1)).node.links:
-        assert one._handlers.keys() <= known
+        assert one.handlers.keys() <= known
 
 
 def test_a_sound_vehicle_breaks_no_rule_and_does_what_stations_ask() -> None:

@@ -129,7 +129,7 @@ class UnderFire:
         said[0] = owner + said[0]
         node = self.boat.node
         began = time.thread_time_ns()
-        node.receive_all(tick, said)
+        node.receive(tick, said)
         order = node.order()
         self.cost_ns.append(time.thread_time_ns() - began)
         if order is not NO_ORDER:
@@ -234,7 +234,7 @@ class UnderFire:
 
     def _compare(self, twin: Ashore, tick: Tick, owner: list[bytes], order: Order) -> None:
         """The order but for changes, which are tried when there is room in a datagram."""
-        twin.node.receive(tick, 0, owner)
+        twin.node.receive(tick, [owner])
         wanted = twin.node.order()
         self._changes[1].extend(wanted.changes)
         if order is wanted is NO_ORDER:

@@ -9,16 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from firmware_py import app, config_files
-from firmware_py.marine import Origin
 from firmware_py.mavlink.base.codec import Codec, Message
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.base.signing import UNSIGNED_ACCEPTED, Signing
 from firmware_py.mavlink.files.tree import LogFile
 from firmware_py.mavlink.link import MAX_PARSED_PER_TICK
-from firmware_py.mavlink.node import Node
-from firmware_py.mavlink.parameters.transfer import ParameterStore
-from firmware_py.mavlink.telemetry.health import Actuators
+from firmware_py.mavlink.node import Node, SharedState
+from firmware_py.mavlink.parameters.store import ParameterStore
+from firmware_py.reconfiguration import node_settings
 from firmware_py.run import kept_plans
 from sternplane.fuzz.rules import Broken
 
@@ -103,15 +102,10 @@ def ashore(configuration: Mapping[str, Any], signed: bool, rng: random.Random, s
     Raises:
         ParamError: what was kept cannot be used.
     """
-    params, boat = config_files.autopilot_params(configuration), config_files.vehicle(configuration)
-    book = app.parameter_store(configuration)
+    settings, book = node_settings(config_files.autopilot_params(configuration)), app.parameter_store(configuration)
     signing = Signing(KEY, _NOW) if signed else None
-    actuators = Actuators(tuple(fin.delta_max for fin in boat.fins), boat.propeller.n_max)
-    origin = Origin(params.origin.latitude, params.origin.longitude)
-    learned = params.estimation.coefficients.names if params.estimation.learning.enabled else ()
-    plans = kept_plans.plans(configuration, state)
-    limits = app.parts_factory(configuration).limits
-    node = Node(params.mavlink, origin, actuators, DOORS, limits, learned, signing, book, plans)
+    shared = SharedState(signing, book, kept_plans.plans(configuration, state))
+    node = Node(settings, app.vehicle_description(configuration), DOORS, shared)
     node.allow_end()
     found = Ashore(node, book, signing, Logs(rng))
     node.offer_logs(found.logs)

@@ -12,8 +12,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from firmware_py.marine import Eta, Nu, Origin
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
-from firmware_py.mavlink.node import MavlinkParams, Node
-from firmware_py.mavlink.plans.plan_builder import PlanBuilder
+from firmware_py.mavlink.node import Node, SharedState, VehicleDescription
+from firmware_py.mavlink.settings import MavlinkParams, NodeSettings
 from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.mavlink.telemetry.pose import TelemetryParams
 from firmware_py.records.command import Applied, Demand, FinCommand, ModeState, Reference
@@ -29,7 +29,6 @@ from firmware_py.schedule import Tick
 DT_NS = 10_000_000
 ORIGIN = Origin(math.radians(46.5), math.radians(6.6))
 ACTUATORS = Actuators((0.4, 0.4, 0.4, 0.4), 10.0)
-LIMITS = OperatingLimits(depth_max=math.inf, altitude_min=0.0, turning=AS_ASKED)
 NAMES = ("M_q", "Y_dr", "X_dot")
 LEARNED = Learned(
     value=(-0.0625, 0.03125, 1.25),
@@ -106,15 +105,28 @@ def cycle(
     )
 
 
+FREE = OperatingLimits(math.inf, 0.0, AS_ASKED)
+
+
 def node(
     surface: float = 0.0,
     identities: Iterable[Identity] = (Identity.ARDUSUB,),
     system: int = 1,
     coefficients: Sequence[str] = (),
-    plans: Mapping[int, PlanBuilder] | None = None,
+    limits: OperatingLimits = FREE,
+    configurations: Sequence[LinkConfiguration] = (),
+    **state,
 ) -> Node:
+    """A node on links of these identities or configurations; `state` are fields of `SharedState`."""
     params = MavlinkParams(system=system, telemetry=TelemetryParams(surface_altitude=surface))
-    return Node(params, ORIGIN, ACTUATORS, tuple(map(LinkConfiguration, identities)), LIMITS, coefficients, plans=plans)
+    vehicle = VehicleDescription(ORIGIN, ACTUATORS, coefficients)
+    links = configurations or tuple(map(LinkConfiguration, identities))
+    return Node(NodeSettings(params, limits), vehicle, links, SharedState(**state))
+
+
+def receive(receiver: Node, tick: Tick, *datagrams: bytes, link: int = 0) -> None:
+    """The datagrams that came by one link, while the others are silent."""
+    receiver.receive(tick, [datagrams if i == link else [] for i in range(len(receiver.links))])
 
 
 def parse(datagram: bytes) -> list:
@@ -193,7 +205,7 @@ class Boat:
     """A node whose cycles come from a supervisor of the test's."""
 
     def __init__(self, links: int = 1, supervisor: Callable = easy_supervisor, **options) -> None:
-        self.node = node(identities=(Identity.ARDUSUB,) * links, **options)
+        self.node = node(**{"identities": (Identity.ARDUSUB,) * links, **options})
         self.supervisor = supervisor
         self.incoming: list[list[bytes]] = [[] for _ in range(links)]
         self.stations = [Station(self, link) for link in range(links)]
@@ -206,8 +218,8 @@ class Boat:
     def step(self, ticks: int = 1) -> None:
         for _ in range(ticks):
             tick = Tick(self.k, DT_NS)
-            for link, datagrams in enumerate(self.incoming):
-                self.node.receive(tick, link, datagrams)
+            self.node.receive(tick, self.incoming)
+            for datagrams in self.incoming:
                 datagrams.clear()
             order = self.node.order()
             self.mode, events = self.supervisor(self.mode, order)

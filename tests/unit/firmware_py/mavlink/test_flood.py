@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink import link as limits
+from firmware_py.mavlink.base.codec import dialect
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.node import Node
 from firmware_py.records.order import Arming
@@ -34,68 +35,68 @@ FLOODS = {
 
 
 class Watched:
-    """A node whose every attempt at a frame is counted, by link."""
+    """A node, its parse attempts in the last tick by link, and the bytes that pymavlink decoded in it."""
 
-    def __init__(self) -> None:
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.node: Node = node(identities=(Identity.ARDUSUB,) * LINKS)
-        self.tried: list[list[int]] = [[] for _ in range(LINKS)]
-        self.looked = [0] * LINKS
+        self.attempts = [0] * LINKS
+        self.decoded = 0
         for i, link in enumerate(self.node.links):
-            self._watch(i, link.codec)
+            monkeypatch.setattr(link, "receive", self._counting(i, link.receive))
+        decode = dialect.MAVLink.decode
 
-    def _watch(self, i: int, codec) -> None:
-        decode, parse = codec._decode, codec.parse
+        def counting(mav, frame: bytearray):
+            self.decoded += len(frame)
+            return decode(mav, frame)
 
-        def tried(frame: bytes, messages: list) -> bool:
-            self.tried[i].append(len(frame))
-            return decode(frame, messages)
+        monkeypatch.setattr(dialect.MAVLink, "decode", counting)
 
-        def looked(data: bytes, most: int, t_ns: int = 0):
-            messages, count = parse(data, most, t_ns)
-            self.looked[i] += count
-            return messages, count
+    def _counting(self, i: int, receive: Callable[..., int]) -> Callable[..., int]:
+        def counting(*args) -> int:
+            self.attempts[i] = receive(*args)
+            return self.attempts[i]
 
-        codec._decode, codec.parse = tried, looked
+        return counting
 
-    def receive_all(self, k: int, said: Sequence[Sequence[bytes]]) -> None:
-        for tried in self.tried:
-            tried.clear()
-        self.looked = [0] * LINKS
-        self.node.receive_all(Tick(k, DT_NS), said)
+    def receive(self, k: int, datagrams: Sequence[Sequence[bytes]]) -> None:
+        self.attempts, self.decoded = [0] * LINKS, 0
+        self.node.receive(Tick(k, DT_NS), datagrams)
+
+
+@pytest.fixture
+def watched(monkeypatch: pytest.MonkeyPatch) -> Watched:
+    return Watched(monkeypatch)
 
 
 @pytest.mark.parametrize("kind", FLOODS)
 @pytest.mark.parametrize("links", range(1, LINKS + 1))
-def test_what_a_tick_looks_at_is_bounded_over_all_links(kind: str, links: int) -> None:
-    watched = Watched()
+def test_what_a_tick_looks_at_is_bounded_over_all_links(kind: str, links: int, watched: Watched) -> None:
     said = [FLOODS[kind] if i < links else [] for i in range(LINKS)]
     for k in range(20):
-        watched.receive_all(k, said)
-        assert sum(watched.looked) <= limits.MAX_PARSED_PER_TICK
-        assert sum(map(sum, watched.tried)) <= limits.MAX_PARSED_PER_TICK * LONGEST
+        watched.receive(k, said)
+        assert sum(watched.attempts) <= limits.MAX_PARSED_PER_TICK
+        assert watched.decoded <= limits.MAX_PARSED_PER_TICK * LONGEST
         for i in range(links):
-            assert watched.looked[i] >= limits.MAX_PARSED_PER_TICK // links
+            assert watched.attempts[i] >= limits.MAX_PARSED_PER_TICK // links
     for i, link in enumerate(watched.node.links):
         assert (link.losses["flooding"] > 0) == (i < links)
 
 
 @pytest.mark.parametrize("kind", FLOODS)
 @pytest.mark.parametrize("quiet", range(LINKS))
-def test_a_command_is_heard_beside_floods_on_all_other_links(kind: str, quiet: int) -> None:
-    watched = Watched()
+def test_a_command_is_heard_beside_floods_on_all_other_links(kind: str, quiet: int, watched: Watched) -> None:
     said = [[ARM] if i == quiet else [datagram.replace(ARM, BROKEN) for datagram in FLOODS[kind]] for i in range(LINKS)]
-    watched.receive_all(0, said)
+    watched.receive(0, said)
     order = watched.node.order()
     assert (order.arming, order.asker.link) == (Arming.ARM, quiet)
     assert watched.node.links[quiet].lost == 0
 
 
-def test_what_others_leave_is_for_who_has_much_to_say() -> None:
-    watched = Watched()
-    watched.receive_all(0, [[ARM], [ARM], [ARM * 40]])
-    assert watched.looked == [1, 1, limits.MAX_PARSED_PER_TICK - 2]
-    watched.receive_all(1, [[], [ARM * 40], []])
-    assert watched.looked == [0, limits.MAX_PARSED_PER_TICK, 0]
+def test_what_others_leave_is_for_who_has_much_to_say(watched: Watched) -> None:
+    watched.receive(0, [[ARM], [ARM], [ARM * 40]])
+    assert watched.attempts == [1, 1, limits.MAX_PARSED_PER_TICK - 2]
+    watched.receive(1, [[], [ARM * 40], []])
+    assert watched.attempts == [0, limits.MAX_PARSED_PER_TICK, 0]
 
 
 def test_of_many_missions_in_one_tick_one_is_adopted_the_last() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import struct
 
 import pytest
 from hypothesis import given
@@ -13,14 +12,13 @@ from pymavlink.dialects.v20 import all as mavlink
 from firmware_py.marine import Eta, Nu
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
-from firmware_py.mavlink.commands.setpoints import WaterFrame
+from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.link import Link
-from firmware_py.mavlink.node import MavlinkParams, Node
 from firmware_py.mavlink.plans.plan_builder import MISSION, plan_of_mission
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.order import Arming, Mission, Mode, Waypoint
 
-from .station import ACTUATORS, LEARNED, LIMITS, ORIGIN, Boat, cycle, node
+from .station import LEARNED, ORIGIN, Boat, cycle, node, parse
 
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED = 0, 1, 2, 3
 REQUEST, START, PAUSE = mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAV_CMD_MISSION_START, 193
@@ -39,7 +37,7 @@ def talk(boat: Boat, number: int, *params: float, ticks: int = 3) -> list:
     messages = []
     for _ in range(ticks):
         tick = cycle(boat.k).tick
-        boat.node.receive(tick, 0, boat.incoming[0])
+        boat.node.receive(tick, boat.incoming)
         boat.incoming[0].clear()
         order = boat.node.order()
         boat.mode, events = boat.supervisor(boat.mode, order)
@@ -266,11 +264,7 @@ def test_a_home_that_disagrees_is_denied() -> None:
 
 
 def acoustic() -> Boat:
-    boat = Boat()
-    boat.node = Node(
-        MavlinkParams(), ORIGIN, ACTUATORS, [LinkConfiguration(Identity.ARDUSUB, high_latency=True)], LIMITS
-    )
-    return boat
+    return Boat(configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
 
 
 def test_a_link_of_high_latency_says_one_message_in_five_seconds_and_answers() -> None:
@@ -292,7 +286,9 @@ def test_of_events_only_critical_ones_go_over_a_link_of_high_latency() -> None:
             Event(EventKind.WAYPOINT_PASSED, Severity.INFO, numbers=(1.0, 3.0)),
         )
     )
-    assert len(link._waiting) == 1
+    messages = [m for k in range(5) for m in parse(link.report(cycle(k)))]
+    (text,) = [m.text for m in messages if m.get_type() == "STATUSTEXT"]
+    assert text.endswith("water in the hull")
 
 
 def test_high_latency_can_be_begun_and_ended_on_any_link() -> None:
@@ -308,13 +304,9 @@ def test_high_latency_can_be_begun_and_ended_on_any_link() -> None:
 
 
 def test_high_latency_says_what_matters() -> None:
-    boat = node(surface=300.0)
-    maker = boat.links[0]._encoders[mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2]
-    m = maker(
-        cycle(
-            100, Mode.LOITER, eta=Eta(0.0, 0.0, 12.34, 0.0, 0.0, math.radians(-90.0)), learned=LEARNED, depth_ok=False
-        )
-    )
+    boat = node(surface=300.0, configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
+    eta = Eta(0.0, 0.0, 12.34, 0.0, 0.0, math.radians(-90.0))
+    (m,) = parse(boat.report(cycle(0, Mode.LOITER, eta=eta, learned=LEARNED, depth_ok=False))[0])
     assert (m.latitude, m.longitude) == (LATITUDE, LONGITUDE)
     assert m.altitude == 288
     assert (m.custom1 + 127 * m.custom2) / 10 == 12.3
@@ -329,14 +321,10 @@ def test_high_latency_says_what_matters() -> None:
 
 @given(st.tuples(*[st.floats()] * 6), st.tuples(*[st.floats()] * 6), st.floats())
 def test_no_state_however_broken_makes_it_unsayable(eta, nu, std) -> None:
-    boat = node(identities=tuple(Identity))
-    for link in boat.links:
-        maker = link._encoders[mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2]
-        message = maker(cycle(0, eta=Eta(*eta), nu=Nu(*nu), position_std=std))
-        try:
-            message.pack(mavlink.MAVLink(None))
-        except struct.error as error:
-            raise AssertionError(message) from error
+    boat = node(configurations=[LinkConfiguration(identity, high_latency=True) for identity in Identity])
+    for datagram in boat.report(cycle(0, eta=Eta(*eta), nu=Nu(*nu), position_std=std)):
+        assert [m.get_type() for m in parse(datagram)] == ["HIGH_LATENCY2"]
+    assert not any(link.codec.not_encodable for link in boat.links)
 
 
 class Talker:

@@ -11,8 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.commands.manual_control import ManualControlParams, sticks
 from firmware_py.records.order import NO_ORDER, Arming
-
-from .station import Boat
+from tests.unit.firmware_py.mavlink.station import Boat
 
 PARAMS = ManualControlParams(delta_s_full=0.2, delta_r_full=0.3, n_full=8.0)
 NONE = 32767

@@ -10,8 +10,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from firmware_py.mavlink.base.statustext import StatusTexts
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.order import Kind, Mode
-
-from .station import cycle, node, parse, put_together
+from tests.unit.firmware_py.mavlink.station import cycle, node, parse, put_together
 
 
 @given(st.lists(st.text(st.characters(min_codepoint=32, max_codepoint=126), max_size=300), max_size=5))

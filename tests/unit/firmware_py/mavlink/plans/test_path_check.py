@@ -9,19 +9,14 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py import app, config_files
 from firmware_py.adapters.installation import configs
-from firmware_py.mavlink.base.identity import Identity
-from firmware_py.mavlink.base.link_configuration import LinkConfiguration
-from firmware_py.mavlink.node import MavlinkParams, Node
 from firmware_py.mavlink.plans.items import UNLIMITED
 from firmware_py.mavlink.plans.path_check import check_first_leg
 from firmware_py.records.fence import Fence, Polygon
 from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mode, Surface, Waypoint
 from firmware_py.records.turning import Turning
-
-from .planner import FENCE, RALLY, WAYPOINT, Planner, home, item
-from .station import ACTUATORS, ORIGIN, STATE, Boat, put_together
-from .station import LIMITS as UNBOUND
+from tests.unit.firmware_py.mavlink.planner import FENCE, RALLY, WAYPOINT, Planner, home, item
+from tests.unit.firmware_py.mavlink.station import STATE, Boat, put_together
 
 ACCEPTED, X = mavlink.MAV_MISSION_ACCEPTED, mavlink.MAV_MISSION_INVALID_PARAM5_X
 YES, NOT_NOW, DENIED = 0, mavlink.MAV_RESULT_TEMPORARILY_REJECTED, mavlink.MAV_RESULT_DENIED
@@ -40,9 +35,8 @@ WALL = [at(x, y, command=EXCLUDE, p=(4,), kind=FENCE) for x, y in ((40, -50), (4
 
 
 def fenced(x: float = 0.0, y: float = 0.0, **state) -> Planner:
-    boat = Boat()
+    boat = Boat(limits=OperatingLimits(30.0, 2.0, TURNING))
     boat.state = {"eta": STATE.eta._replace(x=x, y=y), **state}
-    boat.node.set_limits(OperatingLimits(30.0, 2.0, TURNING))
     planner = Planner(boat)
     assert planner.upload(home(*WALL, kind=FENCE), FENCE) == ACCEPTED
     boat.mode = Mode.HOLD
@@ -73,7 +67,7 @@ def test_a_mission_does_not_begin_where_the_way_to_its_first_place_is_barred(aut
     planner = fenced()
     assert planner.upload(home(at(100), at(100, 70))) == ACCEPTED
     assert commanded(planner, *auto) == NOT_NOW
-    assert "the way from here to item 1 is within exclusion 1 of the fence" in "".join(planner.texts)
+    assert "the leg from here to item 1 is within exclusion 1 of the fence" in "".join(planner.texts)
     assert planner.boat.mode is Mode.HOLD
     planner.boat.state = {"eta": STATE.eta._replace(x=80.0)}
     planner.boat.step()
@@ -128,7 +122,7 @@ def test_a_mission_is_not_sent_on_to_an_item_to_which_the_way_is_barred() -> Non
     planner = fenced()
     assert planner.upload(home(at(0, 20), at(0, 70), at(100, 70), at(100))) == ACCEPTED
     assert commanded(planner, START, 4) == NOT_NOW
-    assert "the way from here to item 4 is within exclusion 1" in "".join(planner.texts)
+    assert "the leg from here to item 4 is within exclusion 1" in "".join(planner.texts)
     assert commanded(planner, SET_CURRENT, 4) == YES  # it is not flown yet
     assert commanded(planner, START, 2) == YES
     assert commanded(planner, SET_CURRENT, 4) == DENIED
@@ -137,7 +131,7 @@ def test_a_mission_is_not_sent_on_to_an_item_to_which_the_way_is_barred() -> Non
     planner.send(mavlink.MAVLink_mission_set_current_message(1, 1, 4))
     planner.step()
     planner.step()
-    assert "MISSION_SET_CURRENT refused: the way from here to item 4" in "".join(planner.texts)
+    assert "MISSION_SET_CURRENT refused: the leg from here to item 4" in "".join(planner.texts)
     assert [order.jump for order in planner.boat.orders if order.jump >= 0] == jumps
 
 
@@ -147,7 +141,7 @@ def test_another_mission_that_would_begin_behind_the_fence_is_refused_while_one_
     assert commanded(planner, *AUTO[0]) == YES
     assert planner.upload(home(at(100), at(100, 70))) == X
     planner.step()
-    assert "it would begin at once, and the way to it is within exclusion 1" in "".join(planner.texts)
+    assert "the mission is flown now, and the leg to its start is within exclusion 1" in "".join(planner.texts)
     assert len(planner.download()) == 2
     assert planner.upload(home(at(0, 70), item(JUMP, 3, 1), at(100, 70), at(0, 90))) == ACCEPTED
 
@@ -161,7 +155,7 @@ def test_a_fence_across_the_way_that_is_being_flown_is_taken_and_said() -> None:
     assert planner.upload(home(*across, kind=FENCE), FENCE) == ACCEPTED
     for _ in range(5):
         planner.step()
-    assert "the way from here to item 1 is within exclusion 1 of the fence" in "".join(planner.texts)
+    assert "the leg from here to item 1 is within exclusion 1 of the fence" in "".join(planner.texts)
     assert planner.boat.mode is Mode.MISSION  # the supervisor brings it up, should it come so far
 
 
@@ -171,11 +165,11 @@ GOTO = mavlink.MAV_CMD_DO_REPOSITION
 @pytest.mark.parametrize(
     ("x", "y", "speed", "why"),
     [
-        (50.0, 0.0, 1.0, "the place is within exclusion 1 of the fence"),
-        (10.0, 0.0, 1.0, "the circle around the place, 30 m wide to all sides, is within exclusion 1 of the fence"),
+        (50.0, 0.0, 1.0, "the position is within exclusion 1 of the fence"),
+        (10.0, 0.0, 1.0, "the circle around the position, 30 m in radius, is within exclusion 1 of the fence"),
         (-15.0, 0.0, 2.5, ""),
-        (0.0, 0.0, 2.5, "the circle around the place, 45 m wide to all sides, is within exclusion 1 of the fence"),
-        (120.0, 0.0, 1.0, "the way to the place is within exclusion 1 of the fence"),
+        (0.0, 0.0, 2.5, "the circle around the position, 45 m in radius, is within exclusion 1 of the fence"),
+        (120.0, 0.0, 1.0, "the leg to the position is within exclusion 1 of the fence"),
         (120.0, 190.0, 1.0, ""),
     ],
 )
@@ -235,7 +229,7 @@ def test_a_circle_is_as_wide_as_it_will_be_flown(x: float, radius: float, speed:
     assert planner.upload(home(*items, at(x, command=LOITER, p=(0, 0, radius)))) == code
 
 
-BOOK = {**config_files.read_configuration(configs() / "npsauv2"), "mission": {"waypoints": []}, "kept": {}}
+CONFIGURATION = {**config_files.read_configuration(configs() / "npsauv2"), "mission": {"waypoints": []}, "kept": {}}
 
 
 @pytest.mark.parametrize(
@@ -251,15 +245,15 @@ BOOK = {**config_files.read_configuration(configs() / "npsauv2"), "mission": {"w
 def test_what_makes_circles_wider_holds_for_the_next_mission(
     name: str, value: float, gap: float, before: int, after: int
 ) -> None:
-    book, boat = app.parameter_store(BOOK), Boat()
-    boat.node = Node(
-        MavlinkParams(), ORIGIN, ACTUATORS, (LinkConfiguration(Identity.ARDUSUB),), UNBOUND, parameter_store=book
+    parameters, turning = (
+        app.parameter_store(CONFIGURATION),
+        config_files.autopilot_params(CONFIGURATION).guidance.turning,
     )
-    boat.node.set_limits(OperatingLimits(30.0, 2.0, config_files.autopilot_params(BOOK).guidance.turning))
+    boat = Boat(limits=OperatingLimits(30.0, 2.0, turning), parameters=parameters)
     planner, circle = Planner(boat), home(at(40.0 - gap, command=LOITER))
     assert planner.upload(home(*WALL, kind=FENCE), FENCE) == ACCEPTED
     assert planner.upload(circle) == before
-    book.set(name, value, armed=False)
+    parameters.set(name, value, armed=False)
     boat.step(2)
     assert planner.upload(circle) == after
 
@@ -271,7 +265,9 @@ def test_a_fence_that_strands_a_rally_point_is_taken_and_says_so() -> None:
     assert planner.upload(home(*points, kind=RALLY), RALLY) == ACCEPTED
     assert planner.upload(home(*WALL, kind=FENCE), FENCE) == ACCEPTED
     planner.step()
-    assert "rally point 1 is within exclusion 1 of the fence: nobody returns to it" in "".join(planner.texts)
+    assert "rally point 1 is within exclusion 1 of the fence: the vehicle will not return to it" in "".join(
+        planner.texts
+    )
     assert len(planner.download(RALLY)) == 2
     assert planner.upload(home(points[1], kind=RALLY), RALLY) == X
     many = [at(0, y, kind=RALLY, command=RALLY_POINT) for y in range(33)]

@@ -14,8 +14,7 @@ from firmware_py.mavlink.base.codec import Codec
 from firmware_py.mavlink.telemetry.streams import DEFAULT_STREAMS
 from firmware_py.records.event import Event, EventKind, Severity
 from firmware_py.records.order import NO_ORDER, Arming
-
-from .station import Boat, cycle, node, parse
+from tests.unit.firmware_py.mavlink.station import Boat, cycle, node, parse, receive
 
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 noise = st.one_of(
@@ -31,7 +30,7 @@ def arm(again: int = 0) -> bytes:
 
 def order_after(*datagrams: bytes):
     boat = node()
-    boat.receive(cycle().tick, 0, datagrams)
+    receive(boat, cycle().tick, *datagrams)
     return boat.order()
 
 
@@ -99,7 +98,7 @@ def test_any_message_with_any_content_is_survived(data) -> None:
         payload = data.draw(st.binary(min_size=1, max_size=64))[: kind.unpacker.size] or b"\x01"
         header = bytes([len(payload), 0, 0, 0, 255, 190]) + kind.id.to_bytes(3, "little")
         crc = mavlink.x25crc(bytearray(header + payload + bytes([kind.crc_extra]))).crc
-        boat.receive(cycle().tick, 0, [b"\xfd" + header + payload + crc.to_bytes(2, "little")])
+        receive(boat, cycle().tick, b"\xfd" + header + payload + crc.to_bytes(2, "little"))
     assert boat.links[0].codec.malformed == 0
     for k in range(100):
         parse(boat.report(cycle(k))[0])
@@ -117,7 +116,7 @@ def test_no_more_is_looked_at_in_a_tick_than_its_share() -> None:
 def test_a_flood_is_cut_and_counted(flood: bytes) -> None:
     boat = node()
     (link,) = boat.links
-    boat.receive(cycle().tick, 0, [flood] * 100)
+    receive(boat, cycle().tick, *[flood] * 100)
     assert link.losses["flooding"] >= 100 - limits.MAX_PARSED_PER_TICK
     assert link.lost == sum(link.losses.values())
 
@@ -138,7 +137,7 @@ def test_a_flood_of_questions_fills_no_tick_beyond_its_share() -> None:
     answered = names["COMMAND_ACK"] + len(station.heard("COMMAND_ACK"))
     losses = boat.node.links[0].losses
     assert losses["flooding"] == 200 * (40 - limits.MAX_PARSED_PER_TICK)
-    assert losses["not_said"] == 200 * limits.MAX_PARSED_PER_TICK - answered
+    assert losses["queue_full"] == 200 * limits.MAX_PARSED_PER_TICK - answered
     boat.step(100)
     assert "COMMAND_ACK" not in {message.get_type() for message in station.messages}
 

@@ -13,8 +13,7 @@ from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.commands.queue import MAX_WAITING
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.order import Arming, Mode, Order
-
-from .station import Boat, Station, cycle, node, parse
+from tests.unit.firmware_py.mavlink.station import Boat, Station, cycle, node, parse
 
 ARM, SET_MODE = mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_CMD_DO_SET_MODE
 REQUEST, INTERVAL = mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL

@@ -11,8 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.records.estimate import NOTHING_LEARNED, Learned
-
-from .station import LEARNED, NAMES, Boat, cycle, frame, node, parse, told
+from tests.unit.firmware_py.mavlink.station import LEARNED, NAMES, Boat, cycle, frame, node, parse, told
 
 BESIDE = ["nis_dvl", "nis_gyro", "nis_att", "current_n", "current_e", "turbulence"]
 
@@ -79,7 +78,7 @@ def test_at_whatever_rate_they_are_asked_for_every_name_comes(interval_us: int) 
     boat = Boat(coefficients=NAMES)
     station = boat.stations[0]
     station.command(511, mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT, interval_us)
-    boat.node.receive(cycle().tick, 0, boat.incoming[0])
+    boat.node.receive(cycle().tick, boat.incoming)
     said = [m.name for m in reports(LEARNED, 20.0, boat.node) if m.get_type() == "NAMED_VALUE_FLOAT"]
     assert set(said) == {*NAMES, *BESIDE}
 

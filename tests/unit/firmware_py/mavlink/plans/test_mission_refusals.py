@@ -7,12 +7,17 @@ import math
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from firmware_py import app, config_files
+from firmware_py.adapters.installation import configs
 from firmware_py.mavlink.base.identity import Identity
+from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.order import Loiter, Mode
+from firmware_py.records.turning import AS_ASKED
+from tests.unit.firmware_py.mavlink.planner import FENCE, WAYPOINT, Planner, fields, home, item
+from tests.unit.firmware_py.mavlink.station import Boat, node
 
-from .planner import FENCE, WAYPOINT, Planner, fields, home, item
-from .station import LIMITS, Boat, node
-
+LIMITS = OperatingLimits(30.0, 2.0, AS_ASKED)
+CONFIGURATION = {**config_files.read_configuration(configs() / "npsauv2"), "mission": {"waypoints": []}, "kept": {}}
 ACCEPTED, X = mavlink.MAV_MISSION_ACCEPTED, mavlink.MAV_MISSION_INVALID_PARAM5_X
 LOITER_UNLIM, LOITER_TURNS, LOITER_TIME = 17, 18, 19
 LAND, DO_JUMP, SPEED, LEARN = 21, 177, 178, 31010
@@ -22,13 +27,13 @@ NAN, INF = math.nan, math.inf
 
 REFUSED = [
     (item(z=3.0), mavlink.MAV_MISSION_INVALID_PARAM7, "3.00 m above the water"),
-    (item(z=NAN), mavlink.MAV_MISSION_INVALID_PARAM7, "nan is no height"),
-    (item(z=-INF), mavlink.MAV_MISSION_INVALID_PARAM7, "-inf is no height"),
+    (item(z=NAN), mavlink.MAV_MISSION_INVALID_PARAM7, "nan is not a height"),
+    (item(z=-INF), mavlink.MAV_MISSION_INVALID_PARAM7, "-inf is not a height"),
     (item(z=-40.0), mavlink.MAV_MISSION_INVALID_PARAM7, "depth 40.0 m, limit 30 m"),
-    (item(z=1.0, frame=TERRAIN), mavlink.MAV_MISSION_INVALID_PARAM7, "1 m above the bottom, floor 2 m"),
+    (item(z=1.0, frame=TERRAIN), mavlink.MAV_MISSION_INVALID_PARAM7, "1 m above the bottom, minimum 2 m"),
     (item(north=2e5), mavlink.MAV_MISSION_INVALID_PARAM5_X, "not within 100 km"),
-    (item(x=950_000_000), mavlink.MAV_MISSION_INVALID_PARAM5_X, "is no place"),
-    (item(y=1_900_000_000), mavlink.MAV_MISSION_INVALID_PARAM6_Y, "is no place"),
+    (item(x=950_000_000), mavlink.MAV_MISSION_INVALID_PARAM5_X, "is not a position"),
+    (item(y=1_900_000_000), mavlink.MAV_MISSION_INVALID_PARAM6_Y, "is not a position"),
     (item(frame=12), mavlink.MAV_MISSION_UNSUPPORTED_FRAME, "frame 12"),
     (item(frame=21), mavlink.MAV_MISSION_UNSUPPORTED_FRAME, "frame 21"),
     (item(WAYPOINT, 2e6), mavlink.MAV_MISSION_INVALID_PARAM1, "seconds"),
@@ -54,8 +59,7 @@ REFUSED = [
 
 @pytest.mark.parametrize(("bad", "code", "words"), REFUSED, ids=lambda value: str(value)[:24])
 def test_an_item_that_cannot_be_flown_ends_the_upload_and_the_old_mission_stays(bad, code: int, words: str) -> None:
-    boat = Boat()
-    boat.node.set_limits(LIMITS._replace(depth_max=30.0, altitude_min=2.0))
+    boat = Boat(limits=LIMITS)
     planner, old = Planner(boat), home(item(north=50), item(north=60))
     assert planner.upload(old) == ACCEPTED
     boat.step()
@@ -97,20 +101,20 @@ BAY = [
 BALL = [item(EXCLUDE_CIRCLE, 20, north=50, kind=FENCE)]
 SHARED = [*square(INCLUDE, -10, -10, 50, 10), *square(INCLUDE, 50, -10, 100, 10)]
 WAYS = [
-    (WALL, [at(0), at(100)], 2, "the way to it is within exclusion 1"),
+    (WALL, [at(0), at(100)], 2, "the leg to it is within exclusion 1"),
     (WALL, [at(0), at(0, 70), at(100, 70), at(100)], 0, ""),
-    (WALL, [at(0), item(SPEED, 1, 1.5), at(100)], 3, "the way to it is within exclusion 1"),
-    (BALL, [at(0), at(100)], 2, "the way to it is within exclusion 1"),
+    (WALL, [at(0), item(SPEED, 1, 1.5), at(100)], 3, "the leg to it is within exclusion 1"),
+    (BALL, [at(0), at(100)], 2, "the leg to it is within exclusion 1"),
     (BALL, [at(0, 35), at(100, 35)], 0, ""),
-    (BAY, [at(10, 10), at(90, 90)], 2, "the way to it is outside the fence"),
+    (BAY, [at(10, 10), at(90, 90)], 2, "the leg to it is outside the fence"),
     (BAY, [at(10, 10), at(10, 90), at(90, 90)], 0, ""),
     (SHARED, [at(0), at(90)], 0, ""),
-    (WALL, [at(0), at(0, 70), at(100, 70), at(100), item(DO_JUMP, 1, 2)], 5, "the way back is within exclusion 1"),
-    (WALL, [at(0), item(DO_JUMP, 5, 1), at(0, 70), at(100, 70), at(100)], 5, "the way to it is within exclusion 1"),
+    (WALL, [at(0), at(0, 70), at(100, 70), at(100), item(DO_JUMP, 1, 2)], 5, "the leg back is within exclusion 1"),
+    (WALL, [at(0), item(DO_JUMP, 5, 1), at(0, 70), at(100, 70), at(100)], 5, "the leg to it is within exclusion 1"),
     (WALL, [at(0), item(DO_JUMP, 5, 0), at(0, 70), at(100, 70), at(100)], 0, ""),
     (WALL, [at(0), item(DO_JUMP, 1, -1), at(100)], 0, ""),  # nobody comes to the last one
     (WALL, [at(0), item(LAND, x=0, y=0, z=0.0), at(100)], 0, ""),
-    (WALL, [at(0), at(100, command=LAND)], 2, "the way to it is within exclusion 1"),
+    (WALL, [at(0), at(100, command=LAND)], 2, "the leg to it is within exclusion 1"),
     (WALL, [at(50, 75, command=LOITER_TURNS, p=(1, 0, 30))], 1, "within exclusion 1"),
     (WALL, [at(50, 75, command=LOITER_TURNS, p=(1, 0, 15))], 0, ""),
     (BALL, [at(50, 0, command=LOITER_TURNS, p=(1, 0, 60)), at(50, 90)], 0, ""),  # around it, and away
@@ -162,7 +166,7 @@ def test_a_fence_that_forbids_the_mission_is_taken_and_the_mission_is_not_flown(
     boat.mode = Mode.HOLD
     assert planner.upload(home(*WALL, kind=FENCE), FENCE) == ACCEPTED
     planner.step()
-    words = f"item {second}: the way to it is within exclusion 1"
+    words = f"item {second}: the leg to it is within exclusion 1"
     assert words in "".join(planner.texts)
     planner.texts.clear()
     assert commanded(planner, *auto) == [mavlink.MAV_RESULT_TEMPORARILY_REJECTED]
@@ -175,11 +179,11 @@ def test_a_fence_that_forbids_the_mission_is_taken_and_the_mission_is_not_flown(
 
 
 def test_a_depth_limit_that_forbids_the_mission_is_as_good_as_a_fence() -> None:
-    boat = Boat()
-    boat.node.set_limits(LIMITS._replace(depth_max=30.0, altitude_min=2.0))
+    parameters = app.parameter_store(CONFIGURATION)
+    boat = Boat(limits=LIMITS, parameters=parameters)
     planner = Planner(boat)
     assert planner.upload(home(at(0), item(z=-25.0))) == ACCEPTED
-    boat.node.set_limits(LIMITS._replace(depth_max=20.0, altitude_min=2.0))
+    parameters.set("SAF_DEPTH_MAX", 20.0, armed=False)
     planner.step()
     assert "item 2: depth 25.0 m, limit 20 m" in "".join(planner.texts)
     boat.mode = Mode.HOLD
@@ -195,10 +199,10 @@ def test_of_a_long_mission_a_few_items_are_looked_at_in_each_tick_and_it_waits_f
     assert planner.upload(home(*WALL, kind=FENCE), FENCE) == ACCEPTED
     boat.mode = Mode.HOLD
     assert commanded(planner, *AUTO[0]) == [mavlink.MAV_RESULT_TEMPORARILY_REJECTED]
-    assert "looked at again" in "".join(planner.texts)
+    assert "checked again" in "".join(planner.texts)
     for _ in range(101):
         planner.step()
-    assert "item 401: the way to it" in "".join(planner.texts)
+    assert "item 401: the leg to it" in "".join(planner.texts)
 
 
 def test_a_waypoint_to_be_held_is_a_circle_for_so_long() -> None:

@@ -12,10 +12,10 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.base.signing import STATE_FILE, TICKS_PER_S, UNSIGNED_ACCEPTED, Signing
-from firmware_py.mavlink.node import MavlinkParams, Node
+from firmware_py.mavlink.node import Node
 from firmware_py.records.order import NO_ORDER, Arming
-
-from .station import ACTUATORS, DT_NS, LIMITS, ORIGIN, cycle, parse
+from tests.unit.firmware_py.mavlink import station
+from tests.unit.firmware_py.mavlink.station import DT_NS, cycle, parse, receive
 
 KEY, OTHER = bytes(range(32)), bytes(32)
 NOW = 370_000_000 * TICKS_PER_S
@@ -41,13 +41,13 @@ class Peer:
 
 
 def node(kept: bytes = b"", links: int = 1, key: bytes = KEY, now: int = NOW, stream: bool = False) -> Node:
-    doors = [LinkConfiguration(Identity.ARDUSUB, stream=stream)] * links
-    return Node(MavlinkParams(), ORIGIN, ACTUATORS, doors, LIMITS, signing=Signing(key, now, kept))
+    configurations = [LinkConfiguration(Identity.ARDUSUB, stream=stream)] * links
+    return station.node(configurations=configurations, signing=Signing(key, now, kept))
 
 
 def hears(boat: Node, *datagrams: bytes, link: int = 0) -> bool:
     """Whether the boat is asked to arm by what it hears; it forgets that it was."""
-    boat.receive(cycle().tick, link, datagrams)
+    receive(boat, cycle().tick, *datagrams, link=link)
     order = boat.order()
     boat.report(dataclasses.replace(cycle(), order=order))
     return order.arming is Arming.ARM
@@ -150,7 +150,7 @@ def test_no_unsigned_message_but_the_listed_reaches_anybody(data) -> None:
         payload = data.draw(st.binary(min_size=1, max_size=40))[: kind.unpacker.size] or b"\x01"
         header = bytes([len(payload), 0, 0, 0, 255, 190]) + kind.id.to_bytes(3, "little")
         crc = mavlink.x25crc(bytearray(header + payload + bytes([kind.crc_extra]))).crc
-        boat.receive(cycle().tick, 0, [b"\xfd" + header + payload + crc.to_bytes(2, "little")])
+        receive(boat, cycle().tick, b"\xfd" + header + payload + crc.to_bytes(2, "little"))
         assert boat.order() is NO_ORDER
     listed = sum(name in mavlink.mavlink_map for name in UNSIGNED_ACCEPTED)
     assert boat.links[0].codec.refused == len(mavlink.mavlink_map) - listed
@@ -181,7 +181,7 @@ def test_refusals_are_told_now_and_then_in_a_sentence_with_their_number() -> Non
     boat = node()
     said = []
     for k in range(2500):
-        boat.receive(cycle(k).tick, 0, [Peer(None).arm()])
+        receive(boat, cycle(k).tick, Peer(None).arm())
         said += [m for m in parse(boat.report(cycle(k))[0]) if m.get_type() in ("STATUSTEXT", "SYS_STATUS")]
     texts = [m.text for m in said if m.get_type() == "STATUSTEXT" and m.chunk_seq == 0]
     assert len(texts) == 3
@@ -192,6 +192,6 @@ def test_refusals_are_told_now_and_then_in_a_sentence_with_their_number() -> Non
 def test_a_station_cannot_change_the_key() -> None:
     boat = node()
     setup = mavlink.MAVLink_setup_signing_message(1, 1, list(OTHER), NOW)
-    boat.receive(cycle().tick, 0, [Peer().pack(setup)])
+    receive(boat, cycle().tick, Peer().pack(setup))
     assert not hears(boat, Peer(OTHER).arm())
     assert hears(boat, Peer(now=NOW + TICKS_PER_S).arm())

@@ -17,8 +17,7 @@ from firmware_py.records.event import Event
 from firmware_py.records.order import Mode, Order
 from firmware_py.safety.supervisor import SafetyParams, Supervisor
 from firmware_py.schedule import Tick
-
-from .station import DT_NS, STATE, Boat, Station, frame, node, put_together
+from tests.unit.firmware_py.mavlink.station import DT_NS, STATE, Boat, Station, frame, node, put_together
 
 ACCEPTED, REJECTED, DENIED = 0, 1, 2
 COMMANDS = sorted(number for number in mavlink.enums["MAV_CMD"] if number != mavlink.MAV_CMD_ENUM_END)

@@ -11,10 +11,7 @@ from hypothesis import strategies as st
 from firmware_py.marine import Eta, Nu
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
-from firmware_py.mavlink.node import MavlinkParams, Node
-from firmware_py.mavlink.telemetry.pose import TelemetryParams
-
-from .station import ACTUATORS, LIMITS, ORIGIN, cycle, parse, told
+from tests.unit.firmware_py.mavlink.station import cycle, node, parse, told
 
 
 @pytest.mark.parametrize(
@@ -51,8 +48,7 @@ def test_each_field_says_the_depth_in_its_own_way(surface: float, depth: float, 
 
 @pytest.mark.parametrize(("surface", "depth", "amsl"), [(0.0, 12.4, -12), (300.0, 12.4, 288), (300.0, 0.0, 300)])
 def test_high_latency_says_the_altitude_and_the_depth(surface: float, depth: float, amsl: int) -> None:
-    params = MavlinkParams(telemetry=TelemetryParams(surface_altitude=surface))
-    boat = Node(params, ORIGIN, ACTUATORS, [LinkConfiguration(Identity.ARDUSUB, high_latency=True)], LIMITS)
+    boat = node(surface, configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
     (said,) = parse(boat.report(cycle(0, eta=Eta(0.0, 0.0, depth, 0.0, 0.0, 0.0)))[0])
     assert said.altitude == amsl
     assert (said.custom1 + 127 * said.custom2) / 10 == pytest.approx(depth)

@@ -14,11 +14,10 @@ from pymavlink.mavftp import MAVFTP
 
 from firmware_py.mavlink.parameters import metadata
 from firmware_py.mavlink.parameters.packed_file import pack
-from firmware_py.mavlink.parameters.transfer import ParameterStore
+from firmware_py.mavlink.parameters.store import ParameterStore
 from firmware_py.parameter_tree import Parameter
 from firmware_py.params import TakesEffect
-
-from .station import cycle
+from tests.unit.firmware_py.mavlink.station import cycle
 
 
 def setting(name: str, value: float, whole: bool = False, base: float | None = None, **more) -> Parameter:

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.base.identity import Identity
-from firmware_py.mavlink.commands.setpoints import WaterFrame
+from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.plans.plan_builder import read_plan
 from firmware_py.params import ParamError
 from firmware_py.records.order import Mode, Surface, Waypoint
-
-from .planner import FENCE, MISSION, RALLY, Planner, fields, home, item
-from .station import ORIGIN, Boat, cycle, node
+from tests.unit.firmware_py.mavlink.planner import FENCE, MISSION, RALLY, Planner, fields, home, item
+from tests.unit.firmware_py.mavlink.station import ORIGIN, Boat, cycle, node
 
 ACCEPTED = mavlink.MAV_MISSION_ACCEPTED
 LOITER_UNLIM, LAND, SPEED = 17, 21, 178
@@ -99,11 +99,8 @@ def test_items_are_reached_and_the_next_one_is_current_as_the_link_counts_them()
     reached: list[list[int]] = [[], []]
     current: list[list[int]] = [[], []]
     for k in range(400):
-        reference = cycle(k).reference
-        step = min(k // 100, 3)
         now = cycle(boat.k + k, Mode.MISSION)
-        now = type(now)(*[getattr(now, name) for name in now.__slots__])
-        object.__setattr__(now, "reference", type(reference)(*[*vars_of(reference)[:-1], step]))
+        now = dataclasses.replace(now, reference=dataclasses.replace(now.reference, item=min(k // 100, 3)))
         for link, datagram in enumerate(boat.node.report(now)):
             for m in mavlink.MAVLink(None).parse_buffer(datagram) or []:
                 if m.get_type() == "MISSION_ITEM_REACHED":
@@ -114,10 +111,6 @@ def test_items_are_reached_and_the_next_one_is_current_as_the_link_counts_them()
     assert reached == [[1, 3, 4], [0, 2, 3]]
     assert [*dict.fromkeys(current[0])] == [1, 3, 4]
     assert [*dict.fromkeys(current[1])] == [0, 2, 3]
-
-
-def vars_of(record) -> list:
-    return [getattr(record, name) for name in record.__slots__]
 
 
 @pytest.mark.parametrize(("seq", "jump"), [(1, 0), (2, 1), (3, 1), (0, 0)])

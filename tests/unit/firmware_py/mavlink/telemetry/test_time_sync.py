@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from .station import Boat
+from tests.unit.firmware_py.mavlink.station import Boat
 
 DATE_US = 1_700_000_000_000_000
 

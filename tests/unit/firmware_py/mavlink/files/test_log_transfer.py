@@ -12,8 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.files.tree import LogFile
 from firmware_py.records.order import Mode
-
-from .station import Boat, Station, put_together
+from tests.unit.firmware_py.mavlink.station import Boat, Station, put_together
 
 ONE, TWO = bytes(i * i % 251 for i in range(1000)), bytes(range(180))
 
@@ -119,11 +118,11 @@ def test_logs_are_erased_of_a_disarmed_vehicle_only() -> None:
     station.send(mavlink.MAVLink_log_erase_message(1, 1))
     boat.step(2)
     assert shelf.erased == 1
-    assert put_together(station.heard("STATUSTEXT")) == ["logs are erased, but for those that may still be written"]
+    assert put_together(station.heard("STATUSTEXT")) == ["logs erased, except those that may still be written"]
     bare = Boat()
     bare.stations[0].send(mavlink.MAVLink_log_erase_message(1, 1))
     bare.step()
-    assert [m.text for m in bare.stations[0].heard("STATUSTEXT")] == ["there are no logs to be erased"]
+    assert [m.text for m in bare.stations[0].heard("STATUSTEXT")] == ["there are no logs to erase"]
 
 
 U16, U32 = st.integers(0, 2**16 - 1) | st.integers(0, 3), st.integers(0, 2**32 - 1) | st.integers(0, 1100)

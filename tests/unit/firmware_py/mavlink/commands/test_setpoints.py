@@ -11,8 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.marine import local_to_geodetic
 from firmware_py.records.order import NOBODY, Arming, Asker, Mode, Setpoint
-
-from .station import LIMITS, ORIGIN, Boat, Station
+from tests.unit.firmware_py.mavlink.station import FREE, ORIGIN, Boat, Station
 
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED, NO_FRAME = 0, 1, 2, 3, 9
 NAN = math.nan
@@ -163,8 +162,7 @@ def test_values_that_cannot_be_flown_are_denied(command, params, result) -> None
 
 
 def test_what_is_deeper_than_the_supervisor_lets_it_is_denied() -> None:
-    boat, station = sailing()
-    boat.node.set_limits(LIMITS._replace(depth_max=30.0))
+    boat, station = sailing(limits=FREE._replace(depth_max=30.0))
     for depth, result in ((40.0, DENIED), (20.0, ACCEPTED)):
         station.command(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, -depth, 3)
         boat.step()

@@ -14,8 +14,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
-from firmware_py.mavlink.commands.setpoints import WaterFrame
-from firmware_py.mavlink.node import MavlinkParams, Node
+from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.plans.mission_items import items_of
 from firmware_py.mavlink.plans.plan_builder import FILES, plan_of_mission, read_plan
 from firmware_py.records.mission import from_plain, plain
@@ -32,9 +31,8 @@ from firmware_py.records.order import (
     Waypoint,
 )
 from firmware_py.wire.log.changes import decode, encode
-
-from .planner import FENCE, MISSION, RALLY, WAYPOINT, Planner, fields, home, item
-from .station import ACTUATORS, LIMITS, ORIGIN, Boat, cycle, node
+from tests.unit.firmware_py.mavlink.planner import FENCE, MISSION, RALLY, WAYPOINT, Planner, fields, home, item
+from tests.unit.firmware_py.mavlink.station import ORIGIN, Boat, cycle, node
 
 ACCEPTED = mavlink.MAV_MISSION_ACCEPTED
 LOITER_UNLIM, LOITER_TURNS, LOITER_TIME = 17, 18, 19
@@ -189,7 +187,7 @@ def test_the_identity_of_a_plan_is_that_of_its_content() -> None:
         planner.upload(home(item(north=north)))
         raw: list[bytes] = []
         boat.incoming[0].append(planner.station.pack(mavlink.MAVLink_mission_request_list_message(1, 1, MISSION)))
-        boat.node.receive(cycle(boat.k).tick, 0, boat.incoming[0])
+        boat.node.receive(cycle(boat.k).tick, boat.incoming)
         boat.incoming[0].clear()
         for k in range(3):
             raw.append(boat.node.report(cycle(boat.k + k))[0])
@@ -239,9 +237,7 @@ FRAGMENTS = st.one_of(
 @settings(max_examples=40)
 @given(st.lists(st.tuples(st.integers(0, 1), FRAGMENTS, st.integers(0, 2)), max_size=40))
 def test_whatever_is_said_in_whatever_order_a_mission_is_whole_or_as_it_was(said) -> None:
-    boat = Boat(links=2)
-    doors = [LinkConfiguration(identity, high_latency=True) for identity in Identity]
-    boat.node = Node(MavlinkParams(), ORIGIN, ACTUATORS, doors, LIMITS)
+    boat = Boat(links=2, configurations=[LinkConfiguration(identity, high_latency=True) for identity in Identity])
     assert Planner(boat).upload(home(item(north=10), item(north=20))) == ACCEPTED
     boat.step()
     for link, message, ticks in said:
@@ -262,10 +258,7 @@ def test_whatever_is_said_in_whatever_order_a_mission_is_whole_or_as_it_was(said
 
 def test_two_thousand_items_go_up_and_down_where_every_tenth_packet_is_lost() -> None:
     chance = random.Random(1)
-    boat = Boat()
-    boat.node = Node(
-        MavlinkParams(), ORIGIN, ACTUATORS, [LinkConfiguration(Identity.ARDUSUB, high_latency=True)], LIMITS
-    )  # no telemetry
+    boat = Boat(configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])  # no telemetry
     planner = Planner(boat, hears=lambda _: chance.random() > 0.1, sends=lambda _: chance.random() > 0.1)
     items = home(*(item(north=i, east=(i * 37) % 101, z=-1.0 - i % 20) for i in range(2000)))
     assert planner.upload(items) == ACCEPTED

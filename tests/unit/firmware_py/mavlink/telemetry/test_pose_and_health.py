@@ -15,10 +15,9 @@ from firmware_py.marine import Eta, Nu
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import NOTHING_LEARNED, Learned
-from firmware_py.records.order import Mode, Order
+from firmware_py.records.order import Mode
 from firmware_py.records.sensing import Battery, silence
-
-from .station import LEARNED, LIMITS, NAMES, ORIGIN, cycle, frame, heard, node, parse, told
+from tests.unit.firmware_py.mavlink.station import LEARNED, NAMES, ORIGIN, cycle, frame, heard, node, parse, told
 
 
 def reports(boat, cycles) -> list:
@@ -121,10 +120,9 @@ def test_the_prearm_check_is_always_there_and_healthy_where_arming_would_be_gran
 
 def test_deeper_than_the_depth_limit_is_beyond_the_fence() -> None:
     boat, statuses = node(), []
-    boat.set_limits(LIMITS._replace(depth_max=30.0))
     for k in range(300):
         deep = 100 <= k < 200
-        for m in parse(boat.report(cycle(k, eta=Eta(0.0, 0.0, 30.1 if deep else 30.0, 0.0, 0.0, 0.0)))[0]):
+        for m in parse(boat.report(cycle(k, decided={"too_deep": deep}))[0]):
             if m.get_type() == "FENCE_STATUS":
                 statuses.append((k // 100, m.breach_status, m.breach_type, m.breach_count))
     assert set(statuses) == {(0, 0, 0, 0), (1, 1, mavlink.FENCE_BREACH_MINALT, 1), (2, 0, 0, 1)}
@@ -161,20 +159,18 @@ def test_the_heartbeat_is_a_submarines(identity, autopilot, which, mode, customs
 
 
 @pytest.mark.parametrize(
-    ("before", "order", "mission_done", "state"),
+    ("before", "failsafe", "state"),
     [
-        (Mode.MISSION, Order(), False, mavlink.MAV_STATE_CRITICAL),
-        (Mode.MANUAL, Order(), False, mavlink.MAV_STATE_CRITICAL),
-        (Mode.HOLD, Order(), True, mavlink.MAV_STATE_CRITICAL),
-        (Mode.MISSION, Order(), True, mavlink.MAV_STATE_ACTIVE),
-        (Mode.HOLD, Order(mode=Mode.SURFACE), False, mavlink.MAV_STATE_ACTIVE),
+        (Mode.MISSION, True, mavlink.MAV_STATE_CRITICAL),
+        (Mode.MANUAL, True, mavlink.MAV_STATE_CRITICAL),
+        (Mode.MISSION, False, mavlink.MAV_STATE_ACTIVE),
+        (Mode.HOLD, False, mavlink.MAV_STATE_ACTIVE),
     ],
 )
-def test_surfacing_is_critical_unless_it_was_wished(before, order, mission_done, state) -> None:
+def test_surfacing_is_critical_if_a_failsafe_entered_it(before, failsafe, state) -> None:
     cycles = [
         cycle(0, before),
-        cycle(1, Mode.SURFACE, order, mission_done=mission_done),
-        *[cycle(k, Mode.SURFACE) for k in range(2, 200)],
+        *[cycle(k, Mode.SURFACE, decided={"failsafe": failsafe}) for k in range(1, 200)],
         *[cycle(k, Mode.DISARMED) for k in range(200, 300)],
     ]
     beats = [m for m in reports(node(), cycles) if m.get_type() == "HEARTBEAT"]
