@@ -96,7 +96,7 @@ def test_places_are_where_the_fixes_were(log: Log, found: dict[str, list[Any]]) 
 
 def test_modes_events_parameters_and_what_was_learned_are_there(log: Log, found: dict[str, list[Any]]) -> None:
     assert [(m.TimeUS, m.Mode) for m in found["MODE"]] == [(0, 19), (500_000, 2)]  # manual, depth hold
-    assert [(m.TimeUS, m.Message) for m in found["MSG"]] == [(round(t * 1e6), text[:64]) for t, text in log.events]
+    assert [(m.TimeUS, m.Message) for m in found["MSG"]] == [(round(t * 1e6), text[:64]) for t, text in log.sentences]
     assert {m.Name: m.Value for m in found["PARM"] if m.TimeUS == 0}["SAF_DEPTH_MAX"] == 30.0
     last = [m for m in found["LRN"] if m.TimeUS == found["LRN"][-1].TimeUS]
     i = last[0].TimeUS // 10_000
