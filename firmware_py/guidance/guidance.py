@@ -1,9 +1,4 @@
-"""Guidance: what each mode wants of depth, heading and speed, made into a reference that the boat can follow.
-
-No reference moves faster than the boat can: a dive is at most as steep as pitch_max, a turn at most as tight as
-turn_radius, and both begin and end over a way, not a time, since the fins' moment goes with u^2. At rest they stand
-still, so a boat armed at u = 0 asks for nothing.
-"""
+"""Guidance: what each mode wants of depth, heading and speed; `ReferenceShaper` makes it a reference to follow."""
 
 from __future__ import annotations
 
@@ -17,7 +12,7 @@ from firmware_py.guidance.guidance_memory import AT_REST, GuidanceMemory
 from firmware_py.guidance.guidance_params import GuidanceParams
 from firmware_py.guidance.line_of_sight import Leg, LineOfSight
 from firmware_py.guidance.manoeuvre import STILL, Dither, ManoeuvreGuidance
-from firmware_py.guidance.reference_model import ReferenceModel
+from firmware_py.guidance.reference_shaper import ReferenceShaper
 from firmware_py.guidance.route import Route, homing
 from firmware_py.marine import clip
 from firmware_py.records.command import ModeState, Reference
@@ -29,14 +24,10 @@ from firmware_py.schedule import Tick
 
 __all__ = ["Guidance", "GuidanceParams"]
 
-_LAGS = 3
-"""A reference model has as many, so its heading comes as many ways later than the leg asks for it."""
-_AT_REST = 0.1
-"""Slower than this, m/s, is noise."""
-_CLEAR = 1.0
-"""What is flown above the bottom stays so far, m, within the supervisor's limits."""
-_JOINED = 0.25
-"""A circle is joined nearer to it than this share of its radius."""
+_LAGS = 3  # of the heading's reference model: it comes as many distances later than the leg asks for it
+_AT_REST = 0.1  # slower than this, m/s, is noise
+_CLEAR = 1.0  # what is flown above the bottom stays so far, m, within the supervisor's limits
+_JOINED = 0.25  # a circle is joined nearer to it than this share of its radius
 _UNREACHABLE = Event(EventKind.RALLY_POINT_UNREACHABLE, Severity.WARNING)
 
 
@@ -57,8 +48,8 @@ class Guidance:
         fence: Fence = NO_FENCE,
     ) -> None:
         self._params, self._turning = params, params.turning
-        self._depth = ReferenceModel(params.shape)
-        self._heading = ReferenceModel(params.shape, angle=True)
+        self._shaper = ReferenceShaper(params)
+        self._depth, self._heading = self._shaper.depth, self._shaper.heading
         self._sight = LineOfSight(params.line_of_sight)
         self._route = Route(mission, rally, fence)
         self._home = Route(Mission((Surface(rally=True),)), rally, fence)
@@ -70,7 +61,6 @@ class Guidance:
         self._circle: Circle | None = None
         self._place: Place | None = None
         self._pace = 0.0
-        self._climb_share = math.sin(params.pitch_max)
         self.events: tuple[Event, ...] = ()
 
     @property
@@ -138,18 +128,8 @@ class Guidance:
         if mode is Mode.DISARMED:
             self._sight.reset()
             self._pace = 0.0
-        u_d = min(state.nu.u, self._params.speed_max) if state.nu.u > _AT_REST else 0.0
-        z_d = self._depth.reset(state.eta.z).d
-        psi_d = self._heading.reset(state.eta.psi).d
-        route = self._route
-        return Reference(
-            *(z_d, 0.0, 0.0, 0.0),
-            *(psi_d, 0.0, 0.0),
-            *(u_d, route.index, math.nan),
-            *STILL,
-            route.item,
-            target_bearing=psi_d,
-        )
+        route, shaped = self._route, self._shaper.follow(state)
+        return Reference(*shaped, route.index, math.nan, *STILL, route.item, target_bearing=shaped.psi_d)
 
     def _hold(self, setpoint: Setpoint) -> None:
         z_d, psi_d, u_d, _, _ = setpoint
@@ -263,38 +243,25 @@ class Guidance:
         return self._turning.speed(self._pace or asked)
 
     def _shape(self, state: StateEstimate, across: float, dither: Dither, dt: float) -> Reference:
-        params, wanted = self._params, self._wanted
-        u = max(state.nu.u, 0.0)
-        climb = min(params.climb_max, self._climb_share * u)
-        turn = min(params.turn_rate_max, u / params.turn_radius)
-        z_d, z_d_dot, z_d_ddot, z_d_dddot = self._depth.update(wanted.z_d, climb, u / params.depth_way, dt)
-        psi_d, psi_d_dot, psi_d_ddot, _ = self._heading.update(wanted.psi_d, turn, u / params.heading_way, dt)
-        step = params.acceleration * dt
-        u_d = self._last.u_d + clip(wanted.u_d - self._last.u_d, -step, step)
-        heading = (psi_d, psi_d_dot, psi_d_ddot)
-        route = self._route
+        shaped = self._shaper.update(self._wanted, self._last.u_d, state.nu.u, dt)
         rally, target = self._rally, self._target
         if target is not None:
             north, east = target.x - state.eta.x, target.y - state.eta.y
             distance, bearing = math.hypot(north, east), math.atan2(east, north)
         else:
-            distance, bearing = abs(across) if math.isfinite(across) else 0.0, psi_d
-        return Reference(
-            *(z_d, z_d_dot, z_d_ddot, z_d_dddot),
-            *heading,
-            *(u_d, route.index, across),
-            *dither,
-            route.item,
-            *(target or NOWHERE, distance, bearing),
-            rally or NOWHERE,
-        )
+            distance, bearing = abs(across) if math.isfinite(across) else 0.0, shaped.psi_d
+        at, where = (self._route.index, across, *dither, self._route.item), target or NOWHERE
+        return Reference(*shaped, *at, where, distance, bearing, rally or NOWHERE)
 
     @property
     def _rally(self) -> Place | None:
         """The rally point that was chosen, where one is gone to."""
         if self._mode is Mode.MISSION:
             return self._route.rally
-        return self._home.rally if self._mode in (Mode.RETURN, Mode.SURFACE) else None
+        if self._mode is Mode.RETURN or self._mode is Mode.SURFACE:
+            reached = self._last.rally if self._home.finished and self._last.rally.x == self._last.rally.x else None
+            return self._home.rally or reached  # it stays the target of the tick in which it is reached
+        return None
 
     @property
     def _target(self) -> Place | None:
@@ -313,27 +280,14 @@ class Guidance:
 
     def freeze(self) -> GuidanceMemory:
         """All it remembers."""
-        return GuidanceMemory(
-            self._mode,
-            self._wanted,
-            self._last,
-            self._depth.freeze(),
-            self._heading.freeze(),
-            self._sight.freeze(),
-            self._route.freeze(),
-            self._learning.freeze(),
-            self._circle,
-            self._place,
-            self._pace,
-            self._bottom.z,
-            self._home.freeze(),
-        )
+        shaped = (self._mode, self._wanted, self._last, *self._shaper.freeze(), self._sight.freeze())
+        flown = (self._route.freeze(), self._learning.freeze(), self._circle, self._place)
+        return GuidanceMemory(*shaped, *flown, self._pace, self._bottom.z, self._home.freeze())
 
     def thaw(self, memory: GuidanceMemory) -> None:
         """Takes up again what `freeze` gave."""
         self._mode, self._wanted, self._last = memory.mode, memory.wanted, memory.last
-        self._depth.thaw(memory.depth)
-        self._heading.thaw(memory.heading)
+        self._shaper.thaw(memory.depth, memory.heading)
         self._sight.thaw(memory.crab)
         self._route.thaw(memory.route)
         self._learning.thaw(memory.learning)

@@ -37,7 +37,7 @@ def test_a_shipped_scenario_learns_inside_its_limits_and_surfaces(flown: Flights
     outcome, log = flown(name)
     kind = name.removeprefix("learn-")
     assert outcome == Outcome(True, "completed")
-    events = [text for _, text in log.events]
+    events = [text for _, text in log.sentences]
     assert f"{kind} begins: 120 s about 60.0 m" in events
     done = events.index(f"{kind} done: 120 s, and 0.0 s of waiting")
     assert events[done + 1].startswith(f"{kind}: learned all 10, 1 sigma up to ")
@@ -111,7 +111,7 @@ def test_what_would_leave_the_limits_waits_and_goes_on(flown: Flights) -> None:
     wild = '[[items]]\nmanoeuvre = { kind = "prbs", delta_s_deg = 23, delta_r_deg = 23, clock_s = 6.0 }'
     outcome, log = flown(written(wild) + LEARNING_OFF)
     assert outcome.completed
-    events = [text.split(":")[0] for _, text in log.events[1:]]
+    events = [text.split(":")[0] for _, text in log.sentences[1:]]
     assert events[0] == "prbs begins"
     assert events[1:3] == ["prbs waits", "prbs goes on"]
     assert np.abs(log.truth["eta.z"] - 60.0).max() < LIMITS.depth_band
@@ -132,7 +132,7 @@ def test_over_a_bottom_that_is_near_it_gives_up_and_the_mission_goes_on(flown: F
     outcome, log = flown(written(over + items, duration=40.0, bottom=65.5))
     assert outcome.completed
     assert not learning(log).any()
-    assert [text.split(":")[0] for _, text in log.events[1:]] == [
+    assert [text.split(":")[0] for _, text in log.sentences[1:]] == [
         *("prbs begins", "prbs waits", "prbs given up after 0.0 s", "prbs")
     ]
     assert log.columns["reference.cross_track"][-1] == pytest.approx(0.0, abs=1.0)
@@ -167,7 +167,7 @@ def test_a_rudder_at_rest_is_named_in_log_and_report_until_it_has_moved(flown: F
         '[[items]]\nmanoeuvre = { kind = "prbs", duration_s = 40.0 }'
     )
     _, log = flown(written(items, duration=81.0))
-    first, second = (text for _, text in log.events if ": learned " in text)
+    first, second = (text for _, text in log.sentences if ": learned " in text)
     assert first.startswith("doublets: learned 4 of 10, 4 valid, ")
     assert first.endswith("; not identifiable: N_r, N_dr, N_v, Y_dr, Y_r, Y_v (never excited)")
     assert second.startswith("prbs: learned ")
@@ -179,6 +179,6 @@ def test_a_rudder_at_rest_is_named_in_log_and_report_until_it_has_moved(flown: F
 def test_an_order_to_surface_ends_it_with_what_it_taught_so_far(flown: Flights) -> None:
     orders = '[[orders]]\nt_s = 4.0\nmode = "surface"'
     _, log = flown(written('[[items]]\nmanoeuvre = { kind = "prbs" }', duration=6.0, orders=orders))
-    said = [(round(t, 2), text) for t, text in log.events if ": learned " in text]
+    said = [(round(t, 2), text) for t, text in log.sentences if ": learned " in text]
     assert [t for t, _ in said] == [4.0]
     assert said[0][1].startswith("prbs: learned 0 of 10, 0 valid; not identifiable: M_q, ")  # the water is found first

@@ -1,0 +1,70 @@
+"""What a mode asks for, made into a reference that the vehicle can follow.
+
+No reference moves faster than the vehicle can: a dive is at most as steep as pitch_max, a turn at most as tight as
+turn_radius, and both begin and end over a distance, not a time, since the fins' moment goes with u^2. At rest they
+stand still, so a vehicle armed at u = 0 asks for nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from firmware_py.guidance.guidance_params import GuidanceParams
+from firmware_py.guidance.reference_model import Lags, ReferenceModel
+from firmware_py.marine import clip
+from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.order import Setpoint
+
+_AT_REST = 0.1
+"""Slower than this, m/s, is noise."""
+
+
+class ShapedReference(NamedTuple):
+    """Depth, heading and speed with the derivatives that the laws use (m, rad, s): the first of a `Reference`."""
+
+    z_d: float
+    z_d_dot: float
+    z_d_ddot: float
+    z_d_dddot: float
+    psi_d: float
+    psi_d_dot: float
+    psi_d_ddot: float
+    u_d: float
+
+
+class ReferenceShaper:
+    """The reference models of depth and heading, and the slope of speed."""
+
+    def __init__(self, params: GuidanceParams) -> None:
+        self._params = params
+        self.depth = ReferenceModel(params.shape)
+        self.heading = ReferenceModel(params.shape, angle=True)
+        self._climb_share = math.sin(params.pitch_max)
+
+    def follow(self, state: StateEstimate) -> ShapedReference:
+        """Return the vehicle's own depth, heading and speed, so that holding them begins without a bump."""
+        u_d = min(state.nu.u, self._params.speed_max) if state.nu.u > _AT_REST else 0.0
+        z_d = self.depth.reset(state.eta.z).d
+        psi_d = self.heading.reset(state.eta.psi).d
+        return ShapedReference(z_d, 0.0, 0.0, 0.0, psi_d, 0.0, 0.0, u_d)
+
+    def update(self, wanted: Setpoint, u_d: float, u: float, dt: float) -> ShapedReference:
+        """Move the reference towards what is wanted, from the speed reference `u_d` at the speed `u`, both m/s."""
+        params, u = self._params, max(u, 0.0)
+        climb = min(params.climb_max, self._climb_share * u)
+        turn = min(params.turn_rate_max, u / params.turn_radius)
+        z_d, z_d_dot, z_d_ddot, z_d_dddot = self.depth.update(wanted.z_d, climb, u / params.depth_way, dt)
+        psi_d, psi_d_dot, psi_d_ddot, _ = self.heading.update(wanted.psi_d, turn, u / params.heading_way, dt)
+        step = params.acceleration * dt
+        u_d += clip(wanted.u_d - u_d, -step, step)
+        return ShapedReference(z_d, z_d_dot, z_d_ddot, z_d_dddot, psi_d, psi_d_dot, psi_d_ddot, u_d)
+
+    def freeze(self) -> tuple[Lags, Lags]:
+        """Return all it remembers, of depth and of heading."""
+        return self.depth.freeze(), self.heading.freeze()
+
+    def thaw(self, depth: Lags, heading: Lags) -> None:
+        """Take up again what `freeze` gave."""
+        self.depth.thaw(depth)
+        self.heading.thaw(heading)
