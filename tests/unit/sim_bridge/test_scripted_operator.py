@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Mode, Setpoint
 from firmware_py.schedule import Tick
 from sim_bridge.scenarios import parse
@@ -23,14 +24,18 @@ def operator(**table):
     )
 
 
-def cycle(psi=0.0, mode=Mode.MANUAL, z=0.2, fix=False, meant=True, said=()):
+def cycle(psi=0.0, mode=Mode.MANUAL, z=0.2, fix=False, failsafe=False, events=()):
     return SimpleNamespace(
         state=SimpleNamespace(eta=SimpleNamespace(psi=psi, z=z)),
         frame=SimpleNamespace(fix=SimpleNamespace(ok=fix)),
-        order=SimpleNamespace(mode=mode if meant else None),
-        mode=SimpleNamespace(mode=mode, mission_done=False),
-        events=said,
+        mode=SimpleNamespace(mode=mode, failsafe=failsafe),
+        events=events,
     )
+
+
+def changed(after, cause, *numbers):
+    before = Mode.MISSION if after is Mode.SURFACE else Mode.SURFACE
+    return Event(EventKind.MODE_CHANGED, Severity.WARNING, before=before, after=after, cause=cause, numbers=numbers)
 
 
 def orders(ground, ticks):
@@ -135,23 +140,22 @@ def test_a_timed_scenario_is_completed_by_a_vehicle_that_is_still_doing_it(last,
 def test_a_vehicle_that_a_rule_surfaces_has_not_completed_its_mission_and_the_rule_is_named():
     ground = operator(completes="surfaced")
     ground.write(cycle(mode=Mode.MISSION))
-    ground.write(cycle(mode=Mode.SURFACE, meant=False, said=("MISSION -> SURFACE: depth 7.00 m, limit 7 m",)))
-    ground.write(cycle(mode=Mode.DISARMED, meant=False, said=("SURFACE -> DISARMED: surfaced",)))
+    ground.write(cycle(mode=Mode.SURFACE, failsafe=True, events=(changed(Mode.SURFACE, Cause.DEPTH_LIMIT, 7.0, 7.0),)))
+    ground.write(cycle(mode=Mode.DISARMED, events=(changed(Mode.DISARMED, Cause.SURFACED),)))
     assert (ground.completion.done, ground.completion.completed) == (True, False)
     assert ground.completion.reason == "aborted: MISSION -> SURFACE: depth 7.00 m, limit 7 m"
 
 
 def test_the_end_of_a_mission_is_meant_and_its_end_by_a_rule_is_not():
-    for done in (True, False):
+    for failsafe in (True, False):
         ground = operator(completes="surfaced")
         for mode in (Mode.MISSION, Mode.SURFACE, Mode.DISARMED):
-            seen = cycle(mode=mode, meant=False)
-            seen.mode.mission_done = done
-            ground.write(seen)
-        assert ground.completion.completed is done
+            ground.write(cycle(mode=mode, failsafe=failsafe and mode is Mode.SURFACE))
+        assert ground.completion.completed is not failsafe
 
 
 def test_a_vehicle_that_was_never_armed_has_the_refusal_as_reason():
     ground = operator()
-    ground.write(cycle(mode=Mode.DISARMED, said=("arming refused: battery at 3%, needs 20%",)))
+    refusal = Event(EventKind.ARMING_REFUSED, Severity.WARNING, cause=Cause.CHARGE_NEEDED, numbers=(0.03, 0.2))
+    ground.write(cycle(mode=Mode.DISARMED, events=(refusal,)))
     assert ground.completion.reason == "never armed: arming refused: battery at 3%, needs 20%"

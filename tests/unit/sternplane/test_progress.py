@@ -15,11 +15,12 @@ from rich.console import Console
 from sternplane.cli import progress
 from sternplane.cli.progress import Progress
 
+from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.order import Mode
 from firmware_py.schedule import Tick
 
 
-def cycle(k: int, waypoint: int = 1, degrees: float = -90.0, events: tuple[str, ...] = ()) -> Any:
+def cycle(k: int, waypoint: int = 1, degrees: float = -90.0, events: tuple[Event, ...] = ()) -> Any:
     eta = SimpleNamespace(z=4.25, psi=math.radians(degrees))
     return SimpleNamespace(
         tick=Tick(k, 10_000_000),
@@ -113,11 +114,15 @@ def test_a_heading_is_never_360(degrees: float, shown: str) -> None:
 @pytest.mark.parametrize("terminal", [False, True])
 def test_events_are_shown_at_once_and_stay(terminal: bool) -> None:
     out = io.StringIO()
-    said = ("MISSION -> SURFACE: depth not heard for 1 s", "waypoint [1] of 5 passed")
+    said = ("MISSION -> SURFACE: depth not heard for 1 s", "waypoint 1 of 5 passed")
+    lost = Event(
+        *(EventKind.MODE_CHANGED, Severity.CRITICAL, Mode.MISSION, Mode.SURFACE, Cause.DEPTH_LOST), numbers=(1.0,)
+    )
+    passed = Event(EventKind.WAYPOINT_PASSED, Severity.INFO, numbers=(1.0, 5.0))
     with Progress(100.0, 5, Console(file=out, width=100, force_terminal=terminal)) as shown:
         shown.update(cycle(1))
         assert "SURFACE" not in out.getvalue()
-        shown.update(cycle(1234, events=said))
+        shown.update(cycle(1234, events=(lost, passed)))
         assert all(f"    12.34 s  {text}\n" in out.getvalue() for text in said)
     assert out.getvalue().count("SURFACE") == 1
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 import math
 from types import SimpleNamespace
 from typing import Any
@@ -14,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sternplane.logs.tracking import distance, flown_last, missions, path_error, unwrapped_deg, wrapped_deg
 
-from firmware_py.records.order import Mode
+from firmware_py.records.fence import NO_FENCE
+from firmware_py.records.order import Change, FenceChange, Mission, MissionChange, Mode, Waypoint
 
 EAST = [[0.0, 100.0, 5.0, 1.8]]
 NORTH = [[100.0, 0.0, 5.0, 1.8], [200.0, 0.0, 5.0, 1.8]]
@@ -68,7 +68,7 @@ def test_a_course_is_written_as_a_compass_has_it_except_about_north(degrees: flo
     assert unwrapped_deg(np.radians([degrees] * 3)) == pytest.approx(shown)
 
 
-def log(modes: list[Mode], changes: dict[int, tuple[str, ...]]) -> Any:
+def log(modes: list[Mode], changes: dict[int, tuple[Change, ...]]) -> Any:
     """A log of a cycle a second that begins with a mission to the east; its boat goes north."""
     n = len(modes)
     columns = {
@@ -80,8 +80,8 @@ def log(modes: list[Mode], changes: dict[int, tuple[str, ...]]) -> Any:
     return SimpleNamespace(columns=columns, header={"mission": {"waypoints": EAST}}, changes=changes)
 
 
-def sent(waypoints: list[list[float]]) -> tuple[str, ...]:
-    return json.dumps({"parameters": {}}), json.dumps({"mission": {"waypoints": waypoints, "manoeuvres": []}})
+def sent(waypoints: list[list[float]]) -> tuple[Change, ...]:
+    return FenceChange(NO_FENCE), MissionChange(Mission(tuple(Waypoint(*place) for place in waypoints)))
 
 
 def test_a_mission_that_a_station_sends_is_the_one_that_was_to_be_flown_from_then_on() -> None:

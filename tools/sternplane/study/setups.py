@@ -39,8 +39,8 @@ ITERATION_TIMES = (10.0, 20.0, 30.0, 50.0, 80.0)
 UNKNOWN_WATER: Mapping[str, Any] = MappingProxyType(
     {
         "learning_delay": 5.0,
-        "startup_speed_noise": 0.03,
-        "startup_rate_noise": math.radians(0.6),
+        "startup_speed_noise": 1e-3,
+        "startup_rate_noise": math.radians(0.01),
         "eddy_speed_noise": 0.12,
         "eddy_rate_noise": math.radians(0.5),
         "iteration_times": ITERATION_TIMES,
