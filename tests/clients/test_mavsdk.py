@@ -175,7 +175,7 @@ def test_it_is_armed_goes_where_it_is_sent_and_surfaces(flown: Flown) -> None:
 
 def test_a_mission_comes_back_as_it_was_sent_and_one_above_the_water_leaves_it_as_it_was(flown: Flown) -> None:
     assert flown.said["above the water"] == "INVALID_ARGUMENT"
-    assert flown.said["why"] == "mission item 2: 5.00 m above the water is no depth"
+    assert flown.said["why"] == "mission item 2: 5.00 m above the water is not a depth"
     assert repr(flown.said["mission"]) == repr(flown.said["route"])  # NaN equals NaN
     (change,) = changes(flown.log, MissionChange)
     assert [waypoint.z for waypoint in change.mission.waypoints] == [8.0, 9.0]
