@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from sternplane.sitl.busless_flight import SENSOR_STD, measure
-from sternplane.study.setups import Setup, flown
+from sternplane.study.setups import Setup, fly_prbs
 
 from firmware_py.estimation.coefficient_ekf import SOON, CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
@@ -65,7 +65,7 @@ def test_start_up_noise_of_eddies_is_there_from_the_start_and_fades_too(age: flo
 
 
 def test_start_up_noise_of_eddies_is_that_of_the_filter_that_assumes_them() -> None:
-    trial, spreads = flown(Setup(duration=1.0), 0), []
+    trial, spreads = fly_prbs(Setup(duration=1.0), 0), []
     z = measure(trial, SENSOR_STD, Setup().rates, 0)
     for noise in (0.0, 1.0):
         ekf = CoefficientEkf(
@@ -119,7 +119,7 @@ def test_a_filter_whose_current_changes_is_reset_and_keeps_what_it_learned() -> 
     ekf = CoefficientEkf(VEHICLE, CoefficientParams(std=0.5, learning_delay=5.0))
     seen = []
     for seed, setup in ((0, first), (1, second)):
-        trial = flown(setup, seed)
+        trial = fly_prbs(setup, seed)
         z = measure(trial, SENSOR_STD, setup.rates, seed)
         if not seen:
             ekf.start(trial.x[0, :6], trial.x[0, 6:], SENSOR_STD)
@@ -137,7 +137,7 @@ def test_a_filter_whose_current_changes_is_reset_and_keeps_what_it_learned() -> 
 
 def test_diverged_again_at_once_its_coefficients_are_reset_too() -> None:
     setup = Setup(duration=20.0)
-    trial = flown(setup, 3)
+    trial = fly_prbs(setup, 3)
     ekf = CoefficientEkf(VEHICLE, CoefficientParams(std=0.5))
     ekf.start(trial.x[0, :6], trial.x[0, 6:], SENSOR_STD)
     ekf.run(setup.h, trial.inputs, measure(trial, SENSOR_STD, setup.rates, 3), SENSOR_STD**2)
