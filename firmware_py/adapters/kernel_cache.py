@@ -12,7 +12,6 @@ from importlib import metadata
 from pathlib import Path
 
 from firmware_py.adapters.installation import ROOT, is_checkout
-from firmware_py.adapters.processor import processor
 
 PACKAGES = ("firmware_py", "sim_bridge", "sternplane")
 _ROOTS = (ROOT, ROOT / "tools")
@@ -38,11 +37,11 @@ def module_name(path: Path) -> str:
 def use() -> Path:
     """Point numba's cache at the folder of these kernels; call before one is imported.
 
-    It is named by sources, Python, numba and processor. It lies in `STERNPLANE_CACHE`; else in .cache/kernels of the
-    checkout, where that is complete or can be written; else in the user's cache folder (`XDG_CACHE_HOME`, ~/.cache);
-    else in a folder for temporary files.
+    It is named by sources, Python and numba; numba's own index tells processors apart. It lies in `STERNPLANE_CACHE`;
+    else in .cache/kernels of the checkout, where that is complete or can be written; else in the user's cache folder
+    (`XDG_CACHE_HOME`, ~/.cache); else in a folder for temporary files.
     """
-    digest = hashlib.sha256(f"{sys.version} {metadata.version('numba')} {processor()}".encode())
+    digest = hashlib.sha256(f"{sys.version} {metadata.version('numba')}".encode())
     for path in sorted(_with_imports(sources())):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     folder = _place(digest.hexdigest()[:16])

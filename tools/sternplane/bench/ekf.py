@@ -31,7 +31,6 @@ from firmware_py.estimation.model.observer_model import GROUPS, ObserverModel
 from firmware_py.estimation.model.state import MOVING
 from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.bench.lateness import NoCompiler
-from sternplane.codegen import derive_c
 
 SOURCE = Path(__file__).with_name("ekf_step.c")
 FOLDER = ROOT / "build" / "ekf_step"
@@ -159,6 +158,8 @@ def compiled(folder: Path, *flags: str) -> ctypes.CDLL:
     if cc is None:
         raise NoCompiler("no C compiler (cc) on this machine")
     folder.mkdir(parents=True, exist_ok=True)
+    from sternplane.codegen import derive_c  # with sympy, which compiling this module's kernel does not need
+
     (folder / "jacobians.h").write_text(derive_c.generate())
     command = [cc, *FLAGS, *flags, "-fPIC", "-shared", f"-I{folder}", "-o", str(library), str(SOURCE), "-lm"]
     built = subprocess.run(command, capture_output=True, text=True, check=False)
