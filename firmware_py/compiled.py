@@ -25,6 +25,10 @@ _config.SLP_VECTORIZE = True
 """Sums that are written out become vector instructions too. It changes no bit, nor does inlining. Both are part of the
 key of the cache, as this file is."""
 
+_OPTIONS: Any = {"fastmath": False, "error_model": "numpy", "forceinline": True, "_nrt": False}
+"""Without numba's runtime a kernel that allocates does not compile, and no reference is counted: a NamedTuple of twenty
+arrays is then as cheap as its pointers."""
+
 Vector = Annotated[NDArray[np.float64], types.float64[::1]]
 Matrix = Annotated[NDArray[np.float64], types.float64[:, ::1]]
 Cube = Annotated[NDArray[np.float64], types.float64[:, :, ::1]]
@@ -43,7 +47,7 @@ def kernel(signature: str = "") -> Callable[[F], F]:
 
     def compiled(function: F) -> F:
         given = signature or _signature(function)
-        return cast(F, numba.njit(given, cache=True, fastmath=False, error_model="numpy", forceinline=True)(function))
+        return cast(F, numba.njit(given, cache=True, **_OPTIONS)(function))
 
     return compiled
 

@@ -116,8 +116,10 @@ def observe(
     """Fill `out` (see `O`) with what instruments measure at `state`."""
     x_dot = work[W.k1]
     derivative(c, table, inverse, current, state, state, x_dot, work)
-    out[: O.u_r] = x_dot[S.u :]
-    out[O.u_r : O.phi] = work[W.nu_r, :3]
+    for i in range(O.u_r):
+        out[i] = x_dot[S.u + i]
+    for i in range(O.phi - O.u_r):
+        out[O.u_r + i] = work[W.nu_r, i]
     a, b, d, e = state[S.e0], state[S.e1], state[S.e2], state[S.e3]
     out[O.phi] = math.atan2(2.0 * (d * e + a * b), a * a - b * b - d * d + e * e)
     out[O.theta] = math.asin(min(max(2.0 * (a * d - b * e), -1.0), 1.0))
