@@ -45,7 +45,7 @@ def flown(
     delta_r: float = 0.12,
     current: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> BuslessFlight:
-    """Both planes swing at three frequencies each, the boat held about its depth; seconds long."""
+    """Both planes swing at three frequencies each, the vehicle held about its depth; seconds long."""
     t = DT * (np.arange(round(seconds / DT)) + 0.5)
 
     def swing(*periods: float) -> np.ndarray:

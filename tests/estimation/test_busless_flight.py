@@ -22,7 +22,7 @@ def demands(steps: int, size: float = 0.25, clock: int = 150) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("ideal", "most"), [(True, 1e-11), (False, 1e-4)])
-def test_the_observer_model_under_a_trial_s_inputs_moves_as_the_boat_did(ideal: bool, most: float) -> None:
+def test_the_observer_model_under_a_trial_s_inputs_moves_as_the_vehicle_did(ideal: bool, most: float) -> None:
     trial = fly(TRUTH, demands(2000), N_TRIM, H, current=(0.2, -0.1, 0.0), ideal_fins=ideal)
     model = ObserverModel(VEHICLE, ())
     x = model.state(trial.x[0, :6].tolist(), trial.x[0, 6:].tolist())
@@ -70,7 +70,7 @@ def test_a_rate_that_does_not_fit_the_steps_is_refused() -> None:
         measure(trial, SENSOR_STD, (30.0,) * 9, 0)
 
 
-def test_an_altered_boat_differs_in_what_was_altered_alone() -> None:
+def test_an_altered_vehicle_differs_in_what_was_altered_alone() -> None:
     other = altered(TRUTH, {"Y_vdot": 1.2, "C_dy": 0.8, "C_d0": 1.1})
     assert other.coefficients.Y_vdot == pytest.approx(1.2 * TRUTH.coefficients.Y_vdot)
     assert other.hull.C_dy == pytest.approx(0.8 * TRUTH.hull.C_dy)

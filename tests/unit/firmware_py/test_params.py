@@ -27,7 +27,7 @@ class Fin:
 
 
 @dataclass(frozen=True, slots=True)
-class Boat:
+class ExampleVehicle:
     fins: tuple[Fin, ...]
     length: float = param(unit="m", low=0.1, high=100.0, doc="Length.")
     n_max: float = param(1000.0, unit="rpm", low=0.0, high=3000.0, doc="Fastest.", mav="N_MAX")
@@ -49,55 +49,55 @@ delta_max_deg = 20
 
 
 def test_units_become_si_and_defaults_are_in_the_declared_unit() -> None:
-    boat = load(Boat, tomllib.loads(GOOD), "boat.toml")
-    assert boat.fins[0].delta_max == math.radians(20.0)
-    assert boat.n_max == 10.0  # rev/s
-    assert boat.offsets == (math.radians(1.0), math.radians(-2.0))
-    assert boat.paint is Paint.BLUE
+    vehicle = load(ExampleVehicle, tomllib.loads(GOOD), "vehicle.toml")
+    assert vehicle.fins[0].delta_max == math.radians(20.0)
+    assert vehicle.n_max == 10.0  # rev/s
+    assert vehicle.offsets == (math.radians(1.0), math.radians(-2.0))
+    assert vehicle.paint is Paint.BLUE
     assert Fin("x").delta_max == math.radians(23.0)
 
 
 @given(st.floats(1.0, 45.0), st.floats(0.1, 100.0), st.floats(0.0, 3000.0))
 def test_what_is_dumped_loads_again_to_the_last_bit(angle: float, length: float, n: float) -> None:
     table = {"length_m": length, "n_max_rpm": n, "fins": [{"name": "a", "delta_max_deg": angle}]}
-    boat = load(Boat, table, "x")
-    assert load(Boat, dump(boat), "x") == boat
+    vehicle = load(ExampleVehicle, table, "x")
+    assert load(ExampleVehicle, dump(vehicle), "x") == vehicle
 
 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ("lenght_m = 5.3", "boat.toml: lenght_m is unknown; did you mean length_m?"),
-        ("n_max_hz = 3", "boat.toml: n_max_hz has the wrong unit; write n_max_rpm (unit rpm)"),
-        ("n_max = 3", "boat.toml: n_max has the wrong unit; write n_max_rpm (unit rpm)"),
-        ("count = 10", "boat.toml: count = 10: out of bounds, must be a whole number in [1, 9]"),
-        ("count = 1.5", "boat.toml: count = 1.5: must be a whole number in [1, 9]"),
-        ("count = true", "boat.toml: count = True: must be a whole number in [1, 9]"),
-        ("spare = 1", "boat.toml: spare = 1: must be true or false"),
-        ("length_m = 'long'", "boat.toml: length_m = 'long': must be a number in m in [0.1, 100]"),
-        ("length_m = nan", "boat.toml: length_m = nan: must be finite, a number in m in [0.1, 100]"),
+        ("lenght_m = 5.3", "vehicle.toml: lenght_m is unknown; did you mean length_m?"),
+        ("n_max_hz = 3", "vehicle.toml: n_max_hz has the wrong unit; write n_max_rpm (unit rpm)"),
+        ("n_max = 3", "vehicle.toml: n_max has the wrong unit; write n_max_rpm (unit rpm)"),
+        ("count = 10", "vehicle.toml: count = 10: out of bounds, must be a whole number in [1, 9]"),
+        ("count = 1.5", "vehicle.toml: count = 1.5: must be a whole number in [1, 9]"),
+        ("count = true", "vehicle.toml: count = True: must be a whole number in [1, 9]"),
+        ("spare = 1", "vehicle.toml: spare = 1: must be true or false"),
+        ("length_m = 'long'", "vehicle.toml: length_m = 'long': must be a number in m in [0.1, 100]"),
+        ("length_m = nan", "vehicle.toml: length_m = nan: must be finite, a number in m in [0.1, 100]"),
         ("length_m = inf", "must be finite"),
-        ("paint = 'green'", 'boat.toml: paint = \'green\': must be one of "red", "blue"'),
-        ("offsets_deg = [1.0]", "boat.toml: offsets_deg = [1.0]: must have 2 entries"),
+        ("paint = 'green'", 'vehicle.toml: paint = \'green\': must be one of "red", "blue"'),
+        ("offsets_deg = [1.0]", "vehicle.toml: offsets_deg = [1.0]: must have 2 entries"),
         ("offsets_deg = 3", "must be a list"),
         ("fins = 3", "must be a list"),
-        ("fins = [3]", "boat.toml: fins[0] must be a table"),
-        ("fins = [{name = 'x', delta_max_deg = 60}]", "boat.toml: fins[0]: delta_max_deg = 60: out of bounds"),
-        ("fins = [{}]", "boat.toml: fins[0]: name is missing"),
+        ("fins = [3]", "vehicle.toml: fins[0] must be a table"),
+        ("fins = [{name = 'x', delta_max_deg = 60}]", "vehicle.toml: fins[0]: delta_max_deg = 60: out of bounds"),
+        ("fins = [{}]", "vehicle.toml: fins[0]: name is missing"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line_with_file_and_key(change: str, words: str) -> None:
     table = tomllib.loads(GOOD)
     table.update(tomllib.loads(change))
     with pytest.raises(ParamError) as error:
-        load(Boat, table, "boat.toml")
+        load(ExampleVehicle, table, "vehicle.toml")
     assert words in str(error.value)
     assert "\n" not in str(error.value)
 
 
 def test_a_missing_number_is_named_with_its_unit() -> None:
-    with pytest.raises(ParamError, match=r"boat.toml: length_m is missing \(a number in m in \[0.1, 100\]\)"):
-        load(Boat, {"fins": []}, "boat.toml")
+    with pytest.raises(ParamError, match=r"vehicle.toml: length_m is missing \(a number in m in \[0.1, 100\]\)"):
+        load(ExampleVehicle, {"fins": []}, "vehicle.toml")
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,15 +131,15 @@ def test_whatever_is_missing_is_named_with_what_would_be_right(name: str, wanted
 
 
 def test_the_place_is_put_before_what_cannot_be_made() -> None:
-    with pytest.raises(ParamError, match=r"^boat\.toml: too long$"), prefix_errors("boat.toml"):
+    with pytest.raises(ParamError, match=r"^vehicle\.toml: too long$"), prefix_errors("vehicle.toml"):
         raise ValueError("too long")
-    with pytest.raises(TypeError), prefix_errors("boat.toml"):  # a mistake of ours
+    with pytest.raises(TypeError), prefix_errors("vehicle.toml"):  # a mistake of ours
         raise TypeError
 
 
 def test_every_declaration_is_listed_with_its_default_in_its_own_unit() -> None:
-    listed = {key: (declaration.unit, default) for key, declaration, default in describe_keys(Boat)}
-    said = {key: declaration.doc for key, declaration, _ in describe_keys(Boat)}
+    listed = {key: (declaration.unit, default) for key, declaration, default in describe_keys(ExampleVehicle)}
+    said = {key: declaration.doc for key, declaration, _ in describe_keys(ExampleVehicle)}
     assert said["paint"].endswith('One of "red", "blue".')
     assert listed["fins[].delta_max_deg"] == ("deg", 23.0)
     assert listed["n_max_rpm"] == ("rpm", 1000.0)

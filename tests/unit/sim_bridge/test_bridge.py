@@ -245,7 +245,7 @@ class Steps:
         self.steps.append(k)
 
 
-def test_lockstep_moves_the_boat_before_each_tick_and_ends_with_the_time():
+def test_lockstep_moves_the_plant_before_each_tick_and_ends_with_the_time():
     bridge = Steps()
     ticks = []
     for tick in PlantSchedule(bridge, 10_000_000, 5):

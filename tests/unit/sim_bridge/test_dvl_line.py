@@ -94,7 +94,7 @@ def test_close_may_be_called_twice_and_frees_the_line():
     assert not os.path.exists(line.path)
 
 
-def test_a_reader_that_takes_the_line_at_once_does_not_stall_a_boat_that_keeps_its_own_time(monkeypatch):
+def test_a_reader_that_takes_the_line_at_once_does_not_stall_a_plant_that_keeps_its_own_time(monkeypatch):
     with SerialLine(timeout=0.0) as line:
         monkeypatch.setattr(line, "waiting", lambda: 0)  # read before it was seen
         monkeypatch.setattr("sim_bridge.devices.serial_line.time.monotonic", lambda: pytest.fail("it waits"))

@@ -28,32 +28,32 @@ CENTRED = (0.0, 0.0, 0.0, 0.0)
 STILL = EnvironmentParams()
 
 
-def plant(truth: Truth = TRUTH, dt: float = 0.01, sea: EnvironmentParams = STILL, **start: Any) -> Plant:
+def new_plant(truth: Truth = TRUTH, dt: float = 0.01, sea: EnvironmentParams = STILL, **start: Any) -> Plant:
     start.setdefault("eta0", DEEP)
     return Plant(truth, Environment(sea, 5, dt), dt, **start)
 
 
-def run(boat: Plant, seconds: float, fins: tuple[float, ...] = CENTRED, n: float = 0.0) -> Plant:
-    for _ in range(round(seconds / boat.dt)):
-        boat.step(fins, n)
-    return boat
+def run(plant: Plant, seconds: float, fins: tuple[float, ...] = CENTRED, n: float = 0.0) -> Plant:
+    for _ in range(round(seconds / plant.dt)):
+        plant.step(fins, n)
+    return plant
 
 
 # --- the propeller ---------------------------------------------------------------------------------------------------
 
 
 def test_from_rest_it_reaches_the_trim_speed() -> None:
-    boat = plant(dt=0.05)
-    assert boat.nu_dot == pytest.approx((0.0,) * 6, abs=1e-12)
-    run(boat, 1.0, n=TRIM)
-    assert boat.nu.u > 0.0
-    run(boat, 900.0, n=TRIM)
-    assert boat.nu.u == pytest.approx(1.8288, abs=1e-4)
+    plant = new_plant(dt=0.05)
+    assert plant.nu_dot == pytest.approx((0.0,) * 6, abs=1e-12)
+    run(plant, 1.0, n=TRIM)
+    assert plant.nu.u > 0.0
+    run(plant, 900.0, n=TRIM)
+    assert plant.nu.u == pytest.approx(1.8288, abs=1e-4)
 
 
 def test_it_stops_and_goes_astern_through_rest() -> None:
-    boat = plant(dt=0.05, nu0=CRUISE, n0=TRIM)
-    speeds = [run(boat, 1.0, n=-TRIM).nu.u for _ in range(600)]
+    plant = new_plant(dt=0.05, nu0=CRUISE, n0=TRIM)
+    speeds = [run(plant, 1.0, n=-TRIM).nu.u for _ in range(600)]
     assert all(b < a for a, b in pairwise(speeds[:101]))
     assert min(abs(u) for u in speeds) < 0.05
     assert speeds[-1] == pytest.approx(-1.8288, abs=0.01)
@@ -61,9 +61,9 @@ def test_it_stops_and_goes_astern_through_rest() -> None:
 
 
 def test_without_thrust_it_coasts_down_as_quadratic_drag_tells() -> None:
-    boat = run(plant(nu0=CRUISE), 100.0)
+    plant = run(new_plant(nu0=CRUISE), 100.0)
     k = 500.0 * 5.3**2 * 0.00385 / (5454.54 + 500.0 * 5.3**3 * 7.6e-3)
-    assert boat.nu.u == pytest.approx(1.8288 / (1.0 + k * 1.8288 * 100.0), rel=1e-4)
+    assert plant.nu.u == pytest.approx(1.8288 / (1.0 + k * 1.8288 * 100.0), rel=1e-4)
 
 
 @pytest.mark.parametrize("n", [-TRIM, 0.0, TRIM])
@@ -72,20 +72,20 @@ def test_any_tumble_dies_down(n: float) -> None:
     for _ in range(5):
         nu0 = Nu(*generator.uniform(-1.5, 1.5, 3), *generator.uniform(-0.5, 0.5, 3))
         eta0 = Eta(0.0, 0.0, 500.0, *generator.uniform(-1.5, 1.5, 3))
-        boat = run(plant(dt=0.05, nu0=nu0, eta0=eta0, n0=n), 400.0, n=n)
-        assert math.hypot(*boat.nu[:3]) < 2.0
-        assert math.hypot(*boat.nu[3:]) < 0.2
+        plant = run(new_plant(dt=0.05, nu0=nu0, eta0=eta0, n0=n), 400.0, n=n)
+        assert math.hypot(*plant.nu[:3]) < 2.0
+        assert math.hypot(*plant.nu[3:]) < 0.2
 
 
 # --- steering --------------------------------------------------------------------------------------------------------
 
 
 def test_positive_rudder_turns_to_port_and_positive_stern_planes_dive() -> None:
-    steered = run(plant(nu0=CRUISE, n0=TRIM), 20.0, (0.0, 0.0, 0.2, 0.2), TRIM)
+    steered = run(new_plant(nu0=CRUISE, n0=TRIM), 20.0, (0.0, 0.0, 0.2, 0.2), TRIM)
     assert steered.nu.r < -0.01
     assert steered.eta.psi < -0.5
     assert steered.eta.y < -1.0
-    diving = run(plant(nu0=CRUISE, n0=TRIM), 20.0, (0.2, 0.2, 0.0, 0.0), TRIM)
+    diving = run(new_plant(nu0=CRUISE, n0=TRIM), 20.0, (0.2, 0.2, 0.0, 0.0), TRIM)
     assert diving.eta.theta < -0.1
     assert diving.eta.z > 55.0
     # the products of inertia alone couple the planes into the horizontal plane
@@ -103,8 +103,8 @@ def test_an_x_layout_steers_as_a_plus_layout_does() -> None:
     ds, dr = 0.12, -0.07
     root = math.sqrt(0.5)
     crossed = ((ds + dr) * root, (dr - ds) * root) * 2
-    plus = plant(nu0=CRUISE, n0=TRIM, fins0=(ds, ds, dr, dr))
-    cross = plant(x_layout(TRUTH), nu0=CRUISE, n0=TRIM, fins0=crossed)
+    plus = new_plant(nu0=CRUISE, n0=TRIM, fins0=(ds, ds, dr, dr))
+    cross = new_plant(x_layout(TRUTH), nu0=CRUISE, n0=TRIM, fins0=crossed)
     assert cross.nu_dot == pytest.approx(plus.nu_dot, rel=1e-12, abs=1e-15)
     assert max(map(abs, plus.nu_dot)) > 0.001
 
@@ -117,26 +117,26 @@ def with_bow() -> Truth:
 
 
 def test_bow_planes_lift_bow_and_body_each_side_with_half() -> None:
-    still = mass_matrix(TRUTH) @ np.array(plant(with_bow(), nu0=CRUISE, n0=TRIM).nu_dot)
-    both = plant(with_bow(), nu0=CRUISE, n0=TRIM, fins0=(*CENTRED, 0.1, 0.1))
-    port = plant(with_bow(), nu0=CRUISE, n0=TRIM, fins0=(*CENTRED, 0.1, 0.0))
-    tau, one = (mass_matrix(TRUTH) @ np.array(boat.nu_dot) - still for boat in (both, port))
+    still = mass_matrix(TRUTH) @ np.array(new_plant(with_bow(), nu0=CRUISE, n0=TRIM).nu_dot)
+    both = new_plant(with_bow(), nu0=CRUISE, n0=TRIM, fins0=(*CENTRED, 0.1, 0.1))
+    port = new_plant(with_bow(), nu0=CRUISE, n0=TRIM, fins0=(*CENTRED, 0.1, 0.0))
+    tau, one = (mass_matrix(TRUTH) @ np.array(plant.nu_dot) - still for plant in (both, port))
     assert tau[2] == pytest.approx(2.0 * -1.3e-2 * 500.0 * 5.3**2 * 1.8288**2 * 0.1)
     assert tau[4] == pytest.approx(2.0 * 3.5e-3 * 500.0 * 5.3**3 * 1.8288**2 * 0.1)
     np.testing.assert_allclose(one, tau / 2.0, atol=1e-9)
-    rising = run(plant(with_bow(), nu0=CRUISE, n0=TRIM), 1.0, (*CENTRED, 0.2, 0.2), TRIM)
+    rising = run(new_plant(with_bow(), nu0=CRUISE, n0=TRIM), 1.0, (*CENTRED, 0.2, 0.2), TRIM)
     assert rising.eta.theta > 0.0
     assert run(rising, 20.0, (*CENTRED, 0.2, 0.2), TRIM).eta.z < 49.8
 
 
 def test_a_damaged_fin_gives_what_is_left_of_it() -> None:
-    whole, half = (plant(nu0=CRUISE, n0=TRIM, fins0=(0.0, 0.0, 0.1, 0.1)) for _ in range(2))
+    whole, half = (new_plant(nu0=CRUISE, n0=TRIM, fins0=(0.0, 0.0, 0.1, 0.1)) for _ in range(2))
     half.damage(2, 0.0)
     run(whole, 1.0, (0.0, 0.0, 0.1, 0.1), TRIM)
     run(half, 1.0, (0.0, 0.0, 0.1, 0.1), TRIM)
     assert half.nu.r == pytest.approx(0.5 * whole.nu.r, rel=0.02)
     lost = tuple(dataclasses.replace(fin, effectiveness=0.0) for fin in TRUTH.fins)
-    limp = plant(dataclasses.replace(TRUTH, fins=lost), nu0=CRUISE, n0=TRIM)
+    limp = new_plant(dataclasses.replace(TRUTH, fins=lost), nu0=CRUISE, n0=TRIM)
     run(limp, 5.0, (0.3, 0.3, 0.3, 0.3), TRIM)
     assert limp.nu.r == pytest.approx(0.0, abs=1e-12)
 
@@ -145,7 +145,7 @@ def test_a_damaged_fin_gives_what_is_left_of_it() -> None:
 
 
 def test_altitude_is_counted_from_the_flat_bottom() -> None:
-    assert plant(sea=EnvironmentParams(bottom_depth=80.0)).altitude == pytest.approx(30.0)
+    assert new_plant(sea=EnvironmentParams(bottom_depth=80.0)).altitude == pytest.approx(30.0)
 
 
 @pytest.mark.parametrize(
@@ -164,11 +164,11 @@ def test_a_bad_start_is_refused(start: dict[str, Any], message: str) -> None:
 
 
 def test_a_bad_command_is_refused_and_a_broken_state_is_told() -> None:
-    boat = plant(nu0=CRUISE)
+    plant = new_plant(nu0=CRUISE)
     with pytest.raises(PlantError, match="5 fin angles for a vehicle with 4 fins"):
-        boat.step((0.0,) * 5, 0.0)
-    assert boat.k == 0
+        plant.step((0.0,) * 5, 0.0)
+    assert plant.k == 0
     with pytest.raises(PlantError, match=r"no longer finite at t = 0\.010 s"):
-        boat.step((0.0, math.nan, 0.0, 0.0), 0.0)
+        plant.step((0.0, math.nan, 0.0, 0.0), 0.0)
     with pytest.raises(PlantError, match="no longer finite"):
-        plant().step(CENTRED, math.nan)
+        new_plant().step(CENTRED, math.nan)

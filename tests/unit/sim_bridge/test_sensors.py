@@ -40,7 +40,7 @@ QUIET = InstrumentsParams(
 )
 
 
-def boat(z: float = 5.0, altitude: float = 20.0, n: float = 0.0, **motion: float) -> SimpleNamespace:
+def plant(z: float = 5.0, altitude: float = 20.0, n: float = 0.0, **motion: float) -> SimpleNamespace:
     eta = Eta(0.0, 0.0, z, 0.0, 0.0, 0.0)._replace(**{k: v for k, v in motion.items() if k in Eta._fields})
     nu = Nu(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)._replace(**{k: v for k, v in motion.items() if k in Nu._fields})
     return SimpleNamespace(eta=eta, nu=nu, n=n, altitude=altitude)
@@ -119,7 +119,7 @@ def test_changing_one_instrument_leaves_the_others_readings_alone():
     def readings(params: InstrumentsParams) -> dict[str, list]:
         instruments = Instruments(params, WATER, 7, 100)
         names = [f.name for f in dataclasses.fields(params)]
-        return {name: run(getattr(instruments, name), 400, lambda k: boat(z=0.1)) for name in names}
+        return {name: run(getattr(instruments, name), 400, lambda k: plant(z=0.1)) for name in names}
 
     shipped = load_shipped()
     before = readings(shipped)
@@ -165,7 +165,7 @@ def value(name: str, b: SimpleNamespace, params: InstrumentsParams = QUIET):
 def test_dvl_measures_over_the_ground_and_loses_lock_out_of_range():
     moving = {"u": 1.8, "v": -0.2, "w": 0.05}
     near, far = QUIET.dvl.range_min, QUIET.dvl.range_max
-    assert value("dvl", boat(**moving, altitude=20.0))[:3] == (1.8, -0.2, 0.05)
+    assert value("dvl", plant(**moving, altitude=20.0))[:3] == (1.8, -0.2, 0.05)
     for altitude, locked in [
         (math.nextafter(near, 0), False),
         (near, True),
@@ -173,37 +173,39 @@ def test_dvl_measures_over_the_ground_and_loses_lock_out_of_range():
         (math.nextafter(far, 99), False),
         (-1.0, False),
     ]:
-        assert (value("dvl", boat(altitude=altitude)) is not None) is locked
+        assert (value("dvl", plant(altitude=altitude)) is not None) is locked
 
 
 def test_altimeter_tells_too_near_from_too_far():
-    assert value("altimeter", boat(altitude=12.5)) == 12.5
-    assert value("altimeter", boat(altitude=0.29)) == 0.0
-    assert value("altimeter", boat(altitude=60.01)) == math.inf
+    assert value("altimeter", plant(altitude=12.5)) == 12.5
+    assert value("altimeter", plant(altitude=0.29)) == 0.0
+    assert value("altimeter", plant(altitude=60.01)) == math.inf
 
 
 def test_there_is_a_fix_only_at_the_surface():
-    at_surface = value("fix", boat(z=0.3, x=100.0, y=-50.0))
+    at_surface = value("fix", plant(z=0.3, x=100.0, y=-50.0))
     assert geodetic_to_local(WATER.origin, at_surface.latitude, at_surface.longitude) == pytest.approx((100.0, -50.0))
-    assert value("fix", boat(z=math.nextafter(0.3, 1))) is None
+    assert value("fix", plant(z=math.nextafter(0.3, 1))) is None
 
 
 def test_fix_errs_by_its_sigma_in_metres():
     params = dataclasses.replace(QUIET, fix=FixParams(100, noise=2.0))
     s = Instruments(params, WATER, 3, 100).fix
-    fixes = [geodetic_to_local(WATER.origin, *r.value[:2]) for _, r in run(s, 4000, lambda k: boat(z=0.0))]
+    fixes = [geodetic_to_local(WATER.origin, *r.value[:2]) for _, r in run(s, 4000, lambda k: plant(z=0.0))]
     assert np.std(fixes, axis=0) == pytest.approx([2.0, 2.0], rel=0.05)
 
 
 def test_pressure_grows_by_the_weight_of_the_water_and_not_above_it():
-    assert value("pressure", boat(z=0.0)) == 101_325.0
-    assert value("pressure", boat(z=-1.0)) == 101_325.0
-    assert value("pressure", boat(z=10.0)) == pytest.approx(101_325.0 + 98_066.5)
+    assert value("pressure", plant(z=0.0)) == 101_325.0
+    assert value("pressure", plant(z=-1.0)) == 101_325.0
+    assert value("pressure", plant(z=10.0)) == pytest.approx(101_325.0 + 98_066.5)
 
 
 def test_heading_stays_in_half_open_turn():
     noisy = dataclasses.replace(QUIET, ahrs=AhrsParams(100, yaw_noise=0.2))
-    psi = np.array([r.value.psi for _, r in run(Instruments(noisy, WATER, 1, 100).ahrs, 2000, lambda k: boat(psi=3.1))])
+    psi = np.array(
+        [r.value.psi for _, r in run(Instruments(noisy, WATER, 1, 100).ahrs, 2000, lambda k: plant(psi=3.1))]
+    )
     assert psi.min() < -3.0
     assert psi.max() > 3.0
     assert np.all((psi >= -math.pi) & (psi < math.pi))
@@ -213,7 +215,7 @@ def test_battery_drains_by_hotel_and_the_cube_of_the_shaft_speed_and_never_below
     p = BatteryParams(1, capacity=60.0 * 460.0, noise=0.0)  # 460 W for a minute
 
     def after(seconds: int, n: float) -> float:
-        s, still = Instruments(dataclasses.replace(QUIET, battery=p), WATER, 1, 100).battery, boat(n=n)
+        s, still = Instruments(dataclasses.replace(QUIET, battery=p), WATER, 1, 100).battery, plant(n=n)
         return run(s, seconds * 100 + 1, lambda k: still)[-1][1].value
 
     assert after(60, 500 / 60).remaining == pytest.approx(0.0, abs=1e-9)  # 60 W + 400 W for a minute

@@ -1,4 +1,4 @@
-"""What the header of a simulated flight's log knows of the boat, and the autopilot does not."""
+"""What the header of a simulated flight's log knows of the true vehicle, and the autopilot does not."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from pathlib import Path
 from sternplane.sitl.flight import CONFIG, Wish, prepare
 
 
-def test_the_log_knows_how_the_boat_is_built_and_the_vehicle_does_not(tmp_path: Path) -> None:
-    config = tmp_path / "boat"
+def test_the_log_knows_the_true_vehicle_and_the_autopilot_does_not(tmp_path: Path) -> None:
+    config = tmp_path / "config"
     shutil.copytree(CONFIG, config)
     truth = (config / "truth.toml").read_text()
     assert "\nM_q = -6.8e-2" in truth

@@ -1,4 +1,4 @@
-"""Turning circle and zigzag, against boats whose circles and overshoots are known."""
+"""Turning circle and zigzag, against vehicles whose circles and overshoots are known."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ def test_a_circle_is_measured_without_the_current(rate: float, drift: tuple[floa
 
 
 def test_noise_of_the_position_does_not_widen_the_circle() -> None:
-    boat = turning(0.08, 32.0)
-    boat["eta.x"] = boat["eta.x"] + np.random.default_rng(1).normal(0.0, 0.2, len(T))
-    found = circle(cycles(np.where(T >= 20.0, 0.35, 0.0)), boat)
+    track = turning(0.08, 32.0)
+    track["eta.x"] = track["eta.x"] + np.random.default_rng(1).normal(0.0, 0.2, len(T))
+    found = circle(cycles(np.where(T >= 20.0, 0.35, 0.0)), track)
     assert found is not None
     assert found.diameter == pytest.approx(32.0, rel=0.02)
 

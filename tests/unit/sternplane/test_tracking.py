@@ -69,7 +69,7 @@ def test_a_course_is_written_as_a_compass_has_it_except_about_north(degrees: flo
 
 
 def log(modes: list[Mode], changes: dict[int, tuple[Change, ...]]) -> Any:
-    """A log of a cycle a second that begins with a mission to the east; its boat goes north."""
+    """A log of a cycle a second that begins with a mission to the east; its vehicle goes north."""
     n = len(modes)
     columns = {
         "t": np.arange(n) * 1.0,
@@ -87,8 +87,8 @@ def sent(waypoints: list[list[float]]) -> tuple[Change, ...]:
 def test_a_mission_that_a_station_sends_is_the_one_that_was_to_be_flown_from_then_on() -> None:
     run = log([Mode.MISSION] * 10, {4_000_000_000: sent(NORTH)})
     assert [(m.begin, m.end, len(m.waypoints)) for m in missions(run)] == [(0, 4, 1), (4, 10, 2)]
-    boat = {"eta.x": np.arange(10) * 1.0, "eta.y": np.zeros(10)}
-    assert path_error(run, boat) == pytest.approx([0.0, 1.0, 2.0, 3.0, *[0.0] * 6])
+    track = {"eta.x": np.arange(10) * 1.0, "eta.y": np.zeros(10)}
+    assert path_error(run, track) == pytest.approx([0.0, 1.0, 2.0, 3.0, *[0.0] * 6])
 
 
 def test_what_was_sent_and_not_flown_is_not_the_mission_that_was_flown_last() -> None:

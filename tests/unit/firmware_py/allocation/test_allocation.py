@@ -20,7 +20,7 @@ FILE = Path(__file__).resolve().parents[4] / "configs" / "npsauv2" / "vehicle.to
 VEHICLE = load(Vehicle, tomllib.loads(FILE.read_text()), "vehicle.toml")
 
 
-def vehicle(*layout: tuple[float, FinStation], limits: tuple[float, ...] | None = None) -> Vehicle:
+def with_fins(*layout: tuple[float, FinStation], limits: tuple[float, ...] | None = None) -> Vehicle:
     degrees = limits or (23.0,) * len(layout)
     fins = tuple(
         Fin(f"fin{i}", math.radians(hinge), station, delta_max=math.radians(limit))
@@ -31,13 +31,13 @@ def vehicle(*layout: tuple[float, FinStation], limits: tuple[float, ...] | None 
 
 STERN, BOW = FinStation.STERN, FinStation.BOW
 LAYOUTS = {
-    "plus": vehicle((0, STERN), (0, STERN), (90, STERN), (90, STERN)),
-    "x": vehicle((45, STERN), (135, STERN), (45, STERN), (135, STERN)),
-    "plus and bow": vehicle((0, STERN), (0, STERN), (90, STERN), (90, STERN), (0, BOW), (0, BOW)),
-    "y": vehicle((30, STERN), (150, STERN), (90, STERN)),
-    "two": vehicle((0, STERN), (90, STERN)),
+    "plus": with_fins((0, STERN), (0, STERN), (90, STERN), (90, STERN)),
+    "x": with_fins((45, STERN), (135, STERN), (45, STERN), (135, STERN)),
+    "plus and bow": with_fins((0, STERN), (0, STERN), (90, STERN), (90, STERN), (0, BOW), (0, BOW)),
+    "y": with_fins((30, STERN), (150, STERN), (90, STERN)),
+    "two": with_fins((0, STERN), (90, STERN)),
 }
-everywhere = pytest.mark.parametrize("boat", LAYOUTS.values(), ids=LAYOUTS.keys())
+everywhere = pytest.mark.parametrize("vehicle", LAYOUTS.values(), ids=LAYOUTS.keys())
 angle = st.floats(-math.radians(60), math.radians(60))
 
 
@@ -45,31 +45,31 @@ def demand(delta_s: float, delta_r: float) -> Demand:
     return Demand(delta_s, delta_r, 7.0, 0.0, 0.0)
 
 
-def rows(boat: Vehicle) -> np.ndarray:
+def rows(vehicle: Vehicle) -> np.ndarray:
     worth = -3.5e-3 / 4.1e-2
     columns = [
         (worth, 0.0) if fin.station is BOW else (0.5 * math.cos(fin.hinge), 0.5 * math.sin(fin.hinge))
-        for fin in boat.fins
+        for fin in vehicle.fins
     ]
     return np.array(columns).T
 
 
 @everywhere
 @given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1))
-def test_there_and_back_within_the_travel(boat: Vehicle, delta_s: float, delta_r: float) -> None:
-    allocator = Allocator(boat)
+def test_there_and_back_within_the_travel(vehicle: Vehicle, delta_s: float, delta_r: float) -> None:
+    allocator = Allocator(vehicle)
     command = allocator.allocate(demand(delta_s, delta_r))
-    assert allocator.size == len(command.fins) == len(boat.fins)
+    assert allocator.size == len(command.fins) == len(vehicle.fins)
     assert command.n == 7.0
-    assert rows(boat) @ np.array(command.fins) == pytest.approx([delta_s, delta_r], abs=1e-9)
+    assert rows(vehicle) @ np.array(command.fins) == pytest.approx([delta_s, delta_r], abs=1e-9)
     assert allocator.deflections(command.fins) == pytest.approx((delta_s, delta_r), abs=1e-9)
 
 
 @everywhere
 @given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1))
-def test_no_other_fins_that_do_the_same_are_smaller(boat: Vehicle, delta_s: float, delta_r: float) -> None:
-    smallest = np.linalg.pinv(rows(boat)) @ [delta_s, delta_r]
-    assert Allocator(boat).allocate(demand(delta_s, delta_r)).fins == pytest.approx(smallest, abs=1e-9)
+def test_no_other_fins_that_do_the_same_are_smaller(vehicle: Vehicle, delta_s: float, delta_r: float) -> None:
+    smallest = np.linalg.pinv(rows(vehicle)) @ [delta_s, delta_r]
+    assert Allocator(vehicle).allocate(demand(delta_s, delta_r)).fins == pytest.approx(smallest, abs=1e-9)
 
 
 def test_plus_layout_is_what_a_sailor_expects() -> None:
@@ -85,9 +85,9 @@ def test_bow_planes_work_against_the_stern_planes() -> None:
 
 @everywhere
 @given(angle, angle)
-def test_no_fin_is_asked_beyond_its_travel(boat: Vehicle, delta_s: float, delta_r: float) -> None:
-    fins = Allocator(boat).allocate(demand(delta_s, delta_r)).fins
-    assert all(abs(a) <= fin.delta_max for a, fin in zip(fins, boat.fins, strict=True))
+def test_no_fin_is_asked_beyond_its_travel(vehicle: Vehicle, delta_s: float, delta_r: float) -> None:
+    fins = Allocator(vehicle).allocate(demand(delta_s, delta_r)).fins
+    assert all(abs(a) <= fin.delta_max for a, fin in zip(fins, vehicle.fins, strict=True))
 
 
 @given(
@@ -99,23 +99,23 @@ def test_any_layout_stays_within_its_travel_and_shares_what_a_full_fin_leaves(
     layout: list[tuple[float, float]], delta_s: float, delta_r: float
 ) -> None:
     try:
-        boat = vehicle(*((hinge, STERN) for hinge, _ in layout), limits=tuple(limit for _, limit in layout))
+        vehicle = with_fins(*((hinge, STERN) for hinge, _ in layout), limits=tuple(limit for _, limit in layout))
     except ParamError:
         assume(False)
-    assume(np.linalg.cond(rows(boat)) < 20.0)
-    allocator = Allocator(boat)
+    assume(np.linalg.cond(rows(vehicle)) < 20.0)
+    allocator = Allocator(vehicle)
     fins = allocator.allocate(demand(delta_s, delta_r)).fins
-    limits = [fin.delta_max for fin in boat.fins]
+    limits = [fin.delta_max for fin in vehicle.fins]
     assert all(abs(a) <= limit for a, limit in zip(fins, limits, strict=True))
-    left = rows(boat) @ fins - [delta_s, delta_r]
+    left = rows(vehicle) @ fins - [delta_s, delta_r]
     free = [i for i, (a, limit) in enumerate(zip(fins, limits, strict=True)) if abs(a) < limit]
     if free:  # what is left cannot be made smaller by any fin that still moves
-        assert rows(boat)[:, free].T @ left == pytest.approx(np.zeros(len(free)), abs=1e-6)
+        assert rows(vehicle)[:, free].T @ left == pytest.approx(np.zeros(len(free)), abs=1e-6)
 
 
 def test_a_full_fin_is_helped_by_its_neighbours() -> None:
-    boat = vehicle((0, STERN), (0, STERN), (90, STERN), limits=(5.0, 23.0, 23.0))
-    allocator = Allocator(boat)
+    vehicle = with_fins((0, STERN), (0, STERN), (90, STERN), limits=(5.0, 23.0, 23.0))
+    allocator = Allocator(vehicle)
     fins = allocator.allocate(demand(math.radians(13), 0.0)).fins
     assert fins == pytest.approx([math.radians(3), math.radians(23), 0.0])
 

@@ -255,8 +255,8 @@ def test_in_manual_and_disarmed_no_manoeuvre_reaches_the_fins() -> None:
         assert (demand.delta_s, demand.delta_r) == (0.0, 0.0)
 
 
-def test_the_heading_law_s_sway_is_that_of_the_rudder_the_boat_really_gets() -> None:
-    """Two boats with the same rudder, asked for by the law or by a manoeuvre, believe in the same sway."""
+def test_the_heading_law_s_sway_is_that_of_the_rudder_the_vehicle_really_gets() -> None:
+    """Two vehicles with the same rudder, asked for by the law or by a manoeuvre, believe in the same sway."""
     by_law, by_manoeuvre = (Control(ControlParams(), VEHICLE) for _ in range(2))
     at = state(psi=0.05)
     for k in range(100):

@@ -39,7 +39,7 @@ def test_a_fix_weighs_by_walk_and_drift_against_its_own_sigma() -> None:
     assert dead_reckoning.fixed(PARAMS, now, fix(0.0, 0.0, 5.0, 2.0), 5.0, ORIGIN, (0.0, 0.0)) == now
 
 
-def test_a_boat_that_was_carried_since_follows_the_first_fix_and_a_wild_fix_is_left_with_the_next() -> None:
+def test_a_vehicle_that_was_carried_since_follows_the_first_fix_and_a_wild_fix_is_left_with_the_next() -> None:
     was = dead_reckoning.PositionMemory(147.0, -20.0, 0.25, 0.0, -math.inf)  # kept from the last flight
     now = dead_reckoning.fixed(PARAMS, was, fix(0.0, 0.0, 1.0, 2.0), 1.0, ORIGIN, (0.0, 0.0))
     assert math.hypot(now.x, now.y) < 0.1

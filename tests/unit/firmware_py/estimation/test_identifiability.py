@@ -129,7 +129,7 @@ def test_as_many_directions_are_lost_as_nothing_was_measured_in(seed: int, measu
 
 
 def shipped() -> CoefficientEstimator:
-    """With the thresholds of excitation that the boat sails with."""
+    """With the thresholds of excitation that the vehicle sails with."""
     return learner(health=HealthParams(speed_gain=0.003, rate_gain=math.radians(0.03)))
 
 
@@ -158,7 +158,7 @@ def test_where_both_planes_move_enough_all_is_learned_and_said_once_a_second() -
     assert all(flight[k].tick.k % 100 == 0 for k in changed)
 
 
-def test_of_a_boat_that_is_too_slow_to_learn_nothing_is_claimed() -> None:
+def test_of_a_vehicle_that_is_too_slow_to_learn_nothing_is_claimed() -> None:
     words = {told(learned) for learned in said(learner(LearningParams(speed_min=5.0)), moments(flown()))}
     assert words == {"learned 0 of 10: learning has not begun"}
 

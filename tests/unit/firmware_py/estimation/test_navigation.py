@@ -210,7 +210,7 @@ def test_position_of_a_noise_free_voyage() -> None:
 
 
 def test_sigma_of_the_position_is_honest() -> None:
-    """Over many boats, each off by errors of the declared size: neither too sure of itself nor too modest."""
+    """Over many vehicles, each off by errors of the declared size: neither too sure of itself nor too modest."""
     path = truth_of(swim, 40.0)
     params = NavigationParams(position=PositionParams(std_start=1.0))
     draw, ratios = np.random.default_rng(7), []

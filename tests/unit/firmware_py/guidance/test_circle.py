@@ -25,7 +25,7 @@ place = st.floats(-500.0, 500.0)
 
 
 @given(place, place, st.floats(-math.pi, math.pi), st.floats(5.0, 100.0), st.sampled_from([1.0, -1.0]))
-def test_a_circle_beside_the_boat_has_the_boat_on_it_and_its_course(x, y, psi, radius, side) -> None:
+def test_a_circle_beside_the_vehicle_has_the_vehicle_on_it_and_its_course(x, y, psi, radius, side) -> None:
     circle = beside(x, y, psi, side * radius)
     way, ahead = tangent(circle, x, y, 0.0)
     assert way.across == pytest.approx(0.0, abs=1e-6)
@@ -45,7 +45,7 @@ def test_across_is_the_distance_from_the_circle_and_the_turn_ahead_is_bounded(x,
         assert side * way.across < 0.0  # outside: port of a circle to starboard
 
 
-class Boat:
+class KinematicVehicle:
     """Goes exactly as the reference says."""
 
     def __init__(self, mission: Mission = EMPTY, x: float = 0.0, y: float = 0.0, u: float = 1.8) -> None:
@@ -80,71 +80,78 @@ def go(x: float = NAN, y: float = NAN, z: float = NAN, psi: float = NAN, u: floa
 
 @pytest.mark.parametrize(("x", "y"), [(150.0, 60.0), (-100.0, -100.0), (5.0, 0.0), (0.0, 0.0), (0.0, -32.0)])
 def test_guided_ends_on_the_circle_around_its_place_wherever_that_is(x: float, y: float) -> None:
-    boat = Boat()
-    boat.run(Mode.HOLD, 1.0)
-    boat.run(Mode.GUIDED, 300.0, go(x, y, 9.0))
-    assert boat.z == pytest.approx(9.0, abs=0.01)
-    distances = boat.distances(x, y, 120.0)
+    vehicle = KinematicVehicle()
+    vehicle.run(Mode.HOLD, 1.0)
+    vehicle.run(Mode.GUIDED, 300.0, go(x, y, 9.0))
+    assert vehicle.z == pytest.approx(9.0, abs=0.01)
+    distances = vehicle.distances(x, y, 120.0)
     assert max(distances) - min(distances) < 0.5
     assert distances[-1] == pytest.approx(RADIUS, abs=2.0)
 
 
 def test_a_heading_leaves_the_place_and_another_place_the_heading() -> None:
-    boat = Boat()
-    boat.run(Mode.GUIDED, 100.0, go(100.0, 0.0))
-    boat.run(Mode.GUIDED, 60.0, go(psi=2.0))
-    assert wrap(boat.psi) == pytest.approx(2.0, abs=1e-3)
-    boat.run(Mode.GUIDED, 300.0, go(-50.0, 50.0))
-    assert boat.distances(-50.0, 50.0, 10.0)[-1] == pytest.approx(RADIUS, abs=2.0)
+    vehicle = KinematicVehicle()
+    vehicle.run(Mode.GUIDED, 100.0, go(100.0, 0.0))
+    vehicle.run(Mode.GUIDED, 60.0, go(psi=2.0))
+    assert wrap(vehicle.psi) == pytest.approx(2.0, abs=1e-3)
+    vehicle.run(Mode.GUIDED, 300.0, go(-50.0, 50.0))
+    assert vehicle.distances(-50.0, 50.0, 10.0)[-1] == pytest.approx(RADIUS, abs=2.0)
 
 
 def test_guided_without_a_word_and_loiter_circle_where_they_are_even_from_rest() -> None:
     for mode in (Mode.GUIDED, Mode.LOITER):
-        boat = Boat(u=0.0)
-        boat.run(Mode.DISARMED, 1.0)
-        boat.run(mode, 400.0)
-        assert boat.u == pytest.approx(1.8)
-        assert max(math.hypot(x, y) for x, y in boat.path) < 2.0 * RADIUS + 3.0
+        vehicle = KinematicVehicle(u=0.0)
+        vehicle.run(Mode.DISARMED, 1.0)
+        vehicle.run(mode, 400.0)
+        assert vehicle.u == pytest.approx(1.8)
+        assert max(math.hypot(x, y) for x, y in vehicle.path) < 2.0 * RADIUS + 3.0
 
 
 def test_loiter_takes_depth_and_speed_and_no_place_or_heading() -> None:
-    boat = Boat()
-    boat.run(Mode.LOITER, 100.0)
-    boat.run(Mode.LOITER, 100.0, go(500.0, 500.0, 8.0, 1.0, 1.2))
-    assert (boat.z, boat.u) == (pytest.approx(8.0, abs=0.01), pytest.approx(1.2))
-    assert max(math.hypot(x, y) for x, y in boat.path) < 2.0 * RADIUS + 3.0
+    vehicle = KinematicVehicle()
+    vehicle.run(Mode.LOITER, 100.0)
+    vehicle.run(Mode.LOITER, 100.0, go(500.0, 500.0, 8.0, 1.0, 1.2))
+    assert (vehicle.z, vehicle.u) == (pytest.approx(8.0, abs=0.01), pytest.approx(1.2))
+    assert max(math.hypot(x, y) for x, y in vehicle.path) < 2.0 * RADIUS + 3.0
 
 
 def test_a_faster_circle_is_a_wider_one() -> None:
-    boat = Boat()
-    boat.run(Mode.GUIDED, 200.0, go(0.0, 30.0))
-    boat.run(Mode.GUIDED, 300.0, go(u=2.5))
-    assert boat.distances(0.0, 30.0, 10.0)[-1] == pytest.approx(1.25 * 2.5 / PARAMS.turn_rate_max, abs=2.5)
+    vehicle = KinematicVehicle()
+    vehicle.run(Mode.GUIDED, 200.0, go(0.0, 30.0))
+    vehicle.run(Mode.GUIDED, 300.0, go(u=2.5))
+    assert vehicle.distances(0.0, 30.0, 10.0)[-1] == pytest.approx(1.25 * 2.5 / PARAMS.turn_rate_max, abs=2.5)
 
 
 def test_a_pause_leaves_the_mission_where_it_was() -> None:
-    boat = Boat(Mission((Waypoint(150.0, 0.0, 5.0, 0.0), Waypoint(300.0, 0.0, 5.0, 0.0))))
-    boat.run(Mode.MISSION, 120.0)
-    assert boat.guidance.freeze().route.next == 1
-    boat.run(Mode.LOITER, 60.0)
-    assert boat.guidance.freeze().route.next == 1
-    boat.run(Mode.MISSION, 200.0)
-    assert boat.guidance.finished
+    vehicle = KinematicVehicle(Mission((Waypoint(150.0, 0.0, 5.0, 0.0), Waypoint(300.0, 0.0, 5.0, 0.0))))
+    vehicle.run(Mode.MISSION, 120.0)
+    assert vehicle.guidance.freeze().route.next == 1
+    vehicle.run(Mode.LOITER, 60.0)
+    assert vehicle.guidance.freeze().route.next == 1
+    vehicle.run(Mode.MISSION, 200.0)
+    assert vehicle.guidance.finished
 
 
-def test_a_speed_ordered_in_a_mission_holds_for_its_legs_until_it_is_taken_back_or_the_boat_disarmed() -> None:
-    boat = Boat(Mission((Waypoint(900.0, 0.0, 5.0, 1.5), Waypoint(2000.0, 0.0, 5.0, 1.5))))
-    assert boat.run(Mode.MISSION, 30.0).u_d == pytest.approx(1.5)
-    assert boat.run(Mode.MISSION, 30.0, go(u=1.0)).u_d == pytest.approx(1.0)
-    assert boat.run(Mode.MISSION, 30.0, go(u=0.0)).u_d == pytest.approx(1.5)
-    boat.run(Mode.MISSION, 10.0, go(u=1.0))
-    boat.run(Mode.DISARMED, 1.0)
-    assert boat.run(Mode.MISSION, 60.0).u_d == pytest.approx(1.5)
+def test_a_speed_ordered_in_a_mission_holds_for_its_legs_until_it_is_taken_back_or_the_vehicle_disarmed() -> None:
+    vehicle = KinematicVehicle(Mission((Waypoint(900.0, 0.0, 5.0, 1.5), Waypoint(2000.0, 0.0, 5.0, 1.5))))
+    assert vehicle.run(Mode.MISSION, 30.0).u_d == pytest.approx(1.5)
+    assert vehicle.run(Mode.MISSION, 30.0, go(u=1.0)).u_d == pytest.approx(1.0)
+    assert vehicle.run(Mode.MISSION, 30.0, go(u=0.0)).u_d == pytest.approx(1.5)
+    vehicle.run(Mode.MISSION, 10.0, go(u=1.0))
+    vehicle.run(Mode.DISARMED, 1.0)
+    assert vehicle.run(Mode.MISSION, 60.0).u_d == pytest.approx(1.5)
 
 
 def test_what_it_remembers_goes_on_in_another() -> None:
-    boat, twin = Boat(), Boat()
-    boat.run(Mode.GUIDED, 50.0, go(80.0, 20.0, 7.0))
-    twin.guidance.thaw(boat.guidance.freeze())
-    twin.x, twin.y, twin.z, twin.psi, twin.u, twin.k = boat.x, boat.y, boat.z, boat.psi, boat.u, boat.k
-    assert [twin.run(Mode.GUIDED, 0.1) for _ in range(50)] == [boat.run(Mode.GUIDED, 0.1) for _ in range(50)]
+    vehicle, twin = KinematicVehicle(), KinematicVehicle()
+    vehicle.run(Mode.GUIDED, 50.0, go(80.0, 20.0, 7.0))
+    twin.guidance.thaw(vehicle.guidance.freeze())
+    twin.x, twin.y, twin.z, twin.psi, twin.u, twin.k = (
+        vehicle.x,
+        vehicle.y,
+        vehicle.z,
+        vehicle.psi,
+        vehicle.u,
+        vehicle.k,
+    )
+    assert [twin.run(Mode.GUIDED, 0.1) for _ in range(50)] == [vehicle.run(Mode.GUIDED, 0.1) for _ in range(50)]

@@ -30,7 +30,7 @@ def state(x: float = 0.0, y: float = 0.0, z: float = 5.0, psi: float = 0.0, u: f
 
 
 class Kinematic:
-    """A boat that goes where its reference points, at once, in a current; ticks of 50 ms."""
+    """A vehicle that goes where its reference points, at once, in a current; ticks of 50 ms."""
 
     def __init__(self, guidance: Guidance, current: tuple[float, float] = (0.0, 0.0), **at: float) -> None:
         self.guidance, self.current, self.k = guidance, current, 0
@@ -58,36 +58,36 @@ class Kinematic:
         return [self.step(mode, order)] + [self.step(mode) for _ in range(round(seconds * 20) - 1)]
 
 
-def test_disarmed_and_manual_follow_the_boat() -> None:
-    boat = Guidance(GuidanceParams(), SQUARE)
+def test_disarmed_and_manual_follow_the_vehicle() -> None:
+    vehicle = Guidance(GuidanceParams(), SQUARE)
     for mode, u_d in ((Mode.DISARMED, 1.2), (Mode.MANUAL, 1.2)):
         at = state(z=7.0, psi=-2.0, u=1.2)
-        reference = boat.update(Tick(0, 10_000_000), ModeState(mode, False, 0), NO_ORDER, at)
+        reference = vehicle.update(Tick(0, 10_000_000), ModeState(mode, False, 0), NO_ORDER, at)
         assert (reference.z_d, reference.psi_d, reference.u_d) == pytest.approx((7.0, -2.0, u_d))
         assert (reference.z_d_dot, reference.psi_d_dot) == (0.0, 0.0)
         assert math.isnan(reference.cross_track)
 
 
-def test_hold_captures_where_the_boat_is_and_setpoints_move_it() -> None:
-    boat = Kinematic(Guidance(GuidanceParams(), SQUARE), z=4.0, psi=1.0, u=1.5)
-    boat.run(Mode.MANUAL, 1.0)
-    held = boat.run(Mode.HOLD, 20.0)
+def test_hold_captures_where_the_vehicle_is_and_setpoints_move_it() -> None:
+    vehicle = Kinematic(Guidance(GuidanceParams(), SQUARE), z=4.0, psi=1.0, u=1.5)
+    vehicle.run(Mode.MANUAL, 1.0)
+    held = vehicle.run(Mode.HOLD, 20.0)
     assert all((r.z_d, r.psi_d, r.u_d) == pytest.approx((4.0, 1.0, held[0].u_d)) for r in held)
-    last = boat.run(Mode.HOLD, 60.0, Order(setpoint=Setpoint(6.0, NAN, NAN)))[-1]
+    last = vehicle.run(Mode.HOLD, 60.0, Order(setpoint=Setpoint(6.0, NAN, NAN)))[-1]
     assert (last.z_d, last.psi_d) == pytest.approx((6.0, 1.0), abs=1e-3)
-    last = boat.run(Mode.HOLD, 60.0, Order(setpoint=Setpoint(NAN, -1.0, 1.0)))[-1]
+    last = vehicle.run(Mode.HOLD, 60.0, Order(setpoint=Setpoint(NAN, -1.0, 1.0)))[-1]
     assert (last.z_d, last.psi_d, last.u_d) == pytest.approx((6.0, -1.0, 1.0), abs=1e-3)
 
 
-def test_a_boat_armed_at_rest_asks_for_nothing() -> None:
-    boat = Kinematic(Guidance(GuidanceParams(), SQUARE), z=0.3, psi=0.7)
-    boat.run(Mode.DISARMED, 1.0)
-    for reference in boat.run(Mode.HOLD, 30.0):
+def test_a_vehicle_armed_at_rest_asks_for_nothing() -> None:
+    vehicle = Kinematic(Guidance(GuidanceParams(), SQUARE), z=0.3, psi=0.7)
+    vehicle.run(Mode.DISARMED, 1.0)
+    for reference in vehicle.run(Mode.HOLD, 30.0):
         assert reference.u_d == 0.0
         assert (reference.z_d, reference.psi_d) == pytest.approx((0.3, 0.7))
 
 
-def test_references_stand_still_while_the_boat_does() -> None:
+def test_references_stand_still_while_the_vehicle_does() -> None:
     guidance = Guidance(GuidanceParams(), SQUARE)
     hold = ModeState(Mode.HOLD, False, 0)
     at = state(z=1.0, u=0.0)
@@ -99,16 +99,16 @@ def test_references_stand_still_while_the_boat_does() -> None:
 
 
 def test_setpoints_are_bounded_and_nonsense_is_ignored() -> None:
-    boat = Kinematic(Guidance(GuidanceParams(), SQUARE), z=2.0, u=1.5)
-    boat.run(Mode.MANUAL, 0.1)
-    last = boat.run(Mode.HOLD, 90.0, Order(setpoint=Setpoint(-3.0, math.inf, 99.0)))[-1]
+    vehicle = Kinematic(Guidance(GuidanceParams(), SQUARE), z=2.0, u=1.5)
+    vehicle.run(Mode.MANUAL, 0.1)
+    last = vehicle.run(Mode.HOLD, 90.0, Order(setpoint=Setpoint(-3.0, math.inf, 99.0)))[-1]
     assert last.z_d == pytest.approx(0.0, abs=1e-3)
     assert last.psi_d == pytest.approx(0.0)
     assert last.u_d == pytest.approx(2.5)
 
 
 @given(st.floats(0.3, 2.5), st.floats(0, 30), st.floats(-math.pi, math.pi))
-def test_no_reference_is_steeper_or_tighter_than_the_boat(u: float, z: float, psi: float) -> None:
+def test_no_reference_is_steeper_or_tighter_than_the_vehicle(u: float, z: float, psi: float) -> None:
     params = GuidanceParams()
     guidance = Guidance(params, SQUARE)
     order, hold = Order(setpoint=Setpoint(z, psi, NAN)), ModeState(Mode.HOLD, False, 0)
@@ -119,9 +119,9 @@ def test_no_reference_is_steeper_or_tighter_than_the_boat(u: float, z: float, ps
 
 
 def test_surfacing_is_powered_bounded_and_keeps_the_heading() -> None:
-    boat = Kinematic(Guidance(GuidanceParams(), SQUARE), z=6.0, psi=0.5)
-    boat.run(Mode.DISARMED, 0.1)
-    way = boat.run(Mode.SURFACE, 120.0)
+    vehicle = Kinematic(Guidance(GuidanceParams(), SQUARE), z=6.0, psi=0.5)
+    vehicle.run(Mode.DISARMED, 0.1)
+    way = vehicle.run(Mode.SURFACE, 120.0)
     assert way[-1].u_d == pytest.approx(1.5)
     assert way[-1].z_d == pytest.approx(0.0, abs=1e-3)
     assert min(r.z_d_dot for r in way) >= -0.5
@@ -129,44 +129,44 @@ def test_surfacing_is_powered_bounded_and_keeps_the_heading() -> None:
 
 
 def test_mission_flies_its_legs_from_where_it_was_entered() -> None:
-    boat = Kinematic(Guidance(GuidanceParams(), SQUARE), y=-3.0, z=2.0, u=1.5)
-    boat.run(Mode.MANUAL, 0.1)
-    first = boat.step(Mode.MISSION)
+    vehicle = Kinematic(Guidance(GuidanceParams(), SQUARE), y=-3.0, z=2.0, u=1.5)
+    vehicle.run(Mode.MANUAL, 0.1)
+    first = vehicle.step(Mode.MISSION)
     assert first.cross_track == pytest.approx(0.0)
     assert first.waypoint == 0
-    half = boat.run(Mode.MISSION, 20.0)[-1]
+    half = vehicle.run(Mode.MISSION, 20.0)[-1]
     assert 2.0 < half.z_d < 5.0  # on its way down along the leg
     assert half.u_d == pytest.approx(1.5)
-    while not boat.guidance.finished:
-        last = boat.step(Mode.MISSION)
-        assert boat.k < 20 * 400
-    assert boat.events == [f"waypoint {i} of 3 passed" for i in (1, 2, 3)]
+    while not vehicle.guidance.finished:
+        last = vehicle.step(Mode.MISSION)
+        assert vehicle.k < 20 * 400
+    assert vehicle.events == [f"waypoint {i} of 3 passed" for i in (1, 2, 3)]
     assert last.waypoint == 3
-    assert math.hypot(boat.x + 20, boat.y - 80) < 6.0
+    assert math.hypot(vehicle.x + 20, vehicle.y - 80) < 6.0
     assert last.z_d == pytest.approx(8.0, abs=1e-2)
     assert last.u_d == pytest.approx(1.8)  # the leg that gives no speed is flown at cruising speed
-    course = boat.run(Mode.MISSION, 20.0)[-1].psi_d
+    course = vehicle.run(Mode.MISSION, 20.0)[-1].psi_d
     assert wrap(course - math.pi) == pytest.approx(0.0, abs=0.05)  # goes on along the last leg
-    boat.run(Mode.DISARMED, 0.1)
-    assert not boat.guidance.finished
-    assert boat.step(Mode.MISSION).waypoint == 0
+    vehicle.run(Mode.DISARMED, 0.1)
+    assert not vehicle.guidance.finished
+    assert vehicle.step(Mode.MISSION).waypoint == 0
 
 
 def test_mission_resumes_its_leg_from_the_place_of_return() -> None:
-    boat = Kinematic(Guidance(GuidanceParams(), SQUARE), z=5.0, u=1.5)
-    boat.run(Mode.MISSION, 60.0)
-    assert boat.step(Mode.MISSION).waypoint == 1
-    boat.run(Mode.HOLD, 10.0, Order(setpoint=Setpoint(NAN, 2.5, NAN)))
-    back = boat.step(Mode.MISSION)
+    vehicle = Kinematic(Guidance(GuidanceParams(), SQUARE), z=5.0, u=1.5)
+    vehicle.run(Mode.MISSION, 60.0)
+    assert vehicle.step(Mode.MISSION).waypoint == 1
+    vehicle.run(Mode.HOLD, 10.0, Order(setpoint=Setpoint(NAN, 2.5, NAN)))
+    back = vehicle.step(Mode.MISSION)
     assert back.waypoint == 1
     assert back.cross_track == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_mission_without_items_is_over_at_once_and_flies_straight_on_until_it_surfaces() -> None:
-    boat = Kinematic(Guidance(GuidanceParams(), Mission()), psi=0.3, u=1.0)
-    boat.run(Mode.MANUAL, 0.1)
-    assert boat.run(Mode.MISSION, 5.0)[-1].psi_d == pytest.approx(0.3)
-    assert boat.guidance.finished
+    vehicle = Kinematic(Guidance(GuidanceParams(), Mission()), psi=0.3, u=1.0)
+    vehicle.run(Mode.MANUAL, 0.1)
+    assert vehicle.run(Mode.MISSION, 5.0)[-1].psi_d == pytest.approx(0.3)
+    assert vehicle.guidance.finished
 
 
 @pytest.mark.parametrize("course", [0.0, 1.0, 3.1, -2.0])
@@ -175,11 +175,11 @@ def test_a_mission_without_items_is_over_at_once_and_flies_straight_on_until_it_
 def test_line_of_sight_converges_from_any_side_in_any_direction(course: float, side: float, shape: Shape) -> None:
     c, s = math.cos(course), math.sin(course)
     mission = Mission((Waypoint(0, 0, 5, 1.8), Waypoint(1000 * c, 1000 * s, 5, 1.8)))
-    boat = Kinematic(Guidance(GuidanceParams(shape=shape), mission), x=0.5 * c, y=0.5 * s, z=5.0, psi=course, u=1.8)
-    boat.step(Mode.MANUAL)
-    boat.step(Mode.MISSION)
-    boat.x, boat.y = -side * s, side * c
-    way = [r.cross_track for r in boat.run(Mode.MISSION, 150.0)]
+    vehicle = Kinematic(Guidance(GuidanceParams(shape=shape), mission), x=0.5 * c, y=0.5 * s, z=5.0, psi=course, u=1.8)
+    vehicle.step(Mode.MANUAL)
+    vehicle.step(Mode.MISSION)
+    vehicle.x, vehicle.y = -side * s, side * c
+    way = [r.cross_track for r in vehicle.run(Mode.MISSION, 150.0)]
     assert way[0] == pytest.approx(side, rel=0.05)
     assert abs(way[-1]) < 0.05
     assert max(-math.copysign(1.0, side) * e for e in way) < 0.02 * abs(side) + 0.02  # hardly any overshoot
@@ -188,13 +188,13 @@ def test_line_of_sight_converges_from_any_side_in_any_direction(course: float, s
 @pytest.mark.parametrize("drift", [-0.2, 0.2])
 def test_a_current_across_the_leg_leaves_no_offset(drift: float) -> None:
     mission = Mission((Waypoint(1000, 0, 5, 1.8),))
-    boat = Kinematic(Guidance(GuidanceParams(), mission), (0.0, drift), z=5.0, u=1.8)
-    way = [r.cross_track for r in boat.run(Mode.MISSION, 150.0)]
+    vehicle = Kinematic(Guidance(GuidanceParams(), mission), (0.0, drift), z=5.0, u=1.8)
+    way = [r.cross_track for r in vehicle.run(Mode.MISSION, 150.0)]
     assert max(map(abs, way)) < 3.5  # what it drifts while it gathers way
     assert abs(way[-1]) < 0.01
     without = GuidanceParams(line_of_sight=LineOfSightParams(crab_time=0.0, lead=0.0))
-    boat = Kinematic(Guidance(without, mission), (0.0, drift), z=5.0, u=1.8)
-    assert abs(boat.run(Mode.MISSION, 150.0)[-1].cross_track) > 1.0
+    vehicle = Kinematic(Guidance(without, mission), (0.0, drift), z=5.0, u=1.8)
+    assert abs(vehicle.run(Mode.MISSION, 150.0)[-1].cross_track) > 1.0
 
 
 def test_crab_angle_is_not_learned_at_low_speed_or_without_a_velocity() -> None:
@@ -224,38 +224,38 @@ def test_leg_geometry_is_that_of_a_turned_frame(course: float, length: float, al
 
 def test_waypoints_too_near_each_other_to_fly_are_passed_together() -> None:
     mission = Mission((Waypoint(50, 0, 5, 1.8), Waypoint(50, 1, 5, 1.8), Waypoint(150, 1, 5, 1.8)))
-    boat = Kinematic(Guidance(GuidanceParams(), mission), z=5.0, u=1.8)
-    boat.run(Mode.MISSION, 25.5)
-    before = boat.step(Mode.MISSION)
+    vehicle = Kinematic(Guidance(GuidanceParams(), mission), z=5.0, u=1.8)
+    vehicle.run(Mode.MISSION, 25.5)
+    before = vehicle.step(Mode.MISSION)
     while before.waypoint == 0:
-        before = boat.step(Mode.MISSION)
+        before = vehicle.step(Mode.MISSION)
     assert before.waypoint == 2
     assert before.cross_track == pytest.approx(-1.0, abs=0.05)
 
 
 def test_a_state_that_is_not_finite_leaves_the_last_reference_standing() -> None:
-    boat = Kinematic(Guidance(GuidanceParams(), SQUARE), z=5.0, u=1.5)
-    last = boat.run(Mode.MISSION, 5.0)[-1]
-    frozen = boat.guidance.freeze()
+    vehicle = Kinematic(Guidance(GuidanceParams(), SQUARE), z=5.0, u=1.5)
+    last = vehicle.run(Mode.MISSION, 5.0)[-1]
+    frozen = vehicle.guidance.freeze()
     bad = state(x=NAN)
-    assert boat.guidance.update(Tick(999, 50_000_000), ModeState(Mode.MISSION, False, 0), NO_ORDER, bad) == last
-    assert boat.guidance.freeze() == frozen
+    assert vehicle.guidance.update(Tick(999, 50_000_000), ModeState(Mode.MISSION, False, 0), NO_ORDER, bad) == last
+    assert vehicle.guidance.freeze() == frozen
 
 
 @given(st.lists(st.sampled_from([Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.SURFACE, Mode.DISARMED]), max_size=6))
 def test_thawed_guidance_goes_on_as_the_frozen_one(modes: list[Mode]) -> None:
     params = GuidanceParams()
-    boat = Kinematic(Guidance(params, SQUARE), z=3.0, u=1.2)
+    vehicle = Kinematic(Guidance(params, SQUARE), z=3.0, u=1.2)
     for mode in modes:
-        boat.run(mode, 2.0)
+        vehicle.run(mode, 2.0)
     other = Guidance(params, SQUARE)
-    other.thaw(boat.guidance.freeze())
-    twin = Kinematic(other, x=boat.x, y=boat.y, z=boat.z, psi=boat.psi, u=boat.u)
+    other.thaw(vehicle.guidance.freeze())
+    twin = Kinematic(other, x=vehicle.x, y=vehicle.y, z=vehicle.z, psi=vehicle.psi, u=vehicle.u)
     for mode in (Mode.MISSION, Mode.HOLD):
         for _ in range(40):
-            a, b = boat.step(mode), twin.step(mode)
+            a, b = vehicle.step(mode), twin.step(mode)
             assert repr(a) == repr(b)  # NaN and all
-    assert other.finished == boat.guidance.finished
+    assert other.finished == vehicle.guidance.finished
 
 
 def test_parameters_survive_the_file() -> None:
@@ -269,8 +269,8 @@ def test_a_corner_is_rounded_before_it_and_not_overshot(turn: float) -> None:
     course = math.radians(turn)
     corner = Waypoint(150.0, 0.0, 5.0, 1.8)
     mission = Mission((corner, Waypoint(150.0 + 200.0 * math.cos(course), 200.0 * math.sin(course), 5.0, 1.8)))
-    boat = Kinematic(Guidance(GuidanceParams(), mission), z=5.0, u=1.8)
-    way = [r.cross_track for r in boat.run(Mode.MISSION, 190.0) if r.waypoint == 1]
+    vehicle = Kinematic(Guidance(GuidanceParams(), mission), z=5.0, u=1.8)
+    way = [r.cross_track for r in vehicle.run(Mode.MISSION, 190.0) if r.waypoint == 1]
     beyond = [math.copysign(1.0, -turn) * across for across in way]
     assert beyond[0] < 0.0  # the turn begins before the corner
     assert max(beyond) < 0.1  # and ends on the leg: turning at the corner would carry it 25 m beyond at 90 deg
@@ -279,9 +279,9 @@ def test_a_corner_is_rounded_before_it_and_not_overshot(turn: float) -> None:
 
 def test_holding_from_disarmed_asks_for_no_speed_and_from_manual_for_the_one_it_has() -> None:
     for before, u_d in ((Mode.DISARMED, 0.0), (Mode.MANUAL, 1.2)):
-        boat = Kinematic(Guidance(GuidanceParams(), SQUARE), z=3.0, u=1.2)
-        boat.run(before, 0.1)
-        asked = [reference.u_d for reference in boat.run(Mode.HOLD, 60.0)]
+        vehicle = Kinematic(Guidance(GuidanceParams(), SQUARE), z=3.0, u=1.2)
+        vehicle.run(before, 0.1)
+        asked = [reference.u_d for reference in vehicle.run(Mode.HOLD, 60.0)]
         assert asked[0] == pytest.approx(1.2, abs=0.01)  # without a bump
         assert asked[-1] == pytest.approx(u_d, abs=1e-9)
 

@@ -116,7 +116,7 @@ def test_where_it_can_never_go_on_it_gives_up() -> None:
 
 
 @given(st.lists(st.tuples(st.floats(-8, 8), st.floats(-0.6, 0.6), st.floats(0, 20)), max_size=60))
-def test_no_fin_is_moved_beyond_a_limit_whatever_the_boat_does(way: list[tuple[float, float, float]]) -> None:
+def test_no_fin_is_moved_beyond_a_limit_whatever_the_vehicle_does(way: list[tuple[float, float, float]]) -> None:
     learning = ManoeuvreGuidance(PARAMS, depth_max=60.0, altitude_min=2.0)
     for off, theta, altitude in way:
         if learning.update(PRBS, BASE, state(z=50.0 + off, theta=theta, altitude=altitude), 0.1) != STILL:
@@ -125,8 +125,8 @@ def test_no_fin_is_moved_beyond_a_limit_whatever_the_boat_does(way: list[tuple[f
             assert altitude >= 2.0 + PARAMS.altitude_margin
 
 
-class Boat:
-    """A boat that goes where its reference points, at once; ticks of 100 ms."""
+class KinematicVehicle:
+    """A vehicle that goes where its reference points, at once; ticks of 100 ms."""
 
     def __init__(self, *items: Waypoint | Manoeuvre) -> None:
         self.guidance = Guidance(GuidanceParams(), Mission(items))
@@ -153,71 +153,71 @@ HERE, THERE = Waypoint(60.0, 0.0, 52.0, 1.8), Waypoint(60.0, 120.0, 50.0, 1.8)
 
 
 def test_a_mission_flies_its_items_in_their_order() -> None:
-    boat = Boat(PRBS, HERE, PRBS, THERE, dataclasses.replace(PRBS, duration=5.0))
-    boat.run(Mode.MANUAL, 0.1)
-    while not boat.guidance.finished:
-        boat.run(Mode.MISSION, 0.1)
-        assert boat.k < 3000
-    assert [event.split(":")[0] for event in boat.events] == [
+    vehicle = KinematicVehicle(PRBS, HERE, PRBS, THERE, dataclasses.replace(PRBS, duration=5.0))
+    vehicle.run(Mode.MANUAL, 0.1)
+    while not vehicle.guidance.finished:
+        vehicle.run(Mode.MISSION, 0.1)
+        assert vehicle.k < 3000
+    assert [event.split(":")[0] for event in vehicle.events] == [
         *("prbs begins", "prbs done", "waypoint 1 of 2 passed", "prbs begins", "prbs done"),
         *("waypoint 2 of 2 passed", "prbs begins", "prbs done"),
     ]
 
 
 def test_it_is_flown_on_the_spot_and_the_next_leg_starts_where_it_ends() -> None:
-    boat = Boat(HERE, PRBS, THERE)
-    boat.run(Mode.MANUAL, 0.1)
-    while "waypoint 1 of 2 passed" not in boat.events:
-        (last,) = boat.run(Mode.MISSION, 0.1)
-    assert boat.x > 54.0  # it does not cut the corner before a manoeuvre
-    learning = boat.run(Mode.MISSION, 10.0)
+    vehicle = KinematicVehicle(HERE, PRBS, THERE)
+    vehicle.run(Mode.MANUAL, 0.1)
+    while "waypoint 1 of 2 passed" not in vehicle.events:
+        (last,) = vehicle.run(Mode.MISSION, 0.1)
+    assert vehicle.x > 54.0  # it does not cut the corner before a manoeuvre
+    learning = vehicle.run(Mode.MISSION, 10.0)
     assert all(math.isnan(r.cross_track) for r in learning)
     assert all(r.grip == PARAMS.grip for r in learning)
     assert {r.waypoint for r in learning} == {1}
     assert learning[-1].psi_d == pytest.approx(last.psi_d, abs=0.01)
-    assert f"prbs begins: 10 s about {learning[-1].z_d:.1f} m" in boat.events
-    (after,) = boat.run(Mode.MISSION, 0.1)
+    assert f"prbs begins: 10 s about {learning[-1].z_d:.1f} m" in vehicle.events
+    (after,) = vehicle.run(Mode.MISSION, 0.1)
     assert (after.delta_s, after.delta_r, after.grip) == STILL
     assert after.cross_track == pytest.approx(0.0, abs=0.2)
 
 
 def test_the_speed_is_the_items_own_or_the_cruising_speed() -> None:
     for asked, flown in ((0.0, 1.8), (1.2, 1.2)):
-        boat = Boat(dataclasses.replace(PRBS, duration=60.0, speed=asked))
-        boat.run(Mode.MANUAL, 0.1)
-        assert boat.run(Mode.MISSION, 59.0)[-1].u_d == pytest.approx(flown)
+        vehicle = KinematicVehicle(dataclasses.replace(PRBS, duration=60.0, speed=asked))
+        vehicle.run(Mode.MANUAL, 0.1)
+        assert vehicle.run(Mode.MISSION, 59.0)[-1].u_d == pytest.approx(flown)
 
 
 @pytest.mark.parametrize("mode", [Mode.HOLD, Mode.SURFACE, Mode.MANUAL, Mode.DISARMED])
 def test_any_other_mode_ends_it_at_once_and_the_mission_begins_it_anew(mode: Mode) -> None:
-    boat = Boat(PRBS)
-    boat.run(Mode.MANUAL, 0.1)
-    assert boat.run(Mode.MISSION, 4.0)[-1].grip == PARAMS.grip
-    for reference in boat.run(mode, 2.0):
+    vehicle = KinematicVehicle(PRBS)
+    vehicle.run(Mode.MANUAL, 0.1)
+    assert vehicle.run(Mode.MISSION, 4.0)[-1].grip == PARAMS.grip
+    for reference in vehicle.run(mode, 2.0):
         assert (reference.delta_s, reference.delta_r, reference.grip) == STILL
-    boat.z = 50.0
-    assert len(boat.run(Mode.MISSION, 9.9)) == 99
-    assert not boat.guidance.finished
-    boat.run(Mode.MISSION, 0.1)
-    assert boat.guidance.finished
+    vehicle.z = 50.0
+    assert len(vehicle.run(Mode.MISSION, 9.9)) == 99
+    assert not vehicle.guidance.finished
+    vehicle.run(Mode.MISSION, 0.1)
+    assert vehicle.guidance.finished
 
 
 def test_a_state_that_is_not_finite_stops_the_fins() -> None:
-    boat = Boat(PRBS)
-    boat.run(Mode.MISSION, 4.0)
+    vehicle = KinematicVehicle(PRBS)
+    vehicle.run(Mode.MISSION, 4.0)
     lost = state(x=NAN)
-    reference = boat.guidance.update(Tick(99, 100_000_000), ModeState(Mode.MISSION, False, 0), NO_ORDER, lost)
+    reference = vehicle.guidance.update(Tick(99, 100_000_000), ModeState(Mode.MISSION, False, 0), NO_ORDER, lost)
     assert (reference.delta_s, reference.delta_r, reference.grip) == STILL
 
 
 @given(st.integers(1, 140))
 def test_thawed_in_the_middle_it_goes_on_as_the_frozen_one(ticks: int) -> None:
     items = (HERE._replace(x=10.0), PRBS, THERE)
-    boat, twin = Boat(*items), Boat(*items)
-    boat.run(Mode.MISSION, 0.1 * ticks)
-    twin.guidance.thaw(boat.guidance.freeze())
-    twin.x, twin.y, twin.z, twin.psi, twin.k = boat.x, boat.y, boat.z, boat.psi, boat.k
-    assert repr(boat.run(Mode.MISSION, 5.0)) == repr(twin.run(Mode.MISSION, 5.0))
+    vehicle, twin = KinematicVehicle(*items), KinematicVehicle(*items)
+    vehicle.run(Mode.MISSION, 0.1 * ticks)
+    twin.guidance.thaw(vehicle.guidance.freeze())
+    twin.x, twin.y, twin.z, twin.psi, twin.k = vehicle.x, vehicle.y, vehicle.z, vehicle.psi, vehicle.k
+    assert repr(vehicle.run(Mode.MISSION, 5.0)) == repr(twin.run(Mode.MISSION, 5.0))
 
 
 KNOWN = dataclasses.replace(
@@ -227,61 +227,61 @@ KNOWN = dataclasses.replace(
 TAUGHT = "prbs: learned 1 of 2, 1 valid, 1 sigma up to 2 % (Y_r); not identifiable: N_r (never excited)"
 
 
-def under_way(*items: Waypoint | Manoeuvre) -> Boat:
+def under_way(*items: Waypoint | Manoeuvre) -> KinematicVehicle:
     """In the fourth second of a manoeuvre."""
-    boat = Boat(*items)
-    boat.learned = KNOWN
-    boat.run(Mode.MANUAL, 0.1)
-    boat.run(Mode.MISSION, 4.0)
-    assert TAUGHT not in boat.events
-    return boat
+    vehicle = KinematicVehicle(*items)
+    vehicle.learned = KNOWN
+    vehicle.run(Mode.MANUAL, 0.1)
+    vehicle.run(Mode.MISSION, 4.0)
+    assert TAUGHT not in vehicle.events
+    return vehicle
 
 
 def test_what_it_taught_is_said_once_as_its_time_is_over() -> None:
-    boat = under_way(PRBS, THERE)
-    boat.run(Mode.MISSION, 6.0)
-    assert boat.events[-2:] == ["prbs done: 10 s, and 0.0 s of waiting", TAUGHT]
-    boat.run(Mode.MISSION, 5.0)
-    assert boat.events.count(TAUGHT) == 1
+    vehicle = under_way(PRBS, THERE)
+    vehicle.run(Mode.MISSION, 6.0)
+    assert vehicle.events[-2:] == ["prbs done: 10 s, and 0.0 s of waiting", TAUGHT]
+    vehicle.run(Mode.MISSION, 5.0)
+    assert vehicle.events.count(TAUGHT) == 1
 
 
 @pytest.mark.parametrize("mode", [Mode.HOLD, Mode.SURFACE, Mode.MANUAL, Mode.DISARMED])
 def test_what_it_taught_is_said_when_another_mode_ends_it(mode: Mode) -> None:
-    boat = under_way(PRBS)
-    boat.run(mode, 0.1)
-    assert boat.events[-1] == TAUGHT
-    boat.run(mode, 2.0)
-    assert boat.events.count(TAUGHT) == 1
+    vehicle = under_way(PRBS)
+    vehicle.run(mode, 0.1)
+    assert vehicle.events[-1] == TAUGHT
+    vehicle.run(mode, 2.0)
+    assert vehicle.events.count(TAUGHT) == 1
 
 
 def test_what_it_taught_is_said_when_it_is_skipped() -> None:
-    boat = under_way(PRBS, THERE)
-    boat.run(Mode.MISSION, 0.1, Order(jump=1))
-    assert boat.events[-1] == TAUGHT
+    vehicle = under_way(PRBS, THERE)
+    vehicle.run(Mode.MISSION, 0.1, Order(jump=1))
+    assert vehicle.events[-1] == TAUGHT
 
 
 def test_what_it_taught_is_said_when_the_mission_is_another_one() -> None:
-    boat = under_way(PRBS)
+    vehicle = under_way(PRBS)
     other = Guidance(GuidanceParams(), Mission((THERE,)))
-    other.thaw(boat.guidance.freeze())
+    other.thaw(vehicle.guidance.freeze())
     other.restart()
-    boat.guidance = other
-    boat.run(Mode.MISSION, 1.0)
-    assert boat.events.count(TAUGHT) == 1
+    vehicle.guidance = other
+    vehicle.run(Mode.MISSION, 1.0)
+    assert vehicle.events.count(TAUGHT) == 1
 
 
 def test_what_it_taught_is_said_when_it_gives_up() -> None:
-    boat = under_way(PRBS)
-    boat.z = 60.0
+    vehicle = under_way(PRBS)
+    vehicle.z = 60.0
     for _ in range(round(10.0 * PARAMS.patience)):
-        boat.run(Mode.MISSION, 0.1)
-        boat.z = 60.0
-    assert boat.events[-2].startswith("prbs given up after 4.0 s")
-    assert boat.events[-1] == TAUGHT
+        vehicle.run(Mode.MISSION, 0.1)
+        vehicle.z = 60.0
+    assert vehicle.events[-2].startswith("prbs given up after 4.0 s")
+    assert vehicle.events[-1] == TAUGHT
 
 
 def test_of_a_vehicle_that_does_not_learn_nothing_is_said() -> None:
-    boat = Boat(PRBS)
-    boat.run(Mode.MANUAL, 0.1)
-    boat.run(Mode.MISSION, 12.0)
-    assert [event.split(":")[0] for event in boat.events] == ["prbs begins", "prbs done"]
+    vehicle = KinematicVehicle(PRBS)
+    vehicle.run(Mode.MANUAL, 0.1)
+    vehicle.run(Mode.MISSION, 12.0)
+    assert [event.split(":")[0] for event in vehicle.events] == ["prbs begins", "prbs done"]

@@ -27,7 +27,7 @@ def at(x: float, y: float = 0.0, z: float = 5.0) -> Waypoint:
 
 
 class OverBottom(Kinematic):
-    """A boat that sees the bottom, whose depth is a function of the place."""
+    """A vehicle that sees the bottom, whose depth is a function of the place."""
 
     def __init__(self, guidance: Guidance, bottom: Callable[[float], float], **start: float) -> None:
         super().__init__(guidance, **start)
@@ -38,7 +38,7 @@ class OverBottom(Kinematic):
         return dataclasses.replace(super().state, altitude=self.bottom(self.x) - self.z)
 
 
-def boat(*items, rally: tuple[Place, ...] = (), fence: Fence = NO_FENCE, **start: float) -> Kinematic:
+def kinematic(*items, rally: tuple[Place, ...] = (), fence: Fence = NO_FENCE, **start: float) -> Kinematic:
     guidance = Guidance(PARAMS, Mission(items), rally=rally, fence=fence)
     return Kinematic(guidance, **{"z": 5.0, "u": 1.8, **start})
 
@@ -55,7 +55,7 @@ def flown(vehicle: Kinematic, seconds: float) -> list[int]:
 
 @pytest.mark.parametrize(("radius", "turns"), [(40.0, 1.5), (-50.0, 1.0), (0.0, 2.0), (5.0, 1.0)])
 def test_a_circle_is_gone_around_as_often_as_it_says(radius: float, turns: float) -> None:
-    vehicle = boat(Loiter(150.0, 30.0, 8.0, 1.8, False, radius, turns, 0.0), at(400.0))
+    vehicle = kinematic(Loiter(150.0, 30.0, 8.0, 1.8, False, radius, turns, 0.0), at(400.0))
     bearings, distances = [], []
     while (reference := vehicle.step(Mode.MISSION)).item == 0:
         x, y = vehicle.x - 150.0, vehicle.y - 30.0
@@ -76,22 +76,22 @@ def test_a_circle_is_gone_around_as_often_as_it_says(radius: float, turns: float
 
 
 def test_a_circle_ends_after_its_time_and_one_without_an_end_does_not() -> None:
-    timed = boat(Loiter(0.0, 0.0, 5.0, 1.8, False, 40.0, 0.0, 100.0))
+    timed = kinematic(Loiter(0.0, 0.0, 5.0, 1.8, False, 40.0, 0.0, 100.0))
     seconds = 0.05 * len([timed.step(Mode.MISSION) for _ in iter(lambda: timed.guidance.finished, True)])
     assert 100.0 < seconds < 140.0  # it has to get onto the circle first
-    endless = boat(Loiter(0.0, 0.0, 5.0, 1.8, False, 40.0, 0.0, 0.0))
+    endless = kinematic(Loiter(0.0, 0.0, 5.0, 1.8, False, 40.0, 0.0, 0.0))
     endless.run(Mode.MISSION, 600.0)
     assert not endless.guidance.finished
 
 
 def test_a_jump_is_made_as_often_as_it_says_and_again_in_an_outer_loop() -> None:
     inner = (at(60.0), at(60.0, 80.0), Jump(0, 2), at(-60.0))
-    assert flown(boat(*inner), 900.0) == [0, 1, 0, 1, 0, 1, 3, 4]
-    assert flown(boat(*inner, Jump(1, 1)), 1500.0) == [0, 1, 0, 1, 0, 1, 3, 1, 0, 1, 0, 1, 3, 5]
+    assert flown(kinematic(*inner), 900.0) == [0, 1, 0, 1, 0, 1, 3, 4]
+    assert flown(kinematic(*inner, Jump(1, 1)), 1500.0) == [0, 1, 0, 1, 0, 1, 3, 1, 0, 1, 0, 1, 3, 5]
 
 
 def test_jumps_that_lead_nowhere_end_the_mission() -> None:
-    vehicle = boat(at(30.0), Jump(2, -1), Jump(1, -1))
+    vehicle = kinematic(at(30.0), Jump(2, -1), Jump(1, -1))
     assert flown(vehicle, 60.0) == [0, 3]
     assert Route(Mission((Jump(0, -1),))).finished
 
@@ -115,7 +115,7 @@ def test_whatever_jumps_where_the_next_item_is_one_that_can_be_flown(items: list
 
 
 def test_an_order_jumps_to_an_item_at_once_or_when_the_mission_is_taken_up() -> None:
-    vehicle = boat(at(100.0), at(200.0), at(300.0))
+    vehicle = kinematic(at(100.0), at(200.0), at(300.0))
     vehicle.run(Mode.MISSION, 5.0)
     assert vehicle.step(Mode.MISSION, Order(jump=2)).item == 2
     assert vehicle.step(Mode.HOLD, Order(jump=1)).item == 1
@@ -149,9 +149,9 @@ def test_above_the_bottom_is_never_nearer_than_the_floor_and_a_bottom_unseen_cha
 
 def test_a_mission_ends_where_it_says_and_goes_to_the_nearest_rally_point_first() -> None:
     rally = (Place(-100.0, 0.0), Place(60.0, 90.0))
-    assert flown(boat(at(30.0), Surface(), at(900.0)), 60.0) == [0, 3]
-    assert flown(boat(at(30.0), Surface(rally=True), at(900.0)), 60.0) == [0, 3]  # there is none
-    vehicle = boat(at(30.0), Surface(rally=True), at(900.0), rally=rally)
+    assert flown(kinematic(at(30.0), Surface(), at(900.0)), 60.0) == [0, 3]
+    assert flown(kinematic(at(30.0), Surface(rally=True), at(900.0)), 60.0) == [0, 3]  # there is none
+    vehicle = kinematic(at(30.0), Surface(rally=True), at(900.0), rally=rally)
     assert flown(vehicle, 300.0) == [0, 1, 3]
     assert math.hypot(vehicle.x - 60.0, vehicle.y - 90.0) < PARAMS.line_of_sight.acceptance + 0.1
     assert vehicle.z == pytest.approx(5.0, abs=0.01)
@@ -159,7 +159,7 @@ def test_a_mission_ends_where_it_says_and_goes_to_the_nearest_rally_point_first(
 
 @pytest.mark.parametrize("items", [(), (at(900.0), at(900.0, 900.0))])
 def test_returning_is_to_the_nearest_rally_point_at_the_depth_that_is_with_a_mission_or_without(items: tuple) -> None:
-    vehicle = boat(*items, rally=(Place(-300.0, 0.0), Place(60.0, 90.0)), z=8.0)
+    vehicle = kinematic(*items, rally=(Place(-300.0, 0.0), Place(60.0, 90.0)), z=8.0)
     vehicle.run(Mode.MANUAL, 1.0)
     vehicle.run(Mode.HOLD, 2.0)
     assert not vehicle.guidance.finished or not items
@@ -173,19 +173,19 @@ def test_returning_is_to_the_nearest_rally_point_at_the_depth_that_is_with_a_mis
 
 
 def test_returning_without_a_rally_point_is_over_at_once() -> None:
-    vehicle = boat(at(900.0))
+    vehicle = kinematic(at(900.0))
     vehicle.run(Mode.MISSION, 5.0)
     vehicle.step(Mode.RETURN)
     assert vehicle.guidance.finished
 
 
 WALL = Fence((), (Polygon(((40.0, -20.0), (40.0, 200.0), (50.0, 200.0), (50.0, -20.0))),))
-"""North of the boat, which starts at the origin."""
+"""North of the vehicle, which starts at the origin."""
 
 
 @pytest.mark.parametrize("items", [(), (at(10.0), Surface(rally=True))])
 def test_a_rally_point_behind_an_exclusion_is_not_returned_to(items: tuple) -> None:
-    vehicle = boat(*items, rally=(Place(60.0, 0.0), Place(-90.0, 60.0)), fence=WALL)
+    vehicle = kinematic(*items, rally=(Place(60.0, 0.0), Place(-90.0, 60.0)), fence=WALL)
     vehicle.run(Mode.MANUAL, 0.1)
     for _ in range(20 * 300):
         vehicle.step(Mode.MISSION if items else Mode.RETURN)
@@ -199,7 +199,7 @@ NO_WAY = "no rally point has a straight way within the fence"
 
 
 def test_returning_is_over_at_once_and_says_why_where_no_way_keeps_to_the_fence() -> None:
-    vehicle = boat(rally=(Place(60.0, 0.0),), fence=WALL)
+    vehicle = kinematic(rally=(Place(60.0, 0.0),), fence=WALL)
     vehicle.run(Mode.MANUAL, 0.1)
     vehicle.step(Mode.RETURN)
     assert vehicle.guidance.finished
@@ -209,28 +209,28 @@ def test_returning_is_over_at_once_and_says_why_where_no_way_keeps_to_the_fence(
 @pytest.mark.parametrize("rally", [(Place(60.0, 0.0),), ()])
 def test_a_mission_that_ends_with_a_return_says_why_it_goes_nowhere(rally: tuple[Place, ...]) -> None:
     """Where there are no rally points, coming up is what the item asks for: nothing is to be said."""
-    vehicle = boat(at(10.0), Surface(rally=True), rally=rally, fence=WALL)
+    vehicle = kinematic(at(10.0), Surface(rally=True), rally=rally, fence=WALL)
     vehicle.run(Mode.MISSION, 30.0)
     assert vehicle.guidance.finished
     assert vehicle.events == ["waypoint 1 of 1 passed", *[NO_WAY] * len(rally)]
 
 
 def test_surfacing_does_not_steer_for_a_rally_point_behind_an_exclusion() -> None:
-    vehicle = boat(rally=(Place(60.0, 0.0), Place(-200.0, 0.0)), fence=WALL, z=20.0)
+    vehicle = kinematic(rally=(Place(60.0, 0.0), Place(-200.0, 0.0)), fence=WALL, z=20.0)
     vehicle.run(Mode.HOLD, 1.0)
     vehicle.run(Mode.SURFACE, 120.0)
     assert vehicle.x < -20.0
-    alone = boat(rally=(Place(60.0, 0.0),), fence=WALL, z=20.0, psi=-2.0)
+    alone = kinematic(rally=(Place(60.0, 0.0),), fence=WALL, z=20.0, psi=-2.0)
     alone.run(Mode.MANUAL, 0.1)
     assert alone.run(Mode.SURFACE, 60.0)[-1].psi_d == pytest.approx(-2.0, abs=1e-6)
 
 
 def test_who_turns_round_on_the_way_back_goes_on_with_the_mission_and_returns_from_there_anew() -> None:
-    vehicle = boat(at(20.0), at(900.0), at(0.0), rally=(Place(0.0, 300.0), Place(900.0, 300.0)))
+    vehicle = kinematic(at(20.0), at(900.0), at(0.0), rally=(Place(0.0, 300.0), Place(900.0, 300.0)))
     vehicle.run(Mode.MISSION, 30.0)
     assert vehicle.step(Mode.RETURN).item == 1
     vehicle.run(Mode.RETURN, 10.0)
-    other = boat(at(20.0), at(900.0), at(0.0), rally=(Place(0.0, 300.0), Place(900.0, 300.0)))
+    other = kinematic(at(20.0), at(900.0), at(0.0), rally=(Place(0.0, 300.0), Place(900.0, 300.0)))
     other.guidance.thaw(vehicle.guidance.freeze())
     other.x, other.y, other.z, other.psi, other.u, other.k = (
         *(vehicle.x, vehicle.y, vehicle.z, vehicle.psi, vehicle.u, vehicle.k),
@@ -244,7 +244,7 @@ def test_who_turns_round_on_the_way_back_goes_on_with_the_mission_and_returns_fr
 
 
 def test_surfacing_steers_for_the_nearest_rally_point_and_keeps_the_heading_there() -> None:
-    vehicle = boat(at(900.0), rally=(Place(-200.0, 150.0), Place(5000.0, 0.0)), z=20.0)
+    vehicle = kinematic(at(900.0), rally=(Place(-200.0, 150.0), Place(5000.0, 0.0)), z=20.0)
     vehicle.run(Mode.MISSION, 30.0)
     vehicle.run(Mode.SURFACE, 200.0)
     assert vehicle.z < 0.1
@@ -256,7 +256,7 @@ def test_surfacing_steers_for_the_nearest_rally_point_and_keeps_the_heading_ther
 
 
 def test_a_mission_that_is_taken_away_while_it_is_flown_is_over() -> None:
-    vehicle = boat(at(300.0))
+    vehicle = kinematic(at(300.0))
     vehicle.run(Mode.MISSION, 5.0)
     empty = Guidance(PARAMS, Mission())
     empty.thaw(vehicle.guidance.freeze())
@@ -269,7 +269,7 @@ def test_a_mission_that_is_taken_away_while_it_is_flown_is_over() -> None:
 
 
 def test_another_mission_begins_at_its_first_item_in_the_middle_of_a_manoeuvre() -> None:
-    vehicle = boat(Manoeuvre(Kind.PRBS, duration=60.0), at(100.0))
+    vehicle = kinematic(Manoeuvre(Kind.PRBS, duration=60.0), at(100.0))
     vehicle.run(Mode.MISSION, 10.0)
     other = Guidance(PARAMS, Mission((at(-50.0), at(-90.0))))
     other.thaw(vehicle.guidance.freeze())

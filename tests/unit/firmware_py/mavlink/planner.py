@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pymavlink import mavwp
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from .station import Boat
+from .station import LinkedVehicle
 
 MISSION, FENCE, RALLY = range(3)
 LATITUDE, LONGITUDE = 46.5, 6.6
@@ -46,8 +46,8 @@ def home(*items, kind: int = MISSION) -> list:
 class Planner:
     """Of one station. `hears` and `sends` say of each packet, by its number, whether it comes through."""
 
-    def __init__(self, boat: Boat, link: int = 0, hears: Way = everything, sends: Way = everything) -> None:
-        self.boat, self.station = boat, boat.stations[link]
+    def __init__(self, vehicle: LinkedVehicle, link: int = 0, hears: Way = everything, sends: Way = everything) -> None:
+        self.vehicle, self.station = vehicle, vehicle.stations[link]
         self.hears, self.sends = hears, sends
         self.heard = self.sent = 0
         self.texts: list[str] = []
@@ -60,7 +60,7 @@ class Planner:
 
     def step(self) -> list:
         """One tick, and the messages of it that came through."""
-        self.boat.step()
+        self.vehicle.step()
         found = []
         for message in self.station.messages:
             if message.get_type().startswith("MISSION_") or message.get_type() == "STATUSTEXT":

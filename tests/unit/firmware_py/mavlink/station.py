@@ -1,4 +1,4 @@
-"""A ground station of pymavlink's, and a boat that is moved by hand at the other end of the link."""
+"""A ground station of pymavlink's, and a vehicle that is moved by hand at the other end of the link."""
 
 from __future__ import annotations
 
@@ -156,13 +156,13 @@ def put_together(messages) -> list[str]:
 
 def told(surface: float = 0.0, **changes) -> dict[str, object]:
     """Every message of one whole second in which nothing changes, by name; the last of each."""
-    boat = node(surface)
-    messages = [m for k in range(100) for m in parse(boat.report(cycle(k, **changes))[0])]
+    vehicle = node(surface)
+    messages = [m for k in range(100) for m in parse(vehicle.report(cycle(k, **changes))[0])]
     return {message.get_type(): message for message in messages}
 
 
 def easy_supervisor(mode: Mode, order: Order) -> tuple[Mode, tuple[Event, ...]]:
-    """Does what it is told, as far as a disarmed boat can."""
+    """Does what it is told, as far as a disarmed vehicle can."""
     if order.arming is Arming.DISARM:
         return Mode.DISARMED, ()
     if mode is Mode.DISARMED:
@@ -171,10 +171,10 @@ def easy_supervisor(mode: Mode, order: Order) -> tuple[Mode, tuple[Event, ...]]:
 
 
 class Station:
-    """Speaks and listens on one link of a `Boat`."""
+    """Speaks and listens on one link of a `LinkedVehicle`."""
 
-    def __init__(self, boat: Boat, link: int = 0, system: int = 255) -> None:
-        self.boat = boat
+    def __init__(self, vehicle: LinkedVehicle, link: int = 0, system: int = 255) -> None:
+        self.vehicle = vehicle
         self.link = link
         self.mav = mavlink.MAVLink(None, system, 190)
         self.messages: list = []
@@ -185,7 +185,7 @@ class Station:
         return datagram
 
     def send(self, message) -> None:
-        self.boat.incoming[self.link].append(self.pack(message))
+        self.vehicle.incoming[self.link].append(self.pack(message))
 
     def command(self, number: int, *params: float, system: int = 1, component: int = 1, again: int = 0) -> None:
         filled = (*params, *(0.0,) * (7 - len(params)))
@@ -201,7 +201,7 @@ class Station:
         return [(ack.command, ack.result) for ack in self.heard("COMMAND_ACK")]
 
 
-class Boat:
+class LinkedVehicle:
     """A node whose cycles come from a supervisor of the test's."""
 
     def __init__(self, links: int = 1, supervisor: Callable = easy_supervisor, **options) -> None:

@@ -16,13 +16,13 @@ from firmware_py.records.order import Arming
 from firmware_py.schedule import Tick
 
 from .planner import home, item
-from .station import DT_NS, Boat, node
+from .station import DT_NS, LinkedVehicle, node
 
 LINKS = 3
 LONGEST = 280
 """Bytes of a frame of MAVLink 2 at most."""
 RNG = random.Random(7)
-STATION = Boat().stations[0]
+STATION = LinkedVehicle().stations[0]
 ARM = STATION.pack(mavlink.MAVLink_command_long_message(1, 1, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 1, *[0] * 6))
 BROKEN = ARM[:-1] + bytes((ARM[-1] ^ 1,))
 FLOODS = {
@@ -100,16 +100,16 @@ def test_what_others_leave_is_for_who_has_much_to_say(watched: Watched) -> None:
 
 
 def test_of_many_missions_in_one_tick_one_is_adopted_the_last() -> None:
-    boat = Boat()
-    (station,) = boat.stations
+    vehicle = LinkedVehicle()
+    (station,) = vehicle.stations
     depths = range(1, 11)
     for depth in depths:
         station.send(mavlink.MAVLink_mission_count_message(1, 1, 2))
         for message in home(item(north=100.0, z=-float(depth))):
             station.send(message)
-    boat.step()
-    ((document,),) = [order.changes for order in boat.orders if order.changes]
+    vehicle.step()
+    ((document,),) = [order.changes for order in vehicle.orders if order.changes]
     assert [waypoint.z for waypoint in document.mission.items] == [pytest.approx(depths[-1])]
-    boat.step(10)
+    vehicle.step(10)
     assert [ack.type for ack in station.heard("MISSION_ACK")] == [mavlink.MAV_MISSION_ACCEPTED] * len(depths)
-    assert not any(order.changes for order in boat.orders[1:])
+    assert not any(order.changes for order in vehicle.orders[1:])

@@ -18,7 +18,7 @@ from firmware_py.mavlink.plans.plan_builder import MISSION, plan_of_mission
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.order import Arming, Mission, Mode, Waypoint
 
-from .station import LEARNED, ORIGIN, Boat, cycle, node, parse
+from .station import LEARNED, ORIGIN, LinkedVehicle, cycle, node, parse
 
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED = 0, 1, 2, 3
 REQUEST, START, PAUSE = mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAV_CMD_MISSION_START, 193
@@ -31,59 +31,59 @@ def heard(datagram: bytes) -> list:
     return mavlink.MAVLink(None).parse_buffer(datagram) or []
 
 
-def talk(boat: Boat, number: int, *params: float, ticks: int = 3) -> list:
+def talk(vehicle: LinkedVehicle, number: int, *params: float, ticks: int = 3) -> list:
     """A command, and all messages of the next ticks."""
-    boat.stations[0].command(number, *params)
+    vehicle.stations[0].command(number, *params)
     messages = []
     for _ in range(ticks):
-        tick = cycle(boat.k).tick
-        boat.node.receive(tick, boat.incoming)
-        boat.incoming[0].clear()
-        order = boat.node.order()
-        boat.mode, events = boat.supervisor(boat.mode, order)
-        boat.orders.append(order)
-        messages += heard(boat.node.report(cycle(boat.k, boat.mode, order, events))[0])
-        boat.k += 1
+        tick = cycle(vehicle.k).tick
+        vehicle.node.receive(tick, vehicle.incoming)
+        vehicle.incoming[0].clear()
+        order = vehicle.node.order()
+        vehicle.mode, events = vehicle.supervisor(vehicle.mode, order)
+        vehicle.orders.append(order)
+        messages += heard(vehicle.node.report(cycle(vehicle.k, vehicle.mode, order, events))[0])
+        vehicle.k += 1
     return messages
 
 
 def test_every_mode_is_listed_by_number_and_can_be_set_by_what_is_listed() -> None:
     for identity in Identity:
-        boat = Boat()
-        boat.node = node(identities=(identity,))
-        modes = [m for m in talk(boat, REQUEST, 435, 0, ticks=6) if m.get_type() == "AVAILABLE_MODES"]
+        vehicle = LinkedVehicle()
+        vehicle.node = node(identities=(identity,))
+        modes = [m for m in talk(vehicle, REQUEST, 435, 0, ticks=6) if m.get_type() == "AVAILABLE_MODES"]
         names = ["Manual", "Depth hold", "Position hold", "Guided", "Auto", "Surface"]
         names += ["Return"] if identity is Identity.GENERIC else []  # ArduSub has no number for it
         assert [m.mode_index for m in modes] == [*range(1, len(names) + 1)]
         assert {m.number_modes for m in modes} == {len(names)}
         assert [m.mode_name for m in modes] == names
-        talk(boat, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1)
+        talk(vehicle, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1)
         for m in modes[1:]:
-            said = talk(boat, mavlink.MAV_CMD_DO_SET_MODE, 1, m.custom_mode)
+            said = talk(vehicle, mavlink.MAV_CMD_DO_SET_MODE, 1, m.custom_mode)
             assert [a.result for a in said if a.get_type() == "COMMAND_ACK"] == [ACCEPTED]
-            current = [c for c in talk(boat, REQUEST, 436) if c.get_type() == "CURRENT_MODE"]
+            current = [c for c in talk(vehicle, REQUEST, 436) if c.get_type() == "CURRENT_MODE"]
             assert {(c.custom_mode, c.intended_custom_mode, c.standard_mode) for c in current} == {
                 (m.custom_mode, m.custom_mode, m.standard_mode)
             }
 
 
 def test_only_standard_modes_that_this_vehicle_can_fly_are_claimed_and_set() -> None:
-    boat = Boat()
-    claimed = {m.standard_mode for m in talk(boat, REQUEST, 435, 0, ticks=6) if m.get_type() == "AVAILABLE_MODES"}
+    vehicle = LinkedVehicle()
+    claimed = {m.standard_mode for m in talk(vehicle, REQUEST, 435, 0, ticks=6) if m.get_type() == "AVAILABLE_MODES"}
     assert claimed <= {0, mavlink.MAV_STANDARD_MODE_MISSION, mavlink.MAV_STANDARD_MODE_LAND}
-    boat.mode = Mode.MANUAL
+    vehicle.mode = Mode.MANUAL
     for number, mode in ((6, Mode.MISSION), (7, Mode.SURFACE), (5, Mode.RETURN)):
-        talk(boat, mavlink.MAV_CMD_DO_SET_STANDARD_MODE, number)
-        assert boat.mode is mode
+        talk(vehicle, mavlink.MAV_CMD_DO_SET_STANDARD_MODE, number)
+        assert vehicle.mode is mode
     for number in (0, 1, 3, 4, 9, math.nan):
-        said = talk(boat, mavlink.MAV_CMD_DO_SET_STANDARD_MODE, number, ticks=2)
+        said = talk(vehicle, mavlink.MAV_CMD_DO_SET_STANDARD_MODE, number, ticks=2)
         assert [a.result for a in said if a.get_type() == "COMMAND_ACK"] == [DENIED]
 
 
 def test_one_mode_can_be_asked_for_and_one_that_is_not_there_is_denied() -> None:
-    said = talk(Boat(), REQUEST, 435, 4)
+    said = talk(LinkedVehicle(), REQUEST, 435, 4)
     assert [m.mode_name for m in said if m.get_type() == "AVAILABLE_MODES"] == ["Guided"]
-    said = talk(Boat(), REQUEST, 435, 7)
+    said = talk(LinkedVehicle(), REQUEST, 435, 7)
     assert [m.get_type() for m in said if m.get_type() in ("AVAILABLE_MODES", "COMMAND_ACK")] == ["COMMAND_ACK"]
 
 
@@ -99,13 +99,13 @@ def test_one_mode_can_be_asked_for_and_one_that_is_not_there_is_denied() -> None
     ],
 )
 def test_the_missions_course_is_set_by_command(number: int, params: tuple, mode: Mode) -> None:
-    boat = Boat()
-    boat.mode = Mode.MANUAL
-    boat.stations[0].command(number, *params)
-    boat.step()
-    assert boat.mode is mode
-    assert boat.stations[0].acks() == [(number, ACCEPTED)]
-    disarmed = Boat()
+    vehicle = LinkedVehicle()
+    vehicle.mode = Mode.MANUAL
+    vehicle.stations[0].command(number, *params)
+    vehicle.step()
+    assert vehicle.mode is mode
+    assert vehicle.stations[0].acks() == [(number, ACCEPTED)]
+    disarmed = LinkedVehicle()
     disarmed.stations[0].command(number, *params)
     disarmed.step()
     assert disarmed.stations[0].acks() == [(number, REJECTED)]
@@ -113,21 +113,21 @@ def test_the_missions_course_is_set_by_command(number: int, params: tuple, mode:
 
 @pytest.mark.parametrize(("identity", "jump"), [(Identity.ARDUSUB, 2), (Identity.GENERIC, 3)])
 def test_a_mission_starts_at_an_item_as_the_link_counts_them(identity: Identity, jump: int) -> None:
-    boat = Boat()
-    boat.node = node(identities=(identity,), plans={MISSION: plan_of_mission(FOUR, WaterFrame(ORIGIN, 0.0))})
-    boat.mode = Mode.MANUAL
-    boat.stations[0].command(START, 3, 0)
-    boat.step()
-    assert (boat.orders[-1].mode, boat.orders[-1].jump) == (Mode.MISSION, jump)
+    vehicle = LinkedVehicle()
+    vehicle.node = node(identities=(identity,), plans={MISSION: plan_of_mission(FOUR, WaterFrame(ORIGIN, 0.0))})
+    vehicle.mode = Mode.MANUAL
+    vehicle.stations[0].command(START, 3, 0)
+    vehicle.step()
+    assert (vehicle.orders[-1].mode, vehicle.orders[-1].jump) == (Mode.MISSION, jump)
 
 
 @pytest.mark.parametrize(("number", "param"), [(START, -1), (START, math.nan), (PAUSE, 2), (PAUSE, math.nan)])
 def test_a_course_that_makes_no_sense_is_denied(number: int, param: float) -> None:
-    boat = Boat()
-    boat.mode = Mode.MANUAL
-    boat.stations[0].command(number, param)
-    boat.step()
-    assert boat.stations[0].acks() == [(number, DENIED)]
+    vehicle = LinkedVehicle()
+    vehicle.mode = Mode.MANUAL
+    vehicle.stations[0].command(number, param)
+    vehicle.step()
+    assert vehicle.stations[0].acks() == [(number, DENIED)]
 
 
 def test_the_checks_before_arming_are_run_on_request_and_only_while_disarmed() -> None:
@@ -135,16 +135,16 @@ def test_the_checks_before_arming_are_run_on_request_and_only_while_disarmed() -
         passed = Event(EventKind.ARMING_CHECK_PASSED, Severity.INFO)
         return mode, (passed,) if order.arming is Arming.CHECK and mode is Mode.DISARMED else ()
 
-    boat = Boat(supervisor=supervisor)
-    (station,) = boat.stations
+    vehicle = LinkedVehicle(supervisor=supervisor)
+    (station,) = vehicle.stations
     armed = "RUN_PREARM_CHECKS refused: the vehicle is armed: there is nothing to check"
     for mode, result, text, severity in (
         (Mode.DISARMED, ACCEPTED, "ready to be armed", mavlink.MAV_SEVERITY_INFO),
         (Mode.MANUAL, REJECTED, armed, mavlink.MAV_SEVERITY_WARNING),
     ):
-        boat.mode = mode
+        vehicle.mode = mode
         station.command(mavlink.MAV_CMD_RUN_PREARM_CHECKS)
-        boat.step()
+        vehicle.step()
         said = [m for m in station.messages if m.get_type() == "STATUSTEXT"]
         assert "".join(m.text for m in said) == text
         assert {m.severity for m in said} == {severity}
@@ -152,29 +152,29 @@ def test_the_checks_before_arming_are_run_on_request_and_only_while_disarmed() -
 
 
 def test_intervals_are_told_as_they_are() -> None:
-    boat = Boat()
-    (station,) = boat.stations
+    vehicle = LinkedVehicle()
+    (station,) = vehicle.stations
     for name, interval in ((mavlink.MAVLINK_MSG_ID_ATTITUDE, 100_000), (mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2, -1)):
         station.command(mavlink.MAV_CMD_GET_MESSAGE_INTERVAL, name)
-        boat.step()
+        vehicle.step()
         (told,) = [m for m in station.messages if m.get_type() == "MESSAGE_INTERVAL"]
         assert (told.message_id, told.interval_us) == (name, interval)
         assert station.acks() == [(mavlink.MAV_CMD_GET_MESSAGE_INTERVAL, ACCEPTED)]
     station.command(REQUEST, mavlink.MAVLINK_MSG_ID_MESSAGE_INTERVAL, 27)
-    boat.step()
+    vehicle.step()
     (told,) = station.heard("MESSAGE_INTERVAL")
     assert (told.message_id, told.interval_us) == (27, 0)
 
 
 def test_data_streams_set_the_rates_of_their_messages_and_end_them() -> None:
-    boat = Boat()
-    (station,) = boat.stations
+    vehicle = LinkedVehicle()
+    (station,) = vehicle.stations
 
     def in_a_second(stream: int, rate: int, on: int = 1) -> dict[str, int]:
         station.send(mavlink.MAVLink_request_data_stream_message(1, 1, stream, rate, on))
-        boat.step(2)
+        vehicle.step(2)
         station.messages.clear()
-        boat.step(100)
+        vehicle.step(100)
         names = [m.get_type() for m in station.messages]
         station.messages.clear()
         return {name: names.count(name) for name in ("ATTITUDE", "GLOBAL_POSITION_INT", "SYS_STATUS", "HEARTBEAT")}
@@ -191,33 +191,33 @@ def test_data_streams_set_the_rates_of_their_messages_and_end_them() -> None:
 @pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.SURFACE, Mode.LOITER, Mode.GUIDED])
 @pytest.mark.parametrize(("number", "params"), [(REBOOT, (1,)), (REBOOT, (2, 0, 0, 0, 0, 20190226)), (CALIBRATE, (1,))])
 def test_no_armed_vehicle_is_restarted_or_calibrated_by_force_neither(mode: Mode, number: int, params: tuple) -> None:
-    boat = Boat()
-    boat.mode = mode
-    boat.step()
-    boat.stations[0].messages.clear()
-    boat.stations[0].command(number, *params)
-    boat.step(2)
-    assert "armed" in "".join(m.text for m in boat.stations[0].messages if m.get_type() == "STATUSTEXT")
-    assert boat.stations[0].acks() == [(number, REJECTED)]
-    assert boat.node.end_request == ""
+    vehicle = LinkedVehicle()
+    vehicle.mode = mode
+    vehicle.step()
+    vehicle.stations[0].messages.clear()
+    vehicle.stations[0].command(number, *params)
+    vehicle.step(2)
+    assert "armed" in "".join(m.text for m in vehicle.stations[0].messages if m.get_type() == "STATUSTEXT")
+    assert vehicle.stations[0].acks() == [(number, REJECTED)]
+    assert vehicle.node.end_request == ""
 
 
 @pytest.mark.parametrize(("param", "ending", "result"), [(1, "reboot", 0), (2, "shutdown", 0), (3, "", 2), (0, "", 0)])
 def test_a_disarmed_vehicle_is_restarted(param: int, ending: str, result: int) -> None:
-    boat = Boat()
-    boat.node.allow_end()
-    boat.stations[0].command(REBOOT, param)
-    boat.step()
-    assert boat.stations[0].acks() == [(REBOOT, result)]
-    assert (boat.node.end_request, boat.node.end_requester) == (ending, "255/190" if ending else "")
+    vehicle = LinkedVehicle()
+    vehicle.node.allow_end()
+    vehicle.stations[0].command(REBOOT, param)
+    vehicle.step()
+    assert vehicle.stations[0].acks() == [(REBOOT, result)]
+    assert (vehicle.node.end_request, vehicle.node.end_requester) == (ending, "255/190" if ending else "")
 
 
 def test_a_simulation_is_not_ended_from_afar() -> None:
-    boat = Boat()
-    boat.stations[0].command(REBOOT, 1)
-    boat.step(2)
-    assert boat.stations[0].acks() == [(REBOOT, DENIED)]
-    assert boat.node.end_request == ""
+    vehicle = LinkedVehicle()
+    vehicle.stations[0].command(REBOOT, 1)
+    vehicle.step(2)
+    assert vehicle.stations[0].acks() == [(REBOOT, DENIED)]
+    assert vehicle.node.end_request == ""
 
 
 LATITUDE, LONGITUDE, LAKE_MM = 465_000_000, 66_000_000, 300_000
@@ -236,11 +236,11 @@ LATITUDE, LONGITUDE, LAKE_MM = 465_000_000, 66_000_000, 300_000
     ],
 )
 def test_an_origin_that_is_said_again_and_again_is_answered_with_the_one_that_holds(message, agreed: bool) -> None:
-    boat = Boat(surface=300.0)
-    (station,) = boat.stations
+    vehicle = LinkedVehicle(surface=300.0)
+    (station,) = vehicle.stations
     for _ in range(3):
         station.send(message)
-        boat.step(4)
+        vehicle.step(4)
         said = {m.get_type(): m for m in station.messages}
         station.messages.clear()
         place = said.get("GPS_GLOBAL_ORIGIN") or said["HOME_POSITION"]
@@ -249,8 +249,8 @@ def test_an_origin_that_is_said_again_and_again_is_answered_with_the_one_that_ho
 
 
 def test_a_home_that_disagrees_is_denied() -> None:
-    boat = Boat(surface=300.0)
-    (station,) = boat.stations
+    vehicle = LinkedVehicle(surface=300.0)
+    (station,) = vehicle.stations
     number = mavlink.MAV_CMD_DO_SET_HOME
     for params, result in (
         ((1, 0, 0, 0, 0, 0, 0), DENIED),
@@ -259,22 +259,22 @@ def test_a_home_that_disagrees_is_denied() -> None:
         ((0, 0, 0, 0, math.nan, 6.6, 0.0), DENIED),
     ):
         station.command(number, *params)
-        boat.step(3)
+        vehicle.step(3)
         assert station.acks() == [(number, result)]
 
 
-def acoustic() -> Boat:
-    return Boat(configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
+def acoustic() -> LinkedVehicle:
+    return LinkedVehicle(configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
 
 
 def test_a_link_of_high_latency_says_one_message_in_five_seconds_and_answers() -> None:
-    boat = acoustic()
-    (station,) = boat.stations
-    boat.step(2000)
+    vehicle = acoustic()
+    (station,) = vehicle.stations
+    vehicle.step(2000)
     assert [m.get_type() for m in station.messages] == ["HIGH_LATENCY2"] * 4
     station.messages.clear()
     station.command(REQUEST, mavlink.MAVLINK_MSG_ID_ATTITUDE)
-    boat.step(20)
+    vehicle.step(20)
     assert [m.get_type() for m in station.messages if m.get_type() != "HIGH_LATENCY2"] == ["COMMAND_ACK", "ATTITUDE"]
 
 
@@ -292,21 +292,21 @@ def test_of_events_only_critical_ones_go_over_a_link_of_high_latency() -> None:
 
 
 def test_high_latency_can_be_begun_and_ended_on_any_link() -> None:
-    boat = Boat()
-    (station,) = boat.stations
+    vehicle = LinkedVehicle()
+    (station,) = vehicle.stations
     number = mavlink.MAV_CMD_CONTROL_HIGH_LATENCY
     for on, count in ((1, 2), (0, 0)):
         station.command(number, on)
-        boat.step()
+        vehicle.step()
         assert station.acks() == [(number, ACCEPTED)]
-        boat.step(1000)
+        vehicle.step(1000)
         assert len(station.heard("HIGH_LATENCY2")) == count
 
 
 def test_high_latency_says_what_matters() -> None:
-    boat = node(surface=300.0, configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
+    vehicle = node(surface=300.0, configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
     eta = Eta(0.0, 0.0, 12.34, 0.0, 0.0, math.radians(-90.0))
-    (m,) = parse(boat.report(cycle(0, Mode.LOITER, eta=eta, learned=LEARNED, depth_ok=False))[0])
+    (m,) = parse(vehicle.report(cycle(0, Mode.LOITER, eta=eta, learned=LEARNED, depth_ok=False))[0])
     assert (m.latitude, m.longitude) == (LATITUDE, LONGITUDE)
     assert m.altitude == 288
     assert (m.custom1 + 127 * m.custom2) / 10 == 12.3
@@ -321,10 +321,10 @@ def test_high_latency_says_what_matters() -> None:
 
 @given(st.tuples(*[st.floats()] * 6), st.tuples(*[st.floats()] * 6), st.floats())
 def test_no_state_however_broken_makes_it_unsayable(eta, nu, std) -> None:
-    boat = node(configurations=[LinkConfiguration(identity, high_latency=True) for identity in Identity])
-    for datagram in boat.report(cycle(0, eta=Eta(*eta), nu=Nu(*nu), position_std=std)):
+    vehicle = node(configurations=[LinkConfiguration(identity, high_latency=True) for identity in Identity])
+    for datagram in vehicle.report(cycle(0, eta=Eta(*eta), nu=Nu(*nu), position_std=std)):
         assert [m.get_type() for m in parse(datagram)] == ["HIGH_LATENCY2"]
-    assert not any(link.codec.not_encodable for link in boat.links)
+    assert not any(link.codec.not_encodable for link in vehicle.links)
 
 
 class Talker:
@@ -341,12 +341,12 @@ class Talker:
 
 
 def test_services_say_what_they_have_in_turn_beside_the_streams() -> None:
-    boat = Boat()
+    vehicle = LinkedVehicle()
     for name in "abcdef":
-        boat.node.links[0].add_service(Talker(name))
-    boat.step(60)
-    said = [m for m in boat.stations[0].messages if m.get_type() == "STATUSTEXT"]
+        vehicle.node.links[0].add_service(Talker(name))
+    vehicle.step(60)
+    said = [m for m in vehicle.stations[0].messages if m.get_type() == "STATUSTEXT"]
     counts = [sum(m.text == name for m in said) for name in "abcdef"]
     assert sum(counts) >= 3 * 60
     assert max(counts) - min(counts) <= 1
-    assert "ATTITUDE" in {m.get_type() for m in boat.stations[0].messages}
+    assert "ATTITUDE" in {m.get_type() for m in vehicle.stations[0].messages}

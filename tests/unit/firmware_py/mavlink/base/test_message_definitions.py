@@ -12,7 +12,7 @@ from pymavlink.generator import mavgen
 from firmware_py.mavlink.base.codec import Codec
 from firmware_py.mavlink.base.identity import protocol_version
 from firmware_py.mavlink.base.message_definitions import COMPONENT_METADATA, PROTOCOL_VERSION, ExtendedMessage
-from tests.unit.firmware_py.mavlink.station import Boat
+from tests.unit.firmware_py.mavlink.station import LinkedVehicle
 
 XML = """<?xml version="1.0"?>
 <mavlink><version>3</version><messages>
@@ -69,10 +69,10 @@ def test_the_protocol_version_says_that_mavlink_1_is_read_and_2_is_sent(generate
     ids=["by its own command", "as any message"],
 )
 def test_who_asks_is_told(command: tuple[int, int]) -> None:
-    boat = Boat()
-    (station,) = boat.stations
+    vehicle = LinkedVehicle()
+    (station,) = vehicle.stations
     station.command(*command)
-    boat.step(2)
+    vehicle.step(2)
     (told,) = [m for m in station.messages if m.get_msgId() == mavlink.MAVLINK_MSG_ID_UNKNOWN]
     assert bytes(told.get_msgbuf())[7:10] == PROTOCOL_VERSION.id.to_bytes(3, "little")
     assert station.acks() == [(command[0], mavlink.MAV_RESULT_ACCEPTED)]

@@ -14,7 +14,7 @@ from firmware_py.mavlink.base.codec import Codec
 from firmware_py.mavlink.telemetry.streams import DEFAULT_STREAMS
 from firmware_py.records.event import Event, EventKind, Severity
 from firmware_py.records.order import NO_ORDER, Arming
-from tests.unit.firmware_py.mavlink.station import Boat, cycle, node, parse, receive
+from tests.unit.firmware_py.mavlink.station import LinkedVehicle, cycle, node, parse, receive
 
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 noise = st.one_of(
@@ -24,14 +24,14 @@ noise = st.one_of(
 
 
 def arm(again: int = 0) -> bytes:
-    station = Boat().stations[0]
+    station = LinkedVehicle().stations[0]
     return station.pack(mavlink.MAVLink_command_long_message(1, 1, ARM, again, 1, 0, 0, 0, 0, 0, 0))
 
 
 def order_after(*datagrams: bytes):
-    boat = node()
-    receive(boat, cycle().tick, *datagrams)
-    return boat.order()
+    vehicle = node()
+    receive(vehicle, cycle().tick, *datagrams)
+    return vehicle.order()
 
 
 @settings(max_examples=300)
@@ -65,7 +65,7 @@ def test_a_good_frame_is_found_behind_noise(before: bytes) -> None:
 
 
 def test_commands_in_mavlink_1_and_signed_ones_are_heard() -> None:
-    station = Boat().stations[0]
+    station = LinkedVehicle().stations[0]
     message = mavlink.MAVLink_command_long_message(1, 1, ARM, 0, 1, 0, 0, 0, 0, 0, 0)
     assert order_after(message.pack(station.mav, force_mavlink1=True)).arming is Arming.ARM
     station.mav.signing.secret_key = bytes(32)
@@ -93,15 +93,15 @@ def test_a_frame_of_an_unknown_id_is_no_message_and_is_counted() -> None:
 @settings(max_examples=20)
 @given(st.data())
 def test_any_message_with_any_content_is_survived(data) -> None:
-    boat = node()
+    vehicle = node()
     for kind in mavlink.mavlink_map.values():
         payload = data.draw(st.binary(min_size=1, max_size=64))[: kind.unpacker.size] or b"\x01"
         header = bytes([len(payload), 0, 0, 0, 255, 190]) + kind.id.to_bytes(3, "little")
         crc = mavlink.x25crc(bytearray(header + payload + bytes([kind.crc_extra]))).crc
-        receive(boat, cycle().tick, b"\xfd" + header + payload + crc.to_bytes(2, "little"))
-    assert boat.links[0].codec.malformed == 0
+        receive(vehicle, cycle().tick, b"\xfd" + header + payload + crc.to_bytes(2, "little"))
+    assert vehicle.links[0].codec.malformed == 0
     for k in range(100):
-        parse(boat.report(cycle(k))[0])
+        parse(vehicle.report(cycle(k))[0])
 
 
 def test_no_more_is_looked_at_in_a_tick_than_its_share() -> None:
@@ -114,56 +114,56 @@ def test_no_more_is_looked_at_in_a_tick_than_its_share() -> None:
 
 @pytest.mark.parametrize("flood", [b"\xfd" * 1000, arm(), b"\x00"])
 def test_a_flood_is_cut_and_counted(flood: bytes) -> None:
-    boat = node()
-    (link,) = boat.links
-    receive(boat, cycle().tick, *[flood] * 100)
+    vehicle = node()
+    (link,) = vehicle.links
+    receive(vehicle, cycle().tick, *[flood] * 100)
     assert link.losses["flooding"] >= 100 - limits.MAX_PARSED_PER_TICK
     assert link.lost == sum(link.losses.values())
 
 
 def test_a_flood_of_questions_fills_no_tick_beyond_its_share() -> None:
-    boat = Boat()
-    (station,) = boat.stations
+    vehicle = LinkedVehicle()
+    (station,) = vehicle.stations
     names = collections.Counter()
     for _ in range(200):
         for _ in range(40):
             station.command(mavlink.MAV_CMD_DO_PARACHUTE)
-        boat.step()
+        vehicle.step()
         assert len(station.messages) <= limits.MAX_SENT_PER_TICK
         names.update(message.get_type() for message in station.messages)
         station.messages.clear()
     assert (names["HEARTBEAT"], names["ATTITUDE"]) == (2, 20)
-    boat.step(limits.MAX_WAITING)
+    vehicle.step(limits.MAX_WAITING)
     answered = names["COMMAND_ACK"] + len(station.heard("COMMAND_ACK"))
-    losses = boat.node.links[0].losses
+    losses = vehicle.node.links[0].losses
     assert losses["flooding"] == 200 * (40 - limits.MAX_PARSED_PER_TICK)
     assert losses["queue_full"] == 200 * limits.MAX_PARSED_PER_TICK - answered
-    boat.step(100)
+    vehicle.step(100)
     assert "COMMAND_ACK" not in {message.get_type() for message in station.messages}
 
 
 def test_services_are_heard_however_much_is_streamed() -> None:
-    boat = Boat()
-    (station,) = boat.stations
+    vehicle = LinkedVehicle()
+    (station,) = vehicle.stations
     names = DEFAULT_STREAMS.keys() - {mavlink.MAVLINK_MSG_ID_HEARTBEAT}
     for name in names:
         station.command(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, name, 20000)
-        boat.step()
-    boat.step(50)
+        vehicle.step()
+    vehicle.step(50)
     station.messages.clear()
     for number in range(10):
         head = bytes((number, 0, 0, 3, 1, 0, 0, 0, 0, 0, 0, 0))  # list the folder of that name
         station.send(mavlink.MAVLink_file_transfer_protocol_message(0, 1, 1, (head + b"/").ljust(251, b"\0")))
-        boat.step(3)
+        vehicle.step(3)
         assert len(station.heard("FILE_TRANSFER_PROTOCOL")) == 1
-    boat.step(50)
+    vehicle.step(50)
     told = collections.Counter(message.get_type() for message in station.messages)
     assert min(told[name] for name in ("ATTITUDE", "VFR_HUD", "SYS_STATUS", "ODOMETRY")) >= 3
 
 
 def test_every_datagram_fits_into_an_ethernet_frame() -> None:
-    boat = node()
+    vehicle = node()
     for k in range(300):
         text = f"{'a sentence that goes on and on ' * 20}{k}"
         events = (Event(EventKind.CHANGE_FAILED, Severity.WARNING, names=(text,)),) if k % 7 == 0 else ()
-        assert len(boat.report(cycle(k, events=events))[0]) <= 1400
+        assert len(vehicle.report(cycle(k, events=events))[0]) <= 1400

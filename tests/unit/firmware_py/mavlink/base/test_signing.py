@@ -45,28 +45,28 @@ def node(kept: bytes = b"", links: int = 1, key: bytes = KEY, now: int = NOW, st
     return station.node(configurations=configurations, signing=Signing(key, now, kept))
 
 
-def hears(boat: Node, *datagrams: bytes, link: int = 0) -> bool:
-    """Whether the boat is asked to arm by what it hears; it forgets that it was."""
-    receive(boat, cycle().tick, *datagrams, link=link)
-    order = boat.order()
-    boat.report(dataclasses.replace(cycle(), order=order))
+def hears(vehicle: Node, *datagrams: bytes, link: int = 0) -> bool:
+    """Whether the vehicle is asked to arm by what it hears; it forgets that it was."""
+    receive(vehicle, cycle().tick, *datagrams, link=link)
+    order = vehicle.order()
+    vehicle.report(dataclasses.replace(cycle(), order=order))
     return order.arming is Arming.ARM
 
 
 def test_what_is_signed_with_the_key_is_heard_in_order() -> None:
-    boat, peer = node(), Peer()
-    assert hears(boat, peer.arm())
-    assert hears(boat, peer.arm())
-    assert boat.links[0].codec.refused == 0
+    vehicle, peer = node(), Peer()
+    assert hears(vehicle, peer.arm())
+    assert hears(vehicle, peer.arm())
+    assert vehicle.links[0].codec.refused == 0
 
 
 def test_unsigned_and_wrongly_signed_commands_are_refused_and_counted() -> None:
-    boat = node()
+    vehicle = node()
     for refused, peer in enumerate((Peer(None), Peer(OTHER), Peer(None)), 1):
-        assert not hears(boat, peer.arm())
-        assert boat.links[0].codec.refused == refused
-        assert boat.links[0].codec.malformed == 0
-    assert boat.links[0].lost == 3
+        assert not hears(vehicle, peer.arm())
+        assert vehicle.links[0].codec.refused == refused
+        assert vehicle.links[0].codec.malformed == 0
+    assert vehicle.links[0].lost == 3
 
 
 def test_a_refused_message_in_front_does_not_hide_the_good_one_behind_it() -> None:
@@ -74,22 +74,22 @@ def test_a_refused_message_in_front_does_not_hide_the_good_one_behind_it() -> No
 
 
 def test_what_was_heard_is_not_heard_again_on_this_link_or_another() -> None:
-    boat, peer = node(links=2), Peer()
+    vehicle, peer = node(links=2), Peer()
     first, second = peer.arm(), peer.arm()
-    assert hears(boat, first)
-    assert not hears(boat, first)
-    assert not hears(boat, first, link=1)
-    assert hears(boat, second, link=1)
-    assert boat.links[0].codec.refused == boat.links[1].codec.refused == 1
+    assert hears(vehicle, first)
+    assert not hears(vehicle, first)
+    assert not hears(vehicle, first, link=1)
+    assert hears(vehicle, second, link=1)
+    assert vehicle.links[0].codec.refused == vehicle.links[1].codec.refused == 1
 
 
 def test_what_was_heard_before_a_restart_is_not_heard_after_it() -> None:
-    boat, peer = node(), Peer()
+    vehicle, peer = node(), Peer()
     heard, unheard = peer.arm(), peer.arm()
-    assert hears(boat, heard)
-    ((name, kept),) = boat.files_to_save()
+    assert hears(vehicle, heard)
+    ((name, kept),) = vehicle.files_to_save()
     assert name == STATE_FILE
-    assert boat.files_to_save() == []  # not for each message
+    assert vehicle.files_to_save() == []  # not for each message
     again = node(kept)
     assert not hears(again, heard)
     assert not hears(again, unheard)  # it may have been heard after what is kept was written
@@ -97,19 +97,19 @@ def test_what_was_heard_before_a_restart_is_not_heard_after_it() -> None:
 
 
 def test_a_clock_that_fell_back_does_not_bring_back_the_past() -> None:
-    boat, peer = node(), Peer()
+    vehicle, peer = node(), Peer()
     heard = peer.arm()
-    assert hears(boat, heard)
-    ((_, kept),) = boat.files_to_save()
+    assert hears(vehicle, heard)
+    ((_, kept),) = vehicle.files_to_save()
     assert not hears(node(kept, now=0), heard)
 
 
 def test_what_is_kept_goes_on_while_messages_do() -> None:
-    boat = node()
+    vehicle = node()
     written = []
     for second in range(0, 60, 2):
-        assert hears(boat, Peer(now=NOW + second * TICKS_PER_S).arm())
-        written += boat.files_to_save()
+        assert hears(vehicle, Peer(now=NOW + second * TICKS_PER_S).arm())
+        written += vehicle.files_to_save()
         assert int(written[-1][1]) >= NOW + second * TICKS_PER_S
     assert 4 <= len(written) <= 8
 
@@ -125,14 +125,14 @@ def test_a_stream_that_begins_long_ago_is_old() -> None:
 
 
 def test_a_forger_cannot_shut_out_the_true_station() -> None:
-    boat, peer = node(), Peer()
-    assert hears(boat, peer.arm())
+    vehicle, peer = node(), Peer()
+    assert hears(vehicle, peer.arm())
     forged = bytearray(peer.arm())
     forged[-12:-6] = b"\xff" * 6  # far in the future, and so wrongly signed
-    assert not hears(boat, bytes(forged))
+    assert not hears(vehicle, bytes(forged))
     for system in range(1, 200):
-        assert not hears(boat, Peer(OTHER, system=system).arm())
-    assert hears(boat, peer.arm())
+        assert not hears(vehicle, Peer(OTHER, system=system).arm())
+    assert hears(vehicle, peer.arm())
 
 
 @given(st.integers(0, 57), st.integers(1, 255))
@@ -145,22 +145,22 @@ def test_one_wrong_byte_anywhere_is_no_command(at: int, flip: int) -> None:
 @settings(max_examples=30)
 @given(st.data())
 def test_no_unsigned_message_but_the_listed_reaches_anybody(data) -> None:
-    boat = node()
+    vehicle = node()
     for kind in mavlink.mavlink_map.values():
         payload = data.draw(st.binary(min_size=1, max_size=40))[: kind.unpacker.size] or b"\x01"
         header = bytes([len(payload), 0, 0, 0, 255, 190]) + kind.id.to_bytes(3, "little")
         crc = mavlink.x25crc(bytearray(header + payload + bytes([kind.crc_extra]))).crc
-        receive(boat, cycle().tick, b"\xfd" + header + payload + crc.to_bytes(2, "little"))
-        assert boat.order() is NO_ORDER
+        receive(vehicle, cycle().tick, b"\xfd" + header + payload + crc.to_bytes(2, "little"))
+        assert vehicle.order() is NO_ORDER
     listed = sum(name in mavlink.mavlink_map for name in UNSIGNED_ACCEPTED)
-    assert boat.links[0].codec.refused == len(mavlink.mavlink_map) - listed
+    assert vehicle.links[0].codec.refused == len(mavlink.mavlink_map) - listed
 
 
-def test_all_that_the_boat_says_is_signed_with_time_going_on() -> None:
-    boat = node()
+def test_all_that_the_vehicle_says_is_signed_with_time_going_on() -> None:
+    vehicle = node()
     peer = Peer()
     peer.mav.signing.timestamp = NOW
-    frames = [boat.report(cycle(k))[0] for k in range(500)]
+    frames = [vehicle.report(cycle(k))[0] for k in range(500)]
     for frame in frames:
         parse(frame)  # a station without a key can read it
         peer.mav.parse_buffer(frame)
@@ -172,17 +172,17 @@ def test_all_that_the_boat_says_is_signed_with_time_going_on() -> None:
 
 
 def test_links_of_one_vehicle_sign_as_different_links() -> None:
-    boat = node(links=2)
-    frames = boat.report(cycle(4))
+    vehicle = node(links=2)
+    frames = vehicle.report(cycle(4))
     assert [frame[-13] for frame in frames] == [0, 1]
 
 
 def test_refusals_are_told_now_and_then_in_a_sentence_with_their_number() -> None:
-    boat = node()
+    vehicle = node()
     said = []
     for k in range(2500):
-        receive(boat, cycle(k).tick, Peer(None).arm())
-        said += [m for m in parse(boat.report(cycle(k))[0]) if m.get_type() in ("STATUSTEXT", "SYS_STATUS")]
+        receive(vehicle, cycle(k).tick, Peer(None).arm())
+        said += [m for m in parse(vehicle.report(cycle(k))[0]) if m.get_type() in ("STATUSTEXT", "SYS_STATUS")]
     texts = [m.text for m in said if m.get_type() == "STATUSTEXT" and m.chunk_seq == 0]
     assert len(texts) == 3
     assert "refused" in texts[0]
@@ -190,8 +190,8 @@ def test_refusals_are_told_now_and_then_in_a_sentence_with_their_number() -> Non
 
 
 def test_a_station_cannot_change_the_key() -> None:
-    boat = node()
+    vehicle = node()
     setup = mavlink.MAVLink_setup_signing_message(1, 1, list(OTHER), NOW)
-    receive(boat, cycle().tick, Peer().pack(setup))
-    assert not hears(boat, Peer(OTHER).arm())
-    assert hears(boat, Peer(now=NOW + TICKS_PER_S).arm())
+    receive(vehicle, cycle().tick, Peer().pack(setup))
+    assert not hears(vehicle, Peer(OTHER).arm())
+    assert hears(vehicle, Peer(now=NOW + TICKS_PER_S).arm())

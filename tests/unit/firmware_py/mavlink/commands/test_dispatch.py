@@ -13,7 +13,7 @@ from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.commands.queue import MAX_WAITING
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.order import Arming, Mode, Order
-from tests.unit.firmware_py.mavlink.station import Boat, Station, cycle, node, parse
+from tests.unit.firmware_py.mavlink.station import LinkedVehicle, Station, cycle, node, parse
 
 ARM, SET_MODE = mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_CMD_DO_SET_MODE
 REQUEST, INTERVAL = mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL
@@ -46,34 +46,34 @@ def stubborn(mode: Mode, order: Order) -> tuple[Mode, tuple[Event, ...]]:
     return mode, refusals if asked else ()
 
 
-def armed(**options) -> tuple[Boat, Station]:
-    boat = Boat(**options)
-    boat.stations[0].command(ARM, 1)
-    boat.step()
-    assert boat.stations[0].acks() == [(ARM, ACCEPTED)]
-    return boat, boat.stations[0]
+def armed(**options) -> tuple[LinkedVehicle, Station]:
+    vehicle = LinkedVehicle(**options)
+    vehicle.stations[0].command(ARM, 1)
+    vehicle.step()
+    assert vehicle.stations[0].acks() == [(ARM, ACCEPTED)]
+    return vehicle, vehicle.stations[0]
 
 
 def test_arming_and_disarming_are_answered_by_the_cycle_that_obeys() -> None:
-    boat = Boat()
-    (station,) = boat.stations
+    vehicle = LinkedVehicle()
+    (station,) = vehicle.stations
     for param, mode in ((1, Mode.MANUAL), (0, Mode.DISARMED)):
         station.command(ARM, param)
-        boat.step()
-        assert boat.mode is mode
+        vehicle.step()
+        assert vehicle.mode is mode
         (ack,) = station.heard("COMMAND_ACK")
         assert (ack.command, ack.result) == (ARM, ACCEPTED)
         assert (ack.target_system, ack.target_component) == (255, 190)
-    boat.step(300)
+    vehicle.step(300)
     assert station.acks() == []
-    assert boat.asked() == [(Arming.ARM, None), (Arming.DISARM, None)]
+    assert vehicle.asked() == [(Arming.ARM, None), (Arming.DISARM, None)]
 
 
 def test_a_refusal_is_told_with_its_reasons_before_the_answer() -> None:
-    boat = Boat(supervisor=stubborn)
-    (station,) = boat.stations
+    vehicle = LinkedVehicle(supervisor=stubborn)
+    (station,) = vehicle.stations
     station.command(ARM, 1)
-    boat.step()
+    vehicle.step()
     said = [m for m in station.messages if m.get_type() in ("STATUSTEXT", "COMMAND_ACK")]
     assert [m.get_type() for m in said] == ["STATUSTEXT", "STATUSTEXT", "COMMAND_ACK"]
     assert said[0].text + said[1].text == "arming refused: not every fin heard within 1 s; battery at 5%, needs 20%"
@@ -101,11 +101,11 @@ def test_a_refusal_is_told_with_its_reasons_before_the_answer() -> None:
     ],
 )
 def test_both_codings_of_modes_are_understood_by_every_identity(identity, params, mode) -> None:
-    boat, station = armed()
-    boat.node = node(identities=(identity,))
+    vehicle, station = armed()
+    vehicle.node = node(identities=(identity,))
     station.command(SET_MODE, *params)
-    boat.step()
-    assert boat.mode is mode
+    vehicle.step()
+    assert vehicle.mode is mode
     assert station.acks() == [(SET_MODE, ACCEPTED)]
 
 
@@ -123,57 +123,57 @@ def test_both_codings_of_modes_are_understood_by_every_identity(identity, params
     ],
 )
 def test_a_mode_that_does_not_exist_is_denied_and_named(params) -> None:
-    boat, station = armed()
+    vehicle, station = armed()
     station.command(SET_MODE, *params)
-    boat.step()
-    boat.step()
+    vehicle.step()
+    vehicle.step()
     texts = [m for m in station.messages if m.get_type() == "STATUSTEXT"]
     assert {m.severity for m in texts} == {mavlink.MAV_SEVERITY_WARNING}
     assert "mode" in "".join(m.text for m in texts)
     assert station.acks() == [(SET_MODE, DENIED)]
-    assert boat.mode is Mode.MANUAL
+    assert vehicle.mode is Mode.MANUAL
 
 
 def test_the_old_set_mode_works_and_is_answered_under_its_own_id() -> None:
-    boat, station = armed()
+    vehicle, station = armed()
     station.send(mavlink.MAVLink_set_mode_message(1, CUSTOM, 2))
-    boat.step()
-    assert boat.mode is Mode.HOLD
+    vehicle.step()
+    assert vehicle.mode is Mode.HOLD
     assert station.acks() == [(mavlink.MAVLINK_MSG_ID_SET_MODE, ACCEPTED)]
 
 
-def test_manual_is_what_a_disarmed_boat_says_it_is_in_and_so_is_granted() -> None:
-    boat = Boat(supervisor=stubborn)
-    (station,) = boat.stations
+def test_manual_is_what_a_disarmed_vehicle_says_it_is_in_and_so_is_granted() -> None:
+    vehicle = LinkedVehicle(supervisor=stubborn)
+    (station,) = vehicle.stations
     station.command(SET_MODE, CUSTOM, 19)
-    boat.step()
+    vehicle.step()
     assert station.acks() == [(SET_MODE, ACCEPTED)]
     station.command(SET_MODE, CUSTOM, 2)
-    boat.step()
+    vehicle.step()
     assert station.acks() == [(SET_MODE, REJECTED)]
-    assert boat.asked() == [(Arming.KEEP, Mode.HOLD)]
+    assert vehicle.asked() == [(Arming.KEEP, Mode.HOLD)]
 
 
 @pytest.mark.parametrize("param", [2, -1, 0.5, math.nan, math.inf])
 def test_arming_takes_one_or_zero(param: float) -> None:
-    boat = Boat()
-    boat.stations[0].command(ARM, param)
-    boat.step()
-    assert boat.stations[0].acks() == [(ARM, DENIED)]
-    assert boat.asked() == []
+    vehicle = LinkedVehicle()
+    vehicle.stations[0].command(ARM, param)
+    vehicle.step()
+    assert vehicle.stations[0].acks() == [(ARM, DENIED)]
+    assert vehicle.asked() == []
 
 
 def test_nobody_arms_by_force() -> None:
-    boat = Boat(supervisor=stubborn)
-    boat.stations[0].command(ARM, 1, 21196)
-    boat.step()
-    assert boat.stations[0].acks() == [(ARM, REJECTED)]
+    vehicle = LinkedVehicle(supervisor=stubborn)
+    vehicle.stations[0].command(ARM, 1, 21196)
+    vehicle.step()
+    assert vehicle.stations[0].acks() == [(ARM, REJECTED)]
 
 
 @pytest.mark.parametrize("as_int", [False, True])
 def test_every_other_command_is_answered_once_as_unsupported(as_int: bool) -> None:
-    boat = Boat()
-    (station,) = boat.stations
+    vehicle = LinkedVehicle()
+    (station,) = vehicle.stations
     for command in COMMANDS:
         if command in OURS:
             continue
@@ -181,114 +181,114 @@ def test_every_other_command_is_answered_once_as_unsupported(as_int: bool) -> No
             station.send(mavlink.MAVLink_command_int_message(1, 1, 0, command, 0, 0, 1, 1, 1, 1, 1, 1, 1))
         else:
             station.command(command, 1, 1, 1, 1, 1, 1, 1)
-        boat.step()
+        vehicle.step()
         assert station.acks() == [(command, UNSUPPORTED)]
-    assert boat.asked() == []
+    assert vehicle.asked() == []
 
 
 def test_command_int_arms_as_command_long_does() -> None:
-    boat = Boat()
-    boat.stations[0].send(mavlink.MAVLink_command_int_message(1, 1, 0, ARM, 0, 0, 1, 0, 0, 0, 0, 0, 0))
-    boat.step()
-    assert boat.mode is Mode.MANUAL
-    assert boat.stations[0].acks() == [(ARM, ACCEPTED)]
+    vehicle = LinkedVehicle()
+    vehicle.stations[0].send(mavlink.MAVLink_command_int_message(1, 1, 0, ARM, 0, 0, 1, 0, 0, 0, 0, 0, 0))
+    vehicle.step()
+    assert vehicle.mode is Mode.MANUAL
+    assert vehicle.stations[0].acks() == [(ARM, ACCEPTED)]
 
 
 @pytest.mark.parametrize(("system", "component", "ours"), [(1, 1, True), (1, 0, True), (0, 0, True), (0, 1, True)])
 def test_a_broadcast_reaches_us(system: int, component: int, ours: bool) -> None:
-    boat = Boat()
-    boat.stations[0].command(ARM, 1, system=system, component=component)
-    boat.step()
-    assert boat.stations[0].acks() == [(ARM, ACCEPTED)]
+    vehicle = LinkedVehicle()
+    vehicle.stations[0].command(ARM, 1, system=system, component=component)
+    vehicle.step()
+    assert vehicle.stations[0].acks() == [(ARM, ACCEPTED)]
 
 
 @pytest.mark.parametrize(("system", "component"), [(2, 1), (2, 0), (1, 2), (0, 100), (255, 190)])
 def test_what_is_meant_for_others_is_neither_done_nor_answered(system: int, component: int) -> None:
-    boat = Boat()
-    boat.stations[0].command(ARM, 1, system=system, component=component)
-    boat.stations[0].command(REQUEST, 148, system=system, component=component)
-    boat.step(50)
-    assert boat.asked() == []
-    assert boat.stations[0].acks() == []
+    vehicle = LinkedVehicle()
+    vehicle.stations[0].command(ARM, 1, system=system, component=component)
+    vehicle.stations[0].command(REQUEST, 148, system=system, component=component)
+    vehicle.step(50)
+    assert vehicle.asked() == []
+    assert vehicle.stations[0].acks() == []
 
 
 def test_our_own_words_come_back_unheard() -> None:
-    boat = Boat()
-    echo = Station(boat, system=1)
+    vehicle = LinkedVehicle()
+    echo = Station(vehicle, system=1)
     echo.mav.srcComponent = 1
     echo.command(ARM, 1)
-    boat.step()
-    assert boat.asked() == []
+    vehicle.step()
+    assert vehicle.asked() == []
 
 
 def test_a_fleet_tells_its_vehicles_apart() -> None:
-    boat = Boat(system=7)
-    boat.stations[0].command(ARM, 1, system=1)
-    boat.stations[0].command(ARM, 1, system=7)
-    boat.step()
-    (ack,) = boat.stations[0].heard("COMMAND_ACK")
+    vehicle = LinkedVehicle(system=7)
+    vehicle.stations[0].command(ARM, 1, system=1)
+    vehicle.stations[0].command(ARM, 1, system=7)
+    vehicle.step()
+    (ack,) = vehicle.stations[0].heard("COMMAND_ACK")
     assert ack.get_srcSystem() == 7
 
 
 def test_a_command_repeated_while_it_waits_is_one_command() -> None:
-    boat = Boat()
-    (station,) = boat.stations
+    vehicle = LinkedVehicle()
+    (station,) = vehicle.stations
     for again in range(4):
         station.command(ARM, 1, again=again)
-    boat.step(10)
+    vehicle.step(10)
     assert station.acks() == [(ARM, ACCEPTED)]
-    assert boat.asked() == [(Arming.ARM, None)]
+    assert vehicle.asked() == [(Arming.ARM, None)]
 
 
 def test_a_command_whose_answer_was_lost_is_answered_again_and_not_done_again() -> None:
-    boat, station = armed()
-    boat.mode = Mode.DISARMED  # it came up, and disarmed itself
+    vehicle, station = armed()
+    vehicle.mode = Mode.DISARMED  # it came up, and disarmed itself
     station.command(ARM, 1, again=1)
-    boat.step()
+    vehicle.step()
     assert station.acks() == [(ARM, ACCEPTED)]
-    assert boat.mode is Mode.DISARMED
+    assert vehicle.mode is Mode.DISARMED
     station.command(ARM, 1)  # this one is meant anew
-    boat.step()
-    assert boat.mode is Mode.MANUAL
+    vehicle.step()
+    assert vehicle.mode is Mode.MANUAL
 
 
 def test_disarming_is_done_however_often_it_was_answered() -> None:
-    boat, station = armed()
+    vehicle, station = armed()
     for again in (0, 1):
-        boat.mode = Mode.MANUAL
+        vehicle.mode = Mode.MANUAL
         station.command(ARM, 0, again=again)
-        boat.step()
+        vehicle.step()
         assert station.acks() == [(ARM, ACCEPTED)]
-        assert boat.mode is Mode.DISARMED
+        assert vehicle.mode is Mode.DISARMED
 
 
 def test_a_repetition_of_what_was_undone_since_is_meant_anew() -> None:
-    boat, station = armed()
+    vehicle, station = armed()
     station.command(ARM, 0)
-    boat.step()
+    vehicle.step()
     station.command(ARM, 1, again=1)  # its first transmission was lost
-    boat.step()
-    assert boat.mode is Mode.MANUAL
+    vehicle.step()
+    assert vehicle.mode is Mode.MANUAL
     assert station.acks() == [(ARM, ACCEPTED)] * 2
 
 
 def test_a_repetition_much_later_is_meant_anew() -> None:
-    boat, station = armed()
-    boat.mode = Mode.DISARMED
-    boat.step(1001)
+    vehicle, station = armed()
+    vehicle.mode = Mode.DISARMED
+    vehicle.step(1001)
     station.command(ARM, 1, again=1)
-    boat.step()
-    assert boat.mode is Mode.MANUAL
+    vehicle.step()
+    assert vehicle.mode is Mode.MANUAL
 
 
 def test_wishes_are_obeyed_one_a_tick_in_their_order() -> None:
-    boat = Boat()
-    (station,) = boat.stations
+    vehicle = LinkedVehicle()
+    (station,) = vehicle.stations
     station.command(ARM, 1)
     station.command(SET_MODE, CUSTOM, 2)
     station.command(SET_MODE, CUSTOM, 3)
-    boat.step(3)
-    assert [(o.arming, o.mode) for o in boat.orders] == [
+    vehicle.step(3)
+    assert [(o.arming, o.mode) for o in vehicle.orders] == [
         (Arming.ARM, None),
         (Arming.KEEP, Mode.HOLD),
         (Arming.KEEP, Mode.MISSION),
@@ -297,55 +297,55 @@ def test_wishes_are_obeyed_one_a_tick_in_their_order() -> None:
 
 
 def test_disarming_goes_first_whoever_asks_and_ends_what_waited() -> None:
-    boat, station = armed(links=2)
+    vehicle, station = armed(links=2)
     station.command(SET_MODE, CUSTOM, 2)
     station.command(SET_MODE, CUSTOM, 3)
     station.command(ARM, 1)
-    boat.stations[1].command(ARM, 0)
-    boat.step(20)
-    assert boat.asked()[1:] == [(Arming.DISARM, None)]
-    assert boat.mode is Mode.DISARMED
+    vehicle.stations[1].command(ARM, 0)
+    vehicle.step(20)
+    assert vehicle.asked()[1:] == [(Arming.DISARM, None)]
+    assert vehicle.mode is Mode.DISARMED
     assert sorted(station.acks()) == [(SET_MODE, REJECTED), (SET_MODE, REJECTED), (ARM, REJECTED)]
-    assert boat.stations[1].acks() == [(ARM, ACCEPTED)]
+    assert vehicle.stations[1].acks() == [(ARM, ACCEPTED)]
 
 
 def test_two_who_disarm_at_once_are_both_answered_with_yes() -> None:
-    boat, _ = armed(links=2)
-    for each in boat.stations:
+    vehicle, _ = armed(links=2)
+    for each in vehicle.stations:
         each.command(ARM, 0)
-    boat.step(5)
-    assert [each.acks() for each in boat.stations] == [[(ARM, ACCEPTED)]] * 2
+    vehicle.step(5)
+    assert [each.acks() for each in vehicle.stations] == [[(ARM, ACCEPTED)]] * 2
 
 
 def test_more_wishes_than_may_wait_are_refused_at_once_but_not_disarming() -> None:
-    boat, station = armed()
+    vehicle, station = armed()
     for number in range(MAX_WAITING + 2):
-        Station(boat, system=10 + number).command(SET_MODE, CUSTOM, 2)
+        Station(vehicle, system=10 + number).command(SET_MODE, CUSTOM, 2)
     station.command(ARM, 0)
-    boat.step(20)
+    vehicle.step(20)
     results = [result for _, result in station.acks()]
     assert len(results) == MAX_WAITING + 3
     assert results.count(ACCEPTED) == 1
-    assert boat.mode is Mode.DISARMED
+    assert vehicle.mode is Mode.DISARMED
 
 
 def test_each_link_hears_its_own_answers_and_everyone_the_events() -> None:
-    boat = Boat(links=2, supervisor=stubborn)
-    boat.stations[1].command(ARM, 1)
-    boat.step()
-    texts = [[m.text for m in each.messages if m.get_type() == "STATUSTEXT"] for each in boat.stations]
+    vehicle = LinkedVehicle(links=2, supervisor=stubborn)
+    vehicle.stations[1].command(ARM, 1)
+    vehicle.step()
+    texts = [[m.text for m in each.messages if m.get_type() == "STATUSTEXT"] for each in vehicle.stations]
     assert texts[0] == texts[1] != []
-    assert [each.acks() for each in boat.stations] == [[], [(ARM, REJECTED)]]
+    assert [each.acks() for each in vehicle.stations] == [[], [(ARM, REJECTED)]]
 
 
 @pytest.mark.parametrize("name", ["ATTITUDE", "HEARTBEAT", "AUTOPILOT_VERSION", "HOME_POSITION", "GPS_GLOBAL_ORIGIN"])
 def test_a_message_that_is_asked_for_comes_once_after_the_answer(name: str) -> None:
-    boat = Boat(surface=300.0)
-    (station,) = boat.stations
-    boat.step(49)
+    vehicle = LinkedVehicle(surface=300.0)
+    (station,) = vehicle.stations
+    vehicle.step(49)
     station.messages.clear()
     station.command(REQUEST, getattr(mavlink, f"MAVLINK_MSG_ID_{name}"))
-    boat.step()
+    vehicle.step()
     assert [m.get_type() for m in station.messages] == ["COMMAND_ACK", name]
     assert station.messages[0].result == ACCEPTED
     if name in ("HOME_POSITION", "GPS_GLOBAL_ORIGIN"):
@@ -355,11 +355,11 @@ def test_a_message_that_is_asked_for_comes_once_after_the_answer(name: str) -> N
 
 @pytest.mark.parametrize("name", [11_000_000, 27, -1, math.nan, math.inf])
 def test_a_message_that_we_do_not_have_is_unsupported(name: float) -> None:
-    boat = Boat()
+    vehicle = LinkedVehicle()
     for command in (REQUEST, INTERVAL):
-        boat.stations[0].command(command, name, 100_000)
-        boat.step()
-        assert boat.stations[0].acks() == [(command, UNSUPPORTED)]
+        vehicle.stations[0].command(command, name, 100_000)
+        vehicle.step()
+        assert vehicle.stations[0].acks() == [(command, UNSUPPORTED)]
 
 
 @pytest.mark.parametrize(
@@ -370,11 +370,11 @@ def test_a_message_that_we_do_not_have_is_unsupported(name: float) -> None:
     ],
 )
 def test_capabilities_claim_what_there_is_and_one_encoding(identity: Identity, encoding: int) -> None:
-    boat = Boat()
-    boat.node = node(identities=(identity,))
-    boat.stations[0].command(mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES, 1)
-    boat.step()
-    (version,) = boat.stations[0].heard("AUTOPILOT_VERSION")
+    vehicle = LinkedVehicle()
+    vehicle.node = node(identities=(identity,))
+    vehicle.stations[0].command(mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES, 1)
+    vehicle.step()
+    (version,) = vehicle.stations[0].heard("AUTOPILOT_VERSION")
     assert version.capabilities == (
         encoding
         | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
@@ -390,25 +390,25 @@ def test_capabilities_claim_what_there_is_and_one_encoding(identity: Identity, e
 
 @pytest.mark.parametrize(("interval_us", "count"), [(50_000, 40), (250_000, 8), (1, 100), (0, 20), (-1, 0)])
 def test_a_rate_can_be_asked_for_within_bounds(interval_us: float, count: int) -> None:
-    boat = Boat()
-    (station,) = boat.stations
-    boat.step(33)
+    vehicle = LinkedVehicle()
+    (station,) = vehicle.stations
+    vehicle.step(33)
     station.command(INTERVAL, mavlink.MAVLINK_MSG_ID_ATTITUDE, interval_us)
-    boat.step()
+    vehicle.step()
     assert station.acks() == [(INTERVAL, ACCEPTED)]
-    boat.step(200)
+    vehicle.step(200)
     assert len(station.heard("ATTITUDE")) == count
 
 
 @pytest.mark.parametrize("interval_us", [math.nan, math.inf, -2.0, 1e30])
 def test_a_rate_that_is_none_is_denied_and_so_is_silence_of_the_heartbeat(interval_us: float) -> None:
-    boat = Boat()
-    (station,) = boat.stations
+    vehicle = LinkedVehicle()
+    (station,) = vehicle.stations
     station.command(INTERVAL, mavlink.MAVLINK_MSG_ID_ATTITUDE, interval_us)
     station.command(INTERVAL, mavlink.MAVLINK_MSG_ID_HEARTBEAT, -1)
-    boat.step(3)
+    vehicle.step(3)
     assert station.acks() == [(INTERVAL, DENIED), (INTERVAL, DENIED)]
-    boat.step(99)
+    vehicle.step(99)
     assert sorted({m.get_type() for m in station.messages} & {"ATTITUDE", "HEARTBEAT"}) == ["ATTITUDE", "HEARTBEAT"]
 
 
@@ -423,23 +423,23 @@ commands = st.one_of(
 @settings(max_examples=60)
 @given(st.lists(st.tuples(st.integers(0, 12), st.integers(0, 1), commands), max_size=20))
 def test_whatever_is_asked_each_command_is_answered_exactly_once(script) -> None:
-    boat = Boat(links=2)
+    vehicle = LinkedVehicle(links=2)
     asked = [[], []]
     for number, (wait, link, (command, *params)) in enumerate(script):
         # Every one by another asker, so that none is the repetition of another's.
-        Station(boat, link, system=20 + number).command(command, *params)
+        Station(vehicle, link, system=20 + number).command(command, *params)
         asked[link].append((command, 20 + number))
-        boat.step(wait)
-    boat.step(60)
-    for station in boat.stations:
+        vehicle.step(wait)
+    vehicle.step(60)
+    for station in vehicle.stations:
         answered = [(ack.command, ack.target_system) for ack in station.heard("COMMAND_ACK")]
         assert sorted(answered) == sorted(asked[station.link])
 
 
 def test_what_every_link_says_is_the_same_bytes_for_the_same_inputs() -> None:
     def run() -> list[bytes]:
-        boat = node(identities=(Identity.ARDUSUB, Identity.GENERIC))
-        return [datagram for k in range(200) for datagram in boat.report(cycle(k))]
+        vehicle = node(identities=(Identity.ARDUSUB, Identity.GENERIC))
+        return [datagram for k in range(200) for datagram in vehicle.report(cycle(k))]
 
     assert run() == run()
     assert sum(map(len, map(parse, run()))) == 2 * 2 * (2 * 10 + 5 * 5 + 7 * 2 + 11 * 1)

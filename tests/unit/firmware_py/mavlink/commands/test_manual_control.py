@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.commands.manual_control import ManualControlParams, sticks
 from firmware_py.records.order import NO_ORDER, Arming
-from tests.unit.firmware_py.mavlink.station import Boat
+from tests.unit.firmware_py.mavlink.station import LinkedVehicle
 
 PARAMS = ManualControlParams(delta_s_full=0.2, delta_r_full=0.3, n_full=8.0)
 NONE = 32767
@@ -56,36 +56,36 @@ def test_no_stick_asks_for_more_than_full(x: int, y: int, z: int, r: int) -> Non
 
 
 def test_sticks_keep_the_time_at_which_they_were_heard() -> None:
-    boat = Boat()
-    boat.step(3)
-    boat.stations[0].send(control(x=1000))
-    boat.step(100)
-    assert boat.orders[2] is NO_ORDER
-    assert {order.t_sticks for order in boat.orders[3:]} == {0.03}
-    assert boat.orders[-1].sticks.n == pytest.approx(ManualControlParams().n_full)
+    vehicle = LinkedVehicle()
+    vehicle.step(3)
+    vehicle.stations[0].send(control(x=1000))
+    vehicle.step(100)
+    assert vehicle.orders[2] is NO_ORDER
+    assert {order.t_sticks for order in vehicle.orders[3:]} == {0.03}
+    assert vehicle.orders[-1].sticks.n == pytest.approx(ManualControlParams().n_full)
 
 
 def test_sticks_are_not_let_go_of_while_a_command_is_obeyed() -> None:
-    boat = Boat()
-    boat.stations[0].send(control(x=1000))
-    boat.stations[0].command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1)
-    boat.step()
-    (order,) = boat.orders
+    vehicle = LinkedVehicle()
+    vehicle.stations[0].send(control(x=1000))
+    vehicle.stations[0].command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1)
+    vehicle.step()
+    (order,) = vehicle.orders
     assert order.arming is Arming.ARM
     assert order.sticks.n > 0.0
 
 
 def test_of_several_links_the_last_word_steers() -> None:
-    boat = Boat(links=2)
-    boat.stations[1].send(control(x=1000))
-    boat.step()
-    boat.stations[0].send(control(x=-1000))
-    boat.step()
-    assert [math.copysign(1.0, order.sticks.n) for order in boat.orders] == [1.0, -1.0]
+    vehicle = LinkedVehicle(links=2)
+    vehicle.stations[1].send(control(x=1000))
+    vehicle.step()
+    vehicle.stations[0].send(control(x=-1000))
+    vehicle.step()
+    assert [math.copysign(1.0, order.sticks.n) for order in vehicle.orders] == [1.0, -1.0]
 
 
-def test_another_boats_sticks_are_not_ours() -> None:
-    boat = Boat()
-    boat.stations[0].send(control(x=1000, system=2))
-    boat.step()
-    assert boat.orders == [NO_ORDER]
+def test_another_vehicles_sticks_are_not_ours() -> None:
+    vehicle = LinkedVehicle()
+    vehicle.stations[0].send(control(x=1000, system=2))
+    vehicle.step()
+    assert vehicle.orders == [NO_ORDER]

@@ -17,7 +17,7 @@ from firmware_py.records.event import Event
 from firmware_py.records.order import Mode, Order
 from firmware_py.safety.supervisor import SafetyParams, Supervisor
 from firmware_py.schedule import Tick
-from tests.unit.firmware_py.mavlink.station import DT_NS, STATE, Boat, Station, frame, node, put_together
+from tests.unit.firmware_py.mavlink.station import DT_NS, STATE, LinkedVehicle, Station, frame, node, put_together
 
 ACCEPTED, REJECTED, DENIED = 0, 1, 2
 COMMANDS = sorted(number for number in mavlink.enums["MAV_CMD"] if number != mavlink.MAV_CMD_ENUM_END)
@@ -47,12 +47,12 @@ def strict() -> object:
     return decide
 
 
-def boat_in(mode: Mode) -> tuple[Boat, Station]:
-    boat = Boat(supervisor=strict())
-    boat.mode = mode
-    boat.step()
-    boat.stations[0].messages.clear()
-    return boat, boat.stations[0]
+def vehicle_in(mode: Mode) -> tuple[LinkedVehicle, Station]:
+    vehicle = LinkedVehicle(supervisor=strict())
+    vehicle.mode = mode
+    vehicle.step()
+    vehicle.stations[0].messages.clear()
+    return vehicle, vehicle.stations[0]
 
 
 def refused(messages: list[Message]) -> list[str]:
@@ -69,15 +69,15 @@ def refused(messages: list[Message]) -> list[str]:
 @example([3.0] * 7, Mode.DISARMED, True)
 @example([0.0, 0.0, 0.0, 0.0, NAN, NAN, NAN], Mode.SURFACE, False)
 def test_whatever_command_is_refused_says_why_in_one_sentence(params: list[float], mode: Mode, as_int: bool) -> None:
-    boat, station = boat_in(mode)
+    vehicle, station = vehicle_in(mode)
     for number in COMMANDS:
-        boat.mode = mode
+        vehicle.mode = mode
         if as_int:
             x, y = (int(value) if math.isfinite(value) else 0 for value in params[4:6])
             station.send(mavlink.MAVLink_command_int_message(1, 1, 3, number, 0, 0, *params[:4], x, y, params[6]))
         else:
             station.command(number, *params)
-        boat.step(3)
+        vehicle.step(3)
         (answer,) = [m.result for m in station.messages if m.get_type() == "COMMAND_ACK"]
         least, most = answer in (DENIED, REJECTED), answer != ACCEPTED  # what is unsupported may do without
         assert least <= len(refused(station.messages)) <= most, (number, answer, station.messages)
@@ -86,21 +86,21 @@ def test_whatever_command_is_refused_says_why_in_one_sentence(params: list[float
 
 @pytest.mark.parametrize("mode", [Mode.HOLD, Mode.LOITER, Mode.GUIDED, Mode.MISSION, Mode.SURFACE, Mode.RETURN])
 def test_who_is_disarmed_is_told_to_arm_first(mode: Mode) -> None:
-    boat, station = boat_in(Mode.DISARMED)
+    vehicle, station = vehicle_in(Mode.DISARMED)
     for command in (
         (mavlink.MAV_CMD_CONDITION_YAW, 90.0),
         (mavlink.MAV_CMD_DO_CHANGE_SPEED, 1.0, 1.5),
         (mavlink.MAV_CMD_DO_SET_STANDARD_MODE, mavlink.MAV_STANDARD_MODE_SAFE_RECOVERY),
     ):
         station.command(*command)
-        boat.step(3)
+        vehicle.step(3)
         (sentence,) = refused(station.messages)
         assert "arm first" in sentence
         assert station.acks() == [(command[0], REJECTED)]
     if mode in ARDUSUB:
         (number,) = [number for number, name in mavutil.mode_mapping_sub.items() if name == ARDUSUB[mode]]
         station.command(SET_MODE, 1, number)
-        boat.step(3)
+        vehicle.step(3)
         assert refused(station.messages) == [f"{ARDUSUB[mode]} refused to station 255/190: disarmed; arm first"]
 
 
@@ -115,15 +115,15 @@ def test_modes_are_called_what_the_links_stations_show(mode: Mode) -> None:
 
 
 def test_each_link_reads_an_event_in_its_own_words() -> None:
-    boat = Boat(links=2, supervisor=strict())
-    boat.node = node(identities=(Identity.ARDUSUB, Identity.GENERIC))
-    one, two = boat.stations
+    vehicle = LinkedVehicle(links=2, supervisor=strict())
+    vehicle.node = node(identities=(Identity.ARDUSUB, Identity.GENERIC))
+    one, two = vehicle.stations
     one.command(ARM, 1)
-    boat.step()
+    vehicle.step()
     one.messages.clear()
     two.messages.clear()
     two.command(SET_MODE, 1, 2)
-    boat.step(2)
+    vehicle.step(2)
     heard = [put_together([m for m in each.messages if m.get_type() == "STATUSTEXT"]) for each in (one, two)]
     assert heard == [
         ["MANUAL -> ALT_HOLD: ordered by station 255/190"],
@@ -132,39 +132,39 @@ def test_each_link_reads_an_event_in_its_own_words() -> None:
 
 
 def test_what_waited_when_somebody_disarmed_says_so() -> None:
-    boat, station = boat_in(Mode.HOLD)
+    vehicle, station = vehicle_in(Mode.HOLD)
     station.command(SET_MODE, 1, 19)
     station.command(ARM, 0)
-    boat.step(3)
+    vehicle.step(3)
     assert refused(station.messages) == ["DO_SET_MODE refused: disarming goes first"]
     assert sorted(station.acks()) == [(SET_MODE, REJECTED), (ARM, ACCEPTED)]
 
 
 def test_an_order_that_others_overrule_says_what_holds() -> None:
-    boat = Boat(supervisor=lambda mode, order: (Mode.HOLD, ()))
-    boat.stations[0].command(ARM, 1)
-    boat.step()
-    boat.stations[0].messages.clear()
-    boat.stations[0].command(SET_MODE, 1, 9)
-    boat.step(2)
-    (sentence,) = refused(boat.stations[0].messages)
+    vehicle = LinkedVehicle(supervisor=lambda mode, order: (Mode.HOLD, ()))
+    vehicle.stations[0].command(ARM, 1)
+    vehicle.step()
+    vehicle.stations[0].messages.clear()
+    vehicle.stations[0].command(SET_MODE, 1, 9)
+    vehicle.step(2)
+    (sentence,) = refused(vehicle.stations[0].messages)
     assert sentence == "DO_SET_MODE refused: another order was obeyed, and the mode is ALT_HOLD"
 
 
 def test_a_mission_is_not_cleared_while_one_is_sent_and_the_station_is_told() -> None:
-    boat = Boat(links=2)
-    sender, other = boat.stations
+    vehicle = LinkedVehicle(links=2)
+    sender, other = vehicle.stations
     sender.send(mavlink.MAVLink_mission_count_message(1, 1, 3, 0))
-    boat.step()
+    vehicle.step()
     other.send(mavlink.MAVLink_mission_clear_all_message(1, 1, 0))
-    boat.step(2)
+    vehicle.step(2)
     assert refused(other.messages) == ["MISSION_CLEAR_ALL refused: a station is sending a plan"]
     assert [m.type for m in other.messages if m.get_type() == "MISSION_ACK"] == [mavlink.MAV_MISSION_DENIED]
 
 
 def test_no_home_and_no_origin_is_taken_from_a_place_that_is_none() -> None:
-    boat, station = boat_in(Mode.DISARMED)
+    vehicle, station = vehicle_in(Mode.DISARMED)
     station.send(mavlink.MAVLink_set_gps_global_origin_message(1, 0, 0, 300_000))
-    boat.step(4)
+    vehicle.step(4)
     (sentence,) = refused(station.messages)
     assert sentence.startswith("SET_GPS_GLOBAL_ORIGIN refused: origin stays at 46.5")

@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.marine import local_to_geodetic
 from firmware_py.records.order import NOBODY, Arming, Asker, Mode, Setpoint
-from tests.unit.firmware_py.mavlink.station import FREE, ORIGIN, Boat, Station
+from tests.unit.firmware_py.mavlink.station import FREE, ORIGIN, LinkedVehicle, Station
 
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED, NO_FRAME = 0, 1, 2, 3, 9
 NAN = math.nan
@@ -21,15 +21,15 @@ LATITUDE, LONGITUDE = (round(math.degrees(angle) * 1e7) for angle in local_to_ge
 LAKE = 300.0
 
 
-def sailing(mode: Mode = Mode.GUIDED, **options) -> tuple[Boat, Station]:
-    boat = Boat(surface=LAKE, **options)
-    boat.mode = mode
-    boat.step()
-    return boat, boat.stations[0]
+def sailing(mode: Mode = Mode.GUIDED, **options) -> tuple[LinkedVehicle, Station]:
+    vehicle = LinkedVehicle(surface=LAKE, **options)
+    vehicle.mode = mode
+    vehicle.step()
+    return vehicle, vehicle.stations[0]
 
 
-def said(boat: Boat) -> Setpoint:
-    (order,) = [order for order in boat.orders if any(map(math.isfinite, order.setpoint))]
+def said(vehicle: LinkedVehicle) -> Setpoint:
+    (order,) = [order for order in vehicle.orders if any(map(math.isfinite, order.setpoint))]
     return order.setpoint
 
 
@@ -47,38 +47,38 @@ def send_int(station: Station, command: int, frame: int, *params: float) -> None
     [(AMSL, LAKE - 12.0, 12.0), (0, LAKE - 12.0, 12.0), (RELATIVE, -12.0, 12.0), (3, -12.0, 12.0), (AMSL, NAN, NAN)],
 )
 def test_reposition_sets_guided_and_goes_to_a_place_at_a_depth(frame: int, height: float, depth: float) -> None:
-    boat, station = sailing(Mode.HOLD)
+    vehicle, station = sailing(Mode.HOLD)
     send_int(station, REPOSITION, frame, 1.5, CHANGE_MODE, 0, NAN, LATITUDE, LONGITUDE, height)
-    boat.step()
+    vehicle.step()
     assert station.acks() == [(REPOSITION, ACCEPTED)]
-    assert boat.mode is Mode.GUIDED
-    assert same(said(boat), depth, NAN, 1.5, 120.0, -80.0)
+    assert vehicle.mode is Mode.GUIDED
+    assert same(said(vehicle), depth, NAN, 1.5, 120.0, -80.0)
 
 
 def test_a_place_in_the_local_frame_is_metres() -> None:
-    boat, station = sailing()
+    vehicle, station = sailing()
     send_int(station, REPOSITION, LOCAL, -1, 0, 0, NAN, 1_200_000, -800_000, 4.0)
-    boat.step()
-    assert same(said(boat), 4.0, NAN, NAN, 120.0, -80.0)
+    vehicle.step()
+    assert same(said(vehicle), 4.0, NAN, NAN, 120.0, -80.0)
 
 
 def test_reposition_as_command_long_has_degrees_and_amsl() -> None:
-    boat, station = sailing()
+    vehicle, station = sailing()
     station.command(REPOSITION, -1, 0, 0, NAN, 46.501, 6.601, LAKE - 7.0)
-    boat.step()
-    setpoint = said(boat)
+    vehicle.step()
+    setpoint = said(vehicle)
     assert setpoint.z_d == pytest.approx(7.0, abs=1e-3)
     assert (setpoint.x, setpoint.y) == pytest.approx((111.2, 76.8), abs=0.5)
 
 
 def test_reposition_without_leave_to_change_the_mode_is_refused_in_another() -> None:
-    boat, station = sailing(Mode.HOLD)
+    vehicle, station = sailing(Mode.HOLD)
     send_int(station, REPOSITION, RELATIVE, -1, 0, 0, NAN, LATITUDE, LONGITUDE, -5.0)
-    boat.step()
+    vehicle.step()
     text = "".join(m.text for m in station.messages if m.get_type() == "STATUSTEXT")
     assert text == "DO_REPOSITION refused: ALT_HOLD goes to no place; set GUIDED"
     assert station.acks() == [(REPOSITION, REJECTED)]
-    assert boat.asked() == []
+    assert vehicle.asked() == []
 
 
 @pytest.mark.parametrize(
@@ -94,12 +94,12 @@ def test_reposition_without_leave_to_change_the_mode_is_refused_in_another() -> 
     ],
 )
 def test_what_is_no_place_or_no_depth_is_denied_and_orders_nothing(frame, params, result) -> None:
-    boat, station = sailing(Mode.HOLD)
+    vehicle, station = sailing(Mode.HOLD)
     send_int(station, REPOSITION, frame, *params)
-    boat.step()
+    vehicle.step()
     assert "STATUSTEXT" in {m.get_type() for m in station.messages}
     assert station.acks() == [(REPOSITION, result)]
-    assert boat.asked() == []
+    assert vehicle.asked() == []
 
 
 @pytest.mark.parametrize(
@@ -121,19 +121,19 @@ def test_what_is_no_place_or_no_depth_is_denied_and_orders_nothing(frame, params
 )
 @pytest.mark.parametrize("mode", [Mode.HOLD, Mode.GUIDED])
 def test_depth_heading_and_speed_are_changed_by_command(mode, command, params, expected) -> None:
-    boat, station = sailing(mode)
+    vehicle, station = sailing(mode)
     station.command(command, *params)
-    boat.step()
+    vehicle.step()
     assert station.acks() == [(command, ACCEPTED)]
-    assert same(said(boat), *expected, NAN, NAN)
-    assert boat.orders[-1].asker == Asker(0, 255, 190, command)
+    assert same(said(vehicle), *expected, NAN, NAN)
+    assert vehicle.orders[-1].asker == Asker(0, 255, 190, command)
 
 
 @pytest.mark.parametrize("mode", [Mode.DISARMED, Mode.MANUAL, Mode.MISSION, Mode.SURFACE])
 def test_a_mode_that_takes_no_setpoint_says_so(mode: Mode) -> None:
-    boat, station = sailing(mode)
+    vehicle, station = sailing(mode)
     station.command(mavlink.MAV_CMD_CONDITION_YAW, 90)
-    boat.step()
+    vehicle.step()
     text = "".join(m.text for m in station.messages if m.get_type() == "STATUSTEXT")
     shown = {Mode.DISARMED: "arm first", Mode.MISSION: "AUTO"}
     assert shown.get(mode, mode.name) in text
@@ -154,37 +154,37 @@ def test_a_mode_that_takes_no_setpoint_says_so(mode: Mode) -> None:
     ],
 )
 def test_values_that_cannot_be_flown_are_denied(command, params, result) -> None:
-    boat, station = sailing()
+    vehicle, station = sailing()
     station.command(command, *params)
-    boat.step()
+    vehicle.step()
     assert station.acks() == [(command, result)]
-    assert not any(math.isfinite(value) for order in boat.orders for value in order.setpoint)
+    assert not any(math.isfinite(value) for order in vehicle.orders for value in order.setpoint)
 
 
 def test_what_is_deeper_than_the_supervisor_lets_it_is_denied() -> None:
-    boat, station = sailing(limits=FREE._replace(depth_max=30.0))
+    vehicle, station = sailing(limits=FREE._replace(depth_max=30.0))
     for depth, result in ((40.0, DENIED), (20.0, ACCEPTED)):
         station.command(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, -depth, 3)
-        boat.step()
+        vehicle.step()
         assert station.acks() == [(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, result)]
 
 
 def test_a_command_sent_again_because_its_answer_was_lost_is_answered_again_and_not_done_again() -> None:
-    boat, station = sailing()
+    vehicle, station = sailing()
     for again in range(4):
         station.command(REPOSITION, NAN, CHANGE_MODE, 0, NAN, 46.501, 6.601, LAKE - 7.0, again=again)
-        boat.step()
+        vehicle.step()
     assert station.acks() == [(REPOSITION, ACCEPTED)] * 4
-    assert sum(math.isfinite(order.setpoint.z_d) for order in boat.orders) == 1
+    assert sum(math.isfinite(order.setpoint.z_d) for order in vehicle.orders) == 1
 
 
 def test_two_stations_are_obeyed_in_the_order_in_which_they_spoke_and_the_log_tells_who() -> None:
-    boat, first = sailing(links=2)
-    second = boat.stations[1]
+    vehicle, first = sailing(links=2)
+    second = vehicle.stations[1]
     first.command(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, -5.0, 3)
     second.command(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, -9.0, 3)
-    boat.step(3)
-    said_by = [(order.setpoint.z_d, order.asker.link) for order in boat.orders if order.asker != NOBODY]
+    vehicle.step(3)
+    said_by = [(order.setpoint.z_d, order.asker.link) for order in vehicle.orders if order.asker != NOBODY]
     assert said_by == [(5.0, 0), (9.0, 1)]
     assert first.acks() == second.acks() == [(mavlink.MAV_CMD_DO_CHANGE_ALTITUDE, ACCEPTED)]
 
@@ -215,10 +215,10 @@ VELOCITY, YAW, PLACE, DEPTH = 8 | 16 | 32, 1024, 1 | 2, 4
     ],
 )
 def test_targets_are_followed_without_an_answer(message, expected) -> None:
-    boat, station = sailing()
+    vehicle, station = sailing()
     station.send(message)
-    boat.step(5)
-    assert same(said(boat), *expected)
+    vehicle.step(5)
+    assert same(said(vehicle), *expected)
     assert {m.get_type() for m in station.messages} & {"COMMAND_ACK", "STATUSTEXT"} == set()
 
 
@@ -236,38 +236,38 @@ def test_targets_are_followed_without_an_answer(message, expected) -> None:
     ],
 )
 def test_targets_that_cannot_be_followed_are_refused_in_words_now_and_then(message) -> None:
-    boat, station = sailing()
+    vehicle, station = sailing()
     for _ in range(300):
         station.send(message)
-        boat.step()
+        vehicle.step()
     texts = [m for m in station.messages if m.get_type() == "STATUSTEXT" and m.chunk_seq == 0]
     assert len(texts) == 1
     assert "refused" in texts[0].text
-    assert all(order.asker == NOBODY for order in boat.orders)
+    assert all(order.asker == NOBODY for order in vehicle.orders)
 
 
 def test_a_target_that_is_refused_for_another_reason_says_so_a_second_later() -> None:
-    boat, station = sailing()
+    vehicle, station = sailing()
     for x, z in ((10.0, -5.0), (1e30, 5.0)):  # above the water, and beyond everything
         station.send(local_target(REST | VELOCITY | YAW, x, 0.0, z))
-        boat.step(120)
+        vehicle.step(120)
     texts = [m.text for m in station.messages if m.get_type() == "STATUSTEXT" and m.chunk_seq == 0]
     assert len(texts) == 2
     assert texts[0] != texts[1]
 
 
 def test_the_last_of_many_targets_in_a_tick_holds_and_a_command_goes_first() -> None:
-    boat, station = sailing()
+    vehicle, station = sailing()
     for x in (1.0, 2.0, 3.0):
         station.send(local_target(REST | VELOCITY | YAW | DEPTH, x, 0.0))
-    boat.step(3)
-    assert said(boat).x == 3.0
-    boat.orders.clear()
+    vehicle.step(3)
+    assert said(vehicle).x == 3.0
+    vehicle.orders.clear()
     station.send(local_target(REST | VELOCITY | YAW | DEPTH, 9.0, 0.0))
     station.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0)
-    boat.step()
-    assert boat.orders[0].arming is Arming.DISARM
-    assert math.isnan(boat.orders[0].setpoint.x)
+    vehicle.step()
+    assert vehicle.orders[0].arming is Arming.DISARM
+    assert math.isnan(vehicle.orders[0].setpoint.x)
 
 
 any_float = st.floats(width=32)
@@ -281,11 +281,11 @@ any_float = st.floats(width=32)
     st.booleans(),
 )
 def test_no_command_however_odd_raises_or_orders_what_is_not_finite(command, frame, params, as_int) -> None:
-    boat, station = sailing()
+    vehicle, station = sailing()
     if as_int:
         send_int(station, command, frame, *params)
     else:
         station.command(command, *map(float, params))
-    boat.step(2)
+    vehicle.step(2)
     assert [number for number, _ in station.acks()] == [command]
-    assert not any(map(math.isinf, (value for order in boat.orders for value in order.setpoint)))
+    assert not any(map(math.isinf, (value for order in vehicle.orders for value in order.setpoint)))

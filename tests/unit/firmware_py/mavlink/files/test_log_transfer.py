@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.files.tree import LogFile
 from firmware_py.records.order import Mode
-from tests.unit.firmware_py.mavlink.station import Boat, Station, put_together
+from tests.unit.firmware_py.mavlink.station import LinkedVehicle, Station, put_together
 
 ONE, TWO = bytes(i * i % 251 for i in range(1000)), bytes(range(180))
 
@@ -43,83 +43,83 @@ class Shelf:
         self.erased += 1
 
 
-def boat_with_logs() -> tuple[Boat, Station, Shelf]:
-    boat, shelf = Boat(), Shelf()
-    boat.node.offer_logs(shelf)
-    return boat, boat.stations[0], shelf
+def vehicle_with_logs() -> tuple[LinkedVehicle, Station, Shelf]:
+    vehicle, shelf = LinkedVehicle(), Shelf()
+    vehicle.node.offer_logs(shelf)
+    return vehicle, vehicle.stations[0], shelf
 
 
-def listed(boat: Boat, start: int = 0, end: int = 0xFFFF) -> list[tuple[int, ...]]:
-    boat.stations[0].send(mavlink.MAVLink_log_request_list_message(1, 1, start, end))
-    boat.step(10)
-    said = boat.stations[0].heard("LOG_ENTRY")
+def listed(vehicle: LinkedVehicle, start: int = 0, end: int = 0xFFFF) -> list[tuple[int, ...]]:
+    vehicle.stations[0].send(mavlink.MAVLink_log_request_list_message(1, 1, start, end))
+    vehicle.step(10)
+    said = vehicle.stations[0].heard("LOG_ENTRY")
     return [(m.id, m.num_logs, m.last_log_num, m.time_utc, m.size) for m in said]
 
 
-def told(boat: Boat, number: int, offset: int, count: int, ticks: int = 30) -> list[tuple[int, int, bytes]]:
-    boat.stations[0].send(mavlink.MAVLink_log_request_data_message(1, 1, number, offset, count))
-    boat.step(ticks)
-    return [(m.id, m.ofs, bytes(m.data[: m.count])) for m in boat.stations[0].heard("LOG_DATA")]
+def told(vehicle: LinkedVehicle, number: int, offset: int, count: int, ticks: int = 30) -> list[tuple[int, int, bytes]]:
+    vehicle.stations[0].send(mavlink.MAVLink_log_request_data_message(1, 1, number, offset, count))
+    vehicle.step(ticks)
+    return [(m.id, m.ofs, bytes(m.data[: m.count])) for m in vehicle.stations[0].heard("LOG_DATA")]
 
 
 def test_logs_are_listed_with_their_sizes_and_times() -> None:
-    boat, _, _ = boat_with_logs()
+    vehicle, _, _ = vehicle_with_logs()
     entries = [(1, 2, 2, 1_700_000_000, 1000), (2, 2, 2, 1_700_000_001, 180)]
-    assert listed(boat) == entries
-    assert listed(boat, 2, 2) == entries[1:]
-    assert listed(boat, 3, 9) == []
-    assert listed(Boat()) == [(0, 0, 0, 0, 0)]
+    assert listed(vehicle) == entries
+    assert listed(vehicle, 2, 2) == entries[1:]
+    assert listed(vehicle, 3, 9) == []
+    assert listed(LinkedVehicle()) == [(0, 0, 0, 0, 0)]
 
 
 def test_a_log_is_told_whole_from_any_place_and_ends_with_a_part_that_is_not_full() -> None:
-    boat, _, _ = boat_with_logs()
-    parts = told(boat, 1, 0, 2**32 - 1)
+    vehicle, _, _ = vehicle_with_logs()
+    parts = told(vehicle, 1, 0, 2**32 - 1)
     assert [offset for _, offset, _ in parts] == [*range(0, 1000, 90)]
     assert b"".join(data for _, _, data in parts) == ONE
     assert {number for number, _, _ in parts} == {1}
-    assert told(boat, 1, 500, 100) == [(1, 500, ONE[500:590]), (1, 590, ONE[590:600])]
-    assert told(boat, 2, 90, 2**32 - 1) == [(2, 90, TWO[90:]), (2, 180, b"")]
-    assert told(boat, 2, 4_000_000_000, 90) == [(2, 4_000_000_000, b"")]
+    assert told(vehicle, 1, 500, 100) == [(1, 500, ONE[500:590]), (1, 590, ONE[590:600])]
+    assert told(vehicle, 2, 90, 2**32 - 1) == [(2, 90, TWO[90:]), (2, 180, b"")]
+    assert told(vehicle, 2, 4_000_000_000, 90) == [(2, 4_000_000_000, b"")]
 
 
 def test_a_new_request_takes_the_place_of_the_old_and_an_end_ends_it() -> None:
-    boat, station, _ = boat_with_logs()
-    told(boat, 1, 0, 1000, ticks=3)
-    parts = told(boat, 2, 0, 180)
+    vehicle, station, _ = vehicle_with_logs()
+    told(vehicle, 1, 0, 1000, ticks=3)
+    parts = told(vehicle, 2, 0, 180)
     assert {number for number, _, _ in parts} == {2}
-    told(boat, 1, 0, 1000, ticks=3)
+    told(vehicle, 1, 0, 1000, ticks=3)
     station.send(mavlink.MAVLink_log_request_end_message(1, 1))
-    boat.step(20)
+    vehicle.step(20)
     assert station.heard("LOG_DATA") == []
 
 
 def test_what_is_not_there_or_cannot_be_read_is_said() -> None:
-    boat, station, shelf = boat_with_logs()
+    vehicle, station, shelf = vehicle_with_logs()
     for number in (0, 3):
         station.send(mavlink.MAVLink_log_request_data_message(1, 1, number, 0, 90))
-        boat.step(5)
+        vehicle.step(5)
         assert [m.text for m in station.heard("STATUSTEXT")] == [f"there is no log {number}"]
     shelf.broken = True
     station.send(mavlink.MAVLink_log_request_list_message(1, 1, 0, 0xFFFF))
-    boat.step(5)
+    vehicle.step(5)
     assert [m.text for m in station.heard("STATUSTEXT")] == ["logs cannot be read: Input/output error"]
 
 
 def test_logs_are_erased_of_a_disarmed_vehicle_only() -> None:
-    boat, station, shelf = boat_with_logs()
-    boat.mode = Mode.HOLD
-    boat.step()
+    vehicle, station, shelf = vehicle_with_logs()
+    vehicle.mode = Mode.HOLD
+    vehicle.step()
     station.send(mavlink.MAVLink_log_erase_message(1, 1))
-    boat.step(3)
+    vehicle.step(3)
     assert shelf.erased == 0
     assert [m.text for m in station.heard("STATUSTEXT")] == ["logs are not erased while armed: disarm first"]
-    boat.mode = Mode.DISARMED
-    boat.step()
+    vehicle.mode = Mode.DISARMED
+    vehicle.step()
     station.send(mavlink.MAVLink_log_erase_message(1, 1))
-    boat.step(2)
+    vehicle.step(2)
     assert shelf.erased == 1
     assert put_together(station.heard("STATUSTEXT")) == ["logs erased, except those that may still be written"]
-    bare = Boat()
+    bare = LinkedVehicle()
     bare.stations[0].send(mavlink.MAVLink_log_erase_message(1, 1))
     bare.step()
     assert [m.text for m in bare.stations[0].heard("STATUSTEXT")] == ["there are no logs to erase"]
@@ -130,12 +130,12 @@ U16, U32 = st.integers(0, 2**16 - 1) | st.integers(0, 3), st.integers(0, 2**32 -
 
 @given(st.lists(st.tuples(st.booleans(), U16, U32, U32), max_size=8))
 def test_whatever_is_asked_for_comes_in_small_datagrams(asked) -> None:
-    boat, station, _ = boat_with_logs()
+    vehicle, station, _ = vehicle_with_logs()
     for data, number, offset, count in asked:
         if data:
             station.send(mavlink.MAVLink_log_request_data_message(1, 1, number, offset, count))
         else:
             station.send(mavlink.MAVLink_log_request_list_message(1, 1, number, offset & 0xFFFF))
         before = len(station.messages)
-        boat.step()
+        vehicle.step()
         assert len(station.messages) - before <= 7

@@ -14,7 +14,7 @@ from firmware_py.mavlink.plans.plan_builder import read_plan
 from firmware_py.params import ParamError
 from firmware_py.records.order import Mode, Surface, Waypoint
 from tests.unit.firmware_py.mavlink.planner import FENCE, MISSION, RALLY, Planner, fields, home, item
-from tests.unit.firmware_py.mavlink.station import ORIGIN, Boat, cycle, node
+from tests.unit.firmware_py.mavlink.station import ORIGIN, LinkedVehicle, cycle, node
 
 ACCEPTED = mavlink.MAV_MISSION_ACCEPTED
 LOITER_UNLIM, LAND, SPEED = 17, 21, 178
@@ -24,8 +24,8 @@ SEA = WaterFrame(ORIGIN, 0.0)
 
 
 def test_a_place_beyond_the_fence_is_no_item_no_rally_point_and_no_place_to_be_guided_to() -> None:
-    boat = Boat()
-    planner = Planner(boat)
+    vehicle = LinkedVehicle()
+    planner = Planner(vehicle)
     square = [item(INCLUDE, 4, north=n, east=e, kind=FENCE) for n, e in ((0, 0), (0, 90), (90, 90), (90, 0))]
     hole = [item(EXCLUDE, 3, north=n, east=e, kind=FENCE) for n, e in ((40, 40), (40, 60), (60, 50))]
     assert planner.upload(home(*square, *hole, kind=FENCE), FENCE) == ACCEPTED
@@ -36,9 +36,9 @@ def test_a_place_beyond_the_fence_is_no_item_no_rally_point_and_no_place_to_be_g
         assert planner.upload(home(point, kind=RALLY), RALLY) == code
         place = item(north=north, east=east)
         goto = mavlink.MAVLink_command_int_message(1, 1, 3, 192, 0, 0, -1, 1, 0, math.nan, place.x, place.y, -5.0)
-        boat.mode = Mode.HOLD
+        vehicle.mode = Mode.HOLD
         planner.station.send(goto)
-        boat.step(2)
+        vehicle.step(2)
         assert planner.station.acks() == [(192, 2 if code else 0)]
     assert planner.upload(home(item(LOITER_UNLIM, 0, 0, 60, north=30, east=30))) == X  # the circle leaves it
     assert planner.upload(home(*square[:3], kind=FENCE), FENCE) == mavlink.MAV_MISSION_INVALID
@@ -48,27 +48,27 @@ def test_a_place_beyond_the_fence_is_no_item_no_rally_point_and_no_place_to_be_g
 
 
 def test_landing_is_surfacing_at_a_place_or_where_the_vehicle_is() -> None:
-    boat = Boat()
-    planner = Planner(boat)
+    vehicle = LinkedVehicle()
+    planner = Planner(vehicle)
     assert planner.upload(home(item(LAND, north=50, z=0.0))) == ACCEPTED
     assert planner.upload(home(item(LAND, x=0, y=0, z=0.0))) == ACCEPTED
-    boat.step()
-    at_a_place, here = (change.mission.items for order in boat.orders for change in order.changes)
+    vehicle.step()
+    at_a_place, here = (change.mission.items for order in vehicle.orders for change in order.changes)
     assert isinstance(at_a_place[0], Waypoint)
     assert (at_a_place[0].z, at_a_place[1:], here) == (0.0, (Surface(),), (Surface(),))
 
 
 def test_a_fence_is_in_force_while_there_is_one() -> None:
-    boat = Boat()
-    planner = Planner(boat)
+    vehicle = LinkedVehicle()
+    planner = Planner(vehicle)
     for on, result in ((1, 2), (0, 2)):
         planner.station.command(mavlink.MAV_CMD_DO_FENCE_ENABLE, on)
-        boat.step()
+        vehicle.step()
         assert planner.station.acks() == [(mavlink.MAV_CMD_DO_FENCE_ENABLE, result)]
     assert planner.upload(home(item(INCLUDE_CIRCLE, 50, kind=FENCE), kind=FENCE), FENCE) == ACCEPTED
     for on, result in ((1, 0), (0, 2)):
         planner.station.command(mavlink.MAV_CMD_DO_FENCE_ENABLE, on)
-        boat.step(2)
+        vehicle.step(2)
         assert planner.station.acks() == [(mavlink.MAV_CMD_DO_FENCE_ENABLE, result)]
 
 
@@ -91,17 +91,17 @@ def test_a_kept_mission_that_is_broken_is_said_in_a_line(content: str, words: st
 
 
 def test_items_are_reached_and_the_next_one_is_current_as_the_link_counts_them() -> None:
-    boat = Boat(links=2)
-    boat.node = node(identities=(Identity.ARDUSUB, Identity.GENERIC))
-    planner = Planner(boat)
+    vehicle = LinkedVehicle(links=2)
+    vehicle.node = node(identities=(Identity.ARDUSUB, Identity.GENERIC))
+    planner = Planner(vehicle)
     planner.upload(home(item(north=10), item(SPEED, 1, 2.0), item(north=20), item(north=30)))
     planner.step()
     reached: list[list[int]] = [[], []]
     current: list[list[int]] = [[], []]
     for k in range(400):
-        now = cycle(boat.k + k, Mode.MISSION)
+        now = cycle(vehicle.k + k, Mode.MISSION)
         now = dataclasses.replace(now, reference=dataclasses.replace(now.reference, item=min(k // 100, 3)))
-        for link, datagram in enumerate(boat.node.report(now)):
+        for link, datagram in enumerate(vehicle.node.report(now)):
             for m in mavlink.MAVLink(None).parse_buffer(datagram) or []:
                 if m.get_type() == "MISSION_ITEM_REACHED":
                     reached[link].append(m.seq)
@@ -115,16 +115,16 @@ def test_items_are_reached_and_the_next_one_is_current_as_the_link_counts_them()
 
 @pytest.mark.parametrize(("seq", "jump"), [(1, 0), (2, 1), (3, 1), (0, 0)])
 def test_an_item_that_is_set_is_flown_next(seq: int, jump: int) -> None:
-    boat = Boat()
-    planner = Planner(boat)
+    vehicle = LinkedVehicle()
+    planner = Planner(vehicle)
     planner.upload(home(item(north=10), item(SPEED, 1, 2.0), item(north=20)))
     planner.send(mavlink.MAVLink_mission_set_current_message(1, 1, seq))
     said = [m.get_type() for _ in range(3) for m in planner.step()]
-    assert [order.jump for order in boat.orders if order.jump >= 0] == [jump]
+    assert [order.jump for order in vehicle.orders if order.jump >= 0] == [jump]
     assert "MISSION_CURRENT" in said
     planner.station.command(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT, seq)
-    boat.step()
+    vehicle.step()
     assert planner.station.acks() == [(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT, 0)]
     planner.station.command(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT, 4)
-    boat.step()
+    vehicle.step()
     assert planner.station.acks() == [(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT, 2)]

@@ -14,7 +14,7 @@ from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.order import Loiter, Mode
 from firmware_py.records.turning import AS_ASKED
 from tests.unit.firmware_py.mavlink.planner import FENCE, WAYPOINT, Planner, fields, home, item
-from tests.unit.firmware_py.mavlink.station import Boat, node
+from tests.unit.firmware_py.mavlink.station import LinkedVehicle, node
 
 LIMITS = OperatingLimits(30.0, 2.0, AS_ASKED)
 CONFIGURATION = {**config_files.read_configuration(configs() / "npsauv2"), "mission": {"waypoints": []}, "kept": {}}
@@ -59,12 +59,12 @@ REFUSED = [
 
 @pytest.mark.parametrize(("bad", "code", "words"), REFUSED, ids=lambda value: str(value)[:24])
 def test_an_item_that_cannot_be_flown_ends_the_upload_and_the_old_mission_stays(bad, code: int, words: str) -> None:
-    boat = Boat(limits=LIMITS)
-    planner, old = Planner(boat), home(item(north=50), item(north=60))
+    vehicle = LinkedVehicle(limits=LIMITS)
+    planner, old = Planner(vehicle), home(item(north=50), item(north=60))
     assert planner.upload(old) == ACCEPTED
-    boat.step()
-    boat.node.files_to_save()
-    changes = len([order for order in boat.orders if order.changes])
+    vehicle.step()
+    vehicle.node.files_to_save()
+    changes = len([order for order in vehicle.orders if order.changes])
     later = [item()] if bad.command != LOITER_UNLIM or bad.x else []
     assert planner.upload(home(*later, bad, item())) == code
     for _ in range(9):
@@ -72,14 +72,14 @@ def test_an_item_that_cannot_be_flown_ends_the_upload_and_the_old_mission_stays(
     assert words in "".join(planner.texts)
     if "jumps to" not in words:
         assert f"mission item {len(later) + 1}: " in "".join(planner.texts)
-    assert len([order for order in boat.orders if order.changes]) == changes
-    assert boat.node.files_to_save() == []
+    assert len([order for order in vehicle.orders if order.changes]) == changes
+    assert vehicle.node.files_to_save() == []
     assert fields(planner.download())[1:] == fields(old)[1:]
 
 
-def fence(boat: Boat, *areas) -> Planner:
-    """A planner whose boat has that fence."""
-    planner = Planner(boat)
+def fence(vehicle: LinkedVehicle, *areas) -> Planner:
+    """A planner whose vehicle has that fence."""
+    planner = Planner(vehicle)
     assert planner.upload(home(*areas, kind=FENCE), FENCE) == ACCEPTED
     return planner
 
@@ -124,7 +124,7 @@ WAYS = [
 
 @pytest.mark.parametrize(("areas", "items", "bad", "words"), WAYS)
 def test_the_ways_between_places_keep_to_the_fence_too(areas: list, items: list, bad: int, words: str) -> None:
-    planner = fence(Boat(), *areas)
+    planner = fence(LinkedVehicle(), *areas)
     code = planner.upload(home(*items))
     planner.step()
     assert code == (X if bad else ACCEPTED), planner.texts
@@ -135,7 +135,7 @@ def test_the_ways_between_places_keep_to_the_fence_too(areas: list, items: list,
 def commanded(planner: Planner, number: int, *params: float) -> list[int]:
     planner.station.messages.clear()
     planner.station.command(number, *params)
-    planner.boat.step(2)
+    planner.vehicle.step(2)
     acks = [m for m in planner.station.messages if m.get_type() == "COMMAND_ACK"]
     planner.texts += [m.text for m in planner.station.messages if m.get_type() == "STATUSTEXT"]
     return [m.result for m in acks]
@@ -154,50 +154,50 @@ AUTO = [
 def test_a_fence_that_forbids_the_mission_is_taken_and_the_mission_is_not_flown(
     auto: tuple, identity: Identity, second: int
 ) -> None:
-    boat = Boat()
-    boat.node = node(identities=(identity,))
-    planner, items = Planner(boat), [at(0), at(100)]
+    vehicle = LinkedVehicle()
+    vehicle.node = node(identities=(identity,))
+    planner, items = Planner(vehicle), [at(0), at(100)]
     items = home(*items) if identity is Identity.ARDUSUB else home(*items)[1:]
     for i, each in enumerate(items):
         each.seq = i
     assert planner.upload(items) == ACCEPTED
-    boat.mode = Mode.HOLD
+    vehicle.mode = Mode.HOLD
     assert commanded(planner, *auto) == [mavlink.MAV_RESULT_ACCEPTED]
-    boat.mode = Mode.HOLD
+    vehicle.mode = Mode.HOLD
     assert planner.upload(home(*WALL, kind=FENCE), FENCE) == ACCEPTED
     planner.step()
     words = f"item {second}: the leg to it is within exclusion 1"
     assert words in "".join(planner.texts)
     planner.texts.clear()
     assert commanded(planner, *auto) == [mavlink.MAV_RESULT_TEMPORARILY_REJECTED]
-    assert boat.mode is Mode.HOLD
+    assert vehicle.mode is Mode.HOLD
     assert words in "".join(planner.texts)
     assert len(planner.download()) == len(items)  # it stays as it was
     planner.send(mavlink.MAVLink_mission_clear_all_message(1, 1, FENCE))
-    boat.step(2)
+    vehicle.step(2)
     assert commanded(planner, *auto) == [mavlink.MAV_RESULT_ACCEPTED]
 
 
 def test_a_depth_limit_that_forbids_the_mission_is_as_good_as_a_fence() -> None:
     parameters = app.parameter_store(CONFIGURATION)
-    boat = Boat(limits=LIMITS, parameters=parameters)
-    planner = Planner(boat)
+    vehicle = LinkedVehicle(limits=LIMITS, parameters=parameters)
+    planner = Planner(vehicle)
     assert planner.upload(home(at(0), item(z=-25.0))) == ACCEPTED
     parameters.set("SAF_DEPTH_MAX", 20.0, armed=False)
     planner.step()
     assert "item 2: depth 25.0 m, limit 20 m" in "".join(planner.texts)
-    boat.mode = Mode.HOLD
+    vehicle.mode = Mode.HOLD
     assert commanded(planner, *AUTO[0]) == [mavlink.MAV_RESULT_TEMPORARILY_REJECTED]
     assert planner.upload(home(at(0), item(z=-15.0))) == ACCEPTED
     assert commanded(planner, *AUTO[0]) == [mavlink.MAV_RESULT_ACCEPTED]
 
 
 def test_of_a_long_mission_a_few_items_are_looked_at_in_each_tick_and_it_waits_for_the_last() -> None:
-    boat = Boat()
-    planner = Planner(boat)
+    vehicle = LinkedVehicle()
+    planner = Planner(vehicle)
     assert planner.upload(home(*(at(0, i % 30) for i in range(400)), at(100))) == ACCEPTED
     assert planner.upload(home(*WALL, kind=FENCE), FENCE) == ACCEPTED
-    boat.mode = Mode.HOLD
+    vehicle.mode = Mode.HOLD
     assert commanded(planner, *AUTO[0]) == [mavlink.MAV_RESULT_TEMPORARILY_REJECTED]
     assert "checked again" in "".join(planner.texts)
     for _ in range(101):
@@ -206,25 +206,25 @@ def test_of_a_long_mission_a_few_items_are_looked_at_in_each_tick_and_it_waits_f
 
 
 def test_a_waypoint_to_be_held_is_a_circle_for_so_long() -> None:
-    boat = Boat()
-    planner, items = Planner(boat), home(item(WAYPOINT, 45, north=20))
+    vehicle = LinkedVehicle()
+    planner, items = Planner(vehicle), home(item(WAYPOINT, 45, north=20))
     assert planner.upload(items) == ACCEPTED
-    boat.step()
-    ((held,),) = (change.mission.items for order in boat.orders for change in order.changes)
+    vehicle.step()
+    ((held,),) = (change.mission.items for order in vehicle.orders for change in order.changes)
     assert isinstance(held, Loiter)
     assert held[4:] == (False, 0.0, 0.0, 45.0)
     assert fields(planner.download())[1:] == fields(items)[1:]
 
 
 def test_an_offset_is_seen_from_where_the_vehicle_is_when_the_mission_comes() -> None:
-    boat = Boat()
-    planner = Planner(boat)
+    vehicle = LinkedVehicle()
+    planner = Planner(vehicle)
     items = home(item(x=100_000, y=-50_000, z=3.0, frame=OFFSET))
     assert planner.upload(items) == mavlink.MAV_MISSION_UNSUPPORTED_FRAME  # nobody knows yet where it is
-    boat.step()
+    vehicle.step()
     assert planner.upload(items) == ACCEPTED
-    boat.step()
-    ((step,),) = (change.mission.items for order in boat.orders for change in order.changes)
-    assert step[:3] == (10.0, -5.0, 8.0)  # the boat of these tests is at the origin, 5 m deep
+    vehicle.step()
+    ((step,),) = (change.mission.items for order in vehicle.orders for change in order.changes)
+    assert step[:3] == (10.0, -5.0, 8.0)  # the vehicle of these tests is at the origin, 5 m deep
     (_, kept) = planner.download()
     assert (kept.frame, kept.x, kept.y, kept.z) == (mavlink.MAV_FRAME_LOCAL_NED, 100_000, -50_000, 8.0)

@@ -16,7 +16,7 @@ from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mode, Surface, Waypoint
 from firmware_py.records.turning import Turning
 from tests.unit.firmware_py.mavlink.planner import FENCE, RALLY, WAYPOINT, Planner, home, item
-from tests.unit.firmware_py.mavlink.station import STATE, Boat, put_together
+from tests.unit.firmware_py.mavlink.station import STATE, LinkedVehicle, put_together
 
 ACCEPTED, X = mavlink.MAV_MISSION_ACCEPTED, mavlink.MAV_MISSION_INVALID_PARAM5_X
 YES, NOT_NOW, DENIED = 0, mavlink.MAV_RESULT_TEMPORARILY_REJECTED, mavlink.MAV_RESULT_DENIED
@@ -31,16 +31,16 @@ def at(x: float, y: float = 0.0, *, command: int = WAYPOINT, p: tuple[float, ...
 
 
 WALL = [at(x, y, command=EXCLUDE, p=(4,), kind=FENCE) for x, y in ((40, -50), (40, 50), (60, 50), (60, -50))]
-"""North of the origin, where the boat is unless it is put elsewhere."""
+"""North of the origin, where the vehicle is unless it is put elsewhere."""
 
 
 def fenced(x: float = 0.0, y: float = 0.0, **state) -> Planner:
-    boat = Boat(limits=OperatingLimits(30.0, 2.0, TURNING))
-    boat.state = {"eta": STATE.eta._replace(x=x, y=y), **state}
-    planner = Planner(boat)
+    vehicle = LinkedVehicle(limits=OperatingLimits(30.0, 2.0, TURNING))
+    vehicle.state = {"eta": STATE.eta._replace(x=x, y=y), **state}
+    planner = Planner(vehicle)
     assert planner.upload(home(*WALL, kind=FENCE), FENCE) == ACCEPTED
-    boat.mode = Mode.HOLD
-    boat.step()
+    vehicle.mode = Mode.HOLD
+    vehicle.step()
     return planner
 
 
@@ -48,7 +48,7 @@ def commanded(planner: Planner, number: int, *params: float) -> int:
     planner.station.messages.clear()
     planner.texts.clear()
     planner.station.command(number, *params)
-    planner.boat.step(2)
+    planner.vehicle.step(2)
     planner.texts += [m.text for m in planner.station.messages if m.get_type() == "STATUSTEXT"]
     (ack,) = planner.station.acks()
     return ack[1]
@@ -68,11 +68,11 @@ def test_a_mission_does_not_begin_where_the_way_to_its_first_place_is_barred(aut
     assert planner.upload(home(at(100), at(100, 70))) == ACCEPTED
     assert commanded(planner, *auto) == NOT_NOW
     assert "the leg from here to item 1 is within exclusion 1 of the fence" in "".join(planner.texts)
-    assert planner.boat.mode is Mode.HOLD
-    planner.boat.state = {"eta": STATE.eta._replace(x=80.0)}
-    planner.boat.step()
+    assert planner.vehicle.mode is Mode.HOLD
+    planner.vehicle.state = {"eta": STATE.eta._replace(x=80.0)}
+    planner.vehicle.step()
     assert commanded(planner, *auto) == YES
-    assert planner.boat.mode is Mode.MISSION
+    assert planner.vehicle.mode is Mode.MISSION
 
 
 AREA = Polygon(((40.0, -50.0), (40.0, 50.0), (60.0, 50.0), (60.0, -50.0)))
@@ -112,8 +112,8 @@ def test_nobody_is_refused_who_does_not_know_where_it_is_or_flies_the_mission_al
     planner = fenced(position_std=50.0)
     assert planner.upload(home(at(100))) == ACCEPTED
     assert commanded(planner, *AUTO[0]) == YES
-    planner.boat.state = {}
-    planner.boat.step()
+    planner.vehicle.state = {}
+    planner.vehicle.step()
     assert commanded(planner, *AUTO[0]) == YES
     assert commanded(planner, START, 1) == NOT_NOW  # that would begin anew
 
@@ -126,13 +126,13 @@ def test_a_mission_is_not_sent_on_to_an_item_to_which_the_way_is_barred() -> Non
     assert commanded(planner, SET_CURRENT, 4) == YES  # it is not flown yet
     assert commanded(planner, START, 2) == YES
     assert commanded(planner, SET_CURRENT, 4) == DENIED
-    jumps = [order.jump for order in planner.boat.orders if order.jump >= 0]
+    jumps = [order.jump for order in planner.vehicle.orders if order.jump >= 0]
     planner.texts.clear()
     planner.send(mavlink.MAVLink_mission_set_current_message(1, 1, 4))
     planner.step()
     planner.step()
     assert "MISSION_SET_CURRENT refused: the leg from here to item 4" in "".join(planner.texts)
-    assert [order.jump for order in planner.boat.orders if order.jump >= 0] == jumps
+    assert [order.jump for order in planner.vehicle.orders if order.jump >= 0] == jumps
 
 
 def test_another_mission_that_would_begin_behind_the_fence_is_refused_while_one_is_flown() -> None:
@@ -156,7 +156,7 @@ def test_a_fence_across_the_way_that_is_being_flown_is_taken_and_said() -> None:
     for _ in range(5):
         planner.step()
     assert "the leg from here to item 1 is within exclusion 1 of the fence" in "".join(planner.texts)
-    assert planner.boat.mode is Mode.MISSION  # the supervisor brings it up, should it come so far
+    assert planner.vehicle.mode is Mode.MISSION  # the supervisor brings it up, should it come so far
 
 
 GOTO = mavlink.MAV_CMD_DO_REPOSITION
@@ -177,9 +177,9 @@ def test_a_place_is_gone_to_if_the_way_and_the_circle_there_are_free(
     x: float, y: float, speed: float, why: str
 ) -> None:
     planner = fenced()
-    boat, station = planner.boat, planner.station
-    boat.mode = Mode.GUIDED
-    boat.step()
+    vehicle, station = planner.vehicle, planner.station
+    vehicle.mode = Mode.GUIDED
+    vehicle.step()
     mask = 8 | 16 | 32 | 64 | 128 | 256 | 1024 | 2048
     lines = [
         mavlink.MAVLink_set_position_target_local_ned_message(
@@ -190,11 +190,11 @@ def test_a_place_is_gone_to_if_the_way_and_the_circle_there_are_free(
         ),
     ]
     for line in lines:
-        boat.orders.clear()
+        vehicle.orders.clear()
         station.messages.clear()
         station.send(line)
-        boat.step(3)
-        sent = [order.setpoint for order in boat.orders if math.isfinite(order.setpoint.x)]
+        vehicle.step(3)
+        sent = [order.setpoint for order in vehicle.orders if math.isfinite(order.setpoint.x)]
         said = "".join(put_together([m for m in station.messages if m.get_type() == "STATUSTEXT"]))
         assert said.endswith(why) if why else not said
         assert len(sent) == (0 if why else 1)
@@ -202,12 +202,12 @@ def test_a_place_is_gone_to_if_the_way_and_the_circle_there_are_free(
 
 def test_no_more_places_are_looked_at_in_a_tick_than_it_has_time_for() -> None:
     planner = fenced()
-    planner.boat.mode = Mode.GUIDED
-    planner.boat.step()
+    planner.vehicle.mode = Mode.GUIDED
+    planner.vehicle.step()
     for i in range(6):
         place = round(-1e6 + i), 0
         planner.station.send(mavlink.MAVLink_command_int_message(1, 1, LOCAL, GOTO, 0, 0, 1.0, 1, 0, 0, *place, 5.0))
-    planner.boat.step(8)
+    planner.vehicle.step(8)
     assert [result for _, result in planner.station.acks()] == [DENIED, DENIED, YES, YES, YES, YES]
 
 
@@ -249,18 +249,18 @@ def test_what_makes_circles_wider_holds_for_the_next_mission(
         app.parameter_store(CONFIGURATION),
         config_files.autopilot_params(CONFIGURATION).guidance.turning,
     )
-    boat = Boat(limits=OperatingLimits(30.0, 2.0, turning), parameters=parameters)
-    planner, circle = Planner(boat), home(at(40.0 - gap, command=LOITER))
+    vehicle = LinkedVehicle(limits=OperatingLimits(30.0, 2.0, turning), parameters=parameters)
+    planner, circle = Planner(vehicle), home(at(40.0 - gap, command=LOITER))
     assert planner.upload(home(*WALL, kind=FENCE), FENCE) == ACCEPTED
     assert planner.upload(circle) == before
     parameters.set(name, value, armed=False)
-    boat.step(2)
+    vehicle.step(2)
     assert planner.upload(circle) == after
 
 
 def test_a_fence_that_strands_a_rally_point_is_taken_and_says_so() -> None:
-    boat = Boat()
-    planner = Planner(boat)
+    vehicle = LinkedVehicle()
+    planner = Planner(vehicle)
     points = [at(x, kind=RALLY, command=RALLY_POINT) for x in (0, 50)]
     assert planner.upload(home(*points, kind=RALLY), RALLY) == ACCEPTED
     assert planner.upload(home(*WALL, kind=FENCE), FENCE) == ACCEPTED

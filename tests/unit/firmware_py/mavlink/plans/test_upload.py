@@ -32,7 +32,7 @@ from firmware_py.records.order import (
 )
 from firmware_py.wire.log.changes import decode, encode
 from tests.unit.firmware_py.mavlink.planner import FENCE, MISSION, RALLY, WAYPOINT, Planner, fields, home, item
-from tests.unit.firmware_py.mavlink.station import ORIGIN, Boat, cycle, node
+from tests.unit.firmware_py.mavlink.station import ORIGIN, LinkedVehicle, cycle, node
 
 ACCEPTED = mavlink.MAV_MISSION_ACCEPTED
 LOITER_UNLIM, LOITER_TURNS, LOITER_TIME = 17, 18, 19
@@ -57,19 +57,19 @@ def everything_that_can_be_flown() -> list:
     )
 
 
-def ordered(boat: Boat) -> Mission | None:
+def ordered(vehicle: LinkedVehicle) -> Mission | None:
     """The mission of the last order that changed it, as a replay reads it."""
-    changes = [decode(encode(change)) for order in boat.orders for change in order.changes]
+    changes = [decode(encode(change)) for order in vehicle.orders for change in order.changes]
     found = [change.mission for change in changes if isinstance(change, MissionChange)]
     return found[-1] if found else None
 
 
 def test_what_goes_up_is_flown_and_comes_down_as_it_went_up() -> None:
-    boat = Boat()
-    planner, items = Planner(boat), everything_that_can_be_flown()
+    vehicle = LinkedVehicle()
+    planner, items = Planner(vehicle), everything_that_can_be_flown()
     assert planner.upload(items) == ACCEPTED
-    boat.step()
-    mission = ordered(boat)
+    vehicle.step()
+    mission = ordered(vehicle)
     first, second, around, timed, learn, jump, local, end = mission.items
     assert first[2:] == (5.0, pytest.approx(1.5), False)
     assert (first.x, first.y) == pytest.approx((111.2, 0.0), abs=0.3)
@@ -86,43 +86,43 @@ def test_what_goes_up_is_flown_and_comes_down_as_it_went_up() -> None:
 
 
 def test_the_mission_in_the_order_is_made_already_and_is_what_the_document_says() -> None:
-    boat = Boat()
-    Planner(boat).upload(everything_that_can_be_flown())
-    boat.step()
-    (change,) = [change for order in boat.orders for change in order.changes]
+    vehicle = LinkedVehicle()
+    Planner(vehicle).upload(everything_that_can_be_flown())
+    vehicle.step()
+    (change,) = [change for order in vehicle.orders for change in order.changes]
     assert isinstance(change, MissionChange)
     assert decode(encode(change)) == change
     assert from_plain(plain(change.mission)).waypoints == change.mission.waypoints
 
 
 def test_a_generic_station_has_no_home_and_finds_the_same_mission() -> None:
-    boat = Boat(links=2)
-    planner = Planner(boat)
-    boat.node = node(identities=(Identity.ARDUSUB, Identity.GENERIC))
+    vehicle = LinkedVehicle(links=2)
+    planner = Planner(vehicle)
+    vehicle.node = node(identities=(Identity.ARDUSUB, Identity.GENERIC))
     items = everything_that_can_be_flown()
     assert planner.upload(items) == ACCEPTED
-    other = Planner(boat, 1).download()
+    other = Planner(vehicle, 1).download()
     assert len(other) == len(items) - 1
     assert [m.command for m in other] == [m.command for m in items[1:]]
     assert next(m.param1 for m in other if m.command == DO_JUMP) == 1.0
-    assert Planner(boat, 1).upload(other) == ACCEPTED
+    assert Planner(vehicle, 1).upload(other) == ACCEPTED
     assert fields(planner.download())[1:] == fields(items)[1:]
 
 
 def test_too_many_items_are_refused_before_the_first() -> None:
-    boat = Boat()
-    planner = Planner(boat)
+    vehicle = LinkedVehicle()
+    planner = Planner(vehicle)
     planner.send(mavlink.MAVLink_mission_count_message(1, 1, 2502, MISSION))
     (ack,) = [m for m in planner.step() if m.get_type() == "MISSION_ACK"]
     assert ack.type == mavlink.MAV_MISSION_NO_SPACE
 
 
 def test_while_one_station_sends_another_is_refused_and_the_first_goes_on() -> None:
-    boat = Boat(links=2)
-    first, second = Planner(boat), Planner(boat, 1)
+    vehicle = LinkedVehicle(links=2)
+    first, second = Planner(vehicle), Planner(vehicle, 1)
     items = home(item(north=10), item(north=20))
     first.send(mavlink.MAVLink_mission_count_message(1, 1, len(items), MISSION))
-    boat.step()
+    vehicle.step()
     assert second.upload(items) == mavlink.MAV_MISSION_DENIED
     second.send(mavlink.MAVLink_mission_clear_all_message(1, 1, MISSION))
     assert [m.type for m in second.step() if m.get_type() == "MISSION_ACK"] == [mavlink.MAV_MISSION_DENIED]
@@ -131,8 +131,8 @@ def test_while_one_station_sends_another_is_refused_and_the_first_goes_on() -> N
 
 
 def test_a_request_is_repeated_ever_slower_and_given_up_after_ten_seconds() -> None:
-    boat = Boat(links=2)
-    planner = Planner(boat)
+    vehicle = LinkedVehicle(links=2)
+    planner = Planner(vehicle)
     planner.send(mavlink.MAVLink_mission_count_message(1, 1, 3, MISSION))
     asked, codes = [], []
     for k in range(1100):
@@ -144,53 +144,53 @@ def test_a_request_is_repeated_ever_slower_and_given_up_after_ten_seconds() -> N
     assert gaps[3:] == pytest.approx([150] * len(gaps[3:]), abs=1)
     assert codes == [(pytest.approx(1000, abs=2), mavlink.MAV_MISSION_OPERATION_CANCELLED)]
     assert "item 0 did not come" in "".join(planner.texts)
-    assert Planner(boat, 1).upload(home(item())) == ACCEPTED  # nobody is in the way any more
+    assert Planner(vehicle, 1).upload(home(item())) == ACCEPTED  # nobody is in the way any more
 
 
 def test_items_that_come_twice_or_out_of_turn_change_nothing() -> None:
-    boat = Boat()
-    planner, items = Planner(boat), home(item(north=10), item(north=20), item(north=30))
+    vehicle = LinkedVehicle()
+    planner, items = Planner(vehicle), home(item(north=10), item(north=20), item(north=30))
     planner.send(mavlink.MAVLink_mission_count_message(1, 1, len(items), MISSION))
     planner.step()
     for i in (0, 0, 2, 1, 1, 3, 0, 2, 2, 3, 3):
         planner.send(items[i])
     acks = [m.type for _ in range(5) for m in planner.step() if m.get_type() == "MISSION_ACK"]
     assert acks == [ACCEPTED, ACCEPTED]  # the second for whoever did not hear the first
-    assert len(ordered(boat).items) == 3
-    assert len([order for order in boat.orders if order.changes]) == 1
+    assert len(ordered(vehicle).items) == 3
+    assert len([order for order in vehicle.orders if order.changes]) == 1
 
 
 @pytest.mark.parametrize("kind", [MISSION, FENCE, RALLY])
 def test_what_is_cleared_is_gone_and_kept_as_gone(kind: int) -> None:
-    boat = Boat()
-    planner = Planner(boat)
+    vehicle = LinkedVehicle()
+    planner = Planner(vehicle)
     content = {
         MISSION: [item()],
         FENCE: [item(INCLUDE_CIRCLE, 100, kind=FENCE)],
         RALLY: [item(RALLY_POINT, kind=RALLY)],
     }
     assert planner.upload(home(*content[kind], kind=kind), kind) == ACCEPTED
-    assert json.loads(dict(boat.node.files_to_save())[FILES[kind]])["items"]
+    assert json.loads(dict(vehicle.node.files_to_save())[FILES[kind]])["items"]
     planner.send(mavlink.MAVLink_mission_clear_all_message(1, 1, mavlink.MAV_MISSION_TYPE_ALL))
     assert [m.type for m in planner.step() if m.get_type() == "MISSION_ACK"] == [ACCEPTED]
-    boat.step()
+    vehicle.step()
     assert planner.download(kind) == [] or kind == -1
-    assert boat.node.files_to_save() == [(FILES[kind], b'{"items": [\n\n]}\n')]
+    assert vehicle.node.files_to_save() == [(FILES[kind], b'{"items": [\n\n]}\n')]
     assert read_plan(kind, '{"items": [\n\n]}\n', SEA).finish()[0].items == ()
 
 
 def test_the_identity_of_a_plan_is_that_of_its_content() -> None:
     idents = []
     for north in (10, 20, 10):
-        boat = Boat()
-        planner = Planner(boat)
+        vehicle = LinkedVehicle()
+        planner = Planner(vehicle)
         planner.upload(home(item(north=north)))
         raw: list[bytes] = []
-        boat.incoming[0].append(planner.station.pack(mavlink.MAVLink_mission_request_list_message(1, 1, MISSION)))
-        boat.node.receive(cycle(boat.k).tick, boat.incoming)
-        boat.incoming[0].clear()
+        vehicle.incoming[0].append(planner.station.pack(mavlink.MAVLink_mission_request_list_message(1, 1, MISSION)))
+        vehicle.node.receive(cycle(vehicle.k).tick, vehicle.incoming)
+        vehicle.incoming[0].clear()
         for k in range(3):
-            raw.append(boat.node.report(cycle(boat.k + k))[0])
+            raw.append(vehicle.node.report(cycle(vehicle.k + k))[0])
         frame = next(r[r.index(b"\x2c\x00\x00") - 7 :] for r in raw if b"\x2c\x00\x00" in r)
         idents.append(frame[10 + 5 : 10 + 9])  # opaque_id stands behind the five bytes that the dialect knows
     assert idents[0] == idents[2] != idents[1]
@@ -206,17 +206,17 @@ def test_the_mission_that_came_with_the_configuration_can_be_read_and_sent_back(
         Jump(1, 2),
         Surface(rally=True),
     )
-    boat = Boat(plans={MISSION: plan_of_mission(Mission(steps), SEA)})
-    planner = Planner(boat)
+    vehicle = LinkedVehicle(plans={MISSION: plan_of_mission(Mission(steps), SEA)})
+    planner = Planner(vehicle)
     assert planner.upload(planner.download()) == ACCEPTED
-    boat.step()
-    for was, now in zip(steps, ordered(boat).items, strict=True):
+    vehicle.step()
+    for was, now in zip(steps, ordered(vehicle).items, strict=True):
         assert type(was) is type(now)
         if isinstance(was, Manoeuvre):
             names = ("duration", "delta_s", "delta_r", "pitch", "heading", "speed")
             was, now = ([getattr(m, name) for name in names] for m in (was, now))
         assert [*now] == pytest.approx([*was], abs=0.02)
-    assert items_of(ordered(boat), SEA)[0].command == SPEED
+    assert items_of(ordered(vehicle), SEA)[0].command == SPEED
 
 
 FRAGMENTS = st.one_of(
@@ -237,32 +237,34 @@ FRAGMENTS = st.one_of(
 @settings(max_examples=40)
 @given(st.lists(st.tuples(st.integers(0, 1), FRAGMENTS, st.integers(0, 2)), max_size=40))
 def test_whatever_is_said_in_whatever_order_a_mission_is_whole_or_as_it_was(said) -> None:
-    boat = Boat(links=2, configurations=[LinkConfiguration(identity, high_latency=True) for identity in Identity])
-    assert Planner(boat).upload(home(item(north=10), item(north=20))) == ACCEPTED
-    boat.step()
+    vehicle = LinkedVehicle(
+        links=2, configurations=[LinkConfiguration(identity, high_latency=True) for identity in Identity]
+    )
+    assert Planner(vehicle).upload(home(item(north=10), item(north=20))) == ACCEPTED
+    vehicle.step()
     for link, message, ticks in said:
-        boat.stations[link].send(message)
-        boat.step(ticks)
-    boat.step(1100)
-    for order in boat.orders:
+        vehicle.stations[link].send(message)
+        vehicle.step(ticks)
+    vehicle.step(1100)
+    for order in vehicle.orders:
         for change in order.changes:
             if isinstance(change, MissionChange):
                 assert len(change.mission.items) <= 4
                 assert all(isinstance(s, Waypoint | Jump | Surface) for s in change.mission.items)
             else:
                 assert isinstance(change, FenceChange | RallyChange)
-    planner = Planner(boat)
+    planner = Planner(vehicle)
     for kind in (MISSION, FENCE, RALLY):
         assert planner.upload(planner.download(kind), kind) == ACCEPTED  # what stands is a plan
 
 
 def test_two_thousand_items_go_up_and_down_where_every_tenth_packet_is_lost() -> None:
     chance = random.Random(1)
-    boat = Boat(configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])  # no telemetry
-    planner = Planner(boat, hears=lambda _: chance.random() > 0.1, sends=lambda _: chance.random() > 0.1)
+    vehicle = LinkedVehicle(configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])  # no telemetry
+    planner = Planner(vehicle, hears=lambda _: chance.random() > 0.1, sends=lambda _: chance.random() > 0.1)
     items = home(*(item(north=i, east=(i * 37) % 101, z=-1.0 - i % 20) for i in range(2000)))
     assert planner.upload(items) == ACCEPTED
-    boat.step()
-    assert len(ordered(boat).items) == 2000
-    assert boat.k < 30_000  # five minutes of the vehicle's time
+    vehicle.step()
+    assert len(ordered(vehicle).items) == 2000
+    assert vehicle.k < 30_000  # five minutes of the vehicle's time
     assert fields(planner.download())[1:] == fields(items)[1:]

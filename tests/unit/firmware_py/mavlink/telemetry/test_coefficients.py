@@ -11,15 +11,15 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.records.estimate import NOTHING_LEARNED, Learned
-from tests.unit.firmware_py.mavlink.station import LEARNED, NAMES, Boat, cycle, frame, node, parse, told
+from tests.unit.firmware_py.mavlink.station import LEARNED, NAMES, LinkedVehicle, cycle, frame, node, parse, told
 
 BESIDE = ["nis_dvl", "nis_gyro", "nis_att", "current_n", "current_e", "turbulence"]
 
 
-def reports(learned: Learned, seconds: float = 1.0, boat=None, link: int = 0, **state) -> list:
-    boat = boat or node(coefficients=NAMES)
+def reports(learned: Learned, seconds: float = 1.0, vehicle=None, link: int = 0, **state) -> list:
+    vehicle = vehicle or node(coefficients=NAMES)
     ticks = range(round(100 * seconds))
-    return [m for k in ticks for m in parse(boat.report(cycle(k, learned=learned, **state))[link])]
+    return [m for k in ticks for m in parse(vehicle.report(cycle(k, learned=learned, **state))[link])]
 
 
 def arrays(learned: Learned) -> dict[str, list]:
@@ -68,18 +68,18 @@ def test_each_coefficient_has_its_name_and_its_turn() -> None:
 
 def test_every_link_hears_every_name() -> None:
     for link in (0, 1):
-        boat = node(coefficients=NAMES, identities=(Identity.ARDUSUB, Identity.GENERIC))
-        said = [m.name for m in reports(LEARNED, 2.0, boat, link) if m.get_type() == "NAMED_VALUE_FLOAT"]
+        vehicle = node(coefficients=NAMES, identities=(Identity.ARDUSUB, Identity.GENERIC))
+        said = [m.name for m in reports(LEARNED, 2.0, vehicle, link) if m.get_type() == "NAMED_VALUE_FLOAT"]
         assert set(said) == {*NAMES, *BESIDE}
 
 
 @pytest.mark.parametrize("interval_us", [100_000, 400_000, 1_000_000, 1_800_000])
 def test_at_whatever_rate_they_are_asked_for_every_name_comes(interval_us: int) -> None:
-    boat = Boat(coefficients=NAMES)
-    station = boat.stations[0]
+    vehicle = LinkedVehicle(coefficients=NAMES)
+    station = vehicle.stations[0]
     station.command(511, mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT, interval_us)
-    boat.node.receive(cycle().tick, boat.incoming)
-    said = [m.name for m in reports(LEARNED, 20.0, boat.node) if m.get_type() == "NAMED_VALUE_FLOAT"]
+    vehicle.node.receive(cycle().tick, vehicle.incoming)
+    said = [m.name for m in reports(LEARNED, 20.0, vehicle.node) if m.get_type() == "NAMED_VALUE_FLOAT"]
     assert set(said) == {*NAMES, *BESIDE}
 
 
@@ -136,9 +136,9 @@ def test_ratios_that_nobody_knows_are_unknown() -> None:
 def test_bytes_are_those_of_the_standard() -> None:
     """Written out by hand from common.xml: the fields in MAVLink's order, little-endian, zeros at the end cut off."""
     frames = {}
-    boat = node(coefficients=NAMES)
+    vehicle = node(coefficients=NAMES)
     for k in range(100):
-        datagram = boat.report(cycle(k, learned=LEARNED, position_std=2.0, depth_std=0.25))[0]
+        datagram = vehicle.report(cycle(k, learned=LEARNED, position_std=2.0, depth_std=0.25))[0]
         if datagram:
             frames.setdefault(int.from_bytes(datagram[7:10], "little"), datagram[10:-2])
     assert frames[251].hex() == "78000000000080bd4d5f71"  # 120 ms, -0.0625, "M_q"

@@ -1,4 +1,4 @@
-"""Every field that says how deep the boat is, in a lake and at sea."""
+"""Every field that says how deep the vehicle is, in a lake and at sea."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def test_each_field_says_the_depth_in_its_own_way(surface: float, depth: float, 
 
 @pytest.mark.parametrize(("surface", "depth", "amsl"), [(0.0, 12.4, -12), (300.0, 12.4, 288), (300.0, 0.0, 300)])
 def test_high_latency_says_the_altitude_and_the_depth(surface: float, depth: float, amsl: int) -> None:
-    boat = node(surface, configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
-    (said,) = parse(boat.report(cycle(0, eta=Eta(0.0, 0.0, depth, 0.0, 0.0, 0.0)))[0])
+    vehicle = node(surface, configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
+    (said,) = parse(vehicle.report(cycle(0, eta=Eta(0.0, 0.0, depth, 0.0, 0.0, 0.0)))[0])
     assert said.altitude == amsl
     assert (said.custom1 + 127 * said.custom2) / 10 == pytest.approx(depth)
 

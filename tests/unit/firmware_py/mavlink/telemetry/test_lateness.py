@@ -7,12 +7,12 @@ from tests.unit.firmware_py.mavlink.station import DT_NS, cycle, node, parse
 
 
 def test_the_histogram_of_lateness_is_told_once_a_second_and_counts_every_cycle() -> None:
-    boat = node()
+    vehicle = node()
     late_us = (0, 15, 16, 31, 32, 999, 10_000_000)
     arrays = []
     for k in range(300):
         seen = dataclasses.replace(cycle(k), tick=Tick(k, DT_NS, late_us[k % 7] * 1000))
-        arrays += [m for m in parse(boat.report(seen)[0]) if m.get_type() == "DEBUG_FLOAT_ARRAY"]
+        arrays += [m for m in parse(vehicle.report(seen)[0]) if m.get_type() == "DEBUG_FLOAT_ARRAY"]
     told = [m for m in arrays if m.name == "late_us"]
     assert len(told) == 3
     assert sum(m.name == "fins" for m in arrays) == 27

@@ -20,8 +20,8 @@ from firmware_py.records.sensing import Battery, silence
 from tests.unit.firmware_py.mavlink.station import LEARNED, NAMES, ORIGIN, cycle, frame, heard, node, parse, told
 
 
-def reports(boat, cycles) -> list:
-    return [message for each in cycles for message in parse(boat.report(each)[0])]
+def reports(vehicle, cycles) -> list:
+    return [message for each in cycles for message in parse(vehicle.report(each)[0])]
 
 
 def test_attitude_is_in_radians_about_the_bodys_axes() -> None:
@@ -106,12 +106,12 @@ def test_a_leak_is_the_extended_bit_two() -> None:
 
 
 def test_the_prearm_check_is_always_there_and_healthy_where_arming_would_be_granted() -> None:
-    boat, bit = node(), mavlink.MAV_SYS_STATUS_PREARM_CHECK
+    vehicle, bit = node(), mavlink.MAV_SYS_STATUS_PREARM_CHECK
     healths = []
     for k in range(300):
         now = cycle(k)
         now = dataclasses.replace(now, mode=dataclasses.replace(now.mode, ready=100 <= k < 200))
-        for m in parse(boat.report(now)[0]):
+        for m in parse(vehicle.report(now)[0]):
             if m.get_type() == "SYS_STATUS":
                 assert m.onboard_control_sensors_present & m.onboard_control_sensors_enabled & bit
                 healths.append((k // 100, bool(m.onboard_control_sensors_health & bit)))
@@ -119,10 +119,10 @@ def test_the_prearm_check_is_always_there_and_healthy_where_arming_would_be_gran
 
 
 def test_deeper_than_the_depth_limit_is_beyond_the_fence() -> None:
-    boat, statuses = node(), []
+    vehicle, statuses = node(), []
     for k in range(300):
         deep = 100 <= k < 200
-        for m in parse(boat.report(cycle(k, decided={"too_deep": deep}))[0]):
+        for m in parse(vehicle.report(cycle(k, decided={"too_deep": deep}))[0]):
             if m.get_type() == "FENCE_STATUS":
                 statuses.append((k // 100, m.breach_status, m.breach_type, m.breach_count))
     assert set(statuses) == {(0, 0, 0, 0), (1, 1, mavlink.FENCE_BREACH_MINALT, 1), (2, 0, 0, 1)}
@@ -180,9 +180,9 @@ def test_surfacing_is_critical_if_a_failsafe_entered_it(before, failsafe, state)
 
 @pytest.mark.parametrize("learned", [NOTHING_LEARNED, LEARNED], ids=["nothing", "learned"])
 def test_each_message_comes_at_its_rate_and_no_tick_carries_two(learned: Learned) -> None:
-    boat, counts, fullest = node(coefficients=NAMES), collections.Counter(), 0
+    vehicle, counts, fullest = node(coefficients=NAMES), collections.Counter(), 0
     for k in range(1000):
-        messages = parse(boat.report(cycle(k, learned=learned))[0])
+        messages = parse(vehicle.report(cycle(k, learned=learned))[0])
         counts.update(message.get_type() for message in messages)
         fullest = max(fullest, len(messages))
     assert fullest == 1
@@ -200,8 +200,8 @@ def test_each_message_comes_at_its_rate_and_no_tick_carries_two(learned: Learned
 
 
 def test_frames_are_mavlink_2_numbered_in_sequence() -> None:
-    boat = node()
-    datagrams = [boat.report(cycle(k))[0] for k in range(1000)]
+    vehicle = node()
+    datagrams = [vehicle.report(cycle(k))[0] for k in range(1000)]
     frames = [datagram for datagram in datagrams if datagram]
     assert {datagram[0] for datagram in frames} == {0xFD}
     assert [datagram[4] for datagram in frames] == [i % 256 for i in range(len(frames))]
@@ -215,9 +215,11 @@ number = st.floats(allow_nan=True, allow_infinity=True)
 def test_no_state_however_broken_makes_telling_it_fail(eta, nu, altitude, n) -> None:
     applied = Applied((n, altitude, 0.0, 0.0), n, armed=True, limited=False)
     sensors = dataclasses.replace(frame(), battery=heard(Battery(n, altitude, n)), pressure=heard(n), n=heard(n))
-    boat = node()
+    vehicle = node()
     for k in range(50):
-        parse(boat.report(cycle(k, eta=Eta(*eta), nu=Nu(*nu), altitude=altitude, applied=applied, sensors=sensors))[0])
+        parse(
+            vehicle.report(cycle(k, eta=Eta(*eta), nu=Nu(*nu), altitude=altitude, applied=applied, sensors=sensors))[0]
+        )
 
 
 def test_what_is_beyond_a_fields_range_stands_at_its_end() -> None:
