@@ -40,7 +40,7 @@ def found() -> estimation.Estimation:
 
 @pytest.fixture(scope="module")
 def rows(found: estimation.Estimation) -> list[design.Comparison]:
-    return design.compare(VEHICLE, command._estimates(found, VEHICLE))
+    return design.compare(VEHICLE, command.estimates(found, VEHICLE))
 
 
 def step(tau: float = 5.0, over: float = 0.0) -> control.StepFlight:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import io
 import itertools
 import math
+import pickle
+import re
 import subprocess
 import sys
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from rich.cells import cell_len
 from rich.console import Console
 from sternplane.cli import progress
 from sternplane.cli.progress import Progress
@@ -18,6 +21,9 @@ from sternplane.cli.progress import Progress
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.order import Mode
 from firmware_py.schedule import Tick
+
+CONTROL = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
+HIDE_CURSOR, SHOW_CURSOR = "\x1b[?25l", "\x1b[?25h"
 
 
 def cycle(k: int, waypoint: int = 1, degrees: float = -90.0, events: tuple[Event, ...] = ()) -> Any:
@@ -52,35 +58,40 @@ def test_without_a_mission_there_is_no_waypoint() -> None:
 def test_in_a_terminal_a_bar_no_oftener_than_it_can_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [0.0]
     monkeypatch.setattr(progress, "time", SimpleNamespace(monotonic=lambda: now[0]))
-    out = io.StringIO()
-    shown = Progress(100.0, 5, Console(file=out, width=160, force_terminal=True))
     drawn: list[float] = []
-    real = shown._live.update
 
-    def draw(*words: Any, **more: Any) -> None:
-        drawn.append(now[0])
-        real(*words, **more)
+    class Terminal(io.StringIO):
+        def write(self, text: str) -> int:
+            if "waypoint" in text:
+                drawn.append(now[0])
+            return super().write(text)
 
-    monkeypatch.setattr(shown._live, "update", draw)
-    with shown:
+    out = Terminal()
+    with Progress(100.0, 5, Console(file=out, width=160, force_terminal=True)) as shown:
         for k in range(5000):  # 2 s of wall time
             now[0] += 0.0004
             shown.update(cycle(k, waypoint=7))
-    assert len(drawn) in (15, 16)
-    assert min(b - a for a, b in itertools.pairwise(drawn)) >= 0.1
+        in_flight = drawn.copy()
+    assert len(in_flight) in (15, 16)
+    assert min(b - a for a, b in itertools.pairwise(in_flight)) >= 0.1
     assert "waypoint 5/5" in out.getvalue()
     assert "25.0×" in out.getvalue()
 
 
 def drawn(width: int, of: Any, waypoints: int = 5) -> str:
-    """The bar's line in a terminal of that width."""
-    console = Console(file=io.StringIO(), width=width, force_terminal=True)
-    shown = Progress(330.0, waypoints, console)
-    shown._began -= 6.0
-    lines = console.render_lines(shown._bar(of, width), pad=False)
-    assert len(lines) == 1
-    assert sum(segment.cell_length for segment in lines[0]) <= width
-    return "".join(segment.text for segment in lines[0])
+    """The bar's line in a terminal of that width, 6 s after the beginning."""
+    now, out = [0.0], io.StringIO()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(progress, "time", SimpleNamespace(monotonic=lambda: now[0]))
+        with Progress(330.0, waypoints, Console(file=out, width=width, force_terminal=True)) as shown:
+            for now[0] in (3.0, 6.0):  # what is heard for the first time is said before the first bar
+                before = len(out.getvalue())
+                for _ in range(16):  # so often it looks at the clock
+                    shown.update(of)
+            text = CONTROL.sub("", out.getvalue()[before:])
+    (line,) = filter(None, re.split(r"[\r\n]+", text))
+    assert cell_len(line) <= width
+    return line
 
 
 @pytest.mark.parametrize("waypoints", [0, 5, 100])
@@ -132,16 +143,20 @@ def test_the_bar_goes_away_when_the_run_fails() -> None:
     shown = Progress(1.0, 0, Console(file=out, width=100, force_terminal=True))
     with pytest.raises(KeyboardInterrupt), shown:
         raise KeyboardInterrupt
-    assert not shown._live.is_started
+    gone = out.getvalue()
+    assert gone.count(HIDE_CURSOR) == gone.count(SHOW_CURSOR) == 1
+    assert gone.index(HIDE_CURSOR) < gone.index(SHOW_CURSOR)
 
 
 def test_in_flight_nothing_is_loaded_any_more() -> None:
     script = (
-        "import io, sys; from rich.console import Console; from sternplane.cli.progress import Progress\n"
+        "import io, pickle, sys; from rich.console import Console; from sternplane.cli.progress import Progress\n"
+        "lost = pickle.load(sys.stdin.buffer)\n"
         "with Progress(1.0, 0, Console(file=io.StringIO())) as shown:\n"
         "    before = set(sys.modules)\n"
-        "    shown._say('MANUAL -> HOLD: 1.0 m')\n"
+        "    shown.update(lost)\n"
         "    print(sorted(set(sys.modules) - before))\n"
     )
-    said = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60)
-    assert said.stdout == "[]\n"
+    lost = Event(EventKind.MODE_CHANGED, Severity.NOTICE, Mode.MANUAL, Mode.HOLD, Cause.ORDERED)
+    command, heard = [sys.executable, "-c", script], pickle.dumps(cycle(1, events=(lost,)))
+    assert subprocess.run(command, input=heard, capture_output=True, check=True, timeout=60).stdout == b"[]\n"

@@ -42,9 +42,9 @@ def command(options: argparse.Namespace) -> int:
     try:
         with ExperimentProgress(total, Console(stderr=True)) as steps:
             found = estimation.estimate(truth, vehicle, steps.done)
-            estimates = _estimates(found, vehicle)
-            rows = design.compare(vehicle, estimates)
-            made = control.vehicles(folder / "vehicles", estimates)
+            by_whom = estimates(found, vehicle)
+            rows = design.compare(vehicle, by_whom)
+            made = control.vehicles(folder / "vehicles", by_whom)
             flown: dict[str, dict[str, control.StepFlight]] = {}
             for name, scenario in control.SCENARIOS.items():
                 flown[name] = {}
@@ -73,7 +73,7 @@ def command(options: argparse.Namespace) -> int:
     return 0 if estimation.under(found.learned["ekf"], "ekf") else 1
 
 
-def _estimates(found: estimation.Estimation, vehicle: Vehicle) -> dict[str, dict[str, float]]:
+def estimates(found: estimation.Estimation, vehicle: Vehicle) -> dict[str, dict[str, float]]:
     """By whom -> coefficient -> value."""
     learned = {who: found.learned[who].values[-1].tolist() for who in control.LEARNED}
     true = [getattr(vehicle.coefficients, name) for name in TEN]

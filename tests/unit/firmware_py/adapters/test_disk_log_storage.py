@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import signal
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -87,9 +88,18 @@ def test_erasing_keeps_logs_that_may_still_grow(store: DiskLogStorage, runs: Pat
     assert (runs / "a-old").is_dir()
 
 
-def test_a_child_that_has_ended_is_an_error_and_not_an_end_of_file(store: DiskLogStorage) -> None:
+def children() -> set[int]:
+    """Return the processes that this one has begun."""
+    return {int(pid) for task in Path("/proc/self/task").iterdir() for pid in (task / "children").read_text().split()}
+
+
+def test_a_child_that_has_ended_is_an_error_and_not_an_end_of_file(runs: Path) -> None:
+    before = children()
+    store = DiskLogStorage(runs / "c-own", beside=True)
+    (child,) = children() - before
     soon(store.logs)
-    store._child.kill()
-    store._child.wait()
+    os.kill(child, signal.SIGKILL)
+    os.waitid(os.P_PID, child, os.WEXITED | os.WNOWAIT)
     with pytest.raises(OSError, match="has ended"):
         store.read("a-old.mcap", 0, 10)
+    store.close()

@@ -119,8 +119,14 @@ def test_another_numba_is_another_folder(tree, monkeypatch):
     assert kernel_cache.use() != before
 
 
-def test_the_constants_that_the_plants_kernels_count_by_are_among_what_decides(tmp_path):
+@pytest.mark.parametrize("name", ["packing.py", "coefficients.py"])
+def test_the_constants_that_the_plants_kernels_count_by_are_among_what_decides(name, tmp_path, monkeypatch):
     """The places of `sim_bridge.plant.packing` are frozen into every kernel of the plant."""
-    found = {path.relative_to(kernel_cache.ROOT) for path in kernel_cache._with_imports(kernel_cache.sources())}
-    assert Path("sim_bridge/plant/packing.py") in found
-    assert Path("sim_bridge/plant/coefficients.py") in found
+    changed, read = kernel_cache.ROOT / "sim_bridge" / "plant" / name, Path.read_bytes
+    monkeypatch.setenv("STERNPLANE_CACHE", str(tmp_path))
+    for setting in ("CACHE_DIR", "CACHE_LOCATOR_CLASSES"):
+        monkeypatch.setenv(f"NUMBA_{setting}", "")
+        monkeypatch.setattr(numba.config, setting, "")
+    before = kernel_cache.use()
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"# changed" * (path == changed))
+    assert kernel_cache.use() != before

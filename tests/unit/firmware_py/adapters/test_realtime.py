@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import os
 import resource
+from types import SimpleNamespace
 
 import pytest
 
@@ -156,9 +158,22 @@ def test_a_processor_that_is_not_there_is_a_sentence_of_the_real_kernel():
     assert os.sched_getaffinity(0) == before
 
 
-def test_the_c_librarys_failure_is_an_oserror_with_its_reason():
-    with pytest.raises(OSError, match="Invalid argument"):
-        realtime._libc("mlockall", 1 << 20)
+class Library:
+    """The C library, which is asked for a way of locking that there is not, and so locks nothing."""
+
+    def __init__(self, library):
+        self.library = library
+
+    def mlockall(self, flags):
+        return self.library.mlockall(flags | 1 << 20)
+
+
+def test_the_c_librarys_failure_is_told_with_its_reason(monkeypatch):
+    real = ctypes.CDLL
+    monkeypatch.setattr(realtime.ctypes, "CDLL", lambda *words, **more: Library(real(*words, **more)))
+    monkeypatch.setattr(realtime.resource, "getrlimit", lambda which: (resource.RLIM_INFINITY,) * 2)
+    (sentence,) = apply(RealtimeParams(lock_memory=True))
+    assert "lock_memory was refused (Invalid argument)" in sentence
 
 
 @pytest.mark.parametrize(("mask", "expected"), [("0000000000004000", True), ("000001ffffffbfff", False)])
@@ -166,9 +181,12 @@ def test_capabilities_are_read_from_the_kernels_mask(tmp_path, monkeypatch, mask
     status = tmp_path / "status"
     status.write_text(f"CapPrm:\t000001ffffffffff\nCapEff:\t{mask}\nCapBnd:\t000001ffffffffff\n")
     monkeypatch.setattr(realtime, "Path", lambda _: status)
-    assert realtime._capable(14) is expected
+    monkeypatch.setattr(realtime.resource, "getrlimit", lambda which: (65536, 65536))
+    monkeypatch.setattr(realtime.ctypes, "CDLL", lambda *_, **__: SimpleNamespace(mlockall=lambda flags: 0))
+    assert (apply(RealtimeParams(lock_memory=True)) == ()) is expected
     status.unlink()
-    assert realtime._capable(14) is False
+    (sentence,) = apply(RealtimeParams(lock_memory=True))
+    assert "the limit is 64 KiB" in sentence
 
 
 def test_the_table_is_checked_and_comes_back():

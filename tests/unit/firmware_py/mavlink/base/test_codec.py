@@ -24,7 +24,7 @@ def fed(codec: Codec, parts: list[bytes], step_ms: int = 1, most: int = 32) -> l
     for i, part in enumerate(parts):
         messages, looked = codec.parse(part, most, i * step_ms * MS)
         assert looked <= most
-        assert len(codec._partial) < 300
+        assert sum(len(kept) for kept in vars(codec).values() if isinstance(kept, bytes)) < 300
         values += [message.param_value for message in messages if message.get_type() == "PARAM_SET"]
     return values
 
