@@ -20,7 +20,9 @@ gcs: setup ## fly in real time, and wait for a ground station; ARGS="--state DIR
 	@$(BIN)/sternplane sitl --pace realtime --scenario station --gcs udpout:127.0.0.1:14550 \
 		--gcs tcpin:127.0.0.1:5760 --gcs udpout:127.0.0.1:14540:generic $(ARGS) || [ $$? -eq 1 ]
 
-# Two at a time, file by file: the tests that fly in real time bear one neighbour.
+# Two at a time, file by file: the tests that fly in real time bear one neighbour. Both import all of it, and so do the
+# processes that they start: bytecode is kept, whatever the environment asks for.
+test: export PYTHONDONTWRITEBYTECODE =
 test: setup .venv/.dev ## run the tests
 	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(ARGS)
 
