@@ -12,7 +12,7 @@ from sternplane.study.setups import Setup, fly_prbs
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.filter.bank_arrays import BankArrays
-from firmware_py.estimation.iteration.measurement_history import new_history, record
+from firmware_py.estimation.filter.measurement_history import new_history, record
 from firmware_py.estimation.iteration.rts_smoother import SMOOTHED, divide, factored, smooth
 from firmware_py.estimation.iteration.smoother_pass import BLOCK, RING, SmootherPass
 from firmware_py.estimation.model.state import EDDY_NORTH

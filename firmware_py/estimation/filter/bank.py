@@ -12,11 +12,11 @@ import math
 from firmware_py.compiled import Indices, Vector, kernel
 from firmware_py.estimation.filter.consistency import NIS_WINDOW, add_nis, diverged
 from firmware_py.estimation.filter.kernel_arguments import FilterBank, Given, Monitor, Output
+from firmware_py.estimation.filter.measurement_history import MeasurementHistory, record
 from firmware_py.estimation.filter.measurement_update import expect, update
 from firmware_py.estimation.filter.start_up import schedule
 from firmware_py.estimation.filter.time_update import predict_covariance
 from firmware_py.estimation.filter.weighting import combine, replace_unlikely, weigh
-from firmware_py.estimation.iteration.measurement_history import MeasurementHistory, record
 from firmware_py.estimation.model.prediction import predict
 from firmware_py.estimation.model.state import EDDIES, EDDY_NORTH, MOVING, WATER_END
 

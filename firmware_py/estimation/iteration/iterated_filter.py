@@ -21,7 +21,7 @@ from firmware_py.compiled import Flags
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import IterationMemory
 from firmware_py.estimation.filter.bank_arrays import BankArrays
-from firmware_py.estimation.iteration.measurement_history import MeasurementHistory, new_history, record
+from firmware_py.estimation.filter.measurement_history import MeasurementHistory, new_history, record
 from firmware_py.estimation.iteration.relinearised_pass import relinearised_pass
 from firmware_py.estimation.iteration.smoother_pass import SmootherPass
 from firmware_py.estimation.model.jacobians import Array

@@ -12,10 +12,10 @@ from firmware_py.compiled import Indices, Matrix, Vector, kernel
 from firmware_py.estimation.filter.bank import reset_motion
 from firmware_py.estimation.filter.consistency import NIS_WINDOW, add_nis, diverged
 from firmware_py.estimation.filter.kernel_arguments import FilterBank
+from firmware_py.estimation.filter.measurement_history import MeasurementHistory
 from firmware_py.estimation.filter.measurement_update import expect, update, wrapped
 from firmware_py.estimation.filter.time_update import predict_covariance
 from firmware_py.estimation.filter.weighting import weigh
-from firmware_py.estimation.iteration.measurement_history import MeasurementHistory
 from firmware_py.estimation.iteration.rts_smoother import place
 from firmware_py.estimation.model.kernel_arguments import Linearisation, Model
 from firmware_py.estimation.model.prediction import predict

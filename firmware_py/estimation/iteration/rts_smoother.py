@@ -12,9 +12,9 @@ import math
 from firmware_py.compiled import Cube, Indices, Matrix, Vector, kernel
 from firmware_py.estimation.filter.bank import reset_motion
 from firmware_py.estimation.filter.kernel_arguments import FilterBank
+from firmware_py.estimation.filter.measurement_history import MeasurementHistory
 from firmware_py.estimation.filter.measurement_update import expect, update, wrapped
 from firmware_py.estimation.filter.time_update import predict_covariance
-from firmware_py.estimation.iteration.measurement_history import MeasurementHistory
 from firmware_py.estimation.model.prediction import predict
 from firmware_py.estimation.model.state import EDDIES, EDDY_NORTH, MOVING, PHI, PSI, WATER
 

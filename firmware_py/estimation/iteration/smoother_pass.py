@@ -6,7 +6,7 @@ import numpy as np
 
 from firmware_py.estimation.filter.bank_arrays import BankArrays
 from firmware_py.estimation.filter.kernel_arguments import FilterBank
-from firmware_py.estimation.iteration.measurement_history import MeasurementHistory
+from firmware_py.estimation.filter.measurement_history import MeasurementHistory
 from firmware_py.estimation.iteration.rts_smoother import EDDY_STATES, reference_pass, smooth, smoothed
 from firmware_py.estimation.model.jacobians import Array
 from firmware_py.estimation.model.state import EDDIES, EDDY_NORTH, MOVING
