@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from scipy.stats import chi2
 from sternplane.sitl.busless_flight import SENSOR_STD, BuslessFlight, measure
-from sternplane.study.setups import UNKNOWN_WATER, FilterRun, Setup, bound_std, fly_prbs, run_filter, starts
+from sternplane.study.setups import FilterRun, Setup, bound_std, fly_prbs, flying, run_filter, starts
 
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
@@ -25,7 +25,7 @@ from .cases import VEHICLE, WIDE, case, seeds, state
 
 CURRENT = Setup(duration=40.0, current=0.2)
 SEEDS = range(12)
-SURE = CoefficientParams(std=0.5, **UNKNOWN_WATER)
+SURE = flying(turbulence=(0.0,))
 SOON = dataclasses.replace(SURE, learning_delay=0.5, iteration_times=(2.0, 5.0))
 NOW = Setup(duration=16.0, current=0.2)
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +17,24 @@ from sternplane.study.cases import CASES, consistency, exact, noisy
 from sternplane.study.chance import K_SIGMA, MISS, chi_square_band, greatest_of, median_of, rms_band, share_of
 from sternplane.study.page import page
 from sternplane.study.rows import Results, Row
-from sternplane.study.setups import Setup, bound_std, fly_prbs, run_filter, starts
+from sternplane.study.setups import (
+    CONFIG,
+    Setup,
+    bound_std,
+    fly_prbs,
+    flying,
+    run_filter,
+    shipped,
+    start_up_over,
+    starts,
+)
 
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
+from firmware_py.params import load
+from firmware_py.reconfiguration import AutopilotParams
 
 PAPER = exact.CASES[1]
+FILE = "autopilot.toml"
 
 
 @pytest.mark.parametrize(
@@ -89,21 +104,26 @@ def test_a_coefficient_whose_part_in_the_model_is_off_misses_its_targets(monkeyp
     assert len([figure for figure in missed if figure.endswith("M_q")]) == PAPER.runs
 
 
-@pytest.mark.parametrize("scale", [0.9, 1.1])
-def test_a_filter_that_is_told_wrong_noise_misses_the_band_of_its_innovations(
-    scale: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (case,) = consistency.CASES
-    monkeypatch.setattr(consistency, "SEAS", {"no turbulence": Setup(duration=12.0)})
+def test_a_filter_that_is_told_wrong_noise_misses_the_band_of_its_innovations(monkeypatch: pytest.MonkeyPatch) -> None:
+    water = {"no eddies": Setup(duration=start_up_over() + 5.0)}
 
     def missed() -> set[str]:
-        rows = case.evaluate([case.run(seed, seed) for seed in range(3)]).rows
-        return {row.figure for row in rows if row.ok is False}
+        rows = consistency.evaluate(water, [consistency.flights(water, seed) for seed in range(2)]).rows
+        return {row.figure.partition(",")[0] for row in rows if row.ok is False}
 
     assert missed() == set()
     told = Setup.std.fget
-    monkeypatch.setattr(Setup, "std", property(lambda setup: scale * told(setup)))
-    assert {"NIS of gyro", "NIS of attitude"} <= missed()
+    for scale in (0.9, 1.1):
+        monkeypatch.setattr(Setup, "std", property(lambda setup, scale=scale: scale * told(setup)))
+        assert {"NIS of gyro", "NIS of attitude"} <= missed()
+
+
+def test_the_study_judges_the_filter_as_it_is_shipped() -> None:
+    flown = load(AutopilotParams, tomllib.loads((CONFIG / FILE).read_text()), FILE).estimation.coefficients
+    assert shipped() == flown
+    assert noisy.any_water().params == flying()
+    unlike = {f.name for f in dataclasses.fields(flown) if getattr(flying(), f.name) != getattr(flown, f.name)}
+    assert unlike == {"std", "speed_bias", "rate_bias", "angle_bias"}
 
 
 def test_a_run_is_the_same_each_time_and_differs_by_its_seed() -> None:

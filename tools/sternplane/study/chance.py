@@ -1,7 +1,7 @@
 """Chance: how far a figure over n seeds may scatter although the filter is right.
 
 Every band is as wide as `K_SIGMA` standard deviations of a normal figure, two-sided: a right filter misses a row with
-probability `MISS` = erfc(K_SIGMA / sqrt 2) = 6.8e-6. The study has about a hundred such rows, so that a right filter
+probability `MISS` = erfc(K_SIGMA / sqrt 2) = 6.8e-6. The study has some 130 such rows, so that a right filter
 fails it by chance in less than one of a thousand runs. The RMS of n errors over their bound scatters by 1 / sqrt(2 n);
 its band is that of chi-square, which for few seeds is not symmetric.
 """

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import itertools
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +16,8 @@ import numpy as np
 from firmware_py import params
 from firmware_py.adapters.installation import configs
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
-from firmware_py.estimation.coefficient_params import TEN
+from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
+from firmware_py.estimation.filter.bank_arrays import BankArrays
 from firmware_py.estimation.model.state import EDDIES, MOVING
 from firmware_py.guidance.excitation import PERIOD, opposite, prbs
 from firmware_py.vehicle.vehicle import Vehicle
@@ -34,19 +35,10 @@ PAPER_SMO = dict(zip(TEN, (1.10, 1.46, 24.67, 17.78, 30.35, 3.07, 2.48, 49.34, 1
 AMPLITUDE, CLOCK = math.radians(20.0), 4.0
 """Of the PRBS, rad and s: chosen by the bound alone, which after 900 s is then 0.72 of the tightest target (Z_ds); at
 17 deg and 2.5 s it is 0.96 (N_v). Pitch stays below 30 deg."""
-ITERATION_TIMES = (10.0, 20.0, 30.0, 50.0, 80.0)
-"""At which ages, s, a filter goes through its flight again."""
-UNKNOWN_WATER: Mapping[str, Any] = MappingProxyType(
-    {
-        "learning_delay": 5.0,
-        "startup_speed_noise": 1e-3,
-        "startup_rate_noise": math.radians(0.01),
-        "eddy_speed_noise": 0.12,
-        "eddy_rate_noise": math.radians(0.5),
-        "iteration_times": ITERATION_TIMES,
-    }
-)
-"""How a filter begins that has to find a current too: as the vehicle's own does."""
+WRONG = 0.5
+"""How far off every coefficient starts; it is also the filter's prior sigma."""
+START_UP_TIMES = 3.5
+"""After so many of its time constants a start-up noise is left with exp(-7) = 0.1 % of its variance."""
 FIXED_SEED = 1000
 """Of runs without noise: they and their rows are the same whatever seeds the study is given."""
 MARGIN = 1.25
@@ -67,6 +59,31 @@ def vehicle() -> Vehicle:
     """Return the vehicle as the vehicle file has it."""
     path = CONFIG / "vehicle.toml"
     return params.load(Vehicle, tomllib.loads(path.read_text()), str(path))
+
+
+@functools.cache
+def shipped() -> CoefficientParams:
+    """Return the settings of the filter in the shipped configuration."""
+    path = CONFIG / "autopilot.toml"
+    table = tomllib.loads(path.read_text())["estimation"]["coefficients"]
+    return params.load(CoefficientParams, table, f"{path}: estimation.coefficients")
+
+
+def flying(**changes: Any) -> CoefficientParams:
+    """Return the shipped settings as the flights of the study need them.
+
+    Its sensors have no bias, and coefficients are known to `WRONG` before.
+    """
+    unbiased = {"std": WRONG, "speed_bias": 0.0, "rate_bias": 0.0, "angle_bias": 0.0}
+    return dataclasses.replace(shipped(), **{**unbiased, **changes})
+
+
+def start_up_over() -> float:
+    """Return the age, s, from which the start-up noise is less than 0.1 % of its variance.
+
+    Until then the filter says more uncertainty than it has, on purpose: NIS and NEES stay below 1 and judge nothing.
+    """
+    return shipped().learning_delay + START_UP_TIMES * shipped().startup_time
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +168,8 @@ class FilterRun(NamedTuple):
     freedom: tuple[int, int]
     """How many numbers these are sums over."""
     nis: Array
-    """(3, 2): of DVL, gyro and attitude: the sum of normalised innovations squared, and how many."""
+    """(points, 3, 2): of DVL, gyro and attitude, since the point before: the sum of normalised innovations squared, and
+    how many."""
     weights: Array
     """(points, members) of the bank."""
     current: Array
@@ -195,7 +213,7 @@ def run_filter(
     steps = len(flight.inputs)
     edges = np.linspace(0, steps, POINTS + 1).round().astype(int)
     rows: list[tuple[Array, ...]] = []
-    nis, made = np.zeros((3, 2)), 0
+    made = 0
     for a, b in itertools.pairwise(edges.tolist()):
         history = ekf.run(setup.h, flight.inputs[a:b], z[a:b], setup.std**2, every=b - a)
         made += history.steps
@@ -217,14 +235,12 @@ def run_filter(
                 ),
                 seen.weights,
                 seen.current - current,
+                np.array([(np.nansum(came), np.isfinite(came).sum()) for came in np.split(history.nis, 3, axis=1)]),
             )
         )
         if history.steps < b - a:
             break
-        for i in range(3):
-            came = history.nis[:, 3 * i : 3 * i + 3]
-            nis[i] += np.nansum(came), np.isfinite(came).sum()
-    error, std, nees, weights, flow = (np.array(column) for column in zip(*rows, strict=True))
+    error, std, nees, weights, flow, nis = (np.array(column) for column in zip(*rows, strict=True))
     return FilterRun(
         flight.t[edges[1 : len(rows) + 1]],
         error,
@@ -253,10 +269,11 @@ def bound_std(
 ) -> Array:
     """Return the bound's 1 sigma of the learned coefficients at the times `at`, s: (len(at), names).
 
-    In parts of the true values. It takes the filter's prior and the sensors into account, not its process noise.
+    In parts of the true values. It takes the filter's prior and the sensors into account, not its process noise: the
+    eddies that a filter assumes are left out.
     """
-    model = ekf.model
-    prior = ekf.prior.copy()
+    steady = BankArrays(vehicle(), dataclasses.replace(ekf.params, turbulence=(0.0,)))
+    model, prior = steady.model, steady.prior.copy()
     prior[:MOVING] = setup.std
     found = bounds(
         model,

@@ -12,19 +12,18 @@ from sternplane.study.chance import greatest_of, median_of, paired_ratio, rms_ba
 from sternplane.study.figures import bars, correlation, final, over_bound, over_time, per_name, rms
 from sternplane.study.rows import Case, Results, Row, RunArrays
 from sternplane.study.setups import (
-    ITERATION_TIMES,
     PAPER_EKF,
-    UNKNOWN_WATER,
+    WRONG,
     Setup,
     bound_std,
     fly_prbs,
+    flying,
     run_filter,
+    shipped,
     starts,
     vehicle,
 )
 
-WRONG = 0.5
-"""How far off every coefficient starts; it is also the filter's prior sigma."""
 MINUTE = Setup()
 LONG = Setup(duration=900.0, h=0.02, inertial=50.0)
 STREAM = Setup(current=0.2)
@@ -39,13 +38,14 @@ SWAY = {"Y_dr": 14.53, "Y_r": 9.61, "Y_v": 23.29}
 
 
 def still_water() -> CoefficientEkf:
-    """A filter that knows that there is no current."""
-    return CoefficientEkf(vehicle(), CoefficientParams(std=WRONG, current=False, iteration_times=ITERATION_TIMES))
+    """A filter that knows that there is no current: it needs no care at its start."""
+    times = shipped().iteration_times
+    return CoefficientEkf(vehicle(), CoefficientParams(std=WRONG, current=False, iteration_times=times))
 
 
 def any_water() -> CoefficientEkf:
-    """A filter that estimates a current."""
-    return CoefficientEkf(vehicle(), CoefficientParams(std=WRONG, **UNKNOWN_WATER))
+    """The filter that is shipped: it estimates a current and the intensity of the eddies."""
+    return CoefficientEkf(vehicle(), flying())
 
 
 def _minute(seed: int, k: int) -> RunArrays:

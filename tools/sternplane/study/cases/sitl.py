@@ -25,9 +25,8 @@ from sternplane.sitl.busless_flight import SENSOR_STD
 from sternplane.sitl.flight import Wish, fly, prepare
 from sternplane.study.figures import bars, over_bound, per_name, rms
 from sternplane.study.rows import Case, Results, RunArrays
-from sternplane.study.setups import CONFIG, starts, true_vehicle
+from sternplane.study.setups import CONFIG, WRONG, starts, true_vehicle
 
-WRONG = 0.5
 DURATION = 61.0
 """s; the vehicle dives with its fins moving from 0.5 s on."""
 SCENARIO = """
