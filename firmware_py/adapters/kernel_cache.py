@@ -92,16 +92,19 @@ def _writable(folder: Path) -> bool:
 def _with_imports(files: list[Path]) -> set[Path]:
     """Return the files, and those of ours that they import: a kernel is compiled with the constants of these."""
     found: set[Path] = set()
+    seen: set[str] = set()
     while files:
         path = files.pop()
         if path not in found:
             found.add(path)
-            files += _imports(path)
+            new = _imported_names(path) - seen
+            seen |= new
+            paths = (os.path.join(root, *name.split(".")) + ".py" for name in new for root in _ROOTS)
+            files += [Path(path) for path in paths if os.path.isfile(path)]
     return found
 
 
-def _imports(path: Path) -> list[Path]:
+def _imported_names(path: Path) -> set[str]:
+    """Return the dotted names of our modules that a file imports, and those of what it takes from them."""
     imports = _IMPORT.findall(path.read_text(encoding="utf-8"))
-    names = (name for module, items in imports for name in (module, *(f"{module}.{a}" for a in _NAME.findall(items))))
-    files = (root.joinpath(*name.split(".")).with_suffix(".py") for name in names for root in _ROOTS)
-    return [file for file in files if file.is_file()]
+    return {name for module, items in imports for name in (module, *(f"{module}.{a}" for a in _NAME.findall(items)))}
