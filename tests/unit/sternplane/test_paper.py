@@ -11,10 +11,12 @@ import struct
 from pathlib import Path
 
 import numpy as np
+import plotly.graph_objects as go
 import pytest
 from sternplane.cli import main
 from sternplane.paper import command, control, design, differences, drawings, estimation, figures, page
 from sternplane.paper.printed import ERRATA, NUMBERS
+from sternplane.report.drawing import Plot
 from sternplane.sitl.flight import CONFIG
 
 from firmware_py import app, config_files
@@ -204,7 +206,7 @@ def test_figures_are_drawn_into_png_files(found: estimation.Estimation, tmp_path
 
 @pytest.fixture
 def grounded(found: estimation.Estimation, monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, Path]]:
-    """All of it but the flights, which other tests fly; what would have been flown."""
+    """All of it but the flights and drawings, which other tests fly and draw; what would have been flown."""
     asked: list[tuple[str, Path]] = []
 
     def flight(scenario: str, config: Path, folder: Path, watch: object) -> control.StepFlight:
@@ -213,6 +215,7 @@ def grounded(found: estimation.Estimation, monkeypatch: pytest.MonkeyPatch) -> l
 
     monkeypatch.setattr(control, "fly_step", flight)
     monkeypatch.setattr(estimation, "estimate", lambda truth, vehicle, done: found)
+    monkeypatch.setattr(page, "plot", lambda panel: Plot(panel.title, "", go.Figure(), over_time=False))
     monkeypatch.setattr(drawings, "draw", lambda figure, folder: folder / f"{figure.name}.png")
     return asked
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
@@ -63,16 +64,24 @@ def heard(value, t: float = 0.0, ok: bool = True) -> Heard:
     return Heard(value, t, True, ok)
 
 
+LEVEL, STILL = Ahrs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), Dvl(0.0, 0.0, 0.0, 0.01, 20.0)
+FIX, BATTERY = Fix(ORIGIN.latitude, ORIGIN.longitude, 1.0), Battery(48.0, 3.0, 0.8)
+FIN_ANGLES = (0.1, -0.1, 0.2, -0.2)
+REFERENCE = Reference(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, math.nan)
+DEMAND, COMMAND = Demand(0.0, 0.0, 0.0, 0.0, 0.0), FinCommand((0.0,) * 4, 0.0)
+
+
+@functools.lru_cache(1000)
 def frame(t: float = 0.0) -> SensorFrame:
     return SensorFrame(
-        ahrs=heard(Ahrs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), t),
-        dvl=heard(Dvl(0.0, 0.0, 0.0, 0.01, 20.0), t),
+        ahrs=heard(LEVEL, t),
+        dvl=heard(STILL, t),
         pressure=heard(150_000.0, t),
         altitude=heard(20.0, t),
-        fix=heard(Fix(ORIGIN.latitude, ORIGIN.longitude, 1.0), t),
-        fins=tuple(heard(angle, t) for angle in (0.1, -0.1, 0.2, -0.2)),
+        fix=heard(FIX, t),
+        fins=tuple(heard(angle, t) for angle in FIN_ANGLES),
         n=heard(5.0, t),
-        battery=heard(Battery(48.0, 3.0, 0.8), t),
+        battery=heard(BATTERY, t),
         leak=heard(0.4, t),
     )
 
@@ -90,16 +99,15 @@ def cycle(
     **state,
 ) -> Cycle:
     tick = Tick(k, DT_NS)
-    reference = Reference(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, math.nan)
     return Cycle(
         tick=tick,
         frame=sensors or frame(tick.t),
         order=order,
-        state=dataclasses.replace(STATE, **state),
+        state=dataclasses.replace(STATE, **state) if state else STATE,
         mode=ModeState(mode, mission_done, late, **(decided or {})),
-        reference=reference,
-        demand=Demand(0.0, 0.0, 0.0, 0.0, 0.0),
-        fins=FinCommand((0.0,) * 4, 0.0),
+        reference=REFERENCE,
+        demand=DEMAND,
+        fins=COMMAND,
         applied=applied or Applied((0.0,) * 4, 0.0, mode is not Mode.DISARMED, limited=False),
         events=events,
     )
@@ -131,6 +139,8 @@ def receive(receiver: Node, tick: Tick, *datagrams: bytes, link: int = 0) -> Non
 
 def parse(datagram: bytes) -> list:
     """What another's parser makes of it; it is strict, and so is this."""
+    if not datagram:
+        return []
     peer = mavlink.MAVLink(None)
     messages = peer.parse_buffer(datagram) or []
     assert peer.buf_len() == 0
