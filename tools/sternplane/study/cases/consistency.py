@@ -29,11 +29,11 @@ ROUGH: Waters = {
 LOST = 0.001
 """Expected share of flights in which the filter diverges and is reset."""
 STRONG = "eddies 0.2 m/s"
-STRONG_NEES, STRONG_SCATTER, STRONG_LOST = 1.8, 1.4, 0.2
-"""NEES expected in these, how it scatters from flight to flight, and the expected share of flights with a reset. Such
-eddies can change faster than slopes about one motion tell: within half a second the filter's water is off by ten sigma,
-NIS shows it, and the filter is reset; its coefficients are off by 1 to 3 sigma then. NEES and resets alone are judged
-there, the rest is shown."""
+STRONG_NEES, STRONG_SCATTER, STRONG_LOST = 1.5, 1.4, 0.17
+"""NEES expected in these, how it scatters from flight to flight, and the expected share of flights with a reset. In the
+roll equation sway and heave through the water multiply: where the filter's sway has the wrong sign, so has its slope,
+and its water runs away within half a second. NIS shows it and the filter is reset, its coefficients off by 1 to 3
+sigma. NEES and resets alone are judged there, the rest is shown."""
 EARLY, FAR, FAR_SHARE = 20.0, 3.0, 0.001
 """s: coefficients have learned for a while, and the first iteration has not taken over in most flights; and the NEES,
 over its degrees of freedom, that no more than such a share of flights is expected to exceed there."""
