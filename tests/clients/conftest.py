@@ -1,4 +1,4 @@
-"""What the boats of these tests find on their disk."""
+"""What the vehicles of these tests find on their disk."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def earlier(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory, earlier: bytes) -> Path:
-    """A folder in which a boat has flown before."""
-    place = tmp_path_factory.mktemp("boat")
+    """A folder in which a vehicle has flown before."""
+    place = tmp_path_factory.mktemp("vehicle")
     log = place / "runs" / "earlier" / "log.mcap"
     log.parent.mkdir(parents=True)
     log.write_bytes(earlier)

@@ -9,7 +9,7 @@ import sys
 import threading
 from pathlib import Path
 
-from .boat import until
+from .vehicle import until
 
 NOBODY = "http://127.0.0.1:9"
 """Where MAVProxy would fetch maps and descriptions from."""

@@ -18,8 +18,8 @@ from firmware_py import app, config_files
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import FenceChange, MissionChange, Mode, ParameterChange, RallyChange
 
-from .boat import boat, changes, free_port, until
 from .proxy import Proxy
+from .vehicle import changes, flying, free_port, until
 
 CONFIG = Path(__file__).resolve().parents[2] / "configs" / "npsauv2"
 
@@ -65,7 +65,7 @@ def flown(place: Path, earlier: bytes) -> Flown:
     for name, plan in PLANS.items():
         (folder / name).write_text("QGC WPL 110" + plan.replace(" ", "\t"))
     said: dict[str, re.Match[str]] = {}
-    with boat(place, f"tcpin:127.0.0.1:{port}") as vehicle, contextlib.ExitStack() as ending:
+    with flying(place, f"tcpin:127.0.0.1:{port}") as vehicle, contextlib.ExitStack() as ending:
         proxy = Proxy(f"tcp:127.0.0.1:{port}", folder)
         ending.callback(proxy.end)
         said["begin"] = proxy.says(r"Received (\d+) parameters \(ftp\)")

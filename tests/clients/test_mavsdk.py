@@ -21,7 +21,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.event_text import texts
 from firmware_py.records.order import FenceChange, MissionChange, Mode, ParameterChange, RallyChange
 
-from .boat import SURFACE, boat, changes, free_port
+from .vehicle import SURFACE, changes, flying, free_port
 
 CONFIG = Path(__file__).resolve().parents[2] / "configs" / "npsauv2"
 PERSON = Path(__file__).parent / "with_mavsdk.py"
@@ -49,7 +49,7 @@ class Flown(NamedTuple):
 def flown(place: Path, earlier: bytes) -> Flown:
     port = free_port()
     (place / "fetched").mkdir()
-    with boat(place, f"udpout:127.0.0.1:{port}:generic") as vehicle:
+    with flying(place, f"udpout:127.0.0.1:{port}:generic") as vehicle:
         person = subprocess.run(
             [sys.executable, PERSON, str(port), place / "fetched"],
             env={**os.environ, "HOME": str(place), "XDG_CACHE_HOME": str(place)},  # it keeps what it has fetched there

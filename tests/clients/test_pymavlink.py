@@ -15,7 +15,7 @@ from pymavlink.dialects.v20 import all as mavlink
 
 from firmware_py.records.cycle import Cycle
 
-from .boat import SURFACE, boat, free_port
+from .vehicle import SURFACE, flying, free_port
 
 MOTION = ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED", "ALTITUDE", "SCALED_PRESSURE2", "WATER_DEPTH", "ATTITUDE")
 TUNED = "# what a person wrote\nCTL_Z_DELTA_SW 0.3\nSAF_LATE_MAX 900\nNONESUCH 1.0\nCTL_Z_POLE1 -0.4\n"
@@ -85,7 +85,7 @@ def flown(place: Path, earlier: bytes) -> Flown:
     port, said = free_port(), {}
     tuned, fetched = place / "tuned.parm", place / "fetched.mcap"
     tuned.write_text(TUNED)
-    with boat(place, f"udpin:127.0.0.1:{port}") as vehicle:
+    with flying(place, f"udpin:127.0.0.1:{port}") as vehicle:
         station = Station(f"udpout:127.0.0.1:{port}")
         said["HEARTBEAT"] = station.hears("HEARTBEAT")
         for kind in MOTION:
@@ -123,7 +123,7 @@ def flown(place: Path, earlier: bytes) -> Flown:
         said["results"] = [station.sends(plan, kind) for kind, plan in plans.items()]
         station.link.close()
         log = vehicle.end()
-    with boat(place, f"udpin:127.0.0.1:{port}"):
+    with flying(place, f"udpin:127.0.0.1:{port}"):
         station = Station(f"udpout:127.0.0.1:{port}")
         station.hears("HEARTBEAT")
         said["plans"] = [station.fetches(kind) for kind in plans]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 import tty
@@ -163,15 +164,15 @@ def test_a_report_whose_times_make_no_sense_is_not_ok_and_never_from_the_future(
 
 def test_a_babbling_device_costs_a_bounded_read_per_tick_and_the_rest_waits(device, monkeypatch):
     monkeypatch.setattr(dvl, "BYTES_PER_TICK", 64)
-    asked = []
-    read = device.port._serial.read
-    monkeypatch.setattr(device.port._serial, "read", lambda size: asked.append(size) or read(size))
     device.send(b"z" * 1000 + b"\n" + report())
     ticks = -(-(1001 + len(report())) // 64)
-    heard = [device.port.read(k / 100) for k in range(ticks)]
+    heard, waiting = [], [device.line.waiting()]
+    for k in range(ticks):
+        heard.append(device.port.read(k / 100))
+        waiting.append(device.line.waiting())
     assert heard[:-1] == [None] * (ticks - 1)
     assert heard[-1].ok
-    assert max(asked) == 64
+    assert [before - after for before, after in itertools.pairwise(waiting[:-1])] == [64] * (ticks - 1)
 
 
 def test_a_plug_pulled_in_flight_is_silence(tmp_path):
@@ -215,7 +216,7 @@ def test_a_port_that_is_not_there_says_who_brings_it(tmp_path):
         DvlPort(DvlParams(port=str(tmp_path / "dvl")))
 
 
-def test_a_name_that_a_dead_boat_left_says_who_brings_another(tmp_path):
+def test_a_name_that_a_dead_vehicle_left_says_who_brings_another(tmp_path):
     name = tmp_path / "dvl"
     with SerialLine() as line:
         name.symlink_to(line.path)

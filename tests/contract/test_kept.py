@@ -55,11 +55,11 @@ def station():
 
 @pytest.fixture
 def vehicle(station):
-    boat = Vehicle(station.port.getsockname()[1])
-    boat.step(100)
+    vehicle = Vehicle(station.port.getsockname()[1])
+    vehicle.step(100)
     assert station.wait_heartbeat(timeout=5.0) is not None
-    yield boat
-    boat.ground.close()
+    yield vehicle
+    vehicle.ground.close()
 
 
 def change(station, vehicle: Vehicle, name: str, value: float) -> None:

@@ -36,7 +36,7 @@ STEP = GuidanceParams(shape=Shape.STEP)
 SMOOTH = GuidanceParams()
 
 
-class LinearBoat:
+class LinearPlant:
     """Two linear models side by side, exact under a held input; the fins stop at their travel."""
 
     def __init__(
@@ -66,16 +66,18 @@ def _held(model: LinearModel) -> tuple[np.ndarray, np.ndarray]:
     return whole[:3, :3], whole[:3, 3]
 
 
-def fly(boat: LinearBoat, control: ControlParams, guidance: GuidanceParams, setpoint: Setpoint, seconds: float) -> dict:
+def fly(
+    plant: LinearPlant, control: ControlParams, guidance: GuidanceParams, setpoint: Setpoint, seconds: float
+) -> dict:
     """Holds for 2 s, then goes for the setpoint; the history from there on, one array per name."""
     law, guide = Control(control, VEHICLE), Guidance(guidance, Mission())
     rows = []
-    guide.update(Tick(0, DT_NS), DISARMED, NO_ORDER, boat.state)
+    guide.update(Tick(0, DT_NS), DISARMED, NO_ORDER, plant.state)
     for k in range(round(seconds * 100) + 200):
-        state, tick = boat.state, Tick(k, DT_NS)
+        state, tick = plant.state, Tick(k, DT_NS)
         reference = guide.update(tick, HOLD, Order(setpoint=setpoint) if k == 200 else NO_ORDER, state)
         demand = law.update(tick, HOLD, NO_ORDER, reference, state)
-        boat.step(demand.delta_s, demand.delta_r)
+        plant.step(demand.delta_s, demand.delta_r)
         row = (state.eta.z, state.eta.psi, reference.z_d, reference.psi_d, demand.delta_s, demand.delta_r)
         rows.append((*row, demand.sigma_z, demand.sigma_psi))
     names = ("z", "psi", "z_d", "psi_d", "delta_s", "delta_r", "sigma_z", "sigma_psi")
@@ -88,13 +90,13 @@ def settled(way: np.ndarray, share: float) -> float:
 
 
 def test_paper_gains_settle_a_metre_in_about_20_s_without_overshoot() -> None:
-    way = fly(LinearBoat(1.832), PAPER, STEP, Setpoint(11.0, 0.0, 1.832), 50.0)["z"] - 10.0
+    way = fly(LinearPlant(1.832), PAPER, STEP, Setpoint(11.0, 0.0, 1.832), 50.0)["z"] - 10.0
     assert way.max() < 1.01
     assert 14.0 < settled(way, 0.05) < 24.0
 
 
 def test_paper_gains_turn_without_overshoot() -> None:
-    way = fly(LinearBoat(1.832), PAPER, STEP, Setpoint(10.0, 0.1, 1.832), 50.0)["psi"] / 0.1
+    way = fly(LinearPlant(1.832), PAPER, STEP, Setpoint(10.0, 0.1, 1.832), 50.0)["psi"] / 0.1
     assert way.max() < 1.02
     assert 5.0 < settled(way, 0.05) < 20.0
 
@@ -103,7 +105,7 @@ def test_paper_gains_turn_without_overshoot() -> None:
 def test_own_gains_answer_a_small_step_over_the_same_way_at_every_speed(u: float) -> None:
     depth, heading = (dataclasses.replace(gains, integral_time=0.0) for gains in (OWN.depth, OWN.heading))
     control = dataclasses.replace(OWN, depth=depth, heading=heading)
-    flown = fly(LinearBoat(u), control, STEP, Setpoint(10.02, 0.002, u), 80.0 / u)
+    flown = fly(LinearPlant(u), control, STEP, Setpoint(10.02, 0.002, u), 80.0 / u)
     dive, turn = (flown["z"] - 10.0) / 0.02, flown["psi"] / 0.002
     assert dive.max() < 1.01
     assert turn.max() < 1.05
@@ -117,7 +119,7 @@ def test_own_gains_answer_a_small_step_over_the_same_way_at_every_speed(u: float
 @pytest.mark.parametrize("control", [PAPER, OWN, PID], ids=["paper", "own", "pid"])
 @pytest.mark.parametrize("u", [1.2, 1.8288])
 def test_feed_forward_keeps_the_model_on_a_smooth_reference(control: ControlParams, u: float) -> None:
-    flown = fly(LinearBoat(u), control, SMOOTH, Setpoint(13.0, 1.0, u), 90.0)
+    flown = fly(LinearPlant(u), control, SMOOTH, Setpoint(13.0, 1.0, u), 90.0)
     assert np.ptp(flown["z_d"]) == pytest.approx(3.0, abs=1e-4)
     assert np.abs(flown["delta_s"]).max() > 0.03  # it had to work for it
     assert np.abs(flown["z"] - flown["z_d"]).max() < 0.01
@@ -126,8 +128,8 @@ def test_feed_forward_keeps_the_model_on_a_smooth_reference(control: ControlPara
 
 @pytest.mark.parametrize("control", [OWN, PID], ids=["own", "pid"])
 def test_a_steady_moment_is_learned(control: ControlParams) -> None:
-    boat = LinearBoat(1.8288, bias=math.radians(1.5))
-    flown = fly(boat, control, SMOOTH, Setpoint(10.0, 0.0, 1.8288), 300.0)
+    plant = LinearPlant(1.8288, bias=math.radians(1.5))
+    flown = fly(plant, control, SMOOTH, Setpoint(10.0, 0.0, 1.8288), 300.0)
     assert np.abs(flown["z"][:2000] - 10.0).max() > 0.01
     assert np.abs(flown["z"][-100:] - 10.0).max() < 0.005
     assert np.abs(flown["psi"][-100:]).max() < math.radians(0.1)
@@ -135,8 +137,8 @@ def test_a_steady_moment_is_learned(control: ControlParams) -> None:
 
 def test_a_current_in_the_sway_over_ground_changes_nothing() -> None:
     setpoint = Setpoint(10.0, 0.5, 1.8288)
-    still = fly(LinearBoat(1.8288), OWN, SMOOTH, setpoint, 30.0)
-    flowing = fly(LinearBoat(1.8288, current=0.3), OWN, SMOOTH, setpoint, 30.0)
+    still = fly(LinearPlant(1.8288), OWN, SMOOTH, setpoint, 30.0)
+    flowing = fly(LinearPlant(1.8288, current=0.3), OWN, SMOOTH, setpoint, 30.0)
     assert np.array_equal(still["psi"], flowing["psi"])
 
 
@@ -145,7 +147,7 @@ def test_own_gains_stand_coefficients_that_are_half_as_wrong_again(factor: float
     names = ("M_q", "M_ds", "N_r", "N_dr", "N_v", "Y_r", "Y_dr", "Y_v")
     wrong = {name: getattr(VEHICLE.coefficients, name) * factor for name in names}
     truth = dataclasses.replace(VEHICLE, coefficients=dataclasses.replace(VEHICLE.coefficients, **wrong))
-    flown = fly(LinearBoat(1.8288, truth=truth), OWN, SMOOTH, Setpoint(12.0, 0.5, 1.8288), 90.0)
+    flown = fly(LinearPlant(1.8288, truth=truth), OWN, SMOOTH, Setpoint(12.0, 0.5, 1.8288), 90.0)
     assert np.abs(flown["z"] - flown["z_d"]).max() < 0.5
     assert np.abs(flown["z"][-1000:] - 12.0).max() < 0.02
     assert np.abs(flown["psi"] - flown["psi_d"]).max() < math.radians(8.0)
@@ -154,6 +156,6 @@ def test_own_gains_stand_coefficients_that_are_half_as_wrong_again(factor: float
 
 def test_sigma_is_kept_small_on_a_smooth_reference_and_is_zero_under_pid() -> None:
     setpoint = Setpoint(12.0, 0.5, 1.8288)
-    own = fly(LinearBoat(1.8288), OWN, SMOOTH, setpoint, 30.0)
+    own = fly(LinearPlant(1.8288), OWN, SMOOTH, setpoint, 30.0)
     assert 0.0 < np.abs(own["sigma_z"]).max() < 0.1
-    assert not fly(LinearBoat(1.8288), PID, SMOOTH, setpoint, 5.0)["sigma_z"].any()
+    assert not fly(LinearPlant(1.8288), PID, SMOOTH, setpoint, 5.0)["sigma_z"].any()

@@ -1,4 +1,4 @@
-"""A toy boat and a toy autopilot, so that logs are made quickly and by the real loop."""
+"""A toy plant and a toy autopilot, so that logs are made quickly and by the real loop."""
 
 from __future__ import annotations
 
@@ -74,8 +74,8 @@ class ToyAutopilot:
         )
 
 
-class ToyBoat:
-    """Schedule, hardware, ground and truth of a boat that sails a slow curve."""
+class ToyPlant:
+    """Schedule, hardware, ground and truth of a vehicle that sails a slow curve."""
 
     def __init__(
         self,
@@ -131,13 +131,13 @@ def header(**more: Any) -> dict[str, Any]:
 
 def fly(path: Path, seconds: float = 3.0, *, told: Callable[[int], object] = lambda _: None, **more: Any) -> Path:
     """Leaves the log of a toy run; `told` hears of every tick whose cycle was recorded."""
-    boat_options = {name: more.pop(name) for name in ("truth", "seed", "late_ns") if name in more}
+    plant_options = {name: more.pop(name) for name in ("truth", "seed", "late_ns") if name in more}
     log = LogWriter(path, header(**more))
-    boat = ToyBoat(round(seconds * 100), log, **boat_options)
-    hardware = SimpleNamespace(read=boat.frame, write=boat.write)
-    ground = SimpleNamespace(read=boat.order, write=lambda cycle: told(cycle.tick.k))
+    plant = ToyPlant(round(seconds * 100), log, **plant_options)
+    hardware = SimpleNamespace(read=plant.frame, write=plant.write)
+    ground = SimpleNamespace(read=plant.order, write=lambda cycle: told(cycle.tick.k))
     autopilot: Any = ToyAutopilot({"gain": 0.25})
-    loop.run(autopilot, hardware, ground, Recorder(log), boat)
+    loop.run(autopilot, hardware, ground, Recorder(log), plant)
     log.close({"completed": True, "reason": "surfaced", "wall_s": 0.5})
     return path
 

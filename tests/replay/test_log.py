@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import math
 import resource
 import struct
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -182,31 +184,34 @@ def test_a_full_disk_is_one_line() -> None:
         LogWriter("/dev/full", {})
 
 
-def test_a_disk_that_fills_up_leaves_what_was_written(tmp_path: Path, toy: SimpleNamespace) -> None:
+@contextlib.contextmanager
+def no_file_larger_than(size: int) -> Iterator[None]:
+    """No file of this process grows beyond that many bytes, as on a disk that is full."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, hard))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
     try:
-        with pytest.raises(LogError, match=r"log\.mcap: the log cannot be written"):
-            toy.fly(tmp_path / "log.mcap", 20.0)
+        yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_a_disk_that_fills_up_leaves_what_was_written(tmp_path: Path, toy: SimpleNamespace) -> None:
+    with no_file_larger_than(100_000), pytest.raises(LogError, match=r"log\.mcap: the log cannot be written"):
+        toy.fly(tmp_path / "log.mcap", 20.0)
     log = read(tmp_path / "log.mcap")
     assert log.lost
     assert len(log.cycle_bytes) >= 100
 
 
-def test_after_a_failure_and_after_the_end_closing_is_quiet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_after_a_failure_and_after_the_end_closing_is_quiet(tmp_path: Path) -> None:
     log = LogWriter(tmp_path / "log.mcap", {})
     log.close({"reason": "first"})
     log.close({"reason": "second"})
     assert read(tmp_path / "log.mcap").end == {"reason": "first"}
 
-    def full() -> None:
-        raise OSError(28, "No space left on device")
-
-    broken = LogWriter(tmp_path / "broken.mcap", {})
-    monkeypatch.setattr(broken._writer, "finish", full)
-    with pytest.raises(LogError, match="No space left"):
+    path = tmp_path / "broken.mcap"
+    broken = LogWriter(path, {})
+    with no_file_larger_than(path.stat().st_size), pytest.raises(LogError, match="File too large"):
         broken.close()
     broken.close()
 

@@ -86,7 +86,7 @@ def test_what_stations_changed_is_drawn_for_as_long_as_it_stood(tmp_path: Path, 
     assert list(found)[1:3] == ["fence, inclusion, from 2.0 s until 2.5 s", "fence, exclusion, from 2.0 s until 2.5 s"]
 
 
-def test_a_fence_of_a_hundred_kilometres_does_not_hide_the_boat(tmp_path: Path, toy: SimpleNamespace) -> None:
+def test_a_fence_of_a_hundred_kilometres_does_not_hide_the_vehicle(tmp_path: Path, toy: SimpleNamespace) -> None:
     log = logged(tmp_path, toy, {}, fence=plain(Fence((Disc(0.0, 0.0, 1e5),))))
     plot = plan(log)
     for axis in (plot.figure.layout.xaxis, plot.figure.layout.yaxis):

@@ -87,7 +87,7 @@ def test_the_path_error_does_not_jump_where_the_leg_changes(tmp_path: Path, toy:
     log = read(toy.fly(tmp_path / "log.mcap", 50.0))  # straight past the first corner, which guidance leaves at 40 s
     off, t = path_error(log, true_columns(log)), log.columns["t"]
     assert np.isnan(off[t < 1.995]).all()
-    assert np.abs(np.diff(off[t > 1.995])).max() < 0.02  # what a boat of 1.8 m/s can do in a step
+    assert np.abs(np.diff(off[t > 1.995])).max() < 0.02  # what a vehicle of 1.8 m/s can do in a step
     assert off[-1] == pytest.approx(1.8 * 49.99 - 60.0, abs=1e-9)
     assert summarise(log)["path_error_max_m"] == pytest.approx(off[-1])
 
@@ -100,7 +100,7 @@ def test_a_path_is_planned_anew_from_where_the_mission_is_taken_up_again(tmp_pat
     assert off[4199] == pytest.approx(1.8 * 41.99 - 60.0, abs=1e-9)
     assert np.isnan(off[4200:4500]).all()
     assert off[4500] == pytest.approx(0.0, abs=1e-9)
-    # The second waypoint is next: north-east of it is left behind, and the boat still sails north.
+    # The second waypoint is next: north-east of it is left behind, and the vehicle still sails north.
     x, y = 1.8 * t[4500:] - 60.0, 2.0 * np.sin(0.02 * t[4500:]) + 0.01 * t[4500:] - 60.0
     course = math.atan2(-y[0], -x[0])
     across = (y - y[0]) * math.cos(course) - (x - x[0]) * math.sin(course)

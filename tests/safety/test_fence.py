@@ -14,7 +14,7 @@ from firmware_py.records.fence import NO_FENCE, Disc, Fence, Place, Polygon, fro
 from firmware_py.records.order import Arming, Mode
 from firmware_py.safety.supervisor import Supervisor
 
-from .test_supervisor import ARM, PARAMS, STATE, Boat
+from .test_supervisor import ARM, PARAMS, STATE, SupervisedVehicle
 
 SQUARE = Polygon(((-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0)))
 HOLE = Disc(0.0, 0.0, 2.0)
@@ -129,81 +129,81 @@ def test_a_haven_is_the_nearest_place_to_which_a_straight_way_keeps_to_the_fence
     assert nearest_rally_point((), fence, x, 0.0) is None
 
 
-def fenced(mode: Mode) -> Boat:
-    boat = Boat()
-    boat.supervisor = Supervisor(PARAMS, fence=Fence((SQUARE,), (HOLE,)))
-    at(boat, 5.0)
-    boat.tick(ARM, eta=STATE.eta._replace(x=5.0))
+def fenced(mode: Mode) -> SupervisedVehicle:
+    vehicle = SupervisedVehicle()
+    vehicle.supervisor = Supervisor(PARAMS, fence=Fence((SQUARE,), (HOLE,)))
+    at(vehicle, 5.0)
+    vehicle.tick(ARM, eta=STATE.eta._replace(x=5.0))
     if mode is not Mode.MANUAL:
-        boat.tick(type(ARM)(mode=mode), eta=STATE.eta._replace(x=5.0))
-    assert boat.mode is mode, boat.events
-    return boat
+        vehicle.tick(type(ARM)(mode=mode), eta=STATE.eta._replace(x=5.0))
+    assert vehicle.mode is mode, vehicle.events
+    return vehicle
 
 
-def at(boat: Boat, x: float, ticks: int = 1) -> Mode:
+def at(vehicle: SupervisedVehicle, x: float, ticks: int = 1) -> Mode:
     for _ in range(ticks):
-        boat.tick(eta=STATE.eta._replace(x=x))
-    return boat.mode
+        vehicle.tick(eta=STATE.eta._replace(x=x))
+    return vehicle.mode
 
 
 @pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED])
 @pytest.mark.parametrize(("x", "words"), [(10.01, "outside the fence"), (1.99, "within exclusion 1 of the fence")])
 def test_beyond_the_fence_for_a_second_it_surfaces_from_every_mode(mode: Mode, x: float, words: str) -> None:
-    boat = fenced(mode)
-    assert at(boat, x, 100) is mode
-    assert at(boat, 5.0) is mode  # back in time: the time runs anew
-    assert at(boat, x, 100) is mode
-    assert at(boat, x) is Mode.SURFACE
-    assert boat.events == (f"{mode.name} -> SURFACE: {words}",)
-    assert at(boat, 5.0, 10) is Mode.SURFACE
+    vehicle = fenced(mode)
+    assert at(vehicle, x, 100) is mode
+    assert at(vehicle, 5.0) is mode  # back in time: the time runs anew
+    assert at(vehicle, x, 100) is mode
+    assert at(vehicle, x) is Mode.SURFACE
+    assert vehicle.events == (f"{mode.name} -> SURFACE: {words}",)
+    assert at(vehicle, 5.0, 10) is Mode.SURFACE
 
 
 def test_beyond_the_fence_nobody_arms() -> None:
-    boat = Boat()
-    boat.supervisor = Supervisor(PARAMS, fence=Fence((SQUARE,)))
-    assert boat.tick(ARM, eta=STATE.eta._replace(x=20.0)) is Mode.DISARMED
-    assert boat.events == ("arming refused: outside the fence",)
+    vehicle = SupervisedVehicle()
+    vehicle.supervisor = Supervisor(PARAMS, fence=Fence((SQUARE,)))
+    assert vehicle.tick(ARM, eta=STATE.eta._replace(x=20.0)) is Mode.DISARMED
+    assert vehicle.events == ("arming refused: outside the fence",)
 
 
 def test_a_place_that_is_not_known_breaks_no_fence() -> None:
-    boat = fenced(Mode.HOLD)
-    assert at(boat, math.nan, 300) is Mode.HOLD
+    vehicle = fenced(Mode.HOLD)
+    assert at(vehicle, math.nan, 300) is Mode.HOLD
 
 
 @pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN])
 def test_deeper_than_the_depth_limit_it_surfaces_from_every_mode_and_nobody_arms(mode: Mode) -> None:
-    boat = Boat()
-    assert boat.tick(ARM, z=PARAMS.depth_max + 0.01) is Mode.DISARMED
-    assert boat.events == ("arming refused: depth 30.01 m, limit 30 m",)
-    boat.tick(ARM)
-    boat.tick(type(ARM)(mode=mode))
-    assert boat.tick(z=PARAMS.depth_max) is mode
-    assert boat.tick(z=PARAMS.depth_max + 0.01) is Mode.SURFACE
-    assert boat.events == (f"{mode.name} -> SURFACE: depth 30.01 m, limit 30 m",)
+    vehicle = SupervisedVehicle()
+    assert vehicle.tick(ARM, z=PARAMS.depth_max + 0.01) is Mode.DISARMED
+    assert vehicle.events == ("arming refused: depth 30.01 m, limit 30 m",)
+    vehicle.tick(ARM)
+    vehicle.tick(type(ARM)(mode=mode))
+    assert vehicle.tick(z=PARAMS.depth_max) is mode
+    assert vehicle.tick(z=PARAMS.depth_max + 0.01) is Mode.SURFACE
+    assert vehicle.events == (f"{mode.name} -> SURFACE: depth 30.01 m, limit 30 m",)
 
 
-def test_a_boat_that_has_returned_surfaces_and_its_mission_is_not_done() -> None:
-    boat = Boat()
-    boat.tick(ARM)
-    assert boat.tick(type(ARM)(mode=Mode.RETURN), done=True) is Mode.RETURN  # that was said of what was flown before
-    assert boat.tick() is Mode.RETURN
-    assert boat.tick(done=True) is Mode.SURFACE
-    assert boat.events == ("RETURN -> SURFACE: return done",)
-    assert not boat.answer.mission_done
+def test_a_vehicle_that_has_returned_surfaces_and_its_mission_is_not_done() -> None:
+    vehicle = SupervisedVehicle()
+    vehicle.tick(ARM)
+    assert vehicle.tick(type(ARM)(mode=Mode.RETURN), done=True) is Mode.RETURN  # that was said of what was flown before
+    assert vehicle.tick() is Mode.RETURN
+    assert vehicle.tick(done=True) is Mode.SURFACE
+    assert vehicle.events == ("RETURN -> SURFACE: return done",)
+    assert not vehicle.answer.mission_done
 
 
 def test_the_supervisor_says_whether_it_would_arm() -> None:
-    boat = Boat()
-    boat.tick()
-    assert boat.answer.ready
-    boat.tick(z=31.0)
-    assert not boat.answer.ready
-    boat.tick(leak=True)
-    assert not boat.answer.ready  # before its time has come, as arming would be refused
-    boat.tick(attitude_ok=False)
-    assert not boat.answer.ready
-    boat.tick(ARM)
-    assert (boat.mode, boat.answer.ready) == (Mode.MANUAL, True)
-    boat.tick(type(ARM)(arming=Arming.DISARM))
-    boat.tick()
-    assert boat.answer.ready
+    vehicle = SupervisedVehicle()
+    vehicle.tick()
+    assert vehicle.answer.ready
+    vehicle.tick(z=31.0)
+    assert not vehicle.answer.ready
+    vehicle.tick(leak=True)
+    assert not vehicle.answer.ready  # before its time has come, as arming would be refused
+    vehicle.tick(attitude_ok=False)
+    assert not vehicle.answer.ready
+    vehicle.tick(ARM)
+    assert (vehicle.mode, vehicle.answer.ready) == (Mode.MANUAL, True)
+    vehicle.tick(type(ARM)(arming=Arming.DISARM))
+    vehicle.tick()
+    assert vehicle.answer.ready

@@ -29,7 +29,7 @@ NEVER_DVL = never(Dvl(*[math.nan] * 5))
 NEVER_FIX = never(Fix(*[math.nan] * 3))
 
 
-class Boat:
+class SupervisedVehicle:
     """A supervisor with everything in order around it, until told otherwise."""
 
     def __init__(self, params: SafetyParams = PARAMS, has_mission: bool = True) -> None:
@@ -73,10 +73,10 @@ class Boat:
         raise AssertionError(f"{mode.name} not within {most} ticks, still {self.mode.name}")
 
 
-def sailing(mode: Mode = Mode.HOLD, params: SafetyParams = PARAMS) -> Boat:
-    boat = Boat(params)
-    assert boat.tick(Order(arming=Arming.ARM, mode=mode)) is mode, boat.events
-    return boat
+def sailing(mode: Mode = Mode.HOLD, params: SafetyParams = PARAMS) -> SupervisedVehicle:
+    vehicle = SupervisedVehicle(params)
+    assert vehicle.tick(Order(arming=Arming.ARM, mode=mode)) is mode, vehicle.events
+    return vehicle
 
 
 def old(age: float, value: Any, k: int) -> Heard[Any]:
@@ -84,81 +84,81 @@ def old(age: float, value: Any, k: int) -> Heard[Any]:
 
 
 def test_begins_disarmed_and_says_nothing() -> None:
-    boat = Boat()
-    assert boat.tick() is Mode.DISARMED
-    assert boat.events == ()
+    vehicle = SupervisedVehicle()
+    assert vehicle.tick() is Mode.DISARMED
+    assert vehicle.events == ()
 
 
 def test_arming_leads_to_manual_or_to_what_is_ordered_with_it() -> None:
-    boat = Boat()
-    assert boat.tick(ARM) is Mode.MANUAL
-    assert boat.events == ("DISARMED -> MANUAL: ordered",)
-    assert boat.tick(ARM) is Mode.MANUAL
-    assert boat.events == ()
+    vehicle = SupervisedVehicle()
+    assert vehicle.tick(ARM) is Mode.MANUAL
+    assert vehicle.events == ("DISARMED -> MANUAL: ordered",)
+    assert vehicle.tick(ARM) is Mode.MANUAL
+    assert vehicle.events == ()
     for mode in (Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.SURFACE):
         assert sailing(mode).mode is mode
 
 
 def test_a_mode_ordered_while_disarmed_is_refused_with_a_sentence() -> None:
-    boat = Boat()
+    vehicle = SupervisedVehicle()
     for mode in (Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.SURFACE):
-        assert boat.tick(Order(mode=mode)) is Mode.DISARMED
-        assert boat.events == (f"{mode.name} refused: disarmed; arm first",)
+        assert vehicle.tick(Order(mode=mode)) is Mode.DISARMED
+        assert vehicle.events == (f"{mode.name} refused: disarmed; arm first",)
 
 
 @pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.SURFACE])
 @pytest.mark.parametrize("order", [DISARM, Order(mode=Mode.DISARMED), Order(arming=Arming.DISARM, mode=Mode.MISSION)])
 def test_disarm_is_always_obeyed(mode: Mode, order: Order) -> None:
-    boat = sailing(mode)
-    assert boat.tick(order, z=99.0, leak=True, attitude_ok=False) is Mode.DISARMED
-    assert boat.events == (f"{mode.name} -> DISARMED: ordered",)
-    assert boat.tick() is Mode.DISARMED
+    vehicle = sailing(mode)
+    assert vehicle.tick(order, z=99.0, leak=True, attitude_ok=False) is Mode.DISARMED
+    assert vehicle.events == (f"{mode.name} -> DISARMED: ordered",)
+    assert vehicle.tick() is Mode.DISARMED
 
 
 def test_modes_change_by_order_while_armed() -> None:
-    boat = sailing(Mode.MANUAL)
+    vehicle = sailing(Mode.MANUAL)
     for mode in (Mode.HOLD, Mode.MISSION, Mode.MANUAL, Mode.SURFACE):
-        was = boat.mode
-        assert boat.tick(Order(mode=mode)) is mode
-        assert boat.events == (f"{was.name} -> {mode.name}: ordered",)
+        was = vehicle.mode
+        assert vehicle.tick(Order(mode=mode)) is mode
+        assert vehicle.events == (f"{was.name} -> {mode.name}: ordered",)
 
 
 def test_events_name_the_station_that_ordered_or_was_refused() -> None:
-    boat = Boat(has_mission=False)
+    vehicle = SupervisedVehicle(has_mission=False)
     one, two = Asker(0, 255, 190, 400), Asker(1, 254, 1, 176)
-    assert boat.tick(Order(mode=Mode.HOLD, asker=two)) is Mode.DISARMED
-    assert boat.events == ("HOLD refused to station 254/1: disarmed; arm first",)
-    boat.tick(replace(ARM, asker=one), frame={"fins": (old(1.1, 0.1, boat.k),) * 4})
-    assert boat.events == ("arming refused to station 255/190: not every fin heard within 1 s",)
-    boat.tick(replace(ARM, asker=one))
-    assert boat.events == ("DISARMED -> MANUAL: ordered by station 255/190",)
-    boat.tick(Order(mode=Mode.MISSION, asker=two))
-    assert boat.events == ("MISSION refused to station 254/1: no mission is loaded",)
-    boat.tick(Order(mode=Mode.HOLD, asker=two), z=99.0)  # it is a rule that surfaces
-    assert boat.events == ("MANUAL -> SURFACE: depth 99.00 m, limit 30 m",)
-    boat.tick(replace(DISARM, asker=two))
-    assert boat.events == ("SURFACE -> DISARMED: ordered by station 254/1",)
+    assert vehicle.tick(Order(mode=Mode.HOLD, asker=two)) is Mode.DISARMED
+    assert vehicle.events == ("HOLD refused to station 254/1: disarmed; arm first",)
+    vehicle.tick(replace(ARM, asker=one), frame={"fins": (old(1.1, 0.1, vehicle.k),) * 4})
+    assert vehicle.events == ("arming refused to station 255/190: not every fin heard within 1 s",)
+    vehicle.tick(replace(ARM, asker=one))
+    assert vehicle.events == ("DISARMED -> MANUAL: ordered by station 255/190",)
+    vehicle.tick(Order(mode=Mode.MISSION, asker=two))
+    assert vehicle.events == ("MISSION refused to station 254/1: no mission is loaded",)
+    vehicle.tick(Order(mode=Mode.HOLD, asker=two), z=99.0)  # it is a rule that surfaces
+    assert vehicle.events == ("MANUAL -> SURFACE: depth 99.00 m, limit 30 m",)
+    vehicle.tick(replace(DISARM, asker=two))
+    assert vehicle.events == ("SURFACE -> DISARMED: ordered by station 254/1",)
 
 
 def test_without_a_mission_there_is_no_mission_mode() -> None:
-    boat = Boat(has_mission=False)
-    assert boat.tick(Order(arming=Arming.ARM, mode=Mode.MISSION)) is Mode.DISARMED
-    assert boat.events == ("MISSION refused: no mission is loaded",)
-    boat.tick(ARM)
-    assert boat.tick(Order(mode=Mode.MISSION)) is Mode.MANUAL
-    assert boat.events == ("MISSION refused: no mission is loaded",)
+    vehicle = SupervisedVehicle(has_mission=False)
+    assert vehicle.tick(Order(arming=Arming.ARM, mode=Mode.MISSION)) is Mode.DISARMED
+    assert vehicle.events == ("MISSION refused: no mission is loaded",)
+    vehicle.tick(ARM)
+    assert vehicle.tick(Order(mode=Mode.MISSION)) is Mode.MANUAL
+    assert vehicle.events == ("MISSION refused: no mission is loaded",)
 
 
 def test_surface_is_latched_until_disarmed() -> None:
-    boat = sailing()
-    assert boat.tick(z=PARAMS.depth_max + 1.0) is Mode.SURFACE
+    vehicle = sailing()
+    assert vehicle.tick(z=PARAMS.depth_max + 1.0) is Mode.SURFACE
     for mode in (Mode.MANUAL, Mode.HOLD, Mode.MISSION):
-        assert boat.tick(Order(arming=Arming.ARM, mode=mode)) is Mode.SURFACE
-        assert boat.events == (f"{mode.name} refused: surfacing, which only disarming ends",)
-    assert boat.tick(Order(mode=Mode.SURFACE)) is Mode.SURFACE
-    assert boat.events == ()
-    assert boat.tick(DISARM) is Mode.DISARMED
-    assert boat.tick(ARM) is Mode.MANUAL
+        assert vehicle.tick(Order(arming=Arming.ARM, mode=mode)) is Mode.SURFACE
+        assert vehicle.events == (f"{mode.name} refused: surfacing, which only disarming ends",)
+    assert vehicle.tick(Order(mode=Mode.SURFACE)) is Mode.SURFACE
+    assert vehicle.events == ()
+    assert vehicle.tick(DISARM) is Mode.DISARMED
+    assert vehicle.tick(ARM) is Mode.MANUAL
 
 
 REFUSALS: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
@@ -181,64 +181,64 @@ REFUSALS: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
 
 @pytest.mark.parametrize(("why", "state", "frame"), REFUSALS)
 def test_arming_is_refused_and_says_why(why: str, state: dict[str, Any], frame: dict[str, Any]) -> None:
-    boat = Boat()
-    assert boat.tick(ARM, frame=frame, **state) is Mode.DISARMED
-    assert len(boat.events) == 1
-    assert boat.events[0].startswith("arming refused: ")
-    assert why in boat.events[0]
-    boat.k = 0
-    assert boat.tick(ARM) is Mode.MANUAL
+    vehicle = SupervisedVehicle()
+    assert vehicle.tick(ARM, frame=frame, **state) is Mode.DISARMED
+    assert len(vehicle.events) == 1
+    assert vehicle.events[0].startswith("arming refused: ")
+    assert why in vehicle.events[0]
+    vehicle.k = 0
+    assert vehicle.tick(ARM) is Mode.MANUAL
 
 
 @pytest.mark.parametrize(("why", "state", "frame"), REFUSALS)
 def test_a_check_says_what_arming_would_and_does_nothing(
     why: str, state: dict[str, Any], frame: dict[str, Any]
 ) -> None:
-    boat = Boat()
+    vehicle = SupervisedVehicle()
     check = Order(arming=Arming.CHECK)
-    assert boat.tick(check, frame=frame, **state) is Mode.DISARMED
-    (said,) = boat.events
-    boat.k = 0
-    boat.tick(ARM, frame=frame, **state)
-    assert boat.events == (said.replace("would be", "is").replace("arming is refused", "arming refused"),)
+    assert vehicle.tick(check, frame=frame, **state) is Mode.DISARMED
+    (said,) = vehicle.events
+    vehicle.k = 0
+    vehicle.tick(ARM, frame=frame, **state)
+    assert vehicle.events == (said.replace("would be", "is").replace("arming is refused", "arming refused"),)
     assert why in said
-    boat.k = 0
-    assert boat.tick(check) is Mode.DISARMED
-    assert boat.events == ("ready to be armed",)
+    vehicle.k = 0
+    assert vehicle.tick(check) is Mode.DISARMED
+    assert vehicle.events == ("ready to be armed",)
     sailor = sailing()
     assert sailor.tick(check) is Mode.HOLD
     assert sailor.events == ()
 
 
 def test_all_reasons_to_refuse_are_told_at_once() -> None:
-    boat = Boat()
-    boat.tick(ARM, attitude_ok=False, depth_ok=False, leak=True)
-    assert all(word in boat.events[0] for word in ("attitude", "depth", "water"))
-    assert boat.events[0].count("attitude not heard") == 1
+    vehicle = SupervisedVehicle()
+    vehicle.tick(ARM, attitude_ok=False, depth_ok=False, leak=True)
+    assert all(word in vehicle.events[0] for word in ("attitude", "depth", "water"))
+    assert vehicle.events[0].count("attitude not heard") == 1
 
 
 def test_bounds_of_arming() -> None:
     for angle, mode in ((0.785, Mode.MANUAL), (math.radians(45.0), Mode.MANUAL), (0.786, Mode.DISARMED)):
-        assert Boat().tick(ARM, eta=STATE.eta._replace(theta=-angle)) is mode
+        assert SupervisedVehicle().tick(ARM, eta=STATE.eta._replace(theta=-angle)) is mode
     for charge, mode in ((0.199, Mode.DISARMED), (0.2, Mode.MANUAL), (0.201, Mode.MANUAL)):
         battery = Heard(Battery(48.0, 1.0, charge), 0.0, True, True)
-        assert Boat().tick(ARM, frame={"battery": battery}) is mode
+        assert SupervisedVehicle().tick(ARM, frame={"battery": battery}) is mode
     for age, mode in ((0.99, Mode.MANUAL), (1.0, Mode.MANUAL), (1.01, Mode.DISARMED)):
-        boat = Boat()
-        boat.k = 200
-        assert boat.tick(ARM, frame={"fins": (old(age, 0.0, 200),) * 4}) is mode
+        vehicle = SupervisedVehicle()
+        vehicle.k = 200
+        assert vehicle.tick(ARM, frame={"fins": (old(age, 0.0, 200),) * 4}) is mode
     unknown = Heard(Battery(48.0, 1.0, math.nan), 0.0, True, True)
-    assert Boat(replace(PARAMS, battery_arm=0.0)).tick(ARM, frame={"battery": unknown}) is Mode.MANUAL
+    assert SupervisedVehicle(replace(PARAMS, battery_arm=0.0)).tick(ARM, frame={"battery": unknown}) is Mode.MANUAL
     silent = replace(PARAMS, fin_needed=False)
-    assert Boat(silent).tick(ARM, frame={"fins": (never(math.nan),) * 4}) is Mode.MANUAL
+    assert SupervisedVehicle(silent).tick(ARM, frame={"fins": (never(math.nan),) * 4}) is Mode.MANUAL
 
 
 def test_what_lies_at_depth_may_be_armed_to_come_up() -> None:
     low = {"battery": Heard(Battery(48.0, 1.0, 0.05), 0.0, True, True)}
     bad = {"frame": low, "leak": True, "depth_ok": False, "altitude": 0.5}
-    assert Boat().tick(Order(arming=Arming.ARM, mode=Mode.SURFACE), **bad) is Mode.SURFACE
-    assert Boat().tick(Order(arming=Arming.ARM, mode=Mode.HOLD), **bad) is Mode.DISARMED
-    blind = Boat()
+    assert SupervisedVehicle().tick(Order(arming=Arming.ARM, mode=Mode.SURFACE), **bad) is Mode.SURFACE
+    assert SupervisedVehicle().tick(Order(arming=Arming.ARM, mode=Mode.HOLD), **bad) is Mode.DISARMED
+    blind = SupervisedVehicle()
     assert blind.tick(Order(arming=Arming.ARM, mode=Mode.SURFACE), attitude_ok=False) is Mode.DISARMED
 
 
@@ -262,131 +262,131 @@ AT_BOUNDS: list[tuple[str, dict[str, Any], dict[str, Any], dict[str, Any], int]]
 def test_each_rule_at_its_bound(
     mode: Mode, word: str, inside: dict[str, Any], at: dict[str, Any], outside: dict[str, Any], ticks: int
 ) -> None:
-    boat = sailing(mode)
+    vehicle = sailing(mode)
     for inputs in (inside, at):
         for _ in range(ticks + 1):
-            assert boat.tick(**inputs) is mode
+            assert vehicle.tick(**inputs) is mode
     for _ in range(ticks - 1):
-        assert boat.tick(**outside) is mode
-        assert boat.events == ()
-    boat.tick(**inside)  # a break, and the count begins anew
-    assert boat.ticks_until(Mode.SURFACE, ticks, **outside) == ticks
-    assert len(boat.events) == 1
-    assert boat.events[0].startswith(f"{mode.name} -> SURFACE: ")
-    assert word in boat.events[0]
+        assert vehicle.tick(**outside) is mode
+        assert vehicle.events == ()
+    vehicle.tick(**inside)  # a break, and the count begins anew
+    assert vehicle.ticks_until(Mode.SURFACE, ticks, **outside) == ticks
+    assert len(vehicle.events) == 1
+    assert vehicle.events[0].startswith(f"{mode.name} -> SURFACE: ")
+    assert word in vehicle.events[0]
 
 
 @pytest.mark.parametrize(("part", "value", "limit"), [("ahrs", Ahrs(0, 0, 0, 0, 0, 0), 0.5), ("pressure", 1.5e5, 1.0)])
 def test_the_age_is_judged_here_too_whatever_the_estimator_says(part: str, value: Any, limit: float) -> None:
-    boat = sailing()
-    boat.k = 1000  # t = 10 s: limits that binary fractions hold exactly
+    vehicle = sailing()
+    vehicle.k = 1000  # t = 10 s: limits that binary fractions hold exactly
     for age in (limit - 0.01, limit):
-        assert boat.tick(frame={part: old(age, value, boat.k)}) is Mode.HOLD
-        boat.k = 1000
-    assert boat.tick(frame={part: old(limit + 0.01, value, boat.k)}) is Mode.SURFACE
+        assert vehicle.tick(frame={part: old(age, value, vehicle.k)}) is Mode.HOLD
+        vehicle.k = 1000
+    assert vehicle.tick(frame={part: old(limit + 0.01, value, vehicle.k)}) is Mode.SURFACE
 
 
 def test_late_cycles_of_the_last_second_are_counted() -> None:
     for late_ns, count in ((DT_NS - 1, 0), (DT_NS, 0), (DT_NS + 1, 1)):
-        boat = sailing()
-        boat.tick(late_ns=late_ns)
-        assert boat.answer.late == count
-    boat = sailing()
-    boat.tick(late_ns=DT_NS + 1)
+        vehicle = sailing()
+        vehicle.tick(late_ns=late_ns)
+        assert vehicle.answer.late == count
+    vehicle = sailing()
+    vehicle.tick(late_ns=DT_NS + 1)
     for _ in range(99):
-        boat.tick()
-        assert boat.answer.late == 1
-    boat.tick()
-    assert boat.answer.late == 0
+        vehicle.tick()
+        assert vehicle.answer.late == 1
+    vehicle.tick()
+    assert vehicle.answer.late == 0
     for i in range(1, 11):
-        assert boat.tick(late_ns=2 * DT_NS) is Mode.HOLD
-        assert boat.answer.late == i
-    assert boat.tick(late_ns=2 * DT_NS) is Mode.SURFACE
-    assert boat.events == ("HOLD -> SURFACE: 11 cycles late within a second, limit 10",)
+        assert vehicle.tick(late_ns=2 * DT_NS) is Mode.HOLD
+        assert vehicle.answer.late == i
+    assert vehicle.tick(late_ns=2 * DT_NS) is Mode.SURFACE
+    assert vehicle.events == ("HOLD -> SURFACE: 11 cycles late within a second, limit 10",)
 
 
 def test_a_mission_ends_in_surfacing_and_surfacing_in_disarmed() -> None:
-    boat = sailing(Mode.MISSION)
-    assert boat.tick() is Mode.MISSION
-    assert boat.tick(done=True) is Mode.SURFACE
-    assert boat.answer.mission_done
-    assert boat.events == ("MISSION -> SURFACE: mission done",)
+    vehicle = sailing(Mode.MISSION)
+    assert vehicle.tick() is Mode.MISSION
+    assert vehicle.tick(done=True) is Mode.SURFACE
+    assert vehicle.answer.mission_done
+    assert vehicle.events == ("MISSION -> SURFACE: mission done",)
     for _ in range(300):
-        assert boat.tick(z=0.5, done=True) is Mode.SURFACE
+        assert vehicle.tick(z=0.5, done=True) is Mode.SURFACE
     for _ in range(200):
-        assert boat.tick(z=0.499) is Mode.SURFACE
-    assert boat.tick(z=0.51) is Mode.SURFACE
-    assert boat.ticks_until(Mode.DISARMED, 201, z=0.499) == 201
-    assert boat.events == ("SURFACE -> DISARMED: surfaced",)
+        assert vehicle.tick(z=0.499) is Mode.SURFACE
+    assert vehicle.tick(z=0.51) is Mode.SURFACE
+    assert vehicle.ticks_until(Mode.DISARMED, 201, z=0.499) == 201
+    assert vehicle.events == ("SURFACE -> DISARMED: surfaced",)
 
 
 def test_an_order_given_as_the_mission_ends_is_obeyed() -> None:
-    boat = sailing(Mode.MISSION)
-    assert boat.tick(Order(mode=Mode.HOLD), done=True) is Mode.HOLD
+    vehicle = sailing(Mode.MISSION)
+    assert vehicle.tick(Order(mode=Mode.HOLD), done=True) is Mode.HOLD
 
 
 def test_a_mission_that_was_done_before_does_not_end_the_next_one() -> None:
-    boat = sailing(Mode.HOLD)
-    assert boat.tick(Order(mode=Mode.MISSION), done=True) is Mode.MISSION  # the guidance has not yet begun it anew
-    assert boat.tick(done=False) is Mode.MISSION
+    vehicle = sailing(Mode.HOLD)
+    assert vehicle.tick(Order(mode=Mode.MISSION), done=True) is Mode.MISSION  # the guidance has not yet begun it anew
+    assert vehicle.tick(done=False) is Mode.MISSION
 
 
 def test_only_surfacing_is_over_at_the_surface() -> None:
     for mode in (Mode.MANUAL, Mode.HOLD, Mode.MISSION):
-        boat = sailing(mode)
+        vehicle = sailing(mode)
         for _ in range(300):
-            assert boat.tick(z=0.0) is mode
+            assert vehicle.tick(z=0.0) is mode
 
 
 def test_without_depth_a_fix_tells_of_the_surface() -> None:
-    boat = sailing()
+    vehicle = sailing()
     fix = Fix(0.1, 0.2, 2.0)
-    assert boat.tick(depth_ok=False) is Mode.SURFACE
+    assert vehicle.tick(depth_ok=False) is Mode.SURFACE
     for _ in range(300):  # nothing tells: neither the estimate that is not ok, nor an old fix
-        assert boat.tick(depth_ok=False, z=0.0, frame={"fix": old(2.01, fix, boat.k)}) is Mode.SURFACE
+        assert vehicle.tick(depth_ok=False, z=0.0, frame={"fix": old(2.01, fix, vehicle.k)}) is Mode.SURFACE
     for _ in range(200):
-        assert boat.tick(depth_ok=False, frame={"fix": old(0.5, fix, boat.k)}) is Mode.SURFACE
-    assert boat.tick(depth_ok=False, frame={"fix": old(0.5, fix, boat.k)}) is Mode.DISARMED
+        assert vehicle.tick(depth_ok=False, frame={"fix": old(0.5, fix, vehicle.k)}) is Mode.SURFACE
+    assert vehicle.tick(depth_ok=False, frame={"fix": old(0.5, fix, vehicle.k)}) is Mode.DISARMED
 
 
 def test_attitude_that_stays_away_ends_in_disarmed_and_one_that_comes_back_does_not() -> None:
-    boat = sailing(Mode.MISSION)
-    assert boat.tick(attitude_ok=False) is Mode.SURFACE
+    vehicle = sailing(Mode.MISSION)
+    assert vehicle.tick(attitude_ok=False) is Mode.SURFACE
     for _ in range(2999):
-        assert boat.tick(attitude_ok=False) is Mode.SURFACE
-    assert boat.tick() is Mode.SURFACE
-    assert boat.ticks_until(Mode.DISARMED, 3001, attitude_ok=False) == 3001
-    assert boat.events == ("SURFACE -> DISARMED: attitude lost for 30 s",)
+        assert vehicle.tick(attitude_ok=False) is Mode.SURFACE
+    assert vehicle.tick() is Mode.SURFACE
+    assert vehicle.ticks_until(Mode.DISARMED, 3001, attitude_ok=False) == 3001
+    assert vehicle.events == ("SURFACE -> DISARMED: attitude lost for 30 s",)
 
 
 def test_the_most_severe_rule_wins_and_further_reasons_are_told_once() -> None:
-    boat = sailing()
-    assert boat.tick(z=31.0, depth_ok=False) is Mode.SURFACE
-    assert boat.events == ("HOLD -> SURFACE: depth not heard for 1 s",)
+    vehicle = sailing()
+    assert vehicle.tick(z=31.0, depth_ok=False) is Mode.SURFACE
+    assert vehicle.events == ("HOLD -> SURFACE: depth not heard for 1 s",)
     told = []
     for _ in range(150):
-        boat.tick(leak=True)
-        told += boat.events
+        vehicle.tick(leak=True)
+        told += vehicle.events
     assert told == ["water in the hull"]
 
 
 def test_an_order_never_wins_over_a_rule() -> None:
-    boat = sailing(Mode.HOLD)
-    assert boat.tick(Order(mode=Mode.MISSION), z=31.0) is Mode.SURFACE
-    assert boat.events == ("HOLD -> SURFACE: depth 31.00 m, limit 30 m",)
+    vehicle = sailing(Mode.HOLD)
+    assert vehicle.tick(Order(mode=Mode.MISSION), z=31.0) is Mode.SURFACE
+    assert vehicle.events == ("HOLD -> SURFACE: depth 31.00 m, limit 30 m",)
 
 
 def test_frozen_and_thawed_it_goes_on_the_same() -> None:
-    boat, twin = sailing(Mode.MISSION), Boat()
+    vehicle, twin = sailing(Mode.MISSION), SupervisedVehicle()
     for _ in range(30):
-        boat.tick(altitude=1.0, late_ns=2 * DT_NS if boat.k % 9 == 0 else 0)
-    twin.supervisor.thaw(boat.supervisor.freeze())
-    twin.k = boat.k
+        vehicle.tick(altitude=1.0, late_ns=2 * DT_NS if vehicle.k % 9 == 0 else 0)
+    twin.supervisor.thaw(vehicle.supervisor.freeze())
+    twin.k = vehicle.k
     for _ in range(40):
-        assert twin.tick(altitude=1.0) is boat.tick(altitude=1.0)
-        assert (twin.answer, twin.events) == (boat.answer, boat.events)
-        assert twin.supervisor.freeze() == boat.supervisor.freeze()
-    assert boat.mode is Mode.SURFACE
+        assert twin.tick(altitude=1.0) is vehicle.tick(altitude=1.0)
+        assert (twin.answer, twin.events) == (vehicle.answer, vehicle.events)
+        assert twin.supervisor.freeze() == vehicle.supervisor.freeze()
+    assert vehicle.mode is Mode.SURFACE
 
 
 def test_the_table_is_in_order_of_severity_and_names_its_parameters() -> None:

@@ -41,6 +41,12 @@ class Flights:
         return Outcome(*json.loads(outcome.read_text())), read(log)
 
 
+def demonstration(waypoints: int = 5) -> str:
+    """Return the text of the demonstration, which ends after so many of its waypoints, with learning off."""
+    before, *places = (SCENARIOS / "demo.toml").read_text().split("[[waypoints]]")
+    return "[[waypoints]]".join((before, *places[:waypoints])) + LEARNING_OFF
+
+
 def without_learning(name: str) -> str:
     """Return the text of a shipped scenario, with learning off."""
     return (SCENARIOS / f"{name}.toml").read_text() + LEARNING_OFF

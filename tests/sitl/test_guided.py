@@ -1,4 +1,4 @@
-"""A station guides the boat over MAVLink, against the plant: to a place and around it, on a heading, around here."""
+"""A station guides the vehicle over MAVLink, against the plant: to a place and around it, on a heading, around here."""
 
 from __future__ import annotations
 

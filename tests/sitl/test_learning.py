@@ -1,4 +1,4 @@
-"""Learning manoeuvres flown whole, with the sensors as they are, judged by where the boat really went."""
+"""Learning manoeuvres flown whole, with the sensors as they are, judged by where the vehicle really went."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from sternplane.logs.reading import Columns, Log
 from sternplane.logs.replay import replay
 from sternplane.logs.summary import summarise
-from sternplane.sitl.flight import Outcome
+from sternplane.sitl.flight import SCENARIOS, Outcome
 
 from firmware_py.app import build
 from firmware_py.guidance.manoeuvre import ManoeuvreParams
@@ -18,6 +18,18 @@ from tests.sitl.flights import LEARNING_OFF, Flights
 
 LIMITS = ManoeuvreParams()
 SHIPPED = ("learn-zigzag", "learn-doublets", "learn-prbs")
+DEPTH = 20.0
+"""Where the shipped scenarios learn here, m: from their 60 m it takes two minutes to the surface."""
+
+
+def shipped(name: str) -> str:
+    """Return the text of a shipped scenario, moved up with its bottom."""
+    text = (SCENARIOS / f"{name}.toml").read_text()
+    moved = text.replace("\ndepth_m = 60.0", f"\ndepth_m = {DEPTH}").replace(
+        "depth_m = 100.0", f"depth_m = {DEPTH + 40.0}"
+    )
+    assert moved.count(f"depth_m = {DEPTH}") == moved.count(f"depth_m = {DEPTH + 40.0}") == 1
+    return moved
 
 
 def learning(log: Log) -> np.ndarray:
@@ -34,24 +46,24 @@ def angles(c: Columns) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_shipped_scenario_learns_inside_its_limits_and_surfaces(flown: Flights, name: str) -> None:
-    outcome, log = flown(name)
+    outcome, log = flown(shipped(name))
     kind = name.removeprefix("learn-")
     assert outcome == Outcome(True, "completed")
     events = [text for _, text in log.sentences]
-    assert f"{kind} begins: 120 s about 60.0 m" in events
+    assert f"{kind} begins: 120 s about {DEPTH:.1f} m" in events
     done = events.index(f"{kind} done: 120 s, and 0.0 s of waiting")
     assert events[done + 1].startswith(f"{kind}: learned all 10, 1 sigma up to ")
     while_learning, truth = learning(log), log.truth
     assert np.count_nonzero(while_learning) == 12_000
-    assert np.abs(truth["eta.z"] - 60.0)[while_learning].max() < LIMITS.depth_band
+    assert np.abs(truth["eta.z"] - DEPTH)[while_learning].max() < LIMITS.depth_band
     assert np.abs(truth["eta.theta"])[while_learning].max() < LIMITS.pitch_max
-    assert truth["eta.z"].max() < 60.0 + LIMITS.depth_band
+    assert truth["eta.z"].max() < DEPTH + LIMITS.depth_band
     assert log.columns["mode.mode"][-1] == Mode.DISARMED
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_the_fins_move_both_ways_and_the_boat_with_them(flown: Flights, name: str) -> None:
-    _, log = flown(name)
+def test_the_fins_move_both_ways_and_the_vehicle_with_them(flown: Flights, name: str) -> None:
+    _, log = flown(shipped(name))
     while_learning = learning(log)
     planes, rudder = (angle[while_learning] for angle in angles(log.columns))
     for angle in (planes, rudder):
@@ -70,14 +82,8 @@ def test_learning_only_looks_on(flown: Flights) -> None:
         np.testing.assert_array_equal(learned[name], without[name], err_msg=name)
 
 
-def test_a_replay_gives_the_manoeuvre_again(flown: Flights) -> None:
-    _, log = flown("learn-prbs")
-    result = replay(log, build)
-    assert result.equal, str(result)
-
-
 def test_a_run_of_nothing_but_a_manoeuvre_has_no_path_to_be_off(flown: Flights) -> None:
-    summary = summarise(flown("learn-prbs")[1])
+    summary = summarise(flown(shipped("learn-prbs"))[1])
     assert summary["path_error_rms_m"] is None
     assert summary["waypoints_total"] == 0
 
@@ -161,12 +167,14 @@ def test_the_path_error_leaves_the_manoeuvre_out(flown: Flights) -> None:
     assert summary["path_error_max_m"] < 0.6 * off
 
 
+TAUGHT_TWICE = (
+    '[[items]]\nmanoeuvre = { kind = "doublets", delta_r_deg = 0, duration_s = 40.0 }\n'
+    '[[items]]\nmanoeuvre = { kind = "prbs", duration_s = 40.0 }'
+)
+
+
 def test_a_rudder_at_rest_is_named_in_log_and_report_until_it_has_moved(flown: Flights) -> None:
-    items = (
-        '[[items]]\nmanoeuvre = { kind = "doublets", delta_r_deg = 0, duration_s = 40.0 }\n'
-        '[[items]]\nmanoeuvre = { kind = "prbs", duration_s = 40.0 }'
-    )
-    _, log = flown(written(items, duration=81.0))
+    _, log = flown(written(TAUGHT_TWICE, duration=81.0))
     first, second = (text for _, text in log.sentences if ": learned " in text)
     assert first.startswith("doublets: learned 4 of 10, 4 valid, ")
     lost = first.partition("; not identifiable: ")[2]  # eddies move a little of it: by themselves or in combinations
@@ -174,7 +182,11 @@ def test_a_rudder_at_rest_is_named_in_log_and_report_until_it_has_moved(flown: F
     assert second.startswith("prbs: learned ")
     assert "identifiable" not in second
     assert [text for _, text in summarise(log)["learned"]["taught"]] == [first, second]
-    assert replay(log, build).equal
+
+
+def test_a_replay_gives_manoeuvres_and_what_they_taught_again(flown: Flights) -> None:
+    result = replay(flown(written(TAUGHT_TWICE, duration=81.0))[1], build)
+    assert result.equal, str(result)
 
 
 def test_an_order_to_surface_ends_it_with_what_it_taught_so_far(flown: Flights) -> None:

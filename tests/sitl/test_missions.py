@@ -1,4 +1,4 @@
-"""Whole flights with fixed seeds, judged by where the boat really went."""
+"""Whole flights with fixed seeds, judged by where the vehicle really went."""
 
 from __future__ import annotations
 
@@ -10,16 +10,20 @@ from sternplane.logs.summary import summarise
 from sternplane.sitl.flight import Outcome
 
 from firmware_py.records.order import Mode
-from tests.sitl.flights import LEARNING_OFF, Flights, without_learning
+from tests.sitl.flights import LEARNING_OFF, Flights, demonstration, without_learning
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_the_demonstration_dives_passes_its_waypoints_surfaces_and_disarms(flown: Flights, seed: int) -> None:
-    outcome, log = flown(without_learning("demo"), seed)
+@pytest.mark.parametrize(
+    ("seed", "waypoints", "ends"), [(1, 5, (270.0, 330.0)), (2, 3, (185.0, 245.0)), (3, 3, (185.0, 245.0))]
+)
+def test_the_demonstration_dives_passes_its_waypoints_surfaces_and_disarms(
+    flown: Flights, seed: int, waypoints: int, ends: tuple[float, float]
+) -> None:
+    outcome, log = flown(demonstration(waypoints), seed)
     c, truth, summary = log.columns, log.truth, summarise(log)
     assert outcome == Outcome(True, "completed")
-    assert summary["waypoints_passed"] == summary["waypoints_total"] == 5
-    assert 270.0 < c["t"][-1] < 330.0
+    assert summary["waypoints_passed"] == summary["waypoints_total"] == waypoints
+    assert ends[0] < c["t"][-1] < ends[1]
     assert truth["eta.z"].max() == pytest.approx(10.0, abs=0.3)
     assert truth["eta.z"][-1] < 0.5
     mission = c["mode.mode"] == Mode.MISSION
@@ -71,11 +75,11 @@ def test_the_turning_circle_to_starboard_is_a_circle(flown: Flights) -> None:
     assert np.std(rate) < 0.02 * np.mean(rate)
     assert np.mean(rate) > math.radians(3.0)
     assert psi[-1] > 1.5 * math.tau
-    assert log.columns["applied.fins"][steady][:, 2:].mean() < 0.0  # to port of centre: the boat turns to starboard
+    assert log.columns["applied.fins"][steady][:, 2:].mean() < 0.0  # to port of centre: it turns to starboard
 
 
 def test_the_zigzag_puts_its_rudder_over_at_20_degrees_each_time(flown: Flights) -> None:
-    _, log = flown(without_learning("zigzag"))
+    _, log = flown(without_learning("zigzag").replace("duration_s = 150.0", "duration_s = 90.0"))
     c = log.columns
     rudder, psi = c["order.sticks.delta_r"], np.degrees(np.unwrap(c["state.eta.psi"]))
     moving = np.flatnonzero(np.diff(rudder))
@@ -94,7 +98,7 @@ completes = "surfaced"
 [environment]
 bottom_depth_m = {bottom}
 [start]
-depth_m = 8.0
+depth_m = {start}
 u_m_s = 1.8
 n_rpm = 492.0
 [[orders]]
@@ -111,17 +115,17 @@ speed_m_s = 1.8
 
 
 @pytest.mark.parametrize(
-    ("depth", "bottom", "fault", "cause"),
+    ("start", "depth", "bottom", "fault", "cause"),
     [
-        (8.0, 60.0, '[[faults]]\nt_s = 20.0\nname = "pressure-off"', "depth"),
-        (35.0, 60.0, "", "depth"),
-        (25.0, 26.0, "", "altitude"),
+        (8.0, 8.0, 60.0, '[[faults]]\nt_s = 20.0\nname = "pressure-off"', "depth"),
+        (22.0, 35.0, 60.0, "", "depth"),
+        (16.0, 25.0, 26.0, "", "altitude"),
     ],
 )
-def test_what_the_first_rules_find_brings_the_boat_up_by_itself(
-    flown: Flights, depth: float, bottom: float, fault: str, cause: str
+def test_what_the_first_rules_find_brings_the_vehicle_up_by_itself(
+    flown: Flights, start: float, depth: float, bottom: float, fault: str, cause: str
 ) -> None:
-    outcome, log = flown(FAULT.format(depth=depth, bottom=bottom, fault=fault))
+    outcome, log = flown(FAULT.format(start=start, depth=depth, bottom=bottom, fault=fault))
     assert not outcome.completed  # it came up, but nobody had meant it to
     assert outcome.reason.startswith("aborted: HOLD -> SURFACE")
     assert cause in outcome.reason
@@ -133,7 +137,7 @@ def test_what_the_first_rules_find_brings_the_boat_up_by_itself(
 
 def test_an_ahrs_that_falls_silent_centres_the_fins_and_stops_the_propeller(flown: Flights) -> None:
     fault = '[[faults]]\nt_s = 20.0\nname = "ahrs-off"'
-    outcome, log = flown(FAULT.format(depth=8.0, bottom=60.0, fault=fault))
+    outcome, log = flown(FAULT.format(start=8.0, depth=8.0, bottom=60.0, fault=fault).replace("150.0", "80.0"))
     c = log.columns
     assert outcome.reason.startswith("aborted: HOLD -> SURFACE: attitude")  # W = B: it waits where it is
     after = c["t"] > 23.0
@@ -143,16 +147,17 @@ def test_an_ahrs_that_falls_silent_centres_the_fins_and_stops_the_propeller(flow
     assert abs(log.truth["eta.z"][-1] - 8.0) < 6.0
 
 
-def test_the_pid_baseline_flies_the_demonstration_too(flown: Flights) -> None:
-    outcome, log = flown(without_learning("demo") + '\n[autopilot.control]\nlaw = "pid"\n')
+def test_the_pid_baseline_flies_to_the_waypoints_of_the_demonstration_too(flown: Flights) -> None:
+    outcome, log = flown(demonstration(2) + '\n[autopilot.control]\nlaw = "pid"\n')
     assert outcome.completed
     assert summarise(log)["depth_error_rms_m"] < 0.1
 
 
 @pytest.mark.parametrize("rate", [50, 200])
 def test_another_base_rate_flies_as_well(flown: Flights, rate: int) -> None:
-    text = FAULT.format(depth=6.0, bottom=60.0, fault="").replace("surfaced", "time").replace("150.0", "60.0")
+    text = FAULT.format(start=8.0, depth=6.0, bottom=60.0, fault="")
+    text = text.replace("surfaced", "time").replace("150.0", "30.0")
     outcome, log = flown(f"{text}\n[autopilot]\nrate_hz = {rate}\n")
     assert outcome.completed, outcome.reason
-    assert len(log.cycle_bytes) == 60 * rate
+    assert len(log.cycle_bytes) == 30 * rate
     assert log.truth["eta.z"][-1] == pytest.approx(6.0, abs=0.2)

@@ -1,4 +1,4 @@
-"""Stations send missions, fences and rally points over MAVLink, and the boat flies them against the plant."""
+"""Stations send missions, fences and rally points over MAVLink, and the vehicle flies them against the plant."""
 
 from __future__ import annotations
 

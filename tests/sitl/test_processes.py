@@ -74,7 +74,7 @@ def test_one_side_killed_in_lockstep_ends_the_other_with_its_name_and_a_readable
     tmp_path: Path, bus: CanBus, start: Start, killed: str
 ) -> None:
     dvl = tmp_path / "dvl"
-    plant = start("plant", "--bus", BUS, "--dvl", dvl, "--out", "boat")
+    plant = start("plant", "--bus", BUS, "--dvl", dvl, "--out", "plant")
     fly = start("fly", "--bus", BUS, "--pace", "bus", "--dvl", dvl, "--out", "vehicle")
     until_heard(bus, 22)  # the propeller's controller reports: they fly
     victim, other = (plant, fly) if killed == "plant" else (fly, plant)

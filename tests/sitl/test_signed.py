@@ -80,7 +80,7 @@ def test_a_station_with_the_key_flies_and_a_stranger_is_told_that_it_may_not(fli
 
     stranger = mavutil.mavlink_connection(f"udpout:127.0.0.1:{udp}", source_system=254)
     stranger.mav.heartbeat_send(mavutil.mavlink.MAV_TYPE_GCS, 8, 0, 0, 0)
-    heard(stranger, "HEARTBEAT")  # what the boat says, all may hear
+    heard(stranger, "HEARTBEAT")  # what the vehicle says, all may hear
     stranger.mav.command_long_send(1, 1, ARM, 0, 1, 0, 0, 0, 0, 0, 0)
     assert "refused" in heard(stranger, "STATUSTEXT", lambda m: "signed" in m.text or "refused" in m.text).text
 

@@ -42,7 +42,7 @@ NODES = {
 
 @pytest.fixture(scope="module")
 def flight(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """A boat and its vehicle, in two processes and in real time, that talk to a station on PORT."""
+    """A vehicle and its plant, in two processes and in real time; the vehicle talks to a station on PORT."""
     place = tmp_path_factory.mktemp("watched")
     scenario = place / "idle.toml"
     scenario.write_text(IDLE)

@@ -1,4 +1,4 @@
-"""A boat for stations: `sternplane sitl` in real time and in a process of its own, waiting for what they ask."""
+"""A vehicle for stations: `sternplane sitl` in real time and in a process of its own, waiting for what they ask."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ T = TypeVar("T")
 SURFACE = 300.0
 """Of the lake above mean sea level, m: there a depth cannot be taken for an altitude."""
 DEPTH = 8.0
-"""Where the boat waits, m."""
+"""Where the vehicle waits, m."""
 SCENARIO = f"""
 description = "Waits in a lake, {DEPTH:g} m deep, for whoever comes."
 duration_s = 600.0
@@ -40,7 +40,7 @@ enabled = false
 T = TypeVar("T")
 
 
-class Boat(NamedTuple):
+class Vehicle(NamedTuple):
     """Where it keeps what: `place` is the folder in which it was started."""
 
     place: Path
@@ -57,7 +57,7 @@ class Boat(NamedTuple):
         return self.place / "runs" / "flight" / "log.mcap"
 
     def end(self) -> Log:
-        """Ends the flight as Ctrl-C does, and reads its log."""
+        """End the flight as Ctrl-C does, and read its log."""
         self.process.send_signal(signal.SIGINT)
         _, said = self.process.communicate(timeout=60)
         assert self.process.returncode == 1, said  # the scenario was not completed
@@ -65,17 +65,17 @@ class Boat(NamedTuple):
 
 
 @contextlib.contextmanager
-def boat(place: Path, *links: str) -> Iterator[Boat]:
-    """A boat on these links, for as long as the context lasts."""
+def flying(place: Path, *links: str) -> Iterator[Vehicle]:
+    """A vehicle on these links, for as long as the context lasts."""
     scenario = place / "waits.toml"
     scenario.write_text(SCENARIO)
     words = ["sitl", "--scenario", scenario, "--pace", "realtime", "--out", "runs/flight", "--state", place / "state"]
     process = Forked(*words, *(word for link in links for word in ("--gcs", link)), cwd=place)
     try:
-        yield Boat(place, process)
+        yield Vehicle(place, process)
     except Exception as error:
         if process.returncode is not None:
-            raise AssertionError(f"the boat had ended:\n{process.stderr}") from error
+            raise AssertionError(f"the vehicle had ended:\n{process.stderr}") from error
         raise
     finally:
         process.close()
