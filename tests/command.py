@@ -11,10 +11,11 @@ import contextlib
 import io
 import multiprocessing
 import os
+import resource
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
 from multiprocessing.context import ForkServerProcess
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -39,13 +40,20 @@ def called(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str
     return subprocess.CompletedProcess(words, status, out.getvalue(), err.getvalue())
 
 
-def installed(
-    *arguments: str | Path, cwd: Path, before: Callable[[], None] | None = None
-) -> subprocess.CompletedProcess[str]:
-    """Run the installed command to its end; `before` runs first in its process."""
-    return subprocess.run(
-        [SCRIPT, *arguments], cwd=cwd, capture_output=True, text=True, check=False, timeout=110, preexec_fn=before
-    )
+def installed(*arguments: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
+    """Run the installed command to its end."""
+    return subprocess.run([SCRIPT, *arguments], cwd=cwd, capture_output=True, text=True, check=False, timeout=110)
+
+
+@contextlib.contextmanager
+def no_file_larger_than(size: int) -> Iterator[None]:
+    """No file of this process grows beyond that many bytes, as on a disk that is full."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 class Forked:

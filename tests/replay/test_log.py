@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import base64
-import contextlib
 import math
-import resource
 import struct
-from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -22,6 +19,7 @@ from sternplane.logs.reading import Log, find, read
 
 from firmware_py.adapters.storage import recorder
 from firmware_py.adapters.storage.recorder import LogError, LogWriter, from_json, to_json
+from tests.command import no_file_larger_than
 
 DOCUMENTS = st.recursive(
     st.none() | st.booleans() | st.integers() | st.text() | st.floats(),
@@ -182,17 +180,6 @@ def test_a_log_without_a_cycle_says_so(tmp_path: Path) -> None:
 def test_a_full_disk_is_one_line() -> None:
     with pytest.raises(LogError, match=r"^/dev/full: the log cannot be written \(No space left on device\)"):
         LogWriter("/dev/full", {})
-
-
-@contextlib.contextmanager
-def no_file_larger_than(size: int) -> Iterator[None]:
-    """No file of this process grows beyond that many bytes, as on a disk that is full."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def test_a_disk_that_fills_up_leaves_what_was_written(tmp_path: Path, toy: SimpleNamespace) -> None:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import resource
 import shutil
 import signal
 import subprocess
@@ -15,7 +13,8 @@ from pathlib import Path
 import pytest
 from sternplane.logs.reading import read
 
-from tests.command import SCRIPT, called, installed
+from tests.command import called, installed, no_file_larger_than
+from tests.sitl.conftest import Start
 from tests.sitl.flights import LEARNING_OFF, without_learning
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -171,11 +170,8 @@ def test_sixteen_fins_are_refused_in_belief_and_in_truth(config: Path, brief: Pa
 
 
 def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(tmp_path: Path) -> None:
-    def little_room() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-
-    result = installed("sitl", "--out", "full", cwd=tmp_path, before=little_room)
+    with no_file_larger_than(300_000):
+        result = called("sitl", "--out", "full", cwd=tmp_path)
     assert result.returncode == 2
     errors = [line for line in result.stderr.splitlines() if line.startswith("sternplane: ")]
     assert len(errors) == 1
@@ -189,7 +185,7 @@ def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(tmp_p
 def test_a_run_leaves_log_summary_and_report_and_a_replay_and_a_report_can_be_made_of_it(
     tmp_path: Path, brief: Path
 ) -> None:
-    flown = installed("sitl", "--scenario", brief, "--out", "run", cwd=tmp_path)
+    flown = called("sitl", "--scenario", brief, "--out", "run", cwd=tmp_path)
     assert flown.returncode == 0, flown.stderr
     folder = tmp_path / "run"
     assert json.loads((folder / "summary.json").read_text())["completed"] is True
@@ -237,21 +233,14 @@ def test_a_vehicle_armed_at_rest_stays_where_it_is_with_its_fins_centred(tmp_pat
     assert abs(cycles[-1].state.eta.z) < 0.2
 
 
-def test_ctrl_c_closes_the_log_and_leaves_the_report(tmp_path: Path) -> None:
-    with subprocess.Popen(
-        [SCRIPT, "sitl", "--out", "run", "--pace", "realtime"],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-    ) as process:
-        log = tmp_path / "run" / "log.mcap"
-        while not (log.exists() and log.stat().st_size > 20_000):  # a chunk is written: it flies
-            assert process.poll() is None
-            time.sleep(0.02)
-        process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=60)
+def test_ctrl_c_closes_the_log_and_leaves_the_report(tmp_path: Path, start: Start) -> None:
+    process = start("sitl", "--out", "run", "--pace", "realtime")
+    log = tmp_path / "run" / "log.mcap"
+    while not (log.exists() and log.stat().st_size > 20_000):  # a chunk is written: it flies
+        assert process.returncode is None, process.stderr
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    out, _ = process.communicate(timeout=60)
     assert process.returncode == 1
     assert "interrupted" in out
     recovered = read(log)
@@ -276,7 +265,7 @@ def test_a_truncated_log_is_replayed_as_far_as_it_goes_and_one_without_a_beginni
 
 
 def test_the_scenarios_are_listed_with_a_sentence_each(tmp_path: Path) -> None:
-    result = installed("scenarios", cwd=tmp_path)
+    result = called("scenarios", cwd=tmp_path)
     assert result.returncode == 0
     lines = dict(line.split(maxsplit=1) for line in result.stdout.splitlines())
     assert {"demo", "paper-depth", "paper-heading", "zigzag", "turning-circle"} <= set(lines)

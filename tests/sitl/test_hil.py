@@ -10,23 +10,28 @@ from pathlib import Path
 
 import pytest
 from sternplane.cli.main import main
-from sternplane.logs.reading import read
+from sternplane.logs.reading import Log, read
 from sternplane.logs.replay import replay
 from sternplane.logs.summary import summarise
 
 from firmware_py.app import build
 from tests.command import called
+from tests.dive import DIVE
 from tests.sitl.conftest import Start
 from tests.sitl.flights import Flights, demonstration
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
-@pytest.fixture
-def link() -> str:
-    """On a port that is free."""
+def free_link() -> str:
+    """The interface, on a port that is free."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         return f"mavlink-hil:127.0.0.1:{server.getsockname()[1]}"
+
+
+@pytest.fixture
+def link() -> str:
+    return free_link()
 
 
 Refused = Callable[..., str]
@@ -77,27 +82,35 @@ def test_the_demonstration_tracks_as_over_can(flown: Flights, tmp_path: Path, li
     assert not any(fin.ok for fin in last.frame.fins)  # nothing reports them, and it flew
 
 
-def test_two_runs_give_the_same_bytes_and_so_does_the_replay(dive: Path, tmp_path: Path, link: str) -> None:
-    for name in ("one", "two"):
-        result = called("sitl", "--scenario", dive, "--link", link, "--out", name, cwd=tmp_path)
-        assert result.returncode == 0, result.stderr + result.stdout
-    one, two = (read(tmp_path / name / "log.mcap") for name in ("one", "two"))
-    assert len(one.cycle_bytes) == 1200
-    assert one.cycle_bytes == two.cycle_bytes
-    assert one.topics["/truth"].messages == two.topics["/truth"].messages
-    compared = replay(one, build)
+def over_hil(folder: Path, link: str, duration: float, pace: str = "max") -> Log:
+    """The log of a dive of so many seconds, in eddies."""
+    scenario = folder / "dive.toml"
+    scenario.write_text(DIVE.replace("12.0", f"{duration}") + "[environment]\nturbulence_m_s = 0.03\n")
+    result = called("sitl", "--scenario", scenario, "--link", link, "--pace", pace, "--out", "run", cwd=folder)
+    assert result.returncode == 0, result.stderr + result.stdout
+    return read(folder / "run" / "log.mcap")
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory: pytest.TempPathFactory) -> Log:
+    """A dive of 12 s."""
+    return over_hil(tmp_path_factory.mktemp("first"), free_link(), 12.0)
+
+
+def test_two_runs_give_the_same_bytes_and_so_does_the_replay(first: Log, tmp_path: Path, link: str) -> None:
+    second = over_hil(tmp_path, link, 12.0)
+    assert len(first.cycle_bytes) == 1200
+    assert first.cycle_bytes == second.cycle_bytes
+    assert first.topics["/truth"].messages == second.topics["/truth"].messages
+    compared = replay(first, build)
     assert compared.equal, str(compared)
 
 
-def test_in_real_time_the_plant_keeps_the_time_and_the_vehicle_follows(dive: Path, tmp_path: Path, link: str) -> None:
-    dive.write_text(dive.read_text().replace("12.0", "3.0"))
-    for name, pace in (("slow", "realtime"), ("quick", "max")):
-        words = ("--scenario", dive, "--link", link, "--pace", pace, "--out", name)
-        result = called("sitl", *words, cwd=tmp_path)
-        assert result.returncode == 0, result.stderr + result.stdout
-    slow, quick = (read(tmp_path / name / "log.mcap") for name in ("slow", "quick"))
+def test_in_real_time_the_plant_keeps_the_time_and_the_vehicle_follows(first: Log, tmp_path: Path, link: str) -> None:
+    slow = over_hil(tmp_path, link, 3.0, "realtime")
     assert slow.end["wall_s"] > 2.9
-    assert slow.cycle_bytes == quick.cycle_bytes
+    assert len(slow.cycle_bytes) == 300
+    assert slow.cycle_bytes == first.cycle_bytes[:300]
 
 
 def test_a_killed_plant_ends_the_vehicle_with_its_name_and_a_whole_log(tmp_path: Path, link: str, start: Start) -> None:
