@@ -156,8 +156,8 @@ def test_the_pid_baseline_flies_to_the_waypoints_of_the_demonstration_too(flown:
 @pytest.mark.parametrize("rate", [50, 200])
 def test_another_base_rate_flies_as_well(flown: Flights, rate: int) -> None:
     text = FAULT.format(start=8.0, depth=6.0, bottom=60.0, fault="")
-    text = text.replace("surfaced", "time").replace("150.0", "30.0")
+    text = text.replace("surfaced", "time").replace("150.0", "60.0")
     outcome, log = flown(f"{text}\n[autopilot]\nrate_hz = {rate}\n")
     assert outcome.completed, outcome.reason
-    assert len(log.cycle_bytes) == 30 * rate
+    assert len(log.cycle_bytes) == 60 * rate
     assert log.truth["eta.z"][-1] == pytest.approx(6.0, abs=0.2)
