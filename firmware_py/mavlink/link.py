@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 from firmware_py.mavlink.base.codec import COMPONENT, Codec, Message, dialect
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
-from firmware_py.mavlink.base.modes import mode_name, with_mode_names
+from firmware_py.mavlink.base.modes import mode_name
+from firmware_py.mavlink.base.refusal import Refusal, refusal_text
 from firmware_py.mavlink.base.service import MessageHandler, Service
 from firmware_py.mavlink.base.signing import SignedMavlink, Signing
 from firmware_py.mavlink.base.statustext import StatusTexts
@@ -205,12 +206,12 @@ class Link:
         self._enqueue([message], MAX_WAITING)
 
     def send_text(self, text: str, severity: int) -> None:
-        """Send a sentence, whole or not at all; half of the waiting room is kept for answers.
-
-        Modes get the names that this link's stations show.
-        """
-        text = with_mode_names(self._configuration.identity, text)
+        """Send a sentence, whole or not at all; half of the waiting room is kept for answers."""
         self._enqueue(self._texts.encode(text, severity), MAX_WAITING // 2)
+
+    def send_refusal(self, what: str, why: Refusal) -> None:
+        """Send that a command or message is refused, and why; modes get the names that this link's stations show."""
+        self.send_text(f"{what} refused: {refusal_text(why, self._configuration.identity)}", Severity.WARNING)
 
     def count_dropped(self) -> None:
         """Count a received message that a service had no room for."""

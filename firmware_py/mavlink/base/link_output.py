@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from firmware_py.mavlink.base.codec import Message, dialect
+from firmware_py.mavlink.base.refusal import Refusal
 from firmware_py.schedule import Tick
 
 ACCEPTED: int = dialect.MAV_RESULT_ACCEPTED
@@ -19,10 +20,11 @@ WARNING: int = dialect.MAV_SEVERITY_WARNING
 
 
 class CommandRefused(Exception):
-    """Why a command is refused: a sentence for the operator, and the MAV_RESULT."""
+    """Why a command is refused, for the operator, and the MAV_RESULT."""
 
-    def __init__(self, text: str, result: int = DENIED) -> None:
-        super().__init__(text)
+    def __init__(self, why: Refusal, result: int = DENIED) -> None:
+        super().__init__(why)
+        self.why = why
         self.result = result
 
 
@@ -33,7 +35,10 @@ class LinkOutput(Protocol):
         """Send a message when its turn comes."""
 
     def send_text(self, text: str, severity: int) -> None:
-        """Send a sentence as STATUSTEXT; it names modes as `records.order.Mode` does."""
+        """Send a sentence as STATUSTEXT."""
+
+    def send_refusal(self, what: str, why: Refusal) -> None:
+        """Send as STATUSTEXT that a command or message is refused, and why."""
 
     def count_dropped(self) -> None:
         """Count a received message that a service had no room for."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import enum
 import math
-import re
 from typing import NamedTuple
 
 from firmware_py.mavlink.base.codec import Message, dialect
@@ -58,21 +57,18 @@ MODES = (
 _RETURN = ModeEntry(Mode.RETURN, 4, (4, 5), "Return", "RETURN", dialect.MAV_STANDARD_MODE_SAFE_RECOVERY, _AUTOMATIC)
 """ArduSub has no such mode: its stations order it by command and show Guided."""
 _AVAILABLE = {Identity.ARDUSUB: MODES, Identity.GENERIC: (*MODES, _RETURN)}
-MODE_LIST = ", ".join(f"{name.mode.name} {name.ardusub}" for name in MODES)
-"""The modes that may be ordered, for sentences; `with_mode_names` puts the station's names in."""
 _SHOWN = {
-    Identity.ARDUSUB: {name.mode.name: name.shown for name in (*MODES, _RETURN)},
-    Identity.GENERIC: {name.mode.name: name.name for name in (*MODES, _RETURN)} | {Mode.DISARMED.name: "Disarmed"},
+    Identity.ARDUSUB: {entry.mode: entry.shown for entry in (*MODES, _RETURN)},
+    Identity.GENERIC: {entry.mode: entry.name for entry in (*MODES, _RETURN)} | {Mode.DISARMED: "Disarmed"},
 }
-_MODE = re.compile(rf"\b({'|'.join(mode.name for mode in Mode)})\b")
-_BY_MODE = {name.mode: name for name in (*MODES, _RETURN)}
+_BY_MODE = {entry.mode: entry for entry in (*MODES, _RETURN)}
 _BY_MODE[Mode.DISARMED] = _BY_MODE[Mode.MANUAL]
 _BY_CUSTOM: dict[float, Mode] = {
     6: Mode.GUIDED,  # PX4's main mode alone; the other main modes are also ArduSub numbers
-    **{name.custom(identity): name.mode for identity in Identity for name in MODES},
+    **{entry.custom(identity): entry.mode for identity in Identity for entry in MODES},
     _RETURN.custom(Identity.GENERIC): Mode.RETURN,
 }
-_PX4: dict[tuple[float, float], Mode] = {name.px4: name.mode for name in (*MODES, _RETURN)}
+_PX4: dict[tuple[float, float], Mode] = {entry.px4: entry.mode for entry in (*MODES, _RETURN)}
 """PX4's pairs, as MAVSDK sends them."""
 _BY_STANDARD: dict[float, Mode] = {
     dialect.MAV_STANDARD_MODE_MISSION: Mode.MISSION,
@@ -88,13 +84,7 @@ def custom_mode(identity: Identity, mode: Mode) -> int:
 
 def mode_name(identity: Identity, mode: Mode) -> str:
     """Return what a link's stations call a mode."""
-    return _SHOWN[identity].get(mode.name, mode.name)
-
-
-def with_mode_names(identity: Identity, sentence: str) -> str:
-    """Return a sentence with the mode names of `Mode` replaced by those that a link's stations show."""
-    shown = _SHOWN[identity]
-    return _MODE.sub(lambda found: shown.get(found[0], found[0]), sentence)
+    return _SHOWN[identity].get(mode, mode.name)
 
 
 def mode_of(custom: float, sub: float = 0.0) -> Mode | None:
@@ -115,9 +105,9 @@ def available_modes(identity: Identity, index: int) -> list[Message]:
     """Return AVAILABLE_MODES of one mode, counted from 1, or of all with 0; empty if there is no such mode."""
     return [
         dialect.MAVLink_available_modes_message(
-            len(_AVAILABLE[identity]), i, name.standard, name.custom(identity), name.properties, name.name.encode()
+            len(_AVAILABLE[identity]), i, entry.standard, entry.custom(identity), entry.properties, entry.name.encode()
         )
-        for i, name in enumerate(_AVAILABLE[identity], 1)
+        for i, entry in enumerate(_AVAILABLE[identity], 1)
         if index in (0, i)
     ]
 

@@ -13,13 +13,13 @@ from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import (
     REJECTED,
     UNSUPPORTED,
-    WARNING,
     Command,
     CommandHandler,
     CommandRefused,
     LinkOutput,
 )
-from firmware_py.mavlink.base.modes import MODE_LIST, mode_of, standard_mode
+from firmware_py.mavlink.base.modes import mode_of, standard_mode
+from firmware_py.mavlink.base.refusal import ModeReason, ModeRefusal
 from firmware_py.mavlink.base.service import MessageHandler
 from firmware_py.mavlink.commands.queue import CommandQueue, CommandResult, PendingCommand
 from firmware_py.records.order import Arming, Mode
@@ -73,7 +73,7 @@ class CommandDispatch:
         """Send why a command was refused, and COMMAND_ACK unless it came by a message that is no command."""
         pending, code, why = result
         if why:
-            self._refuse(pending.command, why)
+            self._output.send_refusal(_NAMES[pending.command], why)
         if pending.command:
             self._acknowledge(pending.command, code, pending.system, pending.component)
 
@@ -92,13 +92,10 @@ class CommandDispatch:
         try:
             result = UNSUPPORTED if do is None else do(tick, command)
         except CommandRefused as refusal:
-            self._refuse(command.number, str(refusal))
+            self._output.send_refusal(_NAMES[command.number], refusal.why)
             result = refusal.result
         if result is not None:
             self._acknowledge(command.number, result, command.system, command.component)
-
-    def _refuse(self, number: int, why: str) -> None:
-        self._output.send_text(f"{_NAMES[number]} refused: {why}", WARNING)
 
     def _acknowledge(self, number: int, result: int, system: int, component: int) -> None:
         self._output.send(dialect.MAVLink_command_ack_message(number, result, 0, 0, system, component))
@@ -120,7 +117,7 @@ class CommandDispatch:
             raise CommandRefused("only custom modes can be set")
         mode = mode_of(custom, sub)
         if mode is None:
-            raise CommandRefused(f"mode {custom:g}/{sub:g} is unknown; {MODE_LIST}")
+            raise CommandRefused(ModeRefusal(ModeReason.UNKNOWN_MODE, numbers=(custom, sub)))
         return self._enqueue(tick, command, Arming.KEEP, mode)
 
     def _set_standard_mode(self, tick: Tick, command: Command) -> int | None:

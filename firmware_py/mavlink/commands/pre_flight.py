@@ -95,7 +95,7 @@ class PreFlight:
         try:
             self._compare(m.latitude * _E7, m.longitude * _E7, m.altitude * _MM, what, name)
         except CommandRefused as refusal:
-            self._output.send_text(f"{m.get_type()} refused: {refusal}", WARNING)
+            self._output.send_refusal(m.get_type(), refusal.why)
 
     def _compare(self, latitude: float, longitude: float, altitude: float, what: str, name: int) -> int:
         """Send the current value, and refuse another one."""

@@ -1,8 +1,8 @@
-"""What stations wish and what becomes of it: one order a tick, and an answer that tells what the supervisor made of it.
+"""Commands of all stations in one queue: one order a tick, and for each command the result of the cycle that obeyed it.
 
-A wish that is repeated while it waits is one wish. If it is repeated after its answer was lost, and was its sender's
-last, it gets the same answer again and is not done again: a vehicle that has disarmed itself in between must not be
-armed by an old command. Disarming is done each time that it is asked for.
+A command that is repeated while it waits counts once. If it is repeated because its result was lost, and was its
+sender's last, it gets the same result again and is not executed again: a vehicle that has disarmed itself in between
+must not be armed by an old command. A command to disarm is executed each time.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from firmware_py.mavlink.base.codec import dialect
+from firmware_py.mavlink.base.refusal import ModeReason, ModeRefusal, Refusal
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import EventKind
 from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Asker, Mode, Order, Setpoint, Sticks
@@ -21,13 +22,14 @@ from firmware_py.schedule import NS_PER_S
 ACCEPTED, REJECTED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_TEMPORARILY_REJECTED
 MAX_WAITING = 8
 _MAX_SENDERS = 32
-_ANSWER_STANDS_NS = 10 * NS_PER_S
-_SAID = (EventKind.MODE_CHANGED, EventKind.MODE_REFUSED, EventKind.ARMING_REFUSED)
-"""Events that say why a mode or arming was not granted."""
+_RESULT_VALID_NS = 10 * NS_PER_S
+"""A repeated command gets its old result for so long."""
+_REFUSALS = (EventKind.MODE_CHANGED, EventKind.MODE_REFUSED, EventKind.ARMING_REFUSED)
+"""Events that tell stations why a mode or arming was not granted."""
 
 
 class PendingCommand(NamedTuple):
-    """Who wishes, by which command, and what: a word on arming, a mode, a setpoint, an item of the mission."""
+    """A command that waits for its tick: sender, command number, and what it asks for."""
 
     link: int
     system: int
@@ -40,45 +42,45 @@ class PendingCommand(NamedTuple):
 
     @property
     def sender(self) -> tuple[int, int, int]:
-        """Who wishes."""
+        """The station that sent it: link, system and component."""
         return self.link, self.system, self.component
 
     @property
     def order(self) -> Order:
-        """As the core is told."""
+        """The order that executes it."""
         asker = Asker(self.link, self.system, self.component, self.command)
         return Order(self.arming, self.mode, self.setpoint, jump=self.jump, asker=asker)
 
 
 class CommandResult(NamedTuple):
-    """What became of a wish: the MAV_RESULT, and why it was refused, unless an event has said so."""
+    """The result of a command: the MAV_RESULT, and why it was refused, unless an event says so."""
 
     pending: PendingCommand
     result: int = ACCEPTED
-    why: str = ""
+    why: Refusal = ""
 
 
 class CommandQueue:
-    """The wishes of all links in the order in which they came; disarming goes first, and ends what waits.
+    """The commands of all links, in the order received; a command to disarm goes first and cancels those that wait.
 
     `cycle` is the last one, None before the first.
     """
 
     def __init__(self) -> None:
         self._waiting: deque[PendingCommand] = deque()
-        self._under_way: PendingCommand | None = None
-        self._answers: list[CommandResult] = []
+        self._executing: PendingCommand | None = None
+        self._results: list[CommandResult] = []
         self._last: dict[tuple[int, int, int], tuple[CommandResult, int]] = {}
-        """Of each sender, and when it was told, ns."""
-        self._guide: tuple[Setpoint, Asker] | None = None
-        self._held = NO_ORDER
+        """The last result of each sender, and when it was sent, ns."""
+        self._setpoint: tuple[Setpoint, Asker] | None = None
+        self._sticks = NO_ORDER
         self.cycle: Cycle | None = None
         self.end_allowed = False
-        """Whether there is somebody who ends the flight, and starts the vehicle again, if a station asks for it."""
+        """Whether stations may end the program: true where a service manager restarts it."""
         self.end_request = ""
-        """What a station has asked for and may: "reboot" or "shutdown"."""
+        """What a station has asked for: "reboot" or "shutdown"; empty until then."""
         self.end_requester = ""
-        """Which station that was, by system and component."""
+        """The station that asked, by system and component."""
 
     @property
     def mode(self) -> Mode:
@@ -86,90 +88,93 @@ class CommandQueue:
         return Mode.DISARMED if self.cycle is None else self.cycle.mode.mode
 
     def set_sticks(self, sticks: Sticks, t: float) -> None:
-        """The sticks from now on; their age is judged where they are used."""
-        self._held = Order(sticks=sticks, t_sticks=t)
+        """Set the sticks, received at `t`, s; control judges their age."""
+        self._sticks = Order(sticks=sticks, t_sticks=t)
 
     def set_setpoint(self, setpoint: Setpoint, asker: Asker) -> None:
-        """A setpoint that gets no answer; the last one before a tick holds."""
-        self._guide = setpoint, asker
+        """Set a setpoint that gets no result; the last one before a tick holds."""
+        self._setpoint = setpoint, asker
 
-    def put(self, wish: PendingCommand, again: bool, t_ns: int) -> None:
-        """Takes a wish; `again` if its sender says that it has sent it before."""
-        if wish == self._under_way or wish in self._waiting:
+    def put(self, command: PendingCommand, again: bool, t_ns: int) -> None:
+        """Put a command into the queue; `again` if its sender marks it as a retransmission."""
+        if command == self._executing or command in self._waiting:
             return
-        last = self._last.get(wish.sender)
-        if wish.arming is Arming.DISARM:
-            ended = [waiting for waiting in self._waiting if waiting.arming is not Arming.DISARM]
-            self._answers += [CommandResult(waiting, REJECTED, "disarming goes first") for waiting in ended]
+        last = self._last.get(command.sender)
+        if command.arming is Arming.DISARM:
+            cancelled = [waiting for waiting in self._waiting if waiting.arming is not Arming.DISARM]
+            self._results += [CommandResult(waiting, REJECTED, "disarming goes first") for waiting in cancelled]
             self._waiting = deque([waiting for waiting in self._waiting if waiting.arming is Arming.DISARM])
-            self._queue(wish)
-        elif again and last is not None and last[0].pending == wish and t_ns - last[1] <= _ANSWER_STANDS_NS:
-            self._answers.append(last[0])
+            self._append(command)
+        elif again and last is not None and last[0].pending == command and t_ns - last[1] <= _RESULT_VALID_NS:
+            self._results.append(last[0])
         else:
-            self._queue(wish)
+            self._append(command)
 
     def next_order(self) -> Order:
-        """The order of this tick."""
-        held, guide, self._guide = self._held, self._guide, None
-        if not self._waiting or self._under_way is not None:
-            return held if guide is None else replace(held, setpoint=guide[0], asker=guide[1])
-        wish = self._waiting.popleft()
-        if wish.mode is Mode.MANUAL and self.mode is Mode.DISARMED:
-            self._answers.append(CommandResult(wish))  # so it stands in the heartbeat already
-            return held
-        self._under_way = wish
-        return replace(wish.order, sticks=held.sticks, t_sticks=held.t_sticks)
+        """Return the order of this tick."""
+        sticks, setpoint, self._setpoint = self._sticks, self._setpoint, None
+        if not self._waiting or self._executing is not None:
+            return sticks if setpoint is None else replace(sticks, setpoint=setpoint[0], asker=setpoint[1])
+        command = self._waiting.popleft()
+        if command.mode is Mode.MANUAL and self.mode is Mode.DISARMED:
+            self._results.append(CommandResult(command))  # the heartbeat of a disarmed vehicle shows MANUAL already
+            return sticks
+        self._executing = command
+        return replace(command.order, sticks=sticks.sticks, t_sticks=sticks.t_sticks)
 
     def results(self, cycle: Cycle) -> list[CommandResult]:
-        """The answers that are due, now that the cycle that obeyed came out."""
+        """Return the results that are due, given the cycle that executed the last order."""
         self.cycle = cycle
-        wish = self._under_way
-        if wish is not None:
-            self._under_way = None
-            self._answers.append(_answer(wish, cycle))
-        if not self._answers:
+        command = self._executing
+        if command is not None:
+            self._executing = None
+            self._results.append(_result(command, cycle))
+        if not self._results:
             return []
-        answers, self._answers = self._answers, []
-        for answer in answers:
-            self._last.pop(answer.pending.sender, None)
-            self._last[answer.pending.sender] = answer, cycle.tick.t_ns
+        results, self._results = self._results, []
+        for result in results:
+            self._last.pop(result.pending.sender, None)
+            self._last[result.pending.sender] = result, cycle.tick.t_ns
         while len(self._last) > _MAX_SENDERS:
             del self._last[next(iter(self._last))]
-        return answers
+        return results
 
-    def _queue(self, wish: PendingCommand) -> None:
+    def _append(self, command: PendingCommand) -> None:
         if len(self._waiting) < MAX_WAITING:
-            self._waiting.append(wish)
+            self._waiting.append(command)
         else:
-            self._answers.append(CommandResult(wish, REJECTED, f"{MAX_WAITING} orders wait already; try once more"))
+            self._results.append(
+                CommandResult(command, REJECTED, f"{MAX_WAITING} commands are waiting already; try once more")
+            )
 
 
-def _answer(wish: PendingCommand, cycle: Cycle) -> CommandResult:
-    mode = cycle.mode.mode
-    if wish.arming is Arming.CHECK:
-        why = "" if mode is Mode.DISARMED else "the vehicle is armed: there is nothing to check"
-        return CommandResult(wish, REJECTED if why else ACCEPTED, why)
-    if wish.mode is None and wish.arming is Arming.KEEP:
-        why = "" if wish.setpoint is KEEP_SETPOINT else setpoint_refusal(mode, wish.setpoint)
-        return CommandResult(wish, REJECTED if why else ACCEPTED, why)
-    disarmed = mode is Mode.DISARMED
-    granted = mode is wish.mode if wish.mode is not None else disarmed == (wish.arming is Arming.DISARM)
-    if granted or any(event.kind in _SAID for event in cycle.events):
-        return CommandResult(wish, ACCEPTED if granted else REJECTED)
-    return CommandResult(wish, REJECTED, f"another order was obeyed, and the mode is {mode.name}")
-
-
-def setpoint_refusal(mode: Mode, setpoint: Setpoint) -> str:
-    """Why a mode does not go by a setpoint, in words for people that name modes as `Mode` does; empty if it does."""
+def setpoint_refusal(mode: Mode, setpoint: Setpoint) -> ModeRefusal | None:
+    """Return why a mode does not take a setpoint; None if it does."""
+    positioned = not math.isnan(setpoint.x)
     if mode is Mode.GUIDED:
-        return ""
+        return None
     if mode is Mode.HOLD:
-        return "" if math.isnan(setpoint.x) else "HOLD goes to no place; set GUIDED"
+        return ModeRefusal(ModeReason.NO_POSITION, mode, (Mode.GUIDED,)) if positioned else None
     if mode is Mode.LOITER:
-        free = math.isnan(setpoint.x) and math.isnan(setpoint.psi_d)
-        return "" if free else "LOITER takes depth and speed only; set GUIDED"
+        taken = not positioned and math.isnan(setpoint.psi_d)
+        return None if taken else ModeRefusal(ModeReason.DEPTH_AND_SPEED_ONLY, mode, (Mode.GUIDED,))
     if mode is Mode.MISSION:
-        alone = math.isnan(setpoint.z_d) and math.isnan(setpoint.psi_d) and math.isnan(setpoint.x)
-        return "" if alone else "MISSION takes a speed only; set HOLD or GUIDED"
-    arm = "disarmed; arm first, then" if mode is Mode.DISARMED else f"{mode.name} takes no setpoint;"
-    return f"{arm} set HOLD, LOITER or GUIDED"
+        taken = not positioned and math.isnan(setpoint.z_d) and math.isnan(setpoint.psi_d)
+        return None if taken else ModeRefusal(ModeReason.SPEED_ONLY, mode, (Mode.HOLD, Mode.GUIDED))
+    reason = ModeReason.DISARMED if mode is Mode.DISARMED else ModeReason.NO_SETPOINT
+    return ModeRefusal(reason, mode, (Mode.HOLD, Mode.LOITER, Mode.GUIDED))
+
+
+def _result(command: PendingCommand, cycle: Cycle) -> CommandResult:
+    mode = cycle.mode.mode
+    if command.arming is Arming.CHECK:
+        why = "" if mode is Mode.DISARMED else "the vehicle is armed: there is nothing to check"
+        return CommandResult(command, REJECTED if why else ACCEPTED, why)
+    if command.mode is None and command.arming is Arming.KEEP:
+        refusal = None if command.setpoint is KEEP_SETPOINT else setpoint_refusal(mode, command.setpoint)
+        return CommandResult(command) if refusal is None else CommandResult(command, REJECTED, refusal)
+    disarmed = mode is Mode.DISARMED
+    granted = mode is command.mode if command.mode is not None else disarmed == (command.arming is Arming.DISARM)
+    if granted or any(event.kind in _REFUSALS for event in cycle.events):
+        return CommandResult(command, ACCEPTED if granted else REJECTED)
+    return CommandResult(command, REJECTED, ModeRefusal(ModeReason.OTHER_ORDER, mode))

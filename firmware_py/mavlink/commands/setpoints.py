@@ -10,12 +10,12 @@ from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import (
     REJECTED,
     UNSUPPORTED,
-    WARNING,
     Command,
     CommandHandler,
     CommandRefused,
     LinkOutput,
 )
+from firmware_py.mavlink.base.refusal import Refusal
 from firmware_py.mavlink.base.service import MessageHandler
 from firmware_py.mavlink.base.water_frame import AMSL, LOCAL, WaterFrame, within_range
 from firmware_py.mavlink.commands.position_targets import heading, setpoint_of, speed_ahead
@@ -47,8 +47,8 @@ class Setpoints:
     def __init__(self, link: int, output: LinkOutput, queue: CommandQueue, checks: SetpointChecks) -> None:
         self._link, self._output, self._queue, self._checks = link, output, queue, checks
         self._water_frame = checks.water_frame
-        self._last_refusal: dict[int, tuple[int, str]] = {}
-        """Time and sentence, by message id."""
+        self._last_refusal: dict[int, tuple[int, Refusal]] = {}
+        """Time and refusal, by message id."""
 
     def command_handlers(self) -> dict[int, CommandHandler]:
         """Return the handler of each command."""
@@ -75,7 +75,7 @@ class Setpoints:
         def handle(tick: Tick, command: Command) -> int | None:
             setpoint, mode = parser(command)
             self._check_limits(setpoint)
-            if mode is None and (why := setpoint_refusal(self._queue.mode, setpoint)):
+            if mode is None and (why := setpoint_refusal(self._queue.mode, setpoint)) is not None:
                 raise CommandRefused(why, REJECTED)
             sender = (self._link, command.system, command.component, command.number)
             self._queue.put(PendingCommand(*sender, Arming.KEEP, mode, setpoint), command.again, tick.t_ns)
@@ -137,10 +137,10 @@ class Setpoints:
         try:
             setpoint = setpoint_of(m, self._water_frame)
             self._check_limits(setpoint)
-            if why := setpoint_refusal(self._queue.mode, setpoint):
+            if (why := setpoint_refusal(self._queue.mode, setpoint)) is not None:
                 raise CommandRefused(why)
         except CommandRefused as refusal:
-            self._refuse(tick, m, str(refusal))
+            self._refuse(tick, m, refusal.why)
             return
         self._queue.set_setpoint(setpoint, Asker(self._link, m.get_srcSystem(), m.get_srcComponent(), 0))
 
@@ -159,9 +159,9 @@ class Setpoints:
     def _attitude(self, tick: Tick, m: Message) -> None:
         self._refuse(tick, m, "attitude cannot be set; set depth and heading")
 
-    def _refuse(self, tick: Tick, m: Message, why: str) -> None:
-        """Send the refusal, the same sentence not more often than every 10 s: stations repeat these messages."""
+    def _refuse(self, tick: Tick, m: Message, why: Refusal) -> None:
+        """Send the refusal, the same one not more often than every 10 s: stations repeat these messages."""
         last, what = self._last_refusal.get(m.get_msgId(), (-_REPEAT_REFUSAL_NS, why))
         if tick.t_ns - last >= (_REPEAT_REFUSAL_NS if what == why else NS_PER_S):
             self._last_refusal[m.get_msgId()] = tick.t_ns, why
-            self._output.send_text(f"{m.get_type()} refused: {why}", WARNING)
+            self._output.send_refusal(m.get_type(), why)

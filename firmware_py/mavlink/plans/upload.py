@@ -124,10 +124,10 @@ class PlanUpload:
         if sender.kind not in NAMES:
             self._acknowledge(sender, UNSUPPORTED)
         elif self._plan_store.busy not in (None, self._key(sender)):
-            self._output.send_text(f"{NAMES[sender.kind]} refused: another station is sending a plan", WARNING)
+            self._output.send_refusal(NAMES[sender.kind], "another station is sending a plan")
             self._acknowledge(sender, _BUSY)
         elif m.count > MAX_ITEMS + self._first(sender.kind):
-            self._output.send_text(f"{NAMES[sender.kind]} refused: {m.count} items, room for {MAX_ITEMS}", WARNING)
+            self._output.send_refusal(NAMES[sender.kind], f"{m.count} items, room for {MAX_ITEMS}")
             self._acknowledge(sender, _NO_SPACE)
         else:
             self._ended = None
@@ -204,7 +204,7 @@ class PlanUpload:
         if not set(kinds) <= set(NAMES):
             self._acknowledge(sender, UNSUPPORTED)
         elif self._plan_store.busy is not None:
-            self._output.send_text("MISSION_CLEAR_ALL refused: a station is sending a plan", WARNING)
+            self._output.send_refusal("MISSION_CLEAR_ALL", "a station is sending a plan")
             self._acknowledge(sender, _BUSY)
         else:
             for kind in kinds:
@@ -218,7 +218,7 @@ class PlanUpload:
     def _set_current(self, tick: Tick, m: Message) -> None:
         """Answer with MISSION_CURRENT, and with a sentence if the item cannot be set."""
         if why := self._set_current_problem(m.seq):
-            self._output.send_text(f"MISSION_SET_CURRENT refused: {why}", WARNING)
+            self._output.send_refusal("MISSION_SET_CURRENT", why)
         else:
             self._enqueue(tick, Command(m.get_srcSystem(), m.get_srcComponent(), 0, False, ()), None, m.seq)
         self._output.send_from_cycle(_CURRENT)

@@ -12,7 +12,8 @@ from pymavlink.dialects.v20 import all as mavlink
 
 from firmware_py.mavlink.base.codec import Message
 from firmware_py.mavlink.base.identity import Identity
-from firmware_py.mavlink.base.modes import available_modes, with_mode_names
+from firmware_py.mavlink.base.modes import available_modes
+from firmware_py.mavlink.base.refusal import ModeReason, ModeRefusal, refusal_text
 from firmware_py.records.event import Event
 from firmware_py.records.order import Mode, Order
 from firmware_py.safety.supervisor import SafetyParams, Supervisor
@@ -106,12 +107,31 @@ def test_who_is_disarmed_is_told_to_arm_first(mode: Mode) -> None:
 
 @pytest.mark.parametrize("mode", Mode)
 def test_modes_are_called_what_the_links_stations_show(mode: Mode) -> None:
-    sentence = f"{mode.name} refused: surfacing; not MANUAL_CONTROL, MISSION_ITEM, holding"
-    ours, theirs = with_mode_names(Identity.ARDUSUB, sentence), with_mode_names(Identity.GENERIC, sentence)
-    assert ours.partition(" refused")[2] == theirs.partition(" refused")[2] == sentence.partition(" refused")[2]
-    assert ours.startswith(ARDUSUB.get(mode, mode.name) + " ")
-    listed = {message.mode_name for message in available_modes(Identity.GENERIC, 0)}
-    assert theirs.partition(" refused")[0] in listed | {"Disarmed"}
+    refusal = ModeRefusal(ModeReason.SPEED_ONLY, mode, (mode, Mode.MANUAL))
+    ours, theirs = (refusal_text(refusal, identity).split(" takes ")[0] for identity in Identity)
+    assert ours == ARDUSUB.get(mode, mode.name)
+    assert theirs in {message.mode_name for message in available_modes(Identity.GENERIC, 0)} | {"Disarmed"}
+    assert refusal_text(refusal, Identity.ARDUSUB) == f"{ours} takes a speed only; set {ours} or MANUAL"
+
+
+def test_a_refusal_without_modes_is_sent_as_it_stands() -> None:
+    sentence = "no parameter MISSION, SURFACE or HOLD"
+    assert {refusal_text(sentence, identity) for identity in Identity} == {sentence}
+
+
+@pytest.mark.parametrize(
+    ("identity", "known"),
+    [
+        (Identity.ARDUSUB, "MANUAL 19, ALT_HOLD 2, POSHOLD 16, GUIDED 4, AUTO 3, SURFACE 9"),
+        (Identity.GENERIC, "Manual 19, Depth hold 2, Position hold 16, Guided 4, Auto 3, Surface 9"),
+    ],
+)
+def test_an_unknown_mode_is_refused_with_those_that_there_are(identity: Identity, known: str) -> None:
+    boat = Boat()
+    boat.node = node(identities=(identity,))
+    boat.stations[0].command(SET_MODE, 1, 77)
+    boat.step(2)
+    assert refused(boat.stations[0].messages) == [f"DO_SET_MODE refused: mode 77/0 is unknown; {known}"]
 
 
 def test_each_link_reads_an_event_in_its_own_words() -> None:

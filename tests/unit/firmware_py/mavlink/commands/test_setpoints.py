@@ -76,7 +76,7 @@ def test_reposition_without_leave_to_change_the_mode_is_refused_in_another() -> 
     send_int(station, REPOSITION, RELATIVE, -1, 0, 0, NAN, LATITUDE, LONGITUDE, -5.0)
     vehicle.step()
     text = "".join(m.text for m in station.messages if m.get_type() == "STATUSTEXT")
-    assert text == "DO_REPOSITION refused: ALT_HOLD goes to no place; set GUIDED"
+    assert text == "DO_REPOSITION refused: ALT_HOLD takes no position; set GUIDED"
     assert station.acks() == [(REPOSITION, REJECTED)]
     assert vehicle.asked() == []
 
