@@ -16,7 +16,7 @@ from firmware_py.marine import Origin
 from firmware_py.mavlink.settings import MavlinkParams, NodeSettings
 from firmware_py.parameter_tree import with_values
 from firmware_py.params import ParamError, param, prefix_errors, table
-from firmware_py.records.event import Event, EventKind, Severity
+from firmware_py.records.event import Event, EventKind, severity_of
 from firmware_py.records.fence import NO_FENCE, Fence, Place
 from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.order import Change, FenceChange, Mission, MissionChange, ParameterChange
@@ -135,7 +135,7 @@ class PartsFactory:
 
     def apply(self, changes: tuple[Change, ...], parts: Parts) -> tuple[Parts, tuple[Event, ...]]:
         """See `autopilot.Reconfigurator`. Orders were checked before; a change that fails leaves all as it was."""
-        failed: list[Event] = []
+        kind, failed = EventKind.CHANGE_FAILED, list[Event]()
         for change in changes:
             before = self._now
             try:
@@ -143,7 +143,7 @@ class PartsFactory:
             except (ValueError, LookupError, TypeError) as error:
                 self._now = before
                 why = " ".join(str(error).split())
-                failed.append(Event(EventKind.CHANGE_FAILED, Severity.WARNING, names=(why,)))
+                failed.append(Event(kind, severity_of(kind), names=(why,)))
         return parts, tuple(failed)
 
     def freeze(self) -> ActiveConfiguration:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_py.estimation.model.jacobians import Array
-from firmware_py.records.event import Cause, Event, EventKind, Severity
+from firmware_py.records.event import Cause, Event, EventKind, severity_of
 from firmware_py.records.event_text import combination
 
 NOTHING = 0.95
@@ -126,9 +126,9 @@ def report(known: Known) -> tuple[Event, ...]:
 
 
 def reported(cause: Cause, numbers: tuple[float, ...] = (), names: Sequence[str] = ()) -> Event:
-    """Return one part of a learning report: a warning, unless all was learned."""
-    severity = Severity.NOTICE if cause is Cause.LEARNED_ALL else Severity.WARNING
-    return Event(EventKind.LEARNING_REPORT, severity, cause=cause, numbers=numbers, names=tuple(names))
+    """Return one part of a learning report."""
+    kind = EventKind.LEARNING_REPORT
+    return Event(kind, severity_of(kind, cause), cause=cause, numbers=numbers, names=tuple(names))
 
 
 def _principal(covariance: Array, scales: Sequence[float] | Array) -> list[tuple[float, Array]]:

@@ -17,7 +17,7 @@ from firmware_py.guidance.route import Route, homing
 from firmware_py.marine import clip
 from firmware_py.records.command import ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.event import Event, EventKind, Severity
+from firmware_py.records.event import Event, EventKind, severity_of
 from firmware_py.records.fence import NO_FENCE, NOWHERE, Fence, Place
 from firmware_py.records.order import Loiter, Manoeuvre, Mission, Mode, Order, Setpoint, Surface, Waypoint
 from firmware_py.schedule import Tick
@@ -28,7 +28,7 @@ _LAGS = 3  # of the heading's reference model: it comes as many distances later 
 _AT_REST = 0.1  # slower than this, m/s, is noise
 _CLEAR = 1.0  # what is flown above the bottom stays so far, m, within the supervisor's limits
 _JOINED = 0.25  # a circle is joined nearer to it than this share of its radius
-_UNREACHABLE = Event(EventKind.RALLY_POINT_UNREACHABLE, Severity.WARNING)
+_UNREACHABLE = Event(EventKind.RALLY_POINT_UNREACHABLE, severity_of(EventKind.RALLY_POINT_UNREACHABLE))
 
 
 class Guidance:
@@ -218,7 +218,8 @@ class Guidance:
         z_d = self._bottom.above(item.z, self._depth.command) if item.above else item.z
         self._wanted = Setpoint(max(z_d, 0.0), psi_d, u_d)
         if self._route.circle(x, y, circle, _JOINED * radius, dt):
-            self.events = (Event(EventKind.LOITER_DONE, Severity.WARNING, numbers=(self._route.item + 1.0,)),)
+            kind, item_number = EventKind.LOITER_DONE, self._route.item + 1.0
+            self.events = (Event(kind, severity_of(kind), numbers=(item_number,)),)
             self._route.leave(x, y, self._depth.command)
 
     def _learn(self, manoeuvre: Manoeuvre, state: StateEstimate, dt: float) -> Dither:

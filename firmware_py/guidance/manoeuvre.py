@@ -15,7 +15,7 @@ from firmware_py.guidance.excitation import Sides, sides
 from firmware_py.marine import body_to_ned, euler_rates, wrap
 from firmware_py.params import param
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.event import Cause, Event, EventKind, Severity
+from firmware_py.records.event import Cause, Event, EventKind, severity_of
 from firmware_py.records.order import Kind, Manoeuvre, Setpoint
 
 
@@ -109,18 +109,18 @@ class ManoeuvreGuidance:
         """
         self.events = ()
         if self._memory is None:
-            self._say(manoeuvre, EventKind.MANOEUVRE_BEGUN, numbers=(manoeuvre.duration, base.z_d))
+            self._add_event(manoeuvre, EventKind.MANOEUVRE_BEGUN, numbers=(manoeuvre.duration, base.z_d))
         course = self._memory or Course(manoeuvre.kind, 0, 0, 0, Sides(1.0, 1.0))
         breach = self._breach(base.z_d, state, self._params.resume if course.waiting else 1.0)
         if breach is not None:
             return self._wait(manoeuvre, course, breach, dt)
         if course.waiting:
-            self._say(manoeuvre, EventKind.MANOEUVRE_RESUMED)
+            self._add_event(manoeuvre, EventKind.MANOEUVRE_RESUMED)
         at = sides(manoeuvre, course.flown, dt, course.sides, state.eta.theta, wrap(state.eta.psi - base.psi_d))
         self._memory = course._replace(flown=course.flown + 1, waiting=0, sides=at)
         if (course.flown + 1) * dt >= manoeuvre.duration:
             self.reset()
-            self._say(manoeuvre, EventKind.MANOEUVRE_DONE, numbers=(manoeuvre.duration, course.waited * dt))
+            self._add_event(manoeuvre, EventKind.MANOEUVRE_DONE, numbers=(manoeuvre.duration, course.waited * dt))
         return Dither(manoeuvre.delta_s * at.s, manoeuvre.delta_r * at.r, self._params.grip)
 
     def reset(self) -> None:
@@ -144,12 +144,12 @@ class ManoeuvreGuidance:
 
     def _wait(self, manoeuvre: Manoeuvre, course: Course, breach: Breach, dt: float) -> Dither:
         if not course.waiting:
-            self._say(manoeuvre, EventKind.MANOEUVRE_WAITS, breach.cause, breach.numbers)
+            self._add_event(manoeuvre, EventKind.MANOEUVRE_WAITS, breach.cause, breach.numbers)
         self._memory = course._replace(waiting=course.waiting + 1, waited=course.waited + 1)
         if (course.waiting + 1) * dt >= self._params.patience:
             self.reset()
             flown = course.flown * dt
-            self._say(manoeuvre, EventKind.MANOEUVRE_GIVEN_UP, breach.cause, (flown, *breach.numbers))
+            self._add_event(manoeuvre, EventKind.MANOEUVRE_GIVEN_UP, breach.cause, (flown, *breach.numbers))
         return STILL
 
     def _breach(self, base: float, state: StateEstimate, share: float) -> Breach | None:
@@ -174,8 +174,8 @@ class ManoeuvreGuidance:
             return Breach(Cause.MANOEUVRE_PITCH, (theta, soon, steepest))
         return None
 
-    def _say(
+    def _add_event(
         self, manoeuvre: Manoeuvre, kind: EventKind, cause: Cause = Cause.NONE, numbers: tuple[float, ...] = ()
     ) -> None:
-        said = Event(kind, Severity.WARNING, cause=cause, manoeuvre=manoeuvre.kind, numbers=numbers)
-        self.events = (*self.events, said)
+        event = Event(kind, severity_of(kind, cause), cause=cause, manoeuvre=manoeuvre.kind, numbers=numbers)
+        self.events = (*self.events, event)

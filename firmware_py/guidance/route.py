@@ -9,7 +9,7 @@ from typing import NamedTuple
 from firmware_py.guidance.circle import Circle
 from firmware_py.guidance.line_of_sight import Leg, leg, passed
 from firmware_py.marine import wrap
-from firmware_py.records.event import Event, EventKind, Severity
+from firmware_py.records.event import Event, EventKind, severity_of
 from firmware_py.records.fence import NO_FENCE, Fence, Place, nearest_rally_point
 from firmware_py.records.order import Jump, Loiter, Manoeuvre, Mission, Step, Surface, Waypoint
 
@@ -151,12 +151,12 @@ class Route:
         if self._memory.next == before.next:
             return ()
         if before.rally is not None:
-            return (Event(EventKind.RALLY_POINT_REACHED, Severity.WARNING),)
+            return (Event(EventKind.RALLY_POINT_REACHED, severity_of(EventKind.RALLY_POINT_REACHED)),)
         first = self._before[before.next]
         last = max(self.index, first + 1)  # a jump may lead back
+        kind = EventKind.WAYPOINT_PASSED
         return tuple(
-            Event(EventKind.WAYPOINT_PASSED, Severity.INFO, numbers=(float(i), float(len(self))))
-            for i in range(first + 1, last + 1)
+            Event(kind, severity_of(kind), numbers=(float(i), float(len(self)))) for i in range(first + 1, last + 1)
         )
 
     def circle(self, x: float, y: float, circle: Circle, slack: float, dt: float) -> bool:

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from firmware_py.records.order import NOBODY, Asker, Kind, Mode
 
 
 class Severity(enum.IntEnum):
-    """How much an event matters, with MAVLink's numbers (MAV_SEVERITY)."""
+    """The severity of an event, with the numbers and the meaning of MAV_SEVERITY."""
 
-    EMERGENCY = 0
-    ALERT = 1
-    CRITICAL = 2
-    ERROR = 3
-    WARNING = 4
-    NOTICE = 5
-    INFO = 6
+    EMERGENCY = 0  # the system is unusable
+    ALERT = 1  # act immediately; a failure outside the primary systems
+    CRITICAL = 2  # act immediately; a failure of a primary system
+    ERROR = 3  # an error of a secondary or redundant system
+    WARNING = 4  # will become an error unless somebody acts
+    NOTICE = 5  # unusual, but no error
+    INFO = 6  # normal operation; nobody has to act
     DEBUG = 7
 
 
@@ -29,18 +30,18 @@ class EventKind(enum.IntEnum):
     ARMING_REFUSED = 2  # one event for each cause; numbers: the cause's
     ARMING_CHECK_FAILED = 3  # arming would be refused; one event for each cause; numbers: the cause's
     ARMING_CHECK_PASSED = 4
-    RULE_HOLDS = 5  # one more reason for the mode in force; numbers: the cause's
+    RULE_HOLDS = 5  # one more failsafe asks for the mode in force; numbers: the cause's
     CHANGE_FAILED = 6  # names: why
     WAYPOINT_PASSED = 7  # numbers: which, counted from 1; of how many
     RALLY_POINT_REACHED = 8
     RALLY_POINT_UNREACHABLE = 9  # no rally point has a straight way within the fence
     LOITER_DONE = 10  # numbers: the mission's item, counted from 1
     MANOEUVRE_BEGUN = 11  # numbers: duration, s; depth, m
-    MANOEUVRE_WAITS = 12  # numbers: the cause's
+    MANOEUVRE_WAITS = 12  # at a limit; numbers: the cause's
     MANOEUVRE_RESUMED = 13
     MANOEUVRE_DONE = 14  # numbers: duration, s; waited, s
     MANOEUVRE_GIVEN_UP = 15  # numbers: flown, s; then the cause's
-    LEARNING_REPORT = 16  # what a manoeuvre taught; one event for each cause; numbers and names: the cause's
+    LEARNING_REPORT = 16  # what was learned in a manoeuvre; one event for each cause; numbers and names: the cause's
 
 
 class Cause(enum.IntEnum):
@@ -105,3 +106,35 @@ class Event:
     manoeuvre: Kind | None = None
     numbers: tuple[float, ...] = ()
     names: tuple[str, ...] = ()
+
+
+_SEVERITIES: Mapping[EventKind, Severity] = {
+    EventKind.MODE_CHANGED: Severity.CRITICAL,
+    EventKind.MODE_REFUSED: Severity.WARNING,
+    EventKind.ARMING_REFUSED: Severity.WARNING,
+    EventKind.ARMING_CHECK_FAILED: Severity.WARNING,
+    EventKind.ARMING_CHECK_PASSED: Severity.INFO,
+    EventKind.RULE_HOLDS: Severity.CRITICAL,
+    EventKind.CHANGE_FAILED: Severity.ERROR,  # it was checked before it was ordered
+    EventKind.WAYPOINT_PASSED: Severity.INFO,
+    EventKind.RALLY_POINT_REACHED: Severity.INFO,
+    EventKind.RALLY_POINT_UNREACHABLE: Severity.WARNING,
+    EventKind.LOITER_DONE: Severity.INFO,
+    EventKind.MANOEUVRE_BEGUN: Severity.INFO,
+    EventKind.MANOEUVRE_WAITS: Severity.NOTICE,
+    EventKind.MANOEUVRE_RESUMED: Severity.INFO,
+    EventKind.MANOEUVRE_DONE: Severity.INFO,
+    EventKind.MANOEUVRE_GIVEN_UP: Severity.WARNING,
+    EventKind.LEARNING_REPORT: Severity.NOTICE,
+}
+_BY_CAUSE: Mapping[tuple[EventKind, Cause], Severity] = {
+    **{(EventKind.MODE_CHANGED, cause): Severity.INFO for cause in MEANT},
+    (EventKind.LEARNING_REPORT, Cause.LEARNED_ALL): Severity.INFO,
+    (EventKind.LEARNING_REPORT, Cause.NOT_FINITE): Severity.ERROR,
+}
+"""Severities that differ from that of the kind."""
+
+
+def severity_of(kind: EventKind, cause: Cause = Cause.NONE) -> Severity:
+    """Return the severity of an event of that kind and cause."""
+    return _BY_CAUSE.get((kind, cause), _SEVERITIES[kind])

@@ -18,7 +18,7 @@ ModeName = Callable[[Mode], str]
 
 
 class Sentence(NamedTuple):
-    """What happened, for people, and how much it matters."""
+    """What happened, for people, and its severity."""
 
     text: str
     severity: Severity
@@ -51,8 +51,8 @@ _CAUSES: Mapping[Cause, str] = {
 def sentences(events: Iterable[Event], name: ModeName = lambda mode: mode.name) -> list[Sentence]:
     """Return the sentences of the events of one cycle: mostly one for each event.
 
-    The causes for which arming is refused, and the parts of a learning report, come in one sentence, which matters as
-    much as its most severe part.
+    The causes for which arming is refused, and the parts of a learning report, come in one sentence, which has the
+    severity of its most severe part.
 
     Args:
         events: in the order in which they happened.

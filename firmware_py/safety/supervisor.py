@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.event import MEANT, Cause, Event, EventKind, Severity
+from firmware_py.records.event import MEANT, Cause, Event, EventKind, severity_of
 from firmware_py.records.fence import NO_FENCE, Fence
 from firmware_py.records.order import NOBODY, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import SensorFrame
@@ -20,7 +20,7 @@ from firmware_py.schedule import NS_PER_S, Tick
 
 __all__ = ["SafetyParams", "Supervisor", "SupervisorMemory"]
 
-Refusal = tuple[Cause, tuple[float, ...]]
+ArmingRefusal = tuple[Cause, tuple[float, ...]]
 """Why arming is refused: a cause and its numbers."""
 
 
@@ -83,13 +83,12 @@ class Supervisor:
             if order.arming is Arming.CHECK and was.mode is Mode.DISARMED:
                 self._refuse(EventKind.ARMING_CHECK_FAILED, refusals, order.asker)
                 if ready:
-                    self._say(EventKind.ARMING_CHECK_PASSED, Severity.INFO, asker=order.asker)
+                    self._add_event(EventKind.ARMING_CHECK_PASSED, asker=order.asker)
         cause = was.cause
         if wanted is not was.mode:
             cause = ruled.cause if ruled else Cause.ORDERED
-            self._say(
+            self._add_event(
                 EventKind.MODE_CHANGED,
-                Severity.NOTICE if cause in MEANT else Severity.CRITICAL,
                 *(was.mode, wanted, cause, NOBODY if ruled else order.asker),
                 numbers=ruled.numbers(c, params) if ruled else (),
             )
@@ -113,21 +112,20 @@ class Supervisor:
         """Goes on from there."""
         self._memory = memory
 
-    def _say(
+    def _add_event(
         self,
         kind: EventKind,
-        severity: Severity,
         before: Mode | None = None,
         after: Mode | None = None,
         cause: Cause = Cause.NONE,
         asker: Asker = NOBODY,
         numbers: tuple[float, ...] = (),
     ) -> None:
-        self.events += (Event(kind, severity, before, after, cause, asker, numbers=numbers),)
+        self.events += (Event(kind, severity_of(kind, cause), before, after, cause, asker, numbers=numbers),)
 
-    def _refuse(self, kind: EventKind, refusals: list[Refusal], asker: Asker) -> None:
+    def _refuse(self, kind: EventKind, refusals: list[ArmingRefusal], asker: Asker) -> None:
         for cause, numbers in refusals:
-            self._say(kind, Severity.WARNING, cause=cause, asker=asker, numbers=numbers)
+            self._add_event(kind, cause=cause, asker=asker, numbers=numbers)
 
     def _ordered(self, mode: Mode, order: Order) -> Mode:
         """The mode that an order asks for, where it may be asked for."""
@@ -146,7 +144,7 @@ class Supervisor:
         if asked is Mode.MISSION and not self._has_mission:
             why = why or Cause.NO_MISSION
         if why is not Cause.NONE:
-            self._say(EventKind.MODE_REFUSED, Severity.WARNING, None, asked, why, order.asker)
+            self._add_event(EventKind.MODE_REFUSED, None, asked, why, order.asker)
             return mode
         return asked
 
@@ -171,7 +169,7 @@ class Supervisor:
             breach=self._fence.breached(eta.x, eta.y),
         )
 
-    def _refusals(self, c: Conditions, held: tuple[int, ...]) -> list[Refusal]:
+    def _refusals(self, c: Conditions, held: tuple[int, ...]) -> list[ArmingRefusal]:
         """Why not to arm: a check of `ARMING`, or a rule that holds and would soon ask for a safer mode."""
         checks = [rule for rule in ARMING if rule.holds(c, self._params)]
         rules = [rule for rule, n in zip(RULES, held, strict=True) if n and safer(rule.mode, c.wanted)]
@@ -187,5 +185,5 @@ class Supervisor:
                 mode, ruled = rule.mode, rule
             elif rule.mode is self._memory.mode and (n - 2) * dt_ns < after_ns:  # one more reason
                 numbers = rule.numbers(c, self._params)
-                self._say(EventKind.RULE_HOLDS, Severity.WARNING, cause=rule.cause, numbers=numbers)
+                self._add_event(EventKind.RULE_HOLDS, cause=rule.cause, numbers=numbers)
         return mode, ruled

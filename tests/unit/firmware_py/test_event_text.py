@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from firmware_py.records.event import MEANT, Cause, Event, EventKind, Severity
+from firmware_py.records.event import MEANT, Cause, Event, EventKind, Severity, severity_of
 from firmware_py.records.event_text import sentences, texts
 from firmware_py.records.order import Asker, Kind, Mode
 
@@ -105,3 +105,31 @@ def test_modes_are_called_what_the_reader_calls_them() -> None:
 
 def test_who_meant_a_change_of_mode_is_known() -> None:
     assert set(MEANT) == {Cause.ORDERED, Cause.MISSION_DONE, Cause.RETURN_DONE, Cause.SURFACED}
+
+
+@pytest.mark.parametrize("kind", EventKind)
+def test_what_nobody_has_to_act_on_is_information(kind: EventKind) -> None:
+    normal = {
+        EventKind.ARMING_CHECK_PASSED,
+        EventKind.WAYPOINT_PASSED,
+        EventKind.RALLY_POINT_REACHED,
+        EventKind.LOITER_DONE,
+        EventKind.MANOEUVRE_BEGUN,
+        EventKind.MANOEUVRE_RESUMED,
+        EventKind.MANOEUVRE_DONE,
+    }
+    assert (severity_of(kind) is Severity.INFO) == (kind in normal)
+
+
+@pytest.mark.parametrize("cause", [cause for cause in Cause if cause not in REPORTED])
+def test_a_failsafe_is_critical_and_a_change_of_mode_that_was_meant_is_information(cause: Cause) -> None:
+    severity = severity_of(EventKind.MODE_CHANGED, cause)
+    assert severity is (Severity.INFO if cause in MEANT else Severity.CRITICAL)
+    assert severity_of(EventKind.RULE_HOLDS, cause) is Severity.CRITICAL
+
+
+def test_a_report_of_all_learned_is_information_and_one_that_is_not_finite_an_error() -> None:
+    expected = {Cause.LEARNED_ALL: Severity.INFO, Cause.NOT_FINITE: Severity.ERROR}
+    assert {cause: severity_of(EventKind.LEARNING_REPORT, cause) for cause in REPORTED} == {
+        cause: expected.get(cause, Severity.NOTICE) for cause in REPORTED
+    }
