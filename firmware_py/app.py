@@ -15,7 +15,7 @@ from firmware_py.params import prefix_errors
 from firmware_py.reconfiguration import ActiveConfiguration, PartsFactory
 from firmware_py.records.fence import from_plain as fence_from_plain
 from firmware_py.records.fence import rally_from_plain
-from firmware_py.records.mission import from_plain
+from firmware_py.records.mission_tables import from_plain
 
 
 def parts_factory(configuration: Configuration) -> PartsFactory:

@@ -18,7 +18,7 @@ from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.mavlink.parameters import store
 from firmware_py.params import ParamError, dump, load
 from firmware_py.reconfiguration import AutopilotParams
-from firmware_py.records.mission import Item, Point, mission_of, plain
+from firmware_py.records.mission_tables import Item, Point, mission_of, plain
 from firmware_py.vehicle.vehicle import Vehicle
 
 Configuration = Mapping[str, Any]

@@ -19,7 +19,8 @@ from firmware_py.params import ParamError, param, prefix_errors, table
 from firmware_py.records.event import Event, EventKind, severity_of
 from firmware_py.records.fence import NO_FENCE, Fence, Place
 from firmware_py.records.limits import OperatingLimits
-from firmware_py.records.order import Change, FenceChange, Mission, MissionChange, ParameterChange
+from firmware_py.records.mission import Mission
+from firmware_py.records.order import Change, FenceChange, MissionChange, ParameterChange
 from firmware_py.safety.gate import Gate
 from firmware_py.safety.supervisor import SafetyParams, Supervisor
 from firmware_py.schedule import step_ns

@@ -14,8 +14,9 @@ from typing import Any
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.marine import Eta, Nu
 from firmware_py.params import ParamError, load, param
-from firmware_py.records.mission import Item, Point, mission_of
-from firmware_py.records.order import Arming, Mission, Mode
+from firmware_py.records.mission import Mission
+from firmware_py.records.mission_tables import Item, Point, mission_of
+from firmware_py.records.order import Arming, Mode
 from sim_bridge.faults import Fault, Faults
 from sim_bridge.plant.environment import EnvironmentParams
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from firmware_py.records.order import Kind, Manoeuvre
+from firmware_py.records.mission import Kind, Manoeuvre
 
 BITS = 7
 PERIOD = 2**BITS - 1

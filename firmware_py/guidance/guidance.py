@@ -19,7 +19,8 @@ from firmware_py.records.command import ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Event, EventKind, severity_of
 from firmware_py.records.fence import NO_FENCE, NOWHERE, Fence, Place
-from firmware_py.records.order import Loiter, Manoeuvre, Mission, Mode, Order, Setpoint, Surface, Waypoint
+from firmware_py.records.mission import Loiter, Manoeuvre, Mission, Surface, Waypoint
+from firmware_py.records.order import Mode, Order, Setpoint
 from firmware_py.schedule import Tick
 
 __all__ = ["Guidance", "GuidanceParams"]

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from firmware_py.marine import clip
 from firmware_py.params import param
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.order import Waypoint
+from firmware_py.records.mission import Waypoint
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,8 @@ from firmware_py.marine import body_to_ned, euler_rates, wrap
 from firmware_py.params import param
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Cause, Event, EventKind, severity_of
-from firmware_py.records.order import Kind, Manoeuvre, Setpoint
+from firmware_py.records.mission import Kind, Manoeuvre
+from firmware_py.records.order import Setpoint
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from firmware_py.guidance.line_of_sight import Leg, leg, passed
 from firmware_py.marine import wrap
 from firmware_py.records.event import Event, EventKind, severity_of
 from firmware_py.records.fence import NO_FENCE, Fence, Place, nearest_rally_point
-from firmware_py.records.order import Jump, Loiter, Manoeuvre, Mission, Step, Surface, Waypoint
+from firmware_py.records.mission import Jump, Loiter, Manoeuvre, Mission, Step, Surface, Waypoint
 
 
 class Progress(NamedTuple):

@@ -6,7 +6,8 @@ import enum
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from firmware_py.records.order import NOBODY, Asker, Kind, Mode
+from firmware_py.records.mission import Kind
+from firmware_py.records.order import NOBODY, Asker, Mode
 
 
 class Severity(enum.IntEnum):

@@ -12,8 +12,8 @@ from firmware_py.mavlink.plans import plan_builder
 from firmware_py.mavlink.plans.plan_builder import PlanBuilder
 from firmware_py.params import prefix_errors
 from firmware_py.records.fence import plain as fence_plain
-from firmware_py.records.mission import from_plain
-from firmware_py.records.mission import plain as mission_plain
+from firmware_py.records.mission_tables import from_plain
+from firmware_py.records.mission_tables import plain as mission_plain
 from firmware_py.records.order import Change, FenceChange, MissionChange, RallyChange
 
 

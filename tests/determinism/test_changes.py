@@ -15,7 +15,8 @@ from firmware_py.adapters.ground.mavlink_ground import Grounds
 from firmware_py.app import build
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import EventKind
-from firmware_py.records.order import NO_ORDER, Mission, MissionChange, Mode, Order, ParameterChange, Waypoint
+from firmware_py.records.mission import Mission, Waypoint
+from firmware_py.records.order import NO_ORDER, MissionChange, Mode, Order, ParameterChange
 from firmware_py.schedule import Tick
 
 SCENARIO = """

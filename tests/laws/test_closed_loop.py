@@ -18,7 +18,8 @@ from firmware_py.marine import Eta, Nu, wrap
 from firmware_py.params import load
 from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.order import NO_ORDER, Mission, Mode, Order, Setpoint
+from firmware_py.records.mission import Mission
+from firmware_py.records.order import NO_ORDER, Mode, Order, Setpoint
 from firmware_py.schedule import Tick
 from firmware_py.vehicle.linear_models import LinearModel, diving_model, steering_model
 from firmware_py.vehicle.vehicle import Vehicle

@@ -14,7 +14,8 @@ from sternplane.report.drawing import Plot
 from sternplane.report.figures import Figures
 
 from firmware_py.records.fence import Disc, Fence, Place, Polygon, plain
-from firmware_py.records.order import Change, FenceChange, Mission, MissionChange, RallyChange
+from firmware_py.records.mission import Mission
+from firmware_py.records.order import Change, FenceChange, MissionChange, RallyChange
 
 BAY = Polygon(((-20.0, -50.0), (-20.0, 70.0), (80.0, 70.0), (80.0, -50.0)))
 POND, ROCK, REEF = Disc(90.0, 0.0, 30.0), Disc(30.0, 30.0, 5.0), Polygon(((40.0, 0.0), (50.0, 0.0), (45.0, 10.0)))

@@ -22,7 +22,7 @@ from sternplane.report.figures import Figures
 from firmware_py.adapters.installation import configs
 from firmware_py.estimation.model.observer_model import GROUPS
 from firmware_py.records.event import Cause, Event, EventKind, Severity
-from firmware_py.records.order import Kind
+from firmware_py.records.mission import Kind
 
 VEHICLE = tomllib.loads((configs() / "npsauv2" / "vehicle.toml").read_text())
 NAMES = ["M_q", "Y_dr", "N_dot"]

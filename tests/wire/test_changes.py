@@ -9,20 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.records.fence import Disc, Fence, Place, Polygon
-from firmware_py.records.order import (
-    Change,
-    FenceChange,
-    Jump,
-    Kind,
-    Loiter,
-    Manoeuvre,
-    Mission,
-    MissionChange,
-    ParameterChange,
-    RallyChange,
-    Surface,
-    Waypoint,
-)
+from firmware_py.records.mission import Jump, Kind, Loiter, Manoeuvre, Mission, Surface, Waypoint
+from firmware_py.records.order import Change, FenceChange, MissionChange, ParameterChange, RallyChange
 from firmware_py.wire.log.cdr_codec import Codec
 from firmware_py.wire.log.changes import LoggedChanges, decode, encode
 

@@ -1,4 +1,4 @@
-"""Conversion of missions: MAVLink items to the steps of `records.order.Mission`, and back.
+"""Conversion of missions: MAVLink items to the steps of `records.mission.Mission`, and back.
 
 Each item that is flown becomes one step. A change of speed becomes no step; it holds for the items behind it.
 Learning manoeuvres are MAV_CMD_USER_1 in MAV_FRAME_MISSION: param1 0 zigzag, 1 doublets, 2 PRBS; param2 seconds;
@@ -32,7 +32,8 @@ from firmware_py.mavlink.plans.items import (
 )
 from firmware_py.mavlink.plans.path_check import PathCheck
 from firmware_py.params import ParamError, dump, load
-from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mission, MissionChange, Step, Surface, Waypoint
+from firmware_py.records.mission import Jump, Kind, Loiter, Manoeuvre, Mission, Step, Surface, Waypoint
+from firmware_py.records.order import MissionChange
 
 _LEARN: int = dialect.MAV_CMD_USER_1
 _SPEED: int = dialect.MAV_CMD_DO_CHANGE_SPEED

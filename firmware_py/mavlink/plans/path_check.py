@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from firmware_py.mavlink.plans.items import INVALID, INVALID_PARAMS, ItemRefused, Limits
 from firmware_py.records.fence import Fence
-from firmware_py.records.order import Jump, Loiter, Step, Surface, Waypoint
+from firmware_py.records.mission import Jump, Loiter, Step, Surface, Waypoint
 
 _MAX_ALTITUDE = 6000.0
 _MISS_SHARE = 1.0 / 12.0

@@ -13,7 +13,8 @@ from firmware_py.mavlink.plans.fence_items import FenceBuilder, RallyBuilder
 from firmware_py.mavlink.plans.items import UNLIMITED, ItemRefused, Limits, PlanItem, item_from_json, resolve_offset
 from firmware_py.mavlink.plans.mission_items import MissionBuilder, items_of
 from firmware_py.params import ParamError
-from firmware_py.records.order import Change, Mission
+from firmware_py.records.mission import Mission
+from firmware_py.records.order import Change
 
 MISSION: int = dialect.MAV_MISSION_TYPE_MISSION
 FENCE: int = dialect.MAV_MISSION_TYPE_FENCE

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from firmware_py.mavlink.plans.items import ItemRefused, Limits
 from firmware_py.mavlink.plans.path_check import PathCheck
-from firmware_py.records.order import Step
+from firmware_py.records.mission import Step
 
 _STEPS_PER_TICK = 4
 

@@ -22,7 +22,8 @@ from firmware_py.mavlink.plans.plan_revalidation import PlanRevalidation
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.fence import NO_FENCE, Fence, Place
 from firmware_py.records.limits import OperatingLimits
-from firmware_py.records.order import Change, Mode, Step
+from firmware_py.records.mission import Step
+from firmware_py.records.order import Change, Mode
 
 _CHECKS_PER_TICK = 4
 """Checks of guided positions in a tick: with many corners in the fence each costs half a millisecond."""

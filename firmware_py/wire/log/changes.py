@@ -22,21 +22,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from firmware_py.records.fence import Area, Disc, Fence, Place, Polygon
-from firmware_py.records.order import (
-    ANY_LENGTH,
-    Change,
-    FenceChange,
-    Jump,
-    Loiter,
-    Manoeuvre,
-    Mission,
-    MissionChange,
-    ParameterChange,
-    RallyChange,
-    Step,
-    Surface,
-    Waypoint,
-)
+from firmware_py.records.mission import Jump, Loiter, Manoeuvre, Mission, Step, Surface, Waypoint
+from firmware_py.records.order import ANY_LENGTH, Change, FenceChange, MissionChange, ParameterChange, RallyChange
 
 
 class ChangeKind(enum.IntEnum):

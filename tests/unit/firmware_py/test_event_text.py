@@ -8,7 +8,8 @@ import pytest
 
 from firmware_py.records.event import MEANT, Cause, Event, EventKind, Severity, severity_of
 from firmware_py.records.event_text import sentences, texts
-from firmware_py.records.order import Asker, Kind, Mode
+from firmware_py.records.mission import Kind
+from firmware_py.records.order import Asker, Mode
 
 STATION = Asker(0, 255, 190, 400)
 NUMBERS: dict[Cause, tuple[float, ...]] = {

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from sternplane.logs.tracking import distance, flown_last, missions, path_error, unwrapped_deg, wrapped_deg
 
 from firmware_py.records.fence import NO_FENCE
-from firmware_py.records.order import Change, FenceChange, Mission, MissionChange, Mode, Waypoint
+from firmware_py.records.mission import Mission, Waypoint
+from firmware_py.records.order import Change, FenceChange, MissionChange, Mode
 
 EAST = [[0.0, 100.0, 5.0, 1.8]]
 NORTH = [[100.0, 0.0, 5.0, 1.8], [200.0, 0.0, 5.0, 1.8]]

@@ -6,7 +6,7 @@ Each candidate is flown for 60 s under guidance and laws as in the vehicle, at t
 The Cramér-Rao bound of the ten coefficients (`bound`) then says what any estimator can make of that flight at best:
 DVL at 5 Hz, AHRS at 100 Hz with their noise, a steady current that is unknown too, and 70 % of each coefficient as
 the 1 sigma at the start. Good is what makes the mean of the ten relative sigmas small, never has to wait and stays near
-its depth; what was chosen stands at `records.order.Manoeuvre` and `guidance.learning.LearningParams`.
+its depth; what was chosen stands at `records.mission.Manoeuvre` and `guidance.learning.LearningParams`.
 """
 
 from __future__ import annotations
@@ -38,7 +38,8 @@ from firmware_py.params import load
 from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import EventKind
-from firmware_py.records.order import NO_ORDER, Kind, Manoeuvre, Mission, Mode
+from firmware_py.records.mission import Kind, Manoeuvre, Mission
+from firmware_py.records.order import NO_ORDER, Mode
 from firmware_py.schedule import Tick, step_ns
 from sim_bridge.plant.truth import Truth
 from sternplane.identification.cramer_rao_bound import bound, true_states

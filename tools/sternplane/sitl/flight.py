@@ -27,7 +27,7 @@ from firmware_py.params import ParamError, load
 from firmware_py.ports import Ground, Schedule
 from firmware_py.reconfiguration import AutopilotParams
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.mission import plain
+from firmware_py.records.mission_tables import plain
 from firmware_py.run import over_hil, provenance
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.kept_plans import with_kept_plans

@@ -14,7 +14,8 @@ from firmware_py.guidance.line_of_sight import LineOfSightParams
 from firmware_py.marine import Eta, Nu, wrap
 from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.order import NO_ORDER, Mission, Mode, Order, Setpoint, Waypoint
+from firmware_py.records.mission import Mission, Waypoint
+from firmware_py.records.order import NO_ORDER, Mode, Order, Setpoint
 from firmware_py.schedule import Tick
 
 NAN = math.nan

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.guidance.excitation import PERIOD, Sides, doublets, opposite, prbs, put_over, sides
-from firmware_py.records.order import Kind, Manoeuvre
+from firmware_py.records.mission import Kind, Manoeuvre
 
 REGISTERS = st.integers(1, PERIOD)
 

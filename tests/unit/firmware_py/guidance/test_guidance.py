@@ -17,7 +17,8 @@ from firmware_py.params import dump, load
 from firmware_py.records.command import ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event_text import texts
-from firmware_py.records.order import NO_ORDER, Mission, Mode, Order, Setpoint, Waypoint
+from firmware_py.records.mission import Mission, Waypoint
+from firmware_py.records.order import NO_ORDER, Mode, Order, Setpoint
 from firmware_py.schedule import Tick
 
 NAN = math.nan

@@ -17,7 +17,8 @@ from firmware_py.records.command import ModeState, Reference
 from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate
 from firmware_py.records.event import Cause
 from firmware_py.records.event_text import texts
-from firmware_py.records.order import NO_ORDER, Kind, Manoeuvre, Mission, Mode, Order, Setpoint, Waypoint
+from firmware_py.records.mission import Kind, Manoeuvre, Mission, Waypoint
+from firmware_py.records.order import NO_ORDER, Mode, Order, Setpoint
 from firmware_py.schedule import Tick
 
 NAN = math.nan

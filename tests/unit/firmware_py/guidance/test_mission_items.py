@@ -15,7 +15,8 @@ from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.guidance.route import Route
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.fence import NO_FENCE, Fence, Place, Polygon
-from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mission, Mode, Order, Surface, Waypoint
+from firmware_py.records.mission import Jump, Kind, Loiter, Manoeuvre, Mission, Surface, Waypoint
+from firmware_py.records.order import Mode, Order
 
 from .test_guidance import Kinematic
 

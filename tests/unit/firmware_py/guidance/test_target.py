@@ -11,7 +11,8 @@ from firmware_py.marine import Eta, Nu
 from firmware_py.records.command import ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.fence import Place
-from firmware_py.records.order import KEEP_SETPOINT, Mission, Mode, Order, Setpoint, Surface, Waypoint
+from firmware_py.records.mission import Mission, Surface, Waypoint
+from firmware_py.records.order import KEEP_SETPOINT, Mode, Order, Setpoint
 from firmware_py.schedule import Tick
 
 NAN = math.nan

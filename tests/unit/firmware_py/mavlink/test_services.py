@@ -16,7 +16,8 @@ from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.link import Link
 from firmware_py.mavlink.plans.plan_builder import MISSION, plan_of_mission
 from firmware_py.records.event import Cause, Event, EventKind, Severity
-from firmware_py.records.order import Arming, Mission, Mode, Waypoint
+from firmware_py.records.mission import Mission, Waypoint
+from firmware_py.records.order import Arming, Mode
 
 from .station import LEARNED, ORIGIN, LinkedVehicle, cycle, node, parse
 

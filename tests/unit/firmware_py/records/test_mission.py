@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.params import ParamError, load
-from firmware_py.records.mission import Item, Point, from_plain, mission_of, plain
-from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mission, Step, Surface, Waypoint
+from firmware_py.records.mission import Jump, Kind, Loiter, Manoeuvre, Mission, Step, Surface, Waypoint
+from firmware_py.records.mission_tables import Item, Point, from_plain, mission_of, plain
 
 POINTS = st.builds(Waypoint, *[st.floats(-1e5, 1e5)] * 2, st.floats(0, 6000), st.floats(0, 10))
 ANGLES = st.floats(0.01, 90)

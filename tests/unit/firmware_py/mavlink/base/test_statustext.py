@@ -9,7 +9,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.base.statustext import StatusTexts
 from firmware_py.records.event import Cause, Event, EventKind, Severity
-from firmware_py.records.order import Kind, Mode
+from firmware_py.records.mission import Kind
+from firmware_py.records.order import Mode
 from tests.unit.firmware_py.mavlink.station import cycle, node, parse, put_together
 
 

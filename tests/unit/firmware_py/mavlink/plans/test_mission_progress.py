@@ -12,7 +12,8 @@ from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.plans.plan_builder import read_plan
 from firmware_py.params import ParamError
-from firmware_py.records.order import Mode, Surface, Waypoint
+from firmware_py.records.mission import Surface, Waypoint
+from firmware_py.records.order import Mode
 from tests.unit.firmware_py.mavlink.planner import FENCE, MISSION, RALLY, Planner, fields, home, item
 from tests.unit.firmware_py.mavlink.station import ORIGIN, LinkedVehicle, cycle, node
 

@@ -11,7 +11,8 @@ from firmware_py import app, config_files
 from firmware_py.adapters.installation import configs
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.records.limits import OperatingLimits
-from firmware_py.records.order import Loiter, Mode
+from firmware_py.records.mission import Loiter
+from firmware_py.records.order import Mode
 from firmware_py.records.turning import AS_ASKED
 from tests.unit.firmware_py.mavlink.planner import FENCE, WAYPOINT, Planner, fields, home, item
 from tests.unit.firmware_py.mavlink.station import LinkedVehicle, node

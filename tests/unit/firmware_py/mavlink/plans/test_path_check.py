@@ -13,7 +13,8 @@ from firmware_py.mavlink.plans.items import UNLIMITED
 from firmware_py.mavlink.plans.path_check import check_first_leg
 from firmware_py.records.fence import Fence, Polygon
 from firmware_py.records.limits import OperatingLimits
-from firmware_py.records.order import Jump, Kind, Loiter, Manoeuvre, Mode, Surface, Waypoint
+from firmware_py.records.mission import Jump, Kind, Loiter, Manoeuvre, Surface, Waypoint
+from firmware_py.records.order import Mode
 from firmware_py.records.turning import Turning
 from tests.unit.firmware_py.mavlink.planner import FENCE, RALLY, WAYPOINT, Planner, home, item
 from tests.unit.firmware_py.mavlink.station import STATE, LinkedVehicle, put_together

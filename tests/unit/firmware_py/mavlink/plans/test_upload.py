@@ -17,19 +17,9 @@ from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.plans.mission_items import items_of
 from firmware_py.mavlink.plans.plan_builder import FILES, plan_of_mission, read_plan
-from firmware_py.records.mission import from_plain, plain
-from firmware_py.records.order import (
-    FenceChange,
-    Jump,
-    Kind,
-    Loiter,
-    Manoeuvre,
-    Mission,
-    MissionChange,
-    RallyChange,
-    Surface,
-    Waypoint,
-)
+from firmware_py.records.mission import Jump, Kind, Loiter, Manoeuvre, Mission, Surface, Waypoint
+from firmware_py.records.mission_tables import from_plain, plain
+from firmware_py.records.order import FenceChange, MissionChange, RallyChange
 from firmware_py.wire.log.changes import decode, encode
 from tests.unit.firmware_py.mavlink.planner import FENCE, MISSION, RALLY, WAYPOINT, Planner, fields, home, item
 from tests.unit.firmware_py.mavlink.station import ORIGIN, LinkedVehicle, cycle, node
