@@ -13,9 +13,8 @@ from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.parameter_tree import list_parameters, with_values
 from firmware_py.params import prefix_errors
 from firmware_py.reconfiguration import ActiveConfiguration, PartsFactory
-from firmware_py.records.fence import from_plain as fence_from_plain
-from firmware_py.records.fence import rally_from_plain
-from firmware_py.records.mission_tables import from_plain
+from firmware_py.records.fence import fence_from_plain, rally_from_plain
+from firmware_py.records.mission_tables import mission_from_plain
 
 
 def parts_factory(configuration: Configuration) -> PartsFactory:
@@ -26,7 +25,7 @@ def parts_factory(configuration: Configuration) -> PartsFactory:
     """
     params, boat = autopilot_params(configuration), vehicle(configuration)
     fence, rally = (configuration.get(name, {}) for name in ("fence", "rally"))  # logs of old have none
-    plans = from_plain(configuration["mission"]), fence_from_plain(fence), rally_from_plain(rally)
+    plans = mission_from_plain(configuration["mission"]), fence_from_plain(fence), rally_from_plain(rally)
     return PartsFactory(configuration["files"], boat, ActiveConfiguration(params, *plans))
 
 

@@ -17,7 +17,7 @@ from firmware_py.safety.supervisor import Supervisor
 from firmware_py.schedule import Tick
 
 
-class Estimator(Protocol):
+class StateEstimator(Protocol):
     """Whoever turns measurements into a state; the configuration chooses."""
 
     def update(self, tick: Tick, frame: SensorFrame, applied: Applied) -> StateEstimate:
@@ -36,7 +36,7 @@ class Estimator(Protocol):
         """Takes up again what `freeze` gave."""
 
 
-class Law(Protocol):
+class ControlLaw(Protocol):
     """Whoever makes a demand of a reference; the configuration chooses."""
 
     def update(self, tick: Tick, mode: ModeState, order: Order, reference: Reference, state: StateEstimate) -> Demand:
@@ -52,10 +52,10 @@ class Law(Protocol):
 class Parts(NamedTuple):
     """What an autopilot is made of that a station's changes may make anew."""
 
-    estimator: Estimator
+    estimator: StateEstimator
     supervisor: Supervisor
     guidance: Guidance
-    control: Law
+    control: ControlLaw
     gate: Gate
 
 

@@ -18,7 +18,7 @@ from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.mavlink.parameters import store
 from firmware_py.params import ParamError, dump, load
 from firmware_py.reconfiguration import AutopilotParams
-from firmware_py.records.mission_tables import Item, Point, mission_of, plain
+from firmware_py.records.mission_tables import ItemTable, WaypointTable, mission_of, mission_to_plain
 from firmware_py.vehicle.vehicle import Vehicle
 
 Configuration = Mapping[str, Any]
@@ -28,8 +28,8 @@ Configuration = Mapping[str, Any]
 class MissionParams:
     """mission.toml, whole: what a vehicle that is on its own may be sent to fly."""
 
-    waypoints: tuple[Point, ...] = ()
-    items: tuple[Item, ...] = ()
+    waypoints: tuple[WaypointTable, ...] = ()
+    items: tuple[ItemTable, ...] = ()
 
     def __post_init__(self) -> None:
         mission_of(self.waypoints, self.items)
@@ -43,7 +43,7 @@ def read_mission(folder: Path) -> dict[str, Any]:
     """
     path = folder / "mission.toml"
     mission = load(MissionParams, read_toml(path) if path.exists() else {}, str(path))
-    return plain(mission_of(mission.waypoints, mission.items))
+    return mission_to_plain(mission_of(mission.waypoints, mission.items))
 
 
 def read_configuration(

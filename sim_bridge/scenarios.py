@@ -15,7 +15,7 @@ from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.marine import Eta, Nu
 from firmware_py.params import ParamError, load, param
 from firmware_py.records.mission import Mission
-from firmware_py.records.mission_tables import Item, Point, mission_of
+from firmware_py.records.mission_tables import ItemTable, WaypointTable, mission_of
 from firmware_py.records.order import Arming, Mode
 from sim_bridge.faults import Fault, Faults
 from sim_bridge.plant.environment import EnvironmentParams
@@ -91,8 +91,8 @@ class Scenario:
     start: InitialState = field(default_factory=InitialState)
     orders: tuple[ScenarioOrder, ...] = ()
     zigzag: Zigzag | None = None
-    waypoints: tuple[Point, ...] = ()
-    items: tuple[Item, ...] = ()
+    waypoints: tuple[WaypointTable, ...] = ()
+    items: tuple[ItemTable, ...] = ()
     faults: tuple[Fault, ...] = ()
     autopilot: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}), compare=False)
     sensors: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}), compare=False)

@@ -21,7 +21,7 @@ LONGEST_DELAY_US = 10_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class DvlParams:
+class DvlPortParams:
     """Table [dvl] of io_*.toml."""
 
     port: str
@@ -62,7 +62,7 @@ class DvlPort:
         BusError: the port cannot be opened.
     """
 
-    def __init__(self, params: DvlParams, port: str = "") -> None:
+    def __init__(self, params: DvlPortParams, port: str = "") -> None:
         port = port or params.port
         try:
             self._serial: Any = serial.Serial(port, params.baud, timeout=0, exclusive=True)

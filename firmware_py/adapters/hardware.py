@@ -18,7 +18,7 @@ from firmware_py.wire.dronecan import equipment as eq
 from firmware_py.wire.dronecan import messages as m
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.protocol import GetNodeInfoResponse, HardwareVersion, NodeStatus, SoftwareVersion
-from firmware_py.wire.dronecan.transfer import Dropped, Reassembler, Sender, Transfer
+from firmware_py.wire.dronecan.transfer import Dropped, Reassembler, Transfer, TransferSender
 
 NAME = b"org.sternplane.autopilot"
 FRAMES_PER_TICK = 256
@@ -29,7 +29,7 @@ VALID_RANGE = 1
 FIX_3D = 3
 
 
-class Hardware:
+class CanHardware:
     """A `ports.Hardware` over one CAN bus and one serial DVL.
 
     A message is accepted only from the node that has its role in the io file. Messages carry no common clock (their
@@ -41,7 +41,7 @@ class Hardware:
         self._params = params
         self._bus = bus
         self._dvl = dvl
-        self._sender = Sender(params.can.node_id)
+        self._sender = TransferSender(params.can.node_id)
         nothing = silence(fins)
         self._fins = list(nothing.fins)
         self._heard: dict[str, Heard[Any]] = {
@@ -88,7 +88,7 @@ class Hardware:
         """Send commands, arming and status, each at its rate. Disarmed, zeros are sent: no device times out."""
         send, out = self._sender.send, self._bus.send
         if tick.every(self._params.commands.rate):
-            commands = tuple([eq.Command(i, RADIANS, angle) for i, angle in enumerate(applied.fins)])
+            commands = tuple([eq.ActuatorCommand(i, RADIANS, angle) for i, angle in enumerate(applied.fins)])
             out(send(m.ARRAY_COMMAND, eq.ArrayCommand(commands), priority=8))
             out(send(m.RPM_COMMAND, eq.RpmCommand((round(applied.n * 60.0),)), priority=8))
         if tick.every(Rate.HZ_2):
@@ -109,7 +109,12 @@ class Hardware:
     def park(self) -> None:
         """Centre the fins, stop the propeller and send "disarmed", at once: the last messages of a run."""
         send, out = self._sender.send, self._bus.send
-        out(send(m.ARRAY_COMMAND, eq.ArrayCommand(tuple(eq.Command(i, RADIANS, 0.0) for i in range(len(self._fins))))))
+        out(
+            send(
+                m.ARRAY_COMMAND,
+                eq.ArrayCommand(tuple(eq.ActuatorCommand(i, RADIANS, 0.0) for i in range(len(self._fins)))),
+            )
+        )
         out(send(m.RPM_COMMAND, eq.RpmCommand((0,))))
         out(send(m.ARMING_STATUS, eq.ArmingStatus(DISARMED)))
 

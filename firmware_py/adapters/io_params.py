@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 
 from firmware_py.adapters.buses.can_bus import CanParams, NodeIds
-from firmware_py.adapters.dvl import DvlParams
+from firmware_py.adapters.dvl import DvlPortParams
 from firmware_py.adapters.realtime import RealtimeParams
 from firmware_py.params import ParamError, param
 from firmware_py.schedule import Rate
@@ -36,7 +36,7 @@ class IoParams:
 
     can: CanParams
     nodes: NodeIds
-    dvl: DvlParams
+    dvl: DvlPortParams
     commands: CommandParams = field(default_factory=CommandParams)
     latency: LatencyParams = field(default_factory=LatencyParams)
 

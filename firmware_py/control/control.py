@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from firmware_py.control.axis_law import AxisLaw
-from firmware_py.control.depth import DepthControl, DepthMemory
+from firmware_py.control.depth import DepthControl, DepthControlMemory
 from firmware_py.control.feed_forward import attitude_rates
-from firmware_py.control.heading import HeadingControl, HeadingMemory
+from firmware_py.control.heading import HeadingControl, HeadingControlMemory
 from firmware_py.control.pid import DepthPidGains, DepthPidLaw, HeadingPidLaw, PidGains
 from firmware_py.control.sliding_mode_gains import (
     PAPER_DEPTH_GAINS,
@@ -99,8 +99,8 @@ class ControlParams:
 class ControlMemory(NamedTuple):
     """Memory of the laws: depth, heading, and the integral of the speed controller, rev/s."""
 
-    depth: DepthMemory
-    heading: HeadingMemory
+    depth: DepthControlMemory
+    heading: HeadingControlMemory
     speed: float
 
 

@@ -18,7 +18,7 @@ from firmware_py.vehicle.linear_models import diving_model
 from firmware_py.vehicle.vehicle import Vehicle
 
 
-class DepthMemory(NamedTuple):
+class DepthControlMemory(NamedTuple):
     """What depth control remembers.
 
     Attributes:
@@ -64,11 +64,11 @@ class DepthControl:
         self._climb_bias = 0.0
         self._law.reset()
 
-    def freeze(self) -> DepthMemory:
+    def freeze(self) -> DepthControlMemory:
         """Return the whole memory."""
-        return DepthMemory(self._u, self._climb_bias, self._law.freeze())
+        return DepthControlMemory(self._u, self._climb_bias, self._law.freeze())
 
-    def thaw(self, memory: DepthMemory) -> None:
+    def thaw(self, memory: DepthControlMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self.schedule(memory.u)
         self._climb_bias = memory.climb_bias

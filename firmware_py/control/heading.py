@@ -21,7 +21,7 @@ from firmware_py.vehicle.vehicle import Vehicle
 NO_SWAY = SwayState(0.0, 0.0)
 
 
-class HeadingMemory(NamedTuple):
+class HeadingControlMemory(NamedTuple):
     """What heading control remembers.
 
     Attributes:
@@ -83,11 +83,11 @@ class HeadingControl:
         self._sway = NO_SWAY
         self._law.reset()
 
-    def freeze(self) -> HeadingMemory:
+    def freeze(self) -> HeadingControlMemory:
         """Return the whole memory."""
-        return HeadingMemory(self._u, self._sway, self._law.freeze())
+        return HeadingControlMemory(self._u, self._sway, self._law.freeze())
 
-    def thaw(self, memory: HeadingMemory) -> None:
+    def thaw(self, memory: HeadingControlMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self.schedule(memory.u)
         self._sway = memory.sway

@@ -56,7 +56,7 @@ class EstimatorMemory(NamedTuple):
 
 
 class Estimator:
-    """An `autopilot.Estimator`. Steering rests on navigation; learning looks on from a lag behind."""
+    """An `autopilot.StateEstimator`. Steering rests on navigation; learning looks on from a lag behind."""
 
     def __init__(self, params: EstimationParams, origin: Origin, vehicle: Vehicle) -> None:
         """Makes both.

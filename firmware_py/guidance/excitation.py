@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from firmware_py.records.mission import Kind, Manoeuvre
+from firmware_py.records.mission import Manoeuvre, ManoeuvreKind
 
 BITS = 7
 PERIOD = 2**BITS - 1
@@ -81,9 +81,9 @@ def sides(manoeuvre: Manoeuvre, k: int, dt: float, before: Sides, pitch: float, 
         heading: how far it is off the base course, rad.
     """
     clock_steps = max(1, round(manoeuvre.clock / dt))
-    if manoeuvre.kind is Kind.PRBS:
+    if manoeuvre.kind is ManoeuvreKind.PRBS:
         register = manoeuvre.register
         return Sides(prbs(k, clock_steps, register), prbs(k, clock_steps, opposite(register)))
-    if manoeuvre.kind is Kind.DOUBLETS:
+    if manoeuvre.kind is ManoeuvreKind.DOUBLETS:
         return doublets(k, clock_steps)
     return Sides(put_over(before.s, pitch, manoeuvre.pitch), put_over(before.r, heading, manoeuvre.heading))

@@ -11,7 +11,7 @@ from firmware_py.guidance.circle import Circle, beside, tangent
 from firmware_py.guidance.guidance_memory import AT_REST, GuidanceMemory
 from firmware_py.guidance.guidance_params import GuidanceParams
 from firmware_py.guidance.line_of_sight import Leg, LineOfSight
-from firmware_py.guidance.manoeuvre import STILL, Dither, ManoeuvreGuidance
+from firmware_py.guidance.manoeuvre import NO_EXCITATION, Excitation, ManoeuvreGuidance
 from firmware_py.guidance.reference_shaper import ReferenceShaper
 from firmware_py.guidance.route import Route, homing
 from firmware_py.marine import clip
@@ -89,7 +89,7 @@ class Guidance:
     def _update(self, tick: Tick, mode: ModeState, order: Order, state: StateEstimate) -> Reference:
         eta, nu = state.eta, state.nu
         if not math.isfinite(eta.x + eta.y + eta.z + eta.psi + nu.u + nu.v):
-            return replace(self._last, **STILL._asdict())
+            return replace(self._last, **NO_EXCITATION._asdict())
         before, self._mode = self._mode, mode.mode
         entered = mode.mode is not before
         if entered:
@@ -108,7 +108,7 @@ class Guidance:
         if entered:
             u_d = 0.0 if before is Mode.DISARMED else self._last.u_d  # who was disarmed is not driven on by itself
             self._wanted = Setpoint(self._depth.command, self._heading.command, u_d)
-        across, dither = math.nan, STILL
+        across, dither = math.nan, NO_EXCITATION
         if mode.mode is Mode.HOLD:
             self._hold(order.setpoint)
         elif mode.mode is Mode.LOITER or mode.mode is Mode.GUIDED:
@@ -130,7 +130,7 @@ class Guidance:
             self._sight.reset()
             self._pace = 0.0
         route, shaped = self._route, self._shaper.follow(state)
-        return Reference(*shaped, route.index, math.nan, *STILL, route.item, target_bearing=shaped.psi_d)
+        return Reference(*shaped, route.index, math.nan, *NO_EXCITATION, route.item, target_bearing=shaped.psi_d)
 
     def _hold(self, setpoint: Setpoint) -> None:
         z_d, psi_d, u_d, _, _ = setpoint
@@ -179,7 +179,7 @@ class Guidance:
         psi_d = homing(self._home.rally, state.eta.x, state.eta.y, self._turning.tightest(speed))
         return Setpoint(z_d, self._wanted.psi_d if math.isnan(psi_d) else psi_d, speed)
 
-    def _proceed(self, entered: bool, u_d: float, state: StateEstimate, dt: float) -> tuple[float, Dither]:
+    def _proceed(self, entered: bool, u_d: float, state: StateEstimate, dt: float) -> tuple[float, Excitation]:
         """Flies what comes next; returns the distance across its leg, m (NaN off a leg), and what the fins add."""
         route = self._flown
         self._hurry(u_d)
@@ -191,8 +191,8 @@ class Guidance:
         if isinstance(item, Loiter):
             self._loiter(item, state, dt)
         elif isinstance(item, Waypoint):
-            return self._fly(item, state, dt), STILL
-        return math.nan, STILL
+            return self._fly(item, state, dt), NO_EXCITATION
+        return math.nan, NO_EXCITATION
 
     def _fly(self, end: Waypoint, state: StateEstimate, dt: float) -> float:
         """Wants what the leg wants; returns the distance across it, m."""
@@ -223,7 +223,7 @@ class Guidance:
             self.events = (Event(kind, severity_of(kind), numbers=(item_number,)),)
             self._route.leave(x, y, self._depth.command)
 
-    def _learn(self, manoeuvre: Manoeuvre, state: StateEstimate, dt: float) -> Dither:
+    def _learn(self, manoeuvre: Manoeuvre, state: StateEstimate, dt: float) -> Excitation:
         """Wants to stay at the depth and on the course at which the manoeuvre began; returns what it does meanwhile."""
         learning = self._learning
         if not learning.begun:
@@ -244,7 +244,7 @@ class Guidance:
         """The speed of an item, m/s, unless another was ordered; the cruising speed where neither is given."""
         return self._turning.speed(self._pace or asked)
 
-    def _shape(self, state: StateEstimate, across: float, dither: Dither, dt: float) -> Reference:
+    def _shape(self, state: StateEstimate, across: float, dither: Excitation, dt: float) -> Reference:
         shaped = self._shaper.update(self._wanted, self._last.u_d, state.nu.u, dt)
         rally, target = self._rally, self._target
         if target is not None:

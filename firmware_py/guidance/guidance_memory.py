@@ -6,9 +6,9 @@ import math
 from typing import NamedTuple
 
 from firmware_py.guidance.circle import Circle
-from firmware_py.guidance.manoeuvre import Course
+from firmware_py.guidance.manoeuvre import ManoeuvreProgress
 from firmware_py.guidance.reference_model import Lags
-from firmware_py.guidance.route import Progress
+from firmware_py.guidance.route import RouteProgress
 from firmware_py.records.command import Reference
 from firmware_py.records.fence import Place
 from firmware_py.records.order import Mode, Setpoint
@@ -26,13 +26,13 @@ class GuidanceMemory(NamedTuple):
     depth: Lags
     heading: Lags
     crab: float
-    route: Progress
-    learning: Course | None
+    route: RouteProgress
+    learning: ManoeuvreProgress | None
     circle: Circle | None
     place: Place | None
     pace: float
     bottom: float
-    home: Progress
+    home: RouteProgress
 
 
 AT_REST = Reference(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, math.nan)

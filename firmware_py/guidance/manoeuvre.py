@@ -16,7 +16,7 @@ from firmware_py.marine import body_to_ned, euler_rates, wrap
 from firmware_py.params import param
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Cause, Event, EventKind, severity_of
-from firmware_py.records.mission import Kind, Manoeuvre
+from firmware_py.records.mission import Manoeuvre, ManoeuvreKind
 from firmware_py.records.order import Setpoint
 
 
@@ -52,7 +52,7 @@ class ManoeuvreParams:
     patience: float = param(60.0, unit="s", low=1.0, high=1e4, doc="A wait as long as this ends it.", mav="PATIENCE")
 
 
-class Dither(NamedTuple):
+class Excitation(NamedTuple):
     """Fin angles (rad) to be added to the share `grip` of what the laws ask."""
 
     delta_s: float
@@ -60,20 +60,20 @@ class Dither(NamedTuple):
     grip: float
 
 
-STILL = Dither(0.0, 0.0, 1.0)
+NO_EXCITATION = Excitation(0.0, 0.0, 1.0)
 
 
-class Course(NamedTuple):
+class ManoeuvreProgress(NamedTuple):
     """How far a manoeuvre has come: steps flown, steps of this wait and of all waits, and the sides of the fins."""
 
-    kind: Kind
+    kind: ManoeuvreKind
     flown: int
     waiting: int
     waited: int
     sides: Sides
 
 
-class Breach(NamedTuple):
+class ManoeuvreLimit(NamedTuple):
     """The limit at which a manoeuvre waits, and the numbers of that cause."""
 
     cause: Cause
@@ -81,7 +81,7 @@ class Breach(NamedTuple):
 
 
 class ManoeuvreGuidance:
-    """Remembers a `Course`, or None while nothing is learned. `events` are those of the last update.
+    """Remembers a `ManoeuvreProgress`, or None while nothing is learned. `events` are those of the last update.
 
     The supervisor's limits `depth_max` and `altitude_min` (m) are given, so that the manoeuvre waits long before they
     end it.
@@ -90,8 +90,8 @@ class ManoeuvreGuidance:
     def __init__(self, params: ManoeuvreParams, depth_max: float = math.inf, altitude_min: float = 0.0) -> None:
         self._params = params
         self._deepest, self._lowest = depth_max - params.depth_margin, altitude_min
-        self._memory: Course | None = None
-        self._over: Kind | None = None
+        self._memory: ManoeuvreProgress | None = None
+        self._over: ManoeuvreKind | None = None
         self.events: tuple[Event, ...] = ()
 
     @property
@@ -99,7 +99,7 @@ class ManoeuvreGuidance:
         """Whether a manoeuvre is under way."""
         return self._memory is not None
 
-    def update(self, manoeuvre: Manoeuvre, base: Setpoint, state: StateEstimate, dt: float) -> Dither:
+    def update(self, manoeuvre: Manoeuvre, base: Setpoint, state: StateEstimate, dt: float) -> Excitation:
         """What the fins do in this tick, the first one beginning the manoeuvre; after the last `begun` is False.
 
         Args:
@@ -111,7 +111,7 @@ class ManoeuvreGuidance:
         self.events = ()
         if self._memory is None:
             self._add_event(manoeuvre, EventKind.MANOEUVRE_BEGUN, numbers=(manoeuvre.duration, base.z_d))
-        course = self._memory or Course(manoeuvre.kind, 0, 0, 0, Sides(1.0, 1.0))
+        course = self._memory or ManoeuvreProgress(manoeuvre.kind, 0, 0, 0, Sides(1.0, 1.0))
         breach = self._breach(base.z_d, state, self._params.resume if course.waiting else 1.0)
         if breach is not None:
             return self._wait(manoeuvre, course, breach, dt)
@@ -122,7 +122,7 @@ class ManoeuvreGuidance:
         if (course.flown + 1) * dt >= manoeuvre.duration:
             self.reset()
             self._add_event(manoeuvre, EventKind.MANOEUVRE_DONE, numbers=(manoeuvre.duration, course.waited * dt))
-        return Dither(manoeuvre.delta_s * at.s, manoeuvre.delta_r * at.r, self._params.grip)
+        return Excitation(manoeuvre.delta_s * at.s, manoeuvre.delta_r * at.r, self._params.grip)
 
     def reset(self) -> None:
         """Ends it, or breaks it off: what is flown next begins anew."""
@@ -135,15 +135,15 @@ class ManoeuvreGuidance:
         over, self._over = self._over, None
         return tuple(replace(event, manoeuvre=over) for event in report) if over is not None else ()
 
-    def freeze(self) -> Course | None:
+    def freeze(self) -> ManoeuvreProgress | None:
         """All it remembers."""
         return self._memory
 
-    def thaw(self, memory: Course | None) -> None:
+    def thaw(self, memory: ManoeuvreProgress | None) -> None:
         """Takes up again what `freeze` gave."""
         self._memory = memory
 
-    def _wait(self, manoeuvre: Manoeuvre, course: Course, breach: Breach, dt: float) -> Dither:
+    def _wait(self, manoeuvre: Manoeuvre, course: ManoeuvreProgress, breach: ManoeuvreLimit, dt: float) -> Excitation:
         if not course.waiting:
             self._add_event(manoeuvre, EventKind.MANOEUVRE_WAITS, breach.cause, breach.numbers)
         self._memory = course._replace(waiting=course.waiting + 1, waited=course.waited + 1)
@@ -151,9 +151,9 @@ class ManoeuvreGuidance:
             self.reset()
             flown = course.flown * dt
             self._add_event(manoeuvre, EventKind.MANOEUVRE_GIVEN_UP, breach.cause, (flown, *breach.numbers))
-        return STILL
+        return NO_EXCITATION
 
-    def _breach(self, base: float, state: StateEstimate, share: float) -> Breach | None:
+    def _breach(self, base: float, state: StateEstimate, share: float) -> ManoeuvreLimit | None:
         """Return the limit, drawn in to that share, that the vehicle is beyond or about to pass; None if there is none.
 
         An altitude that is not known breaks none.
@@ -165,14 +165,14 @@ class ManoeuvreGuidance:
         top = base + share * (max(base - params.depth_band, params.depth_margin) - base)
         floor = base + share * (min(base + params.depth_band, self._deepest) - base)
         if max(z, z + way) > floor or min(z, z + way) < top:
-            return Breach(Cause.MANOEUVRE_DEPTH, (z, z + way, top, floor))
+            return ManoeuvreLimit(Cause.MANOEUVRE_DEPTH, (z, z + way, top, floor))
         lowest = self._lowest + (2.0 - share) * params.altitude_margin
         if min(state.altitude, state.altitude - way) < lowest:
-            return Breach(Cause.MANOEUVRE_ALTITUDE, (state.altitude, state.altitude - way, lowest))
+            return ManoeuvreLimit(Cause.MANOEUVRE_ALTITUDE, (state.altitude, state.altitude - way, lowest))
         steepest = share * params.pitch_max
         soon = theta + params.pitch_lead * euler_rates(phi, theta, p, q, r)[1]
         if max(abs(theta), abs(soon)) > steepest:
-            return Breach(Cause.MANOEUVRE_PITCH, (theta, soon, steepest))
+            return ManoeuvreLimit(Cause.MANOEUVRE_PITCH, (theta, soon, steepest))
         return None
 
     def _add_event(

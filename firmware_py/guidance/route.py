@@ -11,10 +11,10 @@ from firmware_py.guidance.line_of_sight import Leg, leg, passed
 from firmware_py.marine import wrap
 from firmware_py.records.event import Event, EventKind, severity_of
 from firmware_py.records.fence import NO_FENCE, Fence, Place, nearest_rally_point
-from firmware_py.records.mission import Jump, Loiter, Manoeuvre, Mission, Step, Surface, Waypoint
+from firmware_py.records.mission import Jump, Loiter, Manoeuvre, Mission, MissionItem, Surface, Waypoint
 
 
-class Progress(NamedTuple):
+class RouteProgress(NamedTuple):
     """How far the mission has come.
 
     The item that is flown (as many as there are: all are), where its leg starts, and, for the jumps that were made, how
@@ -32,7 +32,7 @@ class Progress(NamedTuple):
     barred: bool = False
 
 
-BEGINNING = Progress(0)
+BEGINNING = RouteProgress(0)
 _SHARPEST = math.radians(120.0)
 """A sharper corner is rounded like this one: the way before it would else grow without bound."""
 
@@ -45,7 +45,7 @@ def homing(place: Place | None, x: float, y: float, near: float) -> float:
 
 
 class Route:
-    """Remembers `Progress`. Of the rally points it goes to `fence.haven`, and to none if there is no such."""
+    """Remembers `RouteProgress`. Of the rally points it goes to `fence.haven`, and to none if there is no such."""
 
     def __init__(self, mission: Mission, rally: Sequence[Place] = (), fence: Fence = NO_FENCE) -> None:
         self._items = mission.items
@@ -83,7 +83,7 @@ class Route:
         return self._memory.next == len(self._items)
 
     @property
-    def current(self) -> Step | None:
+    def current(self) -> MissionItem | None:
         """The item that is flown, a `Waypoint` also on the way to a rally point; None once all are."""
         if self.finished:
             return None
@@ -146,7 +146,7 @@ class Route:
             way = leg(start, end, x, y)
         return way
 
-    def passed(self, before: Progress) -> tuple[Event, ...]:
+    def passed(self, before: RouteProgress) -> tuple[Event, ...]:
         """What was passed since then."""
         if self._memory.next == before.next:
             return ()
@@ -183,15 +183,15 @@ class Route:
         """Back to the first item."""
         self._memory = self._from(0, BEGINNING)
 
-    def freeze(self) -> Progress:
+    def freeze(self) -> RouteProgress:
         """All it remembers."""
         return self._memory
 
-    def thaw(self, memory: Progress) -> None:
+    def thaw(self, memory: RouteProgress) -> None:
         """Takes up again what `freeze` gave."""
         self._memory = memory
 
-    def _go(self, item: int, memory: Progress, x: float, y: float, z: float) -> None:
+    def _go(self, item: int, memory: RouteProgress, x: float, y: float, z: float) -> None:
         self._memory = self._from(item, memory)
         self.enter(x, y, z)
 
@@ -202,7 +202,7 @@ class Route:
             done = len(self._items) if rally is None else self._memory.next
             self._memory = self._memory._replace(next=done, rally=rally, barred=rally is None)
 
-    def _from(self, item: int, memory: Progress) -> Progress:
+    def _from(self, item: int, memory: RouteProgress) -> RouteProgress:
         """Progress at the first item from `item` on that is to be flown, once all jumps on the way are made.
 
         Jumps that lead only to jumps end the mission.
@@ -223,8 +223,8 @@ class Route:
             elif isinstance(here, Surface) and not (here.rally and self._rally):
                 item = len(self._items)
             else:
-                return Progress(item, jumped=tuple(jumped.items()))
-        return Progress(len(self._items))
+                return RouteProgress(item, jumped=tuple(jumped.items()))
+        return RouteProgress(len(self._items))
 
     def _wheel_over(self, here: Waypoint, way: Leg, radius: float, lag: float) -> float:
         """How far before the waypoint to turn to the next leg, m: R tan(turn / 2) + lag, at most half a leg.

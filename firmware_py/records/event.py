@@ -6,7 +6,7 @@ import enum
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from firmware_py.records.mission import Kind
+from firmware_py.records.mission import ManoeuvreKind
 from firmware_py.records.order import NOBODY, Asker, Mode
 
 
@@ -104,7 +104,7 @@ class Event:
     after: Mode | None = None
     cause: Cause = Cause.NONE
     asker: Asker = NOBODY
-    manoeuvre: Kind | None = None
+    manoeuvre: ManoeuvreKind | None = None
     numbers: tuple[float, ...] = ()
     names: tuple[str, ...] = ()
 

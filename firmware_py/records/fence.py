@@ -170,13 +170,13 @@ class Place(NamedTuple):
 NOWHERE = Place(math.nan, math.nan)
 
 
-def plain(fence: Fence) -> dict[str, Any]:
+def fence_to_plain(fence: Fence) -> dict[str, Any]:
     """{"within": [area, ...], "without": ...}; an area is [x, y, radius], or a list of corners [[x, y], ...]."""
     return {"within": [*map(_plain, fence.within)], "without": [*map(_plain, fence.without)]}
 
 
-def from_plain(table: Mapping[str, Any]) -> Fence:
-    """The fence that `plain` made the table of; an empty table is none."""
+def fence_from_plain(table: Mapping[str, Any]) -> Fence:
+    """The fence that `fence_to_plain` made the table of; an empty table is none."""
     return Fence(*(tuple(map(_area, table.get(side, ()))) for side in ("within", "without")))
 
 
@@ -201,5 +201,5 @@ def _plain(area: Area) -> list[Any]:
     return list(area) if isinstance(area, Disc) else [list(corner) for corner in area.corners]
 
 
-def _area(plain: list[Any]) -> Area:
-    return Polygon(tuple((x, y) for x, y in plain)) if isinstance(plain[0], list) else Disc(*plain)
+def _area(numbers: list[Any]) -> Area:
+    return Polygon(tuple((x, y) for x, y in numbers)) if isinstance(numbers[0], list) else Disc(*numbers)

@@ -52,7 +52,7 @@ class Surface(NamedTuple):
     rally: bool = False
 
 
-class Kind(enum.IntEnum):
+class ManoeuvreKind(enum.IntEnum):
     """What a learning manoeuvre does with stern planes and rudder."""
 
     ZIGZAG = enum.auto()
@@ -74,7 +74,7 @@ class Manoeuvre:
     want 6 s: 0.92 and 3.1 %.
     """
 
-    kind: Kind
+    kind: ManoeuvreKind
     duration: float = param(120.0, unit="s", low=1.0, high=1e4, doc="How long the fins move; waits come on top.")
     delta_s: float = param(15.0, unit="deg", low=0.0, high=90.0, doc="Stern plane, beside what holds the boat.")
     delta_r: float = param(15.0, unit="deg", low=0.0, high=90.0, doc="Rudder, beside what holds the boat.")
@@ -89,7 +89,7 @@ class Manoeuvre:
             raise ParamError("delta_s_deg and delta_r_deg are both 0: nothing would move; give one of them an angle")
 
 
-Step = Waypoint | Loiter | Jump | Surface | Manoeuvre
+MissionItem = Waypoint | Loiter | Jump | Surface | Manoeuvre
 """An item of a mission."""
 
 
@@ -97,7 +97,7 @@ Step = Waypoint | Loiter | Jump | Surface | Manoeuvre
 class Mission:
     """What is flown, item after item; at the end the vehicle surfaces."""
 
-    items: tuple[Step, ...] = ()
+    items: tuple[MissionItem, ...] = ()
 
     @property
     def waypoints(self) -> tuple[Waypoint, ...]:

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from firmware_py.params import ParamError, dump, load, param
-from firmware_py.records.mission import Jump, Loiter, Manoeuvre, Mission, Step, Surface, Waypoint
+from firmware_py.records.mission import Jump, Loiter, Manoeuvre, Mission, MissionItem, Surface, Waypoint
 
-_NAMED: dict[str, Callable[..., Step]] = {"loiter": Loiter, "jump": Jump, "surface": Surface}
+_NAMED: dict[str, Callable[..., MissionItem]] = {"loiter": Loiter, "jump": Jump, "surface": Surface}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Point:
+class WaypointTable:
     """A waypoint, at a depth or at an altitude above the bottom."""
 
     x: float = param(unit="m", low=-1e5, high=1e5, doc="North of the origin.")
@@ -30,78 +30,78 @@ class Point:
             raise ParamError("there are depth_m and altitude_m; leave one of them out")
 
     @property
-    def step(self) -> Waypoint:
-        """As the vehicle is given it."""
+    def item(self) -> Waypoint:
+        """The item of the mission."""
         above = math.isnan(self.depth)
         return Waypoint(self.x, self.y, self.altitude if above else self.depth, self.speed, above)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Round:
+class LoiterTable:
     """A circle about a place."""
 
-    centre: Point
+    centre: WaypointTable
     radius: float = param(0.0, unit="m", low=-1000, high=1000, doc="Negative: to port; 0 is guidance.loiter_radius.")
     turns: float = param(0.0, low=0, high=1e4, doc="How often around; 0 is no end.")
     duration: float = param(0.0, unit="s", low=0, high=1e6, doc="How long; 0 is no end.")
 
     @property
-    def step(self) -> Loiter:
-        """As the vehicle is given it."""
-        return Loiter(*self.centre.step, self.radius, self.turns, self.duration)
+    def item(self) -> Loiter:
+        """The item of the mission."""
+        return Loiter(*self.centre.item, self.radius, self.turns, self.duration)
 
 
 @dataclass(frozen=True, slots=True)
-class Leap:
+class JumpTable:
     """A way back, or on, to another item."""
 
     to: int = param(low=0, high=1e4, doc="The item to go on with, counted from 0.")
     times: int = param(low=-1, high=1e4, doc="How often; -1 is for ever.")
 
     @property
-    def step(self) -> Jump:
-        """As the vehicle is given it."""
+    def item(self) -> Jump:
+        """The item of the mission."""
         return Jump(self.to, self.times)
 
 
 @dataclass(frozen=True, slots=True)
-class Ending:
+class SurfaceTable:
     """The end of the mission."""
 
     rally: bool = param(False, doc="First to the nearest rally point.")
 
     @property
-    def step(self) -> Surface:
-        """As the vehicle is given it."""
+    def item(self) -> Surface:
+        """The item of the mission."""
         return Surface(self.rally)
 
 
 @dataclass(frozen=True, slots=True)
-class Item:
+class ItemTable:
     """One of the [[items]]: what it is says its only key."""
 
-    waypoint: Point | None = None
+    waypoint: WaypointTable | None = None
     manoeuvre: Manoeuvre | None = None
-    loiter: Round | None = None
-    jump: Leap | None = None
-    surface: Ending | None = None
+    loiter: LoiterTable | None = None
+    jump: JumpTable | None = None
+    surface: SurfaceTable | None = None
 
     def __post_init__(self) -> None:
         if len([part for part in self._parts if part]) != 1:
             raise ParamError("an item is one of waypoint, manoeuvre, loiter, jump, surface = {...}; write one of them")
 
     @property
-    def _parts(self) -> tuple[Point | Manoeuvre | Round | Leap | Ending | None, ...]:
+    def _parts(self) -> tuple[WaypointTable | Manoeuvre | LoiterTable | JumpTable | SurfaceTable | None, ...]:
         return self.waypoint, self.manoeuvre, self.loiter, self.jump, self.surface
 
     @property
-    def step(self) -> Step:
-        """As the vehicle is given it."""
+    def item(self) -> MissionItem:
+        """The item of the mission."""
         part = next(part for part in self._parts if part)
-        return part if isinstance(part, Manoeuvre) else part.step
+        return part if isinstance(part, Manoeuvre) else part.item
 
 
-def mission_of(waypoints: Sequence[Point], items: Sequence[Item]) -> Mission:
+def mission_of(waypoints: Sequence[WaypointTable], items: Sequence[ItemTable]) -> Mission:
     """The mission of a file that has either [[waypoints]] or [[items]].
 
     Raises:
@@ -112,10 +112,10 @@ def mission_of(waypoints: Sequence[Point], items: Sequence[Item]) -> Mission:
     for item in items:
         if item.jump and item.jump.to >= len(items):
             raise ParamError(f"items: jump to = {item.jump.to}: there are {len(items)} items, counted from 0")
-    return Mission(tuple(point.step for point in waypoints) + tuple(item.step for item in items))
+    return Mission(tuple(point.item for point in waypoints) + tuple(item.item for item in items))
 
 
-def plain(mission: Mission) -> dict[str, Any]:
+def mission_to_plain(mission: Mission) -> dict[str, Any]:
     """Tables, lists and numbers: {"waypoints": [[x, y, z, u], ...], "manoeuvres": [{"after": n, ...}, ...]}.
 
     A manoeuvre comes `after` so many waypoints, and is otherwise as in a file. Where there are such, "above" has the
@@ -138,8 +138,8 @@ def plain(mission: Mission) -> dict[str, Any]:
     return {"waypoints": waypoints, "manoeuvres": manoeuvres, **{k: v for k, v in optional.items() if v}}
 
 
-def from_plain(table: Mapping[str, Any]) -> Mission:
-    """The mission that `plain` made the table of; what it does not have there is none of.
+def mission_from_plain(table: Mapping[str, Any]) -> Mission:
+    """The mission that `mission_to_plain` made the table of; what it does not have there is none of.
 
     Raises:
         ParamError: a manoeuvre that cannot be flown.
@@ -149,7 +149,7 @@ def from_plain(table: Mapping[str, Any]) -> Mission:
     waypoints = [Waypoint(*point) for point in table["waypoints"]]
     for place in table.get("above", ()):
         waypoints[place] = waypoints[place]._replace(above=True)
-    items: list[Step] = [*waypoints]
+    items: list[MissionItem] = [*waypoints]
     for place, manoeuvre in reversed(list(zip(places, manoeuvres, strict=True))):
         items.insert(place, load(Manoeuvre, manoeuvre, "mission"))
     for place, kind, *numbers in table.get("others", ()):

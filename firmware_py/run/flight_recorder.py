@@ -6,7 +6,7 @@ import contextlib
 import math
 import sys
 
-from firmware_py.adapters.storage.recorder import LogError, LogWriter, Recorder
+from firmware_py.adapters.storage.recorder import LogError, LogRecorder, LogWriter
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event_text import texts
 from firmware_py.run.sensor_watch import SensorWatch
@@ -20,7 +20,7 @@ class FlightRecorder:
     """A recorder that never ends a flight: when the log cannot be written it says so once, and the vehicle flies on."""
 
     def __init__(self, log: LogWriter) -> None:
-        self._recorder = Recorder(log)
+        self._recorder = LogRecorder(log)
         self._sensors = SensorWatch()
         self.cycles = 0
         self.last: Cycle | None = None

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from firmware_py import app, config_files
-from firmware_py.adapters.hil.hil_link import parse_link, resolve
+from firmware_py.adapters.hil.hil_link import parse_hil_link, resolve
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError
 from firmware_py.adapters.storage.recorder import LogWriter
@@ -31,7 +31,7 @@ _AGAIN = 3
 """The exit status that asks whoever started the vehicle to start it again."""
 
 
-class Flown(NamedTuple):
+class FlightResult(NamedTuple):
     """What a flight has left: exit status, the run's folder, the cycles in its log."""
 
     status: int
@@ -39,7 +39,7 @@ class Flown(NamedTuple):
     cycles: int
 
 
-def fly(options: argparse.Namespace) -> Flown:
+def fly(options: argparse.Namespace) -> FlightResult:
     """Fly until someone says stop.
 
     Args:
@@ -48,7 +48,7 @@ def fly(options: argparse.Namespace) -> Flown:
     Raises:
         BusError, GroundError, LogError, ParamError, StoreError, UsageError: in one line, what cannot be used.
     """
-    io_file, address = options.io or options.config / "io_sitl.toml", parse_link(options.link)
+    io_file, address = options.io or options.config / "io_sitl.toml", parse_hil_link(options.link)
     pace = options.pace or ("bus" if address else "realtime")
     if address and (options.bus or options.dvl or pace != "bus"):
         raise UsageError(
@@ -59,7 +59,7 @@ def fly(options: argparse.Namespace) -> Flown:
         {
             **config_files.read_configuration(options.config, over, options.state),
             "mission": config_files.read_mission(options.config),
-            "kept": kept_navigation.load(options.state) if options.state else {},
+            "kept": kept_navigation.load_navigation(options.state) if options.state else {},
         },
         options.state,
     )
@@ -109,7 +109,7 @@ def fly(options: argparse.Namespace) -> Flown:
     kept = _leave(log.path, options.state, autopilot.parts.estimator.keep())
     point_latest(folder)
     status = _LOST if lost else _AGAIN if ground.node.end_request == "reboot" else 0 if kept else BAD
-    return Flown(status, folder, recorder.cycles)
+    return FlightResult(status, folder, recorder.cycles)
 
 
 def _leave(log: Path, state: Path | None, navigation: KeptNavigation) -> bool:

@@ -15,7 +15,7 @@ BOUNDS = {"x": (-1e7, 1e7), "y": (-1e7, 1e7), "position_std": (1e-6, 1e7), "surf
 """Of what was kept, m and Pa: wider than anything that a run ends with, and fit to start from."""
 
 
-def load(folder: Path) -> dict[str, float]:
+def load_navigation(folder: Path) -> dict[str, float]:
     """Return what was kept there; empty for a folder that is new.
 
     Raises:

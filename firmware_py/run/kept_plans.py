@@ -11,9 +11,8 @@ from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.plans import plan_builder
 from firmware_py.mavlink.plans.plan_builder import PlanBuilder
 from firmware_py.params import prefix_errors
-from firmware_py.records.fence import plain as fence_plain
-from firmware_py.records.mission_tables import from_plain
-from firmware_py.records.mission_tables import plain as mission_plain
+from firmware_py.records.fence import fence_to_plain
+from firmware_py.records.mission_tables import mission_from_plain, mission_to_plain
 from firmware_py.records.order import Change, FenceChange, MissionChange, RallyChange
 
 
@@ -32,9 +31,9 @@ def with_kept_plans(configuration: Configuration, state: Path | None) -> dict[st
 def _table(change: Change) -> dict[str, Any]:
     """Return a plan as a configuration has it."""
     if isinstance(change, MissionChange):
-        return {"mission": mission_plain(change.mission)}
+        return {"mission": mission_to_plain(change.mission)}
     if isinstance(change, FenceChange):
-        return {"fence": fence_plain(change.fence)}
+        return {"fence": fence_to_plain(change.fence)}
     return {"rally": {"points": [list(point) for point in change.points]}} if isinstance(change, RallyChange) else {}
 
 
@@ -47,7 +46,7 @@ def plans(configuration: Configuration, state: Path | None) -> dict[int, PlanBui
     found = _kept_plans(configuration, state)
     if plan_builder.MISSION not in found:
         sea = _sea(configuration)
-        found[plan_builder.MISSION] = plan_builder.plan_of_mission(from_plain(configuration["mission"]), sea)
+        found[plan_builder.MISSION] = plan_builder.plan_of_mission(mission_from_plain(configuration["mission"]), sea)
     return found
 
 

@@ -13,7 +13,7 @@ from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
 from firmware_py.adapters.clock import RealTime
 from firmware_py.adapters.dvl import DvlPort
-from firmware_py.adapters.hardware import Hardware
+from firmware_py.adapters.hardware import CanHardware
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.lockstep.lockstep_client import LockstepClient, acknowledge_hello, wait_for_plant
 from firmware_py.adapters.lockstep.lockstep_link import LockstepLink
@@ -82,7 +82,7 @@ def run(
             return
         line = DvlPort(io.dvl, str(dvl))
         stack.callback(line.close)
-        hardware = Hardware(io, len(autopilot.applied.fins), turns if pace == "bus" else bus, line)
+        hardware = CanHardware(io, len(autopilot.applied.fins), turns if pace == "bus" else bus, line)
         stack.callback(lambda: losses.update(hardware.losses()))
         for refusal in stack.enter_context(realtime.applied(io.realtime)):
             say(refusal)

@@ -11,7 +11,7 @@ from firmware_py.marine import clip
 from firmware_py.params import param
 from firmware_py.wire.dronecan.equipment import ActuatorStatus, ArrayCommand, EscStatus, RpmCommand
 from firmware_py.wire.dronecan.messages import ACTUATOR_STATUS, ESC_STATUS
-from sim_bridge.devices.node import Node
+from sim_bridge.devices.node import DeviceNode
 
 UNITLESS, POSITION = 0, 1
 """Command types of equipment.actuator.Command that the hub accepts."""
@@ -53,7 +53,7 @@ class ServoHub:
     Each fin has its own timeout: a command that omits a fin, or has NaN for it, does not count for it.
     """
 
-    def __init__(self, params: ServoHubParams, node: Node, fins: int) -> None:
+    def __init__(self, params: ServoHubParams, node: DeviceNode, fins: int) -> None:
         self.node = node
         self._params = params
         self._commanded = [0.0] * fins
@@ -90,7 +90,7 @@ class ServoHub:
 class Esc:
     """Receives RPMCommand (its first propeller), sends Status."""
 
-    def __init__(self, params: EscParams, node: Node) -> None:
+    def __init__(self, params: EscParams, node: DeviceNode) -> None:
         self.node = node
         self._params = params
         self._commanded = 0.0

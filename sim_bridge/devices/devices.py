@@ -15,7 +15,7 @@ from firmware_py.wire.dronecan.transfer import Reassembler, Transfer
 from sim_bridge.devices.actuator_nodes import Esc, EscParams, ServoHub, ServoHubParams
 from sim_bridge.devices.instrument_nodes import publishers
 from sim_bridge.devices.instruments import Instruments, InstrumentsParams
-from sim_bridge.devices.node import Node
+from sim_bridge.devices.node import DeviceNode
 from sim_bridge.devices.sensors import Timing, due
 from sim_bridge.devices.serial_dvl import SerialDvl
 from sim_bridge.plant.plant import Plant
@@ -59,7 +59,7 @@ class Devices:
         fins: int,
         base_hz: int,
     ) -> None:
-        self.nodes = {field.name: Node(getattr(ids, field.name), field.name, bus) for field in fields(ids)}
+        self.nodes = {field.name: DeviceNode(getattr(ids, field.name), field.name, bus) for field in fields(ids)}
         self.malformed = 0
         self._hub = ServoHub(params.servo_hub, self.nodes["servo_hub"], fins)
         self._esc = Esc(params.esc, self.nodes["esc"])

@@ -14,7 +14,7 @@ from firmware_py.records.sensing import Ahrs, Battery, Fix
 from firmware_py.wire.dronecan import equipment as eq
 from firmware_py.wire.dronecan import messages as m
 from sim_bridge.devices.instruments import Instruments, InstrumentsParams, MeasuredPlant
-from sim_bridge.devices.node import Node
+from sim_bridge.devices.node import DeviceNode
 from sim_bridge.devices.sensors import Sensor
 
 V = TypeVar("V")
@@ -25,7 +25,11 @@ class Publisher(Generic[V]):
     """One sensor, its node, and the message that carries its readings."""
 
     def __init__(
-        self, node: Node, sensor: Sensor[MeasuredPlant, V], message: m.MessageType[Any], to_record: Callable[[V], Any]
+        self,
+        node: DeviceNode,
+        sensor: Sensor[MeasuredPlant, V],
+        message: m.MessageType[Any],
+        to_record: Callable[[V], Any],
     ) -> None:
         self._node = node
         self._sensor = sensor
@@ -40,7 +44,7 @@ class Publisher(Generic[V]):
 
 
 def publishers(
-    params: InstrumentsParams, instruments: Instruments, nodes: Mapping[str, Node]
+    params: InstrumentsParams, instruments: Instruments, nodes: Mapping[str, DeviceNode]
 ) -> tuple[Publisher[Any], ...]:
     """Return a publisher for each sensor on the bus; `nodes` by the names of `NodeIds`."""
     return (

@@ -7,13 +7,13 @@ from typing import TypeVar
 from firmware_py.adapters.buses.can_bus import FramePort
 from firmware_py.wire.dronecan.messages import GET_NODE_INFO, GET_NODE_INFO_RESPONSE, NODE_STATUS, MessageType
 from firmware_py.wire.dronecan.protocol import GetNodeInfoResponse, HardwareVersion, NodeStatus, SoftwareVersion
-from firmware_py.wire.dronecan.transfer import Reassembler, Sender, Transfer
+from firmware_py.wire.dronecan.transfer import Reassembler, Transfer, TransferSender
 
 R = TypeVar("R")
 VENDOR = "org.sternplane.sim."
 
 
-class Node:
+class DeviceNode:
     """One device on the bus. Without power it neither sends nor answers."""
 
     def __init__(self, node_id: int, name: str, bus: FramePort) -> None:
@@ -21,7 +21,7 @@ class Node:
         self.name = VENDOR + name
         self.powered = True
         self._bus = bus
-        self._sender = Sender(node_id)
+        self._sender = TransferSender(node_id)
         self._requests = Reassembler([GET_NODE_INFO], node_id)
 
     def publish(self, message: MessageType[R], value: R) -> None:

@@ -19,7 +19,7 @@ def _coefficient() -> Any:
 
 
 @dataclass(frozen=True, slots=True)
-class Coefficients:
+class PlantCoefficients:
     """Healey and Lienard (1993), all of them, none with a default; `db` terms are those of one bow plane.
 
     The name spells the term: `X_qdsn` multiplies u q delta_s eps(n) in the surge equation.
@@ -138,7 +138,7 @@ def length_power(name: str) -> int:
     return 2 + (equation in "KMN") + sum(_LENGTHS.get(factor, 0) for factor in factors)
 
 
-def dimensional(coefficients: Coefficients, rho: float, L: float) -> dict[str, float]:
+def dimensional(coefficients: PlantCoefficients, rho: float, L: float) -> dict[str, float]:
     """Return every coefficient by name times rho/2 L^k, so that SI motion gives N and N m."""
-    names = (field.name for field in dataclasses.fields(Coefficients))
+    names = (field.name for field in dataclasses.fields(PlantCoefficients))
     return {name: getattr(coefficients, name) * 0.5 * rho * L ** length_power(name) for name in names}

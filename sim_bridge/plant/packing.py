@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_py.params import ParamError
-from sim_bridge.plant.coefficients import Coefficients, dimensional
+from sim_bridge.plant.coefficients import PlantCoefficients, dimensional
 from sim_bridge.plant.truth import Truth
 
 Array = NDArray[np.float64]
@@ -27,7 +27,7 @@ _BODY = ("m", "I_x", "I_y", "I_z", "I_xy", "I_yz", "I_xz", "x_G", "y_G", "z_G", 
 _HULL = ("L", "radius", "k_y", "k_z")
 _PROPELLER = ("advance", "k_thrust", "k_race", "knee", "x_prop", "z_prop", "d_prop")
 _ACTUATORS = ("servo_tau", "servo_rate", "half_play", "servo_limit", "shaft_tau", "shaft_rate", "shaft_limit")
-_COEFFICIENTS = tuple(field.name for field in dataclasses.fields(Coefficients))
+_COEFFICIENTS = tuple(field.name for field in dataclasses.fields(PlantCoefficients))
 
 C = places(" ".join((*_BODY, *_HULL, *_PROPELLER, *_ACTUATORS, *_COEFFICIENTS)))
 """Constants of the vehicle; coefficients are dimensional (SI)."""

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 from firmware_py.marine import INERTIA_IMPOSSIBLE, is_inertia_tensor
 from firmware_py.params import ParamError, param
-from sim_bridge.plant.coefficients import Coefficients
+from sim_bridge.plant.coefficients import PlantCoefficients
 
 MOST_FINS = 15
 """Maximum number of fins: as many as one ArrayCommand addresses."""
 
 
 @dataclass(frozen=True, slots=True)
-class Body:
+class PlantBody:
     """The rigid body. Inertia about the origin of the body frame, products as Ixy = +integral of x y dm."""
 
     m: float = param(unit="kg", low=1e-3, high=1e7, doc="Mass.")
@@ -40,7 +40,7 @@ class Body:
 
 
 @dataclass(frozen=True, slots=True)
-class Hull:
+class PlantHull:
     """The shape that cross-flow drag and buoyancy integrate over: a cylinder from -L/2 to L/2 about the origin."""
 
     L: float = param(unit="m", low=1e-3, high=100.0, doc="Length, also the reference length of the coefficients.")
@@ -54,7 +54,7 @@ class Hull:
 
 
 @dataclass(frozen=True, slots=True)
-class Propeller:
+class PlantPropeller:
     """Thrust and race of the propeller; eta = eta_n n[rpm] / u[ft/s], the units it was published in."""
 
     eta_n: float = param(low=1e-9, high=10.0, doc="Ratio of shaft speed, rpm, to advance, ft/s, scaled to 1 in trim.")
@@ -86,7 +86,7 @@ class Shaft:
     limit: float = param(unit="rpm", low=0.0, high=1e5, doc="Highest speed, ahead and astern.")
 
 
-class Station(enum.Enum):
+class FinStation(enum.Enum):
     """Position of a fin along the hull, which decides the coefficients that it uses."""
 
     STERN = enum.auto()
@@ -94,7 +94,7 @@ class Station(enum.Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Fin:
+class PlantFin:
     """One fin and its servo.
 
     `hinge` is the angle of the hinge axis in the y-z plane, and fixes what a positive angle of the fin does:
@@ -105,7 +105,7 @@ class Fin:
     """
 
     name: str
-    station: Station
+    station: FinStation
     hinge: float = param(unit="deg", low=-360.0, high=360.0, doc="Hinge axis in the y-z plane.")
     centre: tuple[float, float, float] = param(
         unit="m", low=-100.0, high=100.0, doc="Centre of the fin's area: where it can leave the water."
@@ -116,13 +116,13 @@ class Fin:
     def __post_init__(self) -> None:
         if not self.name.strip():
             raise ParamError("name is empty; every fin needs a name of its own")
-        if self.station is Station.BOW and self.hinge != 0.0:
+        if self.station is FinStation.BOW and self.hinge != 0.0:
             raise ParamError(f"bow plane {self.name!r}: hinge_deg must be 0, no data exist for another")
 
     @property
     def share(self) -> tuple[float, float, float]:
         """Return the contribution of a unit angle to (delta_s, delta_r, delta_b)."""
-        if self.station is Station.BOW:
+        if self.station is FinStation.BOW:
             return 0.0, 0.0, 1.0
         return 0.5 * math.cos(self.hinge), 0.5 * math.sin(self.hinge), 0.0
 
@@ -131,13 +131,13 @@ class Fin:
 class Truth:
     """All parameters of the true vehicle."""
 
-    body: Body
-    hull: Hull
-    propeller: Propeller
+    body: PlantBody
+    hull: PlantHull
+    propeller: PlantPropeller
     servo: Servo
     shaft: Shaft
-    coefficients: Coefficients
-    fins: tuple[Fin, ...]
+    coefficients: PlantCoefficients
+    fins: tuple[PlantFin, ...]
     substeps: int = param(1, low=1, high=100, doc="Steps of the integration within one tick.")
 
     def __post_init__(self) -> None:

@@ -19,10 +19,10 @@ from dronecan.dsdl.common import crc16_from_bytes
 from firmware_py.adapters.buses import multicast_bus
 from firmware_py.adapters.buses.can_bus import BusError, open_bus
 from firmware_py.adapters.buses.node_id_check import heard_nodes, refuse_if_taken
-from firmware_py.wire.dronecan.equipment import ArrayCommand, Command
+from firmware_py.wire.dronecan.equipment import ActuatorCommand, ArrayCommand
 from firmware_py.wire.dronecan.messages import ARRAY_COMMAND
-from firmware_py.wire.dronecan.transfer import Sender
-from sim_bridge.devices.node import Node
+from firmware_py.wire.dronecan.transfer import TransferSender
+from sim_bridge.devices.node import DeviceNode
 
 from .bus_contract import PATIENCE, BusContract, TwoProcesses, collect, doors, free_number
 
@@ -252,13 +252,13 @@ class Stranger:
 
 
 def test_pydronecan_and_we_are_nodes_of_one_bus(number):
-    fins = ArrayCommand((Command(0, 1, 0.25), Command(1, 1, -0.125)))
+    fins = ArrayCommand((ActuatorCommand(0, 1, 0.25), ActuatorCommand(1, 1, -0.125)))
     wanted = [
         {"node": 21, "name": "org.sternplane.sim.servo_hub"},
         {"commanded_by": 10, "fins": [0.25, -0.125]},
     ]
     with doors(f"udp:{number}") as (ours, autopilots), Stranger(number) as stranger:
-        hub, autopilot = Node(21, "servo_hub", ours), Sender(10)
+        hub, autopilot = DeviceNode(21, "servo_hub", ours), TransferSender(10)
         sources: set[int] = set()
         deadline = time.monotonic() + 2 * PATIENCE
         while not (100 in sources and all(line in stranger.said() for line in wanted)):

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from firmware_py.adapters import dvl
 from firmware_py.adapters.buses.can_bus import BusError
-from firmware_py.adapters.dvl import DvlParams, DvlPort
+from firmware_py.adapters.dvl import DvlPort, DvlPortParams
 from firmware_py.records.sensing import Dvl
 from sim_bridge.devices.serial_line import SerialLine
 
@@ -41,7 +41,7 @@ class Device:
 
     def __init__(self) -> None:
         self.line = SerialLine()
-        self.port = DvlPort(DvlParams(port=self.line.path))
+        self.port = DvlPort(DvlPortParams(port=self.line.path))
         self.send = self.line.send
 
     def __enter__(self) -> Device:
@@ -178,7 +178,7 @@ def test_a_babbling_device_costs_a_bounded_read_per_tick_and_the_rest_waits(devi
 def test_a_plug_pulled_in_flight_is_silence(tmp_path):
     master, slave = os.openpty()
     tty.setraw(slave)
-    port = DvlPort(DvlParams(port=os.ttyname(slave)))
+    port = DvlPort(DvlPortParams(port=os.ttyname(slave)))
     os.close(slave)
     os.write(master, report()[:20])
     port.read(0.0)
@@ -193,7 +193,7 @@ def test_a_plug_pulled_in_flight_is_silence(tmp_path):
 @pytest.mark.parametrize("name", ["", "/dev/no-such-port", "/dev/null", "a\0b"])
 def test_a_port_that_is_none_is_one_line_that_names_it(name):
     with pytest.raises(BusError) as failure:
-        DvlPort(DvlParams(port=name))
+        DvlPort(DvlPortParams(port=name))
     text = str(failure.value)
     assert "\n" not in text
     assert repr(name) in text
@@ -204,7 +204,7 @@ def test_a_file_is_no_port(tmp_path):
     path = tmp_path / "log.txt"
     path.write_text("precious")
     with pytest.raises(BusError, match=r"log\.txt"):
-        DvlPort(DvlParams(port=str(path)))
+        DvlPort(DvlPortParams(port=str(path)))
     assert path.read_text() == "precious"
 
 
@@ -213,7 +213,7 @@ FIRST = r"a simulated plant makes its own: start it first, sternplane plant$"
 
 def test_a_port_that_is_not_there_says_who_brings_it(tmp_path):
     with pytest.raises(BusError, match=f"there is no such device; {FIRST}"):
-        DvlPort(DvlParams(port=str(tmp_path / "dvl")))
+        DvlPort(DvlPortParams(port=str(tmp_path / "dvl")))
 
 
 def test_a_name_that_a_dead_vehicle_left_says_who_brings_another(tmp_path):
@@ -221,25 +221,25 @@ def test_a_name_that_a_dead_vehicle_left_says_who_brings_another(tmp_path):
     with SerialLine() as line:
         name.symlink_to(line.path)
     with pytest.raises(BusError, match=FIRST):
-        DvlPort(DvlParams(port=str(name)))
+        DvlPort(DvlPortParams(port=str(name)))
     with SerialLine() as line:  # the kernel gives its number to the next terminal, here another vehicle's
-        user, leftover = DvlPort(DvlParams(port=line.path)), tmp_path / "leftover"
+        user, leftover = DvlPort(DvlPortParams(port=line.path)), tmp_path / "leftover"
         leftover.symlink_to(line.path)
         with pytest.raises(BusError, match=f"another program has it; end that one, or give another --dvl; {FIRST}"):
-            DvlPort(DvlParams(port=str(leftover)))
+            DvlPort(DvlPortParams(port=str(leftover)))
         user.close()
 
 
 def test_a_port_in_use_is_refused_and_its_user_undisturbed(device):
     with pytest.raises(BusError, match="cannot be opened"):
-        DvlPort(DvlParams(port=device.line.path))
+        DvlPort(DvlPortParams(port=device.line.path))
     device.send(report())
     assert device.port.read(0.0).ok
 
 
 def test_the_port_handed_over_takes_the_place_of_the_io_files():
     with SerialLine() as line:
-        port = DvlPort(DvlParams(port="simulated"), line.path)
+        port = DvlPort(DvlPortParams(port="simulated"), line.path)
         line.send(report())
         assert port.read(0.0).ok
         port.close()

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from pymavlink import mavutil
 
 from firmware_py import app, config_files
-from firmware_py.adapters.ground.mavlink_ground import GroundError, Grounds, MavlinkGround, merge, open_link
+from firmware_py.adapters.ground.mavlink_ground import GroundError, Grounds, MavlinkGround, merge_orders, open_link
 from firmware_py.adapters.ground.station_link import parse_link
 from firmware_py.adapters.ground.udp_link import DATAGRAMS_PER_TICK
 from firmware_py.mavlink.base.identity import Identity
@@ -387,7 +387,7 @@ def test_several_grounds_are_read_as_one_and_all_see_the_cycle() -> None:
 def test_of_each_thing_the_last_word_holds_and_of_sticks_the_latest() -> None:
     nan = math.nan
     early, late = Sticks(0.1, 0.0, 0.0), Sticks(0.0, 0.2, 0.0)
-    merged = merge(
+    merged = merge_orders(
         [
             Order(mode=Mode.HOLD, setpoint=Setpoint(5.0, nan, 1.0), sticks=late, t_sticks=2.0),
             NO_ORDER,
@@ -408,7 +408,7 @@ orders = st.builds(
 
 @given(st.lists(st.one_of(st.just(NO_ORDER), orders), max_size=4))
 def test_whoever_disarms_is_obeyed_and_nobody_arms_unasked(given_orders: list[Order]) -> None:
-    merged = merge(given_orders)
+    merged = merge_orders(given_orders)
     words = {order.arming for order in given_orders}
     by_weight = (Arming.DISARM, Arming.ARM, Arming.CHECK, Arming.KEEP)
     assert merged.arming is next((word for word in by_weight if word in words), Arming.KEEP)
@@ -417,7 +417,7 @@ def test_whoever_disarms_is_obeyed_and_nobody_arms_unasked(given_orders: list[Or
 
 
 def test_nothing_asked_by_many_is_nothing_asked() -> None:
-    assert merge([]) is NO_ORDER
-    assert merge([NO_ORDER, NO_ORDER]) is NO_ORDER
+    assert merge_orders([]) is NO_ORDER
+    assert merge_orders([NO_ORDER, NO_ORDER]) is NO_ORDER
     steered = Order(sticks=Sticks(0.1, 0.0, 0.0), t_sticks=1.0)
-    assert merge([NO_ORDER, steered]) is steered
+    assert merge_orders([NO_ORDER, steered]) is steered

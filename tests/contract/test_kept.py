@@ -9,7 +9,7 @@ import pytest
 from pymavlink import mavutil
 
 from firmware_py import app, config_files
-from firmware_py.adapters.ground.mavlink_ground import MavlinkGround, merge
+from firmware_py.adapters.ground.mavlink_ground import MavlinkGround, merge_orders
 from firmware_py.adapters.storage.state_store import StateStoreError
 from firmware_py.marine import Origin
 from firmware_py.mavlink.node import STATE_FILES, SharedState, VehicleDescription
@@ -123,10 +123,12 @@ def test_of_several_grounds_every_change_is_made_and_the_last_jump_holds() -> No
         Order(Arming.DISARM, asker=asker, changes=("c",)),
         Order(jump=0),
     ]
-    merged = merge(orders)
+    merged = merge_orders(orders)
     assert (merged.changes, merged.jump, merged.arming, merged.asker) == (("a", "b", "c"), 0, Arming.DISARM, asker)
     other = Order(setpoint=Setpoint(4.0, 0.0, 1.0), asker=asker)
-    assert merge([Order(mode=Mode.HOLD), other]).asker == NOBODY  # what a station asked for is not who ordered the mode
-    assert merge([NO_ORDER, other, Order(t_sticks=1.0)]).asker == asker
-    assert merge([Order(changes=("a",)), NO_ORDER]).changes == ("a",)
-    assert merge([Order(t_sticks=1.0), Order(t_sticks=2.0)]).jump == -1
+    assert (
+        merge_orders([Order(mode=Mode.HOLD), other]).asker == NOBODY
+    )  # what a station asked for is not who ordered the mode
+    assert merge_orders([NO_ORDER, other, Order(t_sticks=1.0)]).asker == asker
+    assert merge_orders([Order(changes=("a",)), NO_ORDER]).changes == ("a",)
+    assert merge_orders([Order(t_sticks=1.0), Order(t_sticks=2.0)]).jump == -1

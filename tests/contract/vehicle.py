@@ -9,7 +9,7 @@ from dronecan.transport import Transfer
 
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.dvl import DvlPort
-from firmware_py.adapters.hardware import Hardware
+from firmware_py.adapters.hardware import CanHardware
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import load
 from firmware_py.records.command import Applied
@@ -29,7 +29,7 @@ _channels = itertools.count()
 
 
 class Vehicle:
-    """`Hardware` of four fins, ticked by hand; to be used in a `with` block."""
+    """`CanHardware` of four fins, ticked by hand; to be used in a `with` block."""
 
     def __init__(self, rate: str = "hz_50") -> None:
         channel = f"vehicle-{next(_channels)}"
@@ -43,7 +43,7 @@ class Vehicle:
         }
         params = load(IoParams, io, "a test")
         self.bus = open_bus("virtual", channel)
-        self.hardware = Hardware(params, FINS, self.bus, DvlPort(params.dvl))
+        self.hardware = CanHardware(params, FINS, self.bus, DvlPort(params.dvl))
         self.others = can.Bus(interface="virtual", channel=channel)
         self._peers: dict[int, Peer] = {}
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from sternplane.logs.reading import Log, read
 from sternplane.logs.replay import replay
-from sternplane.sitl.flight import Wish, fly, prepare
+from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py.adapters.ground.mavlink_ground import Grounds
 from firmware_py.app import build
@@ -59,7 +59,7 @@ def flown(folder: Path, *others: Any) -> Log:
     scenario = folder / "scenario.toml"
     scenario.write_text(SCENARIO)
     outcome = fly(
-        prepare(Wish(scenario=str(scenario)), {}),
+        prepare(FlightRequest(scenario=str(scenario)), {}),
         folder / "log.mcap",
         command=lambda pilot: Grounds(pilot, *others),
     )

@@ -8,7 +8,7 @@ from typing import Any
 
 from pymavlink.dialects.v20 import all as mavlink
 from sternplane.logs.reading import Log, read
-from sternplane.sitl.flight import Wish, fly, prepare
+from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py import app, config_files
 from firmware_py.adapters.ground.mavlink_ground import Grounds
@@ -72,7 +72,7 @@ def flown(folder: Path, downloads: bool) -> tuple[Log, list[int]]:
     folder.mkdir()
     scenario = folder / "scenario.toml"
     scenario.write_text(DIVE)
-    flight = prepare(Wish(scenario=str(scenario)), {})
+    flight = prepare(FlightRequest(scenario=str(scenario)), {})
     stations = [Station(flight.configuration, folder)] if downloads else []
     for station in stations:
         station.store_name = f"{folder.name}.mcap"

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from sternplane.logs.reading import Log, read
 from sternplane.logs.replay import replay
-from sternplane.sitl.flight import Wish, fly, prepare
+from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py.app import build
 
@@ -38,7 +38,7 @@ def flown(folder: Path, seed: int = 1, pace: str = "max", duration: float = 40.0
     scenario = folder.with_suffix(".toml")
     scenario.write_text(SCENARIO.replace("40.0\ncompletes", f"{duration}\ncompletes"))
     folder.mkdir()
-    outcome = fly(prepare(Wish(scenario=str(scenario), seed=seed, pace=pace), {}), folder / "log.mcap")
+    outcome = fly(prepare(FlightRequest(scenario=str(scenario), seed=seed, pace=pace), {}), folder / "log.mcap")
     assert outcome.completed, outcome
     return read(folder / "log.mcap")
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
-from sternplane.bench.ekf import DVL_EVERY, STD, Flight, H, begun, flight
+from sternplane.bench.ekf import DVL_EVERY, STD, FilterInputs, H, begun, flight
 
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
@@ -71,7 +71,7 @@ def test_log_likelihood_fades_with_the_memory() -> None:
     assert ekf.log_likelihood[0] == pytest.approx(-5.0 * math.exp(-1.0))
 
 
-def through_eddies(intensity: float, steps: int, seed: int) -> Flight:
+def through_eddies(intensity: float, steps: int, seed: int) -> FilterInputs:
     """As `flight`, but in eddies, an Ornstein-Uhlenbeck process of 10 s on each axis."""
     rng = np.random.default_rng(seed)
     model = ObserverModel(VEHICLE, ("M_q",), EDDIES)
@@ -84,7 +84,7 @@ def through_eddies(intensity: float, steps: int, seed: int) -> Flight:
         z[k] = x[:9] + STD * rng.standard_normal(9)
     z[:, 6:9:2] = (z[:, 6:9:2] + math.pi) % math.tau - math.pi
     z[np.arange(steps) % DVL_EVERY != 0, :3] = np.nan
-    return Flight(inputs, z)
+    return FilterInputs(inputs, z)
 
 
 def after_a_minute(intensity: float, seed: int) -> CoefficientEkf:

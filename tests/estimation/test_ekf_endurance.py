@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 from numba.core.runtime import _nrt_python, rtsys
-from sternplane.bench.ekf import CASES, STD, Flight, H, begun, flight
+from sternplane.bench.ekf import CASES, STD, FilterInputs, H, begun, flight
 
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
@@ -17,14 +17,14 @@ LONG = 100_000
 
 
 @pytest.fixture(scope="module")
-def long_flight() -> Flight:
+def long_flight() -> FilterInputs:
     """1000 s, seen without noise."""
     return flight(begun(CASES["21 states"]).model, LONG, noise=0.0)
 
 
 @pytest.mark.parametrize("share", [1.0, 1e-4], ids=["noisy", "as good as noise-free"])
 @pytest.mark.parametrize("name", CASES)
-def test_a_covariance_stays_one_for_1e5_steps(name: str, share: float, long_flight: Flight) -> None:
+def test_a_covariance_stays_one_for_1e5_steps(name: str, share: float, long_flight: FilterInputs) -> None:
     ekf, std = begun(CASES[name]), share * STD
     z = long_flight.z + std * np.random.default_rng(2).standard_normal(long_flight.z.shape)
     steps = LONG if len(ekf.intensity) == 1 else LONG // 5
@@ -39,7 +39,7 @@ def test_a_covariance_stays_one_for_1e5_steps(name: str, share: float, long_flig
     assert ekf.bank.kernel.P.shape[2] == padded(ekf.model.size)
 
 
-def test_runs_are_the_same_to_the_last_bit_however_they_are_cut(long_flight: Flight) -> None:
+def test_runs_are_the_same_to_the_last_bit_however_they_are_cut(long_flight: FilterInputs) -> None:
     inputs, z = long_flight.inputs[:400], long_flight.z[:400]
     whole, parts, calls = (begun(CASES["bank of 5 by 24 states"]) for _ in range(3))
     whole.run(H, inputs, z, STD**2)

@@ -22,7 +22,7 @@ from sternplane.report.figures import Figures
 from firmware_py.adapters.installation import configs
 from firmware_py.estimation.model.observer_model import GROUPS
 from firmware_py.records.event import Cause, Event, EventKind, Severity
-from firmware_py.records.mission import Kind
+from firmware_py.records.mission import ManoeuvreKind
 
 VEHICLE = tomllib.loads((configs() / "npsauv2" / "vehicle.toml").read_text())
 NAMES = ["M_q", "Y_dr", "N_dot"]
@@ -124,7 +124,7 @@ def test_what_is_excited_and_valid_is_a_timeline(log: Log) -> None:
 
 def test_what_a_manoeuvre_taught_and_what_not_stands_there_and_in_the_summary(log: Log) -> None:
     sentence = "prbs: learned 2 of 3, 1 valid, 1 sigma up to 5 % (M_q); not identifiable: Y_dr (never excited)"
-    prbs = {"manoeuvre": Kind.PRBS}
+    prbs = {"manoeuvre": ManoeuvreKind.PRBS}
     begun = Event(EventKind.MANOEUVRE_BEGUN, Severity.WARNING, numbers=(2.0, 60.0), **prbs)
     done = Event(EventKind.MANOEUVRE_DONE, Severity.WARNING, numbers=(2.0, 0.0), **prbs)
     report = [

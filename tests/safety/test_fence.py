@@ -10,7 +10,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.records.fence import NO_FENCE, Disc, Fence, Place, Polygon, from_plain, nearest_rally_point, plain
+from firmware_py.records.fence import (
+    NO_FENCE,
+    Disc,
+    Fence,
+    Place,
+    Polygon,
+    fence_from_plain,
+    fence_to_plain,
+    nearest_rally_point,
+)
 from firmware_py.records.order import Arming, Mode
 from firmware_py.safety.supervisor import Supervisor
 
@@ -27,8 +36,8 @@ AREAS = st.builds(Disc, NUMBERS, NUMBERS, st.floats(0.1, 1e5)) | st.builds(
 @given(st.lists(AREAS, max_size=4), st.lists(AREAS, max_size=4))
 def test_a_fence_survives_a_log(within: list, without: list) -> None:
     fence = Fence(tuple(within), tuple(without))
-    assert from_plain(json.loads(json.dumps(plain(fence)))) == fence
-    assert from_plain({}) == NO_FENCE
+    assert fence_from_plain(json.loads(json.dumps(fence_to_plain(fence)))) == fence
+    assert fence_from_plain({}) == NO_FENCE
 
 
 @given(st.integers(3, 12), st.floats(-50, 50), st.floats(-50, 50), st.booleans())

@@ -9,7 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from sternplane.logs.reading import Log, read
-from sternplane.sitl.flight import SCENARIOS, Outcome, Wish, fly, prepare
+from sternplane.sitl.flight import SCENARIOS, FlightRequest, Outcome, fly, prepare
 
 LEARNING_OFF = "\n[autopilot.estimation.learning]\nenabled = false\n"
 """At the end of a scenario. Learning only looks on (test_learning.py shows it), and costs four fifths of a flight."""
@@ -36,7 +36,7 @@ class Flights:
             if not outcome.exists():
                 if "\n" in scenario:
                     place.write_text(scenario)
-                wish = Wish(scenario=str(place) if "\n" in scenario else scenario, seed=seed)
+                wish = FlightRequest(scenario=str(place) if "\n" in scenario else scenario, seed=seed)
                 outcome.write_text(json.dumps(fly(prepare(wish, {}), log)))
         return Outcome(*json.loads(outcome.read_text())), read(log)
 

@@ -19,10 +19,10 @@ from firmware_py.adapters.storage.recorder import LogError, LogWriter
 from firmware_py.params import ParamError
 from firmware_py.run import flight_recorder, options, over_can, run_folders
 from firmware_py.run.errors import UsageError
-from firmware_py.run.fly import Flown, fly
+from firmware_py.run.fly import FlightResult, fly
 
 BUS = "udp:8"
-Fly = Callable[..., Flown]
+Fly = Callable[..., FlightResult]
 
 
 def parsed(*words: str | Path) -> argparse.Namespace:
@@ -64,7 +64,7 @@ def until(monkeypatch: pytest.MonkeyPatch) -> Callable[[int, Callable[[], None]]
 def flown(dvl: str, until: Callable) -> Fly:
     """Flies for ten cycles."""
 
-    def flown(*words: str | Path, happens: Callable[[], None] = lambda: None) -> Flown:
+    def flown(*words: str | Path, happens: Callable[[], None] = lambda: None) -> FlightResult:
         until(10, happens)
         return fly(parsed("--bus", BUS, "--dvl", dvl, *words))
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import all as mavlink
 from sternplane.logs.reading import Log, read
-from sternplane.sitl.flight import Wish, fly, prepare
+from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py.adapters.ground.mavlink_ground import Grounds
 from firmware_py.marine import Origin
@@ -96,7 +96,7 @@ def flown(tmp_path_factory) -> tuple[Operator, Log]:
             220.0: command(SPEED, 1, 1.2, -1),
         }
     )
-    flight = prepare(Wish(str(scenario)), {})
+    flight = prepare(FlightRequest(str(scenario)), {})
     fly(flight, folder / "log.mcap", lambda _: None, lambda pilot: Grounds(pilot, operator))
     return operator, read(folder / "log.mcap")
 

@@ -10,7 +10,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from sternplane.logs.reading import read
 from sternplane.report import report
-from sternplane.sitl.flight import Flight, Wish, fly, prepare
+from sternplane.sitl.flight import Flight, FlightRequest, fly, prepare
 
 from firmware_py.run.ground_links import Stations, open_ground
 
@@ -31,7 +31,7 @@ def summary(tmp_path: Path) -> Callable:
     key.chmod(0o600)
 
     def flown(datagrams: list[bytes], signed: bool) -> dict:
-        flight: Flight = prepare(Wish(str(scenario)), {})
+        flight: Flight = prepare(FlightRequest(str(scenario)), {})
         two = ("udpin:127.0.0.1:0",) * 2
         with open_ground(two, flight.configuration, key if signed else None) as stations:
             send(stations, datagrams)

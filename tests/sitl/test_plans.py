@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import all as mavlink
 from sternplane.logs.reading import Log, read
 from sternplane.logs.replay import replay
 from sternplane.logs.summary import summarise
-from sternplane.sitl.flight import Wish, fly, prepare
+from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py.adapters.ground.mavlink_ground import Grounds
 from firmware_py.app import build
@@ -124,7 +124,7 @@ class Planner:
 def flown(folder: Path, planner: Planner, duration: float, completes: str) -> Log:
     scenario = folder / "plans.toml"
     scenario.write_text(SCENARIO.format(duration=duration, completes=completes))
-    fly(prepare(Wish(scenario=str(scenario)), {}), folder / "log.mcap", command=lambda p: Grounds(p, planner))
+    fly(prepare(FlightRequest(scenario=str(scenario)), {}), folder / "log.mcap", command=lambda p: Grounds(p, planner))
     return read(folder / "log.mcap")
 
 

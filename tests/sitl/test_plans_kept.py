@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 from pymavlink import mavutil, mavwp
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from sternplane.logs.reading import read
-from sternplane.sitl.flight import Wish, fly, prepare
+from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py.records.cycle import Cycle
 from firmware_py.run.ground_links import open_ground
@@ -71,7 +71,7 @@ def flight(folder: Path, state: Path, talk: Callable[[Lossy], Talk], share: floa
             if next(says, ended) is ended:
                 signal.raise_signal(signal.SIGINT)
 
-        ready = prepare(Wish(scenario=str(scenario), state=state), {})
+        ready = prepare(FlightRequest(scenario=str(scenario), state=state), {})
         link = f"udpout:127.0.0.1:{station.port.getsockname()[1]}:generic"
         with open_ground([link], ready.configuration, state=state) as stations:
             stations.save_changes_in(state, folder)

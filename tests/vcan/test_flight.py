@@ -9,7 +9,7 @@ import time
 import numpy as np
 import pytest
 from sternplane.logs.reading import read
-from sternplane.sitl.flight import Wish, fly, prepare
+from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from tests.command import SCRIPT
 
@@ -46,7 +46,7 @@ def test_the_demonstration_flies_over_vcan0_as_it_does_in_one_process_and_candum
             candump.wait(timeout=10)
     assert result.returncode == 0, result.stdout + result.stderr
     over_can = read(tmp_path / "run" / "log.mcap")
-    outcome = fly(prepare(Wish(), {}), tmp_path / "virtual.mcap")
+    outcome = fly(prepare(FlightRequest(), {}), tmp_path / "virtual.mcap")
     assert outcome.completed
     assert over_can.cycle_bytes == read(tmp_path / "virtual.mcap").cycle_bytes
     commands = [line for line in (tmp_path / "dump").read_text().splitlines() if " 0803F20A#" in line]

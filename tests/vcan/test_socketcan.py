@@ -11,9 +11,9 @@ import pytest
 
 from firmware_py.adapters.buses.can_bus import BusError, open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
-from firmware_py.wire.dronecan.equipment import ArrayCommand, Command
+from firmware_py.wire.dronecan.equipment import ActuatorCommand, ArrayCommand
 from firmware_py.wire.dronecan.messages import ARRAY_COMMAND
-from firmware_py.wire.dronecan.transfer import Sender
+from firmware_py.wire.dronecan.transfer import TransferSender
 from tests.contract.bus_contract import BusContract, TwoProcesses, collect, doors
 
 pytestmark = pytest.mark.vcan
@@ -81,8 +81,8 @@ def test_candump_sees_the_command_to_a_fin():
         try:
             with doors(SPEC, 1) as (a,):
                 while not select.select([candump.stdout], [], [], 0.05)[0]:
-                    sender = Sender(10)
-                    a.send(sender.send(ARRAY_COMMAND, ArrayCommand((Command(0, 1, 0.25),))))
+                    sender = TransferSender(10)
+                    a.send(sender.send(ARRAY_COMMAND, ArrayCommand((ActuatorCommand(0, 1, 0.25),))))
                 assert candump.stdout.readline().split()[1:3] == ["vcan0", "1003F20A#00010034C0"]
         finally:
             candump.kill()
@@ -90,7 +90,7 @@ def test_candump_sees_the_command_to_a_fin():
 
 def test_a_bus_with_our_ids_on_it_is_refused():
     with doors(SPEC) as (a, b):
-        b.send(Sender(21).send(ARRAY_COMMAND, ArrayCommand(())))
+        b.send(TransferSender(21).send(ARRAY_COMMAND, ArrayCommand(())))
         with pytest.raises(BusError, match=r"^socketcan:vcan0 is in use by node 21 \(our servo_hub\)"):
             refuse_if_taken(a, {21: "servo_hub"}, 0.1)
 

@@ -7,11 +7,11 @@ import pathlib
 import dronecan
 import pytest
 
-from firmware_py.wire.dronecan.dsdl_types import Array, Boolean, Float, Integer, Struct, Union, Void, struct_of
-from firmware_py.wire.dronecan.messages import Kind
+from firmware_py.wire.dronecan.dsdl_types import Boolean, DsdlArray, Float, Integer, Struct, Union, Void, struct_of
+from firmware_py.wire.dronecan.messages import TransferKind
 
 DSDL = pathlib.Path(__file__).parents[2] / "firmware_py" / "wire" / "dronecan" / "dsdl" / "sternplane"
-MODE = {Kind.MESSAGE: None, Kind.REQUEST: "request", Kind.RESPONSE: "response"}
+MODE = {TransferKind.MESSAGE: None, TransferKind.REQUEST: "request", TransferKind.RESPONSE: "response"}
 
 
 class Peer:
@@ -68,7 +68,7 @@ def _fill(value, layout, given):
 
 
 def _fill_field(theirs, layout, ours):
-    if isinstance(layout, Array):
+    if isinstance(layout, DsdlArray):
         if not layout.dynamic:
             theirs.clear()
         for item in ours:
@@ -87,7 +87,7 @@ def _fill_field(theirs, layout, ours):
 def _taken(value, layout):
     if isinstance(layout, Integer | Boolean | Float):
         return value.usec if isinstance(value, dronecan.transport.CompoundValue) else value.value
-    if isinstance(layout, Array):
+    if isinstance(layout, DsdlArray):
         items = [_taken(v, layout.item) if isinstance(layout.item, Struct) else v for v in value]
         return bytes(items) if layout.bytelike else tuple(items)
     if isinstance(layout, Union):

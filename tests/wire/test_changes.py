@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.records.fence import Disc, Fence, Place, Polygon
-from firmware_py.records.mission import Jump, Kind, Loiter, Manoeuvre, Mission, Surface, Waypoint
+from firmware_py.records.mission import Jump, Loiter, Manoeuvre, ManoeuvreKind, Mission, Surface, Waypoint
 from firmware_py.records.order import Change, FenceChange, MissionChange, ParameterChange, RallyChange
-from firmware_py.wire.log.cdr_codec import Codec
+from firmware_py.wire.log.cdr_codec import CdrCodec
 from firmware_py.wire.log.changes import LoggedChanges, decode, encode
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
@@ -19,7 +19,7 @@ PLACES = st.builds(Place, NUMBERS, NUMBERS)
 WAYPOINTS = st.builds(Waypoint, NUMBERS, NUMBERS, NUMBERS, NUMBERS, st.booleans())
 LOITERS = st.builds(Loiter, *[NUMBERS] * 4, st.booleans(), *[NUMBERS] * 3)
 JUMPS = st.builds(Jump, st.integers(0, 2500), st.integers(-1, 10_000))
-MANOEUVRES = st.builds(Manoeuvre, st.sampled_from(Kind), st.floats(1.0, 1e4), register=st.integers(1, 127))
+MANOEUVRES = st.builds(Manoeuvre, st.sampled_from(ManoeuvreKind), st.floats(1.0, 1e4), register=st.integers(1, 127))
 ITEMS = WAYPOINTS | LOITERS | JUMPS | st.builds(Surface, st.booleans()) | MANOEUVRES
 AREAS = st.builds(Disc, NUMBERS, NUMBERS, NUMBERS) | st.builds(
     Polygon, st.lists(st.tuples(NUMBERS, NUMBERS), min_size=3, max_size=8).map(tuple)
@@ -40,7 +40,7 @@ def bits(change: Change) -> str:
 
 @given(st.lists(CHANGES, max_size=4))
 def test_every_change_comes_back_from_the_log(changes: list[Any]) -> None:
-    codec = Codec.like(LoggedChanges(0, ()))
+    codec = CdrCodec.like(LoggedChanges(0, ()))
     logged = LoggedChanges(7, tuple(map(encode, changes)))
     again = codec.decode(codec.encode(logged))
     assert again == logged

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from firmware_py.wire.dronecan import bitwise_codec, equipment, messages, protocol
 from firmware_py.wire.dronecan.dsdl_types import (
-    Array,
     Boolean,
     DecodeError,
+    DsdlArray,
     Float,
     Integer,
     Struct,
@@ -29,7 +29,7 @@ from firmware_py.wire.dronecan.dsdl_types import (
     union,
     upto,
 )
-from firmware_py.wire.dronecan.messages import BY_ID, Kind
+from firmware_py.wire.dronecan.messages import BY_ID, TransferKind
 
 TYPES = list(BY_ID.values())
 NAMES = [f"{kind.name.rpartition('.')[2]}-{kind.kind.name.lower()}" for kind in TYPES]
@@ -52,9 +52,9 @@ def values(layout):
             return st.booleans()
         case Float():
             return st.floats(-100.0, 100.0) | st.floats() | st.floats(width=16) | st.sampled_from(EDGES)
-        case Array(Integer(8, False, False), length, dynamic):
+        case DsdlArray(Integer(8, False, False), length, dynamic):
             return st.binary(min_size=0 if dynamic else length, max_size=length)
-        case Array(item, length, dynamic):
+        case DsdlArray(item, length, dynamic):
             items = values(item)
             if not dynamic:
                 return st.tuples(*[items] * length)
@@ -77,14 +77,14 @@ def same(a, b):
 def test_a_type_is_what_its_definition_says(kind, peer):
     definition = peer.definition(kind)
     longest = {
-        Kind.MESSAGE: "get_max_bitlen",
-        Kind.REQUEST: "get_max_bitlen_request",
-        Kind.RESPONSE: "get_max_bitlen_response",
+        TransferKind.MESSAGE: "get_max_bitlen",
+        TransferKind.REQUEST: "get_max_bitlen_request",
+        TransferKind.RESPONSE: "get_max_bitlen_response",
     }[kind.kind]
     assert kind.data_type_id == definition.default_dtid
     assert kind.signature == definition.get_data_type_signature()
     assert kind.crc_seed == definition.base_crc
-    assert (kind.kind is Kind.MESSAGE) == (definition.kind == definition.KIND_MESSAGE)
+    assert (kind.kind is TransferKind.MESSAGE) == (definition.kind == definition.KIND_MESSAGE)
     assert [RENAMED.get(name, name) for name in kind.record._fields] == peer.fields(kind)
     assert kind.max_bytes == math.ceil(getattr(definition, longest)() / 8)
 
@@ -151,7 +151,7 @@ def test_a_length_beyond_the_array_is_refused():
 
 def test_a_record_that_no_payload_can_say_is_refused():
     with pytest.raises(ValueError, match="at most 15"):
-        messages.ARRAY_COMMAND.encode(equipment.ArrayCommand((equipment.Command(0, 1, 0.0),) * 16))
+        messages.ARRAY_COMMAND.encode(equipment.ArrayCommand((equipment.ActuatorCommand(0, 1, 0.0),) * 16))
     short = protocol.HardwareVersion(unique_id=b"15 bytes only..")
     answer = protocol.GetNodeInfoResponse(protocol.NodeStatus(0), protocol.SoftwareVersion(), short, b"")
     with pytest.raises(ValueError, match="must be 16"):
@@ -173,7 +173,7 @@ GOLDEN = [
     (messages.STATIC_PRESSURE, equipment.StaticPressure(101325.0, 1.0), "80e6c547 003c"),
     (messages.NODE_STATUS, protocol.NodeStatus(0x01020304, 2, 3, 5, 0xABCD), "04030201 9d cdab"),
     (messages.AHRS_SOLUTION, solution(), "07060504030201 0000 0038 00b8 003c 00 003c 0040 00c0 00 0000 0000 e848"),
-    (messages.ARRAY_COMMAND, equipment.ArrayCommand((equipment.Command(7, 1, -0.5),)), "07 01 00b8"),
+    (messages.ARRAY_COMMAND, equipment.ArrayCommand((equipment.ActuatorCommand(7, 1, -0.5),)), "07 01 00b8"),
     (messages.RPM_COMMAND, equipment.RpmCommand((0x0ABCD, -1)), "cdab 3ffff0"),
     (messages.TICK, protocol.LockstepTick(5, 50_000_000, 9, 1), "05000000 80f0fa0200000000 0900 01"),
     (messages.TICK_DONE, protocol.LockstepTickDone(5, 3), "05000000 0300"),

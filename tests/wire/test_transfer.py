@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.wire.dronecan import equipment, messages, protocol
-from firmware_py.wire.dronecan.messages import BY_ID, Kind
-from firmware_py.wire.dronecan.transfer import TIMEOUT, Dropped, Reassembler, Sender, can_id, frames_of
+from firmware_py.wire.dronecan.messages import BY_ID, TransferKind
+from firmware_py.wire.dronecan.transfer import TIMEOUT, Dropped, Reassembler, TransferSender, can_id, frames_of
 
 FIX2, GET_NODE_INFO_RESPONSE = messages.FIX2, messages.GET_NODE_INFO_RESPONSE
 PRESSURE = equipment.StaticPressure(101325.0, 4.0)
@@ -38,8 +38,8 @@ def theirs(kind, payload, transfer_id, source, destination=None, priority=16):
         source,
         destination,
         transfer_priority=priority,
-        service_not_message=kind.kind is not Kind.MESSAGE,
-        request_not_response=kind.kind is Kind.REQUEST,
+        service_not_message=kind.kind is not TransferKind.MESSAGE,
+        request_not_response=kind.kind is TransferKind.REQUEST,
     )
     transfer.payload = bytearray(payload)
     transfer.data_type_id, transfer.data_type_crc = kind.data_type_id, kind.crc_seed
@@ -55,7 +55,7 @@ def theirs(kind, payload, transfer_id, source, destination=None, priority=16):
     priority=st.integers(0, 31),
 )
 def test_frames_are_those_of_pydronecan(peer, payload, kind, transfer_id, source, destination, priority):
-    service = kind.kind is not Kind.MESSAGE
+    service = kind.kind is not TransferKind.MESSAGE
     transfer = theirs(kind, payload, transfer_id, source, destination if service else None, priority)
     expected = [(f.message_id, bytes(f.bytes)) for f in transfer.to_frames()]
     identifier = can_id(kind, source, priority, destination)
@@ -77,7 +77,7 @@ def test_pydronecan_reads_our_frames_and_we_read_its(peer):
     status = equipment.ActuatorStatus(3, 0.25, float("nan"), float("nan"), 127)
     fix = FIX._replace(covariance=(1.0, 2.0, 3.0), pdop=1.5)
     for kind, record in ((messages.ACTUATOR_STATUS, status), (FIX2, fix), (messages.AHRS_SOLUTION, FLAT)):
-        ours = Sender(11).send(kind, record, priority=5)
+        ours = TransferSender(11).send(kind, record, priority=5)
         transfer = Transfer()
         transfer.from_frames([Frame(identifier, data) for identifier, data in ours])
         assert (transfer.source_node_id, transfer.transfer_priority) == (11, 5)
@@ -89,7 +89,7 @@ def test_pydronecan_reads_our_frames_and_we_read_its(peer):
 
 
 def test_a_service_goes_there_and_back(peer):
-    client, server = Sender(5), Sender(9)
+    client, server = TransferSender(5), TransferSender(9)
     at_server = Reassembler([messages.GET_NODE_INFO], node_id=9)
     at_client = Reassembler([GET_NODE_INFO_RESPONSE], node_id=5)
     for expected_id in range(3):
@@ -119,7 +119,7 @@ def test_a_service_goes_there_and_back(peer):
 
 
 def test_a_sender_counts_per_type_and_destination_modulo_32():
-    sender = Sender(1)
+    sender = TransferSender(1)
     ids = [sender.send(messages.STATIC_PRESSURE, PRESSURE)[0][1][-1] & 31 for _ in range(34)]
     assert ids == [*range(32), 0, 1]
     assert sender.send(messages.NODE_STATUS, protocol.NodeStatus(0))[0][1][-1] == 0xC0
@@ -132,18 +132,18 @@ def test_a_sender_counts_per_type_and_destination_modulo_32():
 
 def test_a_sender_refuses_what_has_no_address():
     with pytest.raises(ValueError, match="127"):
-        Sender(0)
+        TransferSender(0)
     with pytest.raises(ValueError, match="destination 0"):
-        Sender(1).send(messages.GET_NODE_INFO, protocol.GetNodeInfoRequest())
+        TransferSender(1).send(messages.GET_NODE_INFO, protocol.GetNodeInfoRequest())
     with pytest.raises(ValueError, match="priority 32"):
-        Sender(1).send(messages.STATIC_PRESSURE, PRESSURE, priority=32)
+        TransferSender(1).send(messages.STATIC_PRESSURE, PRESSURE, priority=32)
     with pytest.raises(ValueError, match="destination 0"):
         Reassembler([messages.GET_NODE_INFO])
 
 
 def long_frames(source, count=1):
     """Transfers of 5 frames."""
-    sender = Sender(source)
+    sender = TransferSender(source)
     return [sender.send(messages.AHRS_SOLUTION, FLAT) for _ in range(count)]
 
 
@@ -177,7 +177,7 @@ def test_a_frame_twice_does_no_harm():
     reassembler = Reassembler([messages.AHRS_SOLUTION, messages.STATIC_PRESSURE])
     assert len(accept_all(reassembler, doubled)) == 1
     assert dropped(reassembler) == {"wrong_toggle": 3, "lost_start": 1}
-    single = Sender(7).send(messages.STATIC_PRESSURE, PRESSURE)
+    single = TransferSender(7).send(messages.STATIC_PRESSURE, PRESSURE)
     assert len(accept_all(reassembler, single * 3)) == 1
     assert reassembler.dropped.duplicate == 2
     assert len(accept_all(reassembler, single, t=TIMEOUT + 0.1)) == 1
@@ -194,7 +194,7 @@ def test_frames_out_of_order_give_no_transfer():
 def test_interleaved_sources_and_types_all_arrive(rng):
     queues = []
     for source in (3, 4, 120):
-        sender = Sender(source)
+        sender = TransferSender(source)
         for kind, record in ((messages.AHRS_SOLUTION, FLAT), (FIX2, FIX), (messages.STATIC_PRESSURE, PRESSURE)):
             queues.append([frame for _ in range(3) for frame in sender.send(kind, record)])
     wanted = Reassembler([messages.AHRS_SOLUTION, FIX2, messages.STATIC_PRESSURE])
@@ -212,7 +212,7 @@ def test_interleaved_sources_and_types_all_arrive(rng):
 
 def test_foreign_frames_are_counted_and_forgotten():
     reassembler = Reassembler([messages.STATIC_PRESSURE, GET_NODE_INFO_RESPONSE], node_id=5)
-    (identifier, data), *_ = Sender(7).send(messages.STATIC_PRESSURE, PRESSURE)
+    (identifier, data), *_ = TransferSender(7).send(messages.STATIC_PRESSURE, PRESSURE)
     elsewhere = frames_of(can_id(GET_NODE_INFO_RESPONSE, 7, destination=6), b"", 0, 0)[0]
     foreign = [
         (identifier + (1 << 8), data),  # another type

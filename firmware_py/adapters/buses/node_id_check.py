@@ -9,7 +9,7 @@ from firmware_py.adapters.buses.can_bus import BusError, CanBus
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.messages import GET_NODE_INFO, GET_NODE_INFO_RESPONSE
 from firmware_py.wire.dronecan.protocol import GetNodeInfoRequest
-from firmware_py.wire.dronecan.transfer import Reassembler, Sender
+from firmware_py.wire.dronecan.transfer import Reassembler, TransferSender
 
 LISTEN_TIME = 1.2
 """How long to listen, s: every node sends its status once a second."""
@@ -21,7 +21,7 @@ _FRAMES = 1024
 
 def heard_nodes(bus: CanBus, seconds: float = LISTEN_TIME) -> dict[int, str]:
     """Return the names, by id, of the nodes that send on a bus within `seconds` of wall time; "" if one gives none."""
-    sender, answers = Sender(_TOOL_ID), Reassembler([GET_NODE_INFO_RESPONSE], _TOOL_ID)
+    sender, answers = TransferSender(_TOOL_ID), Reassembler([GET_NODE_INFO_RESPONSE], _TOOL_ID)
     names: dict[int, str] = {}
     deadline = time.monotonic() + seconds
     while (left := deadline - time.monotonic()) > 0.0:

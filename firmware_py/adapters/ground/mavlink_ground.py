@@ -129,14 +129,14 @@ class MavlinkGround:
 
 
 class Grounds:
-    """Several sources of orders as one `ports.Ground`; see `merge`."""
+    """Several sources of orders as one `ports.Ground`; see `merge_orders`."""
 
     def __init__(self, *grounds: Ground) -> None:
         self._grounds = grounds
 
     def read(self, tick: Tick) -> Order:
         """Return the merged order of all."""
-        return merge([ground.read(tick) for ground in self._grounds])
+        return merge_orders([ground.read(tick) for ground in self._grounds])
 
     def write(self, cycle: Cycle) -> None:
         """Report the cycle to all."""
@@ -144,7 +144,7 @@ class Grounds:
             ground.write(cycle)
 
 
-def merge(orders: Sequence[Order]) -> Order:
+def merge_orders(orders: Sequence[Order]) -> Order:
     """Return one order of many: the last value of each field, the latest sticks; a demand to disarm always wins.
 
     Permanent changes are all kept, in order. The asker is the source of the arming or mode demand that won, or else the

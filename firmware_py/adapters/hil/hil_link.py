@@ -42,7 +42,7 @@ class Address(NamedTuple):
         return f"{self.host}:{self.port}"
 
 
-def parse_link(text: str) -> Address | None:
+def parse_hil_link(text: str) -> Address | None:
     """Read `can` (None) or `mavlink-hil[:HOST:PORT]`.
 
     Raises:

@@ -14,7 +14,7 @@ from typing import TypeVar
 from firmware_py.adapters.buses.can_bus import CanBus
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.messages import TICK, TICK_DONE, MessageType
-from firmware_py.wire.dronecan.transfer import Reassembler, Sender
+from firmware_py.wire.dronecan.transfer import Reassembler, TransferSender
 
 R = TypeVar("R")
 
@@ -46,7 +46,7 @@ class LockstepLink:
     def __init__(self, bus: CanBus, node_id: int, other_nodes: Iterable[int]) -> None:
         self._bus = bus
         self._other_nodes = frozenset(other_nodes)
-        self._sender = Sender(node_id)
+        self._sender = TransferSender(node_id)
         self._reassembler = Reassembler([TICK, TICK_DONE])
         self._step_frames: list[tuple[int, bytes]] = []
         self._unread: list[tuple[int, bytes]] = []

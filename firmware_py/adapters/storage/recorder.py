@@ -20,7 +20,7 @@ from mcap.writer import CompressionType, Writer
 
 from firmware_py.records.cycle import Cycle
 from firmware_py.wire.log import changes
-from firmware_py.wire.log.cdr_codec import Codec
+from firmware_py.wire.log.cdr_codec import CdrCodec
 
 R = TypeVar("R")
 
@@ -78,7 +78,7 @@ class LogWriter:
         self, path: str | Path, header: Mapping[str, Any], compression: CompressionType = CompressionType.ZSTD
     ) -> None:
         self.path = Path(path)
-        self._channels: dict[str, tuple[int, Codec[Any]]] = {}
+        self._channels: dict[str, tuple[int, CdrCodec[Any]]] = {}
         self._closed = False
         self._chunk_end_ns: int | None = None
         if self.path.is_fifo():  # opening one would wait for a reader
@@ -98,7 +98,7 @@ class LogWriter:
 
     def channel(self, topic: str, sample: R) -> None:
         """Open a topic for records like `sample`: the same type, with tuples of the same lengths."""
-        codec = Codec.like(sample)
+        codec = CdrCodec.like(sample)
         schema = self._writer.register_schema(codec.name, "ros2msg", codec.schema.encode())
         self._channels[topic] = self._writer.register_channel(topic, "cdr", schema), codec
 
@@ -147,8 +147,8 @@ class LogWriter:
         return LogError(f"{self.path}: the log cannot be written ({error.strerror}); choose another --out")
 
 
-class Recorder:
-    """The port `Recorder` over a log: every cycle on "/cycle", whose tuples are as long as the first one's.
+class LogRecorder:
+    """The port `LogRecorder` over a log: every cycle on "/cycle", whose tuples are as long as the first one's.
 
     What stations have changed for good is on "/changes".
     """

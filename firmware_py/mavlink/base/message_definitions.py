@@ -16,7 +16,7 @@ from firmware_py.mavlink.base.codec import Message, dialect
 _FORMATS = {"uint16_t": "H", "uint32_t": "I"}
 
 
-class Field(NamedTuple):
+class MessageField(NamedTuple):
     """A field: its C type, its name, and its length as an array of bytes or characters (0: a single number)."""
 
     ctype: str
@@ -27,7 +27,7 @@ class Field(NamedTuple):
 class MessageDefinition:
     """A message of the standard: id, name, and fields in the order of the wire."""
 
-    def __init__(self, message_id: int, name: str, *fields: Field) -> None:
+    def __init__(self, message_id: int, name: str, *fields: MessageField) -> None:
         self.id, self.name, self.fields = message_id, name, fields
         self.layout = struct.Struct("<" + "".join(f"{f.length}s" if f.length else _FORMATS[f.ctype] for f in fields))
         self.crc_extra = _crc_extra(name, fields)
@@ -67,7 +67,7 @@ class ExtendedMessage:
         return frame
 
 
-def _crc_extra(name: str, fields: tuple[Field, ...]) -> int:
+def _crc_extra(name: str, fields: tuple[MessageField, ...]) -> int:
     """Return the checksum of a message's name and fields, folded into one byte, as the standard defines it."""
     crc = dialect.x25crc(f"{name} ".encode())
     for field in fields:
@@ -80,16 +80,16 @@ def _crc_extra(name: str, fields: tuple[Field, ...]) -> int:
 PROTOCOL_VERSION = MessageDefinition(
     300,
     "PROTOCOL_VERSION",
-    Field("uint16_t", "version"),
-    Field("uint16_t", "min_version"),
-    Field("uint16_t", "max_version"),
-    Field("uint8_t", "spec_version_hash", 8),
-    Field("uint8_t", "library_version_hash", 8),
+    MessageField("uint16_t", "version"),
+    MessageField("uint16_t", "min_version"),
+    MessageField("uint16_t", "max_version"),
+    MessageField("uint8_t", "spec_version_hash", 8),
+    MessageField("uint8_t", "library_version_hash", 8),
 )
 COMPONENT_METADATA = MessageDefinition(
     397,
     "COMPONENT_METADATA",
-    Field("uint32_t", "time_boot_ms"),
-    Field("uint32_t", "file_crc"),
-    Field("char", "uri", 100),
+    MessageField("uint32_t", "time_boot_ms"),
+    MessageField("uint32_t", "file_crc"),
+    MessageField("char", "uri", 100),
 )

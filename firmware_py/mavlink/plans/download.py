@@ -18,7 +18,7 @@ _JUMP: int = dialect.MAV_CMD_DO_JUMP
 _MAX_READERS = 8
 
 
-class Sender(NamedTuple):
+class PlanPeer(NamedTuple):
     """A station, and the kind of plan that it reads or writes."""
 
     system: int
@@ -31,7 +31,7 @@ class PlanDownload:
 
     def __init__(self, plan_store: PlanStore, output: LinkOutput, home: bool) -> None:
         self._plan_store, self._output, self._home = plan_store, output, home
-        self._reading: dict[Sender, Plan] = {}
+        self._reading: dict[PlanPeer, Plan] = {}
 
     def message_handlers(self) -> dict[int, MessageHandler]:
         """See `service.Service`."""
@@ -41,7 +41,7 @@ class PlanDownload:
             dialect.MAVLINK_MSG_ID_MISSION_REQUEST: self._request,
         }
 
-    def forget(self, sender: Sender) -> None:
+    def forget(self, sender: PlanPeer) -> None:
         """End the download of a station."""
         self._reading.pop(sender, None)
 
@@ -91,16 +91,16 @@ class PlanDownload:
         command, frame = dialect.MAV_CMD_NAV_WAYPOINT, dialect.MAV_FRAME_GLOBAL
         return PlanItem(command, frame, 1, 0.0, 0.0, 0.0, 0.0, *geodetic_e7(water_frame, 0.0, 0.0), water_frame.surface)
 
-    def _refuse(self, sender: Sender, code: int) -> None:
+    def _refuse(self, sender: PlanPeer, code: int) -> None:
         self._output.send(acknowledgement(self._plan_store, sender, code))
 
 
-def acknowledgement(plan_store: PlanStore, sender: Sender, code: int) -> ExtendedMessage:
+def acknowledgement(plan_store: PlanStore, sender: PlanPeer, code: int) -> ExtendedMessage:
     """Return MISSION_ACK, with the id of the stored plan if the result is ACCEPTED."""
     ident = plan_store.plans[sender.kind].ident if sender.kind in NAMES and code == ACCEPTED else 0
     return ExtendedMessage(dialect.MAVLink_mission_ack_message(*sender[:2], code, sender.kind), ident)
 
 
-def sender_of(m: Message) -> Sender:
+def sender_of(m: Message) -> PlanPeer:
     """Return who sent a message, and which kind of plan it is about."""
-    return Sender(m.get_srcSystem(), m.get_srcComponent(), m.mission_type)
+    return PlanPeer(m.get_srcSystem(), m.get_srcComponent(), m.mission_type)

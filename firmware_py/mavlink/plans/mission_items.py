@@ -32,7 +32,7 @@ from firmware_py.mavlink.plans.items import (
 )
 from firmware_py.mavlink.plans.path_check import PathCheck
 from firmware_py.params import ParamError, dump, load
-from firmware_py.records.mission import Jump, Kind, Loiter, Manoeuvre, Mission, Step, Surface, Waypoint
+from firmware_py.records.mission import Jump, Loiter, Manoeuvre, ManoeuvreKind, Mission, MissionItem, Surface, Waypoint
 from firmware_py.records.order import MissionChange
 
 _LEARN: int = dialect.MAV_CMD_USER_1
@@ -42,7 +42,7 @@ _SPEED_TYPES = (dialect.SPEED_TYPE_AIRSPEED, dialect.SPEED_TYPE_GROUNDSPEED)
 _MAX_SPEED, _MAX_RADIUS, _MAX_TURNS, _MAX_DURATION, _MAX_TIMES = 100.0, 1000.0, 1e4, 1e6, 1e4
 _SHORT_HOLD = 1.0
 """Stations write a hold time this short, s, for waypoints without one."""
-_KINDS = (Kind.ZIGZAG, Kind.DOUBLETS, Kind.PRBS)
+_KINDS = (ManoeuvreKind.ZIGZAG, ManoeuvreKind.DOUBLETS, ManoeuvreKind.PRBS)
 
 
 class MissionBuilder:
@@ -50,12 +50,12 @@ class MissionBuilder:
 
     def __init__(self, water_frame: WaterFrame, limits: Limits) -> None:
         self._water_frame, self._path_check = water_frame, PathCheck(limits)
-        self.steps: list[Step] = []
+        self.steps: list[MissionItem] = []
         self.item_numbers: list[int] = []
         """The item number of each step."""
         self._count = 0
         self._speed = 0.0
-        self._handlers: dict[int, Callable[[PlanItem], list[Step]]] = {
+        self._handlers: dict[int, Callable[[PlanItem], list[MissionItem]]] = {
             dialect.MAV_CMD_NAV_WAYPOINT: self._waypoint,
             dialect.MAV_CMD_NAV_LOITER_UNLIM: self._loiter,
             dialect.MAV_CMD_NAV_LOITER_TURNS: self._loiter,
@@ -100,13 +100,13 @@ class MissionBuilder:
         """Return the first step that was made of an item or of one behind it."""
         return next((i for i, number in enumerate(self.item_numbers) if number >= item), len(self.item_numbers))
 
-    def _waypoint(self, item: PlanItem) -> list[Step]:
+    def _waypoint(self, item: PlanItem) -> list[MissionItem]:
         position_and_speed = (*position(item, self._water_frame), *self._depth_and_speed(item))
         if item.p1 > _SHORT_HOLD:
             return [Loiter(*position_and_speed, 0.0, 0.0, _between(item.p1, 0.0, _MAX_DURATION, 0, "seconds"))]
         return [Waypoint(*position_and_speed)]
 
-    def _loiter(self, item: PlanItem) -> list[Step]:
+    def _loiter(self, item: PlanItem) -> list[MissionItem]:
         turns = duration = 0.0
         if item.command == dialect.MAV_CMD_NAV_LOITER_TURNS:
             turns = _between(item.p1, 0.01, _MAX_TURNS, 0, "turns")
@@ -119,18 +119,18 @@ class MissionBuilder:
             x, y = self._previous_position()
         return [Loiter(x, y, *self._depth_and_speed(item), radius, turns, duration)]
 
-    def _land(self, item: PlanItem) -> list[Step]:
+    def _land(self, item: PlanItem) -> list[MissionItem]:
         """Surface at a position, or where the vehicle is by then."""
         if not has_position(item):
             return [Surface()]
         return [*self._waypoint(item._replace(p1=0.0)), Surface()]
 
-    def _jump(self, item: PlanItem) -> list[Step]:
+    def _jump(self, item: PlanItem) -> list[MissionItem]:
         """Jump to an item; `finish` replaces its number by that of the step."""
         to, times = _between(item.p1, 0.0, 65535.0, 0, "an item"), _between(item.p2, -1.0, _MAX_TIMES, 1, "times")
         return [Jump(int(to), int(times))]
 
-    def _change_speed(self, item: PlanItem) -> list[Step]:
+    def _change_speed(self, item: PlanItem) -> list[MissionItem]:
         if item.p1 not in _SPEED_TYPES:
             raise ItemRefused(INVALID_PARAMS[0], f"speed type {item.p1:g}: only speed ahead (0 or 1) can be changed")
         if item.p2 == _OWN_SPEED:
@@ -139,12 +139,12 @@ class MissionBuilder:
             self._speed = _between(item.p2, 0.01, _MAX_SPEED, 1, "m/s ahead")
         return []
 
-    def _learn(self, item: PlanItem) -> list[Step]:
+    def _learn(self, item: PlanItem) -> list[MissionItem]:
         if item.p1 not in range(len(_KINDS)):
             raise ItemRefused(INVALID_PARAMS[0], f"manoeuvre {item.p1:g}: 0 zigzag, 1 doublets, 2 PRBS")
         kind = _KINDS[int(item.p1)]
         keys = {"duration_s": item.p2, "delta_s_deg": item.p3, "delta_r_deg": item.p4}
-        if kind is Kind.ZIGZAG:
+        if kind is ManoeuvreKind.ZIGZAG:
             keys |= {"pitch_deg": item.x * 1e-3, "heading_deg": item.y * 1e-3}
         else:
             keys |= {"clock_s": item.x * 1e-3, "register": item.y}
@@ -193,7 +193,7 @@ def items_of(mission: Mission, water_frame: WaterFrame) -> list[PlanItem]:
     ]
 
 
-def _item_of(step: Step, water_frame: WaterFrame) -> PlanItem:
+def _item_of(step: MissionItem, water_frame: WaterFrame) -> PlanItem:
     if isinstance(step, Waypoint):
         return _item(dialect.MAV_CMD_NAV_WAYPOINT, *_frame_to_z(step, water_frame))
     if isinstance(step, Loiter):
@@ -207,7 +207,7 @@ def _item_of(step: Step, water_frame: WaterFrame) -> PlanItem:
         rally = dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH
         return _item(rally if step.rally else dialect.MAV_CMD_NAV_LAND, RELATIVE)
     table = dump(step)
-    keys = ("pitch_deg", "heading_deg") if step.kind is Kind.ZIGZAG else ("clock_s", "register")
+    keys = ("pitch_deg", "heading_deg") if step.kind is ManoeuvreKind.ZIGZAG else ("clock_s", "register")
     x, y = (round(table[key] * (1 if key == "register" else 1000)) for key in keys)
     delta_s, delta_r = (table[key] or -1.0 for key in ("delta_s_deg", "delta_r_deg"))
     return _item(_LEARN, MISSION_FRAME, float(_KINDS.index(step.kind)), step.duration, delta_s, delta_r, x, y)
@@ -221,7 +221,7 @@ def _frame_to_z(
     return frame, 0.0, 0.0, 0.0, math.nan, *geodetic_e7(water_frame, step.x, step.y), step.z if step.above else -step.z
 
 
-def _speed_of(step: Step) -> float | None:
+def _speed_of(step: MissionItem) -> float | None:
     if isinstance(step, Manoeuvre):
         return step.speed
     return step.u if isinstance(step, Waypoint | Loiter) else None

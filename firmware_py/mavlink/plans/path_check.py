@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from firmware_py.mavlink.plans.items import INVALID, INVALID_PARAMS, ItemRefused, Limits
 from firmware_py.records.fence import Fence
-from firmware_py.records.mission import Jump, Loiter, Step, Surface, Waypoint
+from firmware_py.records.mission import Jump, Loiter, MissionItem, Surface, Waypoint
 
 _MAX_ALTITUDE = 6000.0
 _MISS_SHARE = 1.0 / 12.0
@@ -41,7 +41,7 @@ class PathCheck:
         self._starts: set[_Target] = set()
         self._jumped_to: dict[int, set[_Target]] = {}
 
-    def check(self, number: int, step: Step) -> None:
+    def check(self, number: int, step: MissionItem) -> None:
         """Check the next step; `number` is the item by which jumps refer to it.
 
         Raises:
@@ -90,7 +90,9 @@ class PathCheck:
             raise ItemRefused(INVALID_PARAMS[4], f"{way} is {why}")
 
 
-def check_first_leg(steps: Sequence[Step], at: int, x: float, y: float, limits: Limits) -> tuple[int, str] | None:
+def check_first_leg(
+    steps: Sequence[MissionItem], at: int, x: float, y: float, limits: Limits
+) -> tuple[int, str] | None:
     """Check the straight leg from (x, y), m, to the first position of a mission from step `at` on.
 
     Returns:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from firmware_py.mavlink.plans.items import ItemRefused, Limits
 from firmware_py.mavlink.plans.path_check import PathCheck
-from firmware_py.records.mission import Step
+from firmware_py.records.mission import MissionItem
 
 _STEPS_PER_TICK = 4
 
@@ -19,7 +19,7 @@ class PlanRevalidation:
         self._left: Iterator[tuple[int, str] | None] = iter(())
         self.running = False
 
-    def start(self, steps: Sequence[Step], at: Sequence[int], limits: Limits) -> None:
+    def start(self, steps: Sequence[MissionItem], at: Sequence[int], limits: Limits) -> None:
         """Check all steps from the first on; `at` has the item number of each."""
         self.problem, self.running = None, True
         self._left = _checks(tuple(steps), tuple(at), limits)
@@ -43,7 +43,7 @@ class PlanRevalidation:
         return False
 
 
-def _checks(steps: Sequence[Step], at: Sequence[int], limits: Limits) -> Iterator[tuple[int, str] | None]:
+def _checks(steps: Sequence[MissionItem], at: Sequence[int], limits: Limits) -> Iterator[tuple[int, str] | None]:
     path_check = PathCheck(limits)
     for i, step in enumerate(steps):  # the jumps of a whole mission name steps
         try:

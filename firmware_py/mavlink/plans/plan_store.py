@@ -22,7 +22,7 @@ from firmware_py.mavlink.plans.plan_revalidation import PlanRevalidation
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.fence import NO_FENCE, Fence, Place
 from firmware_py.records.limits import OperatingLimits
-from firmware_py.records.mission import Step
+from firmware_py.records.mission import MissionItem
 from firmware_py.records.order import Change, Mode
 
 _CHECKS_PER_TICK = 4
@@ -45,7 +45,7 @@ class PlanStore:
         self.plans = {kind: Plan() for kind in NAMES}
         self.revalidation = PlanRevalidation()
         self.limits = Limits(limits.depth_max, limits.altitude_min, NO_FENCE, limits.turning)
-        self.steps: Sequence[Step] = ()
+        self.steps: Sequence[MissionItem] = ()
         self.rally: Sequence[Place] = ()
         self._here: Eta | None = None
         self.busy: tuple[int, int, int] | None = None

@@ -18,7 +18,7 @@ from firmware_py.mavlink.base.link_output import REJECTED, WARNING, Command, Com
 from firmware_py.mavlink.base.modes import Identity
 from firmware_py.mavlink.base.service import MessageHandler
 from firmware_py.mavlink.commands.queue import CommandQueue, PendingCommand
-from firmware_py.mavlink.plans.download import PlanDownload, Sender, acknowledgement, sender_of
+from firmware_py.mavlink.plans.download import PlanDownload, PlanPeer, acknowledgement, sender_of
 from firmware_py.mavlink.plans.items import ACCEPTED, ERROR, UNSUPPORTED, ItemRefused, item_from_message
 from firmware_py.mavlink.plans.plan_builder import FENCE, MAX_ITEMS, MISSION, NAMES, PlanBuilder
 from firmware_py.mavlink.plans.plan_store import PlanStore
@@ -40,7 +40,7 @@ _SILENCE_NS = 10 * NS_PER_S
 class _Upload:
     """An upload in progress; items are numbered as the sender numbers them."""
 
-    sender: Sender
+    sender: PlanPeer
     count: int
     builder: PlanBuilder
     heard_ns: int
@@ -53,7 +53,7 @@ class _Upload:
 class _Ended:
     """The result of the last upload, and its last item: a sender that repeats that item missed the MISSION_ACK."""
 
-    sender: Sender
+    sender: PlanPeer
     last: int
     code: int
 
@@ -288,8 +288,8 @@ class PlanUpload:
     def _first(self, kind: int) -> int:
         return self._download.first(kind)
 
-    def _acknowledge(self, sender: Sender, code: int) -> None:
+    def _acknowledge(self, sender: PlanPeer, code: int) -> None:
         self._output.send(acknowledgement(self._plan_store, sender, code))
 
-    def _key(self, sender: Sender) -> tuple[int, int, int]:
+    def _key(self, sender: PlanPeer) -> tuple[int, int, int]:
         return self._link, sender.system, sender.component

@@ -7,9 +7,9 @@ import struct
 from typing import Any
 
 from firmware_py.wire.dronecan.dsdl_types import (
-    Array,
     Boolean,
     DecodeError,
+    DsdlArray,
     Float,
     Integer,
     Layout,
@@ -88,7 +88,7 @@ class _Writer:
                 self._integer(int.from_bytes(_FLOAT[bits].pack(_saturated(value, bits)), "little"), bits)
             case Void(bits):
                 self._integer(0, bits)
-            case Array():
+            case DsdlArray():
                 self._array(layout, value, tail)
             case Struct(_, parts):
                 fields = iter(value)
@@ -108,7 +108,7 @@ class _Writer:
         self.bits |= int.from_bytes(low.to_bytes(whole, "little"), "big") << rest | value >> 8 * whole
         self.count += bits
 
-    def _array(self, array: Array, items: Any, tail: bool) -> None:
+    def _array(self, array: DsdlArray, items: Any, tail: bool) -> None:
         count = len(items)
         if count > array.length or (not array.dynamic and count != array.length):
             raise ValueError(f"array of {count} items: must be {'at most ' * array.dynamic}{array.length}")
@@ -140,7 +140,7 @@ class _Reader:
             case Void(bits):
                 self._integer(bits)
                 return None
-            case Array():
+            case DsdlArray():
                 return self._array(layout, tail)
             case Struct(record, parts):
                 last = len(parts) - 1
@@ -161,7 +161,7 @@ class _Reader:
         low = int.from_bytes((value >> rest).to_bytes(whole, "big"), "little")
         return low | (value & (1 << rest) - 1) << 8 * whole
 
-    def _array(self, array: Array, tail: bool) -> Any:
+    def _array(self, array: DsdlArray, tail: bool) -> Any:
         items: list[Any] = []
         if length_in_tail(array, tail):
             while self.left >= 8:

@@ -52,7 +52,7 @@ class Void:
 
 
 @dataclass(frozen=True, slots=True)
-class Array:
+class DsdlArray:
     """`length` items, or up to `length` if `dynamic`; of uint8 it is `bytes` in the record, else a tuple."""
 
     item: Layout
@@ -86,7 +86,7 @@ class Union:
         return (len(self.alternatives) - 1).bit_length()
 
 
-Layout: TypeAlias = Integer | Boolean | Float | Void | Array | Struct | Union
+Layout: TypeAlias = Integer | Boolean | Float | Void | DsdlArray | Struct | Union
 
 UINT8 = Integer(8)
 
@@ -123,14 +123,14 @@ def void(bits: int) -> Void:
     return Void(bits)
 
 
-def array(item: object, length: int) -> Array:
+def array(item: object, length: int) -> DsdlArray:
     """Return the layout of DSDL's item[length]."""
-    return Array(layout_of(item), length, dynamic=False)
+    return DsdlArray(layout_of(item), length, dynamic=False)
 
 
-def upto(item: object, length: int) -> Array:
+def upto(item: object, length: int) -> DsdlArray:
     """Return the layout of DSDL's item[<=length]."""
-    return Array(layout_of(item), length, dynamic=True)
+    return DsdlArray(layout_of(item), length, dynamic=True)
 
 
 def union(record: type[Any], *alternatives: object) -> Union:
@@ -144,7 +144,7 @@ def layout_of(hint: object) -> Layout:
     Raises:
         TypeError: if the annotation names no layout.
     """
-    if isinstance(hint, Integer | Boolean | Float | Void | Array | Struct | Union):
+    if isinstance(hint, Integer | Boolean | Float | Void | DsdlArray | Struct | Union):
         return hint
     if isinstance(hint, type) and hasattr(hint, "_fields"):
         hints = typing.get_type_hints(hint, include_extras=True)
@@ -172,7 +172,7 @@ def _parts(hint: object) -> tuple[Layout, ...]:
 def min_bits(layout: Layout) -> int:
     """Return the least bits of a value, as DSDL counts for the tail array optimisation (a dynamic array counts 0)."""
     match layout:
-        case Array(item, length, dynamic):
+        case DsdlArray(item, length, dynamic):
             return 0 if dynamic else length * min_bits(item)
         case Struct(_, parts):
             return sum(map(min_bits, parts))
@@ -185,7 +185,7 @@ def min_bits(layout: Layout) -> int:
 def max_bits(layout: Layout) -> int:
     """Return the most bits of a value, with the length of every dynamic array."""
     match layout:
-        case Array(item, length, dynamic):
+        case DsdlArray(item, length, dynamic):
             return length * max_bits(item) + (length.bit_length() if dynamic else 0)
         case Struct(_, parts):
             return sum(map(max_bits, parts))
@@ -195,6 +195,6 @@ def max_bits(layout: Layout) -> int:
             return layout.bits
 
 
-def length_in_tail(array: Array, tail: bool) -> bool:
+def length_in_tail(array: DsdlArray, tail: bool) -> bool:
     """Return True if the array's length is not sent but follows from the payload's (tail array optimisation)."""
     return array.dynamic and tail and min_bits(array.item) >= 8

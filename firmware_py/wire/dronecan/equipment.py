@@ -39,7 +39,7 @@ Floats: TypeAlias = tuple[float, ...]
 Ints: TypeAlias = tuple[int, ...]
 
 
-class Command(NamedTuple):
+class ActuatorCommand(NamedTuple):
     """One actuator's command: type 0 unitless in [-1, 1], 1 rad or m, 2 N or N m, 3 rad/s or m/s, 4 PWM us."""
 
     actuator_id: uint8
@@ -50,7 +50,7 @@ class Command(NamedTuple):
 class ArrayCommand(NamedTuple):
     """Commands to at most 15 actuators."""
 
-    commands: Annotated[tuple[Command, ...], upto(Command, 15)]
+    commands: Annotated[tuple[ActuatorCommand, ...], upto(ActuatorCommand, 15)]
 
 
 class ActuatorStatus(NamedTuple):

@@ -20,7 +20,7 @@ R = TypeVar("R")
 S = TypeVar("S")
 
 
-class Kind(enum.IntEnum):
+class TransferKind(enum.IntEnum):
     """Kind of transfer of a type."""
 
     MESSAGE = 0
@@ -40,7 +40,7 @@ class MessageType(Generic[R]):
     name: str
     signature: int
     """64 bits, DSDL's hash of the definition; it seeds the CRC of a transfer of many frames."""
-    kind: Kind
+    kind: TransferKind
     record: type[R]
     encode: Callable[[R], bytes] = field(repr=False)
     decode: Callable[[bytes], R] = field(repr=False)
@@ -48,12 +48,12 @@ class MessageType(Generic[R]):
     crc_seed: int
 
 
-BY_ID: dict[tuple[Kind, int], MessageType[Any]] = {}
+BY_ID: dict[tuple[TransferKind, int], MessageType[Any]] = {}
 """Every type declared below."""
 
 
 def _message(
-    data_type_id: int, record: type[R], name: str, signature: int, kind: Kind = Kind.MESSAGE
+    data_type_id: int, record: type[R], name: str, signature: int, kind: TransferKind = TransferKind.MESSAGE
 ) -> MessageType[R]:
     layout = struct_of(record)
     encode, decode = codec_of(layout)
@@ -68,8 +68,8 @@ def _service(
     data_type_id: int, request: type[R], response: type[S], name: str, signature: int
 ) -> tuple[MessageType[R], MessageType[S]]:
     return (
-        _message(data_type_id, request, name, signature, Kind.REQUEST),
-        _message(data_type_id, response, name, signature, Kind.RESPONSE),
+        _message(data_type_id, request, name, signature, TransferKind.REQUEST),
+        _message(data_type_id, response, name, signature, TransferKind.RESPONSE),
     )
 
 

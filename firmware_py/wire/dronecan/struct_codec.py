@@ -13,12 +13,12 @@ from typing import Any
 
 from firmware_py.wire.code_generator import Names, compiled, function_source, guarded
 from firmware_py.wire.dronecan import bitwise_codec
-from firmware_py.wire.dronecan.dsdl_types import Array, Float, Integer, Layout, Struct
+from firmware_py.wire.dronecan.dsdl_types import DsdlArray, Float, Integer, Layout, Struct
 from firmware_py.wire.dronecan.struct_plan import (
     CODES,
     FLOAT_CODES,
     DynamicArray,
-    Plan,
+    StructPlan,
     Unfit,
     overflow,
     put,
@@ -60,7 +60,7 @@ def sources(layout: Struct) -> tuple[str, str, Names]:
         unpack=struct.unpack,
         iter_unpack=struct.iter_unpack,
     )
-    plan = Plan(layout, names)
+    plan = StructPlan(layout, names)
     encoder = guarded(_encoder(plan), "UNUSUAL", "exact_encode(record)")
     decoder = guarded(_decoder(plan), "UNUSUAL", "exact_decode(payload)")
     return function_source("encode", "record", encoder), function_source("decode", "payload", decoder), names
@@ -90,7 +90,7 @@ def _halves(values: Sequence[float], nudge: float = bitwise_codec.NUDGE) -> Sequ
     return found
 
 
-def _encoder(plan: Plan) -> list[str]:
+def _encoder(plan: StructPlan) -> list[str]:
     lines, checks, pieces = [f"{plan.left} = record"] if plan.left != "()" else [], [*plan.refused], []
     if plan.outside:
         checks.append(" | ".join(f"({e})" for e in plan.outside))
@@ -112,7 +112,7 @@ def _encoder(plan: Plan) -> list[str]:
     return lines
 
 
-def _array_given(plan: Plan, lines: list[str], dynamic: DynamicArray) -> str:
+def _array_given(plan: StructPlan, lines: list[str], dynamic: DynamicArray) -> str:
     """Add what prepares a dynamic array; return the expression for its bytes."""
     array, name = dynamic.array, dynamic.name
     if array.bytelike:
@@ -134,7 +134,7 @@ def _array_given(plan: Plan, lines: list[str], dynamic: DynamicArray) -> str:
     return f"pack({_formats(plan, codes.replace('e', 'H'), array.length)}[len({name})], *{flat})"
 
 
-def _integers_given(plan: Plan, lines: list[str], item: Integer, name: str) -> str:
+def _integers_given(plan: StructPlan, lines: list[str], item: Integer, name: str) -> str:
     """Add what packs integers that do not fill bytes (int14, int18) into one big-endian number, padded at its end."""
     number, value = plan.names.variable("r"), plan.names.variable("v")
     lines += [f"{number} = 0", f"for {value} in {name}:"]
@@ -146,7 +146,7 @@ def _integers_given(plan: Plan, lines: list[str], item: Integer, name: str) -> s
     return f"({number} << -bits % 8).to_bytes((bits + 7) // 8, 'big')"
 
 
-def _decoder(plan: Plan) -> list[str]:
+def _decoder(plan: StructPlan) -> list[str]:
     lines: list[str] = []
     base, offset = "", 0  # where we are: a variable, if any, and a constant
     steps = [step for step in plan.steps if isinstance(step, DynamicArray) or step.taken]
@@ -169,7 +169,7 @@ def _decoder(plan: Plan) -> list[str]:
     return lines
 
 
-def _array_taken(plan: Plan, lines: list[str], dynamic: DynamicArray, at: str) -> str:
+def _array_taken(plan: StructPlan, lines: list[str], dynamic: DynamicArray, at: str) -> str:
     """Add what reads a dynamic array that begins at `at`; return the variable that says where it ends."""
     array, name, count, end = dynamic.array, dynamic.name, f"n_{dynamic.name}", f"e_{dynamic.name}"
     codes = _item_codes(array.item)
@@ -195,7 +195,7 @@ def _array_taken(plan: Plan, lines: list[str], dynamic: DynamicArray, at: str) -
     return end
 
 
-def _integers_taken(plan: Plan, lines: list[str], array: Array, name: str, at: str) -> None:
+def _integers_taken(plan: StructPlan, lines: list[str], array: DsdlArray, name: str, at: str) -> None:
     """Add what reads integers that do not fill their bytes, to the end of the payload; the rest is padding."""
     item, number, piece = array.item, plan.names.variable("r"), plan.names.variable("v")
     assert isinstance(item, Integer)
@@ -211,7 +211,7 @@ def _integers_taken(plan: Plan, lines: list[str], array: Array, name: str, at: s
     ]
 
 
-def _formats(plan: Plan, codes: str, length: int) -> str:
+def _formats(plan: StructPlan, codes: str, length: int) -> str:
     """Return the name of a table: the format of an array of 0 to `length` items."""
     return plan.names.constant("F", tuple("<" + codes * n for n in range(length + 1)))
 

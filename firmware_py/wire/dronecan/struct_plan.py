@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 
 from firmware_py.wire.code_generator import Names
 from firmware_py.wire.dronecan.dsdl_types import (
-    Array,
     Boolean,
+    DsdlArray,
     Float,
     Integer,
     Layout,
@@ -48,12 +48,12 @@ class Block:
 class DynamicArray:
     """A dynamic array; `unsent` if its length follows from that of the payload."""
 
-    array: Array
+    array: DsdlArray
     name: str
     unsent: bool
 
 
-class Plan:
+class StructPlan:
     """The blocks and arrays of a payload in order, and what an encoder must check before it packs them."""
 
     def __init__(self, layout: Struct, names: Names) -> None:
@@ -84,11 +84,11 @@ class Plan:
                 both = [self._take(part, tail and i == len(parts)) for i, part in enumerate(parts, 1)]
                 left, right = ("".join(f"{sides[k]}, " for sides in both if sides[k]) for k in (0, 1))
                 return f"({left})", f"new({names.constant('R', record)}, ({right}))"
-            case Array(item, length, dynamic=False) if not layout.bytelike:
+            case DsdlArray(item, length, dynamic=False) if not layout.bytelike:
                 both = [self._take(item, tail and i == length) for i in range(1, length + 1)]
                 left, right = ("".join(f"{sides[k]}, " for sides in both) for k in (0, 1))
                 return f"({left})", f"({right})"
-            case Array(dynamic=True):
+            case DsdlArray(dynamic=True):
                 name = self._dynamic(layout, length_in_tail(layout, tail))
             case Void():
                 self._share(layout, "", "0")
@@ -103,7 +103,7 @@ class Plan:
                 self._whole(layout, name := names.variable("v"))
         return name, name
 
-    def _dynamic(self, array: Array, unsent: bool) -> str:
+    def _dynamic(self, array: DsdlArray, unsent: bool) -> str:
         name = self.names.variable("a")
         if not unsent:
             self._share(Integer(array.length.bit_length(), truncated=True), f"n_{name}", f"len({name})")
@@ -113,7 +113,7 @@ class Plan:
         self._next_block()
         return name
 
-    def _whole(self, layout: Integer | Float | Array, name: str) -> None:
+    def _whole(self, layout: Integer | Float | DsdlArray, name: str) -> None:
         """Add a field of whole bytes."""
         if self.block.run:
             raise Unfit
@@ -130,7 +130,7 @@ class Plan:
                 block.code += FLOAT_CODES[bits]
                 (self.halves if bits == 16 else self.singles).append(name)
                 given = f"h_{name}" if bits == 16 else name
-            case Array(_, length):
+            case DsdlArray(_, length):
                 block.code += f"{length}s"
                 self.refused.append(f"len({name}) != {length}")
         block.given.append(given)

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
-from firmware_py.wire.dronecan.messages import Kind, MessageType
+from firmware_py.wire.dronecan.messages import MessageType, TransferKind
 
 R = TypeVar("R")
 Frame: TypeAlias = tuple[int, bytes]
@@ -31,11 +31,11 @@ def can_id(kind: MessageType[Any], source: int, priority: int = 16, destination:
     """
     if not 1 <= source <= 127 or not 0 <= priority <= 31:
         raise ValueError(f"node {source}, priority {priority}: must be in [1, 127] and [0, 31]")
-    if kind.kind is Kind.MESSAGE:
+    if kind.kind is TransferKind.MESSAGE:
         return priority << 24 | kind.data_type_id << 8 | source
     if not 1 <= destination <= 127:
         raise ValueError(f"destination {destination} of {kind.name}: must be in [1, 127]")
-    request = kind.kind is Kind.REQUEST
+    request = kind.kind is TransferKind.REQUEST
     return priority << 24 | kind.data_type_id << 16 | request << 15 | destination << 8 | 0x80 | source
 
 
@@ -52,7 +52,7 @@ def frames_of(identifier: int, payload: bytes, transfer_id: int, crc_seed: int) 
     return frames
 
 
-class Sender:
+class TransferSender:
     """The sending side of a node: counts the transfer ids of each type and destination."""
 
     __slots__ = ("_next", "node_id")
@@ -140,7 +140,7 @@ class Reassembler:
         # A port is the part of the id that says type and destination: bits 7 to 23.
         self._ports: dict[int, MessageType[Any]] = {}
         for kind in wanted:
-            if kind.kind is Kind.MESSAGE:
+            if kind.kind is TransferKind.MESSAGE:
                 self._ports[kind.data_type_id << 1] = kind
             else:
                 self._ports[can_id(kind, 1, 0, node_id) >> 7] = kind

@@ -24,11 +24,11 @@ from firmware_py.wire.code_generator import Names, compiled, function_source
 from firmware_py.wire.log import ros2_schema, sequences
 from firmware_py.wire.log.ros2_schema import (
     ENCAPSULATION,
-    Array,
     Layout,
     Node,
     Record,
     Scalar,
+    SchemaArray,
     SchemaError,
     Sequence,
     Text,
@@ -42,7 +42,7 @@ _FIELD_NAME = re.compile("[a-z][a-z0-9_]*")
 _SCALARS: Mapping[Any, str] = {bool: "bool", int: "int64", float: "float64"}
 
 
-class Codec(Generic[R]):
+class CdrCodec(Generic[R]):
     """Encoder and decoder of one type of record.
 
     Attributes:
@@ -64,7 +64,7 @@ class Codec(Generic[R]):
         self.decode: Callable[[bytes], R] = _decoder(self.layout)
 
     @classmethod
-    def like(cls, sample: R) -> Codec[R]:
+    def like(cls, sample: R) -> CdrCodec[R]:
         """Return the codec of all records whose tuples are as long as the sample's."""
 
         def count(path: str) -> int:
@@ -76,7 +76,7 @@ class Codec(Generic[R]):
         return cls(type(sample), count)
 
     @classmethod
-    def of(cls, record: type[R], schema: str) -> Codec[R]:
+    def of(cls, record: type[R], schema: str) -> CdrCodec[R]:
         """Return the codec of the records in a log.
 
         Raises:
@@ -130,7 +130,7 @@ def _node(hint: Any, count: Count, path: str, *, loose: bool = False) -> Node:
     if origin is tuple and len(set(args) - {...}) == 1:
         item = _node(args[0], count, path, loose=loose)
         if isinstance(item, Scalar | Record):
-            return Array(item, count(path) if args[-1] is ... else len(args))
+            return SchemaArray(item, count(path) if args[-1] is ... else len(args))
     cls = origin or hint
     if isinstance(cls, type) and (dataclasses.is_dataclass(cls) or hasattr(cls, "_fields")):
         return _record(cls, args, count, path, loose)
@@ -157,7 +157,7 @@ def _record(cls: Any, args: tuple[Any, ...], count: Count, path: str, loose: boo
 
 
 def _counts(node: Node, path: str) -> Iterator[tuple[str, int]]:
-    if isinstance(node, Array):
+    if isinstance(node, SchemaArray):
         yield path, node.count
         node = node.item
     for name, inner in node.fields if isinstance(node, Record) else ():
@@ -174,7 +174,7 @@ def _encoder(layout: Layout) -> Callable[[Any], bytes]:
     def take(node: Node, value: str) -> None:
         if isinstance(node, Scalar):
             values.append(f"(-1 if {value} is None else {value})" if node.optional else value)
-        elif isinstance(node, Array):
+        elif isinstance(node, SchemaArray):
             items = [names.variable("a") for _ in range(node.count)]
             lines.append(f"[{', '.join(items)}] = {value}")
             for item in items:
@@ -215,7 +215,7 @@ def _decoder(layout: Layout) -> Callable[[bytes], Any]:
                 return value
             members = {int(member): member for member in node.enum} | ({-1: None} if node.optional else {})
             return f"{names.constant('E', members)}[{value}]"
-        if isinstance(node, Array):
+        if isinstance(node, SchemaArray):
             return f"({''.join(make(node.item) + ', ' for _ in range(node.count))})"
         if isinstance(node, Record):
             fields = ", ".join(f"{name}={make(inner)}" for name, inner in node.fields)

@@ -22,7 +22,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from firmware_py.records.fence import Area, Disc, Fence, Place, Polygon
-from firmware_py.records.mission import Jump, Loiter, Manoeuvre, Mission, Step, Surface, Waypoint
+from firmware_py.records.mission import Jump, Loiter, Manoeuvre, Mission, MissionItem, Surface, Waypoint
 from firmware_py.records.order import ANY_LENGTH, Change, FenceChange, MissionChange, ParameterChange, RallyChange
 
 
@@ -98,11 +98,11 @@ def decode(logged: LoggedChange) -> Change:
     return RallyChange(tuple(Place(x, next(numbers)) for x in numbers))
 
 
-def _values(item: Step) -> Sequence[Any]:
+def _values(item: MissionItem) -> Sequence[Any]:
     return item if isinstance(item, tuple) else [getattr(item, f.name) for f in dataclasses.fields(item)]
 
 
-def _items(numbers: Iterator[float]) -> Iterator[Step]:
+def _items(numbers: Iterator[float]) -> Iterator[MissionItem]:
     for code in numbers:
         yield _ITEMS[int(code)](*[make(next(numbers)) for make in _FIELDS[int(code)]])
 

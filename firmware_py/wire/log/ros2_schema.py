@@ -41,7 +41,7 @@ class Scalar:
 
 
 @dataclass(frozen=True, slots=True)
-class Array:
+class SchemaArray:
     """A number of items of one kind, back to back."""
 
     item: Node
@@ -69,7 +69,7 @@ class Sequence:
     item: Node
 
 
-Node = Scalar | Array | Record | Text | Sequence
+Node = Scalar | SchemaArray | Record | Text | Sequence
 
 
 class Leaf(NamedTuple):
@@ -122,7 +122,7 @@ class Layout:
             yield self._pad(SIZES[code]) + code
             self.leaves.append(Leaf(path, code, self._end))
             self._end += SIZES[code]
-        elif isinstance(node, Array):
+        elif isinstance(node, SchemaArray):
             for _ in range(node.count):
                 yield from self._place(node.item, path)
         elif isinstance(node, Record):
@@ -140,7 +140,7 @@ class Layout:
 
     def _arrays(self, node: Node, path: str) -> set[str]:
         """Return the paths of the numbers that are in an array."""
-        if isinstance(node, Array):
+        if isinstance(node, SchemaArray):
             return {leaf.path for leaf in self.leaves if leaf.path == path or leaf.path.startswith(f"{path}.")}
         inside = node.fields if isinstance(node, Record) else ()
         return set().union(*(self._arrays(inner, f"{path}.{name}" if path else name) for name, inner in inside))
@@ -187,13 +187,13 @@ def parse(name: str, schema: str) -> Record:
         node: Node = Text() if kind == "string" else Scalar(kind) if kind in CODES else record(kind)
         if count == "":
             return title, Sequence(node)
-        return title, Array(node, int(count)) if count else node
+        return title, SchemaArray(node, int(count)) if count else node
 
     return record(name)
 
 
 def _records(node: Node) -> Iterator[Record]:
-    if isinstance(node, Array | Sequence):
+    if isinstance(node, SchemaArray | Sequence):
         yield from _records(node.item)
     elif isinstance(node, Record):
         yield node
@@ -204,10 +204,10 @@ def _records(node: Node) -> Iterator[Record]:
 def _body(record: Record) -> str:
     lines: list[str] = []
     for name, node in record.fields:
-        if isinstance(node, Array) and node.count == 0:
+        if isinstance(node, SchemaArray) and node.count == 0:
             continue  # ROS 2 has no arrays of length zero
         item, count = node, ""
-        if isinstance(node, Array):
+        if isinstance(node, SchemaArray):
             item, count = node.item, f"[{node.count}]"
         elif isinstance(node, Sequence):
             item, count = node.item, "[]"

@@ -15,10 +15,10 @@ from firmware_py.wire.log.ros2_schema import (
     CODES,
     ENCAPSULATION,
     SIZES,
-    Array,
     Node,
     Record,
     Scalar,
+    SchemaArray,
     SchemaError,
     Sequence,
 )
@@ -62,7 +62,7 @@ def _write(node: Node, value: Any, data: bytearray, base: int) -> None:
     elif isinstance(node, Sequence):
         _count(len(value), data, base)
         _write_all(node.item, value, data, base)
-    elif isinstance(node, Array):
+    elif isinstance(node, SchemaArray):
         raise SchemaError("an array of fixed length in a sequence")
     else:
         raw = value.encode("utf-8", "replace") + b"\0"
@@ -107,7 +107,7 @@ def _read(node: Node, data: bytes, at: int) -> tuple[Any, int]:
     if isinstance(node, Sequence):
         count, at = _counted(data, at)
         return _read_all(node.item, count, data, at)
-    if isinstance(node, Array):
+    if isinstance(node, SchemaArray):
         raise SchemaError("an array of fixed length in a sequence")
     length, at = _counted(data, at)
     return data[at : at + length - 1].decode(), at + length

@@ -23,7 +23,7 @@ from firmware_py.records.event import Event
 from firmware_py.records.order import BESIDE, Mode, Order
 from firmware_py.records.sensing import Heard, silence
 from firmware_py.wire.log import ros2_schema
-from firmware_py.wire.log.cdr_codec import Codec, closing_records
+from firmware_py.wire.log.cdr_codec import CdrCodec, closing_records
 from firmware_py.wire.log.ros2_schema import Layout, SchemaError
 
 FINS = 4
@@ -82,7 +82,7 @@ def flat(value: Any) -> list[Any]:
 
 
 @pytest.fixture(scope="module")
-def codec() -> Codec[Cycle]:
+def codec() -> CdrCodec[Cycle]:
     fins = (0.0,) * FINS
     flags = (False,) * FINS
     learned = dataclasses.replace(NOTHING_LEARNED, value=fins, std=fins, valid=flags, excited=flags)
@@ -95,11 +95,11 @@ def codec() -> Codec[Cycle]:
         events=(),
         **blank,
     )
-    return Codec.like(sample)
+    return CdrCodec.like(sample)
 
 
 @given(cycle=CYCLES)
-def test_every_bit_of_a_cycle_comes_back(codec: Codec[Cycle], cycle: Cycle) -> None:
+def test_every_bit_of_a_cycle_comes_back(codec: CdrCodec[Cycle], cycle: Cycle) -> None:
     data = codec.encode(cycle)
     again = codec.decode(data)
     assert flat(again) == flat(cycle)
@@ -108,7 +108,7 @@ def test_every_bit_of_a_cycle_comes_back(codec: Codec[Cycle], cycle: Cycle) -> N
 
 @given(cycle=CYCLES)
 @settings(max_examples=40)
-def test_a_ros2_decoder_reads_the_same(codec: Codec[Cycle], cycle: Cycle) -> None:
+def test_a_ros2_decoder_reads_the_same(codec: CdrCodec[Cycle], cycle: Cycle) -> None:
     schema: Any = type("S", (), {"id": 1, "name": codec.name, "encoding": "ros2msg", "data": codec.schema.encode()})()
     decode = DecoderFactory().decoder_for("cdr", schema)
     assert decode is not None
@@ -132,7 +132,7 @@ def test_a_ros2_decoder_reads_the_same(codec: Codec[Cycle], cycle: Cycle) -> Non
 
 @given(cycles=st.lists(CYCLES, min_size=1, max_size=4))
 @settings(max_examples=25)
-def test_columns_hold_what_the_records_hold(codec: Codec[Cycle], cycles: list[Cycle]) -> None:
+def test_columns_hold_what_the_records_hold(codec: CdrCodec[Cycle], cycles: list[Cycle]) -> None:
     layout = Layout(ros2_schema.parse("Cycle", codec.schema))  # from the schema alone, as a reader of old logs has it
     data = [codec.encode(cycle) for cycle in cycles]
     columns = layout.columns(data)
@@ -171,7 +171,7 @@ def test_bytes_are_those_of_the_standard() -> None:
         "03000000" "686900" "00"  # "hi" with its zero, padding to 4
         "01000000" "00"  # ""
     )  # fmt: skip
-    codec = Codec.like(Small(False, 0.0, None, 0, ()))
+    codec = CdrCodec.like(Small(False, 0.0, None, 0, ()))
     small = Small(True, 1.5, None, -2, ("hi", ""))
     assert codec.encode(small).hex() == golden
     assert codec.decode(bytes.fromhex(golden)) == small
@@ -185,7 +185,7 @@ def test_structs_of_unequal_stride_stand_where_cdr_puts_them() -> None:
         fins: tuple[Heard[float], ...]
 
     hub = Hub((Heard(1.0, 2.0, True, False), Heard(3.0, 4.0, False, True)))
-    codec = Codec.like(hub)
+    codec = CdrCodec.like(hub)
     data = codec.encode(hub)[4:]
     assert data == struct.pack("<dd??6xdd??", 1.0, 2.0, True, False, 3.0, 4.0, False, True)
     assert codec.layout.columns([codec.encode(hub)])["fins.t_valid"].tolist() == [[2.0, 4.0]]
@@ -198,7 +198,7 @@ def test_lists_of_flags_and_of_counts_stand_item_by_item() -> None:
         pair: tuple[bool, bool]
 
     flags = Flags((True, False, True), (-1, 2**62), (False, True))
-    codec = Codec.like(flags)
+    codec = CdrCodec.like(flags)
     data = codec.encode(flags)
     assert data[4:] == struct.pack("<???5xqq??", True, False, True, -1, 2**62, False, True)
     assert codec.decode(data) == flags
@@ -206,8 +206,8 @@ def test_lists_of_flags_and_of_counts_stand_item_by_item() -> None:
     assert codec.layout.columns([data, data])["valid"].tolist() == [[True, False, True]] * 2
 
 
-def test_a_codec_made_of_the_schema_is_the_same(codec: Codec[Cycle]) -> None:
-    again = Codec.of(Cycle, codec.schema)
+def test_a_codec_made_of_the_schema_is_the_same(codec: CdrCodec[Cycle]) -> None:
+    again = CdrCodec.of(Cycle, codec.schema)
     assert (again.name, again.schema, again.layout.format) == (codec.name, codec.schema, codec.layout.format)
 
 
@@ -221,13 +221,13 @@ def test_a_codec_made_of_the_schema_is_the_same(codec: Codec[Cycle]) -> None:
         ("bool leak", "complex64 leak"),
     ],
 )
-def test_another_versions_schema_is_refused(codec: Codec[Cycle], old: str, new: str) -> None:
+def test_another_versions_schema_is_refused(codec: CdrCodec[Cycle], old: str, new: str) -> None:
     assert old in codec.schema
     with pytest.raises(SchemaError):
-        Codec.of(Cycle, codec.schema.replace(old, new, 1))
+        CdrCodec.of(Cycle, codec.schema.replace(old, new, 1))
 
 
-def test_a_tuple_of_another_length_is_refused(codec: Codec[Cycle]) -> None:
+def test_a_tuple_of_another_length_is_refused(codec: CdrCodec[Cycle]) -> None:
     cycle: Any = dataclasses.replace
     found = codec.decode(bytes(codec.layout.size))
     for wrong in ((0.0,) * 3, (0.0,) * 5):
@@ -242,10 +242,10 @@ def test_no_length_is_a_length() -> None:
         n: int
 
     Learned.__annotations__ = {"coefficients": tuple[float, ...], "n": int}
-    codec = Codec.like(Learned((), 7))
+    codec = CdrCodec.like(Learned((), 7))
     assert codec.decode(codec.encode(Learned((), 7))) == Learned((), 7)
     assert "coefficients" not in codec.schema  # ROS 2 knows no array of length zero
-    assert Codec.of(Learned, codec.schema).decode(codec.encode(Learned((), 7))) == Learned((), 7)
+    assert CdrCodec.of(Learned, codec.schema).decode(codec.encode(Learned((), 7))) == Learned((), 7)
 
 
 def test_what_cannot_be_logged_is_refused_at_once() -> None:
@@ -261,7 +261,7 @@ def test_what_cannot_be_logged_is_refused_at_once() -> None:
 
     for sample, words in ((Loose([]), "anything"), (Capital(1.0), "lower case"), (Early((), 1), "must be last")):
         with pytest.raises(SchemaError, match=words):
-            Codec.like(sample)
+            CdrCodec.like(sample)
 
 
 @given(columns=st.lists(st.sampled_from(ODD), min_size=1, max_size=5))
@@ -269,12 +269,12 @@ def test_single_numbers_keep_sign_and_kind(columns: list[float]) -> None:
     class One(NamedTuple):
         value: float
 
-    codec = Codec.like(One(0.0))
+    codec = CdrCodec.like(One(0.0))
     values = codec.layout.columns([codec.encode(One(v)) for v in columns])["value"]
     assert values.tobytes() == np.array(columns).tobytes()
 
 
 def test_orders_of_none_and_of_every_mode_come_back() -> None:
-    codec = Codec.like(Order())
+    codec = CdrCodec.like(Order())
     for mode in (None, *Mode):
         assert codec.decode(codec.encode(Order(mode=mode))).mode is mode

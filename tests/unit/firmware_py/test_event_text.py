@@ -8,7 +8,7 @@ import pytest
 
 from firmware_py.records.event import MEANT, Cause, Event, EventKind, Severity, severity_of
 from firmware_py.records.event_text import sentences, texts
-from firmware_py.records.mission import Kind
+from firmware_py.records.mission import ManoeuvreKind
 from firmware_py.records.order import Asker, Mode
 
 STATION = Asker(0, 255, 190, 400)
@@ -48,7 +48,7 @@ BY_KIND: dict[EventKind, tuple[float, ...]] = {
 
 def event(kind: EventKind, cause: Cause = Cause.LEAK, numbers: tuple[float, ...] | None = None) -> Event:
     numbers = BY_KIND.get(kind, NUMBERS.get(cause, ())) if numbers is None else numbers
-    return Event(kind, Severity.WARNING, Mode.HOLD, Mode.SURFACE, cause, STATION, Kind.PRBS, numbers, ("why",))
+    return Event(kind, Severity.WARNING, Mode.HOLD, Mode.SURFACE, cause, STATION, ManoeuvreKind.PRBS, numbers, ("why",))
 
 
 @pytest.mark.parametrize("kind", [kind for kind in EventKind if kind is not EventKind.LEARNING_REPORT])
@@ -81,7 +81,7 @@ def test_angles_and_shares_are_told_as_people_think_of_them() -> None:
 @pytest.mark.parametrize("cause", REPORTED)
 def test_every_part_of_a_learning_report_is_told(cause: Cause) -> None:
     numbers, names = REPORTED[cause]
-    report = Event(EventKind.LEARNING_REPORT, Severity.WARNING, cause=cause, manoeuvre=Kind.PRBS,
+    report = Event(EventKind.LEARNING_REPORT, Severity.WARNING, cause=cause, manoeuvre=ManoeuvreKind.PRBS,
                    numbers=numbers, names=names)  # fmt: skip
     (text,) = texts([report])
     assert text.startswith("prbs: ")

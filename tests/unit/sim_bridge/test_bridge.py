@@ -16,7 +16,7 @@ from firmware_py.adapters.buses.can_bus import NodeIds, open_bus
 from firmware_py.params import ParamError, load
 from firmware_py.wire.dronecan import equipment as eq
 from firmware_py.wire.dronecan import messages as m
-from firmware_py.wire.dronecan.transfer import Sender
+from firmware_py.wire.dronecan.transfer import TransferSender
 from sim_bridge.bridge import PlantSchedule
 from sim_bridge.build import build_bridge
 from sim_bridge.devices.devices import DevicesParams
@@ -47,7 +47,7 @@ class Rig:
         self.bus = theirs
         self.line = SerialLine()
         self.port = serial.Serial(self.line.path, 115200, timeout=0)
-        self.sender = Sender(10)
+        self.sender = TransferSender(10)
         self._close = [ours.close, theirs.close, self.port.close, self.line.close]
         params = table("sensors.toml")
         for name, keys in devices.items():
@@ -68,7 +68,7 @@ class Rig:
             raise
 
     def command(self, fins=(0.0, 0.0, 0.0, 0.0), rpm=500):
-        commands = tuple(eq.Command(i, 1, angle) for i, angle in enumerate(fins))
+        commands = tuple(eq.ActuatorCommand(i, 1, angle) for i, angle in enumerate(fins))
         self.bus.send(self.sender.send(m.ARRAY_COMMAND, eq.ArrayCommand(commands)))
         self.bus.send(self.sender.send(m.RPM_COMMAND, eq.RpmCommand((rpm,))))
 

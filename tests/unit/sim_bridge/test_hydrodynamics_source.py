@@ -20,12 +20,12 @@ from firmware_py.marine import Eta, Nu
 from sim_bridge.plant.environment import Environment, EnvironmentParams
 from sim_bridge.plant.packing import mass_matrix
 from sim_bridge.plant.plant import Plant
-from sim_bridge.plant.truth import Coefficients, Fin, Station, Truth
+from sim_bridge.plant.truth import Coefficients, FinStation, PlantFin, Truth
 
 CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2" / "truth.toml"
 BOW = (
-    Fin("bow_port", Station.BOW, 0.0, (1.4, -0.42, 0.0), 0.05),
-    Fin("bow_starboard", Station.BOW, 0.0, (1.4, 0.42, 0.0), 0.05),
+    PlantFin("bow_port", FinStation.BOW, 0.0, (1.4, -0.42, 0.0), 0.05),
+    PlantFin("bow_starboard", FinStation.BOW, 0.0, (1.4, 0.42, 0.0), 0.05),
 )
 AS_BUILT = params.load(Truth, tomllib.loads(CONFIG.read_text()), "truth.toml")
 TRUTH = dataclasses.replace(AS_BUILT, fins=(*AS_BUILT.fins, *BOW))

@@ -17,7 +17,7 @@ from firmware_py.marine import Eta, Nu
 from sim_bridge.plant.environment import Environment, EnvironmentParams
 from sim_bridge.plant.packing import mass_matrix
 from sim_bridge.plant.plant import AT_REST, Plant, PlantError
-from sim_bridge.plant.truth import Fin, Station, Truth
+from sim_bridge.plant.truth import FinStation, PlantFin, Truth
 
 CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2" / "truth.toml"
 TRUTH = params.load(Truth, tomllib.loads(CONFIG.read_text()), "truth.toml")
@@ -111,7 +111,7 @@ def test_an_x_layout_steers_as_a_plus_layout_does() -> None:
 
 def with_bow() -> Truth:
     bow = tuple(
-        Fin(f"bow_{side}", Station.BOW, 0.0, (1.4, y, 0.0), 0.05) for side, y in (("port", -0.4), ("stbd", 0.4))
+        PlantFin(f"bow_{side}", FinStation.BOW, 0.0, (1.4, y, 0.0), 0.05) for side, y in (("port", -0.4), ("stbd", 0.4))
     )
     return dataclasses.replace(TRUTH, fins=(*TRUTH.fins, *bow))
 

@@ -14,11 +14,11 @@ import pytest
 
 from firmware_py import params
 from firmware_py.params import ParamError
-from firmware_py.wire.dronecan.equipment import ArrayCommand, Command
+from firmware_py.wire.dronecan.equipment import ActuatorCommand, ArrayCommand
 from firmware_py.wire.dronecan.messages import ARRAY_COMMAND
-from sim_bridge.plant.coefficients import Coefficients, length_power
+from sim_bridge.plant.coefficients import PlantCoefficients, length_power
 from sim_bridge.plant.packing import C, constants, fin_table, mass_matrix
-from sim_bridge.plant.truth import MOST_FINS, Fin, Station, Truth, refuse_other_fins
+from sim_bridge.plant.truth import MOST_FINS, FinStation, PlantFin, Truth, refuse_other_fins
 
 CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2" / "truth.toml"
 TABLE = tomllib.loads(CONFIG.read_text())
@@ -42,7 +42,7 @@ def test_the_vehicle_of_the_source() -> None:
     assert [fin.name for fin in truth.fins] == ["stern_port", "stern_starboard", "rudder_upper", "rudder_lower"]
 
 
-@pytest.mark.parametrize("name", [field.name for field in dataclasses.fields(Coefficients)])
+@pytest.mark.parametrize("name", [field.name for field in dataclasses.fields(PlantCoefficients)])
 def test_no_coefficient_has_a_default(name: str) -> None:
     table = copy.deepcopy(TABLE)
     del table["coefficients"][name]
@@ -71,7 +71,7 @@ def test_faults_are_named(place: str, key: str, value: float, message: str) -> N
 
 def test_a_bow_plane_must_lie_flat_and_fins_have_their_own_names() -> None:
     with pytest.raises(ParamError, match="bow plane 'b'"):
-        Fin("b", Station.BOW, 0.5, (1.0, 0.0, 0.0), 0.1)
+        PlantFin("b", FinStation.BOW, 0.5, (1.0, 0.0, 0.0), 0.1)
     table = copy.deepcopy(TABLE)
     table["fins"][1]["name"] = "stern_port"
     with pytest.raises(ParamError, match="two fins are called 'stern_port'"):
@@ -85,9 +85,9 @@ def with_fins(count: int) -> dict[str, Any]:
 
 def test_there_are_no_more_fins_than_one_command_carries() -> None:
     most = load(with_fins(MOST_FINS))
-    assert len(ARRAY_COMMAND.encode(ArrayCommand((Command(0, 1, 0.1),) * len(most.fins)))) > 0
+    assert len(ARRAY_COMMAND.encode(ArrayCommand((ActuatorCommand(0, 1, 0.1),) * len(most.fins)))) > 0
     with pytest.raises(ValueError, match="15"):
-        ARRAY_COMMAND.encode(ArrayCommand((Command(0, 1, 0.1),) * (MOST_FINS + 1)))
+        ARRAY_COMMAND.encode(ArrayCommand((ActuatorCommand(0, 1, 0.1),) * (MOST_FINS + 1)))
     for count in (0, 16):
         with pytest.raises(ParamError, match=rf"^truth\.toml: fins: {count} of them; write 1 to 15"):
             load(with_fins(count))
@@ -160,7 +160,7 @@ def test_the_mass_matrix_with_a_centre_of_gravity_anywhere_is_that_of_the_moved_
     """Kinetic energy of a rigid body is that of its mass at G plus that of its rotation (Koenig)."""
     truth = load(TABLE)
     body = dataclasses.replace(truth.body, r_G=(0.3, -0.2, 0.1))
-    none = Coefficients(**{field.name: 0.0 for field in dataclasses.fields(Coefficients)})
+    none = PlantCoefficients(**{field.name: 0.0 for field in dataclasses.fields(PlantCoefficients)})
     M = mass_matrix(dataclasses.replace(truth, body=body, coefficients=none))
     nu = np.array([1.0, -0.5, 0.3, 0.2, -0.4, 0.6])
     omega, r_G = nu[3:], np.array(body.r_G)

@@ -14,7 +14,7 @@ import pytest
 from pymavlink import DFReader
 from sternplane.cli import main
 from sternplane.logs.reading import Log, read
-from sternplane.sitl.flight import Wish, fly, prepare
+from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py.adapters.ground.mavlink_ground import Grounds
 from firmware_py.records.cycle import Cycle
@@ -44,7 +44,7 @@ class Changing:
 def log(tmp_path_factory: pytest.TempPathFactory) -> Log:
     folder = tmp_path_factory.mktemp("flight")
     (folder / "scenario.toml").write_text(DIVE)
-    flight = prepare(Wish(scenario=str(folder / "scenario.toml")), {})
+    flight = prepare(FlightRequest(scenario=str(folder / "scenario.toml")), {})
     fly(flight, folder / "log.mcap", command=lambda pilot: Grounds(pilot, Changing()))
     return read(folder / "log.mcap")
 

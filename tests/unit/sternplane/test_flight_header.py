@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from sternplane.sitl.flight import CONFIG, Wish, prepare
+from sternplane.sitl.flight import CONFIG, FlightRequest, prepare
 
 
 def test_the_log_knows_the_true_vehicle_and_the_autopilot_does_not(tmp_path: Path) -> None:
@@ -14,7 +14,7 @@ def test_the_log_knows_the_true_vehicle_and_the_autopilot_does_not(tmp_path: Pat
     truth = (config / "truth.toml").read_text()
     assert "\nM_q = -6.8e-2" in truth
     (config / "truth.toml").write_text(truth.replace("\nM_q = -6.8e-2", "\nM_q = -9.9e-2"))
-    header = prepare(Wish(config=config), {}).header()
+    header = prepare(FlightRequest(config=config), {}).header()
     built = header["truth"]
     assert built["coefficients"]["M_q"] == -0.099
     assert (built["coefficients"]["C_d0"], built["coefficients"]["C_dy"]) == (0.00385, 0.5)

@@ -31,7 +31,7 @@ def test_who_keeps_time_does_not_wait_for_a_line_and_who_has_time_does(
     monkeypatch.setattr(flight, "SerialLine", Line)
     scenario = tmp_path / "floats.toml"
     scenario.write_text(SCENARIO)
-    made = flight.prepare(flight.Wish(scenario=str(scenario), pace=pace), {})
+    made = flight.prepare(flight.FlightRequest(scenario=str(scenario), pace=pace), {})
     flight.fly(made, tmp_path / "log.mcap")
     (patience,) = lines
     tick = 1.0 / made.rate

@@ -12,11 +12,11 @@ from pymavlink.dialects.v20 import all as mavlink
 from sternplane.fuzz import pool
 from sternplane.fuzz.flight import PACKETS, Job, flown
 from sternplane.fuzz.grammar import Grammar, mended
-from sternplane.fuzz.packets import Kind, Packets, recorded
+from sternplane.fuzz.packets import PacketKind, Packets, recorded
 from sternplane.fuzz.rules import Broken, Peer, obeys
 from sternplane.fuzz.sessions import sessions
 from sternplane.fuzz.vehicle import ashore
-from sternplane.sitl.flight import Wish, prepare
+from sternplane.sitl.flight import FlightRequest, prepare
 
 from firmware_py.mavlink import link
 from firmware_py.mavlink.base import signing
@@ -28,7 +28,7 @@ TALKS = sessions(("GDN_CRUISE", "SAF_LEAK_TIME"))
 FEW = 12_000
 
 
-def drawn(seed: int, n: int) -> list[tuple[Kind, bytes]]:
+def drawn(seed: int, n: int) -> list[tuple[PacketKind, bytes]]:
     packets = Packets(random.Random(seed), TALKS)
     return [packets.next() for _ in range(n)]
 
@@ -47,8 +47,8 @@ def test_packets_are_the_same_for_a_seed_and_others_for_another() -> None:
 def test_every_kind_comes_as_often_and_every_message_id_with_a_right_checksum() -> None:
     packets = drawn(1, 8000)
     counts = Counter(kind for kind, _ in packets)
-    assert all(1800 < counts[kind] < 2200 for kind in Kind)
-    names = {m.get_msgId() for kind, packet in packets if kind is Kind.EXTREME for m in heard(packet)}
+    assert all(1800 < counts[kind] < 2200 for kind in PacketKind)
+    names = {m.get_msgId() for kind, packet in packets if kind is PacketKind.EXTREME for m in heard(packet)}
     assert names == set(mavlink.mavlink_map)
 
 
@@ -68,7 +68,7 @@ def test_a_changed_frame_can_be_given_the_checksum_that_makes_it_whole() -> None
 
 
 def test_the_conversations_have_all_that_the_vehicle_hears() -> None:
-    configuration = prepare(Wish("demo"), {}).configuration
+    configuration = prepare(FlightRequest("demo"), {}).configuration
     known = {message.get_msgId() for talk in TALKS for message in talk}
     for one in ashore(configuration, False, random.Random(1)).node.links:
         assert one.handlers.keys() <= known
@@ -77,7 +77,7 @@ def test_the_conversations_have_all_that_the_vehicle_hears() -> None:
 def test_a_sound_vehicle_breaks_no_rule_and_does_what_stations_ask() -> None:
     found = flown(Job(3, 0, FEW))
     assert found.failure is None, found.failure
-    assert sum(found.counts[kind.value] for kind in Kind) == FEW
+    assert sum(found.counts[kind.value] for kind in PacketKind) == FEW
     assert found.counts["orders"] > 0
     assert found.counts["changes of parameters"] > 0
     assert found.counts["dropped: too much for a tick, or to wait"] > 0
@@ -87,7 +87,7 @@ def test_a_sound_vehicle_breaks_no_rule_and_does_what_stations_ask() -> None:
 def test_a_signed_vehicle_breaks_no_rule_and_heeds_the_owner_of_the_key_alone() -> None:
     found = flown(Job(3, 1, FEW))
     assert found.failure is None, found.failure
-    assert sum(found.counts[kind.value] for kind in Kind) == FEW
+    assert sum(found.counts[kind.value] for kind in PacketKind) == FEW
     assert found.counts["said by the owner of the key"] > 20
     assert found.counts["refused: signature"] > FEW // 4
 

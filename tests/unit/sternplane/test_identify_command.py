@@ -15,7 +15,7 @@ from sternplane.cli import main
 from sternplane.identification import command, vehicle_file
 from sternplane.identification.recording import record
 from sternplane.logs.reading import Log, read
-from sternplane.sitl.flight import Wish, fly, prepare
+from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.estimation.coefficient_params import TEN
@@ -67,7 +67,7 @@ def flown(
         + "".join(STICK.format(t=t, s=float(s), r=float(r)) for t, s, r in moves if t < seconds)
     )
     (folder / "sticks.toml").write_text(text)
-    flight = prepare(Wish(str(folder / "sticks.toml"), config, seed=1), {})
+    flight = prepare(FlightRequest(str(folder / "sticks.toml"), config, seed=1), {})
     assert fly(flight, folder / "log.mcap").completed
     return folder / "log.mcap"
 

@@ -36,7 +36,7 @@ from sim_bridge.plant.environment import Environment
 from sim_bridge.plant.plant import Plant
 from sternplane.bench import ekf, lateness
 from sternplane.logs.reading import read
-from sternplane.sitl.flight import Wish, fly, prepare
+from sternplane.sitl.flight import FlightRequest, fly, prepare
 from sternplane.sitl.two_process import fly_two_processes
 
 NS = 1e-3
@@ -86,7 +86,7 @@ def _flight(path: Path) -> dict[str, Any]:
 
         return drain
 
-    ready = prepare(Wish(), {})
+    ready = prepare(FlightRequest(), {})
     wall, cpu = time.perf_counter(), time.process_time()
     outcome = fly(ready, path)
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
@@ -96,13 +96,13 @@ def _flight(path: Path) -> dict[str, Any]:
         stack.enter_context(_replaced(can_bus.CanBus, "drain", counted(can_bus.CanBus.drain)))
         for part, cls, method in (
             ("plant_and_devices", bridge.Bridge, "step"),
-            ("hear", hardware.Hardware, "read"),
+            ("hear", hardware.CanHardware, "read"),
             ("think", Autopilot, "step"),
-            ("act", hardware.Hardware, "write"),
+            ("act", hardware.CanHardware, "write"),
             ("record_cycle_and_truth", recorder.LogWriter, "write"),
         ):
             stack.enter_context(_timed(cls, method, part, spent))
-        fly(prepare(Wish(), {}), path)
+        fly(prepare(FlightRequest(), {}), path)
     return {
         "completed": outcome.completed,
         "vehicle_time_s": vehicle_time,
@@ -116,7 +116,7 @@ def _flight(path: Path) -> dict[str, Any]:
 def _apart(folder: Path) -> dict[str, Any]:
     """The demonstration mission in two processes, in lockstep over UDP multicast on loopback."""
     folder.mkdir()
-    ready = prepare(Wish(bus=UDP), {})
+    ready = prepare(FlightRequest(bus=UDP), {})
     outcome = fly_two_processes(ready, folder, lambda _: None, lambda pilot: pilot)
     log = read(folder / "log.mcap")
     vehicle_time = len(log.cycle_bytes) / ready.rate
@@ -138,7 +138,7 @@ def _cycle(path: Path) -> dict[str, float]:
 
 def _plant() -> float:
     """One plant step of 10 ms, one substep."""
-    ready = prepare(Wish(), {})
+    ready = prepare(FlightRequest(), {})
     plant = Plant(ready.truth, Environment(ready.scenario.environment, 1, 0.01), 0.01)
     return _best(lambda: plant.step((0.1, 0.1, 0.1, 0.1), 8.0))
 
@@ -165,7 +165,7 @@ def _messages() -> dict[str, dict[str, float]]:
     status = p.NodeStatus(1234)
     samples: tuple[tuple[m.MessageType[Any], Any], ...] = (
         (m.AHRS_SOLUTION, eq.AhrsSolution(0, (0.1, 0.2, 0.3, 0.9), (), (0.1, 0.2, 0.3), (), nan3)),
-        (m.ARRAY_COMMAND, eq.ArrayCommand(tuple(eq.Command(i, 1, 0.1 * i) for i in range(4)))),
+        (m.ARRAY_COMMAND, eq.ArrayCommand(tuple(eq.ActuatorCommand(i, 1, 0.1 * i) for i in range(4)))),
         (m.ACTUATOR_STATUS, eq.ActuatorStatus(1, 0.123, float("nan"), 0.4)),
         (m.RPM_COMMAND, eq.RpmCommand((500,))),
         (m.ESC_STATUS, eq.EscStatus(0, 48.0, 3.0, 300.0, 500, 40, 0)),

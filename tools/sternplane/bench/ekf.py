@@ -61,7 +61,7 @@ Run = Callable[[Array, Array, Array, Array], int]
 """(inputs, z, variance, nis) -> how many steps were made."""
 
 
-class Flight(NamedTuple):
+class FilterInputs(NamedTuple):
     """What a filter is given, a row a step; see `CoefficientEkf.run`."""
 
     inputs: Array
@@ -185,7 +185,7 @@ def begun(case: CoefficientParams) -> CoefficientEkf:
     return ekf
 
 
-def flight(model: ObserverModel, steps: int, seed: int = 1, noise: float = 1.0) -> Flight:
+def flight(model: ObserverModel, steps: int, seed: int = 1, noise: float = 1.0) -> FilterInputs:
     """The believed vehicle under fins that switch at random, as its sensors see it; `noise` is a share of STD."""
     rng = np.random.default_rng(seed)
     inputs, z = np.zeros((steps, 4)), np.zeros((steps, MOVING))
@@ -197,7 +197,7 @@ def flight(model: ObserverModel, steps: int, seed: int = 1, noise: float = 1.0) 
         model.advance(x, inputs[k], H)
         z[k] = x[:MOVING] + noise * STD * rng.standard_normal(MOVING)
     z[np.arange(steps) % DVL_EVERY != 0, :3] = np.nan
-    return Flight(inputs, z)
+    return FilterInputs(inputs, z)
 
 
 def _case(case: CoefficientParams, library: ctypes.CDLL | None, missing: str, rounds: int, seconds: int) -> Any:

@@ -48,7 +48,7 @@ class Kernel(NamedTuple):
     outs: Names = ()
 
 
-class Body(NamedTuple):
+class KernelBody(NamedTuple):
     """What a kernel computes, as (left, right) of assignments in an arithmetic that Python and C read alike."""
 
     loads: list[tuple[str, int]]
@@ -58,12 +58,12 @@ class Body(NamedTuple):
     """What is left of each cell."""
 
 
-def body(kernel: Kernel) -> Body:
+def body(kernel: Kernel) -> KernelBody:
     """The body of a kernel."""
     temporaries, results = sympy.cse(list(kernel.cells.values()), sympy.numbered_symbols("t"), order="canonical")
     used = {s.name for e in (*results, *(value for _, value in temporaries)) for s in e.free_symbols}
     printer = _Printer()
-    return Body(
+    return KernelBody(
         [(k, i) for i, k in enumerate(equations.CONSTANTS) if k in used],
         [(str(k), printer.doprint(e)) for k, e in temporaries],
         [printer.doprint(e) for e in results],

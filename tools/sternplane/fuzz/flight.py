@@ -29,7 +29,7 @@ from sternplane.fuzz.sessions import sessions
 from sternplane.fuzz.vehicle import DOORS, Ashore, ashore
 from sternplane.logs.reading import read
 from sternplane.logs.replay import replay
-from sternplane.sitl.flight import Flight, Wish, fly, prepare
+from sternplane.sitl.flight import Flight, FlightRequest, fly, prepare
 
 PACKETS = 50_000
 """Of a flight, about a quarter of a minute of vehicle time."""
@@ -62,7 +62,7 @@ class Failure(NamedTuple):
     """Hexadecimal, by link; the station that has the key speaks first."""
 
 
-class Flown(NamedTuple):
+class FuzzResult(NamedTuple):
     """What came of one flight."""
 
     counts: Counter[str]
@@ -175,7 +175,7 @@ class UnderFire:
             for name, content in boat.kept.items():
                 (Path(folder) / name).write_bytes(content)
             try:
-                again = prepare(Wish("demo", state=Path(folder)), {})
+                again = prepare(FlightRequest("demo", state=Path(folder)), {})
                 ashore(again.configuration, False, self._rng, Path(folder))
             except ParamError as error:
                 raise Broken(f"kept: the next start refuses it: {error}") from None
@@ -243,9 +243,9 @@ class UnderFire:
             raise Broken(f"signed: {order} was ordered, but the owner of the key asked for {wanted}")
 
 
-def flown(job: Job) -> Flown:
+def flown(job: Job) -> FuzzResult:
     """Flies one flight, and stops at the first failure."""
-    flight = prepare(Wish("demo"), {})
+    flight = prepare(FlightRequest("demo"), {})
     start = dataclasses.replace(flight.scenario.start, depth=10.0, u=1.5)  # so that surfacing is not the end at once
     quiet = dataclasses.replace(flight.scenario, orders=(), duration=1e6, start=start)
     fire = UnderFire(job, dataclasses.replace(flight, scenario=quiet))
@@ -262,7 +262,7 @@ def flown(job: Job) -> Flown:
     except Exception:
         failure = fire.failure(traceback.format_exc(limit=-6))
     fire.counts.update(fire.boat.tally())
-    return Flown(fire.counts, np.array(fire.cost_ns, dtype=np.int64), time.process_time() - began, failure)
+    return FuzzResult(fire.counts, np.array(fire.cost_ns, dtype=np.int64), time.process_time() - began, failure)
 
 
 def _unlike(boat: Ashore, twin: Ashore) -> str:

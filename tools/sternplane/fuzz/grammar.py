@@ -31,7 +31,7 @@ _LOOKED_AT = frozenset(
 _MOSTLY, _OFTEN = 0.85, 0.4
 
 
-class Field(NamedTuple):
+class PayloadField(NamedTuple):
     """A field as it lies in the payload: its name, code of `struct` and how many there are of it."""
 
     name: str
@@ -39,11 +39,11 @@ class Field(NamedTuple):
     length: int
 
 
-def shape(kind: Any) -> list[Field]:
+def shape(kind: Any) -> list[PayloadField]:
     """The fields of a message in the order of the payload; texts are one value, however long."""
     codes = re.findall(r"(\d*)(\w)", kind.unpacker.format[1:])
     return [
-        Field(name, code, 1 if code == "s" or not length else int(length))
+        PayloadField(name, code, 1 if code == "s" or not length else int(length))
         for name, (length, code) in zip(kind.ordered_fieldnames, codes, strict=True)
     ]
 
@@ -114,7 +114,7 @@ class Grammar:
         packed: bytes = self._pack[name](*values)
         return packed
 
-    def _drawn(self, field: Field) -> list[Any]:
+    def _drawn(self, field: PayloadField) -> list[Any]:
         rng = self._rng
         said = self._said.get(field)
         if said is not None and rng.random() < (_MOSTLY if field.name in _LOOKED_AT else _OFTEN):
@@ -125,7 +125,7 @@ class Grammar:
             return list(rng.randbytes(field.length))
         return [_DRAWS[field.code](rng)] * field.length
 
-    def _values(self, message: Message) -> Iterator[tuple[Field, list[Any]]]:
+    def _values(self, message: Message) -> Iterator[tuple[PayloadField, list[Any]]]:
         for field in self._shapes[message.get_msgId()]:
             value = getattr(message, field.name)
             if field.code == "s":

@@ -18,7 +18,7 @@ _ENDS = (b"\x00", b"\xff", b"\x7f", b"\x80", b"\x00\x00\xc0\x7f", b"\x00\x00\x80
 """Least and greatest integers, NaN and both infinities."""
 
 
-class Kind(enum.Enum):
+class PacketKind(enum.Enum):
     """What a packet is."""
 
     HEADER = "valid header, random payload"
@@ -44,7 +44,7 @@ class Packets:
         self._seq = 0
         self._draws = (self._header, self._noise, self._mutated, self._extreme)
 
-    def next(self) -> tuple[Kind, bytes]:
+    def next(self) -> tuple[PacketKind, bytes]:
         """The next packet; each kind is as frequent as the others."""
         which = int(self._rng.random() * 4.0)
         self._seq = self._seq + 1 & 255
@@ -153,7 +153,7 @@ def _twice(rng: random.Random, said: bytes) -> bytes:
     return said + said[int(rng.random() * 4.0) // 3 :]
 
 
-_KINDS = tuple(Kind)
+_KINDS = tuple(PacketKind)
 _MUTATIONS: tuple[Callable[[random.Random, bytes], bytes], ...] = (
     *(_cut, _flipped, _other_header, _other_payload, _other_payload, _shifted, _twice),
 )

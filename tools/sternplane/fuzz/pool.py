@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn
 
 from sternplane.cli.workers import workers
-from sternplane.fuzz.flight import PACKETS, Flown, Job, flown
+from sternplane.fuzz.flight import PACKETS, FuzzResult, Job, flown
 
 MOST_FAILURES = 20
 """After so many the rest is not flown."""
@@ -22,7 +22,7 @@ def jobs(seed: int, packets: int) -> Iterator[Job]:
         yield Job(seed, flight, min(PACKETS, packets - first))
 
 
-def run_all(seed: int, packets: int, seconds: float | None, processes: int, console: Console) -> list[Flown]:
+def run_all(seed: int, packets: int, seconds: float | None, processes: int, console: Console) -> list[FuzzResult]:
     """Every flight, in their order.
 
     Args:
@@ -32,8 +32,8 @@ def run_all(seed: int, packets: int, seconds: float | None, processes: int, cons
         processes: that fly at once.
         console: where the bar is drawn; where it is no terminal, a line says each tenth.
     """
-    waiting: dict[Future[Flown], Job] = {}
-    found: dict[int, Flown] = {}
+    waiting: dict[Future[FuzzResult], Job] = {}
+    found: dict[int, FuzzResult] = {}
     todo = jobs(seed, packets)
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:,} of {task.total:,}"))
     with workers(processes, console, *columns) as (bar, pool):

@@ -9,24 +9,24 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from sternplane.fuzz.flight import Failure, Flown
+from sternplane.fuzz.flight import Failure, FuzzResult
 from sternplane.fuzz.grammar import Grammar
-from sternplane.fuzz.packets import Kind
+from sternplane.fuzz.packets import PacketKind
 
 _SHOWN = 1000
 """Digits of a datagram."""
 
 
-def sent(flights: Sequence[Flown]) -> int:
+def sent(flights: Sequence[FuzzResult]) -> int:
     """How many packets were sent."""
-    return sum(flight.counts[kind.value] for flight in flights for kind in Kind)
+    return sum(flight.counts[kind.value] for flight in flights for kind in PacketKind)
 
 
-def tell(flights: Sequence[Flown], seed: int, wall_s: float, console: Console) -> None:
+def tell(flights: Sequence[FuzzResult], seed: int, wall_s: float, console: Console) -> None:
     """Prints counts, rate, what the links cost, and every failure with how to fly it again."""
     counts: Counter[str] = sum((flight.counts for flight in flights), Counter())
     cpu_s = sum(flight.cpu_s for flight in flights)
-    total, kinds = sent(flights), {kind.value for kind in Kind}
+    total, kinds = sent(flights), {kind.value for kind in PacketKind}
     console.print(
         f"{total:,} packets in {len(flights)} flights, seed {seed}: {wall_s:.0f} s, {total / wall_s:,.0f} packets/s, "
         f"{total / cpu_s:,.0f} in a second of a processor; {len(Grammar.names)} message ids",
@@ -34,7 +34,7 @@ def tell(flights: Sequence[Flown], seed: int, wall_s: float, console: Console) -
         highlight=False,
     )
     table = Table(show_header=False, box=None, padding=(0, 2))
-    for name in (*(kind.value for kind in Kind), *sorted(counts.keys() - kinds)):
+    for name in (*(kind.value for kind in PacketKind), *sorted(counts.keys() - kinds)):
         table.add_row(name, f"{counts[name]:,}")
     console.print(table)
     cost = np.concatenate([flight.cost_ns for flight in flights]) * 1e-6

@@ -38,7 +38,7 @@ from firmware_py.params import load
 from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import EventKind
-from firmware_py.records.mission import Kind, Manoeuvre, Mission
+from firmware_py.records.mission import Manoeuvre, ManoeuvreKind, Mission
 from firmware_py.records.order import NO_ORDER, Mode
 from firmware_py.schedule import Tick, step_ns
 from sim_bridge.plant.truth import Truth
@@ -129,9 +129,9 @@ def relative_sigma(controller: ManoeuvreController, flight: BuslessFlight) -> Ar
     return sigma
 
 
-def candidates(kind: Kind) -> Iterator[Manoeuvre]:
+def candidates(kind: ManoeuvreKind) -> Iterator[Manoeuvre]:
     """Yield the candidates of a kind."""
-    if kind is Kind.ZIGZAG:
+    if kind is ManoeuvreKind.ZIGZAG:
         for amplitude, pitch, heading in itertools.product((5, 10, 15, 20), (4, 8, 12), (5, 10, 20)):
             angle = math.radians(amplitude)
             yield Manoeuvre(
@@ -140,7 +140,7 @@ def candidates(kind: Kind) -> Iterator[Manoeuvre]:
         return
     for amplitude, clock in itertools.product((5, 10, 15, 20), (0.5, 1.0, 2.0, 3.0, 4.0, 6.0)):
         yield Manoeuvre(kind, delta_s=math.radians(amplitude), delta_r=math.radians(amplitude), clock=clock)
-    if kind is Kind.PRBS:
+    if kind is ManoeuvreKind.PRBS:
         usual = Manoeuvre(kind).register
         yield from (Manoeuvre(kind, register=register) for register in range(1, 128, 8) if register != usual)
 
@@ -148,11 +148,13 @@ def candidates(kind: Kind) -> Iterator[Manoeuvre]:
 def main() -> None:
     """Print a row for each candidate, the most telling first."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("kind", nargs="*", type=lambda word: Kind[word.upper()], help="zigzag, doublets, prbs; all")
+    parser.add_argument(
+        "kind", nargs="*", type=lambda word: ManoeuvreKind[word.upper()], help="zigzag, doublets, prbs; all"
+    )
     parser.add_argument("--grip", type=float, nargs="+", default=[ManoeuvreParams().grip], help="shares of the laws")
     options = parser.parse_args()
     truth = load(Truth, config_files.read_table(Truth, CONFIG / "truth.toml", {}), "truth.toml")
-    wanted = [(m, grip) for kind in options.kind or Kind for m in candidates(kind) for grip in options.grip]
+    wanted = [(m, grip) for kind in options.kind or ManoeuvreKind for m in candidates(kind) for grip in options.grip]
     console = Console(stderr=True)
     rows = [(evaluate(truth, m, grip), m, grip) for m, grip in track(wanted, "flying", console=console, transient=True)]
     table = Table(
@@ -171,12 +173,12 @@ def main() -> None:
     )
     for result, m, grip in sorted(rows, key=lambda row: row[0].mean):
         worst = int(np.argmax(result.sigma))
-        steps = m.kind is not Kind.ZIGZAG
+        steps = m.kind is not ManoeuvreKind.ZIGZAG
         table.add_row(
             m.kind.name.lower(),
             f"{math.degrees(m.delta_s):.0f}°",
             f"{m.clock:g} s" if steps else "",
-            f"{m.register}" if m.kind is Kind.PRBS else "",
+            f"{m.register}" if m.kind is ManoeuvreKind.PRBS else "",
             "" if steps else f"{math.degrees(m.pitch):.0f}°",
             "" if steps else f"{math.degrees(m.heading):.0f}°",
             f"{grip:g}",

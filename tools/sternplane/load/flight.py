@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from sternplane.load.flood import Flood
-from sternplane.load.stations import Files, Missions, Parameters, Station
+from sternplane.load.stations import Files, LoadStation, Missions, Parameters
 from sternplane.logs import lateness_histogram
 from sternplane.logs.reading import read
 from sternplane.sitl.flight import CONFIG
@@ -97,7 +97,7 @@ def busy(seconds: float, folder: Path, items: int) -> dict[str, Any]:
     return {"stations": flown, "did": did}
 
 
-def _flown(seconds: float, folder: Path, stations: Sequence[Station | Flood]) -> dict[str, Any]:
+def _flown(seconds: float, folder: Path, stations: Sequence[LoadStation | Flood]) -> dict[str, Any]:
     """Lateness of one flight, and what its cycles cost."""
     folder.mkdir(parents=True)
     scenario = folder / "load.toml"

@@ -20,7 +20,7 @@ _KINDS = 1000
 
 
 class Flood(threading.Thread):
-    """Sends `rate` datagrams a second to whoever speaks first; like a `stations.Station`, but for its work."""
+    """Sends `rate` datagrams a second to whoever speaks first; like a `stations.LoadStation`, but for its work."""
 
     def __init__(self, seconds: float, rate: float) -> None:
         super().__init__(daemon=True)

@@ -31,7 +31,7 @@ _PATIENCE_S = 2.0
 """After so long without an answer a station says it again."""
 
 
-class Station(threading.Thread):
+class LoadStation(threading.Thread):
     """A station on a link of its own; `counts` is what it did, `problems` what went wrong."""
 
     def __init__(self, system: int, seconds: float) -> None:
@@ -95,7 +95,7 @@ class Station(threading.Thread):
         return self.link.recv_match(type=kind, blocking=True, timeout=seconds)
 
 
-class Parameters(Station):
+class Parameters(LoadStation):
     """Fetches the whole list again and again, and meanwhile sets values, twenty a second."""
 
     _EVERY_S = 0.05
@@ -111,7 +111,7 @@ class Parameters(Station):
     """Of every part of the vehicle, which is made anew with it."""
 
     def work(self) -> None:
-        """See `Station`."""
+        """See `LoadStation`."""
         self._missing: set[int] = set()
         self._heard = time.monotonic()
         self._asked: dict[str, tuple[float, float]] = {}
@@ -159,7 +159,7 @@ class Parameters(Station):
         self.link.mav.param_set_send(*VEHICLE, name.encode(), value, mavlink.MAV_PARAM_TYPE_REAL32)
 
 
-class Files(Station):
+class Files(LoadStation):
     """Fetches the log of the flight that is going on, again and again, by pymavlink's own client."""
 
     def __init__(self, system: int, seconds: float, folder: Path) -> None:
@@ -168,7 +168,7 @@ class Files(Station):
         self.fetched: list[Path] = []
 
     def work(self) -> None:
-        """See `Station`."""
+        """See `LoadStation`."""
         while self.left > _IDLE_S:
             client = mavftp.MAVFTP(self.link, *VEHICLE)
             client.ftp_settings.burst_read_size = _PART
@@ -183,7 +183,7 @@ class Files(Station):
                 self.counts["bytes of logs"] += to.stat().st_size
 
 
-class Missions(Station):
+class Missions(LoadStation):
     """Uploads a long mission again and again."""
 
     def __init__(self, system: int, seconds: float, items: int) -> None:
@@ -191,7 +191,7 @@ class Missions(Station):
         self._items = items
 
     def work(self) -> None:
-        """See `Station`."""
+        """See `LoadStation`."""
         self.command(mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAVLINK_MSG_ID_HOME_POSITION)
         home = None
         while home is None and self.left > 0.0:

@@ -32,7 +32,7 @@ from firmware_py.records.event import Event
 from firmware_py.records.event_text import texts
 from firmware_py.records.order import Change
 from firmware_py.wire.log import changes, ros2_schema
-from firmware_py.wire.log.cdr_codec import Codec, closing_records
+from firmware_py.wire.log.cdr_codec import CdrCodec, closing_records
 from firmware_py.wire.log.changes import LoggedChange
 from firmware_py.wire.log.ros2_schema import Layout, SchemaError
 
@@ -95,14 +95,14 @@ class Log:
         return self._cycles.messages
 
     @cached_property
-    def codec(self) -> Codec[Cycle]:
+    def codec(self) -> CdrCodec[Cycle]:
         """The codec of this log's cycles.
 
         Raises:
             LogError: if the log was written by a version with other records.
         """
         try:
-            return Codec.of(Cycle, self._cycles.schema)
+            return CdrCodec.of(Cycle, self._cycles.schema)
         except SchemaError as error:
             raise self._other_version(error) from None
 

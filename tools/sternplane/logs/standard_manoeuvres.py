@@ -13,7 +13,7 @@ from sternplane.logs.reading import Columns
 from sternplane.logs.tracking import Array
 
 
-class Circle(NamedTuple):
+class TurningCircleResult(NamedTuple):
     """Steady turning: over the last full turn, less the drift of its centre."""
 
     diameter: float
@@ -22,7 +22,7 @@ class Circle(NamedTuple):
     """rad/s, positive to starboard."""
 
 
-class Zigzag(NamedTuple):
+class ZigzagResult(NamedTuple):
     """What a zigzag is judged by."""
 
     first_overshoot: float
@@ -33,7 +33,7 @@ class Zigzag(NamedTuple):
     """From the second execute to the fourth, s."""
 
 
-def circle(c: Columns, pose: Columns) -> Circle | None:
+def circle(c: Columns, pose: Columns) -> TurningCircleResult | None:
     """The turning circle of the longest turn under one rudder angle in MANUAL; None below one and a half turns.
 
     The first half turn is taken for the way into it.
@@ -52,10 +52,10 @@ def circle(c: Columns, pose: Columns) -> Circle | None:
     t = c["t"][begin : end + 1]
     share = (t - t[0]) / (t[-1] - t[0])
     x, y = (_without_drift(pose[name][begin : end + 1], share) for name in ("eta.x", "eta.y"))
-    return Circle(2.0 * math.sqrt(np.var(x) + np.var(y)), float((psi[end] - psi[begin]) / (t[-1] - t[0])))
+    return TurningCircleResult(2.0 * math.sqrt(np.var(x) + np.var(y)), float((psi[end] - psi[begin]) / (t[-1] - t[0])))
 
 
-def zigzag(c: Columns, pose: Columns) -> Zigzag | None:
+def zigzag(c: Columns, pose: Columns) -> ZigzagResult | None:
     """The zigzag of a run whose rudder was put over from side to side in MANUAL; None before the fourth execute.
 
     Args:
@@ -68,7 +68,7 @@ def zigzag(c: Columns, pose: Columns) -> Zigzag | None:
     if len(executes) < 4 or not angles[0] or not np.array_equal(angles[1:], -angles[:-1]):
         return None
     first, second, third, fourth = executes
-    return Zigzag(
+    return ZigzagResult(
         _overshoot(psi[second:third], psi[second] - psi[first]),
         _overshoot(psi[third:fourth], psi[third] - psi[second]),
         float(c["t"][fourth] - c["t"][second]),

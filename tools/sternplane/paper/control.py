@@ -20,7 +20,7 @@ from firmware_py.run.errors import UsageError
 from sternplane.identification import vehicle_file
 from sternplane.logs.reading import Columns, read
 from sternplane.logs.tracking import Array, true_columns
-from sternplane.sitl.flight import CONFIG, Wish, fly, prepare
+from sternplane.sitl.flight import CONFIG, FlightRequest, fly, prepare
 
 SCENARIOS = {"fig9": "paper-depth", "fig10": "paper-heading"}
 EVERY = 10
@@ -83,7 +83,7 @@ def fly_step(scenario: str, config: Path, folder: Path, watch: Callable[[Cycle],
         KeyboardInterrupt: the user has had enough.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    outcome = fly(prepare(Wish(scenario, config), {}), folder / "log.mcap", watch)
+    outcome = fly(prepare(FlightRequest(scenario, config), {}), folder / "log.mcap", watch)
     if outcome.reason == "interrupted":
         raise KeyboardInterrupt
     if not outcome.completed:

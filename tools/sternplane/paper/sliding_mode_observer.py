@@ -57,7 +57,7 @@ class SmoParams:
     angle_layer: float = param(0.01, unit="deg", low=1e-9, high=10.0, doc="Least Phi of the angles.")
 
 
-class Estimate(NamedTuple):
+class ObserverEstimate(NamedTuple):
     """What is believed: coefficients, (names,); nu, m/s and rad/s, (6,); phi, theta, psi, rad, (3,)."""
 
     values: Array
@@ -65,7 +65,7 @@ class Estimate(NamedTuple):
     angles: Array
 
 
-class History(NamedTuple):
+class ObserverHistory(NamedTuple):
     """What a run went through.
 
     Attributes:
@@ -216,20 +216,20 @@ class SlidingModeObserver:
         model = self.model
         return observe(model.arrays, model.linearisation, self.gains, self.x, inputs, h, z, self.s)
 
-    def run(self, h: float, inputs: Array, z: Array, every: int = 1) -> History:
+    def run(self, h: float, inputs: Array, z: Array, every: int = 1) -> ObserverHistory:
         """`step` over the rows of inputs, (K, 4), and z, (K, 9); what it went through at every such row."""
         rows = len(inputs) // every
         x, s = np.zeros((rows, self.model.size)), np.zeros((rows, MOVING))
         for k in range(len(inputs)):
             if not self.step(inputs[k], h, z[k]):
-                return History(k, x, s)
+                return ObserverHistory(k, x, s)
             if (k + 1) % every == 0:
                 x[k // every], s[k // every] = self.x, self.s
-        return History(len(inputs), x, s)
+        return ObserverHistory(len(inputs), x, s)
 
-    def estimate(self) -> Estimate:
+    def estimate(self) -> ObserverEstimate:
         """What is believed now."""
-        return Estimate(self.x[self.model.first :].copy(), self.x[:6].copy(), self.x[6:MOVING].copy())
+        return ObserverEstimate(self.x[self.model.first :].copy(), self.x[:6].copy(), self.x[6:MOVING].copy())
 
 
 def _pushes(model: ObserverModel, vehicle: Vehicle, sides: tuple[float, float]) -> Array:

@@ -7,8 +7,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from firmware_py.records.fence import Area, Disc, Fence, Place, rally_from_plain
-from firmware_py.records.fence import from_plain as fence_from_plain
+from firmware_py.records.fence import Area, Disc, Fence, Place, fence_from_plain, rally_from_plain
 from firmware_py.records.order import Change, FenceChange, RallyChange
 from sternplane.logs.reading import Log
 from sternplane.logs.tracking import Array

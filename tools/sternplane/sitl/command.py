@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 
 from firmware_py.adapters.buses.can_bus import open_bus
-from firmware_py.adapters.hil.hil_link import parse_link, serve
+from firmware_py.adapters.hil.hil_link import parse_hil_link, serve
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.run import kept_navigation
 from firmware_py.run.errors import UsageError
@@ -20,7 +20,7 @@ from sternplane.cli import extras
 from sternplane.cli.progress import Progress
 from sternplane.logs.reading import TRUTH_FILE, read
 from sternplane.logs.summary import Summary, summarise, summary_table
-from sternplane.sitl.flight import Wish, fly, prepare
+from sternplane.sitl.flight import FlightRequest, fly, prepare
 from sternplane.sitl.two_process import fly_two_processes
 
 
@@ -28,10 +28,10 @@ def command(options: argparse.Namespace) -> int:
     """Fly and report; return the exit status."""
     if options.seed < 0:
         raise UsageError(f"--seed {options.seed}: must be 0 or more")
-    bus, faults, address = options.bus, tuple(options.fault), parse_link(options.link)
+    bus, faults, address = options.bus, tuple(options.fault), parse_hil_link(options.link)
     if address and not bus.startswith("virtual"):
         raise UsageError(f"--bus {bus} and --link {options.link}: there is no bus on that link; leave --bus away")
-    wish = Wish(
+    wish = FlightRequest(
         options.scenario,
         options.config,
         bus,
@@ -42,7 +42,7 @@ def command(options: argparse.Namespace) -> int:
         options.link,
         options.state,
     )
-    flight = prepare(wish, kept_navigation.load(options.state) if options.state else {})
+    flight = prepare(wish, kept_navigation.load_navigation(options.state) if options.state else {})
     # What cannot be opened is refused before anything is written.
     (serve(address) if address else open_bus(bus)).close()
     with open_ground(options.gcs, flight.configuration, options.gcs_key, options.state) as stations:

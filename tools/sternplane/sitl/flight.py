@@ -16,18 +16,18 @@ from firmware_py import app, config_files, loop
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
 from firmware_py.adapters.clock import RealTime
 from firmware_py.adapters.dvl import DvlPort
-from firmware_py.adapters.hardware import Hardware
-from firmware_py.adapters.hil.hil_link import parse_link
+from firmware_py.adapters.hardware import CanHardware
+from firmware_py.adapters.hil.hil_link import parse_hil_link
 from firmware_py.adapters.installation import configs
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.realtime import applied
-from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter, Recorder
+from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogRecorder, LogWriter
 from firmware_py.autopilot import Autopilot
 from firmware_py.params import ParamError, load
 from firmware_py.ports import Ground, Schedule
 from firmware_py.reconfiguration import AutopilotParams
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.mission_tables import plain
+from firmware_py.records.mission_tables import mission_to_plain
 from firmware_py.run import over_hil, provenance
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.kept_plans import with_kept_plans
@@ -51,7 +51,7 @@ _PATIENCE = {"max": 1.0, "realtime": 0.002}
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class FlightRequest:
     """What a person asked for."""
 
     scenario: str = "demo"
@@ -64,7 +64,7 @@ class Wish:
     faults: tuple[str, ...] = ()
     """NAME@T, beside the scenario's own."""
     link: str = "can"
-    """As `hil_link.parse_link` reads it: the bus, or a PX4-compatible simulator's interface in its place."""
+    """As `hil_link.parse_hil_link` reads it: the bus, or a PX4-compatible simulator's interface in its place."""
     state: Path | None = None
     """What the vehicle kept of an earlier run; None is nothing."""
 
@@ -80,7 +80,7 @@ class Outcome(NamedTuple):
 class Flight:
     """Everything that a wish asks to be read, read and checked."""
 
-    wish: Wish
+    wish: FlightRequest
     scenario: Scenario
     configuration: Mapping[str, Any]
     autopilot: Autopilot
@@ -122,7 +122,7 @@ class Flight:
         }
 
 
-def prepare(wish: Wish, kept: Mapping[str, float]) -> Flight:
+def prepare(wish: FlightRequest, kept: Mapping[str, float]) -> Flight:
     """Reads and checks all that a flight needs; writes nothing.
 
     Args:
@@ -138,13 +138,13 @@ def prepare(wish: Wish, kept: Mapping[str, float]) -> Flight:
         if fault.t > scenario.duration:
             raise ParamError(f"fault {fault.name}@{fault.t:g}: the scenario lasts {scenario.duration:g} s")
     over = scenario.autopilot
-    if parse_link(wish.link):
+    if parse_hil_link(wish.link):
         refuse_faults(scenario)
         over = config_files.merge(over, over_hil.OVER_HIL)
     configuration = with_kept_plans(
         {
             **config_files.read_configuration(wish.config, over, wish.state),
-            "mission": plain(scenario.mission),
+            "mission": mission_to_plain(scenario.mission),
             "kept": dict(kept),
         },
         wish.state,
@@ -162,7 +162,7 @@ def prepare(wish: Wish, kept: Mapping[str, float]) -> Flight:
         truth=truth,
         boat=_load(DevicesParams, wish.config / "sensors.toml", scenario.sensors),
     )
-    if parse_link(wish.link):
+    if parse_hil_link(wish.link):
         _refuse_other_scale(flight)
     return flight
 
@@ -192,7 +192,7 @@ def fly(
     with contextlib.ExitStack() as stack:
         line = stack.enter_context(SerialLine(_PATIENCE[wish.pace]))
         boat_bus = _bus(stack, flight)
-        hardware = Hardware(
+        hardware = CanHardware(
             flight.io, len(flight.autopilot.applied.fins), _bus(stack, flight), DvlPort(flight.io.dvl, line.path)
         )
         stack.callback(hardware.close)
@@ -215,7 +215,7 @@ def fly(
         for refusal in stack.enter_context(applied(dataclasses.replace(flight.io.realtime, freeze_garbage=True))):
             print(refusal, file=sys.stderr)
         try:
-            loop.run(flight.autopilot, hardware, command(pilot), _Tape(log, bridge, watch), schedule)
+            loop.run(flight.autopilot, hardware, command(pilot), _SimulationRecorder(log, bridge, watch), schedule)
             outcome = judge(pilot.completion, bool(interrupted))
         except PlantError as error:
             outcome = Outcome(False, f"the plant has left the numbers: {error}")
@@ -227,11 +227,11 @@ def fly(
     return outcome
 
 
-class _Tape:
+class _SimulationRecorder:
     """The recorder of a simulated run: the cycle, what was really the case, and whoever watches."""
 
     def __init__(self, log: LogWriter, bridge: Bridge, watch: Callable[[Cycle], None]) -> None:
-        self._recorder = Recorder(log)
+        self._recorder = LogRecorder(log)
         self._log = log
         self._bridge = bridge
         self._watch = watch

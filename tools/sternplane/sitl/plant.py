@@ -15,7 +15,7 @@ from rich.console import Console
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
 from firmware_py.adapters.clock import RealTime
-from firmware_py.adapters.hil.hil_link import Address, HilLink, accept, parse_link, serve
+from firmware_py.adapters.hil.hil_link import Address, HilLink, accept, parse_hil_link, serve
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError, LockstepLink
 from firmware_py.adapters.realtime import RealtimeParams, applied
 from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter
@@ -30,7 +30,7 @@ from sim_bridge.devices.serial_line import SerialLine
 from sim_bridge.lockstep_server import LockstepServer, accept_vehicle
 from sim_bridge.plant.plant import PlantError
 from sternplane.logs.reading import TRUTH_FILE
-from sternplane.sitl.flight import Flight, Wish, prepare
+from sternplane.sitl.flight import Flight, FlightRequest, prepare
 
 WAIT_S = 60.0
 """How long a vehicle may take to come in lockstep, s; in real time the boat waits for nobody."""
@@ -40,13 +40,13 @@ Stop = Callable[[], bool]
 
 def command(options: argparse.Namespace) -> int:
     """Runs the boat until its scenario's time is over or someone has had enough; the exit status."""
-    faults, address = tuple(options.fault), parse_link(options.link)
+    faults, address = tuple(options.fault), parse_hil_link(options.link)
     if address and (options.bus or options.dvl):
         raise UsageError(
             f"--link {options.link}: there is neither bus nor DVL on that link; leave --bus and --dvl away"
         )
     bus, link = options.bus, options.link
-    wish = Wish(options.scenario, options.config, bus, options.pace, options.seed, options.io, faults, link)
+    wish = FlightRequest(options.scenario, options.config, bus, options.pace, options.seed, options.io, faults, link)
     flight = prepare(wish, {})
     free = options.pace == "realtime" and not address
     wait = options.wait if options.wait is not None else 0.0 if free else WAIT_S

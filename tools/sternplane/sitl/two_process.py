@@ -11,9 +11,9 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
-from firmware_py.adapters.hil.hil_link import parse_link
+from firmware_py.adapters.hil.hil_link import parse_hil_link
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError
-from firmware_py.adapters.storage.recorder import LogWriter, Recorder
+from firmware_py.adapters.storage.recorder import LogRecorder, LogWriter
 from firmware_py.ports import Ground
 from firmware_py.records.cycle import Cycle
 from firmware_py.run import over_can, over_hil
@@ -29,11 +29,11 @@ _GRACE_S = 10.0
 _PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 
 
-class _Tape:
+class _VehicleRecorder:
     """The vehicle's recorder, and whoever watches; it knows when the scenario's time is over."""
 
     def __init__(self, log: LogWriter, watch: Callable[[Cycle], None], ticks: int) -> None:
-        self._recorder = Recorder(log)
+        self._recorder = LogRecorder(log)
         self._watch = watch
         self._left = ticks
         self._began = 0.0
@@ -74,7 +74,7 @@ def fly_two_processes(
         UsageError: the plant's process refused what it was given.
         BusError, LogError: as `flight.fly`.
     """
-    wish, scenario, address = flight.wish, flight.scenario, parse_link(flight.wish.link)
+    wish, scenario, address = flight.wish, flight.scenario, parse_hil_link(flight.wish.link)
     realtime = wish.pace == "realtime"
     pilot = ScriptedOperator(scenario)
     with (
@@ -82,7 +82,7 @@ def fly_two_processes(
         interruptible() as interrupted,
         LogWriter(folder / LOG_FILE, flight.header()) as log,
     ):
-        tape = _Tape(log, watch, round(scenario.duration * flight.rate))
+        tape = _VehicleRecorder(log, watch, round(scenario.duration * flight.rate))
         gone = _Gone(child)
         losses: dict[str, int] = {}
 
@@ -127,7 +127,7 @@ def fly_two_processes(
 @contextlib.contextmanager
 def _plant(flight: Flight, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
     """The child: the same scenario, on the same wire; ended with us."""
-    wish, address = flight.wish, parse_link(flight.wish.link)
+    wish, address = flight.wish, parse_hil_link(flight.wish.link)
     arguments = ["--scenario", wish.scenario, "--config", str(wish.config), "--pace", wish.pace]
     arguments += ["--seed", str(wish.seed), "--out", str(folder), "--wait", "60"]
     arguments += ["--link", wish.link] if address else ["--bus", wish.bus, "--dvl", str(folder / "dvl")]

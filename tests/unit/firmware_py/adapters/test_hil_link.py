@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pymavlink.dialects.v20 import common as mav
 
 from firmware_py.adapters.buses.can_bus import BusError
-from firmware_py.adapters.hil.hil_link import Address, HilLink, accept, connect, parse_link, serve
+from firmware_py.adapters.hil.hil_link import Address, HilLink, accept, connect, parse_hil_link, serve
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError
 from firmware_py.marine import body_to_ned, ned_to_body
 
@@ -30,7 +30,7 @@ ANGLE = st.floats(-3.0, 3.0)
     ],
 )
 def test_a_link_as_it_is_written(text: str, address: tuple[str, int] | None) -> None:
-    assert parse_link(text) == address
+    assert parse_hil_link(text) == address
 
 
 WRONG = [
@@ -52,7 +52,7 @@ WRONG = [
 @pytest.mark.parametrize("text", ["", *WRONG])
 def test_another_link_is_refused_with_what_would_be_right(text: str) -> None:
     with pytest.raises(BusError, match=r"write can or mavlink-hil\[:HOST:PORT\]"):
-        parse_link(text)
+        parse_hil_link(text)
 
 
 def free() -> Address:

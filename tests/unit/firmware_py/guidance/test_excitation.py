@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.guidance.excitation import PERIOD, Sides, doublets, opposite, prbs, put_over, sides
-from firmware_py.records.mission import Kind, Manoeuvre
+from firmware_py.records.mission import Manoeuvre, ManoeuvreKind
 
 REGISTERS = st.integers(1, PERIOD)
 
@@ -65,7 +65,7 @@ def test_a_zigzag_fin_goes_against_what_has_gone_too_far_and_else_stays(side: fl
 
 
 def test_a_zigzag_swings_between_its_limits_at_a_period_of_each_axis_own() -> None:
-    manoeuvre = Manoeuvre(Kind.ZIGZAG, pitch=math.radians(5.0), heading=math.radians(20.0))
+    manoeuvre = Manoeuvre(ManoeuvreKind.ZIGZAG, pitch=math.radians(5.0), heading=math.radians(20.0))
     at, pitch, heading, seen = Sides(1.0, 1.0), 0.0, 0.0, []
     for k in range(6000):
         at = sides(manoeuvre, k, 0.01, at, pitch, heading)
@@ -81,6 +81,6 @@ def test_a_zigzag_swings_between_its_limits_at_a_period_of_each_axis_own() -> No
 
 @pytest.mark.parametrize("dt", [0.02, 0.01, 0.005])
 def test_the_clock_is_time_at_any_rate_of_the_loop(dt: float) -> None:
-    manoeuvre = Manoeuvre(Kind.PRBS, clock=1.5, register=77)
+    manoeuvre = Manoeuvre(ManoeuvreKind.PRBS, clock=1.5, register=77)
     at = [sides(manoeuvre, k, dt, Sides(1.0, 1.0), 0.0, 0.0) for k in range(round(60.0 / dt))]
     assert at[:: round(1.5 / dt)] == [Sides(prbs(i, 1, 77), prbs(i, 1, opposite(77))) for i in range(40)]

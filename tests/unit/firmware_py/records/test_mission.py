@@ -10,8 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.params import ParamError, load
-from firmware_py.records.mission import Jump, Kind, Loiter, Manoeuvre, Mission, Step, Surface, Waypoint
-from firmware_py.records.mission_tables import Item, Point, from_plain, mission_of, plain
+from firmware_py.records.mission import Jump, Loiter, Manoeuvre, ManoeuvreKind, Mission, MissionItem, Surface, Waypoint
+from firmware_py.records.mission_tables import (
+    ItemTable,
+    WaypointTable,
+    mission_from_plain,
+    mission_of,
+    mission_to_plain,
+)
 
 POINTS = st.builds(Waypoint, *[st.floats(-1e5, 1e5)] * 2, st.floats(0, 6000), st.floats(0, 10))
 ANGLES = st.floats(0.01, 90)
@@ -38,19 +44,19 @@ OTHERS = st.one_of(
 
 
 @given(st.lists(POINTS | MANOEUVRES | OTHERS, max_size=8))
-def test_a_mission_survives_a_log(items: list[Step]) -> None:
+def test_a_mission_survives_a_log(items: list[MissionItem]) -> None:
     mission = Mission(tuple(items))
-    assert from_plain(json.loads(json.dumps(plain(mission)))) == mission
+    assert mission_from_plain(json.loads(json.dumps(mission_to_plain(mission)))) == mission
 
 
 def test_a_log_from_before_there_were_manoeuvres_can_be_flown_again() -> None:
-    mission = from_plain({"waypoints": [[1.0, 2.0, 3.0, 1.5]]})
+    mission = mission_from_plain({"waypoints": [[1.0, 2.0, 3.0, 1.5]]})
     assert mission.items == mission.waypoints == (Waypoint(1.0, 2.0, 3.0, 1.5),)
 
 
 def test_a_manoeuvre_stands_in_a_log_by_how_many_waypoints_come_before_it() -> None:
-    prbs, zigzag = Manoeuvre(Kind.PRBS), Manoeuvre(Kind.ZIGZAG)
-    table = plain(Mission((prbs, Waypoint(1, 2, 3, 4), zigzag, prbs)))
+    prbs, zigzag = Manoeuvre(ManoeuvreKind.PRBS), Manoeuvre(ManoeuvreKind.ZIGZAG)
+    table = mission_to_plain(Mission((prbs, Waypoint(1, 2, 3, 4), zigzag, prbs)))
     assert [(m["after"], m["kind"]) for m in table["manoeuvres"]] == [(0, "prbs"), (1, "zigzag"), (1, "prbs")]
     assert table["waypoints"] == [[1, 2, 3, 4]]
 
@@ -64,7 +70,7 @@ def test_every_kind_of_item_can_be_written_in_a_file() -> None:
         { surface = { rally = true } },
     ]
     """
-    items = [load(Item, table, "here") for table in tomllib.loads(text)["items"]]
+    items = [load(ItemTable, table, "here") for table in tomllib.loads(text)["items"]]
     assert mission_of((), items).items == (
         Waypoint(1.0, 2.0, 8.0, 0.0, above=True),
         Loiter(3.0, 4.0, 5.0, 1.0, False, -40.0, 2.0, 0.0),
@@ -72,7 +78,7 @@ def test_every_kind_of_item_can_be_written_in_a_file() -> None:
         Surface(rally=True),
     )
     with pytest.raises(ParamError, match="jump to = 4: there are 4 items"):
-        mission_of((), [*items[:3], load(Item, {"jump": {"to": 4, "times": 1}}, "here")])
+        mission_of((), [*items[:3], load(ItemTable, {"jump": {"to": 4, "times": 1}}, "here")])
 
 
 @pytest.mark.parametrize(
@@ -84,14 +90,14 @@ def test_every_kind_of_item_can_be_written_in_a_file() -> None:
 )
 def test_a_place_has_a_depth_or_an_altitude(table: dict[str, float], words: str) -> None:
     with pytest.raises(ParamError, match=words):
-        load(Point, {"x_m": 0.0, "y_m": 0.0, "speed_m_s": 0.0, **table}, "here")
+        load(WaypointTable, {"x_m": 0.0, "y_m": 0.0, "speed_m_s": 0.0, **table}, "here")
 
 
 def test_items_are_waypoints_and_manoeuvres_in_their_order() -> None:
     point = {"x_m": 1.0, "y_m": 2.0, "depth_m": 3.0, "speed_m_s": 0.0}
-    items = [load(Item, table, "here") for table in ({"manoeuvre": {"kind": "doublets"}}, {"waypoint": point})]
-    assert mission_of((), items).items == (Manoeuvre(Kind.DOUBLETS), Waypoint(1.0, 2.0, 3.0, 0.0))
-    assert mission_of([load(Point, point, "here")], ()).items == (Waypoint(1.0, 2.0, 3.0, 0.0),)
+    items = [load(ItemTable, table, "here") for table in ({"manoeuvre": {"kind": "doublets"}}, {"waypoint": point})]
+    assert mission_of((), items).items == (Manoeuvre(ManoeuvreKind.DOUBLETS), Waypoint(1.0, 2.0, 3.0, 0.0))
+    assert mission_of([load(WaypointTable, point, "here")], ()).items == (Waypoint(1.0, 2.0, 3.0, 0.0),)
 
 
 @pytest.mark.parametrize(
@@ -108,12 +114,12 @@ def test_items_are_waypoints_and_manoeuvres_in_their_order() -> None:
 )
 def test_what_is_wrong_with_an_item_is_said_in_a_line(table: dict[str, object], words: str) -> None:
     with pytest.raises(ParamError) as caught:
-        load(Item, table, "here")
+        load(ItemTable, table, "here")
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
 def test_waypoints_beside_items_have_no_order_and_are_refused() -> None:
-    point = Point(x=0.0, y=0.0, depth=1.0, speed=1.0)
+    point = WaypointTable(x=0.0, y=0.0, depth=1.0, speed=1.0)
     with pytest.raises(ParamError, match=r"there are \[\[waypoints\]\] and \[\[items\]\]; write all of them as"):
-        mission_of([point], [Item(manoeuvre=Manoeuvre(Kind.PRBS))])
+        mission_of([point], [ItemTable(manoeuvre=Manoeuvre(ManoeuvreKind.PRBS))])

@@ -45,7 +45,7 @@ UNITS = {
 _POWERS = {"-": 0.0, "0": 1.0, "F": 1e-6, "G": 1e-7}
 
 
-class Field(NamedTuple):
+class DataflashField(NamedTuple):
     """A name, the letter of its type, the letter of its unit, and that of its power of ten."""
 
     name: str
@@ -54,13 +54,13 @@ class Field(NamedTuple):
     power: str = "-"
 
 
-TIME = Field("TimeUS", "Q", "s", "F")
+TIME = DataflashField("TimeUS", "Q", "s", "F")
 
 
 class Form:
     """How messages of a name are laid out; the first field is always their time, us."""
 
-    def __init__(self, number: int, name: str, fields: tuple[Field, ...]) -> None:
+    def __init__(self, number: int, name: str, fields: tuple[DataflashField, ...]) -> None:
         self.number, self.name, self.fields = number, name, fields
         self.codes = "".join(field.code for field in fields)
         self._body = struct.Struct("<" + "".join(_CODES[code] for code in self.codes))
@@ -85,15 +85,18 @@ class Writer:
         text = Form(_FMT_NUMBER, "FMT", ())
         text.codes = "BBnNZ"
         self._describe(text, "Type,Length,Name,Format,Columns", 3 + _FMT.size)
-        self.form("UNIT", (TIME, Field("Id", "b"), Field("Label", "Z")))
-        self.form("MULT", (TIME, Field("Id", "b"), Field("Mult", "d")))
-        self.form("FMTU", (TIME, Field("FmtType", "B"), Field("UnitIds", "N"), Field("MultIds", "N")))
+        self.form("UNIT", (TIME, DataflashField("Id", "b"), DataflashField("Label", "Z")))
+        self.form("MULT", (TIME, DataflashField("Id", "b"), DataflashField("Mult", "d")))
+        self.form(
+            "FMTU",
+            (TIME, DataflashField("FmtType", "B"), DataflashField("UnitIds", "N"), DataflashField("MultIds", "N")),
+        )
         for letter, unit in UNITS.items():
             self.write("UNIT", (0, ord(letter), unit.encode()))
         for letter, power in _POWERS.items():
             self.write("MULT", (0, ord(letter), power))
 
-    def form(self, name: str, fields: tuple[Field, ...]) -> None:
+    def form(self, name: str, fields: tuple[DataflashField, ...]) -> None:
         """Declares a form; its first field is TIME, and it has 16 at the most."""
         form = Form(_FIRST_NUMBER + len(self._forms), name, fields)
         self._forms[name] = form

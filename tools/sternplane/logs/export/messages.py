@@ -17,7 +17,7 @@ from firmware_py.marine import Origin, local_to_geodetic
 from firmware_py.mavlink.base.modes import Identity, custom_mode
 from firmware_py.parameter_tree import list_parameters, with_values
 from firmware_py.records.order import Mode, ParameterChange
-from sternplane.logs.export.dataflash import TIME, Field, Writer
+from sternplane.logs.export.dataflash import TIME, DataflashField, Writer
 from sternplane.logs.reading import Columns, Log
 
 _LEARNED_EVERY, _TEXT = 10, 64
@@ -41,16 +41,16 @@ def export(log: Log, file: IO[bytes], step: Callable[[int], None] = lambda _: No
         "LRN",
         (
             TIME,
-            Field("I", "B", "#"),
-            Field("Name", "N"),
-            Field("Value", "f"),
-            Field("Std", "f"),
-            Field("Valid", "B"),
-            Field("Exc", "B"),
+            DataflashField("I", "B", "#"),
+            DataflashField("Name", "N"),
+            DataflashField("Value", "f"),
+            DataflashField("Std", "f"),
+            DataflashField("Valid", "B"),
+            DataflashField("Exc", "B"),
         ),
     )
-    writer.form("MSG", (TIME, Field("Message", "Z")))
-    writer.form("MODE", (TIME, Field("Mode", "M"), Field("ModeNum", "B"), Field("Rsn", "B")))
+    writer.form("MSG", (TIME, DataflashField("Message", "Z")))
+    writer.form("MODE", (TIME, DataflashField("Mode", "M"), DataflashField("ModeNum", "B"), DataflashField("Rsn", "B")))
     events = [(round(t * 1e6), text) for t, text in log.sentences]
     events.reverse()
     before = None
@@ -76,7 +76,9 @@ def export(log: Log, file: IO[bytes], step: Callable[[int], None] = lambda _: No
 
 def _parameters(writer: Writer, log: Log) -> list[tuple[int, bytes, float, float]]:
     """Writes all as they were at first; returns what was changed since: time, us, name, value and default of each."""
-    writer.form("PARM", (TIME, Field("Name", "N"), Field("Value", "f"), Field("Default", "f")))
+    writer.form(
+        "PARM", (TIME, DataflashField("Name", "N"), DataflashField("Value", "f"), DataflashField("Default", "f"))
+    )
     configuration = log.header["configuration"]
     params, values, defaults, changed = config_files.autopilot_params(configuration), {}, {}, []
     for setting in app.parameter_store(configuration).settings:
@@ -95,7 +97,7 @@ def _parameters(writer: Writer, log: Log) -> list[tuple[int, bytes, float, float
     return changed
 
 
-def _tables(c: Columns, configuration: Mapping[str, Any]) -> dict[str, tuple[tuple[Field, ...], _Row]]:
+def _tables(c: Columns, configuration: Mapping[str, Any]) -> dict[str, tuple[tuple[DataflashField, ...], _Row]]:
     """Name -> fields, and who makes the row of a cycle."""
 
     def degrees(*paths: str) -> Any:
@@ -131,12 +133,12 @@ def _tables(c: Columns, configuration: Mapping[str, Any]) -> dict[str, tuple[tup
         volts, amperes, left = battery[i]
         return 0, volts, amperes, 100.0 * left
 
-    def named(names: str, unit: str) -> tuple[Field, ...]:
-        return tuple(Field(name, "f", unit, "0") for name in names.split())
+    def named(names: str, unit: str) -> tuple[DataflashField, ...]:
+        return tuple(DataflashField(name, "f", unit, "0") for name in names.split())
 
     numbered = " ".join(f"F{i}" for i in range(1, fins.shape[1] + 1))
-    lat, lng = Field("Lat", "L", "D", "G"), Field("Lng", "L", "U", "G")
-    bat = (Field("Inst", "B", "#"), *named("Volt", "v"), *named("Curr", "A"), *named("RemPct", "%"))
+    lat, lng = DataflashField("Lat", "L", "D", "G"), DataflashField("Lng", "L", "U", "G")
+    bat = (DataflashField("Inst", "B", "#"), *named("Volt", "v"), *named("Curr", "A"), *named("RemPct", "%"))
     return {
         "ATT": (named("Roll Pitch", "d") + named("DesYaw Yaw", "d"), full_turn),
         "POS": ((lat, lng, *named("Alt RelHomeAlt", "m")), position),

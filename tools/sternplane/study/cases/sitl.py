@@ -22,7 +22,7 @@ from sternplane.identification.vehicle_file import write
 from sternplane.logs.reading import Columns, Log, read
 from sternplane.logs.tracking import Array
 from sternplane.sitl.busless_flight import SENSOR_STD
-from sternplane.sitl.flight import Wish, fly, prepare
+from sternplane.sitl.flight import FlightRequest, fly, prepare
 from sternplane.study.figures import bars, over_bound, per_name, rms
 from sternplane.study.rows import Case, Results, RunArrays
 from sternplane.study.setups import CONFIG, WRONG, starts, true_vehicle
@@ -61,7 +61,7 @@ def _run(seed: int, k: int) -> RunArrays:
         write(folder / "config" / "vehicle.toml", table, "Wrong on purpose.")
         scenario = folder / "study.toml"
         scenario.write_text(SCENARIO.format(duration=DURATION, register=1 + seed % PERIOD))
-        flight = prepare(Wish(scenario=str(scenario), config=folder / "config", seed=seed), {})
+        flight = prepare(FlightRequest(scenario=str(scenario), config=folder / "config", seed=seed), {})
         fly(flight, folder / "log.mcap")
         log = read(folder / "log.mcap")
         params = dataclasses.replace(flight.params.estimation.coefficients, turbulence=(0.0,))

@@ -9,7 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.base.statustext import StatusTexts
 from firmware_py.records.event import Cause, Event, EventKind, Severity
-from firmware_py.records.mission import Kind
+from firmware_py.records.mission import ManoeuvreKind
 from firmware_py.records.order import Mode
 from tests.unit.firmware_py.mavlink.station import cycle, node, parse, put_together
 
@@ -68,7 +68,9 @@ def test_severities_are_those_of_mavlink() -> None:
 def test_what_a_manoeuvre_did_not_teach_arrives_whole_as_a_warning() -> None:
     def report(cause: Cause, numbers: tuple[float, ...], *names: str) -> Event:
         kind = EventKind.LEARNING_REPORT
-        return Event(kind, Severity.WARNING, cause=cause, manoeuvre=Kind.DOUBLETS, numbers=numbers, names=names)
+        return Event(
+            kind, Severity.WARNING, cause=cause, manoeuvre=ManoeuvreKind.DOUBLETS, numbers=numbers, names=names
+        )
 
     never = ("N_r", "N_dr", "N_v", "Y_dr", "Y_r", "Y_v")
     events = (report(Cause.LEARNED, (4.0, 10.0, 4.0, 0.0308), "Z_ds"), report(Cause.NEVER_EXCITED, (), *never))

@@ -13,7 +13,7 @@ from firmware_py.mavlink.plans.items import UNLIMITED
 from firmware_py.mavlink.plans.path_check import check_first_leg
 from firmware_py.records.fence import Fence, Polygon
 from firmware_py.records.limits import OperatingLimits
-from firmware_py.records.mission import Jump, Kind, Loiter, Manoeuvre, Surface, Waypoint
+from firmware_py.records.mission import Jump, Loiter, Manoeuvre, ManoeuvreKind, Surface, Waypoint
 from firmware_py.records.order import Mode
 from firmware_py.records.turning import Turning
 from tests.unit.firmware_py.mavlink.planner import FENCE, RALLY, WAYPOINT, Planner, home, item
@@ -96,7 +96,7 @@ def around(x: float, y: float, radius: float) -> Loiter:
         ([around(70.0, 0.0, 0.0)], 0, None),  # as wide as it is flown it is joined south of the wall
         ([around(5.0, 60.0, 0.0), FAR], 0, None),
         ([Surface(), FAR], 0, None),  # nothing behind it is flown
-        ([Manoeuvre(Kind.PRBS), FAR], 0, None),  # nobody knows where it ends
+        ([Manoeuvre(ManoeuvreKind.PRBS), FAR], 0, None),  # nobody knows where it ends
         ([Jump(2, 1), NEAR, FAR], 0, 2),
         ([Jump(2, -1), NEAR, Jump(3, 1), FAR], 0, 3),
         ([Jump(2, 0), NEAR, FAR], 0, None),

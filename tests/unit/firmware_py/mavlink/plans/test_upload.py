@@ -17,8 +17,8 @@ from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.plans.mission_items import items_of
 from firmware_py.mavlink.plans.plan_builder import FILES, plan_of_mission, read_plan
-from firmware_py.records.mission import Jump, Kind, Loiter, Manoeuvre, Mission, Surface, Waypoint
-from firmware_py.records.mission_tables import from_plain, plain
+from firmware_py.records.mission import Jump, Loiter, Manoeuvre, ManoeuvreKind, Mission, Surface, Waypoint
+from firmware_py.records.mission_tables import mission_from_plain, mission_to_plain
 from firmware_py.records.order import FenceChange, MissionChange, RallyChange
 from firmware_py.wire.log.changes import decode, encode
 from tests.unit.firmware_py.mavlink.planner import FENCE, MISSION, RALLY, WAYPOINT, Planner, fields, home, item
@@ -67,7 +67,9 @@ def test_what_goes_up_is_flown_and_comes_down_as_it_went_up() -> None:
     assert around[4:] == (False, -40.0, 2.0, 0.0)
     assert (timed.x, timed.y) == (around.x, around.y)  # where none is given it is the place before
     assert timed[5:] == (0.0, 0.0, 60.0)
-    assert learn == Manoeuvre(Kind.PRBS, 60.0, math.radians(15.0), 0.0, clock=2.5, register=33, speed=learn.speed)
+    assert learn == Manoeuvre(
+        ManoeuvreKind.PRBS, 60.0, math.radians(15.0), 0.0, clock=2.5, register=33, speed=learn.speed
+    )
     assert jump == Jump(0, 3)  # item 2, which is the second behind the home, is the first step
     assert local[:3] == (100.0, -50.0, 7.0)
     assert end == Surface(rally=True)
@@ -82,7 +84,7 @@ def test_the_mission_in_the_order_is_made_already_and_is_what_the_document_says(
     (change,) = [change for order in vehicle.orders for change in order.changes]
     assert isinstance(change, MissionChange)
     assert decode(encode(change)) == change
-    assert from_plain(plain(change.mission)).waypoints == change.mission.waypoints
+    assert mission_from_plain(mission_to_plain(change.mission)).waypoints == change.mission.waypoints
 
 
 def test_a_generic_station_has_no_home_and_finds_the_same_mission() -> None:
@@ -191,7 +193,7 @@ def test_the_mission_that_came_with_the_configuration_can_be_read_and_sent_back(
     steps = (
         Waypoint(100.0, -20.0, 5.0, 1.5),
         Waypoint(100.0, 80.0, 9.0, 0.0, above=True),
-        Manoeuvre(Kind.ZIGZAG, 60.0, math.radians(10.0), 0.0, pitch=math.radians(5.0), speed=1.2),
+        Manoeuvre(ManoeuvreKind.ZIGZAG, 60.0, math.radians(10.0), 0.0, pitch=math.radians(5.0), speed=1.2),
         Loiter(10.0, 20.0, 6.0, 1.2, False, -50.0, 1.5, 0.0),
         Jump(1, 2),
         Surface(rally=True),
