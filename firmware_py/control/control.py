@@ -130,8 +130,8 @@ class Control:
         DISARMED: all zero; the memory is cleared. MANUAL: the sticks, limited; zero when they are too old.
         Other modes: the laws. A state with a non-finite entry gives NaN fin angles, which the gate rejects, and leaves
         depth and heading memory as they are. Below u_min the fin angles are scaled by u / u_min; at rest and astern
-        they are zero. The excitation of a learning manoeuvre is added here, so that the laws know of it and the gate
-        limits the sum.
+        they are zero. The excitation of a learning manoeuvre is part of the demand, so that the laws know of it and
+        the gate limits the sum.
         """
         if mode.mode is Mode.DISARMED:
             self._reset()
@@ -147,12 +147,10 @@ class Control:
         dt = tick.dt
         theta_dot, psi_dot = attitude_rates(state)
         fade = clip(nu.u / self._params.u_min, 0.0, 1.0)
-        delta_s, sigma_z = self._depth.update(reference, state, theta_dot, dt)
+        delta_s, sigma_z = self._depth.update(reference, state, theta_dot, fade, dt)
         delta_r, sigma_psi = self._heading.update(reference, state, psi_dot, fade, dt)
         n = self._speed.update(reference.u_d, nu.u, state.velocity_ok, dt)
-        delta_s = clip(reference.grip * delta_s + reference.delta_s, -self._delta_s_max, self._delta_s_max)
-        delta_r = clip(reference.grip * delta_r + reference.delta_r, -self._delta_r_max, self._delta_r_max)
-        return Demand(fade * delta_s, fade * delta_r, n, sigma_z, sigma_psi)
+        return Demand(delta_s, delta_r, n, sigma_z, sigma_psi)
 
     def freeze(self) -> ControlMemory:
         """Return the whole memory."""

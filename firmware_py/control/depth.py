@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from firmware_py.control.axis_law import AxisLaw
 from firmware_py.control.feed_forward import track_depth, unmodelled_climb
+from firmware_py.control.fin_demand import fin_demand
 from firmware_py.records.command import Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.vehicle.linear_models import diving_model
@@ -51,13 +52,21 @@ class DepthControl:
         self._model = diving_model(self._vehicle, u)
         self._law.schedule(self._model, u / self._vehicle.propeller.u_trim)
 
-    def update(self, reference: Reference, state: StateEstimate, theta_dot: float, dt: float) -> tuple[float, float]:
-        """Return delta_s (rad) and sigma_z (m). `theta_dot` is the pitch angle's rate, rad/s."""
+    def update(
+        self, reference: Reference, state: StateEstimate, theta_dot: float, fade: float, dt: float
+    ) -> tuple[float, float]:
+        """Return the demand delta_s (rad) and sigma_z (m).
+
+        Args:
+            theta_dot: rate of the pitch angle, rad/s.
+            fade: factor in [0, 1] by which fins are reduced at low speed.
+        """
         error, delta_ff = track_depth(self._model, reference, state, theta_dot, self._climb_bias)
         if self._climb_bias_time > 0.0:
             measured = unmodelled_climb(self._model, state) if state.velocity_ok else 0.0
             self._climb_bias += min(dt / self._climb_bias_time, 1.0) * (measured - self._climb_bias)
-        return self._law.update(error, delta_ff, self._limit, dt)
+        delta_s, sigma = self._law.update(error, delta_ff, self._limit, dt)
+        return fin_demand(delta_s, reference.delta_s, reference.grip, self._limit, fade), sigma
 
     def reset(self) -> None:
         """Clear the climb bias and the law's integral."""

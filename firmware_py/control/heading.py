@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from firmware_py.control.axis_law import AxisLaw
 from firmware_py.control.feed_forward import SwayInput, SwayState, propagate_sway, track_heading
+from firmware_py.control.fin_demand import fin_demand
 from firmware_py.marine import clip
 from firmware_py.records.command import Reference
 from firmware_py.records.estimate import StateEstimate
@@ -57,17 +58,16 @@ class HeadingControl:
     def update(
         self, reference: Reference, state: StateEstimate, psi_dot: float, fade: float, dt: float
     ) -> tuple[float, float]:
-        """Return delta_r (rad) and sigma_psi (rad).
+        """Return the demand delta_r (rad) and sigma_psi (rad).
 
         Args:
             psi_dot: rate of the heading angle, rad/s.
-            fade: factor in [0, 1] by which the caller scales the rudder at low speed. The sway is propagated with the
-                rudder that the vehicle gets: scaled, and with the excitation of a learning manoeuvre added.
+            fade: factor in [0, 1] by which fins are reduced at low speed.
         """
         error, delta_ff = track_heading(self._model, reference, state, psi_dot, self._sway)
         delta_r, sigma = self._law.update(error, delta_ff, self._limit, dt)
-        applied = fade * clip(reference.grip * delta_r + reference.delta_r, -self._limit, self._limit)
-        desired, actual = SwayInput(reference.psi_d_dot, delta_ff), SwayInput(psi_dot, applied)
+        delta_r = fin_demand(delta_r, reference.delta_r, reference.grip, self._limit, fade)
+        desired, actual = SwayInput(reference.psi_d_dot, delta_ff), SwayInput(psi_dot, delta_r)
         self._sway = propagate_sway(self._model, self._sway, desired, actual, self._u, dt)
         return delta_r, sigma
 
