@@ -117,7 +117,7 @@ class PartsFactory:
             "estimator": self._estimator,
         }
 
-    def changed(self, values: Mapping[str, Any]) -> PartsFactory:
+    def with_changes(self, values: Mapping[str, Any]) -> PartsFactory:
         """A yard with other values of dotted keys, in which every part that they go into could be made.
 
         Raises:

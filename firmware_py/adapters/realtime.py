@@ -50,7 +50,7 @@ def apply(params: RealtimeParams) -> tuple[str, ...]:
 
 
 @contextlib.contextmanager
-def applied(params: RealtimeParams) -> Iterator[tuple[str, ...]]:
+def apply_while(params: RealtimeParams) -> Iterator[tuple[str, ...]]:
     """Apply the options for as long as the context lasts, then restore the former state."""
     with contextlib.ExitStack() as undo:
         yield _apply(params, undo)

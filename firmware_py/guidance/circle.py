@@ -28,7 +28,7 @@ class Tangent(NamedTuple):
     ahead: float
 
 
-def beside(x: float, y: float, psi: float, radius: float) -> Circle:
+def circle_through(x: float, y: float, psi: float, radius: float) -> Circle:
     """The circle on which a boat at (x, y), m, is that goes along psi, rad."""
     return Circle(x - radius * math.sin(psi), y + radius * math.cos(psi), radius)
 

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from firmware_py.guidance.bottom import Bottom
-from firmware_py.guidance.circle import Circle, beside, tangent
+from firmware_py.guidance.circle import Circle, circle_through, tangent
 from firmware_py.guidance.guidance_memory import AT_REST, GuidanceMemory
 from firmware_py.guidance.guidance_params import GuidanceParams
 from firmware_py.guidance.line_of_sight import Leg, LineOfSight
 from firmware_py.guidance.manoeuvre import NO_EXCITATION, Excitation, ManoeuvreGuidance
 from firmware_py.guidance.reference_shaper import ReferenceShaper
-from firmware_py.guidance.route import Route, homing
+from firmware_py.guidance.route import Route, heading_towards
 from firmware_py.marine import clip
 from firmware_py.records.command import ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
@@ -36,7 +36,7 @@ class Guidance:
     """One reference per tick. `finished` once the mission is flown; `events` are those of this tick.
 
     `depth_max` and `altitude_min` are the supervisor's limits, m: learning manoeuvres keep away from them, and so does
-    what is flown above the bottom. Who surfaces or returns goes to `fence.haven` of `rally`, as chosen on entering.
+    what is flown above the bottom. RETURN and SURFACE go to the `nearest_rally_point`, chosen on entering the mode.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class Guidance:
         """The reference of this tick. While the state is not finite the last one stands, and no manoeuvre goes on."""
         self.events = ()
         reference = self._update(tick, mode, order, state)
-        self.events += self._learning.taught(state.learned.report)
+        self.events += self._learning.report_events(state.learned.report)
         return reference
 
     def _update(self, tick: Tick, mode: ModeState, order: Order, state: StateEstimate) -> Reference:
@@ -118,9 +118,9 @@ class Guidance:
                 self._home.enter(eta.x, eta.y, self._depth.command)
             self._wanted = self._surface(state)
         else:
-            barred = self._flown.barred
+            unreachable = self._flown.rally_unreachable
             across, dither = self._proceed(entered, order.setpoint.u_d, state, tick.dt)
-            self.events += (_UNREACHABLE,) * (self._flown.barred and not barred)
+            self.events += (_UNREACHABLE,) * (self._flown.rally_unreachable and not unreachable)
         self._last = self._shape(state, across, dither, tick.dt)
         return self._last
 
@@ -147,7 +147,7 @@ class Guidance:
         if entered:
             if self._wanted.u_d < _AT_REST:
                 self._wanted = self._wanted._replace(u_d=min(self._params.cruise_speed, self._params.speed_max))
-            self._circle = beside(x, y, state.eta.psi, self._radius)
+            self._circle = circle_through(x, y, state.eta.psi, self._radius)
         self._hold(setpoint)
         if self._mode is Mode.GUIDED:
             if math.isfinite(setpoint.x + setpoint.y):
@@ -176,7 +176,7 @@ class Guidance:
     def _surface(self, state: StateEstimate) -> Setpoint:
         """Up, and towards the rally point; who is there, or knows of none, keeps the heading."""
         z_d, speed = 0.0 if state.depth_ok else -self._params.blind_climb, self._params.surface_speed
-        psi_d = homing(self._home.rally, state.eta.x, state.eta.y, self._turning.tightest(speed))
+        psi_d = heading_towards(self._home.rally, state.eta.x, state.eta.y, self._turning.tightest(speed))
         return Setpoint(z_d, self._wanted.psi_d if math.isnan(psi_d) else psi_d, speed)
 
     def _proceed(self, entered: bool, u_d: float, state: StateEstimate, dt: float) -> tuple[float, Excitation]:
@@ -200,7 +200,7 @@ class Guidance:
         before = route.freeze()
         radius = max(self._params.turn_radius, state.nu.u / self._params.turn_rate_max)
         way = route.follow(state.eta.x, state.eta.y, sight.acceptance, radius, _LAGS * self._params.heading_way)
-        self.events = route.passed(before)
+        self.events = route.events_since(before)
         after = route.current
         if isinstance(after, Waypoint) or route.finished:
             end = after if isinstance(after, Waypoint) else end

@@ -71,7 +71,7 @@ def leg(start: Waypoint, end: Waypoint, x: float, y: float) -> Leg:
     return Leg(length, course, c * x0 + s * y0, c * y0 - s * x0, math.hypot(end.x - x, end.y - y))
 
 
-def passed(way: Leg, reach: float, shortest: float) -> bool:
+def is_passed(way: Leg, reach: float, shortest: float) -> bool:
     """True within reach (m) of the waypoint, or beyond the line through it across the leg.
 
     A leg no longer than `shortest`, m, is passed at once: nobody could fly it.

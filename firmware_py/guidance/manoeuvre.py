@@ -130,7 +130,7 @@ class ManoeuvreGuidance:
             self._over = self._memory.kind
         self._memory = None
 
-    def taught(self, report: tuple[Event, ...]) -> tuple[Event, ...]:
+    def report_events(self, report: tuple[Event, ...]) -> tuple[Event, ...]:
         """Return the report on what a manoeuvre taught that has ended since this was last asked; see `Learned`."""
         over, self._over = self._over, None
         return tuple(replace(event, manoeuvre=over) for event in report) if over is not None else ()

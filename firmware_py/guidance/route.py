@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from firmware_py.guidance.circle import Circle
-from firmware_py.guidance.line_of_sight import Leg, leg, passed
+from firmware_py.guidance.line_of_sight import Leg, is_passed, leg
 from firmware_py.marine import wrap
 from firmware_py.records.event import Event, EventKind, severity_of
 from firmware_py.records.fence import NO_FENCE, Fence, Place, nearest_rally_point
@@ -29,7 +29,7 @@ class RouteProgress(NamedTuple):
     turned: float = 0.0
     spent: float = 0.0
     rally: Place | None = None
-    barred: bool = False
+    rally_unreachable: bool = False
 
 
 BEGINNING = RouteProgress(0)
@@ -37,7 +37,7 @@ _SHARPEST = math.radians(120.0)
 """A sharper corner is rounded like this one: the way before it would else grow without bound."""
 
 
-def homing(place: Place | None, x: float, y: float, near: float) -> float:
+def heading_towards(place: Place | None, x: float, y: float, near: float) -> float:
     """The heading, rad, from (x, y), m, to a place; NaN where it is `near`, m, or there is none."""
     if place is None or math.hypot(place.x - x, place.y - y) <= near:
         return math.nan
@@ -45,7 +45,7 @@ def homing(place: Place | None, x: float, y: float, near: float) -> float:
 
 
 class Route:
-    """Remembers `RouteProgress`. Of the rally points it goes to `fence.haven`, and to none if there is no such."""
+    """The route through a mission; it remembers `RouteProgress`, and chooses the `nearest_rally_point`."""
 
     def __init__(self, mission: Mission, rally: Sequence[Place] = (), fence: Fence = NO_FENCE) -> None:
         self._items = mission.items
@@ -99,9 +99,9 @@ class Route:
         return self._memory.rally
 
     @property
-    def barred(self) -> bool:
+    def rally_unreachable(self) -> bool:
         """True once it is finished because no rally point has a straight way within the fence."""
-        return self._memory.barred
+        return self._memory.rally_unreachable
 
     @property
     def manoeuvre(self) -> Manoeuvre | None:
@@ -134,7 +134,7 @@ class Route:
         start = self._memory.start or end._replace(x=x, y=y)
         way = leg(start, end, x, y)
         for _ in self._items:
-            if not passed(way, max(acceptance, self._wheel_over(end, way, radius, lag)), acceptance):
+            if not is_passed(way, max(acceptance, self._wheel_over(end, way, radius, lag)), acceptance):
                 break
             self._memory = self._from(self._memory.next + 1, self._memory)
             self._memory = self._memory._replace(start=end)
@@ -146,7 +146,7 @@ class Route:
             way = leg(start, end, x, y)
         return way
 
-    def passed(self, before: RouteProgress) -> tuple[Event, ...]:
+    def events_since(self, before: RouteProgress) -> tuple[Event, ...]:
         """What was passed since then."""
         if self._memory.next == before.next:
             return ()
@@ -200,7 +200,7 @@ class Route:
         if not self.finished and self._memory.rally is None and isinstance(self._items[self._memory.next], Surface):
             rally = nearest_rally_point(self._rally, self._fence, x, y)
             done = len(self._items) if rally is None else self._memory.next
-            self._memory = self._memory._replace(next=done, rally=rally, barred=rally is None)
+            self._memory = self._memory._replace(next=done, rally=rally, rally_unreachable=rally is None)
 
     def _from(self, item: int, memory: RouteProgress) -> RouteProgress:
         """Progress at the first item from `item` on that is to be flown, once all jumps on the way are made.

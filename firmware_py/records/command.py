@@ -15,7 +15,7 @@ class ModeState:
 
     `ready` says that arming would be granted in this tick, or that it was; `cause` why the mode was entered, `failsafe`
     that a rule did so and nobody asked for it. `too_deep` and `breach` say what is wrong with the place: deeper than
-    the limit, and beyond the fence as `Fence.breached` has it.
+    the limit, and beyond the fence as `Fence.breach_at` has it.
     """
 
     mode: Mode

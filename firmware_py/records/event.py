@@ -59,7 +59,7 @@ class Cause(enum.IntEnum):
     BATTERY_LOW = 7  # charge and limit, in [0, 1]; NaN is not known
     DEPTH_LIMIT = 8  # depth and limit, m
     ALTITUDE_LIMIT = 9  # altitude and limit, m
-    FENCE = 10  # `Fence.breached`
+    FENCE = 10  # `Fence.breach_at`
     LATE_CYCLES = 11  # late cycles of the last second, and limit
     MISSION_DONE = 12
     RETURN_DONE = 13

@@ -1,6 +1,6 @@
-"""Where the vehicle may be, and where it had best come up: areas of the local frame, in the plain form of a log too.
+"""Fence and rally points in the local frame, and their plain form in a log.
 
-How deep the fence is says `SafetyParams.depth_max`: stations have no item for it.
+The depth of the fence is `SafetyParams.depth_max`: stations have no item for it.
 """
 
 from __future__ import annotations
@@ -12,26 +12,26 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 MAX_CORNERS = 120
-"""Corners and circles of a fence: each costs the cycle about a tenth of a microsecond."""
+"""Greatest number of corners and circles of a fence; each costs about 0.1 us per cycle."""
 MAX_RALLY_POINTS = 32
-"""Rally points: the way to each may have to be looked at in one cycle."""
-_NOTHING = 1e-6
-"""A shorter piece of a way, m, is rounding."""
+"""Greatest number of rally points; the legs to all of them may have to be checked in one cycle."""
+_NEGLIGIBLE = 1e-6
+"""A shorter piece of a leg, m, comes from rounding."""
 
 
 class Disc(NamedTuple):
-    """A circle's area: centre and radius, m."""
+    """A circular area: centre and radius, m."""
 
     x: float
     y: float
     radius: float
 
-    def holds(self, x: float, y: float) -> bool:
-        """True for a point in it."""
+    def contains(self, x: float, y: float) -> bool:
+        """Return whether a point is inside."""
         return math.hypot(x - self.x, y - self.y) <= self.radius
 
     def crossings(self, x: float, y: float, dx: float, dy: float) -> Iterator[float]:
-        """The shares of the way from (x, y) to (x + dx, y + dy), m, at which it crosses the edge."""
+        """Yield where the leg from (x, y) to (x + dx, y + dy), m, crosses the edge, as shares of its length."""
         x, y = x - self.x, y - self.y
         a, b, c = dx * dx + dy * dy, dx * x + dy * y, x * x + y * y - self.radius * self.radius
         root = b * b - a * c
@@ -39,8 +39,8 @@ class Disc(NamedTuple):
             root = math.sqrt(root)
             yield from (share for share in ((-b - root) / a, (-b + root) / a) if 0.0 < share < 1.0)
 
-    def cuts(self, x: float, y: float, radius: float) -> Iterator[float]:
-        """The bearings, rad, at which the circle of a radius, m, about (x, y) crosses the edge."""
+    def circle_crossings(self, x: float, y: float, radius: float) -> Iterator[float]:
+        """Yield the bearings, rad, at which the circle of a radius, m, about (x, y) crosses the edge."""
         away = math.hypot(self.x - x, self.y - y)
         if abs(self.radius - radius) < away < self.radius + radius:
             bearing = math.atan2(self.y - y, self.x - x)
@@ -50,12 +50,12 @@ class Disc(NamedTuple):
 
 
 class Polygon(NamedTuple):
-    """An area with straight sides: at least three corners (x, y), m, in either sense."""
+    """A polygonal area: at least three corners (x, y), m, in either sense."""
 
     corners: tuple[tuple[float, float], ...]
 
-    def holds(self, x: float, y: float) -> bool:
-        """True for a point in it: a ray to the east crosses its sides an odd number of times."""
+    def contains(self, x: float, y: float) -> bool:
+        """Return whether a point is inside: a ray to the east crosses its sides an odd number of times."""
         inside = False
         x0, y0 = self.corners[-1]
         for x1, y1 in self.corners:
@@ -65,7 +65,7 @@ class Polygon(NamedTuple):
         return inside
 
     def crossings(self, x: float, y: float, dx: float, dy: float) -> Iterator[float]:
-        """As those of a `Disc`."""
+        """See `Disc`."""
         x0, y0 = self.corners[-1]
         side0 = dx * (y0 - y) - dy * (x0 - x)  # positive to starboard of the way
         for x1, y1 in self.corners:
@@ -76,8 +76,8 @@ class Polygon(NamedTuple):
                     yield share
             x0, y0, side0 = x1, y1, side1
 
-    def cuts(self, x: float, y: float, radius: float) -> Iterator[float]:
-        """As those of a `Disc`."""
+    def circle_crossings(self, x: float, y: float, radius: float) -> Iterator[float]:
+        """See `Disc`."""
         x0, y0 = self.corners[-1]
         for x1, y1 in self.corners:
             ax, ay, dx, dy = x0 - x, y0 - y, x1 - x0, y1 - y0
@@ -99,7 +99,7 @@ WITHIN, OUTSIDE = 0, -1
 
 
 def breach_text(breach: int) -> str:
-    """Return what is wrong with a place by the fence, for people; "" if nothing is."""
+    """Return what is wrong with a position, for people; "" if nothing is."""
     if breach == WITHIN:
         return ""
     return "outside the fence" if breach == OUTSIDE else f"within exclusion {breach:.0f} of the fence"
@@ -107,12 +107,12 @@ def breach_text(breach: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Fence:
-    """The vehicle shall be in one of `within`, if there are any, and in none of `without`."""
+    """Areas of inclusion (`within`; none allows every position) and of exclusion (`without`)."""
 
     within: tuple[Area, ...] = ()
     without: tuple[Area, ...] = ()
 
-    def breached(self, x: float, y: float) -> int:
+    def breach_at(self, x: float, y: float) -> int:
         """Return the number of the exclusion that (x, y), m, is in, from 1; OUTSIDE of all inclusions; or WITHIN.
 
         Of NaN nothing is known: WITHIN.
@@ -120,39 +120,41 @@ class Fence:
         if math.isnan(x + y):
             return WITHIN
         for i, area in enumerate(self.without, 1):
-            if area.holds(x, y):
+            if area.contains(x, y):
                 return i
-        if self.within and not any(area.holds(x, y) for area in self.within):
+        if self.within and not any(area.contains(x, y) for area in self.within):
             return OUTSIDE
         return WITHIN
 
-    def breach(self, x: float, y: float) -> str:
-        """Return what is wrong with being at (x, y), m, as `breach_text` says it; "" if nothing is."""
-        return breach_text(self.breached(x, y))
+    def problem_at(self, x: float, y: float) -> str:
+        """Return what is wrong with the position (x, y), m, as `breach_text` says it; "" if nothing is."""
+        return breach_text(self.breach_at(x, y))
 
-    def barred(self, x0: float, y0: float, x1: float, y1: float) -> str:
-        """What is wrong with the straight way from (x0, y0) to (x1, y1), m, as `breach` says it; "" if nothing is.
+    def leg_problem(self, x0: float, y0: float, x1: float, y1: float) -> str:
+        """Return what is wrong with the straight leg from (x0, y0) to (x1, y1), m, as `problem_at` says it.
 
-        Between two edges that it crosses a way is all within an area or all without.
+        Between two edges that it crosses, a leg lies wholly inside an area or wholly outside.
         """
         dx, dy = x1 - x0, y1 - y0
         areas = (*self.within, *self.without)
         shares = sorted(share for area in areas for share in area.crossings(x0, y0, dx, dy))
-        least = _NOTHING / (math.hypot(dx, dy) or 1.0)
+        least = _NEGLIGIBLE / (math.hypot(dx, dy) or 1.0)
         for a, b in itertools.pairwise((0.0, *shares, 1.0)):
             middle = 0.5 * (a + b)
-            if b - a > least and (why := self.breach(x0 + middle * dx, y0 + middle * dy)):
+            if b - a > least and (why := self.problem_at(x0 + middle * dx, y0 + middle * dy)):
                 return why
-        return self.breach(x1, y1)
+        return self.problem_at(x1, y1)
 
-    def ringed(self, x: float, y: float, radius: float) -> str:
-        """What is wrong with the circle of a radius, m, about (x, y), as `barred` has it of a straight way."""
+    def circle_problem(self, x: float, y: float, radius: float) -> str:
+        """Return what is wrong with the circle of a radius, m, about (x, y), as `problem_at` says it."""
         areas = (*self.within, *self.without)
-        bearings = sorted(bearing % math.tau for area in areas for bearing in area.cuts(x, y, radius)) or [0.0]
+        bearings = sorted(bearing % math.tau for area in areas for bearing in area.circle_crossings(x, y, radius)) or [
+            0.0
+        ]
         for a, b in itertools.pairwise((*bearings, bearings[0] + math.tau)):
             middle = 0.5 * (a + b)
             there = x + radius * math.cos(middle), y + radius * math.sin(middle)
-            if (b - a) * radius > _NOTHING and (why := self.breach(*there)):
+            if (b - a) * radius > _NEGLIGIBLE and (why := self.problem_at(*there)):
                 return why
         return ""
 
@@ -161,7 +163,7 @@ NO_FENCE = Fence()
 
 
 class Place(NamedTuple):
-    """A place on the surface, m."""
+    """A horizontal position, m."""
 
     x: float
     y: float
@@ -171,28 +173,28 @@ NOWHERE = Place(math.nan, math.nan)
 
 
 def fence_to_plain(fence: Fence) -> dict[str, Any]:
-    """{"within": [area, ...], "without": ...}; an area is [x, y, radius], or a list of corners [[x, y], ...]."""
+    """Return {"within": [area, ...], "without": ...}; an area is [x, y, radius], or corners [[x, y], ...]."""
     return {"within": [*map(_plain, fence.within)], "without": [*map(_plain, fence.without)]}
 
 
 def fence_from_plain(table: Mapping[str, Any]) -> Fence:
-    """The fence that `fence_to_plain` made the table of; an empty table is none."""
+    """Return the fence from what `fence_to_plain` returned; an empty table is no fence."""
     return Fence(*(tuple(map(_area, table.get(side, ()))) for side in ("within", "without")))
 
 
 def rally_from_plain(table: Mapping[str, Any]) -> tuple[Place, ...]:
-    """Rally points from {"points": [[x, y], ...]}; an empty table has none."""
+    """Return the rally points from {"points": [[x, y], ...]}; an empty table has none."""
     return tuple(Place(*point) for point in table.get("points", ()))
 
 
 def nearest_rally_point(places: Iterable[Place], fence: Fence, x: float, y: float) -> Place | None:
-    """The nearest place to which a straight way from (x, y), m, keeps to the fence; None if there is none.
+    """Return the nearest place that a straight leg from (x, y), m, reaches without leaving the fence; None without one.
 
-    From beyond the fence every way begins there: to be in it is then all that is asked of a place.
+    From outside the fence every leg begins outside: then a place only has to be inside.
     """
-    beyond = fence.breached(x, y) != WITHIN
+    outside = fence.breach_at(x, y) != WITHIN
     for place in sorted(places, key=lambda place: math.hypot(place.x - x, place.y - y)):
-        if not (fence.breached(*place) if beyond else fence.barred(x, y, *place)):
+        if not (fence.breach_at(*place) if outside else fence.leg_problem(x, y, *place)):
             return place
     return None
 

@@ -84,7 +84,7 @@ def run(
         stack.callback(line.close)
         hardware = CanHardware(io, len(autopilot.applied.fins), turns if pace == "bus" else bus, line)
         stack.callback(lambda: losses.update(hardware.losses()))
-        for refusal in stack.enter_context(realtime.applied(io.realtime)):
+        for refusal in stack.enter_context(realtime.apply_while(io.realtime)):
             say(refusal)
         if pace == "bus":
             paced = LockstepClient(hardware, turns, dt_ns, stop)

@@ -60,7 +60,7 @@ def run(
     with contextlib.closing(link), contextlib.ExitStack() as stack:
         stack.callback(lambda: losses.update(hil_malformed=link.malformed))
         hardware = HilHardware(link, [*(fin.delta_max for fin in vehicle.fins), vehicle.propeller.n_max])
-        with realtime.applied(io.realtime) as refusals:
+        with realtime.apply_while(io.realtime) as refusals:
             for refusal in refusals:
                 say(refusal)
             loop.run(autopilot, hardware, ground, recorder, HilSchedule(hardware, link, dt_ns, stop))

@@ -102,7 +102,7 @@ class Conditions(NamedTuple):
     tilt: float
     fins_heard: bool
     breach: int = WITHIN
-    """What is wrong with the place, as `Fence.breached` has it."""
+    """What is wrong with the place, as `Fence.breach_at` has it."""
 
 
 class Rule(NamedTuple):

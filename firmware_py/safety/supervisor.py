@@ -166,7 +166,7 @@ class Supervisor:
             tilt=max(abs(eta.phi), abs(eta.theta)),
             fins_heard=wanted is self._memory.mode  # it matters on arming alone, and costs a microsecond
             or all(fin.usable(t, params.fin_timeout) and math.isfinite(fin.value) for fin in frame.fins),
-            breach=self._fence.breached(eta.x, eta.y),
+            breach=self._fence.breach_at(eta.x, eta.y),
         )
 
     def _refusals(self, c: Conditions, held: tuple[int, ...]) -> list[ArmingRefusal]:

@@ -40,12 +40,12 @@ def function_source(name: str, argument: str, lines: Iterable[str]) -> str:
     return f"def {name}({argument}):\n" + "".join(f"    {line}\n" for line in lines)
 
 
-def guarded(lines: Iterable[str], errors: str, instead: str) -> list[str]:
+def with_guard(lines: Iterable[str], errors: str, instead: str) -> list[str]:
     """Return the lines of a body that returns the value of `instead` when its own lines raise one of `errors`."""
     return ["try:", *(f"    {line}" for line in lines), f"except {errors}:", f"    return {instead}"]
 
 
-def compiled(source: str, name: str, names: Names) -> Callable[[Any], Any]:
+def compile_function(source: str, name: str, names: Names) -> Callable[[Any], Any]:
     """Compile source and return the function `name` that it defines."""
     scope = dict(names.objects)
     exec(compile(source, f"<generated {name}>", "exec"), scope)

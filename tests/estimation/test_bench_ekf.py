@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from sternplane.bench import ekf
-from sternplane.bench.ekf import CASES, STD, InC, InNumba, NoCompiler, begun, compiled, flight, settled
+from sternplane.bench.ekf import CASES, STD, InC, InNumba, NoCompiler, begun, compile_step, flight, settled_filter
 
 from firmware_py.estimation.coefficient_params import CoefficientParams
 
@@ -23,7 +23,7 @@ STRICT = ("-Wall", "-Wextra", "-Wpedantic", "-Werror")
 @pytest.fixture(scope="module")
 def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL | None:
     """The C step, which makes the compiler warn of nothing; None where there is no compiler."""
-    return compiled(tmp_path_factory.mktemp("c"), *STRICT) if shutil.which("cc") else None
+    return compile_step(tmp_path_factory.mktemp("c"), *STRICT) if shutil.which("cc") else None
 
 
 def test_c_makes_the_same_numbers_to_the_last_bit(library: ctypes.CDLL | None) -> None:
@@ -32,7 +32,7 @@ def test_c_makes_the_same_numbers_to_the_last_bit(library: ctypes.CDLL | None) -
         return
     wanted, nis, rng = np.zeros((1000, 9)), np.zeros((1000, 9)), np.random.default_rng(7)
     for case in (CASES | MORE).values():
-        ours, theirs = settled(case), settled(case)
+        ours, theirs = settled_filter(case), settled_filter(case)
         inputs, z = flight(ours.model, 1000)
         z[:, 8] = (z[:, 8] + 3.1 + np.pi) % (2.0 * np.pi) - np.pi
         z[rng.random(z.shape) < 0.02] += 1.0
@@ -55,10 +55,10 @@ def test_c_makes_the_same_numbers_to_the_last_bit(library: ctypes.CDLL | None) -
 def test_c_stops_where_numba_stops(library: ctypes.CDLL | None) -> None:
     if library is None:
         return
-    ekf = settled(CASES["19 states"])
+    ekf = settled_filter(CASES["19 states"])
     inputs, z = flight(ekf.model, 20)
     inputs[12, 0] = np.nan
-    for made in (InNumba(ekf), InC(library, settled(CASES["19 states"]))):
+    for made in (InNumba(ekf), InC(library, settled_filter(CASES["19 states"]))):
         assert made.run(inputs, z, STD**2, np.zeros((20, 9))) == 12
 
 
@@ -84,7 +84,7 @@ def test_the_table_gives_medians_and_their_ratio() -> None:
 def test_without_a_compiler_it_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(shutil, "which", lambda name: None)
     with pytest.raises(NoCompiler, match="no C compiler"):
-        compiled(tmp_path)
+        compile_step(tmp_path)
     found = ekf.measure(rounds=1, seconds=1)
     assert set(found) == set(CASES)
     for case in found.values():
@@ -98,4 +98,4 @@ def test_a_compiler_that_fails_is_quoted(monkeypatch: pytest.MonkeyPatch, tmp_pa
     cc.chmod(0o755)
     monkeypatch.setattr(shutil, "which", lambda name: str(cc))
     with pytest.raises(NoCompiler, match=r"cannot compile ekf_step.c: math.h: not found"):
-        compiled(tmp_path)
+        compile_step(tmp_path)

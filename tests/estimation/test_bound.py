@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from sternplane.identification.cramer_rao_bound import bound, bounds, true_states
-from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, BuslessFlight, fly, measured
+from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, BuslessFlight, fly, measurement_mask
 
 from firmware_py.estimation.identifiability import unlearned
 from firmware_py.estimation.model.observer_model import ObserverModel
@@ -33,7 +33,7 @@ def prior_of(model: ObserverModel, share: float = 0.5) -> np.ndarray:
 def test_it_is_the_inverse_of_the_information_of_perturbed_flights() -> None:
     steps = 300
     trial, model = flight(steps), ObserverModel(VEHICLE, TEN, 2, ("u", "q"))
-    prior, came = prior_of(model), measured(steps, H, RATES)
+    prior, came = prior_of(model), measurement_mask(steps, H, RATES)
     states = true_states(model, trial.x)
 
     def heard(offset: np.ndarray) -> np.ndarray:
@@ -57,7 +57,7 @@ def test_more_measurements_never_tell_less_and_what_is_known_stays_known() -> No
     trial, model = flight(900), ObserverModel(VEHICLE, TEN)
     prior = prior_of(model)
     prior[9:11] = 0.0
-    came = measured(900, H, RATES)
+    came = measurement_mask(900, H, RATES)
     states = true_states(model, trial.x)
     found = bounds(model, states, trial.inputs, H, came, SENSOR_STD, prior, (300, 600, 900))
     sigma = np.sqrt(np.diagonal(found, axis1=1, axis2=2))
@@ -70,7 +70,7 @@ def test_a_locked_rudder_leaves_the_rudder_s_terms_unlearned_and_named() -> None
     trial, model = flight(1500, rudder=0.0), ObserverModel(VEHICLE, TEN)
     prior = prior_of(model)
     covariance = bound(
-        model, true_states(model, trial.x), trial.inputs, H, measured(1500, H, RATES), SENSOR_STD, prior
+        model, true_states(model, trial.x), trial.inputs, H, measurement_mask(1500, H, RATES), SENSOR_STD, prior
     )[model.first :, model.first :]
     hidden = unlearned(covariance, TEN, prior[model.first :])
     words = " ".join(direction.words for direction in hidden)
@@ -79,14 +79,18 @@ def test_a_locked_rudder_leaves_the_rudder_s_terms_unlearned_and_named() -> None
     for name in ("M_q", "M_ds", "Z_ds"):
         assert name not in words
     moved = flight(1500)
-    both = bound(model, true_states(model, moved.x), moved.inputs, H, measured(1500, H, RATES), SENSOR_STD, prior)
+    both = bound(
+        model, true_states(model, moved.x), moved.inputs, H, measurement_mask(1500, H, RATES), SENSOR_STD, prior
+    )
     assert not unlearned(both[model.first :, model.first :], TEN, prior[model.first :])
 
 
 def test_without_belief_what_the_flight_is_silent_about_is_boundless() -> None:
     trial, model = flight(200, rudder=0.0), ObserverModel(VEHICLE, ("N_dr", "M_ds"), 0)
     prior = np.array([*SENSOR_STD, np.inf, np.inf])
-    covariance = bound(model, true_states(model, trial.x), trial.inputs, H, measured(200, H, RATES), SENSOR_STD, prior)
+    covariance = bound(
+        model, true_states(model, trial.x), trial.inputs, H, measurement_mask(200, H, RATES), SENSOR_STD, prior
+    )
     assert np.sqrt(covariance[9, 9]) > 1e6 * 0.013
     assert np.sqrt(covariance[10, 10]) < 0.1 * 0.041
 
@@ -95,4 +99,4 @@ def test_eddies_are_refused() -> None:
     trial, model = flight(10), ObserverModel(VEHICLE, TEN, 5)
     states = true_states(model, trial.x, (0.0,) * 5)
     with pytest.raises(UsageError, match="no process noise"):
-        bound(model, states, trial.inputs, H, measured(10, H, RATES), SENSOR_STD, np.ones(model.size))
+        bound(model, states, trial.inputs, H, measurement_mask(10, H, RATES), SENSOR_STD, np.ones(model.size))

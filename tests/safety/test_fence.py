@@ -51,17 +51,17 @@ def test_a_point_is_in_a_convex_polygon_where_it_is_on_the_inner_side_of_every_e
     ]
     if min(map(abs, sides)) > 1e-6:
         polygon = Polygon(tuple(reversed(corners)) if clockwise else tuple(corners))
-        assert polygon.holds(x, y) == (min(sides) > 0.0)
+        assert polygon.contains(x, y) == (min(sides) > 0.0)
 
 
 def test_what_is_wrong_with_a_place_is_said() -> None:
     fence = Fence((SQUARE, Disc(30.0, 0.0, 15.0)), (Disc(100.0, 0.0, 1.0), HOLE))
-    assert fence.breach(5.0, 5.0) == fence.breach(40.0, 0.0) == ""
-    assert fence.breach(1.0, 1.0) == "within exclusion 2 of the fence"
-    assert fence.breach(-11.0, 0.0) == "outside the fence"
-    assert fence.breach(math.nan, 0.0) == ""
-    assert Fence((), (HOLE,)).breach(1e6, 0.0) == ""
-    assert NO_FENCE.breach(1e6, 0.0) == ""
+    assert fence.problem_at(5.0, 5.0) == fence.problem_at(40.0, 0.0) == ""
+    assert fence.problem_at(1.0, 1.0) == "within exclusion 2 of the fence"
+    assert fence.problem_at(-11.0, 0.0) == "outside the fence"
+    assert fence.problem_at(math.nan, 0.0) == ""
+    assert Fence((), (HOLE,)).problem_at(1e6, 0.0) == ""
+    assert NO_FENCE.problem_at(1e6, 0.0) == ""
 
 
 PLACES = st.tuples(st.floats(-60, 60), st.floats(-60, 60))
@@ -74,19 +74,19 @@ NEAR = st.builds(Disc, st.floats(-50, 50), st.floats(-50, 50), st.floats(1, 40))
 def test_a_way_is_barred_wherever_a_place_on_it_is(within: list, without: list, start: tuple, end: tuple) -> None:
     fence = Fence(tuple(within), tuple(without))
     places = [(start[0] + i / 500 * (end[0] - start[0]), start[1] + i / 500 * (end[1] - start[1])) for i in range(501)]
-    wrong = [fence.breach(*place) for place in places[1:-1]]
+    wrong = [fence.problem_at(*place) for place in places[1:-1]]
     if any(a and b for a, b in itertools.pairwise(wrong)):  # two in a row: more than touched
-        assert fence.barred(*start, *end)
-    if not fence.barred(*start, *end):
+        assert fence.leg_problem(*start, *end)
+    if not fence.leg_problem(*start, *end):
         assert not any(a and b for a, b in itertools.pairwise(wrong))
 
 
 def test_what_is_thinner_than_any_step_bars_a_way_too() -> None:
     needle = Polygon(((50.0, -1.0), (50.0, 1.0), (50.0001, 1.0), (50.0001, -1.0)))
-    assert Fence((), (needle,)).barred(0.0, 0.0, 1000.0, 0.0) == "within exclusion 1 of the fence"
-    assert Fence((), (needle,)).barred(0.0, 2.0, 1000.0, 2.0) == ""
-    assert Fence((SQUARE,), ()).barred(-5.0, 0.0, 5.0, 0.0) == ""
-    assert NO_FENCE.barred(0.0, 0.0, 0.0, 0.0) == ""
+    assert Fence((), (needle,)).leg_problem(0.0, 0.0, 1000.0, 0.0) == "within exclusion 1 of the fence"
+    assert Fence((), (needle,)).leg_problem(0.0, 2.0, 1000.0, 2.0) == ""
+    assert Fence((SQUARE,), ()).leg_problem(-5.0, 0.0, 5.0, 0.0) == ""
+    assert NO_FENCE.leg_problem(0.0, 0.0, 0.0, 0.0) == ""
 
 
 @given(st.lists(NEAR, max_size=3), st.lists(NEAR, max_size=3), PLACES, st.floats(1, 50))
@@ -98,23 +98,23 @@ def test_a_circle_is_barred_wherever_a_place_on_it_is(
     def wrong(r: float) -> bool:
         """In two of 500 places in a row, which is more than touched."""
         places = [(math.cos(math.tau * i / 500), math.sin(math.tau * i / 500)) for i in range(501)]
-        breaches = [fence.breach(centre[0] + r * north, centre[1] + r * east) for north, east in places]
+        breaches = [fence.problem_at(centre[0] + r * north, centre[1] + r * east) for north, east in places]
         return any(a and b for a, b in itertools.pairwise(breaches))
 
     found = wrong(radius)
     if found == wrong(radius - 1e-6) == wrong(radius + 1e-6):  # it does not run along an edge
-        assert bool(fence.ringed(*centre, radius)) >= found
-    if not fence.ringed(*centre, radius):
+        assert bool(fence.circle_problem(*centre, radius)) >= found
+    if not fence.circle_problem(*centre, radius):
         assert not wrong(radius - 1e-6) or not wrong(radius + 1e-6)
 
 
 def test_what_is_thinner_than_any_step_bars_a_circle_too() -> None:
     needle = Polygon(((50.0, -1.0), (50.0, 1.0), (50.0001, 1.0), (50.0001, -1.0)))
-    assert Fence((), (needle,)).ringed(0.0, 0.0, 50.00005) == "within exclusion 1 of the fence"
-    assert Fence((), (needle,)).ringed(0.0, 0.0, 49.0) == ""
-    assert Fence((SQUARE, Disc(10.0, 0.0, 8.0)), ()).ringed(8.0, 0.0, 5.0) == ""  # from one area into the next
-    assert Fence((SQUARE,), (HOLE,)).ringed(0.0, 0.0, 5.0) == ""  # the hole is within it
-    assert NO_FENCE.ringed(0.0, 0.0, 5.0) == ""
+    assert Fence((), (needle,)).circle_problem(0.0, 0.0, 50.00005) == "within exclusion 1 of the fence"
+    assert Fence((), (needle,)).circle_problem(0.0, 0.0, 49.0) == ""
+    assert Fence((SQUARE, Disc(10.0, 0.0, 8.0)), ()).circle_problem(8.0, 0.0, 5.0) == ""  # from one area into the next
+    assert Fence((SQUARE,), (HOLE,)).circle_problem(0.0, 0.0, 5.0) == ""  # the hole is within it
+    assert NO_FENCE.circle_problem(0.0, 0.0, 5.0) == ""
 
 
 EAST, NORTH, WEST, FAR = Place(0.0, 9.0), Place(10.0, 0.0), Place(0.0, -9.5), Place(40.0, 0.0)

@@ -115,7 +115,7 @@ def reply(
     return dialect.MAVLink_file_transfer_protocol_message(0, *request.station, (head + data).ljust(_PAYLOAD, b"\0"))
 
 
-def failed(error: OSError) -> bytes:
+def errno_nak(error: OSError) -> bytes:
     """Return the data of the NAK for an error of the operating system."""
     return bytes((Nak.ERRNO, (error.errno or errno.EIO) & 255))
 

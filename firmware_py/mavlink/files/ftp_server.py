@@ -22,7 +22,7 @@ from firmware_py.mavlink.files.ftp_messages import (
     Nak,
     Op,
     Request,
-    failed,
+    errno_nak,
     line,
     reply,
 )
@@ -107,7 +107,7 @@ class FtpServer:
         except FtpRefused as refused:
             return [reply(request, Op.NAK, refused.data)]
         except OSError as error:
-            return [reply(request, Op.NAK, failed(error))]
+            return [reply(request, Op.NAK, errno_nak(error))]
 
     def _execute(self, tick: Tick, request: Request) -> list[Message]:
         op = request.op
@@ -219,7 +219,7 @@ class FtpServer:
             except FtpRefused as refused:
                 return [*messages, reply(request, Op.NAK, refused.data, number, burst.offset)]
             except OSError as error:
-                return [*messages, reply(request, Op.NAK, failed(error), number, burst.offset)]
+                return [*messages, reply(request, Op.NAK, errno_nak(error), number, burst.offset)]
             burst.sent += 1
             last = burst.sent == _BURST
             messages.append(reply(request, Op.ACK, part, number, burst.offset, last))

@@ -34,7 +34,7 @@ _HEADER = "# Changed by ground stations; laid over autopilot.toml at the next st
 class Checker(Protocol):
     """All parameter values, and whether a vehicle can be made of them."""
 
-    def changed(self, values: Mapping[str, Any]) -> Checker:
+    def with_changes(self, values: Mapping[str, Any]) -> Checker:
         """Return the same with other values of dotted keys.
 
         Raises:
@@ -108,9 +108,9 @@ class ParameterStore:
             new[i] = dataclasses.replace(setting, value=value)
             content = toml_value([s for s in new if s.key == setting.key])
             try:
-                self._checker = self._checker.changed({setting.key: content})
+                self._checker = self._checker.with_changes({setting.key: content})
             except ParamError as error:
-                raise ParameterRefused(_OUT_OF_RANGE, f"{name} stays {displayed(setting)}: {error}") from None
+                raise ParameterRefused(_OUT_OF_RANGE, f"{name} stays {value_text(setting)}: {error}") from None
             self.settings = new
             self._unsaved = True
             if setting.when is not TakesEffect.RESTART:
@@ -142,7 +142,7 @@ class ParameterStore:
 
     @staticmethod
     def _refuse(setting: Parameter, value: float, armed: bool) -> None:
-        name, stays = setting.name, f"{setting.name} stays {displayed(setting)}"
+        name, stays = setting.name, f"{setting.name} stays {value_text(setting)}"
         if not math.isfinite(value) or (setting.is_integer and value != int(value)):
             wanted = "a whole number" if setting.is_integer else "a number"
             raise ParameterRefused(_OUT_OF_RANGE, f"{stays}: {value:g} is not {wanted}")
@@ -153,7 +153,7 @@ class ParameterStore:
             raise ParameterRefused(_OUT_OF_RANGE, f"{stays}: {value:g} is not in {bounds}")
         if armed and setting.when is TakesEffect.DISARMED:
             raise ParameterRefused(
-                _PERMISSION_DENIED, f"{name} stays {displayed(setting)} while armed: disarm to change it"
+                _PERMISSION_DENIED, f"{name} stays {value_text(setting)} while armed: disarm to change it"
             )
 
 
@@ -162,7 +162,7 @@ def shortest(value: float) -> float:
     return float(str(np.float32(value))) if math.isfinite(value) else value
 
 
-def displayed(setting: Parameter) -> str:
+def value_text(setting: Parameter) -> str:
     """Return the value as sentences show it."""
     return setting.choices[int(setting.value)] if setting.choices else f"{setting.value:g}"
 

@@ -17,7 +17,7 @@ from firmware_py.mavlink.parameters.store import (
     TYPE_MISMATCH,
     ParameterRefused,
     ParameterStore,
-    displayed,
+    value_text,
 )
 from firmware_py.parameter_tree import Parameter
 from firmware_py.params import TakesEffect
@@ -122,7 +122,7 @@ class ParameterTransfer:
         setting = self._store.settings[i]
         if asked.kind != _kind(setting):
             raise ParameterRefused(
-                TYPE_MISMATCH, f"{asked.name} stays {displayed(setting)}: it is {_type_name(setting)}"
+                TYPE_MISMATCH, f"{asked.name} stays {value_text(setting)}: it is {_type_name(setting)}"
             )
         return float(struct.unpack("<i", struct.pack("<f", asked.value))[0]) if setting.is_integer else asked.value
 

@@ -107,7 +107,7 @@ class RallyBuilder:
         if len(self.points) == MAX_RALLY_POINTS:
             raise ItemRefused(dialect.MAV_MISSION_NO_SPACE, f"there may be {MAX_RALLY_POINTS} rally points")
         point = Place(*position(item, self._water_frame))
-        if breach := self._limits.fence.breach(*point):
+        if breach := self._limits.fence.problem_at(*point):
             raise ItemRefused(INVALID_PARAMS[4], breach)
         self.points.append(point)
 

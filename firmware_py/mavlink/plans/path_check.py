@@ -116,13 +116,13 @@ def check_guided(here: tuple[float, float] | None, x: float, y: float, u: float,
     """
     turning = limits.turning
     target = _Target(x, y, turning.radius(0.0, turning.speed(u)))
-    if why := limits.fence.breach(x, y):
+    if why := limits.fence.problem_at(x, y):
         return f"the position is {why}"
     if why := _circle_problem(target, limits.fence):
         return f"the circle around the position, {target.radius:.0f} m in radius, is {why}"
     if (
         here is not None
-        and not limits.fence.breach(*here)
+        and not limits.fence.problem_at(*here)
         and (why := _leg_problem(_Target(*here, 0.0), target, limits))
     ):
         return f"the leg to the position is {why}"
@@ -138,9 +138,10 @@ def _target_of(step: Waypoint | Loiter, limits: Limits) -> _Target:
 def _circle_problem(target: _Target, fence: Fence) -> str:
     """What is wrong with a circle, or with its centre if it has no radius."""
     if target.radius == 0.0:
-        return fence.breach(target.x, target.y)
+        return fence.problem_at(target.x, target.y)
     rims = (
-        fence.ringed(target.x, target.y, target.radius * share) for share in (1.0, 1.0 - _MISS_SHARE, 1.0 + _MISS_SHARE)
+        fence.circle_problem(target.x, target.y, target.radius * share)
+        for share in (1.0, 1.0 - _MISS_SHARE, 1.0 + _MISS_SHARE)
     )
     return next((why for why in rims if why), "")
 
@@ -150,4 +151,6 @@ def _leg_problem(start: _Target, end: _Target, limits: Limits) -> str:
     dx, dy = end.x - start.x, end.y - start.y
     far = math.hypot(dx, dy) or 1.0
     left, joined = start.radius / far, 1.0 - end.radius / far
-    return limits.fence.barred(start.x + left * dx, start.y + left * dy, start.x + joined * dx, start.y + joined * dy)
+    return limits.fence.leg_problem(
+        start.x + left * dx, start.y + left * dy, start.x + joined * dx, start.y + joined * dy
+    )

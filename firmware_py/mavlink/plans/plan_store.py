@@ -87,7 +87,7 @@ class PlanStore:
     @property
     def rally_outside_fence(self) -> str:
         """A sentence about the first rally point outside the fence; "" if all are inside."""
-        wrong = ((i, self.fence.breach(*place)) for i, place in enumerate(self.rally))
+        wrong = ((i, self.fence.problem_at(*place)) for i, place in enumerate(self.rally))
         return next((f"rally point {i} is {why}: the vehicle will not return to it" for i, why in wrong if why), "")
 
     def check_first_leg(self, step: int | None = None) -> tuple[int, str] | None:

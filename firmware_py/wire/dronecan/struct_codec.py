@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from itertools import chain
 from typing import Any
 
-from firmware_py.wire.code_generator import Names, compiled, function_source, guarded
+from firmware_py.wire.code_generator import Names, compile_function, function_source, with_guard
 from firmware_py.wire.dronecan import bitwise_codec
 from firmware_py.wire.dronecan.dsdl_types import DsdlArray, Float, Integer, Layout, Struct
 from firmware_py.wire.dronecan.struct_plan import (
@@ -41,7 +41,7 @@ def codec_of(layout: Struct) -> tuple[Callable[[Any], bytes], Callable[[bytes], 
     except Unfit:
         return exact_encode, exact_decode
     names.objects |= {"exact_encode": exact_encode, "exact_decode": exact_decode}
-    return compiled(encoder, "encode", names), compiled(decoder, "decode", names)
+    return compile_function(encoder, "encode", names), compile_function(decoder, "decode", names)
 
 
 def sources(layout: Struct) -> tuple[str, str, Names]:
@@ -61,8 +61,8 @@ def sources(layout: Struct) -> tuple[str, str, Names]:
         iter_unpack=struct.iter_unpack,
     )
     plan = StructPlan(layout, names)
-    encoder = guarded(_encoder(plan), "UNUSUAL", "exact_encode(record)")
-    decoder = guarded(_decoder(plan), "UNUSUAL", "exact_decode(payload)")
+    encoder = with_guard(_encoder(plan), "UNUSUAL", "exact_encode(record)")
+    decoder = with_guard(_decoder(plan), "UNUSUAL", "exact_decode(payload)")
     return function_source("encode", "record", encoder), function_source("decode", "payload", decoder), names
 
 

@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Generic, TypeVar
 
 from firmware_py.records.order import ANY_LENGTH, BESIDE
-from firmware_py.wire.code_generator import Names, compiled, function_source
+from firmware_py.wire.code_generator import Names, compile_function, function_source
 from firmware_py.wire.log import ros2_schema, sequences
 from firmware_py.wire.log.ros2_schema import (
     ENCAPSULATION,
@@ -82,7 +82,7 @@ class CdrCodec(Generic[R]):
         Raises:
             SchemaError: if the records have changed since that schema was written.
         """
-        counts = dict(_counts(ros2_schema.parse(record.__name__, schema), ""))
+        counts = dict(_counts(ros2_schema.parse_schema(record.__name__, schema), ""))
         codec = cls(record, lambda path: counts.get(path, 0))
         if codec.schema != schema:
             raise SchemaError(f"the record {record.__name__} differs from that of this version")
@@ -198,7 +198,7 @@ def _encoder(layout: Layout) -> Callable[[Any], bytes]:
     lines.append(f"return {packed}{tail[0]}{packed}" if tail else f"return {packed}")
     if layout.closing_item is not None:
         names.objects["closing"] = functools.partial(_encoded, layout.closing_item, layout.size)
-    return compiled(function_source("encode", "record", lines), "encode", names)
+    return compile_function(function_source("encode", "record", lines), "encode", names)
 
 
 def _decoder(layout: Layout) -> Callable[[bytes], Any]:
@@ -223,7 +223,7 @@ def _decoder(layout: Layout) -> Callable[[bytes], Any]:
         return "closing(data)"
 
     lines = ["v = unpack(data)", f"return {make(layout.root)}"]
-    return compiled(function_source("decode", "data", lines), "decode", names)
+    return compile_function(function_source("decode", "data", lines), "decode", names)
 
 
 def _encoded(item: Node, size: int, values: tuple[Any, ...]) -> bytes:

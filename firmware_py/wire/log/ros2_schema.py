@@ -161,7 +161,7 @@ def text(root: Record) -> str:
     return first + "".join(f"{_RULE}\nMSG: {PACKAGE}/{name}\n{body}" for name, body in zip(names, others, strict=True))
 
 
-def parse(name: str, schema: str) -> Record:
+def parse_schema(name: str, schema: str) -> Record:
     """Return the message that a schema made by `text` describes, whatever version of the records wrote it.
 
     Raises:

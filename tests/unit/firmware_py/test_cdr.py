@@ -133,7 +133,9 @@ def test_a_ros2_decoder_reads_the_same(codec: CdrCodec[Cycle], cycle: Cycle) -> 
 @given(cycles=st.lists(CYCLES, min_size=1, max_size=4))
 @settings(max_examples=25)
 def test_columns_hold_what_the_records_hold(codec: CdrCodec[Cycle], cycles: list[Cycle]) -> None:
-    layout = Layout(ros2_schema.parse("Cycle", codec.schema))  # from the schema alone, as a reader of old logs has it
+    layout = Layout(
+        ros2_schema.parse_schema("Cycle", codec.schema)
+    )  # from the schema alone, as a reader of old logs has it
     data = [codec.encode(cycle) for cycle in cycles]
     columns = layout.columns(data)
     assert columns["frame.fins.value"].shape == (len(cycles), FINS)

@@ -43,7 +43,7 @@ def test_the_ratios_are_ours_over_cs() -> None:
 def test_without_a_compiler_it_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(shutil, "which", lambda name: None)
     with pytest.raises(lateness.NoCompiler, match="no C compiler"):
-        lateness.compiled(tmp_path)
+        lateness.compile_loop(tmp_path)
     assert lateness.with_ratios({"loop": {"median_us": 1.0}}, "no C compiler (cc) on this machine") == {
         "loop": {"median_us": 1.0},
         "c": "not measured: no C compiler (cc) on this machine",
@@ -56,7 +56,7 @@ def test_a_compiler_that_fails_is_quoted(monkeypatch: pytest.MonkeyPatch, tmp_pa
     cc.chmod(0o755)
     monkeypatch.setattr(shutil, "which", lambda name: str(cc))
     with pytest.raises(lateness.NoCompiler, match=r"cannot compile lateness.c: time.h: not found"):
-        lateness.compiled(tmp_path)
+        lateness.compile_loop(tmp_path)
 
 
 def test_what_the_compiled_program_prints_is_what_was_measured(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -65,7 +65,7 @@ def test_what_the_compiled_program_prints_is_what_was_measured(monkeypatch: pyte
     cc.write_text('#!/bin/sh\nprintf \'#!/bin/sh\\necho $1\\necho $2\\n\' > "$3"\nchmod +x "$3"\n')
     cc.chmod(0o755)
     monkeypatch.setattr(shutil, "which", lambda name: str(cc))
-    assert lateness.compiled(tmp_path)(1000, 7) == [1_000_000, 7]
+    assert lateness.compile_loop(tmp_path)(1000, 7) == [1_000_000, 7]
 
 
 def test_the_c_source_is_there_and_is_clean_c_where_there_is_a_compiler(tmp_path: Path) -> None:

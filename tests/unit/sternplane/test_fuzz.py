@@ -11,8 +11,8 @@ import pytest
 from pymavlink.dialects.v20 import all as mavlink
 from sternplane.fuzz import pool
 from sternplane.fuzz.flight import PACKETS, Job, flown
-from sternplane.fuzz.grammar import Grammar, mended
-from sternplane.fuzz.packets import PacketKind, Packets, recorded
+from sternplane.fuzz.grammar import Grammar, with_checksum
+from sternplane.fuzz.packets import PacketKind, Packets, station_frames
 from sternplane.fuzz.rules import Broken, Peer, obeys
 from sternplane.fuzz.sessions import sessions
 from sternplane.fuzz.vehicle import ashore
@@ -60,11 +60,11 @@ def test_a_float_is_extreme_in_every_way_sooner_or_later() -> None:
 
 
 def test_a_changed_frame_can_be_given_the_checksum_that_makes_it_whole() -> None:
-    (arm,) = recorded([[mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)]])[0]
+    (arm,) = station_frames([[mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)]])[0]
     changed = bytearray(arm)
     changed[10:14] = b"\x00\x00\xc0\x7f"
     assert heard(bytes(changed)) == []
-    assert math.isnan(heard(mended(changed))[0].param1)
+    assert math.isnan(heard(with_checksum(changed))[0].param1)
 
 
 def test_the_conversations_have_all_that_the_vehicle_hears() -> None:
@@ -149,7 +149,7 @@ def test_an_order_that_cannot_be_is_seen(order: Order) -> None:
 
 
 def test_what_is_no_message_is_not_said() -> None:
-    ((beat,),) = recorded([[mavlink.MAVLink_heartbeat_message(12, 3, 0, 0, 3, 3)]])
+    ((beat,),) = station_frames([[mavlink.MAVLink_heartbeat_message(12, 3, 0, 0, 3, 3)]])
     assert Peer().hears(beat * 3) == 3
     for datagram in (beat[:-1], beat + b"\x00", beat * 100):
         with pytest.raises(Broken, match=r"^said: "):

@@ -142,13 +142,13 @@ def measure(rounds: int = 4, seconds: int = 20) -> dict[str, Any]:
     """
     missing, library = "", None
     try:
-        library = compiled(FOLDER)
+        library = compile_step(FOLDER)
     except NoCompiler as error:
         missing = str(error)
     return {name: _case(case, library, missing, rounds, seconds) for name, case in CASES.items()}
 
 
-def compiled(folder: Path, *flags: str) -> ctypes.CDLL:
+def compile_step(folder: Path, *flags: str) -> ctypes.CDLL:
     """The C step, derived and compiled into a folder.
 
     Raises:
@@ -170,7 +170,7 @@ def compiled(folder: Path, *flags: str) -> ctypes.CDLL:
     return loaded
 
 
-def settled(case: CoefficientParams) -> CoefficientEkf:
+def settled_filter(case: CoefficientParams) -> CoefficientEkf:
     """As `begun`, but with the tuning that holds when the start-up is over: both languages take it as it is."""
     ekf = begun(case)
     ekf.tuning.Q[:], ekf.tuning.learns[:] = ekf.tuning.Q_final, ekf.tuning.may_learn
@@ -206,9 +206,9 @@ def _case(case: CoefficientParams, library: ctypes.CDLL | None, missing: str, ro
     nis = np.zeros((rows, MOVING))
     times: dict[str, list[float]] = {name: [] for name in ("numba", *(("c",) if library else ()), "called from python")}
     for _ in range(rounds):
-        runs: dict[str, Run] = {"numba": InNumba(settled(case)).run}
+        runs: dict[str, Run] = {"numba": InNumba(settled_filter(case)).run}
         if library:
-            runs["c"] = InC(library, settled(case)).run
+            runs["c"] = InC(library, settled_filter(case)).run
         for k in range(0, len(inputs), rows):
             for name, run in runs.items():
                 began = time.perf_counter_ns()

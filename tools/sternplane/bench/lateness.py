@@ -54,7 +54,7 @@ def measure(log: Log, rounds: int = 4, seconds: float = 1.0) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         missing = ""
         try:
-            bare = compiled(Path(folder))
+            bare = compile_loop(Path(folder))
             turns |= {(rate, "c"): bare for rate in RATES}
         except NoCompiler as error:
             missing = str(error)
@@ -87,14 +87,14 @@ def ours(autopilot: Any) -> Turn:
         late: list[int] = []
         ear: Any = SimpleNamespace(read=lambda tick: late.append(tick.late_ns), write=_ignore)
         mute: Any = SimpleNamespace(read=_ignore, write=_ignore)
-        with realtime.applied(realtime.RealtimeParams(freeze_garbage=True)):
+        with realtime.apply_while(realtime.RealtimeParams(freeze_garbage=True)):
             loop.run(autopilot, ear, mute, mute, RealTime(step_ns(rate), lambda k: k <= ticks))
         return late[1:]
 
     return turn
 
 
-def compiled(folder: Path) -> Turn:
+def compile_loop(folder: Path) -> Turn:
     """The bare C loop, compiled into a folder.
 
     Raises:

@@ -61,7 +61,7 @@ def frame_1(payload: bytes, name: int, seq: int) -> bytes:
     return b"\xfe" + body + _checksum(body, mav.mavlink_map[name].crc_extra)
 
 
-def mended(broken: bytes | bytearray) -> bytes:
+def with_checksum(broken: bytes | bytearray) -> bytes:
     """A frame that was changed, with the checksum that it should have then; as it is, if it is too odd for one."""
     data = bytearray(broken)
     head = 6 if data[:1] == b"\xfe" else 10

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 
 from pymavlink.dialects.v20 import all as mav  # type: ignore[import-untyped]
 
-from sternplane.fuzz.grammar import Grammar, frame, frame_1, mended
+from sternplane.fuzz.grammar import Grammar, frame, frame_1, with_checksum
 from sternplane.fuzz.sessions import COMPONENT, SYSTEM, Message
 
 _LONGEST = 280
@@ -37,7 +37,7 @@ class Packets:
         self._rng = rng
         self._forge = forge
         self._grammar = Grammar(rng, talks)
-        self._talks = recorded(talks)
+        self._talks = station_frames(talks)
         self._talk: Sequence[bytes] = ()
         self._at = 0
         self._name = 0
@@ -105,7 +105,7 @@ class Packets:
         return frame(payload, name, self._seq, *((rng.getrandbits(8), rng.getrandbits(8)) if elsewhere else ()))
 
 
-def recorded(talks: Sequence[Sequence[Message]]) -> list[list[bytes]]:
+def station_frames(talks: Sequence[Sequence[Message]]) -> list[list[bytes]]:
     """The frames of a station that has these conversations."""
     station = mav.MAVLink(None, SYSTEM, COMPONENT)
     frames: list[list[bytes]] = []
@@ -132,7 +132,7 @@ def _other_header(rng: random.Random, said: bytes) -> bytes:
     """Flags, number, sender or id changed, and the checksum right again."""
     data = bytearray(said)
     data[min(2 + int(rng.random() * 8.0), len(data) - 1)] = int(rng.random() * 256.0)
-    return mended(data)
+    return with_checksum(data)
 
 
 def _other_payload(rng: random.Random, said: bytes) -> bytes:
@@ -142,7 +142,7 @@ def _other_payload(rng: random.Random, said: bytes) -> bytes:
         end = _ENDS[int(rng.random() * len(_ENDS))]
         at = 10 + int(rng.random() * max(len(data) - 12 - len(end), 1)) // len(end) * len(end)
         data[at : at + len(end)] = end
-    return mended(data[: len(said)])
+    return with_checksum(data[: len(said)])
 
 
 def _shifted(rng: random.Random, said: bytes) -> bytes:

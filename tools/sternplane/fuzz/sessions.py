@@ -37,7 +37,7 @@ def long(command: int, *params: float, again: int = 0) -> Message:
     return mav.MAVLink_command_long_message(*_VEHICLE, command, again, *(*params, *(0.0,) * (7 - len(params))))
 
 
-def whole(command: int, frame: int, *params: float) -> Message:
+def command_int(command: int, frame: int, *params: float) -> Message:
     """COMMAND_INT with all of its seven parameters."""
     p1, p2, p3, p4, x, y, z = params
     return mav.MAVLink_command_int_message(*_VEHICLE, frame, command, 0, 0, p1, p2, p3, p4, int(x), int(y), z)
@@ -89,11 +89,11 @@ def _steer(here: tuple[int, int]) -> list[Message]:
     return [
         long(mav.MAV_CMD_COMPONENT_ARM_DISARM, 1),
         guided,
-        whole(mav.MAV_CMD_DO_REPOSITION, relative, 1.5, 1, 0, nan, north, here[1], -6),
+        command_int(mav.MAV_CMD_DO_REPOSITION, relative, 1.5, 1, 0, nan, north, here[1], -6),
         long(mav.MAV_CMD_DO_CHANGE_SPEED, 1, 1.2),
         long(mav.MAV_CMD_GUIDED_CHANGE_SPEED, 1, 1.4),
         long(mav.MAV_CMD_DO_CHANGE_ALTITUDE, -8, mav.MAV_FRAME_GLOBAL_RELATIVE_ALT),
-        whole(mav.MAV_CMD_GUIDED_CHANGE_ALTITUDE, relative, 0, 0, 0, 0, 0, 0, -7),
+        command_int(mav.MAV_CMD_GUIDED_CHANGE_ALTITUDE, relative, 0, 0, 0, 0, 0, 0, -7),
         long(mav.MAV_CMD_CONDITION_YAW, 45, 0, 1, 1),
         long(mav.MAV_CMD_GUIDED_CHANGE_HEADING, 1, 120, 1),
         mav.MAVLink_set_position_target_local_ned_message(0, *_VEHICLE, 1, depth, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 0),
@@ -162,7 +162,7 @@ def item(kind: int, seq: int, frame: int, command: int, *params: float) -> Messa
     )
 
 
-def plans(here: tuple[int, int]) -> dict[int, list[Message]]:
+def plan_items(here: tuple[int, int]) -> dict[int, list[Message]]:
     """A mission, a fence and rally points, by their type: items as stations upload them."""
     relative, (lat, lon), nan = mav.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, here, math.nan
     mission, fence, rally = _MISSIONS
@@ -198,7 +198,7 @@ def plans(here: tuple[int, int]) -> dict[int, list[Message]]:
 def _uploads(here: tuple[int, int]) -> list[list[Message]]:
     """Each type uploaded, and fetched again; then all of it cleared."""
     talks = []
-    for kind, items in plans(here).items():
+    for kind, items in plan_items(here).items():
         whole_list = [mav.MAVLink_mission_request_list_message(*_VEHICLE, kind)]
         fetched = [mav.MAVLink_mission_request_int_message(*_VEHICLE, seq, kind) for seq in range(len(items))]
         older = [
@@ -222,7 +222,7 @@ def _uploads(here: tuple[int, int]) -> list[list[Message]]:
 
 def _upkeep(here: tuple[int, int]) -> list[Message]:
     return [
-        whole(mav.MAV_CMD_DO_SET_HOME, mav.MAV_FRAME_GLOBAL, 0, 0, 0, 0, *here, 0),
+        command_int(mav.MAV_CMD_DO_SET_HOME, mav.MAV_FRAME_GLOBAL, 0, 0, 0, 0, *here, 0),
         long(mav.MAV_CMD_DO_SET_HOME, 1),
         long(mav.MAV_CMD_PREFLIGHT_CALIBRATION, 1),
         long(mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1),

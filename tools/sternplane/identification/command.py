@@ -33,7 +33,7 @@ def command(options: argparse.Namespace) -> int:
     _refuse_to_replace(folder / "vehicle.toml")
     log = read(path)
     recording = record(log, options.begin, options.end)
-    params = wanted(recording.params, options)
+    params = requested_params(recording.params, options)
     with prefix_errors(str(log.header["configuration"]["files"]["vehicle"])):
         ObserverModel(recording.vehicle, ())  # its mass matrix is one
     with prefix_errors("--coefficients"), Console(stderr=True).status("fitting") as status:
@@ -53,7 +53,7 @@ def command(options: argparse.Namespace) -> int:
     return 1 if assessment.sentences else 0
 
 
-def wanted(params: CoefficientParams, options: argparse.Namespace) -> CoefficientParams:
+def requested_params(params: CoefficientParams, options: argparse.Namespace) -> CoefficientParams:
     """What the log's vehicle was told to learn, with what was asked for on the command line in its place.
 
     Raises:

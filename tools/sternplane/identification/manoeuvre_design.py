@@ -44,7 +44,7 @@ from firmware_py.schedule import Tick, step_ns
 from sim_bridge.plant.truth import Truth
 from sternplane.identification.cramer_rao_bound import bound, true_states
 from sternplane.logs.tracking import Array
-from sternplane.sitl.busless_flight import SENSOR_STD, BuslessFlight, Start, fly, measured
+from sternplane.sitl.busless_flight import SENSOR_STD, BuslessFlight, Start, fly, measurement_mask
 from sternplane.sitl.flight import CONFIG
 
 TEN = ("M_q", "M_ds", "N_r", "N_dr", "N_v", "Z_ds", "Z_q", "Y_dr", "Y_r", "Y_v")
@@ -122,7 +122,7 @@ def relative_sigma(controller: ManoeuvreController, flight: BuslessFlight) -> Ar
     model = ObserverModel(controller.vehicle, TEN)
     believed = np.abs(np.array(model.believed))
     prior = np.concatenate([_START_STD, [_CURRENT] * 2, _PRIOR * believed])
-    came = measured(len(flight.inputs), 0.01, _RATES)
+    came = measurement_mask(len(flight.inputs), 0.01, _RATES)
     states = true_states(model, flight.x)
     covariance = bound(model, states, flight.inputs, 0.01, came, SENSOR_STD, prior)
     sigma: Array = np.sqrt(np.diag(covariance)[-len(TEN) :]) / believed

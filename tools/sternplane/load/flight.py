@@ -65,12 +65,12 @@ def measure(seconds: float, folder: Path, items: int, flood: float) -> dict[str,
     """
     alone = _flown(seconds, folder / "alone", ())
     working = busy(seconds, folder, items)
-    drowned = flooded(seconds, folder, flood)
+    drowned = measure_flooded(seconds, folder, flood)
     did = working["did"] | drowned["did"]
     return {"seconds": seconds, "alone": alone, **working, **drowned, "did": did}
 
 
-def flooded(seconds: float, folder: Path, rate: float) -> dict[str, Any]:
+def measure_flooded(seconds: float, folder: Path, rate: float) -> dict[str, Any]:
     """The flight to which somebody sends `rate` datagrams a second that mean nothing; see `measure`."""
     flood = Flood(seconds - _SPARE_S, rate)
     flown = _flown(seconds, folder / "flood", (flood,))

@@ -58,7 +58,7 @@ class Topic:
     @cached_property
     def layout(self) -> Layout:
         """From the schema in the log, so that the columns of any version's records can be read."""
-        return Layout(ros2_schema.parse(self.name, self.schema))
+        return Layout(ros2_schema.parse_schema(self.name, self.schema))
 
     @cached_property
     def columns(self) -> Columns:

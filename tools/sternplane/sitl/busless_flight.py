@@ -150,7 +150,7 @@ def decimation(rate: float, h: float) -> int:
     return round(steps)
 
 
-def measured(steps: int, h: float, rates: Sequence[float]) -> NDArray[np.bool_]:
+def measurement_mask(steps: int, h: float, rates: Sequence[float]) -> NDArray[np.bool_]:
     """(K, 9): which of u v w p q r phi theta psi come at the end of each step; a rate (Hz) of 0 is never."""
     came = np.zeros((steps, 9), dtype=np.bool_)
     for i, rate in enumerate(rates):
@@ -176,10 +176,10 @@ def measure(trial: BuslessFlight, std: Array, rates: Sequence[float], seed: int)
     noise = np.random.default_rng([seed, *b"measure"]).standard_normal((steps, 9))
     z = trial.x[1:] + noise * std
     z[:, 8] = (z[:, 8] + math.pi) % math.tau - math.pi
-    return np.where(measured(steps, trial.t[1] - trial.t[0], rates), z, np.nan)
+    return np.where(measurement_mask(steps, trial.t[1] - trial.t[0], rates), z, np.nan)
 
 
-def altered(truth: Truth, factors: dict[str, float]) -> Truth:
+def scaled_truth(truth: Truth, factors: dict[str, float]) -> Truth:
     """The boat with coefficients (C_d0, C_dy, C_dz among them) multiplied by factors."""
     hull = {name: getattr(truth.hull, name) * factors[name] for name in ("C_dy", "C_dz") if name in factors}
     screw = {name: truth.propeller.C_d0 * factors[name] for name in ("C_d0",) if name in factors}

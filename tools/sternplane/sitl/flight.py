@@ -20,7 +20,7 @@ from firmware_py.adapters.hardware import CanHardware
 from firmware_py.adapters.hil.hil_link import parse_hil_link
 from firmware_py.adapters.installation import configs
 from firmware_py.adapters.io_params import IoParams
-from firmware_py.adapters.realtime import applied
+from firmware_py.adapters.realtime import apply_while
 from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogRecorder, LogWriter
 from firmware_py.autopilot import Autopilot
 from firmware_py.params import ParamError, load
@@ -212,11 +212,11 @@ def fly(
         )
         log = stack.enter_context(LogWriter(log_path, flight.header()))
         began = time.monotonic()
-        for refusal in stack.enter_context(applied(dataclasses.replace(flight.io.realtime, freeze_garbage=True))):
+        for refusal in stack.enter_context(apply_while(dataclasses.replace(flight.io.realtime, freeze_garbage=True))):
             print(refusal, file=sys.stderr)
         try:
             loop.run(flight.autopilot, hardware, command(pilot), _SimulationRecorder(log, bridge, watch), schedule)
-            outcome = judge(pilot.completion, bool(interrupted))
+            outcome = outcome_of(pilot.completion, bool(interrupted))
         except PlantError as error:
             outcome = Outcome(False, f"the plant has left the numbers: {error}")
         if line.late and wish.pace == "max":
@@ -243,7 +243,7 @@ class _SimulationRecorder:
         self._watch(cycle)
 
 
-def judge(referee: Completion, interrupted: bool) -> Outcome:
+def outcome_of(referee: Completion, interrupted: bool) -> Outcome:
     """What a flight that ended by itself, or by Ctrl-C, came to."""
     if interrupted:
         return Outcome(False, "interrupted")

@@ -17,7 +17,7 @@ from firmware_py.adapters.buses.node_id_check import refuse_if_taken
 from firmware_py.adapters.clock import RealTime
 from firmware_py.adapters.hil.hil_link import Address, HilLink, accept, parse_hil_link, serve
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError, LockstepLink
-from firmware_py.adapters.realtime import RealtimeParams, applied
+from firmware_py.adapters.realtime import RealtimeParams, apply_while
 from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter
 from firmware_py.run import provenance
 from firmware_py.run.errors import UsageError
@@ -98,7 +98,7 @@ def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Conso
             return "interrupted before a vehicle came"
         step = _kept(bridge, _truth_log(stack, flight, out), dt_ns)
         ticks = round(flight.scenario.duration * flight.rate)
-        stack.enter_context(applied(RealtimeParams(freeze_garbage=True)))
+        stack.enter_context(apply_while(RealtimeParams(freeze_garbage=True)))
         conductor = LockstepServer(step, turns, dt_ns)
         if free:
             _keep_time(step, dt_ns, ticks, lambda: bool(interrupted))
@@ -146,7 +146,7 @@ def run_hil(flight: Flight, address: Address, out: Path | None, wait: float, con
         bridge, devices = hil_server.build_hil_bridge(
             flight.truth, flight.boat, flight.scenario, link, wish.seed, flight.rate
         )
-        stack.enter_context(applied(RealtimeParams(freeze_garbage=True)))
+        stack.enter_context(apply_while(RealtimeParams(freeze_garbage=True)))
         conductor = hil_server.HilServer(_kept(bridge, _truth_log(stack, flight, out), dt_ns), devices, link, dt_ns)
         ticks, played = round(flight.scenario.duration * flight.rate), 0
 

@@ -21,7 +21,7 @@ from firmware_py.run.errors import UsageError
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.run_folders import LOG_FILE
 from sim_bridge.scripted_operator import ScriptedOperator
-from sternplane.sitl.flight import Flight, Outcome, judge
+from sternplane.sitl.flight import Flight, Outcome, outcome_of
 
 PLANT_WORDS = "plant.txt"
 """What the plant's process says, in the run's folder."""
@@ -111,7 +111,7 @@ def fly_two_processes(
                     losses,
                     meet_plant=realtime,
                 )
-            outcome = judge(pilot.completion, bool(interrupted))
+            outcome = outcome_of(pilot.completion, bool(interrupted))
         except LockstepError as error:
             outcome = Outcome(False, str(error))
         if child.poll() == 2:

@@ -24,7 +24,7 @@ from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.plant.truth import Truth
 from sternplane.identification.cramer_rao_bound import bounds, true_states
 from sternplane.logs.tracking import Array
-from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, BuslessFlight, fly, held_level, measure, measured
+from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, BuslessFlight, fly, held_level, measure, measurement_mask
 from sternplane.study.rows import RunArrays
 
 CONFIG = configs() / "npsauv2"
@@ -280,7 +280,7 @@ def bound_std(
         true_states(model, flight.x, setup.drift(seed)[:2], true),
         flight.inputs,
         setup.h,
-        measured(len(flight.inputs), setup.h, setup.rates),
+        measurement_mask(len(flight.inputs), setup.h, setup.rates),
         setup.std,
         prior,
         [round(t / setup.h) for t in at],

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 from firmware_py.adapters import realtime
-from firmware_py.adapters.realtime import RealtimeParams, applied, apply
+from firmware_py.adapters.realtime import RealtimeParams, apply, apply_while
 from firmware_py.params import ParamError, dump, load
 
 NO_LIMIT = resource.RLIM_INFINITY
@@ -54,7 +54,7 @@ def test_nothing_is_asked_for_by_default(monkeypatch):
 
 def test_everything_is_applied_and_undone_in_reverse(monkeypatch):
     kernel = Kernel(monkeypatch)
-    with applied(EVERYTHING) as refused:
+    with apply_while(EVERYTHING) as refused:
         assert refused == ()
         assert not gc.isenabled()
         assert gc.get_freeze_count() > 0
@@ -82,7 +82,7 @@ def test_what_apply_does_stays(monkeypatch):
 
 def test_each_refusal_says_which_why_and_what_would_be_right(monkeypatch):
     kernel = Kernel(monkeypatch, refused=("sched_setaffinity", "sched_setscheduler"), limit=8 << 20)
-    with applied(EVERYTHING) as refused:
+    with apply_while(EVERYTHING) as refused:
         assert not gc.isenabled(), "what is permitted is applied all the same"
     cpu, memory, fifo = refused
     assert "cpu = 3 was refused" in cpu
@@ -122,7 +122,7 @@ def test_what_cannot_be_restored_hides_no_error(monkeypatch):
     kernel = Kernel(monkeypatch)
 
     def flight():
-        with applied(EVERYTHING):
+        with apply_while(EVERYTHING):
             kernel.refused = ("sched_setscheduler", "munlockall", "sched_setaffinity")
             raise LookupError("how the run ended")
 
@@ -134,7 +134,7 @@ def test_what_cannot_be_restored_hides_no_error(monkeypatch):
 def test_a_collector_that_was_off_stays_off():
     gc.disable()
     try:
-        with applied(RealtimeParams(freeze_garbage=True)):
+        with apply_while(RealtimeParams(freeze_garbage=True)):
             pass
         assert not gc.isenabled()
     finally:
@@ -144,7 +144,7 @@ def test_a_collector_that_was_off_stays_off():
 def test_the_real_processor_is_kept_to_and_given_back():
     before = os.sched_getaffinity(0)
     cpu = max(before)
-    with applied(RealtimeParams(cpu=cpu)) as refused:
+    with apply_while(RealtimeParams(cpu=cpu)) as refused:
         assert refused == ()
         assert os.sched_getaffinity(0) == {cpu}
     assert os.sched_getaffinity(0) == before

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
-from firmware_py.guidance.line_of_sight import LineOfSight, LineOfSightParams, leg, passed
+from firmware_py.guidance.line_of_sight import LineOfSight, LineOfSightParams, is_passed, leg
 from firmware_py.guidance.reference_model import Shape
 from firmware_py.marine import Eta, Nu, wrap
 from firmware_py.params import dump, load
@@ -220,7 +220,7 @@ def test_leg_geometry_is_that_of_a_turned_frame(course: float, length: float, al
     assert (way.along, way.across) == pytest.approx((along, across), abs=1e-6)
     assert way.distance == pytest.approx(math.hypot(length - along, across), abs=1e-6)
     if length > 5.1 and abs(way.distance - 5.0) > 0.01 and abs(along - length) > 0.01:
-        assert passed(way, 5.0, 5.0) == (way.distance < 5.0 or along > length)
+        assert is_passed(way, 5.0, 5.0) == (way.distance < 5.0 or along > length)
 
 
 def test_waypoints_too_near_each_other_to_fly_are_passed_together() -> None:

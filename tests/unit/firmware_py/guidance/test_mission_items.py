@@ -190,7 +190,7 @@ def test_a_rally_point_behind_an_exclusion_is_not_returned_to(items: tuple) -> N
     vehicle.run(Mode.MANUAL, 0.1)
     for _ in range(20 * 300):
         vehicle.step(Mode.MISSION if items else Mode.RETURN)
-        assert WALL.breach(vehicle.x, vehicle.y) == ""
+        assert WALL.problem_at(vehicle.x, vehicle.y) == ""
         if vehicle.guidance.finished:
             break
     assert math.hypot(vehicle.x + 90.0, vehicle.y - 60.0) < PARAMS.line_of_sight.acceptance + 0.1

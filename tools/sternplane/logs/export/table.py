@@ -29,7 +29,7 @@ _UNIT = {path: unit for unit, paths in _BY_UNIT.items() for path in paths.split(
 _M = "frame.altitude.value"
 
 
-def named(path: str) -> str:
+def column_name(path: str) -> str:
     """The path of a field with its unit behind it, by the longest end of the path that has one."""
     parts = path.split(".")
     ends = [".".join(parts[i:]) for i in range(len(parts))]
@@ -42,11 +42,11 @@ def export(log: Log, file: IO[str], step: Callable[[int], None] = lambda _: None
     names, columns = [], []
     for path, values in log.columns.items():
         if values.ndim == 1:
-            names.append(named(path))
+            names.append(column_name(path))
             columns.append(values)
         else:
             for j in range(values.shape[1]):
-                names.append(f"{named(path)}[{j + 1}]")
+                names.append(f"{column_name(path)}[{j + 1}]")
                 columns.append(values[:, j])
     columns = [column.astype(np.int64) if column.dtype == np.bool_ else column for column in columns]
     writer = csv.writer(file, lineterminator="\n")

@@ -9,7 +9,7 @@ import numpy as np
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.estimation.model.state import MOVING
 from sternplane.logs.tracking import Array
-from sternplane.sitl.busless_flight import N_TRIM, BuslessFlight, fly, held_level, measured
+from sternplane.sitl.busless_flight import N_TRIM, BuslessFlight, fly, held_level, measurement_mask
 from sternplane.study.cases.noisy import still_water
 from sternplane.study.figures import bars
 from sternplane.study.rows import Case, Results, Row, RunArrays
@@ -50,7 +50,7 @@ def _bias(flight: BuslessFlight, every: int, late: int, known: int) -> Array:
     told = np.arange(0, len(flight.inputs), every)
     heard = np.array([np.interp(t_known, told, flight.inputs[told, i]) for i in range(4)]).T
     inputs = 0.5 * (heard[1:] + heard[:-1])
-    came = measured(steps, SETUP.h, SETUP.rates)[1:]
+    came = measurement_mask(steps, SETUP.h, SETUP.rates)[1:]
     z = np.where(came, states[1:], np.nan)
     ekf = still_water()
     model = ekf.model

@@ -10,7 +10,7 @@ import numpy as np
 from firmware_py.estimation.coefficient_params import TEN
 from sternplane.logs.tracking import Array
 from sternplane.paper.sliding_mode_observer import SlidingModeObserver, SmoParams
-from sternplane.sitl.busless_flight import N_TRIM, BuslessFlight, fly, measured
+from sternplane.sitl.busless_flight import N_TRIM, BuslessFlight, fly, measurement_mask
 from sternplane.study.figures import bars, per_name
 from sternplane.study.rows import Case, Results, Row, RunArrays
 from sternplane.study.setups import FIXED_SEED, MARGIN, PAPER_SMO, Setup, fly_prbs, true_vehicle, vehicle
@@ -33,7 +33,7 @@ def _observe(setup: Setup, flight: BuslessFlight, observer: SlidingModeObserver,
     model = observer.model
     believed = np.array(model.believed)
     values = dict(zip(model.names, believed * (1.0 + start), strict=True))
-    z = np.where(measured(len(flight.inputs), setup.h, setup.rates), flight.x[1:], np.nan)
+    z = np.where(measurement_mask(len(flight.inputs), setup.h, setup.rates), flight.x[1:], np.nan)
     observer.start(flight.x[0, :6].tolist(), flight.x[0, 6:].tolist(), values)
     made = observer.run(setup.h, flight.inputs, z).steps
     error: Array = (observer.estimate().values - believed) / np.abs(believed)

@@ -13,7 +13,7 @@ from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.estimation.model.observer_model import GROUPS
 from sim_bridge.plant.truth import Truth
 from sternplane.logs.tracking import Array
-from sternplane.sitl.busless_flight import altered
+from sternplane.sitl.busless_flight import scaled_truth
 from sternplane.study.chance import paired_ratio
 from sternplane.study.figures import bars, correlation, over_bound, over_time, per_name, rms
 from sternplane.study.rows import Case, Results, Row, RunArrays
@@ -57,7 +57,7 @@ def truth_of(seed: int, ekf: CoefficientEkf) -> tuple[Truth, Array]:
         factors[name] = 1.0 + off * sign
     each = {member: f for name, f in factors.items() for member in GROUPS.get(name, (name,))}
     true = np.array(ekf.model.believed) * np.array(list(factors.values()))
-    return altered(true_vehicle(), each), true
+    return scaled_truth(true_vehicle(), each), true
 
 
 def _run(seed: int, k: int) -> RunArrays:

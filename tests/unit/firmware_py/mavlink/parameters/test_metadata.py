@@ -65,7 +65,7 @@ def test_another_decoder_reads_names_values_and_defaults(names: list[str], data:
 
 
 class Nobody:
-    def changed(self, values):
+    def with_changes(self, values):
         raise AssertionError
 
 

@@ -58,7 +58,7 @@ class Checker:
     def __init__(self, record: Toy) -> None:
         self.record = record
 
-    def changed(self, values: Mapping[str, Any]) -> Checker:
+    def with_changes(self, values: Mapping[str, Any]) -> Checker:
         return Checker(with_values(self.record, values, "toy.toml"))
 
 
