@@ -49,7 +49,9 @@ def describe_keys(cls: type[Any], table: str = "", name: str = "") -> Iterator[t
             doc=_doc_of(declaration, hint),
             mav=declaration.mav and name + declaration.mav,
         )
-        if default is not dataclasses.MISSING:
+        if field.default_factory is not dataclasses.MISSING:
+            default = field.default_factory()
+        elif default is not dataclasses.MISSING:
             default = to_toml_value(default, UNITS[declaration.unit][1])
         yield table + toml_key(field), declaration, default
 

@@ -104,6 +104,12 @@ def table(cls: type[Any], mav: str = "") -> Any:
     return dataclasses.field(default_factory=cls, metadata={_PREFIX: mav})
 
 
+def named_numbers(doc: str) -> Any:
+    """Declare a table of numbers whose keys are not fixed; empty by default."""
+    metadata = {_DECLARATION: Declaration("", -math.inf, math.inf, doc, "", TakesEffect.AT_ONCE)}
+    return dataclasses.field(default_factory=lambda: types.MappingProxyType({}), metadata=metadata)
+
+
 def declaration_of(field: dataclasses.Field[Any]) -> Declaration | None:
     """Return the declaration of a field, or None for a field that `param` did not make."""
     return typing.cast("Declaration | None", field.metadata.get(_DECLARATION))

@@ -80,11 +80,11 @@ class Zigzag:
     heading: float = param(20.0, unit="deg", low=1, high=90, doc="Deviation at which the rudder is reversed.")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
     """One scenario file. `autopilot` and `sensors` override values of autopilot.toml and sensors.toml."""
 
-    description: str
+    description: str = param(doc="What the scenario is for; `sternplane scenarios` and the report show it.")
     completes: Completes
     duration: float = param(unit="s", low=1, high=1e6, doc="Time limit of the run.")
     environment: EnvironmentParams = field(default_factory=EnvironmentParams)

@@ -24,7 +24,7 @@ LONGEST_DELAY_US = 10_000_000
 class DvlPortParams:
     """Table [dvl] of io_*.toml."""
 
-    port: str
+    port: str = param(doc="Serial device of the DVL; {bus} in it stands for the name of the bus.")
     baud: int = param(115200, low=1200, high=4_000_000, doc="Bits a second; the device's default is 115200.")
 
     def place(self, spec: str) -> str:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from types import MappingProxyType
+from dataclasses import dataclass
 
 from firmware_py.estimation.model.equations import COEFFICIENTS
 from firmware_py.estimation.model.observer_model import GROUPS
 from firmware_py.estimation.model.state import MOTIONS
-from firmware_py.params import ParamError, TakesEffect, param
+from firmware_py.params import ParamError, TakesEffect, named_numbers, param
 from firmware_py.vehicle.vehicle import Vehicle
 
 TEN = ("M_q", "M_ds", "N_r", "N_dr", "N_v", "Z_ds", "Z_q", "Y_dr", "Y_r", "Y_v")
@@ -71,8 +70,7 @@ class CoefficientParams:
         mav="STD_REST",
         when=TakesEffect.RESTART,
     )
-    stds: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
-    """1 sigma of single names, of their size, where it is another than these."""
+    stds: Mapping[str, float] = named_numbers("1 sigma of single coefficients, by name, as share of their size.")
     bound: float = param(
         5.0, low=1.0, high=100.0, doc="How many of these sigmas a value may leave its belief.", mav="BOUND"
     )

@@ -69,7 +69,7 @@ class Propeller:
 _COEFFICIENTS = tuple(field.name for field in fields(Coefficients))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Vehicle:
     """The whole of vehicle.toml.
 
@@ -77,7 +77,7 @@ class Vehicle:
         ParamError: fins, coefficients or propeller with which the vehicle cannot be steered or driven.
     """
 
-    name: str
+    name: str = param(doc="Name of the vehicle, for logs and reports.")
     hull: Hull
     body: Body
     propeller: Propeller

@@ -93,7 +93,7 @@ class FinStation(enum.Enum):
     BOW = enum.auto()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PlantFin:
     """One fin and its servo.
 
@@ -104,7 +104,7 @@ class PlantFin:
     side: positive lifts the bow.
     """
 
-    name: str
+    name: str = param(doc="Name of the fin, as in vehicle.toml; fault names end in it.")
     station: FinStation
     hinge: float = param(unit="deg", low=-360.0, high=360.0, doc="Hinge axis in the y-z plane.")
     centre: tuple[float, float, float] = param(

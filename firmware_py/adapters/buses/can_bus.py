@@ -32,7 +32,7 @@ class CanParams:
 
     node_id: int = param(low=1, high=127, doc="Node id of the autopilot.")
     plant_id: int = param(125, low=1, high=127, doc="Node id of a simulated plant for its lockstep messages.")
-    bus: str = "virtual"
+    bus: str = param("virtual", doc="CAN bus where `--bus` names none: KIND or KIND:CHANNEL, such as socketcan:can0.")
 
 
 @dataclass(frozen=True, slots=True)

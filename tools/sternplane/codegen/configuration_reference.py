@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,17 @@ from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import Scenario
 
 PATH = configs() / "README.md"
+_FACTOR = re.compile(r"[uvwpqr]dot|d[srb]|[uvwpqr]")
+_COEFFICIENT = re.compile(rf"coefficients\.([XYZKMN])_(prop|(?:{_FACTOR.pattern})+)(n?)")
+_FACTORS = {"ds": "delta_s", "dr": "delta_r", "db": "delta_b"} | {f"{v}dot": f"{v}_dot" for v in "uvwpqr"}
+_FORCES = {
+    "X": "Surge force",
+    "Y": "Sway force",
+    "Z": "Heave force",
+    "K": "Roll moment",
+    "M": "Pitch moment",
+    "N": "Yaw moment",
+}
 
 INTRODUCTION = """# Configurations
 
@@ -86,7 +98,23 @@ def _table(cls: type[Any]) -> Iterator[str]:
             continue
         bounds = _bounds(declaration.low, declaration.high)
         name = f" {_name(declaration, default)} |" if known else ""
-        yield f"| `{key}` | {declaration.unit or '–'} | {bounds} | {_shown(default)} | {declaration.doc} |{name}"
+        meaning = declaration.doc or _coefficient_meaning(key)
+        yield f"| `{key}` | {declaration.unit or '–'} | {bounds} | {_shown(default)} | {meaning} |{name}"
+
+
+def _coefficient_meaning(key: str) -> str:
+    """Return the meaning of `coefficients.F_factors`, which its name spells: the force and the factors of the term.
+
+    Raises:
+        ValueError: another key, or another name: a key without description.
+    """
+    found = _COEFFICIENT.fullmatch(key)
+    if found is None:
+        raise ValueError(f"{key} has no description: give its declaration one")
+    force, factors, race = found.groups()
+    names = " ".join(_FACTORS.get(factor, factor) for factor in _FACTOR.findall(factors))
+    term = "u^2, from the propeller" if factors == "prop" else names + (" eps(n)" if race else "")
+    return f"{_FORCES[force]}: coefficient of {term}."
 
 
 def _name(declaration: Declaration, default: Any) -> str:
@@ -115,6 +143,8 @@ def _shown(default: Any) -> str:
         return "required"
     if default is None or (isinstance(default, float) and math.isnan(default)):
         return "–"
+    if isinstance(default, Mapping):
+        return "empty"
     if isinstance(default, list):
         return "[" + ", ".join(one if isinstance(one, str) else _shown(one) for one in default) + "]"
     return f"{default:g}" if isinstance(default, float) else str(default).lower()
