@@ -83,9 +83,9 @@ def node_settings(params: AutopilotParams) -> NodeSettings:
 class PartsFactory:
     """An `autopilot.Reconfigurator` that knows what an autopilot is made of."""
 
-    def __init__(self, files: Mapping[str, str], boat: Vehicle, now: ActiveConfiguration) -> None:
+    def __init__(self, files: Mapping[str, str], vehicle: Vehicle, now: ActiveConfiguration) -> None:
         """`files` is what to call "vehicle" and "autopilot" in errors."""
-        self._files, self._boat = files, boat
+        self._files, self._vehicle = files, vehicle
         self._now = now
 
     @property
@@ -118,21 +118,21 @@ class PartsFactory:
         }
 
     def with_changes(self, values: Mapping[str, Any]) -> PartsFactory:
-        """A yard with other values of dotted keys, in which every part that they go into could be made.
+        """A factory with other values of dotted keys, in which every part that they go into could be made.
 
         Raises:
             ParamError: a value that is wrong, alone or beside the others; the error names file and key.
         """
         params = with_values(self._now.params, values, self._files["autopilot"])
-        yard = PartsFactory(self._files, self._boat, self._now._replace(params=params))
-        makers = yard.makers()
+        factory = PartsFactory(self._files, self._vehicle, self._now._replace(params=params))
+        makers = factory.makers()
         for part in _parts_of(values):
             if part != "estimator":
                 makers[part]()
             elif not same_filter(params.estimation, self.params.estimation):
-                with yard._naming_coefficients():
-                    refuse_no_filter(params.estimation, self._boat)
-        return yard
+                with factory._naming_coefficients():
+                    refuse_no_filter(params.estimation, self._vehicle)
+        return factory
 
     def apply(self, changes: tuple[Change, ...], parts: Parts) -> tuple[Parts, tuple[Event, ...]]:
         """See `autopilot.Reconfigurator`. Orders were checked before; a change that fails leaves all as it was."""
@@ -198,9 +198,9 @@ class PartsFactory:
 
     def _estimator(self) -> Estimator:
         with prefix_errors(self._files["vehicle"]):
-            refuse_no_inertia(self._boat)
+            refuse_no_inertia(self._vehicle)
         with self._naming_coefficients():
-            return Estimator(self.params.estimation, self._origin, self._boat)
+            return Estimator(self.params.estimation, self._origin, self._vehicle)
 
     def _naming_coefficients(self) -> AbstractContextManager[None]:
         return prefix_errors(f"{self._files['autopilot']}: estimation.coefficients")
@@ -222,16 +222,16 @@ class PartsFactory:
 
     def _control(self) -> Control:
         with prefix_errors(self._files["vehicle"]):
-            return Control(self.params.control, self._boat)
+            return Control(self.params.control, self._vehicle)
 
     def _gate(self) -> Gate:
-        boat = self._boat
+        vehicle = self._vehicle
         with prefix_errors(self._files["vehicle"]):
             return Gate(
                 self.params.safety.gate,
-                delta_max=tuple(fin.delta_max for fin in boat.fins),
-                rate_max=tuple(fin.rate_max for fin in boat.fins),
-                n_max=boat.propeller.n_max,
+                delta_max=tuple(fin.delta_max for fin in vehicle.fins),
+                rate_max=tuple(fin.rate_max for fin in vehicle.fins),
+                n_max=vehicle.propeller.n_max,
             )
 
 

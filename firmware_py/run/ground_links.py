@@ -21,9 +21,9 @@ class Stations(NamedTuple):
 
     ground: MavlinkGround
 
-    def merged_with(self, pilot: Ground) -> Ground:
-        """Return stations and pilot as one `ports.Ground`; the pilot alone if there is no station."""
-        return Grounds(pilot, self.ground) if self.ground.links else pilot
+    def merged_with(self, operator: Ground) -> Ground:
+        """Return stations and operator as one `ports.Ground`; the operator alone if there is no station."""
+        return Grounds(operator, self.ground) if self.ground.links else operator
 
     def losses(self) -> dict[str, int]:
         """Return `MavlinkGround.losses` at the end of the flight."""

@@ -77,21 +77,21 @@ def run(
         bus = open_bus(spec)
         stack.callback(bus.close)
         refuse_if_taken(bus, {io.can.node_id: "autopilot"})
-        turns = LockstepLink(bus, io.can.node_id, astuple(io.nodes))
-        if (pace == "bus" or meet_plant) and not wait_for_plant(turns, dt_ns, PLANT_S, stop):
+        lockstep = LockstepLink(bus, io.can.node_id, astuple(io.nodes))
+        if (pace == "bus" or meet_plant) and not wait_for_plant(lockstep, dt_ns, PLANT_S, stop):
             return
         line = DvlPort(io.dvl, str(dvl))
         stack.callback(line.close)
-        hardware = CanHardware(io, len(autopilot.applied.fins), turns if pace == "bus" else bus, line)
+        hardware = CanHardware(io, len(autopilot.applied.fins), lockstep if pace == "bus" else bus, line)
         stack.callback(lambda: losses.update(hardware.losses()))
         for refusal in stack.enter_context(realtime.apply_while(io.realtime)):
             say(refusal)
         if pace == "bus":
-            paced = LockstepClient(hardware, turns, dt_ns, stop)
-            loop.run(autopilot, paced, ground, recorder, paced)
+            client = LockstepClient(hardware, lockstep, dt_ns, stop)
+            loop.run(autopilot, client, ground, recorder, client)
             return
         if meet_plant:
-            acknowledge_hello(turns)
+            acknowledge_hello(lockstep)
         try:
             schedule = RealTime(dt_ns, lambda _: not stop(), io.realtime.spin_ns)
             loop.run(autopilot, hardware, ground, recorder, schedule)

@@ -1,4 +1,4 @@
-"""Sentences for people as STATUSTEXT: in chunks of 50 characters, each with how much it matters."""
+"""STATUSTEXT: sentences with a severity, in chunks of 50 characters."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ _MAX_CHUNKS = 6
 
 
 class StatusTexts:
-    """Cuts sentences; those of more than one chunk are numbered, so that stations can put them together again."""
+    """Encoder of sentences; those of several chunks have an id, so that stations can join them."""
 
     def __init__(self) -> None:
-        self._number = 0
+        self._id = 0
 
     def encode(self, text: str, severity: int) -> list[Message]:
-        """The messages of a sentence. What is not ASCII becomes "?"; more than 300 characters are cut off."""
+        """Encode a sentence. A character that is not ASCII becomes "?"; after 300 characters it is cut off."""
         content = text.encode("ascii", "replace")[: _CHUNK * _MAX_CHUNKS]
         if len(content) <= _CHUNK:
             return [dialect.MAVLink_statustext_message(severity, content)]
-        self._number = self._number % 65535 + 1  # 0 means a sentence of one chunk
-        # A chunk with room to spare ends the sentence: one that fills its last chunk needs an empty one after it.
+        self._id = self._id % 65535 + 1  # 0 is a sentence of one chunk
+        # A chunk that is not full ends the sentence; after a full last chunk comes an empty one.
         return [
-            dialect.MAVLink_statustext_message(severity, content[start : start + _CHUNK], self._number, i)
+            dialect.MAVLink_statustext_message(severity, content[start : start + _CHUNK], self._id, i)
             for i, start in enumerate(range(0, len(content) + 1, _CHUNK))
         ]

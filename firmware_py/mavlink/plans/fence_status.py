@@ -1,4 +1,4 @@
-"""Whether the vehicle is where it may be, as FENCE_STATUS repeats it from the supervisor."""
+"""FENCE_STATUS: whether the vehicle is outside the fence or too deep, as the supervisor has found."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ _NONE: int = dialect.FENCE_BREACH_NONE
 
 
 class FenceStatus:
-    """Counts how often the vehicle left the fence, or went deeper than it may."""
+    """Counter of breaches: leaving the fence, or exceeding its depth."""
 
     def __init__(self) -> None:
         self._count, self._began_ms, self._breach = 0, 0, _NONE
 
     def update(self, cycle: Cycle) -> None:
-        """See what is wrong with the vehicle's place."""
+        """Take the breach of a cycle, and count it when it begins."""
         before, self._breach = self._breach, _NONE
         if cycle.mode.too_deep:
             self._breach = dialect.FENCE_BREACH_MINALT
@@ -28,12 +28,12 @@ class FenceStatus:
 
     @property
     def outside_fence(self) -> bool:
-        """Whether it is beyond the fence, or deeper than it may be."""
+        """Whether the vehicle is outside the fence, or too deep."""
         return self._breach != _NONE
 
     @property
     def status(self) -> Message:
-        """FENCE_STATUS."""
+        """The message FENCE_STATUS."""
         mitigation = dialect.FENCE_MITIGATE_UNKNOWN if self.outside_fence else dialect.FENCE_MITIGATE_NONE
         return dialect.MAVLink_fence_status_message(
             int(self.outside_fence), self._count, self._breach, self._began_ms, mitigation

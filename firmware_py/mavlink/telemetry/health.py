@@ -1,4 +1,4 @@
-"""How the vehicle is: sensors, battery, water in the hull, what its actuators are told and say, what it has learned."""
+"""Messages on health: sensors, battery, leak, actuators, estimator and learned coefficients."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from firmware_py.records.fence import NO_FENCE
 from firmware_py.schedule import NS_PER_S
 
 _RECENT = 2.0
-"""What was last heard longer ago, s, counts as silent."""
+"""A device that was last heard longer ago, s, counts as silent."""
 _PWM_CENTRE, _PWM_SPAN = 1500, 500
 _SERVO_FIELDS, _ARRAY_FIELDS, _CELLS = 16, 58, 10
 _MV, _CA, _PERCENT = 1e-3, 1e-2, 1e-2
@@ -28,30 +28,30 @@ _GPS, _DVL = dialect.MAV_SYS_STATUS_SENSOR_GPS, dialect.MAV_SYS_STATUS_SENSOR_XY
 _ALTIMETER, _FINS = dialect.MAV_SYS_STATUS_SENSOR_LASER_POSITION, dialect.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
 _EXTENDED, _LEAK = dialect.MAV_SYS_STATUS_EXTENSION_USED, dialect.MAV_SYS_STATUS_SENSOR_LEAK
 _FINS_ARRAY, _VALUE_ARRAY, _STD_ARRAY, _STATE_ARRAY = 0, 2, 3, 4
-"""Stations keep arrays apart by these numbers; 1 is the lateness."""
+"""Array ids, by which stations tell arrays apart; 1 is the lateness."""
 _RATIO = 9.0
-"""A test ratio of 1 is a mean square of innovations of 3 sigma; a consistent filter has 1/9."""
-_BESIDE = ("nis_dvl", "nis_gyro", "nis_att", "current_n", "current_e", "turbulence")
+"""A test ratio of 1 stands for innovations of 3 sigma (root mean square); a consistent filter has 1/9."""
+_OTHERS = ("nis_dvl", "nis_gyro", "nis_att", "current_n", "current_e", "turbulence")
 _GEOFENCE, _PREARM = dialect.MAV_SYS_STATUS_GEOFENCE, dialect.MAV_SYS_STATUS_PREARM_CHECK
 _PRESENT = _GYRO | _AHRS | _PRESSURE | _GPS | _DVL | _ALTIMETER | _FINS | _BATTERY | _EXTENDED | _PREARM
 
 
 class Actuators(NamedTuple):
-    """What full deflection is: of each fin, rad, and of the propeller, rev/s."""
+    """Full scale of the actuators: each fin, rad, and the propeller, rev/s."""
 
     delta_max: tuple[float, ...]
     n_max: float
 
 
 class HealthTelemetry:
-    """Makers of the messages on health and actuators."""
+    """Encoders of the messages on health and actuators."""
 
     def __init__(self, actuators: Actuators, lateness: Lateness, plan_store: PlanStore) -> None:
         self._lateness, self._plan_store = lateness, plan_store
         self._full = (*actuators.delta_max, actuators.n_max)
 
     def encoders(self) -> dict[int, Encoder]:
-        """A maker for each message id."""
+        """Return the encoder of each message id."""
         return {
             dialect.MAVLINK_MSG_ID_SYS_STATUS: self.sys_status,
             dialect.MAVLINK_MSG_ID_BATTERY_STATUS: self.battery,
@@ -62,7 +62,7 @@ class HealthTelemetry:
         }
 
     def sys_status(self, cycle: Cycle) -> Message:
-        """SYS_STATUS. errors_count1 is the late cycles of the last second; the DVL has the bit of x-y control."""
+        """Encode SYS_STATUS: errors_count1 counts late cycles of the last second; the DVL has the x-y control bit."""
         frame, state, t = cycle.frame, cycle.state, cycle.tick.t
         battery = frame.battery.value
         health = _EXTENDED
@@ -75,10 +75,8 @@ class HealthTelemetry:
             (_FINS, all(fin.usable(t, _RECENT) for fin in frame.fins)),
             (_BATTERY, frame.battery.usable(t, _RECENT)),
             (_PREARM, cycle.mode.ready),
-            (
-                _GEOFENCE,
-                not self._plan_store.outside_fence,
-            ),  # some stations take a fence that is not there for a broken one
+            # Only with a fence: some stations take a missing fence for a breached one.
+            (_GEOFENCE, not self._plan_store.outside_fence),
         ):
             health |= bit if healthy else 0
         present = _PRESENT if self._plan_store.fence == NO_FENCE else _PRESENT | _GEOFENCE
@@ -102,7 +100,7 @@ class HealthTelemetry:
         )
 
     def battery(self, cycle: Cycle) -> Message:
-        """BATTERY_STATUS: the whole voltage in the first cell, and what it cannot hold in the next."""
+        """Encode BATTERY_STATUS: the voltage of the battery in the first cell; what exceeds its range in the next."""
         value = cycle.frame.battery.value
         unknown = -1
         return dialect.MAVLink_battery_status_message(
@@ -118,23 +116,23 @@ class HealthTelemetry:
         )
 
     def servo_output(self, cycle: Cycle) -> Message:
-        """SERVO_OUTPUT_RAW: what is asked of fins and propeller, in that order, as a pulse would say it.
+        """Encode SERVO_OUTPUT_RAW: the commands of fins and propeller, in that order, as pulse widths.
 
-        1500 us is the centre, 1000 and 2000 are full deflection; the sign is the fin angle's own.
+        1500 us is the centre, 1000 and 2000 us are full deflection; the sign is that of the fin angle.
         """
-        asked = (*cycle.applied.fins, cycle.applied.n)
+        commands = (*cycle.applied.fins, cycle.applied.n)
         pulses = [
             _PWM_CENTRE + whole(value / full, 1.0 / _PWM_SPAN, (-_PWM_SPAN, _PWM_SPAN), unknown=0)
-            for value, full in zip(asked, self._full, strict=True)
+            for value, full in zip(commands, self._full, strict=True)
         ]
         pulses = (pulses + [0] * _SERVO_FIELDS)[:_SERVO_FIELDS]
         return dialect.MAVLink_servo_output_raw_message(boot_us32(cycle.tick), 0, *pulses)
 
     def arrays(self, cycle: Cycle) -> Message:
-        """DEBUG_FLOAT_ARRAY by tenths of a second: lateness in tenth 0, what is learned in 1, 3 and 5, else the fins.
+        """Encode DEBUG_FLOAT_ARRAY by tenths of a second: 0 lateness; 1, 3, 5 learned coefficients; else fin angles.
 
         "xi" are the coefficients, "xi_std" their 1 sigma; "xi_state" is 1 for valid, 2 for excited, 3 for both. Their
-        order is that of the configuration's estimation.coefficients.names; no more than 58 fit.
+        order is that of the configuration's estimation.coefficients.names; at most 58 are sent.
         """
         tenth, learned = cycle.tick.t_ns % NS_PER_S // (NS_PER_S // 10), cycle.state.learned
         if tenth == 0:
@@ -149,27 +147,27 @@ class HealthTelemetry:
         return self.fins(cycle)
 
     def fins(self, cycle: Cycle) -> Message:
-        """DEBUG_FLOAT_ARRAY "fins": the angles that the servos report, rad; NaN where none came of late."""
+        """Encode DEBUG_FLOAT_ARRAY "fins": the fin angles reported by the servos, rad; NaN without a recent report."""
         t = cycle.tick.t
         angles = (fin.value if fin.usable(t, _RECENT) else math.nan for fin in cycle.frame.fins)
         return _array(cycle, b"fins", _FINS_ARRAY, angles)
 
     def rpm(self, cycle: Cycle) -> Message:
-        """RPM: the propeller's, as its controller reports it."""
+        """Encode RPM: the propeller speed reported by its controller."""
         n = cycle.frame.n
         return dialect.MAVLink_rpm_message(n.value * 60.0 if n.usable(cycle.tick.t, _RECENT) else math.nan, math.nan)
 
     def estimator(self, cycle: Cycle) -> Message:
-        """ESTIMATOR_STATUS. The DVL's test ratio stands under velocity, attitude's under magnetometer; NaN unknown."""
+        """Encode ESTIMATOR_STATUS: `vel_ratio` is that of the DVL, `mag_ratio` that of attitude; NaN is unknown."""
         state, (dvl, _, attitude) = cycle.state, cycle.state.learned.nis
-        moves = state.velocity_ok and state.attitude_ok
-        placed = moves and state.position_std <= KNOWN_POSITION
+        velocity_ok = state.velocity_ok and state.attitude_ok
+        position_ok = velocity_ok and state.position_std <= KNOWN_POSITION
         flags = 0
         for bits, true in (
             (dialect.ESTIMATOR_ATTITUDE, state.attitude_ok),
-            (dialect.ESTIMATOR_VELOCITY_HORIZ | dialect.ESTIMATOR_VELOCITY_VERT, moves),
-            (dialect.ESTIMATOR_POS_HORIZ_REL | dialect.ESTIMATOR_PRED_POS_HORIZ_REL, moves),
-            (dialect.ESTIMATOR_POS_HORIZ_ABS | dialect.ESTIMATOR_PRED_POS_HORIZ_ABS, placed),
+            (dialect.ESTIMATOR_VELOCITY_HORIZ | dialect.ESTIMATOR_VELOCITY_VERT, velocity_ok),
+            (dialect.ESTIMATOR_POS_HORIZ_REL | dialect.ESTIMATOR_PRED_POS_HORIZ_REL, velocity_ok),
+            (dialect.ESTIMATOR_POS_HORIZ_ABS | dialect.ESTIMATOR_PRED_POS_HORIZ_ABS, position_ok),
             (dialect.ESTIMATOR_POS_VERT_ABS, state.depth_ok),
             (dialect.ESTIMATOR_POS_VERT_AGL, math.isfinite(state.altitude)),
         ):
@@ -190,26 +188,26 @@ class HealthTelemetry:
 
 
 class NamedValues:
-    """What was learned as NAMED_VALUE_FLOAT, one name after the other; every link has its own turn."""
+    """Encoder of the learned values as NAMED_VALUE_FLOAT, one name after the other; each link has its own."""
 
     def __init__(self, coefficients: Sequence[str]) -> None:
-        """`coefficients` are the names of what is learned, in the order of the records."""
+        """`coefficients` are the names of the estimated coefficients, in the order of the records."""
         self._coefficients = coefficients
-        self._turn = -1
+        self._index = -1
 
     def encoders(self) -> dict[int, Encoder]:
-        """A maker for each message id."""
+        """Return the encoder of each message id."""
         return {dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: self.next}
 
     def next(self, cycle: Cycle) -> Message | None:
-        """The next name's value, at most 10 characters of the name; None where nothing is learned."""
+        """Encode the next value, with 10 characters of its name at most; None if nothing is estimated."""
         learned = cycle.state.learned
         if not learned.value:
             return None
-        beside = (*learned.nis, *learned.current, learned.turbulence)
-        named = [*zip(self._coefficients, learned.value, strict=False), *zip(_BESIDE, beside, strict=True)]
-        self._turn = (self._turn + 1) % len(named)
-        name, value = named[self._turn]
+        others = (*learned.nis, *learned.current, learned.turbulence)
+        named = [*zip(self._coefficients, learned.value, strict=False), *zip(_OTHERS, others, strict=True)]
+        self._index = (self._index + 1) % len(named)
+        name, value = named[self._index]
         return dialect.MAVLink_named_value_float_message(boot_ms(cycle.tick), name.encode()[:10], value)
 
 

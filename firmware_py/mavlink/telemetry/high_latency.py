@@ -1,4 +1,4 @@
-"""HIGH_LATENCY2: all that matters in 42 bytes, for acoustic and satellite links."""
+"""HIGH_LATENCY2: the state of the vehicle in 42 bytes, for acoustic and satellite links."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _CHARGE_LOW = 0.2
 
 
 class HighLatency:
-    """The maker of one link's; `surface` is the water's above mean sea level, m."""
+    """Encoder of one link; `surface` is the altitude of the water's surface above mean sea level, m."""
 
     def __init__(
         self,
@@ -34,9 +34,10 @@ class HighLatency:
         self._n_max, self._system_state = n_max, system_state
 
     def message(self, cycle: Cycle) -> Message:
-        """Unknown is 0, or what the field has for it. custom0 is the base mode, as from ArduPilot; wind is the current.
+        """Encode HIGH_LATENCY2; wind is the current, custom0 the base mode (as ArduPilot sends it).
 
-        Altitudes are whole metres of AMSL: the depth to the decimetre is custom1 + 127 * custom2, both from 0 to 126.
+        Altitudes are whole metres AMSL; depth in 0.1 m is custom1 + 127 * custom2, both from 0 to 126. What is unknown
+        is 0, or the value that the field defines for it.
         """
         state, reference, mode = cycle.state, cycle.reference, cycle.mode.mode
         x, y, z, _, _, psi = state.eta
@@ -92,12 +93,12 @@ class HighLatency:
 
 
 def _half_circle(angle: float) -> int:
-    """0 to 179 pairs of degrees; 0 unknown."""
+    """Return an angle in units of 2 deg, 0 to 179; 0 if it is unknown."""
     return whole(wrap(angle) % math.tau, _TWO_DEG, (0, 180)) % 180
 
 
 def _climb(cycle: Cycle) -> float:
-    """z_dot, m/s."""
+    """Return z_dot, m/s."""
     _, _, _, phi, theta, _ = cycle.state.eta
     u, v, w, *_ = cycle.state.nu
     if not math.isfinite(phi + theta):

@@ -1,4 +1,4 @@
-"""What libraries and stations want as messages of their own of what others say too: motion, fix, bottom, errors."""
+"""Messages that some stations and libraries need: IMU, quaternion, odometry, position fix, bottom, control errors."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode
 
 _RECENT = 2.0
-"""A fix that is older, s, is none."""
+"""An older fix, s, is not reported."""
 _MILLI, _CM, _MM = 1e-3, 1e-2, 1e-3
 _UNKNOWN16 = 65535
 _SATELLITES_UNKNOWN = 255
 _ALTIMETER_CM = (0, 65534)
 _COVARIANCES = 21
 _DIAGONAL = (0, 6, 11, 15, 18, 20)
-"""Of a symmetric 6x6 matrix of which the upper triangle is sent, row by row."""
+"""Indices of the diagonal in the upper triangle of a symmetric 6x6 matrix, row by row."""
 _LANDED = {
     Mode.DISARMED: dialect.MAV_LANDED_STATE_ON_GROUND,
     Mode.SURFACE: dialect.MAV_LANDED_STATE_LANDING,
@@ -27,13 +27,13 @@ _LANDED = {
 
 
 class OdometryTelemetry:
-    """Makers of these messages; `surface` is the water's above mean sea level, m."""
+    """Encoders of these messages; `surface` is the altitude of the water's surface above mean sea level, m."""
 
     def __init__(self, surface: float) -> None:
         self._surface = surface
 
     def encoders(self) -> dict[int, Encoder]:
-        """A maker for each message id."""
+        """Return the encoder of each message id."""
         return {
             dialect.MAVLINK_MSG_ID_SCALED_IMU: self.imu,
             dialect.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: self.quaternion,
@@ -41,13 +41,13 @@ class OdometryTelemetry:
             dialect.MAVLINK_MSG_ID_GPS_RAW_INT: self.fix,
             dialect.MAVLINK_MSG_ID_DISTANCE_SENSOR: self.bottom,
             dialect.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT: self.errors,
-            dialect.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: self.extended,
+            dialect.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: self.extended_state,
         }
 
     def imu(self, cycle: Cycle) -> Message:
-        """SCALED_IMU: gyros as the AHRS says them; no accelerometer is heard, so what gravity alone would show.
+        """Encode SCALED_IMU, mG and mrad/s: the body rates of the AHRS, and gravity as an accelerometer at rest has it.
 
-        mG and mrad/s; the message has no word for unknown, and there is no magnetometer.
+        No accelerometer and no magnetometer is received, and the message cannot say that a value is unknown.
         """
         phi, theta, _ = _angles(cycle)
         ahrs = cycle.frame.ahrs.value
@@ -57,12 +57,12 @@ class OdometryTelemetry:
         return dialect.MAVLink_scaled_imu_message(boot_ms(cycle.tick), *force, *rates, 0, 0, 0)
 
     def quaternion(self, cycle: Cycle) -> Message:
-        """ATTITUDE_QUATERNION, w first."""
+        """Encode ATTITUDE_QUATERNION, w first."""
         _, _, _, p, q, r = cycle.state.nu
         return dialect.MAVLink_attitude_quaternion_message(boot_ms(cycle.tick), *_quaternion(cycle), p, q, r)
 
     def odometry(self, cycle: Cycle) -> Message:
-        """ODOMETRY: place in NED, velocity over ground in the body's axes; variances where they are known, else NaN."""
+        """Encode ODOMETRY: position in NED, velocity over ground in body axes; variances that are unknown are NaN."""
         state = cycle.state
         position, depth = 0.5 * state.position_std * state.position_std, state.depth_std * state.depth_std
         pose = _covariance(position, position, depth, math.nan, math.nan, math.nan)
@@ -81,26 +81,26 @@ class OdometryTelemetry:
         )
 
     def fix(self, cycle: Cycle) -> Message:
-        """GPS_RAW_INT: a fix is to be had at the surface alone, which is then its altitude; under water there is none.
+        """Encode GPS_RAW_INT. There are fixes at the surface only, so the altitude is that of the surface.
 
-        How many satellites, and how well they stand, the receiver does not say.
+        The receiver does not report the number of satellites, nor their dilution of precision.
         """
         fix = cycle.frame.fix
-        there = fix.usable(cycle.tick.t, _RECENT) and math.isfinite(fix.value.latitude + fix.value.longitude)
-        latitude, longitude = (fix.value.latitude, fix.value.longitude) if there else (0.0, 0.0)
+        has_fix = fix.usable(cycle.tick.t, _RECENT) and math.isfinite(fix.value.latitude + fix.value.longitude)
+        latitude, longitude = (fix.value.latitude, fix.value.longitude) if has_fix else (0.0, 0.0)
         return dialect.MAVLink_gps_raw_int_message(
             boot_us(cycle.tick),
-            dialect.GPS_FIX_TYPE_3D_FIX if there else dialect.GPS_FIX_TYPE_NO_FIX,
+            dialect.GPS_FIX_TYPE_3D_FIX if has_fix else dialect.GPS_FIX_TYPE_NO_FIX,
             whole(latitude, DEG_E7, INT32),
             whole(longitude, DEG_E7, INT32),
-            whole(self._surface, _MM, INT32) if there else 0,
+            whole(self._surface, _MM, INT32) if has_fix else 0,
             *(_UNKNOWN16, _UNKNOWN16, _UNKNOWN16, _UNKNOWN16),
             _SATELLITES_UNKNOWN,
-            h_acc=whole(fix.value.std, _MM, INT32) if there else 0,
+            h_acc=whole(fix.value.std, _MM, INT32) if has_fix else 0,
         )
 
     def bottom(self, cycle: Cycle) -> Message | None:
-        """DISTANCE_SENSOR, looking down, cm; none where the bottom is not seen."""
+        """Encode DISTANCE_SENSOR, looking down, cm; return None without an echo of the bottom."""
         altitude = cycle.state.altitude
         if not math.isfinite(altitude):
             return None
@@ -115,9 +115,9 @@ class OdometryTelemetry:
         )
 
     def errors(self, cycle: Cycle) -> Message:
-        """NAV_CONTROLLER_OUTPUT: what is asked for less what is; its altitude is up. Degrees, m, m/s.
+        """Encode NAV_CONTROLLER_OUTPUT: reference less state in deg, m and m/s, altitude up positive.
 
-        The target, of which it has bearing and distance, is the place that is flown to, as guidance has it.
+        Bearing and distance are those of the navigation target, see `Reference`.
         """
         reference, state = cycle.reference, cycle.state
         across = reference.cross_track
@@ -132,8 +132,8 @@ class OdometryTelemetry:
             across if math.isfinite(across) else 0.0,
         )
 
-    def extended(self, cycle: Cycle) -> Message:
-        """EXTENDED_SYS_STATE: disarmed it lies, surfacing it lands."""
+    def extended_state(self, cycle: Cycle) -> Message:
+        """Encode EXTENDED_SYS_STATE: on ground while disarmed, landing in SURFACE, else in air."""
         landed = _LANDED.get(cycle.mode.mode, dialect.MAV_LANDED_STATE_IN_AIR)
         return dialect.MAVLink_extended_sys_state_message(dialect.MAV_VTOL_STATE_UNDEFINED, landed)
 
@@ -148,7 +148,7 @@ def _quaternion(cycle: Cycle) -> tuple[float, float, float, float]:
 
 
 def _angles(cycle: Cycle) -> tuple[float, float, float]:
-    """(phi, theta, psi), rad; what is infinite has no sine, and is unknown."""
+    """Return (phi, theta, psi), rad; all NaN if one of them is not finite."""
     _, _, _, phi, theta, psi = cycle.state.eta
     return (phi, theta, psi) if math.isfinite(phi + theta + psi) else (math.nan, math.nan, math.nan)
 

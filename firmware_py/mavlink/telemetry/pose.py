@@ -1,8 +1,8 @@
-"""Where the vehicle is and how it moves, as messages.
+"""Messages on position, attitude and velocity.
 
-Depth has four names. The home is at the water's surface, so `relative_alt` and `altitude_relative` are -depth;
-LOCAL_POSITION_NED.z is +depth, down as all of NED; what is called AMSL counts from the sea, in a lake as well; and
-WATER_DEPTH is none of them, but the water that is left below the vehicle.
+Depth appears in four forms. Home is at the water's surface, so `relative_alt` and `altitude_relative` are -depth;
+LOCAL_POSITION_NED.z is +depth, down positive as in NED; AMSL altitudes count from mean sea level, in a lake too;
+WATER_DEPTH is the distance from the vehicle to the bottom.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import StateEstimate
 
 Encoder = Callable[[Cycle], Message | None]
-"""Makes one message of a cycle, or None when there is nothing true to say."""
+"""Encodes one message from a cycle; None if its values are unknown."""
 
 DEG_E7 = math.radians(1e-7)
 _MM, _CM_S, _CENTIDEG = 1e-3, 1e-2, math.radians(0.01)
 _HPA = 100.0
 _TERRAIN_UNKNOWN, _CLEARANCE_UNKNOWN = -1001.0, -1.0
-"""ALTITUDE's own words: less than -1000 m, and less than 0."""
+"""What ALTITUDE defines as unknown: less than -1000 m, and less than 0 m."""
 
 
 @dataclass(frozen=True, slots=True)
 class TelemetryParams:
-    """What the messages need that the vehicle does not measure."""
+    """What the messages contain and the vehicle does not measure."""
 
     surface_altitude: float = param(
         0.0,
@@ -44,7 +44,7 @@ class TelemetryParams:
 
 
 class PoseTelemetry:
-    """Makers of the messages on position and motion."""
+    """Encoders of the messages on position, attitude and velocity."""
 
     def __init__(self, params: TelemetryParams, origin: Origin, n_max: float) -> None:
         self._surface = params.surface_altitude
@@ -52,7 +52,7 @@ class PoseTelemetry:
         self._n_max = n_max
 
     def encoders(self) -> dict[int, Encoder]:
-        """A maker for each message id."""
+        """Return the encoder of each message id."""
         return {
             dialect.MAVLINK_MSG_ID_ATTITUDE: self.attitude,
             dialect.MAVLINK_MSG_ID_LOCAL_POSITION_NED: self.local_position,
@@ -66,18 +66,18 @@ class PoseTelemetry:
         }
 
     def attitude(self, cycle: Cycle) -> Message:
-        """ATTITUDE: rad, rad/s, the rates about the body's axes."""
+        """Encode ATTITUDE: rad and rad/s; the rates are about the body axes."""
         _, _, _, phi, theta, psi = cycle.state.eta
         _, _, _, p, q, r = cycle.state.nu
         return dialect.MAVLink_attitude_message(boot_ms(cycle.tick), phi, theta, wrap(psi), p, q, r)
 
     def local_position(self, cycle: Cycle) -> Message:
-        """LOCAL_POSITION_NED: m, m/s, down positive."""
+        """Encode LOCAL_POSITION_NED: m and m/s, down positive."""
         x, y, z, _, _, _ = cycle.state.eta
         return dialect.MAVLink_local_position_ned_message(boot_ms(cycle.tick), x, y, z, *_velocity(cycle.state))
 
     def global_position(self, cycle: Cycle) -> Message | None:
-        """GLOBAL_POSITION_INT; it has no word for an unknown place or speed, so then there is none."""
+        """Encode GLOBAL_POSITION_INT; return None if a value is unknown, since the message cannot say so."""
         x, y, z, _, _, psi = cycle.state.eta
         vx, vy, vz = _velocity(cycle.state)
         if not math.isfinite(x + y + z + vx + vy + vz):
@@ -96,7 +96,7 @@ class PoseTelemetry:
         )
 
     def vfr_hud(self, cycle: Cycle) -> Message:
-        """VFR_HUD: `airspeed` is the surge, `throttle` the propeller's share of its highest speed, `alt` is AMSL."""
+        """Encode VFR_HUD: `airspeed` is surge, `throttle` the share of the highest propeller speed, `alt` AMSL."""
         state = cycle.state
         vx, vy, vz = _velocity(state)
         throttle = whole(abs(cycle.applied.n) / self._n_max, 0.01, (0, 100))
@@ -105,7 +105,7 @@ class PoseTelemetry:
         return dialect.MAVLink_vfr_hud_message(state.nu.u, math.hypot(vx, vy), heading, throttle, altitude, -vz)
 
     def altitude(self, cycle: Cycle) -> Message:
-        """ALTITUDE: one depth and one distance to the bottom under all their names, m."""
+        """Encode ALTITUDE, m: depth in four fields, and the distance to the bottom in two."""
         z, bottom = cycle.state.eta.z, cycle.state.altitude
         known = math.isfinite(bottom)
         return dialect.MAVLink_altitude_message(
@@ -119,7 +119,7 @@ class PoseTelemetry:
         )
 
     def water_depth(self, cycle: Cycle) -> Message | None:
-        """WATER_DEPTH: distance to the bottom, m, and where that was measured; none where the place is unknown."""
+        """Encode WATER_DEPTH: distance to the bottom, m, and where it was measured; None if the position is unknown."""
         x, y, z, phi, theta, psi = cycle.state.eta
         if not math.isfinite(x + y):
             return None
@@ -140,20 +140,20 @@ class PoseTelemetry:
         )
 
     def water_pressure(self, cycle: Cycle) -> Message:
-        """SCALED_PRESSURE2: the water's absolute pressure, hPa; the first SCALED_PRESSURE would be the hull's."""
+        """Encode SCALED_PRESSURE2: absolute pressure of the water, hPa. SCALED_PRESSURE would be that of the hull."""
         return dialect.MAVLink_scaled_pressure2_message(
             boot_ms(cycle.tick), cycle.frame.pressure.value / _HPA, math.nan, 0, 0
         )
 
     def home(self, cycle: Cycle) -> Message:
-        """HOME_POSITION: the origin, at the water's surface."""
+        """Encode HOME_POSITION: the origin, at the water's surface."""
         latitude, longitude, altitude = self._origin_fields()
         return dialect.MAVLink_home_position_message(
             latitude, longitude, altitude, 0.0, 0.0, 0.0, (1.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0, boot_us(cycle.tick)
         )
 
     def global_origin(self, cycle: Cycle) -> Message:
-        """GPS_GLOBAL_ORIGIN of the local frame."""
+        """Encode GPS_GLOBAL_ORIGIN: the origin of the local frame."""
         return dialect.MAVLink_gps_global_origin_message(*self._origin_fields(), boot_us(cycle.tick))
 
     def _origin_fields(self) -> tuple[int, int, int]:
@@ -162,7 +162,7 @@ class PoseTelemetry:
 
 
 def _velocity(state: StateEstimate) -> tuple[float, float, float]:
-    """(north, east, down), m/s."""
+    """Return the velocity (north, east, down), m/s; NaN if the attitude is unknown."""
     eta, nu = state.eta, state.nu
     if not math.isfinite(eta.phi + eta.theta + eta.psi):
         return math.nan, math.nan, math.nan
@@ -170,6 +170,6 @@ def _velocity(state: StateEstimate) -> tuple[float, float, float]:
 
 
 def _heading(psi: float) -> int:
-    """0 to 35999 hundredths of a degree, 65535 unknown."""
+    """Return the heading in 0.01 deg, 0 to 35999; 65535 if it is unknown."""
     count = whole(psi % math.tau, _CENTIDEG, UINT16, unknown=65535)
     return 0 if count == 36000 else count

@@ -1,4 +1,4 @@
-"""How the vehicle stands, as every heartbeat says it: booting, standing by, under way, or brought up by a failsafe."""
+"""MAV_STATE of the heartbeat: boot, standby, active, or critical after a failsafe."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ from firmware_py.records.order import Mode
 
 
 class SystemState:
-    """Repeats what the supervisor decided; remembers the mode that a failsafe ended."""
+    """The mode and the failsafe of the supervisor; it remembers the mode that a failsafe ended."""
 
     def __init__(self) -> None:
         self.mode = Mode.DISARMED
         self.intended = Mode.DISARMED
         """The mode that was in force before a failsafe ended it."""
         self.failsafe = False
-        self._awake = False
+        self._booted = False
 
     @property
     def state(self) -> int:
-        """The MAV_STATE; BOOT until attitude and depth were known for the first time."""
+        """MAV_STATE; BOOT until attitude and depth are known for the first time."""
         if self.failsafe:
             return int(dialect.MAV_STATE_CRITICAL)
         if self.mode is not Mode.DISARMED:
             return int(dialect.MAV_STATE_ACTIVE)
-        return int(dialect.MAV_STATE_STANDBY if self._awake else dialect.MAV_STATE_BOOT)
+        return int(dialect.MAV_STATE_STANDBY if self._booted else dialect.MAV_STATE_BOOT)
 
     def update(self, cycle: Cycle) -> None:
-        """See the mode, and whether a failsafe entered it."""
-        self._awake = self._awake or (cycle.state.attitude_ok and cycle.state.depth_ok)
+        """Take mode and failsafe from a cycle."""
+        self._booted = self._booted or (cycle.state.attitude_ok and cycle.state.depth_ok)
         self.mode, self.failsafe = cycle.mode.mode, cycle.mode.failsafe
         if not self.failsafe:
             self.intended = self.mode

@@ -20,7 +20,7 @@ from firmware_py.marine import Eta, Nu
 from sim_bridge.plant.environment import Environment, EnvironmentParams
 from sim_bridge.plant.packing import mass_matrix
 from sim_bridge.plant.plant import Plant
-from sim_bridge.plant.truth import Coefficients, FinStation, PlantFin, Truth
+from sim_bridge.plant.truth import FinStation, PlantCoefficients, PlantFin, Truth
 
 CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2" / "truth.toml"
 BOW = (
@@ -116,8 +116,8 @@ class Case:
 def with_coefficients(**values: float) -> Truth:
     """The vehicle with these coefficients, and all others 0 but the added masses."""
     kept = {name: value for name, value, _ in DOTS}
-    zero = {field.name: 0.0 for field in dataclasses.fields(Coefficients)}
-    return dataclasses.replace(TRUTH, coefficients=Coefficients(**{**zero, **kept, **values}))
+    zero = {field.name: 0.0 for field in dataclasses.fields(PlantCoefficients)}
+    return dataclasses.replace(TRUTH, coefficients=PlantCoefficients(**{**zero, **kept, **values}))
 
 
 def test_the_file_holds_the_published_value_of_every_coefficient_and_no_other() -> None:

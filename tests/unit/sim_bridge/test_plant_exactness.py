@@ -19,7 +19,7 @@ from firmware_py.marine import Eta, Nu, body_to_ned
 from sim_bridge.plant.environment import Environment, EnvironmentParams
 from sim_bridge.plant.packing import S, mass_matrix
 from sim_bridge.plant.plant import Plant
-from sim_bridge.plant.truth import Coefficients, Truth
+from sim_bridge.plant.truth import PlantCoefficients, Truth
 
 CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2" / "truth.toml"
 TRUTH = params.load(Truth, tomllib.loads(CONFIG.read_text()), "truth.toml")
@@ -137,7 +137,7 @@ def test_without_drag_energy_is_kept() -> None:
         body=dataclasses.replace(TRUTH.body, r_G=(0.05, 0.02, 0.2), W=52000.0),
         hull=dataclasses.replace(TRUTH.hull, C_dy=0.0, C_dz=0.0),
         propeller=dataclasses.replace(TRUTH.propeller, C_d0=0.0),
-        coefficients=Coefficients(**{field.name: 0.0 for field in dataclasses.fields(Coefficients)}),
+        coefficients=PlantCoefficients(**{field.name: 0.0 for field in dataclasses.fields(PlantCoefficients)}),
     )
     plant = new_plant(truth, eta0=Eta(0.0, 0.0, 2000.0, 1.0, 0.5, 0.0), nu0=Nu(0.5, 0.3, -0.4, 0.3, -0.2, 0.4))
     M, body = mass_matrix(truth), truth.body

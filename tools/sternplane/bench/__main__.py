@@ -117,7 +117,7 @@ def _apart(folder: Path) -> dict[str, Any]:
     """The demonstration mission in two processes, in lockstep over UDP multicast on loopback."""
     folder.mkdir()
     ready = prepare(FlightRequest(bus=UDP), {})
-    outcome = fly_two_processes(ready, folder, lambda _: None, lambda pilot: pilot)
+    outcome = fly_two_processes(ready, folder, lambda _: None, lambda operator: operator)
     log = read(folder / "log.mcap")
     vehicle_time = len(log.cycle_bytes) / ready.rate
     return {"completed": outcome.completed, "speed_up": round(vehicle_time / log.end["wall_s"], 1)}

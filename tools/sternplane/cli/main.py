@@ -73,8 +73,8 @@ def parser() -> argparse.ArgumentParser:
 
     plant = commands.add_parser(
         "plant",
-        help="the plant alone: a boat on a bus",
-        description="Puts a simulated boat on a bus; `sternplane fly` in another process flies it.",
+        help="the plant alone, on a bus",
+        description="Put a simulated vehicle on a bus; `sternplane fly` in another process flies it.",
     )
     plant.add_argument("--scenario", default="demo", metavar="NAME", help="where it starts, in what water [demo]")
     vehicle.add_config(plant, "truth and sensors")

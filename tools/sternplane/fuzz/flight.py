@@ -96,9 +96,9 @@ class UnderFire:
         here = (round(np.degrees(origin.latitude) * 1e7), round(np.degrees(origin.longitude) * 1e7))
         found = [*list_parameters(flight.params)]
         found = [setting for setting in found if job.flight % 4 < 2 or not setting.name.startswith(_LAMING)]
-        talks = sessions([setting.name for setting in found], here)
-        self._packets = Packets(rng, talks, forger(rng, talks) if job.signed else None)
-        self.boat = ashore(flight.configuration, job.signed, random.Random(job.flight))
+        conversations = sessions([setting.name for setting in found], here)
+        self._packets = Packets(rng, conversations, forger(rng, conversations) if job.signed else None)
+        self.vehicle = ashore(flight.configuration, job.signed, random.Random(job.flight))
         self._twin: Ashore | None = None
         if job.signed:  # hears the owner alone, and must be ordered the same
             self._twin = ashore(flight.configuration, True, random.Random(job.flight))
@@ -110,14 +110,14 @@ class UnderFire:
         self._changes: tuple[list[Change], list[Change]] = ([], [])
         self._said: list[list[bytes]] = []
         self._peers = [Peer() for _ in DOORS]
-        self._pilot: ScriptedOperator | None = None
+        self._operator: ScriptedOperator | None = None
         self._tick = self._first = 0
         self.counts: Counter[str] = Counter()
         self.cost_ns: list[int] = []
 
-    def instead(self, pilot: ScriptedOperator) -> Ground:
-        """Takes the place of a scenario's pilot, and tells him when it is over."""
-        self._pilot = pilot
+    def instead(self, operator: ScriptedOperator) -> Ground:
+        """Takes the place of a scenario's operator, and tells him when it is over."""
+        self._operator = operator
         return self
 
     def read(self, tick: Tick) -> Order:
@@ -127,7 +127,7 @@ class UnderFire:
         self._said = said = [self._come(i) for i in range(len(DOORS))]
         owner = self._own(tick)
         said[0] = owner + said[0]
-        node = self.boat.node
+        node = self.vehicle.node
         began = time.thread_time_ns()
         node.receive(tick, said)
         order = node.order()
@@ -142,13 +142,13 @@ class UnderFire:
 
     def write(self, cycle: Cycle) -> None:
         """See `ports.Ground`."""
-        boat = self.boat
+        vehicle = self.vehicle
         flies(cycle)
         began = time.thread_time_ns()
-        said = boat.node.report(cycle)
-        saves = boat.node.files_to_save()
+        said = vehicle.node.report(cycle)
+        saves = vehicle.node.files_to_save()
         self.cost_ns[-1] += time.thread_time_ns() - began
-        boat.kept |= saves
+        vehicle.kept |= saves
         self.counts["times that something was kept"] += len(saves)
         self.counts[f"ticks in {cycle.mode.mode.name}"] += 1
         if cycle.tick.k % _LISTENED == 0:
@@ -159,8 +159,8 @@ class UnderFire:
             self._twin.kept |= self._twin.node.files_to_save()
         if not self._left:
             self._quiet -= 1
-            if not self._quiet and self._pilot is not None:
-                self._pilot.completion.done = True
+            if not self._quiet and self._operator is not None:
+                self._operator.completion.done = True
 
     def end(self, log: Path) -> None:
         """What holds in the end: the next start takes what was kept, and a key let nobody change anything.
@@ -168,11 +168,11 @@ class UnderFire:
         Raises:
             Broken: it does not.
         """
-        boat, twin = self.boat, self._twin
-        if unsayable := boat.tally()["answers that could not be packed"]:
+        vehicle, twin = self.vehicle, self._twin
+        if unsayable := vehicle.tally()["answers that could not be packed"]:
             raise Broken(f"said: {unsayable} answers could not be packed")
         with tempfile.TemporaryDirectory() as folder:
-            for name, content in boat.kept.items():
+            for name, content in vehicle.kept.items():
                 (Path(folder) / name).write_bytes(content)
             try:
                 again = prepare(FlightRequest("demo", state=Path(folder)), {})
@@ -185,13 +185,13 @@ class UnderFire:
                 raise Broken(f"replay: {found}")
         if twin is None:
             return
-        if boat.values != twin.values:
-            raise Broken(f"signed: parameters are not those that the owner of the key set: {_unlike(boat, twin)}")
+        if vehicle.values != twin.values:
+            raise Broken(f"signed: parameters are not those that the owner of the key set: {_unlike(vehicle, twin)}")
         if self._changes[0] != self._changes[1]:
             raise Broken("signed: changes were ordered that the owner of the key did not ask for")
-        if boat.kept.keys() != twin.kept.keys() or any(boat.kept[n] != twin.kept[n] for n in boat.kept):
-            raise Broken(f"signed: kept {boat.kept}, but the owner of the key asked for {twin.kept}")
-        if boat.logs.erased != twin.logs.erased or boat.node.end_request != twin.node.end_request:
+        if vehicle.kept.keys() != twin.kept.keys() or any(vehicle.kept[n] != twin.kept[n] for n in vehicle.kept):
+            raise Broken(f"signed: kept {vehicle.kept}, but the owner of the key asked for {twin.kept}")
+        if vehicle.logs.erased != twin.logs.erased or vehicle.node.end_request != twin.node.end_request:
             raise Broken("signed: logs were erased or an end was asked for by nobody who has the key")
 
     def failure(self, text: str) -> Failure:
@@ -222,7 +222,7 @@ class UnderFire:
         return [part] if part else []
 
     def _own(self, tick: Tick) -> list[bytes]:
-        signing = self.boat.signing
+        signing = self.vehicle.signing
         if signing is None or tick.k % _OWNER_EVERY or not self._left:
             return []
         owner = self._owner.mav.signing
@@ -261,11 +261,11 @@ def flown(job: Job) -> FuzzResult:
         failure = fire.failure(str(broken))
     except Exception:
         failure = fire.failure(traceback.format_exc(limit=-6))
-    fire.counts.update(fire.boat.tally())
+    fire.counts.update(fire.vehicle.tally())
     return FuzzResult(fire.counts, np.array(fire.cost_ns, dtype=np.int64), time.process_time() - began, failure)
 
 
-def _unlike(boat: Ashore, twin: Ashore) -> str:
+def _unlike(vehicle: Ashore, twin: Ashore) -> str:
     theirs = twin.values
-    unlike = {name: value for name, value in boat.values.items() if value != theirs[name]}
+    unlike = {name: value for name, value in vehicle.values.items() if value != theirs[name]}
     return ", ".join(f"{name} {value:g} for {theirs[name]:g}" for name, value in unlike.items())

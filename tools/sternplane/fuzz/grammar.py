@@ -88,19 +88,21 @@ class Grammar:
     names: tuple[int, ...] = tuple(sorted(mav.mavlink_map))
     """Every message id of the dialect."""
 
-    def __init__(self, rng: random.Random, talks: Sequence[Sequence[Message]]) -> None:
+    def __init__(self, rng: random.Random, conversations: Sequence[Sequence[Message]]) -> None:
         self._rng = rng
         self.known = tuple(
             name
             for name, _ in dict.fromkeys(
-                (message.get_msgId(), getattr(message, "command", None)) for talk in talks for message in talk
+                (message.get_msgId(), getattr(message, "command", None))
+                for messages in conversations
+                for message in messages
             )
         )
         """The ids that occur in the conversations, those with commands once for each command."""
         self._shapes = {name: shape(mav.mavlink_map[name]) for name in self.names}
         self._pack = {name: mav.mavlink_map[name].unpacker.pack for name in self.names}
         self._said: dict[tuple[str, str, int], list[list[Any]]] = {}
-        for message in (message for talk in talks for message in talk):
+        for message in (message for messages in conversations for message in messages):
             for field, values in self._values(message):
                 found = self._said.setdefault(field, [])
                 if values not in found:

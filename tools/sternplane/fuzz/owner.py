@@ -31,15 +31,15 @@ class Owner:
         return frame
 
 
-def forger(rng: random.Random, talks: Sequence[Sequence[Message]]) -> Callable[[], bytes]:
+def forger(rng: random.Random, conversations: Sequence[Sequence[Message]]) -> Callable[[], bytes]:
     """Says what stations say, signed with another key."""
     station = mav.MAVLink(None, SYSTEM, COMPONENT)
     station.signing.secret_key, station.signing.sign_outgoing = bytes(32), True
     station.signing.timestamp = 2**40
 
     def forge() -> bytes:
-        talk = talks[int(rng.random() * len(talks))]
-        frame: bytes = talk[int(rng.random() * len(talk))].pack(station)
+        conversation = conversations[int(rng.random() * len(conversations))]
+        frame: bytes = conversation[int(rng.random() * len(conversation))].pack(station)
         return frame
 
     return forge

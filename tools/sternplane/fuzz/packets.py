@@ -13,7 +13,7 @@ from sternplane.fuzz.sessions import COMPONENT, SYSTEM, Message
 
 _LONGEST = 280
 _AS_IT_WAS, _BESIDE = 0.5, 0.45
-"""The share of what is played as it was, and of mutations that come beside it: they shall meet a talk that goes on."""
+"""Shares of unchanged frames and of extra mutations: mutations must meet a conversation in progress."""
 _ENDS = (b"\x00", b"\xff", b"\x7f", b"\x80", b"\x00\x00\xc0\x7f", b"\x00\x00\x80\x7f", b"\x00\x00\x80\xff", b"\xff" * 4)
 """Least and greatest integers, NaN and both infinities."""
 
@@ -31,13 +31,13 @@ class Packets:
     """Draws packets; a share of what the kinds need of the dialect is made once, in the beginning."""
 
     def __init__(
-        self, rng: random.Random, talks: Sequence[Sequence[Message]], forge: Callable[[], bytes] | None = None
+        self, rng: random.Random, conversations: Sequence[Sequence[Message]], forge: Callable[[], bytes] | None = None
     ) -> None:
         """`forge` makes frames that pretend to be signed; where there is none, nothing is forged."""
         self._rng = rng
         self._forge = forge
-        self._grammar = Grammar(rng, talks)
-        self._talks = station_frames(talks)
+        self._grammar = Grammar(rng, conversations)
+        self._frames = station_frames(conversations)
         self._talk: Sequence[bytes] = ()
         self._at = 0
         self._name = 0
@@ -78,7 +78,7 @@ class Packets:
         if self._forge is not None and rng.random() < 0.2:
             return self._forge()
         if self._at >= len(self._talk):
-            self._talk, self._at = self._talks[int(rng.random() * len(self._talks))], 0
+            self._talk, self._at = self._frames[int(rng.random() * len(self._frames))], 0
         said, share = self._talk[self._at], rng.random()
         self._at += not _AS_IT_WAS <= share < _AS_IT_WAS + _BESIDE
         if share < _AS_IT_WAS:
@@ -105,13 +105,13 @@ class Packets:
         return frame(payload, name, self._seq, *((rng.getrandbits(8), rng.getrandbits(8)) if elsewhere else ()))
 
 
-def station_frames(talks: Sequence[Sequence[Message]]) -> list[list[bytes]]:
+def station_frames(conversations: Sequence[Sequence[Message]]) -> list[list[bytes]]:
     """The frames of a station that has these conversations."""
     station = mav.MAVLink(None, SYSTEM, COMPONENT)
     frames: list[list[bytes]] = []
-    for talk in talks:
+    for conversation in conversations:
         frames.append([])
-        for message in talk:
+        for message in conversation:
             frames[-1].append(message.pack(station))
             station.seq = station.seq + 1 & 255
     return frames

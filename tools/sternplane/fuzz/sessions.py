@@ -197,7 +197,7 @@ def plan_items(here: tuple[int, int]) -> dict[int, list[Message]]:
 
 def _uploads(here: tuple[int, int]) -> list[list[Message]]:
     """Each type uploaded, and fetched again; then all of it cleared."""
-    talks = []
+    conversations = []
     for kind, items in plan_items(here).items():
         whole_list = [mav.MAVLink_mission_request_list_message(*_VEHICLE, kind)]
         fetched = [mav.MAVLink_mission_request_int_message(*_VEHICLE, seq, kind) for seq in range(len(items))]
@@ -205,7 +205,7 @@ def _uploads(here: tuple[int, int]) -> list[list[Message]]:
             mav.MAVLink_mission_request_message(*_VEHICLE, 0, kind),
             mav.MAVLink_mission_ack_message(*_VEHICLE, 0, kind),
         ]
-        talks.append(
+        conversations.append(
             [mav.MAVLink_mission_count_message(*_VEHICLE, len(items), kind), *items, *whole_list, *fetched, *older]
         )
     float_item = mav.MAVLink_mission_item_message(
@@ -216,8 +216,8 @@ def _uploads(here: tuple[int, int]) -> list[list[Message]]:
         mav.MAVLink_mission_request_partial_list_message(*_VEHICLE, 0, 1),
     )
     cleared = [mav.MAVLink_mission_clear_all_message(*_VEHICLE, kind) for kind in (*_MISSIONS, 255)]
-    talks.append([mav.MAVLink_mission_count_message(*_VEHICLE, 1), float_item, *partial, *cleared])
-    return talks
+    conversations.append([mav.MAVLink_mission_count_message(*_VEHICLE, 1), float_item, *partial, *cleared])
+    return conversations
 
 
 def _upkeep(here: tuple[int, int]) -> list[Message]:

@@ -1,4 +1,4 @@
-"""A boat flown without a bus: fin demands in; true motion, the inputs it had, and measurements of it out."""
+"""The plant flown without a bus: fin demands in; true motion, true inputs and measurements out."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def fly(
     """Flies the plant for one step per row of `demands`.
 
     Args:
-        truth: the boat; its own hydrodynamics, nothing of the observer's.
+        truth: the plant; its own hydrodynamics, nothing of the observer's.
         demands: (K, 2): delta_s, delta_r, rad, each held for a step and kept within the servos' travel.
         n: shaft speed asked for, rev/s.
         h: step, s.
@@ -180,7 +180,7 @@ def measure(trial: BuslessFlight, std: Array, rates: Sequence[float], seed: int)
 
 
 def scaled_truth(truth: Truth, factors: dict[str, float]) -> Truth:
-    """The boat with coefficients (C_d0, C_dy, C_dz among them) multiplied by factors."""
+    """Return the plant with coefficients (C_d0, C_dy, C_dz among them) multiplied by factors."""
     hull = {name: getattr(truth.hull, name) * factors[name] for name in ("C_dy", "C_dz") if name in factors}
     screw = {name: truth.propeller.C_d0 * factors[name] for name in ("C_d0",) if name in factors}
     c = {k: getattr(truth.coefficients, k) * f for k, f in factors.items() if k not in (*hull, *screw)}

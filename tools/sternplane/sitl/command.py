@@ -31,7 +31,7 @@ def command(options: argparse.Namespace) -> int:
     bus, faults, address = options.bus, tuple(options.fault), parse_hil_link(options.link)
     if address and not bus.startswith("virtual"):
         raise UsageError(f"--bus {bus} and --link {options.link}: there is no bus on that link; leave --bus away")
-    wish = FlightRequest(
+    request = FlightRequest(
         options.scenario,
         options.config,
         bus,
@@ -42,7 +42,7 @@ def command(options: argparse.Namespace) -> int:
         options.link,
         options.state,
     )
-    flight = prepare(wish, kept_navigation.load_navigation(options.state) if options.state else {})
+    flight = prepare(request, kept_navigation.load_navigation(options.state) if options.state else {})
     # What cannot be opened is refused before anything is written.
     (serve(address) if address else open_bus(bus)).close()
     with open_ground(options.gcs, flight.configuration, options.gcs_key, options.state) as stations:

@@ -1,4 +1,4 @@
-"""One simulated flight: the autopilot and a boat in one process, a CAN bus and a serial line between them."""
+"""One simulated flight: autopilot and plant in one process, with a CAN bus and a serial line between them."""
 
 from __future__ import annotations
 
@@ -78,16 +78,16 @@ class Outcome(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """Everything that a wish asks to be read, read and checked."""
+    """What a flight needs, read and checked."""
 
-    wish: FlightRequest
+    request: FlightRequest
     scenario: Scenario
     configuration: Mapping[str, Any]
     autopilot: Autopilot
     params: AutopilotParams
     io: IoParams
     truth: Truth
-    boat: DevicesParams
+    devices: DevicesParams
 
     @property
     def rate(self) -> int:
@@ -98,21 +98,21 @@ class Flight:
         return [f"{fault.name}@{fault.t:g}" for fault in self.scenario.faults]
 
     def header(self) -> dict[str, Any]:
-        """What the log begins with."""
-        wish, description = self.wish, self.scenario.description
+        """Return the header of the log."""
+        request, description = self.request, self.scenario.description
         return provenance.header(
-            wish.scenario,
+            request.scenario,
             self.configuration,
             description=description,
-            seed=wish.seed,
-            pace=wish.pace,
-            link=wish.link,
+            seed=request.seed,
+            pace=request.pace,
+            link=request.link,
             faults=self._faults(),
             truth=self._built(),
         )
 
     def _built(self) -> dict[str, Any]:
-        """What the boat is built like: nondimensional, with this density and length; faults are not in it."""
+        """Return the true coefficients, nondimensional, with density and length; faults are not in them."""
         truth = self.truth
         drag = {"C_d0": truth.propeller.C_d0, "C_dy": truth.hull.C_dy, "C_dz": truth.hull.C_dz}
         return {
@@ -122,47 +122,47 @@ class Flight:
         }
 
 
-def prepare(wish: FlightRequest, kept: Mapping[str, float]) -> Flight:
-    """Reads and checks all that a flight needs; writes nothing.
+def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
+    """Read and check all that a flight needs; write nothing.
 
     Args:
-        wish: what was asked for.
+        request: what was asked for.
         kept: what the vehicle kept of an earlier run, or nothing.
 
     Raises:
         ParamError: in one line, which file and key is wrong, and what would be right.
     """
-    scenario = load_scenario(wish.scenario, SCENARIOS)
-    scenario = dataclasses.replace(scenario, faults=(*scenario.faults, *map(_fault, wish.faults)))
+    scenario = load_scenario(request.scenario, SCENARIOS)
+    scenario = dataclasses.replace(scenario, faults=(*scenario.faults, *map(_fault, request.faults)))
     for fault in scenario.faults:
         if fault.t > scenario.duration:
             raise ParamError(f"fault {fault.name}@{fault.t:g}: the scenario lasts {scenario.duration:g} s")
     over = scenario.autopilot
-    if parse_hil_link(wish.link):
+    if parse_hil_link(request.link):
         refuse_faults(scenario)
         over = config_files.merge(over, over_hil.OVER_HIL)
     configuration = with_kept_plans(
         {
-            **config_files.read_configuration(wish.config, over, wish.state),
+            **config_files.read_configuration(request.config, over, request.state),
             "mission": mission_to_plain(scenario.mission),
             "kept": dict(kept),
         },
-        wish.state,
+        request.state,
     )
-    autopilot, truth = app.build(configuration), _load(Truth, wish.config / "truth.toml")
+    autopilot, truth = app.build(configuration), _load(Truth, request.config / "truth.toml")
     believed = len(autopilot.applied.fins)
-    refuse_other_fins(truth, str(wish.config / "truth.toml"), believed, configuration["files"]["vehicle"])
+    refuse_other_fins(truth, str(request.config / "truth.toml"), believed, configuration["files"]["vehicle"])
     flight = Flight(
-        wish=wish,
+        request=request,
         scenario=scenario,
         configuration=configuration,
         autopilot=autopilot,
         params=config_files.autopilot_params(configuration),
-        io=_load(IoParams, wish.io or wish.config / "io_sitl.toml"),
+        io=_load(IoParams, request.io or request.config / "io_sitl.toml"),
         truth=truth,
-        boat=_load(DevicesParams, wish.config / "sensors.toml", scenario.sensors),
+        devices=_load(DevicesParams, request.config / "sensors.toml", scenario.sensors),
     )
-    if parse_hil_link(wish.link):
+    if parse_hil_link(request.link):
         _refuse_other_scale(flight)
     return flight
 
@@ -171,7 +171,7 @@ def fly(
     flight: Flight,
     log_path: Path,
     watch: Callable[[Cycle], None] = lambda _cycle: None,
-    command: Callable[[ScriptedOperator], Ground] = lambda pilot: pilot,
+    command: Callable[[ScriptedOperator], Ground] = lambda operator: operator,
     lost: Callable[[], Mapping[str, int]] = dict,
 ) -> Outcome:
     """Flies to the end of the scenario, or to the first Ctrl-C, and leaves a log that is closed whatever happens.
@@ -180,7 +180,7 @@ def fly(
         flight: what `prepare` made; it is used up.
         log_path: where the log goes.
         watch: is shown every cycle.
-        command: puts the scenario's pilot together with whoever else gives orders.
+        command: merges the scenario's operator with other sources of orders.
         lost: asked at the end, what was lost on the way to and from these, by name.
 
     Raises:
@@ -188,26 +188,28 @@ def fly(
         LogError: the log cannot be written.
         ParamError: a device whose rate does not fit the base rate, or a fault that strikes what is not there.
     """
-    scenario, rate, wish = flight.scenario, flight.rate, flight.wish
+    scenario, rate, request = flight.scenario, flight.rate, flight.request
     with contextlib.ExitStack() as stack:
-        line = stack.enter_context(SerialLine(_PATIENCE[wish.pace]))
-        boat_bus = _bus(stack, flight)
+        line = stack.enter_context(SerialLine(_PATIENCE[request.pace]))
+        plant_bus = _bus(stack, flight)
         hardware = CanHardware(
             flight.io, len(flight.autopilot.applied.fins), _bus(stack, flight), DvlPort(flight.io.dvl, line.path)
         )
         stack.callback(hardware.close)
-        bridge = build_bridge(flight.truth, flight.boat, flight.io.nodes, scenario, boat_bus, line, wish.seed, rate)
-        pilot = ScriptedOperator(scenario)
+        bridge = build_bridge(
+            flight.truth, flight.devices, flight.io.nodes, scenario, plant_bus, line, request.seed, rate
+        )
+        operator = ScriptedOperator(scenario)
         interrupted = stack.enter_context(interruptible())
         lockstep = PlantSchedule(
             bridge,
             step_ns(rate),
             round(scenario.duration * rate),
-            stop=lambda: pilot.completion.done or bool(interrupted),
+            stop=lambda: operator.completion.done or bool(interrupted),
         )
         schedule: Schedule = (
             RealTime(step_ns(rate), lockstep.advance, flight.io.realtime.spin_ns)
-            if wish.pace == "realtime"
+            if request.pace == "realtime"
             else lockstep
         )
         log = stack.enter_context(LogWriter(log_path, flight.header()))
@@ -215,11 +217,11 @@ def fly(
         for refusal in stack.enter_context(apply_while(dataclasses.replace(flight.io.realtime, freeze_garbage=True))):
             print(refusal, file=sys.stderr)
         try:
-            loop.run(flight.autopilot, hardware, command(pilot), _SimulationRecorder(log, bridge, watch), schedule)
-            outcome = outcome_of(pilot.completion, bool(interrupted))
+            loop.run(flight.autopilot, hardware, command(operator), _SimulationRecorder(log, bridge, watch), schedule)
+            outcome = outcome_of(operator.completion, bool(interrupted))
         except PlantError as error:
             outcome = Outcome(False, f"the plant has left the numbers: {error}")
-        if line.late and wish.pace == "max":
+        if line.late and request.pace == "max":
             outcome = Outcome(False, f"{line.late} lines of the DVL came late: the run is not reproducible")
         lines = {"lines_of_the_dvl_lost": line.lost, "lines_of_the_dvl_late": line.late}
         losses = {**hardware.losses(), **lines, **lost()}
@@ -228,7 +230,7 @@ def fly(
 
 
 class _SimulationRecorder:
-    """The recorder of a simulated run: the cycle, what was really the case, and whoever watches."""
+    """The recorder of a simulated run: cycles and the true state; it also calls an observer."""
 
     def __init__(self, log: LogWriter, bridge: Bridge, watch: Callable[[Cycle], None]) -> None:
         self._recorder = LogRecorder(log)
@@ -243,11 +245,11 @@ class _SimulationRecorder:
         self._watch(cycle)
 
 
-def outcome_of(referee: Completion, interrupted: bool) -> Outcome:
-    """What a flight that ended by itself, or by Ctrl-C, came to."""
+def outcome_of(completion: Completion, interrupted: bool) -> Outcome:
+    """Return the outcome of a flight that ended by itself or by Ctrl-C."""
     if interrupted:
         return Outcome(False, "interrupted")
-    return Outcome(True, "completed") if referee.completed else Outcome(False, referee.reason)
+    return Outcome(True, "completed") if completion.completed else Outcome(False, completion.reason)
 
 
 def _fault(text: str) -> Fault:
@@ -259,15 +261,15 @@ def _fault(text: str) -> Fault:
 
 
 def _refuse_other_scale(flight: Flight) -> None:
-    """Over mavlink-hil a command is a share of full scale, which both sides must take for the same."""
-    believed, boat = config_files.vehicle(flight.configuration), flight.boat
-    if any(fin.delta_max != boat.servo_hub.travel for fin in believed.fins):
+    """Refuse a full scale that differs: over mavlink-hil a command is a share of it."""
+    believed, devices = config_files.vehicle(flight.configuration), flight.devices
+    if any(fin.delta_max != devices.servo_hub.travel for fin in believed.fins):
         keys = "servo_hub.travel_deg must be delta_max_deg of every fin"
-    elif believed.propeller.n_max != boat.esc.n_max:
+    elif believed.propeller.n_max != devices.esc.n_max:
         keys = "esc.n_max_rpm must be propeller.n_max_rpm"
     else:
         return
-    sensors, where = flight.wish.config / "sensors.toml", flight.configuration["files"]["vehicle"]
+    sensors, where = flight.request.config / "sensors.toml", flight.configuration["files"]["vehicle"]
     raise ParamError(f"{sensors}: {keys} in {where}: over mavlink-hil a command is a share of it")
 
 
@@ -276,6 +278,6 @@ def _load(cls: type[Any], path: Path, over: Mapping[str, Any] = MappingProxyType
 
 
 def _bus(stack: contextlib.ExitStack, flight: Flight) -> CanBus:
-    bus = open_bus(flight.wish.bus)
+    bus = open_bus(flight.request.bus)
     stack.callback(bus.close)
     return bus

@@ -1,4 +1,4 @@
-"""`sternplane plant`: the boat alone, on a bus or behind MAVLink; a vehicle in another process flies it."""
+"""`sternplane plant`: the plant alone, on a bus or behind MAVLink; a vehicle in another process flies it."""
 
 from __future__ import annotations
 
@@ -33,21 +33,21 @@ from sternplane.logs.reading import TRUTH_FILE
 from sternplane.sitl.flight import Flight, FlightRequest, prepare
 
 WAIT_S = 60.0
-"""How long a vehicle may take to come in lockstep, s; in real time the boat waits for nobody."""
+"""How long a vehicle may take to come in lockstep, s; in real time the plant does not wait."""
 
 Stop = Callable[[], bool]
 
 
 def command(options: argparse.Namespace) -> int:
-    """Runs the boat until its scenario's time is over or someone has had enough; the exit status."""
+    """Run the plant until the scenario's time is over or it is interrupted; return the exit status."""
     faults, address = tuple(options.fault), parse_hil_link(options.link)
     if address and (options.bus or options.dvl):
         raise UsageError(
             f"--link {options.link}: there is neither bus nor DVL on that link; leave --bus and --dvl away"
         )
     bus, link = options.bus, options.link
-    wish = FlightRequest(options.scenario, options.config, bus, options.pace, options.seed, options.io, faults, link)
-    flight = prepare(wish, {})
+    request = FlightRequest(options.scenario, options.config, bus, options.pace, options.seed, options.io, faults, link)
+    flight = prepare(request, {})
     free = options.pace == "realtime" and not address
     wait = options.wait if options.wait is not None else 0.0 if free else WAIT_S
     console = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -55,7 +55,7 @@ def command(options: argparse.Namespace) -> int:
         if address:
             console.print(run_hil(flight, address, options.out, wait, console))
         else:
-            dvl = Path(options.dvl or flight.io.dvl.place(wish.bus or flight.io.can.bus))
+            dvl = Path(options.dvl or flight.io.dvl.place(request.bus or flight.io.can.bus))
             console.print(run(flight, dvl, options.out, wait, console))
     except (LockstepError, PlantError) as error:
         console.print(f"sternplane: {error}")
@@ -64,7 +64,7 @@ def command(options: argparse.Namespace) -> int:
 
 
 def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Console) -> str:
-    """Runs the boat; returns why it ended.
+    """Run the plant; return why it ended.
 
     Args:
         flight: what to sail, in which water.
@@ -77,8 +77,8 @@ def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Conso
         BusError: no such bus, or somebody speaks there under our node ids.
         LockstepError: the vehicle did not come, went, or lost a frame.
     """
-    io, wish = flight.io, flight.wish
-    spec, dt_ns, free = wish.bus or io.can.bus, step_ns(flight.rate), wish.pace == "realtime"
+    io, request = flight.io, flight.request
+    spec, dt_ns, free = request.bus or io.can.bus, step_ns(flight.rate), request.pace == "realtime"
     if spec.startswith("virtual"):
         raise UsageError("plant: a virtual bus ends at its process; give --bus udp:N or socketcan:IFACE")
     with contextlib.ExitStack() as stack:
@@ -86,34 +86,36 @@ def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Conso
         stack.callback(bus.close)
         ids = {getattr(io.nodes, field.name): field.name for field in fields(io.nodes)}
         refuse_if_taken(bus, {**ids, io.can.plant_id: "plant"})
-        turns = LockstepLink(bus, io.can.plant_id, [io.can.node_id])
+        lockstep = LockstepLink(bus, io.can.plant_id, [io.can.node_id])
         _clear(dvl)
         line = stack.enter_context(SerialLine(timeout=0.0 if free else 1.0))
         stack.enter_context(_link(dvl, Path(line.path)))
-        door = bus if free else turns
-        bridge = build_bridge(flight.truth, flight.boat, io.nodes, flight.scenario, door, line, wish.seed, flight.rate)
+        port = bus if free else lockstep
+        bridge = build_bridge(
+            flight.truth, flight.devices, io.nodes, flight.scenario, port, line, request.seed, flight.rate
+        )
         interrupted = stack.enter_context(interruptible())
         console.print(f"plant on {spec}, DVL on {dvl}")
-        if wait and not accept_vehicle(turns, dt_ns, wait, lambda: bool(interrupted)):
+        if wait and not accept_vehicle(lockstep, dt_ns, wait, lambda: bool(interrupted)):
             return "interrupted before a vehicle came"
         step = _kept(bridge, _truth_log(stack, flight, out), dt_ns)
         ticks = round(flight.scenario.duration * flight.rate)
         stack.enter_context(apply_while(RealtimeParams(freeze_garbage=True)))
-        conductor = LockstepServer(step, turns, dt_ns)
+        server = LockstepServer(step, lockstep, dt_ns)
         if free:
             _keep_time(step, dt_ns, ticks, lambda: bool(interrupted))
         else:
             for k in range(ticks):
-                if not conductor.advance(k, lambda: bool(interrupted)) and not interrupted:
+                if not server.advance(k, lambda: bool(interrupted)) and not interrupted:
                     return "the vehicle has ended"
                 if interrupted:
                     break
-        conductor.bye()
+        server.bye()
         return "interrupted" if interrupted else "the scenario's time is over"
 
 
 def run_hil(flight: Flight, address: Address, out: Path | None, wait: float, console: Console) -> str:
-    """Runs the boat as a PX4-compatible simulator, in lockstep at either pace; returns why it ended.
+    """Run the plant as a PX4-compatible simulator, in lockstep at either pace; return why it ended.
 
     Args:
         flight: what to sail, in which water.
@@ -126,16 +128,16 @@ def run_hil(flight: Flight, address: Address, out: Path | None, wait: float, con
         BusError: somebody listens there already.
         LockstepError: the vehicle did not come, went, or does not fly in lockstep.
     """
-    wish, dt_ns = flight.wish, step_ns(flight.rate)
+    request, dt_ns = flight.request, step_ns(flight.rate)
     with contextlib.ExitStack() as stack:
-        server = stack.enter_context(serve(address))
+        listener = stack.enter_context(serve(address))
         interrupted = stack.enter_context(interruptible())
 
         def stop() -> bool:
             return bool(interrupted)
 
         console.print(f"plant on {address}, MAVLink")
-        stream = accept(server, wait, stop)
+        stream = accept(listener, wait, stop)
         if stream is None:
             if interrupted:
                 return "interrupted before a vehicle came"
@@ -144,26 +146,26 @@ def run_hil(flight: Flight, address: Address, out: Path | None, wait: float, con
         link = HilLink(stream, flight.params.mavlink.system, vehicle=False)
         stack.callback(link.close)
         bridge, devices = hil_server.build_hil_bridge(
-            flight.truth, flight.boat, flight.scenario, link, wish.seed, flight.rate
+            flight.truth, flight.devices, flight.scenario, link, request.seed, flight.rate
         )
         stack.enter_context(apply_while(RealtimeParams(freeze_garbage=True)))
-        conductor = hil_server.HilServer(_kept(bridge, _truth_log(stack, flight, out), dt_ns), devices, link, dt_ns)
+        server = hil_server.HilServer(_kept(bridge, _truth_log(stack, flight, out), dt_ns), devices, link, dt_ns)
         ticks, played = round(flight.scenario.duration * flight.rate), 0
 
         def advance(k: int) -> bool:
-            return k < ticks and conductor.advance(k, stop)
+            return k < ticks and server.advance(k, stop)
 
-        schedule = RealTime(dt_ns, advance) if wish.pace == "realtime" else takewhile(advance, count())
+        schedule = RealTime(dt_ns, advance) if request.pace == "realtime" else takewhile(advance, count())
         for _ in schedule:
             played += 1
-        conductor.bye()
+        server.bye()
         if interrupted:
             return "interrupted"
         return "the scenario's time is over" if played == ticks else "the vehicle has ended"
 
 
 def _keep_time(step: Callable[[int], None], dt_ns: int, ticks: int, stop: Stop) -> None:
-    """Moves the boat by the clock, whoever listens."""
+    """Step the plant by the clock, without waiting for a vehicle."""
 
     def advance(k: int) -> bool:
         if k >= ticks or stop():
@@ -176,7 +178,7 @@ def _keep_time(step: Callable[[int], None], dt_ns: int, ticks: int, stop: Stop) 
 
 
 def _kept(bridge: Bridge, log: LogWriter | None, dt_ns: int) -> Callable[[int], None]:
-    """The boat's step, with what is then the case written down."""
+    """Return a step of the plant that also logs the true state."""
     if log is None:
         return bridge.step
     log.channel(TRUTH_TOPIC, bridge.truth())
@@ -195,12 +197,12 @@ def _truth_log(stack: contextlib.ExitStack, flight: Flight, out: Path | None) ->
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError(f"--out {out}: cannot be made ({error.strerror}); choose another folder") from None
-    header = {"scenario": flight.wish.scenario, "seed": flight.wish.seed, "git": provenance.git_revision()}
+    header = {"scenario": flight.request.scenario, "seed": flight.request.seed, "git": provenance.git_revision()}
     return stack.enter_context(LogWriter(out / TRUTH_FILE, header))
 
 
 def _clear(name: Path) -> None:
-    """Removes the dead link of a boat that was killed; before a new line may get the number of the old one."""
+    """Remove the dangling link of a plant that was killed, before a new line may get the number of the old one."""
     if name.is_symlink() and not name.exists():
         name.unlink()
 

@@ -1,4 +1,4 @@
-"""One simulated flight in two processes: the vehicle here, the boat in a child, a real wire between them."""
+"""One simulated flight in two processes: the vehicle here, the plant in a child, a real bus between them."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from sim_bridge.scripted_operator import ScriptedOperator
 from sternplane.sitl.flight import Flight, Outcome, outcome_of
 
 PLANT_WORDS = "plant.txt"
-"""What the plant's process says, in the run's folder."""
+"""The output of the plant's process, in the run's folder."""
 _GRACE_S = 10.0
 _PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 
 
 class _VehicleRecorder:
-    """The vehicle's recorder, and whoever watches; it knows when the scenario's time is over."""
+    """The recorder of the vehicle; it also calls an observer, and counts down the scenario's time."""
 
     def __init__(self, log: LogWriter, watch: Callable[[Cycle], None], ticks: int) -> None:
         self._recorder = LogRecorder(log)
@@ -67,51 +67,51 @@ def fly_two_processes(
         flight: what `prepare` made; it is used up.
         folder: of the run.
         watch: is shown every cycle.
-        command: puts the scenario's pilot together with whoever else gives orders.
+        command: merges the scenario's operator with other sources of orders.
         lost: asked at the end, what was lost on the way to and from these, by name.
 
     Raises:
         UsageError: the plant's process refused what it was given.
         BusError, LogError: as `flight.fly`.
     """
-    wish, scenario, address = flight.wish, flight.scenario, parse_hil_link(flight.wish.link)
-    realtime = wish.pace == "realtime"
-    pilot = ScriptedOperator(scenario)
+    request, scenario, address = flight.request, flight.scenario, parse_hil_link(flight.request.link)
+    realtime = request.pace == "realtime"
+    operator = ScriptedOperator(scenario)
     with (
         _plant(flight, folder) as child,
         interruptible() as interrupted,
         LogWriter(folder / LOG_FILE, flight.header()) as log,
     ):
-        tape = _VehicleRecorder(log, watch, round(scenario.duration * flight.rate))
+        recorder = _VehicleRecorder(log, watch, round(scenario.duration * flight.rate))
         gone = _Gone(child)
         losses: dict[str, int] = {}
 
         def stop() -> bool:
-            return pilot.completion.done or bool(interrupted) or tape.full or gone()
+            return operator.completion.done or bool(interrupted) or recorder.full or gone()
 
         def say(line: str) -> None:
             print(line, file=sys.stderr)
 
-        ground, io = command(pilot), flight.io
+        ground, io = command(operator), flight.io
         try:
             if address:
-                over_hil.run(flight.autopilot, flight.configuration, address, io, ground, tape, stop, say, losses)
+                over_hil.run(flight.autopilot, flight.configuration, address, io, ground, recorder, stop, say, losses)
             else:
                 over_can.run(
                     flight.autopilot,
                     flight.rate,
                     io,
-                    wish.bus,
+                    request.bus,
                     folder / "dvl",
                     "realtime" if realtime else "bus",
                     ground,
-                    tape,
+                    recorder,
                     stop,
                     say,
                     losses,
                     meet_plant=realtime,
                 )
-            outcome = outcome_of(pilot.completion, bool(interrupted))
+            outcome = outcome_of(operator.completion, bool(interrupted))
         except LockstepError as error:
             outcome = Outcome(False, str(error))
         if child.poll() == 2:
@@ -120,19 +120,19 @@ def fly_two_processes(
             killed = child.returncode < 0
             why = f"killed by signal {-child.returncode}" if killed else _last_words(folder)
             outcome = Outcome(False, f"the plant has ended: {why}")
-        log.close({**outcome._asdict(), "wall_s": tape.seconds, "losses": {**losses, **lost()}})
+        log.close({**outcome._asdict(), "wall_s": recorder.seconds, "losses": {**losses, **lost()}})
     return outcome
 
 
 @contextlib.contextmanager
 def _plant(flight: Flight, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
     """The child: the same scenario, on the same wire; ended with us."""
-    wish, address = flight.wish, parse_hil_link(flight.wish.link)
-    arguments = ["--scenario", wish.scenario, "--config", str(wish.config), "--pace", wish.pace]
-    arguments += ["--seed", str(wish.seed), "--out", str(folder), "--wait", "60"]
-    arguments += ["--link", wish.link] if address else ["--bus", wish.bus, "--dvl", str(folder / "dvl")]
-    arguments += [word for fault in wish.faults for word in ("--fault", fault)]
-    arguments += ["--io", str(wish.io)] if wish.io else []
+    request, address = flight.request, parse_hil_link(flight.request.link)
+    arguments = ["--scenario", request.scenario, "--config", str(request.config), "--pace", request.pace]
+    arguments += ["--seed", str(request.seed), "--out", str(folder), "--wait", "60"]
+    arguments += ["--link", request.link] if address else ["--bus", request.bus, "--dvl", str(folder / "dvl")]
+    arguments += [word for fault in request.faults for word in ("--fault", fault)]
+    arguments += ["--io", str(request.io)] if request.io else []
     with (folder / PLANT_WORDS).open("wb") as words:
         child = subprocess.Popen(
             [sys.executable, "-m", "sternplane.cli.main", "plant", *arguments],
@@ -146,7 +146,7 @@ def _plant(flight: Flight, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
             yield child
         finally:
             try:
-                lockstep = address or wish.pace != "realtime"
+                lockstep = address or request.pace != "realtime"
                 child.wait(_GRACE_S if child.poll() is None and lockstep else 0.0)
             except subprocess.TimeoutExpired:
                 child.terminate()
