@@ -1,4 +1,4 @@
-"""Control allocation: delta_s and delta_r to the fins of any layout, and back.
+"""Control allocation: delta_s and delta_r to the fins of any layout.
 
 The fin angles d minimise sum (d / delta_max)^2 under s . d = delta_s and r . d = delta_r (weighted pseudo-inverse;
 Fossen 2011, ch. 12.3). A fin that would exceed its limit is held there, and the others share the remainder (cascaded
@@ -38,10 +38,6 @@ class Allocator:
             if angle > limit or angle < -limit:
                 return FinCommand(self._redistribute(angles, delta_s, delta_r), demand.n)
         return FinCommand(angles, demand.n)
-
-    def deflections(self, fins: Sequence[float]) -> tuple[float, float]:
-        """Return (delta_s, delta_r), rad, of fin angles (rad, one per fin): the inverse of `allocate`."""
-        return _dot(self._s, fins), _dot(self._r, fins)
 
     def _redistribute(self, unlimited: tuple[float, ...], delta_s: float, delta_r: float) -> tuple[float, ...]:
         """Hold each fin beyond its limit there and allocate the remainder to the free fins, until none is beyond."""

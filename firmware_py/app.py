@@ -1,4 +1,4 @@
-"""The vehicle's composition root: a configuration in, an autopilot out."""
+"""Composition root of the vehicle: makes an autopilot from a configuration."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from firmware_py.records.mission_tables import mission_from_plain
 
 
 def parts_factory(configuration: Configuration) -> PartsFactory:
-    """Where the parts of a configuration's autopilot are made.
+    """Return the factory of the parts of a configuration's autopilot.
 
     Raises:
         ParamError: an error that names the file and the key.
     """
-    params, boat = autopilot_params(configuration), vehicle(configuration)
-    fence, rally = (configuration.get(name, {}) for name in ("fence", "rally"))  # logs of old have none
+    params, model = autopilot_params(configuration), vehicle(configuration)
+    fence, rally = (configuration.get(name, {}) for name in ("fence", "rally"))  # old logs have none
     plans = mission_from_plain(configuration["mission"]), fence_from_plain(fence), rally_from_plain(rally)
-    return PartsFactory(configuration["files"], boat, ActiveConfiguration(params, *plans))
+    return PartsFactory(configuration["files"], model, ActiveConfiguration(params, *plans))
 
 
 def parameter_store(configuration: Configuration) -> ParameterStore:
-    """The parameters of a configuration, as stations may see and change them.
+    """Return the parameters of a configuration, as stations may read and change them.
 
     Raises:
         ParamError: an error that names the file and the key.
     """
-    made = parts_factory(configuration)
-    base = with_values(made.params, configuration.get("changed", {}), configuration["files"]["autopilot"])
-    return ParameterStore([*list_parameters(made.params, base)], made)
+    factory = parts_factory(configuration)
+    base = with_values(factory.params, configuration.get("changed", {}), configuration["files"]["autopilot"])
+    return ParameterStore([*list_parameters(factory.params, base)], factory)
 
 
 def vehicle_description(configuration: Configuration) -> VehicleDescription:
@@ -53,15 +53,15 @@ def vehicle_description(configuration: Configuration) -> VehicleDescription:
 
 
 def build(configuration: Configuration) -> Autopilot:
-    """The autopilot of a configuration, as it is before the first tick.
+    """Return the autopilot of a configuration, before its first tick.
 
     Raises:
         ParamError: a configuration that cannot be flown, with file and key.
     """
-    made = parts_factory(configuration)
+    factory = parts_factory(configuration)
     with prefix_errors(configuration["files"]["vehicle"]):
         allocator = Allocator(vehicle(configuration))
-    parts = made.parts()
+    parts = factory.parts()
     if configuration["kept"]:
         parts.estimator.resume(KeptNavigation(**configuration["kept"]))
-    return Autopilot(parts, allocator, made)
+    return Autopilot(parts, allocator, factory)

@@ -30,10 +30,10 @@ class StateEstimator(Protocol):
         """Starts from what an earlier run kept."""
 
     def freeze(self) -> Any:
-        """All it remembers."""
+        """Return the whole memory."""
 
     def thaw(self, memory: Any) -> None:
-        """Takes up again what `freeze` gave."""
+        """Restore the memory that `freeze` returned."""
 
 
 class ControlLaw(Protocol):
@@ -43,10 +43,10 @@ class ControlLaw(Protocol):
         """Stern planes, rudder and propeller for this tick."""
 
     def freeze(self) -> Any:
-        """All it remembers."""
+        """Return the whole memory."""
 
     def thaw(self, memory: Any) -> None:
-        """Takes up again what `freeze` gave."""
+        """Restore the memory that `freeze` returned."""
 
 
 class Parts(NamedTuple):
@@ -108,7 +108,7 @@ class Autopilot:
         return Memory(self.reconfigurator.freeze(), tuple(part.freeze() for part in self.parts), self.applied)
 
     def thaw(self, memory: Memory) -> None:
-        """Takes up again what `freeze` gave."""
+        """Restore the memory that `freeze` returned."""
         self.parts = self.reconfigurator.thaw(memory.changed, self.parts)
         parts: tuple[Any, ...] = self.parts
         for part, remembered in zip(parts, memory.parts, strict=True):

@@ -1,4 +1,4 @@
-"""Where an autopilot's parts are made, and made anew when a station changes what they were made of."""
+"""Factory of an autopilot's parts, which makes them again when a station changes their configuration."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from firmware_py.vehicle.vehicle import Vehicle
 
 @dataclass(frozen=True, slots=True)
 class OriginParams:
-    """Where the local frame touches the earth."""
+    """Origin of the local frame."""
 
     latitude: float = param(unit="deg", low=-85.0, high=85.0, doc="Latitude, north positive.")
     longitude: float = param(unit="deg", low=-180.0, high=180.0, doc="Longitude, east positive.")
@@ -37,7 +37,7 @@ class OriginParams:
 
 @dataclass(frozen=True, slots=True)
 class AutopilotParams:
-    """autopilot.toml, whole."""
+    """All of autopilot.toml."""
 
     origin: OriginParams
     rate: int = param(100, unit="Hz", low=50, high=1000, doc="Base rate of the cycle.")
@@ -55,7 +55,7 @@ class AutopilotParams:
 
 
 class ActiveConfiguration(NamedTuple):
-    """Everything that stations may have changed."""
+    """What stations may change, as it is in force."""
 
     params: AutopilotParams
     mission: Mission
@@ -71,7 +71,7 @@ _MADE_OF: dict[str, tuple[str, ...]] = {
     "control": ("control",),
     "mavlink": (),
 }
-"""Which parts a table of autopilot.toml goes into."""
+"""The parts that depend on each table of autopilot.toml."""
 
 
 def node_settings(params: AutopilotParams) -> NodeSettings:
@@ -81,16 +81,16 @@ def node_settings(params: AutopilotParams) -> NodeSettings:
 
 
 class PartsFactory:
-    """An `autopilot.Reconfigurator` that knows what an autopilot is made of."""
+    """An `autopilot.Reconfigurator` that makes the parts of an autopilot."""
 
     def __init__(self, files: Mapping[str, str], vehicle: Vehicle, now: ActiveConfiguration) -> None:
-        """`files` is what to call "vehicle" and "autopilot" in errors."""
+        """`files` has the names of the files "vehicle" and "autopilot", for errors; `now` is what is in force."""
         self._files, self._vehicle = files, vehicle
         self._now = now
 
     @property
     def params(self) -> AutopilotParams:
-        """autopilot.toml as it stands now."""
+        """autopilot.toml with the changes of stations."""
         return self._now.params
 
     @property
@@ -104,12 +104,11 @@ class PartsFactory:
         return node_settings(self.params)
 
     def makers(self) -> dict[str, Callable[[], Any]]:
-        """Who makes each part, by the part's name.
+        """Return the function that makes each part, by the part's name.
 
-        Raises:
-            ParamError: what is called does: a configuration that cannot be flown, with file and key.
+        These functions raise ParamError, with file and key, for a configuration that cannot be flown.
         """
-        return {  # the laws first: of a vehicle that cannot be flown they can say best what is wrong
+        return {  # laws first: they give the best reason why a vehicle cannot be flown
             "supervisor": self._supervisor,
             "guidance": self._guidance,
             "control": self._control,
@@ -118,7 +117,7 @@ class PartsFactory:
         }
 
     def with_changes(self, values: Mapping[str, Any]) -> PartsFactory:
-        """A factory with other values of dotted keys, in which every part that they go into could be made.
+        """Return a factory with other values of dotted keys, after a check that every part that uses them can be made.
 
         Raises:
             ParamError: a value that is wrong, alone or beside the others; the error names file and key.
@@ -140,7 +139,7 @@ class PartsFactory:
         for change in changes:
             before = self._now
             try:
-                parts = self._applied(change, parts)
+                parts = self._apply_change(change, parts)
             except (ValueError, LookupError, TypeError) as error:
                 self._now = before
                 why = " ".join(str(error).split())
@@ -148,11 +147,11 @@ class PartsFactory:
         return parts, tuple(failed)
 
     def freeze(self) -> ActiveConfiguration:
-        """All that was adopted."""
+        """Return the active configuration."""
         return self._now
 
     def thaw(self, memory: ActiveConfiguration, parts: Parts) -> Parts:
-        """Return every part anew if something else was adopted."""
+        """Restore the configuration that `freeze` returned; return new parts if it differs."""
         if memory == self._now:
             return parts
         self._now = memory
@@ -166,29 +165,29 @@ class PartsFactory:
         """
         return Parts(**{name: make() for name, make in self.makers().items()})
 
-    def _applied(self, change: Change, parts: Parts) -> Parts:
+    def _apply_change(self, change: Change, parts: Parts) -> Parts:
         now = self._now
         if isinstance(change, ParameterChange):
             values = dict(change.values)
             self._now = now._replace(params=with_values(self.params, values, self._files["autopilot"]))
-            return self._remade(parts, _parts_of(values))
+            return self._remake(parts, _parts_of(values))
         if isinstance(change, MissionChange):
             self._now = now._replace(mission=change.mission)
-            parts = self._remade(parts, ("supervisor", "guidance"))
+            parts = self._remake(parts, ("supervisor", "guidance"))
             parts.guidance.restart()
             return parts
         if isinstance(change, FenceChange):
             self._now = now._replace(fence=change.fence)
-            return self._remade(parts, ("supervisor", "guidance"))
+            return self._remake(parts, ("supervisor", "guidance"))
         self._now = now._replace(rally=change.points)
-        return self._remade(parts, ("guidance",))
+        return self._remake(parts, ("guidance",))
 
-    def _remade(self, parts: Parts, names: tuple[str, ...]) -> Parts:
-        """Return the parts with some of them made anew; each remembers what the old one did."""
+    def _remake(self, parts: Parts, names: tuple[str, ...]) -> Parts:
+        """Return the parts with some of them made again; each takes over the memory of the old one."""
         makers, made = self.makers(), {}
         for name in names:
             before = getattr(parts, name)
-            if name == "estimator":  # to make it of nothing takes long
+            if name == "estimator":  # making it from the start takes long
                 with self._naming_coefficients():
                     made[name] = before.under(self.params.estimation, self._origin)
             else:

@@ -40,23 +40,19 @@ class RealtimeParams:
         return round(self.spin * 1e9)
 
 
-def apply(params: RealtimeParams) -> tuple[str, ...]:
-    """Apply what is permitted to the calling thread (memory and garbage: the process), permanently.
-
-    Returns:
-        One sentence for each option that was refused: which, why, and what would permit it. Refusal never raises.
-    """
-    return _apply(params, contextlib.ExitStack())
-
-
 @contextlib.contextmanager
 def apply_while(params: RealtimeParams) -> Iterator[tuple[str, ...]]:
     """Apply the options for as long as the context lasts, then restore the former state."""
     with contextlib.ExitStack() as undo:
-        yield _apply(params, undo)
+        yield apply(params, undo)
 
 
-def _apply(params: RealtimeParams, undo: contextlib.ExitStack) -> tuple[str, ...]:
+def apply(params: RealtimeParams, undo: contextlib.ExitStack) -> tuple[str, ...]:
+    """Apply what is permitted to the calling thread (memory and garbage: the process); `undo` restores it.
+
+    Returns:
+        One sentence for each option that was refused: which, why, and what would permit it. Refusal never raises.
+    """
     refused = []
     if params.cpu >= 0:
         refused.append(_pin(params.cpu, undo))

@@ -1,1 +1,1 @@
-"""Guidance: from mode, mission and setpoints to a reference that the boat can follow."""
+"""Guidance: from mode, mission and setpoints to a reference that the vehicle can follow."""

@@ -1,4 +1,4 @@
-"""The bottom as it was last seen, and depths above it."""
+"""Depth of the bottom as last measured, and depths above it."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ import math
 
 
 class Bottom:
-    """Remembers its depth, m; NaN until it was seen."""
+    """The last known depth of the bottom, m; NaN until it is known."""
 
     def __init__(self, deepest: float, lowest: float) -> None:
-        """What is flown above the bottom is never deeper nor lower, m."""
+        """`deepest` (depth) and `lowest` (altitude), m, bound every depth that `above` returns."""
         self._deepest, self._lowest = deepest, lowest
         self.z = math.nan
 
     def see(self, z: float, altitude: float) -> None:
-        """From a depth, m, it is so far down, m; NaN says nothing."""
+        """Take an altitude measured at depth z, both m; NaN is ignored."""
         if math.isfinite(altitude):
             self.z = z + altitude
 
     def above(self, altitude: float, otherwise: float) -> float:
-        """The depth, m, so high above it, m; another one while it was never seen."""
+        """Return the depth, m, at an altitude, m; `otherwise` while the bottom is unknown."""
         if math.isnan(self.z):
             return otherwise
         return min(self.z - max(altitude, self._lowest), self._deepest)

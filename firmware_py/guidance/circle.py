@@ -1,8 +1,8 @@
-"""A circle around a place: what a fin vehicle does that is to stay somewhere, since it cannot stand.
+"""Circles around a position: a fin vehicle cannot stand still.
 
-The circle is given to the line of sight as the leg that touches it where the boat is, with the boat's distance from
-it, so far away the boat steers for the centre, and near it joins the circle. The tangent turns while the boat goes on:
-the heading reference, which comes a `lag` later, is told so beforehand.
+Line of sight gets a circle as the leg that touches it abeam of the vehicle, and the distance from it as cross-track
+error: far away the vehicle steers for the centre, near the circle it joins it. The tangent turns while the vehicle
+moves on, so the heading is led by the `lag` of its reference model.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from firmware_py.guidance.line_of_sight import Leg
 
 
 class Circle(NamedTuple):
-    """Centre, m, and radius, m: positive to be turned to starboard, negative to port."""
+    """Centre, m, and radius, m: positive to turn to starboard, negative to port."""
 
     x: float
     y: float
@@ -22,22 +22,22 @@ class Circle(NamedTuple):
 
 
 class Tangent(NamedTuple):
-    """The leg that touches the circle abeam of the boat, and how far the heading shall be ahead of it, rad."""
+    """The leg that touches the circle abeam of the vehicle, and the lead of the heading, rad."""
 
     way: Leg
     ahead: float
 
 
 def circle_through(x: float, y: float, psi: float, radius: float) -> Circle:
-    """The circle on which a boat at (x, y), m, is that goes along psi, rad."""
+    """Return the circle of a vehicle at (x, y), m, with heading psi, rad."""
     return Circle(x - radius * math.sin(psi), y + radius * math.cos(psi), radius)
 
 
 def tangent(circle: Circle, x: float, y: float, lag: float) -> Tangent:
-    """The circle as it looks from (x, y), m; what is asked of the heading comes `lag`, m, later.
+    """Return the tangent for a vehicle at (x, y), m, whose heading lags by the distance `lag`, m.
 
-    `across` of the leg is positive to starboard of the circle's way. Off the circle the turn ahead fades out: whoever
-    steers for the centre goes straight.
+    `across` of the leg is positive to starboard. Off the circle the lead fades out: towards the centre the vehicle
+    goes straight.
     """
     dx, dy = x - circle.x, y - circle.y
     radius, side = abs(circle.radius), math.copysign(1.0, circle.radius)

@@ -1,8 +1,7 @@
-"""What a learning manoeuvre does with the fins, step by step: pure functions of the step's number, and for the zigzag
-of how far the boat has gone off.
+"""Excitation signals of learning manoeuvres: pure functions of the step, for the zigzag of the deviation too.
 
-The laws hold depth and heading meanwhile; these angles are added to theirs. Stern planes and rudder never move as one,
-or their effects could not be told apart: doublets take turns, and a PRBS is flown half a period apart.
+The laws hold depth and heading meanwhile; these angles are added. Stern planes and rudder never move in the same way,
+for their effects must be separable: doublets alternate, and the two PRBS are half a period apart.
 """
 
 from __future__ import annotations
@@ -18,14 +17,14 @@ PERIOD = 2**BITS - 1
 
 
 class Sides(NamedTuple):
-    """To which side, and how far of their way in [-1, 1], stern planes and rudder are put over."""
+    """Excitation of stern planes and rudder as shares of their amplitudes, in [-1, 1]."""
 
     s: float
     r: float
 
 
 def _registers() -> list[int]:
-    """Every state of a shift register with feedback x^7 + x^6 + 1, which is primitive, in order, beginning with 1."""
+    """Return every state of a shift register with feedback x^7 + x^6 + 1 (primitive), in order from state 1."""
     states = [1]
     while len(states) < PERIOD:
         last = states[-1]
@@ -38,7 +37,7 @@ _PLACES = {register: place for place, register in enumerate(_REGISTERS)}
 
 
 def prbs(k: int, clock_steps: int, register: int) -> float:
-    """A pseudo-random binary sequence of maximal length (Golomb 1967), at step k: 1 or -1.
+    """Return a pseudo-random binary sequence of maximal length (Golomb 1967) at step k: 1 or -1.
 
     Over a period its correlation with itself, shifted by any number of clocks, is -1/127.
 
@@ -51,18 +50,18 @@ def prbs(k: int, clock_steps: int, register: int) -> float:
 
 
 def opposite(register: int) -> int:
-    """The register half a period later. Sequences that begin in both have nothing in common for 63 clocks."""
+    """Return the register half a period later: the two sequences are uncorrelated for 63 clocks."""
     place: int = (_PLACES[register] + PERIOD // 2) % PERIOD
     return _REGISTERS[place]
 
 
 def doublets(k: int, clock_steps: int) -> Sides:
-    """The sides at step k: there and back with the stern planes, a clock each, then with the rudder."""
+    """Return the sides at step k: a doublet of the stern planes, then one of the rudder, a clock for each side."""
     return (Sides(1.0, 0.0), Sides(-1.0, 0.0), Sides(0.0, 1.0), Sides(0.0, -1.0))[k // clock_steps % 4]
 
 
 def put_over(side: float, deviation: float, limit: float) -> float:
-    """The side of a zigzag's fin: it goes against pitch, or heading, once that has gone `limit` (rad) off.
+    """Return the side of a zigzag's fin: it is reversed when pitch, or heading, deviates by `limit` (rad).
 
     Positive fin angles lower both.
     """
@@ -70,15 +69,15 @@ def put_over(side: float, deviation: float, limit: float) -> float:
 
 
 def sides(manoeuvre: Manoeuvre, k: int, dt: float, before: Sides, pitch: float, heading: float) -> Sides:
-    """Where the fins are at step k of dt (s), k = 0 being the first.
+    """Return the sides of the fins at step k of dt (s), from 0.
 
     Args:
         manoeuvre: what is flown.
         k: steps since its beginning.
         dt: step, s.
         before: the sides one step ago.
-        pitch: how far the boat is off the level, rad.
-        heading: how far it is off the base course, rad.
+        pitch: pitch angle, rad.
+        heading: deviation from the base course, rad.
     """
     clock_steps = max(1, round(manoeuvre.clock / dt))
     if manoeuvre.kind is ManoeuvreKind.PRBS:

@@ -1,4 +1,4 @@
-"""Guidance: what each mode wants of depth, heading and speed; `ReferenceShaper` makes it a reference to follow."""
+"""Guidance: depth, heading and speed setpoints of each mode, which `ReferenceShaper` turns into a reference."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from firmware_py.schedule import Tick
 
 __all__ = ["Guidance", "GuidanceParams"]
 
-_LAGS = 3  # of the heading's reference model: it comes as many distances later than the leg asks for it
+_LAGS = 3  # of the heading's reference model, each of the length heading_way
 _AT_REST = 0.1  # slower than this, m/s, is noise
-_CLEAR = 1.0  # what is flown above the bottom stays so far, m, within the supervisor's limits
-_JOINED = 0.25  # a circle is joined nearer to it than this share of its radius
+_CLEAR = 1.0  # distance, m, that flight above the bottom keeps from the supervisor's limits
+_JOINED = 0.25  # share of its radius within which a circle is joined
 _UNREACHABLE = Event(EventKind.RALLY_POINT_UNREACHABLE, severity_of(EventKind.RALLY_POINT_UNREACHABLE))
 
 
 class Guidance:
-    """One reference per tick. `finished` once the mission is flown; `events` are those of this tick.
+    """Guidance of all modes: one reference per tick; `events` are those of this tick.
 
     `depth_max` and `altitude_min` are the supervisor's limits, m: learning manoeuvres keep away from them, and so does
     what is flown above the bottom. RETURN and SURFACE go to the `nearest_rally_point`, chosen on entering the mode.
@@ -61,15 +61,12 @@ class Guidance:
         self._last = AT_REST
         self._circle: Circle | None = None
         self._place: Place | None = None
-        self._pace = 0.0
+        self._speed_override = 0.0
         self.events: tuple[Event, ...] = ()
 
     @property
     def finished(self) -> bool:
-        """True once all of a mission was flown, or it was taken away meanwhile; disarming starts it anew.
-
-        On the way back it is that which is flown.
-        """
+        """Whether the mission (in RETURN: the return) is flown, or was removed meanwhile; disarming starts it anew."""
         if self._mode is Mode.RETURN:
             return self._home.finished
         flown = self._mode is Mode.MISSION or not self._route.empty
@@ -80,7 +77,7 @@ class Guidance:
         return self._home if self._mode is Mode.RETURN else self._route
 
     def update(self, tick: Tick, mode: ModeState, order: Order, state: StateEstimate) -> Reference:
-        """The reference of this tick. While the state is not finite the last one stands, and no manoeuvre goes on."""
+        """Return the reference of this tick; while the state is not finite, the last one without excitation."""
         self.events = ()
         reference = self._update(tick, mode, order, state)
         self.events += self._learning.report_events(state.learned.report)
@@ -106,7 +103,9 @@ class Guidance:
             self._last = self._follow(mode.mode, state)
             return self._last
         if entered:
-            u_d = 0.0 if before is Mode.DISARMED else self._last.u_d  # who was disarmed is not driven on by itself
+            u_d = (
+                0.0 if before is Mode.DISARMED else self._last.u_d
+            )  # a vehicle that was disarmed does not start to move by itself
             self._wanted = Setpoint(self._depth.command, self._heading.command, u_d)
         across, dither = math.nan, NO_EXCITATION
         if mode.mode is Mode.HOLD:
@@ -125,10 +124,10 @@ class Guidance:
         return self._last
 
     def _follow(self, mode: Mode, state: StateEstimate) -> Reference:
-        """Nobody holds anything: the reference is where the boat is, so that holding begins without a bump."""
+        """Return the vehicle's own depth, heading and speed, so that holding them begins without a bump."""
         if mode is Mode.DISARMED:
             self._sight.reset()
-            self._pace = 0.0
+            self._speed_override = 0.0
         route, shaped = self._route, self._shaper.follow(state)
         return Reference(*shaped, route.index, math.nan, *NO_EXCITATION, route.item, target_bearing=shaped.psi_d)
 
@@ -142,7 +141,7 @@ class Guidance:
             self._wanted = self._wanted._replace(u_d=clip(u_d, 0.0, self._params.speed_max))
 
     def _guide(self, entered: bool, setpoint: Setpoint, state: StateEstimate, dt: float) -> float:
-        """Goes around a place, or on a heading that was asked for since; returns the distance across the circle, m."""
+        """Circle around a position, or hold an ordered heading; return the cross-track distance of the circle, m."""
         x, y = state.eta.x, state.eta.y
         if entered:
             if self._wanted.u_d < _AT_REST:
@@ -163,26 +162,26 @@ class Guidance:
         return way.across
 
     def _round(self, circle: Circle, state: StateEstimate, dt: float) -> tuple[Leg, float]:
-        """The leg that touches the circle, and the heading that goes around it, rad."""
+        """Return the tangent of the circle, and the heading that follows it, rad."""
         lag = _LAGS * self._params.heading_way + self._params.line_of_sight.pivot  # where a turn shows no sway
         way, ahead = tangent(circle, state.eta.x, state.eta.y, lag)
         return way, self._sight.update(way, state, dt) + ahead
 
     @property
     def _radius(self) -> float:
-        """Of a circle at the speed that is asked for, m."""
+        """Radius of a circle at the desired speed, m."""
         return self._turning.radius(0.0, self._wanted.u_d)
 
     def _surface(self, state: StateEstimate) -> Setpoint:
-        """Up, and towards the rally point; who is there, or knows of none, keeps the heading."""
+        """Return the setpoint of SURFACE: up and towards the rally point; there, or without one, hold the heading."""
         z_d, speed = 0.0 if state.depth_ok else -self._params.blind_climb, self._params.surface_speed
         psi_d = heading_towards(self._home.rally, state.eta.x, state.eta.y, self._turning.tightest(speed))
         return Setpoint(z_d, self._wanted.psi_d if math.isnan(psi_d) else psi_d, speed)
 
     def _proceed(self, entered: bool, u_d: float, state: StateEstimate, dt: float) -> tuple[float, Excitation]:
-        """Flies what comes next; returns the distance across its leg, m (NaN off a leg), and what the fins add."""
+        """Fly the current item; return cross-track distance, m (NaN off a leg), and excitation."""
         route = self._flown
-        self._hurry(u_d)
+        self._override_speed(u_d)
         if entered:
             route.enter(state.eta.x, state.eta.y, self._depth.command)
         item = route.current
@@ -195,7 +194,7 @@ class Guidance:
         return math.nan, NO_EXCITATION
 
     def _fly(self, end: Waypoint, state: StateEstimate, dt: float) -> float:
-        """Wants what the leg wants; returns the distance across it, m."""
+        """Set the setpoint of a leg; return the cross-track distance, m."""
         route, sight = self._flown, self._params.line_of_sight
         before = route.freeze()
         radius = max(self._params.turn_radius, state.nu.u / self._params.turn_rate_max)
@@ -210,7 +209,7 @@ class Guidance:
         return way.across
 
     def _loiter(self, item: Loiter, state: StateEstimate, dt: float) -> None:
-        """Wants to go around a place; the item is over when it has been gone around long enough."""
+        """Set the setpoint of a loiter; leave the item when its turns or its time are over."""
         u_d = self._speed(item.u)
         radius = self._turning.radius(item.radius, u_d)
         circle = Circle(item.x, item.y, math.copysign(radius, item.radius or 1.0))
@@ -224,7 +223,7 @@ class Guidance:
             self._route.leave(x, y, self._depth.command)
 
     def _learn(self, manoeuvre: Manoeuvre, state: StateEstimate, dt: float) -> Excitation:
-        """Wants to stay at the depth and on the course at which the manoeuvre began; returns what it does meanwhile."""
+        """Hold depth and course of the manoeuvre's beginning; return the excitation."""
         learning = self._learning
         if not learning.begun:
             z_d = max(self._depth.command, 0.0)
@@ -235,14 +234,14 @@ class Guidance:
             self._route.leave(state.eta.x, state.eta.y, self._depth.command)
         return dither
 
-    def _hurry(self, u_d: float) -> None:
-        """From now on the mission is flown with this speed, m/s, whatever its items say; with 0 as they say."""
+    def _override_speed(self, u_d: float) -> None:
+        """Override the speed of the mission's items, m/s; 0 ends the override, NaN changes nothing."""
         if math.isfinite(u_d):
-            self._pace = max(u_d, 0.0)
+            self._speed_override = max(u_d, 0.0)
 
     def _speed(self, asked: float) -> float:
-        """The speed of an item, m/s, unless another was ordered; the cruising speed where neither is given."""
-        return self._turning.speed(self._pace or asked)
+        """Return the speed of an item, m/s, unless another was ordered; the cruising speed if neither is given."""
+        return self._turning.speed(self._speed_override or asked)
 
     def _shape(self, state: StateEstimate, across: float, dither: Excitation, dt: float) -> Reference:
         shaped = self._shaper.update(self._wanted, self._last.u_d, state.nu.u, dt)
@@ -257,7 +256,7 @@ class Guidance:
 
     @property
     def _rally(self) -> Place | None:
-        """The rally point that was chosen, where one is gone to."""
+        """The rally point that the vehicle goes to, if any."""
         if self._mode is Mode.MISSION:
             return self._route.rally
         if self._mode is Mode.RETURN or self._mode is Mode.SURFACE:
@@ -267,7 +266,7 @@ class Guidance:
 
     @property
     def _target(self) -> Place | None:
-        """The place that is flown to, where there is one."""
+        """The position that the vehicle flies to, if any."""
         if self._mode is Mode.GUIDED:
             return self._place
         if self._mode is Mode.MISSION:
@@ -276,24 +275,24 @@ class Guidance:
         return self._rally
 
     def restart(self) -> None:
-        """Begins the mission anew, for it is another one."""
+        """Start the mission from its beginning; called when it was replaced."""
         self._route.reset()
         self._learning.reset()
 
     def freeze(self) -> GuidanceMemory:
-        """All it remembers."""
+        """Return the whole memory."""
         shaped = (self._mode, self._wanted, self._last, *self._shaper.freeze(), self._sight.freeze())
         flown = (self._route.freeze(), self._learning.freeze(), self._circle, self._place)
-        return GuidanceMemory(*shaped, *flown, self._pace, self._bottom.z, self._home.freeze())
+        return GuidanceMemory(*shaped, *flown, self._speed_override, self._bottom.z, self._home.freeze())
 
     def thaw(self, memory: GuidanceMemory) -> None:
-        """Takes up again what `freeze` gave."""
+        """Restore the memory that `freeze` returned."""
         self._mode, self._wanted, self._last = memory.mode, memory.wanted, memory.last
         self._shaper.thaw(memory.depth, memory.heading)
         self._sight.thaw(memory.crab)
         self._route.thaw(memory.route)
         self._learning.thaw(memory.learning)
         self._circle, self._place = memory.circle, memory.place
-        self._pace = memory.pace
+        self._speed_override = memory.pace
         self._bottom.z = memory.bottom
         self._home.thaw(memory.home)

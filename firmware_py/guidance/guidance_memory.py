@@ -15,9 +15,10 @@ from firmware_py.records.order import Mode, Setpoint
 
 
 class GuidanceMemory(NamedTuple):
-    """Everything guidance remembers: `wanted` is what the mode asks for, `last` the reference that became of it.
+    """The memory of guidance: `wanted` is the setpoint of the mode, `last` the last reference.
 
-    `circle` is what is flown in LOITER and GUIDED, `place` its centre where a station gave one.
+    `circle` is that of LOITER and GUIDED, `place` its centre if a station gave one; `pace` is an ordered speed, m/s,
+    that overrides those of the mission; `bottom` the depth of the bottom, m.
     """
 
     mode: Mode

@@ -1,4 +1,4 @@
-"""The numbers of guidance: how references move, how fast, how wide."""
+"""Parameters of guidance: rates, accelerations, speeds and radii of the references."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from firmware_py.records.turning import Turning
 
 @dataclass(frozen=True, slots=True)
 class GuidanceParams:
-    """How references move."""
+    """Rates, speeds and radii."""
 
     shape: Shape = param(Shape.SMOOTH, mav="SHAPE", when=TakesEffect.DISARMED)
     depth_way: float = param(
@@ -59,5 +59,5 @@ class GuidanceParams:
 
     @property
     def turning(self) -> Turning:
-        """Those that say how wide circles are."""
+        """The parameters that determine the radius of circles."""
         return Turning(self.loiter_radius, self.turn_radius, self.turn_rate_max, self.cruise_speed, self.speed_max)

@@ -1,4 +1,4 @@
-"""Line of sight: steer for a point on the leg, a look-ahead in front of the boat (Fossen 2011, ch. 10.3).
+"""Line of sight: steer for a point on the leg, a look-ahead distance in front of the vehicle (Fossen 2011, ch. 10.3).
 
 The course that is asked for is the leg's plus atan(-cross_track / look_ahead), with that error a `lead` ahead, since
 the heading reference lags. The heading is that course less the crab angle over ground: a current across the leg
@@ -20,7 +20,7 @@ from firmware_py.records.mission import Waypoint
 
 @dataclass(frozen=True, slots=True)
 class LineOfSightParams:
-    """How a leg is flown, and when it is done."""
+    """Steering along a leg, and acceptance of its end."""
 
     look_ahead: float = param(
         15.0, unit="m", low=0.5, high=1000.0, doc="How far ahead it steers (paper: 15 m).", mav="LOOK_AHEAD"
@@ -44,9 +44,9 @@ class LineOfSightParams:
 
 
 class Leg(NamedTuple):
-    """A straight way from one place to the next, seen from the boat.
+    """A straight leg between two positions, relative to the vehicle.
 
-    `along` is the way done, `across` the distance to starboard of the leg, m; `course` in rad.
+    `along` is the along-track distance, `across` the cross-track distance, positive to starboard, m; `course` in rad.
     """
 
     length: float
@@ -57,12 +57,12 @@ class Leg(NamedTuple):
 
     @property
     def share(self) -> float:
-        """How much of the leg is done, in [0, 1]; all of it where it has no length."""
+        """Share of the leg that is done, in [0, 1]; 1 if it has no length."""
         return clip(self.along / self.length, 0.0, 1.0) if self.length > 0.0 else 1.0
 
 
 def leg(start: Waypoint, end: Waypoint, x: float, y: float) -> Leg:
-    """The leg as it looks from (x, y), m."""
+    """Return the leg relative to (x, y), m."""
     dx, dy = end.x - start.x, end.y - start.y
     length = math.hypot(dx, dy)
     course = math.atan2(dy, dx)
@@ -72,22 +72,22 @@ def leg(start: Waypoint, end: Waypoint, x: float, y: float) -> Leg:
 
 
 def is_passed(way: Leg, reach: float, shortest: float) -> bool:
-    """True within reach (m) of the waypoint, or beyond the line through it across the leg.
+    """Return whether the waypoint is within `reach` (m), or abeam or behind.
 
-    A leg no longer than `shortest`, m, is passed at once: nobody could fly it.
+    A leg no longer than `shortest`, m, is passed at once: it is too short to fly.
     """
     return way.distance <= reach or way.along >= way.length or way.length <= shortest
 
 
 class LineOfSight:
-    """Remembers the crab angle, rad."""
+    """Line-of-sight steering; it remembers the crab angle, rad."""
 
     def __init__(self, params: LineOfSightParams) -> None:
         self._params = params
         self._memory = 0.0
 
     def update(self, way: Leg, state: StateEstimate, dt: float) -> float:
-        """The heading to steer, rad, not wrapped."""
+        """Return the heading to steer, rad, not wrapped."""
         params = self._params
         u, v = state.nu.u, state.nu.v + params.pivot * state.nu.r
         if params.crab_time > 0.0 and state.velocity_ok and u > params.u_min:
@@ -98,13 +98,13 @@ class LineOfSight:
         return way.course - math.atan(across / params.look_ahead) - self._memory
 
     def reset(self) -> None:
-        """Forgets the crab angle."""
+        """Clear the crab angle."""
         self._memory = 0.0
 
     def freeze(self) -> float:
-        """All it remembers."""
+        """Return the whole memory."""
         return self._memory
 
     def thaw(self, memory: float) -> None:
-        """Takes up again what `freeze` gave."""
+        """Restore the memory that `freeze` returned."""
         self._memory = memory

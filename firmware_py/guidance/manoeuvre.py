@@ -1,8 +1,8 @@
-"""Learning manoeuvres in flight: how long, how firmly the laws hold meanwhile, and where the manoeuvre has to wait.
+"""Learning manoeuvres in flight: duration, reduced grip of the laws, and limits at which a manoeuvre waits.
 
-It is flown on the spot: depth and course of its beginning are its base, and the laws go on holding them, more softly,
-so that they do not undo what the fins do. Where the boat is about to leave the limits the manoeuvre waits, with the
-laws alone at full strength, until they have brought it well inside. It then goes on where it stopped.
+Depth and course at the beginning are the base. The laws go on holding them with a reduced grip, so that they do not
+cancel the excitation. Where the vehicle is about to leave the limits the manoeuvre waits, with the laws alone at full
+grip, until the vehicle is well inside; then it resumes where it stopped.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from firmware_py.records.order import Setpoint
 
 @dataclass(frozen=True, slots=True)
 class ManoeuvreParams:
-    """The limits of learning manoeuvres, and how firmly the laws hold meanwhile. All ours.
+    """The limits of learning manoeuvres, and the grip of the laws meanwhile. All ours.
 
-    A firm hold undoes the excitation: with the PRBS of `Manoeuvre` the mean relative sigma of the ten coefficients
+    A firm grip cancels the excitation: with the PRBS of `Manoeuvre` the mean relative sigma of the ten coefficients
     after 60 s (`sternplane.identification.excitation`) is 1.12 % at grip 1, 0.71 at 0.6, 0.50 at 0.3, 0.46 at 0.2 and
-    at 0; below 0.2 the boat runs into the limits and waits.
+    at 0; below 0.2 the vehicle reaches the limits and waits.
     """
 
     grip: float = param(
@@ -53,7 +53,7 @@ class ManoeuvreParams:
 
 
 class Excitation(NamedTuple):
-    """Fin angles (rad) to be added to the share `grip` of what the laws ask."""
+    """Fin angles (rad) added to the share `grip` of the laws' angles."""
 
     delta_s: float
     delta_r: float
@@ -64,7 +64,7 @@ NO_EXCITATION = Excitation(0.0, 0.0, 1.0)
 
 
 class ManoeuvreProgress(NamedTuple):
-    """How far a manoeuvre has come: steps flown, steps of this wait and of all waits, and the sides of the fins."""
+    """Progress of a manoeuvre: steps flown, steps of this wait and of all waits, and the sides of the fins."""
 
     kind: ManoeuvreKind
     flown: int
@@ -74,17 +74,16 @@ class ManoeuvreProgress(NamedTuple):
 
 
 class ManoeuvreLimit(NamedTuple):
-    """The limit at which a manoeuvre waits, and the numbers of that cause."""
+    """The limit at which a manoeuvre waits, as cause of an event with its numbers."""
 
     cause: Cause
     numbers: tuple[float, ...]
 
 
 class ManoeuvreGuidance:
-    """Remembers a `ManoeuvreProgress`, or None while nothing is learned. `events` are those of the last update.
+    """The manoeuvre in progress, if any. `events` are those of the last update.
 
-    The supervisor's limits `depth_max` and `altitude_min` (m) are given, so that the manoeuvre waits long before they
-    end it.
+    `depth_max` and `altitude_min` (m) are the supervisor's limits: the manoeuvre waits well before they end it.
     """
 
     def __init__(self, params: ManoeuvreParams, depth_max: float = math.inf, altitude_min: float = 0.0) -> None:
@@ -96,15 +95,15 @@ class ManoeuvreGuidance:
 
     @property
     def begun(self) -> bool:
-        """Whether a manoeuvre is under way."""
+        """Whether a manoeuvre is in progress."""
         return self._memory is not None
 
     def update(self, manoeuvre: Manoeuvre, base: Setpoint, state: StateEstimate, dt: float) -> Excitation:
-        """What the fins do in this tick, the first one beginning the manoeuvre; after the last `begun` is False.
+        """Return the excitation of this tick. The first call begins the manoeuvre; after the last `begun` is False.
 
         Args:
-            manoeuvre: what is flown, until it is over.
-            base: the depth and course about which it is.
+            manoeuvre: the same one until it is over.
+            base: depth and course to hold.
             state: finite in position, attitude and velocity.
             dt: step, s.
         """
@@ -125,7 +124,7 @@ class ManoeuvreGuidance:
         return Excitation(manoeuvre.delta_s * at.s, manoeuvre.delta_r * at.r, self._params.grip)
 
     def reset(self) -> None:
-        """Ends it, or breaks it off: what is flown next begins anew."""
+        """End the manoeuvre: the next one begins anew."""
         if self._memory:
             self._over = self._memory.kind
         self._memory = None
@@ -136,11 +135,11 @@ class ManoeuvreGuidance:
         return tuple(replace(event, manoeuvre=over) for event in report) if over is not None else ()
 
     def freeze(self) -> ManoeuvreProgress | None:
-        """All it remembers."""
+        """Return the whole memory."""
         return self._memory
 
     def thaw(self, memory: ManoeuvreProgress | None) -> None:
-        """Takes up again what `freeze` gave."""
+        """Restore the memory that `freeze` returned."""
         self._memory = memory
 
     def _wait(self, manoeuvre: Manoeuvre, course: ManoeuvreProgress, breach: ManoeuvreLimit, dt: float) -> Excitation:

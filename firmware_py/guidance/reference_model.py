@@ -17,15 +17,15 @@ from firmware_py.marine import clip, wrap
 
 
 class Shape(enum.Enum):
-    """What becomes of a command that jumps."""
+    """How references follow a command that jumps."""
 
     SMOOTH = enum.auto()
     STEP = enum.auto()
-    """It is passed on as it is, with derivatives of zero: the paper's steps."""
+    """At once, with derivatives of zero, as in the paper."""
 
 
 class Lags(NamedTuple):
-    """The command's present place and the three lags behind it."""
+    """The rate-limited command and the three lags behind it."""
 
     command: float
     first: float
@@ -43,7 +43,7 @@ class Shaped(NamedTuple):
 
 
 class ReferenceModel:
-    """Remembers `Lags`. An `angle` takes the short way and is answered in [-pi, pi)."""
+    """A reference model; it remembers `Lags`. An `angle` turns the shorter way and stays in [-pi, pi)."""
 
     def __init__(self, shape: Shape, angle: bool = False) -> None:
         self._shape, self._angle = shape, angle
@@ -51,17 +51,17 @@ class ReferenceModel:
 
     @property
     def command(self) -> float:
-        """Where the command is on its way; where the reference comes to rest if the way ends here."""
+        """The rate-limited command, at which the reference would come to rest."""
         return self._wrapped(self._memory.command)
 
     def reset(self, value: float) -> Shaped:
-        """Comes to rest at `value`."""
+        """Set the reference to rest at `value`."""
         value = self._wrapped(value)
         self._memory = Lags(value, value, value, value)
         return Shaped(value, 0.0, 0.0, 0.0)
 
     def update(self, target: float, rate: float, omega: float, dt: float) -> Shaped:
-        """Moves the command towards `target` by at most rate dt, and the reference after it, at omega, 1/s."""
+        """Move the command towards `target` by at most rate dt, and the reference after it, with omega, 1/s."""
         if self._shape is Shape.STEP:
             return self.reset(target)
         command, first, second, third = self._memory
@@ -85,9 +85,9 @@ class ReferenceModel:
         return wrap(value) if self._angle else value
 
     def freeze(self) -> Lags:
-        """All it remembers."""
+        """Return the whole memory."""
         return self._memory
 
     def thaw(self, memory: Lags) -> None:
-        """Takes up again what `freeze` gave."""
+        """Restore the memory that `freeze` returned."""
         self._memory = memory

@@ -1,4 +1,4 @@
-"""What a mode asks for, made into a reference that the vehicle can follow.
+"""Setpoints made into a reference that the vehicle can follow.
 
 No reference moves faster than the vehicle can: a dive is at most as steep as pitch_max, a turn at most as tight as
 turn_radius, and both begin and end over a distance, not a time, since the fins' moment goes with u^2. At rest they
@@ -61,7 +61,7 @@ class ReferenceShaper:
         return ShapedReference(z_d, z_d_dot, z_d_ddot, z_d_dddot, psi_d, psi_d_dot, psi_d_ddot, u_d)
 
     def freeze(self) -> tuple[Lags, Lags]:
-        """Return all it remembers, of depth and of heading."""
+        """Return the memory of depth and of heading."""
         return self.depth.freeze(), self.heading.freeze()
 
     def thaw(self, depth: Lags, heading: Lags) -> None:

@@ -1,4 +1,4 @@
-"""The mission's items, one after another: which is being flown, and when the last is done."""
+"""The route through the mission's items: the current item, its leg, and the end of the mission."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from firmware_py.guidance.line_of_sight import Leg, is_passed, leg
 from firmware_py.marine import wrap
 from firmware_py.records.event import Event, EventKind, severity_of
 from firmware_py.records.fence import NO_FENCE, Fence, Place, nearest_rally_point
-from firmware_py.records.mission import Jump, Loiter, Manoeuvre, Mission, MissionItem, Surface, Waypoint
+from firmware_py.records.mission import Jump, Loiter, Mission, MissionItem, Surface, Waypoint
 
 
 class RouteProgress(NamedTuple):
-    """How far the mission has come.
+    """Progress of the mission.
 
     The item that is flown (as many as there are: all are), where its leg starts, and, for the jumps that were made, how
     often each; of a loiter the bearing from its centre, rad, the angle gone around, rad, and the time, s, since its
@@ -34,11 +34,11 @@ class RouteProgress(NamedTuple):
 
 BEGINNING = RouteProgress(0)
 _SHARPEST = math.radians(120.0)
-"""A sharper corner is rounded like this one: the way before it would else grow without bound."""
+"""A sharper turn is wheeled over like this one, or the distance before it would grow without bound."""
 
 
 def heading_towards(place: Place | None, x: float, y: float, near: float) -> float:
-    """The heading, rad, from (x, y), m, to a place; NaN where it is `near`, m, or there is none."""
+    """Return the heading, rad, from (x, y), m, to a place; NaN within the distance `near`, m, or without a place."""
     if place is None or math.hypot(place.x - x, place.y - y) <= near:
         return math.nan
     return math.atan2(place.y - y, place.x - x)
@@ -59,32 +59,32 @@ class Route:
         self._memory = self._from(0, BEGINNING)
 
     def __len__(self) -> int:
-        """How many waypoints there are."""
+        """Return the number of waypoints."""
         return self._before[-1]
 
     @property
     def item(self) -> int:
-        """The item that is flown; as many as there are once all are."""
+        """Index of the current item; the number of items once all are flown."""
         return self._memory.next
 
     @property
     def index(self) -> int:
-        """How many waypoints come before it: the one that is steered for, where it is one."""
+        """Number of waypoints before the current item."""
         return self._before[self._memory.next]
 
     @property
     def empty(self) -> bool:
-        """True if there is nothing to fly."""
+        """Whether the mission has no items."""
         return not self._items
 
     @property
     def finished(self) -> bool:
-        """True once nothing is left to be flown."""
+        """Whether all items are flown."""
         return self._memory.next == len(self._items)
 
     @property
     def current(self) -> MissionItem | None:
-        """The item that is flown, a `Waypoint` also on the way to a rally point; None once all are."""
+        """The current item, a `Waypoint` on the way to a rally point too; None once all are flown."""
         if self.finished:
             return None
         item, rally = self._items[self._memory.next], self._memory.rally
@@ -95,36 +95,30 @@ class Route:
 
     @property
     def rally(self) -> Place | None:
-        """The rally point that is gone to; None off such a way."""
+        """The rally point that the vehicle goes to, if any."""
         return self._memory.rally
 
     @property
     def rally_unreachable(self) -> bool:
-        """True once it is finished because no rally point has a straight way within the fence."""
+        """Whether the mission ended because no rally point has a straight leg within the fence."""
         return self._memory.rally_unreachable
 
-    @property
-    def manoeuvre(self) -> Manoeuvre | None:
-        """The manoeuvre that is to be flown where the boat is; None elsewhere."""
-        item = self.current
-        return item if isinstance(item, Manoeuvre) else None
-
     def jump(self, item: int, x: float, y: float, z: float) -> None:
-        """Goes on with an item from this place, m; what was jumped so far is forgotten. None where there is none."""
+        """Continue with an item from this position, m, and clear the jump counts; ignore an index out of range."""
         if 0 <= item < len(self._items):
             self._go(item, BEGINNING, x, y, z)
 
     def enter(self, x: float, y: float, z: float) -> None:
-        """Starts a leg at this place, m, to what is next."""
+        """Start the leg to the current item at this position, m."""
         self._memory = self._memory._replace(start=Waypoint(x, y, z, 0.0), bearing=math.nan)
         self._seek(x, y)
 
     def leave(self, x: float, y: float, z: float) -> None:
-        """The item is done: what comes next starts at this place, m."""
+        """End the current item; the next leg starts at this position, m."""
         self._go(min(self._memory.next + 1, len(self._items)), self._memory, x, y, z)
 
     def follow(self, x: float, y: float, acceptance: float, radius: float, lag: float) -> Leg:
-        """The leg to fly from (x, y), m, to the waypoint that is next, once each one within reach is passed.
+        """Return the leg from (x, y), m, to the next waypoint, after each one within reach is passed.
 
         Within reach is what is nearer than `acceptance`, or than the wheel-over point from which a turn of `radius`
         that begins `lag` later, m, ends on the next leg. Where no waypoint follows, the leg stays the one behind.
@@ -147,7 +141,7 @@ class Route:
         return way
 
     def events_since(self, before: RouteProgress) -> tuple[Event, ...]:
-        """What was passed since then."""
+        """Return the events of what was passed since `before`."""
         if self._memory.next == before.next:
             return ()
         if before.rally is not None:
@@ -160,7 +154,7 @@ class Route:
         )
 
     def circle(self, x: float, y: float, circle: Circle, slack: float, dt: float) -> bool:
-        """Goes on around a loiter's circle, which is joined within `slack` of it, m; True once it is over."""
+        """Count turns and time on a loiter's circle, which is joined within `slack`, m; return whether it is over."""
         memory, item = self._memory, self._items[self._memory.next]
         assert isinstance(item, Loiter)
         bearing = math.atan2(y - circle.y, x - circle.x)
@@ -175,20 +169,20 @@ class Route:
         return (item.turns > 0.0 and turned >= math.tau * item.turns) or (0.0 < item.duration <= spent)
 
     def depth(self, end: Waypoint, way: Leg) -> float:
-        """The depth, m, on the straight line from the leg's start to its end."""
+        """Return the depth, m, on the straight line from the leg's start to its end."""
         start = self._memory.start
         return end.z if start is None or start.above else start.z + way.share * (end.z - start.z)
 
     def reset(self) -> None:
-        """Back to the first item."""
+        """Return to the first item."""
         self._memory = self._from(0, BEGINNING)
 
     def freeze(self) -> RouteProgress:
-        """All it remembers."""
+        """Return the whole memory."""
         return self._memory
 
     def thaw(self, memory: RouteProgress) -> None:
-        """Takes up again what `freeze` gave."""
+        """Restore the memory that `freeze` returned."""
         self._memory = memory
 
     def _go(self, item: int, memory: RouteProgress, x: float, y: float, z: float) -> None:
@@ -196,14 +190,14 @@ class Route:
         self.enter(x, y, z)
 
     def _seek(self, x: float, y: float) -> None:
-        """Chooses the rally point, where one is to be gone to; the mission is over where there is none."""
+        """Choose the rally point if the item asks for one; without any, end the mission."""
         if not self.finished and self._memory.rally is None and isinstance(self._items[self._memory.next], Surface):
             rally = nearest_rally_point(self._rally, self._fence, x, y)
             done = len(self._items) if rally is None else self._memory.next
             self._memory = self._memory._replace(next=done, rally=rally, rally_unreachable=rally is None)
 
     def _from(self, item: int, memory: RouteProgress) -> RouteProgress:
-        """Progress at the first item from `item` on that is to be flown, once all jumps on the way are made.
+        """Return the progress at the first item to fly from `item` on, after all jumps in between.
 
         Jumps that lead only to jumps end the mission.
         """
@@ -227,9 +221,9 @@ class Route:
         return RouteProgress(len(self._items))
 
     def _wheel_over(self, here: Waypoint, way: Leg, radius: float, lag: float) -> float:
-        """How far before the waypoint to turn to the next leg, m: R tan(turn / 2) + lag, at most half a leg.
+        """Return the wheel-over distance before the waypoint, m: R tan(turn / 2) + lag, at most half a leg.
 
-        Not at all where no waypoint is next.
+        0 if the next item is no waypoint.
         """
         after = self._memory.next + 1
         there = self._items[after] if after < len(self._items) and self._memory.rally is None else None

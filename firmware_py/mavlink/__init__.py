@@ -1,8 +1,8 @@
 """MAVLink as pure state machines: datagrams in, orders out; cycles in, datagrams out. No socket and no clock.
 
-`Node` is the vehicle on all its links. What it says of a cycle is a table of makers (`telemetry`, `motion`, `status`,
-`high_latency`), paced per link by `Streams`. What it is told goes by message id to a service of the link: `Commands`,
-which hands on to `Requests`, `Setpoints` and `Upkeep`, and what joins by `Link.serve`, such as parameters. Wishes of
-all links become one order a tick in `Orders`. `Codec` finds frames in datagrams and streams; `signing` checks who
-speaks.
+`Node` is the vehicle on all its links. `telemetry` has an encoder for each message, and `Streams` says per link when
+it is sent. A received message goes by its id to a service of the link: `CommandDispatch`, which passes commands on to
+`MessageRequests`, `Setpoints`, `PreFlight` and `PlanUpload`, or a service added by `Link.add_service`, such as
+parameters. `CommandQueue` makes the commands of all links one order a tick. `Codec` finds frames in datagrams and
+streams; `signing` checks signatures.
 """

@@ -76,8 +76,8 @@ class Manoeuvre:
 
     kind: ManoeuvreKind
     duration: float = param(120.0, unit="s", low=1.0, high=1e4, doc="How long the fins move; waits come on top.")
-    delta_s: float = param(15.0, unit="deg", low=0.0, high=90.0, doc="Stern plane, beside what holds the boat.")
-    delta_r: float = param(15.0, unit="deg", low=0.0, high=90.0, doc="Rudder, beside what holds the boat.")
+    delta_s: float = param(15.0, unit="deg", low=0.0, high=90.0, doc="Amplitude of the stern planes, added to the law.")
+    delta_r: float = param(15.0, unit="deg", low=0.0, high=90.0, doc="Amplitude of the rudder, added to the law.")
     clock: float = param(2.0, unit="s", low=0.1, high=100.0, doc="PRBS, doublets: how long an angle is held at least.")
     register: int = param(33, low=1, high=127, doc="PRBS: what its shift register begins with.")
     pitch: float = param(4.0, unit="deg", low=1.0, high=45.0, doc="Zigzag: pitch at which stern planes are put over.")

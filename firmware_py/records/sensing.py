@@ -1,4 +1,4 @@
-"""What was heard from the boat in one tick: values with their time of validity and their health."""
+"""Measurements received in one tick: values with their time of validity and their health."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How wide the circles are that are flown: a fin vehicle can neither stand nor turn on the spot."""
+"""Radius and speed of circles: a fin vehicle can neither stand still nor turn on the spot."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 _ROOM = 1.25
-"""A circle is so much wider than the tightest turn, so that the boat can come nearer to its centre."""
+"""Ratio of the smallest circle to the tightest turn, so that the vehicle can correct inwards."""
 
 
 class Turning(NamedTuple):
@@ -19,17 +19,17 @@ class Turning(NamedTuple):
     speed_max: float
 
     def tightest(self, u: float) -> float:
-        """Radius of the tightest circle at u, m/s, in m."""
+        """Return the radius of the smallest circle at u, m/s, in m."""
         return _ROOM * max(self.turn_radius, u / self.turn_rate_max)
 
     def radius(self, asked: float, u: float) -> float:
-        """Radius, m, of the circle that is flown at u, m/s, where one is asked for, of either sign; 0 gives none."""
+        """Return the radius, m, at u, m/s, for a requested one of either sign; 0 requests none."""
         return max(abs(asked) or self.loiter_radius, self.tightest(u))
 
     def speed(self, asked: float) -> float:
-        """The speed, m/s, that is flown where one is asked for; 0 asks for none."""
+        """Return the speed, m/s, for a requested one; 0 requests none."""
         return min(asked if asked > 0.0 else self.cruise_speed, self.speed_max)
 
 
 AS_ASKED = Turning(0.0, 0.0, math.inf, 0.0, math.inf)
-"""Of nobody in particular: every circle is as wide as it is asked for."""
+"""No limits: every circle has the requested radius."""

@@ -1,4 +1,4 @@
-"""The command line's conventions: every error is one line on stderr, and the exit status says what happened."""
+"""Conventions of the command line: every error is one line on stderr, and the exit status says what happened."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Parser(argparse.ArgumentParser):
     """A parser whose errors are one line."""
 
     def error(self, message: str) -> NoReturn:
-        """Say what is wrong, and end."""
+        """Print what is wrong, and exit."""
         self.exit(BAD, f"sternplane: {message}; see `{self.prog} --help`\n")
 
 
@@ -28,7 +28,7 @@ def add_version(parser: argparse.ArgumentParser) -> None:
 
 
 def status_of(run: Callable[[], int]) -> int:
-    """Run a command, and turn every error of the user's into one line.
+    """Run a command, and print every user error in one line.
 
     Returns:
         The exit status: what `run` returned, 2 for bad input, 130 if it was interrupted.

@@ -1,4 +1,4 @@
-"""What a person can get wrong, as opposed to what we can."""
+"""Errors of the user, as opposed to errors of the program."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The recorder of a flight at sea, which also tells people what happens."""
+"""The recorder of a flight at sea; it also prints events."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from firmware_py.run.sensor_watch import SensorWatch
 from firmware_py.schedule import NS_PER_S
 
 _STATUS_NS = 10 * NS_PER_S
-"""Between two lines on how the vehicle is."""
+"""Interval of the status lines."""
 
 
 class FlightRecorder:
-    """A recorder that never ends a flight: when the log cannot be written it says so once, and the vehicle flies on."""
+    """A recorder that never ends a flight: a log that cannot be written is reported once, and the flight goes on."""
 
     def __init__(self, log: LogWriter) -> None:
         self._recorder = LogRecorder(log)
@@ -27,7 +27,7 @@ class FlightRecorder:
         self.broken = False
 
     def write(self, cycle: Cycle) -> None:
-        """Keep one cycle while that is possible, and show its events."""
+        """Write one cycle while that is possible, and print its events."""
         for line in (*texts(cycle.events), *self._sensors.changes(cycle)):
             say(f"{cycle.tick.t:9.2f} s  {line}")
         if cycle.tick.k * cycle.tick.dt_ns % _STATUS_NS == 0:
@@ -42,10 +42,10 @@ class FlightRecorder:
             self.cycles += 1
         except LogError as error:
             self.broken = True
-            say(f"sternplane: {error}; flying on without a log")
+            say(f"sternplane: {error}; the flight goes on without a log")
 
 
 def say(line: str) -> None:
-    """Show a line to people; a terminal that is gone does not end a flight."""
+    """Print a line on stderr; a closed terminal does not end a flight."""
     with contextlib.suppress(OSError, ValueError):
         print(line, file=sys.stderr, flush=True)

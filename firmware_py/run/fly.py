@@ -1,4 +1,4 @@
-"""One flight of the vehicle alone, from its options to its end."""
+"""One flight of the vehicle's own program, from its options to its end."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from firmware_py.run.run_folders import LOG_FILE, flight_folder, point_latest
 _LOST = 1
 """The exit status of a flight whose plant was lost."""
 _AGAIN = 3
-"""The exit status that asks whoever started the vehicle to start it again."""
+"""The exit status that asks the service manager to start the vehicle again."""
 
 
 class FlightResult(NamedTuple):
-    """What a flight has left: exit status, the run's folder, the cycles in its log."""
+    """Result of a flight: exit status, the run's folder, the number of logged cycles."""
 
     status: int
     folder: Path
@@ -40,13 +40,13 @@ class FlightResult(NamedTuple):
 
 
 def fly(options: argparse.Namespace) -> FlightResult:
-    """Fly until someone says stop.
+    """Fly until the flight is interrupted, a station ends it, or the plant is lost.
 
     Args:
         options: as `run.options.add_fly` defines them.
 
     Raises:
-        BusError, GroundError, LogError, ParamError, StoreError, UsageError: in one line, what cannot be used.
+        BusError, GroundError, LogError, ParamError, StateStoreError, UsageError: in one line, what cannot be used.
     """
     io_file, address = options.io or options.config / "io_sitl.toml", parse_hil_link(options.link)
     pace = options.pace or ("bus" if address else "realtime")
@@ -113,7 +113,7 @@ def fly(options: argparse.Namespace) -> FlightResult:
 
 
 def _leave(log: Path, state: Path | None, navigation: KeptNavigation) -> bool:
-    """Keep the navigation for the next start, and say where the run is; False, and said why, if something is lost."""
+    """Save the navigation, and print the run's folder; return False, and print why, if data is lost."""
     there = log.exists()
     if there:
         say(f"  {log.parent}")
@@ -130,6 +130,6 @@ def _leave(log: Path, state: Path | None, navigation: KeptNavigation) -> bool:
 
 
 def _how(last: Cycle | None, interrupted: bool, asked: str) -> str:
-    """How a flight that nothing broke off came to its end."""
+    """Return how a flight ended that no error ended."""
     by = "ended by a person" if interrupted else asked or "ended with the plant's time"
     return by if last is None else f"{by}, in mode {last.mode.mode.name.lower()}"

@@ -17,12 +17,12 @@ from firmware_py.run import kept_plans
 
 
 class Stations(NamedTuple):
-    """All stations of a flight as one ground."""
+    """All stations of a flight as one `Ground`."""
 
     ground: MavlinkGround
 
     def merged_with(self, operator: Ground) -> Ground:
-        """Return stations and operator as one `ports.Ground`; the operator alone if there is no station."""
+        """Return stations and scripted operator as one `ports.Ground`; the operator alone without stations."""
         return Grounds(operator, self.ground) if self.ground.links else operator
 
     def losses(self) -> dict[str, int]:

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM as a wish."""
+"""Ctrl-C and SIGTERM as a request to end."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 @contextlib.contextmanager
 def interruptible() -> Iterator[list[int]]:
-    """A list that holds the first Ctrl-C (or SIGTERM); a second one interrupts in the ordinary way."""
+    """Yield a list that receives the first SIGINT or SIGTERM; a second one interrupts as usual."""
     caught: list[int] = []
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
 

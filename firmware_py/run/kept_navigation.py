@@ -1,4 +1,4 @@
-"""The navigation that a vehicle keeps from one run to the next: position, its sigma, the pressure at the surface."""
+"""Navigation saved from one run to the next: position, its sigma, the pressure at the surface."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from firmware_py.run.errors import UsageError
 
 FILE = "navigation.json"
 BOUNDS = {"x": (-1e7, 1e7), "y": (-1e7, 1e7), "position_std": (1e-6, 1e7), "surface_pressure": (3e4, 1.3e5)}
-"""Of what was kept, m and Pa: wider than anything that a run ends with, and fit to start from."""
+"""Bounds of the saved values, m and Pa: wider than at the end of any run, and safe to start from."""
 
 
 def load_navigation(folder: Path) -> dict[str, float]:
-    """Return what was kept there; empty for a folder that is new.
+    """Return the saved navigation; empty for a new folder.
 
     Raises:
         UsageError: the file is not what `save` writes.
@@ -38,7 +38,7 @@ def load_navigation(folder: Path) -> dict[str, float]:
 
 
 def save(folder: Path, kept: KeptNavigation) -> None:
-    """Keep it, whole or not at all.
+    """Save the navigation atomically.
 
     Raises:
         UsageError: the folder cannot be written.

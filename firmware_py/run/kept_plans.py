@@ -17,15 +17,15 @@ from firmware_py.records.order import Change, FenceChange, MissionChange, RallyC
 
 
 def with_kept_plans(configuration: Configuration, state: Path | None) -> dict[str, Any]:
-    """The configuration with the mission, fence and rally points that stations have sent in an earlier run.
+    """Return the configuration with the mission, fence and rally points that stations sent in an earlier run.
 
     Raises:
-        ParamError: what was kept cannot be used; the error names the file.
+        ParamError: a saved plan cannot be used; the error names the file.
     """
-    laid: dict[str, Any] = {}
+    tables: dict[str, Any] = {}
     for plan in _kept_plans(configuration, state).values():
-        laid |= _table(plan.finish()[1])
-    return {**configuration, **laid}
+        tables |= _table(plan.finish()[1])
+    return {**configuration, **tables}
 
 
 def _table(change: Change) -> dict[str, Any]:
@@ -38,15 +38,15 @@ def _table(change: Change) -> dict[str, Any]:
 
 
 def plans(configuration: Configuration, state: Path | None) -> dict[int, PlanBuilder]:
-    """Mission, fence and rally points as stations may see and change them.
+    """Return mission, fence and rally points as stations may read and change them.
 
     Raises:
-        ParamError: what was kept cannot be used; the error names the file.
+        ParamError: a saved plan cannot be used; the error names the file.
     """
     found = _kept_plans(configuration, state)
     if plan_builder.MISSION not in found:
-        sea = _sea(configuration)
-        found[plan_builder.MISSION] = plan_builder.plan_of_mission(mission_from_plain(configuration["mission"]), sea)
+        frame = _water_frame(configuration)
+        found[plan_builder.MISSION] = plan_builder.plan_of_mission(mission_from_plain(configuration["mission"]), frame)
     return found
 
 
@@ -56,11 +56,13 @@ def _kept_plans(configuration: Configuration, state: Path | None) -> dict[int, P
         path = state / name if state is not None else None
         if path is not None and path.exists():
             with prefix_errors(str(path)):
-                found[kind] = plan_builder.read_plan(kind, path.read_text(encoding="utf-8"), _sea(configuration))
+                found[kind] = plan_builder.read_plan(
+                    kind, path.read_text(encoding="utf-8"), _water_frame(configuration)
+                )
     return found
 
 
-def _sea(configuration: Configuration) -> WaterFrame:
+def _water_frame(configuration: Configuration) -> WaterFrame:
     params = autopilot_params(configuration)
     origin = Origin(params.origin.latitude, params.origin.longitude)
     return WaterFrame(origin, params.mavlink.telemetry.surface_altitude)

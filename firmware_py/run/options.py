@@ -8,11 +8,11 @@ from pathlib import Path
 from firmware_py.adapters.installation import configs
 
 CONFIG = configs() / "npsauv2"
-"""The configuration that is flown unless another is named."""
-DESCRIPTION = "Flies the vehicle on a real bus until Ctrl-C. It starts disarmed and waits for orders."
+"""The default configuration."""
+DESCRIPTION = "Fly the vehicle on a real bus until Ctrl-C. It starts disarmed and waits for commands."
 EPILOG = (
-    "Exit status 0 if it was ended by a person, 1 if its plant was lost, 2 for bad input, 3 if a station asked for a "
-    "reboot: whoever started it is to start it again."
+    "Exit status 0 if it was interrupted, 1 if the plant was lost, 2 for bad input, 3 if a station asked for a "
+    "reboot: the service manager then starts it again."
 )
 
 
@@ -29,20 +29,20 @@ def add_fly(parser: argparse.ArgumentParser) -> None:
         "--out",
         type=Path,
         metavar="DIR",
-        help="where the log is left; DIR/<stamp> if there is a log in DIR already [runs/<stamp>]",
+        help="folder of the log; DIR/<stamp> if DIR holds a log already [runs/<stamp>]",
     )
-    parser.add_argument("--state", type=Path, metavar="DIR", help="what the vehicle keeps between runs")
+    parser.add_argument("--state", type=Path, metavar="DIR", help="folder of the state that is kept between runs")
     add_ground(parser)
 
 
 def add_config(parser: argparse.ArgumentParser, what: str) -> None:
     """Add the configuration folder and the io file."""
     parser.add_argument("--config", type=Path, default=CONFIG, metavar="DIR", help=f"{what} [configs/npsauv2]")
-    parser.add_argument("--io", type=Path, metavar="FILE", help="who is who on the wires [DIR/io_sitl.toml]")
+    parser.add_argument("--io", type=Path, metavar="FILE", help="node ids, ports and latencies [DIR/io_sitl.toml]")
 
 
 def add_real_bus(parser: argparse.ArgumentParser) -> None:
-    """Add the bus, where another process is on it."""
+    """Add the bus, for a plant in another process."""
     parser.add_argument("--bus", default="", metavar="BUS", help="udp:N or socketcan:IFACE [as the io file says]")
 
 

@@ -1,4 +1,4 @@
-"""The vehicle on a CAN bus, with a plant or the sea at its other end."""
+"""The vehicle on a CAN bus, with real or simulated devices."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from firmware_py.run.errors import UsageError
 from firmware_py.schedule import step_ns
 
 PLANT_S = 60.0
-"""How long a plant may take to come, s."""
+"""How long to wait for a plant, s."""
 
 
 def check(spec: str) -> None:
-    """Refuse a bus that does not exist, or that no other process can be on.
+    """Refuse a bus that does not exist, or that other processes cannot use.
 
     Raises:
         BusError, UsageError: in one line, why not.
@@ -57,20 +57,20 @@ def run(
     Args:
         autopilot: built, fresh.
         rate: ticks a second.
-        io: who is who on the wires.
+        io: node ids, ports and latencies.
         spec: the bus.
-        dvl: the DVL's line.
+        dvl: the DVL's serial port.
         pace: "bus" waits for the plant's ticks, "realtime" keeps its own time.
-        ground: who gives orders.
-        recorder: who keeps the log.
+        ground: the source of orders.
+        recorder: writes the log.
         stop: asked at every tick.
-        say: told what people should know, such as options of real time that are not permitted.
-        losses: however it ends, by name, how much was lost or refused on the wires.
+        say: prints a line, such as real-time options that are not permitted.
+        losses: receives, at the end, the counts of lost and refused messages by name.
         meet_plant: in real time, begin together with a plant that says hello.
 
     Raises:
-        BusError: no such bus or line, or our node id is taken there.
-        LockstepError: the plant did not come, went, or lost a frame.
+        BusError: no such bus or port, or the node id is in use.
+        LockstepError: the plant did not start, ended, or lost a frame.
     """
     dt_ns = step_ns(rate)
     with contextlib.ExitStack() as stack:

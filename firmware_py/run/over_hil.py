@@ -1,4 +1,4 @@
-"""The vehicle behind a PX4-compatible simulator, in lockstep with it."""
+"""The vehicle on a PX4-compatible simulator, in lockstep."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from firmware_py.ports import Ground, Recorder
 from firmware_py.schedule import step_ns
 
 PLANT_S = 60.0
-"""How long a simulator may take to come, s."""
+"""How long to wait for a simulator, s."""
 OVER_HIL = {"safety": {"fin_needed": False}, "estimation": {"learning": {"enabled": False}}}
-"""Laid over autopilot.toml where the plant is behind MAVLink: nothing there reports what the fins do.
+"""Overrides of autopilot.toml for mavlink-hil, which reports no fin angles.
 
-Without their lag, learned coefficients come out wrong by more than their sigma.
+Without the lag of the fins, learned coefficients are wrong by more than their sigma.
 """
 
 
@@ -40,16 +40,16 @@ def run(
         autopilot: built of `configuration`, fresh.
         configuration: with `OVER_HIL` in it.
         address: where the simulator listens.
-        io: for its options of real time.
-        ground: who gives orders.
-        recorder: who keeps the log.
+        io: its real-time options are used.
+        ground: the source of orders.
+        recorder: writes the log.
         stop: asked at every tick.
-        say: told what people should know.
-        losses: however it ends, how much that came was no MAVLink.
+        say: prints a line.
+        losses: receives, at the end, the count of malformed bytes.
 
     Raises:
         BusError: there is no such host.
-        LockstepError: the simulator did not come, went, or does not step as the vehicle does.
+        LockstepError: the simulator did not start, ended, or has another step.
     """
     params, vehicle = config_files.autopilot_params(configuration), config_files.vehicle(configuration)
     dt_ns = step_ns(params.rate)

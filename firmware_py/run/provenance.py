@@ -1,4 +1,4 @@
-"""Where a log comes from: the version that wrote it, and the processor and libraries that its bits depend on."""
+"""Provenance of a log: the version that wrote it, and the processor and libraries that its bits depend on."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _DISTRIBUTIONS = (*_COMPUTING, "python-can", "pyserial", "pymavlink", "mcap", "z
 
 
 def fingerprint() -> dict[str, str]:
-    """What must be equal for two runs to give the same bits.
+    """Return what must be equal for two runs to give the same bits.
 
     The compiled kernels use whatever the processor has (its flags), and `math` is the C library's.
     """
@@ -35,18 +35,18 @@ def fingerprint() -> dict[str, str]:
 
 
 def difference(logged: Mapping[str, str], here: Mapping[str, str]) -> str:
-    """One clause for what differs, "" if nothing does: "cpu: EPYC there, Cortex-A72 here"."""
+    """Return what differs, such as "cpu: EPYC there, Cortex-A72 here"; "" if nothing does."""
     names = [name for name in here if logged.get(name) != here[name]]
     return "; ".join(f"{name}: {logged.get(name, 'unknown')} there, {here[name]} here" for name in names)
 
 
 def versions() -> dict[str, str]:
-    """Version of every library that takes part in a run."""
+    """Return the version of every library that a run uses."""
     return {name: _version(name) for name in _DISTRIBUTIONS}
 
 
 def header(scenario: str, configuration: Mapping[str, Any], **more: Any) -> dict[str, Any]:
-    """What a log begins with: all that a replay needs, and where the log comes from."""
+    """Return the header of a log: all that a replay needs, and the provenance."""
     return {
         "scenario": scenario,
         **more,

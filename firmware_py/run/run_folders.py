@@ -1,4 +1,4 @@
-"""The folders that runs are left in."""
+"""Folders of runs."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _stamped(parent: Path) -> Path:
 
 
 def point_latest(folder: Path) -> None:
-    """Make runs/latest point at a run that was left below runs/; a convenience that never stops anything."""
+    """Make runs/latest point at a run below runs/; errors are ignored."""
     if folder.parent == Path("runs"):
         fresh = folder.with_name(f".{folder.name}")
         with contextlib.suppress(OSError):

@@ -66,7 +66,7 @@ class Supervisor:
         late = (was.late << 1 | (tick.late_ns > tick.dt_ns)) & ((1 << NS_PER_S // tick.dt_ns) - 1)
         self.events = ()
         ready = True
-        wanted, ruled = self._ordered(was.mode, order), None
+        wanted, ruled = self._mode_asked_for(was.mode, order), None
         done = mission_done and was.mode is wanted
         c = self._conditions(tick, frame, state, wanted, late.bit_count(), done)
 
@@ -76,7 +76,7 @@ class Supervisor:
                 self._refuse(EventKind.ARMING_REFUSED, refusals, order.asker)
                 wanted = Mode.DISARMED
             elif any(held):
-                wanted, ruled = self._ruled(wanted, c, held, tick.dt_ns)
+                wanted, ruled = self._safest_mode(wanted, c, held, tick.dt_ns)
         if wanted is Mode.DISARMED:
             refusals = self._refusals(self._conditions(tick, frame, state, Mode.MANUAL, c.late, False), held)
             ready = not refusals
@@ -105,11 +105,11 @@ class Supervisor:
         )
 
     def freeze(self) -> SupervisorMemory:
-        """All that is remembered."""
+        """Return the whole memory."""
         return self._memory
 
     def thaw(self, memory: SupervisorMemory) -> None:
-        """Goes on from there."""
+        """Restore the memory that `freeze` returned."""
         self._memory = memory
 
     def _add_event(
@@ -127,8 +127,8 @@ class Supervisor:
         for cause, numbers in refusals:
             self._add_event(kind, cause=cause, asker=asker, numbers=numbers)
 
-    def _ordered(self, mode: Mode, order: Order) -> Mode:
-        """The mode that an order asks for, where it may be asked for."""
+    def _mode_asked_for(self, mode: Mode, order: Order) -> Mode:
+        """Return the mode that an order asks for if it is allowed, else the present one."""
         if order.arming == Arming.DISARM or order.mode == Mode.DISARMED:
             return Mode.DISARMED
         asked, why = order.mode, Cause.NONE
@@ -170,13 +170,13 @@ class Supervisor:
         )
 
     def _refusals(self, c: Conditions, held: tuple[int, ...]) -> list[ArmingRefusal]:
-        """Why not to arm: a check of `ARMING`, or a rule that holds and would soon ask for a safer mode."""
+        """Return why arming is refused: checks of `ARMING`, and rules that hold and ask for a safer mode."""
         checks = [rule for rule in ARMING if rule.holds(c, self._params)]
         rules = [rule for rule, n in zip(RULES, held, strict=True) if n and safer(rule.mode, c.wanted)]
         return list(dict.fromkeys((rule.cause, rule.numbers(c, self._params)) for rule in checks + rules))
 
-    def _ruled(self, wanted: Mode, c: Conditions, held: tuple[int, ...], dt_ns: int) -> tuple[Mode, Rule | None]:
-        """The ordered mode, or the safest that a rule asks for whose time has come, and that rule."""
+    def _safest_mode(self, wanted: Mode, c: Conditions, held: tuple[int, ...], dt_ns: int) -> tuple[Mode, Rule | None]:
+        """Return the ordered mode, or the safest one that a rule in force asks for, and that rule."""
         mode, ruled = wanted, None
         for rule, (_, after_ns), n in zip(RULES, self._rules, held, strict=True):
             if (n - 1) * dt_ns < after_ns:

@@ -133,10 +133,6 @@ class Plant:
         """Jam a fin at its present angle, or free it again."""
         self._table[fin, F.jammed] = float(jammed)
 
-    def damage(self, fin: int, effectiveness: float) -> None:
-        """Set the effectiveness of a fin: 1 as designed, 0 lost."""
-        self._table[fin, F.effectiveness] = effectiveness
-
     def _angles(self, fins: Sequence[float]) -> list[float]:
         if len(fins) != self._count:
             raise PlantError(f"{len(fins)} fin angles for a vehicle with {self._count} fins")

@@ -1,4 +1,4 @@
-"""The links to ground stations as they are written on the command line, and who opens each."""
+"""Links to ground stations: the syntax of the command line, and the interface of a link."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ _NETWORK, _SERIAL = ("udpout", "udpin", "tcp", "tcpin"), "serial"
 _HIGH_LATENCY = "highlatency"
 _BITS_PER_BYTE = 10
 _USED_SHARE = 0.9
-"""Of a serial line's rate that is used: what comes late would come later and later."""
+"""Share of a serial line's rate that is used, so that its queue cannot grow."""
 
 Address = tuple[str, int]
 
 
 class GroundError(Exception):
-    """A link that cannot be opened; the text names it and what would be right."""
+    """A link cannot be opened; the text names it and what would be right."""
 
 
 class LinkSpec(NamedTuple):
-    """A link as it is written: udpout and tcp go to a station, udpin and tcpin wait for one; of serial the baud."""
+    """A parsed link: udpout and tcp connect to a station, udpin and tcpin wait for one; serial is (device, baud)."""
 
     text: str
     kind: str
@@ -35,41 +35,41 @@ class LinkSpec(NamedTuple):
     configuration: LinkConfiguration
 
     def error(self, error: OSError | str) -> GroundError:
-        """That it cannot be opened."""
+        """Return the error that says why the link cannot be opened."""
         why = error if isinstance(error, str) else error.strerror or error
         taken = isinstance(error, OSError) and error.errno == errno.EADDRINUSE
         return GroundError(f"link {self.text!r} cannot be opened: {why}; {_PORT_IN_USE if taken else _SYNTAX}")
 
 
 class StationLink(Protocol):
-    """A way to stations that never waits. A station that is not there is silence, not an error."""
+    """A transport to stations that never blocks. A station that is not connected is no error."""
 
     configuration: LinkConfiguration
     lost: int
-    """What the way would not take: datagrams, or of a stream what one tick had to say."""
+    """Datagrams that were not accepted for sending; on a stream, the output of whole ticks."""
 
     @property
     def overrun(self) -> int:
-        """Datagrams that came and found no room in the kernel; of a stream the sender waits instead."""
+        """Received datagrams that the kernel had no room for; 0 on a stream, where the sender waits."""
 
     def fileno(self) -> int:
-        """What those can wait for who want to know that something came."""
+        """Return the file descriptor to wait on for input; -1 if there is none."""
 
     def receive(self) -> list[bytes]:
-        """What has come, oldest first, up to so much a tick; the rest waits in the kernel."""
+        """Return what was received, oldest first, up to a limit per tick; the rest waits in the kernel."""
 
     def send(self, datagram: bytes) -> None:
-        """Sends to whoever is there."""
+        """Send to the connected stations."""
 
     def close(self) -> None:
-        """Gives the way back; may be called twice."""
+        """Close the link; may be called twice."""
 
 
 def parse_link(text: str) -> LinkSpec:
-    """Reads `KIND:PLACE:NUMBER[:IDENTITY][:highlatency]`.
+    """Parse `KIND:PLACE:NUMBER[:IDENTITY][:highlatency]`.
 
     Raises:
-        GroundError: it is no link.
+        GroundError: wrong syntax.
     """
     kind, *rest = text.split(":")
     identities = {identity.name.lower(): identity for identity in Identity}

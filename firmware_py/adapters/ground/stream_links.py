@@ -1,4 +1,4 @@
-"""Stations over a stream of bytes: TCP either way round, and serial lines. Frames are found in it by the codec."""
+"""Links over byte streams: TCP server, TCP client and serial line. The codec finds the frames in them."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ BYTES_PER_TICK = 4096
 MAX_UNSENT = 16384
 RETRY_S = 1.0
 _CONNECTING, _CONNECTED = (errno.EINPROGRESS, errno.EALREADY), (0, errno.EISCONN)
-"""What a second connect says of the first."""
+"""Errors of a repeated connect: still connecting, and connected."""
 _DEAD_AFTER_MS = 10_000
-"""A peer that acknowledges nothing for so long is gone."""
+"""A peer that acknowledges nothing for so long is disconnected."""
 
 
 class TcpLink:
-    """What both ends of TCP have in common: at most one peer, and what it has not taken yet.
+    """Base of the TCP links: at most one peer, and the bytes not sent to it yet.
 
-    A peer that reads too slowly misses what one tick had to say, whole, and not the end of a frame.
+    A peer that reads too slowly misses the output of whole ticks, never a part of a frame.
     """
 
     overrun = 0
@@ -35,10 +35,10 @@ class TcpLink:
         self._peer: socket.socket | None = None
         self._unsent = b""
         self.lost = 0
-        """Ticks whose words nobody took."""
+        """Ticks whose output was not accepted."""
 
     def receive(self) -> list[bytes]:
-        """What has come, up to so many bytes."""
+        """Return what was received, up to BYTES_PER_TICK."""
         self._connect()
         if self._peer is None:
             return []
@@ -54,7 +54,7 @@ class TcpLink:
         return [data]
 
     def send(self, datagram: bytes) -> None:
-        """Sends what the peer takes now; the rest goes before what is sent next."""
+        """Send as much as the peer accepts now; the rest is sent before the next output."""
         if self._peer is None:
             return
         if len(self._unsent) + len(datagram) > MAX_UNSENT:
@@ -69,11 +69,11 @@ class TcpLink:
             self._disconnect()
 
     def close(self) -> None:
-        """Ends the connection; may be called twice."""
+        """Close the connection; may be called twice."""
         self._disconnect()
 
     def _connect(self) -> None:
-        """Sees to it that there is a peer, if that can be had at once."""
+        """Connect to a peer if that is possible without waiting."""
         raise NotImplementedError
 
     def _accept(self, peer: socket.socket) -> None:
@@ -91,10 +91,10 @@ class TcpLink:
 
 
 class TcpServer(TcpLink):
-    """Waits for a station; while one is there others wait in the kernel's queue.
+    """TCP server for one station; while it is connected, others wait in the kernel's queue.
 
     Raises:
-        GroundError: the port cannot be had.
+        GroundError: the port cannot be opened.
     """
 
     def __init__(self, spec: LinkSpec) -> None:
@@ -111,16 +111,16 @@ class TcpServer(TcpLink):
 
     @property
     def address(self) -> Address:
-        """Where stations find it."""
+        """The address that stations connect to."""
         host, port = self._listener.getsockname()
         return host, port
 
     def fileno(self) -> int:
-        """The station's socket, or the one at which stations ring."""
+        """Return the station's socket, or the listening one."""
         return (self._peer or self._listener).fileno()
 
     def close(self) -> None:
-        """Ends the connection and gives the port back; may be called twice."""
+        """Close the connection and the port; may be called twice."""
         super().close()
         self._listener.close()
 
@@ -131,7 +131,7 @@ class TcpServer(TcpLink):
 
 
 class TcpClient(TcpLink):
-    """Goes to a station, again each second while it is not there.
+    """TCP client: connects to a station, and retries each second.
 
     Raises:
         GroundError: there is no such host.
@@ -148,12 +148,12 @@ class TcpClient(TcpLink):
         self._connect()
 
     def fileno(self) -> int:
-        """The socket; -1 while there is none."""
+        """Return the socket; -1 while there is none."""
         either = self._peer or self._connecting
         return -1 if either is None else either.fileno()
 
     def close(self) -> None:
-        """Ends the connection; may be called twice."""
+        """Close the connection; may be called twice."""
         super().close()
         if self._connecting is not None:
             self._connecting.close()
@@ -179,12 +179,12 @@ class TcpClient(TcpLink):
                 self._connecting.close()
                 self._connecting = None
                 return
-        calling, self._connecting = self._connecting, None
-        self._accept(calling)
+        connected, self._connecting = self._connecting, None
+        self._accept(connected)
 
 
 class SerialLink:
-    """A serial line. One that breaks, as an adapter that is unplugged does, is tried again each second.
+    """A serial line. A line that breaks, such as an adapter that is unplugged, is reopened each second.
 
     Raises:
         GroundError: the device cannot be opened.
@@ -199,18 +199,18 @@ class SerialLink:
         self._port: Any = None
         self._tried = 0.0
         self.lost = 0
-        """Ticks whose words the line did not take."""
+        """Ticks whose output was not accepted."""
         try:
             self._port = self._open()
         except (serial.SerialException, ValueError, OSError) as error:
             raise spec.error(error if isinstance(error, OSError) else str(error)) from None
 
     def fileno(self) -> int:
-        """The device; -1 while it is broken."""
+        """Return the device; -1 while it is broken."""
         return -1 if self._port is None else int(self._port.fileno())
 
     def receive(self) -> list[bytes]:
-        """What has come, up to so many bytes."""
+        """Return what was received, up to BYTES_PER_TICK."""
         if self._port is None and time.monotonic() - self._tried >= RETRY_S:
             with contextlib.suppress(serial.SerialException, OSError):
                 self._port = self._open()
@@ -224,7 +224,7 @@ class SerialLink:
         return [data] if data else []
 
     def send(self, datagram: bytes) -> None:
-        """Hands it to the line if the line has room for all of it."""
+        """Send the datagram if the line has room for all of it."""
         if self._port is None:
             return
         try:
@@ -236,7 +236,7 @@ class SerialLink:
             self.close()
 
     def close(self) -> None:
-        """Gives the device back; may be called twice."""
+        """Close the device; may be called twice."""
         if self._port is not None:
             with contextlib.suppress(serial.SerialException, OSError):
                 self._port.close()

@@ -1,4 +1,4 @@
-"""Stations over UDP: one that is sent to, or those that have spoken to us."""
+"""Links over UDP: to one station, or to those that have sent something."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _MAX_STATIONS = 4
 
 
 class UdpLink:
-    """A `stations.StationLink` over a socket of datagrams.
+    """A `StationLink` over UDP.
 
     Raises:
         GroundError: it cannot be opened.
@@ -22,11 +22,11 @@ class UdpLink:
     def __init__(self, spec: LinkSpec) -> None:
         self.configuration = spec.configuration
         self._is_server = spec.kind == "udpin"
-        self._stations: dict[Address, None] = {}  # who was heard last stands last
+        self._stations: dict[Address, None] = {}  # in the order in which they were last heard
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
         self.lost = 0
-        """Datagrams that the network would not take."""
+        """Datagrams that the network did not accept."""
         self._overrun = 0
         try:
             if self._is_server:
@@ -39,30 +39,30 @@ class UdpLink:
 
     @property
     def address(self) -> Address:
-        """Where this end of the link is."""
+        """The address of this end of the link."""
         host, port = self._socket.getsockname()
         return host, port
 
     @property
     def overrun(self) -> int:
-        """See `StationLink`; what it was when the link was closed."""
+        """See `StationLink`; after closing, the last count."""
         if self._socket.fileno() >= 0:
             self._overrun = receive_buffer.overrun(self._socket)
         return self._overrun
 
     def fileno(self) -> int:
-        """The socket, for those that wait for it."""
+        """Return the socket."""
         return self._socket.fileno()
 
     def receive(self) -> list[bytes]:
-        """The datagrams that have come, oldest first, up to so many a tick; the rest waits in the kernel."""
+        """Return the datagrams received, oldest first, up to DATAGRAMS_PER_TICK; the rest waits in the kernel."""
         datagrams = []
         for _ in range(DATAGRAMS_PER_TICK):
             try:
                 datagram, sender = self._socket.recvfrom(_DATAGRAM_BYTES)
             except BlockingIOError:
                 break
-            except OSError:  # the answer to something sent: nobody listens there (yet)
+            except OSError:  # ICMP answer to a datagram sent: nobody listens there (yet)
                 continue
             datagrams.append(datagram)
             if self._is_server:
@@ -73,7 +73,7 @@ class UdpLink:
         return datagrams
 
     def send(self, datagram: bytes) -> None:
-        """Sends to the station, or to those that spoke last."""
+        """Send to the station, or to those heard last."""
         for station in list(self._stations) if self._is_server else (None,):
             try:
                 if station is None:
@@ -86,6 +86,6 @@ class UdpLink:
                 self.lost += 1
 
     def close(self) -> None:
-        """Gives the port back; may be called twice."""
+        """Close the port; may be called twice."""
         self._overrun = self.overrun
         self._socket.close()

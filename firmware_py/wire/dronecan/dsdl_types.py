@@ -113,7 +113,6 @@ int37 = Annotated[int, Integer(37, signed=True)]
 int64 = Annotated[int, Integer(64, signed=True)]
 float16 = Annotated[float, Float(16)]
 float32 = Annotated[float, Float(32)]
-float64 = Annotated[float, Float(64)]
 usec = Annotated[int, Integer(56, truncated=True)]
 """uavcan.Timestamp: microseconds, 0 is unknown."""
 
