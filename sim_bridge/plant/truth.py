@@ -93,7 +93,7 @@ class FinStation(enum.Enum):
     BOW = enum.auto()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class PlantFin:
     """One fin and its servo.
 
@@ -105,7 +105,7 @@ class PlantFin:
     """
 
     name: str = param(doc="Name of the fin, as in vehicle.toml; fault names end in it.")
-    station: FinStation
+    station: FinStation = param(doc="Position along the hull, which decides the coefficients that the fin uses.")
     hinge: float = param(unit="deg", low=-360.0, high=360.0, doc="Hinge axis in the y-z plane.")
     centre: tuple[float, float, float] = param(
         unit="m", low=-100.0, high=100.0, doc="Centre of the fin's area: where it can leave the water."

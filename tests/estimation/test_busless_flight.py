@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, altered, fly, held_level, measure
+from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, fly, held_level, measure, scaled_truth
 
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.guidance.excitation import opposite, prbs
@@ -71,9 +71,9 @@ def test_a_rate_that_does_not_fit_the_steps_is_refused() -> None:
 
 
 def test_an_altered_vehicle_differs_in_what_was_altered_alone() -> None:
-    other = altered(TRUTH, {"Y_vdot": 1.2, "C_dy": 0.8, "C_d0": 1.1})
+    other = scaled_truth(TRUTH, {"Y_vdot": 1.2, "C_dy": 0.8, "C_d0": 1.1})
     assert other.coefficients.Y_vdot == pytest.approx(1.2 * TRUTH.coefficients.Y_vdot)
     assert other.hull.C_dy == pytest.approx(0.8 * TRUTH.hull.C_dy)
     assert other.propeller.C_d0 == pytest.approx(1.1 * TRUTH.propeller.C_d0)
-    back = altered(other, {"Y_vdot": 1 / 1.2, "C_dy": 1 / 0.8, "C_d0": 1 / 1.1})
+    back = scaled_truth(other, {"Y_vdot": 1 / 1.2, "C_dy": 1 / 0.8, "C_d0": 1 / 1.1})
     assert dataclasses.asdict(back)["coefficients"] == pytest.approx(dataclasses.asdict(TRUTH)["coefficients"])

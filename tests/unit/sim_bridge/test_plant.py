@@ -130,8 +130,11 @@ def test_bow_planes_lift_bow_and_body_each_side_with_half() -> None:
 
 
 def test_a_damaged_fin_gives_what_is_left_of_it() -> None:
-    whole, half = (new_plant(nu0=CRUISE, n0=TRIM, fins0=(0.0, 0.0, 0.1, 0.1)) for _ in range(2))
-    half.damage(2, 0.0)
+    one_lost = tuple(dataclasses.replace(fin, effectiveness=float(i != 2)) for i, fin in enumerate(TRUTH.fins))
+    whole, half = (
+        new_plant(truth, nu0=CRUISE, n0=TRIM, fins0=(0.0, 0.0, 0.1, 0.1))
+        for truth in (TRUTH, dataclasses.replace(TRUTH, fins=one_lost))
+    )
     run(whole, 1.0, (0.0, 0.0, 0.1, 0.1), TRIM)
     run(half, 1.0, (0.0, 0.0, 0.1, 0.1), TRIM)
     assert half.nu.r == pytest.approx(0.5 * whole.nu.r, rel=0.02)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import gc
 import os
@@ -47,7 +48,7 @@ EVERYTHING = RealtimeParams(fifo_priority=50, lock_memory=True, cpu=3, freeze_ga
 
 def test_nothing_is_asked_for_by_default(monkeypatch):
     kernel = Kernel(monkeypatch)
-    assert apply(RealtimeParams()) == ()
+    assert apply(RealtimeParams(), contextlib.ExitStack()) == ()
     assert kernel.calls == []
     assert gc.isenabled()
 
@@ -75,7 +76,7 @@ def test_everything_is_applied_and_undone_in_reverse(monkeypatch):
 
 def test_what_apply_does_stays(monkeypatch):
     kernel = Kernel(monkeypatch)
-    apply(RealtimeParams(fifo_priority=7))
+    apply(RealtimeParams(fifo_priority=7), contextlib.ExitStack())
     gc.collect()
     assert kernel.calls == [("sched_setscheduler", 0, os.SCHED_FIFO, 7)]
 
@@ -100,21 +101,21 @@ def test_each_refusal_says_which_why_and_what_would_be_right(monkeypatch):
 @pytest.mark.parametrize(("limit", "capable"), [(NO_LIMIT, False), (8 << 20, True)])
 def test_memory_is_locked_without_a_limit_or_with_the_capability(monkeypatch, limit, capable):
     kernel = Kernel(monkeypatch, limit=limit, capable=capable)
-    assert apply(RealtimeParams(lock_memory=True)) == ()
+    assert apply(RealtimeParams(lock_memory=True), contextlib.ExitStack()) == ()
     assert kernel.calls == [("mlockall", 3)]
 
 
 def test_memory_below_a_limit_is_left_alone_however_high(monkeypatch):
     """Linux would lock it, and let a later allocation fail."""
     kernel = Kernel(monkeypatch, limit=1 << 40)
-    (sentence,) = apply(RealtimeParams(lock_memory=True))
+    (sentence,) = apply(RealtimeParams(lock_memory=True), contextlib.ExitStack())
     assert "lock_memory was refused" in sentence
     assert kernel.calls == []
 
 
 def test_the_kernels_own_refusal_to_lock_is_told(monkeypatch):
     Kernel(monkeypatch, refused=("mlockall",))
-    (sentence,) = apply(RealtimeParams(lock_memory=True))
+    (sentence,) = apply(RealtimeParams(lock_memory=True), contextlib.ExitStack())
     assert "(Operation not permitted)" in sentence
 
 
@@ -152,7 +153,7 @@ def test_the_real_processor_is_kept_to_and_given_back():
 
 def test_a_processor_that_is_not_there_is_a_sentence_of_the_real_kernel():
     before = os.sched_getaffinity(0)
-    (sentence,) = apply(RealtimeParams(cpu=1023))
+    (sentence,) = apply(RealtimeParams(cpu=1023), contextlib.ExitStack())
     assert "cpu = 1023 was refused" in sentence
     assert sentence.endswith(", ".join(str(cpu) for cpu in sorted(before)))
     assert os.sched_getaffinity(0) == before
@@ -172,7 +173,7 @@ def test_the_c_librarys_failure_is_told_with_its_reason(monkeypatch):
     real = ctypes.CDLL
     monkeypatch.setattr(realtime.ctypes, "CDLL", lambda *words, **more: Library(real(*words, **more)))
     monkeypatch.setattr(realtime.resource, "getrlimit", lambda which: (resource.RLIM_INFINITY,) * 2)
-    (sentence,) = apply(RealtimeParams(lock_memory=True))
+    (sentence,) = apply(RealtimeParams(lock_memory=True), contextlib.ExitStack())
     assert "lock_memory was refused (Invalid argument)" in sentence
 
 
@@ -183,9 +184,9 @@ def test_capabilities_are_read_from_the_kernels_mask(tmp_path, monkeypatch, mask
     monkeypatch.setattr(realtime, "Path", lambda _: status)
     monkeypatch.setattr(realtime.resource, "getrlimit", lambda which: (65536, 65536))
     monkeypatch.setattr(realtime.ctypes, "CDLL", lambda *_, **__: SimpleNamespace(mlockall=lambda flags: 0))
-    assert (apply(RealtimeParams(lock_memory=True)) == ()) is expected
+    assert (apply(RealtimeParams(lock_memory=True), contextlib.ExitStack()) == ()) is expected
     status.unlink()
-    (sentence,) = apply(RealtimeParams(lock_memory=True))
+    (sentence,) = apply(RealtimeParams(lock_memory=True), contextlib.ExitStack())
     assert "the limit is 64 KiB" in sentence
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.guidance.circle import Circle, beside, tangent
+from firmware_py.guidance.circle import Circle, circle_through, tangent
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.guidance.line_of_sight import LineOfSightParams
 from firmware_py.marine import Eta, Nu, wrap
@@ -27,7 +27,7 @@ place = st.floats(-500.0, 500.0)
 
 @given(place, place, st.floats(-math.pi, math.pi), st.floats(5.0, 100.0), st.sampled_from([1.0, -1.0]))
 def test_a_circle_beside_the_vehicle_has_the_vehicle_on_it_and_its_course(x, y, psi, radius, side) -> None:
-    circle = beside(x, y, psi, side * radius)
+    circle = circle_through(x, y, psi, side * radius)
     way, ahead = tangent(circle, x, y, 0.0)
     assert way.across == pytest.approx(0.0, abs=1e-6)
     assert wrap(way.course - psi) == pytest.approx(0.0, abs=1e-6)

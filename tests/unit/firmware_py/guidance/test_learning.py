@@ -11,18 +11,18 @@ from hypothesis import strategies as st
 
 from firmware_py.estimation.identifiability import reported
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
-from firmware_py.guidance.manoeuvre import STILL, ManoeuvreGuidance, ManoeuvreParams
+from firmware_py.guidance.manoeuvre import NO_EXCITATION, ManoeuvreGuidance, ManoeuvreParams
 from firmware_py.marine import Eta, Nu
 from firmware_py.records.command import ModeState, Reference
 from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate
 from firmware_py.records.event import Cause
 from firmware_py.records.event_text import texts
-from firmware_py.records.mission import Kind, Manoeuvre, Mission, Waypoint
+from firmware_py.records.mission import Manoeuvre, ManoeuvreKind, Mission, Waypoint
 from firmware_py.records.order import NO_ORDER, Mode, Order, Setpoint
 from firmware_py.schedule import Tick
 
 NAN = math.nan
-PRBS = Manoeuvre(Kind.PRBS, duration=10.0, clock=0.5)
+PRBS = Manoeuvre(ManoeuvreKind.PRBS, duration=10.0, clock=0.5)
 BASE = Setpoint(50.0, 0.0, 1.8)
 PARAMS = ManoeuvreParams()
 
@@ -85,10 +85,10 @@ def test_it_waits_with_the_laws_alone_where_a_limit_is_near_and_goes_on_well_ins
 ) -> None:
     learning = ManoeuvreGuidance(PARAMS, depth_max=80.0, altitude_min=2.0)
     flown(learning, state(), 40)
-    assert learning.update(PRBS, BASE, off, 0.1) == STILL
+    assert learning.update(PRBS, BASE, off, 0.1) == NO_EXCITATION
     assert words in texts(learning.events)[0]
     assert flown(learning, off, 20) == []
-    assert learning.update(PRBS, BASE, inside, 0.1) != STILL
+    assert learning.update(PRBS, BASE, inside, 0.1) != NO_EXCITATION
     assert texts(learning.events) == ["prbs goes on"]
     assert flown(learning, state(), 59) == ["prbs done: 10 s, and 2.1 s of waiting"]  # not shortened by the wait
 
@@ -98,7 +98,7 @@ def test_between_going_on_and_waiting_is_room_so_that_it_does_not_chatter() -> N
     between = state(z=50.0 + 0.75 * PARAMS.depth_band)
     assert flown(learning, between, 10) == ["prbs begins: 10 s about 50.0 m"]
     learning.update(PRBS, BASE, state(z=56.0), 0.1)
-    assert learning.update(PRBS, BASE, between, 0.1) == STILL
+    assert learning.update(PRBS, BASE, between, 0.1) == NO_EXCITATION
 
 
 @pytest.mark.parametrize(
@@ -106,7 +106,7 @@ def test_between_going_on_and_waiting_is_room_so_that_it_does_not_chatter() -> N
 )
 def test_it_keeps_off_the_surface_and_the_supervisors_depth(base: float, z: float, waits: bool) -> None:
     learning = ManoeuvreGuidance(PARAMS, depth_max=80.0)
-    assert (learning.update(PRBS, BASE._replace(z_d=base), state(z=z), 0.1) == STILL) == waits
+    assert (learning.update(PRBS, BASE._replace(z_d=base), state(z=z), 0.1) == NO_EXCITATION) == waits
 
 
 def test_where_it_can_never_go_on_it_gives_up() -> None:
@@ -120,7 +120,7 @@ def test_where_it_can_never_go_on_it_gives_up() -> None:
 def test_no_fin_is_moved_beyond_a_limit_whatever_the_vehicle_does(way: list[tuple[float, float, float]]) -> None:
     learning = ManoeuvreGuidance(PARAMS, depth_max=60.0, altitude_min=2.0)
     for off, theta, altitude in way:
-        if learning.update(PRBS, BASE, state(z=50.0 + off, theta=theta, altitude=altitude), 0.1) != STILL:
+        if learning.update(PRBS, BASE, state(z=50.0 + off, theta=theta, altitude=altitude), 0.1) != NO_EXCITATION:
             assert abs(off) <= PARAMS.depth_band
             assert abs(theta) <= PARAMS.pitch_max
             assert altitude >= 2.0 + PARAMS.altitude_margin
@@ -178,7 +178,7 @@ def test_it_is_flown_on_the_spot_and_the_next_leg_starts_where_it_ends() -> None
     assert learning[-1].psi_d == pytest.approx(last.psi_d, abs=0.01)
     assert f"prbs begins: 10 s about {learning[-1].z_d:.1f} m" in vehicle.events
     (after,) = vehicle.run(Mode.MISSION, 0.1)
-    assert (after.delta_s, after.delta_r, after.grip) == STILL
+    assert (after.delta_s, after.delta_r, after.grip) == NO_EXCITATION
     assert after.cross_track == pytest.approx(0.0, abs=0.2)
 
 
@@ -195,7 +195,7 @@ def test_any_other_mode_ends_it_at_once_and_the_mission_begins_it_anew(mode: Mod
     vehicle.run(Mode.MANUAL, 0.1)
     assert vehicle.run(Mode.MISSION, 4.0)[-1].grip == PARAMS.grip
     for reference in vehicle.run(mode, 2.0):
-        assert (reference.delta_s, reference.delta_r, reference.grip) == STILL
+        assert (reference.delta_s, reference.delta_r, reference.grip) == NO_EXCITATION
     vehicle.z = 50.0
     assert len(vehicle.run(Mode.MISSION, 9.9)) == 99
     assert not vehicle.guidance.finished
@@ -208,7 +208,7 @@ def test_a_state_that_is_not_finite_stops_the_fins() -> None:
     vehicle.run(Mode.MISSION, 4.0)
     lost = state(x=NAN)
     reference = vehicle.guidance.update(Tick(99, 100_000_000), ModeState(Mode.MISSION, False, 0), NO_ORDER, lost)
-    assert (reference.delta_s, reference.delta_r, reference.grip) == STILL
+    assert (reference.delta_s, reference.delta_r, reference.grip) == NO_EXCITATION
 
 
 @given(st.integers(1, 140))

@@ -15,7 +15,7 @@ from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.guidance.route import Route
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.fence import NO_FENCE, Fence, Place, Polygon
-from firmware_py.records.mission import Jump, Kind, Loiter, Manoeuvre, Mission, Surface, Waypoint
+from firmware_py.records.mission import Jump, Loiter, Manoeuvre, ManoeuvreKind, Mission, Surface, Waypoint
 from firmware_py.records.order import Mode, Order
 
 from .test_guidance import Kinematic
@@ -270,7 +270,7 @@ def test_a_mission_that_is_taken_away_while_it_is_flown_is_over() -> None:
 
 
 def test_another_mission_begins_at_its_first_item_in_the_middle_of_a_manoeuvre() -> None:
-    vehicle = kinematic(Manoeuvre(Kind.PRBS, duration=60.0), at(100.0))
+    vehicle = kinematic(Manoeuvre(ManoeuvreKind.PRBS, duration=60.0), at(100.0))
     vehicle.run(Mode.MISSION, 10.0)
     other = Guidance(PARAMS, Mission((at(-50.0), at(-90.0))))
     other.thaw(vehicle.guidance.freeze())

@@ -127,11 +127,11 @@ def test_a_refusal_without_modes_is_sent_as_it_stands() -> None:
     ],
 )
 def test_an_unknown_mode_is_refused_with_those_that_there_are(identity: Identity, known: str) -> None:
-    boat = Boat()
-    boat.node = node(identities=(identity,))
-    boat.stations[0].command(SET_MODE, 1, 77)
-    boat.step(2)
-    assert refused(boat.stations[0].messages) == [f"DO_SET_MODE refused: mode 77/0 is unknown; {known}"]
+    vehicle = LinkedVehicle()
+    vehicle.node = node(identities=(identity,))
+    vehicle.stations[0].command(SET_MODE, 1, 77)
+    vehicle.step(2)
+    assert refused(vehicle.stations[0].messages) == [f"DO_SET_MODE refused: mode 77/0 is unknown; {known}"]
 
 
 def test_each_link_reads_an_event_in_its_own_words() -> None:
