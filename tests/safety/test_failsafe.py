@@ -38,7 +38,7 @@ def test_surfacing_that_a_station_orders_is_no_failsafe(mode: Mode) -> None:
         assert (vehicle.mode, vehicle.answer.cause, vehicle.answer.failsafe) == (Mode.SURFACE, Cause.ORDERED, False)
         vehicle.tick()
     (event,) = events_of(Order(mode=Mode.SURFACE, asker=STATION))
-    assert (event.severity, event.cause, event.asker) == (Severity.NOTICE, Cause.ORDERED, STATION)
+    assert (event.severity, event.cause, event.asker) == (Severity.INFO, Cause.ORDERED, STATION)
 
 
 @pytest.mark.parametrize(("mode", "cause"), [(Mode.MISSION, Cause.MISSION_DONE), (Mode.RETURN, Cause.RETURN_DONE)])
