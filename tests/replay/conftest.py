@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from firmware_py import loop
-from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter, Recorder
+from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogRecorder, LogWriter
 from firmware_py.marine import Eta, Nu
 from firmware_py.records.command import Applied, Demand, FinCommand, ModeState, Reference
 from firmware_py.records.cycle import Cycle
@@ -137,7 +137,7 @@ def fly(path: Path, seconds: float = 3.0, *, told: Callable[[int], object] = lam
     hardware = SimpleNamespace(read=plant.frame, write=plant.write)
     ground = SimpleNamespace(read=plant.order, write=lambda cycle: told(cycle.tick.k))
     autopilot: Any = ToyAutopilot({"gain": 0.25})
-    loop.run(autopilot, hardware, ground, Recorder(log), plant)
+    loop.run(autopilot, hardware, ground, LogRecorder(log), plant)
     log.close({"completed": True, "reason": "surfaced", "wall_s": 0.5})
     return path
 

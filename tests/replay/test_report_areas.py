@@ -13,7 +13,7 @@ from sternplane.report import areas
 from sternplane.report.drawing import Plot
 from sternplane.report.figures import Figures
 
-from firmware_py.records.fence import Disc, Fence, Place, Polygon, plain
+from firmware_py.records.fence import Disc, Fence, Place, Polygon
 from firmware_py.records.mission import Mission
 from firmware_py.records.order import Change, FenceChange, MissionChange, RallyChange
 
@@ -44,7 +44,7 @@ def rings(trace: Any) -> list[np.ndarray]:
 
 
 def test_what_the_vehicle_began_with_is_drawn_and_told_apart(tmp_path: Path, toy: SimpleNamespace) -> None:
-    fence = plain(Fence((BAY, POND), (ROCK, REEF)))
+    fence = fence_to_plain(Fence((BAY, POND), (ROCK, REEF)))
     found = drawn(logged(tmp_path, toy, {}, fence=fence, rally={"points": [[10.0, -40.0], [60.0, 60.0]]}))
     assert list(found) == ["fence, inclusion", "fence, exclusion", "rally points"]
     bay, pond = rings(found["fence, inclusion"])
@@ -62,7 +62,7 @@ def test_what_the_vehicle_began_with_is_drawn_and_told_apart(tmp_path: Path, toy
 
 def test_nothing_is_drawn_where_there_is_none(tmp_path: Path, toy: SimpleNamespace) -> None:
     assert drawn(logged(tmp_path, toy, {})) == {}
-    empty = {"fence": plain(Fence()), "rally": {"points": []}}
+    empty = {"fence": fence_to_plain(Fence()), "rally": {"points": []}}
     assert drawn(logged(tmp_path, toy, {10_000_000: (FenceChange(Fence()), RallyChange(()))}, **empty)) == {}
     assert plan(logged(tmp_path, toy, {})).note == "Local frame; scales are equal."
 
@@ -74,7 +74,7 @@ def test_what_stations_changed_is_drawn_for_as_long_as_it_stood(tmp_path: Path, 
         1_500_000_000: (MissionChange(Mission()),),
         2_000_000_000: (FenceChange(second),),
     }
-    found = drawn(logged(tmp_path, toy, changes, fence=plain(first)))
+    found = drawn(logged(tmp_path, toy, changes, fence=fence_to_plain(first)))
     assert list(found) == [
         "fence, inclusion, until 2.0 s",
         "fence, inclusion, from 2.0 s",
@@ -83,18 +83,18 @@ def test_what_stations_changed_is_drawn_for_as_long_as_it_stood(tmp_path: Path, 
     ]
     assert found["fence, inclusion, until 2.0 s"].opacity < found["fence, inclusion, from 2.0 s"].opacity == 1.0
     changes[2_500_000_000] = (FenceChange(Fence()),)
-    found = drawn(logged(tmp_path, toy, changes, fence=plain(first)))
+    found = drawn(logged(tmp_path, toy, changes, fence=fence_to_plain(first)))
     assert list(found)[1:3] == ["fence, inclusion, from 2.0 s until 2.5 s", "fence, exclusion, from 2.0 s until 2.5 s"]
 
 
 def test_a_fence_of_a_hundred_kilometres_does_not_hide_the_vehicle(tmp_path: Path, toy: SimpleNamespace) -> None:
-    log = logged(tmp_path, toy, {}, fence=plain(Fence((Disc(0.0, 0.0, 1e5),))))
+    log = logged(tmp_path, toy, {}, fence=fence_to_plain(Fence((Disc(0.0, 0.0, 1e5),))))
     plot = plan(log)
     for axis in (plot.figure.layout.xaxis, plot.figure.layout.yaxis):
         ends = axis.autorangeoptions.clipmin, axis.autorangeoptions.clipmax
         assert ends[1] - ends[0] < 1000.0
         assert ends[0] < 0.0 < ends[1]
     assert plot.note.endswith("The fence or a rally point is beyond the plot.")
-    near = logged(tmp_path, toy, {}, fence=plain(Fence((BAY,))))
+    near = logged(tmp_path, toy, {}, fence=fence_to_plain(Fence((BAY,))))
     assert plan(near).note == "Local frame; scales are equal."
     assert [fence.when for fence in areas.fences(near)] == [""]
