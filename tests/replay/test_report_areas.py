@@ -13,7 +13,7 @@ from sternplane.report import areas
 from sternplane.report.drawing import Plot
 from sternplane.report.figures import Figures
 
-from firmware_py.records.fence import Disc, Fence, Place, Polygon
+from firmware_py.records.fence import Disc, Fence, Place, Polygon, fence_to_plain
 from firmware_py.records.mission import Mission
 from firmware_py.records.order import Change, FenceChange, MissionChange, RallyChange
 
