@@ -99,12 +99,13 @@ class CanHardware:
             self._send_node_info(tick, self._requests.pop(next(iter(self._requests))))
 
     def losses(self) -> dict[str, int]:
-        """Return how many messages were lost or refused on the wires, by cause."""
+        """Return how many frames and messages were lost or refused on the wires, by cause."""
         causes = [
             field.name for field in fields(Dropped) if field.name != "foreign"
         ]  # a message that was not asked for is no loss
         dropped = {f"transfers_{cause}": getattr(self._reassembler.dropped, cause) for cause in causes}
-        return {"transfers_malformed": self.malformed, **dropped, "dvl_broken": int(self._dvl.broken)}
+        bus = {f"bus_{cause}": count for cause, count in self._bus.losses().items()}
+        return {**bus, "transfers_malformed": self.malformed, **dropped, "dvl_broken": int(self._dvl.broken)}
 
     def park(self) -> None:
         """Centre the fins, stop the propeller and send "disarmed", at once: the last messages of a run."""

@@ -33,7 +33,7 @@ def listen(bus: CanBus) -> None:
     deadline = time.monotonic() + 20.0
     while len(frames) < COUNT and time.monotonic() < deadline:
         frames += bus.drain(1000, 0.1)
-    print(json.dumps({"frames": len(frames), "as_sent": frames == numbered(), "overrun": bus.overrun}), flush=True)
+    print(json.dumps({"frames": len(frames), "as_sent": frames == numbered(), "losses": bus.losses()}), flush=True)
 
 
 def echo(bus: CanBus) -> None:

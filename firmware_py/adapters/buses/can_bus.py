@@ -65,12 +65,15 @@ class FramePort(Protocol):
     def send(self, frames: Iterable[tuple[int, bytes]]) -> None:
         """Send frames (id, data) in order."""
 
+    def losses(self) -> dict[str, int]:
+        """Return how much was lost on the bus, by cause."""
+
     def close(self) -> None:
         """Leave the bus."""
 
 
 class CanBus:
-    """One node on a bus of extended (29 bit) frames. A bus that fails is silence, not an error.
+    """One node on a bus of extended (29 bit) frames. A bus that fails is silence, not an error; `losses` counts it.
 
     It uses the bare frames of the bus instead of python-can's `send` and `recv`: a `can.Message` for each frame would
     double what a frame costs.
@@ -83,10 +86,8 @@ class CanBus:
         self._arrival = select.poll()
         if bus.fileno() >= 0:
             self._arrival.register(bus.fileno(), select.POLLIN)
-        self.dropped = 0
-        """Frames that the bus did not take."""
-        self.failed_drains = 0
-        """Drains that the bus refused."""
+        self._not_sent = 0
+        self._failed_drains = 0
 
     def drain(self, limit: int, seconds: float = 0.0) -> list[tuple[int, bytes]]:
         """Return the frames (id, data) that have arrived, oldest first; examine at most `limit`, leave the rest.
@@ -101,7 +102,7 @@ class CanBus:
                 while not frames and (left := deadline - time.monotonic()) > 0.0 and self._arrival.poll(left * 1e3):
                     self._receive(frames, limit)
         except OSError:
-            self.failed_drains += 1
+            self._failed_drains += 1
         return frames
 
     def send(self, frames: Iterable[tuple[int, bytes]]) -> None:
@@ -111,17 +112,22 @@ class CanBus:
             try:
                 send(can_id, data)
             except OSError:
-                self.dropped += 1
+                self._not_sent += 1
 
     @property
     def name(self) -> str:
         """Return the name that `open_bus` knows."""
         return str(self._bus)
 
-    @property
-    def overrun(self) -> int:
-        """Return how many frames, the node's own included, the kernel had no room for between two drains."""
-        return self._bus.overrun
+    def losses(self) -> dict[str, int]:
+        """Return how much was lost since the bus was opened, by cause.
+
+        Returns:
+            not_sent: frames that the bus did not take.
+            overrun: frames, the node's own included, for which the kernel had no room between two drains.
+            failed_drains: drains that the bus refused; an interface that goes down refuses one at most.
+        """
+        return {"not_sent": self._not_sent, "overrun": self._bus.overrun, "failed_drains": self._failed_drains}
 
     def close(self) -> None:
         """Leave the bus; may be called twice."""

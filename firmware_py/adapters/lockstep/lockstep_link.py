@@ -94,6 +94,10 @@ class LockstepLink:
         """Drop the frames received so far: they belong to no step of this run."""
         self._step_frames, self.frames_received = [], 0
 
+    def losses(self) -> dict[str, int]:
+        """Return how much was lost on the bus, by cause."""
+        return self._bus.losses()
+
     def close(self) -> None:
         """Leave the bus."""
         self._bus.close()
