@@ -27,7 +27,7 @@ test: setup .venv/.dev ## run the tests
 	@$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(ARGS)
 
 test-vcan: setup .venv/.dev ## run the tests that need SocketCAN (root; says what is missing)
-	@tests/vcan/run $(BIN)/python -m pytest -m vcan $(ARGS)
+	@tests/vcan/run $(BIN)/python -m pytest -m vcan tests/vcan $(ARGS)
 
 lint: setup .venv/.dev ## style, types, import rules
 	@$(BIN)/ruff check

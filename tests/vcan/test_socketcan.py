@@ -55,7 +55,7 @@ class TestSocketCan(BusContract, TwoProcesses):
             a.send([(1, b"after")])
             assert collect(a, 1) == [(2, b"after")]
             assert collect(listener, 2) == [(1, b"after"), (2, b"after")]
-            assert a.losses() == {"not_sent": 2, "overrun": 0, "failed_drains": 1}
+            assert a.losses() == {"not_sent": 2, "overrun": 0, "failed_drains": 0}
             assert listener.losses() == {"not_sent": 0, "overrun": 0, "failed_drains": 1}
 
     def test_remote_requests_are_not_delivered(self, spec, plain):
