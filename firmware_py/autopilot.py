@@ -14,7 +14,7 @@ from firmware_py.records.order import Change, Order
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.gate import Gate
 from firmware_py.safety.supervisor import Supervisor
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 
 class StateEstimator(Protocol):

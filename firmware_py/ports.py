@@ -9,7 +9,7 @@ from firmware_py.records.command import Applied
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Order
 from firmware_py.records.sensing import SensorFrame
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 
 class Hardware(Protocol):

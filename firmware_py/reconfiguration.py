@@ -23,7 +23,7 @@ from firmware_py.records.mission import Mission
 from firmware_py.records.order import Change, FenceChange, MissionChange, ParameterChange
 from firmware_py.safety.gate import Gate
 from firmware_py.safety.supervisor import SafetyParams, Supervisor
-from firmware_py.schedule import step_ns
+from firmware_py.tick import step_ns
 from firmware_py.vehicle.vehicle import Vehicle
 
 

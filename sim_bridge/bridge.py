@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Protocol
 
 from firmware_py.params import ParamError
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 from sim_bridge.faults import Fault, Faults
 from sim_bridge.plant.plant import Plant
 from sim_bridge.truth_sample import TruthSample

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from firmware_py.adapters.lockstep.lockstep_link import BYE, HELLO, TIMEOUT, VERSION, LockstepError, LockstepLink
-from firmware_py.wire.dronecan.messages import TICK, TICK_DONE
-from firmware_py.wire.dronecan.protocol import LockstepTick
+from firmware_py.wire.dronecan.message_table import TICK, TICK_DONE
+from firmware_py.wire.dronecan.node_messages import LockstepTick
 
 _HELLO_PERIOD = 0.2
 """How often hello is sent to a vehicle that has not acknowledged yet, s."""

@@ -7,7 +7,7 @@ import math
 from firmware_py.marine import wrap
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import CENTRED_STICKS, NO_ORDER, Arming, Order, Setpoint, Sticks
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 from sim_bridge.completion import Completion
 from sim_bridge.scenarios import Scenario, ScenarioOrder, Zigzag
 

@@ -1,4 +1,4 @@
-"""The serial driver of a Water Linked DVL: bytes from pyserial, sentences from `wire.waterlink`."""
+"""The serial driver of a Water Linked DVL: bytes from pyserial, sentences from `wire.serial.waterlink_dvl`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import serial
 from firmware_py.adapters.buses.can_bus import BusError
 from firmware_py.params import param
 from firmware_py.records.sensing import Dvl, Heard
-from firmware_py.wire.serial.waterlink import LineBuffer, Velocity
+from firmware_py.wire.serial.waterlink_dvl import LineBuffer, Velocity
 
 BYTES_PER_TICK = 4096
 LONGEST_DELAY_US = 10_000_000

@@ -13,11 +13,11 @@ from firmware_py.adapters.io_params import IoParams
 from firmware_py.marine import euler_from_quaternion
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import Ahrs, Battery, Fix, Heard, SensorFrame, silence
-from firmware_py.schedule import Rate, Tick
-from firmware_py.wire.dronecan import equipment as eq
-from firmware_py.wire.dronecan import messages as m
+from firmware_py.tick import Rate, Tick
+from firmware_py.wire.dronecan import equipment_messages as eq
+from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
-from firmware_py.wire.dronecan.protocol import GetNodeInfoResponse, HardwareVersion, NodeStatus, SoftwareVersion
+from firmware_py.wire.dronecan.node_messages import GetNodeInfoResponse, HardwareVersion, NodeStatus, SoftwareVersion
 from firmware_py.wire.dronecan.transfer import Dropped, Reassembler, Transfer, TransferSender
 
 NAME = b"org.sternplane.autopilot"

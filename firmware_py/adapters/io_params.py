@@ -6,9 +6,9 @@ from dataclasses import dataclass, field, fields
 
 from firmware_py.adapters.buses.can_bus import CanParams, NodeIds
 from firmware_py.adapters.dvl import DvlPortParams
-from firmware_py.adapters.realtime import RealtimeParams
+from firmware_py.adapters.linux_realtime import RealtimeParams
 from firmware_py.params import ParamError, param
-from firmware_py.schedule import Rate
+from firmware_py.tick import Rate
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,21 +12,21 @@ from firmware_py.control.depth import DepthControl, DepthControlMemory
 from firmware_py.control.feed_forward import attitude_rates
 from firmware_py.control.heading import HeadingControl, HeadingControlMemory
 from firmware_py.control.pid import DepthPidGains, DepthPidLaw, HeadingPidLaw, PidGains
-from firmware_py.control.sliding_mode_gains import (
+from firmware_py.control.sliding_mode_law import SlidingModeLaw
+from firmware_py.control.sliding_mode_params import (
     PAPER_DEPTH_GAINS,
     PAPER_HEADING_GAINS,
     DepthSlidingGains,
     GainSet,
     HeadingSlidingGains,
 )
-from firmware_py.control.sliding_mode_law import SlidingModeLaw
 from firmware_py.control.speed import SpeedControl, SpeedParams
 from firmware_py.marine import clip
 from firmware_py.params import ParamError, TakesEffect, param, table
 from firmware_py.records.command import Demand, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.order import Mode, Order
-from firmware_py.schedule import Rate, Tick
+from firmware_py.tick import Rate, Tick
 from firmware_py.vehicle.linear_models import diving_model, steering_model
 from firmware_py.vehicle.vehicle import Vehicle
 

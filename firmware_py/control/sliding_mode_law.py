@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from firmware_py.control.sliding_mode_design import DesignError, SlidingDesign, control_law, design_sliding_mode
-from firmware_py.control.sliding_mode_gains import SlidingGains
+from firmware_py.control.sliding_mode_params import SlidingGains
 from firmware_py.marine import clip
 from firmware_py.params import ParamError
 from firmware_py.vehicle.linear_models import LinearModel, Vector3

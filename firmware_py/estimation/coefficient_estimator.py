@@ -13,8 +13,8 @@ import numpy as np
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import EkfMemory
+from firmware_py.estimation.coefficient_validity import CoefficientValidity, ValidityMemory, ValidityParams
 from firmware_py.estimation.fixed_lag_buffer import FixedLagBuffer, FixedLagBufferMemory, FixedLagBufferParams, Span
-from firmware_py.estimation.health import Health, HealthMemory, HealthParams
 from firmware_py.estimation.identifiability import Known, report, reported
 from firmware_py.estimation.model.state import CURRENT_EAST, CURRENT_NORTH, MOVING, STILL
 from firmware_py.params import TakesEffect, param, table
@@ -22,7 +22,7 @@ from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned, StateEstimate
 from firmware_py.records.event import Cause, Event
 from firmware_py.records.sensing import SensorFrame
-from firmware_py.schedule import Rate, Tick
+from firmware_py.tick import Rate, Tick
 from firmware_py.vehicle.vehicle import Vehicle
 
 SAID, WORDED = Rate.HZ_10, Rate.HZ_1
@@ -65,7 +65,7 @@ class CoefficientEstimatorMemory(NamedTuple):
 
     horizon: FixedLagBufferMemory
     ekf: EkfMemory
-    health: HealthMemory
+    health: ValidityMemory
     running: bool
     begun: bool
     resets: int
@@ -78,7 +78,7 @@ class CoefficientEstimator:
     """Follows the vehicle a lag behind, and says what it has learned."""
 
     def __init__(
-        self, params: LearningParams, coefficients: CoefficientParams, health: HealthParams, vehicle: Vehicle
+        self, params: LearningParams, coefficients: CoefficientParams, health: ValidityParams, vehicle: Vehicle
     ) -> None:
         """Makes the filter.
 
@@ -90,7 +90,7 @@ class CoefficientEstimator:
         first, count = self.ekf.model.first, len(coefficients.names)
         self._count, self._learned = count, slice(first, first + count)
         self._horizon = FixedLagBuffer(params.horizon, vehicle)
-        self._health = Health(health, self.ekf.model, count)
+        self._health = CoefficientValidity(health, self.ekf.model, count)
         self._running = self._begun = False
         self._resets = self._filter_resets = self._iterations = 0
         self._variances = [P.diagonal()[self._learned] for P in self.ekf.P]
@@ -101,11 +101,11 @@ class CoefficientEstimator:
         self._permit()
         self._said = self._say(None, self._report())
 
-    def under(self, params: LearningParams, health: HealthParams, vehicle: Vehicle) -> CoefficientEstimator:
+    def under(self, params: LearningParams, health: ValidityParams, vehicle: Vehicle) -> CoefficientEstimator:
         """One that goes on from here by other rules; of the two only one may go on, for they share the filter."""
         other = copy.copy(self)
         other._params = params
-        other._health = Health(health, self.ekf.model, self._count)
+        other._health = CoefficientValidity(health, self.ekf.model, self._count)
         other._health.thaw(self._health.freeze())
         if params.horizon != self._params.horizon:
             other._horizon = FixedLagBuffer(params.horizon, vehicle)

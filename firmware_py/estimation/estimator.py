@@ -13,15 +13,15 @@ from firmware_py.estimation.coefficient_estimator import (
     LearningParams,
 )
 from firmware_py.estimation.coefficient_params import CoefficientParams
+from firmware_py.estimation.coefficient_validity import ValidityParams
 from firmware_py.estimation.filter.bank_arrays import BankArrays
-from firmware_py.estimation.health import HealthParams
 from firmware_py.estimation.navigation.navigation import KeptNavigation, Navigation, NavigationMemory, NavigationParams
 from firmware_py.marine import Origin
 from firmware_py.params import table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.sensing import SensorFrame
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 from firmware_py.vehicle.vehicle import Vehicle
 
 _NAVIGATED = attrgetter(*(field.name for field in fields(StateEstimate) if field.name != "learned"))
@@ -34,7 +34,7 @@ class EstimationParams(NavigationParams):
 
     learning: LearningParams = table(LearningParams, mav="LRN_")
     coefficients: CoefficientParams = table(CoefficientParams, mav="COF_")
-    health: HealthParams = table(HealthParams, mav="HLT_")
+    health: ValidityParams = table(ValidityParams, mav="HLT_")
 
 
 def same_filter(one: EstimationParams, other: EstimationParams) -> bool:

@@ -21,7 +21,7 @@ from firmware_py.records.event import Event, EventKind, severity_of
 from firmware_py.records.fence import NO_FENCE, NOWHERE, Fence, Place
 from firmware_py.records.mission import Loiter, Manoeuvre, Mission, Surface, Waypoint
 from firmware_py.records.order import Mode, Order, Setpoint
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 __all__ = ["Guidance", "GuidanceParams"]
 

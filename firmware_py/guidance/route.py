@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 from firmware_py.guidance.circle import Circle
 from firmware_py.guidance.line_of_sight import Leg, is_passed, leg
+from firmware_py.guidance.rally_point import nearest_rally_point
 from firmware_py.marine import wrap
 from firmware_py.records.event import Event, EventKind, severity_of
-from firmware_py.records.fence import NO_FENCE, Fence, Place, nearest_rally_point
+from firmware_py.records.fence import NO_FENCE, Fence, Place
 from firmware_py.records.mission import Jump, Loiter, Mission, MissionItem, Surface, Waypoint
 
 

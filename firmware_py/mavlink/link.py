@@ -16,9 +16,10 @@ from firmware_py.mavlink.base.signing import SignedMavlink, Signing
 from firmware_py.mavlink.base.statustext import StatusTexts
 from firmware_py.mavlink.commands.dispatch import CommandDispatch
 from firmware_py.mavlink.commands.manual_control import ManualControlParams, sticks
-from firmware_py.mavlink.commands.pre_flight import PreFlight
+from firmware_py.mavlink.commands.mode_commands import ModeCommands
+from firmware_py.mavlink.commands.preflight_commands import PreflightCommands
 from firmware_py.mavlink.commands.queue import CommandQueue, CommandResult
-from firmware_py.mavlink.commands.setpoints import Setpoints
+from firmware_py.mavlink.commands.setpoint_commands import SetpointCommands
 from firmware_py.mavlink.plans.plan_store import PlanStore
 from firmware_py.mavlink.plans.upload import PlanUpload
 from firmware_py.mavlink.telemetry.message_requests import MessageRequests
@@ -27,7 +28,7 @@ from firmware_py.mavlink.telemetry.streams import DEFAULT_STREAMS, HIGH_LATENCY_
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import Event, Severity
 from firmware_py.records.event_text import sentences
-from firmware_py.schedule import NS_PER_S, Tick
+from firmware_py.tick import NS_PER_S, Tick
 
 MAX_PARSED_PER_TICK = 32
 """Parse attempts (messages, and bytes that look like the beginning of one) in a tick, over all links."""
@@ -70,19 +71,18 @@ class Link:
         self._waiting: deque[Message] = deque()
         self._requested: dict[int, None] = {}
         requests = MessageRequests(self, configuration.identity, self._streams, encoders)
-        setpoints, pre_flight = (
-            Setpoints(number, self, queue, plan_store),
-            PreFlight(self, queue, plan_store.water_frame),
-        )
+        setpoints = SetpointCommands(number, self, queue, plan_store)
+        preflight = PreflightCommands(self, queue, plan_store.water_frame)
         self.plan_upload = PlanUpload(number, plan_store, self, queue, configuration.identity)
-        handlers = requests.command_handlers() | setpoints.command_handlers() | pre_flight.command_handlers()
+        handlers = requests.command_handlers() | setpoints.command_handlers() | preflight.command_handlers()
         handlers |= self.plan_upload.command_handlers()
-        self._dispatch = CommandDispatch(number, self, queue, handlers, self.plan_upload.mission_refusal)
+        modes = ModeCommands(number, queue, self.plan_upload.mission_refusal)
+        self._dispatch = CommandDispatch(self, modes, handlers)
         self.handlers: dict[int, MessageHandler] = {
             **self._dispatch.message_handlers(),
             **requests.message_handlers(),
             **setpoints.message_handlers(),
-            **pre_flight.message_handlers(),
+            **preflight.message_handlers(),
             dialect.MAVLINK_MSG_ID_MANUAL_CONTROL: self._manual_control_received,
         }
         """The handler of each message id that is received here."""

@@ -36,7 +36,7 @@ from firmware_py.mavlink.telemetry.system_state import SystemState
 from firmware_py.mavlink.telemetry.time_sync import Calendar, TimeSync
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode, Order
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 __all__ = ["MavlinkParams", "Node", "NodeSettings", "SharedState", "VehicleDescription"]
 

@@ -9,7 +9,7 @@ from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Event
 from firmware_py.records.order import ANY_LENGTH, Order
 from firmware_py.records.sensing import SensorFrame
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -185,18 +185,6 @@ def fence_from_plain(table: Mapping[str, Any]) -> Fence:
 def rally_from_plain(table: Mapping[str, Any]) -> tuple[Place, ...]:
     """Return the rally points from {"points": [[x, y], ...]}; an empty table has none."""
     return tuple(Place(*point) for point in table.get("points", ()))
-
-
-def nearest_rally_point(places: Iterable[Place], fence: Fence, x: float, y: float) -> Place | None:
-    """Return the nearest place that a straight leg from (x, y), m, reaches without leaving the fence; None without one.
-
-    From outside the fence every leg begins outside: then a place only has to be inside.
-    """
-    outside = fence.breach_at(x, y) != WITHIN
-    for place in sorted(places, key=lambda place: math.hypot(place.x - x, place.y - y)):
-        if not (fence.breach_at(*place) if outside else fence.leg_problem(x, y, *place)):
-            return place
-    return None
 
 
 def _plain(area: Area) -> list[Any]:

@@ -10,7 +10,7 @@ from firmware_py.adapters.storage.recorder import LogError, LogRecorder, LogWrit
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event_text import texts
 from firmware_py.run.sensor_watch import SensorWatch
-from firmware_py.schedule import NS_PER_S
+from firmware_py.tick import NS_PER_S
 
 _STATUS_NS = 10 * NS_PER_S
 """Interval of the status lines."""

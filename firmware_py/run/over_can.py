@@ -8,19 +8,19 @@ from dataclasses import astuple
 from pathlib import Path
 
 from firmware_py import loop
-from firmware_py.adapters import realtime
+from firmware_py.adapters import linux_realtime
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
-from firmware_py.adapters.clock import RealTime
 from firmware_py.adapters.dvl import DvlPort
 from firmware_py.adapters.hardware import CanHardware
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.lockstep.lockstep_client import LockstepClient, acknowledge_hello, wait_for_plant
 from firmware_py.adapters.lockstep.lockstep_link import LockstepLink
+from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.autopilot import Autopilot
 from firmware_py.ports import Ground, Recorder
 from firmware_py.run.errors import UsageError
-from firmware_py.schedule import step_ns
+from firmware_py.tick import step_ns
 
 PLANT_S = 60.0
 """How long to wait for a plant, s."""
@@ -84,7 +84,7 @@ def run(
         stack.callback(line.close)
         hardware = CanHardware(io, len(autopilot.applied.fins), lockstep if pace == "bus" else bus, line)
         stack.callback(lambda: losses.update(hardware.losses()))
-        for refusal in stack.enter_context(realtime.apply_while(io.realtime)):
+        for refusal in stack.enter_context(linux_realtime.apply_while(io.realtime)):
             say(refusal)
         if pace == "bus":
             client = LockstepClient(hardware, lockstep, dt_ns, stop)
@@ -93,7 +93,7 @@ def run(
         if meet_plant:
             acknowledge_hello(lockstep)
         try:
-            schedule = RealTime(dt_ns, lambda _: not stop(), io.realtime.spin_ns)
+            schedule = RealTimeSchedule(dt_ns, lambda _: not stop(), io.realtime.spin_ns)
             loop.run(autopilot, hardware, ground, recorder, schedule)
         finally:
             hardware.park()

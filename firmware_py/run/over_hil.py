@@ -6,13 +6,13 @@ import contextlib
 from collections.abc import Callable
 
 from firmware_py import config_files, loop
-from firmware_py.adapters import realtime
+from firmware_py.adapters import linux_realtime
 from firmware_py.adapters.hil.hil_hardware import HilHardware, HilSchedule
 from firmware_py.adapters.hil.hil_link import Address, HilLink, connect
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.autopilot import Autopilot
 from firmware_py.ports import Ground, Recorder
-from firmware_py.schedule import step_ns
+from firmware_py.tick import step_ns
 
 PLANT_S = 60.0
 """How long to wait for a simulator, s."""
@@ -60,7 +60,7 @@ def run(
     with contextlib.closing(link), contextlib.ExitStack() as stack:
         stack.callback(lambda: losses.update(hil_malformed=link.malformed))
         hardware = HilHardware(link, [*(fin.delta_max for fin in vehicle.fins), vehicle.propeller.n_max])
-        with realtime.apply_while(io.realtime) as refusals:
+        with linux_realtime.apply_while(io.realtime) as refusals:
             for refusal in refusals:
                 say(refusal)
             loop.run(autopilot, hardware, ground, recorder, HilSchedule(hardware, link, dt_ns, stop))

@@ -14,7 +14,7 @@ from firmware_py.params import param
 from firmware_py.records.command import Applied, FinCommand, ModeState
 from firmware_py.records.order import Mode
 from firmware_py.records.sensing import SensorFrame
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 _TIME_ROUNDING = 1e-6
 """A time of validity may be rounded past the present by so much, s."""

@@ -16,7 +16,7 @@ from firmware_py.records.fence import NO_FENCE, Fence
 from firmware_py.records.order import NOBODY, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.rules import ARMING, RULES, Conditions, Rule, SafetyParams, safer
-from firmware_py.schedule import NS_PER_S, Tick
+from firmware_py.tick import NS_PER_S, Tick
 
 __all__ = ["SafetyParams", "Supervisor", "SupervisorMemory"]
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from firmware_py.marine import clip
 from firmware_py.params import param
-from firmware_py.wire.dronecan.equipment import ActuatorStatus, ArrayCommand, EscStatus, RpmCommand
-from firmware_py.wire.dronecan.messages import ACTUATOR_STATUS, ESC_STATUS
+from firmware_py.wire.dronecan.equipment_messages import ActuatorStatus, ArrayCommand, EscStatus, RpmCommand
+from firmware_py.wire.dronecan.message_table import ACTUATOR_STATUS, ESC_STATUS
 from sim_bridge.devices.node import DeviceNode
 
 UNITLESS, POSITION = 0, 1

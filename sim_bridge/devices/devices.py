@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
 from firmware_py.adapters.buses.can_bus import FramePort, NodeIds
-from firmware_py.wire.dronecan import messages as m
+from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.transfer import Reassembler, Transfer
 from sim_bridge.devices.actuator_nodes import Esc, EscParams, ServoHub, ServoHubParams

@@ -11,8 +11,8 @@ from typing import Any, Generic, TypeVar
 
 from firmware_py.marine import quaternion_from_euler
 from firmware_py.records.sensing import Ahrs, Battery, Fix
-from firmware_py.wire.dronecan import equipment as eq
-from firmware_py.wire.dronecan import messages as m
+from firmware_py.wire.dronecan import equipment_messages as eq
+from firmware_py.wire.dronecan import message_table as m
 from sim_bridge.devices.instruments import Instruments, InstrumentsParams, MeasuredPlant
 from sim_bridge.devices.node import DeviceNode
 from sim_bridge.devices.sensors import Sensor

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TypeVar
 
 from firmware_py.adapters.buses.can_bus import FramePort
-from firmware_py.wire.dronecan.messages import GET_NODE_INFO, GET_NODE_INFO_RESPONSE, NODE_STATUS, MessageType
-from firmware_py.wire.dronecan.protocol import GetNodeInfoResponse, HardwareVersion, NodeStatus, SoftwareVersion
+from firmware_py.wire.dronecan.message_table import GET_NODE_INFO, GET_NODE_INFO_RESPONSE, NODE_STATUS, MessageType
+from firmware_py.wire.dronecan.node_messages import GetNodeInfoResponse, HardwareVersion, NodeStatus, SoftwareVersion
 from firmware_py.wire.dronecan.transfer import Reassembler, Transfer, TransferSender
 
 R = TypeVar("R")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from firmware_py.records.sensing import Dvl
-from firmware_py.wire.serial import waterlink
+from firmware_py.wire.serial import waterlink_dvl
 from sim_bridge.devices.instruments import MeasuredPlant
 from sim_bridge.devices.sensors import Sensor
 from sim_bridge.devices.serial_line import SerialLine
@@ -38,8 +38,8 @@ class SerialDvl:
         covariance = (fom**2, 0.0, 0.0, 0.0, fom**2, 0.0, 0.0, 0.0, fom**2)
         since_last_ms = (valid_us - self._last_us) / 1000.0 if self._last_us else 0.0
         self._last_us = valid_us
-        return waterlink.encode(
-            waterlink.Velocity(
+        return waterlink_dvl.encode(
+            waterlink_dvl.Velocity(
                 u, v, w, dvl is not None, altitude, fom, covariance, valid_us, sent_us, since_last_ms, status=0
             )
         )

@@ -19,8 +19,8 @@ from dronecan.dsdl.common import crc16_from_bytes
 from firmware_py.adapters.buses import multicast_bus
 from firmware_py.adapters.buses.can_bus import BusError, open_bus
 from firmware_py.adapters.buses.node_id_check import heard_nodes, refuse_if_taken
-from firmware_py.wire.dronecan.equipment import ActuatorCommand, ArrayCommand
-from firmware_py.wire.dronecan.messages import ARRAY_COMMAND
+from firmware_py.wire.dronecan.equipment_messages import ActuatorCommand, ArrayCommand
+from firmware_py.wire.dronecan.message_table import ARRAY_COMMAND
 from firmware_py.wire.dronecan.transfer import TransferSender
 from sim_bridge.devices.node import DeviceNode
 

@@ -23,7 +23,7 @@ from firmware_py.mavlink.node import SharedState
 from firmware_py.reconfiguration import node_settings
 from firmware_py.records.order import CENTRED_STICKS, KEEP_SETPOINT, NO_ORDER, Arming, Mode, Order, Setpoint, Sticks
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 CONFIG = Path(__file__).resolve().parents[2] / "configs" / "npsauv2"
 DT_NS = 10_000_000

@@ -16,7 +16,7 @@ from firmware_py.mavlink.node import STATE_FILES, SharedState, VehicleDescriptio
 from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.reconfiguration import node_settings
 from firmware_py.records.order import NO_ORDER, NOBODY, Arming, Asker, Mode, Order, ParameterChange, Setpoint
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 from .test_ground import CONFIG, DT_NS, frame
 

@@ -8,7 +8,7 @@ import pytest
 import serial
 
 from firmware_py.marine import Eta, Nu, Origin, euler_from_quaternion, local_to_geodetic
-from firmware_py.wire.serial import waterlink
+from firmware_py.wire.serial import waterlink_dvl
 
 from .conftest import ORIGIN
 
@@ -163,10 +163,10 @@ def test_dvl_lines_reach_pyserial_whole_in_the_tick_that_delivers_them(pinged):
     assert [k for k, _ in heard] == [10, 30]
     for _, line in heard:
         assert line.count(b"\r\n") == 1
-        report = waterlink.decode(line.strip())
+        report = waterlink_dvl.decode(line.strip())
         assert (report.vx, report.vy, report.vz, report.valid, report.altitude) == (1.8, -0.25, 0.125, True, 20.0)
         assert report.time_of_transmission_us - report.time_of_validity_us == 100_000
-    first, second = (waterlink.decode(line.strip()) for _, line in heard)
+    first, second = (waterlink_dvl.decode(line.strip()) for _, line in heard)
     assert second.time_of_validity_us - first.time_of_validity_us == 200_000
     assert second.time_ms == 200.0
 
@@ -177,7 +177,7 @@ def test_dvl_reads_over_water_too_deep_for_it_say_so(pinged):
         plant.nu = Nu(1.8, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     for _, line in pinged(deep):
-        report = waterlink.decode(line.strip())
+        report = waterlink_dvl.decode(line.strip())
         assert not report.valid
         assert (report.vx, report.vy, report.vz, report.altitude) == (0.0, 0.0, 0.0, -1.0)
 

@@ -14,7 +14,7 @@ from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import load
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 from sim_bridge.devices.serial_line import SerialLine
 
 from .conftest import Peer

@@ -17,7 +17,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import EventKind
 from firmware_py.records.mission import Mission, Waypoint
 from firmware_py.records.order import NO_ORDER, MissionChange, Mode, Order, ParameterChange
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 SCENARIO = """
 description = "A short dive, while a station changes its mind."

@@ -21,7 +21,7 @@ from firmware_py.mavlink.telemetry.health import Actuators
 from firmware_py.reconfiguration import node_settings
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Order
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 from tests.dive import DIVE
 
 LIST, OPEN, BURST, CRC = 3, 4, 15, 14

@@ -13,12 +13,12 @@ from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, BuslessFlight, fl
 
 from firmware_py.estimation.coefficient_estimator import CoefficientEstimator, LearningParams
 from firmware_py.estimation.coefficient_params import CoefficientParams
-from firmware_py.estimation.health import HealthParams
+from firmware_py.estimation.coefficient_validity import ValidityParams
 from firmware_py.marine import Eta, Nu
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned, StateEstimate
 from firmware_py.records.sensing import Ahrs, Dvl, Heard, SensorFrame, silence
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 from .cases import TRUTH, VEHICLE
 
@@ -116,10 +116,10 @@ def deaf(moments: Iterable[Moment], sensor: str, begin: float, end: float) -> It
 
 
 def learner(
-    params: LearningParams | None = None, health: HealthParams | None = None, **coefficients: object
+    params: LearningParams | None = None, health: ValidityParams | None = None, **coefficients: object
 ) -> CoefficientEstimator:
     return CoefficientEstimator(
-        params or LearningParams(), CoefficientParams(**coefficients), health or HealthParams(), VEHICLE
+        params or LearningParams(), CoefficientParams(**coefficients), health or ValidityParams(), VEHICLE
     )
 
 

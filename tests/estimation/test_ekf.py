@@ -12,8 +12,9 @@ from sternplane.bench.ekf import STD, H, flight
 
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
-from firmware_py.estimation.filter.covariance import propagate, update_covariance, update_state
 from firmware_py.estimation.filter.kernel_arguments import BATCH, UpdateRows, new_scratch, padded
+from firmware_py.estimation.filter.measurement_update import update_covariance, update_state
+from firmware_py.estimation.filter.time_update import propagate
 from firmware_py.estimation.model.kernel_arguments import ForceTerms, Model, new_linearisation
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.estimation.model.state import CURRENT, EDDIES, EQUATIONS, MOVING, STILL, WATER
@@ -95,9 +96,10 @@ def test_a_batch_of_updates_is_that_of_dense_matrices_one_by_one(seed: int, n: i
         seen = np.eye(n)[i] + (np.eye(n)[bias] if bias >= 0 else 0.0)
         innovation = 100.0 * math.sqrt(seen @ P_2 @ seen + variance) if outlier and slot == 1 else rng.normal()
         size = seen @ P_2 @ seen + variance
-        nis, S = update_state(x, P, learns, i, bias, innovation, variance, 5.0, slot, rows)
+        nis, S, accepted = update_state(x, P, learns, i, bias, innovation, variance, 5.0, slot, rows)
         assert (nis, S) == pytest.approx((innovation**2 / size, size), rel=1e-9)
-        if nis <= 25.0:
+        assert accepted == (nis <= 25.0)
+        if accepted:
             dense(x_2, P_2, seen, innovation, variance, learns[:n])
     update_covariance(P, learns, rows)
     np.testing.assert_allclose(x[:n], x_2, rtol=1e-8, atol=1e-9)
@@ -112,8 +114,8 @@ def test_a_rejected_measurement_changes_nothing() -> None:
     P, x, rows = covariance(rng, 14), np.zeros(16), empty(16)
     before = P.copy()
     for bad in (math.nan, math.inf, 1e9):
-        nis, _ = update_state(x, P, np.ones(16), 2, -1, bad, 0.1, 5.0, 0, rows)
-        assert not nis <= 25.0
+        _, _, accepted = update_state(x, P, np.ones(16), 2, -1, bad, 0.1, 5.0, 0, rows)
+        assert not accepted
         update_covariance(P, np.ones(16), rows)
     np.testing.assert_array_equal(P, before)
     assert not x.any()

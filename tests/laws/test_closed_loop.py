@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from firmware_py.control.control import Control, ControlParams, LawKind
-from firmware_py.control.sliding_mode_gains import GainSet
+from firmware_py.control.sliding_mode_params import GainSet
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.guidance.reference_model import Shape
 from firmware_py.marine import Eta, Nu, wrap
@@ -20,7 +20,7 @@ from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.mission import Mission
 from firmware_py.records.order import NO_ORDER, Mode, Order, Setpoint
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 from firmware_py.vehicle.linear_models import LinearModel, diving_model, steering_model
 from firmware_py.vehicle.vehicle import Vehicle
 

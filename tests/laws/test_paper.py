@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from firmware_py.control.sliding_mode_design import control_law, design_sliding_mode, sliding_surface
-from firmware_py.control.sliding_mode_gains import PAPER_DEPTH_GAINS, PAPER_HEADING_GAINS
+from firmware_py.control.sliding_mode_params import PAPER_DEPTH_GAINS, PAPER_HEADING_GAINS
 from firmware_py.params import load
 from firmware_py.vehicle.linear_models import LinearModel, diving_model, steering_model
 from firmware_py.vehicle.vehicle import Vehicle

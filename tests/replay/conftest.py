@@ -22,7 +22,7 @@ from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.order import Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Heard, SensorFrame, silence
 from firmware_py.run import provenance
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 from sim_bridge.truth_sample import TruthSample
 
 STEP_NS = 10_000_000

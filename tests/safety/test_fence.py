@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firmware_py.guidance.rally_point import nearest_rally_point
 from firmware_py.records.fence import (
     NO_FENCE,
     Disc,
@@ -18,7 +19,6 @@ from firmware_py.records.fence import (
     Polygon,
     fence_from_plain,
     fence_to_plain,
-    nearest_rally_point,
 )
 from firmware_py.records.order import Arming, Mode
 from firmware_py.safety.supervisor import Supervisor
@@ -131,7 +131,7 @@ EAST, NORTH, WEST, FAR = Place(0.0, 9.0), Place(10.0, 0.0), Place(0.0, -9.5), Pl
         (Fence((Disc(0.0, 0.0, 5.0),)), 20.0, None),
     ],
 )
-def test_a_haven_is_the_nearest_place_to_which_a_straight_way_keeps_to_the_fence(
+def test_the_rally_point_is_the_nearest_to_which_a_straight_leg_keeps_to_the_fence(
     fence: Fence, x: float, best: Place | None
 ) -> None:
     assert nearest_rally_point((NORTH, EAST, WEST, FAR), fence, x, 0.0) == best

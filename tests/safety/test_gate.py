@@ -19,7 +19,7 @@ from firmware_py.records.command import Applied, FinCommand, ModeState
 from firmware_py.records.order import Mode
 from firmware_py.records.sensing import Ahrs, Heard, SensorFrame, silence
 from firmware_py.safety import gate
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 DT_NS = 10_000_000
 TRAVEL = (0.4, 0.3, 0.2, 0.1)  # rad

@@ -18,7 +18,7 @@ from firmware_py.records.order import NO_ORDER, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame, never
 from firmware_py.safety.rules import ARMING, RULES, SafetyParams, safer
 from firmware_py.safety.supervisor import Supervisor
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 DT_NS = 10_000_000
 PARAMS = SafetyParams()

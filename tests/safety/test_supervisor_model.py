@@ -17,7 +17,7 @@ from firmware_py.records.order import NO_ORDER, Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Heard, silence
 from firmware_py.safety.rules import SafetyParams
 from firmware_py.safety.supervisor import Supervisor
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 DT_NS = 20_000_000
 PARAMS = SafetyParams(

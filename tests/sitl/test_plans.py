@@ -25,7 +25,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.order import MissionChange, Mode, Order, RallyChange
 from firmware_py.records.turning import AS_ASKED
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 SCENARIO = """
 description = "Holds a course until a station has something else to do."

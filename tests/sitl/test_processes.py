@@ -15,8 +15,8 @@ from sternplane.logs.replay import replay
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
 from firmware_py.adapters.lockstep.lockstep_link import HELLO, VERSION, LockstepLink
 from firmware_py.app import build
-from firmware_py.wire.dronecan.messages import TICK, TICK_DONE
-from firmware_py.wire.dronecan.protocol import LockstepTick, LockstepTickDone
+from firmware_py.wire.dronecan.message_table import TICK, TICK_DONE
+from firmware_py.wire.dronecan.node_messages import LockstepTick, LockstepTickDone
 from tests.command import called
 from tests.sitl.conftest import Start
 from tests.sitl.flights import Flights

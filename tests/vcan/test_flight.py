@@ -22,7 +22,7 @@ from sternplane.sitl.flight import FlightRequest, fly, prepare
 from firmware_py.adapters.storage.recorder import LogWriter, Recorder
 from firmware_py.records.order import Mode
 from firmware_py.run import over_can
-from firmware_py.wire.dronecan.messages import ARRAY_COMMAND
+from firmware_py.wire.dronecan.message_table import ARRAY_COMMAND
 from firmware_py.wire.dronecan.transfer import Reassembler
 from sim_bridge.scripted_operator import ScriptedOperator
 from tests.contract.bus_contract import PATIENCE, doors

@@ -11,8 +11,8 @@ import pytest
 
 from firmware_py.adapters.buses.can_bus import BusError, open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
-from firmware_py.wire.dronecan.equipment import ActuatorCommand, ArrayCommand
-from firmware_py.wire.dronecan.messages import ARRAY_COMMAND
+from firmware_py.wire.dronecan.equipment_messages import ActuatorCommand, ArrayCommand
+from firmware_py.wire.dronecan.message_table import ARRAY_COMMAND
 from firmware_py.wire.dronecan.transfer import TransferSender
 from tests.contract.bus_contract import BusContract, TwoProcesses, collect, doors
 

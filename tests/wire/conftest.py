@@ -8,7 +8,7 @@ import dronecan
 import pytest
 
 from firmware_py.wire.dronecan.dsdl_types import Boolean, DsdlArray, Float, Integer, Struct, Union, Void, struct_of
-from firmware_py.wire.dronecan.messages import TransferKind
+from firmware_py.wire.dronecan.message_table import TransferKind
 
 DSDL = pathlib.Path(__file__).parents[2] / "firmware_py" / "wire" / "dronecan" / "dsdl" / "sternplane"
 MODE = {TransferKind.MESSAGE: None, TransferKind.REQUEST: "request", TransferKind.RESPONSE: "response"}

@@ -11,7 +11,10 @@ from dronecan.transport import f16_from_f32
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.wire.dronecan import bitwise_codec, equipment, messages, protocol
+from firmware_py.wire.dronecan import bitwise_codec
+from firmware_py.wire.dronecan import equipment_messages as eq
+from firmware_py.wire.dronecan import message_table as m
+from firmware_py.wire.dronecan import node_messages as nodes
 from firmware_py.wire.dronecan.dsdl_types import (
     Boolean,
     DecodeError,
@@ -29,7 +32,7 @@ from firmware_py.wire.dronecan.dsdl_types import (
     union,
     upto,
 )
-from firmware_py.wire.dronecan.messages import BY_ID, TransferKind
+from firmware_py.wire.dronecan.message_table import BY_ID, TransferKind
 
 TYPES = list(BY_ID.values())
 NAMES = [f"{kind.name.rpartition('.')[2]}-{kind.kind.name.lower()}" for kind in TYPES]
@@ -139,45 +142,47 @@ def test_a_payload_too_short_or_too_long_is_refused(kind):
 
 
 def test_a_length_beyond_the_array_is_refused():
-    payload = bytearray(messages.AHRS_SOLUTION.encode(solution()))
+    payload = bytearray(m.AHRS_SOLUTION.encode(solution()))
     payload[15] = 10  # orientation_covariance holds at most 9
     with pytest.raises(DecodeError, match="at most 9"):
-        messages.AHRS_SOLUTION.decode(bytes(payload) + bytes(20))
+        m.AHRS_SOLUTION.decode(bytes(payload) + bytes(20))
     with pytest.raises(DecodeError, match="15 items"):
-        messages.ARRAY_COMMAND.decode(bytes(64))
+        m.ARRAY_COMMAND.decode(bytes(64))
     with pytest.raises(DecodeError, match="tag"):
-        messages.GET_SET.decode(bytes((0, 7)))
+        m.GET_SET.decode(bytes((0, 7)))
 
 
 def test_a_record_that_no_payload_can_say_is_refused():
     with pytest.raises(ValueError, match="at most 15"):
-        messages.ARRAY_COMMAND.encode(equipment.ArrayCommand((equipment.ActuatorCommand(0, 1, 0.0),) * 16))
-    short = protocol.HardwareVersion(unique_id=b"15 bytes only..")
-    answer = protocol.GetNodeInfoResponse(protocol.NodeStatus(0), protocol.SoftwareVersion(), short, b"")
+        m.ARRAY_COMMAND.encode(eq.ArrayCommand((eq.ActuatorCommand(0, 1, 0.0),) * 16))
+    short = nodes.HardwareVersion(unique_id=b"15 bytes only..")
+    answer = nodes.GetNodeInfoResponse(nodes.NodeStatus(0), nodes.SoftwareVersion(), short, b"")
     with pytest.raises(ValueError, match="must be 16"):
-        messages.GET_NODE_INFO_RESPONSE.encode(answer)
+        m.GET_NODE_INFO_RESPONSE.encode(answer)
     with pytest.raises(ValueError, match="tag 5"):
-        messages.GET_SET.encode(protocol.GetSetRequest(0, protocol.Value(5, 0), b""))
+        m.GET_SET.encode(nodes.GetSetRequest(0, nodes.Value(5, 0), b""))
     with pytest.raises(TypeError):
-        messages.NODE_STATUS.encode(protocol.NodeStatus(1.5))
+        m.NODE_STATUS.encode(nodes.NodeStatus(1.5))
 
 
 def solution():
-    return equipment.AhrsSolution(
-        0x01020304050607, (0.0, 0.5, -0.5, 1.0), (), (1.0, 2.0, -2.0), (), (0.0, 0.0, 9.8125), ()
-    )
+    return eq.AhrsSolution(0x01020304050607, (0.0, 0.5, -0.5, 1.0), (), (1.0, 2.0, -2.0), (), (0.0, 0.0, 9.8125), ())
 
 
 # By hand: float16 1 is 0x3C00, 0.5 0x3800, 2 0x4000, 9.8125 = 1.2265625 * 2^3 0x48E8; float32 101325 is 0x47C5E680.
 GOLDEN = [
-    (messages.STATIC_PRESSURE, equipment.StaticPressure(101325.0, 1.0), "80e6c547 003c"),
-    (messages.NODE_STATUS, protocol.NodeStatus(0x01020304, 2, 3, 5, 0xABCD), "04030201 9d cdab"),
-    (messages.AHRS_SOLUTION, solution(), "07060504030201 0000 0038 00b8 003c 00 003c 0040 00c0 00 0000 0000 e848"),
-    (messages.ARRAY_COMMAND, equipment.ArrayCommand((equipment.ActuatorCommand(7, 1, -0.5),)), "07 01 00b8"),
-    (messages.RPM_COMMAND, equipment.RpmCommand((0x0ABCD, -1)), "cdab 3ffff0"),
-    (messages.TICK, protocol.LockstepTick(5, 50_000_000, 9, 1), "05000000 80f0fa0200000000 0900 01"),
-    (messages.TICK_DONE, protocol.LockstepTickDone(5, 3), "05000000 0300"),
-    (messages.GET_NODE_INFO, protocol.GetNodeInfoRequest(), ""),
+    (m.STATIC_PRESSURE, eq.StaticPressure(101325.0, 1.0), "80e6c547 003c"),
+    (m.NODE_STATUS, nodes.NodeStatus(0x01020304, 2, 3, 5, 0xABCD), "04030201 9d cdab"),
+    (m.AHRS_SOLUTION, solution(), "07060504030201 0000 0038 00b8 003c 00 003c 0040 00c0 00 0000 0000 e848"),
+    (
+        m.ARRAY_COMMAND,
+        eq.ArrayCommand((eq.ActuatorCommand(7, 1, -0.5),)),
+        "07 01 00b8",
+    ),
+    (m.RPM_COMMAND, eq.RpmCommand((0x0ABCD, -1)), "cdab 3ffff0"),
+    (m.TICK, nodes.LockstepTick(5, 50_000_000, 9, 1), "05000000 80f0fa0200000000 0900 01"),
+    (m.TICK_DONE, nodes.LockstepTickDone(5, 3), "05000000 0300"),
+    (m.GET_NODE_INFO, nodes.GetNodeInfoRequest(), ""),
 ]
 
 
@@ -212,11 +217,11 @@ def test_layouts_that_no_message_has_are_exact():
     flags = Struct(lambda *fields: fields, (upto(Boolean(), 5), array(float16, 1)))
     assert bitwise_codec.encode(flags, ((True, False, True), (1.0,))) == bytes.fromhex("7400f0")
     assert bitwise_codec.decode(flags, bytes.fromhex("7400f0")) == ((True, False, True), (1.0,))
-    either = union(protocol.Value, Integer(8), Integer(16))
+    either = union(nodes.Value, Integer(8), Integer(16))
     assert bitwise_codec.encode(either, (1, 0x1234)) == bytes.fromhex("9a0900")
     assert bitwise_codec.decode(either, bytes.fromhex("9a0900")) == (1, 0x1234)
 
 
 def test_ids_are_unique_and_lockstep_is_vendor_specific():
     assert len(BY_ID) == len(TYPES)
-    assert all(20000 <= kind.data_type_id < 21000 for kind in (messages.TICK, messages.TICK_DONE))
+    assert all(20000 <= kind.data_type_id < 21000 for kind in (m.TICK, m.TICK_DONE))

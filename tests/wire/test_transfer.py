@@ -11,13 +11,15 @@ from dronecan.transport import Frame, Transfer, TransferError
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.wire.dronecan import equipment, messages, protocol
-from firmware_py.wire.dronecan.messages import BY_ID, TransferKind
+from firmware_py.wire.dronecan import equipment_messages as eq
+from firmware_py.wire.dronecan import message_table as m
+from firmware_py.wire.dronecan import node_messages as nodes
+from firmware_py.wire.dronecan.message_table import BY_ID, TransferKind
 from firmware_py.wire.dronecan.transfer import TIMEOUT, Dropped, Reassembler, TransferSender, can_id, frames_of
 
-FIX2, GET_NODE_INFO_RESPONSE = messages.FIX2, messages.GET_NODE_INFO_RESPONSE
-PRESSURE = equipment.StaticPressure(101325.0, 4.0)
-FLAT = equipment.AhrsSolution(1, (0.0, 0.0, 0.0, 1.0), (), (0.0, 0.0, 0.0), (), (0.0, 0.0, 0.0))
+FIX2, GET_NODE_INFO_RESPONSE = m.FIX2, m.GET_NODE_INFO_RESPONSE
+PRESSURE = eq.StaticPressure(101325.0, 4.0)
+FLAT = eq.AhrsSolution(1, (0.0, 0.0, 0.0, 1.0), (), (0.0, 0.0, 0.0), (), (0.0, 0.0, 0.0))
 FIX = FIX2.decode(bytes(50))
 ALL = tuple(BY_ID.values())
 
@@ -74,9 +76,9 @@ def test_every_length_arrives(length):
 
 
 def test_pydronecan_reads_our_frames_and_we_read_its(peer):
-    status = equipment.ActuatorStatus(3, 0.25, float("nan"), float("nan"), 127)
+    status = eq.ActuatorStatus(3, 0.25, float("nan"), float("nan"), 127)
     fix = FIX._replace(covariance=(1.0, 2.0, 3.0), pdop=1.5)
-    for kind, record in ((messages.ACTUATOR_STATUS, status), (FIX2, fix), (messages.AHRS_SOLUTION, FLAT)):
+    for kind, record in ((m.ACTUATOR_STATUS, status), (FIX2, fix), (m.AHRS_SOLUTION, FLAT)):
         ours = TransferSender(11).send(kind, record, priority=5)
         transfer = Transfer()
         transfer.from_frames([Frame(identifier, data) for identifier, data in ours])
@@ -90,17 +92,19 @@ def test_pydronecan_reads_our_frames_and_we_read_its(peer):
 
 def test_a_service_goes_there_and_back(peer):
     client, server = TransferSender(5), TransferSender(9)
-    at_server = Reassembler([messages.GET_NODE_INFO], node_id=9)
+    at_server = Reassembler([m.GET_NODE_INFO], node_id=9)
     at_client = Reassembler([GET_NODE_INFO_RESPONSE], node_id=5)
     for expected_id in range(3):
-        frames = client.send(messages.GET_NODE_INFO, protocol.GetNodeInfoRequest(), 20, destination=9)
+        frames = client.send(m.GET_NODE_INFO, nodes.GetNodeInfoRequest(), 20, destination=9)
         assert [
-            (f.message_id, bytes(f.bytes))
-            for f in theirs(messages.GET_NODE_INFO, b"", expected_id, 5, 9, 20).to_frames()
+            (f.message_id, bytes(f.bytes)) for f in theirs(m.GET_NODE_INFO, b"", expected_id, 5, 9, 20).to_frames()
         ] == frames
         (request,) = accept_all(at_server, frames)
-        info = protocol.GetNodeInfoResponse(
-            protocol.NodeStatus(7), protocol.SoftwareVersion(1, 2), protocol.HardwareVersion(3), b"org.sternplane.fins"
+        info = nodes.GetNodeInfoResponse(
+            nodes.NodeStatus(7),
+            nodes.SoftwareVersion(1, 2),
+            nodes.HardwareVersion(3),
+            b"org.sternplane.fins",
         )
         answer = server.respond(request, GET_NODE_INFO_RESPONSE, info)
         transfer = Transfer()
@@ -120,13 +124,10 @@ def test_a_service_goes_there_and_back(peer):
 
 def test_a_sender_counts_per_type_and_destination_modulo_32():
     sender = TransferSender(1)
-    ids = [sender.send(messages.STATIC_PRESSURE, PRESSURE)[0][1][-1] & 31 for _ in range(34)]
+    ids = [sender.send(m.STATIC_PRESSURE, PRESSURE)[0][1][-1] & 31 for _ in range(34)]
     assert ids == [*range(32), 0, 1]
-    assert sender.send(messages.NODE_STATUS, protocol.NodeStatus(0))[0][1][-1] == 0xC0
-    ask = [
-        sender.send(messages.GET_NODE_INFO, protocol.GetNodeInfoRequest(), destination=d)[0][1][-1] & 31
-        for d in (2, 3, 2)
-    ]
+    assert sender.send(m.NODE_STATUS, nodes.NodeStatus(0))[0][1][-1] == 0xC0
+    ask = [sender.send(m.GET_NODE_INFO, nodes.GetNodeInfoRequest(), destination=d)[0][1][-1] & 31 for d in (2, 3, 2)]
     assert ask == [0, 0, 1]
 
 
@@ -134,23 +135,23 @@ def test_a_sender_refuses_what_has_no_address():
     with pytest.raises(ValueError, match="127"):
         TransferSender(0)
     with pytest.raises(ValueError, match="destination 0"):
-        TransferSender(1).send(messages.GET_NODE_INFO, protocol.GetNodeInfoRequest())
+        TransferSender(1).send(m.GET_NODE_INFO, nodes.GetNodeInfoRequest())
     with pytest.raises(ValueError, match="priority 32"):
-        TransferSender(1).send(messages.STATIC_PRESSURE, PRESSURE, priority=32)
+        TransferSender(1).send(m.STATIC_PRESSURE, PRESSURE, priority=32)
     with pytest.raises(ValueError, match="destination 0"):
-        Reassembler([messages.GET_NODE_INFO])
+        Reassembler([m.GET_NODE_INFO])
 
 
 def long_frames(source, count=1):
     """Transfers of 5 frames."""
     sender = TransferSender(source)
-    return [sender.send(messages.AHRS_SOLUTION, FLAT) for _ in range(count)]
+    return [sender.send(m.AHRS_SOLUTION, FLAT) for _ in range(count)]
 
 
 @pytest.mark.parametrize("lost", range(5))
 def test_a_lost_frame_loses_its_transfer_and_no_other(lost):
     first, second, third = long_frames(7, 3)
-    reassembler = Reassembler([messages.AHRS_SOLUTION])
+    reassembler = Reassembler([m.AHRS_SOLUTION])
     done = accept_all(reassembler, first + second[:lost] + second[lost + 1 :] + third)
     assert [transfer.transfer_id for transfer in done] == [0, 2]
     assert dropped(reassembler)
@@ -158,7 +159,7 @@ def test_a_lost_frame_loses_its_transfer_and_no_other(lost):
 
 def test_each_loss_is_counted_as_what_it_is():
     def counted(frames):
-        reassembler = Reassembler([messages.AHRS_SOLUTION])
+        reassembler = Reassembler([m.AHRS_SOLUTION])
         assert [t.transfer_id for t in accept_all(reassembler, frames + long_frames(7, 2)[1])] == [1]
         return dropped(reassembler)
 
@@ -174,10 +175,10 @@ def test_each_loss_is_counted_as_what_it_is():
 def test_a_frame_twice_does_no_harm():
     (frames,) = long_frames(7)
     doubled = [frames[0], *[frame for frame in frames[1:-1] for _ in (0, 1)], frames[-1], frames[-1]]
-    reassembler = Reassembler([messages.AHRS_SOLUTION, messages.STATIC_PRESSURE])
+    reassembler = Reassembler([m.AHRS_SOLUTION, m.STATIC_PRESSURE])
     assert len(accept_all(reassembler, doubled)) == 1
     assert dropped(reassembler) == {"wrong_toggle": 3, "lost_start": 1}
-    single = TransferSender(7).send(messages.STATIC_PRESSURE, PRESSURE)
+    single = TransferSender(7).send(m.STATIC_PRESSURE, PRESSURE)
     assert len(accept_all(reassembler, single * 3)) == 1
     assert reassembler.dropped.duplicate == 2
     assert len(accept_all(reassembler, single, t=TIMEOUT + 0.1)) == 1
@@ -187,7 +188,7 @@ def test_frames_out_of_order_give_no_transfer():
     (frames,) = long_frames(7)
     for i in range(1, 4):
         swapped = [*frames[:i], frames[i + 1], frames[i], *frames[i + 2 :]]
-        assert accept_all(Reassembler([messages.AHRS_SOLUTION]), swapped) == []
+        assert accept_all(Reassembler([m.AHRS_SOLUTION]), swapped) == []
 
 
 @given(st.randoms(use_true_random=False))
@@ -195,9 +196,13 @@ def test_interleaved_sources_and_types_all_arrive(rng):
     queues = []
     for source in (3, 4, 120):
         sender = TransferSender(source)
-        for kind, record in ((messages.AHRS_SOLUTION, FLAT), (FIX2, FIX), (messages.STATIC_PRESSURE, PRESSURE)):
+        for kind, record in (
+            (m.AHRS_SOLUTION, FLAT),
+            (FIX2, FIX),
+            (m.STATIC_PRESSURE, PRESSURE),
+        ):
             queues.append([frame for _ in range(3) for frame in sender.send(kind, record)])
-    wanted = Reassembler([messages.AHRS_SOLUTION, FIX2, messages.STATIC_PRESSURE])
+    wanted = Reassembler([m.AHRS_SOLUTION, FIX2, m.STATIC_PRESSURE])
     mixed = []
     while queues:
         queue = rng.choice(queues)
@@ -211,8 +216,8 @@ def test_interleaved_sources_and_types_all_arrive(rng):
 
 
 def test_foreign_frames_are_counted_and_forgotten():
-    reassembler = Reassembler([messages.STATIC_PRESSURE, GET_NODE_INFO_RESPONSE], node_id=5)
-    (identifier, data), *_ = TransferSender(7).send(messages.STATIC_PRESSURE, PRESSURE)
+    reassembler = Reassembler([m.STATIC_PRESSURE, GET_NODE_INFO_RESPONSE], node_id=5)
+    (identifier, data), *_ = TransferSender(7).send(m.STATIC_PRESSURE, PRESSURE)
     elsewhere = frames_of(can_id(GET_NODE_INFO_RESPONSE, 7, destination=6), b"", 0, 0)[0]
     foreign = [
         (identifier + (1 << 8), data),  # another type
@@ -229,7 +234,7 @@ def test_foreign_frames_are_counted_and_forgotten():
 
 def test_a_transfer_that_takes_too_long_is_given_up():
     (frames,) = long_frames(7)
-    reassembler = Reassembler([messages.AHRS_SOLUTION])
+    reassembler = Reassembler([m.AHRS_SOLUTION])
     assert accept_all(reassembler, frames[:2], t=10.0) == []
     assert accept_all(reassembler, frames[2:], t=10.1 + TIMEOUT) == []
     assert dropped(reassembler) == {"timed_out": 1, "lost_start": 3}
@@ -237,14 +242,14 @@ def test_a_transfer_that_takes_too_long_is_given_up():
 
 
 def test_a_transfer_longer_than_its_type_is_cut_off():
-    frames = frames_of(can_id(messages.AHRS_SOLUTION, 7), bytes(100), 0, messages.AHRS_SOLUTION.crc_seed)
-    reassembler = Reassembler([messages.AHRS_SOLUTION])
+    frames = frames_of(can_id(m.AHRS_SOLUTION, 7), bytes(100), 0, m.AHRS_SOLUTION.crc_seed)
+    reassembler = Reassembler([m.AHRS_SOLUTION])
     assert accept_all(reassembler, frames) == []
     assert reassembler.dropped.too_long == 1
 
 
 def test_open_transfers_are_bounded_and_the_oldest_gives_way():
-    reassembler = Reassembler([messages.AHRS_SOLUTION], most_open=8)
+    reassembler = Reassembler([m.AHRS_SOLUTION], most_open=8)
     transfers = {source: long_frames(source)[0] for source in range(1, 11)}
     for frames in transfers.values():
         accept_all(reassembler, frames[:1])

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.wire.serial.waterlink import (
+from firmware_py.wire.serial.waterlink_dvl import (
     ChecksumError,
     Counts,
     LineBuffer,

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 from firmware_py.adapters.buses.can_bus import BusError, CanBus
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
-from firmware_py.wire.dronecan.messages import GET_NODE_INFO, GET_NODE_INFO_RESPONSE
-from firmware_py.wire.dronecan.protocol import GetNodeInfoRequest
+from firmware_py.wire.dronecan.message_table import GET_NODE_INFO, GET_NODE_INFO_RESPONSE
+from firmware_py.wire.dronecan.node_messages import GetNodeInfoRequest
 from firmware_py.wire.dronecan.transfer import Reassembler, TransferSender
 
 LISTEN_TIME = 1.2

@@ -17,7 +17,7 @@ from firmware_py.mavlink.node import NOTHING_SAVED, Node, NodeSettings, SharedSt
 from firmware_py.ports import Ground
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import NO_ORDER, NOBODY, Arming, Mode, Order, Setpoint
-from firmware_py.schedule import Rate, Tick
+from firmware_py.tick import Rate, Tick
 
 __all__ = ["GroundError", "Grounds", "MavlinkGround", "open_link"]
 

@@ -23,7 +23,7 @@ from firmware_py.marine import euler_from_quaternion, ned_to_body
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame, silence
-from firmware_py.schedule import Rate, Tick
+from firmware_py.tick import Rate, Tick
 
 DVL_PERIOD_US = 200_000
 """Time between two velocities: 5 Hz, as a DVL."""

@@ -8,9 +8,9 @@ from firmware_py.adapters.lockstep.lockstep_link import BYE, HELLO, TIMEOUT, VER
 from firmware_py.ports import Hardware
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame
-from firmware_py.schedule import Tick
-from firmware_py.wire.dronecan.messages import TICK, TICK_DONE
-from firmware_py.wire.dronecan.protocol import LockstepTickDone
+from firmware_py.tick import Tick
+from firmware_py.wire.dronecan.message_table import TICK, TICK_DONE
+from firmware_py.wire.dronecan.node_messages import LockstepTickDone
 
 
 def wait_for_plant(link: LockstepLink, dt_ns: int, seconds: float, stop: Callable[[], bool] = lambda: False) -> bool:

@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from firmware_py.adapters.buses.can_bus import CanBus
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
-from firmware_py.wire.dronecan.messages import TICK, TICK_DONE, MessageType
+from firmware_py.wire.dronecan.message_table import TICK, TICK_DONE, MessageType
 from firmware_py.wire.dronecan.transfer import Reassembler, TransferSender
 
 R = TypeVar("R")

@@ -1,12 +1,16 @@
-"""The measurement update of one filter, compiled: innovation, gating, gain, log-likelihood (paper Eq. 16 to 18)."""
+"""The measurement update of one filter, compiled: innovation, gate, gain, log-likelihood (paper Eq. 16 to 18).
+
+A measurement is one number, so nothing is inverted: sequential scalar updates in the form P - K S K', which is Joseph's
+when every gain is the optimal one or nothing; between two states that do not learn P stays (Schmidt 1966). Three share
+one pass over P, each knowing what those before it took.
+"""
 
 from __future__ import annotations
 
 import math
 
 from firmware_py.compiled import Indices, Matrix, Vector, kernel
-from firmware_py.estimation.filter.covariance import clear, update_covariance, update_state
-from firmware_py.estimation.filter.kernel_arguments import BATCH, FilterBank
+from firmware_py.estimation.filter.kernel_arguments import BATCH, FilterBank, UpdateRows
 from firmware_py.estimation.model.state import MOVING, PHI, PSI, THETA
 
 COS_STEEP = 0.1
@@ -19,6 +23,89 @@ def wrapped(angle: float) -> float:
     if -math.pi <= angle < math.pi:
         return angle
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+@kernel()
+def clear(rows: UpdateRows) -> None:
+    """Makes the batch empty."""
+    for k in range(BATCH):
+        for j in range(rows.K.shape[1]):
+            rows.PHt[k, j] = 0.0
+            rows.K[k, j] = 0.0
+
+
+@kernel()
+def update_state(
+    x: Vector,
+    P: Matrix,
+    learns: Vector,
+    i: int,
+    bias: int,
+    innov: float,
+    R: float,
+    gate: float,
+    slot: int,
+    rows: UpdateRows,
+) -> tuple[float, float, bool]:
+    """Updates x by one number, x += K innov (paper Eq. 16 and 17), and leaves P to `update_covariance`.
+
+    Args:
+        x: state, (padded,).
+        P: covariance, (n, padded), before this batch.
+        learns: see `Tuning`.
+        i: the state that is measured: H has a 1 there, and one at the sensor's bias.
+        bias: place of the sensor's bias; negative for none.
+        innov: innovation, what was measured less what was expected.
+        R: variance of the measurement.
+        gate: an innovation of more sigmas than this is rejected.
+        slot: which of its batch this is.
+        rows: the batch.
+
+    Returns:
+        nis = innov^2 / S, S = H P H' + R, and whether the gate let the measurement in.
+    """
+    PHt, K = rows.PHt, rows.K
+    width = len(x)
+    f_0, f_1 = PHt[0, i], PHt[1, i]
+    if bias >= 0:
+        f_0, f_1 = f_0 + PHt[0, bias], f_1 + PHt[1, bias]
+        for j in range(width):
+            PHt[slot, j] = P[i, j] + P[bias, j] - f_0 * PHt[0, j] - f_1 * PHt[1, j]
+        S = PHt[slot, i] + PHt[slot, bias] + R
+    else:
+        for j in range(width):
+            PHt[slot, j] = P[i, j] - f_0 * PHt[0, j] - f_1 * PHt[1, j]
+        S = PHt[slot, i] + R
+    nis = innov * innov / S
+    if not nis <= gate * gate:
+        for j in range(width):
+            PHt[slot, j] = 0.0
+        return nis, S, False
+    root = 1.0 / math.sqrt(S)
+    scaled = innov * root
+    for j in range(width):
+        row = PHt[slot, j] * root
+        learned = row * learns[j]
+        PHt[slot, j] = row
+        K[slot, j] = learned
+        x[j] += learned * scaled
+    return nis, S, True
+
+
+@kernel()
+def update_covariance(P: Matrix, learns: Vector, rows: UpdateRows) -> None:
+    """P = (I - K H) P for a batch (paper Eq. 18): P - K S K', and P - K H P for states that do not learn."""
+    n, width = P.shape
+    PHt, K = rows.PHt, rows.K
+    for a in range(n):
+        f_0, f_1, f_2 = PHt[0, a], PHt[1, a], PHt[2, a]
+        if learns[a] != 0.0:
+            for j in range(width):
+                P[a, j] -= f_0 * PHt[0, j] + f_1 * PHt[1, j] + f_2 * PHt[2, j]
+        else:
+            for j in range(width):
+                P[a, j] -= f_0 * K[0, j] + f_1 * K[1, j] + f_2 * K[2, j]
+    clear(rows)
 
 
 @kernel()
@@ -66,9 +153,9 @@ def update(
                 innov -= x[bias]
             if i in (PHI, PSI):
                 innov = wrapped(innov)
-            square, S = update_state(x, P, learns, i, bias, innov, R[i], gate, slot, rows)
+            square, S, accepted = update_state(x, P, learns, i, bias, innov, R[i], gate, slot, rows)
             taken, product_of_S = True, product_of_S * S
-            if not square <= gate * gate:
+            if not accepted:
                 square = gate * gate
                 if counts:
                     rejected[i] += 1

@@ -68,7 +68,7 @@ def drift_rate(params: PositionParams, speed: float, heading_ok: bool) -> float:
     return speed * math.hypot(heading, params.scale_std) + math.sqrt(2.0) * params.bias_std
 
 
-def fixed(
+def take_fix(
     params: PositionParams,
     memory: PositionMemory,
     heard: Heard[Fix],

@@ -17,7 +17,7 @@ from firmware_py.params import param, table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate
 from firmware_py.records.sensing import SensorFrame
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class Navigation:
             x, y, walk = x + dx, y + dy, walk + 2.0 * (vel.fom * gap) ** 2
         pos = dead_reckoning.PositionMemory(x, y, walk, drift, t_fix)
         if not depth_ok or dep.z < params.position.fix_depth:
-            pos = dead_reckoning.fixed(params.position, pos, frame.fix, t, self._origin, (x_dot, y_dot))
+            pos = dead_reckoning.take_fix(params.position, pos, frame.fix, t, self._origin, (x_dot, y_dot))
 
         self._memory = NavigationMemory(att, vel, dep, pos)
         return StateEstimate(

@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.refusal import Refusal
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 ACCEPTED: int = dialect.MAV_RESULT_ACCEPTED
 REJECTED: int = dialect.MAV_RESULT_TEMPORARILY_REJECTED

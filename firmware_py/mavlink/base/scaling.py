@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from firmware_py.schedule import NS_PER_S, Tick
+from firmware_py.tick import NS_PER_S, Tick
 
 INT16, INT32 = (-(2**15) + 1, 2**15 - 1), (-(2**31) + 1, 2**31 - 1)
 UINT16 = (0, 2**16 - 2)

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from firmware_py.mavlink.base.codec import Message
 from firmware_py.records.order import Change
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 MessageHandler = Callable[[Tick, Message], None]
 

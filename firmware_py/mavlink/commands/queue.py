@@ -17,7 +17,7 @@ from firmware_py.mavlink.base.refusal import ModeReason, ModeRefusal, Refusal
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import EventKind
 from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Asker, Mode, Order, Setpoint, Sticks
-from firmware_py.schedule import NS_PER_S
+from firmware_py.tick import NS_PER_S
 
 ACCEPTED, REJECTED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_TEMPORARILY_REJECTED
 MAX_WAITING = 8

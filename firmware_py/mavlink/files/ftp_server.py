@@ -27,7 +27,7 @@ from firmware_py.mavlink.files.ftp_messages import (
     reply,
 )
 from firmware_py.mavlink.files.tree import File, FileTree, Wait
-from firmware_py.schedule import NS_PER_S, Tick
+from firmware_py.tick import NS_PER_S, Tick
 
 _MAX_REQUESTS, _MAX_SESSIONS = 8, 8
 _IDLE_NS = 10 * NS_PER_S

@@ -11,7 +11,7 @@ from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import WARNING, LinkOutput
 from firmware_py.mavlink.base.service import MessageHandler
 from firmware_py.mavlink.files.tree import FileTree, LogFile, LogSnapshot, Wait
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 _DATA = 90
 _PER_TICK = 4

@@ -21,7 +21,7 @@ from firmware_py.mavlink.parameters.store import (
 )
 from firmware_py.parameter_tree import Parameter
 from firmware_py.params import TakesEffect
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 _REAL, _INT = dialect.MAV_PARAM_TYPE_REAL32, dialect.MAV_PARAM_TYPE_INT32
 _WARNING, _NOTICE = dialect.MAV_SEVERITY_WARNING, dialect.MAV_SEVERITY_NOTICE

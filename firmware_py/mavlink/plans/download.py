@@ -11,7 +11,7 @@ from firmware_py.mavlink.base.service import MessageHandler
 from firmware_py.mavlink.plans.items import ACCEPTED, UNSUPPORTED, PlanItem, geodetic_e7, xy_of
 from firmware_py.mavlink.plans.plan_builder import MISSION, NAMES, Plan
 from firmware_py.mavlink.plans.plan_store import PlanStore
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 _SEQUENCE: int = dialect.MAV_MISSION_INVALID_SEQUENCE
 _JUMP: int = dialect.MAV_CMD_DO_JUMP

@@ -2,7 +2,7 @@
 
 The leg to the first position is known when the mission is started; `check_first_leg` checks it then. What is not known
 beforehand is left to the supervisor, which watches the vehicle's position: the leg after a manoeuvre, the leg to a
-rally point (chosen on entering: `fence.nearest_rally_point`), circles widened by a speed ordered meanwhile, and how
+rally point (chosen on entering: `guidance.rally_point`), circles widened by a speed ordered meanwhile, and how
 far a corner is rounded.
 """
 

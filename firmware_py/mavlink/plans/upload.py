@@ -23,7 +23,7 @@ from firmware_py.mavlink.plans.items import ACCEPTED, ERROR, UNSUPPORTED, ItemRe
 from firmware_py.mavlink.plans.plan_builder import FENCE, MAX_ITEMS, MISSION, NAMES, PlanBuilder
 from firmware_py.mavlink.plans.plan_store import PlanStore
 from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Mode
-from firmware_py.schedule import NS_PER_S, Tick
+from firmware_py.tick import NS_PER_S, Tick
 
 _BUSY: int = dialect.MAV_MISSION_DENIED
 _NO_SPACE: int = dialect.MAV_MISSION_NO_SPACE

@@ -14,7 +14,7 @@ from firmware_py.mavlink.telemetry.pose import Encoder
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import Learned
 from firmware_py.records.fence import NO_FENCE
-from firmware_py.schedule import NS_PER_S
+from firmware_py.tick import NS_PER_S
 
 _RECENT = 2.0
 """A device that was last heard longer ago, s, counts as silent."""

@@ -17,7 +17,7 @@ from firmware_py.mavlink.base.link_output import (
 from firmware_py.mavlink.base.message_definitions import PROTOCOL_VERSION
 from firmware_py.mavlink.base.modes import Identity, available_modes
 from firmware_py.mavlink.telemetry.streams import Streams
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 _HEARTBEAT, _VERSION = dialect.MAVLINK_MSG_ID_HEARTBEAT, dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION
 _MODES, _INTERVAL = dialect.MAVLINK_MSG_ID_AVAILABLE_MODES, dialect.MAVLINK_MSG_ID_MESSAGE_INTERVAL

@@ -8,7 +8,7 @@ from firmware_py.mavlink.base.scaling import boot_ms, boot_us
 from firmware_py.mavlink.base.service import MessageHandler
 from firmware_py.mavlink.telemetry.pose import Encoder
 from firmware_py.records.cycle import Cycle
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 _EARLIEST_US = 1_577_836_800 * 1_000_000
 """2020; an earlier date comes from a clock that was never set."""

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
-from firmware_py.wire.dronecan.messages import MessageType, TransferKind
+from firmware_py.wire.dronecan.message_table import MessageType, TransferKind
 
 R = TypeVar("R")
 Frame: TypeAlias = tuple[int, bytes]

@@ -14,8 +14,8 @@ import serial
 
 from firmware_py.adapters.buses.can_bus import NodeIds, open_bus
 from firmware_py.params import ParamError, load
-from firmware_py.wire.dronecan import equipment as eq
-from firmware_py.wire.dronecan import messages as m
+from firmware_py.wire.dronecan import equipment_messages as eq
+from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.transfer import TransferSender
 from sim_bridge.bridge import PlantSchedule
 from sim_bridge.build import build_bridge

@@ -10,7 +10,7 @@ import pytest
 
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Mode, Setpoint
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 from sim_bridge.scenarios import parse
 from sim_bridge.scripted_operator import ScriptedOperator
 

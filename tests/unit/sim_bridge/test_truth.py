@@ -14,8 +14,8 @@ import pytest
 
 from firmware_py import params
 from firmware_py.params import ParamError
-from firmware_py.wire.dronecan.equipment import ActuatorCommand, ArrayCommand
-from firmware_py.wire.dronecan.messages import ARRAY_COMMAND
+from firmware_py.wire.dronecan.equipment_messages import ActuatorCommand, ArrayCommand
+from firmware_py.wire.dronecan.message_table import ARRAY_COMMAND
 from sim_bridge.plant.coefficients import PlantCoefficients, length_power
 from sim_bridge.plant.packing import C, constants, fin_table, mass_matrix
 from sim_bridge.plant.truth import MOST_FINS, FinStation, PlantFin, Truth, refuse_other_fins

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from sternplane.bench import lateness
 
-from firmware_py.adapters import clock
+from firmware_py.adapters import realtime_schedule
 
 
 class Clock:
@@ -25,7 +25,7 @@ class Clock:
 
 
 def test_our_loop_counts_every_tick_that_it_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(clock, "time", Clock())
+    monkeypatch.setattr(realtime_schedule, "time", Clock())
     assert lateness.ours(lateness.EMPTY)(1000, 5) == [80_000] * 5
 
 

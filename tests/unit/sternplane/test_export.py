@@ -19,7 +19,7 @@ from sternplane.sitl.flight import FlightRequest, fly, prepare
 from firmware_py.adapters.ground.mavlink_ground import Grounds
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import NO_ORDER, Order, ParameterChange
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 from tests.dive import DIVE
 
 CHANGED = {

@@ -20,7 +20,7 @@ from sternplane.cli.progress import Progress
 
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.order import Mode
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 CONTROL = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 HIDE_CURSOR, SHOW_CURSOR = "\x1b[?25l", "\x1b[?25h"

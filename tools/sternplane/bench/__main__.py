@@ -28,9 +28,9 @@ from firmware_py.adapters import hardware
 from firmware_py.adapters.buses import can_bus
 from firmware_py.adapters.storage import recorder
 from firmware_py.autopilot import Autopilot
-from firmware_py.wire.dronecan import equipment as eq
-from firmware_py.wire.dronecan import messages as m
-from firmware_py.wire.dronecan import protocol as p
+from firmware_py.wire.dronecan import equipment_messages as eq
+from firmware_py.wire.dronecan import message_table as m
+from firmware_py.wire.dronecan import node_messages as p
 from sim_bridge import bridge
 from sim_bridge.plant.environment import Environment
 from sim_bridge.plant.plant import Plant

@@ -16,10 +16,10 @@ from types import SimpleNamespace
 from typing import Any
 
 from firmware_py import app, loop
-from firmware_py.adapters import realtime
-from firmware_py.adapters.clock import RealTime
+from firmware_py.adapters import linux_realtime
+from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.records.cycle import Cycle
-from firmware_py.schedule import step_ns
+from firmware_py.tick import step_ns
 from sternplane.logs import lateness_histogram
 from sternplane.logs.reading import Log
 
@@ -87,8 +87,8 @@ def ours(autopilot: Any) -> Turn:
         late: list[int] = []
         ear: Any = SimpleNamespace(read=lambda tick: late.append(tick.late_ns), write=_ignore)
         mute: Any = SimpleNamespace(read=_ignore, write=_ignore)
-        with realtime.apply_while(realtime.RealtimeParams(freeze_garbage=True)):
-            loop.run(autopilot, ear, mute, mute, RealTime(step_ns(rate), lambda k: k <= ticks))
+        with linux_realtime.apply_while(linux_realtime.RealtimeParams(freeze_garbage=True)):
+            loop.run(autopilot, ear, mute, mute, RealTimeSchedule(step_ns(rate), lambda k: k <= ticks))
         return late[1:]
 
     return turn

@@ -20,7 +20,7 @@ from firmware_py.params import ParamError, TakesEffect
 from firmware_py.ports import Ground
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import NO_ORDER, Change, Order
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 from sim_bridge.scripted_operator import ScriptedOperator
 from sternplane.fuzz.owner import Owner, forger
 from sternplane.fuzz.packets import Packets

@@ -40,7 +40,7 @@ from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import EventKind
 from firmware_py.records.mission import Manoeuvre, ManoeuvreKind, Mission
 from firmware_py.records.order import NO_ORDER, Mode
-from firmware_py.schedule import Tick, step_ns
+from firmware_py.tick import Tick, step_ns
 from sim_bridge.plant.truth import Truth
 from sternplane.identification.cramer_rao_bound import bound, true_states
 from sternplane.logs.tracking import Array

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from firmware_py.estimation.coefficient_params import CoefficientParams
-from firmware_py.estimation.health import SENSORS, STAY, HealthParams, band
+from firmware_py.estimation.coefficient_validity import SENSORS, STAY, ValidityParams, band
 from firmware_py.estimation.model.observer_model import GROUPS
 from firmware_py.params import ParamError, load
 from firmware_py.records.event import EventKind
@@ -74,7 +74,7 @@ def nis_bands(log: Log) -> dict[str, tuple[float, float]]:
     It holds all but one in a thousand of what chance makes, and the slack that the configuration grants.
     """
     c = log.columns
-    params = _params(HealthParams, log.header, "health")
+    params = _params(ValidityParams, log.header, "health")
     slack = 1.0 + params.nis_slack
     span = float(c["t"][-1] - c["t"][0]) or 1.0
     fresh = {name: float(c[f"frame.{topic}.fresh"].sum()) for name, topic in zip(SENSORS, _TOPICS, strict=True)}

@@ -17,7 +17,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Order
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.run import provenance
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 from sternplane.logs.reading import Log, find, read
 
 Build = Callable[[Mapping[str, Any]], Autopilot]

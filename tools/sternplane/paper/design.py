@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from firmware_py.control.sliding_mode_design import DesignError, design_sliding_mode
-from firmware_py.control.sliding_mode_gains import PAPER_DEPTH_GAINS, PAPER_HEADING_GAINS
+from firmware_py.control.sliding_mode_params import PAPER_DEPTH_GAINS, PAPER_HEADING_GAINS
 from firmware_py.vehicle.linear_models import LinearModel, diving_model, steering_model
 from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.paper.printed import NUMBERS, SIGNS, TABLE_1, Number, U

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from firmware_py.estimation.health import SENSORS
+from firmware_py.estimation.coefficient_validity import SENSORS
 from sternplane.logs.learned import Coefficient, coefficients, manoeuvre_results, nis_bands
 from sternplane.logs.reading import Columns, Log
 from sternplane.logs.tracking import Array

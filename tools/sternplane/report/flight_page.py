@@ -7,7 +7,7 @@ from typing import Any
 
 from firmware_py import config_files
 from firmware_py.control.control import LawKind
-from firmware_py.control.sliding_mode_gains import PAPER_DEPTH_GAINS, PAPER_HEADING_GAINS, GainSet
+from firmware_py.control.sliding_mode_params import PAPER_DEPTH_GAINS, PAPER_HEADING_GAINS, GainSet
 from firmware_py.params import ParamError, dump
 from sternplane.logs.reading import Log
 from sternplane.logs.summary import Summary, key_figures, outcome

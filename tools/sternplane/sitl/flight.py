@@ -14,13 +14,13 @@ from typing import Any, NamedTuple
 
 from firmware_py import app, config_files, loop
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
-from firmware_py.adapters.clock import RealTime
 from firmware_py.adapters.dvl import DvlPort
 from firmware_py.adapters.hardware import CanHardware
 from firmware_py.adapters.hil.hil_link import parse_hil_link
 from firmware_py.adapters.installation import configs
 from firmware_py.adapters.io_params import IoParams
-from firmware_py.adapters.realtime import apply_while
+from firmware_py.adapters.linux_realtime import apply_while
+from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogRecorder, LogWriter
 from firmware_py.autopilot import Autopilot
 from firmware_py.params import ParamError, load
@@ -31,7 +31,7 @@ from firmware_py.records.mission_tables import mission_to_plain
 from firmware_py.run import over_hil, provenance
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.kept_plans import with_kept_plans
-from firmware_py.schedule import step_ns
+from firmware_py.tick import step_ns
 from sim_bridge.bridge import Bridge, PlantSchedule
 from sim_bridge.build import build_bridge
 from sim_bridge.completion import Completion
@@ -208,7 +208,7 @@ def fly(
             stop=lambda: operator.completion.done or bool(interrupted),
         )
         schedule: Schedule = (
-            RealTime(step_ns(rate), lockstep.advance, flight.io.realtime.spin_ns)
+            RealTimeSchedule(step_ns(rate), lockstep.advance, flight.io.realtime.spin_ns)
             if request.pace == "realtime"
             else lockstep
         )

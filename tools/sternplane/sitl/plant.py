@@ -14,15 +14,15 @@ from rich.console import Console
 
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
-from firmware_py.adapters.clock import RealTime
 from firmware_py.adapters.hil.hil_link import Address, HilLink, accept, parse_hil_link, serve
+from firmware_py.adapters.linux_realtime import RealtimeParams, apply_while
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError, LockstepLink
-from firmware_py.adapters.realtime import RealtimeParams, apply_while
+from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter
 from firmware_py.run import provenance
 from firmware_py.run.errors import UsageError
 from firmware_py.run.interrupt import interruptible
-from firmware_py.schedule import step_ns
+from firmware_py.tick import step_ns
 from sim_bridge import hil_server
 from sim_bridge.bridge import Bridge
 from sim_bridge.build import build_bridge
@@ -155,7 +155,7 @@ def run_hil(flight: Flight, address: Address, out: Path | None, wait: float, con
         def advance(k: int) -> bool:
             return k < ticks and server.advance(k, stop)
 
-        schedule = RealTime(dt_ns, advance) if request.pace == "realtime" else takewhile(advance, count())
+        schedule = RealTimeSchedule(dt_ns, advance) if request.pace == "realtime" else takewhile(advance, count())
         for _ in schedule:
             played += 1
         server.bye()
@@ -173,7 +173,7 @@ def _keep_time(step: Callable[[int], None], dt_ns: int, ticks: int, stop: Stop) 
         step(k)
         return True
 
-    for _ in RealTime(dt_ns, advance):
+    for _ in RealTimeSchedule(dt_ns, advance):
         pass
 
 

@@ -17,7 +17,7 @@ from firmware_py.adapters.lockstep.lockstep_link import LockstepError
 from firmware_py.marine import quaternion_from_euler
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 DT_NS = 10_000_000
 EPOCH_US = 1_700_000_000_000_000  # a simulator that counts from 1970

@@ -10,13 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.control.control import Control, ControlParams, LawKind
-from firmware_py.control.sliding_mode_gains import GainSet
+from firmware_py.control.sliding_mode_params import GainSet
 from firmware_py.marine import Eta, Nu
 from firmware_py.params import ParamError, dump, load
 from firmware_py.records.command import Demand, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.order import NO_ORDER, Mode, Order, Sticks
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 from firmware_py.vehicle.vehicle import Vehicle
 
 CONFIG = Path(__file__).resolve().parents[4] / "configs" / "npsauv2"

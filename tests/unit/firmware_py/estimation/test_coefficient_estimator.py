@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 
 from firmware_py.estimation.coefficient_estimator import CoefficientEstimator, LearningParams
 from firmware_py.estimation.coefficient_params import TEN
-from firmware_py.estimation.health import HealthParams
+from firmware_py.estimation.coefficient_validity import ValidityParams
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned
 from firmware_py.records.sensing import Ahrs, Dvl, Heard
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 from tests.estimation.cases import TRUTH
 from tests.estimation.flights import Moment, deaf, flown, hears, learner, moments, said
 
@@ -244,7 +244,7 @@ def test_with_a_locked_rudder_only_what_the_stern_planes_tell_is_learned(turbule
 
 def test_what_was_learned_stands_still_once_it_is_no_longer_excited() -> None:
     """Also said by a bank whose filters go on to gain and lose weight."""
-    learning = learner(health=HealthParams(excitation_time=1.0), turbulence=BANK)
+    learning = learner(health=ValidityParams(excitation_time=1.0), turbulence=BANK)
     said(learning, FLIGHT[:2000])
     out = said(learning, later(STRAIGHT, 20.0))
     assert any(out[0].excited)

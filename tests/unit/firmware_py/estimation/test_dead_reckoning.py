@@ -32,26 +32,26 @@ def test_before_any_fix_sigma_is_the_declared_one() -> None:
 
 def test_a_fix_weighs_by_walk_and_drift_against_its_own_sigma() -> None:
     was = dead_reckoning.PositionMemory(0.0, 0.0, 4.0, 3.0, 0.0)  # variance 13, the fix's 2 x 2^2 = 8
-    now = dead_reckoning.fixed(PARAMS, was, fix(2.1, -4.2, 5.0, 2.0), 5.0, ORIGIN, (9.0, 9.0))
+    now = dead_reckoning.take_fix(PARAMS, was, fix(2.1, -4.2, 5.0, 2.0), 5.0, ORIGIN, (9.0, 9.0))
     assert (now.x, now.y) == (pytest.approx(1.3, abs=1e-6), pytest.approx(-2.6, abs=1e-6))
     assert dead_reckoning.std(now) == pytest.approx(math.sqrt(13.0 * 8.0 / 21.0))
     assert (now.drift, now.t_fix) == (0.0, 5.0)
-    assert dead_reckoning.fixed(PARAMS, now, fix(0.0, 0.0, 5.0, 2.0), 5.0, ORIGIN, (0.0, 0.0)) == now
+    assert dead_reckoning.take_fix(PARAMS, now, fix(0.0, 0.0, 5.0, 2.0), 5.0, ORIGIN, (0.0, 0.0)) == now
 
 
 def test_a_vehicle_that_was_carried_since_follows_the_first_fix_and_a_wild_fix_is_left_with_the_next() -> None:
     was = dead_reckoning.PositionMemory(147.0, -20.0, 0.25, 0.0, -math.inf)  # kept from the last flight
-    now = dead_reckoning.fixed(PARAMS, was, fix(0.0, 0.0, 1.0, 2.0), 1.0, ORIGIN, (0.0, 0.0))
+    now = dead_reckoning.take_fix(PARAMS, was, fix(0.0, 0.0, 1.0, 2.0), 1.0, ORIGIN, (0.0, 0.0))
     assert math.hypot(now.x, now.y) < 0.1
     assert 2.5 < dead_reckoning.std(now) < math.sqrt(8.0)
-    wild = dead_reckoning.fixed(PARAMS, now, fix(500.0, 0.0, 2.0, 2.0), 2.0, ORIGIN, (0.0, 0.0))
-    back = dead_reckoning.fixed(PARAMS, wild, fix(0.0, 0.0, 3.0, 2.0), 3.0, ORIGIN, (0.0, 0.0))
+    wild = dead_reckoning.take_fix(PARAMS, now, fix(500.0, 0.0, 2.0, 2.0), 2.0, ORIGIN, (0.0, 0.0))
+    back = dead_reckoning.take_fix(PARAMS, wild, fix(0.0, 0.0, 3.0, 2.0), 3.0, ORIGIN, (0.0, 0.0))
     assert math.hypot(back.x, back.y) < 0.1
 
 
 def test_a_late_fix_is_moved_along_both_axes() -> None:
     was = dead_reckoning.PositionMemory(0.0, 0.0, 1e12, 0.0, 0.0)
-    now = dead_reckoning.fixed(PARAMS, was, fix(10.0, 20.0, 4.5, 0.5), 5.0, ORIGIN, (1.0, -2.0))
+    now = dead_reckoning.take_fix(PARAMS, was, fix(10.0, 20.0, 4.5, 0.5), 5.0, ORIGIN, (1.0, -2.0))
     assert (now.x, now.y) == (pytest.approx(10.5, abs=1e-6), pytest.approx(19.0, abs=1e-6))
 
 
@@ -59,7 +59,7 @@ def test_a_late_fix_is_moved_along_both_axes() -> None:
 def test_no_place_on_earth_is_no_fix(latitude: float, longitude: float) -> None:
     was = dead_reckoning.start(PARAMS)
     assert (
-        dead_reckoning.fixed(PARAMS, was, Heard(Fix(latitude, longitude, 2.0), 1.0, True, True), 1.0, ORIGIN, (0, 0))
+        dead_reckoning.take_fix(PARAMS, was, Heard(Fix(latitude, longitude, 2.0), 1.0, True, True), 1.0, ORIGIN, (0, 0))
         == was
     )
 

@@ -16,7 +16,7 @@ from firmware_py.estimation.fixed_lag_buffer import FixedLagBuffer, FixedLagBuff
 from firmware_py.params import ParamError
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import Ahrs, Dvl, Heard, SensorFrame, never, silence
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 from tests.estimation.cases import VEHICLE
 from tests.estimation.flights import quiet
 

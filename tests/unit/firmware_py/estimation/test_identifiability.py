@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from firmware_py.estimation.coefficient_estimator import CoefficientEstimator, LearningParams
 from firmware_py.estimation.coefficient_params import TEN
-from firmware_py.estimation.health import HealthParams
+from firmware_py.estimation.coefficient_validity import ValidityParams
 from firmware_py.estimation.identifiability import Known, directions, identifiability, report
 from firmware_py.records.estimate import Learned
 from firmware_py.records.event_text import texts
@@ -130,7 +130,7 @@ def test_as_many_directions_are_lost_as_nothing_was_measured_in(seed: int, measu
 
 def shipped() -> CoefficientEstimator:
     """With the thresholds of excitation that the vehicle sails with."""
-    return learner(health=HealthParams(speed_gain=0.003, rate_gain=math.radians(0.03)))
+    return learner(health=ValidityParams(speed_gain=0.003, rate_gain=math.radians(0.03)))
 
 
 @pytest.mark.parametrize(

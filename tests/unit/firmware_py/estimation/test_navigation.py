@@ -20,7 +20,7 @@ from firmware_py.params import dump, load
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame, never, silence
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 DT_NS = 10_000_000
 DT = 0.01

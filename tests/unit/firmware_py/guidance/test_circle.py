@@ -16,7 +16,7 @@ from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.mission import Mission, Waypoint
 from firmware_py.records.order import NO_ORDER, Mode, Order, Setpoint
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 NAN = math.nan
 DT_NS = 100_000_000

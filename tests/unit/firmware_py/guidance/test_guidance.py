@@ -19,7 +19,7 @@ from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event_text import texts
 from firmware_py.records.mission import Mission, Waypoint
 from firmware_py.records.order import NO_ORDER, Mode, Order, Setpoint
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 NAN = math.nan
 CONFIG = Path(__file__).resolve().parents[4] / "configs" / "npsauv2"

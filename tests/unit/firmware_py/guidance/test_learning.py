@@ -19,7 +19,7 @@ from firmware_py.records.event import Cause
 from firmware_py.records.event_text import texts
 from firmware_py.records.mission import Manoeuvre, ManoeuvreKind, Mission, Waypoint
 from firmware_py.records.order import NO_ORDER, Mode, Order, Setpoint
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 NAN = math.nan
 PRBS = Manoeuvre(ManoeuvreKind.PRBS, duration=10.0, clock=0.5)

@@ -13,7 +13,7 @@ from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.fence import Place
 from firmware_py.records.mission import Mission, Surface, Waypoint
 from firmware_py.records.order import KEEP_SETPOINT, Mode, Order, Setpoint
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 NAN = math.nan
 NORTH, FAR = Place(0.0, 300.0), Place(900.0, 0.0)

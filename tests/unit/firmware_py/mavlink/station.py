@@ -25,7 +25,7 @@ from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.order import NO_ORDER, Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame
 from firmware_py.records.turning import AS_ASKED
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 DT_NS = 10_000_000
 ORIGIN = Origin(math.radians(46.5), math.radians(6.6))

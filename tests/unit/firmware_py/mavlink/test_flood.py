@@ -13,7 +13,7 @@ from firmware_py.mavlink.base.codec import dialect
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.node import Node
 from firmware_py.records.order import Arming
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 from .planner import home, item
 from .station import DT_NS, LinkedVehicle, node

@@ -3,7 +3,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 from firmware_py.run.sensor_watch import SensorWatch
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 
 def cycle(t: float, attitude: bool = True, depth: bool = True, velocity: bool = True) -> SimpleNamespace:

@@ -17,7 +17,7 @@ from firmware_py.mavlink.base.refusal import ModeReason, ModeRefusal, refusal_te
 from firmware_py.records.event import Event
 from firmware_py.records.order import Mode, Order
 from firmware_py.safety.supervisor import SafetyParams, Supervisor
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 from tests.unit.firmware_py.mavlink.station import DT_NS, STATE, LinkedVehicle, Station, frame, node, put_together
 
 ACCEPTED, REJECTED, DENIED = 0, 1, 2

@@ -19,7 +19,7 @@ from pymavlink.mavftp_op import FTP_OP
 from firmware_py.mavlink.files.ftp_server import FtpServer
 from firmware_py.mavlink.files.tree import FileTree, LogFile
 from firmware_py.mavlink.parameters.metadata import crc32
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 PARAM, BIG = bytes(range(256)) * 3, bytes(i * i % 251 for i in range(100_000))
 MADE = {

@@ -21,7 +21,7 @@ from firmware_py.mavlink.parameters.transfer import ParameterTransfer
 from firmware_py.parameter_tree import list_parameters, with_values
 from firmware_py.params import ParamError, TakesEffect, load, param, table
 from firmware_py.records.order import ParameterChange
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 TICK = Tick(0, 10_000_000)
 REAL, INT = mavlink.MAV_PARAM_TYPE_REAL32, mavlink.MAV_PARAM_TYPE_INT32

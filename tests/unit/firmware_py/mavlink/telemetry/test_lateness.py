@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 from tests.unit.firmware_py.mavlink.station import DT_NS, cycle, node, parse
 
 

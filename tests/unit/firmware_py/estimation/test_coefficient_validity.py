@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.estimation.health import ENTER, STAY, Health, HealthParams, Verdict, band
+from firmware_py.estimation.coefficient_validity import ENTER, STAY, CoefficientValidity, Validity, ValidityParams, band
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.params import ParamError
 from tests.estimation.cases import TEN, VEHICLE
@@ -25,8 +25,8 @@ SILENT = np.full(9, math.nan)
 CERTAIN, BETWEEN, DOUBTFUL = 0.05, 0.15, 0.3
 
 
-def health(**changes: float) -> Health:
-    return Health(HealthParams(**changes), MODEL, len(NAMES))
+def health(**changes: float) -> CoefficientValidity:
+    return CoefficientValidity(ValidityParams(**changes), MODEL, len(NAMES))
 
 
 def forces(nu: tuple[float, ...] = CRUISE, delta_s: float = 0.0, delta_r: float = 0.0) -> np.ndarray:
@@ -35,21 +35,23 @@ def forces(nu: tuple[float, ...] = CRUISE, delta_s: float = 0.0, delta_r: float 
     return MODEL.linearisation.regressors.copy()
 
 
-def hasty(**changes: float) -> Health:
+def hasty(**changes: float) -> CoefficientValidity:
     """Makes up its mind within a second."""
     return health(**{"excitation_time": 0.1, "nis_time": 0.3, "settle": 0.05, **changes})
 
 
-def step(judge: Health, share: float = CERTAIN, y: np.ndarray | None = None, nis: np.ndarray = FINE, **more) -> Verdict:
+def step(
+    judge: CoefficientValidity, share: float = CERTAIN, y: np.ndarray | None = None, nis: np.ndarray = FINE, **more
+) -> Validity:
     return judged(judge, share * SCALE, BUSY if y is None else y, nis, **more)
 
 
-def judged(judge: Health, *heard: np.ndarray, **more) -> Verdict:
+def judged(judge: CoefficientValidity, *heard: np.ndarray, **more) -> Validity:
     judge.update(DT, *heard, **more)
     return judge.verdict
 
 
-def last(judge: Health, seconds: float, share: float = CERTAIN, **more) -> Verdict:
+def last(judge: CoefficientValidity, seconds: float, share: float = CERTAIN, **more) -> Validity:
     for _ in range(round(seconds / DT)):
         verdict = step(judge, share, **more)
     return verdict
@@ -246,7 +248,7 @@ def test_excitation_is_an_rms_with_hysteresis() -> None:
     m_ds = NAMES.index("M_ds")
     made = abs(MODEL.arrays.inverse_mass[4, 4] * SCALE[1] * forces(delta_s=0.1)[MODEL.arrays.terms.regressor[1]]) / 0.1
 
-    def swing(judge: Health, amplitude: float) -> Verdict:
+    def swing(judge: CoefficientValidity, amplitude: float) -> Validity:
         for k in range(10_000):
             y = forces(delta_s=amplitude * math.sin(0.5 * math.pi * k * DT))
             verdict = judged(judge, SCALE, y, FINE)
@@ -306,4 +308,4 @@ def test_the_wide_band_holds_all_but_one_in_a_thousand(freedom: int) -> None:
 
 def test_thresholds_the_wrong_way_round_are_refused() -> None:
     with pytest.raises(ParamError, match="invalid_std must be greater than valid_std"):
-        HealthParams(valid_std=0.2, invalid_std=0.2)
+        ValidityParams(valid_std=0.2, invalid_std=0.2)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 
-class RealTime:
+class RealTimeSchedule:
     """Tick k begins at start + k dt, whatever the ticks before it took; a late one begins at once and says how late.
 
     `advance(k)` is called just before tick k is released; it returns False to end the run. In SITL it steps the plant,

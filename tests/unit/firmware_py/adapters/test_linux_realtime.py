@@ -11,8 +11,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from firmware_py.adapters import realtime
-from firmware_py.adapters.realtime import RealtimeParams, apply, apply_while
+from firmware_py.adapters import linux_realtime
+from firmware_py.adapters.linux_realtime import RealtimeParams, apply, apply_while
 from firmware_py.params import ParamError, dump, load
 
 NO_LIMIT = resource.RLIM_INFINITY
@@ -30,8 +30,8 @@ class Kernel:
         monkeypatch.setattr(os, "sched_getscheduler", lambda pid: os.SCHED_OTHER)
         monkeypatch.setattr(os, "sched_getparam", lambda pid: os.sched_param(0))
         monkeypatch.setattr(resource, "getrlimit", lambda which: (limit, limit))
-        monkeypatch.setattr(realtime, "_capable", lambda capability: capable)
-        monkeypatch.setattr(realtime, "_libc", lambda name, *arguments: self.call(name)(*arguments))
+        monkeypatch.setattr(linux_realtime, "_capable", lambda capability: capable)
+        monkeypatch.setattr(linux_realtime, "_libc", lambda name, *arguments: self.call(name)(*arguments))
 
     def call(self, name):
         def made(*arguments):
@@ -171,8 +171,8 @@ class Library:
 
 def test_the_c_librarys_failure_is_told_with_its_reason(monkeypatch):
     real = ctypes.CDLL
-    monkeypatch.setattr(realtime.ctypes, "CDLL", lambda *words, **more: Library(real(*words, **more)))
-    monkeypatch.setattr(realtime.resource, "getrlimit", lambda which: (resource.RLIM_INFINITY,) * 2)
+    monkeypatch.setattr(linux_realtime.ctypes, "CDLL", lambda *words, **more: Library(real(*words, **more)))
+    monkeypatch.setattr(linux_realtime.resource, "getrlimit", lambda which: (resource.RLIM_INFINITY,) * 2)
     (sentence,) = apply(RealtimeParams(lock_memory=True), contextlib.ExitStack())
     assert "lock_memory was refused (Invalid argument)" in sentence
 
@@ -181,9 +181,9 @@ def test_the_c_librarys_failure_is_told_with_its_reason(monkeypatch):
 def test_capabilities_are_read_from_the_kernels_mask(tmp_path, monkeypatch, mask, expected):
     status = tmp_path / "status"
     status.write_text(f"CapPrm:\t000001ffffffffff\nCapEff:\t{mask}\nCapBnd:\t000001ffffffffff\n")
-    monkeypatch.setattr(realtime, "Path", lambda _: status)
-    monkeypatch.setattr(realtime.resource, "getrlimit", lambda which: (65536, 65536))
-    monkeypatch.setattr(realtime.ctypes, "CDLL", lambda *_, **__: SimpleNamespace(mlockall=lambda flags: 0))
+    monkeypatch.setattr(linux_realtime, "Path", lambda _: status)
+    monkeypatch.setattr(linux_realtime.resource, "getrlimit", lambda which: (65536, 65536))
+    monkeypatch.setattr(linux_realtime.ctypes, "CDLL", lambda *_, **__: SimpleNamespace(mlockall=lambda flags: 0))
     assert (apply(RealtimeParams(lock_memory=True), contextlib.ExitStack()) == ()) is expected
     status.unlink()
     (sentence,) = apply(RealtimeParams(lock_memory=True), contextlib.ExitStack())

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from firmware_py.schedule import Rate, Tick, step_ns
+from firmware_py.tick import Rate, Tick, step_ns
 
 
 @pytest.mark.parametrize("hz", [50, 100, 200, 250, 400, 500, 1000])

@@ -21,7 +21,7 @@ from firmware_py.mavlink.base.service import MessageHandler
 from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.commands.queue import CommandQueue
 from firmware_py.records.order import Mode
-from firmware_py.schedule import Tick
+from firmware_py.tick import Tick
 
 _E7, _MM = 1e-7, 1e-3
 _TOLERANCE: Final = 1.0
@@ -29,7 +29,7 @@ _TOLERANCE: Final = 1.0
 _HOME, _ORIGIN = dialect.MAVLINK_MSG_ID_HOME_POSITION, dialect.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN
 
 
-class PreFlight:
+class PreflightCommands:
     """The pre-flight commands of one link. Home is the origin of the local frame, which the configuration sets."""
 
     def __init__(self, output: LinkOutput, queue: CommandQueue, water_frame: WaterFrame) -> None:

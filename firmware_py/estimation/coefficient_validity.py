@@ -32,7 +32,7 @@ CALM = 0.25
 
 
 @dataclass(frozen=True, slots=True)
-class HealthParams:
+class ValidityParams:
     """When a learned coefficient is to be relied on."""
 
     valid_std: float = param(
@@ -90,7 +90,7 @@ class HealthParams:
             raise ParamError("invalid_std must be greater than valid_std, so that validity does not flicker")
 
 
-class Verdict(NamedTuple):
+class Validity(NamedTuple):
     """What `records.estimate.Learned` says of it: by coefficient, by coefficient, and by SENSORS (NaN unknown)."""
 
     valid: tuple[bool, ...]
@@ -98,8 +98,8 @@ class Verdict(NamedTuple):
     nis: tuple[float, float, float]
 
 
-class HealthMemory(NamedTuple):
-    """Everything that is remembered; see `Health`."""
+class ValidityMemory(NamedTuple):
+    """Everything that is remembered; see `CoefficientValidity`."""
 
     valid: tuple[bool, ...]
     excited: tuple[bool, ...]
@@ -109,10 +109,10 @@ class HealthMemory(NamedTuple):
     wait: float
 
 
-class Health:
+class CoefficientValidity:
     """Judges the first `count` parameters of a model, step by step."""
 
-    def __init__(self, params: HealthParams, model: ObserverModel, count: int) -> None:
+    def __init__(self, params: ValidityParams, model: ObserverModel, count: int) -> None:
         """Begins as after a reset. Inertia and the sizes of the coefficients are as believed, whatever is learned."""
         self._params = params
         self._scale = np.abs(np.array(model.believed[:count], dtype=np.float64))
@@ -162,14 +162,14 @@ class Health:
         self._consistent, self._wait = False, self._params.settle
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> Validity:
         """What is to be said of it."""
         dvl, gyro, attitude = (s / n if n >= LEAST else math.nan for s, n, _ in self._window.tolist())
-        return Verdict(tuple(self._valid.tolist()), tuple(self.excited.tolist()), (dvl, gyro, attitude))
+        return Validity(tuple(self._valid.tolist()), tuple(self.excited.tolist()), (dvl, gyro, attitude))
 
-    def freeze(self) -> HealthMemory:
+    def freeze(self) -> ValidityMemory:
         """All that is remembered."""
-        return HealthMemory(
+        return ValidityMemory(
             tuple(self._valid.tolist()),
             tuple(self.excited.tolist()),
             tuple(self._level.tolist()),
@@ -178,7 +178,7 @@ class Health:
             self._wait,
         )
 
-    def thaw(self, memory: HealthMemory) -> None:
+    def thaw(self, memory: ValidityMemory) -> None:
         """Goes on from there."""
         self._valid[:], self.excited[:], self._level[:] = memory.valid, memory.excited, memory.level
         self._window[:] = memory.window

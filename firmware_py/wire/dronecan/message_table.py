@@ -11,8 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
-from firmware_py.wire.dronecan import equipment as eq
-from firmware_py.wire.dronecan import protocol as p
+from firmware_py.wire.dronecan import equipment_messages as eq
+from firmware_py.wire.dronecan import node_messages as p
 from firmware_py.wire.dronecan.dsdl_types import max_bits, struct_of
 from firmware_py.wire.dronecan.struct_codec import codec_of
 

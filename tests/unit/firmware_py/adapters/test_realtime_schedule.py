@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.adapters import clock
+from firmware_py.adapters import realtime_schedule
 
 DT = 10_000_000
 OVER = 50_000
@@ -32,14 +32,14 @@ class Clock:
 @pytest.fixture
 def fake(monkeypatch):
     fake = Clock()
-    monkeypatch.setattr(clock, "time", fake)
+    monkeypatch.setattr(realtime_schedule, "time", fake)
     return fake
 
 
 def fly(fake: Clock, costs: list[int], advance=lambda k: True) -> list[tuple[int, int]]:
     """(moment since the start, late_ns) of every tick whose cycles take so long, ns."""
     ticks = []
-    for cost, tick in zip(costs, clock.RealTime(DT, advance), strict=False):
+    for cost, tick in zip(costs, realtime_schedule.RealTimeSchedule(DT, advance), strict=False):
         assert (tick.k, tick.dt_ns) == (len(ticks), DT)
         ticks.append((fake.now - fake.start, tick.late_ns))
         fake.now += cost
@@ -89,7 +89,7 @@ def test_it_ends_before_the_tick_that_is_refused_and_asks_for_each_once(fake):
 
 
 def test_slips_are_the_ticks_more_than_a_step_late_of_this_run(fake):
-    schedule = clock.RealTime(DT, lambda k: k < 5)
+    schedule = realtime_schedule.RealTimeSchedule(DT, lambda k: k < 5)
     costs = iter([2 * DT, 0, 2 * DT + 1, 0, 0, 0, 0, 0, 0, 0])  # tick 1 begins exactly a step late, tick 3 a ns more
     for _ in schedule:
         fake.now += next(costs)
@@ -108,14 +108,14 @@ def test_who_watches_the_clock_before_a_deadline_begins_on_it(monkeypatch):
             return self.now
 
     fake = Running()
-    monkeypatch.setattr(clock, "time", fake)
-    late = [tick.late_ns for tick in clock.RealTime(DT, lambda k: k < 20, spin_ns=OVER)]
+    monkeypatch.setattr(realtime_schedule, "time", fake)
+    late = [tick.late_ns for tick in realtime_schedule.RealTimeSchedule(DT, lambda k: k < 20, spin_ns=OVER)]
     assert len(fake.slept) == 20
     assert max(late) <= 400
 
 
 def test_each_run_begins_anew(fake):
-    schedule = clock.RealTime(DT, lambda k: k < 2)
+    schedule = realtime_schedule.RealTimeSchedule(DT, lambda k: k < 2)
     assert [tick.k for tick in schedule] == [0, 1]
     fake.now += 10**12
     assert [(tick.k, tick.late_ns) for tick in schedule] == [(0, 0), (1, OVER)]
@@ -125,7 +125,7 @@ def test_each_run_begins_anew(fake):
 def test_no_tick_is_early_or_skipped_and_lateness_is_exact(costs):
     fake = Clock()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(clock, "time", fake)
+        patch.setattr(realtime_schedule, "time", fake)
         ticks = fly(fake, costs)
     assert len(ticks) == len(costs)
     free = 0

@@ -21,7 +21,7 @@ from firmware_py.mavlink.base.water_frame import AMSL, LOCAL, WaterFrame, within
 from firmware_py.mavlink.commands.position_targets import heading, setpoint_of, speed_ahead
 from firmware_py.mavlink.commands.queue import CommandQueue, PendingCommand, setpoint_refusal
 from firmware_py.records.order import KEEP_SETPOINT, Arming, Asker, Mode, Setpoint
-from firmware_py.schedule import NS_PER_S, Tick
+from firmware_py.tick import NS_PER_S, Tick
 
 _NAN = math.nan
 _E7, _E4, _INT_UNKNOWN = 1e-7, 1e-4, 2147483647.0
@@ -41,7 +41,7 @@ class SetpointChecks(Protocol):
         """Return what is wrong with going to (x, y), m, at u, m/s (0: cruising speed); "" if nothing is."""
 
 
-class Setpoints:
+class SetpointCommands:
     """The setpoints of one link. What lies beyond the operating limits or the fence is refused."""
 
     def __init__(self, link: int, output: LinkOutput, queue: CommandQueue, checks: SetpointChecks) -> None:
