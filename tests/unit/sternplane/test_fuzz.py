@@ -13,9 +13,9 @@ from sternplane.fuzz import pool
 from sternplane.fuzz.flight import PACKETS, Job, flown
 from sternplane.fuzz.grammar import Grammar, with_checksum
 from sternplane.fuzz.packets import PacketKind, Packets, station_frames
-from sternplane.fuzz.rules import Broken, Peer, obeys
+from sternplane.fuzz.rules import Broken, Peer, check_order
 from sternplane.fuzz.sessions import sessions
-from sternplane.fuzz.vehicle import ashore
+from sternplane.fuzz.vehicle import open_vehicle
 from sternplane.sitl.flight import FlightRequest, prepare
 
 from firmware_py.mavlink import link
@@ -70,7 +70,7 @@ def test_a_changed_frame_can_be_given_the_checksum_that_makes_it_whole() -> None
 def test_the_conversations_have_all_that_the_vehicle_hears() -> None:
     configuration = prepare(FlightRequest("demo"), {}).configuration
     known = {message.get_msgId() for talk in TALKS for message in talk}
-    for one in ashore(configuration, False, random.Random(1)).node.links:
+    for one in open_vehicle(configuration, False, random.Random(1)).node.links:
         assert one.handlers.keys() <= known
 
 
@@ -88,7 +88,7 @@ def test_a_signed_vehicle_breaks_no_rule_and_heeds_the_owner_of_the_key_alone() 
     found = flown(Job(3, 1, FEW))
     assert found.failure is None, found.failure
     assert sum(found.counts[kind.value] for kind in PacketKind) == FEW
-    assert found.counts["said by the owner of the key"] > 20
+    assert found.counts["sent by the owner of the key"] > 20
     assert found.counts["refused: signature"] > FEW // 4
 
 
@@ -108,7 +108,7 @@ def test_a_service_that_raises_is_found_and_found_again(monkeypatch: pytest.Monk
     assert (again.failure, again.counts) == (found, first_time.counts)
     first, behind = found.packets
     assert 2 * PACKETS <= first < behind <= 2 * PACKETS + FEW
-    assert any("040000" in said for said in found.said)  # PING's id
+    assert any("040000" in datagram for datagram in found.received)  # PING's id
 
 
 def test_a_number_that_is_none_in_an_order_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -143,17 +143,17 @@ def test_a_key_that_lets_the_unsigned_in_is_found(monkeypatch: pytest.MonkeyPatc
     ],
 )
 def test_an_order_that_cannot_be_is_seen(order: Order) -> None:
-    assert obeys(NO_ORDER) == []
+    assert check_order(NO_ORDER) == []
     with pytest.raises(Broken, match=r"^order: "):
-        obeys(order)
+        check_order(order)
 
 
-def test_what_is_no_message_is_not_said() -> None:
+def test_what_is_no_message_may_not_be_sent() -> None:
     ((beat,),) = station_frames([[mavlink.MAVLink_heartbeat_message(12, 3, 0, 0, 3, 3)]])
-    assert Peer().hears(beat * 3) == 3
+    assert Peer().count_messages(beat * 3) == 3
     for datagram in (beat[:-1], beat + b"\x00", beat * 100):
-        with pytest.raises(Broken, match=r"^said: "):
-            Peer().hears(datagram)
+        with pytest.raises(Broken, match=r"^sent: "):
+            Peer().count_messages(datagram)
 
 
 def test_flights_take_exactly_so_many_packets() -> None:

@@ -96,9 +96,9 @@ def _flight(path: Path) -> dict[str, Any]:
         stack.enter_context(_replaced(can_bus.CanBus, "drain", counted(can_bus.CanBus.drain)))
         for part, cls, method in (
             ("plant_and_devices", bridge.Bridge, "step"),
-            ("hear", hardware.CanHardware, "read"),
-            ("think", Autopilot, "step"),
-            ("act", hardware.CanHardware, "write"),
+            ("sense", hardware.CanHardware, "read"),
+            ("compute", Autopilot, "step"),
+            ("actuate", hardware.CanHardware, "write"),
             ("record_cycle_and_truth", recorder.LogWriter, "write"),
         ):
             stack.enter_context(_timed(cls, method, part, spent))

@@ -25,7 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def parser() -> argparse.ArgumentParser:
-    """The command line: every option with what it is for."""
+    """Return the parser of the command line: every option with what it is for."""
     top = Parser(
         prog="sternplane", description="A fixed-rate autopilot for fin-controlled AUVs, and the sea to try it in."
     )

@@ -66,7 +66,7 @@ class Progress:
         self._hearing = SensorWatch()
 
     def update(self, cycle: Cycle) -> None:
-        """To be called with every cycle; nearly all calls only count."""
+        """Show a cycle; to be called with every one, and nearly all calls only count."""
         if cycle.events:
             for text in texts(cycle.events):
                 self._say(f"{cycle.tick.t:9.2f} s  {text}")
@@ -100,7 +100,7 @@ class Progress:
         self._console.print(line, highlight=False, markup=False, soft_wrap=True)
 
     def _bar(self, cycle: Cycle, width: int) -> RenderableType:
-        """One line: the fullest words that leave room for a bar, or else the fullest that fit without one."""
+        """Return one line: the longest form that leaves room for a bar, or else the longest that fits without one."""
         lines = [self._line(cycle, form) for form in _FORMS]
         for line in lines[:-1]:
             if (left := width - len(line) - 1) >= _LEAST_BAR:

@@ -1,4 +1,4 @@
-"""Work in processes of its own, with a bar."""
+"""Worker processes with a progress bar."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rich.progress import Progress, ProgressColumn, TimeElapsedColumn, TimeRemai
 def workers(
     processes: int, console: Console, *columns: ProgressColumn, transient: bool = False
 ) -> Iterator[tuple[Progress, ProcessPoolExecutor]]:
-    """A bar and as many processes; what was not begun when an exception comes is left.
+    """Start a progress bar and worker processes; on an exception, work that was not begun is cancelled.
 
     Args:
         processes: how many.

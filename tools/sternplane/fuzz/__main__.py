@@ -2,9 +2,9 @@
 
 Valid headers with random payloads, random bytes, mutated recordings, and every message id of the dialect with extreme
 values go through the parser and all services, over links as UDP, TCP and serial lines are, into the autopilot of a
-simulated boat. Nothing may raise; every number in an order and of what goes to the fins is finite; every change can be
-made, and what is kept is taken at the next start; all that came in is counted. Every other flight is signed: what
-anybody says but the owner of the key changes nothing, compared with a twin that hears the owner alone.
+simulated vehicle. Nothing may raise; every number in an order and in a fin command is finite; every change can be made,
+and what is saved is accepted at the next start; all that was received is counted. Every other flight is signed: only
+the owner of the key changes anything, compared with a twin that receives the owner's messages alone.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from firmware_py.adapters import kernel_cache
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Exit status 0 if every rule held, 1 if one was broken: it is printed, and how to see it again."""
+    """Fuzz; return 0 if every rule held, 1 if one was broken: it is printed, and how to see it again."""
     parser = argparse.ArgumentParser(prog="python -m sternplane.fuzz", description="Fuzzes the ground links.")
     parser.add_argument("--packets", type=int, default=10_000_000, metavar="N", help="how many [10000000]")
     parser.add_argument("--seconds", type=float, metavar="S", help="begin no flight after S s [until all are flown]")

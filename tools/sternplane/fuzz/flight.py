@@ -1,4 +1,4 @@
-"""One flight under fire: a simulated vehicle whose stations say anything at all."""
+"""One fuzzed flight: a simulated vehicle whose links receive packets of any kind."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from firmware_py.tick import Tick
 from sim_bridge.scripted_operator import ScriptedOperator
 from sternplane.fuzz.owner import Owner, forger
 from sternplane.fuzz.packets import Packets
-from sternplane.fuzz.rules import Broken, Peer, flies, obeys
+from sternplane.fuzz.rules import Broken, Peer, check_cycle, check_order
 from sternplane.fuzz.sessions import sessions
-from sternplane.fuzz.vehicle import DOORS, Ashore, ashore
+from sternplane.fuzz.vehicle import LINKS, FuzzedVehicle, open_vehicle
 from sternplane.logs.reading import read
 from sternplane.logs.replay import replay
 from sternplane.sitl.flight import Flight, FlightRequest, fly, prepare
@@ -47,19 +47,19 @@ _LAMING = ("SAF_", "EST_")
 _REPLAYED = 8
 """Of so many flights two are flown again from their logs, an open and a signed one."""
 _LISTENED = 8
-"""Ticks between two looks at what is said."""
+"""Ticks between two checks of what the vehicle sends."""
 
 
 class Failure(NamedTuple):
-    """A rule that was broken or an error that was raised, and what was said in the tick before."""
+    """A rule that was broken or an error that was raised, and what was received in that tick."""
 
     flight: int
     tick: int
     packets: tuple[int, int]
     """The first packet of that tick, counted over all flights, and the one behind the last."""
     text: str
-    said: tuple[str, ...]
-    """Hexadecimal, by link; the station that has the key speaks first."""
+    received: tuple[str, ...]
+    """Hexadecimal, by link; the station that has the key comes first."""
 
 
 class FuzzResult(NamedTuple):
@@ -82,12 +82,12 @@ class Job(NamedTuple):
 
     @property
     def signed(self) -> bool:
-        """Whether the links have a key: then nothing unsigned may change anything."""
+        """Return whether the links have a key: then nothing unsigned may change anything."""
         return self.flight % 2 == 1
 
 
-class UnderFire:
-    """A `ports.Ground` into whose links packets come until there are no more; it keeps count and holds the rules."""
+class FuzzGround:
+    """A `ports.Ground` that feeds packets into the links until none are left, counts them and checks the rules."""
 
     def __init__(self, job: Job, flight: Flight) -> None:
         self.job = job
@@ -98,25 +98,25 @@ class UnderFire:
         found = [setting for setting in found if job.flight % 4 < 2 or not setting.name.startswith(_LAMING)]
         conversations = sessions([setting.name for setting in found], here)
         self._packets = Packets(rng, conversations, forger(rng, conversations) if job.signed else None)
-        self.vehicle = ashore(flight.configuration, job.signed, random.Random(job.flight))
-        self._twin: Ashore | None = None
+        self.vehicle = open_vehicle(flight.configuration, job.signed, random.Random(job.flight))
+        self._twin: FuzzedVehicle | None = None
         if job.signed:  # hears the owner alone, and must be ordered the same
-            self._twin = ashore(flight.configuration, True, random.Random(job.flight))
+            self._twin = open_vehicle(flight.configuration, True, random.Random(job.flight))
             # what may be refused at one time and not at another hangs on the tick in which it is tried
             any_time = tuple(setting.name for setting in found if setting.when is TakesEffect.AT_ONCE)
             self._owner = Owner(rng, any_time, here)
         self._left, self._quiet = job.packets, _QUIET
-        self._streams = [bytearray() for _ in DOORS]
+        self._streams = [bytearray() for _ in LINKS]
         self._changes: tuple[list[Change], list[Change]] = ([], [])
-        self._said: list[list[bytes]] = []
-        self._peers = [Peer() for _ in DOORS]
+        self._received: list[list[bytes]] = []
+        self._peers = [Peer() for _ in LINKS]
         self._operator: ScriptedOperator | None = None
         self._tick = self._first = 0
         self.counts: Counter[str] = Counter()
         self.cost_ns: list[int] = []
 
     def instead(self, operator: ScriptedOperator) -> Ground:
-        """Takes the place of a scenario's operator, and tells him when it is over."""
+        """Replace a scenario's operator, and end the scenario through it when the packets are used up."""
         self._operator = operator
         return self
 
@@ -124,16 +124,16 @@ class UnderFire:
         """See `ports.Ground`."""
         self._tick = tick.k
         self._first = self.job.packets - self._left
-        self._said = said = [self._come(i) for i in range(len(DOORS))]
+        self._received = received = [self._come(i) for i in range(len(LINKS))]
         owner = self._own(tick)
-        said[0] = owner + said[0]
+        received[0] = owner + received[0]
         node = self.vehicle.node
         began = time.thread_time_ns()
-        node.receive(tick, said)
+        node.receive(tick, received)
         order = node.order()
         self.cost_ns.append(time.thread_time_ns() - began)
         if order is not NO_ORDER:
-            self.counts.update(f"changes of {kind}" for kind in obeys(order))
+            self.counts.update(f"changes of {kind}" for kind in check_order(order))
             self.counts["orders"] += order.asker.link >= 0
         self._changes[0].extend(order.changes)
         if self._twin is not None:
@@ -143,17 +143,17 @@ class UnderFire:
     def write(self, cycle: Cycle) -> None:
         """See `ports.Ground`."""
         vehicle = self.vehicle
-        flies(cycle)
+        check_cycle(cycle)
         began = time.thread_time_ns()
-        said = vehicle.node.report(cycle)
+        sent = vehicle.node.report(cycle)
         saves = vehicle.node.files_to_save()
         self.cost_ns[-1] += time.thread_time_ns() - began
         vehicle.kept |= saves
         self.counts["times that something was kept"] += len(saves)
         self.counts[f"ticks in {cycle.mode.mode.name}"] += 1
         if cycle.tick.k % _LISTENED == 0:
-            for peer, datagram in zip(self._peers, said, strict=True):
-                self.counts["answers looked at"] += peer.hears(datagram)
+            for peer, datagram in zip(self._peers, sent, strict=True):
+                self.counts["answers looked at"] += peer.count_messages(datagram)
         if self._twin is not None:
             self._twin.node.report(cycle)
             self._twin.kept |= self._twin.node.files_to_save()
@@ -163,20 +163,20 @@ class UnderFire:
                 self._operator.completion.done = True
 
     def end(self, log: Path) -> None:
-        """What holds in the end: the next start takes what was kept, and a key let nobody change anything.
+        """Check at the end that the next start accepts the saved state, and that without the key nothing was changed.
 
         Raises:
             Broken: it does not.
         """
         vehicle, twin = self.vehicle, self._twin
         if unsayable := vehicle.tally()["answers that could not be packed"]:
-            raise Broken(f"said: {unsayable} answers could not be packed")
+            raise Broken(f"sent: {unsayable} answers could not be packed")
         with tempfile.TemporaryDirectory() as folder:
             for name, content in vehicle.kept.items():
                 (Path(folder) / name).write_bytes(content)
             try:
                 again = prepare(FlightRequest("demo", state=Path(folder)), {})
-                ashore(again.configuration, False, self._rng, Path(folder))
+                open_vehicle(again.configuration, False, self._rng, Path(folder))
             except ParamError as error:
                 raise Broken(f"kept: the next start refuses it: {error}") from None
         if self.job.flight % _REPLAYED < 2:
@@ -195,14 +195,14 @@ class UnderFire:
             raise Broken("signed: logs were erased or an end was asked for by nobody who has the key")
 
     def failure(self, text: str) -> Failure:
-        """With what was said in this tick."""
+        """Return a failure with all that was received in this tick."""
         base = self.job.flight * PACKETS
         first, behind = base + self._first, base + self.job.packets - self._left
-        said = tuple(f"link {i}: {datagram.hex()}" for i, link in enumerate(self._said) for datagram in link)
-        return Failure(self.job.flight, self._tick, (first, behind), text, said)
+        received = tuple(f"link {i}: {datagram.hex()}" for i, link in enumerate(self._received) for datagram in link)
+        return Failure(self.job.flight, self._tick, (first, behind), text, received)
 
     def _come(self, link: int) -> list[bytes]:
-        """What comes by a link in this tick."""
+        """Return what arrives on a link in this tick."""
         rng = self._rng
         most = _FLOODED if rng.random() < _FLOOD else int(rng.random() * (_MOST_PER_TICK + 1))
         packets: list[bytes] = []
@@ -211,7 +211,7 @@ class UnderFire:
             self.counts[kind.value] += 1
             packets.append(packet)
         self._left -= len(packets)
-        if not DOORS[link].stream:
+        if not LINKS[link].stream:
             return packets
         stream = self._streams[link]
         stream += b"".join(packets)
@@ -227,13 +227,13 @@ class UnderFire:
             return []
         owner = self._owner.mav.signing
         owner.timestamp = max(owner.timestamp, signing.at(tick.t_ns))
-        said = self._owner.say()
-        self._packets.listen(said)
-        self.counts["said by the owner of the key"] += 1
-        return [said]
+        frame = self._owner.next_frame()
+        self._packets.add_recording(frame)
+        self.counts["sent by the owner of the key"] += 1
+        return [frame]
 
-    def _compare(self, twin: Ashore, tick: Tick, owner: list[bytes], order: Order) -> None:
-        """The order but for changes, which are tried when there is room in a datagram."""
+    def _compare(self, twin: FuzzedVehicle, tick: Tick, owner: list[bytes], order: Order) -> None:
+        """Compare with the twin's order, but for changes, which are tried when there is room in a datagram."""
         twin.node.receive(tick, [owner])
         wanted = twin.node.order()
         self._changes[1].extend(wanted.changes)
@@ -244,28 +244,28 @@ class UnderFire:
 
 
 def flown(job: Job) -> FuzzResult:
-    """Flies one flight, and stops at the first failure."""
+    """Fly one flight, and stop at the first failure."""
     flight = prepare(FlightRequest("demo"), {})
     start = dataclasses.replace(flight.scenario.start, depth=10.0, u=1.5)  # so that surfacing is not the end at once
     quiet = dataclasses.replace(flight.scenario, orders=(), duration=1e6, start=start)
-    fire = UnderFire(job, dataclasses.replace(flight, scenario=quiet))
+    ground = FuzzGround(job, dataclasses.replace(flight, scenario=quiet))
     failure, began = None, time.process_time()
     try:
         with tempfile.TemporaryDirectory() as folder:
             log = Path(folder) / "log.mcap"
-            outcome = fly(dataclasses.replace(flight, scenario=quiet), log, command=fire.instead)
+            outcome = fly(dataclasses.replace(flight, scenario=quiet), log, command=ground.instead)
             if "numbers" in outcome.reason or outcome.reason == "interrupted":
                 raise Broken(outcome.reason)
-            fire.end(log)
+            ground.end(log)
     except Broken as broken:
-        failure = fire.failure(str(broken))
+        failure = ground.failure(str(broken))
     except Exception:
-        failure = fire.failure(traceback.format_exc(limit=-6))
-    fire.counts.update(fire.vehicle.tally())
-    return FuzzResult(fire.counts, np.array(fire.cost_ns, dtype=np.int64), time.process_time() - began, failure)
+        failure = ground.failure(traceback.format_exc(limit=-6))
+    ground.counts.update(ground.vehicle.tally())
+    return FuzzResult(ground.counts, np.array(ground.cost_ns, dtype=np.int64), time.process_time() - began, failure)
 
 
-def _unlike(vehicle: Ashore, twin: Ashore) -> str:
+def _unlike(vehicle: FuzzedVehicle, twin: FuzzedVehicle) -> str:
     theirs = twin.values
     unlike = {name: value for name, value in vehicle.values.items() if value != theirs[name]}
     return ", ".join(f"{name} {value:g} for {theirs[name]:g}" for name, value in unlike.items())

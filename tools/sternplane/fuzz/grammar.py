@@ -40,7 +40,7 @@ class PayloadField(NamedTuple):
 
 
 def shape(kind: Any) -> list[PayloadField]:
-    """The fields of a message in the order of the payload; texts are one value, however long."""
+    """Return the fields of a message in the order of the payload; a text is one value, however long."""
     codes = re.findall(r"(\d*)(\w)", kind.unpacker.format[1:])
     return [
         PayloadField(name, code, 1 if code == "s" or not length else int(length))
@@ -49,20 +49,20 @@ def shape(kind: Any) -> list[PayloadField]:
 
 
 def frame(payload: bytes, name: int, seq: int, system: int = SYSTEM, component: int = COMPONENT) -> bytes:
-    """A MAVLink 2 frame around a payload, with the checksum of that message id; of an unknown id with one of none."""
+    """Return a MAVLink 2 frame around a payload, with the checksum of that message id, if the id is known."""
     kind = mav.mavlink_map.get(name)
     body = bytes((len(payload), 0, 0, seq, system, component)) + name.to_bytes(3, "little") + payload
     return b"\xfd" + body + _checksum(body, kind.crc_extra if kind is not None else 0)
 
 
 def frame_1(payload: bytes, name: int, seq: int) -> bytes:
-    """As `frame`, in MAVLink 1, for ids below 256."""
+    """Return a frame as `frame` does, in MAVLink 1, for ids below 256."""
     body = bytes((len(payload), seq, SYSTEM, COMPONENT, name)) + payload
     return b"\xfe" + body + _checksum(body, mav.mavlink_map[name].crc_extra)
 
 
 def with_checksum(broken: bytes | bytearray) -> bytes:
-    """A frame that was changed, with the checksum that it should have then; as it is, if it is too odd for one."""
+    """Return a changed frame with its right checksum; as it is, if it is no frame any more."""
     data = bytearray(broken)
     head = 6 if data[:1] == b"\xfe" else 10
     if len(data) >= head + 2:
@@ -81,7 +81,7 @@ def _checksum(data: bytes | bytearray, extra: int) -> bytes:
 class Grammar:
     """Payloads of any message id, at random but far from usual.
 
-    What a vehicle looks at before all else (to whom it is said, which command, which parameter) is mostly what occurs
+    What a vehicle looks at before all else (its addressee, which command, which parameter) is mostly what occurs
     in the conversations, for else nothing would get beyond that look; of other fields it often is.
     """
 
@@ -101,15 +101,15 @@ class Grammar:
         """The ids that occur in the conversations, those with commands once for each command."""
         self._shapes = {name: shape(mav.mavlink_map[name]) for name in self.names}
         self._pack = {name: mav.mavlink_map[name].unpacker.pack for name in self.names}
-        self._said: dict[tuple[str, str, int], list[list[Any]]] = {}
+        self._frequent: dict[tuple[str, str, int], list[list[Any]]] = {}
         for message in (message for messages in conversations for message in messages):
             for field, values in self._values(message):
-                found = self._said.setdefault(field, [])
+                found = self._frequent.setdefault(field, [])
                 if values not in found:
                     found.append(values)
 
     def payload(self, name: int) -> bytes:
-        """A whole payload of a message."""
+        """Return a whole payload of a message."""
         values: list[Any] = []
         for field in self._shapes[name]:
             values += self._drawn(field)
@@ -118,9 +118,9 @@ class Grammar:
 
     def _drawn(self, field: PayloadField) -> list[Any]:
         rng = self._rng
-        said = self._said.get(field)
-        if said is not None and rng.random() < (_MOSTLY if field.name in _LOOKED_AT else _OFTEN):
-            return said[int(rng.random() * len(said))]
+        frequent = self._frequent.get(field)
+        if frequent is not None and rng.random() < (_MOSTLY if field.name in _LOOKED_AT else _OFTEN):
+            return frequent[int(rng.random() * len(frequent))]
         if field.code == "s":
             return [_TEXTS[int(rng.random() * len(_TEXTS))]]
         if field.code == "B" and field.length > 1 and rng.random() < 0.5:

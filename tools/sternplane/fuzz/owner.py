@@ -13,26 +13,26 @@ from sternplane.fuzz.vehicle import KEY
 
 
 class Owner:
-    """The station that has the key: goes through the conversations, and signs what it says."""
+    """The station that has the key: goes through the conversations, and signs its frames."""
 
     def __init__(self, rng: random.Random, names: tuple[str, ...], here: tuple[int, int]) -> None:
         self._rng = rng
-        self._talks = sessions(names, here)
+        self._conversations = sessions(names, here)
         self._next: list[Any] = []
         self.mav = mav.MAVLink(None, SYSTEM, COMPONENT)
         self.mav.signing.secret_key, self.mav.signing.sign_outgoing, self.mav.signing.link_id = KEY, True, 1
 
-    def say(self) -> bytes:
-        """The next frame."""
+    def next_frame(self) -> bytes:
+        """Return the next frame."""
         if not self._next:
-            self._next = list(self._talks[self._rng.randrange(len(self._talks))])
+            self._next = list(self._conversations[self._rng.randrange(len(self._conversations))])
         frame: bytes = self._next.pop(0).pack(self.mav)
         self.mav.seq = self.mav.seq + 1 & 255
         return frame
 
 
 def forger(rng: random.Random, conversations: Sequence[Sequence[Message]]) -> Callable[[], bytes]:
-    """Says what stations say, signed with another key."""
+    """Return a function that makes frames of the conversations, signed with another key."""
     station = mav.MAVLink(None, SYSTEM, COMPONENT)
     station.signing.secret_key, station.signing.sign_outgoing = bytes(32), True
     station.signing.timestamp = 2**40

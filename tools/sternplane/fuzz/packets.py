@@ -38,25 +38,25 @@ class Packets:
         self._forge = forge
         self._grammar = Grammar(rng, conversations)
         self._frames = station_frames(conversations)
-        self._talk: Sequence[bytes] = ()
+        self._recording: Sequence[bytes] = ()
         self._at = 0
         self._name = 0
         self._seq = 0
         self._draws = (self._header, self._noise, self._mutated, self._extreme)
 
     def next(self) -> tuple[PacketKind, bytes]:
-        """The next packet; each kind is as frequent as the others."""
+        """Return the next packet; each kind is as frequent as the others."""
         which = int(self._rng.random() * 4.0)
         self._seq = self._seq + 1 & 255
         return _KINDS[which], self._draws[which]()
 
-    def listen(self, said: bytes) -> None:
-        """Takes what somebody else said among what is played again and mutated."""
-        self._talk = (*self._talk[self._at :][-32:], said)
+    def add_recording(self, frame: bytes) -> None:
+        """Add another station's frame to those that are repeated and mutated."""
+        self._recording = (*self._recording[self._at :][-32:], frame)
         self._at = 0
 
     def _header(self) -> bytes:
-        """A header of some id with any length of payload; every other one with its right checksum."""
+        """Return a header of some id with any length of payload; every other one with its right checksum."""
         rng, known = self._rng, self._grammar.known
         among: Sequence[int] = known if rng.random() < 0.5 else self._grammar.names
         name = among[int(rng.random() * len(among))] if rng.random() < 0.95 else rng.getrandbits(24)
@@ -66,27 +66,27 @@ class Packets:
         return frame(payload, name, self._seq)[:-2] + rng.randbytes(2)
 
     def _noise(self) -> bytes:
-        """Any bytes, sometimes many beginnings of frames."""
+        """Return random bytes, sometimes many beginnings of frames."""
         length = int(self._rng.random() ** 2 * _LONGEST)
         if self._rng.random() < 0.9:
             return self._rng.randbytes(length)
         return bytes(self._rng.choices(b"\xfd\xfe\x00\x01\x09\xff", k=length))
 
     def _mutated(self) -> bytes:
-        """The next of a conversation, as it was or not quite; or a forged one."""
+        """Return the next frame of a conversation, unchanged, mutated or forged."""
         rng = self._rng
         if self._forge is not None and rng.random() < 0.2:
             return self._forge()
-        if self._at >= len(self._talk):
-            self._talk, self._at = self._frames[int(rng.random() * len(self._frames))], 0
-        said, share = self._talk[self._at], rng.random()
+        if self._at >= len(self._recording):
+            self._recording, self._at = self._frames[int(rng.random() * len(self._frames))], 0
+        frame, share = self._recording[self._at], rng.random()
         self._at += not _AS_IT_WAS <= share < _AS_IT_WAS + _BESIDE
         if share < _AS_IT_WAS:
-            return said
-        return _MUTATIONS[int(rng.random() * len(_MUTATIONS))](rng, said)
+            return frame
+        return _MUTATIONS[int(rng.random() * len(_MUTATIONS))](rng, frame)
 
     def _extreme(self) -> bytes:
-        """One id after the other, and in between those that are known."""
+        """Return a frame of extreme values: one id after the other, and in between those that the vehicle knows."""
         rng, known, names = self._rng, self._grammar.known, self._grammar.names
         if rng.random() < 0.6:
             name = known[int(rng.random() * len(known))]
@@ -106,7 +106,7 @@ class Packets:
 
 
 def station_frames(conversations: Sequence[Sequence[Message]]) -> list[list[bytes]]:
-    """The frames of a station that has these conversations."""
+    """Return the frames of a station that has these conversations."""
     station = mav.MAVLink(None, SYSTEM, COMPONENT)
     frames: list[list[bytes]] = []
     for conversation in conversations:
@@ -117,40 +117,40 @@ def station_frames(conversations: Sequence[Sequence[Message]]) -> list[list[byte
     return frames
 
 
-def _cut(rng: random.Random, said: bytes) -> bytes:
-    return said[: int(rng.random() * len(said))]
+def _cut(rng: random.Random, frame: bytes) -> bytes:
+    return frame[: int(rng.random() * len(frame))]
 
 
-def _flipped(rng: random.Random, said: bytes) -> bytes:
-    data = bytearray(said)
+def _flipped(rng: random.Random, frame: bytes) -> bytes:
+    data = bytearray(frame)
     for _ in range(1 + int(rng.random() * 3.0)):
         data[int(rng.random() * len(data))] ^= 1 << int(rng.random() * 8.0)
     return bytes(data)
 
 
-def _other_header(rng: random.Random, said: bytes) -> bytes:
-    """Flags, number, sender or id changed, and the checksum right again."""
-    data = bytearray(said)
+def _other_header(rng: random.Random, frame: bytes) -> bytes:
+    """Change flags, number, sender or id, and make the checksum right again."""
+    data = bytearray(frame)
     data[min(2 + int(rng.random() * 8.0), len(data) - 1)] = int(rng.random() * 256.0)
     return with_checksum(data)
 
 
-def _other_payload(rng: random.Random, said: bytes) -> bytes:
-    """One or two places of the payload set to an extreme, and the checksum right again."""
-    data = bytearray(said)
+def _other_payload(rng: random.Random, frame: bytes) -> bytes:
+    """Set one or two places of the payload to an extreme, and make the checksum right again."""
+    data = bytearray(frame)
     for _ in range(1 + (rng.random() < 0.3)):
         end = _ENDS[int(rng.random() * len(_ENDS))]
         at = 10 + int(rng.random() * max(len(data) - 12 - len(end), 1)) // len(end) * len(end)
         data[at : at + len(end)] = end
-    return with_checksum(data[: len(said)])
+    return with_checksum(data[: len(frame)])
 
 
-def _shifted(rng: random.Random, said: bytes) -> bytes:
-    return rng.randbytes(1 + int(rng.random() * 16.0)) + said
+def _shifted(rng: random.Random, frame: bytes) -> bytes:
+    return rng.randbytes(1 + int(rng.random() * 16.0)) + frame
 
 
-def _twice(rng: random.Random, said: bytes) -> bytes:
-    return said + said[int(rng.random() * 4.0) // 3 :]
+def _twice(rng: random.Random, frame: bytes) -> bytes:
+    return frame + frame[int(rng.random() * 4.0) // 3 :]
 
 
 _KINDS = tuple(PacketKind)

@@ -17,13 +17,13 @@ MOST_FAILURES = 20
 
 
 def jobs(seed: int, packets: int) -> Iterator[Job]:
-    """The flights that take so many packets; all but the last take as many each."""
+    """Yield the flights that take so many packets; all but the last take as many each."""
     for flight, first in enumerate(range(0, packets, PACKETS)):
         yield Job(seed, flight, min(PACKETS, packets - first))
 
 
 def run_all(seed: int, packets: int, seconds: float | None, processes: int, console: Console) -> list[FuzzResult]:
-    """Every flight, in their order.
+    """Fly every flight; return the results in their order.
 
     Args:
         seed: of all that is random.

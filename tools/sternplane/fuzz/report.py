@@ -1,4 +1,4 @@
-"""What the fuzzing came to, for people."""
+"""The result of the fuzzing, for people."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _SHOWN = 1000
 
 
 def sent(flights: Sequence[FuzzResult]) -> int:
-    """How many packets were sent."""
+    """Return how many packets were sent."""
     return sum(flight.counts[kind.value] for flight in flights for kind in PacketKind)
 
 
 def tell(flights: Sequence[FuzzResult], seed: int, wall_s: float, console: Console) -> None:
-    """Prints counts, rate, what the links cost, and every failure with how to fly it again."""
+    """Print counts, rate, what the links cost, and every failure with how to fly it again."""
     counts: Counter[str] = sum((flight.counts for flight in flights), Counter())
     cpu_s = sum(flight.cpu_s for flight in flights)
     total, kinds = sent(flights), {kind.value for kind in PacketKind}
@@ -56,7 +56,7 @@ def _tell_failure(failure: Failure, seed: int, console: Console) -> None:
     console.print(
         f"\nflight {failure.flight}, tick {failure.tick}, packets {first} to {behind - 1}: {failure.text.rstrip()}\n"
         f"again: python -m sternplane.fuzz --seed {seed} --flight {failure.flight}",
-        *(line[:_SHOWN] for line in failure.said),
+        *(line[:_SHOWN] for line in failure.received),
         sep="\n  ",
         highlight=False,
         markup=False,

@@ -1,4 +1,4 @@
-"""What must hold whatever a station sends: of orders, of changes, of what comes out."""
+"""What must hold whatever a station sends: rules on orders, changes and outputs."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class Broken(Exception):
     """A rule that does not hold; the text says which, and of what."""
 
 
-def obeys(order: Order) -> list[str]:
-    """An order's numbers are finite; NaN says "as it was" in a setpoint, and sticks may never have been heard.
+def check_order(order: Order) -> list[str]:
+    """Check that an order's numbers are finite; NaN keeps a setpoint, and sticks may never have been received.
 
     Returns:
         What its changes are of.
@@ -42,7 +42,7 @@ def obeys(order: Order) -> list[str]:
 
 
 def _changed(change: Change) -> str:
-    """What a change is of; a log gives it back as it is, and its numbers are finite."""
+    """Return what a change is of; check that a log gives it back as it is, and that its numbers are finite."""
     logged = encode(change)
     numbers = (*logged.numbers, *(logged.text and _numbers(json.loads(logged.text))))
     if not all(map(math.isfinite, numbers)) or decode(logged) != change:
@@ -60,8 +60,8 @@ def _numbers(value: Any) -> list[float]:
     return [value] if isinstance(value, int | float) else []
 
 
-def flies(cycle: Cycle) -> None:
-    """What goes to the fins is finite, so is where the vehicle believes itself, and every change could be made.
+def check_cycle(cycle: Cycle) -> None:
+    """Check that fin commands and estimated state are finite, and that every change could be made.
 
     Raises:
         Broken: it is not so.
@@ -78,13 +78,13 @@ def flies(cycle: Cycle) -> None:
 
 
 class Peer:
-    """What another's parser makes of what one link sends; it is strict."""
+    """pymavlink's strict parser at the other end of a link."""
 
     def __init__(self) -> None:
         self._mav = mav.MAVLink(None)
 
-    def hears(self, datagram: bytes) -> int:
-        """How many messages are in a datagram.
+    def count_messages(self, datagram: bytes) -> int:
+        """Return how many messages are in a datagram.
 
         Raises:
             Broken: it is too long, or not all of it is messages.
@@ -92,7 +92,7 @@ class Peer:
         try:
             messages = self._mav.parse_buffer(datagram) or []
         except mav.MAVError as error:
-            raise Broken(f"said: {error}: {datagram.hex()}") from None
+            raise Broken(f"sent: {error}: {datagram.hex()}") from None
         if len(datagram) > MOST_BYTES or self._mav.buf_len():
-            raise Broken(f"said: {len(datagram)} bytes, {self._mav.buf_len()} of them no message: {datagram.hex()}")
+            raise Broken(f"sent: {len(datagram)} bytes, {self._mav.buf_len()} of them no message: {datagram.hex()}")
         return len(messages)

@@ -1,4 +1,4 @@
-"""What ground stations say, as pymavlink packs it: one conversation after the other, message by message.
+"""Messages of ground stations, as pymavlink packs them: one conversation after the other, message by message.
 
 They are what is played, mutated and forged; and whatever message id, command and parameter occurs in them is one that
 the vehicle knows, so that extreme values are sent under these far more often than under the hundreds of others.
@@ -27,18 +27,18 @@ MODES = (19, 2, 16, 4, 3, 9)
 
 
 def sessions(names: Sequence[str], here: tuple[int, int] = _HERE) -> list[list[Message]]:
-    """Every conversation; `names` are the vehicle's parameters, `here` its place, 1e-7 deg."""
+    """Return every conversation; `names` are the vehicle's parameters, `here` its place, 1e-7 deg."""
     flown = [_fly(), _steer(here)] * 3  # what comes of the rest shows in a vehicle that is armed
     return [_connect(here), *flown, _parameters(names), _files(), _logs(), *_uploads(here), _upkeep(here)]
 
 
 def long(command: int, *params: float, again: int = 0) -> Message:
-    """COMMAND_LONG with some of its seven parameters."""
+    """Return COMMAND_LONG with some of its seven parameters."""
     return mav.MAVLink_command_long_message(*_VEHICLE, command, again, *(*params, *(0.0,) * (7 - len(params))))
 
 
 def command_int(command: int, frame: int, *params: float) -> Message:
-    """COMMAND_INT with all of its seven parameters."""
+    """Return COMMAND_INT with all of its seven parameters."""
     p1, p2, p3, p4, x, y, z = params
     return mav.MAVLink_command_int_message(*_VEHICLE, frame, command, 0, 0, p1, p2, p3, p4, int(x), int(y), z)
 
@@ -121,7 +121,7 @@ def _parameters(names: Sequence[str]) -> list[Message]:
 
 
 def ftp(number: int, op: int, data: bytes = b"", session: int = 0, offset: int = 0, size: int | None = None) -> Message:
-    """A request of MAVLink FTP."""
+    """Return a request of MAVLink FTP."""
     head = _FTP.pack(number, session, op, len(data) if size is None else size, 0, 0, offset)
     return mav.MAVLink_file_transfer_protocol_message(0, *_VEHICLE, (head + data).ljust(251, b"\0"))
 
@@ -155,7 +155,7 @@ def _logs() -> list[Message]:
 
 
 def item(kind: int, seq: int, frame: int, command: int, *params: float) -> Message:
-    """MISSION_ITEM_INT with all of its seven parameters."""
+    """Return MISSION_ITEM_INT with all of its seven parameters."""
     p1, p2, p3, p4, x, y, z = params
     return mav.MAVLink_mission_item_int_message(
         *_VEHICLE, seq, frame, command, 0, 1, p1, p2, p3, p4, int(x), int(y), z, kind
@@ -163,7 +163,7 @@ def item(kind: int, seq: int, frame: int, command: int, *params: float) -> Messa
 
 
 def plan_items(here: tuple[int, int]) -> dict[int, list[Message]]:
-    """A mission, a fence and rally points, by their type: items as stations upload them."""
+    """Return a mission, a fence and rally points, by their type: items as stations upload them."""
     relative, (lat, lon), nan = mav.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, here, math.nan
     mission, fence, rally = _MISSIONS
     legs: list[tuple[int, int, tuple[float, ...]]] = [
@@ -196,7 +196,7 @@ def plan_items(here: tuple[int, int]) -> dict[int, list[Message]]:
 
 
 def _uploads(here: tuple[int, int]) -> list[list[Message]]:
-    """Each type uploaded, and fetched again; then all of it cleared."""
+    """Return conversations that upload each type and fetch it again, then clear all of it."""
     conversations = []
     for kind, items in plan_items(here).items():
         whole_list = [mav.MAVLink_mission_request_list_message(*_VEHICLE, kind)]

@@ -21,7 +21,7 @@ from firmware_py.reconfiguration import node_settings
 from firmware_py.run import kept_plans
 from sternplane.fuzz.rules import Broken
 
-DOORS = (
+LINKS = (
     LinkConfiguration(Identity.ARDUSUB),
     LinkConfiguration(Identity.GENERIC, stream=True),
     LinkConfiguration(Identity.ARDUSUB, bytes_per_s=1000.0, stream=True, high_latency=True),
@@ -34,7 +34,7 @@ Parse = Callable[..., tuple[list[Message], int]]
 
 
 class Logs:
-    """A `shelf.Shelf` whose disk is often slow and sometimes broken."""
+    """A `files.tree.LogStorage` whose disk is often slow and sometimes broken."""
 
     def __init__(self, rng: random.Random) -> None:
         self._rng = rng
@@ -42,7 +42,7 @@ class Logs:
         self.erased = 0
 
     def logs(self) -> Sequence[LogFile] | None:
-        """See `shelf.Shelf`."""
+        """See `files.tree.LogStorage`."""
         if self._asked():
             return None
         return [
@@ -50,11 +50,11 @@ class Logs:
         ]
 
     def read(self, name: str, offset: int, n: int) -> bytes | None:
-        """See `shelf.Shelf`."""
+        """See `files.tree.LogStorage`."""
         return None if self._asked() else self._content[name][offset : offset + n]
 
     def erase(self) -> None:
-        """See `shelf.Shelf`."""
+        """See `files.tree.LogStorage`."""
         self.erased += 1
 
     def _asked(self) -> bool:
@@ -65,11 +65,11 @@ class Logs:
 
 
 @dataclass
-class Ashore:
-    """A node, what its links made of what they were given, and what it gave to be kept."""
+class FuzzedVehicle:
+    """A node, how many messages its links parsed, and the files that it gave to be saved."""
 
     node: Node
-    book: ParameterStore
+    store: ParameterStore
     signing: Signing | None
     logs: Logs
     heard: int = 0
@@ -77,11 +77,11 @@ class Ashore:
 
     @property
     def values(self) -> dict[str, float]:
-        """Every parameter."""
-        return {setting.name: setting.value for setting in self.book.settings}
+        """Return the value of every parameter."""
+        return {setting.name: setting.value for setting in self.store.settings}
 
     def tally(self) -> dict[str, int]:
-        """What became of all that came, in all links."""
+        """Return what became of everything that was received, over all links."""
         codecs = [link.codec for link in self.node.links]
         return {
             "messages heard": self.heard,
@@ -96,26 +96,28 @@ class Ashore:
         }
 
 
-def ashore(configuration: Mapping[str, Any], signed: bool, rng: random.Random, state: Path | None = None) -> Ashore:
-    """A node with all services; with `signed` links it heeds nobody but who has the KEY; `state` is what was kept.
+def open_vehicle(
+    configuration: Mapping[str, Any], signed: bool, rng: random.Random, state: Path | None = None
+) -> FuzzedVehicle:
+    """Make a node with all services; on `signed` links it obeys only who has the KEY; `state` is the saved state.
 
     Raises:
         ParamError: what was kept cannot be used.
     """
-    settings, book = node_settings(config_files.autopilot_params(configuration)), app.parameter_store(configuration)
+    settings, store = node_settings(config_files.autopilot_params(configuration)), app.parameter_store(configuration)
     signing = Signing(KEY, _NOW) if signed else None
-    shared = SharedState(signing, book, kept_plans.plans(configuration, state))
-    node = Node(settings, app.vehicle_description(configuration), DOORS, shared)
+    shared = SharedState(signing, store, kept_plans.plans(configuration, state))
+    node = Node(settings, app.vehicle_description(configuration), LINKS, shared)
     node.allow_end()
-    found = Ashore(node, book, signing, Logs(rng))
+    found = FuzzedVehicle(node, store, signing, Logs(rng))
     node.offer_logs(found.logs)
     for link in node.links:
         link.codec.parse = _audited(found, link.codec, link.codec.parse)  # type: ignore[method-assign]
     return found
 
 
-def _audited(found: Ashore, codec: Codec, parse: Parse) -> Parse:
-    """Each place that was looked at became a message, or counts as something else; and there are never too many.
+def _audited(found: FuzzedVehicle, codec: Codec, parse: Parse) -> Parse:
+    """Return `parse` with a check: each place that it examined became a message or was counted; and not too many.
 
     With a key, what is heard was signed, or is of the few that may come without.
     """

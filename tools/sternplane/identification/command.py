@@ -27,7 +27,7 @@ ORIGIN = "Learned by `sternplane identify`"
 
 
 def command(options: argparse.Namespace) -> int:
-    """Estimates, prints, writes; 1 if something asked for is not identifiable."""
+    """Estimate, print and write; return 1 if a requested coefficient is not identifiable."""
     path = find(options.log)
     folder = options.out or path.parent
     _refuse_to_replace(folder / "vehicle.toml")
@@ -54,7 +54,7 @@ def command(options: argparse.Namespace) -> int:
 
 
 def requested_params(params: CoefficientParams, options: argparse.Namespace) -> CoefficientParams:
-    """What the log's vehicle was told to learn, with what was asked for on the command line in its place.
+    """Return the filter's parameters of the log, with those of the command line in their place.
 
     Raises:
         UsageError: a prior that is none, or no coefficient.
@@ -77,7 +77,7 @@ def requested_params(params: CoefficientParams, options: argparse.Namespace) -> 
 
 
 def _refuse_to_replace(path: Path) -> None:
-    """Raises UsageError if a vehicle file that somebody wrote is in the way."""
+    """Raise UsageError if a vehicle file that somebody wrote is in the way."""
     try:
         ours = not path.exists() or path.read_text(encoding="utf-8").startswith(f"# {ORIGIN}")
     except (OSError, UnicodeDecodeError):

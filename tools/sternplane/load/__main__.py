@@ -40,7 +40,7 @@ _FLIGHTS = {"alone": "alone", "stations": "three stations", "flood": "flood"}
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Exit status 0 if all flights and all stations did their work, 1 if not; how late is for people to judge."""
+    """Measure; return 0 if all flights and all stations did their work, 1 if not. Lateness is for people to judge."""
     parser = argparse.ArgumentParser(prog="python -m sternplane.load", description="Measures cycles under load.")
     parser.add_argument("--seconds", type=float, default=600.0, metavar="S", help="of each of the three flights [600]")
     parser.add_argument("--items", type=int, default=500, metavar="N", help="of each mission [500]")

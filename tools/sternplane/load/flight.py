@@ -52,7 +52,7 @@ class Problem(Exception):
 
 
 def measure(seconds: float, folder: Path, items: int, flood: float) -> dict[str, Any]:
-    """Flies without stations, with three, and under a flood; what the cycles of each cost, and what the others did.
+    """Fly without stations, with three, and under a flood; return lateness and cost of each, and the stations' work.
 
     Args:
         seconds: vehicle time of each flight.
@@ -71,7 +71,7 @@ def measure(seconds: float, folder: Path, items: int, flood: float) -> dict[str,
 
 
 def measure_flooded(seconds: float, folder: Path, rate: float) -> dict[str, Any]:
-    """The flight to which somebody sends `rate` datagrams a second that mean nothing; see `measure`."""
+    """Fly while one link receives `rate` meaningless datagrams a second; see `measure`."""
     flood = Flood(seconds - _SPARE_S, rate)
     flown = _flown(seconds, folder / "flood", (flood,))
     if flood.problems:
@@ -82,7 +82,7 @@ def measure_flooded(seconds: float, folder: Path, rate: float) -> dict[str, Any]
 
 
 def busy(seconds: float, folder: Path, items: int) -> dict[str, Any]:
-    """The flight with three stations; see `measure`."""
+    """Fly with three stations; see `measure`."""
     work = seconds - _SPARE_S
     files = Files(252, work, folder)
     stations = (Parameters(251, work), files, Missions(253, work, items))
@@ -98,7 +98,7 @@ def busy(seconds: float, folder: Path, items: int) -> dict[str, Any]:
 
 
 def _flown(seconds: float, folder: Path, stations: Sequence[LoadStation | Flood]) -> dict[str, Any]:
-    """Lateness of one flight, and what its cycles cost."""
+    """Return the lateness of one flight, and what its cycles cost."""
     folder.mkdir(parents=True)
     scenario = folder / "load.toml"
     scenario.write_text(_SCENARIO.format(seconds=seconds))
@@ -109,8 +109,8 @@ def _flown(seconds: float, folder: Path, stations: Sequence[LoadStation | Flood]
     command = [sys.executable, "-m", "sternplane.load.vehicle", str(cost), "sitl"]
     command += ["--scenario", str(scenario), "--io", str(io), "--pace", "realtime"]
     before = _cpu_s()
-    with (folder / "said").open("w+") as said, contextlib.ExitStack() as stack:
-        process = subprocess.Popen([*command, "--out", str(folder), *links], stdout=said, stderr=said)
+    with (folder / "output").open("w+") as output, contextlib.ExitStack() as stack:
+        process = subprocess.Popen([*command, "--out", str(folder), *links], stdout=output, stderr=output)
         stack.callback(process.kill)
         for station in stations:
             station.start()
@@ -121,8 +121,8 @@ def _flown(seconds: float, folder: Path, stations: Sequence[LoadStation | Flood]
         for station in stations:
             station.join(timeout=_ENDING_S)
             station.end()
-        said.seek(0)
-        words = said.read().strip()
+        output.seek(0)
+        words = output.read().strip()
     log = read(folder / "log.mcap")
     late = lateness_histogram.of_log(log)
     if process.returncode not in (0, 1) or late is None or "reason" not in log.end:

@@ -1,4 +1,4 @@
-"""Somebody who sends one link as much as it can of what means nothing."""
+"""A flood of meaningless datagrams into one link."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Flood(threading.Thread):
         self._seconds, self._rate = seconds, rate
 
     def run(self) -> None:
-        """Waits for the vehicle, then sends until the time is over."""
+        """Wait for the vehicle, then send until the time is over."""
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), GIVE_WAY)
         try:
             self._socket.connect(self._socket.recvfrom(2048)[1])
@@ -51,12 +51,12 @@ class Flood(threading.Thread):
         self.counts["datagrams sent"] = sent
 
     def end(self) -> None:
-        """Closes the socket."""
+        """Close the socket."""
         self._socket.close()
 
 
 def _junk(rng: random.Random) -> list[bytes]:
-    """A third noise, a third beginnings of frames at every place, a third messages with a wrong byte."""
+    """Return datagrams: a third noise, a third beginnings of frames at every place, a third with a wrong byte."""
     frame = mavutil.mavlink.MAVLink_param_set_message(1, 1, b"CTL_Z_INT_TIME", 9.0, 9).pack(mavutil.mavlink.MAVLink(0))
     broken = frame[:-1] + bytes((frame[-1] ^ 1,))
     kinds = (lambda: rng.randbytes(rng.randrange(1, 400)), lambda: b"\xfd" * rng.randrange(12, 400), lambda: broken * 8)

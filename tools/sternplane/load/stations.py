@@ -23,12 +23,12 @@ _BUFFER = 4 << 20
 _PART = 239
 """Bytes in a message of MAVLink FTP, as QGroundControl asks for them."""
 _IDLE_S = 4.0
-"""The least patience that pymavlink's client of it can be told to have."""
+"""The shortest timeout that pymavlink's FTP client accepts, s."""
 GIVE_WAY = 5
 """Niceness: at sea stations do not take the vehicle's processor."""
 COMES_S = 60.0
 _PATIENCE_S = 2.0
-"""After so long without an answer a station says it again."""
+"""After so long without an answer, s, a station repeats its message."""
 
 
 class LoadStation(threading.Thread):
@@ -47,7 +47,7 @@ class LoadStation(threading.Thread):
         self._beaten = 0.0
 
     def run(self) -> None:
-        """Connects, asks for all telemetry, and does its task until the time is over."""
+        """Connect, request all telemetry, and do the task until the time is over."""
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), GIVE_WAY)
         try:
             if self.link.wait_heartbeat(timeout=COMES_S) is None:
@@ -60,16 +60,16 @@ class LoadStation(threading.Thread):
             self.problems.append(f"{type(self).__name__}: {type(error).__name__}: {error}")
 
     def work(self) -> None:
-        """The task."""
+        """Do the task."""
         raise NotImplementedError
 
     @property
     def left(self) -> float:
-        """Seconds until the work ends."""
+        """Return the time until the work ends, s."""
         return self._until - time.monotonic()
 
     def end(self) -> None:
-        """Counts what the link heard, and closes it."""
+        """Count what the link received, and close it."""
         self.counts["messages heard"] = self.link.mav_count
         self.counts["messages missed"] = self.link.mav_loss
         status = self.link.messages.get("SYS_STATUS")
@@ -77,17 +77,17 @@ class LoadStation(threading.Thread):
         self.link.close()
 
     def command(self, number: int, *params: float) -> None:
-        """Sends a command until it is answered."""
+        """Send a command until it is answered."""
         filled = (*params, *(0.0,) * (7 - len(params)))
         while self.left > 0.0:
             self.link.mav.command_long_send(*VEHICLE, number, 0, *filled)
-            answer = self.hear("COMMAND_ACK", _PATIENCE_S)
+            answer = self.receive("COMMAND_ACK", _PATIENCE_S)
             if answer is not None and answer.command == number:
                 return
-            self.counts["said again"] += 1
+            self.counts["repeated"] += 1
 
-    def hear(self, kind: str | list[str], seconds: float) -> Any:
-        """The next message of that kind, None if none comes in time; a heartbeat goes out each second."""
+    def receive(self, kind: str | list[str], seconds: float) -> Any:
+        """Return the next message of that kind, None if none comes in time; a heartbeat goes out each second."""
         now = time.monotonic()
         if now - self._beaten >= 1.0:
             self._beaten = now
@@ -108,7 +108,7 @@ class Parameters(LoadStation):
         ("EST_HLT_NIS_TIME", (12.0, 10.0)),
         ("EST_COF_MEMORY", (50.0, 60.0)),
     )
-    """Of every part of the vehicle, which is made anew with it."""
+    """Parameters of every part of the vehicle; each change makes its part anew."""
 
     def work(self) -> None:
         """See `LoadStation`."""
@@ -118,7 +118,7 @@ class Parameters(LoadStation):
         due, turn = time.monotonic(), 0
         self.link.mav.param_request_list_send(*VEHICLE)
         while self.left > 0.0:
-            message, now = self.hear("PARAM_VALUE", 0.01), time.monotonic()
+            message, now = self.receive("PARAM_VALUE", 0.01), time.monotonic()
             if message is not None:
                 self._take(message, now)
             elif now - self._heard > _PATIENCE_S:
@@ -145,16 +145,16 @@ class Parameters(LoadStation):
 
     def _again(self, now: float) -> None:
         self._heard = now
-        self.counts["said again"] += 1
+        self.counts["repeated"] += 1
         self.link.mav.param_request_list_send(*VEHICLE)
 
     def _set(self, name: str, value: float, now: float) -> None:
-        """One value after the other; one that was not echoed is said again."""
+        """Set one value after the other; one that was not echoed is sent again."""
         if name in self._asked:
-            value, said = self._asked[name]
-            if now - said < _PATIENCE_S:
+            value, sent = self._asked[name]
+            if now - sent < _PATIENCE_S:
                 return
-            self.counts["said again"] += 1
+            self.counts["repeated"] += 1
         self._asked[name] = value, now
         self.link.mav.param_set_send(*VEHICLE, name.encode(), value, mavlink.MAV_PARAM_TYPE_REAL32)
 
@@ -195,7 +195,7 @@ class Missions(LoadStation):
         self.command(mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAVLINK_MSG_ID_HOME_POSITION)
         home = None
         while home is None and self.left > 0.0:
-            home = self.hear("HOME_POSITION", _PATIENCE_S)
+            home = self.receive("HOME_POSITION", _PATIENCE_S)
         while home is not None and self.left > 0.0:
             began = time.monotonic()
             result = self._upload(home.latitude, home.longitude)
@@ -209,24 +209,24 @@ class Missions(LoadStation):
                 raise ValueError(f"the mission was refused: {result}")
 
     def _upload(self, latitude: int, longitude: int) -> int | None:
-        """The vehicle's last word; None if the time was over before."""
+        """Upload; return the vehicle's MISSION_ACK, None if the time was over before."""
         last = None
         while self.left > 0.0:
             if last is None:
                 self.link.mav.mission_count_send(*VEHICLE, self._items)
             else:
                 self._item(last, latitude, longitude)
-            while message := self.hear(["MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_ACK"], _PATIENCE_S):
+            while message := self.receive(["MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_ACK"], _PATIENCE_S):
                 if message.get_type() == "MISSION_ACK":
                     result: int = message.type
                     return result
                 last = message.seq
                 self._item(last, latitude, longitude)
-            self.counts["said again"] += 1
+            self.counts["repeated"] += 1
         return None
 
     def _item(self, seq: int, latitude: int, longitude: int) -> None:
-        """A zigzag northwards, 5 m deep; item 0 is the home."""
+        """Send an item of a zigzag northwards, 5 m deep; item 0 is the home."""
         north, east = latitude + 900 * seq, longitude + 2000 * (seq % 2)
         frame, command = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, mavlink.MAV_CMD_NAV_WAYPOINT
         depth = -5.0 if seq else 0.0

@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from firmware_py.autopilot import Autopilot
     from firmware_py.ports import Ground, Hardware, Recorder, Schedule
 
-PHASES = ("the plant", "hear", "obey", "think", "act", "record", "report")
+PHASES = ("the plant", "sense", "receive", "compute", "actuate", "record", "report")
 """The plant is the simulator's, and the wait for the tick; the others are the lines of `loop.run`."""
 _STARTED = 200
 """Cycles before this one are not counted: they do many things for the first time."""
 
 
 def main(arguments: list[str]) -> int:
-    """Exit status of the command."""
+    """Run the command and write its cost; return its exit status."""
     kernel_cache.use()
     from firmware_py import loop
     from sternplane.cli import main
@@ -34,24 +34,24 @@ def main(arguments: list[str]) -> int:
     costs: list[tuple[int, ...]] = []
 
     def run(autopilot: Autopilot, hardware: Hardware, ground: Ground, recorder: Recorder, schedule: Schedule) -> None:
-        """`loop.run`, line by line, with a look at the clock after each."""
+        """Run `loop.run`, line by line, and read the clock after each."""
         now = time.thread_time_ns
         came = now()
         for tick in schedule:
             begun = now()
             frame = hardware.read(tick)
-            heard = now()
+            sensed = now()
             order = ground.read(tick)
-            obeyed = now()
+            received = now()
             cycle = autopilot.step(tick, frame, order)
-            thought = now()
+            computed = now()
             hardware.write(tick, cycle.applied)
-            acted = now()
+            actuated = now()
             recorder.write(cycle)
             recorded = now()
             ground.write(cycle)
             reported = now()
-            costs.append((came, begun, heard, obeyed, thought, acted, recorded, reported))
+            costs.append((came, begun, sensed, received, computed, actuated, recorded, reported))
             came = reported
 
     loop.run = run
@@ -64,7 +64,7 @@ def main(arguments: list[str]) -> int:
 
 
 def _figures(spent: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> list[float]:
-    """Median, 99 %, 99.9 % and most, ms."""
+    """Return median, 99 %, 99.9 % and most, ms."""
     return [round(float(x), 3) for x in (*np.percentile(spent, (50.0, 99.0, 99.9)), spent.max())]
 
 

@@ -33,7 +33,7 @@ _PARTS = 3
 
 
 def command(options: argparse.Namespace) -> int:
-    """Does every experiment, leaves the report; 1 if a row of the EKF is above the paper's, or a flight failed."""
+    """Do every experiment and write the report; return 1 if an EKF row is above the paper's, or a flight failed."""
     folder = run_folder(options.out)
     truth: Truth = load(Truth, read_toml(CONFIG / "truth.toml"), str(CONFIG / "truth.toml"))
     vehicle: Vehicle = load(Vehicle, read_toml(CONFIG / "vehicle.toml"), str(CONFIG / "vehicle.toml"))
@@ -74,7 +74,7 @@ def command(options: argparse.Namespace) -> int:
 
 
 def estimates(found: estimation.Estimation, vehicle: Vehicle) -> dict[str, dict[str, float]]:
-    """By whom -> coefficient -> value."""
+    """Return the values of the coefficients, by estimator and name."""
     learned = {who: found.learned[who].values[-1].tolist() for who in control.LEARNED}
     true = [getattr(vehicle.coefficients, name) for name in TEN]
     return {who: dict(zip(TEN, values, strict=True)) for who, values in {**learned, "truth": true}.items()}
@@ -93,7 +93,7 @@ def _results(
 def _leave(
     folder: Path, drawn: list[figures.Figure], text: str, results: dict[str, Any], steps: ExperimentProgress
 ) -> list[Path]:
-    """Writes the files and says which.
+    """Write the files and print their names.
 
     Raises:
         LogError: the folder cannot be written.
@@ -113,7 +113,7 @@ def _leave(
 
 
 def _plain(value: Any) -> Any:
-    """With null for what is not finite: an observer may run away, and JSON has no word for it."""
+    """Replace what is not finite by None: an observer may diverge, and JSON has no such number."""
     if isinstance(value, dict):
         return {key: _plain(inner) for key, inner in value.items()}
     if isinstance(value, list):

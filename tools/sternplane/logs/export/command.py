@@ -1,4 +1,4 @@
-"""`sternplane export`: writes a log anew, for the tools of others."""
+"""`sternplane export`: converts a log for other tools."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from sternplane.logs.reading import Log, find, read
 
 
 def command(options: argparse.Namespace) -> int:
-    """Writes the file and says where it is."""
+    """Write the file and print where it is."""
     path = find(options.log)
     log = read(path)
     out = options.out or path.with_suffix(f".{options.format}")
@@ -36,7 +36,7 @@ def command(options: argparse.Namespace) -> int:
 
 
 def write_export(log: Log, out: Path, form: str, step: Callable[[int], None] = lambda _: None) -> None:
-    """Writes a log to a file as "bin" or "csv", whole or not at all.
+    """Write a log to a file as "bin" or "csv", whole or not at all.
 
     Raises:
         LogError: there is nothing to write.
@@ -55,7 +55,7 @@ def write_export(log: Log, out: Path, form: str, step: Callable[[int], None] = l
 
 @contextlib.contextmanager
 def _whole(out: Path, **how: Any) -> Iterator[IO[Any]]:
-    """A file that takes its place when it is whole."""
+    """Open a file that takes its place when it is whole."""
     fresh = out.with_name(f".{out.name}.{os.getpid()}")
     try:
         with fresh.open(**how) as file:

@@ -68,11 +68,11 @@ class Form:
 
     @property
     def length(self) -> int:
-        """Bytes of a message."""
+        """Return the length of a message, bytes."""
         return len(self._head) + self._body.size
 
     def message(self, values: tuple[Any, ...]) -> bytes:
-        """One message."""
+        """Pack one message."""
         return self._head + self._body.pack(*values)
 
 
@@ -97,7 +97,7 @@ class Writer:
             self.write("MULT", (0, ord(letter), power))
 
     def form(self, name: str, fields: tuple[DataflashField, ...]) -> None:
-        """Declares a form; its first field is TIME, and it has 16 at the most."""
+        """Declare a form; its first field is TIME, and it has 16 at the most."""
         form = Form(_FIRST_NUMBER + len(self._forms), name, fields)
         self._forms[name] = form
         self._describe(form, ",".join(field.name for field in fields), form.length)
@@ -106,7 +106,7 @@ class Writer:
             self.write("FMTU", (0, form.number, units.encode(), powers.encode()))
 
     def write(self, name: str, values: tuple[Any, ...]) -> None:
-        """One message of a form; texts are bytes, and cut off where their field ends."""
+        """Write one message of a form; texts are bytes, and cut off where their field ends."""
         self._file.write(self._forms[name].message(values))
 
     def _describe(self, form: Form, columns: str, length: int) -> None:

@@ -2,7 +2,7 @@
 
 PARM, MSG, MODE, ATT, POS and BAT are ArduPilot's; a parameter that a station changed in flight has one more PARM at the
 time from which it held. NED is position and velocity over the ground in the local frame, DEP what concerns depth, FIN
-and FINR the fins as they were told and as they reported, PROP the propeller, and LRN what is known of a coefficient.
+and FINR the fins as commanded and as reported, PROP the propeller, and LRN what is known of a coefficient.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _Row = Callable[[int], tuple[Any, ...]]
 
 
 def export(log: Log, file: IO[bytes], step: Callable[[int], None] = lambda _: None) -> None:
-    """Writes a log's cycles; `step` is told how many are done."""
+    """Write a log's cycles; `step` is called with how many are done."""
     writer, c = Writer(file), log.columns
     times = [int(t) // 1000 for t in np.asarray(c["tick.k"]) * np.asarray(c["tick.dt_ns"])]
     changed = _parameters(writer, log)
@@ -75,7 +75,7 @@ def export(log: Log, file: IO[bytes], step: Callable[[int], None] = lambda _: No
 
 
 def _parameters(writer: Writer, log: Log) -> list[tuple[int, bytes, float, float]]:
-    """Writes all as they were at first; returns what was changed since: time, us, name, value and default of each."""
+    """Write all as they were at first; return what was changed since: time, us, name, value and default of each."""
     writer.form(
         "PARM", (TIME, DataflashField("Name", "N"), DataflashField("Value", "f"), DataflashField("Default", "f"))
     )
@@ -98,7 +98,7 @@ def _parameters(writer: Writer, log: Log) -> list[tuple[int, bytes, float, float
 
 
 def _tables(c: Columns, configuration: Mapping[str, Any]) -> dict[str, tuple[tuple[DataflashField, ...], _Row]]:
-    """Name -> fields, and who makes the row of a cycle."""
+    """Return, by name, the fields and the function that makes the row of a cycle."""
 
     def degrees(*paths: str) -> Any:
         return np.degrees(np.stack([c[path] for path in paths], axis=1))

@@ -30,7 +30,7 @@ _M = "frame.altitude.value"
 
 
 def column_name(path: str) -> str:
-    """The path of a field with its unit behind it, by the longest end of the path that has one."""
+    """Return the path of a field with its unit behind it, by the longest end of the path that has one."""
     parts = path.split(".")
     ends = [".".join(parts[i:]) for i in range(len(parts))]
     unit = "m" if path == _M else next((_UNIT[end] for end in ends if end in _UNIT), "")
@@ -38,7 +38,7 @@ def column_name(path: str) -> str:
 
 
 def export(log: Log, file: IO[str], step: Callable[[int], None] = lambda _: None) -> None:
-    """Writes a log's cycles; `step` is told how many are done. Of lists each entry has a column, numbered from 1."""
+    """Write a log's cycles; `step` is called with how many are done. Each entry of a list has a column, from 1."""
     names, columns = [], []
     for path, values in log.columns.items():
         if values.ndim == 1:
