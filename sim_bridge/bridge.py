@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Protocol
 
-from firmware_py.params import ParamError
 from firmware_py.tick import Tick
-from sim_bridge.faults import Fault, Faults
-from sim_bridge.plant.plant import Plant
+from sim_bridge.plant.plant import Plant, PlantError
 from sim_bridge.truth_sample import TruthSample
 
 
@@ -27,47 +25,50 @@ class DevicePort(Protocol):
     def publish(self, k: int, t: float, plant: Plant, /) -> None:
         """Send what is measured at tick k."""
 
-    def switch_off(self, device: str, /) -> None:
-        """Switch a device off."""
+
+class FaultPort(Protocol):
+    """The faults of a run; `next_t` is when something happens next, s."""
+
+    next_t: float
+
+    def update(self, t: float, /) -> None:
+        """End and begin what is due at time t, s."""
+
+    def override(self, fins: Sequence[float], n: float, /) -> tuple[Sequence[float], float]:
+        """Return what fins (rad) and shaft (rev/s) do in place of what is commanded."""
 
 
 class Bridge:
     """Plant, devices and faults. What is commanded in tick k acts from k to k + 1; what is true at k is sent at k."""
 
-    def __init__(self, plant: Plant, devices: DevicePort, faults: Iterable[Fault] = ()) -> None:
-        """Raise ParamError if a fault names a fin that the plant does not have."""
+    def __init__(self, plant: Plant, devices: DevicePort, faults: FaultPort) -> None:
         self._plant = plant
         self._devices = devices
-        self._faults = Faults(faults)
-        self._names = [fin.name for fin in plant.truth.fins]
-        for fin in self._faults.fins:
-            if fin not in self._names:
-                raise ParamError(f"fault fin-jam:{fin}: there is no such fin; known: {', '.join(self._names)}")
+        self._faults = faults
         devices.initialise(plant)
 
     def step(self, k: int) -> None:
-        """Step the plant from tick k - 1 to tick k (k = 0 is the start) and send what is measured there."""
+        """Step the plant from tick k - 1 to tick k (k = 0 is the start) and send what is measured there.
+
+        Raises:
+            PlantError: the state is no longer finite, or the vehicle ran aground.
+        """
         plant, devices = self._plant, self._devices
         t = k * plant.dt
         if t >= self._faults.next_t:
-            self._faults.inject(t, self)
+            self._faults.update(t)
         if k > 0:
             devices.receive(t - plant.dt)
-            plant.step(*devices.commands(t - plant.dt, plant.fins))
+            plant.step(*self._faults.override(*devices.commands(t - plant.dt, plant.fins)))
+            if plant.aground:
+                depth = plant.eta.z + plant.altitude
+                raise PlantError(f"ran aground at t = {t:.2f} s, where the bottom is {depth:.1f} m deep")
         devices.publish(k, t, plant)
 
     def truth(self) -> TruthSample:
         """Return the true state at the last tick."""
         plant = self._plant
         return TruthSample(plant.eta, plant.nu, plant.current_ned, plant.fins, plant.n)
-
-    def switch_off(self, device: str) -> None:
-        """Switch a device off for the rest of the run."""
-        self._devices.switch_off(device)
-
-    def jam(self, fin: str) -> None:
-        """Jam a fin at its present angle."""
-        self._plant.jam(self._names.index(fin))
 
 
 class PlantSchedule:

@@ -11,6 +11,7 @@ from sim_bridge.devices.devices import Devices, DevicesParams
 from sim_bridge.devices.instruments import Instruments, Water
 from sim_bridge.devices.serial_dvl import SerialDvl
 from sim_bridge.devices.serial_line import SerialLine
+from sim_bridge.faults.injector import FaultInjector
 from sim_bridge.plant.environment import Environment
 from sim_bridge.plant.plant import Plant
 from sim_bridge.plant.truth import Truth
@@ -26,19 +27,22 @@ def build_bridge(
     dvl_line: SerialLine,
     seed: int,
     base_hz: int,
+    autopilot_id: int,
 ) -> Bridge:
     """Return the simulated vehicle at the start of a scenario, on its end of the bus and of the DVL's line.
 
     Everything random in it follows from `seed`.
 
     Raises:
-        ParamError: an impossible body or battery, or a fault of a device or fin that does not exist.
+        ParamError: an impossible body or battery, or a fault of a fin that does not exist.
     """
     params = params.within(base_hz)
     plant, instruments = plant_and_instruments(truth, params, scenario, seed, base_hz)
     dvl = SerialDvl(instruments.dvl, dvl_line)
-    devices = Devices(params, ids, instruments, bus, dvl, len(truth.fins), base_hz)
-    return Bridge(plant, devices, scenario.faults)
+    devices = Devices(params, ids, instruments, bus, dvl, len(truth.fins), base_hz, autopilot_id)
+    return Bridge(
+        plant, devices, FaultInjector(scenario.injected, plant, devices, instruments.by_name, seed, nodes=devices)
+    )
 
 
 def plant_and_instruments(

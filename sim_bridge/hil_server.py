@@ -7,7 +7,6 @@ vehicle has neither accelerometer nor magnetometer: HIL_SENSOR gives both withou
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -16,22 +15,16 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect  # type: ignore[impo
 
 from firmware_py.adapters.hil.hil_link import ARMED, LOCKSTEP, HilLink
 from firmware_py.adapters.lockstep.lockstep_link import TIMEOUT, LockstepError
-from firmware_py.marine import (
-    GRAVITY,
-    Origin,
-    body_to_ned,
-    clip,
-    local_to_geodetic,
-    ned_to_body,
-    quaternion_from_euler,
-)
+from firmware_py.marine import Origin, clip, ned_to_body
 from firmware_py.params import ParamError
-from firmware_py.records.sensing import Battery, Fix
+from firmware_py.records.sensing import Ahrs, Dvl
+from sim_bridge import hil_messages
 from sim_bridge.bridge import Bridge
 from sim_bridge.build import plant_and_instruments
 from sim_bridge.devices.devices import DevicesParams
-from sim_bridge.devices.instruments import AltimeterParams, Instruments
-from sim_bridge.devices.sensors import due
+from sim_bridge.devices.instruments import Instruments
+from sim_bridge.devices.sensors import Reading, Sensor, due
+from sim_bridge.faults.injector import FaultInjector
 from sim_bridge.plant.plant import Plant
 from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import Scenario
@@ -44,13 +37,8 @@ _UPDATED = {
         "pressure": ("ABS_PRESSURE",),
     }.items()
 }
-_FIELD_AT_EQUATOR = 0.294048
-"""Of the earth's axial dipole, gauss: g_1^0 of IGRF-13 for 2020."""
 _EPOCH_US = 10_000_000
 """The simulator's time at tick 0; late measurements from before it need a time too."""
-_UNKNOWN_U16 = 65535
-_NO_FIX, _FIX_3D = 1, 3
-_INVALID_SIGNAL, _PERFECT_SIGNAL = 1, 100
 
 
 def build_hil_bridge(
@@ -67,14 +55,21 @@ def build_hil_bridge(
     params = replace(params, ahrs=ahrs, pressure=pressure)
     plant, instruments = plant_and_instruments(truth, params, scenario, seed, base_hz)
     devices = HilDevices(params, instruments, scenario.environment.origin, link, len(truth.fins), base_hz)
-    return Bridge(plant, devices, scenario.faults), devices
+    faults = FaultInjector(scenario.injected, plant, devices, instruments.by_name, seed)
+    return Bridge(plant, devices, faults), devices
 
 
 def refuse_faults(scenario: Scenario) -> None:
-    """Raise ParamError if a fault concerns a device that this interface does not have."""
-    for fault in scenario.faults:
-        if fault.name == "dvl-off":
-            raise ParamError("fault dvl-off: mavlink-hil has no DVL to switch off; velocity comes with the truth")
+    """Raise ParamError if a fault concerns what this interface does not have.
+
+    Attitude and velocity come as one message without latency: they can be wrong, but not lost or late by themselves.
+    """
+    for fault in scenario.injected:
+        name, target = fault.kind.name, fault.target
+        if not fault.kind.on_hil or target == "leak":
+            raise ParamError(f"fault {fault.text}: mavlink-hil has no {target}")
+        if (target == "dvl" and name in ("off", "late", "lossy")) or (target == "ahrs" and name == "late"):
+            raise ParamError(f"fault {fault.text}: mavlink-hil has no {target}; its values come with the truth")
 
 
 class HilDevices:
@@ -93,7 +88,7 @@ class HilDevices:
 
     def initialise(self, plant: Plant) -> None:
         """Sample before tick 0, so that readings delayed by latency arrive from tick 0 on."""
-        for sensor in self._instruments.all:
+        for sensor in self._instruments.by_name.values():
             for k in range(-sensor.delay, 0):
                 sensor.update(k, plant)
 
@@ -123,22 +118,32 @@ class HilDevices:
         messages = []
         if due(k, 1, self._base_hz):
             messages.append(self._link.heartbeat(False))
-        messages.append(_state(plant, self._origin, time_us))
+        messages.append(
+            hil_messages.state_quaternion(plant, self._measured(k * plant.dt, plant), self._origin, time_us)
+        )
         fix = read.fix.update(k, plant)
         if fix is not None and "fix" not in self._off:
-            messages.append(_gps(fix.value, plant, time_at(fix.t_valid)))
+            messages.append(hil_messages.gps(fix.value, plant, time_at(fix.t_valid)))
         altitude = read.altimeter.update(k, plant)
         if altitude is not None and "altimeter" not in self._off:
-            messages.append(_distance(altitude.value, self._params.altimeter, time_at(altitude.t_valid) // 1000))
+            messages.append(
+                hil_messages.distance_sensor(altitude.value, self._params.altimeter, time_at(altitude.t_valid) // 1000)
+            )
         battery = read.battery.update(k, plant)
-        if battery is not None:
-            messages.append(_battery(battery.value))
+        if battery is not None and "battery" not in self._off:
+            messages.append(hil_messages.battery_status(battery.value))
         messages.append(self._sensor(k, plant, time_us))
         self._link.send(*messages)
 
-    def switch_off(self, device: str) -> None:
+    def switch_off(self, device: str) -> Callable[[], None]:
         """Switch a device off."""
         self._off.add(device)
+        return lambda: self._off.discard(device)
+
+    def _measured(self, t: float, plant: Plant) -> tuple[Ahrs, Dvl]:
+        """Return attitude and velocity of HIL_STATE_QUATERNION: the truth, but for faults of AHRS and DVL."""
+        ahrs, dvl = Ahrs(*plant.eta[3:], *plant.nu[3:]), Dvl(*plant.nu[:3], 0.0, plant.altitude)
+        return _faulty(ahrs, t, self._instruments.ahrs), _faulty(dvl, t, self._instruments.dvl)
 
     def _sensor(self, k: int, plant: Plant, time_us: int) -> Any:
         ahrs, pressure = self._instruments.ahrs.update(k, plant), self._instruments.pressure.update(k, plant)
@@ -147,10 +152,10 @@ class HilDevices:
             rates, updated = ahrs.value[3:], updated | _UPDATED["gyro"]
         if pressure is not None and "pressure" not in self._off:
             hectopascals, updated = 0.01 * pressure.value, updated | _UPDATED["pressure"]
-        field = _magnetic_field(self._origin.latitude)
+        field = hil_messages.magnetic_field(self._origin.latitude)
         return dialect.MAVLink_hil_sensor_message(
             time_us,
-            *specific_force(plant),
+            *hil_messages.specific_force(plant),
             *rates,
             *ned_to_body(*plant.eta[3:], *field),
             hectopascals,
@@ -201,97 +206,12 @@ def time_at(t: float) -> int:
     return _EPOCH_US + round(t * 1e6)
 
 
-def specific_force(plant: Plant) -> tuple[float, float, float]:
-    """Return what an accelerometer at the body's origin would measure, m/s^2: at rest it is -g, up."""
-    _, _, _, phi, theta, _ = plant.eta
-    u, v, w, p, q, r = plant.nu
-    u_dot, v_dot, w_dot = plant.nu_dot[:3]
-    return (
-        u_dot + q * w - r * v + GRAVITY * math.sin(theta),
-        v_dot + r * u - p * w - GRAVITY * math.cos(theta) * math.sin(phi),
-        w_dot + p * v - q * u - GRAVITY * math.cos(theta) * math.cos(phi),
-    )
-
-
-def _magnetic_field(latitude: float) -> tuple[float, float, float]:
-    """Return the earth's field as that of an axial dipole, NED, gauss; it has no declination."""
-    return _FIELD_AT_EQUATOR * math.cos(latitude), 0.0, 2.0 * _FIELD_AT_EQUATOR * math.sin(latitude)
-
-
 def _is_answer(message: Any) -> bool:
     return bool(message.get_msgId() == dialect.MAVLINK_MSG_ID_HIL_ACTUATOR_CONTROLS)
 
 
-def _state(plant: Plant, origin: Origin, time_us: int) -> Any:
-    x, y, z, phi, theta, psi = plant.eta
-    q_x, q_y, q_z, q_w = quaternion_from_euler(phi, theta, psi)
-    latitude, longitude = local_to_geodetic(origin, x, y)
-    velocity = body_to_ned(phi, theta, psi, *plant.nu[:3])
-    return dialect.MAVLink_hil_state_quaternion_message(
-        time_us,
-        (q_w, q_x, q_y, q_z),
-        *plant.nu[3:],
-        _degrees_e7(latitude),
-        _degrees_e7(longitude),
-        round(-1e3 * z),
-        *(_int16(100.0 * v) for v in velocity),
-        0,
-        0,
-        *(_int16(1e3 * f / GRAVITY) for f in specific_force(plant)),
-    )
-
-
-def _gps(fix: Fix | None, plant: Plant, time_us: int) -> Any:
-    """Return HIL_GPS: position of the receiver, its error as `eph` in cm (as PX4 reads it), the true velocity."""
-    if fix is None:
-        unknown = (_UNKNOWN_U16,) * 3
-        return dialect.MAVLink_hil_gps_message(time_us, _NO_FIX, 0, 0, 0, *unknown, 0, 0, 0, _UNKNOWN_U16, 0)
-    north, east, down = body_to_ned(*plant.eta[3:], *plant.nu[:3])
-    course = round(math.degrees(math.atan2(east, north)) * 100.0) % 36000
-    return dialect.MAVLink_hil_gps_message(
-        time_us,
-        _FIX_3D,
-        _degrees_e7(fix.latitude),
-        _degrees_e7(fix.longitude),
-        round(-1e3 * plant.eta.z),
-        min(round(100.0 * fix.std), _UNKNOWN_U16 - 1),
-        _UNKNOWN_U16,
-        min(round(100.0 * math.hypot(north, east)), _UNKNOWN_U16 - 1),
-        *(_int16(100.0 * v) for v in (north, east, down)),
-        course,
-        9,
-    )
-
-
-def _distance(altitude: float, params: AltimeterParams, time_ms: int) -> Any:
-    """Return DISTANCE_SENSOR; too near (0) or too far (inf) is a distance beyond the limits and an invalid signal."""
-    near, far = (min(round(100.0 * limit), _UNKNOWN_U16 - 1) for limit in (params.range_min, params.range_max))
-    valid = 0.0 < altitude < math.inf
-    return dialect.MAVLink_distance_sensor_message(
-        time_ms,
-        near,
-        far,
-        min(round(100.0 * altitude), far) if valid else far + 1 if altitude else 0,
-        dialect.MAV_DISTANCE_SENSOR_ULTRASOUND,
-        0,
-        dialect.MAV_SENSOR_ROTATION_PITCH_270,
-        min(round((100.0 * params.noise) ** 2), 254),
-        signal_quality=_PERFECT_SIGNAL if valid else _INVALID_SIGNAL,
-    )
-
-
-def _battery(battery: Battery) -> Any:
-    whole = round(1e3 * battery.voltage)  # what exceeds one field continues in the next
-    first = min(max(whole, 0), _UNKNOWN_U16 - 1)
-    voltages = (first, whole - first if whole > first else _UNKNOWN_U16, *(_UNKNOWN_U16,) * 8)
-    charge = round(100.0 * battery.remaining)
-    kind = (0, dialect.MAV_BATTERY_FUNCTION_ALL, dialect.MAV_BATTERY_TYPE_UNKNOWN, 32767)
-    return dialect.MAVLink_battery_status_message(*kind, voltages, _int16(100.0 * battery.current), -1, -1, charge)
-
-
-def _degrees_e7(angle: float) -> int:
-    return round(math.degrees(angle) * 1e7)
-
-
-def _int16(value: float) -> int:
-    return round(clip(value, -32767.0, 32767.0))
+def _faulty(value: Any, t: float, sensor: Sensor[Any, Any]) -> Any:
+    """Return what the faults of a sensor make of a value; nothing is lost."""
+    for corrupt in sensor.corruptions:
+        value = (corrupt(Reading(value, t)) or Reading(value, t)).value
+    return value

@@ -17,7 +17,8 @@ from firmware_py.params import ParamError, load, param
 from firmware_py.records.mission import Mission
 from firmware_py.records.mission_tables import ItemTable, WaypointTable, mission_of
 from firmware_py.records.order import Arming, Mode
-from sim_bridge.faults import Fault, Faults
+from sim_bridge.faults.catalogue import FORM
+from sim_bridge.faults.fault import Fault, parse_fault
 from sim_bridge.plant.environment import EnvironmentParams
 
 
@@ -93,7 +94,7 @@ class Scenario:
     zigzag: Zigzag | None = None
     waypoints: tuple[WaypointTable, ...] = ()
     items: tuple[ItemTable, ...] = ()
-    faults: tuple[Fault, ...] = ()
+    faults: tuple[str, ...] = param((), doc=f"What fails, each {FORM}.")
     autopilot: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}), compare=False)
     sensors: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}), compare=False)
 
@@ -102,10 +103,16 @@ class Scenario:
             raise ParamError("orders are not in order of t_s")
         if not self.mission.items and any(order.mode is Mode.MISSION for order in self.orders):
             raise ParamError('mode = "mission" is ordered, but there are no [[waypoints]] or [[items]]')
-        depth, bottom = self.start.depth, self.environment.bottom_depth
+        depth, bottom = self.start.depth, self.environment.bottom_at(self.start.x)
         if depth > bottom:
-            raise ParamError(f"start: depth_m = {depth:g} is below the bottom; environment.bottom_depth_m = {bottom:g}")
-        Faults(self.faults)
+            raise ParamError(f"start: depth_m = {depth:g} is below the bottom, which is {bottom:g} m deep there")
+        if over := [fault.text for fault in self.injected if fault.t > self.duration]:
+            raise ParamError(f"fault {over[0]}: the scenario lasts {self.duration:g} s")
+
+    @property
+    def injected(self) -> tuple[Fault, ...]:
+        """Return the faults."""
+        return tuple(parse_fault(text) for text in self.faults)
 
     @property
     def mission(self) -> Mission:

@@ -59,6 +59,10 @@ class ServoHub:
         self._commanded = [0.0] * fins
         self._t_command = [-math.inf] * fins
         self._last: tuple[float, ...] = ()
+        self.silent_fins: set[int] = set()
+        """Faults: fins without a Status."""
+        self.by_servo: set[int] = set()
+        """Faults: fins whose Status has the angle of the servo, not of the fin."""
 
     def accept_command(self, command: ArrayCommand, t: float) -> None:
         """Take the known fins of a command, in radians or unitless; saturate at the travel."""
@@ -69,7 +73,9 @@ class ServoHub:
                 self._t_command[fin] = t
 
     def commands(self, t: float, fins: Sequence[float]) -> Sequence[float]:
-        """Return the commands that act at `t`, rad; `fins` are the true angles."""
+        """Return the commands that act at `t`, rad; `fins` are the true angles, where they stay without power."""
+        if not self.node.powered:
+            return fins
         timeout, t_command = self._params.silence, self._t_command
         if t - min(t_command) <= timeout:
             return self._commanded
@@ -79,11 +85,13 @@ class ServoHub:
         idle = fins if action is TimeoutAction.LIMP else [0.0] * len(fins)
         return [c if t - t_c <= timeout else i for c, t_c, i in zip(self._commanded, t_command, idle, strict=True)]
 
-    def publish_status(self, fins: Sequence[float]) -> None:
-        """Send the Status of every fin: angle, and speed since the last one."""
+    def publish_status(self, fins: Sequence[float], servos: Sequence[float] = ()) -> None:
+        """Send the Status of every fin: angle, and speed since the last one; see `by_servo` for `servos`."""
+        fins = [servos[i] if i in self.by_servo else angle for i, angle in enumerate(fins)] if self.by_servo else fins
         rate, last, publish = self._params.status, self._last or fins, self.node.publish
         for i, angle in enumerate(fins):
-            publish(ACTUATOR_STATUS, ActuatorStatus(i, angle, math.nan, (angle - last[i]) * rate, UNKNOWN_POWER))
+            if i not in self.silent_fins:
+                publish(ACTUATOR_STATUS, ActuatorStatus(i, angle, math.nan, (angle - last[i]) * rate, UNKNOWN_POWER))
         self._last = tuple(fins)
 
 
@@ -104,8 +112,9 @@ class Esc:
             self._t_command = t
 
     def command(self, t: float) -> float:
-        """Return the command that acts at `t`, rev/s."""
-        return self._commanded if t - self._t_command <= self._params.silence else 0.0
+        """Return the command that acts at `t`, rev/s; none without power."""
+        heard = t - self._t_command <= self._params.silence
+        return self._commanded if heard and self.node.powered else 0.0
 
     def publish_status(self, n: float) -> None:
         """Send Status: rpm, and the share of full speed."""

@@ -5,7 +5,7 @@ The autopilot has no other connection to the plant.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 
 from firmware_py.adapters.buses.can_bus import FramePort, NodeIds
@@ -13,13 +13,15 @@ from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.transfer import Reassembler, Transfer
 from sim_bridge.devices.actuator_nodes import Esc, EscParams, ServoHub, ServoHubParams
+from sim_bridge.devices.faulty_bus import FaultyBus
 from sim_bridge.devices.instrument_nodes import publishers
 from sim_bridge.devices.instruments import Instruments, InstrumentsParams
 from sim_bridge.devices.node import DeviceNode
-from sim_bridge.devices.sensors import Timing, due
+from sim_bridge.devices.sensors import Corruption, Timing, due
 from sim_bridge.devices.serial_dvl import SerialDvl
 from sim_bridge.plant.plant import Plant
 
+HEALTH_CRITICAL = 3
 SERVICE = 0x80
 """Bit of a CAN id: a request or a response, addressed to one node."""
 FRAMES_PER_TICK = 128
@@ -58,15 +60,18 @@ class Devices:
         dvl: SerialDvl,
         fins: int,
         base_hz: int,
+        autopilot_id: int,
     ) -> None:
-        self.nodes = {field.name: DeviceNode(getattr(ids, field.name), field.name, bus) for field in fields(ids)}
+        self.bus = FaultyBus(bus)
+        self.nodes = {field.name: DeviceNode(getattr(ids, field.name), field.name, self.bus) for field in fields(ids)}
         self.malformed = 0
         self._hub = ServoHub(params.servo_hub, self.nodes["servo_hub"], fins)
         self._esc = Esc(params.esc, self.nodes["esc"])
         self._dvl = dvl
         self._instruments = instruments
+        self._autopilot_id = autopilot_id
+        self._others: list[DeviceNode] = []
         self._publishers = publishers(params, instruments, self.nodes)
-        self._bus = bus
         self._commands = Reassembler([m.ARRAY_COMMAND, m.RPM_COMMAND])
         self._by_id = {node.node_id: node for node in self.nodes.values()}
         self._base_hz = base_hz
@@ -74,13 +79,13 @@ class Devices:
 
     def initialise(self, plant: Plant) -> None:
         """Sample before tick 0, so that readings delayed by latency arrive from tick 0 on."""
-        for sensor in self._instruments.all:
+        for sensor in self._instruments.by_name.values():
             for k in range(-sensor.delay, 0):
                 sensor.update(k, plant)
 
     def receive(self, t: float) -> None:
         """Take the commands and requests on the bus at `t`; the DVL takes what came over its line."""
-        for can_id, data in self._bus.drain(FRAMES_PER_TICK):
+        for can_id, data in self.bus.drain(FRAMES_PER_TICK):
             if can_id & SERVICE:
                 node = self._by_id.get(can_id >> 8 & 0x7F)
                 if node is not None:
@@ -97,20 +102,62 @@ class Devices:
 
     def publish(self, k: int, t: float, plant: Plant) -> None:
         """Send the messages of tick `k`, at time `t`; return when the autopilot can read all of them."""
-        for publisher in self._publishers:
+        for publisher in self._publishers.values():
             publisher.update(k, plant)
         if due(k, self._hub_rate, self._base_hz):
-            self._hub.publish_status(plant.fins)
+            self._hub.publish_status(plant.fins, plant.servos if self._hub.by_servo else ())
         if due(k, self._esc_rate, self._base_hz):
             self._esc.publish_status(plant.n)
         if due(k, 1, self._base_hz):
-            for node in self.nodes.values():
+            for node in (*self.nodes.values(), *self._others):
                 node.publish_status(t)
         self._dvl.update(k, t, plant)
+        self.bus.tick(1.0 / self._base_hz)
 
-    def switch_off(self, device: str) -> None:
+    def switch_off(self, device: str) -> Callable[[], None]:
         """Switch a node, or "dvl", off; what it has measured and not yet sent is lost."""
-        (self._dvl if device == "dvl" else self.nodes[device]).powered = False
+        if device == "leak":  # the hygrometer sends through the battery's node
+            hygrometer = self._publishers["leak"]
+            hygrometer.muted = True
+            return lambda: setattr(hygrometer, "muted", False)
+        node = self._dvl if device == "dvl" else self.nodes[device]
+        node.powered = False
+        return lambda: setattr(node, "powered", True)
+
+    def silence(self, device: str) -> Callable[[], None]:
+        """Let a node act, but send nothing."""
+        node = self.nodes[device]
+        node.silent = True
+        return lambda: setattr(node, "silent", False)
+
+    def silence_fin(self, fin: int) -> Callable[[], None]:
+        """Leave one fin out of the servo hub's reports."""
+        self._hub.silent_fins.add(fin)
+        return lambda: self._hub.silent_fins.discard(fin)
+
+    def report_servo(self, fin: int) -> Callable[[], None]:
+        """Report the angle of a fin's servo, not of the fin."""
+        self._hub.by_servo.add(fin)
+        return lambda: self._hub.by_servo.discard(fin)
+
+    def worsen_health(self, device: str) -> Callable[[], None]:
+        """Let a node report health CRITICAL."""
+        node = self.nodes[device]
+        node.health = HEALTH_CRITICAL
+        return lambda: setattr(node, "health", 0)
+
+    def add_duplicate(self, sensor: str, corruption: Corruption) -> Callable[[], None]:
+        """Add a second node with the id of a sensor's: it sends what the sensor measures, corrupted."""
+        publisher = self._publishers[sensor]
+        entry = (DeviceNode(publisher.node.node_id, "duplicate", self.bus), corruption)
+        publisher.duplicates.append(entry)
+        return lambda: publisher.duplicates.remove(entry)
+
+    def add_duplicate_autopilot(self) -> Callable[[], None]:
+        """Add a node with the autopilot's id, which sends NodeStatus."""
+        node = DeviceNode(self._autopilot_id, "duplicate", self.bus)
+        self._others.append(node)
+        return lambda: self._others.remove(node)
 
     def _accept_command(self, command: Transfer, t: float) -> None:
         try:

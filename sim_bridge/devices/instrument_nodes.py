@@ -15,7 +15,7 @@ from firmware_py.wire.dronecan import equipment_messages as eq
 from firmware_py.wire.dronecan import message_table as m
 from sim_bridge.devices.instruments import Instruments, InstrumentsParams, MeasuredPlant
 from sim_bridge.devices.node import DeviceNode
-from sim_bridge.devices.sensors import Sensor
+from sim_bridge.devices.sensors import Corruption, Sensor
 
 V = TypeVar("V")
 NAN3 = (math.nan, math.nan, math.nan)
@@ -31,30 +31,42 @@ class Publisher(Generic[V]):
         message: m.MessageType[Any],
         to_record: Callable[[V], Any],
     ) -> None:
-        self._node = node
+        self.node = node
         self._sensor = sensor
         self._message = message
         self._to_record = to_record
+        self.muted = False
+        """A fault: the sensor sends nothing, whatever else its node sends."""
+        self.duplicates: list[tuple[DeviceNode, Corruption]] = []
+        """Faults: nodes that send the same, corrupted."""
 
     def update(self, k: int, plant: MeasuredPlant) -> None:
         """Send what the sensor delivers at tick `k`, if anything."""
         reading = self._sensor.update(k, plant)
-        if reading is not None:
-            self._node.publish(self._message, self._to_record(reading.value))
+        if reading is None or self.muted:
+            return
+        self.node.publish(self._message, self._to_record(reading.value))
+        for node, corrupt in self.duplicates:
+            other = corrupt(reading)
+            if other is not None:
+                node.publish(self._message, self._to_record(other.value))
 
 
 def publishers(
     params: InstrumentsParams, instruments: Instruments, nodes: Mapping[str, DeviceNode]
-) -> tuple[Publisher[Any], ...]:
-    """Return a publisher for each sensor on the bus; `nodes` by the names of `NodeIds`."""
-    return (
-        Publisher(nodes["ahrs"], instruments.ahrs, m.AHRS_SOLUTION, _solution),
-        Publisher(nodes["pressure"], instruments.pressure, m.STATIC_PRESSURE, _pressure(params.pressure.noise)),
-        Publisher(nodes["altimeter"], instruments.altimeter, m.RANGE_MEASUREMENT, _range),
-        Publisher(nodes["fix"], instruments.fix, m.FIX2, _fix),
-        Publisher(nodes["battery"], instruments.battery, m.BATTERY_INFO, _battery(params.battery.capacity)),
-        Publisher(nodes["battery"], instruments.leak, m.HYGROMETER, _hygrometer),
-    )
+) -> dict[str, Publisher[Any]]:
+    """Return a publisher for each sensor on the bus, by its name; `nodes` by the names of `NodeIds`."""
+    battery = _battery(params.battery.capacity)
+    return {
+        "ahrs": Publisher(nodes["ahrs"], instruments.ahrs, m.AHRS_SOLUTION, _solution),
+        "pressure": Publisher(
+            nodes["pressure"], instruments.pressure, m.STATIC_PRESSURE, _pressure(params.pressure.noise)
+        ),
+        "altimeter": Publisher(nodes["altimeter"], instruments.altimeter, m.RANGE_MEASUREMENT, _range),
+        "fix": Publisher(nodes["fix"], instruments.fix, m.FIX2, _fix),
+        "battery": Publisher(nodes["battery"], instruments.battery, m.BATTERY_INFO, battery),
+        "leak": Publisher(nodes["battery"], instruments.leak, m.HYGROMETER, _hygrometer),
+    }
 
 
 def _solution(ahrs: Ahrs) -> eq.AhrsSolution:
@@ -77,7 +89,7 @@ def _fix(fix: Fix | None) -> eq.Fix2:
     latitude = longitude = satellites = 0
     status = no_fix
     covariance: tuple[float, ...] = ()
-    if fix is not None:
+    if fix is not None and math.isfinite(fix.latitude + fix.longitude):
         latitude, longitude = (round(math.degrees(angle) * 1e8) for angle in (fix.latitude, fix.longitude))
         satellites, status = 9, fix_3d
         covariance = (fix.std**2, fix.std**2, math.nan, *NAN3)
@@ -115,7 +127,7 @@ def _battery(capacity: float) -> Callable[[Battery], eq.BatteryInfo]:
             hours_to_full_charge=0.0,
             status_flags=in_use,
             state_of_health_pct=unknown,
-            state_of_charge_pct=round(100.0 * battery.remaining),
+            state_of_charge_pct=round(100.0 * battery.remaining) if math.isfinite(battery.remaining) else unknown,
             state_of_charge_pct_stdev=1,
             battery_id=0,
             model_instance_id=0,

@@ -193,15 +193,15 @@ class Instruments:
         h = params.leak
         self.leak = Sensor[MeasuredPlant, float]("leak", h, _humidity(h), (h.noise,), (h.bias,), seed, base_hz)
 
-        self.all: tuple[Sensor[MeasuredPlant, Any], ...] = (
-            self.ahrs,
-            self.dvl,
-            self.pressure,
-            self.altimeter,
-            self.fix,
-            self.battery,
-            self.leak,
-        )
+        self.by_name: dict[str, Sensor[MeasuredPlant, Any]] = {
+            "ahrs": self.ahrs,
+            "dvl": self.dvl,
+            "pressure": self.pressure,
+            "altimeter": self.altimeter,
+            "fix": self.fix,
+            "battery": self.battery,
+            "leak": self.leak,
+        }
 
 
 def _attitude(plant: MeasuredPlant, e: Sequence[float]) -> Ahrs:

@@ -20,28 +20,31 @@ class DeviceNode:
         self.node_id = node_id
         self.name = VENDOR + name
         self.powered = True
+        self.silent = False
+        """A fault: it acts, but sends nothing."""
+        self.health = 0
         self._bus = bus
         self._sender = TransferSender(node_id)
         self._requests = Reassembler([GET_NODE_INFO], node_id)
 
     def publish(self, message: MessageType[R], value: R) -> None:
         """Broadcast a message."""
-        if self.powered:
+        if self.powered and not self.silent:
             self._bus.send(self._sender.send(message, value))
 
     def publish_status(self, t: float) -> None:
         """Send NodeStatus; due once a second."""
-        self.publish(NODE_STATUS, NodeStatus(int(t)))
+        self.publish(NODE_STATUS, NodeStatus(int(t), self.health))
 
     def accept_request(self, can_id: int, data: bytes, t: float) -> None:
         """Take a frame of a service request that is addressed to this node."""
         request = self._requests.accept(can_id, data, t)
-        if request is not None and self.powered:
+        if request is not None and self.powered and not self.silent:
             self._send_node_info(request, t)
 
     def _send_node_info(self, request: Transfer, t: float) -> None:
         """Answer GetNodeInfo; the unique id is the end of the name."""
         name = self.name.encode()
         hardware = HardwareVersion(major=1, unique_id=name[-16:].rjust(16, b"\0"))
-        info = GetNodeInfoResponse(NodeStatus(int(t)), SoftwareVersion(major=1), hardware, name)
+        info = GetNodeInfoResponse(NodeStatus(int(t), self.health), SoftwareVersion(major=1), hardware, name)
         self._bus.send(self._sender.respond(request, GET_NODE_INFO_RESPONSE, info))

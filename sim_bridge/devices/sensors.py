@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -28,6 +28,10 @@ class Reading(NamedTuple, Generic[V]):
 
     value: V
     t_valid: float
+
+
+Corruption: TypeAlias = Callable[[Reading[Any]], Reading[Any] | None]
+"""What a fault makes of a reading; None: it never arrives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +83,10 @@ class Sensor(Generic[P, V]):
         self._normals, self._uniforms = (np.random.Generator(np.random.PCG64(s)) for s in streams)
         self._noise = np.asarray(noise, dtype=np.float64)
         self.bias: tuple[float, ...] = tuple((self._normals.standard_normal(len(bias)) * np.asarray(bias)).tolist())
+        self.corruptions: list[Corruption] = []
+        """Faults, applied to each reading in order."""
+        self.extra_delay = 0
+        """A fault: so many ticks more latency."""
         self._errors: list[list[float]] = []
         self._lost: list[bool] = []
         self._in_transit: deque[tuple[int, Reading[V]]] = deque()
@@ -94,9 +102,13 @@ class Sensor(Generic[P, V]):
         if due(k, self._rate, self._base):
             if not self._errors:
                 self._draw()
-            reading = Reading(self._read(plant, self._errors.pop()), k * self._dt)
-            if not self._lost.pop():
-                in_transit.append((k + self._delay, reading))
+            reading: Reading[V] | None = Reading(self._read(plant, self._errors.pop()), k * self._dt)
+            if self._lost.pop():
+                reading = None
+            for corrupt in self.corruptions:
+                reading = corrupt(reading) if reading else None
+            if reading:
+                in_transit.append((k + self._delay + self.extra_delay, reading))
         if in_transit and in_transit[0][0] <= k:
             return in_transit.popleft()[1]
         return None

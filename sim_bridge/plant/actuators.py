@@ -45,8 +45,8 @@ def actuate(c: Array, table: Array, command: Array, state: Array, dt: float) -> 
     for i in range(count):
         if table[i, F.jammed] == 0.0:
             target = min(max(command[i], -limit), limit)
-            state[servo + i] = lag(state[servo + i], target, c[C.servo_tau], c[C.servo_rate], dt)
-            state[fin + i] = play(state[fin + i], state[servo + i], c[C.half_play])
+            state[servo + i] = lag(state[servo + i], target, c[C.servo_tau], table[i, F.rate], dt)
+            state[fin + i] = play(state[fin + i], state[servo + i], table[i, F.half_play])
 
 
 @kernel("f8(f8[::1],f8,f8)")

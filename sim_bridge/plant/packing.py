@@ -26,14 +26,14 @@ def places(names: str) -> Any:
 _BODY = ("m", "I_x", "I_y", "I_z", "I_xy", "I_yz", "I_xz", "x_G", "y_G", "z_G", "x_B", "y_B", "z_B", "W", "B")
 _HULL = ("L", "radius", "k_y", "k_z")
 _PROPELLER = ("advance", "k_thrust", "k_race", "knee", "x_prop", "z_prop", "d_prop")
-_ACTUATORS = ("servo_tau", "servo_rate", "half_play", "servo_limit", "shaft_tau", "shaft_rate", "shaft_limit")
+_ACTUATORS = ("servo_tau", "servo_limit", "shaft_tau", "shaft_rate", "shaft_limit")
 _COEFFICIENTS = tuple(field.name for field in dataclasses.fields(PlantCoefficients))
 
 C = places(" ".join((*_BODY, *_HULL, *_PROPELLER, *_ACTUATORS, *_COEFFICIENTS)))
 """Constants of the vehicle; coefficients are dimensional (SI)."""
 S = places("x y z e0 e1 e2 e3 u v w p q r n")
 """State: position, attitude quaternion (scalar e0 first), body velocity, shaft; servo and fin angles follow."""
-F = places("x y z span to_s to_r to_b effectiveness jammed")
+F = places("x y z span to_s to_r to_b effectiveness jammed rate half_play")
 """One row per fin."""
 
 
@@ -56,8 +56,6 @@ def constants(truth: Truth) -> Array:
         "z_prop": propeller.z,
         "d_prop": propeller.diameter,
         "servo_tau": truth.servo.tau,
-        "servo_rate": truth.servo.rate,
-        "half_play": 0.5 * truth.servo.backlash,
         "servo_limit": truth.servo.limit,
         "shaft_tau": truth.shaft.tau,
         "shaft_rate": truth.shaft.rate,
@@ -69,7 +67,8 @@ def constants(truth: Truth) -> Array:
 
 def fin_table(truth: Truth) -> Array:
     """Return one row per fin (see `F`), shape (fins, len(F))."""
-    rows = [(*fin.centre, fin.span, *fin.share, fin.effectiveness, 0.0) for fin in truth.fins]
+    servo = (truth.servo.rate, 0.5 * truth.servo.backlash)
+    rows = [(*fin.centre, fin.span, *fin.share, fin.effectiveness, 0.0, *servo) for fin in truth.fins]
     return np.array(rows, dtype=np.float64).reshape(len(rows), len(F))
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from firmware_py.marine import Eta, Nu
 from sim_bridge.plant.dynamics import MOTION, O, W, advance, observe
 from sim_bridge.plant.environment import Environment
-from sim_bridge.plant.packing import F, S, constants, fin_table, mass_matrix
+from sim_bridge.plant.packing import C, F, S, constants, fin_table, mass_matrix
 from sim_bridge.plant.truth import Truth
 
 AT_SURFACE = Eta(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -19,7 +20,7 @@ AT_REST = Nu(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class PlantError(ValueError):
-    """Impossible commands or parameters, or a state that became non-finite."""
+    """Impossible commands or parameters, a state that became non-finite, or a vehicle that ran aground."""
 
 
 class Plant:
@@ -79,6 +80,8 @@ class Plant:
         self._out = np.zeros(len(O))
         self._work = np.zeros((len(W), MOTION))
         self._substeps = substeps
+        self._ballast = [0.0] * 4
+        """Share of weight added, and shift of the centre of gravity, m."""
         observe(self._c, self._table, self._inverse, self._current, self._command, self._state, self._out, self._work)
         self._read()
 
@@ -126,12 +129,69 @@ class Plant:
 
     @property
     def altitude(self) -> float:
-        """Return the height of the origin above the flat bottom, m; negative below it: there is no contact model."""
-        return self.environment.params.bottom_depth - self.eta.z
+        """Return the height of the origin above the bottom, m; negative below it: the bottom exerts no force."""
+        return self.environment.params.bottom_at(self.eta.x) - self.eta.z
+
+    @property
+    def aground(self) -> bool:
+        """Return whether bow, stern or keel touches the bottom."""
+        eta, hull = self.eta, self.truth.hull
+        if self.altitude > hull.L:
+            return False
+        reach = 0.5 * hull.L * abs(math.sin(eta.theta)) + 0.5 * hull.height * math.cos(eta.theta)
+        return self.altitude < reach
 
     def jam(self, fin: int, jammed: bool = True) -> None:
         """Jam a fin at its present angle, or free it again."""
         self._table[fin, F.jammed] = float(jammed)
+
+    def damage(self, fin: int, effectiveness: float) -> float:
+        """Set the effectiveness of a fin, 1 as designed, 0 lost; return what it was."""
+        return self._set_fin(fin, F.effectiveness, effectiveness)
+
+    def limit_rate(self, fin: int, rate: float) -> float:
+        """Set the highest speed of a fin's servo, rad/s; return what it was."""
+        return self._set_fin(fin, F.rate, rate)
+
+    def loosen(self, fin: int, backlash: float) -> float:
+        """Set the total play between a fin and its servo, rad; return what it was."""
+        return 2.0 * self._set_fin(fin, F.half_play, 0.5 * backlash)
+
+    def lose_propeller(self, lost: bool = True) -> None:
+        """Take thrust and race of the propeller away, or give them back; the shaft turns on."""
+        self._c[C.advance] = 0.0 if lost else constants(self.truth)[C.advance]
+
+    def shift_ballast(self, what: str, change: float) -> None:
+        """Change "weight" by a share of it, or the centre of gravity ("x_G", "y_G", "z_G") by metres.
+
+        A change of weight is a mass at the centre of gravity; moments of inertia stay.
+
+        Raises:
+            PlantError: the body would be impossible.
+        """
+        body = self.truth.body
+        if what == "weight":
+            self._ballast[0] += change
+        else:
+            self._ballast[["x_G", "y_G", "z_G"].index(what) + 1] += change
+        share, *shift = self._ballast
+        (x_G, y_G, z_G), (dx, dy, dz) = body.r_G, shift
+        r_G = (x_G + dx, y_G + dy, z_G + dz)
+        changed = replace(self.truth, body=replace(body, m=body.m * (1.0 + share), W=body.W * (1.0 + share), r_G=r_G))
+        advance_ratio = self._c[C.advance]
+        self._c[:] = constants(changed)
+        self._c[C.advance] = advance_ratio
+        self._inverse[:] = np.linalg.inv(mass_matrix(changed))
+
+    @property
+    def servos(self) -> tuple[float, ...]:
+        """Return the angles of the servos, rad; a fin follows its own with play."""
+        return tuple(self._state[len(S) : len(S) + self._count].tolist())
+
+    def _set_fin(self, fin: int, column: int, value: float) -> float:
+        before = float(self._table[fin, column])
+        self._table[fin, column] = value
+        return before
 
     def _angles(self, fins: Sequence[float]) -> list[float]:
         if len(fins) != self._count:

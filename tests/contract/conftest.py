@@ -94,7 +94,7 @@ class SimulatedDevices:
         self.bus = bus
         instruments = Instruments(params, Water(1000.0, 101_325.0, ORIGIN), 1, BASE_HZ)
         dvl = SerialDvl(instruments.dvl, self.line)
-        self.devices = Devices(params, self.ids, instruments, bus, dvl, 4, BASE_HZ)
+        self.devices = Devices(params, self.ids, instruments, bus, dvl, 4, BASE_HZ, autopilot_id=10)
 
     def publish(self, first: int, last: int | None = None) -> None:
         for k in range(first, first + 1 if last is None else last):

@@ -165,7 +165,7 @@ def test_ctrl_c_on_either_side_ends_both_well(tmp_path: Path, link: str, start: 
     [
         (("sitl", "--link", "hil"), "write can or mavlink-hil[:HOST:PORT]"),
         (("sitl", "--link", "mavlink-hil", "--bus", "udp:6"), "leave --bus away"),
-        (("sitl", "--link", "mavlink-hil", "--fault", "dvl-off@5"), "mavlink-hil has no DVL"),
+        (("sitl", "--link", "mavlink-hil", "--fault", "off:dvl@5"), "mavlink-hil has no dvl"),
         (("fly", "--link", "mavlink-hil", "--bus", "udp:6"), "has no bus"),
         (("fly", "--link", "mavlink-hil", "--pace", "realtime"), "the plant's pace"),
         (("fly", "--link", "mavlink-hil:no such host:1"), "there is no host 'no such host'"),

@@ -95,6 +95,7 @@ FAULT = (
 description = "Something breaks in the middle of a straight run."
 duration_s = 150.0
 completes = "surfaced"
+{fault}
 [environment]
 bottom_depth_m = {bottom}
 [start]
@@ -108,7 +109,6 @@ mode = "hold"
 depth_m = {depth}
 heading_deg = 0.0
 speed_m_s = 1.8
-{fault}
 """
     + LEARNING_OFF
 )
@@ -117,7 +117,7 @@ speed_m_s = 1.8
 @pytest.mark.parametrize(
     ("start", "depth", "bottom", "fault", "cause"),
     [
-        (8.0, 8.0, 60.0, '[[faults]]\nt_s = 20.0\nname = "pressure-off"', "depth"),
+        (8.0, 8.0, 60.0, 'faults = ["off:pressure@20"]', "depth"),
         (22.0, 35.0, 60.0, "", "depth"),
         (16.0, 25.0, 26.0, "", "altitude"),
     ],
@@ -136,7 +136,7 @@ def test_what_the_first_rules_find_brings_the_vehicle_up_by_itself(
 
 
 def test_an_ahrs_that_falls_silent_centres_the_fins_and_stops_the_propeller(flown: Flights) -> None:
-    fault = '[[faults]]\nt_s = 20.0\nname = "ahrs-off"'
+    fault = 'faults = ["off:ahrs@20"]'
     outcome, log = flown(FAULT.format(start=8.0, depth=8.0, bottom=60.0, fault=fault).replace("150.0", "80.0"))
     c = log.columns
     assert outcome.reason.startswith("aborted: HOLD -> SURFACE: attitude")  # W = B: it waits where it is

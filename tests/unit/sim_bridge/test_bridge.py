@@ -62,6 +62,7 @@ class Rig:
                 self.line,
                 seed,
                 base_hz,
+                autopilot_id=10,
             )
         except ParamError:
             self.close()
@@ -149,10 +150,20 @@ def test_the_same_seed_says_the_same_bytes_and_another_does_not(rig):
 
 @pytest.mark.parametrize(
     ("fault", "silenced"),
-    [("ahrs-off", {23}), ("pressure-off", {24}), ("altimeter-off", {25}), ("fix-off", {26}), ("dvl-off", set())],
+    [
+        ("off:ahrs", {23}),
+        ("off:pressure", {24}),
+        ("off:altimeter", {25}),
+        ("off:fix", {26}),
+        ("off:dvl", set()),
+        ("silent:servo_hub", {21}),
+        ("off:esc", {22}),
+        ("off:battery", {27}),
+        ("off:bus", set(range(21, 28))),
+    ],
 )
 def test_a_device_that_fails_is_not_heard_from_its_time_on(rig, fault, silenced):
-    simulated = rig({"faults": [{"t_s": 1.0, "name": fault}]})
+    simulated = rig({"faults": [f"{fault}@1"]})
     said = []
     for k in range(200):
         simulated.bridge.step(k)
@@ -161,11 +172,11 @@ def test_a_device_that_fails_is_not_heard_from_its_time_on(rig, fault, silenced)
     assert set.union(*(sources(frames) for frames, _ in before)) == set(range(21, 28))
     assert set.union(*(sources(frames) for frames, _ in after)) == set(range(21, 28)) - silenced
     assert any(line for _, line in before)
-    assert any(line for _, line in after) is (fault != "dvl-off")
+    assert any(line for _, line in after) is (fault != "off:dvl")
 
 
 def test_a_jammed_fin_stays_where_it_is_and_the_others_move_on(rig):
-    simulated = rig({"faults": [{"t_s": 0.5, "name": "fin-jam:rudder_upper"}]})
+    simulated = rig({"faults": ["jam:rudder_upper@0.5"]})
     for k in range(150):
         simulated.bridge.step(k)
         if k == 49:
@@ -178,12 +189,12 @@ def test_a_jammed_fin_stays_where_it_is_and_the_others_move_on(rig):
 
 
 def test_a_fault_that_strikes_what_is_not_there_is_refused_before_the_run(rig):
-    with pytest.raises(ParamError, match=r"fin-jam:keel: there is no such fin; known: stern_port, .*rudder_lower"):
-        rig({"faults": [{"t_s": 0.5, "name": "fin-jam:keel"}]})
+    with pytest.raises(ParamError, match=r"there is no fin 'keel'; known: stern_port, .*rudder_lower"):
+        rig({"faults": ["jam:keel@0.5"]})
 
 
 def test_faults_strike_in_order_of_time_however_they_are_listed(rig):
-    simulated = rig({"faults": [{"t_s": 0.3, "name": "ahrs-off"}, {"t_s": 0.1, "name": "pressure-off"}]})
+    simulated = rig({"faults": ["off:ahrs@0.3", "off:pressure@0.1"]})
     heard = []
     for k in range(60):
         simulated.bridge.step(k)

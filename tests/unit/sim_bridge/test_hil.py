@@ -23,8 +23,9 @@ from sim_bridge import build, hil_server
 from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.devices.instruments import Instruments, Water
 from sim_bridge.devices.serial_line import SerialLine
-from sim_bridge.faults import Fault
-from sim_bridge.hil_server import HilDevices, HilServer, refuse_faults, specific_force, time_at
+from sim_bridge.faults.sensor_faults import changed
+from sim_bridge.hil_messages import specific_force
+from sim_bridge.hil_server import HilDevices, HilServer, refuse_faults, time_at
 from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import Scenario, parse
 
@@ -83,8 +84,8 @@ class Simulator:
             n=0.0,
             altitude=20.0,
         )
-        instruments = Instruments(params, Water(1000.0, 101_325.0, ORIGIN), 1, BASE_HZ)
-        self.devices = HilDevices(params, instruments, ORIGIN, self.link, 4, BASE_HZ)
+        self.instruments = Instruments(params, Water(1000.0, 101_325.0, ORIGIN), 1, BASE_HZ)
+        self.devices = HilDevices(params, self.instruments, ORIGIN, self.link, 4, BASE_HZ)
 
     def says(self, first: int = 0, last: int = 1) -> dict[str, list]:
         """What the autopilot hears of these ticks, by type."""
@@ -257,9 +258,20 @@ def test_what_has_no_power_is_not_heard(simulator: Simulator, device: str) -> No
 
 
 def test_a_dvl_cannot_be_switched_off_where_there_is_none() -> None:
-    broken = dataclasses.replace(scenario(), faults=(Fault(10.0, "dvl-off"),))
-    with pytest.raises(ParamError, match="mavlink-hil has no DVL"):
-        refuse_faults(broken)
+    for fault in ("off:dvl@10", "late:dvl=1@10", "late:ahrs=1@10", "babble:bus=100@10", "set:leak=90@10"):
+        with pytest.raises(ParamError, match=f"fault {fault}: mavlink-hil has no"):
+            refuse_faults(dataclasses.replace(scenario(), faults=(fault,)))
+
+
+def test_a_biased_attitude_and_velocity_are_told_in_place_of_the_truth(simulator: Simulator) -> None:
+    before = simulator.says()["HIL_STATE_QUATERNION"][0]
+    ahrs, dvl = simulator.instruments.ahrs, simulator.instruments.dvl
+    ahrs.corruptions.append(changed("ahrs.yaw", lambda psi, _t: psi + math.pi / 2.0))
+    dvl.corruptions.append(changed("dvl.u", lambda u, _t: u + 1.0))
+    after = simulator.says()["HIL_STATE_QUATERNION"][0]
+    yaw = [2.0 * math.atan2(said.attitude_quaternion[3], said.attitude_quaternion[0]) for said in (before, after)]
+    assert yaw[1] - yaw[0] == pytest.approx(math.pi / 2.0, abs=1e-3)
+    assert math.hypot(after.vx - before.vx, after.vy - before.vy) > 90.0  # cm/s
 
 
 def test_plant_and_environment_are_those_of_a_bus() -> None:
@@ -267,7 +279,7 @@ def test_plant_and_environment_are_those_of_a_bus() -> None:
     behind_mavlink, _ = hil_server.build_hil_bridge(truth(), sensors(False), scenario(), simulator.link, 3, BASE_HZ)
     ids = load(NodeIds, tomllib.loads((CONFIGS / "io_sitl.toml").read_text())["nodes"], "io_sitl.toml")
     line, bus = SerialLine(), open_bus("virtual", "the-same-simulator")
-    on_a_bus = build.build_bridge(truth(), sensors(False), ids, scenario(), bus, line, 3, BASE_HZ)
+    on_a_bus = build.build_bridge(truth(), sensors(False), ids, scenario(), bus, line, 3, BASE_HZ, autopilot_id=10)
     for k in range(300):
         for bridge in (behind_mavlink, on_a_bus):
             bridge.step(k)

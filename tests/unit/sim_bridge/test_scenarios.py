@@ -51,7 +51,7 @@ def test_everything_a_scenario_may_say_arrives_in_si():
                 {"t_s": 2.0, "delta_r_deg": -10.0, "n_rpm": 60.0},
             ],
             "waypoints": [{"x_m": 1.0, "y_m": 2.0, "depth_m": 3.0, "speed_m_s": 1.0}],
-            "faults": [{"t_s": 5.0, "name": "fin-jam:rudder_upper"}],
+            "faults": ["jam:rudder_upper@5"],
             "autopilot": {"control": {"depth": {"anything": "paper"}}},
         },
         "here",
@@ -87,9 +87,10 @@ def test_everything_a_scenario_may_say_arrives_in_si():
             "here: there are [[waypoints]] and [[items]]",
         ),
         ({"waypoints": [{"x_m": 0.0, "y_m": 0.0, "depth_m": 1.0}]}, "here: waypoints[0]: speed_m_s is missing"),
-        ({"faults": [{"t_s": 1.0, "name": "sink"}]}, "fault 'sink' is unknown; known: dvl-off"),
-        ({"faults": [{"t_s": 1.0, "name": "fin-jam"}]}, "fault 'fin-jam': write fin-jam:<fin>"),
-        ({"faults": [{"t_s": 1.0, "name": "dvl-off:1"}]}, "fault 'dvl-off:1': write dvl-off"),
+        ({"faults": ["sink:ship@1"]}, "fault 'sink:ship@1': sink is not known; known: off"),
+        ({"faults": ["jam:rudder_upper"]}, "fault 'jam:rudder_upper': write KIND:TARGET[=VALUE]@T"),
+        ({"faults": ["off:dvl@11"]}, "fault off:dvl@11: the scenario lasts 10 s"),
+        ({"environment": {"bottom": [{"north_m": 5.0, "depth_m": 9.0}] * 2}}, "bottom is not in order of north_m"),
         ({"environment": {"current": 3}}, "here: environment: current is unknown"),
         ({"start": 3}, "here: start must be a table"),
         (
@@ -98,7 +99,7 @@ def test_everything_a_scenario_may_say_arrives_in_si():
         ),
         (
             {"start": {"depth_m": 50.0}, "environment": {"bottom_depth_m": 40.0}},
-            "here: start: depth_m = 50 is below the bottom; environment.bottom_depth_m = 40",
+            "here: start: depth_m = 50 is below the bottom, which is 40 m deep there",
         ),
         (
             {"waypoints": [{"x_m": 0.0, "y_m": 1e300, "depth_m": 1.0, "speed_m_s": 1.0}]},

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from firmware_py.run import options as vehicle
 from firmware_py.run.command_line import Parser, add_version, status_of
+from sim_bridge.faults.catalogue import FORM, help_text
 from sternplane.cli.extras import require_report
 
 Command = Callable[[argparse.Namespace], int]
@@ -181,12 +182,10 @@ def _add_seed(command: argparse.ArgumentParser) -> None:
 
 def _add_fault(command: argparse.ArgumentParser) -> None:
     command.add_argument(
-        "--fault",
-        action="append",
-        default=[],
-        metavar="NAME@T",
-        help="breaks something at T s: dvl-off, ahrs-off, pressure-off, altimeter-off, fix-off, fin-jam:FIN",
+        "--fault", action="append", default=[], metavar="FAULT", help=f"{FORM}; may be repeated; see below"
     )
+    command.formatter_class = argparse.RawDescriptionHelpFormatter
+    command.epilog = f"{command.epilog}\n\nfaults, {FORM} (s):\n{help_text()}"
 
 
 def _lazily(

@@ -25,7 +25,7 @@ from firmware_py.params import Declaration, TakesEffect
 from firmware_py.reconfiguration import AutopilotParams
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.devices.devices import DevicesParams
-from sim_bridge.faults import known_faults
+from sim_bridge.faults.catalogue import FORM, help_text
 from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import Scenario
 
@@ -76,7 +76,7 @@ FILES: tuple[tuple[str, type[Any], str], ...] = (
         "scenarios/*.toml",
         Scenario,
         "What is flown in the simulation. A table [autopilot] overrides autopilot.toml, and [sensors] sensors.toml.\n"
-        f"Faults, for `faults[].name` and `--fault NAME@T`: {known_faults().removeprefix('known: ')}.",
+        f"Faults, for `faults` and `--fault`, are written {FORM}, with times in s:\n\n```\n{help_text()}\n```",
     ),
 )
 

@@ -37,7 +37,6 @@ from sim_bridge.build import build_bridge
 from sim_bridge.completion import Completion
 from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.devices.serial_line import SerialLine
-from sim_bridge.faults import Fault, known_faults
 from sim_bridge.hil_server import refuse_faults
 from sim_bridge.plant.plant import PlantError
 from sim_bridge.plant.truth import Truth, refuse_other_fins
@@ -62,7 +61,7 @@ class FlightRequest:
     io: Path | None = None
     """The io file; None is the configuration's io_sitl.toml."""
     faults: tuple[str, ...] = ()
-    """NAME@T, beside the scenario's own."""
+    """As `faults.fault` writes them, beside the scenario's own."""
     link: str = "can"
     """As `hil_link.parse_hil_link` reads it: the bus, or a PX4-compatible simulator's interface in its place."""
     state: Path | None = None
@@ -94,9 +93,6 @@ class Flight:
         """Ticks a second."""
         return self.params.rate
 
-    def _faults(self) -> list[str]:
-        return [f"{fault.name}@{fault.t:g}" for fault in self.scenario.faults]
-
     def header(self) -> dict[str, Any]:
         """Return the header of the log."""
         request, description = self.request, self.scenario.description
@@ -107,7 +103,7 @@ class Flight:
             seed=request.seed,
             pace=request.pace,
             link=request.link,
-            faults=self._faults(),
+            faults=list(self.scenario.faults),
             truth=self._built(),
         )
 
@@ -133,10 +129,7 @@ def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
         ParamError: in one line, which file and key is wrong, and what would be right.
     """
     scenario = load_scenario(request.scenario, SCENARIOS)
-    scenario = dataclasses.replace(scenario, faults=(*scenario.faults, *map(_fault, request.faults)))
-    for fault in scenario.faults:
-        if fault.t > scenario.duration:
-            raise ParamError(f"fault {fault.name}@{fault.t:g}: the scenario lasts {scenario.duration:g} s")
+    scenario = dataclasses.replace(scenario, faults=(*scenario.faults, *request.faults))
     over = scenario.autopilot
     if parse_hil_link(request.link):
         refuse_faults(scenario)
@@ -197,7 +190,15 @@ def fly(
         )
         stack.callback(hardware.close)
         bridge = build_bridge(
-            flight.truth, flight.devices, flight.io.nodes, scenario, plant_bus, line, request.seed, rate
+            flight.truth,
+            flight.devices,
+            flight.io.nodes,
+            scenario,
+            plant_bus,
+            line,
+            request.seed,
+            rate,
+            flight.io.can.node_id,
         )
         operator = ScriptedOperator(scenario)
         interrupted = stack.enter_context(interruptible())
@@ -220,7 +221,7 @@ def fly(
             loop.run(flight.autopilot, hardware, command(operator), _SimulationRecorder(log, bridge, watch), schedule)
             outcome = outcome_of(operator.completion, bool(interrupted))
         except PlantError as error:
-            outcome = Outcome(False, f"the plant has left the numbers: {error}")
+            outcome = Outcome(False, str(error))
         if line.late and request.pace == "max":
             outcome = Outcome(False, f"{line.late} lines of the DVL came late: the run is not reproducible")
         lines = {"lines_of_the_dvl_lost": line.lost, "lines_of_the_dvl_late": line.late}
@@ -250,14 +251,6 @@ def outcome_of(completion: Completion, interrupted: bool) -> Outcome:
     if interrupted:
         return Outcome(False, "interrupted")
     return Outcome(True, "completed") if completion.completed else Outcome(False, completion.reason)
-
-
-def _fault(text: str) -> Fault:
-    name, _, t = text.rpartition("@")
-    try:
-        return load(Fault, {"t_s": float(t), "name": name}, f"--fault {text}")
-    except ValueError:
-        raise ParamError(f"--fault {text}: write NAME@T with T in s, such as dvl-off@60; {known_faults()}") from None
 
 
 def _refuse_other_scale(flight: Flight) -> None:

@@ -92,7 +92,15 @@ def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Conso
         stack.enter_context(_link(dvl, Path(line.path)))
         port = bus if free else lockstep
         bridge = build_bridge(
-            flight.truth, flight.devices, io.nodes, flight.scenario, port, line, request.seed, flight.rate
+            flight.truth,
+            flight.devices,
+            io.nodes,
+            flight.scenario,
+            port,
+            line,
+            request.seed,
+            flight.rate,
+            io.can.node_id,
         )
         interrupted = stack.enter_context(interruptible())
         console.print(f"plant on {spec}, DVL on {dvl}")

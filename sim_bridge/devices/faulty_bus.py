@@ -1,0 +1,59 @@
+"""The devices' end of the bus, with faults: down, losing frames, or full of others'."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from firmware_py.adapters.buses.can_bus import FramePort
+
+_BABBLE_ID = 0x1F << 24 | 0x4E20 << 8 | 0x7E
+"""Lowest priority, a data type that nobody knows (20000), from node 126."""
+
+
+class FaultyBus:
+    """A `FramePort` around another one; all faults are off at first.
+
+    Attributes:
+        down: whether it carries nothing.
+        lost: decides for each frame, either way, whether it is lost; None: none is.
+        babble: frames of no use, sent at each `tick`, Hz.
+    """
+
+    def __init__(self, bus: FramePort) -> None:
+        self.down = False
+        self.lost: Callable[[], bool] | None = None
+        self.babble = 0.0
+        self._bus = bus
+        self._due = 0.0
+
+    def tick(self, dt: float) -> None:
+        """Send what a babbling node sends within dt, s."""
+        if not self.babble:
+            return
+        self._due += self.babble * dt
+        count = int(self._due)
+        self._due -= count
+        self._bus.send([(_BABBLE_ID, bytes(8))] * count)
+
+    def drain(self, limit: int) -> list[tuple[int, bytes]]:
+        """Return the frames that have arrived and were not lost."""
+        return self._left(self._bus.drain(limit))
+
+    def send(self, frames: Iterable[tuple[int, bytes]]) -> None:
+        """Send the frames that are not lost."""
+        self._bus.send(self._left(frames))
+
+    def losses(self) -> dict[str, int]:
+        """Return what the bus itself lost; what a fault lost is not counted."""
+        return dict(self._bus.losses())
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._bus.close()
+
+    def _left(self, frames: Iterable[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
+        if self.down:
+            return []
+        if self.lost is None:
+            return list(frames)
+        return [frame for frame in frames if not self.lost()]

@@ -1,0 +1,129 @@
+"""The kinds of faults: what they apply to, the unit of their value, what they do. `effects` does it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from sim_bridge.faults.channels import CHANNELS, SENSORS
+
+FORM = "KIND:TARGET[=VALUE]@T[+DURATION]"
+"""How a fault is written; T and DURATION in s."""
+ACTUATORS = ("servo_hub", "esc")
+
+
+GROUPS: Mapping[str, tuple[str, ...]] = {
+    "SENSOR": SENSORS,
+    "CHANNEL": tuple(CHANNELS),
+    "ACTUATORS": ACTUATORS,
+    "FIN": (),  # the plant knows their names
+    "NODE": ("servo_hub", "esc", "ahrs", "pressure", "altimeter", "fix", "battery"),
+    "BALLAST": ("weight", "x_G", "y_G", "z_G"),
+    "CURRENT": ("current.north", "current.east"),
+}
+"""Names of targets that share a kind; a target that is none of these names itself."""
+_CHANNEL, _CHANNEL_RATE, _BALLAST = "unit of the channel", "unit of the channel, by the second", "%, or m"
+_BALLAST_UNITS = {"weight": "%", "x_G": "m", "y_G": "m", "z_G": "m"}
+
+
+class Kind(NamedTuple):
+    """A row of the catalogue.
+
+    Attributes:
+        name: KIND as it is written.
+        group: what it applies to: a name of GROUPS, or one target.
+        unit: of its value; "" if it takes none.
+        needs_value: whether a value must be given.
+        doc: what happens.
+        low: least value, in the unit.
+        high: greatest value.
+        on_hil: whether the interface of a PX4-compatible simulator has what it acts on.
+    """
+
+    name: str
+    group: str
+    unit: str
+    needs_value: bool
+    doc: str
+    low: float = -math.inf
+    high: float = math.inf
+    on_hil: bool = True
+
+    def unit_of(self, target: str) -> str:
+        """Return the unit of the value for a target."""
+        if self.unit in (_CHANNEL, _CHANNEL_RATE):
+            return CHANNELS[target].unit
+        return _BALLAST_UNITS[target] if self.unit == _BALLAST else self.unit
+
+
+# fmt: off
+KINDS: tuple[Kind, ...] = (
+    Kind("off",       "SENSOR",    "",     False, "sends nothing"),
+    Kind("off",       "ACTUATORS", "",     False, "has no power: fins stay, the propeller stops", on_hil=False),
+    Kind("off",       "bus",       "",     False, "carries nothing", on_hil=False),
+    Kind("freeze",    "SENSOR",    "",     False, "repeats its last value"),
+    Kind("nan",       "SENSOR",    "",     False, "sends values that are not numbers"),
+    Kind("late",      "SENSOR",    "s",    True,  "delivers so much later", 0.0, 60.0),
+    Kind("lossy",     "SENSOR",    "%",    True,  "loses this share of its values", 0.0, 100.0),
+    Kind("lossy",     "bus",       "%",    True,  "loses this share of its frames", 0.0, 100.0, on_hil=False),
+    Kind("babble",    "bus",       "Hz",   True,  "carries so many frames of no use", 1.0, 20000.0, on_hil=False),
+    Kind("bias",      "CHANNEL",   _CHANNEL, True, "is off by this"),
+    Kind("drift",     "CHANNEL",   _CHANNEL_RATE, True, "goes off at this rate"),
+    Kind("set",       "CHANNEL",   _CHANNEL, True, "shows this"),
+    Kind("noise",     "CHANNEL",   _CHANNEL, True, "has so much more white noise, 1 sigma", 0.0),
+    Kind("spike",     "CHANNEL",   _CHANNEL, True, "is off by this in one value; with +DURATION in 5 % of them"),
+    Kind("duplicate", "CHANNEL",   _CHANNEL, False, "is also sent, off by this, under the same node id", on_hil=False),
+    Kind("duplicate", "autopilot", "",     False, "is also the id of another node", on_hil=False),
+    Kind("critical",  "NODE",      "",     False, "reports health CRITICAL in NodeStatus", on_hil=False),
+    Kind("silent",    "NODE",      "",     False, "acts, but sends nothing", on_hil=False),
+    Kind("silent",    "FIN",       "",     False, "moves, but its angle is not reported", on_hil=False),
+    Kind("jam",       "FIN",       "deg",  False, "stays where it is; with a value, goes there and stays", -90.0, 90.0),
+    Kind("hard-over", "FIN",       "",     False, "goes to the positive end of its travel and stays"),
+    Kind("lost",      "FIN",       "",     False, "makes no force"),
+    Kind("weak",      "FIN",       "%",    True,  "makes this share of its force", 0.0, 100.0),
+    Kind("slow",      "FIN",       "deg/s", True, "turns no faster than this", 0.01, 1000.0),
+    Kind("loose",     "FIN",       "deg",  True,  "has so much play; the servo's angle is reported", 0.0, 90.0),
+    Kind("lost",      "propeller", "",     False, "turns, but makes no thrust"),
+    Kind("stuck",     "propeller", "",     False, "stands still"),
+    Kind("set",       "CURRENT",   "m/s",  True,  "becomes this", -5.0, 5.0),
+    Kind("ballast",   "BALLAST",   _BALLAST, True, "moves, or grows, by this", -50.0, 50.0),
+)
+# fmt: on
+
+
+def kind_of(name: str, target: str) -> Kind | None:
+    """Return the row of a kind that applies to a target; any other name counts as a fin's."""
+    rows = [kind for kind in KINDS if kind.name == name]
+    named = {member for group in GROUPS.values() for member in group} | {kind.group for kind in KINDS}
+    for kind in rows:
+        if (target == kind.group and kind.group not in GROUPS) or target in GROUPS.get(kind.group, ()):
+            return kind
+    return next((kind for kind in rows if kind.group == "FIN" and target not in named), None)
+
+
+def groups_of(name: str) -> str:
+    """Return what a kind applies to, for an error: groups are written with their members."""
+    return "; ".join(_described(kind.group) for kind in KINDS if kind.name == name)
+
+
+def _described(group: str) -> str:
+    members = GROUPS.get(group, ())
+    return ", ".join(members) if members else "a fin" if group == "FIN" else group
+
+
+def help_text() -> str:
+    """Return the catalogue as lines of text."""
+    lines = []
+    for kind in KINDS:
+        value = f"={'VALUE' if kind.needs_value else '[VALUE]'}" if kind.unit else ""
+        unit = f" ({kind.unit})" if kind.unit else ""
+        lines.append(f"  {kind.name + ':' + kind.group + value:<28} {kind.doc}{unit}")
+    lines.append("")
+    for name, members in GROUPS.items():
+        lines.append(f"  {name}: {', '.join(members) or 'a name of [[fins]] in truth.toml'}")
+    units: dict[str, list[str]] = {}
+    for name, channel in CHANNELS.items():
+        units.setdefault(channel.unit, []).append(name)
+    lines.append("  units: " + "; ".join(f"{', '.join(names)} in {unit}" for unit, names in units.items()))
+    return "\n".join(lines)

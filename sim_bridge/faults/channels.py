@@ -1,0 +1,73 @@
+"""The channels of sensors: each number that a sensor measures, by the name under which faults know it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from firmware_py.marine import GRAVITY, depth_of_pressure, wrap
+
+SENSORS = ("ahrs", "dvl", "pressure", "altimeter", "fix", "battery", "leak")
+_AIR, _DENSITY = 101325.0, 1000.0
+"""Pa and kg/m^3: a pressure is given as the depth that it means in fresh water."""
+_EARTH_RADIUS = 6.371e6
+
+
+class Channel(NamedTuple):
+    """One number of a sensor's reading.
+
+    Attributes:
+        sensor: which one measures it.
+        unit: in which faults give it.
+        get: reading's value -> number, SI.
+        put: (reading's value, number) -> reading's value.
+    """
+
+    sensor: str
+    unit: str
+    get: Callable[[Any], float]
+    put: Callable[[Any, float], Any]
+
+
+def _field(sensor: str, name: str, unit: str) -> Channel:
+    return Channel(sensor, unit, lambda value: getattr(value, name), lambda value, x: value._replace(**{name: x}))
+
+
+def _number(sensor: str, unit: str) -> Channel:
+    return Channel(sensor, unit, lambda value: value, lambda _, x: x)
+
+
+CHANNELS: Mapping[str, Channel] = {
+    "ahrs.roll": _field("ahrs", "phi", "deg"),
+    "ahrs.pitch": _field("ahrs", "theta", "deg"),
+    "ahrs.yaw": Channel("ahrs", "deg", lambda a: a.psi, lambda a, x: a._replace(psi=wrap(x) if x == x else x)),
+    "ahrs.p": _field("ahrs", "p", "deg/s"),
+    "ahrs.q": _field("ahrs", "q", "deg/s"),
+    "ahrs.r": _field("ahrs", "r", "deg/s"),
+    "dvl.u": _field("dvl", "u", "m/s"),
+    "dvl.v": _field("dvl", "v", "m/s"),
+    "dvl.w": _field("dvl", "w", "m/s"),
+    "dvl.altitude": _field("dvl", "altitude", "m"),
+    "pressure": Channel(
+        "pressure",
+        "m",
+        lambda pressure: depth_of_pressure(pressure, _AIR, _DENSITY),
+        lambda _, depth: _AIR + depth * _DENSITY * GRAVITY,
+    ),
+    "altimeter": _number("altimeter", "m"),
+    "fix.north": Channel(
+        "fix",
+        "m",
+        lambda fix: fix.latitude * _EARTH_RADIUS,
+        lambda fix, x: fix._replace(latitude=x / _EARTH_RADIUS),
+    ),
+    "fix.east": Channel(
+        "fix",
+        "m",
+        lambda fix: fix.longitude * _EARTH_RADIUS * math.cos(fix.latitude),
+        lambda fix, x: fix._replace(longitude=x / (_EARTH_RADIUS * math.cos(fix.latitude))),
+    ),
+    "battery": _field("battery", "remaining", "%"),
+    "leak": _number("leak", "%"),
+}

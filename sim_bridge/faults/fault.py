@@ -1,0 +1,80 @@
+"""A fault as it is written, KIND:TARGET[=VALUE]@T[+DURATION], and as a value."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+from firmware_py.params import ParamError
+from firmware_py.units import UNITS, to_si
+from sim_bridge.faults.catalogue import FORM, KINDS, Kind, groups_of, kind_of
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_WRITTEN = re.compile(
+    rf"(?P<kind>[\w-]+):(?P<target>[\w.-]+)(?:=(?P<value>{_NUMBER}))?@(?P<t>{_NUMBER})(?:\+(?P<for>{_NUMBER}))?"
+)
+_T_MAX = 1e6
+"""Latest time of a fault, s: the longest scenario."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One fault of a run.
+
+    Attributes:
+        text: as it was written.
+        kind: what happens.
+        target: to what: the name of a sensor, of one of its channels, of a fin, ...
+        value: how much, SI; NaN if none is given.
+        t: when it begins, s.
+        duration: how long it lasts, s; infinite if it is for good.
+    """
+
+    text: str
+    kind: Kind
+    target: str
+    value: float
+    t: float
+    duration: float
+
+
+def parse_fault(text: str) -> Fault:
+    """Return the fault of a text.
+
+    Raises:
+        ParamError: one line that says what is wrong and what would be right.
+    """
+    if not isinstance(text, str) or (found := _WRITTEN.fullmatch(text.strip())) is None:
+        shown = str(text)[:60]
+        raise ParamError(
+            f"fault {shown!r}: write {FORM} with times in s, such as freeze:pressure@60 or jam:FIN=10@60+20"
+        )
+    name, target, t = found["kind"], found["target"], float(found["t"])
+    duration = math.inf if found["for"] is None else float(found["for"])
+    if not 0.0 <= t <= _T_MAX:
+        raise ParamError(f"fault {text!r}: T is {t:g} s; write 0 to {_T_MAX:g}")
+    if not duration > 0.0:
+        raise ParamError(f"fault {text!r}: DURATION is {duration:g} s; write more than 0")
+    names = dict.fromkeys(kind.name for kind in KINDS)
+    if name not in names:
+        raise ParamError(f"fault {text!r}: {name} is not known; known: {', '.join(names)}")
+    kind = kind_of(name, target)
+    if kind is None:
+        raise ParamError(f"fault {text!r}: {name} does not apply to {target}; it applies to {groups_of(name)}")
+    return Fault(text.strip(), kind, target, _value(text, kind, target, found["value"]), t, duration)
+
+
+def _value(text: str, kind: Kind, target: str, written: str | None) -> float:
+    unit = kind.unit_of(target)
+    if written is None:
+        if kind.needs_value:
+            raise ParamError(f"fault {text!r}: how much? write {kind.name}:{target}=VALUE@T, VALUE in {unit or '1'}")
+        return math.nan
+    if not unit:
+        raise ParamError(f"fault {text!r}: {kind.name}:{target} takes no value")
+    value = float(written)
+    if not kind.low <= value <= kind.high:
+        raise ParamError(f"fault {text!r}: {value:g} {unit} is not within {kind.low:g} ... {kind.high:g}")
+    si: float = to_si(value, UNITS[unit][1]) if unit in UNITS else value
+    return si

@@ -1,0 +1,103 @@
+"""The faults of one run: each begins at the first tick that is not before its time, and ends when its time is over."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from firmware_py.params import ParamError
+from sim_bridge.devices.sensors import Sensor
+from sim_bridge.faults.effects import EFFECTS
+from sim_bridge.faults.fault import Fault
+from sim_bridge.faults.target import DeviceFaults, End, NodeFaults, Strike
+from sim_bridge.plant.plant import Plant, PlantError
+
+_SLACK = 1e-9
+"""Times of ticks are products that may be rounded under a fault's time, s."""
+
+
+class FaultInjector:
+    """The faults of a run in order of time, and the `target.FaultTarget` that they act on.
+
+    Args:
+        faults: of the run.
+        plant: the vehicle in the water.
+        devices: what is on its wires.
+        sensors: the instruments, by name.
+        seed: of the run.
+        nodes: the devices where they are on a CAN bus.
+
+    Attributes:
+        next_t: when something happens next, s.
+
+    Raises:
+        ParamError: a fault of a fin that the plant does not have, or one that needs the bus.
+    """
+
+    def __init__(
+        self,
+        faults: Iterable[Fault],
+        plant: Plant,
+        devices: DeviceFaults,
+        sensors: Mapping[str, Sensor[Any, Any]],
+        seed: int,
+        nodes: NodeFaults | None = None,
+    ) -> None:
+        self.plant = plant
+        self.devices = devices
+        self.sensors = sensors
+        self.fin_overrides: dict[int, float] = {}
+        self.shaft_override = math.nan
+        self.t = 0.0
+        self._nodes = nodes
+        self._fins = tuple(fin.name for fin in plant.truth.fins)
+        self._seed = seed
+        self._pending = sorted(faults, key=lambda fault: fault.t, reverse=True)
+        self._ends: list[tuple[float, End]] = []
+        for fault in self._pending:
+            if nodes is None and not fault.kind.on_hil:
+                raise ParamError(f"fault {fault.text}: over mavlink-hil there is no bus to break")
+            if fault.kind.group == "FIN" and fault.target not in self._fins:
+                known = ", ".join(self._fins)
+                raise ParamError(f"fault {fault.text}: there is no fin {fault.target!r}; known: {known}")
+        self.next_t = self._next()
+
+    @property
+    def nodes(self) -> NodeFaults:
+        """Return the devices as nodes on a CAN bus."""
+        if self._nodes is None:
+            raise PlantError("the devices of this vehicle are on no bus")
+        return self._nodes
+
+    def fin(self, name: str) -> int:
+        """Return the place of a fin."""
+        return self._fins.index(name)
+
+    def update(self, t: float) -> None:
+        """End what is over at time t, s, then begin what is due."""
+        self.t = t
+        over = [end for due, end in self._ends if due <= t + _SLACK]
+        self._ends = [(due, end) for due, end in self._ends if due > t + _SLACK]
+        for end in over:
+            end()
+        while self._pending and self._pending[-1].t <= t + _SLACK:
+            fault = self._pending.pop()
+            random = np.random.Generator(np.random.PCG64(np.random.SeedSequence([self._seed, *fault.text.encode()])))
+            begin = EFFECTS[fault.kind.name, fault.kind.group]
+            end = begin(self, Strike(fault.target, fault.value, math.isinf(fault.duration), random))
+            if math.isfinite(fault.duration):
+                self._ends.append((fault.t + fault.duration, end))
+        self.next_t = self._next()
+
+    def override(self, fins: Sequence[float], n: float) -> tuple[Sequence[float], float]:
+        """Return what fins (rad) and shaft (rev/s) do in place of what is commanded."""
+        if self.fin_overrides:
+            fins = [self.fin_overrides.get(i, angle) for i, angle in enumerate(fins)]
+        return fins, n if math.isnan(self.shaft_override) else self.shaft_override
+
+    def _next(self) -> float:
+        times = [due for due, _ in self._ends] + [fault.t for fault in self._pending[-1:]]
+        return min(times, default=math.inf) - _SLACK
