@@ -1,4 +1,4 @@
-"""Whether a value is news: asked by every filter, of every sensor."""
+"""Whether a value is new: asked by the filters of `navigation`. `fixed_lag_buffer` has a rule of its own."""
 
 from __future__ import annotations
 

@@ -7,10 +7,6 @@ from firmware_py.adapters.ground.mavlink_ground import GroundError
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.adapters.storage.state_store import StateStoreError
 from firmware_py.params import ParamError
-
-
-class UsageError(Exception):
-    """An argument that cannot be used."""
-
+from firmware_py.run.usage_error import UsageError
 
 BAD_INPUT = (BusError, GroundError, LogError, ParamError, StateStoreError, UsageError)

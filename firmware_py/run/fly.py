@@ -18,12 +18,12 @@ from firmware_py.params import load
 from firmware_py.records.cycle import Cycle
 from firmware_py.run import kept_navigation, over_can, over_hil, provenance
 from firmware_py.run.command_line import BAD
-from firmware_py.run.errors import UsageError
 from firmware_py.run.flight_recorder import FlightRecorder, say
 from firmware_py.run.ground_links import open_ground
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.kept_plans import with_kept_plans
 from firmware_py.run.run_folders import LOG_FILE, flight_folder, point_latest
+from firmware_py.run.usage_error import UsageError
 
 _LOST = 1
 """The exit status of a flight whose plant was lost."""

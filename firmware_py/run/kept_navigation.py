@@ -8,7 +8,7 @@ from pathlib import Path
 
 from firmware_py.adapters.storage.state_store import write_atomically
 from firmware_py.estimation.navigation.navigation import KeptNavigation
-from firmware_py.run.errors import UsageError
+from firmware_py.run.usage_error import UsageError
 
 FILE = "navigation.json"
 BOUNDS = {"x": (-1e7, 1e7), "y": (-1e7, 1e7), "position_std": (1e-6, 1e7), "surface_pressure": (3e4, 1.3e5)}

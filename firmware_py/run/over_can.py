@@ -11,15 +11,15 @@ from firmware_py import loop
 from firmware_py.adapters import linux_realtime
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
+from firmware_py.adapters.can_hardware import CanHardware
 from firmware_py.adapters.dvl import DvlPort
-from firmware_py.adapters.hardware import CanHardware
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.lockstep.lockstep_client import LockstepClient, acknowledge_hello, wait_for_plant
 from firmware_py.adapters.lockstep.lockstep_link import LockstepLink
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.autopilot import Autopilot
 from firmware_py.ports import Ground, Recorder
-from firmware_py.run.errors import UsageError
+from firmware_py.run.usage_error import UsageError
 from firmware_py.tick import step_ns
 
 PLANT_S = 60.0

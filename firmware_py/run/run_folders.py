@@ -8,7 +8,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from firmware_py.run.errors import UsageError
+from firmware_py.run.usage_error import UsageError
 
 LOG_FILE = "log.mcap"
 """The log, in the folder of its run."""

@@ -1,4 +1,4 @@
-"""What may end a mode, in order of severity: one table, read from the top.
+"""What may end a mode (RULES, in order of severity) and what arming needs beyond that (ARMING).
 
 Why the table says what it says:
 

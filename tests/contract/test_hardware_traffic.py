@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.adapters.hardware import FRAMES_PER_TICK
+from firmware_py.adapters.can_hardware import FRAMES_PER_TICK
 
 from .devices import GOOD, NOTHING, fields, fin, pressure, solution
 from .vehicle import DT_NS, FINS, LATENCY, NODES, OWN, Vehicle, frames

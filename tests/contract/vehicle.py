@@ -8,8 +8,8 @@ import can
 from dronecan.transport import Transfer
 
 from firmware_py.adapters.buses.can_bus import open_bus
+from firmware_py.adapters.can_hardware import CanHardware
 from firmware_py.adapters.dvl import DvlPort
-from firmware_py.adapters.hardware import CanHardware
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import load
 from firmware_py.records.command import Applied

@@ -10,7 +10,7 @@ from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, fly, held_level, 
 
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.guidance.excitation import opposite, prbs
-from firmware_py.run.errors import UsageError
+from firmware_py.run.usage_error import UsageError
 
 from .cases import TRUTH, VEHICLE
 

@@ -18,8 +18,8 @@ from firmware_py.__main__ import main
 from firmware_py.adapters.storage.recorder import LogError, LogWriter
 from firmware_py.params import ParamError
 from firmware_py.run import flight_recorder, options, over_can, run_folders
-from firmware_py.run.errors import UsageError
 from firmware_py.run.fly import FlightResult, fly
+from firmware_py.run.usage_error import UsageError
 
 BUS = "udp:8"
 Fly = Callable[..., FlightResult]

@@ -1,8 +1,9 @@
 """The first estimator: AHRS and gyro, the DVL held between its pings, depth from pressure, position by dead reckoning.
 
-Each quantity has its own small filter (`attitude`, `velocity`, `depth`, `position`): pure functions from memory to
-memory. Here they are put in order. A value that is not finite, out of range or from the future counts as not heard, so
-the answer is always finite (but `altitude`, NaN when unknown). Sensors are taken to sit at the body's origin.
+Each quantity has its own small filter (`attitude`, `velocity`, `depth`, `altitude`, `dead_reckoning`): pure functions
+from memory to memory. Here they are put in order. A value that is not finite, out of range or from the future counts as
+not heard, so the answer is always finite (but `altitude`, NaN when unknown). Sensors are taken to sit at the body's
+origin.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from firmware_py.estimation.navigation import attitude, dead_reckoning, depth, velocity
+from firmware_py.estimation.navigation import altitude, attitude, dead_reckoning, depth, velocity
 from firmware_py.marine import Eta, Nu, Origin, body_to_ned
 from firmware_py.params import param, table
 from firmware_py.records.command import Applied
@@ -111,7 +112,7 @@ class Navigation:
             position_std=dead_reckoning.std(pos),
             depth_std=depth.std(params.depth, dep, t),
             velocity_std=velocity_std,
-            altitude=self._altitude(frame, t),
+            altitude=altitude.newest(frame, t, params.altitude_timeout),
             attitude_ok=attitude_ok,
             depth_ok=depth_ok,
             velocity_ok=velocity_ok,
@@ -143,11 +144,3 @@ class Navigation:
         if frame.n.usable(t, self._params.propeller_timeout) and math.isfinite(frame.n.value):
             return frame.n.value
         return applied.n
-
-    def _altitude(self, frame: SensorFrame, t: float) -> float:
-        """Distance to the bottom, m, from whichever of altimeter and DVL is usable and newer; NaN without one."""
-        best, newest = math.nan, t - self._params.altitude_timeout
-        for heard, value in ((frame.altitude, frame.altitude.value), (frame.dvl, frame.dvl.value.altitude)):
-            if heard.ok and newest <= heard.t_valid <= t and 0.0 <= value < math.inf:
-                best, newest = value, heard.t_valid
-        return best

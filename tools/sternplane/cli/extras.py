@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 
-from firmware_py.run.errors import UsageError
+from firmware_py.run.usage_error import UsageError
 
 _DRAWING = ("plotly", "jinja2", "matplotlib")
 HINT = "pip install 'sternplane[report]'"

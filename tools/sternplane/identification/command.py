@@ -14,7 +14,7 @@ from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
 from firmware_py.estimation.model.observer_model import GROUPS, ObserverModel
 from firmware_py.params import load, prefix_errors
-from firmware_py.run.errors import UsageError
+from firmware_py.run.usage_error import UsageError
 from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.identification import page, results, vehicle_file
 from sternplane.identification.assessment import assess, learned_table

@@ -17,7 +17,7 @@ from firmware_py.compiled import Flags, Indices, Matrix, Vector, kernel
 from firmware_py.estimation.model.kernel_arguments import Linearisation, Model
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.estimation.model.state import CURRENT, MOVING, WATER
-from firmware_py.run.errors import UsageError
+from firmware_py.run.usage_error import UsageError
 from sternplane.logs.tracking import Array
 
 _SINGULAR = 1e-13

@@ -18,7 +18,7 @@ import numpy as np
 
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.estimation.model.state import MOVING
-from firmware_py.run.errors import UsageError
+from firmware_py.run.usage_error import UsageError
 from sternplane.identification.recording import Recording
 from sternplane.identification.simulation import Trajectory, simulate
 from sternplane.logs.tracking import Array

@@ -12,7 +12,7 @@ from firmware_py.estimation.model.kernel_arguments import Linearisation, Model
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.estimation.model.prediction import predict
 from firmware_py.estimation.model.state import CURRENT, MOTIONS, MOVING
-from firmware_py.run.errors import UsageError
+from firmware_py.run.usage_error import UsageError
 from sternplane.identification.cramer_rao_bound import carry
 from sternplane.identification.recording import Recording
 from sternplane.logs.tracking import Array

@@ -16,7 +16,7 @@ import numpy as np
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.params import ParamError
 from firmware_py.records.cycle import Cycle
-from firmware_py.run.errors import UsageError
+from firmware_py.run.usage_error import UsageError
 from sternplane.identification import vehicle_file
 from sternplane.logs.reading import Columns, read
 from sternplane.logs.tracking import Array, true_columns

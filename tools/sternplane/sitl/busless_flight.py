@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_py.marine import Eta, Nu, clip
-from firmware_py.run.errors import UsageError
+from firmware_py.run.usage_error import UsageError
 from sim_bridge.plant.environment import Environment, EnvironmentParams
 from sim_bridge.plant.packing import S
 from sim_bridge.plant.plant import Plant

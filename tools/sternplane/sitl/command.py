@@ -13,9 +13,9 @@ from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.hil.hil_link import parse_hil_link, serve
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.run import kept_navigation
-from firmware_py.run.errors import UsageError
 from firmware_py.run.ground_links import open_ground
 from firmware_py.run.run_folders import LOG_FILE, point_latest, run_folder
+from firmware_py.run.usage_error import UsageError
 from sternplane.cli import extras
 from sternplane.cli.progress import Progress
 from sternplane.logs.reading import TRUTH_FILE, read

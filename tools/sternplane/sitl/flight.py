@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 from firmware_py import app, config_files, loop
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
+from firmware_py.adapters.can_hardware import CanHardware
 from firmware_py.adapters.dvl import DvlPort
-from firmware_py.adapters.hardware import CanHardware
 from firmware_py.adapters.hil.hil_link import parse_hil_link
 from firmware_py.adapters.installation import configs
 from firmware_py.adapters.io_params import IoParams

@@ -20,8 +20,8 @@ from firmware_py.adapters.lockstep.lockstep_link import LockstepError, LockstepL
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter
 from firmware_py.run import provenance
-from firmware_py.run.errors import UsageError
 from firmware_py.run.interrupt import interruptible
+from firmware_py.run.usage_error import UsageError
 from firmware_py.tick import step_ns
 from sim_bridge import hil_server
 from sim_bridge.bridge import Bridge

@@ -17,9 +17,9 @@ from firmware_py.adapters.storage.recorder import LogRecorder, LogWriter
 from firmware_py.ports import Ground
 from firmware_py.records.cycle import Cycle
 from firmware_py.run import over_can, over_hil
-from firmware_py.run.errors import UsageError
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.run_folders import LOG_FILE
+from firmware_py.run.usage_error import UsageError
 from sim_bridge.scripted_operator import ScriptedOperator
 from sternplane.sitl.flight import Flight, Outcome, outcome_of
 

@@ -12,8 +12,8 @@ from rich.console import Console
 from rich.table import Table
 
 from firmware_py.run import provenance
-from firmware_py.run.errors import UsageError
 from firmware_py.run.run_folders import run_folder
+from firmware_py.run.usage_error import UsageError
 from sternplane.study.cases import CASES
 from sternplane.study.chance import MISS
 from sternplane.study.page import page, target_text

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.run import kept_navigation
-from firmware_py.run.errors import UsageError
+from firmware_py.run.usage_error import UsageError
 
 KEPT = KeptNavigation(12.5, -3.25, 4.0, 101_300.0)
 places = st.floats(-1e6, 1e6)

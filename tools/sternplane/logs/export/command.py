@@ -12,7 +12,7 @@ from typing import IO, Any
 from rich.console import Console
 from rich.progress import Progress
 
-from firmware_py.run.errors import UsageError
+from firmware_py.run.usage_error import UsageError
 from sternplane.logs.export import messages, table
 from sternplane.logs.reading import Log, find, read
 
