@@ -1,4 +1,4 @@
-"""The autopilot: one pure step from what was heard and ordered to what the fins are told."""
+"""The autopilot: one pure step from measurements and orders to fin angles and propeller speed."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from firmware_py.tick import Tick
 
 
 class StateEstimator(Protocol):
-    """Whoever turns measurements into a state; the configuration chooses."""
+    """Interface of the estimator: measurements to state."""
 
     def update(self, tick: Tick, frame: SensorFrame, applied: Applied) -> StateEstimate:
-        """The state at `tick`; `applied` is what the actuators were told in the tick before."""
+        """Return the state at `tick`; `applied` is what was commanded in the tick before."""
 
     def keep(self) -> Any:
-        """What a later run may start from."""
+        """Return what a later run may start from."""
 
     def resume(self, kept: Any) -> None:
-        """Starts from what an earlier run kept."""
+        """Start from what an earlier run kept."""
 
     def freeze(self) -> Any:
         """Return the whole memory."""
@@ -37,10 +37,10 @@ class StateEstimator(Protocol):
 
 
 class ControlLaw(Protocol):
-    """Whoever makes a demand of a reference; the configuration chooses."""
+    """Interface of the control laws: reference to demand."""
 
     def update(self, tick: Tick, mode: ModeState, order: Order, reference: Reference, state: StateEstimate) -> Demand:
-        """Stern planes, rudder and propeller for this tick."""
+        """Return the demand of stern planes, rudder and propeller for this tick."""
 
     def freeze(self) -> Any:
         """Return the whole memory."""
@@ -50,7 +50,7 @@ class ControlLaw(Protocol):
 
 
 class Parts(NamedTuple):
-    """What an autopilot is made of that a station's changes may make anew."""
+    """The parts that a station's changes may make anew."""
 
     estimator: StateEstimator
     supervisor: Supervisor
@@ -60,13 +60,13 @@ class Parts(NamedTuple):
 
 
 class Reconfigurator(Protocol):
-    """Whoever makes an autopilot's parts anew for an order's changes: the composition root."""
+    """Interface of what makes an autopilot's parts anew for an order's changes; see `reconfiguration`."""
 
     def apply(self, changes: tuple[Change, ...], parts: Parts) -> tuple[Parts, tuple[Event, ...]]:
         """Return the parts to go on with, which remember what the old ones did, and what could not be changed."""
 
     def freeze(self) -> Any:
-        """All that was changed."""
+        """Return all that was changed."""
 
     def thaw(self, memory: Any, parts: Parts) -> Parts:
         """Return the parts that `freeze` was asked about, fresh."""
@@ -91,7 +91,7 @@ class Autopilot:
         self.applied = Applied(fins=(0.0,) * allocator.size, n=0.0, armed=False, limited=False)
 
     def step(self, tick: Tick, frame: SensorFrame, order: Order) -> Cycle:
-        """One cycle: make what was changed anew, estimate, supervise, guide, control, allocate, limit."""
+        """Compute one cycle: make anew what was changed, estimate, supervise, guide, control, allocate, limit."""
         self.parts, failed = self.reconfigurator.apply(order.changes, self.parts)  # parameters, mission, fence, rally
         estimator, supervisor, guidance, control, gate = self.parts
         state = estimator.update(tick, frame, self.applied)
@@ -104,7 +104,7 @@ class Autopilot:
         return Cycle(tick, frame, order, state, mode, reference, demand, fins, self.applied, events)
 
     def freeze(self) -> Memory:
-        """All it remembers, so that a log can be entered in the middle."""
+        """Return the whole memory, so that a replay can start in the middle of a log."""
         return Memory(self.reconfigurator.freeze(), tuple(part.freeze() for part in self.parts), self.applied)
 
     def thaw(self, memory: Memory) -> None:

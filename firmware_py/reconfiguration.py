@@ -189,7 +189,7 @@ class PartsFactory:
             before = getattr(parts, name)
             if name == "estimator":  # making it from the start takes long
                 with self._naming_coefficients():
-                    made[name] = before.under(self.params.estimation, self._origin)
+                    made[name] = before.with_params(self.params.estimation, self._origin)
             else:
                 made[name] = makers[name]()
                 made[name].thaw(before.freeze())

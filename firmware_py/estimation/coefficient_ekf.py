@@ -34,7 +34,7 @@ from firmware_py.vehicle.vehicle import Vehicle
 
 RESET_STD = (1.0,) * 3 + (0.2,) * 3 + (0.5, 0.5, math.pi)
 """1 sigma of the motion after a reset, m/s, rad/s, rad: wide enough for any sensor to be believed."""
-SOON = 15.0
+RESET_AGAIN_TIME = 15.0
 """Diverged again within so many s, it was not the water that had changed."""
 NO_OUTPUT = Output(1 << 40, np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)))
 
@@ -119,7 +119,7 @@ class CoefficientEkf:
         settled = self.iteration.settled(self.age[0])
         if not settled:
             self.x[:, self.model.first :] = self._believed
-        if self._since_reset < SOON or not settled:
+        if self._since_reset < RESET_AGAIN_TIME or not settled:
             self._forget(self.model.first, self.model.size, self.prior[self.model.first :] ** 2)
             self.age[:] = 0.0
         self._since_reset = 0.0

@@ -1,4 +1,4 @@
-"""Learning in flight: the coefficient filter on the horizon, started, held, watched and begun anew."""
+"""The coefficient estimator: starts the filter behind the fixed-lag buffer, pauses it, judges it and resets it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import EkfMemory
 from firmware_py.estimation.coefficient_validity import CoefficientValidity, ValidityMemory, ValidityParams
 from firmware_py.estimation.fixed_lag_buffer import FixedLagBuffer, FixedLagBufferMemory, FixedLagBufferParams, Span
-from firmware_py.estimation.identifiability import Known, report, reported
+from firmware_py.estimation.identifiability import LearnedState, report, reported
 from firmware_py.estimation.model.state import CURRENT_EAST, CURRENT_NORTH, MOVING, STILL
 from firmware_py.params import TakesEffect, param, table
 from firmware_py.records.command import Applied
@@ -25,11 +25,11 @@ from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Rate, Tick
 from firmware_py.vehicle.vehicle import Vehicle
 
-SAID, WORDED = Rate.HZ_10, Rate.HZ_1
-"""How often what is learned is said anew, in numbers and in words."""
-RECENT = 0.1
+VALUES_RATE, REPORT_RATE = Rate.HZ_10, Rate.HZ_1
+"""How often `Learned` is made anew: its values, and its report."""
+ATTITUDE_AGE_MAX = 0.1
 """It begins with a ping of the DVL, and an attitude that is no older than this, s."""
-SURE = 2.0
+DEPTH_SIGMAS = 2.0
 """So many sigmas of depth it must be under water by."""
 
 
@@ -63,7 +63,7 @@ class LearningParams:
 class CoefficientEstimatorMemory(NamedTuple):
     """Everything that is remembered."""
 
-    horizon: FixedLagBufferMemory
+    buffer: FixedLagBufferMemory
     ekf: EkfMemory
     health: ValidityMemory
     running: bool
@@ -71,16 +71,16 @@ class CoefficientEstimatorMemory(NamedTuple):
     resets: int
     iterations: int
     ever: tuple[bool, ...]
-    said: Learned
+    last: Learned
 
 
 class CoefficientEstimator:
-    """Follows the vehicle a lag behind, and says what it has learned."""
+    """Follows the vehicle a lag behind, and reports what it has learned."""
 
     def __init__(
         self, params: LearningParams, coefficients: CoefficientParams, health: ValidityParams, vehicle: Vehicle
     ) -> None:
-        """Makes the filter.
+        """Make the filter.
 
         Raises:
             ParamError: see `CoefficientEkf`.
@@ -89,7 +89,7 @@ class CoefficientEstimator:
         self.ekf = CoefficientEkf(vehicle, coefficients)
         first, count = self.ekf.model.first, len(coefficients.names)
         self._count, self._learned = count, slice(first, first + count)
-        self._horizon = FixedLagBuffer(params.horizon, vehicle)
+        self._buffer = FixedLagBuffer(params.horizon, vehicle)
         self._health = CoefficientValidity(health, self.ekf.model, count)
         self._running = self._begun = False
         self._resets = self._filter_resets = self._iterations = 0
@@ -99,39 +99,39 @@ class CoefficientEstimator:
         self._intensities = coefficients.turbulence
         self._forget()
         self._permit()
-        self._said = self._say(None, self._report())
+        self._last = self._learned_now(None, self._report())
 
-    def under(self, params: LearningParams, health: ValidityParams, vehicle: Vehicle) -> CoefficientEstimator:
-        """One that goes on from here by other rules; of the two only one may go on, for they share the filter."""
+    def with_params(self, params: LearningParams, health: ValidityParams, vehicle: Vehicle) -> CoefficientEstimator:
+        """Return an estimator that goes on from here with other rules; use one of the two: the filter is shared."""
         other = copy.copy(self)
         other._params = params
         other._health = CoefficientValidity(health, self.ekf.model, self._count)
         other._health.thaw(self._health.freeze())
         if params.horizon != self._params.horizon:
-            other._horizon = FixedLagBuffer(params.horizon, vehicle)
-            other._horizon.thaw(self._horizon.freeze())
+            other._buffer = FixedLagBuffer(params.horizon, vehicle)
+            other._buffer.thaw(self._buffer.freeze())
         return other
 
     def update(self, tick: Tick, frame: SensorFrame, applied: Applied, state: StateEstimate) -> Learned:
-        """What is known after the tick; `state` is what navigation makes of the same frame."""
-        params, horizon = self._params, self._horizon
-        horizon.hear(tick.t, frame, applied)
-        may = state.eta.z - SURE * state.depth_std >= params.depth_min and state.attitude_ok
-        for span in horizon.spans(tick.t):
-            ping, turn = horizon.last
+        """Return what is known after the tick; `state` is what navigation makes of the same frame."""
+        params, buffer = self._params, self._buffer
+        buffer.hear(tick.t, frame, applied)
+        may = state.eta.z - DEPTH_SIGMAS * state.depth_std >= params.depth_min and state.attitude_ok
+        for span in buffer.spans(tick.t):
+            ping, turn = buffer.last
             if not (may and span.t - ping.t <= params.gap_max and ping.values[0] >= params.speed_min):
                 self._running = False
             elif self._running:
                 self._step(span)
-            elif ping.t >= span.t and span.t - turn.t <= RECENT:
+            elif ping.t >= span.t and span.t - turn.t <= ATTITUDE_AGE_MAX:
                 self._begin(span)
-        if tick.every(SAID):
-            self._said = self._say(self._said, self._report() if tick.every(WORDED) else self._said.report)
-        return self._said
+        if tick.every(VALUES_RATE):
+            self._last = self._learned_now(self._last, self._report() if tick.every(REPORT_RATE) else self._last.report)
+        return self._last
 
     def _begin(self, span: Span) -> None:
-        """Takes motion from what the sensors said last; what was learned before stays."""
-        ping, turn = self._horizon.last
+        """Begin with the motion of the last measurements; what was learned before stays."""
+        ping, turn = self._buffer.last
         nu, angles = (*ping.values[:3], *turn.values[:3]), turn.values[3:]
         self.ekf.resume(nu, angles, np.sqrt(span.variance))
         self._health.reset()
@@ -142,7 +142,7 @@ class CoefficientEstimator:
         if not ekf.step(span.inputs, span.h, span.z, span.variance):
             self._resets += 1
             self._forget()
-            self._said = self._say(None, self._report())
+            self._last = self._learned_now(None, self._report())
             return
         np.sqrt(self._variances[ekf.log_likelihood.argmax()], out=self._std)
         if ekf.resets > self._filter_resets:
@@ -152,18 +152,18 @@ class CoefficientEstimator:
             self._permit()
 
     def _forget(self) -> None:
-        """Coefficients as they are believed, and nothing known of the water."""
+        """Start anew: coefficients as in the vehicle file, and nothing known of the water."""
         self.ekf.start((0.0,) * 6, (0.0,) * 3, (1.0,) * MOVING)
         self._ever[:] = self._health.excited
         self._running = self._begun = False
 
     def _permit(self) -> None:
-        """What is not excited neither learns nor becomes less certain."""
+        """Let only excited coefficients learn; the others do not become less certain."""
         self.ekf.permit(np.array(self._health.excited, dtype=np.bool_))
         self._ever |= self._health.excited
 
-    def _say(self, before: Learned | None, report: tuple[Event, ...]) -> Learned:
-        """What is known. What was not excited since `before` stands to the last bit, unless an iteration took over."""
+    def _learned_now(self, before: Learned | None, report: tuple[Event, ...]) -> Learned:
+        """Return what is known. What was not excited since `before` stays, unless an iteration took over."""
         mean, std, weights = (array.tolist() for array in self.ekf.combine())
         value, sigma = mean[self._learned], std[self._learned]
         valid, excited, nis = self._health.verdict
@@ -187,20 +187,20 @@ class CoefficientEstimator:
             turbulence=sum(map(mul, weights, self._intensities)),
             nis=nis,
             rejected=sum(self.ekf.rejected.tolist()),
-            dropped=self._horizon.dropped,
+            dropped=self._buffer.dropped,
             resets=self._resets + self.ekf.resets,
-            horizon=self._horizon.t if self._running else math.nan,
+            horizon=self._buffer.t if self._running else math.nan,
             report=report,
         )
 
     def _report(self) -> tuple[Event, ...]:
-        """What was learned and what was not."""
+        """Return what was learned and what was not."""
         model, count, learned = self.ekf.model, self._count, self._learned
         if not self._begun:
             return (reported(Cause.NOT_BEGUN, (float(count),)),)
         valid, excited, _ = self._health.verdict
         return report(
-            Known(
+            LearnedState(
                 model.names[:count],
                 self.ekf.estimate().covariance[learned, learned],
                 self.ekf.prior[learned],
@@ -212,9 +212,9 @@ class CoefficientEstimator:
         )
 
     def freeze(self) -> CoefficientEstimatorMemory:
-        """All it remembers."""
+        """Return the whole memory."""
         return CoefficientEstimatorMemory(
-            self._horizon.freeze(),
+            self._buffer.freeze(),
             self.ekf.freeze(),
             self._health.freeze(),
             self._running,
@@ -222,16 +222,16 @@ class CoefficientEstimator:
             self._resets,
             self._iterations,
             tuple(self._ever.tolist()),
-            self._said,
+            self._last,
         )
 
     def thaw(self, memory: CoefficientEstimatorMemory) -> None:
-        """Takes up again what `freeze` gave."""
-        self._horizon.thaw(memory.horizon)
+        """Restore the memory that `freeze` returned."""
+        self._buffer.thaw(memory.buffer)
         self.ekf.thaw(memory.ekf)
         self._health.thaw(memory.health)
         self._running, self._begun = memory.running, memory.begun
-        self._resets, self._said = memory.resets, memory.said
+        self._resets, self._last = memory.resets, memory.last
         self._filter_resets, self._iterations = self.ekf.resets, memory.iterations
         self._permit()
         self._ever[:] = memory.ever

@@ -13,7 +13,7 @@ from firmware_py.vehicle.vehicle import Vehicle
 
 TEN = ("M_q", "M_ds", "N_r", "N_dr", "N_v", "Z_ds", "Z_q", "Y_dr", "Y_r", "Y_v")
 """The paper's ten, in its order."""
-REST = "rest"
+EVERY_OTHER = "rest"
 """Among the considered: every coefficient that is not named."""
 SPEEDS, RATES, ANGLES = MOTIONS[:3], MOTIONS[3:6], MOTIONS[6:8]
 
@@ -188,11 +188,11 @@ class CoefficientParams:
             raise ParamError(
                 f"iteration_times {list(self.iteration_times)} do not rise; each is longer than the one before"
             )
-        if REST in self.considered and REST in self.nuisances:
+        if EVERY_OTHER in self.considered and EVERY_OTHER in self.nuisances:
             raise ParamError('"rest" is both in considered and in nuisances; write it once')
 
 
-def beside(vehicle: Vehicle, params: CoefficientParams) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def nuisances_and_considered(vehicle: Vehicle, params: CoefficientParams) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The nuisances and the considered, "rest" spelled out: without what is believed to be 0, which nothing scales."""
     known = vehicle.force_coefficients
     named = (*params.names, *params.nuisances, *params.considered)
@@ -200,12 +200,12 @@ def beside(vehicle: Vehicle, params: CoefficientParams) -> tuple[tuple[str, ...]
     rest = tuple(name for name in COEFFICIENTS if name not in taken and known[name] != 0.0)
 
     def spelled(names: tuple[str, ...]) -> tuple[str, ...]:
-        return tuple(name for given in names for name in (rest if given == REST else (given,)))
+        return tuple(name for given in names for name in (rest if given == EVERY_OTHER else (given,)))
 
     return spelled(params.nuisances), spelled(params.considered)
 
 
-def share(name: str, params: CoefficientParams) -> float:
+def relative_std(name: str, params: CoefficientParams) -> float:
     """1 sigma of a parameter, of its size."""
     if name in params.stds:
         return params.stds[name]

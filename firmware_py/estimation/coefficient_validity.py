@@ -23,11 +23,11 @@ from firmware_py.params import ParamError, param
 
 SENSORS = ("dvl", "gyro", "attitude")
 """Whose measurements u v w, p q r and phi theta psi are."""
-LEAST = 30.0
+COUNT_MIN = 30.0
 """So many recent measurements tell how a sensor's innovations are; fewer do not."""
 STAY, ENTER = 3.2905, 1.96
 """Normal quantiles: of the two-sided 99.9 % band, in which consistency stays, and of the 95 % one, where it begins."""
-CALM = 0.25
+EXCITATION_END = 0.25
 """An excitation ends at this share of the mean square that it begins at: half the acceleration."""
 
 
@@ -164,7 +164,7 @@ class CoefficientValidity:
     @property
     def verdict(self) -> Validity:
         """What is to be said of it."""
-        dvl, gyro, attitude = (s / n if n >= LEAST else math.nan for s, n, _ in self._window.tolist())
+        dvl, gyro, attitude = (s / n if n >= COUNT_MIN else math.nan for s, n, _ in self._window.tolist())
         return Validity(tuple(self._valid.tolist()), tuple(self.excited.tolist()), (dvl, gyro, attitude))
 
     def freeze(self) -> ValidityMemory:
@@ -202,7 +202,7 @@ def inside(window: Matrix, z: float, slack: float) -> bool:
     heard = False
     for sensor in range(3):
         count = window[sensor, COUNT]
-        if count >= LEAST:
+        if count >= COUNT_MIN:
             heard = True
             low, high = band(count * count / window[sensor, SQUARES], z)
             if not low / slack <= window[sensor, SUM] / count <= high * slack:
@@ -229,7 +229,7 @@ def excite(terms: ForceTerms, gain: Vector, regressors: Vector, share: float, le
                 most = square
         level[i] += share * (most - level[i])
         was = excited[i]
-        excited[i] = level[i] >= (CALM if was else 1.0)
+        excited[i] = level[i] >= (EXCITATION_END if was else 1.0)
         changed = changed or excited[i] != was
     return changed
 

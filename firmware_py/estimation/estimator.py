@@ -1,4 +1,4 @@
-"""The estimator that flies: navigation, and beside it what is learned of vehicle and water."""
+"""The estimator that flies: navigation, and the coefficient estimator of vehicle and water."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ class EstimationParams(NavigationParams):
 
 
 def same_filter(one: EstimationParams, other: EstimationParams) -> bool:
-    """Whether both have the same coefficient filter, or none."""
+    """Return whether both have the same coefficient filter, or none."""
     return (one.learning.enabled, one.coefficients) == (other.learning.enabled, other.coefficients)
 
 
 def refuse_no_filter(params: EstimationParams, vehicle: Vehicle) -> None:
-    """Raises the ParamError that making an `Estimator` would; costs half of it."""
+    """Raise the ParamError that making an `Estimator` would; costs half of it."""
     if params.learning.enabled:
         BankArrays(vehicle, params.coefficients)
 
@@ -56,10 +56,10 @@ class EstimatorMemory(NamedTuple):
 
 
 class Estimator:
-    """An `autopilot.StateEstimator`. Steering rests on navigation; learning looks on from a lag behind."""
+    """An `autopilot.StateEstimator`. Steering rests on navigation; the coefficient estimator runs a lag behind."""
 
     def __init__(self, params: EstimationParams, origin: Origin, vehicle: Vehicle) -> None:
-        """Makes both.
+        """Make both.
 
         Raises:
             ParamError: a list of coefficients that the vehicle does not have, or that gives no scale.
@@ -72,10 +72,10 @@ class Estimator:
             else None
         )
 
-    def under(self, params: EstimationParams, origin: Origin) -> Estimator:
-        """One that goes on from here by other parameters; of the two only one may go on, for they share.
+    def with_params(self, params: EstimationParams, origin: Origin) -> Estimator:
+        """Return an estimator that goes on from here with other parameters; use only one of the two, for they share.
 
-        A new filter is as dear as three cycles, so it is made for other coefficients alone.
+        A new filter costs as much as three cycles, so it is made for other coefficients alone.
 
         Raises:
             ParamError: as when it is made; this one is as it was.
@@ -90,30 +90,30 @@ class Estimator:
         other._navigation = Navigation(params, origin)
         other._navigation.thaw(self._navigation.freeze())
         if (params.learning, params.health) != (before.learning, before.health):
-            other._learning = learning.under(params.learning, params.health, self._vehicle)
+            other._learning = learning.with_params(params.learning, params.health, self._vehicle)
         return other
 
     def update(self, tick: Tick, frame: SensorFrame, applied: Applied) -> StateEstimate:
-        """The state at the tick, from what was heard up to it and what the actuators were told one tick ago."""
+        """Return the state at the tick, from what was received up to it and what was commanded one tick ago."""
         state = self._navigation.update(tick, frame, applied)
         if self._learning is None:
             return state
         return StateEstimate(*(*_NAVIGATED(state), self._learning.update(tick, frame, applied, state)))
 
     def keep(self) -> KeptNavigation:
-        """What a later run may start from."""
+        """Return what a later run may start from."""
         return self._navigation.keep()
 
     def resume(self, kept: KeptNavigation) -> None:
-        """Starts from what an earlier run kept."""
+        """Start from what an earlier run kept."""
         self._navigation.resume(kept)
 
     def freeze(self) -> EstimatorMemory:
-        """All that is remembered."""
+        """Return the whole memory."""
         return EstimatorMemory(self._navigation.freeze(), self._learning.freeze() if self._learning else None)
 
     def thaw(self, memory: EstimatorMemory) -> None:
-        """Goes on from there."""
+        """Restore the memory that `freeze` returned."""
         self._navigation.thaw(memory.navigation)
         if self._learning is not None and memory.learning is not None:
             self._learning.thaw(memory.learning)

@@ -1,8 +1,8 @@
-"""The horizon: a filter that lives a little in the past meets every measurement in the order in which it was true.
+"""The fixed-lag buffer: measurements in the order of their validity, for a filter that runs behind the clock.
 
 Measurements come late, each sensor's by its own latency, and fin angles are reported from time to time. So the filter
-is kept a fixed lag behind the clock. By then what was true at the horizon has arrived, is put in order, and is taken in
-once, each at its time of validity; and the fins' reports lie on both sides of a step, so their mean over it is known.
+is kept a fixed lag behind the clock. By then the measurements of that time have arrived, are put in order, and each is
+taken once, at its time of validity; and the fins' reports lie on both sides of a step, so their mean over it is known.
 Work is the same in every tick: nothing is ever computed again.
 """
 
@@ -27,7 +27,7 @@ _TOGETHER = 1e-6
 """Times as near as this, s, are one."""
 _SPANS = 8
 """The most steps in one tick; a backlog waits. At 50 Hz, with two measurements, seven of the shortest can be due."""
-WILD = 50.0
+MAGNITUDE_MAX = 50.0
 """No speed (m/s), rate (rad/s) or angle (rad) of such a vehicle; a measurement that is as long as that is none."""
 _FINEST = 1e-6
 """No ping is better than this, m/s, whatever it states."""
@@ -79,7 +79,7 @@ class FixedLagBufferParams:
 class Span(NamedTuple):
     """One step of the filter: it ends at t (s) after h (s) under `inputs`; z, (9,), was measured there, or NaN.
 
-    The arrays are the horizon's own: they are good until the next span.
+    The arrays are the buffer's own: they are valid until the next span.
     """
 
     t: float
@@ -90,7 +90,7 @@ class Span(NamedTuple):
 
 
 class Measurement(NamedTuple):
-    """What a sensor said: u v w and 1 sigma of a ping, or p q r phi theta psi."""
+    """A measurement: u v w and 1 sigma of a ping, or p q r phi theta psi."""
 
     t: float
     sensor: int
@@ -98,28 +98,28 @@ class Measurement(NamedTuple):
 
 
 class FixedLagBufferMemory(NamedTuple):
-    """Where the horizon is, what waits before it, the times of each sensor's newest, and the last behind it."""
+    """Time up to which steps were made, what waits, the times of each sensor's newest, and the last one taken."""
 
     t: float
     waiting: tuple[Measurement, ...]
-    acts: tuple[Reports, ...]
+    actuators: tuple[Reports, ...]
     newest: tuple[float, ...]
     last: tuple[Measurement, ...]
     dropped: int
 
 
 class FixedLagBuffer:
-    """Puts in order what is heard.
+    """Puts measurements in order.
 
-    `dropped` counts the measurements that are none: from behind the horizon, from the future, not after the last of
-    their sensor, not finite, or wild. A fin or propeller that does not report (or not what can be) is taken to do what
-    it was told.
+    `dropped` counts the measurements that are not used: older than the lag, from the future, not after the last of
+    their sensor, not finite, or out of range. A fin or propeller that reports nothing, or an
+    impossible value, is taken to do what was commanded.
     """
 
     def __init__(self, params: FixedLagBufferParams, vehicle: Vehicle) -> None:
         self._params = params
         shaft = len(vehicle.fins)
-        self._acts = IntervalMeans([*((*row, 0.0) for row in vehicle.deflection_rows), (*(0.0,) * shaft, 1.0)])
+        self._actuators = IntervalMeans([*((*row, 0.0) for row in vehicle.deflection_rows), (*(0.0,) * shaft, 1.0)])
         self._reach = (*(_TRAVEL,) * shaft, _OVERSPEED * vehicle.propeller.n_max)
         self._waiting: list[Measurement] = []
         self._newest = [-math.inf, -math.inf]
@@ -129,34 +129,34 @@ class FixedLagBuffer:
         self._usual = np.array((params.speed_std**2,) * 3 + (gyro,) * 3 + (tilt, tilt, params.heading_std**2))
         self._inputs, self._z, self._variance = np.zeros(4), np.zeros(9), np.zeros(9)
         self.last = [Measurement(-math.inf, sensor, (0.0,) * 6) for sensor in (DVL, AHRS)]
-        """The last of each sensor up to the horizon."""
+        """The last measurement of each sensor that was taken."""
 
     @property
     def t(self) -> float:
-        """Up to where the filter has been stepped, s."""
+        """Return the time up to which the filter has been stepped, s."""
         return self._t
 
     def hear(self, t: float, frame: SensorFrame, applied: Applied) -> None:
-        """Takes in what came in the tick at t, s; `applied` is what the actuators were told one tick before."""
-        oldest, reach, acts = t - self._params.stale, self._reach, self._acts
-        told = (*applied.fins, applied.n)
+        """Take what was received in the tick at t, s; `applied` is what was commanded one tick before."""
+        oldest, reach, actuators = t - self._params.stale, self._reach, self._actuators
+        commanded = (*applied.fins, applied.n)
         for i, heard in enumerate((*frame.fins, frame.n)):
             if not (heard.ok and heard.t_valid >= oldest and -reach[i] <= heard.value <= reach[i]):
-                acts.add(i, t, told[i])
+                actuators.add(i, t, commanded[i])
             elif heard.fresh:
-                acts.add(i, min(heard.t_valid, t), heard.value)
+                actuators.add(i, min(heard.t_valid, t), heard.value)
 
         dvl, ahrs = frame.dvl, frame.ahrs
         if dvl.fresh and dvl.ok:
             u, v, w, fom, _ = dvl.value
-            std = min(max(fom, _FINEST), WILD) if fom > 0.0 else self._params.speed_std
+            std = min(max(fom, _FINEST), MAGNITUDE_MAX) if fom > 0.0 else self._params.speed_std
             self._wait(t, dvl.t_valid, DVL, (u, v, w, std))
         if ahrs.fresh and ahrs.ok:
             phi, theta, psi, p, q, r = ahrs.value
             self._wait(t, ahrs.t_valid, AHRS, (p, q, r, phi, theta, psi))
 
     def spans(self, t: float) -> Iterator[Span]:
-        """The steps that are due at t, s, in order."""
+        """Yield the steps that are due at t, s, in order."""
         waiting, longest = self._waiting, self._params.longest
         end = t - self._params.lag + _TOGETHER
         if self._t == -math.inf:
@@ -171,7 +171,7 @@ class FixedLagBuffer:
             self._variance[:] = self._usual
             while waiting and waiting[0].t <= here + _TOGETHER:
                 self._take(waiting.pop(0))
-            self._acts.mean(self._t, here, self._inputs)
+            self._actuators.mean(self._t, here, self._inputs)
             h, self._t = here - self._t, here
             yield Span(here, h, self._inputs, self._z, self._variance)
 
@@ -179,7 +179,10 @@ class FixedLagBuffer:
         size = 0.0
         for value in values:
             size += value * value
-        if size <= WILD * WILD and max(self._t, self._newest[sensor]) + _TOGETHER < t_valid <= t + _TOGETHER:
+        if (
+            size <= MAGNITUDE_MAX * MAGNITUDE_MAX
+            and max(self._t, self._newest[sensor]) + _TOGETHER < t_valid <= t + _TOGETHER
+        ):
             self._newest[sensor] = t_valid
             insort(self._waiting, Measurement(t_valid, sensor, values))
         else:
@@ -194,13 +197,13 @@ class FixedLagBuffer:
             self._z[3:] = values
 
     def freeze(self) -> FixedLagBufferMemory:
-        """All it remembers."""
+        """Return the whole memory."""
         return FixedLagBufferMemory(
-            self._t, tuple(self._waiting), self._acts.freeze(), tuple(self._newest), tuple(self.last), self.dropped
+            self._t, tuple(self._waiting), self._actuators.freeze(), tuple(self._newest), tuple(self.last), self.dropped
         )
 
     def thaw(self, memory: FixedLagBufferMemory) -> None:
-        """Takes up again what `freeze` gave."""
+        """Restore the memory that `freeze` returned."""
         self._t, self._waiting, self.dropped = memory.t, list(memory.waiting), memory.dropped
         self._newest, self.last = list(memory.newest), list(memory.last)
-        self._acts.thaw(memory.acts)
+        self._actuators.thaw(memory.actuators)

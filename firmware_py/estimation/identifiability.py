@@ -12,11 +12,11 @@ from firmware_py.estimation.model.jacobians import Array
 from firmware_py.records.event import Cause, Event, EventKind, severity_of
 from firmware_py.records.event_text import combination
 
-NOTHING = 0.95
+NOT_LEARNED = 0.95
 """A direction whose sigma is more than this part of what it was before has not been learned."""
-ALONE = 0.97
+BY_ITSELF = 0.97
 """A coefficient that lies so far within what was not learned was not learned by itself, not only in a combination."""
-PART = 0.15
+WEIGHT_MIN = 0.15
 """With less weight than this a coefficient takes no part in a direction."""
 
 
@@ -28,7 +28,7 @@ class Direction(NamedTuple):
     weights: Array
     """Of the scaled parameters, their squares' sum 1."""
     shares: tuple[float, ...]
-    """The weights of at least `PART`, and whose they are."""
+    """The weights of at least `WEIGHT_MIN`, and whose they are."""
     names: tuple[str, ...]
 
     @property
@@ -48,7 +48,7 @@ class Identifiability(NamedTuple):
     """All of `alone`, and those that take part in `mixed`."""
 
 
-class Known(NamedTuple):
+class LearnedState(NamedTuple):
     """What a filter knows of the coefficients that it learns: (count,) each, but for the covariance (count, count)."""
 
     names: Sequence[str]
@@ -74,24 +74,24 @@ def directions(covariance: Array, names: Sequence[str], scales: Sequence[float] 
 
 def unlearned(covariance: Array, names: Sequence[str], prior_std: Sequence[float] | Array) -> list[Direction]:
     """The directions that a flight tells nothing of: their sigma has hardly come below the prior's."""
-    return [_direction(*one, names) for one in _principal(covariance, prior_std) if one[0] > NOTHING]
+    return [_direction(*one, names) for one in _principal(covariance, prior_std) if one[0] > NOT_LEARNED]
 
 
 def identifiability(covariance: Array, names: Sequence[str], prior_std: Sequence[float] | Array) -> Identifiability:
     """What is as unknown as `prior_std`, (n,), had it; `covariance`, (n, n), is finite."""
-    lost = [vector for sigma, vector in _principal(covariance, prior_std) if sigma > NOTHING]
+    lost = [vector for sigma, vector in _principal(covariance, prior_std) if sigma > NOT_LEARNED]
     if not lost:
         return Identifiability((), (), ())
     within = np.sqrt(np.square(lost).sum(axis=0)).tolist()
-    alone = [name for name, share in zip(names, within, strict=True) if share > ALONE]
+    alone = [name for name, share in zip(names, within, strict=True) if share > BY_ITSELF]
     rest = [i for i, name in enumerate(names) if name not in alone]
     left, prior = [names[i] for i in rest], np.asarray(prior_std)[rest]
     mixed = unlearned(covariance[np.ix_(rest, rest)], left, prior) if rest else []
-    parts = {name for one in mixed for name, w in zip(left, one.weights.tolist(), strict=True) if abs(w) >= PART}
+    parts = {name for one in mixed for name, w in zip(left, one.weights.tolist(), strict=True) if abs(w) >= WEIGHT_MIN}
     return Identifiability(tuple(alone), tuple(mixed), tuple(name for name in names if name in alone or name in parts))
 
 
-def report(known: Known) -> tuple[Event, ...]:
+def report(known: LearnedState) -> tuple[Event, ...]:
     """Return what was learned and what was not, as events of a learning report; `event_text` has the sentence.
 
     All is learned where every coefficient is identifiable, valid and excited. Sigma is that of the worst known of what
@@ -141,5 +141,5 @@ def _principal(covariance: Array, scales: Sequence[float] | Array) -> list[tuple
 def _direction(sigma: float, vector: Array, names: Sequence[str]) -> Direction:
     """Return the direction with the parameters that count in it, its greatest weight positive."""
     vector = vector * np.sign(vector[np.argmax(np.abs(vector))])
-    parts = [i for i, weight in enumerate(vector.tolist()) if abs(weight) >= PART]
+    parts = [i for i, weight in enumerate(vector.tolist()) if abs(weight) >= WEIGHT_MIN]
     return Direction(sigma, vector, tuple(vector[parts].tolist()), tuple(names[i] for i in parts))

@@ -1,4 +1,4 @@
-"""From what is wanted to what the fins are told."""
+"""Mode, reference, demand and commands: the outputs of a cycle, in their order."""
 
 from __future__ import annotations
 

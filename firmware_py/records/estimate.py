@@ -1,4 +1,4 @@
-"""What the vehicle believes about itself."""
+"""The estimated state, and what was learned of vehicle and water."""
 
 from __future__ import annotations
 
@@ -19,10 +19,11 @@ class Learned:
     that a law may rely on the value, `excited` that the motion tells something about it. `current` is the water's
     velocity north and east, m/s, with `current_std`; `turbulence` the intensity of its eddies, m/s. `nis` is the
     running mean of the normalised innovations squared of DVL, gyros and attitude, per degree of freedom: 1 where the
-    filter is consistent. `rejected` counts the measurements that the gate kept out, `dropped` those that came too late
-    or from the future, `resets` how often the filter began anew. `horizon` is the time that all this is true for, s.
-    NaN means unknown. `report` says what was learned and what was not (`estimation.identifiability.report`), no older
-    than a second; a log has it as the events that end a learning manoeuvre.
+    filter is consistent. `rejected` counts the measurements that the gate kept out, `dropped` those that the fixed-lag
+    buffer did not take (too late, from the future, repeated, not finite or out of range), `resets` how often the filter
+    began anew. `horizon` is the time that all this is true for, s. NaN means unknown. `report` says what was learned
+    and what was not (`estimation.identifiability.report`), no older than a second; a log has it as the events that end
+    a learning manoeuvre.
     """
 
     value: tuple[float, ...]

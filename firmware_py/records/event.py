@@ -86,7 +86,7 @@ class Cause(enum.IntEnum):
     NOT_EXCITED_AT_END = 30  # names: coefficients
 
 
-MEANT = (Cause.ORDERED, Cause.MISSION_DONE, Cause.RETURN_DONE, Cause.SURFACED)
+INTENDED_CAUSES = (Cause.ORDERED, Cause.MISSION_DONE, Cause.RETURN_DONE, Cause.SURFACED)
 """Causes of a change of mode that somebody asked for, at once or beforehand; with any other it is a failsafe."""
 
 
@@ -129,7 +129,7 @@ _SEVERITIES: Mapping[EventKind, Severity] = {
     EventKind.LEARNING_REPORT: Severity.NOTICE,
 }
 _BY_CAUSE: Mapping[tuple[EventKind, Cause], Severity] = {
-    **{(EventKind.MODE_CHANGED, cause): Severity.INFO for cause in MEANT},
+    **{(EventKind.MODE_CHANGED, cause): Severity.INFO for cause in INTENDED_CAUSES},
     (EventKind.LEARNING_REPORT, Cause.LEARNED_ALL): Severity.INFO,
     (EventKind.LEARNING_REPORT, Cause.NOT_FINITE): Severity.ERROR,
 }

@@ -7,8 +7,8 @@ Why the table says what it says:
 - Without attitude no law can steer. The gate then centres the fins and stops the propeller by itself; the mode goes to
   SURFACE, so that an AHRS that comes back brings the vehicle up. One that does not come back ends in DISARMED: a
   propeller must not start minutes later, perhaps on deck.
-- Without depth the vehicle still climbs: the estimate of depth goes on by dead reckoning, good enough to come up. That
-  it came up is then told by a position fix, which is not to be had under water.
+- Without depth the vehicle still climbs: the estimate of depth goes on by dead reckoning, good enough to come up. Then
+  a position fix, which is not to be had under water, shows that it came up.
 - Beyond the fence it surfaces too: the way back could lead through what the fence is there for. Its depth is
   `depth_max`.
 - Sticks that fall silent are no rule: MANUAL bounds their age and centres them, and a neutral vehicle waits.

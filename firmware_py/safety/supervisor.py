@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.event import MEANT, Cause, Event, EventKind, severity_of
+from firmware_py.records.event import INTENDED_CAUSES, Cause, Event, EventKind, severity_of
 from firmware_py.records.fence import NO_FENCE, Fence
 from firmware_py.records.order import NOBODY, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import SensorFrame
@@ -99,7 +99,7 @@ class Supervisor:
             late=c.late,
             ready=ready,
             cause=cause,
-            failsafe=wanted is Mode.SURFACE and cause not in MEANT,
+            failsafe=wanted is Mode.SURFACE and cause not in INTENDED_CAUSES,
             too_deep=c.depth > params.depth_max,
             breach=c.breach,
         )

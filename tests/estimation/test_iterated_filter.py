@@ -15,7 +15,7 @@ from sternplane.study.setups import FilterRun, Setup, bound_std, fly_prbs, flyin
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.iteration.iterated_filter import LAST, PATIENCE, ROWS_PER_STEP
-from firmware_py.estimation.iteration.relinearised_pass import move_beside
+from firmware_py.estimation.iteration.relinearised_pass import move_with_reference
 from firmware_py.estimation.iteration.smoother_pass import BLOCK
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.estimation.model.state import EDDIES
@@ -40,7 +40,7 @@ def test_a_state_beside_another_follows_as_the_model_would_take_it(seed: int) ->
     assert model.advance(beside, at.inputs, 0.01)
     assert model.advance(there, at.inputs, 0.01)
     x = np.zeros(model.size)
-    move_beside(model.arrays, model.linearisation, there, deviation, x)
+    move_with_reference(model.arrays, model.linearisation, there, deviation, x)
     moved = np.abs(beside[:9] - there[:9]).max()
     assert np.abs(x[:9] - beside[:9]).max() < 1e-3 * moved
 

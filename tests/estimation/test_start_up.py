@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from sternplane.sitl.busless_flight import SENSOR_STD, measure
 from sternplane.study.setups import Setup, fly_prbs
 
-from firmware_py.estimation.coefficient_ekf import SOON, CoefficientEkf
+from firmware_py.estimation.coefficient_ekf import RESET_AGAIN_TIME, CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.filter.consistency import COUNT, NIS_COUNT_MIN, NIS_DIVERGED, SUM, diverged
 from firmware_py.estimation.filter.kernel_arguments import Settings, Tuning
@@ -144,7 +144,7 @@ def test_diverged_again_at_once_its_coefficients_are_reset_too() -> None:
     known, prior = ekf.estimate().std, ekf.prior[ekf.model.first :]
     assert (known < 0.5 * prior).all()
     wild = np.array([1.8, 0, 0, 0, 0, 0, 0, 0, 0.0])
-    spins = [0.4 * (-1) ** (k // 60) for k in range(round(SOON / setup.h))]
+    spins = [0.4 * (-1) ** (k // 60) for k in range(round(RESET_AGAIN_TIME / setup.h))]
     for spin in spins:
         wild[3:6] = spin
         ekf.step(trial.inputs[0], setup.h, wild, SENSOR_STD**2)

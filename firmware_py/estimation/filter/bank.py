@@ -13,7 +13,7 @@ from firmware_py.compiled import Indices, Vector, kernel
 from firmware_py.estimation.filter.consistency import NIS_WINDOW, add_nis, diverged
 from firmware_py.estimation.filter.kernel_arguments import FilterBank, Given, Monitor, Output
 from firmware_py.estimation.filter.measurement_history import MeasurementHistory, record
-from firmware_py.estimation.filter.measurement_update import expect, update
+from firmware_py.estimation.filter.measurement_update import start_nis, update
 from firmware_py.estimation.filter.start_up import schedule
 from firmware_py.estimation.filter.time_update import predict_covariance
 from firmware_py.estimation.filter.weighting import combine, replace_unlikely, weigh
@@ -38,7 +38,7 @@ def step(bank: FilterBank, inputs: Vector, h: float, z: Vector, R: Vector, nis: 
         False if a filter met a number that is not finite: the bank is to be started anew.
     """
     best = weigh(bank.log_likelihood, bank.weights)
-    expect(z, nis)
+    start_nis(z, nis)
     fade = math.exp(-h / bank.settings.likelihood_memory)
     for b in range(len(bank.x)):
         x, P = bank.x[b], bank.P[b]

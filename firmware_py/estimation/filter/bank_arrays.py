@@ -6,7 +6,14 @@ import math
 
 import numpy as np
 
-from firmware_py.estimation.coefficient_params import ANGLES, RATES, SPEEDS, CoefficientParams, beside, share
+from firmware_py.estimation.coefficient_params import (
+    ANGLES,
+    RATES,
+    SPEEDS,
+    CoefficientParams,
+    nuisances_and_considered,
+    relative_std,
+)
 from firmware_py.estimation.filter.bank import reset_motion
 from firmware_py.estimation.filter.kernel_arguments import FilterBank, Settings, Tuning, new_scratch, padded
 from firmware_py.estimation.filter.weighting import combine
@@ -42,7 +49,7 @@ class BankArrays:
         Raises:
             ParamError: see `CoefficientEkf`.
         """
-        nuisances, considered = beside(vehicle, params)
+        nuisances, considered = nuisances_and_considered(vehicle, params)
         bias = {
             **dict.fromkeys(SPEEDS, params.speed_bias),
             **dict.fromkeys(RATES, params.rate_bias),
@@ -57,7 +64,7 @@ class BankArrays:
         self.model = model = ObserverModel(vehicle, (*params.names, *nuisances, *considered), water, biases)
         n, first = model.size, model.first
         scale = np.abs(np.array(model.believed))
-        shares = np.array([share(name, params) for name in model.names])
+        shares = np.array([relative_std(name, params) for name in model.names])
         for name, size in zip(model.names, scale, strict=True):
             if size == 0.0:
                 raise ParamError(f"{name} is believed to be 0 and gives no scale to be uncertain by; leave it out")

@@ -173,7 +173,7 @@ def update(
 
 
 @kernel()
-def expect(z: Vector, nis: Vector) -> None:
+def start_nis(z: Vector, nis: Vector) -> None:
     """Makes the NIS of a step 0 where a measurement came, NaN where none did, (9,) both."""
     for i in range(MOVING):
         nis[i] = math.nan if math.isnan(z[i]) else 0.0

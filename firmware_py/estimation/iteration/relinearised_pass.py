@@ -13,7 +13,7 @@ from firmware_py.estimation.filter.bank import reset_motion
 from firmware_py.estimation.filter.consistency import NIS_WINDOW, add_nis, diverged
 from firmware_py.estimation.filter.kernel_arguments import FilterBank
 from firmware_py.estimation.filter.measurement_history import MeasurementHistory
-from firmware_py.estimation.filter.measurement_update import expect, update, wrapped
+from firmware_py.estimation.filter.measurement_update import start_nis, update, wrapped
 from firmware_py.estimation.filter.time_update import predict_covariance
 from firmware_py.estimation.filter.weighting import weigh
 from firmware_py.estimation.iteration.rts_smoother import place
@@ -23,7 +23,7 @@ from firmware_py.estimation.model.state import MOVING, PHI, PSI, WATER, WATER_AX
 
 
 @kernel()
-def move_beside(model: Model, step: Linearisation, reference: Vector, deviation: Vector, x: Vector) -> None:
+def move_with_reference(model: Model, step: Linearisation, reference: Vector, deviation: Vector, x: Vector) -> None:
     """Moves the motion of x on: the reference after a step, and what became of the deviation from it, F* deviation.
 
     Args:
@@ -89,7 +89,7 @@ def relinearised_pass(
             continue
         for j in range(states):
             reference[place(j)] = path[k % ring, j]
-        expect(z, nis)
+        start_nis(z, nis)
         for b in range(filters):
             for j in range(width):
                 deviation[b, j] = bank.x[b, j] - reference[j]
@@ -100,7 +100,7 @@ def relinearised_pass(
         fade = math.exp(-h / bank.settings.likelihood_memory)
         for b in range(filters):
             x, P = bank.x[b], bank.P[b]
-            move_beside(bank.model, bank.step, reference, deviation[b], x)
+            move_with_reference(bank.model, bank.step, reference, deviation[b], x)
             predict_covariance(bank, bank.intensity[b], x, P, h)
             likelihood = update(bank, x, P, bank.weights[b], z, R, nis, rejected, False)
             bank.log_likelihood[b] = fade * bank.log_likelihood[b] + likelihood

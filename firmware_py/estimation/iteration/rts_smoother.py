@@ -13,7 +13,7 @@ from firmware_py.compiled import Cube, Indices, Matrix, Vector, kernel
 from firmware_py.estimation.filter.bank import reset_motion
 from firmware_py.estimation.filter.kernel_arguments import FilterBank
 from firmware_py.estimation.filter.measurement_history import MeasurementHistory
-from firmware_py.estimation.filter.measurement_update import expect, update, wrapped
+from firmware_py.estimation.filter.measurement_update import start_nis, update, wrapped
 from firmware_py.estimation.filter.time_update import predict_covariance
 from firmware_py.estimation.model.prediction import predict
 from firmware_py.estimation.model.state import EDDIES, EDDY_NORTH, MOVING, PHI, PSI, WATER
@@ -155,7 +155,7 @@ def reference_pass(
         gain(bank.step.Phi, P, bank.tuning.Q, decay, (1.0 - decay * decay) * intensity * intensity, h, C, gains[r])
         for j in range(states):
             predicted[r, j] = x[place(j)] * (decay if j >= MOVING else 1.0)
-        expect(z, nis)
+        start_nis(z, nis)
         predict_covariance(bank, intensity, x, P, h)
         if update(bank, x, P, 0.0, z, R, nis, rejected, False) * 0.0 != 0.0:
             return False

@@ -43,8 +43,8 @@ class PositionParams:
     )
 
 
-ASTRAY = 5.0
-"""A fix of so many sigmas away is no chance."""
+OUTLIER_SIGMAS = 5.0
+"""A fix so many sigmas away is not explained by chance."""
 
 
 class PositionMemory(NamedTuple):
@@ -76,9 +76,9 @@ def take_fix(
     origin: Origin,
     velocity: tuple[float, float],
 ) -> PositionMemory:
-    """Takes a fix in by its scalar Kalman gain, moved from its time of validity to t with `velocity` (m/s, NED).
+    """Take a fix in by its scalar Kalman gain, moved from its time of validity to t with `velocity` (m/s, NED).
 
-    One that is too far away for what was believed says that the boat was carried, or the belief wrong: it is followed.
+    A fix more than OUTLIER_SIGMAS away shows that the vehicle was carried, or the estimate wrong: it is followed.
     """
     if not is_fresh(heard, memory.t_fix, t):
         return memory
@@ -91,7 +91,7 @@ def take_fix(
     age = t - heard.t_valid
     dx, dy = x + velocity[0] * age - memory.x, y + velocity[1] * age - memory.y
     variance, off = memory.walk + memory.drift**2, dx * dx + dy * dy
-    if off > ASTRAY**2 * (variance + 2.0 * std**2):
+    if off > OUTLIER_SIGMAS**2 * (variance + 2.0 * std**2):
         variance = off
     gain = variance / (variance + 2.0 * std**2)
     return PositionMemory(

@@ -1,8 +1,8 @@
-"""The first estimator: AHRS and gyro, the DVL held between its pings, depth from pressure, position by dead reckoning.
+"""Navigation: AHRS and gyro, the DVL held between its pings, depth from pressure, position by dead reckoning.
 
 Each quantity has its own small filter (`attitude`, `velocity`, `depth`, `altitude`, `dead_reckoning`): pure functions
 from memory to memory. Here they are put in order. A value that is not finite, out of range or from the future counts as
-not heard, so the answer is always finite (but `altitude`, NaN when unknown). Sensors are taken to sit at the body's
+not received, so the answer is always finite (but `altitude`, NaN when unknown). Sensors are taken to sit at the body's
 origin.
 """
 
@@ -74,7 +74,7 @@ class Navigation:
         )
 
     def update(self, tick: Tick, frame: SensorFrame, applied: Applied) -> StateEstimate:
-        """The state at the tick, from what was heard up to it and what the actuators were told one tick ago."""
+        """Return the state at the tick, from what was received up to it and what was commanded one tick ago."""
         params, was, t, dt = self._params, self._memory, tick.t, tick.dt
 
         att = attitude.update(params.attitude, was.attitude, frame.ahrs, t)
@@ -121,26 +121,26 @@ class Navigation:
         )
 
     def keep(self) -> KeptNavigation:
-        """What a later run may start from."""
+        """Return what a later run may start from."""
         pos, dep = self._memory.position, self._memory.depth
         return KeptNavigation(pos.x, pos.y, dead_reckoning.std(pos), dep.zero)
 
     def resume(self, kept: KeptNavigation) -> None:
-        """Starts from what an earlier run kept."""
+        """Start from what an earlier run kept."""
         was = self._memory
         there = was.position._replace(x=kept.x, y=kept.y, walk=kept.position_std**2, drift=0.0)
         self._memory = was._replace(position=there, depth=was.depth._replace(zero=kept.surface_pressure))
 
     def freeze(self) -> NavigationMemory:
-        """All that is remembered."""
+        """Return the whole memory."""
         return self._memory
 
     def thaw(self, memory: NavigationMemory) -> None:
-        """Goes on from there."""
+        """Restore the memory that `freeze` returned."""
         self._memory = memory
 
     def _propeller(self, frame: SensorFrame, applied: Applied, t: float) -> float:
-        """The speed the propeller reports, else the one it was told, rev/s."""
+        """Return the speed that the propeller reports, else the commanded one, rev/s."""
         if frame.n.usable(t, self._params.propeller_timeout) and math.isfinite(frame.n.value):
             return frame.n.value
         return applied.n

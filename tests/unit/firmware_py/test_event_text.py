@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from firmware_py.records.event import MEANT, Cause, Event, EventKind, Severity, severity_of
+from firmware_py.records.event import INTENDED_CAUSES, Cause, Event, EventKind, Severity, severity_of
 from firmware_py.records.event_text import sentences, texts
 from firmware_py.records.mission import ManoeuvreKind
 from firmware_py.records.order import Asker, Mode
@@ -105,7 +105,7 @@ def test_modes_are_called_what_the_reader_calls_them() -> None:
 
 
 def test_who_meant_a_change_of_mode_is_known() -> None:
-    assert set(MEANT) == {Cause.ORDERED, Cause.MISSION_DONE, Cause.RETURN_DONE, Cause.SURFACED}
+    assert set(INTENDED_CAUSES) == {Cause.ORDERED, Cause.MISSION_DONE, Cause.RETURN_DONE, Cause.SURFACED}
 
 
 @pytest.mark.parametrize("kind", EventKind)
@@ -125,7 +125,7 @@ def test_what_nobody_has_to_act_on_is_information(kind: EventKind) -> None:
 @pytest.mark.parametrize("cause", [cause for cause in Cause if cause not in REPORTED])
 def test_a_failsafe_is_critical_and_a_change_of_mode_that_was_meant_is_information(cause: Cause) -> None:
     severity = severity_of(EventKind.MODE_CHANGED, cause)
-    assert severity is (Severity.INFO if cause in MEANT else Severity.CRITICAL)
+    assert severity is (Severity.INFO if cause in INTENDED_CAUSES else Severity.CRITICAL)
     assert severity_of(EventKind.RULE_HOLDS, cause) is Severity.CRITICAL
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from firmware_py import config_files
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.estimation.coefficient_params import CoefficientParams
-from firmware_py.estimation.fixed_lag_buffer import WILD
+from firmware_py.estimation.fixed_lag_buffer import MAGNITUDE_MAX
 from firmware_py.estimation.model.state import MOTIONS
 from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.logs.reading import Log
@@ -149,7 +149,7 @@ def _readings(log: Log, name: str, values: tuple[str, ...], begin: float, end: f
     times = c[f"frame.{name}.t_valid"]
     table = np.column_stack([c[f"frame.{name}.value.{value}"] for value in values])
     fresh = c[f"frame.{name}.fresh"] & (c["t"] >= begin) & (c["t"] <= end)
-    sane = (np.abs(table) <= WILD).all(axis=1)  # false of NaN
+    sane = (np.abs(table) <= MAGNITUDE_MAX).all(axis=1)  # false of NaN
     good = fresh & c[f"frame.{name}.ok"] & sane & (times <= c["t"] + SLACK)
     newest = np.maximum.accumulate(np.where(good, times, -np.inf))
     good[1:] &= times[1:] > newest[:-1]

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from firmware_py.estimation.coefficient_estimator import CoefficientEstimator, LearningParams
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.estimation.coefficient_validity import ValidityParams
-from firmware_py.estimation.identifiability import Known, directions, identifiability, report
+from firmware_py.estimation.identifiability import LearnedState, directions, identifiability, report
 from firmware_py.records.estimate import Learned
 from firmware_py.records.event_text import texts
 from tests.estimation.flights import flown, learner, moments, said
@@ -23,7 +23,7 @@ BELIEVED = np.array([-0.016, -0.007, 0.03, -0.1])
 PRIOR = 0.7 * np.abs(BELIEVED)
 
 
-def sentence(known: Known) -> str:
+def sentence(known: LearnedState) -> str:
     """The report, as it is told at a manoeuvre's end."""
     (text,) = texts(report(known))
     return text.removeprefix("manoeuvre: ")
@@ -34,13 +34,13 @@ def told(learned: Learned) -> str:
     return text.removeprefix("manoeuvre: ")
 
 
-def known(std: tuple[float, ...] = (0.01,) * 4, correlated: float = 0.0, **changes: object) -> Known:
+def known(std: tuple[float, ...] = (0.01,) * 4, correlated: float = 0.0, **changes: object) -> LearnedState:
     """`std` as shares of what is believed; the last two are correlated."""
     deviations = np.array(std) * np.abs(BELIEVED)
     covariance = np.diag(deviations**2)
     covariance[2, 3] = covariance[3, 2] = correlated * deviations[2] * deviations[3]
     every = np.ones(4, dtype=np.bool_)
-    return Known(NAMES, covariance, PRIOR, BELIEVED, every, every, every)._replace(**changes)
+    return LearnedState(NAMES, covariance, PRIOR, BELIEVED, every, every, every)._replace(**changes)
 
 
 def flags(*which: str) -> np.ndarray:
@@ -109,7 +109,7 @@ def test_whatever_the_covariance_a_sentence_comes_of_it_without_a_number_that_is
     covariance[np.tril_indices(4)] = numbers
     covariance += np.tril(covariance, -1).T
     valid, excited, ever = np.array(flag).reshape(3, 4)
-    told = sentence(Known(NAMES, covariance, PRIOR, BELIEVED, valid, excited, ever))
+    told = sentence(LearnedState(NAMES, covariance, PRIOR, BELIEVED, valid, excited, ever))
     assert re.match(r"learned (all 4|[0-4] of 4)\b", told)
     assert not re.search(r"\b(nan|inf)\b", told)
 

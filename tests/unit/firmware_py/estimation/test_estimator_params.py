@@ -59,7 +59,7 @@ def test_it_goes_on_as_one_that_was_made_of_nothing_and_thawed(table: str) -> No
     made = Estimator(params, THERE, VEHICLE)
     made.thaw(before.freeze())
     wanted = repr(update(made, COURSE[CHANGED:]))
-    assert repr(update(begun().under(params, THERE), COURSE[CHANGED:])) == wanted
+    assert repr(update(begun().with_params(params, THERE), COURSE[CHANGED:])) == wanted
     assert repr(update(before, COURSE[CHANGED:])) != wanted
 
 
@@ -71,14 +71,14 @@ def test_the_filter_is_made_anew_for_other_coefficients_alone(monkeypatch: pytes
     )
     estimator = Estimator(PARAMS, HERE, VEHICLE)
     for table in ("navigation", "health", "learning", "horizon"):
-        estimator = estimator.under(CHANGES[table], HERE)
+        estimator = estimator.with_params(CHANGES[table], HERE)
     assert made == [PARAMS.coefficients]
-    estimator.under(CHANGES["coefficients"], HERE)
+    estimator.with_params(CHANGES["coefficients"], HERE)
     assert made == [PARAMS.coefficients, CHANGES["coefficients"].coefficients]
 
 
 def test_what_cannot_be_made_leaves_the_old_one_as_it_was() -> None:
     one, same = begun(), begun()
     with pytest.raises(ParamError, match="turbulence needs current"):
-        one.under(other(coefficients={"turbulence": (0.0, 0.1), "current": False}), HERE)
+        one.with_params(other(coefficients={"turbulence": (0.0, 0.1), "current": False}), HERE)
     assert repr(update(one, COURSE[CHANGED:])) == repr(update(same, COURSE[CHANGED:]))
