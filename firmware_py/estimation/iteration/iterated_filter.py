@@ -43,6 +43,10 @@ STAGES = (1.0, 0.3, 0.1, 0.03, 0.0)
 STAGE_SPEED_NOISE, STAGE_RATE_NOISE = 0.05, math.radians(1.0)
 """Random walk of velocities by sqrt(s), m/s and rad/s: about what slopes of coefficients that are half wrong leave."""
 LAST = len(STAGES) - 1
+FIRST_INTENSITY = 0.05
+"""Eddies that the reference of such a pass assumes, m/s: those of the filter that is nearest. While coefficients are
+half wrong the most intense filter is the most likely, in still water too, and its motion follows all their errors: with
+0.2 m/s one flight of fifty was not converged after a minute."""
 EDDY_NOISE_LEFT = 0.1
 """Of the start-up noise by eddies, so much is left even about the smoothed motion, whose eddies are a sixth of them
 off."""
@@ -152,7 +156,7 @@ class IteratedFilter:
                 self._rewind(bank.combine()[0], int(bank.log_likelihood.argmax()), begun)
             else:
                 self._stage = 0
-                self._rewind(self._start[0][0], int(bank.intensity.argmax()), begun)
+                self._rewind(self._start[0][0], int(np.abs(bank.intensity - FIRST_INTENSITY).argmin()), begun)
         return False
 
     def _catch_up(self, bank: BankArrays, steps: int, age: Array, begun: Flags) -> bool:
