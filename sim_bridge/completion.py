@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.event import EventKind
 from firmware_py.records.event_text import sentences
 from firmware_py.records.order import Mode
 from sim_bridge.scenarios import Completes
@@ -51,7 +52,8 @@ class Completion:
         """Takes one cycle in."""
         mode, before = cycle.mode.mode, self._mode
         if cycle.events:
-            self._said = sentences(cycle.events)[-1].text
+            changes = [event for event in cycle.events if event.kind is EventKind.MODE_CHANGED]
+            self._said = sentences(changes or cycle.events)[-1].text
         if mode is before:
             return
         self._mode = mode

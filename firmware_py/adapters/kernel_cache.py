@@ -12,6 +12,7 @@ from importlib import metadata
 from pathlib import Path
 
 from firmware_py.adapters.installation import ROOT, is_checkout
+from firmware_py.params import ParamError
 
 PACKAGES = ("firmware_py", "sim_bridge", "sternplane")
 _ROOTS = (ROOT, ROOT / "tools")
@@ -40,6 +41,9 @@ def use() -> Path:
     It is named by sources, Python and numba; numba's own index tells processors apart. It lies in `STERNPLANE_CACHE`;
     else in .cache/kernels of the checkout, where that is complete or can be written; else in the user's cache folder
     (`XDG_CACHE_HOME`, ~/.cache); else in a folder for temporary files.
+
+    Raises:
+        ParamError: `STERNPLANE_CACHE` is no folder that can be written.
     """
     digest = hashlib.sha256(f"{sys.version} {metadata.version('numba')}".encode())
     for path in sorted(_with_imports(sources())):
@@ -54,18 +58,47 @@ def use() -> Path:
 
 
 def is_complete(folder: Path, packages: Sequence[str] = PACKAGES) -> bool:
-    """Whether all kernels of the packages have been compiled into the folder."""
-    return all((folder / f"{name}.complete").exists() for name in packages)
+    """Return whether all kernels of the packages are in the folder, each file as long as it was."""
+    return all((folder / f"{name}.complete").exists() and not _damaged(folder, name) for name in packages)
 
 
 def mark_complete(folder: Path, packages: Sequence[str] = PACKAGES) -> None:
-    """Remember that all kernels of the packages have been compiled into the folder."""
+    """Remember that all kernels of the packages have been compiled into the folder, and how long each file is."""
     for name in packages:
-        (folder / f"{name}.complete").touch()
+        files = (f"{path.stat().st_size} {path.relative_to(folder)}\n" for path in _files(folder, name))
+        (folder / f"{name}.complete").write_text("".join(files))
+
+
+def drop_damaged(folder: Path, packages: Sequence[str] = PACKAGES) -> None:
+    """Remove the files that a power cut has shortened or emptied: numba would stop at them.
+
+    Raises:
+        OSError: one cannot be removed.
+    """
+    for name in packages:
+        for path in (*_damaged(folder, name), *(path for path in _files(folder, name) if not path.stat().st_size)):
+            path.unlink(missing_ok=True)
+
+
+def _files(folder: Path, package: str) -> list[Path]:
+    return sorted(path for path in folder.glob(f"{package}*/*.nb?") if path.parent.name.split(".")[0] == package)
+
+
+def _damaged(folder: Path, package: str) -> list[Path]:
+    """Return the files of a package that are not as long as when they were complete, or gone."""
+    marker, found = folder / f"{package}.complete", []
+    for line in marker.read_text().splitlines() if marker.exists() else ():
+        size, _, name = line.partition(" ")
+        path = folder / name
+        if not path.exists() or path.stat().st_size != int(size):
+            found.append(path)
+    return found
 
 
 def _place(name: str) -> Path:
     if given := os.environ.get("STERNPLANE_CACHE"):
+        if not (is_complete(Path(given) / name) or _writable(Path(given))):
+            raise ParamError(f"STERNPLANE_CACHE = {given}: cannot be written; name a folder that can")
         return Path(given) / name
     for base in _bases():
         if is_complete(base / name) or _writable(base):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from firmware_py.adapters import kernel_cache
+from firmware_py.params import ParamError
 
 
 def compile_missing(folder: Path, say: Callable[[str], None], packages: Sequence[str] = kernel_cache.PACKAGES) -> None:
@@ -18,10 +19,24 @@ def compile_missing(folder: Path, say: Callable[[str], None], packages: Sequence
         folder: of the cache, as `kernel_cache.use` returned it.
         say: told at each kernel that has to be compiled, "compiling kernels 12/73: firmware_py.marine.wrapped".
         packages: whose kernels.
+
+    Raises:
+        ParamError: the folder cannot be written.
     """
     if kernel_cache.is_complete(folder, packages):
         return
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        kernel_cache.drop_damaged(folder, packages)
+        _compile(say, packages)
+        kernel_cache.mark_complete(folder, packages)
+    except OSError as error:
+        raise ParamError(
+            f"{folder}: compiled kernels cannot be kept ({error.strerror}); set STERNPLANE_CACHE to another folder"
+        ) from None
+
+
+def _compile(say: Callable[[str], None], packages: Sequence[str]) -> None:
     sources = kernel_cache.sources(packages)
     from numba.core import event  # numba takes a quarter of a second, and a complete cache needs none of it
 
@@ -43,7 +58,6 @@ def compile_missing(folder: Path, say: Callable[[str], None], packages: Sequence
     with event.install_listener("numba:compile", Counter()):
         for path in sources:
             importlib.import_module(kernel_cache.module_name(path))
-    kernel_cache.mark_complete(folder, packages)
 
 
 def prepare_kernels(packages: Sequence[str] = kernel_cache.PACKAGES) -> None:

@@ -146,6 +146,16 @@ def test_a_vehicle_that_a_rule_surfaces_has_not_completed_its_mission_and_the_ru
     assert ground.completion.reason == "aborted: MISSION -> SURFACE: depth 7.00 m, limit 7 m"
 
 
+def test_the_reason_is_the_change_of_mode_whatever_else_happened_in_its_tick():
+    ground = operator()
+    ground.write(cycle(mode=Mode.MISSION))
+    report = Event(
+        EventKind.LEARNING_REPORT, Severity.INFO, cause=Cause.LEARNED_ALL, numbers=(1.0, 0.02), names=("N_r",)
+    )
+    ground.write(cycle(mode=Mode.SURFACE, failsafe=True, events=(changed(Mode.SURFACE, Cause.LEAK), report)))
+    assert ground.completion.reason == "aborted: MISSION -> SURFACE: water in the hull"
+
+
 def test_the_end_of_a_mission_is_meant_and_its_end_by_a_rule_is_not():
     for failsafe in (True, False):
         ground = operator(completes="surfaced")

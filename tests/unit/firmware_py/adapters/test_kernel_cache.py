@@ -11,6 +11,7 @@ import pytest
 
 from firmware_py.adapters import kernel_cache
 from firmware_py.adapters.kernel_locator import KernelLocator
+from firmware_py.params import ParamError
 
 TREE = {
     "pyproject.toml": "",
@@ -130,3 +131,34 @@ def test_the_constants_that_the_plants_kernels_count_by_are_among_what_decides(n
     before = kernel_cache.use()
     monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"# changed" * (path == changed))
     assert kernel_cache.use() != before
+
+
+def test_a_kernel_that_a_power_cut_shortened_is_removed_and_the_folder_is_no_longer_complete(tmp_path):
+    files = [tmp_path / "firmware_py.safety" / name for name in ("a.nbi", "a.nbc", "b.nbi")]
+    files[0].parent.mkdir()
+    for path in files:
+        path.write_bytes(b"compiled")
+    kernel_cache.mark_complete(tmp_path, ["firmware_py"])
+    assert kernel_cache.is_complete(tmp_path, ["firmware_py"])
+    files[0].write_bytes(b"")
+    files[1].write_bytes(b"comp")
+    assert not kernel_cache.is_complete(tmp_path, ["firmware_py"])
+    kernel_cache.drop_damaged(tmp_path, ["firmware_py"])
+    assert [path.exists() for path in files] == [False, False, True]
+    kernel_cache.mark_complete(tmp_path, ["firmware_py"])
+    assert kernel_cache.is_complete(tmp_path, ["firmware_py"])
+
+
+def test_empty_kernels_of_a_folder_that_was_never_complete_are_removed(tmp_path):
+    kernel = tmp_path / "sim_bridge.plant" / "a.nbi"
+    kernel.parent.mkdir()
+    kernel.touch()
+    kernel_cache.drop_damaged(tmp_path, ["sim_bridge"])
+    assert not kernel.exists()
+
+
+def test_a_folder_of_the_environment_that_cannot_be_written_is_refused_in_one_line(tree, tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("STERNPLANE_CACHE", str(tmp_path / "file" / "below"))
+    with pytest.raises(ParamError, match=r"^STERNPLANE_CACHE = .*below: cannot be written; name a folder that can$"):
+        kernel_cache.use()
