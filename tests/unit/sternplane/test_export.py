@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import math
+import os
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -195,6 +198,39 @@ def test_what_cannot_be_written_is_said_in_one_line(log: Log, out: str, capsys: 
     assert said.startswith(f"sternplane: --out {out}: ")
     assert said.count("\n") == 1
     assert log.path.read_bytes() == before
+
+
+@pytest.mark.parametrize("kind", ["socket", "fifo", "folder", "link to a FIFO", "link to nothing"])
+def test_only_a_regular_file_is_replaced(
+    log: Log, tmp_path: Path, kind: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, fifo = tmp_path / "out", tmp_path / "fifo"
+    os.mkfifo(fifo)
+    if kind == "folder":
+        out.mkdir()
+    elif kind.startswith("link"):
+        out.symlink_to(fifo if kind == "link to a FIFO" else tmp_path / "nothing")
+    elif kind == "fifo":
+        out = fifo
+    else:  # in the place of a device, which a mistake would cost the machine
+        with contextlib.closing(socket.socket(socket.AF_UNIX)) as unix:
+            unix.bind(str(out))
+    before, there = out.lstat(), sorted(tmp_path.iterdir())
+    assert main.main(["export", str(log.path), "--format", "csv", "--out", str(out)]) == 2
+    said = capsys.readouterr().err
+    assert said == f"sternplane: --out {out}: is not a regular file; choose another file\n"
+    assert (out.lstat().st_mode, out.lstat().st_ino) == (before.st_mode, before.st_ino)
+    assert sorted(tmp_path.iterdir()) == there
+
+
+def test_a_link_to_a_regular_file_is_followed(log: Log, tmp_path: Path) -> None:
+    link, file = tmp_path / "link.csv", tmp_path / "deep" / "table.csv"
+    file.parent.mkdir()
+    file.write_text("old")
+    link.symlink_to(file)
+    assert main.main(["export", str(log.path), "--format", "csv", "--out", str(link)]) == 0
+    assert link.is_symlink()
+    assert file.read_text().startswith("t_s,")
 
 
 def test_a_log_that_is_none_is_refused_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

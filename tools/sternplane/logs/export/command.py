@@ -40,17 +40,25 @@ def write_export(log: Log, out: Path, form: str, step: Callable[[int], None] = l
 
     Raises:
         LogError: there is nothing to write.
-        UsageError: the file cannot be written.
+        UsageError: the file cannot be written, or is there and not a regular file.
     """
     try:
+        replaced = _file_to_replace(out)
         if form == "bin":
-            with _whole(out, mode="wb") as file:
+            with _whole(replaced, mode="wb") as file:
                 messages.export(log, file, step)
         else:
-            with _whole(out, mode="w", encoding="utf-8", newline="") as file:
+            with _whole(replaced, mode="w", encoding="utf-8", newline="") as file:
                 table.export(log, file, step)
     except OSError as error:
         raise UsageError(f"--out {out}: cannot be written ({error.strerror}); choose another file") from None
+
+
+def _file_to_replace(out: Path) -> Path:
+    """Return the file itself, or the regular file that it is a link to: devices, FIFOs and links are not replaced."""
+    if os.path.lexists(out) and not out.is_file():
+        raise UsageError(f"--out {out}: is not a regular file; choose another file")
+    return out.resolve()
 
 
 @contextlib.contextmanager
