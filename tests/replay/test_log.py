@@ -15,10 +15,15 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 from mcap.writer import Writer
 from mcap_ros2.decoder import DecoderFactory
-from sternplane.logs.reading import Log, find, read
+from sternplane.logs.reading import Log, Topic, find, read
+from sternplane.logs.replay import replay
 
 from firmware_py.adapters.storage import recorder
 from firmware_py.adapters.storage.recorder import LogError, LogWriter, from_json, to_json
+from firmware_py.records.fence import Place
+from firmware_py.records.order import RallyChange
+from firmware_py.wire.log.cdr_codec import CdrCodec
+from firmware_py.wire.log.changes import ChangeKind, LoggedChange, LoggedChanges
 from tests.command import no_file_larger_than
 
 DOCUMENTS = st.recursive(
@@ -175,6 +180,50 @@ def test_a_log_without_a_cycle_says_so(tmp_path: Path) -> None:
     log = read(tmp_path / "log.mcap")
     with pytest.raises(LogError, match="holds no cycle"):
         _ = log.cycle_bytes
+
+
+MALFORMED = {
+    "a fence cut short": LoggedChange(ChangeKind.FENCE, "", (0.0, 3.0, 1.0)),
+    "a circle without radius": LoggedChange(ChangeKind.FENCE, "", (0.0, 0.0, 1.0, 2.0)),
+    "a side that is none": LoggedChange(ChangeKind.FENCE, "", (-1.0, 0.0, 1.0, 2.0, 3.0)),
+    "corners without end": LoggedChange(ChangeKind.FENCE, "", (0.0, math.inf)),
+    "an unknown item": LoggedChange(ChangeKind.MISSION, "", (9.0,)),
+    "item -1": LoggedChange(ChangeKind.MISSION, "", (-1.0, 1.0, 60.0, 0.2, 0.2, 2.0, 33.0, 0.1, 0.1, 0.0)),
+    "half an item": LoggedChange(ChangeKind.MISSION, "", (0.0, 1.0)),
+    "item 3.5": LoggedChange(ChangeKind.MISSION, "", (3.5, 0.0)),
+    "an odd rally list": LoggedChange(ChangeKind.RALLY, "", (1.0, 2.0, 3.0)),
+    "no JSON": LoggedChange(ChangeKind.PARAMETERS, "{"),
+    "JSON of a list": LoggedChange(ChangeKind.PARAMETERS, "[1]"),
+    "JSON without end": LoggedChange(ChangeKind.PARAMETERS, "[" * 100_000),
+}
+
+
+@pytest.mark.parametrize("change", MALFORMED.values(), ids=MALFORMED)
+def test_changes_that_no_vehicle_logs_are_one_line(
+    flown: Path, toy: SimpleNamespace, change: LoggedChange, tmp_path: Path
+) -> None:
+    whole = LoggedChange(ChangeKind.PARAMETERS, "{}")
+    with LogWriter(tmp_path / "log.mcap", {}) as writer:
+        writer.channel("/changes", LoggedChanges(0, ()))
+        writer.write("/changes", 10_000_000, LoggedChanges(1, (whole, change)))
+    log = read(flown)
+    log.topics.update(read(tmp_path / "log.mcap").topics)
+    with pytest.raises(LogError) as refused:
+        replay(log, toy.build)
+    assert str(refused.value) == f"{flown}: /changes at 0.01 s: is malformed; no vehicle logs such a change"
+
+
+def test_changes_of_an_unknown_kind_and_cut_off_are_one_line(flown: Path, tmp_path: Path) -> None:
+    codec = CdrCodec.like(LoggedChanges(0, ()))
+    good = codec.encode(LoggedChanges(1, (LoggedChange(ChangeKind.RALLY, "", (1.0, 2.0)),)))
+    log = read(flown)
+    kind = codec.layout.size
+    for message in (good[:-3], good[:kind] + b"\xff" + good[kind + 1 :]):
+        log.topics["/changes"] = Topic("LoggedChanges", codec.schema, [10_000_000], [message])
+        with pytest.raises(LogError, match="is malformed"):
+            dict(log.changes)
+    log.topics["/changes"] = Topic("LoggedChanges", codec.schema, [10_000_000], [good])
+    assert log.changes == {10_000_000: (RallyChange((Place(1.0, 2.0),)),)}
 
 
 def test_a_full_disk_is_one_line() -> None:

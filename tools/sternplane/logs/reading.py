@@ -44,6 +44,8 @@ TRUTH_FILE = "truth.mcap"
 
 _DAMAGE = (McapError, ValueError, LookupError, struct.error, zstandard.ZstdError, RuntimeError, MemoryError)
 """What the mcap library and we raise on bytes that were not all written, or were changed since."""
+_MALFORMED = (*_DAMAGE, ArithmeticError, AttributeError, StopIteration, TypeError)
+"""What decoding a change raises besides, on numbers and text that no vehicle logs."""
 
 
 @dataclass(frozen=True)
@@ -121,13 +123,20 @@ class Log:
         """Vehicle time in ns -> what was changed then.
 
         Raises:
-            LogError: if the log was written by a version with other records.
+            LogError: if the log was written by a version with other records, or they are malformed.
         """
         topic = self.topics.get(CHANGES_TOPIC)
         if topic is None:
             return {}
         logged = self._closing(LoggedChange, topic)
-        return {t: tuple(map(changes.decode, logged(m))) for t, m in zip(topic.times, topic.messages, strict=True)}
+        found: dict[int, tuple[Change, ...]] = {}
+        for t, message in zip(topic.times, topic.messages, strict=True):
+            try:
+                found[t] = tuple([_change(one) for one in logged(message)])
+            except _MALFORMED:
+                where = f"{self.path}: {CHANGES_TOPIC} at {t * 1e-9:.2f} s"
+                raise LogError(f"{where}: is malformed; no vehicle logs such a change") from None
+        return found
 
     @property
     def columns(self) -> Columns:
@@ -170,6 +179,19 @@ class Log:
         if CYCLE_TOPIC not in self.topics:
             raise LogError(f"{self.path}: the log holds no cycle; the run ended within its first second")
         return self.topics[CYCLE_TOPIC]
+
+
+def _change(logged: LoggedChange) -> Change:
+    """Decode a change, and refuse one that is not logged in the same way again: a code out of range may pass for one.
+
+    Raises:
+        ValueError, or one of `_MALFORMED`: it is not what `changes.encode` makes.
+    """
+    change = changes.decode(logged)
+    again = changes.encode(change)
+    if again.text != logged.text or list(map(repr, map(float, again.numbers))) != list(map(repr, logged.numbers)):
+        raise ValueError(again)
+    return change
 
 
 class _Exact:
