@@ -64,7 +64,10 @@ clean: ## remove what was installed, compiled and flown
 .venv/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "sternplane needs python 3.11 or newer; $$($(PYTHON) --version) was found: make PYTHON=python3.11" >&2; exit 1; }
-	@$(PYTHON) -m venv .venv || { echo "python3 has no venv: apt-get install python3-venv" >&2; rm -rf .venv; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
+		{ echo "$(PYTHON) has no venv: apt-get install python3-venv" >&2; exit 1; }
+	@new=; [ -e .venv ] || [ -L .venv ] || new=yes; $(PYTHON) -m venv .venv || \
+		{ echo "sternplane: $(PYTHON) -m venv .venv has failed, as said above" >&2; [ -z "$$new" ] || rm -rf .venv; exit 1; }
 
 .venv/.run: $(LOCKS)/run.txt pyproject.toml | .venv/bin/python
 	@echo "installing into .venv"
