@@ -254,6 +254,9 @@ def test_a_key_that_is_not_there_or_no_file_is_refused(tmp_path: Path) -> None:
         read_signing(tmp_path / "none")
     with pytest.raises(GroundError):
         read_signing(tmp_path)
+    os.mkfifo(tmp_path / "fifo", 0o600)
+    with pytest.raises(GroundError, match="it is not a file"):
+        read_signing(tmp_path / "fifo")
     binary = tmp_path / "binary"
     binary.write_bytes(b"\xff" * 40)
     binary.chmod(stat.S_IRUSR | stat.S_IWUSR)

@@ -26,6 +26,8 @@ def read_signing(path: Path, state: Path | None = None) -> Signing:
         GroundError: there is no such file, others may read it, or it has no key; the error never shows the key.
     """
     try:
+        if path.is_fifo():  # opening one would wait for a writer
+            raise GroundError(f"key {path}: it is not a file")
         with path.open("rb") as file:
             found = os.fstat(file.fileno())
             if not stat.S_ISREG(found.st_mode):

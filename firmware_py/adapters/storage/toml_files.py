@@ -13,9 +13,11 @@ def read_toml(path: Path) -> dict[str, Any]:
     """Return the table in a TOML file.
 
     Raises:
-        ParamError: the file is missing, not readable or not TOML; the text names it.
+        ParamError: the file is missing, not regular, not readable or not TOML; the text names it.
     """
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):  # to read a FIFO would wait for a writer
+            raise ParamError(f"{path}: cannot be read (it is not a regular file)")
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ParamError(f"{path}: cannot be read ({error.strerror})") from None

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 import pytest
 
 from firmware_py.adapters.storage.toml_files import read_toml
@@ -26,6 +29,15 @@ def test_what_is_no_toml_is_one_line_that_names_the_file(tmp_path, content):
         read_toml(path)
     assert str(failure.value).startswith(f"{path}: is not TOML (")
     assert "\n" not in str(failure.value)
+
+
+@pytest.mark.timeout(20)
+def test_a_fifo_and_a_device_are_refused_at_once(tmp_path):
+    path = tmp_path / "io.toml"
+    os.mkfifo(path)
+    for name in (path, Path("/dev/zero")):
+        with pytest.raises(ParamError, match=f"^{name}: cannot be read \\(it is not a regular file\\)$"):
+            read_toml(name)
 
 
 def test_a_missing_file_and_a_folder_are_named_with_the_reason(tmp_path):
