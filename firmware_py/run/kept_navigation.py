@@ -19,13 +19,15 @@ def load_navigation(folder: Path) -> dict[str, float]:
     """Return the saved navigation; empty for a new folder.
 
     Raises:
-        UsageError: the file is not what `save` writes.
+        UsageError: the file is not what `save` writes, or the folder is none.
     """
     path = folder / FILE
     try:
         kept = json.loads(path.read_text(encoding="utf-8"), parse_int=float)
     except FileNotFoundError:
         return {}
+    except NotADirectoryError as error:
+        raise UsageError(f"--state {folder}: cannot be read ({error.strerror}); choose another folder") from None
     except (OSError, ValueError, RecursionError) as error:
         raise UsageError(f"--state: {path} cannot be read ({error}); remove it to start anew") from None
     if not isinstance(kept, Mapping) or set(kept) != set(BOUNDS):
