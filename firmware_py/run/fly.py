@@ -81,7 +81,7 @@ def fly(options: argparse.Namespace) -> FlightResult:
         interruptible() as interrupted,
     ):
         stations.save_changes_in(options.state, folder)
-        log = LogWriter(folder / LOG_FILE, header)
+        log = LogWriter(folder / LOG_FILE, header, exclusive=True)
         recorder, ground = FlightRecorder(log), stations.ground
 
         def stop() -> bool:

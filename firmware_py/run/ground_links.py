@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -10,10 +11,12 @@ from typing import NamedTuple
 from firmware_py import app, config_files
 from firmware_py.adapters.ground.mavlink_ground import Grounds, MavlinkGround
 from firmware_py.adapters.ground.signing_key import read_signing
+from firmware_py.mavlink.base import signing
 from firmware_py.mavlink.node import STATE_FILES, SharedState
 from firmware_py.ports import Ground
 from firmware_py.reconfiguration import node_settings
-from firmware_py.run import kept_plans
+from firmware_py.run import kept_navigation, kept_plans
+from firmware_py.run.usage_error import UsageError
 
 
 class Stations(NamedTuple):
@@ -30,19 +33,27 @@ class Stations(NamedTuple):
         return self.ground.losses()
 
     def save_changes_in(self, state: Path | None, folder: Path) -> None:
-        """Save what stations change in `state`, or else in an empty state folder of this run; offer the logs.
+        """Save what stations change in `state`, or else in a state folder of this run; offer the logs.
 
         Stations may fetch all logs below runs/ if the run's folder is there, otherwise the run's own.
 
         Raises:
             StateStoreError: it cannot be written.
+            UsageError: `state` is None, and the run's folder has the state of an earlier run, which nobody named.
         """
         if state is None:
-            for name in STATE_FILES:
-                (folder / "state" / name).unlink(missing_ok=True)
+            _refuse_earlier_state(folder / "state")
         if self.ground.links:
             self.ground.save_changes_in(state or folder / "state")
             self.ground.offer_logs(folder, beside=folder.parent == Path("runs"))
+
+
+def _refuse_earlier_state(folder: Path) -> None:
+    for name in (*STATE_FILES, signing.STATE_FILE, kept_navigation.FILE):
+        if os.path.lexists(folder / name):
+            raise UsageError(
+                f"{folder / name} is of an earlier run; use it with --state {folder}, or choose another --out"
+            )
 
 
 @contextlib.contextmanager
@@ -56,8 +67,8 @@ def open_ground(
         ParamError: a configuration that cannot be flown.
     """
     settings = node_settings(config_files.autopilot_params(configuration))
-    signing = read_signing(key, state) if key is not None else None
-    shared = SharedState(signing, app.parameter_store(configuration), kept_plans.plans(configuration, state))
+    signed = read_signing(key, state) if key is not None else None
+    shared = SharedState(signed, app.parameter_store(configuration), kept_plans.plans(configuration, state))
     ground = MavlinkGround(links, settings, app.vehicle_description(configuration), shared)
     try:
         yield Stations(ground)

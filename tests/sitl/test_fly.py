@@ -18,6 +18,7 @@ from firmware_py.__main__ import main
 from firmware_py.adapters.storage.recorder import LogError, LogWriter
 from firmware_py.params import ParamError
 from firmware_py.run import flight_recorder, options, over_can, run_folders
+from firmware_py.run import fly as fly_module
 from firmware_py.run.fly import FlightResult, fly
 from firmware_py.run.usage_error import UsageError
 
@@ -117,6 +118,32 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_flight(
 def test_two_flights_in_a_second_have_folders_of_their_own(tmp_path: Path) -> None:
     (tmp_path / "log.mcap").touch()
     assert len({run_folders.flight_folder(tmp_path) for _ in range(3)}) == 3
+
+
+def test_a_log_that_another_flight_began_in_the_same_second_is_not_overwritten(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def taken(out: Path) -> Path:
+        folder = run_folders.flight_folder(out)
+        (folder / "log.mcap").write_text("another flight's")
+        return folder
+
+    monkeypatch.setattr(fly_module, "flight_folder", taken)
+    with pytest.raises(LogError, match=r"log\.mcap: another flight has begun to write it; choose another --out$"):
+        fly(parsed("--bus", BUS, "--out", tmp_path))
+    assert (tmp_path / "log.mcap").read_text() == "another flight's"
+
+
+@pytest.mark.parametrize("name", ["parameters.toml", "mission.json", "signing", "navigation.json"])
+def test_the_state_of_an_earlier_run_that_nobody_named_is_not_touched(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "state" / name
+    path.parent.mkdir()
+    path.write_text("precious")
+    wanted = f"^{path} is of an earlier run; use it with --state {path.parent}, or choose another --out$"
+    with pytest.raises(UsageError, match=wanted):
+        fly(parsed("--bus", BUS, "--out", tmp_path))
+    assert path.read_text() == "precious"
+    assert not (tmp_path / "log.mcap").exists()
 
 
 def test_a_fifo_in_a_logs_place_is_refused(tmp_path: Path) -> None:

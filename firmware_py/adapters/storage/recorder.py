@@ -66,16 +66,22 @@ class LogWriter:
     """Writes one log.
 
     Args:
-        path: the file, replaced if it is there.
+        path: the file, replaced if it is there, unless `exclusive`.
         header: the document that comes first: configuration, initial state, mission, revision, versions, ...
         compression: of the chunks.
+        exclusive: whether the file must be new.
 
     Raises:
         LogError: here and in every method, when the file cannot be written.
     """
 
     def __init__(
-        self, path: str | Path, header: Mapping[str, Any], compression: CompressionType = CompressionType.ZSTD
+        self,
+        path: str | Path,
+        header: Mapping[str, Any],
+        compression: CompressionType = CompressionType.ZSTD,
+        *,
+        exclusive: bool = False,
     ) -> None:
         self.path = Path(path)
         self._channels: dict[str, tuple[int, CdrCodec[Any]]] = {}
@@ -84,7 +90,9 @@ class LogWriter:
         if self.path.is_fifo():  # opening one would wait for a reader
             raise LogError(f"{self.path}: is a FIFO, not a file; remove it, or choose another --out")
         try:
-            self._file = self.path.open("wb")
+            self._file = self.path.open("xb" if exclusive else "wb")
+        except FileExistsError:
+            raise LogError(f"{self.path}: another flight has begun to write it; choose another --out") from None
         except OSError as error:
             raise self._error(error) from None
         writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=compression, enable_data_crcs=True)
