@@ -201,6 +201,20 @@ def test_a_run_leaves_log_summary_and_report_and_a_replay_and_a_report_can_be_ma
     assert (folder / "report.html").read_text() == page
 
 
+def test_a_log_that_is_there_is_kept_and_the_next_run_goes_beside_it(tmp_path: Path, brief: Path) -> None:
+    wanted = ("sitl", "--scenario", brief, "--out", "run")
+    assert called(*wanted, cwd=tmp_path).returncode == 0
+    before = {path: path.read_bytes() for path in (tmp_path / "run").rglob("*") if path.is_file()}
+    again = called(*wanted, cwd=tmp_path)
+    assert again.returncode == 0, again.stderr
+    (folder,) = (path.parent for path in tmp_path.glob("run/*/log.mcap"))
+    said = f"sternplane: --out run: holds a log already, which is kept; this run is in run/{folder.name}"
+    assert said in again.stderr.splitlines()
+    assert {path: path.read_bytes() for path in before} == before
+    assert read(folder / "log.mcap").complete
+    assert (folder / "summary.json").exists()
+
+
 def test_a_vehicle_takes_up_the_state_that_it_kept(tmp_path: Path, brief: Path) -> None:
     for name in ("one", "two"):
         result = called("sitl", "--scenario", brief, "--out", name, "--state", "kept", cwd=tmp_path)

@@ -54,7 +54,12 @@ def parser() -> argparse.ArgumentParser:
         "--pace", choices=("max", "realtime"), default="max", help="as fast as it goes, or as at sea [max]"
     )
     _add_seed(sitl)
-    sitl.add_argument("--out", type=Path, metavar="DIR", help="where the run is left [runs/<stamp>]")
+    sitl.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="where the run is left; DIR/<stamp> if DIR holds a log already [runs/<stamp>]",
+    )
     sitl.add_argument(
         "--state", type=Path, metavar="DIR", help="what the vehicle keeps between runs [empty, in the run's folder]"
     )

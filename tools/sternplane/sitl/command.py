@@ -14,7 +14,7 @@ from firmware_py.adapters.hil.hil_link import parse_hil_link, serve
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.run import kept_navigation
 from firmware_py.run.ground_links import open_ground
-from firmware_py.run.run_folders import LOG_FILE, point_latest, run_folder
+from firmware_py.run.run_folders import LOG_FILE, flight_folder, point_latest
 from firmware_py.run.usage_error import UsageError
 from sternplane.cli import extras
 from sternplane.cli.progress import Progress
@@ -46,7 +46,12 @@ def command(options: argparse.Namespace) -> int:
     # What cannot be opened is refused before anything is written.
     (serve(address) if address else open_bus(bus)).close()
     with open_ground(options.gcs, flight.configuration, options.gcs_key, options.state) as stations:
-        folder = run_folder(options.out)
+        folder = flight_folder(options.out)
+        if options.out is not None and folder != options.out:
+            print(
+                f"sternplane: --out {options.out}: holds a log already, which is kept; this run is in {folder}",
+                file=sys.stderr,
+            )
         stations.save_changes_in(options.state, folder)
         (folder / TRUTH_FILE).unlink(missing_ok=True)
         scenario, log = flight.scenario, folder / LOG_FILE
