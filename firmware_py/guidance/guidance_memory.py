@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from firmware_py.guidance.circle import Circle
-from firmware_py.guidance.manoeuvre import ManoeuvreProgress
+from firmware_py.guidance.manoeuvre import ManoeuvreMemory
 from firmware_py.guidance.reference_model import Lags
 from firmware_py.guidance.route import RouteProgress
 from firmware_py.records.command import Reference
@@ -28,7 +28,7 @@ class GuidanceMemory(NamedTuple):
     heading: Lags
     crab: float
     route: RouteProgress
-    learning: ManoeuvreProgress | None
+    learning: ManoeuvreMemory
     circle: Circle | None
     place: Place | None
     pace: float

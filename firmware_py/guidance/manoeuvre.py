@@ -73,6 +73,13 @@ class ManoeuvreProgress(NamedTuple):
     sides: Sides
 
 
+class ManoeuvreMemory(NamedTuple):
+    """What is remembered: the manoeuvre in progress, and the one that ended in this tick and awaits its report."""
+
+    progress: ManoeuvreProgress | None
+    over: ManoeuvreKind | None
+
+
 class ManoeuvreLimit(NamedTuple):
     """The limit at which a manoeuvre waits, as cause of an event with its numbers."""
 
@@ -134,13 +141,13 @@ class ManoeuvreGuidance:
         over, self._over = self._over, None
         return tuple(replace(event, manoeuvre=over) for event in report) if over is not None else ()
 
-    def freeze(self) -> ManoeuvreProgress | None:
+    def freeze(self) -> ManoeuvreMemory:
         """Return the whole memory."""
-        return self._memory
+        return ManoeuvreMemory(self._memory, self._over)
 
-    def thaw(self, memory: ManoeuvreProgress | None) -> None:
+    def thaw(self, memory: ManoeuvreMemory) -> None:
         """Restore the memory that `freeze` returned."""
-        self._memory = memory
+        self._memory, self._over = memory
 
     def _wait(self, manoeuvre: Manoeuvre, course: ManoeuvreProgress, breach: ManoeuvreLimit, dt: float) -> Excitation:
         if not course.waiting:

@@ -21,15 +21,14 @@ import numpy as np
 
 from firmware_py import params
 from firmware_py.adapters.installation import ROOT, configs
-from firmware_py.compiled import Indices, kernel
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
-from firmware_py.estimation.filter import bank
-from firmware_py.estimation.filter.kernel_arguments import FilterBank, Given
+from firmware_py.estimation.filter.kernel_arguments import Given
 from firmware_py.estimation.model.jacobians import Array
 from firmware_py.estimation.model.observer_model import GROUPS, ObserverModel
 from firmware_py.estimation.model.state import MOVING
 from firmware_py.vehicle.vehicle import Vehicle
+from sternplane.bench.ekf_loop import loop
 from sternplane.bench.lateness import NoCompiler
 
 SOURCE = Path(__file__).with_name("ekf_step.c")
@@ -66,15 +65,6 @@ class FilterInputs(NamedTuple):
 
     inputs: Array
     z: Array
-
-
-@kernel()
-def loop(filters: FilterBank, given: Given, rejected: Indices) -> int:
-    """`bank.step` over the rows of what is given; how many were made."""
-    for k in range(len(given.inputs)):
-        if not bank.step(filters, given.inputs[k], given.h, given.z[k], given.R, given.nis[k], rejected):
-            return k
-    return len(given.inputs)
 
 
 class InNumba:

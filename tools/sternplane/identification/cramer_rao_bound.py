@@ -13,66 +13,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_py.compiled import Flags, Indices, Matrix, Vector, kernel
-from firmware_py.estimation.model.kernel_arguments import Linearisation, Model
 from firmware_py.estimation.model.observer_model import ObserverModel
-from firmware_py.estimation.model.state import CURRENT, MOVING, WATER
+from firmware_py.estimation.model.state import CURRENT, MOVING
 from firmware_py.run.usage_error import UsageError
+from sternplane.identification.sensitivity import carry, inform
 from sternplane.logs.tracking import Array
 
 _SINGULAR = 1e-13
 """Eigenvalues of normalised information below this part of the largest are rounding."""
-
-
-@kernel()
-def carry(model: Model, step: Linearisation, before: Matrix, after: Matrix) -> None:
-    """Slopes by the state at the start, (9, size), over a step: Phi `before`, and what water and parameters do in it.
-
-    Args:
-        model: steady or still water.
-        step: as `prediction.predict` leaves it.
-        before: of the motion states before the step.
-        after: out, of those after it.
-    """
-    size, terms = after.shape[1], model.terms
-    for i in range(MOVING):
-        for j in range(size):
-            after[i, j] = 0.0
-        for k in range(MOVING):
-            f = step.Phi[i, k]
-            for j in range(size):
-                after[i, j] += f * before[k, j]
-        for j in range(model.water):
-            after[i, MOVING + j] += step.Phi[i, WATER + j]
-        for k in range(len(terms.weight)):
-            force = terms.weight[k] * step.regressors[terms.regressor[k]]
-            after[i, model.first + terms.parameter[k]] += force * step.response[i, terms.equation[k]]
-
-
-@kernel()
-def _inform(S: Matrix, bias: Indices, came: Flags, std: Vector, s: Vector, J: Matrix) -> None:
-    """Adds to the lower half of the information J, (size, size), what the measurements that `came`, (9,), tell.
-
-    Args:
-        S: slopes of the moving states, as `carry` leaves them.
-        bias: place in the state of what each sensor reads too much, (9,); negative for none.
-        came: which of the nine were measured.
-        std: of their noise, (9,).
-        s: scratch, (size,).
-        J: changed.
-    """
-    size = len(s)
-    for i in range(MOVING):
-        if came[i]:
-            for j in range(size):
-                s[j] = S[i, j] / std[i]
-            if bias[i] >= 0:
-                s[bias[i]] += 1.0 / std[i]
-            for a in range(size):
-                f = s[a]
-                if f != 0.0:
-                    for b in range(a + 1):
-                        J[a, b] += f * s[b]
 
 
 def bounds(
@@ -120,7 +68,7 @@ def bounds(
         S, T = T, S
         carry(model.arrays, model.linearisation, T, S)
         if came[k].any():
-            _inform(S, bias, came[k], noise, s, J)
+            inform(S, bias, came[k], noise, s, J)
         if k + 1 == rows[len(found)]:
             whole = np.tril(J) + np.tril(J, -1).T
             start = _inverse(whole, prior_std)

@@ -7,14 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from firmware_py.compiled import Cube, Matrix, Vector, kernel
-from firmware_py.estimation.model.kernel_arguments import Linearisation, Model
 from firmware_py.estimation.model.observer_model import ObserverModel
-from firmware_py.estimation.model.prediction import predict
 from firmware_py.estimation.model.state import CURRENT, MOTIONS, MOVING
 from firmware_py.run.usage_error import UsageError
-from sternplane.identification.cramer_rao_bound import carry
 from sternplane.identification.recording import Recording
+from sternplane.identification.sensitivity import shoot
 from sternplane.logs.tracking import Array
 
 YAW = MOTIONS.index("psi")
@@ -40,7 +37,7 @@ def simulate(model: ObserverModel, recording: Recording, x: Array) -> Trajectory
     inputs, S = np.ascontiguousarray(recording.inputs), np.zeros((MOVING, model.size))
     S[:, :MOVING] = np.eye(MOVING)
     predicted, slopes = np.empty((len(inputs), MOVING)), np.empty((len(inputs), MOVING, model.size))
-    if not _shoot(model.arrays, inputs, recording.h, x.copy(), model.linearisation, S, predicted, slopes):
+    if not shoot(model.arrays, inputs, recording.h, x.copy(), model.linearisation, S, predicted, slopes):
         return None
     for i, place in enumerate(model.biases):
         at = MOVING + model.water + i
@@ -49,28 +46,3 @@ def simulate(model: ObserverModel, recording: Recording, x: Array) -> Trajectory
     residuals = recording.z - predicted
     residuals[:, YAW] = (residuals[:, YAW] + math.pi) % math.tau - math.pi
     return Trajectory(residuals, slopes) if np.isfinite(slopes[-1]).all() else None
-
-
-@kernel()
-def _shoot(
-    model: Model, inputs: Matrix, h: float, x: Vector, step: Linearisation, S: Matrix, predicted: Matrix, slopes: Cube
-) -> bool:
-    """Fills `predicted`, (K, 9), and `slopes`, (K, 9, size), step by step; False if a step becomes non-finite.
-
-    Args:
-        model: see `prediction.predict`, as for step and h (s).
-        inputs: of all the steps, (K, 4).
-        h: see model.
-        x: at the start; at the end where it came to.
-        step: see model.
-        S: slopes at the start, (9, size): the identity's rows.
-        predicted: out.
-        slopes: out.
-    """
-    for k in range(len(inputs)):
-        if not predict(model, inputs[k], h, x, step):
-            return False
-        carry(model, step, S if k == 0 else slopes[k - 1], slopes[k])
-        for i in range(MOVING):
-            predicted[k, i] = x[i]
-    return True

@@ -104,6 +104,8 @@ def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Conso
         )
         interrupted = stack.enter_context(interruptible())
         console.print(f"plant on {spec}, DVL on {dvl}")
+        if wait and not free:
+            console.print(f"waiting for a vehicle in lockstep: sternplane fly --bus {spec} --pace bus")
         if wait and not accept_vehicle(lockstep, dt_ns, wait, lambda: bool(interrupted)):
             return "interrupted before a vehicle came"
         step = _kept(bridge, _truth_log(stack, flight, out), dt_ns)

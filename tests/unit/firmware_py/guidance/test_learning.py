@@ -271,6 +271,17 @@ def test_what_it_taught_is_said_when_the_mission_is_another_one() -> None:
     assert vehicle.events.count(TAUGHT) == 1
 
 
+def test_what_it_taught_is_said_when_guidance_is_made_again_once_more_in_the_same_tick() -> None:
+    vehicle = under_way(PRBS)
+    for _ in range(2):  # a new mission, and a parameter of guidance
+        other = Guidance(GuidanceParams(), Mission((THERE,)))
+        other.thaw(vehicle.guidance.freeze())
+        other.restart()
+        vehicle.guidance = other
+    vehicle.run(Mode.MISSION, 1.0)
+    assert vehicle.events.count(TAUGHT) == 1
+
+
 def test_what_it_taught_is_said_when_it_gives_up() -> None:
     vehicle = under_way(PRBS)
     vehicle.z = 60.0
