@@ -1,0 +1,116 @@
+"""Numbers in the log that no schema explains: those of names, and those that a change is encoded as.
+
+A log is read with today's meaning of its numbers. So whoever changes a number below, or the order of fields, must raise
+`recorder.FORMAT` too, so that older logs are refused and not misread. A new name with a new number needs no new format.
+"""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import enum
+import typing
+from typing import Any
+
+from firmware_py.adapters.storage import recorder
+from firmware_py.records.cycle import Cycle
+from firmware_py.records.event import Cause, EventKind, Severity
+from firmware_py.records.fence import Disc, Fence, Place, Polygon
+from firmware_py.records.mission import Jump, Loiter, Manoeuvre, ManoeuvreKind, Mission, Surface, Waypoint
+from firmware_py.records.order import Arming, Change, FenceChange, MissionChange, Mode, ParameterChange, RallyChange
+from firmware_py.wire.log.cdr_codec import CdrCodec
+from firmware_py.wire.log.changes import ChangeKind, LoggedChange, LoggedChanges, decode, encode
+
+NUMBERS: dict[type[enum.IntEnum], str] = {
+    Mode: "DISARMED=0 MANUAL=1 HOLD=2 MISSION=3 SURFACE=4 LOITER=5 GUIDED=6 RETURN=7",
+    Arming: "KEEP=0 ARM=1 DISARM=2 CHECK=3",
+    Severity: "EMERGENCY=0 ALERT=1 CRITICAL=2 ERROR=3 WARNING=4 NOTICE=5 INFO=6 DEBUG=7",
+    EventKind: (
+        "MODE_CHANGED=0 MODE_REFUSED=1 ARMING_REFUSED=2 ARMING_CHECK_FAILED=3 ARMING_CHECK_PASSED=4 RULE_HOLDS=5 "
+        "CHANGE_FAILED=6 WAYPOINT_PASSED=7 RALLY_POINT_REACHED=8 RALLY_POINT_UNREACHABLE=9 LOITER_DONE=10 "
+        "MANOEUVRE_BEGUN=11 MANOEUVRE_WAITS=12 MANOEUVRE_RESUMED=13 MANOEUVRE_DONE=14 MANOEUVRE_GIVEN_UP=15 "
+        "LEARNING_REPORT=16"
+    ),
+    Cause: (
+        "NONE=0 ORDERED=1 ATTITUDE_DEAD=2 SURFACED=3 ATTITUDE_LOST=4 DEPTH_LOST=5 LEAK=6 BATTERY_LOW=7 "
+        "DEPTH_LIMIT=8 ALTITUDE_LIMIT=9 FENCE=10 LATE_CYCLES=11 MISSION_DONE=12 RETURN_DONE=13 FINS_NOT_HEARD=14 "
+        "TILT=15 CHARGE_NEEDED=16 DISARMED=17 SURFACING=18 NO_MISSION=19 MANOEUVRE_DEPTH=20 MANOEUVRE_ALTITUDE=21 "
+        "MANOEUVRE_PITCH=22 LEARNED_ALL=23 LEARNED=24 NOT_FINITE=25 NOT_BEGUN=26 NEVER_EXCITED=27 "
+        "NOT_IDENTIFIABLE=28 COMBINATION=29 NOT_EXCITED_AT_END=30"
+    ),
+    ManoeuvreKind: "ZIGZAG=1 DOUBLETS=2 PRBS=3",
+    ChangeKind: "PARAMETERS=0 MISSION=1 FENCE=2 RALLY=3",
+}
+"""Each enumeration in the log, with the number of each name."""
+
+GOLDEN: list[tuple[Change, LoggedChange]] = [
+    (
+        ParameterChange((("control.law", "pid"), ("rate_hz", 100))),
+        LoggedChange(ChangeKind.PARAMETERS, '{"control.law": "pid", "rate_hz": 100}'),
+    ),
+    (
+        MissionChange(
+            Mission(
+                (
+                    Waypoint(x=1.0, y=2.0, z=3.0, u=4.0, above=True),
+                    Loiter(x=5.0, y=6.0, z=7.0, u=8.0, above=False, radius=9.0, turns=10.0, duration=11.0),
+                    Jump(to=0, times=-1),
+                    Surface(rally=True),
+                    Manoeuvre(ManoeuvreKind.PRBS, 60.0, 0.25, 0.5, 2.0, 33, 0.125, 0.375, 1.5),
+                )
+            )
+        ),
+        LoggedChange(
+            ChangeKind.MISSION,
+            numbers=(
+                *(0, 1.0, 2.0, 3.0, 4.0, 1),
+                *(1, 5.0, 6.0, 7.0, 8.0, 0, 9.0, 10.0, 11.0),
+                *(2, 0, -1),
+                *(3, 1),
+                *(4, 3, 60.0, 0.25, 0.5, 2.0, 33, 0.125, 0.375, 1.5),
+            ),
+        ),
+    ),
+    (
+        FenceChange(Fence(within=(Disc(1.0, 2.0, 3.0),), without=(Polygon(((4.0, 5.0), (6.0, 7.0), (8.0, 9.0))),))),
+        LoggedChange(ChangeKind.FENCE, numbers=(0, 0, 1.0, 2.0, 3.0, 1, 3, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)),
+    ),
+    (
+        RallyChange((Place(1.0, 2.0), Place(3.0, 4.0))),
+        LoggedChange(ChangeKind.RALLY, numbers=(1.0, 2.0, 3.0, 4.0)),
+    ),
+]
+"""A change of each kind with all types of items and areas, and what the log has of it."""
+
+MESSAGE = """
+AAEAAAcAAAAAAAAABAAAAAAAAAAnAAAAeyJjb250cm9sLmxhdyI6ICJwaWQiLCAicmF0ZV9oeiI6IDEwMH0AAAAAAAABAAAAAQAAAAAAAAAeAAAAAAAA
+AAAAAAAAAAAAAADwPwAAAAAAAABAAAAAAAAACEAAAAAAAAAQQAAAAAAAAPA/AAAAAAAA8D8AAAAAAAAUQAAAAAAAABhAAAAAAAAAHEAAAAAAAAAgQAAA
+AAAAAAAAAAAAAAAAIkAAAAAAAAAkQAAAAAAAACZAAAAAAAAAAEAAAAAAAAAAAAAAAAAAAPC/AAAAAAAACEAAAAAAAADwPwAAAAAAABBAAAAAAAAACEAA
+AAAAAABOQAAAAAAAANA/AAAAAAAA4D8AAAAAAAAAQAAAAAAAgEBAAAAAAAAAwD8AAAAAAADYPwAAAAAAAPg/AgAAAAEAAAAAAAAADQAAAAAAAAAAAAAA
+AAAAAAAAAAAAAAAAAADwPwAAAAAAAABAAAAAAAAACEAAAAAAAADwPwAAAAAAAAhAAAAAAAAAEEAAAAAAAAAUQAAAAAAAABhAAAAAAAAAHEAAAAAAAAAg
+QAAAAAAAACJAAwAAAAEAAAAAAAAABAAAAAAAAAAAAPA/AAAAAAAAAEAAAAAAAAAIQAAAAAAAABBA"""
+"""All of these in one message of the log, as base64."""
+
+
+def enumerations(hint: Any) -> set[type[enum.IntEnum]]:
+    """Those that a record consists of."""
+    if isinstance(hint, type) and issubclass(hint, enum.IntEnum):
+        return {hint}
+    cls, inner = typing.get_origin(hint) or hint, [*typing.get_args(hint)]
+    if dataclasses.is_dataclass(cls) or hasattr(cls, "_fields"):
+        inner += typing.get_type_hints(cls).values()
+    return set().union(*map(enumerations, inner))
+
+
+def test_what_the_numbers_of_a_log_stand_for_changes_only_with_its_format() -> None:
+    assert recorder.FORMAT == 2
+    assert enumerations(Cycle) | enumerations(LoggedChanges) == set(NUMBERS)
+    assert {cls: " ".join(f"{x.name}={int(x)}" for x in cls) for cls in NUMBERS} == NUMBERS
+
+
+def test_changes_are_written_and_read_as_every_log_of_this_format_has_them() -> None:
+    changes, logged = zip(*GOLDEN, strict=True)
+    assert tuple(map(encode, changes)) == logged
+    codec, message = CdrCodec.like(LoggedChanges(0, ())), base64.b64decode(MESSAGE)
+    assert codec.encode(LoggedChanges(7, logged)) == message
+    assert tuple(map(decode, codec.decode(message).changes)) == changes
