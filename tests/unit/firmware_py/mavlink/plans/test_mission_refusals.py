@@ -14,7 +14,7 @@ from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.mission import Loiter
 from firmware_py.records.order import Mode
 from firmware_py.records.turning import AS_ASKED
-from tests.unit.firmware_py.mavlink.planner import FENCE, WAYPOINT, Planner, fields, home, item
+from tests.unit.firmware_py.mavlink.planner import FENCE, MISSION, WAYPOINT, Planner, fields, home, item
 from tests.unit.firmware_py.mavlink.station import LinkedVehicle, node
 
 LIMITS = OperatingLimits(30.0, 2.0, AS_ASKED)
@@ -191,6 +191,26 @@ def test_a_depth_limit_that_forbids_the_mission_is_as_good_as_a_fence() -> None:
     assert commanded(planner, *AUTO[0]) == [mavlink.MAV_RESULT_TEMPORARILY_REJECTED]
     assert planner.upload(home(at(0), item(z=-15.0))) == ACCEPTED
     assert commanded(planner, *AUTO[0]) == [mavlink.MAV_RESULT_ACCEPTED]
+
+
+def test_a_limit_that_is_lowered_during_the_upload_holds_for_the_items_that_came_before_it() -> None:
+    parameters = app.parameter_store(CONFIGURATION)
+    vehicle = LinkedVehicle(limits=LIMITS, parameters=parameters)
+    planner, items = Planner(vehicle), home(at(0), item(z=-25.0))
+    planner.send(mavlink.MAVLink_mission_count_message(1, 1, len(items), MISSION))
+    planner.step()
+    planner.send(items[0])
+    planner.step()
+    parameters.set("SAF_DEPTH_MAX", 20.0, armed=False)
+    found = []
+    for each in items[1:]:
+        planner.send(each)
+        found += planner.step()
+    assert [m.type for m in found if m.get_type() == "MISSION_ACK"] == [ACCEPTED]
+    planner.step()
+    assert "item 2: depth 25.0 m, limit 20 m" in "".join(planner.texts)
+    vehicle.mode = Mode.HOLD
+    assert commanded(planner, *AUTO[0]) == [mavlink.MAV_RESULT_TEMPORARILY_REJECTED]
 
 
 def test_of_a_long_mission_a_few_items_are_looked_at_in_each_tick_and_it_waits_for_the_last() -> None:
