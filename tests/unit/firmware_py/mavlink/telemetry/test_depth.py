@@ -54,6 +54,14 @@ def test_high_latency_says_the_altitude_and_the_depth(surface: float, depth: flo
     assert (said.custom1 + 127 * said.custom2) / 10 == pytest.approx(depth)
 
 
+@pytest.mark.parametrize(("theta", "w", "climb"), [(30.0, 0.0, 10), (-30.0, 0.0, -10), (0.0, 0.5, -5)])
+def test_high_latency_says_a_climb_as_positive(theta: float, w: float, climb: int) -> None:
+    vehicle = node(configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
+    eta, nu = Eta(0.0, 0.0, 5.0, 0.0, math.radians(theta), 0.0), Nu(2.0, 0.0, w, 0.0, 0.0, 0.0)
+    (said,) = parse(vehicle.report(cycle(0, eta=eta, nu=nu))[0])
+    assert said.climb_rate == climb  # 0.1 m/s
+
+
 @settings(max_examples=25)
 @given(st.floats(-2.0, 6000.0), st.floats(-400.0, 6000.0))
 def test_home_is_at_the_surface_of_any_water(depth: float, surface: float) -> None:

@@ -13,6 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.marine import Eta, Nu
 from firmware_py.mavlink.base.identity import Identity
+from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import NOTHING_LEARNED, Learned
 from firmware_py.records.order import Mode
@@ -45,6 +46,20 @@ def test_heading_is_a_compass_reading(psi: float, centidegrees: int, degrees: in
     said = told(eta=Eta(0, 0, 5, 0, 0, psi))
     assert said["GLOBAL_POSITION_INT"].hdg == centidegrees
     assert said["VFR_HUD"].heading == degrees
+
+
+@pytest.mark.parametrize(
+    ("north", "east", "speed", "compass"),
+    [(0.6, 0.0, 3, 0), (0.0, 0.6, 3, 90), (0.0, -0.6, 3, 270), (-0.6, 0.8, 5, 126), (math.nan, math.nan, 0, 0)],
+)
+def test_high_latency_says_the_current_as_wind_towards_where_it_sets(
+    north: float, east: float, speed: int, compass: int
+) -> None:
+    vehicle = node(configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
+    learned = dataclasses.replace(LEARNED, current=(north, east))
+    (said,) = parse(vehicle.report(cycle(0, learned=learned))[0])
+    assert said.windspeed == speed  # 0.2 m/s
+    assert said.wind_heading * 2 == compass
 
 
 def test_fins_and_propeller_are_commanded_in_pulses_and_reported_in_radians() -> None:
