@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.control.control import Control, ControlParams, LawKind
+from firmware_py.control.feed_forward import track_depth
 from firmware_py.control.sliding_mode_params import GainSet
 from firmware_py.marine import Eta, Nu
 from firmware_py.params import ParamError, dump, load
@@ -17,6 +18,7 @@ from firmware_py.records.command import Demand, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.order import NO_ORDER, Mode, Order, Sticks
 from firmware_py.tick import Tick
+from firmware_py.vehicle.linear_models import diving_model
 from firmware_py.vehicle.vehicle import Vehicle
 
 CONFIG = Path(__file__).resolve().parents[4] / "configs" / "npsauv2"
@@ -79,6 +81,28 @@ def test_feed_forward_leads_where_the_reference_goes(params: ControlParams) -> N
     assert hold(control, state(), dive).delta_s > 0.0
     turn = dataclasses.replace(REFERENCE, psi_d_ddot=0.01)
     assert hold(control, state(), turn).delta_r < 0.0
+
+
+@given(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3))
+def test_the_desired_pitch_gives_the_vertical_velocity_asked_for_over_what_the_model_leaves_out(
+    bias: float, z_d_dot: float
+) -> None:
+    model = diving_model(VEHICLE, 1.8288)
+    reference = dataclasses.replace(REFERENCE, z_d_dot=z_d_dot)
+    at = state(theta=0.05)
+    theta_d = at.eta.theta - track_depth(model, reference, at, 0.0, bias).error[1]
+    _, _, (_, minus_u, _) = model.A
+    assert minus_u * theta_d + bias == pytest.approx(z_d_dot)
+
+
+@pytest.mark.parametrize("params", [LAWS["own"], LAWS["pid"]])  # the paper's gains do not measure it
+def test_a_vehicle_that_sinks_on_a_level_keel_is_steered_bow_up(params: ControlParams) -> None:
+    control = Control(params, VEHICLE)
+    assert hold(control, state(w=0.1)).delta_s == 0.0  # it is measured over some time
+    assert hold(control, state(w=0.1), k=1).delta_s < 0.0
+    for k in range(2, 2000):
+        hold(control, state(w=-0.1), k=k)
+    assert hold(control, state(w=-0.1), k=2000).delta_s > 0.0
 
 
 @every_law
