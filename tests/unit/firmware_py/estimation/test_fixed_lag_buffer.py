@@ -163,6 +163,16 @@ def test_a_measurement_that_is_none_is_counted_and_changes_nothing(course: list[
     assert at.dropped == len(course)
 
 
+def test_the_first_measurement_of_a_sensor_is_not_used_behind_the_steps_that_were_made() -> None:
+    """Nothing came from the DVL before, so that only the steps are later than it."""
+    silent = [dataclasses.replace(frame, dvl=silence(4).dvl) for frame in flight()]
+    frames = silent.copy()
+    frames[61] = dataclasses.replace(frames[61], dvl=dvl(time(61) - LAG - 0.05))
+    at = horizon()
+    assert spans(at, frames) == spans(horizon(), silent)
+    assert at.dropped == 1
+
+
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300, 2.0])
 def test_a_fin_that_reports_what_no_fin_can_do_is_taken_to_do_what_it_was_told(value: float) -> None:
     silent, odd = flight(), flight()
