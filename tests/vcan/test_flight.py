@@ -19,7 +19,7 @@ from sternplane.logs.reading import read
 from sternplane.logs.summary import summarise
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 
-from firmware_py.adapters.storage.recorder import LogWriter, Recorder
+from firmware_py.adapters.storage.recorder import LogRecorder, LogWriter
 from firmware_py.records.order import Mode
 from firmware_py.run import over_can
 from firmware_py.wire.dronecan.message_table import ARRAY_COMMAND
@@ -140,7 +140,7 @@ def test_a_mission_flies_over_vcan0_as_it_does_in_one_process_and_candump_sees_t
     wish, dvl, losses = FlightRequest(scenario=str(scenario)), tmp_path / "dvl", {}
     flight = prepare(wish, {})
     with LogWriter(tmp_path / "log.mcap", flight.header()) as writer:
-        operator, recorder = ScriptedOperator(flight.scenario), Recorder(writer)
+        operator, recorder = ScriptedOperator(flight.scenario), LogRecorder(writer)
         with dumped(COMMANDS, tmp_path / "dump"), plant(scenario, dvl):
             vehicle, rate, io, stop = flight.autopilot, flight.rate, flight.io, lambda: False
             over_can.run(vehicle, rate, io, BUS, dvl, "bus", operator, recorder, stop, print, losses)

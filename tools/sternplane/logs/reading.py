@@ -31,10 +31,11 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import Event
 from firmware_py.records.event_text import texts
 from firmware_py.records.order import Change
-from firmware_py.wire.log import changes, ros2_schema
+from firmware_py.wire.log import ros2_schema
 from firmware_py.wire.log.cdr_codec import CdrCodec, closing_records
 from firmware_py.wire.log.changes import LoggedChange
 from firmware_py.wire.log.ros2_schema import Layout, SchemaError
+from sternplane.logs.logged_changes import decode_change
 
 R = TypeVar("R")
 Columns = dict[str, npt.NDArray[Any]]
@@ -132,7 +133,7 @@ class Log:
         found: dict[int, tuple[Change, ...]] = {}
         for t, message in zip(topic.times, topic.messages, strict=True):
             try:
-                found[t] = tuple([_change(one) for one in logged(message)])
+                found[t] = tuple([decode_change(one) for one in logged(message)])
             except _MALFORMED:
                 where = f"{self.path}: {CHANGES_TOPIC} at {t * 1e-9:.2f} s"
                 raise LogError(f"{where}: is malformed; no vehicle logs such a change") from None
@@ -179,19 +180,6 @@ class Log:
         if CYCLE_TOPIC not in self.topics:
             raise LogError(f"{self.path}: the log holds no cycle; the run ended within its first second")
         return self.topics[CYCLE_TOPIC]
-
-
-def _change(logged: LoggedChange) -> Change:
-    """Decode a change, and refuse one that is not logged in the same way again: a code out of range may pass for one.
-
-    Raises:
-        ValueError, or one of `_MALFORMED`: it is not what `changes.encode` makes.
-    """
-    change = changes.decode(logged)
-    again = changes.encode(change)
-    if again.text != logged.text or list(map(repr, map(float, again.numbers))) != list(map(repr, logged.numbers)):
-        raise ValueError(again)
-    return change
 
 
 class _Exact:
