@@ -97,11 +97,11 @@ def _damaged(folder: Path, package: str) -> list[Path]:
 
 def _place(name: str) -> Path:
     if given := os.environ.get("STERNPLANE_CACHE"):
-        if not (is_complete(Path(given) / name) or _writable(Path(given))):
+        if not (_writable(Path(given)) or is_complete(Path(given) / name)):
             raise ParamError(f"STERNPLANE_CACHE = {given}: cannot be written; name a folder that can")
         return Path(given) / name
     for base in _bases():
-        if is_complete(base / name) or _writable(base):
+        if _writable(base) or is_complete(base / name):
             return base / name
     return Path(tempfile.mkdtemp(prefix="sternplane-")) / name
 

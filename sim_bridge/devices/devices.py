@@ -21,7 +21,6 @@ from sim_bridge.devices.sensors import Corruption, Timing, due
 from sim_bridge.devices.serial_dvl import SerialDvl
 from sim_bridge.plant.plant import Plant
 
-HEALTH_CRITICAL = 3
 SERVICE = 0x80
 """Bit of a CAN id: a request or a response, addressed to one node."""
 FRAMES_PER_TICK = 128
@@ -124,12 +123,6 @@ class Devices:
         node.powered = False
         return lambda: setattr(node, "powered", True)
 
-    def silence(self, device: str) -> Callable[[], None]:
-        """Let a node act, but send nothing."""
-        node = self.nodes[device]
-        node.silent = True
-        return lambda: setattr(node, "silent", False)
-
     def silence_fin(self, fin: int) -> Callable[[], None]:
         """Leave one fin out of the servo hub's reports."""
         self._hub.silent_fins.add(fin)
@@ -139,12 +132,6 @@ class Devices:
         """Report the angle of a fin's servo, not of the fin."""
         self._hub.by_servo.add(fin)
         return lambda: self._hub.by_servo.discard(fin)
-
-    def worsen_health(self, device: str) -> Callable[[], None]:
-        """Let a node report health CRITICAL."""
-        node = self.nodes[device]
-        node.health = HEALTH_CRITICAL
-        return lambda: setattr(node, "health", 0)
 
     def add_duplicate(self, sensor: str, corruption: Corruption) -> Callable[[], None]:
         """Add a second node with the id of a sensor's: it sends what the sensor measures, corrupted."""

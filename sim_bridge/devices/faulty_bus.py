@@ -37,11 +37,15 @@ class FaultyBus:
 
     def drain(self, limit: int) -> list[tuple[int, bytes]]:
         """Return the frames that have arrived and were not lost."""
-        return self._left(self._bus.drain(limit))
+        frames = self._bus.drain(limit)
+        if self.down:
+            return []
+        return frames if self.lost is None else self._kept(frames, self.lost)
 
     def send(self, frames: Iterable[tuple[int, bytes]]) -> None:
         """Send the frames that are not lost."""
-        self._bus.send(self._left(frames))
+        if not self.down:
+            self._bus.send(frames if self.lost is None else self._kept(frames, self.lost))
 
     def losses(self) -> dict[str, int]:
         """Return what the bus itself lost; what a fault lost is not counted."""
@@ -51,9 +55,6 @@ class FaultyBus:
         """Leave the bus."""
         self._bus.close()
 
-    def _left(self, frames: Iterable[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
-        if self.down:
-            return []
-        if self.lost is None:
-            return list(frames)
-        return [frame for frame in frames if not self.lost()]
+    @staticmethod
+    def _kept(frames: Iterable[tuple[int, bytes]], lost: Callable[[], bool]) -> list[tuple[int, bytes]]:
+        return [frame for frame in frames if not lost()]

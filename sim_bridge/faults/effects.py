@@ -13,6 +13,8 @@ from sim_bridge.faults.target import Begin, End, FaultTarget, Strike
 
 _FAR = 10.0
 """A fin angle, rad, beyond the travel of every servo."""
+_CRITICAL = 3
+"""Health of NodeStatus."""
 
 
 # Devices and the bus.
@@ -25,7 +27,7 @@ def switch_off(run: FaultTarget, strike: Strike) -> End:
 
 def silence(run: FaultTarget, strike: Strike) -> End:
     """Let a device act without a report."""
-    return run.nodes.silence(strike.target)
+    return _set(run.nodes.nodes[strike.target], "silent", True)
 
 
 def silence_fin(run: FaultTarget, strike: Strike) -> End:
@@ -35,7 +37,7 @@ def silence_fin(run: FaultTarget, strike: Strike) -> End:
 
 def worsen_health(run: FaultTarget, strike: Strike) -> End:
     """Let a node report health CRITICAL."""
-    return run.nodes.worsen_health(strike.target)
+    return _set(run.nodes.nodes[strike.target], "health", _CRITICAL)
 
 
 def duplicate(run: FaultTarget, strike: Strike) -> End:
@@ -147,7 +149,7 @@ def slow(run: FaultTarget, strike: Strike) -> End:
     """Limit the speed of a fin's servo."""
     fin = run.fin(strike.target)
     before = run.plant.limit_rate(fin, strike.value)
-    return lambda: _discard(run.plant.limit_rate(fin, before))
+    return lambda: run.plant.limit_rate(fin, before)
 
 
 def loose(run: FaultTarget, strike: Strike) -> End:
@@ -176,11 +178,8 @@ def propeller_stuck(run: FaultTarget, _strike: Strike) -> End:
 def current(run: FaultTarget, strike: Strike) -> End:
     """Change the mean current along one axis."""
     axis = ("current.north", "current.east").index(strike.target)
-    environment = run.plant.environment
-    before = environment.mean
-    north, east, down = before
-    environment.mean = (north, strike.value, down) if axis else (strike.value, east, down)
-    return lambda: setattr(environment, "mean", before)
+    north, east, down = run.plant.environment.mean
+    return _set(run.plant.environment, "mean", (north, strike.value, down) if axis else (strike.value, east, down))
 
 
 def ballast(run: FaultTarget, strike: Strike) -> End:
@@ -207,16 +206,12 @@ def _set(thing: Any, name: str, value: Any) -> End:
 
 def _override(run: FaultTarget, fin: int, angle: float) -> End:
     run.fin_overrides[fin] = angle
-    return lambda: _discard(run.fin_overrides.pop(fin, None))
+    return lambda: run.fin_overrides.pop(fin, None)
 
 
 def _damage(run: FaultTarget, fin: int, share: float) -> End:
     before = run.plant.damage(fin, share)
-    return lambda: _discard(run.plant.damage(fin, before))
-
-
-def _discard(_value: object) -> None:
-    pass
+    return lambda: run.plant.damage(fin, before)
 
 
 EFFECTS: Mapping[tuple[str, str], Begin] = {

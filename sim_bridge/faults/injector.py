@@ -34,7 +34,7 @@ class FaultInjector:
         next_t: when something happens next, s.
 
     Raises:
-        ParamError: a fault of a fin that the plant does not have, or one that needs the bus.
+        ParamError: a fault of a fin that the plant does not have.
     """
 
     def __init__(
@@ -58,8 +58,6 @@ class FaultInjector:
         self._pending = sorted(faults, key=lambda fault: fault.t, reverse=True)
         self._ends: list[tuple[float, End]] = []
         for fault in self._pending:
-            if nodes is None and not fault.kind.on_hil:
-                raise ParamError(f"fault {fault.text}: over mavlink-hil there is no bus to break")
             if fault.kind.group == "FIN" and fault.target not in self._fins:
                 known = ", ".join(self._fins)
                 raise ParamError(f"fault {fault.text}: there is no fin {fault.target!r}; known: {known}")

@@ -8,10 +8,12 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 import numpy as np
 
 from sim_bridge.devices.faulty_bus import FaultyBus
+from sim_bridge.devices.node import DeviceNode
 from sim_bridge.devices.sensors import Corruption, Sensor
 from sim_bridge.plant.plant import Plant
 
-End: TypeAlias = Callable[[], None]
+End: TypeAlias = Callable[[], object]
+"""What ends a fault; its result is of no use."""
 
 
 class DeviceFaults(Protocol):
@@ -22,21 +24,16 @@ class DeviceFaults(Protocol):
 
 
 class NodeFaults(Protocol):
-    """What devices on a CAN bus offer beside it; `bus` is their end of it."""
+    """What devices on a CAN bus offer beside it: their end of it, and each as a node, by name."""
 
     bus: FaultyBus
-
-    def silence(self, device: str, /) -> End:
-        """Let a device act, but report nothing."""
+    nodes: dict[str, DeviceNode]
 
     def silence_fin(self, fin: int, /) -> End:
         """Leave one fin out of the servos' reports."""
 
     def report_servo(self, fin: int, /) -> End:
         """Report the angle of a fin's servo, not of the fin."""
-
-    def worsen_health(self, device: str, /) -> End:
-        """Let a node report health CRITICAL."""
 
     def add_duplicate(self, sensor: str, corruption: Corruption, /) -> End:
         """Add a second node with the id of a sensor's."""

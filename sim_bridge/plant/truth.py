@@ -104,7 +104,7 @@ class PlantFin:
     side: positive lifts the bow.
     """
 
-    name: str = param(doc="Name of the fin, as in vehicle.toml; fault names end in it.")
+    name: str = param(doc="Name of the fin, as in vehicle.toml; faults name it too.")
     station: FinStation = param(doc="Position along the hull, which decides the coefficients that the fin uses.")
     hinge: float = param(unit="deg", low=-360.0, high=360.0, doc="Hinge axis in the y-z plane.")
     centre: tuple[float, float, float] = param(

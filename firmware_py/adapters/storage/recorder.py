@@ -156,7 +156,7 @@ class LogWriter:
 
 
 class LogRecorder:
-    """The port `LogRecorder` over a log: every cycle on "/cycle", whose tuples are as long as the first one's.
+    """A `ports.Recorder` over a log: every cycle on "/cycle", whose tuples are as long as the first one's.
 
     What stations have changed for good is on "/changes".
     """

@@ -261,19 +261,10 @@ def test_what_it_taught_is_said_when_it_is_skipped() -> None:
     assert vehicle.events[-1] == TAUGHT
 
 
-def test_what_it_taught_is_said_when_the_mission_is_another_one() -> None:
+@pytest.mark.parametrize("times", [1, 2])
+def test_what_it_taught_is_said_when_the_mission_is_another_one_however_often_in_a_tick(times: int) -> None:
     vehicle = under_way(PRBS)
-    other = Guidance(GuidanceParams(), Mission((THERE,)))
-    other.thaw(vehicle.guidance.freeze())
-    other.restart()
-    vehicle.guidance = other
-    vehicle.run(Mode.MISSION, 1.0)
-    assert vehicle.events.count(TAUGHT) == 1
-
-
-def test_what_it_taught_is_said_when_guidance_is_made_again_once_more_in_the_same_tick() -> None:
-    vehicle = under_way(PRBS)
-    for _ in range(2):  # a new mission, and a parameter of guidance
+    for _ in range(times):  # a new mission, and a parameter of guidance
         other = Guidance(GuidanceParams(), Mission((THERE,)))
         other.thaw(vehicle.guidance.freeze())
         other.restart()
