@@ -12,6 +12,7 @@ from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Event
 from firmware_py.records.order import Change, Order
 from firmware_py.records.sensing import SensorFrame
+from firmware_py.safety.actuator_watch import ActuatorWatch
 from firmware_py.safety.gate import Gate
 from firmware_py.safety.supervisor import Supervisor
 from firmware_py.tick import Tick
@@ -53,6 +54,7 @@ class Parts(NamedTuple):
     """The parts that a station's changes may make anew."""
 
     estimator: StateEstimator
+    actuator_watch: ActuatorWatch
     supervisor: Supervisor
     guidance: Guidance
     control: ControlLaw
@@ -91,17 +93,18 @@ class Autopilot:
         self.applied = Applied(fins=(0.0,) * allocator.size, n=0.0, armed=False, limited=False)
 
     def step(self, tick: Tick, frame: SensorFrame, order: Order) -> Cycle:
-        """Compute one cycle: make anew what was changed, estimate, supervise, guide, control, allocate, limit."""
+        """Compute one cycle: make changes, estimate, watch, supervise, guide, control, allocate, limit."""
         self.parts, failed = self.reconfigurator.apply(order.changes, self.parts)  # parameters, mission, fence, rally
-        estimator, supervisor, guidance, control, gate = self.parts
+        estimator, actuator_watch, supervisor, guidance, control, gate = self.parts
         state = estimator.update(tick, frame, self.applied)
-        mode = supervisor.update(tick, frame, state, order, guidance.finished)  # may only make it safer
+        actuators = actuator_watch.update(tick, frame, self.applied, state)
+        mode = supervisor.update(tick, frame, state, actuators, order, guidance.finished)  # may only make it safer
         reference = guidance.update(tick, mode, order, state)
         demand = control.update(tick, mode, order, reference, state)
         fins = self.allocator.allocate(demand)
         self.applied = gate.limit(tick, mode, frame, fins, self.applied)  # last word; knows no law
         events = failed + supervisor.events + guidance.events
-        return Cycle(tick, frame, order, state, mode, reference, demand, fins, self.applied, events)
+        return Cycle(tick, frame, order, state, actuators, mode, reference, demand, fins, self.applied, events)
 
     def freeze(self) -> Memory:
         """Return the whole memory, so that a replay can start in the middle of a log."""

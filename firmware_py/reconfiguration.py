@@ -21,6 +21,7 @@ from firmware_py.records.fence import NO_FENCE, Fence, Place
 from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.mission import Mission
 from firmware_py.records.order import Change, FenceChange, MissionChange, ParameterChange
+from firmware_py.safety.actuator_watch import ActuatorWatch
 from firmware_py.safety.gate import Gate
 from firmware_py.safety.supervisor import SafetyParams, Supervisor
 from firmware_py.tick import step_ns
@@ -66,7 +67,7 @@ class ActiveConfiguration(NamedTuple):
 _MADE_OF: dict[str, tuple[str, ...]] = {
     "origin": ("estimator",),
     "estimation": ("estimator",),
-    "safety": ("supervisor", "guidance", "gate"),
+    "safety": ("actuator_watch", "supervisor", "guidance", "gate"),
     "guidance": ("guidance",),
     "control": ("control",),
     "mavlink": (),
@@ -109,6 +110,7 @@ class PartsFactory:
         These functions raise ParamError, with file and key, for a configuration that cannot be flown.
         """
         return {  # laws first: they give the best reason why a vehicle cannot be flown
+            "actuator_watch": ActuatorWatch,
             "supervisor": self._supervisor,
             "guidance": self._guidance,
             "control": self._control,
@@ -210,7 +212,8 @@ class PartsFactory:
 
     def _supervisor(self) -> Supervisor:
         with prefix_errors(self._files["autopilot"]):
-            return Supervisor(self.params.safety, has_mission=bool(self._now.mission.items), fence=self._now.fence)
+            fins = tuple(fin.name for fin in self._vehicle.fins)
+            return Supervisor(self.params.safety, bool(self._now.mission.items), self._now.fence, fins)
 
     def _guidance(self) -> Guidance:
         safety, now = self.params.safety, self._now

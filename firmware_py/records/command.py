@@ -2,11 +2,29 @@
 
 from __future__ import annotations
 
+import enum
 from dataclasses import dataclass
 
 from firmware_py.records.event import Cause
 from firmware_py.records.fence import NOWHERE, WITHIN, Place
 from firmware_py.records.order import Mode
+
+
+class AscentStage(enum.IntEnum):
+    """How the vehicle comes up in SURFACE."""
+
+    NONE = 0
+    """The mode is another."""
+    POWERED = 1
+    """The laws climb, at surface_speed."""
+    BLIND = 2
+    """Without attitude: stern planes by pitch from velocity and pressure, or at a fixed angle."""
+    LEVEL = 3
+    """Near the surface: with little pitch, so that the bow does not hang out of the water."""
+    REVERSE = 4
+    """It goes down or is far off: the healthy planes oppose, the propeller takes the way off."""
+    STOPPED = 5
+    """The propeller rests; what buoyancy there is brings the vehicle up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,7 +33,8 @@ class ModeState:
 
     `ready` says that arming would be granted in this tick, or that it was; `cause` why the mode was entered, `failsafe`
     that a rule did so and nobody asked for it. `too_deep` and `breach` say what is wrong with the place: deeper than
-    the limit, and beyond the fence as `Fence.breach_at` has it.
+    the limit, and beyond the fence as `Fence.breach_at` has it. `ascent` is the stage of SURFACE; `drop` that the drop
+    weight shall be released; it stays so.
     """
 
     mode: Mode
@@ -26,6 +45,8 @@ class ModeState:
     failsafe: bool = False
     too_deep: bool = False
     breach: int = WITHIN
+    ascent: AscentStage = AscentStage.NONE
+    drop: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,3 +111,5 @@ class Applied:
     armed: bool
     limited: bool
     """True if the gate changed what it was given."""
+    drop: bool = False
+    """True from when the drop weight is released."""

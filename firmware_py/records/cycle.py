@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from firmware_py.records.command import Applied, Demand, FinCommand, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Event
+from firmware_py.records.health import ActuatorHealth
 from firmware_py.records.order import ANY_LENGTH, Order
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Tick
@@ -20,6 +21,7 @@ class Cycle:
     frame: SensorFrame
     order: Order
     state: StateEstimate
+    actuators: ActuatorHealth
     mode: ModeState
     reference: Reference
     demand: Demand

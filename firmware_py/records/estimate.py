@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from firmware_py.marine import Eta, Nu
 from firmware_py.records.event import Event
+from firmware_py.records.health import ALL_GOOD, SensorHealth
 from firmware_py.records.order import BESIDE
 
 
@@ -65,7 +66,7 @@ class StateEstimate:
     `eta` and `nu` as in SNAME (`nu` over the ground); `position_std` 1 sigma of (x, y) together, m; `depth_std`
     of z, m; `velocity_std` of u and v, m/s; `altitude` above the bottom, m, NaN when unknown. The `*_ok` flags say
     whether attitude, depth and velocity rest on measurements that are fresh enough to steer by; `leak` that water was
-    found; `learned` what is known of vehicle and water beyond their files.
+    found; `sensors` which sensors are believed; `learned` what is known of vehicle and water beyond their files.
     """
 
     eta: Eta
@@ -78,4 +79,5 @@ class StateEstimate:
     depth_ok: bool
     velocity_ok: bool
     leak: bool
+    sensors: SensorHealth = ALL_GOOD
     learned: Learned = NOTHING_LEARNED

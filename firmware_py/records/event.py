@@ -43,6 +43,14 @@ class EventKind(enum.IntEnum):
     MANOEUVRE_DONE = 14  # numbers: duration, s; waited, s
     MANOEUVRE_GIVEN_UP = 15  # numbers: flown, s; then the cause's
     LEARNING_REPORT = 16  # what was learned in a manoeuvre; one event for each cause; numbers and names: the cause's
+    SENSOR_GOOD = 17  # it is believed again; numbers: NONE of `SourceFault`; names: the sensor
+    SENSOR_SUSPECT = 18  # it is not used; numbers: its `SourceFault`; names: the sensor
+    SENSOR_LOST = 19  # numbers: its `SourceFault`; names: the sensor
+    ACTUATOR_GOOD = 20  # numbers: NONE of `ActuatorFault`; names: the actuator
+    ACTUATOR_FAULT = 21  # numbers: its `ActuatorFault`; names: the actuator
+    ASCENT_STAGE = 22  # numbers: the `AscentStage`; the cause's
+    WEIGHT_RELEASED = 23  # numbers: the cause's
+    RULE_WARNS = 24  # a rule holds whose action is to warn; numbers: the cause's
 
 
 class Cause(enum.IntEnum):
@@ -127,6 +135,14 @@ _SEVERITIES: Mapping[EventKind, Severity] = {
     EventKind.MANOEUVRE_DONE: Severity.INFO,
     EventKind.MANOEUVRE_GIVEN_UP: Severity.WARNING,
     EventKind.LEARNING_REPORT: Severity.NOTICE,
+    EventKind.SENSOR_GOOD: Severity.NOTICE,
+    EventKind.SENSOR_SUSPECT: Severity.WARNING,
+    EventKind.SENSOR_LOST: Severity.ERROR,
+    EventKind.ACTUATOR_GOOD: Severity.NOTICE,
+    EventKind.ACTUATOR_FAULT: Severity.CRITICAL,
+    EventKind.ASCENT_STAGE: Severity.WARNING,
+    EventKind.WEIGHT_RELEASED: Severity.CRITICAL,
+    EventKind.RULE_WARNS: Severity.WARNING,
 }
 _BY_CAUSE: Mapping[tuple[EventKind, Cause], Severity] = {
     **{(EventKind.MODE_CHANGED, cause): Severity.INFO for cause in INTENDED_CAUSES},

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.fence import breach_text
+from firmware_py.records.health_text import actuator_fault_text, source_fault_text, stage_text
 from firmware_py.records.order import NOBODY, Asker, Mode
 
 ModeName = Callable[[Mode], str]
@@ -175,6 +176,10 @@ def _given_up(event: Event, _: ModeName) -> str:
     return f"{_manoeuvre(event)} given up after {event.numbers[0]:.1f} s: {_cause(event, 1)}"
 
 
+def _because(event: Event, skip: int = 0) -> str:
+    return "" if event.cause is Cause.NONE else f": {_cause(event, skip)}"
+
+
 _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     EventKind.MODE_CHANGED: _mode_changed,
     EventKind.MODE_REFUSED: _mode_refused,
@@ -194,4 +199,12 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
         f"{_manoeuvre(event)} done: {event.numbers[0]:g} s, and {event.numbers[1]:.1f} s of waiting"
     ),
     EventKind.MANOEUVRE_GIVEN_UP: _given_up,
+    EventKind.SENSOR_GOOD: lambda event, _: f"{event.names[0]} agrees again",
+    EventKind.SENSOR_SUSPECT: lambda event, _: f"{event.names[0]} not believed: {source_fault_text(event.numbers[0])}",
+    EventKind.SENSOR_LOST: lambda event, _: f"{event.names[0]} lost: {source_fault_text(event.numbers[0])}",
+    EventKind.ACTUATOR_GOOD: lambda event, _: f"{event.names[0]} works again",
+    EventKind.ACTUATOR_FAULT: lambda event, _: f"{event.names[0]}: {actuator_fault_text(event.numbers[0])}",
+    EventKind.ASCENT_STAGE: lambda event, _: f"coming up: {stage_text(event.numbers[0])}{_because(event, 1)}",
+    EventKind.WEIGHT_RELEASED: lambda event, _: f"drop weight released{_because(event)}",
+    EventKind.RULE_WARNS: lambda event, _: _cause(event),
 }

@@ -13,8 +13,10 @@ from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import INTENDED_CAUSES, Cause, Event, EventKind, severity_of
 from firmware_py.records.fence import NO_FENCE, Fence
+from firmware_py.records.health import ALL_GOOD, ActuatorHealth, SensorHealth, sound
 from firmware_py.records.order import NOBODY, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import SensorFrame
+from firmware_py.safety.health_events import actuator_events, sensor_events
 from firmware_py.safety.rules import ARMING, RULES, Conditions, Rule, SafetyParams, safer
 from firmware_py.tick import NS_PER_S, Tick
 
@@ -26,13 +28,15 @@ ArmingRefusal = tuple[Cause, tuple[float, ...]]
 
 class SupervisorMemory(NamedTuple):
     """The mode and why it was entered; for how many ticks each rule's condition has held; a bit per late tick of the
-    last second.
+    last second; the health of sensors and actuators.
     """
 
     mode: Mode
     cause: Cause
     held: tuple[int, ...]
     late: int
+    sensors: SensorHealth
+    actuators: ActuatorHealth
 
 
 class Supervisor:
@@ -40,18 +44,27 @@ class Supervisor:
 
     events: tuple[Event, ...]
 
-    def __init__(self, params: SafetyParams, has_mission: bool = True, fence: Fence = NO_FENCE) -> None:
+    def __init__(
+        self, params: SafetyParams, has_mission: bool = True, fence: Fence = NO_FENCE, fins: tuple[str, ...] = ()
+    ) -> None:
         self._params = params
         self._fence = fence
         self._has_mission = has_mission
+        self._fins = fins
         self._rules = tuple(
             (rule.holds, round(getattr(params, rule.time) * NS_PER_S) if rule.time else 0) for rule in RULES
         )
-        self._memory = SupervisorMemory(Mode.DISARMED, Cause.NONE, (0,) * len(RULES), 0)
+        self._memory = SupervisorMemory(Mode.DISARMED, Cause.NONE, (0,) * len(RULES), 0, ALL_GOOD, sound(len(fins)))
         self.events = ()
 
     def update(
-        self, tick: Tick, frame: SensorFrame, state: StateEstimate, order: Order, mission_done: bool
+        self,
+        tick: Tick,
+        frame: SensorFrame,
+        state: StateEstimate,
+        actuators: ActuatorHealth,
+        order: Order,
+        mission_done: bool,
     ) -> ModeState:
         """The mode of this tick.
 
@@ -59,12 +72,14 @@ class Supervisor:
             tick: now, and how late it is.
             frame: what was heard; its ages are judged here again, apart from the estimator.
             state: what the estimator makes of it.
+            actuators: what the actuator watch makes of it.
             order: what was asked in this tick.
             mission_done: whether the guidance has passed the last waypoint, or come to where it was to return to.
         """
         params, was = self._params, self._memory
         late = (was.late << 1 | (tick.late_ns > tick.dt_ns)) & ((1 << NS_PER_S // tick.dt_ns) - 1)
-        self.events = ()
+        self.events = sensor_events(was.sensors, state.sensors)
+        self.events += actuator_events(was.actuators, actuators, self._fins)
         ready = True
         wanted, ruled = self._mode_asked_for(was.mode, order), None
         done = mission_done and was.mode is wanted
@@ -92,7 +107,7 @@ class Supervisor:
                 *(was.mode, wanted, cause, NOBODY if ruled else order.asker),
                 numbers=ruled.numbers(c, params) if ruled else (),
             )
-        self._memory = SupervisorMemory(wanted, cause, held, late)
+        self._memory = SupervisorMemory(wanted, cause, held, late, state.sensors, actuators)
         return ModeState(
             mode=wanted,
             mission_done=mission_done and was.mode is not Mode.RETURN,

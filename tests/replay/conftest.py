@@ -19,6 +19,7 @@ from firmware_py.records.command import Applied, Demand, FinCommand, ModeState, 
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Cause, Event, EventKind, Severity
+from firmware_py.records.health import sound
 from firmware_py.records.order import Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Heard, SensorFrame, silence
 from firmware_py.run import provenance
@@ -65,6 +66,7 @@ class ToyAutopilot:
             state=StateEstimate(
                 eta, Nu(1.8, 0, 0, p, q, r), 0.3 + 0.02 * t, 0.05, 0.01, 40 - eta.z, True, True, True, False
             ),
+            actuators=sound(4),
             mode=ModeState(mode, mode is Mode.SURFACE, 0),
             reference=reference,
             demand=Demand(self.total, 0.0, 8.0, 0.1, 0.2),

@@ -13,9 +13,11 @@ import typing
 from typing import Any
 
 from firmware_py.adapters.storage import recorder
+from firmware_py.records.command import AscentStage
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import Cause, EventKind, Severity
 from firmware_py.records.fence import Disc, Fence, Place, Polygon
+from firmware_py.records.health import ActuatorFault, SourceFault, SourceState
 from firmware_py.records.mission import Jump, Loiter, Manoeuvre, ManoeuvreKind, Mission, Surface, Waypoint
 from firmware_py.records.order import Arming, Change, FenceChange, MissionChange, Mode, ParameterChange, RallyChange
 from firmware_py.wire.log.cdr_codec import CdrCodec
@@ -29,7 +31,8 @@ NUMBERS: dict[type[enum.IntEnum], str] = {
         "MODE_CHANGED=0 MODE_REFUSED=1 ARMING_REFUSED=2 ARMING_CHECK_FAILED=3 ARMING_CHECK_PASSED=4 RULE_HOLDS=5 "
         "CHANGE_FAILED=6 WAYPOINT_PASSED=7 RALLY_POINT_REACHED=8 RALLY_POINT_UNREACHABLE=9 LOITER_DONE=10 "
         "MANOEUVRE_BEGUN=11 MANOEUVRE_WAITS=12 MANOEUVRE_RESUMED=13 MANOEUVRE_DONE=14 MANOEUVRE_GIVEN_UP=15 "
-        "LEARNING_REPORT=16"
+        "LEARNING_REPORT=16 SENSOR_GOOD=17 SENSOR_SUSPECT=18 SENSOR_LOST=19 ACTUATOR_GOOD=20 ACTUATOR_FAULT=21 "
+        "ASCENT_STAGE=22 WEIGHT_RELEASED=23 RULE_WARNS=24"
     ),
     Cause: (
         "NONE=0 ORDERED=1 ATTITUDE_DEAD=2 SURFACED=3 ATTITUDE_LOST=4 DEPTH_LOST=5 LEAK=6 BATTERY_LOW=7 "
@@ -38,6 +41,13 @@ NUMBERS: dict[type[enum.IntEnum], str] = {
         "MANOEUVRE_PITCH=22 LEARNED_ALL=23 LEARNED=24 NOT_FINITE=25 NOT_BEGUN=26 NEVER_EXCITED=27 "
         "NOT_IDENTIFIABLE=28 COMBINATION=29 NOT_EXCITED_AT_END=30"
     ),
+    SourceState: "GOOD=0 SUSPECT=1 LOST=2",
+    SourceFault: (
+        "NONE=0 SILENT=1 UNHEALTHY=2 IMPOSSIBLE=3 FROZEN=4 STEP=5 DRIFT=6 OUTLIERS=7 LATE=8 CONTRADICTED=9 "
+        "TWO_SENDERS=10"
+    ),
+    ActuatorFault: "NONE=0 SILENT=1 JAMMED=2 HARD_OVER=3 LOST=4 WEAK=5 SLOW=6 LOOSE=7",
+    AscentStage: "NONE=0 POWERED=1 BLIND=2 LEVEL=3 REVERSE=4 STOPPED=5",
     ManoeuvreKind: "ZIGZAG=1 DOUBLETS=2 PRBS=3",
     ChangeKind: "PARAMETERS=0 MISSION=1 FENCE=2 RALLY=3",
 }
@@ -103,7 +113,7 @@ def enumerations(hint: Any) -> set[type[enum.IntEnum]]:
 
 
 def test_what_the_numbers_of_a_log_stand_for_changes_only_with_its_format() -> None:
-    assert recorder.FORMAT == 2
+    assert recorder.FORMAT == 3
     assert enumerations(Cycle) | enumerations(LoggedChanges) == set(NUMBERS)
     assert {cls: " ".join(f"{x.name}={int(x)}" for x in cls) for cls in NUMBERS} == NUMBERS
 

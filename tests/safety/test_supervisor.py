@@ -14,6 +14,7 @@ from firmware_py.params import dump, load
 from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event_text import texts
+from firmware_py.records.health import sound
 from firmware_py.records.order import NO_ORDER, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame, never
 from firmware_py.safety.rules import ARMING, RULES, SafetyParams, safer
@@ -60,7 +61,7 @@ class SupervisedVehicle:
         z = state.pop("z", 5.0)
         now = replace(STATE, eta=state.pop("eta", STATE.eta._replace(z=z)), **state)
         tick = Tick(self.k, DT_NS, late_ns)
-        self.answer = self.supervisor.update(tick, self.frame(**(frame or {})), now, order, done)
+        self.answer = self.supervisor.update(tick, self.frame(**(frame or {})), now, sound(0), order, done)
         self.mode, self.k = self.answer.mode, self.k + 1
         self.events = tuple(texts(self.supervisor.events))
         return self.mode

@@ -13,6 +13,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 from firmware_py.marine import Eta, Nu
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import EventKind
+from firmware_py.records.health import sound
 from firmware_py.records.order import NO_ORDER, Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Heard, silence
 from firmware_py.safety.rules import SafetyParams
@@ -73,9 +74,9 @@ class Voyage(RuleBasedStateMachine):
         )  # fmt: skip
         self.twin.thaw(self.supervisor.freeze())
         self.was, self.order, self.seen = self.mode, order, dict(world)
-        answer = self.supervisor.update(tick, frame, state, order, world["done"])
+        answer = self.supervisor.update(tick, frame, state, sound(0), order, world["done"])
         self.mode, self.events = answer.mode, self.supervisor.events
-        assert self.twin.update(tick, frame, state, order, world["done"]) == answer
+        assert self.twin.update(tick, frame, state, sound(0), order, world["done"]) == answer
         assert self.twin.events == self.events
 
         self.late = [*self.late, late][-50:]

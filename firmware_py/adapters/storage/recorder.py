@@ -24,7 +24,7 @@ from firmware_py.wire.log.cdr_codec import CdrCodec
 
 R = TypeVar("R")
 
-FORMAT = 2
+FORMAT = 3
 """Version of what is written here; a reader refuses others."""
 HEADER = "sternplane"
 END = "sternplane.end"

@@ -20,6 +20,7 @@ from firmware_py.records.command import Applied, FinCommand
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import NOTHING_LEARNED
 from firmware_py.records.event import Event
+from firmware_py.records.health import sound
 from firmware_py.records.order import BESIDE, Mode, Order
 from firmware_py.records.sensing import Heard, silence
 from firmware_py.wire.log import ros2_schema
@@ -90,6 +91,7 @@ def codec() -> CdrCodec[Cycle]:
     sample: Any = Cycle(
         frame=silence(FINS),
         state=SimpleNamespace(learned=learned),
+        actuators=sound(FINS),
         fins=FinCommand(fins, 0.0),
         applied=Applied(fins, 0.0, False, False),
         events=(),

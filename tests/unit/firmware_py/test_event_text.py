@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import enum
 import math
 
 import pytest
 
+from firmware_py.records.command import AscentStage
 from firmware_py.records.event import INTENDED_CAUSES, Cause, Event, EventKind, Severity, severity_of
 from firmware_py.records.event_text import sentences, texts
+from firmware_py.records.health import ActuatorFault, SourceFault
 from firmware_py.records.mission import ManoeuvreKind
 from firmware_py.records.order import Asker, Mode
 
@@ -44,6 +47,15 @@ BY_KIND: dict[EventKind, tuple[float, ...]] = {
     EventKind.MANOEUVRE_BEGUN: (120.0, 30.0),
     EventKind.MANOEUVRE_DONE: (120.0, 4.5),
 }
+OF_HEALTH: dict[EventKind, type[enum.IntEnum]] = {
+    EventKind.SENSOR_GOOD: SourceFault,
+    EventKind.SENSOR_SUSPECT: SourceFault,
+    EventKind.SENSOR_LOST: SourceFault,
+    EventKind.ACTUATOR_GOOD: ActuatorFault,
+    EventKind.ACTUATOR_FAULT: ActuatorFault,
+    EventKind.ASCENT_STAGE: AscentStage,
+}
+"""Kinds whose first number is a member of an enumeration."""
 
 
 def event(kind: EventKind, cause: Cause = Cause.LEAK, numbers: tuple[float, ...] | None = None) -> Event:
@@ -51,12 +63,21 @@ def event(kind: EventKind, cause: Cause = Cause.LEAK, numbers: tuple[float, ...]
     return Event(kind, Severity.WARNING, Mode.HOLD, Mode.SURFACE, cause, STATION, ManoeuvreKind.PRBS, numbers, ("why",))
 
 
-@pytest.mark.parametrize("kind", [kind for kind in EventKind if kind is not EventKind.LEARNING_REPORT])
+@pytest.mark.parametrize("kind", sorted(set(EventKind) - {EventKind.LEARNING_REPORT} - set(OF_HEALTH)))
 def test_every_kind_has_a_sentence(kind: EventKind) -> None:
     numbers = (4.0,) if kind is EventKind.MANOEUVRE_GIVEN_UP else None
     (text,) = texts([event(kind, numbers=numbers)])
     assert len(text) > 5
     assert all(f"{number:g}" in text for number in event(kind).numbers)
+
+
+@pytest.mark.parametrize(
+    ("kind", "member"), [(kind, member) for kind, members in OF_HEALTH.items() for member in members]
+)
+def test_every_fault_and_every_stage_has_words(kind: EventKind, member: enum.IntEnum) -> None:
+    (text,) = texts([event(kind, Cause.NONE, (float(member),))])
+    assert len(text) > 5
+    assert member.name not in text
 
 
 @pytest.mark.parametrize("cause", [cause for cause in Cause if cause not in REPORTED])

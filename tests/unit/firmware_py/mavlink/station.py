@@ -21,6 +21,7 @@ from firmware_py.records.command import Applied, Demand, FinCommand, ModeState, 
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import Learned, StateEstimate
 from firmware_py.records.event import Event
+from firmware_py.records.health import sound
 from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.order import NO_ORDER, Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame
@@ -104,6 +105,7 @@ def cycle(
         frame=sensors or frame(tick.t),
         order=order,
         state=dataclasses.replace(STATE, **state) if state else STATE,
+        actuators=sound(4),
         mode=ModeState(mode, mission_done, late, **(decided or {})),
         reference=REFERENCE,
         demand=DEMAND,

@@ -15,6 +15,7 @@ from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.modes import available_modes
 from firmware_py.mavlink.base.refusal import ModeReason, ModeRefusal, refusal_text
 from firmware_py.records.event import Event
+from firmware_py.records.health import sound
 from firmware_py.records.order import Mode, Order
 from firmware_py.safety.supervisor import SafetyParams, Supervisor
 from firmware_py.tick import Tick
@@ -43,7 +44,7 @@ def strict() -> object:
     def decide(mode: Mode, order: Order) -> tuple[Mode, tuple[Event, ...]]:
         tick = Tick(next(ticks), DT_NS)
         supervisor.thaw(supervisor.freeze()._replace(mode=mode))
-        return supervisor.update(tick, frame(tick.t), STATE, order, False).mode, supervisor.events
+        return supervisor.update(tick, frame(tick.t), STATE, sound(0), order, False).mode, supervisor.events
 
     return decide
 

@@ -1,0 +1,83 @@
+"""Health of sensors and actuators: which of them can be believed, and if not, why."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+from typing import NamedTuple
+
+
+class SourceState(enum.IntEnum):
+    """How far a sensor is believed."""
+
+    GOOD = 0
+    SUSPECT = 1
+    """Its values arrive, but are not used; it becomes good again when they agree with the others."""
+    LOST = 2
+    """It is silent, or reports itself that it does not work."""
+
+
+class SourceFault(enum.IntEnum):
+    """Why a sensor is not believed."""
+
+    NONE = 0
+    SILENT = 1
+    UNHEALTHY = 2  # it says so itself: not a number, not valid, NodeStatus
+    IMPOSSIBLE = 3  # no such value can be: under the air's pressure, above the vehicle's fastest speed
+    FROZEN = 4  # exact repeats, or less noise than the sensor has
+    STEP = 5
+    DRIFT = 6
+    OUTLIERS = 7  # more than now and then
+    LATE = 8
+    CONTRADICTED = 9  # by other sensors or the model of the vehicle
+    TWO_SENDERS = 10  # under one node id
+
+
+class SourceHealth(NamedTuple):
+    """One sensor."""
+
+    state: SourceState
+    fault: SourceFault
+
+
+class SensorHealth(NamedTuple):
+    """Every sensor of `SensorFrame` that is no actuator."""
+
+    ahrs: SourceHealth
+    dvl: SourceHealth
+    pressure: SourceHealth
+    altitude: SourceHealth
+    """The altimeter; the DVL measures altitude too."""
+    fix: SourceHealth
+    battery: SourceHealth
+    leak: SourceHealth
+
+
+class ActuatorFault(enum.IntEnum):
+    """What is wrong with a fin, with the propeller or with the drop weight."""
+
+    NONE = 0
+    SILENT = 1  # it reports nothing; whether it moves is not known
+    JAMMED = 2
+    HARD_OVER = 3  # jammed at the end of its travel
+    LOST = 4  # it moves, but makes no force
+    WEAK = 5  # it makes less force than it should
+    SLOW = 6
+    LOOSE = 7  # it has play
+
+
+@dataclass(frozen=True, slots=True)
+class ActuatorHealth:
+    """Fins, in the order of the vehicle's fin list, and the propeller."""
+
+    fins: tuple[ActuatorFault, ...]
+    propeller: ActuatorFault
+
+
+GOOD = SourceHealth(SourceState.GOOD, SourceFault.NONE)
+ALL_GOOD = SensorHealth(GOOD, GOOD, GOOD, GOOD, GOOD, GOOD, GOOD)
+
+
+def sound(fins: int) -> ActuatorHealth:
+    """Return the health of that many fins and a propeller in which nothing was found."""
+    return ActuatorHealth((ActuatorFault.NONE,) * fins, ActuatorFault.NONE)

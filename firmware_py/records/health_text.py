@@ -1,0 +1,55 @@
+"""The words for what is wrong with sensors and actuators, and for the stages of coming up."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from firmware_py.records.command import AscentStage
+from firmware_py.records.health import ActuatorFault, SourceFault
+
+_SOURCE_FAULTS: Mapping[SourceFault, str] = {
+    SourceFault.NONE: "no fault",
+    SourceFault.SILENT: "silent",
+    SourceFault.UNHEALTHY: "it reports that it does not work",
+    SourceFault.IMPOSSIBLE: "impossible values",
+    SourceFault.FROZEN: "frozen",
+    SourceFault.STEP: "a step that nothing else shows",
+    SourceFault.DRIFT: "it drifts from the other sensors",
+    SourceFault.OUTLIERS: "too many outliers",
+    SourceFault.LATE: "its values come too late",
+    SourceFault.CONTRADICTED: "contradicted by the other sensors",
+    SourceFault.TWO_SENDERS: "two senders under one node id",
+}
+_ACTUATOR_FAULTS: Mapping[ActuatorFault, str] = {
+    ActuatorFault.NONE: "no fault",
+    ActuatorFault.SILENT: "reports nothing",
+    ActuatorFault.JAMMED: "jammed",
+    ActuatorFault.HARD_OVER: "jammed at the end of its travel",
+    ActuatorFault.LOST: "makes no force",
+    ActuatorFault.WEAK: "makes less force than it should",
+    ActuatorFault.SLOW: "too slow",
+    ActuatorFault.LOOSE: "has play",
+}
+_STAGES: Mapping[AscentStage, str] = {
+    AscentStage.NONE: "ended",
+    AscentStage.POWERED: "under power",
+    AscentStage.BLIND: "without attitude",
+    AscentStage.LEVEL: "level, near the surface",
+    AscentStage.REVERSE: "propeller astern",
+    AscentStage.STOPPED: "propeller stopped",
+}
+
+
+def source_fault_text(number: float) -> str:
+    """Return the words for the `SourceFault` of that number."""
+    return _SOURCE_FAULTS[SourceFault(int(number))]
+
+
+def actuator_fault_text(number: float) -> str:
+    """Return the words for the `ActuatorFault` of that number."""
+    return _ACTUATOR_FAULTS[ActuatorFault(int(number))]
+
+
+def stage_text(number: float) -> str:
+    """Return the words for the `AscentStage` of that number."""
+    return _STAGES[AscentStage(int(number))]

@@ -1,0 +1,41 @@
+"""Events of sensors and actuators: one for each change of health."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from firmware_py.records.event import Event, EventKind, severity_of
+from firmware_py.records.health import ActuatorFault, ActuatorHealth, SensorHealth, SourceState
+
+_SOURCE_KINDS = {
+    SourceState.GOOD: EventKind.SENSOR_GOOD,
+    SourceState.SUSPECT: EventKind.SENSOR_SUSPECT,
+    SourceState.LOST: EventKind.SENSOR_LOST,
+}
+
+
+def sensor_events(before: SensorHealth, now: SensorHealth) -> tuple[Event, ...]:
+    """Return an event for each sensor whose state or fault is another one now."""
+    if now == before:
+        return ()
+    return tuple(
+        _event(_SOURCE_KINDS[new.state], name, float(new.fault))
+        for name, old, new in zip(SensorHealth._fields, before, now, strict=True)
+        if new != old
+    )
+
+
+def actuator_events(before: ActuatorHealth, now: ActuatorHealth, fins: Sequence[str]) -> tuple[Event, ...]:
+    """Return an event for each actuator whose fault is another one now; `fins` are their names."""
+    if now == before:
+        return ()
+    names, olds, news = (*fins, "propeller"), (*before.fins, before.propeller), (*now.fins, now.propeller)
+    return tuple(
+        _event(EventKind.ACTUATOR_FAULT if new is not ActuatorFault.NONE else EventKind.ACTUATOR_GOOD, name, float(new))
+        for name, old, new in zip(names, olds, news, strict=True)
+        if new is not old
+    )
+
+
+def _event(kind: EventKind, name: str, fault: float) -> Event:
+    return Event(kind, severity_of(kind), numbers=(fault,), names=(name,))
