@@ -13,6 +13,10 @@ from sim_bridge.truth_sample import TruthSample
 class DevicePort(Protocol):
     """The devices between the plant and the autopilot; times are in s."""
 
+    @property
+    def released(self) -> bool:
+        """Return whether the drop weight was let go."""
+
     def initialise(self, plant: Plant, /) -> None:
         """Take the initial state of the plant."""
 
@@ -27,9 +31,10 @@ class DevicePort(Protocol):
 
 
 class FaultPort(Protocol):
-    """The faults of a run; `next_t` is when something happens next, s."""
+    """The faults of a run; `next_t` is when something happens next, s; `weight_stuck`: the drop weight stays."""
 
     next_t: float
+    weight_stuck: bool
 
     def update(self, t: float, /) -> None:
         """End and begin what is due at time t, s."""
@@ -59,6 +64,8 @@ class Bridge:
             self._faults.update(t)
         if k > 0:
             devices.receive(t - plant.dt)
+            if devices.released and not self._faults.weight_stuck:
+                plant.release_weight()
             plant.step(*self._faults.override(*devices.commands(t - plant.dt, plant.fins)))
             if plant.aground:
                 depth = plant.eta.z + plant.altitude

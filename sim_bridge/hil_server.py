@@ -85,6 +85,8 @@ class HilDevices:
         self._base_hz = base_hz
         self._commanded: tuple[tuple[float, ...], float] = ((0.0,) * fins, 0.0)
         self._off: set[str] = set()
+        self.released = False
+        """Whether the drop weight was let go."""
 
     def initialise(self, plant: Plant) -> None:
         """Sample before tick 0, so that readings delayed by latency arrive from tick 0 on."""
@@ -98,9 +100,11 @@ class HilDevices:
     def accept_command(self, answer: Any) -> None:
         """Take HIL_ACTUATOR_CONTROLS: the fins in order, then the propeller, each a share of full scale in [-1, 1].
 
+        The control after these releases the drop weight if it is more than half, armed or not.
         A vehicle that is not armed centres the fins and stops the propeller; a share that is NaN counts as 0.
         """
         fins = len(self._commanded[0])
+        self.released |= any(share > 0.5 for share in answer.controls[fins + 1 : fins + 2])
         if not answer.mode & ARMED:
             self._commanded = (0.0,) * fins, 0.0
             return

@@ -26,6 +26,10 @@ FRAMES_PER_TICK = 256
 RADIANS = 1
 ARMED, DISARMED = 255, 0
 VALID_RANGE = 1
+DROP_WEIGHT = 0
+"""Hardpoint id of the drop weight."""
+RELEASE, HOLD = 0, 1
+"""Commands of a hardpoint."""
 FIX_3D = 3
 
 
@@ -85,7 +89,10 @@ class CanHardware:
         return SensorFrame(fins=tuple(fins), **heard)
 
     def write(self, tick: Tick, applied: Applied) -> None:
-        """Send commands, arming and status, each at its rate. Disarmed, zeros are sent: no device times out."""
+        """Send commands, arming and status, each at its rate. Disarmed, zeros are sent: no device times out.
+
+        The hardpoint is told again and again: one that restarts, or did not hear it, releases the weight then.
+        """
         send, out = self._sender.send, self._bus.send
         if tick.every(self._params.commands.rate):
             commands = tuple([eq.ActuatorCommand(i, RADIANS, angle) for i, angle in enumerate(applied.fins)])
@@ -93,6 +100,8 @@ class CanHardware:
             out(send(m.RPM_COMMAND, eq.RpmCommand((round(applied.n * 60.0),)), priority=8))
         if tick.every(Rate.HZ_2):
             out(send(m.ARMING_STATUS, eq.ArmingStatus(ARMED if applied.armed else DISARMED)))
+        if tick.every(Rate.HZ_10 if applied.drop else Rate.HZ_2):
+            out(send(m.HARDPOINT_COMMAND, eq.HardpointCommand(DROP_WEIGHT, RELEASE if applied.drop else HOLD)))
         if tick.every(Rate.HZ_1):
             out(send(m.NODE_STATUS, NodeStatus(int(tick.t))))
         if self._requests:  # one answer a tick: requests do not delay the commands

@@ -106,7 +106,7 @@ class Gate:
         self._memory = GateMemory(invalid_ticks, t_attitude)
 
         if mode.mode == Mode.DISARMED:
-            return Applied(self._centre, 0.0, False, limited=command != self._centre or n != 0.0)
+            return Applied(self._centre, 0.0, False, limited=command != self._centre or n != 0.0, drop=mode.drop)
 
         last = previous.fins if len(previous.fins) == len(self._centre) else self._centre
         n_last = previous.n
@@ -117,7 +117,7 @@ class Gate:
             target, n_target = last, n_last
         passed = tuple([_towards(x, was, limit, dt) for x, was, limit in zip(target, last, self._limits, strict=True)])
         n_passed = _towards(n_target, n_last, self._n_limit, dt)
-        return Applied(passed, n_passed, True, limited=passed != command or n_passed != n)
+        return Applied(passed, n_passed, True, limited=passed != command or n_passed != n, drop=mode.drop)
 
     def freeze(self) -> GateMemory:
         """Return the whole memory."""

@@ -66,6 +66,16 @@ class Propeller:
     )
 
 
+@dataclass(frozen=True, slots=True)
+class DropWeight:
+    """A weight that the vehicle can release once, and then floats."""
+
+    weight: float = param(
+        unit="N", low=0.1, high=1e7, doc="Weight under water; it is part of `body`. About 2.5 % of the vehicle's."
+    )
+    x: float = param(unit="m", low=-100.0, high=100.0, doc="Position, forward; without it the bow rises.")
+
+
 _COEFFICIENTS = tuple(field.name for field in fields(Coefficients))
 
 
@@ -83,6 +93,7 @@ class Vehicle:
     propeller: Propeller
     coefficients: Coefficients
     fins: tuple[Fin, ...]
+    drop_weight: DropWeight | None = None
 
     def __post_init__(self) -> None:
         for name in ("M_ds", "N_dr"):

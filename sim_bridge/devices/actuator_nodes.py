@@ -1,4 +1,4 @@
-"""The actuator nodes: the servo hub of the fins and the speed controller of the propeller."""
+"""The actuator nodes: the servo hub of the fins, the speed controller of the propeller, what holds the drop weight."""
 
 from __future__ import annotations
 
@@ -9,13 +9,24 @@ from dataclasses import dataclass
 
 from firmware_py.marine import clip
 from firmware_py.params import param
-from firmware_py.wire.dronecan.equipment_messages import ActuatorStatus, ArrayCommand, EscStatus, RpmCommand
-from firmware_py.wire.dronecan.message_table import ACTUATOR_STATUS, ESC_STATUS
+from firmware_py.wire.dronecan.equipment_messages import (
+    ActuatorStatus,
+    ArrayCommand,
+    EscStatus,
+    HardpointCommand,
+    HardpointStatus,
+    RpmCommand,
+)
+from firmware_py.wire.dronecan.message_table import ACTUATOR_STATUS, ESC_STATUS, HARDPOINT_STATUS
 from sim_bridge.devices.node import DeviceNode
 
 UNITLESS, POSITION = 0, 1
 """Command types of equipment.actuator.Command that the hub accepts."""
 UNKNOWN_POWER = 127
+DROP_WEIGHT = 0
+"""Hardpoint id of the drop weight."""
+RELEASE, HOLD = 0, 1
+"""Commands and states of a hardpoint."""
 
 
 class TimeoutAction(enum.Enum):
@@ -120,3 +131,21 @@ class Esc:
         """Send Status: rpm, and the share of full speed."""
         load = min(100, round(100.0 * abs(n) / self._params.n_max))
         self.node.publish(ESC_STATUS, EscStatus(0, math.nan, math.nan, math.nan, round(n * 60.0), load, 0))
+
+
+class Hardpoint:
+    """Holds the drop weight. Receives Command, sends Status; what is released stays so."""
+
+    def __init__(self, node: DeviceNode) -> None:
+        self.node = node
+        self.released = False
+
+    def accept_command(self, command: HardpointCommand) -> None:
+        """Open when told so, with power."""
+        if command.hardpoint_id == DROP_WEIGHT and command.command == RELEASE and self.node.powered:
+            self.released = True
+
+    def publish_status(self, weight: float) -> None:
+        """Send Status; `weight` is what hangs on it, N."""
+        state = HOLD if weight > 0.0 else RELEASE
+        self.node.publish(HARDPOINT_STATUS, HardpointStatus(DROP_WEIGHT, weight, 0.0, state))

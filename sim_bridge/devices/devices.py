@@ -12,7 +12,7 @@ from firmware_py.adapters.buses.can_bus import FramePort, NodeIds
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.transfer import Reassembler, Transfer
-from sim_bridge.devices.actuator_nodes import Esc, EscParams, ServoHub, ServoHubParams
+from sim_bridge.devices.actuator_nodes import Esc, EscParams, Hardpoint, ServoHub, ServoHubParams
 from sim_bridge.devices.faulty_bus import FaultyBus
 from sim_bridge.devices.instrument_nodes import publishers
 from sim_bridge.devices.instruments import Instruments, InstrumentsParams
@@ -66,12 +66,13 @@ class Devices:
         self.malformed = 0
         self._hub = ServoHub(params.servo_hub, self.nodes["servo_hub"], fins)
         self._esc = Esc(params.esc, self.nodes["esc"])
+        self._hardpoint = Hardpoint(self.nodes["hardpoint"])
         self._dvl = dvl
         self._instruments = instruments
         self._autopilot_id = autopilot_id
         self._others: list[DeviceNode] = []
         self._publishers = publishers(params, instruments, self.nodes)
-        self._commands = Reassembler([m.ARRAY_COMMAND, m.RPM_COMMAND])
+        self._commands = Reassembler([m.ARRAY_COMMAND, m.RPM_COMMAND, m.HARDPOINT_COMMAND])
         self._by_id = {node.node_id: node for node in self.nodes.values()}
         self._base_hz = base_hz
         self._hub_rate, self._esc_rate = params.servo_hub.status, params.esc.status
@@ -99,6 +100,11 @@ class Devices:
         """Return the commands to servos (rad) and shaft (rev/s) at `t`; `fins` are the true angles."""
         return self._hub.commands(t, fins), self._esc.command(t)
 
+    @property
+    def released(self) -> bool:
+        """Return whether the drop weight was let go."""
+        return self._hardpoint.released
+
     def publish(self, k: int, t: float, plant: Plant) -> None:
         """Send the messages of tick `k`, at time `t`; return when the autopilot can read all of them."""
         for publisher in self._publishers.values():
@@ -108,6 +114,7 @@ class Devices:
         if due(k, self._esc_rate, self._base_hz):
             self._esc.publish_status(plant.n)
         if due(k, 1, self._base_hz):
+            self._hardpoint.publish_status(plant.drop_weight)
             for node in (*self.nodes.values(), *self._others):
                 node.publish_status(t)
         self._dvl.update(k, t, plant)
@@ -150,7 +157,9 @@ class Devices:
         try:
             if command.kind is m.ARRAY_COMMAND:
                 self._hub.accept_command(m.ARRAY_COMMAND.decode(command.payload), t)
-            else:
+            elif command.kind is m.RPM_COMMAND:
                 self._esc.accept_command(m.RPM_COMMAND.decode(command.payload), t)
+            else:
+                self._hardpoint.accept_command(m.HARDPOINT_COMMAND.decode(command.payload))
         except DecodeError:
             self.malformed += 1

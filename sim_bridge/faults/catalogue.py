@@ -10,7 +10,7 @@ from sim_bridge.faults.channels import CHANNELS, SENSORS
 
 FORM = "KIND:TARGET[=VALUE]@T[+DURATION]"
 """How a fault is written; T and DURATION in s."""
-ACTUATORS = ("servo_hub", "esc")
+ACTUATORS = ("servo_hub", "esc", "hardpoint")
 
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
@@ -18,7 +18,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "CHANNEL": tuple(CHANNELS),
     "ACTUATORS": ACTUATORS,
     "FIN": (),  # the plant knows their names
-    "NODE": ("servo_hub", "esc", "ahrs", "pressure", "altimeter", "fix", "battery"),
+    "NODE": ("servo_hub", "esc", "ahrs", "pressure", "altimeter", "fix", "battery", "hardpoint"),
     "BALLAST": ("weight", "x_G", "y_G", "z_G"),
     "CURRENT": ("current.north", "current.east"),
 }
@@ -60,7 +60,7 @@ class Kind(NamedTuple):
 # fmt: off
 KINDS: tuple[Kind, ...] = (
     Kind("off",       "SENSOR",    "",     False, "sends nothing"),
-    Kind("off",       "ACTUATORS", "",     False, "has no power: fins stay, the propeller stops", on_hil=False),
+    Kind("off",       "ACTUATORS", "",     False, "has no power: fins, weight stay; propeller stops", on_hil=False),
     Kind("off",       "bus",       "",     False, "carries nothing", on_hil=False),
     Kind("freeze",    "SENSOR",    "",     False, "repeats its last value"),
     Kind("nan",       "SENSOR",    "",     False, "sends values that are not numbers"),
@@ -86,6 +86,7 @@ KINDS: tuple[Kind, ...] = (
     Kind("loose",     "FIN",       "deg",  True,  "has so much play; the servo's angle is reported", 0.0, 90.0),
     Kind("lost",      "propeller", "",     False, "turns, but makes no thrust"),
     Kind("stuck",     "propeller", "",     False, "stands still"),
+    Kind("stuck",     "weight",    "",     False, "stays when it is released"),
     Kind("set",       "CURRENT",   "m/s",  True,  "becomes this", -5.0, 5.0),
     Kind("ballast",   "BALLAST",   _BALLAST, True, "moves, or grows, by this", -50.0, 50.0),
 )

@@ -175,6 +175,11 @@ def propeller_stuck(run: FaultTarget, _strike: Strike) -> End:
     return _set(run, "shaft_override", 0.0)
 
 
+def weight_stuck(run: FaultTarget, _strike: Strike) -> End:
+    """Keep the drop weight where it is."""
+    return _set(run, "weight_stuck", True)
+
+
 def current(run: FaultTarget, strike: Strike) -> End:
     """Change the mean current along one axis."""
     axis = ("current.north", "current.east").index(strike.target)
@@ -242,6 +247,7 @@ EFFECTS: Mapping[tuple[str, str], Begin] = {
     ("loose", "FIN"): loose,
     ("lost", "propeller"): propeller_lost,
     ("stuck", "propeller"): propeller_stuck,
+    ("stuck", "weight"): weight_stuck,
     ("set", "CURRENT"): current,
     ("ballast", "BALLAST"): ballast,
 }

@@ -51,6 +51,7 @@ class FaultInjector:
         self.sensors = sensors
         self.fin_overrides: dict[int, float] = {}
         self.shaft_override = math.nan
+        self.weight_stuck = False
         self.t = 0.0
         self._nodes = nodes
         self._fins = tuple(fin.name for fin in plant.truth.fins)

@@ -52,12 +52,14 @@ class FaultTarget(Protocol):
         sensors: the instruments, by name.
         fin_overrides: angles (rad) by the place of the fin, in place of what is commanded.
         shaft_override: the same of the propeller, rev/s; NaN for none.
+        weight_stuck: the drop weight stays where it is.
         t: time of the tick, s.
     """
 
     plant: Plant
     fin_overrides: dict[int, float]
     shaft_override: float
+    weight_stuck: bool
     t: float
 
     @property

@@ -12,7 +12,7 @@ from firmware_py.marine import Eta, Nu
 from sim_bridge.plant.dynamics import MOTION, O, W, advance, observe
 from sim_bridge.plant.environment import Environment
 from sim_bridge.plant.packing import C, F, S, constants, fin_table, mass_matrix
-from sim_bridge.plant.truth import Truth
+from sim_bridge.plant.truth import Truth, without_weight
 
 AT_SURFACE = Eta(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """At the origin, just immersed, level, heading north."""
@@ -82,6 +82,8 @@ class Plant:
         self._substeps = substeps
         self._ballast = [0.0] * 4
         """Share of weight added, and shift of the centre of gravity, m."""
+        self._body = truth.body
+        """With the drop weight, or without."""
         observe(self._c, self._table, self._inverse, self._current, self._command, self._state, self._out, self._work)
         self._read()
 
@@ -169,12 +171,28 @@ class Plant:
         Raises:
             PlantError: the body would be impossible.
         """
-        body = self.truth.body
         if what == "weight":
             self._ballast[0] += change
         else:
             self._ballast[["x_G", "y_G", "z_G"].index(what) + 1] += change
+        self._distribute()
+
+    @property
+    def drop_weight(self) -> float:
+        """Return the drop weight that is aboard, N; 0 once it is released, or if there is none."""
+        weight = self.truth.drop_weight
+        return weight.W if weight is not None and self._body is self.truth.body else 0.0
+
+    def release_weight(self) -> None:
+        """Release the drop weight, if it is still there; it cannot be undone."""
+        if self.truth.drop_weight is not None and self.drop_weight:
+            self._body = without_weight(self.truth.body, self.truth.drop_weight)
+            self._distribute()
+
+    def _distribute(self) -> None:
+        """Take weight, centre of gravity and inertia from body and ballast."""
         share, *shift = self._ballast
+        body = self._body
         (x_G, y_G, z_G), (dx, dy, dz) = body.r_G, shift
         r_G = (x_G + dx, y_G + dy, z_G + dz)
         changed = replace(self.truth, body=replace(body, m=body.m * (1.0 + share), W=body.W * (1.0 + share), r_G=r_G))

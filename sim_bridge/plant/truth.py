@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from firmware_py.marine import INERTIA_IMPOSSIBLE, is_inertia_tensor
 from firmware_py.params import ParamError, param
@@ -128,6 +128,14 @@ class PlantFin:
 
 
 @dataclass(frozen=True, slots=True)
+class PlantDropWeight:
+    """The drop weight, a point mass that is part of the body until it is released; the buoyancy stays."""
+
+    W: float = param(unit="N", low=0.0, high=1e8, doc="Weight under water.")
+    r: tuple[float, float, float] = param(unit="m", low=-100.0, high=100.0, doc="Position (x, y, z) in the body frame.")
+
+
+@dataclass(frozen=True, slots=True)
 class Truth:
     """All parameters of the true vehicle."""
 
@@ -139,14 +147,43 @@ class Truth:
     coefficients: PlantCoefficients
     fins: tuple[PlantFin, ...]
     substeps: int = param(1, low=1, high=100, doc="Steps of the integration within one tick.")
+    drop_weight: PlantDropWeight | None = None
 
     def __post_init__(self) -> None:
         if not 1 <= len(self.fins) <= MOST_FINS:
             raise ParamError(f"fins: {len(self.fins)} of them; write 1 to {MOST_FINS}, what one command can carry")
+        if self.drop_weight is not None:
+            if not self.drop_weight.W < self.body.W:
+                raise ParamError("drop_weight: W_n must be less than that of the body")
+            _ = without_weight(self.body, self.drop_weight)
         names = [fin.name for fin in self.fins]
         for name in names:
             if names.count(name) > 1:
                 raise ParamError(f"two fins are called {name!r}; every fin needs a name of its own")
+
+
+def without_weight(body: PlantBody, weight: PlantDropWeight) -> PlantBody:
+    """Return the body that is left when the drop weight is released.
+
+    Raises:
+        ParamError: no body is left that could be.
+    """
+    share = weight.W / body.W
+    m = body.m * share
+    x, y, z = weight.r
+    x_G, y_G, z_G = ((centre - share * place) / (1.0 - share) for centre, place in zip(body.r_G, weight.r, strict=True))
+    return replace(
+        body,
+        m=body.m - m,
+        I_x=body.I_x - m * (y * y + z * z),
+        I_y=body.I_y - m * (x * x + z * z),
+        I_z=body.I_z - m * (x * x + y * y),
+        I_xy=body.I_xy - m * x * y,
+        I_yz=body.I_yz - m * y * z,
+        I_xz=body.I_xz - m * x * z,
+        r_G=(x_G, y_G, z_G),
+        W=body.W - weight.W,
+    )
 
 
 def refuse_other_fins(truth: Truth, where: str, believed: int, vehicle: str) -> None:

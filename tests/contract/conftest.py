@@ -89,6 +89,7 @@ class SimulatedDevices:
             n=0.0,
             altitude=20.0,
             fins=(0.0, 0.0, 0.0, 0.0),
+            drop_weight=1335.0,
         )
         self.line = SerialLine()
         self.bus = bus

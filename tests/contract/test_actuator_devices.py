@@ -160,7 +160,38 @@ def test_get_node_info_is_answered_by_the_node_that_is_asked_and_no_other(launch
         assert bytes(info.name).decode() == f"org.sternplane.sim.{name}"
         assert info.status.uptime_sec == 12
         names.add(bytes(info.hardware_version.unique_id))
-    assert len(names) == 7
+    assert len(names) == 8
+
+
+def test_the_drop_weight_is_let_go_when_its_hardpoint_is_told_and_stays_so(launch):
+    simulated, peer = launch()
+    command = dronecan.uavcan.equipment.hardpoint.Command
+    for hardpoint, order in ((0, 1), (1, 0), (0, 2)):
+        peer.send(command(hardpoint_id=hardpoint, command=order))
+        simulated.commanded(0.0)
+        assert not simulated.devices.released
+    peer.send(command(hardpoint_id=0, command=0))
+    simulated.commanded(0.1)
+    peer.send(command(hardpoint_id=0, command=1))
+    simulated.commanded(0.2)
+    assert simulated.devices.released
+
+
+def test_a_hardpoint_without_power_holds(launch):
+    simulated, peer = launch()
+    simulated.devices.switch_off("hardpoint")
+    peer.send(dronecan.uavcan.equipment.hardpoint.Command(hardpoint_id=0, command=0))
+    simulated.commanded(0.0)
+    assert not simulated.devices.released
+
+
+def test_a_hardpoint_reports_what_hangs_on_it(launch):
+    simulated, peer = launch()
+    for k, (weight, status) in enumerate(((1335.0, 1), (0.0, 0))):
+        simulated.plant.drop_weight = weight
+        simulated.publish(100 * k)
+        [(source, said)] = peer.hear("uavcan.equipment.hardpoint.Status")
+        assert (source, said.hardpoint_id, said.payload_weight, said.status) == (28, 0, half(weight), status)
 
 
 def test_two_foreign_nodes_ask_and_each_is_answered(launch):

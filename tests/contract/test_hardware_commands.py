@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import dronecan
 import pytest
 from hypothesis import given, settings
@@ -12,7 +14,7 @@ from firmware_py.records.command import Applied
 from .vehicle import DISARMED, OWN, Vehicle
 
 FLYING = Applied((0.25, -0.125, 0.0625, -0.5), 8.0, armed=True, limited=False)
-ARRAY, RPM, ARMING, STATUS = 1010, 1031, 1100, 341
+ARRAY, RPM, ARMING, HARDPOINT, STATUS = 1010, 1031, 1100, 1070, 341
 
 
 def spoken(vehicle: Vehicle, ticks: int, applied: Applied, first: int = 0) -> dict[int, list]:
@@ -31,12 +33,15 @@ def spoken(vehicle: Vehicle, ticks: int, applied: Applied, first: int = 0) -> di
 def test_each_message_has_its_rate_from_the_first_tick_on(rate, hz):
     with Vehicle(rate) as vehicle:
         said = spoken(vehicle, 1, FLYING)
-        assert {kind: len(found) for kind, found in said.items()} == {ARRAY: 1, RPM: 1, ARMING: 1, STATUS: 1}
+        assert {kind: len(found) for kind, found in said.items()} == dict.fromkeys(
+            (ARRAY, RPM, ARMING, HARDPOINT, STATUS), 1
+        )
         said = spoken(vehicle, 299, FLYING, first=1)
         assert {kind: len(found) + 1 for kind, found in said.items()} == {
             ARRAY: 3 * hz,
             RPM: 3 * hz,
             ARMING: 6,
+            HARDPOINT: 6,
             STATUS: 3,
         }
 
@@ -82,6 +87,14 @@ def test_disarmed_it_goes_on_telling_every_actuator_to_rest():
         assert len(said[ARRAY]) == len(said[RPM]) == 50
         assert all([c.command_value for c in t.payload.commands] == [0.0] * 4 for t in said[ARRAY])
         assert all(list(t.payload.rpm) == [0] for t in said[RPM])
+
+
+def test_the_hardpoint_holds_until_it_is_to_release_and_is_told_again_and_again():
+    with Vehicle() as vehicle:
+        held = spoken(vehicle, 100, DISARMED)[HARDPOINT]
+        assert [(t.payload.hardpoint_id, t.payload.command) for t in held] == [(0, 1)] * 2
+        released = spoken(vehicle, 100, replace(DISARMED, drop=True), first=100)[HARDPOINT]
+        assert [(t.payload.hardpoint_id, t.payload.command) for t in released] == [(0, 0)] * 10
 
 
 def test_commands_win_the_bus_over_everything_else():

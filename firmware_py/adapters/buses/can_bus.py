@@ -46,6 +46,7 @@ class NodeIds:
     altimeter: int = param(low=1, high=127, doc="Distance to the bottom.")
     fix: int = param(low=1, high=127, doc="Satellite receiver.")
     battery: int = param(low=1, high=127, doc="Battery, and hygrometer in the hull.")
+    hardpoint: int = param(28, low=1, high=127, doc="Holds the drop weight, if there is one.")
 
     def __post_init__(self) -> None:
         """Refuse two roles with one id."""

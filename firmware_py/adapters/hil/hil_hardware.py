@@ -6,6 +6,8 @@ simulator's truth, so they have no errors of an AHRS or a DVL. The velocity is r
 five times a second, as a DVL does; its field is in whole cm/s. There is no feedback of fins and propeller: the
 estimator uses the commands. There is no leak sensor.
 
+The control after the propeller's is 1 from when the drop weight is to be released.
+
 Steering does not suffer from that, learning does: the lag of the servos is attributed to the hull, and an attitude
 without noise contradicts the noise that the filter expects, so that no coefficient becomes valid.
 """
@@ -109,7 +111,8 @@ class HilHardware:
         if tick.every(Rate.HZ_1):
             link.send(link.heartbeat(applied.armed))
         controls = [value / full for value, full in zip(commands, self._scale, strict=True)]
-        controls += [0.0] * (MOST_CONTROLS - len(controls))
+        controls.append(1.0 if applied.drop else 0.0)
+        controls = [*controls, *[0.0] * MOST_CONTROLS][:MOST_CONTROLS]
         mode = dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | (ARMED if applied.armed else 0)
         now_us = self._epoch_us + tick.t_ns // 1000
         link.send(dialect.MAVLink_hil_actuator_controls_message(now_us, controls, mode, LOCKSTEP))

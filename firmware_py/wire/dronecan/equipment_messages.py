@@ -185,6 +185,22 @@ class BatteryInfo(NamedTuple):
     model_name: Annotated[bytes, upto(uint8, 31)]
 
 
+class HardpointCommand(NamedTuple):
+    """What holds a load: command 0 releases it, 1 holds it."""
+
+    hardpoint_id: uint8
+    command: uint16
+
+
+class HardpointStatus(NamedTuple):
+    """State of a hardpoint: N, N^2; then as the command has it."""
+
+    hardpoint_id: uint8
+    payload_weight: float16
+    payload_weight_variance: float16
+    status: uint16
+
+
 class CircuitStatus(NamedTuple):
     """A supply: V, A."""
 

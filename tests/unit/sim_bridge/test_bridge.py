@@ -102,7 +102,7 @@ def test_at_the_first_tick_every_device_speaks_and_the_plant_has_not_moved(rig):
     simulated = rig()
     simulated.bridge.step(0)
     frames, _ = simulated.received()
-    assert sources(frames) == set(range(21, 28))
+    assert sources(frames) == set(range(21, 29))
     truth = simulated.bridge.truth()
     assert truth.eta == (0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
     assert truth.n * 60 == pytest.approx(500.0)
@@ -159,7 +159,7 @@ def test_the_same_seed_says_the_same_bytes_and_another_does_not(rig):
         ("silent:servo_hub", {21}),
         ("off:esc", {22}),
         ("off:battery", {27}),
-        ("off:bus", set(range(21, 28))),
+        ("off:bus", set(range(21, 29))),
     ],
 )
 def test_a_device_that_fails_is_not_heard_from_its_time_on(rig, fault, silenced):
@@ -169,8 +169,8 @@ def test_a_device_that_fails_is_not_heard_from_its_time_on(rig, fault, silenced)
         simulated.bridge.step(k)
         said.append(simulated.received())
     before, after = said[:100], said[100:]
-    assert set.union(*(sources(frames) for frames, _ in before)) == set(range(21, 28))
-    assert set.union(*(sources(frames) for frames, _ in after)) == set(range(21, 28)) - silenced
+    assert set.union(*(sources(frames) for frames, _ in before)) == set(range(21, 29))
+    assert set.union(*(sources(frames) for frames, _ in after)) == set(range(21, 29)) - silenced
     assert any(line for _, line in before)
     assert any(line for _, line in after) is (fault != "off:dvl")
 
@@ -186,6 +186,18 @@ def test_a_jammed_fin_stays_where_it_is_and_the_others_move_on(rig):
     assert stuck > 0.2
     assert fins[2] == stuck
     assert fins[3] == pytest.approx(-0.3, abs=0.02)
+
+
+@pytest.mark.parametrize(("faults", "left"), [([], 0.0), (["stuck:weight@0"], 1335.0), (["off:hardpoint@0"], 1335.0)])
+def test_the_drop_weight_is_released_on_command_unless_it_is_stuck(rig, faults, left):
+    simulated = rig({"faults": faults})
+    plant = simulated.bridge._plant
+    for k in range(3):
+        simulated.bridge.step(k)
+        assert plant.drop_weight == 1335.0
+    simulated.bus.send(simulated.sender.send(m.HARDPOINT_COMMAND, eq.HardpointCommand(0, 0)))
+    simulated.bridge.step(3)
+    assert plant.drop_weight == left
 
 
 def test_a_fault_that_strikes_what_is_not_there_is_refused_before_the_run(rig):

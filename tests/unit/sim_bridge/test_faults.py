@@ -41,7 +41,7 @@ def test_a_fault_is_read_in_the_units_of_its_target():
         ("break:dvl@1", "break is not known; known: off, freeze"),
         ("freeze:servo_hub@1", "freeze does not apply to servo_hub; it applies to ahrs, dvl"),
         ("bias:ahrs=1@1", "bias does not apply to ahrs; it applies to ahrs.roll"),
-        ("stuck:rudder_upper@1", "stuck does not apply to rudder_upper; it applies to propeller"),
+        ("stuck:rudder_upper@1", "stuck does not apply to rudder_upper; it applies to propeller; weight"),
         ("bias:pressure@1", "how much[?] write bias:pressure=VALUE@T, VALUE in m"),
         ("off:dvl=3@1", "off:dvl takes no value"),
         ("lossy:bus=101@1", "101 % is not within 0 [.][.][.] 100"),

@@ -226,6 +226,18 @@ def test_noise_is_that_of_sensors_toml() -> None:
     simulator.close()
 
 
+def test_the_control_after_the_propeller_releases_the_drop_weight_armed_or_not(simulator: Simulator) -> None:
+    for mode in (129, 1):
+        message = controls(mode=mode)
+        message.controls = (*message.controls[:5], 0.4, *message.controls[6:])
+        simulator.devices.accept_command(message)
+        assert not simulator.devices.released
+    message.controls = (*message.controls[:5], 1.0, *message.controls[6:])
+    simulator.devices.accept_command(message)
+    simulator.devices.accept_command(controls())
+    assert simulator.devices.released
+
+
 @pytest.mark.parametrize(
     ("message", "fins", "n"),
     [

@@ -17,7 +17,7 @@ from firmware_py.marine import Eta, Nu
 from sim_bridge.plant.environment import Environment, EnvironmentParams
 from sim_bridge.plant.packing import mass_matrix
 from sim_bridge.plant.plant import AT_REST, Plant, PlantError
-from sim_bridge.plant.truth import FinStation, PlantFin, Truth
+from sim_bridge.plant.truth import FinStation, PlantDropWeight, PlantFin, Truth, without_weight
 
 CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2" / "truth.toml"
 TRUTH = params.load(Truth, tomllib.loads(CONFIG.read_text()), "truth.toml")
@@ -127,6 +127,46 @@ def test_bow_planes_lift_bow_and_body_each_side_with_half() -> None:
     rising = run(new_plant(with_bow(), nu0=CRUISE, n0=TRIM), 1.0, (*CENTRED, 0.2, 0.2), TRIM)
     assert rising.eta.theta > 0.0
     assert run(rising, 20.0, (*CENTRED, 0.2, 0.2), TRIM).eta.z < 49.8
+
+
+def test_without_its_drop_weight_the_vehicle_is_lighter_by_it_and_rises() -> None:
+    plant = new_plant()
+    run(plant, 5.0)
+    assert plant.eta == pytest.approx(DEEP, abs=1e-9)
+    plant.release_weight()
+    plant.release_weight()
+    assert plant.drop_weight == 0.0
+    plant.step(CENTRED, 0.0)
+    left = dataclasses.replace(TRUTH, body=without_weight(TRUTH.body, TRUTH.drop_weight))
+    pull = (0.0, 0.0, -1335.0, 0.0, 1335.0 * 1.75, 0.0)  # of what is missing
+    assert plant.nu_dot == pytest.approx(np.linalg.solve(mass_matrix(left), pull), abs=1e-3)
+    run(plant, 60.0)
+    assert plant.eta.z < 30.0
+
+
+def test_the_body_without_its_drop_weight_balances_about_what_is_left() -> None:
+    weight = TRUTH.drop_weight
+    left = without_weight(TRUTH.body, weight)
+    share = weight.W / TRUTH.body.W
+    assert left.m / TRUTH.body.m == left.W / TRUTH.body.W == pytest.approx(1.0 - share)
+    moment = [left.m * g + share * TRUTH.body.m * r for g, r in zip(left.r_G, weight.r, strict=True)]
+    assert moment == pytest.approx([TRUTH.body.m * g for g in TRUTH.body.r_G])
+    assert TRUTH.body.I_y - left.I_y == pytest.approx(share * TRUTH.body.m * (1.75**2 + 0.15**2))
+
+
+def test_a_vehicle_without_a_drop_weight_has_nothing_to_release() -> None:
+    plant = new_plant(dataclasses.replace(TRUTH, drop_weight=None))
+    plant.release_weight()
+    run(plant, 5.0)
+    assert plant.drop_weight == 0.0
+    assert plant.eta == pytest.approx(DEEP, abs=1e-9)
+
+
+@pytest.mark.parametrize("W", [53400.0, 50000.0])
+def test_a_drop_weight_that_no_body_can_hold_is_refused(W: float) -> None:
+    weight = PlantDropWeight(W, (1.75, 0.0, 0.15))
+    with pytest.raises(params.ParamError):
+        dataclasses.replace(TRUTH, drop_weight=weight)
 
 
 def test_a_damaged_fin_gives_what_is_left_of_it() -> None:

@@ -6,6 +6,7 @@ import math
 import socket
 import struct
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import pytest
 from pymavlink.dialects.v20 import common as mav
@@ -134,6 +135,14 @@ def test_disarmed_is_said_in_the_mode(pair: Pair) -> None:
     assert (request.command, request.param1, request.param2) == (mav.MAV_CMD_SET_MESSAGE_INTERVAL, 115, 10_000)
     assert answer.mode == mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
     assert answer.controls == [0.0] * 16
+
+
+@pytest.mark.parametrize(("drop", "share"), [(False, 0.0), (True, 1.0)])
+def test_the_control_after_the_propellers_releases_the_drop_weight(pair: Pair, drop: bool, share: float) -> None:
+    pair.frame(state(), sensor())
+    pair.hardware.write(Tick(1, DT_NS), replace(IDLE, drop=drop))
+    answer = pair.simulator.received()[-1]
+    assert answer.controls[4:] == [0.0, share, *[0.0] * 10]
 
 
 def test_one_answer_for_each_hil_sensor_and_none_for_a_second_imu(pair: Pair) -> None:
