@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import asdict, fields
 from typing import Any
 
 from firmware_py.adapters.buses.can_bus import FramePort
 from firmware_py.adapters.dvl import DvlPort
 from firmware_py.adapters.io_params import IoParams
+from firmware_py.adapters.node_watch import NodeWatch, fields_of
 from firmware_py.marine import euler_from_quaternion
 from firmware_py.records.command import Applied
-from firmware_py.records.sensing import Ahrs, Battery, Fix, Heard, SensorFrame, silence
+from firmware_py.records.sensing import Ahrs, Battery, Fix, Heard, SensorFrame, node_bit, silence
 from firmware_py.tick import Rate, Tick
 from firmware_py.wire.dronecan import equipment_messages as eq
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.node_messages import GetNodeInfoResponse, HardwareVersion, NodeStatus, SoftwareVersion
-from firmware_py.wire.dronecan.transfer import Dropped, Reassembler, Transfer, TransferSender
+from firmware_py.wire.dronecan.transfer import Reassembler, Transfer, TransferSender
 
 NAME = b"org.sternplane.autopilot"
 FRAMES_PER_TICK = 256
@@ -31,12 +32,14 @@ DROP_WEIGHT = 0
 RELEASE, HOLD = 0, 1
 """Commands of a hardpoint."""
 FIX_3D = 3
+_SERVO_HUB = node_bit("servo_hub")
 
 
 class CanHardware:
     """A `ports.Hardware` over one CAN bus and one serial DVL.
 
-    A message is accepted only from the node that has its role in the io file. Messages carry no common clock (their
+    A message is accepted only from the node that has its role in the io file, and is not ok while `NodeWatch` notices a
+    second node under that id, or the node itself reports that it does not work. Messages carry no common clock (their
     timestamps are "unknown"), so the time of validity of a value is the arrival of its first frame less the latency of
     its device.
     """
@@ -49,8 +52,11 @@ class CanHardware:
         nothing = silence(fins)
         self._fins = list(nothing.fins)
         self._heard: dict[str, Heard[Any]] = {
-            field.name: getattr(nothing, field.name) for field in fields(nothing) if field.name != "fins"
+            field.name: getattr(nothing, field.name)
+            for field in fields(nothing)
+            if isinstance(getattr(nothing, field.name), Heard)
         }
+        self._nodes = NodeWatch(params.can.node_id, params.nodes)
         self.malformed = 0
         """Transfers whose payload did not fit their type."""
         nodes, latency = params.nodes, params.latency
@@ -64,7 +70,8 @@ class CanHardware:
             (m.BATTERY_INFO, nodes.battery): (self._battery, 0.0),
             (m.HYGROMETER, nodes.battery): (self._hygrometer, 0.0),
         }
-        wanted = [*{kind for kind, _ in self._handlers}, m.GET_NODE_INFO]
+        wanted = [*{kind for kind, _ in self._handlers}, m.NODE_STATUS, m.GET_NODE_INFO]
+        self._roles = frozenset(self._nodes.names)
         # Room for every node: no flood of other transfers displaces one of ours.
         self._reassembler = Reassembler(wanted, params.can.node_id, most_open=127 * len(wanted))
         self._requests: dict[int, Transfer] = {}
@@ -78,15 +85,21 @@ class CanHardware:
         for i, old in enumerate(fins):
             if old.fresh:
                 fins[i] = Heard(old.value, old.t_valid, False, old.ok)
-        accept = self._reassembler.accept
+        accept, own_id = self._reassembler.accept, self._params.can.node_id
         for can_id, data in self._bus.drain(FRAMES_PER_TICK):
+            if can_id & 0x7F == own_id:
+                self._nodes.hear_own(own_id, t)
             transfer = accept(can_id, data, t)
             if transfer is not None:
                 self._dispatch(transfer)
         dvl = self._dvl.read(t)
         if dvl is not None:
             heard["dvl"] = dvl
-        return SensorFrame(fins=tuple(fins), **heard)
+        self._nodes.hear_dropped(self._reassembler.dropped_from, t)
+        two_senders, unhealthy = self._nodes.two_senders(t), self._nodes.unhealthy
+        if two_senders | unhealthy:
+            self._withhold(two_senders | unhealthy)
+        return SensorFrame(fins=tuple(fins), **heard, two_senders=two_senders, unhealthy=unhealthy)
 
     def write(self, tick: Tick, applied: Applied) -> None:
         """Send commands, arming and status, each at its rate. Disarmed, zeros are sent: no device times out.
@@ -109,12 +122,12 @@ class CanHardware:
 
     def losses(self) -> dict[str, int]:
         """Return how many frames and messages were lost or refused on the wires, by cause."""
-        causes = [
-            field.name for field in fields(Dropped) if field.name != "foreign"
-        ]  # a message that was not asked for is no loss
-        dropped = {f"transfers_{cause}": getattr(self._reassembler.dropped, cause) for cause in causes}
+        total = asdict(self._reassembler.dropped)
+        del total["foreign"]  # a message that was not asked for is no loss
+        dropped = {f"transfers_{cause}": count for cause, count in total.items()}
         bus = {f"bus_{cause}": count for cause, count in self._bus.losses().items()}
-        return {**bus, "transfers_malformed": self.malformed, **dropped, "dvl_broken": int(self._dvl.broken)}
+        nodes = self._nodes.losses(self._reassembler.dropped_from)
+        return {**bus, "transfers_malformed": self.malformed, **dropped, **nodes, "dvl_broken": int(self._dvl.broken)}
 
     def park(self) -> None:
         """Centre the fins, stop the propeller and send "disarmed", at once: the last messages of a run."""
@@ -138,14 +151,28 @@ class CanHardware:
         if kind is m.GET_NODE_INFO:
             self._requests[transfer.source] = transfer
             return
-        entry = self._handlers.get((kind, transfer.source))
-        if entry is None:
+        if kind is m.NODE_STATUS and transfer.source not in self._roles:
             return
-        handle, latency = entry
+        entry = self._handlers.get((kind, transfer.source))
+        if (entry is None and kind is not m.NODE_STATUS) or not self._nodes.accept(transfer):
+            return
         try:
-            handle(kind.decode(transfer.payload), transfer.t - latency)
+            message = kind.decode(transfer.payload)
         except DecodeError:
             self.malformed += 1
+            return
+        if entry is None:
+            self._nodes.hear_status(transfer.source, message)
+        else:
+            handle, latency = entry
+            handle(message, transfer.t - latency)
+
+    def _withhold(self, bits: int) -> None:
+        """Take away the `ok` of what these nodes measure."""
+        for name in fields_of(bits):
+            self._heard[name] = _not_ok(self._heard[name])
+        if bits & _SERVO_HUB:
+            self._fins[:] = map(_not_ok, self._fins)
 
     def _send_node_info(self, tick: Tick, request: Transfer) -> None:
         status = NodeStatus(int(tick.t))
@@ -189,3 +216,7 @@ class CanHardware:
     def _hygrometer(self, message: eq.Hygrometer, t: float) -> None:
         value = message.humidity / 100.0
         self._heard["leak"] = Heard(value, t, True, math.isfinite(value))
+
+
+def _not_ok(heard: Heard[Any]) -> Heard[Any]:
+    return Heard(heard.value, heard.t_valid, heard.fresh, False) if heard.ok else heard

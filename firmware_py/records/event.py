@@ -51,6 +51,8 @@ class EventKind(enum.IntEnum):
     ASCENT_STAGE = 22  # numbers: the `AscentStage`; the cause's
     WEIGHT_RELEASED = 23  # numbers: the cause's
     RULE_WARNS = 24  # a rule holds whose action is to warn; numbers: the cause's
+    NODE_GOOD = 25  # of the bus; numbers: NONE of `SourceFault`; names: the node
+    NODE_FAULT = 26  # numbers: its `SourceFault`, TWO_SENDERS or UNHEALTHY; names: the node
 
 
 class Cause(enum.IntEnum):
@@ -143,6 +145,8 @@ _SEVERITIES: Mapping[EventKind, Severity] = {
     EventKind.ASCENT_STAGE: Severity.WARNING,
     EventKind.WEIGHT_RELEASED: Severity.CRITICAL,
     EventKind.RULE_WARNS: Severity.WARNING,
+    EventKind.NODE_GOOD: Severity.NOTICE,
+    EventKind.NODE_FAULT: Severity.CRITICAL,
 }
 _BY_CAUSE: Mapping[tuple[EventKind, Cause], Severity] = {
     **{(EventKind.MODE_CHANGED, cause): Severity.INFO for cause in INTENDED_CAUSES},

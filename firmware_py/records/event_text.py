@@ -207,4 +207,6 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     EventKind.ASCENT_STAGE: lambda event, _: f"coming up: {stage_text(event.numbers[0])}{_because(event, 1)}",
     EventKind.WEIGHT_RELEASED: lambda event, _: f"drop weight released{_because(event)}",
     EventKind.RULE_WARNS: lambda event, _: _cause(event),
+    EventKind.NODE_GOOD: lambda event, _: f"node {event.names[0]} is sound again",
+    EventKind.NODE_FAULT: lambda event, _: f"node {event.names[0]}: {source_fault_text(event.numbers[0])}",
 }

@@ -68,6 +68,10 @@ class Battery(NamedTuple):
     remaining: float
 
 
+NODES = ("autopilot", "servo_hub", "esc", "ahrs", "pressure", "altimeter", "fix", "battery")
+"""The nodes of the bus by their role; bit i of `SensorFrame.two_senders` and `unhealthy` is about the i-th."""
+
+
 @dataclass(frozen=True, slots=True)
 class SensorFrame:
     """Everything heard up to a tick. NaN means unknown, as on the wires.
@@ -75,6 +79,9 @@ class SensorFrame:
     `fins` are the angles the servos report, rad, in the order of the vehicle's fin list; `n` is the propeller speed
     that its controller reports, rev/s; `pressure` is absolute, Pa; `altitude` the altimeter's distance to the bottom,
     m; `leak` the humidity inside the hull in [0, 1].
+
+    `two_senders` has a bit for each of NODES under whose id two nodes speak (for the autopilot: another one than this),
+    `unhealthy` for each that reports itself that it does not work. What such a node measures is not ok.
     """
 
     ahrs: Heard[Ahrs]
@@ -86,6 +93,13 @@ class SensorFrame:
     n: Heard[float]
     battery: Heard[Battery]
     leak: Heard[float]
+    two_senders: int = 0
+    unhealthy: int = 0
+
+
+def node_bit(name: str) -> int:
+    """Return the bit of a node of NODES."""
+    return 1 << NODES.index(name)
 
 
 def never(value: T) -> Heard[T]:

@@ -1,11 +1,12 @@
-"""Events of sensors and actuators: one for each change of health."""
+"""Events of sensors, actuators and nodes of the bus: one for each change of health."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from firmware_py.records.event import Event, EventKind, severity_of
-from firmware_py.records.health import ActuatorFault, ActuatorHealth, SensorHealth, SourceState
+from firmware_py.records.health import ActuatorFault, ActuatorHealth, SensorHealth, SourceFault, SourceState
+from firmware_py.records.sensing import NODES
 
 _SOURCE_KINDS = {
     SourceState.GOOD: EventKind.SENSOR_GOOD,
@@ -35,6 +36,25 @@ def actuator_events(before: ActuatorHealth, now: ActuatorHealth, fins: Sequence[
         for name, old, new in zip(names, olds, news, strict=True)
         if new is not old
     )
+
+
+def node_events(before: tuple[int, int], now: tuple[int, int]) -> tuple[Event, ...]:
+    """Return an event for each node whose bits are others now: those of (two_senders, unhealthy) of `SensorFrame`."""
+    if now == before:
+        return ()
+    olds, news = ([_node_fault(bits, i) for i in range(len(NODES))] for bits in (before, now))
+    return tuple(
+        _event(EventKind.NODE_FAULT if new is not SourceFault.NONE else EventKind.NODE_GOOD, name, float(new))
+        for name, old, new in zip(NODES, olds, news, strict=True)
+        if new is not old
+    )
+
+
+def _node_fault(bits: tuple[int, int], i: int) -> SourceFault:
+    two_senders, unhealthy = bits
+    if two_senders >> i & 1:
+        return SourceFault.TWO_SENDERS
+    return SourceFault.UNHEALTHY if unhealthy >> i & 1 else SourceFault.NONE
 
 
 def _event(kind: EventKind, name: str, fault: float) -> Event:

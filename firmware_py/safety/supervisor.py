@@ -16,7 +16,7 @@ from firmware_py.records.fence import NO_FENCE, Fence
 from firmware_py.records.health import ALL_GOOD, ActuatorHealth, SensorHealth, sound
 from firmware_py.records.order import NOBODY, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import SensorFrame
-from firmware_py.safety.health_events import actuator_events, sensor_events
+from firmware_py.safety.health_events import actuator_events, node_events, sensor_events
 from firmware_py.safety.rules import ARMING, RULES, Conditions, Rule, SafetyParams, safer
 from firmware_py.tick import NS_PER_S, Tick
 
@@ -28,7 +28,7 @@ ArmingRefusal = tuple[Cause, tuple[float, ...]]
 
 class SupervisorMemory(NamedTuple):
     """The mode and why it was entered; for how many ticks each rule's condition has held; a bit per late tick of the
-    last second; the health of sensors and actuators.
+    last second; the health of sensors, actuators and nodes of the bus (`two_senders` and `unhealthy` of the frame).
     """
 
     mode: Mode
@@ -37,6 +37,7 @@ class SupervisorMemory(NamedTuple):
     late: int
     sensors: SensorHealth
     actuators: ActuatorHealth
+    nodes: tuple[int, int] = (0, 0)
 
 
 class Supervisor:
@@ -80,6 +81,8 @@ class Supervisor:
         late = (was.late << 1 | (tick.late_ns > tick.dt_ns)) & ((1 << NS_PER_S // tick.dt_ns) - 1)
         self.events = sensor_events(was.sensors, state.sensors)
         self.events += actuator_events(was.actuators, actuators, self._fins)
+        nodes = frame.two_senders, frame.unhealthy
+        self.events += node_events(was.nodes, nodes)
         ready = True
         wanted, ruled = self._mode_asked_for(was.mode, order), None
         done = mission_done and was.mode is wanted
@@ -107,7 +110,7 @@ class Supervisor:
                 *(was.mode, wanted, cause, NOBODY if ruled else order.asker),
                 numbers=ruled.numbers(c, params) if ruled else (),
             )
-        self._memory = SupervisorMemory(wanted, cause, held, late, state.sensors, actuators)
+        self._memory = SupervisorMemory(wanted, cause, held, late, state.sensors, actuators, nodes)
         return ModeState(
             mode=wanted,
             mission_done=mission_done and was.mode is not Mode.RETURN,

@@ -62,7 +62,9 @@ class HilHardware:
         nothing = silence(len(self._scale) - 1)
         self._fins = nothing.fins
         self._heard: dict[str, Heard[Any]] = {
-            field.name: getattr(nothing, field.name) for field in fields(nothing) if field.name != "fins"
+            field.name: getattr(nothing, field.name)
+            for field in fields(nothing)
+            if isinstance(getattr(nothing, field.name), Heard)  # neither fins nor what is known of a bus alone
         }
         self._received: dict[int, Message] = {}
         self._epoch_us = 0
@@ -103,7 +105,7 @@ class HilHardware:
         if battery is not None:
             heard["battery"] = _battery(battery, tick.t)
         received.clear()
-        return SensorFrame(fins=self._fins, **heard)
+        return SensorFrame(two_senders=0, unhealthy=0, fins=self._fins, **heard)
 
     def write(self, tick: Tick, applied: Applied) -> None:
         """Answer the tick; send a heartbeat before it once a second."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import binascii
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from firmware_py.wire.dronecan.message_table import MessageType, TransferKind
@@ -98,6 +98,8 @@ class Dropped:
     foreign: int = 0
     """A type that was not asked for, or not a frame of this protocol."""
     duplicate: int = 0
+    contradicted: int = 0
+    """Another content under the id of the last transfer: another node sends under the same node id."""
     lost_start: int = 0
     """A frame of a transfer whose start was not seen, or that has been given up."""
     unfinished: int = 0
@@ -114,10 +116,11 @@ class Dropped:
 class _Open:
     """A transfer that is not complete yet."""
 
-    __slots__ = ("kind", "pieces", "size", "t", "t_last", "tail")
+    __slots__ = ("first", "kind", "pieces", "size", "t", "t_last", "tail")
 
     def __init__(self, kind: MessageType[Any], data: bytes, t: float) -> None:
         self.kind = kind
+        self.first = bytes(data)
         self.pieces = [bytes(data[:7])]
         self.size = 7
         self.t = self.t_last = t
@@ -134,7 +137,7 @@ class Reassembler:
         most_open: how many multi-frame transfers may be incomplete at once; the oldest is dropped.
     """
 
-    __slots__ = ("_last_ids", "_most_open", "_open", "_ports", "dropped")
+    __slots__ = ("_foreign", "_last_ids", "_most_open", "_open", "_ports", "dropped_from")
 
     def __init__(self, wanted: Iterable[MessageType[Any]], node_id: int = 0, most_open: int = 64) -> None:
         # A port is the part of the id that says type and destination: bits 7 to 23.
@@ -146,14 +149,25 @@ class Reassembler:
                 self._ports[can_id(kind, 1, 0, node_id) >> 7] = kind
         self._most_open = most_open
         self._open: dict[int, _Open] = {}
-        self._last_ids: dict[int, tuple[int, float]] = {}
-        self.dropped = Dropped()
+        self._last_ids: dict[int, tuple[int, float, bytes]] = {}
+        self._foreign = 0
+        self.dropped_from: dict[int, Dropped] = {}
+        """What was dropped by its source; at most 127 of them. What is `foreign` is in `dropped` alone."""
+
+    @property
+    def dropped(self) -> Dropped:
+        """Return what was dropped from all sources."""
+        sources = self.dropped_from.values()
+        names = [field.name for field in fields(Dropped)]
+        total = Dropped(**{name: sum(getattr(one, name) for one in sources) for name in names})
+        total.foreign = self._foreign
+        return total
 
     def accept(self, identifier: int, data: bytes, t: float) -> Transfer | None:
         """Take one frame; return the transfer that it completes, if any."""
         kind = self._ports.get(identifier >> 7 & 0x1FFFF)
         if kind is None or not identifier & 0x7F or identifier >> 29 or not 1 <= len(data) <= 8:
-            self.dropped.foreign += 1
+            self._foreign += 1
             return None
         key = identifier & 0xFFFFFF
         tail = data[-1]
@@ -161,15 +175,15 @@ class Reassembler:
             return self._accept_part(kind, key, identifier >> 24, data, t)
         last_id = self._last_ids.get(key)
         if last_id is not None and last_id[0] == tail & 31 and t - last_id[1] <= TIMEOUT:
-            self.dropped.duplicate += 1
+            self._drop_repeated(key, last_id[2] == data)
             return None
         if key in self._open:
             self._drop_open(key, t)
-        self._last_ids[key] = (tail & 31, t)
+        self._last_ids[key] = (tail & 31, t, bytes(data))
         return Transfer(kind, identifier & 0x7F, tail & 31, identifier >> 24, bytes(data[:-1]), t)
 
     def _accept_part(self, kind: MessageType[Any], key: int, priority: int, data: bytes, t: float) -> Transfer | None:
-        dropped, tail = self.dropped, data[-1]
+        tail = data[-1]
         if tail & _START:
             self._start(kind, key, data, t)
             return None
@@ -178,10 +192,10 @@ class Reassembler:
             self._drop_open(key, t)
             transfer = None
         if transfer is None or (tail ^ transfer.tail) & 31:
-            dropped.lost_start += 1
+            self._from(key).lost_start += 1
             return None
         if (tail ^ transfer.tail) & _TOGGLE or (len(data) < 8 and not tail & _END):
-            dropped.wrong_toggle += 1
+            self._from(key).wrong_toggle += 1
             return None
         transfer.pieces.append(bytes(data[:-1]))
         transfer.size += len(data) - 1
@@ -189,37 +203,48 @@ class Reassembler:
         transfer.t_last = t
         if transfer.size > kind.max_bytes + 2:
             del self._open[key]
-            dropped.too_long += 1
+            self._from(key).too_long += 1
             return None
         if not tail & _END:
             return None
         del self._open[key]
         payload = b"".join(transfer.pieces)
         if binascii.crc_hqx(payload[2:], kind.crc_seed) != payload[0] | payload[1] << 8:
-            dropped.bad_crc += 1
+            self._from(key).bad_crc += 1
             return None
-        self._last_ids[key] = (tail & 31, transfer.t)
+        self._last_ids[key] = (tail & 31, transfer.t, transfer.first)
         return Transfer(kind, key & 0x7F, tail & 31, priority, payload[2:], transfer.t)
 
     def _start(self, kind: MessageType[Any], key: int, data: bytes, t: float) -> None:
         tail = data[-1]
         if tail & (_TOGGLE | _END) or len(data) < 8:
-            self.dropped.wrong_toggle += 1
+            self._from(key).wrong_toggle += 1
             return
         last_id = self._last_ids.get(key)
         if last_id is not None and last_id[0] == tail & 31 and t - last_id[1] <= TIMEOUT:
-            self.dropped.duplicate += 1
+            self._drop_repeated(key, last_id[2] == data)
             return
         if key in self._open:
             self._drop_open(key, t)
         elif len(self._open) >= self._most_open:
-            del self._open[next(iter(self._open))]
-            self.dropped.crowded_out += 1
+            oldest = next(iter(self._open))
+            del self._open[oldest]
+            self._from(oldest).crowded_out += 1
         self._open[key] = _Open(kind, data, t)
 
     def _drop_open(self, key: int, t: float) -> None:
         transfer = self._open.pop(key)
         if t - transfer.t_last > TIMEOUT:
-            self.dropped.timed_out += 1
+            self._from(key).timed_out += 1
         else:
-            self.dropped.unfinished += 1
+            self._from(key).unfinished += 1
+
+    def _drop_repeated(self, key: int, same: bool) -> None:
+        dropped = self._from(key)
+        if same:
+            dropped.duplicate += 1
+        else:
+            dropped.contradicted += 1
+
+    def _from(self, key: int) -> Dropped:
+        return self.dropped_from.setdefault(key & 0x7F, Dropped())

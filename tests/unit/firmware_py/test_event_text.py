@@ -54,6 +54,8 @@ OF_HEALTH: dict[EventKind, type[enum.IntEnum]] = {
     EventKind.ACTUATOR_GOOD: ActuatorFault,
     EventKind.ACTUATOR_FAULT: ActuatorFault,
     EventKind.ASCENT_STAGE: AscentStage,
+    EventKind.NODE_GOOD: SourceFault,
+    EventKind.NODE_FAULT: SourceFault,
 }
 """Kinds whose first number is a member of an enumeration."""
 

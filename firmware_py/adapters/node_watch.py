@@ -1,0 +1,105 @@
+"""What is wrong with the nodes of the bus: a second node under an id, or one that reports that it does not work."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, fields
+
+from firmware_py.adapters.buses.can_bus import NodeIds
+from firmware_py.adapters.sender_watch import SenderWatch
+from firmware_py.records.sensing import NODES, node_bit
+from firmware_py.wire.dronecan.node_messages import NodeStatus
+from firmware_py.wire.dronecan.transfer import Dropped, Transfer
+
+HOLD = 5.0
+"""A second sender that was not noticed for so long is gone, s."""
+CRITICAL = 3
+OPERATIONAL = 0
+"""Health and mode of NodeStatus."""
+MEASURES: Mapping[str, tuple[str, ...]] = {
+    "ahrs": ("ahrs",),
+    "pressure": ("pressure",),
+    "altimeter": ("altitude",),
+    "fix": ("fix",),
+    "battery": ("battery", "leak"),
+    "esc": ("n",),
+}
+"""The fields of `SensorFrame` that a node measures; the servo hub measures `fins`."""
+
+
+class NodeWatch:
+    """Watches the nodes that have a role, and the autopilot's own id.
+
+    Args:
+        own_id: the autopilot's, under which nobody else may send.
+        nodes: ids of the devices.
+    """
+
+    def __init__(self, own_id: int, nodes: NodeIds) -> None:
+        ids = {getattr(nodes, field.name): field.name for field in fields(nodes)}
+        self._bits = {node_id: node_bit(name) for node_id, name in {**ids, own_id: NODES[0]}.items()}
+        self._watches: dict[tuple[int, int], SenderWatch] = {}
+        self._noticed: dict[int, float] = {}
+        self._contradicted: dict[int, int] = {}
+        self._uptime: dict[int, int] = {}
+        self.unhealthy = 0
+        """Bits of the nodes whose NodeStatus is CRITICAL, or whose mode is not OPERATIONAL."""
+        self.strays = dict.fromkeys(ids, 0)
+        """Transfers by node id that did not continue their stream, and were not believed."""
+        self.restarts = dict.fromkeys(ids, 0)
+        """How often a node's uptime went back, by node id."""
+        self.names = ids
+
+    def accept(self, transfer: Transfer) -> bool:
+        """Take a transfer of a node with a role; return whether to believe it."""
+        key = transfer.source, transfer.kind.data_type_id
+        watch = self._watches.get(key)
+        if watch is None:
+            watch = self._watches[key] = SenderWatch()
+        continued, second = watch.accept(transfer.transfer_id, transfer.t)
+        if not continued:
+            self.strays[transfer.source] += 1
+        if second:
+            self._noticed[self._bits[transfer.source]] = transfer.t
+        return continued
+
+    def hear_own(self, node_id: int, t: float) -> None:
+        """Take note of a frame under the autopilot's own id."""
+        self._noticed[self._bits[node_id]] = t
+
+    def hear_status(self, source: int, status: NodeStatus) -> None:
+        """Take the NodeStatus of a node with a role."""
+        if status.uptime_sec < self._uptime.get(source, 0):
+            self.restarts[source] += 1
+        self._uptime[source] = status.uptime_sec
+        bit = self._bits[source]
+        works = status.health < CRITICAL and status.mode == OPERATIONAL
+        self.unhealthy = self.unhealthy & ~bit if works else self.unhealthy | bit
+
+    def hear_dropped(self, dropped_from: Mapping[int, Dropped], t: float) -> None:
+        """Look for transfers that contradict others under the same node id and transfer id."""
+        for node_id, dropped in dropped_from.items():
+            if node_id in self.names and dropped.contradicted > self._contradicted.get(node_id, 0):
+                self._contradicted[node_id] = dropped.contradicted
+                self._noticed[self._bits[node_id]] = t
+
+    def two_senders(self, t: float) -> int:
+        """Return the bits of the nodes under whose ids two were noticed within HOLD before t, s."""
+        bits = 0
+        for bit, noticed in self._noticed.items():
+            bits |= bit if t - noticed <= HOLD else 0
+        return bits
+
+    def losses(self, dropped_from: Mapping[int, Dropped]) -> dict[str, int]:
+        """Return what was lost of each node, by its role and the cause, without what did not happen."""
+        found: dict[str, int] = {}
+        for node_id, name in self.names.items():
+            dropped = asdict(dropped_from[node_id]) if node_id in dropped_from else {}
+            counts = {**dropped, "strays": self.strays[node_id], "restarts": self.restarts[node_id]}
+            found |= {f"{name}_{cause}": count for cause, count in counts.items() if count}
+        return found
+
+
+def fields_of(bits: int) -> list[str]:
+    """Return the fields of `SensorFrame`, but `fins`, that the nodes with these bits measure."""
+    return [field for name, measured in MEASURES.items() if bits & node_bit(name) for field in measured]

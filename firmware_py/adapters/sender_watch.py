@@ -1,0 +1,72 @@
+"""Two senders under one node id, told by the transfer ids of one type: each node counts its own."""
+
+from __future__ import annotations
+
+import math
+
+_IDS = 32
+_ENOUGH = 2
+"""So many times in succession a stray must go on where it was, between transfers of the stream, to be a sender."""
+_GAP = 2.0
+"""After so long, s, or four periods, any transfer id may come."""
+_SHARE = 0.1
+"""Of a new interval in the mean period."""
+_SHORTEST = 1e-3
+"""Of a mean period, s: transfers that came while nobody listened are read at once."""
+
+
+class SenderWatch:
+    """Follows the transfer ids of one type from one node id; a transfer that does not continue them is a stray.
+
+    A stream goes on by one id a transfer, or by more if as many could have been lost in the time. A stray that is
+    continued, while the stream goes on too, is a second sender. One that is continued alone is the sender itself, which
+    began to count anew.
+    """
+
+    __slots__ = ("_answered", "_last", "_met", "_period", "_stray", "_t", "_t_stray")
+
+    def __init__(self) -> None:
+        self._last = -1
+        self._t = -math.inf
+        self._period = 0.0
+        self._stray = -1
+        self._t_stray = -math.inf
+        self._answered = False
+        self._met = 0
+
+    def accept(self, transfer_id: int, t: float) -> tuple[bool, bool]:
+        """Take the next transfer.
+
+        Args:
+            transfer_id: modulo 32, as it came.
+            t: when it came, s.
+
+        Returns:
+            Whether it is of the stream, not a stray; whether it shows a second sender.
+        """
+        step, gap = (transfer_id - self._last) % _IDS, t - self._t
+        if self._last < 0 or gap > max(_GAP, 4.0 * self._period):
+            self._stray, self._met = -1, 0
+        elif 0 < step <= self._most(gap):
+            if step == 1:
+                self._learn(gap)
+            self._answered = True
+        elif self._stray >= 0 and (transfer_id - self._stray) % _IDS == 1 and not self._answered:
+            self._learn(t - self._t_stray)
+            self._stray, self._met = -1, 0
+        else:
+            continued = self._stray >= 0 and (transfer_id - self._stray) % _IDS == 1
+            self._met = self._met + 1 if continued else 0
+            self._stray, self._t_stray, self._answered = transfer_id, t, False
+            return False, self._met >= _ENOUGH
+        self._last, self._t = transfer_id, t
+        return True, False
+
+    def _learn(self, gap: float) -> None:
+        """Take an interval into the mean period; a much longer one may hide a whole round of ids."""
+        period = self._period
+        self._period = max(period + _SHARE * (min(gap, 2.0 * period) - period) if period else gap, _SHORTEST)
+
+    def _most(self, gap: float) -> int:
+        """Return by how many ids the stream may have gone on in `gap`, s."""
+        return 1 + math.floor(gap / self._period + 0.5) if self._period else 1

@@ -1,0 +1,84 @@
+"""Two senders under one node id, by their transfer ids; one sender alone is never taken for two."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable
+
+import pytest
+
+from firmware_py.adapters.sender_watch import SenderWatch
+
+
+def fed(transfers: Iterable[tuple[int, float]]) -> list[tuple[bool, bool]]:
+    watch = SenderWatch()
+    return [watch.accept(transfer_id % 32, t) for transfer_id, t in transfers]
+
+
+def merged(*streams: list[tuple[int, float]]) -> list[tuple[int, float, int]]:
+    """Transfers of several senders in order of time, with the number of their sender."""
+    return sorted(((i, t, n) for n, stream in enumerate(streams) for i, t in stream), key=lambda one: one[1])
+
+
+def stream(rate: float, seconds: float, first: int = 0, start: float = 0.0) -> list[tuple[int, float]]:
+    return [(first + i, start + i / rate) for i in range(round(rate * seconds))]
+
+
+@pytest.mark.parametrize("rate", [0.5, 1.0, 20.0, 100.0, 1000.0])
+def test_one_sender_is_believed(rate: float) -> None:
+    assert set(fed(stream(rate, 100.0))) == {(True, False)}
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("lost", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize("rate", [1.0, 20.0, 100.0])
+def test_one_sender_on_a_lossy_bus_is_not_two_and_mostly_believed(rate: float, lost: float, seed: int) -> None:
+    rng = random.Random(seed)
+    heard = fed(one for one in stream(rate, 600.0) if rng.random() > lost)
+    assert not any(second for _, second in heard)
+    assert sum(believed for believed, _ in heard) > (0.95 if lost < 0.9 else 0.6) * len(heard)
+
+
+def test_a_sender_that_counts_anew_is_believed_from_its_second_transfer_on() -> None:
+    heard = fed(stream(20.0, 10.3) + stream(20.0, 10.0, start=10.5))
+    doubted = [i for i, (believed, _) in enumerate(heard) if not believed]
+    assert doubted == [206]
+    assert not any(second for _, second in heard)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_four_fins_in_each_tick_on_a_lossy_bus_are_one_sender(seed: int) -> None:
+    rng = random.Random(seed)
+    batches = [(4 * k + i, k / 50) for k in range(50 * 600) for i in range(4)]
+    heard = fed(one for one in batches if rng.random() > 0.3)
+    assert not any(second for _, second in heard)
+    assert sum(believed for believed, _ in heard) > 0.6 * len(heard)
+
+
+@pytest.mark.parametrize("offset", range(2, 32))
+@pytest.mark.parametrize("rate", [1.0, 20.0, 100.0])
+def test_a_second_sender_of_the_same_rate_is_noticed_at_its_third_transfer_and_never_believed(
+    rate: float, offset: int
+) -> None:
+    first = stream(rate, 40.0)
+    other = stream(rate, 20.0, first=round(20.0 * rate) + offset, start=20.0 + 0.3 / rate)
+    both = merged(first, other)
+    heard = list(zip(fed((i, t) for i, t, _ in both), both, strict=True))
+    of_other = [found for found, (_, _, n) in heard if n == 1]
+    assert not any(believed for believed, _ in of_other)
+    assert [second for _, second in of_other] == [False, False] + [True] * (len(of_other) - 2)
+    assert all(believed for (believed, _), (_, _, n) in heard if n == 0)
+
+
+@pytest.mark.parametrize("offset", range(1, 32))
+@pytest.mark.parametrize("rates", [(100.0, 10.0), (20.0, 7.0), (10.0, 100.0)])
+def test_a_second_sender_of_another_rate_is_noticed_within_a_second(rates: tuple[float, float], offset: int) -> None:
+    own, other = rates
+    begun = 20.0 + 0.3 / own
+    both = merged(stream(own, 40.0), stream(other, 20.0, first=round(20.0 * own) + offset, start=begun))
+    noticed = [
+        t for (_, second), (_, t, _) in zip(fed((i, t) for i, t, _ in both), both, strict=True) if second and t > begun
+    ]
+    assert noticed[0] - begun < 1.0
+    gaps = [after - before for before, after in zip(noticed, [*noticed[1:], 40.0], strict=True)]
+    assert max(gaps) < 5.0
