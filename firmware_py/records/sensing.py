@@ -68,7 +68,7 @@ class Battery(NamedTuple):
     remaining: float
 
 
-NODES = ("autopilot", "servo_hub", "esc", "ahrs", "pressure", "altimeter", "fix", "battery")
+NODES = ("autopilot", "servo_hub", "esc", "ahrs", "pressure", "altimeter", "fix", "battery", "hardpoint")
 """The nodes of the bus by their role; bit i of `SensorFrame.two_senders` and `unhealthy` is about the i-th."""
 
 

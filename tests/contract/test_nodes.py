@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from types import SimpleNamespace
 
 import dronecan
 import pytest
 
+from firmware_py.adapters.buses.can_bus import NodeIds
 from firmware_py.adapters.node_watch import HOLD
+from firmware_py.records.sensing import NODES as NODE_NAMES
 from firmware_py.records.sensing import node_bit
 
 from .devices import pressure, solution
@@ -114,3 +117,7 @@ def test_a_restart_is_counted() -> None:
             send(vehicle, NODES["ahrs"], status(uptime), k)
             vehicle.read(100 * k)
         assert vehicle.hardware.losses()["ahrs_restarts"] == 1
+
+
+def test_every_node_of_the_io_file_has_a_bit() -> None:
+    assert set(NODE_NAMES) == {"autopilot", *(field.name for field in dataclasses.fields(NodeIds))}
