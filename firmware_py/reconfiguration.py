@@ -110,7 +110,7 @@ class PartsFactory:
         These functions raise ParamError, with file and key, for a configuration that cannot be flown.
         """
         return {  # laws first: they give the best reason why a vehicle cannot be flown
-            "actuator_watch": ActuatorWatch,
+            "actuator_watch": self._actuator_watch,
             "supervisor": self._supervisor,
             "guidance": self._guidance,
             "control": self._control,
@@ -209,6 +209,10 @@ class PartsFactory:
     @property
     def _origin(self) -> Origin:
         return Origin(self.params.origin.latitude, self.params.origin.longitude)
+
+    def _actuator_watch(self) -> ActuatorWatch:
+        safety = self.params.safety
+        return ActuatorWatch(safety.actuators, self._vehicle, safety.gate.n_rate)
 
     def _supervisor(self) -> Supervisor:
         with prefix_errors(self._files["autopilot"]):

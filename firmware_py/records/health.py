@@ -73,6 +73,11 @@ class ActuatorHealth:
     fins: tuple[ActuatorFault, ...]
     propeller: ActuatorFault
 
+    @property
+    def faultless(self) -> bool:
+        """True if nothing was found."""
+        return not (self.propeller or any(self.fins))
+
 
 GOOD = SourceHealth(SourceState.GOOD, SourceFault.NONE)
 ALL_GOOD = SensorHealth(GOOD, GOOD, GOOD, GOOD, GOOD, GOOD, GOOD)

@@ -24,6 +24,7 @@ from firmware_py.params import param, table
 from firmware_py.records.event import Cause
 from firmware_py.records.fence import WITHIN
 from firmware_py.records.order import Mode
+from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.gate import GateParams
 
 
@@ -82,6 +83,7 @@ class SafetyParams:
     )
     fin_needed: bool = param(True, doc="False for fins that report no angle.", mav="FIN_NEEDED")
     gate: GateParams = table(GateParams, mav="GATE_")
+    actuators: ActuatorParams = table(ActuatorParams, mav="ACT_")
 
 
 class Conditions(NamedTuple):

@@ -62,7 +62,10 @@ class HealthTelemetry:
         }
 
     def sys_status(self, cycle: Cycle) -> Message:
-        """Encode SYS_STATUS: errors_count1 counts late cycles of the last second; the DVL has the x-y control bit."""
+        """Encode SYS_STATUS: errors_count1 counts late cycles of the last second; the DVL has the x-y control bit.
+
+        "Motor outputs" are fins and propeller: healthy while all fins report, and the actuator watch names no fault.
+        """
         frame, state, t = cycle.frame, cycle.state, cycle.tick.t
         battery = frame.battery.value
         health = _EXTENDED
@@ -72,7 +75,7 @@ class HealthTelemetry:
             (_GPS, frame.fix.usable(t, _RECENT)),
             (_DVL, state.velocity_ok),
             (_ALTIMETER, math.isfinite(state.altitude)),
-            (_FINS, all(fin.usable(t, _RECENT) for fin in frame.fins)),
+            (_FINS, cycle.actuators.faultless and all(fin.usable(t, _RECENT) for fin in frame.fins)),
             (_BATTERY, frame.battery.usable(t, _RECENT)),
             (_PREARM, cycle.mode.ready),
             # Only with a fence: some stations take a missing fence for a breached one.

@@ -78,13 +78,14 @@ class HighLatency:
 
     def _failures(self, cycle: Cycle) -> int:
         state, frame = cycle.state, cycle.frame
+        fins_heard = all(fin.usable(cycle.tick.t, _RECENT) for fin in frame.fins)
         flags = 0
         for bit, failed in (
             (dialect.HL_FAILURE_FLAG_ABSOLUTE_PRESSURE, not state.depth_ok),
             (dialect.HL_FAILURE_FLAG_3D_GYRO, not state.attitude_ok),
             (dialect.HL_FAILURE_FLAG_TERRAIN, not math.isfinite(state.altitude)),
             (dialect.HL_FAILURE_FLAG_BATTERY, frame.battery.value.remaining < _CHARGE_LOW),
-            (dialect.HL_FAILURE_FLAG_ENGINE, not all(fin.usable(cycle.tick.t, _RECENT) for fin in frame.fins)),
+            (dialect.HL_FAILURE_FLAG_ENGINE, not (cycle.actuators.faultless and fins_heard)),
             (dialect.HL_FAILURE_FLAG_ESTIMATOR, not (state.attitude_ok and state.velocity_ok)),
             (dialect.HL_FAILURE_FLAG_MISSION, self._system_state.failsafe),
         ):

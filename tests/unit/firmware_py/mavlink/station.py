@@ -21,7 +21,7 @@ from firmware_py.records.command import Applied, Demand, FinCommand, ModeState, 
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import Learned, StateEstimate
 from firmware_py.records.event import Event
-from firmware_py.records.health import sound
+from firmware_py.records.health import ActuatorHealth, sound
 from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.order import NO_ORDER, Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame
@@ -67,6 +67,7 @@ def heard(value, t: float = 0.0, ok: bool = True) -> Heard:
 
 LEVEL, STILL = Ahrs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), Dvl(0.0, 0.0, 0.0, 0.01, 20.0)
 FIX, BATTERY = Fix(ORIGIN.latitude, ORIGIN.longitude, 1.0), Battery(48.0, 3.0, 0.8)
+SOUND = sound(4)
 FIN_ANGLES = (0.1, -0.1, 0.2, -0.2)
 REFERENCE = Reference(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, math.nan)
 DEMAND, COMMAND = Demand(0.0, 0.0, 0.0, 0.0, 0.0), FinCommand((0.0,) * 4, 0.0)
@@ -97,6 +98,7 @@ def cycle(
     decided: Mapping[str, Any] | None = None,
     applied: Applied | None = None,
     sensors: SensorFrame | None = None,
+    actuators: ActuatorHealth = SOUND,
     **state,
 ) -> Cycle:
     tick = Tick(k, DT_NS)
@@ -105,7 +107,7 @@ def cycle(
         frame=sensors or frame(tick.t),
         order=order,
         state=dataclasses.replace(STATE, **state) if state else STATE,
-        actuators=sound(4),
+        actuators=actuators,
         mode=ModeState(mode, mission_done, late, **(decided or {})),
         reference=REFERENCE,
         demand=DEMAND,

@@ -16,6 +16,7 @@ from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import NOTHING_LEARNED, Learned
+from firmware_py.records.health import ActuatorFault, ActuatorHealth, sound
 from firmware_py.records.order import Mode
 from firmware_py.records.sensing import Battery, silence
 from tests.unit.firmware_py.mavlink.station import LEARNED, NAMES, ORIGIN, cycle, frame, heard, node, parse, told
@@ -83,6 +84,24 @@ def test_a_fin_that_fell_silent_is_unknown_and_makes_the_motors_unhealthy() -> N
     assert math.isnan(angles[0])
     assert angles[1] == pytest.approx(-0.1)
     assert not said["SYS_STATUS"].onboard_control_sensors_health & mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
+
+
+@pytest.mark.parametrize(
+    "actuators",
+    [
+        ActuatorHealth((ActuatorFault.NONE, ActuatorFault.JAMMED, *[ActuatorFault.NONE] * 2), ActuatorFault.NONE),
+        ActuatorHealth((ActuatorFault.NONE,) * 4, ActuatorFault.LOST),
+    ],
+)
+def test_a_fault_of_a_fin_or_of_the_propeller_makes_the_motors_unhealthy(actuators: ActuatorHealth) -> None:
+    bit = mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
+    for health, healthy in ((sound(4), True), (actuators, False)):
+        status = told(actuators=health)["SYS_STATUS"]
+        assert status.onboard_control_sensors_present & status.onboard_control_sensors_enabled & bit
+        assert bool(status.onboard_control_sensors_health & bit) is healthy
+        vehicle = node(configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
+        (short,) = parse(vehicle.report(cycle(actuators=health))[0])
+        assert bool(short.failure_flags & mavlink.HL_FAILURE_FLAG_ENGINE) is not healthy
 
 
 def test_the_battery_is_told_in_millivolts_centiamperes_and_percent() -> None:

@@ -1,0 +1,1 @@
+"""Actuator watch: one module for each kind of evidence."""

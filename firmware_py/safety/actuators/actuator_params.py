@@ -1,0 +1,34 @@
+"""[safety.actuators]: when a fin or the propeller counts as faulty."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from firmware_py.params import param
+
+
+@dataclass(frozen=True)
+class ActuatorParams:
+    """Limits of the actuator watch."""
+
+    timeout: float = param(
+        1.0, unit="s", low=0.2, high=10.0, doc="An actuator that reported and no longer does is silent.", mav="TIMEOUT"
+    )
+    tolerance: float = param(
+        2.0, unit="deg", low=0.2, high=20.0, doc="A fin may be off the servo's model by so much.", mav="FIN_TOL"
+    )
+    time: float = param(0.5, unit="s", low=0.1, high=10.0, doc="Farther off for so long: faulty.", mav="TIME")
+    latency: float = param(
+        0.3, unit="s", low=0.0, high=2.0, doc="From a command to its report at most, with lost messages.", mav="LATENCY"
+    )
+    rate_share: float = param(
+        40.0,
+        unit="%",
+        low=5.0,
+        high=100.0,
+        doc="The slowest sound servo, of the rate that vehicle.toml permits; the propeller of safety.gate.n_rate.",
+        mav="RATE",
+    )
+    n_tolerance: float = param(
+        100.0, unit="rpm", low=5.0, high=1000.0, doc="As tolerance, for the propeller.", mav="N_TOL"
+    )
