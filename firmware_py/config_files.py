@@ -74,7 +74,7 @@ def _under(configuration: Configuration, path: Path) -> dict[str, Any]:
         changes = read_toml(path)
         load(AutopilotParams, merge(base, changes), str(path))
     except ParamError as error:
-        raise ParamError(f"{error}; mend it, or remove it to fly without what stations changed") from None
+        raise ParamError(f"{error}; without it the vehicle flies without what stations changed") from None
     was = dump(load(AutopilotParams, base, configuration["files"]["autopilot"]))
     return {
         **configuration,

@@ -31,6 +31,31 @@ class LatencyParams:
 
 
 @dataclass(frozen=True, slots=True)
+class StateParams:
+    """Table [state]: what is kept from one run to the next, and how far a vehicle goes between them."""
+
+    interval: float = param(5.0, unit="s", low=0.5, high=3600.0, doc="How often navigation is saved in flight.")
+    drift_std: float = param(
+        0.5,
+        unit="m/s",
+        low=0.0,
+        high=10.0,
+        doc="1 sigma of the velocity of a vehicle that lies still, as of a current.",
+    )
+    coast_time: float = param(
+        10.0, unit="s", low=0.0, high=600.0, doc="For so long it goes on as fast as it was when its program ended."
+    )
+    unknown_std: float = param(
+        1e4,
+        unit="m",
+        low=1.0,
+        high=1e7,
+        doc="1 sigma of the position after an unknown time, and after any time at most.",
+    )
+    clock_kept: bool = param(True, doc="Whether the computer's clock goes on without power.")
+
+
+@dataclass(frozen=True, slots=True)
 class IoParams:
     """All of io_*.toml."""
 
@@ -39,6 +64,7 @@ class IoParams:
     dvl: DvlPortParams
     commands: CommandParams = field(default_factory=CommandParams)
     latency: LatencyParams = field(default_factory=LatencyParams)
+    state: StateParams = field(default_factory=StateParams)
 
     def __post_init__(self) -> None:
         """Refuse a device with the id of the autopilot or the plant, and one id for both of these."""

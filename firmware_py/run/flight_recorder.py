@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import sys
+from collections.abc import Callable
 
 from firmware_py.adapters.storage.recorder import LogError, LogRecorder, LogWriter
 from firmware_py.records.cycle import Cycle
@@ -19,7 +20,9 @@ _STATUS_NS = 10 * NS_PER_S
 class FlightRecorder:
     """A recorder that never ends a flight: a log that cannot be written is reported once, and the flight goes on."""
 
-    def __init__(self, log: LogWriter) -> None:
+    def __init__(self, log: LogWriter, watch: Callable[[Cycle], None] = lambda _cycle: None) -> None:
+        """`watch` is shown every cycle once it is written."""
+        self._watch = watch
         self._recorder = LogRecorder(log)
         self._sensors = SensorWatch()
         self.cycles = 0
@@ -28,6 +31,10 @@ class FlightRecorder:
 
     def write(self, cycle: Cycle) -> None:
         """Write one cycle while that is possible, and print its events."""
+        self._write(cycle)
+        self._watch(cycle)
+
+    def _write(self, cycle: Cycle) -> None:
         for line in (*texts(cycle.events), *self._sensors.changes(cycle)):
             say(f"{cycle.tick.t:9.2f} s  {line}")
         if cycle.tick.k * cycle.tick.dt_ns % _STATUS_NS == 0:

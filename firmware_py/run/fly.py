@@ -22,6 +22,7 @@ from firmware_py.run.flight_recorder import FlightRecorder, say
 from firmware_py.run.ground_links import open_ground
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.kept_plans import with_kept_plans
+from firmware_py.run.resumed_state import resume_state
 from firmware_py.run.run_folders import LOG_FILE, flight_folder, point_latest
 from firmware_py.run.usage_error import UsageError
 
@@ -55,16 +56,18 @@ def fly(options: argparse.Namespace) -> FlightResult:
             f"--link {options.link} has no bus, no DVL and the plant's pace: no --bus, --dvl, --pace realtime"
         )
     over = over_hil.OVER_HIL if address else None
+    config_files.read_configuration(options.config, over)  # what is wrong there is said before all else
+    io = load(IoParams, read_toml(io_file), str(io_file))
+    resumed, notes = resume_state(options.config, over, options.state, io.state)
     configuration = with_kept_plans(
         {
             **config_files.read_configuration(options.config, over, options.state),
             "mission": config_files.read_mission(options.config),
-            "kept": kept_navigation.load_navigation(options.state) if options.state else {},
+            "kept": resumed,
         },
         options.state,
     )
     params = config_files.autopilot_params(configuration)
-    io = load(IoParams, read_toml(io_file), str(io_file))
     autopilot = app.build(configuration)
     spec = options.bus or io.can.bus
     # What cannot be opened is refused before anything is written.
@@ -73,7 +76,7 @@ def fly(options: argparse.Namespace) -> FlightResult:
     else:
         over_can.check(spec)
     folder = flight_folder(options.out)
-    header = provenance.header("fly", configuration, pace=pace, link=options.link)
+    header = provenance.header("fly", configuration, pace=pace, link=options.link, notes=notes)
     lost, reason, began = False, "", time.monotonic()
     losses: dict[str, int] = {}
     with (
@@ -82,7 +85,14 @@ def fly(options: argparse.Namespace) -> FlightResult:
     ):
         stations.save_changes_in(options.state, folder)
         log = LogWriter(folder / LOG_FILE, header, exclusive=True)
-        recorder, ground = FlightRecorder(log), stations.ground
+        ground = stations.ground
+        keeper = kept_navigation.NavigationKeeper(
+            ground.save, lambda: autopilot.parts.estimator.keep(), io.state.interval
+        )
+        recorder = FlightRecorder(log, keeper.update)
+        for note in notes:
+            say(f"sternplane: {note}")
+            ground.say(note)
 
         def stop() -> bool:
             return bool(interrupted) or ground.node.end_request != ""
@@ -106,13 +116,13 @@ def fly(options: argparse.Namespace) -> FlightResult:
             if not recorder.broken:
                 end = {"completed": None, "reason": reason, "wall_s": time.monotonic() - began}
                 log.close({**end, "losses": {**losses, **stations.losses()}})
-    kept = _leave(log.path, options.state, autopilot.parts.estimator.keep())
+    kept = _leave(log.path, options.state, autopilot.parts.estimator.keep(), keeper.speed)
     point_latest(folder)
     status = _LOST if lost else _AGAIN if ground.node.end_request == "reboot" else 0 if kept else BAD
     return FlightResult(status, folder, recorder.cycles)
 
 
-def _leave(log: Path, state: Path | None, navigation: KeptNavigation) -> bool:
+def _leave(log: Path, state: Path | None, navigation: KeptNavigation, speed: float) -> bool:
     """Save the navigation, and print the run's folder; return False, and print why, if data is lost."""
     there = log.exists()
     if there:
@@ -122,7 +132,7 @@ def _leave(log: Path, state: Path | None, navigation: KeptNavigation) -> bool:
     if state is None and not there:
         return False
     try:
-        kept_navigation.save(state or log.parent / "state", navigation)
+        kept_navigation.save(state or log.parent / "state", navigation, speed)
     except UsageError as error:
         say(f"sternplane: {error}")
         return False

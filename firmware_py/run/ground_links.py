@@ -33,7 +33,7 @@ class Stations(NamedTuple):
         return self.ground.losses()
 
     def save_changes_in(self, state: Path | None, folder: Path) -> None:
-        """Save what stations change in `state`, or else in a state folder of this run; offer the logs.
+        """Save what is kept between runs in `state`, or else in a state folder of this run; offer the logs.
 
         Stations may fetch all logs below runs/ if the run's folder is there, otherwise the run's own.
 
@@ -43,8 +43,8 @@ class Stations(NamedTuple):
         """
         if state is None:
             _refuse_earlier_state(folder / "state")
+        self.ground.save_changes_in(state or folder / "state")
         if self.ground.links:
-            self.ground.save_changes_in(state or folder / "state")
             self.ground.offer_logs(folder, beside=folder.parent == Path("runs"))
 
 

@@ -1,52 +1,176 @@
-"""Navigation saved from one run to the next: position, its sigma, the pressure at the surface."""
+"""Navigation saved from one run to the next: position, its sigma, the pressure at the surface; and when that was.
+
+It is saved at intervals in flight, so that a program that is killed finds it again. Where the vehicle went since nobody
+knows; so sigma grows with the time between the runs, and the more if the vehicle was under way.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import math
+import time
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any, NamedTuple
 
+from firmware_py.adapters.io_params import StateParams
 from firmware_py.adapters.storage.state_store import write_atomically
 from firmware_py.estimation.navigation.navigation import KeptNavigation
+from firmware_py.records.cycle import Cycle
 from firmware_py.run.usage_error import UsageError
+from firmware_py.tick import NS_PER_S
 
 FILE = "navigation.json"
 BOUNDS = {"x": (-1e7, 1e7), "y": (-1e7, 1e7), "position_std": (1e-6, 1e7), "surface_pressure": (3e4, 1.3e5)}
 """Bounds of the saved values, m and Pa: wider than at the end of any run, and safe to start from."""
+_TIMES = {"utc_s": (0.0, 1e11), "uptime_s": (0.0, 1e11), "speed": (0.0, 100.0), "age_s": (0.0, 1e6)}
+"""Bounds of what says when it was saved, and how fast the vehicle was."""
+_BOOT = "boot"
+_CLOCK_SET = 1_704_067_200.0
+"""2024-01-01 in UTC; a clock that shows less was never set."""
 
 
-def load_navigation(folder: Path) -> dict[str, float]:
-    """Return the saved navigation; empty for a new folder.
+class Moment(NamedTuple):
+    """The time, as the computer's clocks tell it: UTC, s; which start of the computer this is; time since it, s."""
+
+    utc_s: float
+    boot: str
+    uptime_s: float
+
+
+class Resumed(NamedTuple):
+    """What a run starts from: as a configuration has it, and a sentence for people; both empty for nothing."""
+
+    kept: dict[str, float]
+    sentence: str
+
+
+def moment() -> Moment:
+    """Return the present moment."""
+    try:
+        boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
+    except OSError:
+        boot = ""
+    return Moment(time.time(), boot, time.clock_gettime(time.CLOCK_BOOTTIME))
+
+
+def load_navigation(folder: Path) -> dict[str, Any]:
+    """Return the content of the file, checked; empty for a new folder.
 
     Raises:
         UsageError: the file is not what `save` writes, or the folder is none.
     """
     path = folder / FILE
     try:
-        kept = json.loads(path.read_text(encoding="utf-8"), parse_int=float)
+        found = json.loads(path.read_text(encoding="utf-8"), parse_int=float)
     except FileNotFoundError:
         return {}
     except NotADirectoryError as error:
         raise UsageError(f"--state {folder}: cannot be read ({error.strerror}); choose another folder") from None
     except (OSError, ValueError, RecursionError) as error:
-        raise UsageError(f"--state: {path} cannot be read ({error}); remove it to start anew") from None
-    if not isinstance(kept, Mapping) or set(kept) != set(BOUNDS):
-        raise UsageError(f"--state: {path} must hold a number for each of {', '.join(BOUNDS)}; remove it to start anew")
-    for name, (low, high) in BOUNDS.items():
-        if not (isinstance(kept[name], float) and low <= kept[name] <= high):
-            wanted = f"must be a number in [{low:g}, {high:g}]"
-            raise UsageError(f"--state: {path}: {name} = {kept[name]!r}: {wanted}; remove the file to start anew")
-    return dict(kept)
+        raise UsageError(f"--state: {path} cannot be read ({error})") from None
+    timed = {*BOUNDS, *_TIMES, _BOOT}
+    if not isinstance(found, Mapping) or set(found) not in (set(BOUNDS), timed):
+        raise UsageError(f"--state: {path} must hold a number for each of {', '.join(BOUNDS)}")
+    for name, (low, high) in {**BOUNDS, **(_TIMES if _BOOT in found else {})}.items():
+        if not (isinstance(found[name], float) and low <= found[name] <= high):
+            raise UsageError(f"--state: {path}: {name} = {found[name]!r}: must be a number in [{low:g}, {high:g}]")
+    if not isinstance(found.get(_BOOT, ""), str):
+        raise UsageError(f"--state: {path}: {_BOOT} = {found[_BOOT]!r}: must be a text")
+    return dict(found)
 
 
-def save(folder: Path, kept: KeptNavigation) -> None:
-    """Save the navigation atomically.
+def resume(found: Mapping[str, Any], params: StateParams, now: Moment) -> Resumed:
+    """Return what to start from: what was saved, with the sigma that its position has by now.
+
+    The vehicle went on at its speed for `age_s`, until its program ended, and then for `coast_time` at most; and it
+    drifted since. Where the time between is not known, sigma is `unknown_std`.
+
+    Args:
+        found: what `load_navigation` returned.
+        params: how far a vehicle goes that nobody steers.
+        now: the present moment.
+    """
+    if not found:
+        return Resumed({}, "")
+    kept = {name: found[name] for name in BOUNDS}
+    gap, was = _gap(found, params, now), found["position_std"]
+    if math.isnan(gap):
+        there, when = params.unknown_std, "an unknown time ago"
+    else:
+        went = found["speed"] * (found["age_s"] + min(gap, params.coast_time))
+        there, when = min(was + went + params.drift_std * gap, params.unknown_std), f"{gap:.0f} s ago"
+    kept["position_std"] = max(was, there)
+    return Resumed(kept, f"position kept {when}: sigma {was:.1f} m then, {kept['position_std']:.1f} m now")
+
+
+def _gap(found: Mapping[str, Any], params: StateParams, now: Moment) -> float:
+    """Return the time since, s; NaN if it is not known, as after a clock was set back."""
+    if _BOOT not in found:
+        return math.nan
+    gap: float = now.utc_s - found["utc_s"]
+    if gap < 0.0:
+        return math.nan
+    if now.boot and found[_BOOT] == now.boot:
+        return max(gap, float(now.uptime_s - found["uptime_s"]))
+    return gap if params.clock_kept and found["utc_s"] > _CLOCK_SET else math.nan
+
+
+def encode(kept: KeptNavigation, speed: float, age: float, now: Moment) -> bytes:
+    """Return the content of the file.
+
+    Args:
+        kept: what to start from.
+        speed: of the vehicle over the bottom, m/s.
+        age: how much later than now the program may end before this is saved again, s.
+        now: the present moment.
+
+    Raises:
+        ValueError: a number is not finite.
+    """
+    document = {**kept._asdict(), "speed": speed, "age_s": age, **now._asdict()}
+    return (json.dumps(document, indent=2, allow_nan=False) + "\n").encode()
+
+
+def save(folder: Path, kept: KeptNavigation, speed: float = 0.0) -> None:
+    """Save the navigation at the end of a run, atomically.
 
     Raises:
         UsageError: the folder cannot be written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        write_atomically(folder, FILE, (json.dumps(kept._asdict(), indent=2, allow_nan=False) + "\n").encode())
+        write_atomically(folder, FILE, encode(kept, speed, 0.0, moment()))
     except OSError as error:
         raise UsageError(f"--state {folder}: cannot be written ({error.strerror}); choose another folder") from None
+
+
+class NavigationKeeper:
+    """Saves the navigation at intervals, after a cycle.
+
+    Args:
+        save: takes name and content of a file, and does not wait.
+        keep: the estimator's.
+        interval: s.
+    """
+
+    def __init__(self, save: Callable[[str, bytes], None], keep: Callable[[], KeptNavigation], interval: float) -> None:
+        self._save, self._keep, self._interval = save, keep, interval
+        self._interval_ns = round(interval * NS_PER_S)
+        self._next_ns = 0
+        self._last: Cycle | None = None
+
+    @property
+    def speed(self) -> float:
+        """Return the speed over the bottom in the last cycle, m/s, and how much more it may be."""
+        if self._last is None:
+            return 0.0
+        nu = self._last.state.nu
+        return min(math.hypot(nu.u, nu.v, nu.w) + self._last.state.velocity_std, 100.0)
+
+    def update(self, cycle: Cycle) -> None:
+        """Save if the interval is over."""
+        self._last = cycle
+        if cycle.tick.t_ns >= self._next_ns:
+            self._next_ns = cycle.tick.t_ns + self._interval_ns
+            self._save(FILE, encode(self._keep(), self.speed, self._interval, moment()))

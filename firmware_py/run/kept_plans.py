@@ -53,13 +53,21 @@ def plans(configuration: Configuration, state: Path | None) -> dict[int, PlanBui
 def _kept_plans(configuration: Configuration, state: Path | None) -> dict[int, PlanBuilder]:
     found: dict[int, PlanBuilder] = {}
     for kind, name in plan_builder.FILES.items():
-        path = state / name if state is not None else None
-        if path is not None and path.exists():
-            with prefix_errors(str(path)):
-                found[kind] = plan_builder.read_plan(
-                    kind, path.read_text(encoding="utf-8"), _water_frame(configuration)
-                )
+        if state is not None and (state / name).exists():
+            found[kind] = read_kept(configuration, state, kind)
     return found
+
+
+def read_kept(configuration: Configuration, state: Path, kind: int) -> PlanBuilder:
+    """Return a saved plan of a kind of `plan_builder.FILES`.
+
+    Raises:
+        OSError, UnicodeDecodeError: the file cannot be read.
+        ParamError: it cannot be used; the error names it.
+    """
+    path = state / plan_builder.FILES[kind]
+    with prefix_errors(str(path)):
+        return plan_builder.read_plan(kind, path.read_text(encoding="utf-8"), _water_frame(configuration))
 
 
 def _water_frame(configuration: Configuration) -> WaterFrame:

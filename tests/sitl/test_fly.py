@@ -16,8 +16,7 @@ from sternplane.logs.reading import read
 
 from firmware_py.__main__ import main
 from firmware_py.adapters.storage.recorder import LogError, LogWriter
-from firmware_py.params import ParamError
-from firmware_py.run import flight_recorder, options, over_can, run_folders
+from firmware_py.run import flight_recorder, kept_navigation, options, over_can, run_folders
 from firmware_py.run import fly as fly_module
 from firmware_py.run.fly import FlightResult, fly
 from firmware_py.run.usage_error import UsageError
@@ -156,21 +155,21 @@ def test_a_fifo_in_a_logs_place_is_refused(tmp_path: Path) -> None:
     assert run_folders.flight_folder(tmp_path) != tmp_path
 
 
-@pytest.mark.parametrize("content", ["rate_hz = ", "[safety]\ndepth_max_m = -3.0\n"])
-def test_changes_of_an_earlier_run_that_cannot_be_used_are_refused_with_a_remedy(tmp_path: Path, content: str) -> None:
-    path = tmp_path / "parameters.toml"
-    path.write_text(content)
-    with pytest.raises(ParamError) as refused:
-        fly(parsed("--bus", BUS, "--state", tmp_path))
-    assert str(path) in str(refused.value)
-    assert str(refused.value).endswith("mend it, or remove it to fly without what stations changed")
-    assert path.read_text() == content
-
-
-def test_navigation_of_an_earlier_run_that_cannot_be_used_is_refused_with_a_remedy(tmp_path: Path) -> None:
-    (tmp_path / "navigation.json").write_text("{")
-    with pytest.raises(UsageError, match=r"navigation\.json cannot be read .*; remove it to start anew"):
-        fly(parsed("--bus", BUS, "--state", tmp_path))
+def test_a_vehicle_starts_without_what_an_earlier_run_left_broken_and_says_so(
+    tmp_path: Path, flown: Fly, capsys: pytest.CaptureFixture[str]
+) -> None:
+    state = tmp_path / "state"
+    state.mkdir()
+    (state / "navigation.json").write_text("{")
+    (state / "parameters.toml").write_text("[safety]\ndepth_max_m = -3.0\n")
+    ended = flown("--out", tmp_path / "out", "--state", state)
+    assert ended.status == 0
+    said = [line for line in capsys.readouterr().err.splitlines() if "set aside as" in line]
+    assert ["navigation.json.corrupt-1: " in said[0], "parameters.toml.corrupt-1: " in said[1]] == [True, True]
+    log = read(tmp_path / "out" / "log.mcap")
+    assert [f"sternplane: {note}" for note in log.header["notes"]] == said
+    assert log.header["configuration"]["kept"] == {}
+    assert kept_navigation.load_navigation(state)["age_s"] == 0.0
 
 
 def test_a_terminal_that_is_gone_does_not_end_a_flight(monkeypatch: pytest.MonkeyPatch) -> None:

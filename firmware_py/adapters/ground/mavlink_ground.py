@@ -94,12 +94,22 @@ class MavlinkGround:
         }
 
     def save_changes_in(self, folder: Path) -> None:
-        """Save what stations change in a folder, for the next start.
+        """Save what stations change, and what `save` is given, in a folder, for the next start.
 
         Raises:
             StateStoreError: it cannot be written.
         """
         self._state_store = StateStore(folder)
+
+    def save(self, name: str, content: bytes) -> None:
+        """Save a file for the next start, after `save_changes_in`; return at once."""
+        if self._state_store is not None:
+            self._state_store.save(name, content)
+
+    def say(self, text: str, severity: int = dialect.MAV_SEVERITY_WARNING) -> None:
+        """Send a sentence to all stations."""
+        for link in self.node.links:
+            link.send_text(text, severity)
 
     def offer_logs(self, folder: Path, beside: bool) -> None:
         """Offer stations the log of a run's folder, and with `beside` those of the neighbouring folders."""
@@ -116,8 +126,7 @@ class MavlinkGround:
         store.work()
         if tick.every(Rate.HZ_1):
             for error in store.errors():
-                for link in self.node.links:
-                    link.send_text(error, dialect.MAV_SEVERITY_CRITICAL)
+                self.say(error, dialect.MAV_SEVERITY_CRITICAL)
 
     def close(self) -> None:
         """Close every link after everything is saved."""

@@ -77,7 +77,7 @@ def summarise(log: Log) -> Summary:
     error_pct and error_sigmas where the truth was logged; mean_square_error_sigmas over them, correlations left out;
     nis by sensor, current_m_s and current_std_m_s (north, east), turbulence_m_s, rejected, dropped, resets; and taught:
     when each learning manoeuvre was over (s), and the sentence on what it taught and what not.
-    cycles, complete, lost, events: of the log.
+    cycles, complete, lost, events: of the log. notes: sentences on the state of an earlier run.
     """
     c = log.columns
     dt = float(c["tick.dt_ns"][-1]) * 1e-9
@@ -125,6 +125,7 @@ def summarise(log: Log) -> Summary:
         "complete": log.complete,
         "lost": log.lost,
         "faults": log.header.get("faults", []),
+        "notes": log.header.get("notes", []),
         "events": [[t, text] for t, text in log.sentences],
     }
     return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in summary.items()}

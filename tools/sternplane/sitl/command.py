@@ -12,6 +12,7 @@ from rich.console import Console
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.hil.hil_link import parse_hil_link, serve
 from firmware_py.adapters.storage.recorder import LogError
+from firmware_py.records.cycle import Cycle
 from firmware_py.run import kept_navigation
 from firmware_py.run.ground_links import open_ground
 from firmware_py.run.run_folders import LOG_FILE, flight_folder, point_latest
@@ -20,7 +21,7 @@ from sternplane.cli import extras
 from sternplane.cli.progress import Progress
 from sternplane.logs.reading import TRUTH_FILE, read
 from sternplane.logs.summary import Summary, summarise, summary_table
-from sternplane.sitl.flight import FlightRequest, fly, prepare
+from sternplane.sitl.flight import FlightRequest, fly, prepare_to_resume
 from sternplane.sitl.two_process import fly_two_processes
 
 
@@ -42,7 +43,9 @@ def command(options: argparse.Namespace) -> int:
         options.link,
         options.state,
     )
-    flight = prepare(request, kept_navigation.load_navigation(options.state) if options.state else {})
+    flight = prepare_to_resume(request)
+    for note in flight.notes:
+        print(f"sternplane: {note}", file=sys.stderr)
     # What cannot be opened is refused before anything is written.
     (serve(address) if address else open_bus(bus)).close()
     with open_ground(options.gcs, flight.configuration, options.gcs_key, options.state) as stations:
@@ -54,13 +57,23 @@ def command(options: argparse.Namespace) -> int:
             )
         stations.save_changes_in(options.state, folder)
         (folder / TRUTH_FILE).unlink(missing_ok=True)
+        for note in flight.notes:
+            stations.ground.say(note)
         scenario, log = flight.scenario, folder / LOG_FILE
+        keeper = kept_navigation.NavigationKeeper(
+            stations.ground.save, lambda: flight.autopilot.parts.estimator.keep(), flight.io.state.interval
+        )
         with Progress(scenario.duration, len(scenario.mission.waypoints), Console(stderr=True)) as progress:
+
+            def watch(cycle: Cycle) -> None:
+                progress.update(cycle)
+                keeper.update(cycle)
+
             if bus.startswith("virtual") and not address:
-                outcome = fly(flight, log, progress.update, stations.merged_with, stations.losses)
+                outcome = fly(flight, log, watch, stations.merged_with, stations.losses)
             else:
-                outcome = fly_two_processes(flight, folder, progress.update, stations.merged_with, stations.losses)
-    kept_navigation.save(options.state or folder / "state", flight.autopilot.parts.estimator.keep())
+                outcome = fly_two_processes(flight, folder, watch, stations.merged_with, stations.losses)
+    kept_navigation.save(options.state or folder / "state", flight.autopilot.parts.estimator.keep(), keeper.speed)
     point_latest(folder)
     console = Console()
     console.print(summary_table(_leave(log, folder)))

@@ -31,6 +31,7 @@ from firmware_py.records.mission_tables import mission_to_plain
 from firmware_py.run import over_hil, provenance
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.kept_plans import with_kept_plans
+from firmware_py.run.resumed_state import resume_state
 from firmware_py.tick import step_ns
 from sim_bridge.bridge import Bridge, PlantSchedule
 from sim_bridge.build import build_bridge
@@ -87,6 +88,8 @@ class Flight:
     io: IoParams
     truth: Truth
     devices: DevicesParams
+    notes: tuple[str, ...] = ()
+    """Sentences on the state of an earlier run."""
 
     @property
     def rate(self) -> int:
@@ -105,6 +108,7 @@ class Flight:
             link=request.link,
             faults=list(self.scenario.faults),
             truth=self._built(),
+            notes=list(self.notes),
         )
 
     def _built(self) -> dict[str, Any]:
@@ -116,6 +120,29 @@ class Flight:
             "density": truth.hull.rho,
             "length": truth.hull.L,
         }
+
+
+def read_io(request: FlightRequest) -> IoParams:
+    """Read the io file.
+
+    Raises:
+        ParamError: in one line, which key is wrong, and what would be right.
+    """
+    io: IoParams = _load(IoParams, request.io or request.config / "io_sitl.toml")
+    return io
+
+
+def prepare_to_resume(request: FlightRequest) -> Flight:
+    """Prepare a flight that goes on with the state of an earlier one; set aside what of that cannot be used.
+
+    Raises:
+        ParamError, UsageError: in one line, which file is wrong, and what would be right.
+    """
+    if request.state is None:
+        return prepare(request, {})
+    scenario = load_scenario(request.scenario, SCENARIOS)
+    kept, notes = resume_state(request.config, _over(request, scenario), request.state, read_io(request).state)
+    return dataclasses.replace(prepare(request, kept), notes=tuple(notes))
 
 
 def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
@@ -130,10 +157,9 @@ def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
     """
     scenario = load_scenario(request.scenario, SCENARIOS)
     scenario = dataclasses.replace(scenario, faults=(*scenario.faults, *request.faults))
-    over = scenario.autopilot
     if parse_hil_link(request.link):
         refuse_faults(scenario)
-        over = config_files.merge(over, over_hil.OVER_HIL)
+    over = _over(request, scenario)
     configuration = with_kept_plans(
         {
             **config_files.read_configuration(request.config, over, request.state),
@@ -151,13 +177,19 @@ def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
         configuration=configuration,
         autopilot=autopilot,
         params=config_files.autopilot_params(configuration),
-        io=_load(IoParams, request.io or request.config / "io_sitl.toml"),
+        io=read_io(request),
         truth=truth,
         devices=_load(DevicesParams, request.config / "sensors.toml", scenario.sensors),
     )
     if parse_hil_link(request.link):
         _refuse_other_scale(flight)
     return flight
+
+
+def _over(request: FlightRequest, scenario: Scenario) -> Mapping[str, Any]:
+    """Return what is laid upon autopilot.toml."""
+    over = scenario.autopilot
+    return config_files.merge(over, over_hil.OVER_HIL) if parse_hil_link(request.link) else over
 
 
 def fly(

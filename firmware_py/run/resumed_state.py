@@ -1,0 +1,97 @@
+"""The state that a run goes on with; files of it that cannot be used are set aside, so that the vehicle starts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from firmware_py import app, config_files
+from firmware_py.adapters.io_params import StateParams
+from firmware_py.mavlink.parameters import store
+from firmware_py.mavlink.plans import plan_builder
+from firmware_py.params import ParamError
+from firmware_py.run import kept_navigation, kept_plans
+from firmware_py.run.usage_error import UsageError
+
+_UNUSABLE = (ParamError, UsageError, OSError, ValueError, RecursionError)
+_LONGEST = 300
+"""Of the reason in a sentence, characters."""
+
+
+def resume_state(
+    folder: Path, over: Mapping[str, Any] | None, state: Path | None, params: StateParams
+) -> tuple[dict[str, float], list[str]]:
+    """Set aside what cannot be used; return the navigation to start from, and sentences for people.
+
+    Args:
+        folder: the configuration.
+        over: laid upon autopilot.toml, as for `config_files.read_configuration`.
+        state: the state folder, if there is one.
+        params: how sigma grows between runs.
+
+    Raises:
+        ParamError, UsageError: as `set_aside_unusable`.
+    """
+    if state is None:
+        return {}, []
+    notes = set_aside_unusable(folder, over, state)
+    kept, sentence = kept_navigation.resume(kept_navigation.load_navigation(state), params, kept_navigation.moment())
+    return kept, [*notes, sentence] if sentence else notes
+
+
+def set_aside_unusable(folder: Path, over: Mapping[str, Any] | None, state: Path) -> list[str]:
+    """Rename what an earlier run left and this one cannot start with; return a sentence on each such file.
+
+    Args:
+        folder: the configuration.
+        over: laid upon autopilot.toml, as for `config_files.read_configuration`.
+        state: the state folder; it need not be there.
+
+    Raises:
+        ParamError: the configuration itself cannot be used, without any state.
+        UsageError: `state` is no folder, or a file in it can be neither used nor renamed.
+    """
+    if not state.exists():
+        return []
+    if not state.is_dir():
+        raise UsageError(f"--state {state}: is not a folder; choose another")
+    plain = {**config_files.read_configuration(folder, over), "mission": {"waypoints": []}, "kept": {}}
+    app.parts_factory(plain).parts()
+
+    def changed() -> None:
+        app.parts_factory({**plain, **config_files.read_configuration(folder, over, state)}).parts()
+
+    checks: dict[str, Callable[[], object]] = {
+        kept_navigation.FILE: lambda: kept_navigation.load_navigation(state),
+        store.FILE: changed,
+        **{
+            name: lambda kind=kind: kept_plans.read_kept(plain, state, kind)  # type: ignore[misc]
+            for kind, name in plan_builder.FILES.items()
+        },
+    }
+    sentences = []
+    for name, check in checks.items():
+        path = state / name
+        if not path.exists():
+            continue
+        try:
+            if not path.is_file():  # a FIFO would wait for a writer
+                raise UsageError(f"{path}: is not a regular file")
+            check()
+        except _UNUSABLE as error:
+            why = " ".join(str(error).split())[:_LONGEST]
+            sentences.append(f"{path}: cannot be used, and is set aside as {_set_aside(path).name}: {why}")
+    return sentences
+
+
+def _set_aside(path: Path) -> Path:
+    for n in count(1):
+        aside = path.with_name(f"{path.name}.corrupt-{n}")
+        if not aside.exists():
+            break
+    try:
+        return path.rename(aside)
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be used, and not be renamed ({error.strerror}); remove it") from None

@@ -1,0 +1,92 @@
+"""What an earlier run left and cannot be used is set aside with a sentence; what the user gives is an error still."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from firmware_py import config_files
+from firmware_py.adapters.installation import configs
+from firmware_py.estimation.navigation.navigation import KeptNavigation
+from firmware_py.params import ParamError
+from firmware_py.run import kept_navigation
+from firmware_py.run.kept_plans import with_kept_plans
+from firmware_py.run.resumed_state import set_aside_unusable
+from firmware_py.run.usage_error import UsageError
+
+CONFIG = configs() / "npsauv2"
+BAD = {
+    "navigation.json": ["", "{", '{"x": 1}', "[" * 100_000, "\0" * 100],
+    "parameters.toml": ["rate_hz = ", "[safety]\ndepth_max_m = -3.0\n", "[nothing]\nx = 1\n", "\0" * 100],
+    "mission.json": ["", "{", "[]", '{"items": [{}]}', '{"items": 7}', "[" * 100_000],
+    "fence.json": ["", '{"items": [[1, 2]]}'],
+    "rally.json": ["null"],
+}
+
+
+def names(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize(("name", "content"), [(name, content) for name, all_ in BAD.items() for content in all_])
+def test_a_file_that_cannot_be_used_is_renamed_and_told_and_the_rest_can_be_read(
+    tmp_path: Path, name: str, content: str
+) -> None:
+    (tmp_path / name).write_text(content)
+    [sentence] = set_aside_unusable(CONFIG, None, tmp_path)
+    assert "\n" not in sentence
+    assert sentence.startswith(f"{tmp_path / name}: cannot be used, and is set aside as {name}.corrupt-1: ")
+    assert len(sentence) < 500
+    assert names(tmp_path) == {f"{name}.corrupt-1"}
+    assert (tmp_path / f"{name}.corrupt-1").read_text() == content
+    configuration = {**config_files.read_configuration(CONFIG, None, tmp_path), "mission": {"waypoints": []}}
+    with_kept_plans(configuration, tmp_path)
+    assert kept_navigation.load_navigation(tmp_path) == {}
+
+
+def test_none_displaces_another_and_none_is_told_twice(tmp_path: Path) -> None:
+    for n in range(1, 4):
+        (tmp_path / "navigation.json").write_text(f"{{ {n}")
+        (tmp_path / "mission.json").write_text("{")
+        assert len(set_aside_unusable(CONFIG, None, tmp_path)) == 2
+        assert set_aside_unusable(CONFIG, None, tmp_path) == []
+        assert (tmp_path / f"navigation.json.corrupt-{n}").read_text() == f"{{ {n}"
+
+
+def test_what_can_be_used_stays(tmp_path: Path) -> None:
+    kept_navigation.save(tmp_path, KeptNavigation(1.0, 2.0, 3.0, 101_325.0))
+    (tmp_path / "parameters.toml").write_text("[safety]\ndepth_max_m = 25.0\n")
+    (tmp_path / "signing").write_text("?")
+    before = names(tmp_path)
+    assert set_aside_unusable(CONFIG, None, tmp_path) == []
+    assert names(tmp_path) == before
+    assert set_aside_unusable(CONFIG, None, tmp_path / "new") == []
+
+
+def test_what_is_no_file_is_set_aside_without_being_opened(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "navigation.json")
+    (tmp_path / "mission.json").mkdir()
+    assert len(set_aside_unusable(CONFIG, None, tmp_path)) == 2
+    assert names(tmp_path) == {"navigation.json.corrupt-1", "mission.json.corrupt-1"}
+
+
+def test_a_configuration_of_the_users_is_an_error_and_the_state_stays(tmp_path: Path) -> None:
+    config, state = tmp_path / "config", tmp_path / "state"
+    shutil.copytree(CONFIG, config)
+    state.mkdir()
+    (state / "parameters.toml").write_text("[safety]\ndepth_max_m = 25.0\n")
+    path = config / "autopilot.toml"
+    path.write_text(path.read_text().replace("depth_max_m = 30.0", "depth_max_m = -3.0"))
+    with pytest.raises(ParamError, match=r"autopilot\.toml"):
+        set_aside_unusable(config, None, state)
+    assert names(state) == {"parameters.toml"}
+
+
+def test_a_file_in_the_folders_place_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "state").write_text("precious")
+    with pytest.raises(UsageError, match="is not a folder; choose another"):
+        set_aside_unusable(CONFIG, None, tmp_path / "state")
+    assert (tmp_path / "state").read_text() == "precious"
