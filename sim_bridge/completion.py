@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import EventKind
 from firmware_py.records.event_text import sentences
@@ -17,12 +19,18 @@ class Completion:
 
     To surface by order, or at the end of a mission, is one thing; to be brought up by a rule is another, and no
     completed mission however well it ends.
+
+    Args:
+        completes: what the scenario meant.
+        true_depth: the plant's, m. Where the plant is out of reach (another process, the sea) the vehicle's own word
+            counts: a fix, or its estimate of the depth.
     """
 
-    def __init__(self, completes: Completes) -> None:
+    def __init__(self, completes: Completes, true_depth: Callable[[], float] | None = None) -> None:
         self.done = False
         """True when nothing more can come: a vehicle that was to surface has disarmed itself."""
         self._completes = completes
+        self._true_depth = true_depth
         self._mode = Mode.DISARMED
         self._armed = False
         self._aborted = ""
@@ -36,6 +44,11 @@ class Completion:
         if self._completes is Completes.SURFACED:
             return self.done
         return self._mode not in (Mode.DISARMED, Mode.SURFACE)
+
+    @property
+    def judged_by(self) -> str:
+        """Return what says that the vehicle has come up: "truth" or "estimate"."""
+        return "estimate" if self._true_depth is None else "truth"
 
     @property
     def reason(self) -> str:
@@ -61,10 +74,18 @@ class Completion:
         if cycle.mode.failsafe:
             self._abort()
         elif mode is Mode.DISARMED:
-            came_up = cycle.frame.fix.ok or cycle.state.eta.z < _SURFACE
+            came_up = self._came_up(cycle)
             if before is not Mode.SURFACE or not came_up:
                 self._abort()
             self.done = self._completes is Completes.SURFACED and before is Mode.SURFACE and came_up
+
+    def _came_up(self, cycle: Cycle) -> bool:
+        if self._true_depth is None:
+            return cycle.frame.fix.ok or cycle.state.eta.z < _SURFACE
+        depth = self._true_depth()
+        if depth >= _SURFACE:
+            self._said += f", at a depth of {depth:.1f} m in truth"
+        return depth < _SURFACE
 
     def _abort(self) -> None:
         self._aborted = self._aborted or self._said or "nobody said why"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from firmware_py.marine import wrap
 from firmware_py.records.cycle import Cycle
@@ -13,10 +14,15 @@ from sim_bridge.scenarios import Scenario, ScenarioOrder, Zigzag
 
 
 class ScriptedOperator:
-    """Gives the orders of a scenario (a `ports.Ground` by shape); its `completion` watches the flight."""
+    """Gives the orders of a scenario (a `ports.Ground` by shape); its `completion` watches the flight.
 
-    def __init__(self, scenario: Scenario) -> None:
-        self.completion = Completion(scenario.completes)
+    Args:
+        scenario: whose orders.
+        true_depth: as in `Completion`.
+    """
+
+    def __init__(self, scenario: Scenario, true_depth: Callable[[], float] | None = None) -> None:
+        self.completion = Completion(scenario.completes, true_depth)
         self._orders = scenario.orders[::-1]
         self._remaining = len(scenario.orders)
         self._zigzag = _ZigzagRudder(scenario.zigzag) if scenario.zigzag else None

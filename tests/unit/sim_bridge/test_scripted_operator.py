@@ -119,6 +119,19 @@ def test_a_vehicle_that_disarms_in_the_deep_has_not_surfaced(z, fix, up):
     assert (ground.completion.done, ground.completion.completed) == (up, up)
 
 
+@pytest.mark.parametrize(("true_depth", "up"), [(42.4, False), (3.3, False), (1.0, False), (0.9, True)])
+def test_where_the_plant_is_in_reach_its_depth_tells_and_no_estimate(true_depth, up):
+    scenario = parse({"description": "x.", "duration_s": 100.0, "completes": "surfaced"}, "here")
+    ground = ScriptedOperator(scenario, lambda: true_depth)
+    for mode in (Mode.SURFACE, Mode.DISARMED):
+        ground.write(cycle(mode=mode, z=0.1, fix=True, events=(changed(mode, Cause.SURFACED),)))
+    assert (ground.completion.done, ground.completion.completed) == (up, up)
+    assert ground.completion.judged_by == "truth"
+    assert operator().completion.judged_by == "estimate"
+    if not up:
+        assert f"at a depth of {true_depth:.1f} m in truth" in ground.completion.reason
+
+
 def test_a_vehicle_that_disarms_under_way_has_not_surfaced():
     ground = operator(completes="surfaced")
     for mode in (Mode.MISSION, Mode.DISARMED):

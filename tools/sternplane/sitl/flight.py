@@ -21,7 +21,7 @@ from firmware_py.adapters.installation import configs
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.linux_realtime import apply_while
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
-from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogRecorder, LogWriter
+from firmware_py.adapters.storage.recorder import LogWriter
 from firmware_py.autopilot import Autopilot
 from firmware_py.params import ParamError, load
 from firmware_py.ports import Ground, Schedule
@@ -33,7 +33,7 @@ from firmware_py.run.interrupt import interruptible
 from firmware_py.run.kept_plans import with_kept_plans
 from firmware_py.run.resumed_state import resume_state
 from firmware_py.tick import step_ns
-from sim_bridge.bridge import Bridge, PlantSchedule
+from sim_bridge.bridge import PlantSchedule
 from sim_bridge.build import build_bridge
 from sim_bridge.completion import Completion
 from sim_bridge.devices.devices import DevicesParams
@@ -43,6 +43,7 @@ from sim_bridge.plant.plant import PlantError
 from sim_bridge.plant.truth import Truth, refuse_other_fins
 from sim_bridge.scenarios import Scenario, load_scenario
 from sim_bridge.scripted_operator import ScriptedOperator
+from sternplane.sitl.simulation_recorder import SimulationRecorder, Witness
 
 SCENARIOS = configs() / "scenarios"
 CONFIG = configs() / "npsauv2"
@@ -198,6 +199,7 @@ def fly(
     watch: Callable[[Cycle], None] = lambda _cycle: None,
     command: Callable[[ScriptedOperator], Ground] = lambda operator: operator,
     lost: Callable[[], Mapping[str, int]] = dict,
+    witness: Witness | None = None,
 ) -> Outcome:
     """Flies to the end of the scenario, or to the first Ctrl-C, and leaves a log that is closed whatever happens.
 
@@ -207,6 +209,7 @@ def fly(
         watch: is shown every cycle.
         command: merges the scenario's operator with other sources of orders.
         lost: asked at the end, what was lost on the way to and from these, by name.
+        witness: is shown every cycle and the truth; the flight ends when it is done.
 
     Raises:
         BusError: the bus or the line cannot be opened.
@@ -232,13 +235,13 @@ def fly(
             rate,
             flight.io.can.node_id,
         )
-        operator = ScriptedOperator(scenario)
+        operator = ScriptedOperator(scenario, lambda: bridge.truth().eta.z)
         interrupted = stack.enter_context(interruptible())
         lockstep = PlantSchedule(
             bridge,
             step_ns(rate),
             round(scenario.duration * rate),
-            stop=lambda: operator.completion.done or bool(interrupted),
+            stop=lambda: operator.completion.done or bool(interrupted) or (witness is not None and witness.done),
         )
         schedule: Schedule = (
             RealTimeSchedule(step_ns(rate), lockstep.advance, flight.io.realtime.spin_ns)
@@ -246,11 +249,12 @@ def fly(
             else lockstep
         )
         log = stack.enter_context(LogWriter(log_path, flight.header()))
+        recorder = SimulationRecorder(log, bridge, watch, witness)
         began = time.monotonic()
         for refusal in stack.enter_context(apply_while(dataclasses.replace(flight.io.realtime, freeze_garbage=True))):
             print(refusal, file=sys.stderr)
         try:
-            loop.run(flight.autopilot, hardware, command(operator), _SimulationRecorder(log, bridge, watch), schedule)
+            loop.run(flight.autopilot, hardware, command(operator), recorder, schedule)
             outcome = outcome_of(operator.completion, bool(interrupted))
         except PlantError as error:
             outcome = Outcome(False, str(error))
@@ -258,24 +262,9 @@ def fly(
             outcome = Outcome(False, f"{line.late} lines of the DVL came late: the run is not reproducible")
         lines = {"lines_of_the_dvl_lost": line.lost, "lines_of_the_dvl_late": line.late}
         losses = {**hardware.losses(), **lines, **lost()}
-        log.close({**outcome._asdict(), "wall_s": time.monotonic() - began, "losses": losses})
+        end = {**outcome._asdict(), "judged_by": operator.completion.judged_by}
+        log.close({**end, "wall_s": time.monotonic() - began, "losses": losses})
     return outcome
-
-
-class _SimulationRecorder:
-    """The recorder of a simulated run: cycles and the true state; it also calls an observer."""
-
-    def __init__(self, log: LogWriter, bridge: Bridge, watch: Callable[[Cycle], None]) -> None:
-        self._recorder = LogRecorder(log)
-        self._log = log
-        self._bridge = bridge
-        self._watch = watch
-        log.channel(TRUTH_TOPIC, bridge.truth())
-
-    def write(self, cycle: Cycle) -> None:
-        self._recorder.write(cycle)
-        self._log.write(TRUTH_TOPIC, cycle.tick.t_ns, self._bridge.truth())
-        self._watch(cycle)
 
 
 def outcome_of(completion: Completion, interrupted: bool) -> Outcome:

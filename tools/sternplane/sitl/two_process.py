@@ -120,7 +120,8 @@ def fly_two_processes(
             killed = child.returncode < 0
             why = f"killed by signal {-child.returncode}" if killed else _last_words(folder)
             outcome = Outcome(False, f"the plant has ended: {why}")
-        log.close({**outcome._asdict(), "wall_s": recorder.seconds, "losses": {**losses, **lost()}})
+        end = {**outcome._asdict(), "judged_by": operator.completion.judged_by}
+        log.close({**end, "wall_s": recorder.seconds, "losses": {**losses, **lost()}})
     return outcome
 
 

@@ -1,0 +1,43 @@
+"""The recorder of a simulated run: cycles and the truth beside them, into the log and before witnesses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogRecorder, LogWriter
+from firmware_py.records.cycle import Cycle
+from sim_bridge.bridge import Bridge
+from sim_bridge.truth_sample import TruthSample
+
+
+class Witness(Protocol):
+    """Who sees the vehicle and the plant, and may end the flight."""
+
+    done: bool
+
+    def see(self, cycle: Cycle, truth: TruthSample, /) -> None:
+        """Take one cycle and the true state at its tick."""
+
+
+class SimulationRecorder:
+    """The recorder of a simulated run: cycles and the true state; it also calls the observers."""
+
+    def __init__(
+        self, log: LogWriter, bridge: Bridge, watch: Callable[[Cycle], None], witness: Witness | None = None
+    ) -> None:
+        self._recorder = LogRecorder(log)
+        self._log = log
+        self._bridge = bridge
+        self._watch = watch
+        self._witness = witness
+        log.channel(TRUTH_TOPIC, bridge.truth())
+
+    def write(self, cycle: Cycle) -> None:
+        """Keep one cycle and the truth at its tick, and show them."""
+        self._recorder.write(cycle)
+        truth = self._bridge.truth()
+        self._log.write(TRUTH_TOPIC, cycle.tick.t_ns, truth)
+        self._watch(cycle)
+        if self._witness is not None:
+            self._witness.see(cycle, truth)
