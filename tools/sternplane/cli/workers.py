@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import multiprocessing
+import signal
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 
 from rich.console import Console
 from rich.progress import Progress, ProgressColumn, TimeElapsedColumn, TimeRemainingColumn
+
+_PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
+
+
+def end_with_parent() -> None:
+    """Ask Linux to end this process when the one that started it is killed: it would else wait for work forever."""
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 @contextlib.contextmanager
@@ -26,7 +35,9 @@ def workers(
     times = (TimeElapsedColumn(), TimeRemainingColumn())
     with (
         Progress(*columns, *times, console=console, transient=transient, disable=not console.is_terminal) as bar,
-        ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn")) as pool,
+        ProcessPoolExecutor(
+            processes, mp_context=multiprocessing.get_context("spawn"), initializer=end_with_parent
+        ) as pool,
     ):
         try:
             yield bar, pool
