@@ -5,10 +5,10 @@ BIN := .venv/bin
 LOCKS := tools/requirements
 PIP := $(BIN)/python $(LOCKS)/install.py
 
-.PHONY: help setup sitl gcs test test-vcan lint rooms bench fuzz load study paper lock clean
+.PHONY: help setup sitl gcs test test-vcan lint rooms bench fuzz load study study-safety paper lock clean
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: .venv/.run .venv/.kernels ## install into .venv and compile the kernels
 
@@ -49,6 +49,9 @@ load: setup ## what cycles cost, and how late they are: alone, with three busy s
 
 study: setup ## the estimation study; ARGS=--short for its quick form
 	@$(BIN)/sternplane study estimation $(ARGS)
+
+study-safety: setup ## every fault, judged by the truth; ARGS=--short for the quick form, ARGS="--out DIR" to go on
+	@$(BIN)/sternplane study safety $(ARGS)
 
 paper: setup ## every experiment of the source paper
 	@$(BIN)/sternplane paper $(ARGS)

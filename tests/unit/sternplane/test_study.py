@@ -174,8 +174,10 @@ def test_seeds_that_are_none_are_refused_in_one_line(text: str, capsys: pytest.C
 
 
 def test_seeds_count_from_1000_by_default() -> None:
-    assert command.seeds_of(None) == range(1000, 1400)
-    assert command.seeds_of("0:40") == range(40)
+    counted = range(command.JUDGED_FROM, command.JUDGED_FROM + command.MOST)
+    assert counted == range(1000, 1400)
+    assert command.seeds_of(None, counted) == counted
+    assert command.seeds_of("0:40", counted) == range(40)
 
 
 def test_the_whole_study_runs_in_processes_and_exits_by_its_targets(

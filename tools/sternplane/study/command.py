@@ -27,7 +27,7 @@ MOST = 400
 
 def command(options: argparse.Namespace) -> int:
     """Run the study; return 0 if every target is met, 1 if one is missed."""
-    seeds = seeds_of(options.seeds)
+    seeds = seeds_of(options.seeds, range(JUDGED_FROM, JUDGED_FROM + MOST))
     folder = run_folder(options.out)
     results = [
         case.evaluate(runs)
@@ -36,20 +36,20 @@ def command(options: argparse.Namespace) -> int:
     rows = [row for result in results for row in result.rows]
     form = "short form" if options.short else "full form"
     identity = f"seeds {seeds.start} to {seeds.stop - 1} · {form} · revision {provenance.git_revision()}"
-    _write(folder / "results.json", json.dumps([row.plain() for row in rows], indent=1, allow_nan=False) + "\n")
-    _write(folder / "report.html", page(CASES, results, (identity, chance_text(rows))))
+    write(folder / "results.json", json.dumps([row.plain() for row in rows], indent=1, allow_nan=False) + "\n")
+    write(folder / "report.html", page(CASES, results, (identity, chance_text(rows))))
     _print(rows, folder)
     return 1 if any(row.ok is False for row in rows) else 0
 
 
-def seeds_of(text: str | None) -> range:
-    """Return the seeds of A:B, A to B - 1; by default those that count.
+def seeds_of(text: str | None, otherwise: range) -> range:
+    """Return the seeds of A:B, A to B - 1; `otherwise` if none are given.
 
     Raises:
         UsageError: not two numbers, or none between them.
     """
     if text is None:
-        return range(JUDGED_FROM, JUDGED_FROM + MOST)
+        return otherwise
     match = re.fullmatch(r"(\d+):(\d+)", text)
     if match is None or int(match[1]) >= int(match[2]):
         raise UsageError(f"--seeds {text}: write A:B with A below B, such as 0:40; B itself is not flown")
@@ -83,7 +83,7 @@ def _print(rows: Sequence[Row], folder: Path) -> None:
     console.print(f"{folder / 'report.html'}\n{folder / 'results.json'}", highlight=False, soft_wrap=True)
 
 
-def _write(path: Path, text: str) -> None:
+def write(path: Path, text: str) -> None:
     """Write a file so that whoever reads it at any time finds the old one or the new one."""
     fresh = path.with_name(f"{path.name}.new")
     try:

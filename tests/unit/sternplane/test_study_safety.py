@@ -1,0 +1,299 @@
+"""The safety study finds each unsafe end, goes on where it was broken off, and knows every kind of fault."""
+
+from __future__ import annotations
+
+import json
+import math
+from types import SimpleNamespace
+
+import pytest
+from sternplane.cli import main
+from sternplane.study.safety import command
+from sternplane.study.safety.campaign import LEFT_OUT, TRIALS, Job, jobs
+from sternplane.study.safety.flight import written
+from sternplane.study.safety.judge import Ending, Judge
+from sternplane.study.safety.mission import DEPTH_MAX, ONSETS
+from sternplane.study.safety.page import page
+from sternplane.study.safety.store import Store
+from sternplane.study.safety.verdict import judge, rows
+
+from firmware_py.adapters.storage.toml_files import read_toml
+from firmware_py.marine import Eta
+from firmware_py.records.event import Cause, Event, EventKind, Severity
+from firmware_py.records.health import ActuatorFault, SourceFault
+from firmware_py.records.order import Mode
+from sim_bridge.faults.catalogue import KINDS
+from sim_bridge.faults.fault import parse_fault
+from sim_bridge.plant.environment import EnvironmentParams
+
+SEA = EnvironmentParams(bottom_depth=40.0)
+ONSET = 20.0
+SAFE = [(0.0, 5.0, Mode.MISSION, Cause.ORDERED), (100.0, 0.2, Mode.SURFACE, Cause.MISSION_DONE)]
+
+
+def event(kind, *numbers, cause=Cause.NONE, name=""):
+    return Event(kind, Severity.WARNING, cause=cause, numbers=numbers, names=(name,) if name else ())
+
+
+def cycle(t, z, mode, cause, events=(), fins=(0.0,) * 4, drop=False, fix=False):
+    heard = SimpleNamespace(ok=fix, age=lambda _t: 0.0)
+    return SimpleNamespace(
+        tick=SimpleNamespace(t=t),
+        state=SimpleNamespace(eta=SimpleNamespace(z=z)),
+        frame=SimpleNamespace(fix=heard),
+        mode=SimpleNamespace(mode=mode, cause=cause),
+        applied=SimpleNamespace(fins=fins, n=5.0, drop=drop),
+        events=events,
+    )
+
+
+def seen(steps, theta=0.0):
+    """Return the judge after (t, true depth, mode, cause, how the cycle differs)."""
+    found = Judge(SEA, ONSET, 5.3, 0.5)
+    for t, z, mode, cause, *more in steps:
+        truth = SimpleNamespace(eta=Eta(0.0, 0.0, z, 0.0, theta, 0.0))
+        found.see(cycle(t, z, mode, cause, **(more[0] if more else {})), truth)
+    return found
+
+
+def ending(steps):
+    return seen(steps).found.ending(DEPTH_MAX)
+
+
+RULE = {"events": (event(EventKind.MODE_CHANGED, cause=Cause.DEPTH_LIMIT),)}
+WARNED = {"events": (event(EventKind.RULE_WARNS, cause=Cause.BATTERY_LOW),)}
+
+
+@pytest.mark.parametrize(
+    ("last", "wanted"),
+    [
+        ([(100.0, 0.9, Mode.DISARMED, Cause.SURFACED)], Ending.FLOWN),
+        ([(50.0, 9.0, Mode.SURFACE, Cause.DEPTH_LIMIT, RULE), (99.0, 0.9, Mode.SURFACE, Cause.DEPTH_LIMIT)], Ending.UP),
+        (
+            [(50.0, 9.0, Mode.SURFACE, Cause.LEAK, {"drop": True}), (99.0, 0.9, Mode.SURFACE, Cause.LEAK)],
+            Ending.DROPPED,
+        ),
+        ([(50.0, 9.0, Mode.SURFACE, Cause.LEAK, {"drop": True})], Ending.BELOW),
+        ([(50.0, 9.0, Mode.SURFACE, Cause.DEPTH_LIMIT, RULE)], Ending.BELOW),
+        ([(50.0, 9.0, Mode.SURFACE, Cause.ORDERED, WARNED)], Ending.BELOW),
+        ([(50.0, 1.1, Mode.SURFACE, Cause.MISSION_DONE)], Ending.LOST),
+        ([(50.0, 9.0, Mode.DISARMED, Cause.ORDERED)], Ending.LOST),
+        ([(50.0, 9.0, Mode.SURFACE, Cause.LEAK, RULE), (60.0, 9.0, Mode.DISARMED, Cause.SURFACED)], Ending.LOST),
+        ([(50.0, 33.1, Mode.SURFACE, Cause.DEPTH_LIMIT, RULE), (99.0, 0.0, Mode.SURFACE, Cause.LEAK)], Ending.DEEP),
+        ([(50.0, 32.9, Mode.SURFACE, Cause.DEPTH_LIMIT, RULE), (99.0, 0.0, Mode.SURFACE, Cause.LEAK)], Ending.UP),
+        ([(50.0, 5.0, Mode.MISSION, Cause.ORDERED, {"fins": (math.nan,)}), SAFE[1]], Ending.NOT_FINITE),
+        ([(50.0, math.nan, Mode.MISSION, Cause.ORDERED)], Ending.LOST),
+    ],
+)
+def test_each_end_is_told_from_the_others(last, wanted):
+    assert ending([SAFE[0], *last]) is wanted
+    assert wanted.unsafe == (wanted.value in ("lost", "deep", "aground", "not finite"))
+
+
+def test_a_flight_that_touched_the_bottom_is_aground_whatever_else_it_did():
+    found = seen(SAFE).found
+    assert found.ending(DEPTH_MAX) is Ending.FLOWN
+    found.aground = True
+    assert found.ending(DEPTH_MAX) is Ending.AGROUND
+
+
+def test_the_distance_to_the_bottom_is_that_of_the_bow_when_it_points_down():
+    level, down = seen([(0.0, 30.0, Mode.MISSION, Cause.ORDERED)]), None
+    down = seen([(0.0, 30.0, Mode.MISSION, Cause.ORDERED)], theta=-0.5)
+    assert level.found.bottom == pytest.approx(10.0 - 0.25)
+    assert down.found.bottom == pytest.approx(10.0 - 2.65 * math.sin(0.5) - 0.25 * math.cos(0.5))
+
+
+def test_a_flight_ends_when_the_vehicle_is_up_and_disarmed_or_lies_disarmed_for_a_minute():
+    armed = (0.0, 5.0, Mode.MISSION, Cause.ORDERED)
+    assert not seen([(t, 5.0, Mode.DISARMED, Cause.NONE) for t in (0.0, 100.0)]).done
+    assert not seen([armed, (30.0, 0.5, Mode.SURFACE, Cause.LEAK), (99.0, 0.5, Mode.SURFACE, Cause.LEAK)]).done
+    assert seen([armed, (30.0, 0.5, Mode.DISARMED, Cause.SURFACED), (31.5, 0.5, Mode.DISARMED, Cause.SURFACED)]).done
+    lies = [armed, *((t, 9.0, Mode.DISARMED, Cause.ATTITUDE_DEAD) for t in (30.0, 60.0, 89.0))]
+    assert not seen(lies).done
+    assert seen([*lies, (90.0, 9.0, Mode.DISARMED, Cause.ATTITUDE_DEAD)]).done
+    rises = [armed, *((t, 9.0 - 0.1 * t, Mode.DISARMED, Cause.ATTITUDE_DEAD) for t in (10.0, 40.0, 70.0))]
+    assert not seen(rises).done
+
+
+def flown(title, steps, onset=0, seed=1000):
+    found = seen(steps).found
+    return {
+        "key": Job(title, onset, seed).key,
+        "trial": title,
+        "onset": onset,
+        "seed": seed,
+        "eddies": 0.0,
+        "revision": "r",
+        "ending": found.ending(DEPTH_MAX).value,
+        "log": "",
+        "replay": "",
+        "outcome": "",
+        "found": found.plain(),
+    }
+
+
+def said(t, kind, fault, name):
+    return (t, 5.0, Mode.MISSION, Cause.ORDERED, {"events": (event(kind, float(fault), name=name),)})
+
+
+LOST, JAMMED = EventKind.SENSOR_LOST, EventKind.ACTUATOR_FAULT
+
+
+@pytest.mark.parametrize(
+    ("title", "step", "named", "in_time"),
+    [
+        ("off:pressure", said(21.1, LOST, SourceFault.SILENT, "pressure"), 1.1, True),
+        ("off:pressure", said(21.2, LOST, SourceFault.SILENT, "pressure"), 1.2, False),
+        ("off:pressure", said(21.0, LOST, SourceFault.SILENT, "dvl"), math.inf, False),
+        ("off:pressure", said(19.0, LOST, SourceFault.SILENT, "pressure"), math.inf, False),
+        ("jam:stern_port=23", said(20.8, JAMMED, ActuatorFault.JAMMED, "stern_port"), 0.8, True),
+        ("jam:stern_port=23", said(20.8, JAMMED, ActuatorFault.SILENT, "stern_port"), math.inf, False),
+        ("set:leak=100", (22.0, 5.0, Mode.SURFACE, Cause.LEAK, RULE), math.inf, False),
+    ],
+)
+def test_a_fault_is_named_by_the_right_source_in_time(title, step, named, in_time):
+    verdict = judge(flown(title, [SAFE[0], step, SAFE[1]]))
+    assert verdict.named == pytest.approx(named)
+    assert verdict.in_time is in_time
+
+
+def test_an_alarm_before_the_fault_is_a_false_one():
+    steps = [SAFE[0], said(10.0, LOST, SourceFault.DRIFT, "ahrs"), SAFE[1]]
+    alarms = [row for row in rows([flown("off:fix", steps)]) if row.case == "false alarms"]
+    assert [row.ok for row in alarms] == [False]
+
+
+def test_what_physics_forbids_is_shown_and_does_not_count():
+    deep = [SAFE[0], (50.0, 39.0, Mode.SURFACE, Cause.DEPTH_LIMIT, RULE)]
+    title = "jam: both stern planes, 23 deg, no feedback"
+    assert [judge(flown(title, deep, onset)).unsafe for onset in (0, 1, 2)] == [True, True, False]
+    found = rows([flown(title, deep, 2)])
+    assert all(row.ok is not False for row in found if row.case == "safe")
+    assert [row.value for row in found if row.figure == f"beyond the bound, unsafe: {title}"] == [1.0]
+
+
+def test_a_spike_may_neither_change_the_mode_nor_move_the_depth():
+    title = "spike:pressure=37"
+    steps = [SAFE[0], (50.0, 5.0, Mode.SURFACE, Cause.DEPTH_LIMIT, RULE), SAFE[1]]
+    flight = flown(title, steps)
+    flight["found"]["depth_error"] = 0.31
+    assert [row.ok for row in rows([flight]) if row.case == "one spike"] == [False, False]
+    assert [row.ok for row in rows([flown(title, SAFE)]) if row.case == "one spike"] == [True, True]
+
+
+def test_every_kind_of_fault_is_flown_or_left_out_for_a_reason():
+    flying = {
+        f"{fault.kind.name}:{fault.kind.group}" for trial in TRIALS.values() for fault in map(parse_fault, trial.at(0))
+    }
+    known = {f"{kind.name}:{kind.group}" for kind in KINDS}
+    assert flying <= known
+    assert not flying & set(LEFT_OUT)
+    assert known - flying == set(LEFT_OUT)
+    assert all(len(why) > 20 for why in LEFT_OUT.values())
+
+
+def test_a_trial_says_how_it_is_named_or_why_it_is_not():
+    assert [trial.title for trial in TRIALS.values() if trial.named is None and not trial.note] == []
+    assert len({trial.name for trial in TRIALS.values()}) == len(TRIALS)
+
+
+def test_the_full_form_has_every_trial_at_every_onset_with_every_seed_and_a_hundred_quiet_flights():
+    full = jobs(range(1000, 1008), short=False)
+    assert len({job.key for job in full}) == len(full)
+    faults = [job for job in full if job.trial]
+    assert len(faults) == 8 * sum(len(trial.onsets) for trial in TRIALS.values())
+    assert sum(len(trial.onsets) == 3 for trial in TRIALS.values()) >= len(TRIALS) - 4
+    quiet = [job for job in full if not job.trial]
+    assert len(quiet) == 100
+    assert {job.eddies for job in quiet} == {0.0, 0.1}
+    assert all(job.duration == 600.0 and job.learning for job in quiet)
+    assert {job.learning for job in faults} == {True, False}
+    assert sum(job.replay for job in full) >= 30
+
+
+def test_the_short_form_has_each_onset_quiet_flights_and_a_replay():
+    short = jobs(range(1000, 1001), short=True)
+    assert {job.onset for job in short} == {-1, 0, 1, 2}
+    assert sum(not job.trial for job in short) == 2
+    assert any(job.replay for job in short)
+
+
+def test_a_scenario_of_a_job_is_one(tmp_path):
+    for title in ("off:ahrs, off:dvl", "bottom at 20 m", ""):
+        (tmp_path / "one.toml").write_text(written(Job(title, 1, 1001, 60.0)))
+        table = read_toml(tmp_path / "one.toml")
+        assert table["environment"]["turbulence_m_s"] == 0.1
+        assert len(table["faults"]) == title.count(":")
+        assert bool(table["environment"].get("bottom")) == title.startswith("bottom")
+        assert all(f"@{ONSETS[1]:g}" in fault for fault in table["faults"])
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """A study of two flights that flies none: `ends` is how the second ends, `flew` what was flown."""
+    study = SimpleNamespace(ends=SAFE, flew=[])
+
+    def fly_all(wanted, store, revision, console):
+        for job in store.missing(wanted):
+            study.flew.append(job.key)
+            store.add(flown(job.trial, SAFE if job.onset == 0 else study.ends, job.onset, job.seed))
+
+    monkeypatch.setattr(command, "fly_all", fly_all)
+    monkeypatch.setattr(command, "jobs", lambda seeds, short: [Job("off:fix", o, s) for s in seeds for o in (0, 1)])
+    return study
+
+
+def study(folder, seeds="1000:1001"):
+    return main.main(["study", "safety", "--seeds", seeds, "--out", str(folder)])
+
+
+def test_a_study_exits_by_its_cells(tmp_path, few, capsys):
+    assert study(tmp_path / "safe") == 0
+    few.ends = [SAFE[0], (50.0, 9.0, Mode.MISSION, Cause.ORDERED)]
+    assert study(tmp_path / "unsafe") == 1
+    out = capsys.readouterr().out
+    assert "missed: safe: flights with an unsafe end: 1, target ≤ 0 (n = 2)" in out
+    found = json.loads((tmp_path / "unsafe" / "results.json").read_text())
+    assert {tuple(row) for row in found} == {("case", "figure", "value", "target", "n", "margin", "ok")}
+    assert any(row["figure"] == "unsafe: off:fix" and row["ok"] is False for row in found)
+    html = (tmp_path / "unsafe" / "report.html").read_text()
+    assert "1 of 2 flights unsafe" in html
+    assert 'src="http' not in html
+
+
+def test_a_second_start_flies_only_what_is_missing(tmp_path, few):
+    assert study(tmp_path) == 0
+    first = list(few.flew)
+    assert study(tmp_path) == 0
+    assert few.flew == first
+    assert study(tmp_path, "1000:1002") == 0
+    assert few.flew[len(first) :] == ["off:fix / 0 / 1001", "off:fix / 1 / 1001"]
+
+
+def test_a_line_that_a_killed_study_had_begun_is_flown_again(tmp_path):
+    job, other = Job("off:fix", 0, 1000), Job("off:fix", 1, 1000)
+    store = Store(tmp_path)
+    store.add(flown("off:fix", SAFE))
+    store.close()
+    with store.path.open("a") as file:
+        file.write('{"key": "off:fix / 1 / 10')
+    again = Store(tmp_path)
+    assert again.missing([job, other]) == [other]
+    again.add(flown("off:fix", SAFE, 1))
+    again.close()
+    assert [json.loads(line)["onset"] for line in store.path.read_text().splitlines()] == [0, 1]
+
+
+def test_flights_of_another_revision_are_named(tmp_path, few):
+    study(tmp_path)
+    assert "2 of 2 flights were made by another revision: r." in (tmp_path / "report.html").read_text()
+
+
+def test_a_cell_links_to_a_log_and_shows_what_is_excused():
+    title = "jam: both stern planes, 23 deg, no feedback"
+    deep = flown(title, [SAFE[0], (50.0, 39.0, Mode.SURFACE, Cause.DEPTH_LIMIT, RULE)], 2)
+    deep["log"] = "logs/jam.2.1000.mcap"
+    html = page([deep], rows([deep]), ["one"], [])
+    assert '<a href="logs/jam.2.1000.mcap">(1)</a>' in html
+    assert "0 of 1 flights unsafe" in html

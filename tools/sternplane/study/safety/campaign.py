@@ -1,0 +1,87 @@
+"""The flights of the campaign: every trial at every onset with every seed, and quiet ones for false alarms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from sternplane.study.safety import sensor_trials, vehicle_trials
+from sternplane.study.safety.mission import QUIET
+from sternplane.study.safety.trial import Group, Trial
+
+GROUPS: tuple[Group, ...] = (*sensor_trials.GROUPS, *vehicle_trials.GROUPS)
+TRIALS = {trial.title: trial for group in GROUPS for trial in group.trials}
+LEFT_OUT: dict[str, str] = {}
+"""Kinds of the catalogue that no trial has, and why."""
+SEEDS = 8
+"""How many seeds, unless told otherwise."""
+_QUIET_FLIGHTS = 100
+_QUIET_SHORT, _SHORT_FLIGHTS = 150.0, 2
+_REPLAYS, _SHORT_REPLAYS = 30, 2
+_LEARNING = 4
+"""Of so many seeds one flies with learning on: the others leave it out, for a third less time."""
+
+
+class Job(NamedTuple):
+    """One flight.
+
+    Attributes:
+        trial: its title; "" for a quiet flight.
+        onset: its number; -1 for a quiet flight.
+        seed: of everything random; odd ones have eddies of 0.1 m/s.
+        duration: of a quiet flight, s.
+        replay: whether it is replayed afterwards.
+        keep: whether its log is kept if nothing is wrong.
+    """
+
+    trial: str
+    onset: int
+    seed: int
+    duration: float = 0.0
+    replay: bool = False
+    keep: bool = False
+
+    @property
+    def key(self) -> str:
+        """Return what names the flight in the file of results."""
+        return f"{self.trial or f'quiet, {self.duration:g} s'} / {self.onset} / {self.seed}"
+
+    @property
+    def eddies(self) -> float:
+        """Return the turbulence, 1 sigma, m/s."""
+        return 0.1 * (self.seed % 2)
+
+    @property
+    def learning(self) -> bool:
+        """Return whether the coefficients are learned in it."""
+        return self.seed % _LEARNING == 0 or not self.trial
+
+    @property
+    def file(self) -> str:
+        """Return the name of its log."""
+        return f"{TRIALS[self.trial].name if self.trial else 'quiet'}.{self.onset}.{self.seed}.mcap"
+
+
+def jobs(seeds: range, short: bool) -> list[Job]:
+    """Return every flight, seed by seed, so that a campaign that was broken off has all faults."""
+    found = list(_short(seeds)) if short else list(_full(seeds))
+    every = max(1, len(found) // (_SHORT_REPLAYS if short else _REPLAYS))
+    return [job._replace(replay=i % every == every - 1) for i, job in enumerate(found)]
+
+
+def _full(seeds: range) -> Iterator[Job]:
+    for seed in seeds:
+        for trial in TRIALS.values():
+            for onset in trial.onsets:
+                yield Job(trial.title, onset, seed, keep=seed == seeds.start)
+    for k in range(min(_QUIET_FLIGHTS, -(-_QUIET_FLIGHTS * len(seeds) // SEEDS))):
+        yield Job("", -1, seeds.start + k, QUIET, keep=k == 0)
+
+
+def _short(seeds: range) -> Iterator[Job]:
+    """The chosen trials, each at one onset: the first is shallow, the next in the middle, the next deep, and so on."""
+    chosen: Sequence[Trial] = [trial for trial in TRIALS.values() if trial.short]
+    for i, trial in enumerate(chosen):
+        yield Job(trial.title, trial.onsets[i % len(trial.onsets)], seeds[i % len(seeds)], keep=True)
+    for k in range(_SHORT_FLIGHTS):
+        yield Job("", -1, seeds.start + k, _QUIET_SHORT, keep=True)

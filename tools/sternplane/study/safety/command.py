@@ -1,0 +1,62 @@
+"""`sternplane study safety`: flies every fault, judges it by the truth, and writes report.html and results.json."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from firmware_py.run import provenance
+from firmware_py.run.run_folders import run_folder
+from sternplane.study.command import JUDGED_FROM, seeds_of, write
+from sternplane.study.page import target_text
+from sternplane.study.rows import Row
+from sternplane.study.safety.campaign import SEEDS, jobs
+from sternplane.study.safety.page import page
+from sternplane.study.safety.pool import fly_all
+from sternplane.study.safety.store import Store
+from sternplane.study.safety.verdict import rows
+
+
+def command(options: argparse.Namespace) -> int:
+    """Run the campaign; return 0 if no flight is unsafe and every target is met, else 1."""
+    seeds = seeds_of(options.seeds, range(JUDGED_FROM, JUDGED_FROM + SEEDS))
+    folder = run_folder(options.out)
+    wanted, revision = jobs(seeds, options.short), provenance.git_revision()
+    store = Store(folder)
+    try:
+        fly_all(wanted, store, revision, Console(stderr=True))
+    finally:
+        store.close()
+    flights = store.of(wanted)
+    found = rows(flights)
+    form = "short form" if options.short else "full form"
+    identity = f"seeds {seeds.start} to {seeds.stop - 1} · {form} · {len(flights)} flights · revision {revision}"
+    write(folder / "results.json", json.dumps([row.plain() for row in found], indent=1, allow_nan=False) + "\n")
+    write(folder / "report.html", page(flights, found, (identity,), _warnings(flights, revision)))
+    _print(found, folder)
+    return 1 if any(row.ok is False for row in found) else 0
+
+
+def _warnings(flights: Sequence[dict[str, Any]], revision: str) -> list[str]:
+    """Say that some flights were made by another revision: a campaign goes on where it was broken off."""
+    others = {flight["revision"] for flight in flights} - {revision}
+    if not others:
+        return []
+    count = sum(flight["revision"] in others for flight in flights)
+    return [f"{count} of {len(flights)} flights were made by another revision: {', '.join(sorted(others))}."]
+
+
+def _print(found: Sequence[Row], folder: Path) -> None:
+    console = Console()
+    for row in found:
+        if row.ok is False:
+            text = f"missed: {row.case}: {row.figure}: {row.value:.4g}, target {target_text(row)} (n = {row.n})"
+            console.print(text, highlight=False, soft_wrap=True)
+    judged = [row for row in found if row.ok is not None]
+    console.print(f"{sum(bool(row.ok) for row in judged)} of {len(judged)} targets met")
+    console.print(f"{folder / 'report.html'}\n{folder / 'results.json'}", highlight=False, soft_wrap=True)

@@ -1,0 +1,68 @@
+"""One flight of the campaign, flown and judged in a process of its own."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from firmware_py import app
+from sternplane.logs.reading import read
+from sternplane.logs.replay import replay
+from sternplane.sitl.flight import Flight, FlightRequest, fly, prepare
+from sternplane.study.safety.campaign import TRIALS, Job
+from sternplane.study.safety.judge import Ending, Judge
+from sternplane.study.safety.mission import DEPTH_MAX, ONSETS, quiet_scenario, scenario
+
+
+def run(job: Job, logs: str, revision: str) -> dict[str, Any]:
+    """Fly one job and return what is kept of it; its log stays in `logs` if it is unsafe, or to be kept."""
+    with tempfile.TemporaryDirectory() as name:
+        file = Path(name) / "study.toml"
+        file.write_text(written(job), encoding="utf-8")
+        flight = prepare(FlightRequest(scenario=str(file), seed=job.seed), {})
+        judge = _judge(flight, job)
+        log = Path(logs) / job.file
+        outcome = fly(flight, log, witness=judge)
+        found = judge.found
+        found.aground = "aground" in outcome.reason
+        found.not_finite += "no longer finite" in outcome.reason
+        ending = found.ending(DEPTH_MAX)
+        if not job.trial and ending is Ending.LOST:
+            ending = Ending.FLOWN  # it flies to its last second, and has no need to come up
+        replayed = _replayed(log) if job.replay else ""
+    kept = job.keep or ending.unsafe or replayed not in ("", "equal") or (not job.trial and bool(found.said))
+    if not kept:
+        log.unlink()
+    return {
+        "key": job.key,
+        "trial": job.trial,
+        "onset": job.onset,
+        "seed": job.seed,
+        "eddies": job.eddies,
+        "learning": job.learning,
+        "revision": revision,
+        "ending": ending.value,
+        "log": f"{log.parent.name}/{log.name}" if kept else "",
+        "replay": replayed,
+        "outcome": outcome.reason,
+        "found": found.plain(),
+    }
+
+
+def written(job: Job) -> str:
+    """Return the scenario of a job."""
+    if not job.trial:
+        return quiet_scenario(job.duration, eddies=job.eddies, learning=job.learning)
+    trial = TRIALS[job.trial]
+    return scenario(trial.at(job.onset), eddies=job.eddies, learning=job.learning, profile=trial.profile)
+
+
+def _judge(flight: Flight, job: Job) -> Judge:
+    hull, onset = flight.truth.hull, ONSETS[job.onset] if job.trial else 0.0
+    return Judge(flight.scenario.environment, onset, hull.L, hull.height)
+
+
+def _replayed(log: Path) -> str:
+    result = replay(read(log), app.build)
+    return "equal" if result.equal else str(result)

@@ -1,0 +1,101 @@
+"""The missions that faults strike: a dive as in the demonstration, down to 28 m; and the long quiet ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+ONSETS = (20.0, 52.0, 88.0)
+"""When a fault begins, s: in 5 m, at the beginning of a dive in 9 m, and at its end, in 25 m with 15 deg of pitch."""
+PLACES = ("5 m", "9 m", "25 m")
+"""About how deep it is then."""
+DEPTH_MAX, BOTTOM = 30.0, 40.0
+"""The rule's limit and the depth of the water, m."""
+LONGEST = 400.0
+"""A flight that has not ended by then is given up, s."""
+QUIET = 600.0
+"""A flight without faults, s."""
+
+_HEAD = """
+description = "The safety study."
+duration_s = {duration}
+completes = "surfaced"
+faults = {faults}
+[environment]
+bottom_depth_m = {bottom}
+turbulence_m_s = {eddies}
+{profile}
+[start]
+depth_m = 4.0
+u_m_s = 1.8
+n_rpm = 492.0
+{learning}
+[autopilot.safety]
+depth_max_m = {depth_max}
+[[orders]]
+t_s = 0.5
+arming = "arm"
+[[orders]]
+t_s = 1.0
+mode = "mission"
+"""
+_NOISE = """
+[sensors]
+ahrs = { roll_pitch_noise_deg = 0.6, yaw_noise_deg = 1.0, gyro_noise_deg_s = 0.1 }
+pressure = { noise_pa = 100.0 }
+dvl = { noise_m_s = 0.02, altitude_noise_m = 0.04 }
+altimeter = { noise_m = 0.06 }
+fix = { noise_m = 4.0 }
+battery = { noise_v = 0.04 }
+leak = { noise_pct = 1.0 }
+"""
+_NO_LEARNING = """[autopilot.estimation.learning]
+depth_min_m = 100.0
+"""
+_LEGS = ((45.0, 0.0, 6.0), (85.0, 15.0, 10.0), (145.0, 30.0, 28.0), (175.0, 20.0, 28.0))
+"""North, east, depth, m."""
+
+
+def scenario(
+    faults: Sequence[str],
+    *,
+    eddies: float = 0.0,
+    learning: bool = True,
+    profile: Sequence[tuple[float, float]] = (),
+) -> str:
+    """Return the scenario of one flight with faults.
+
+    Args:
+        faults: each as `faults.fault` reads it.
+        eddies: 1 sigma, m/s.
+        learning: whether the coefficients are learned on the way.
+        profile: (north, depth) of the bottom, m; none is flat.
+    """
+    return _head(faults, LONGEST, eddies, learning, profile) + "".join(map(_leg, _LEGS))
+
+
+def quiet_scenario(duration: float, *, eddies: float, learning: bool = True) -> str:
+    """Return a flight that goes on for its whole time, with turns and changes of depth, at twice the stated noise."""
+    legs = []
+    for i in range(int(duration / 25.0) + 2):
+        legs.append((45.0 * (i + 1), 15.0 * (i % 2), 6.0 + 6.0 * (i // 2 % 3)))
+    return _head((), duration, eddies, learning, ()) + "".join(map(_leg, legs)) + _NOISE
+
+
+def _head(
+    faults: Sequence[str], duration: float, eddies: float, learning: bool, profile: Sequence[tuple[float, float]]
+) -> str:
+    points = ", ".join(f"{{ north_m = {north}, depth_m = {depth} }}" for north, depth in profile)
+    return _HEAD.format(
+        duration=duration,
+        faults=list(faults),
+        bottom=BOTTOM,
+        eddies=eddies,
+        profile=f"bottom = [{points}]" if profile else "",
+        learning="" if learning else _NO_LEARNING,
+        depth_max=DEPTH_MAX,
+    )
+
+
+def _leg(place: tuple[float, float, float]) -> str:
+    north, east, depth = place
+    return f"[[waypoints]]\nx_m = {north}\ny_m = {east}\ndepth_m = {depth}\nspeed_m_s = 1.8\n"

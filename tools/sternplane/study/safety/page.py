@@ -1,0 +1,190 @@
+"""The campaign as a page: the matrix of faults and outcomes, and every row with its target."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from statistics import median
+from typing import Any, NamedTuple
+
+from markupsafe import Markup
+
+from sternplane.report.page import Cell, Page, Section, Table, environment, render
+from sternplane.study.page import target_text
+from sternplane.study.rows import Row
+from sternplane.study.safety.campaign import GROUPS, LEFT_OUT
+from sternplane.study.safety.judge import SURFACE, TOO_DEEP, Ending
+from sternplane.study.safety.mission import BOTTOM, DEPTH_MAX, ONSETS, PLACES
+from sternplane.study.safety.trial import Trial
+from sternplane.study.safety.verdict import Verdict, by_trial, judge
+
+_STATE = {True: "good", False: "bad", None: ""}
+
+
+class Column(NamedTuple):
+    """An outcome in the matrix."""
+
+    ending: Ending
+    symbol: str
+    head: str
+    mood: str
+    meaning: str
+
+
+COLUMNS = (
+    Column(Ending.FLOWN, "✓", "mission flown", "good", "the mission was flown to its end, and the vehicle came up"),
+    Column(Ending.UP, "▲", "came up", "good", "a rule brought it up, with its weight"),
+    Column(Ending.DROPPED, "△", "up, weight dropped", "fair", "it came up without its drop weight"),
+    Column(
+        Ending.BELOW,
+        "◐",
+        "below, told",
+        "warn",
+        "below the surface at the end; the weight is released, or a rule says why",
+    ),
+    Column(
+        Ending.LOST,
+        "?",
+        "below, not told",
+        "bad",
+        "unsafe: below the surface at the end, and it does not say why, or says that it has surfaced",
+    ),
+    Column(
+        Ending.DEEP,
+        "▼",
+        "too deep",
+        "bad",
+        f"unsafe: deeper than {DEPTH_MAX + TOO_DEEP:g} m, the limit and {TOO_DEEP:g} m",
+    ),
+    Column(Ending.AGROUND, "⊥", "aground", "bad", "unsafe: it touched the bottom"),
+    Column(Ending.NOT_FINITE, "∞", "not finite", "bad", "unsafe: a command was no number"),
+)
+
+
+def page(
+    flights: Sequence[Mapping[str, Any]], rows: Sequence[Row], identity: Sequence[str], warnings: Sequence[str]
+) -> str:
+    """Return the report as HTML."""
+    verdicts = [judge(flight) for flight in flights if flight["trial"]]
+    unsafe = sum(v.unsafe for v in verdicts)
+    missed, judged = sum(row.ok is False for row in rows), sum(row.ok is not None for row in rows)
+    excused = sum(v.ending.unsafe and v.excused for v in verdicts)
+    named = [v for v in verdicts if v.trial.named is not None]
+    return render(
+        Page(
+            title="Safety study",
+            status=f"{unsafe} of {len(verdicts)} flights unsafe · {judged - missed} of {judged} targets met",
+            mood="bad" if missed else "good",
+            description="What became of the vehicle after every fault, judged by the truth of the plant: "
+            f"a dive to 28 m over a bottom of {BOTTOM:g} m, with a limit of {DEPTH_MAX:g} m. "
+            f"A fault begins at {', '.join(f'{t:g}' for t in ONSETS)} s: about {', '.join(PLACES)} deep.",
+            identity=(
+                *identity,
+                f"At the surface: less than {SURFACE:g} m deep in truth. Even seeds: still water; odd ones: eddies of "
+                "0.1 m/s. Seeds that four divides learn coefficients in flight; the others do not, which saves time.",
+            ),
+            warnings=warnings,
+            key_figures=(
+                ("flights with faults", str(len(verdicts))),
+                ("unsafe", str(unsafe)),
+                ("unsafe, beyond a bound of physics", str(excused)),
+                ("named in time", f"{sum(v.in_time for v in named)} of {len(named)}"),
+                ("weight released", str(sum(v.flight["found"]["t_drop"] is not None for v in verdicts))),
+                ("deepest", f"{max((v.flight['found']['deepest'] for v in verdicts), default=math.nan):.1f} m"),
+            ),
+            sections=[
+                Section("Faults and outcomes", text=_matrix(verdicts), wide=True, anchor="matrix"),
+                Section("Targets", tables=(_targets(rows),), wide=True, anchor="targets"),
+                Section(
+                    "Kinds of faults that are not flown", tables=(Table([*map(list, LEFT_OUT.items())]),), wide=True
+                ),
+            ],
+        )
+    )
+
+
+def _matrix(verdicts: Sequence[Verdict]) -> Markup:
+    found = by_trial(verdicts)
+    groups = [
+        {
+            "title": group.title,
+            "lines": [_line(trial, found[trial.title]) for trial in group.trials if trial.title in found],
+        }
+        for group in GROUPS
+    ]
+    template = environment(Path(__file__).parent).get_template("matrix.html")
+    return Markup(
+        template.render(columns=COLUMNS, groups=[group for group in groups if group["lines"]], places=", ".join(PLACES))
+    )
+
+
+def _line(trial: Trial, those: Sequence[Verdict]) -> dict[str, Any]:
+    found = [v.flight["found"] for v in those]
+    deepest = max(f["deepest"] for f in found)
+    up = [v.climb for v in those if math.isfinite(v.climb)]
+    times = [v.named for v in those if math.isfinite(v.named)]
+    wanted = trial.named
+    in_time = sum(v.in_time for v in those)
+    within = f" ({wanted.within:g})" if wanted and wanted.within is not None else ""
+    return {
+        "title": trial.title,
+        "cells": [_cell(column, those) for column in COLUMNS],
+        "deepest": f"{deepest:.1f}",
+        "deep_mood": "" if deepest <= DEPTH_MAX + TOO_DEEP else "bad",
+        "bottom": f"{min(f['bottom'] for f in found):.1f}",
+        "pitch": f"{max(f['pitch'] for f in found):.0f}",
+        "climb": f"{median(up):.0f} … {max(up):.0f}" if up else "never",
+        "named": f"{in_time} of {len(those)}" if wanted else "–",
+        "named_mood": "note" if wanted is None else "good" if in_time >= 0.95 * len(those) else "bad",
+        "after": (f"{median(times):.2f} … {max(times):.2f}{within}" if times else f"never{within}") if wanted else "",
+        "said": _most(f"{name} {kind.lower().replace('_', ' ')}" for f in found for name, kind in _first(f["said"])),
+        "done": _most(_words(cause) for f in found for _, cause in f["rules"]),
+        "note": trial.bound.why if trial.bound else trial.note,
+    }
+
+
+def _cell(column: Column, those: Sequence[Verdict]) -> dict[str, Any]:
+    """Count the flights that ended so by onset, each with a log."""
+    parts, counted = [], 0
+    for onset in range(len(ONSETS)):
+        ended = [v for v in those if v.flight["onset"] == onset and v.ending is column.ending]
+        excused = bool(ended) and column.ending.unsafe and all(v.excused for v in ended)
+        counted += len(ended) * (not excused)
+        text = f"({len(ended)})" if excused else str(len(ended)) if ended else "·"
+        parts.append({"text": text, "log": next((v.flight["log"] for v in ended if v.flight["log"]), "")})
+    if all(part["text"] == "·" for part in parts):
+        return {"mood": "", "parts": [{"text": "", "log": ""}]}
+    return {"mood": column.mood if counted else "note", "parts": parts}
+
+
+def _first(said: Iterable[Sequence[Any]]) -> set[tuple[str, str]]:
+    return {(name, kind) for _, name, kind in said}
+
+
+def _most(words: Iterable[str]) -> str:
+    """Return what was most often said, and how often."""
+    return ", ".join(f"{word} ({n})" for word, n in Counter(words).most_common(4))
+
+
+def _words(cause: str) -> str:
+    return cause.lower().replace("_", " ")
+
+
+def _targets(rows: Sequence[Row]) -> Table:
+    lines: list[list[Cell]] = [[Cell(text, "head") for text in ("", "figure", "target", "flights")]]
+    for case, those in itertools.groupby(rows, lambda row: row.case):
+        lines.append([Cell(case, "head", 4)])
+        for row in those:
+            value = f"{row.value:.4g}" if math.isfinite(row.value) else "never"
+            lines.append(
+                [
+                    Cell(row.figure),
+                    Cell(value, _STATE[row.ok]),
+                    Cell(target_text(row), "note"),
+                    Cell(str(row.n), "note"),
+                ]
+            )
+    return Table(lines, style="numbers")

@@ -1,0 +1,128 @@
+"""The trials of sensors."""
+
+from __future__ import annotations
+
+from sternplane.study.safety.trial import Bound, Group, Named, Trial
+
+_HEARD = {"ahrs": 0.5, "dvl": 2.0, "pressure": 1.0, "altitude": 2.0, "battery": 3.0, "leak": 3.0}
+"""After so long without a value a sensor is lost, s: the timeouts of the estimators and rules."""
+_SAY = 0.1
+"""A tenth of a second more to say so."""
+_DEPTHS = ("pressure", "dvl")
+_STILL = "a steady value may repeat"
+_NOISY = "values are lost or scatter, and enough good ones are left"
+_SPIKE = "one value is thrown away; nothing is wrong afterwards"
+_NO_FIX = "there is no fix under water, and none is missed before the surface"
+_NEVER = "a pitch of 3 deg off is not seen: trim, ballast and current explain as much"
+
+
+def _silent(name: str, more: float = 0.0) -> Named:
+    return Named((name,), _HEARD[name] + _SAY + more)
+
+
+LOST = Group(
+    "Sensors: nothing comes, or nothing of use",
+    (
+        Trial("off:ahrs", ("off:ahrs@{t}",), _silent("ahrs"), target="fix", short=True),
+        Trial("off:ahrs, 5 s", ("off:ahrs@{t}+5",), _silent("ahrs")),
+        Trial("off:dvl", ("off:dvl@{t}",), _silent("dvl"), short=True),
+        Trial("off:dvl, 10 s", ("off:dvl@{t}+10",), _silent("dvl")),
+        Trial("off:pressure", ("off:pressure@{t}",), _silent("pressure"), target="fix", short=True),
+        Trial("off:pressure, 10 s", ("off:pressure@{t}+10",), _silent("pressure")),
+        Trial("off:altimeter", ("off:altimeter@{t}",), _silent("altitude")),
+        Trial("off:altimeter, off:dvl", ("off:altimeter@{t}", "off:dvl@{t}"), _silent("dvl"), short=True),
+        Trial("off:pressure, off:dvl", ("off:pressure@{t}", "off:dvl@{t}"), _silent("pressure")),
+        Trial("off:ahrs, off:dvl", ("off:ahrs@{t}", "off:dvl@{t}"), _silent("ahrs")),
+        Trial("off:fix", ("off:fix@{t}",), note=_NO_FIX, short=True),
+        Trial("off:battery", ("off:battery@{t}",), _silent("battery"), short=True),
+        Trial("off:leak", ("off:leak@{t}",), _silent("leak")),
+        Trial("nan:ahrs", ("nan:ahrs@{t}",), _silent("ahrs"), target="fix"),
+        Trial("nan:dvl", ("nan:dvl@{t}",), _silent("dvl")),
+        Trial("nan:pressure", ("nan:pressure@{t}",), _silent("pressure"), target="fix"),
+        Trial("nan:altimeter", ("nan:altimeter@{t}",), _silent("altitude")),
+        Trial("nan:fix", ("nan:fix@{t}",), note=_NO_FIX),
+        Trial("nan:battery", ("nan:battery@{t}",), _silent("battery")),
+        Trial("nan:leak", ("nan:leak@{t}",), _silent("leak"), short=True),
+        Trial("late:ahrs=1", ("late:ahrs=1@{t}",), _silent("ahrs")),
+        Trial("late:dvl=3", ("late:dvl=3@{t}",), _silent("dvl")),
+        Trial("late:pressure=3", ("late:pressure=3@{t}",), _silent("pressure")),
+        Trial("late:altimeter=3", ("late:altimeter=3@{t}",), _silent("altitude")),
+        Trial("lossy:ahrs=90", ("lossy:ahrs=90@{t}",), note=_NOISY),
+        Trial("lossy:dvl=90", ("lossy:dvl=90@{t}",), note=_NOISY),
+        Trial("lossy:pressure=90", ("lossy:pressure=90@{t}",), note=_NOISY),
+        Trial("lossy:altimeter=90", ("lossy:altimeter=90@{t}",), note=_NOISY),
+    ),
+)
+WRONG = Group(
+    "Sensors: wrong values",
+    (
+        Trial("freeze:ahrs", ("freeze:ahrs@{t}",), Named(("ahrs",), 0.5), short=True),
+        Trial("freeze:dvl", ("freeze:dvl@{t}",), Named(("dvl",), 2.1), "ten repeats of a DVL of 5 Hz take 2 s"),
+        Trial("freeze:pressure", ("freeze:pressure@{t}",), Named(("pressure",), 0.5), target="fix", short=True),
+        Trial(
+            "freeze:altimeter", ("freeze:altimeter@{t}",), Named(("altitude",), 1.1), "ten repeats at 10 Hz take 1 s"
+        ),
+        Trial("freeze:battery", ("freeze:battery@{t}",), note=_STILL),
+        Trial("freeze:leak", ("freeze:leak@{t}",), note=_STILL),
+        Trial("freeze:fix", ("freeze:fix@{t}",), note=_NO_FIX),
+        Trial("bias:ahrs.pitch=5", ("bias:ahrs.pitch=5@{t}",), Named(("ahrs",), 3.0), short=True),
+        Trial("bias:ahrs.pitch=-5", ("bias:ahrs.pitch=-5@{t}",), Named(("ahrs",), 3.0)),
+        Trial("bias:ahrs.pitch=3", ("bias:ahrs.pitch=3@{t}",), note=_NEVER, bound=Bound(_NEVER)),
+        Trial("drift:ahrs.pitch=0.5", ("drift:ahrs.pitch=0.5@{t}",), Named(("ahrs",))),
+        Trial("bias:ahrs.roll=20", ("bias:ahrs.roll=20@{t}",), Named(("ahrs",))),
+        Trial("bias:ahrs.yaw=20", ("bias:ahrs.yaw=20@{t}",), Named(("ahrs",), 0.2), short=True),
+        Trial("bias:ahrs.yaw=5", ("bias:ahrs.yaw=5@{t}",), Named(("ahrs",), 0.2)),
+        Trial("drift:ahrs.yaw=1", ("drift:ahrs.yaw=1@{t}",), Named(("ahrs",))),
+        Trial("bias:ahrs.q=2", ("bias:ahrs.q=2@{t}",), Named(("ahrs",))),
+        Trial("bias:ahrs.r=2", ("bias:ahrs.r=2@{t}",), Named(("ahrs",))),
+        Trial("bias:dvl.u=1", ("bias:dvl.u=1@{t}",), Named(("dvl",))),
+        Trial("bias:dvl.u=-1.5", ("bias:dvl.u=-1.5@{t}",), Named(("dvl",)), short=True),
+        Trial("bias:dvl.w=0.5", ("bias:dvl.w=0.5@{t}",), Named(_DEPTHS)),
+        Trial("set:dvl.u=9.9", ("set:dvl.u=9.9@{t}",), Named(("dvl",))),
+        Trial("bias:pressure=-3", ("bias:pressure=-3@{t}",), Named(("pressure",)), short=True),
+        Trial("bias:pressure=3", ("bias:pressure=3@{t}",), Named(("pressure",))),
+        Trial("drift:pressure=-0.5", ("drift:pressure=-0.5@{t}",), Named(_DEPTHS, 1.0), short=True),
+        Trial("drift:pressure=0.5", ("drift:pressure=0.5@{t}",), Named(_DEPTHS, 1.0)),
+        Trial("drift:pressure=-0.1", ("drift:pressure=-0.1@{t}",), Named(_DEPTHS, 3.5)),
+        Trial("drift:pressure=0.1", ("drift:pressure=0.1@{t}",), Named(_DEPTHS, 3.5)),
+        Trial("drift:pressure=-0.5, no DVL", ("off:dvl@{early}", "drift:pressure=-0.5@{t}"), Named(("pressure",), 6.0)),
+        Trial("set:pressure=-3.6", ("set:pressure=-3.6@{t}",), Named(("pressure",))),
+        Trial("set:pressure=37.65", ("set:pressure=37.65@{t}",), Named(("pressure",))),
+        Trial("set:altimeter=1", ("set:altimeter=1@{t}",), Named(("altitude", "dvl"), rules=("ALTITUDE_LIMIT",))),
+        Trial("set:altimeter=30", ("set:altimeter=30@{t}",), note="the DVL's altitude is the nearer one, and counts"),
+        Trial("set:dvl.altitude=1", ("set:dvl.altitude=1@{t}",), Named(("altitude", "dvl"), rules=("ALTITUDE_LIMIT",))),
+        Trial("noise:pressure=1", ("noise:pressure=1@{t}",), note=_NOISY),
+        Trial("noise:ahrs.pitch=5", ("noise:ahrs.pitch=5@{t}",), note=_NOISY),
+        Trial("noise:dvl.u=0.5", ("noise:dvl.u=0.5@{t}",), note=_NOISY),
+        Trial("noise:altimeter=5", ("noise:altimeter=5@{t}",), note=_NOISY),
+    ),
+)
+
+
+def _spike(channel: str, value: str, short: bool = False) -> Trial:
+    text = f"spike:{channel}={value}"
+    return Trial(text, (text + "@{t}",), note=_SPIKE, target="spike", short=short)
+
+
+SPIKES = Group(
+    "Sensors: one false value, and one of twenty",
+    (
+        _spike("pressure", "37", short=True),
+        _spike("pressure", "-20"),
+        _spike("ahrs.pitch", "60", short=True),
+        _spike("ahrs.roll", "90"),
+        _spike("ahrs.yaw", "90"),
+        _spike("ahrs.q", "100"),
+        _spike("dvl.u", "8"),
+        _spike("dvl.w", "5"),
+        _spike("dvl.altitude", "-29"),
+        _spike("altimeter", "-29"),
+        _spike("battery", "-99"),
+        _spike("leak", "60"),
+        Trial("spike:pressure=20, 60 s", ("spike:pressure=20@{t}+60",), note=_NOISY),
+        Trial("spike:ahrs.yaw=90, 60 s", ("spike:ahrs.yaw=90@{t}+60",), note=_NOISY),
+        Trial("spike:dvl.u=5, 60 s", ("spike:dvl.u=5@{t}+60",), note=_NOISY),
+        Trial("spike:altimeter=-29, 60 s", ("spike:altimeter=-29@{t}+60",), note=_NOISY),
+    ),
+)
+GROUPS = (LOST, WRONG, SPIKES)

@@ -1,0 +1,80 @@
+"""One question of the campaign: which faults strike, who shall name them within which time, and what cannot be."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+from sternplane.study.safety.mission import ONSETS
+
+
+class Named(NamedTuple):
+    """How a fault is to be named.
+
+    Attributes:
+        names: sensors and actuators, one of which must be said to be faulty; empty where only a rule can say it.
+        within: s after the onset; None is any time before the flight ends.
+        kinds: faults that count (names of `SourceFault` and `ActuatorFault`); empty is every one.
+        rules: causes of rules that count in place of a name.
+        any_rule: whether the cause of any rule counts.
+    """
+
+    names: tuple[str, ...]
+    within: float | None = None
+    kinds: tuple[str, ...] = ()
+    rules: tuple[str, ...] = ()
+    any_rule: bool = False
+
+
+class Bound(NamedTuple):
+    """What physics forbids: at these onsets (their numbers) an unsafe end is shown and does not count."""
+
+    why: str
+    onsets: tuple[int, ...] = (0, 1, 2)
+
+
+class Trial(NamedTuple):
+    """A fault, or several at once.
+
+    Attributes:
+        title: as the report shows it.
+        faults: as `faults.fault` reads them, with {t} where the onset goes.
+        named: how it is to be named; None where it need not be: `note` says why.
+        note: a sentence, mostly why it cannot be seen, or need not.
+        bound: what physics forbids; None if nothing.
+        target: further judgement: "spike" (no change of mode, depth error), "fix" (at the surface, told by a fix).
+        profile: (north, depth) of the bottom, m; empty is flat.
+        onsets: the numbers of the onsets at which it strikes.
+        short: whether the short form has it.
+    """
+
+    title: str
+    faults: tuple[str, ...]
+    named: Named | None = None
+    note: str = ""
+    bound: Bound | None = None
+    target: str = ""
+    profile: tuple[tuple[float, float], ...] = ()
+    onsets: tuple[int, ...] = (0, 1, 2)
+    short: bool = False
+
+    @property
+    def name(self) -> str:
+        """Return a name for files."""
+        return re.sub(r"[^\w.+=-]+", "_", self.title)
+
+    def at(self, onset: int) -> tuple[str, ...]:
+        """Return the faults that begin at an onset, given by its number."""
+        t = ONSETS[onset]
+        return tuple(text.format(t=f"{t:g}", early=f"{EARLY:g}") for text in self.faults)
+
+
+EARLY = 5.0
+"""{early} in a fault: what fails before the fault that is judged, s."""
+
+
+class Group(NamedTuple):
+    """Trials of one subject."""
+
+    title: str
+    trials: tuple[Trial, ...]
