@@ -18,6 +18,7 @@ from typing import Any, TypeVar, cast
 
 from mcap.writer import CompressionType, Writer
 
+from firmware_py.adapters.storage.chunk_index import ChunkIndexes
 from firmware_py.records.cycle import Cycle
 from firmware_py.wire.log import changes
 from firmware_py.wire.log.cdr_codec import CdrCodec
@@ -97,6 +98,7 @@ class LogWriter:
             raise self._error(error) from None
         writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=compression, enable_data_crcs=True)
         self._writer = cast(Any, writer)  # mcap's Writer is not typed throughout
+        self._writer._Writer__chunk_indices = ChunkIndexes()  # the library's list takes 5 MB an hour
         try:
             self._writer.start(profile="ros2", library="sternplane")
             self._writer.add_metadata(HEADER, {"format": str(FORMAT), "header": to_json(header)})
