@@ -3,29 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
-import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import IO, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-import zstandard
-from mcap.exceptions import EndOfFile, InvalidMagic, McapError
-from mcap.records import Channel, DataEnd, Header, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader
 
 from firmware_py.adapters.storage.recorder import (
     CHANGES_TOPIC,
     CYCLE_TOPIC,
-    END,
-    FORMAT,
-    HEADER,
     TRUTH_TOPIC,
     LogError,
-    from_json,
 )
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import Event
@@ -35,6 +26,7 @@ from firmware_py.wire.log import ros2_schema
 from firmware_py.wire.log.cdr_codec import CdrCodec, closing_records
 from firmware_py.wire.log.changes import LoggedChange
 from firmware_py.wire.log.ros2_schema import Layout, SchemaError
+from sternplane.logs.log_file import DAMAGE, LogFile
 from sternplane.logs.logged_changes import decode_change
 
 R = TypeVar("R")
@@ -43,9 +35,7 @@ Columns = dict[str, npt.NDArray[Any]]
 TRUTH_FILE = "truth.mcap"
 """Where a plant in a process of its own leaves what was really the case, in the folder of the run."""
 
-_DAMAGE = (McapError, ValueError, LookupError, struct.error, zstandard.ZstdError, RuntimeError, MemoryError)
-"""What the mcap library and we raise on bytes that were not all written, or were changed since."""
-_MALFORMED = (*_DAMAGE, ArithmeticError, AttributeError, StopIteration, TypeError)
+_MALFORMED = (*DAMAGE, ArithmeticError, AttributeError, StopIteration, TypeError)
 """What decoding a change raises besides, on numbers and text that no vehicle logs."""
 
 
@@ -182,19 +172,6 @@ class Log:
         return self.topics[CYCLE_TOPIC]
 
 
-class _Exact:
-    """A file that gives what was asked or raises, where files give what there is."""
-
-    def __init__(self, file: IO[bytes]) -> None:
-        self._file = file
-
-    def read(self, size: int) -> bytes:
-        data = self._file.read(size)
-        if len(data) < size:
-            raise EndOfFile
-        return data
-
-
 def find(path: str | Path) -> Path:
     """The log that is meant: a file, or the log.mcap in the folder of a run."""
     path = Path(path)
@@ -226,70 +203,13 @@ def _at(truth: Topic, times: list[int]) -> Topic:
 
 
 def _open(path: Path) -> Log:
-    if path.is_fifo():  # opening one would wait for a writer
-        raise LogError(f"{path}: is a FIFO, not a log")
-    try:
-        with path.open("rb") as file:
-            return _read(path, file)
-    except OSError as error:
-        raise LogError(f"{path}: the log cannot be read ({error.strerror})") from None
-
-
-def _read(path: Path, file: IO[bytes]) -> Log:
-    header: dict[str, Any] | None = None
-    end: dict[str, Any] = {}
-    schemas: dict[int, Schema] = {}
-    channels: dict[int, Channel] = {}
+    file = LogFile(path)
     topics: dict[str, Topic] = {}
-    lost, data_ended = "", False
-    # A length that was damaged must not be taken for gigabytes to allocate: no record is longer than its file.
-    reader = StreamReader(_Exact(file), validate_crcs=True, record_size_limit=path.stat().st_size)  # type: ignore[arg-type]
-    try:
-        for record in reader.records:
-            if data_ended:
-                continue  # only the index follows; to come to its end is to know that the log is whole
-            if header is None:
-                if not isinstance(record, Header):
-                    header = _header(path, record)
-            elif isinstance(record, Schema):
-                schemas[record.id] = record
-            elif isinstance(record, Channel) and record.id not in channels:
-                channels[record.id] = record
-                schema = schemas[record.schema_id]
-                topics[record.topic] = Topic(schema.name.rpartition("/")[2], schema.data.decode(), [], [])
-            elif isinstance(record, Message):
-                topic = topics[channels[record.channel_id].topic]
-                topic.times.append(record.log_time)
-                topic.messages.append(record.data)
-            elif isinstance(record, Metadata) and record.name == END:
-                end = from_json(record.metadata["end"])
-            elif isinstance(record, DataEnd):
-                data_ended = True
-    except InvalidMagic:
-        if header is None:
-            raise LogError(f"{path}: not a log; give the log.mcap of a run") from None
-        lost = "cut off within its last bytes"
-    except EndOfFile:
-        lost = "cut off"
-    except _DAMAGE as error:
-        lost = f"damaged ({error})"
-    if header is None:
-        raise LogError(f"{path}: {lost or 'empty'}, before its header is whole; nothing can be recovered")
-    if lost:
-        last = max((topic.times[-1] for topic in topics.values() if topic.times), default=0)
-        lost = f"{lost}; recovered up to {last * 1e-9:.2f} s"
-    return Log(path, header, end, topics, lost)
-
-
-def _header(path: Path, record: McapRecord) -> dict[str, Any]:
-    if not isinstance(record, Metadata) or record.name != HEADER:
-        raise LogError(f"{path}: an MCAP file, but not a log of ours; give the log.mcap of a run")
-    header: dict[str, Any] = from_json(record.metadata.get("header", "{}"))
-    found = record.metadata.get("format")
-    if found != str(FORMAT):
-        revision = header.get("git", "unknown")
-        raise LogError(
-            f"{path}: log of another version: revision {revision} wrote it in format {found}, and this program reads"
-            f" format {FORMAT}; read it with that revision"
-        )
-    return header
+    for messages in file.chunks():
+        for name, time, data in messages:
+            if name not in topics:
+                topics[name] = Topic(*file.schemas[name], [], [])
+            topic = topics[name]
+            topic.times.append(time)
+            topic.messages.append(data)
+    return Log(path, file.header, file.end, topics, file.lost)
