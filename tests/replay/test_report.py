@@ -201,7 +201,7 @@ def test_what_nobody_steers_has_no_reference_and_no_error(tmp_path: Path, toy: S
 
 def test_the_path_is_in_the_tracking_plot_where_there_is_one(tmp_path: Path, toy: SimpleNamespace) -> None:
     log = read(toy.fly(tmp_path / "log.mcap"))
-    off = path_error(log, true_columns(log))[::10]
+    off = path_error(log, log.columns, true_columns(log))[::10]
     assert traces(log, "Tracking error")["path"] == pytest.approx(off, nan_ok=True, abs=1e-6)
     log = read(toy.fly(tmp_path / "log.mcap", mission={"waypoints": []}))
     assert "path" not in traces(log, "Tracking error")

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sternplane.logs.learned import coefficients, nis_bands
+from sternplane.logs.learned import LearnedFigures, coefficients
 from sternplane.logs.reading import Log, read
 from sternplane.logs.summary import key_figures, summarise
 from sternplane.report import flight_page
@@ -59,6 +59,13 @@ def log(tmp_path: Path, toy: SimpleNamespace) -> Log:
     log = hear(read(toy.fly(tmp_path / "log.mcap", configuration=configuration)))
     log.header["truth"] = copy.deepcopy(BUILT)
     return log
+
+
+def figures(log: Log) -> LearnedFigures:
+    figures = LearnedFigures(log)
+    for piece in log.pieces():
+        figures.add(piece)
+    return figures
 
 
 def drawn(log: Log) -> dict[str, Any]:
@@ -189,18 +196,22 @@ def test_at_sea_there_is_no_truth_to_compare_with(log: Log) -> None:
 @pytest.mark.parametrize("key", ["density", "length"])
 def test_numbers_made_dimensionless_by_another_hull_are_not_compared(log: Log, key: str) -> None:
     log.header["truth"][key] *= 1.025
-    assert all(np.isnan(one.truth) for one in coefficients(log))
+    assert all(np.isnan(one.truth) for one in coefficients(log.header, log.columns))
 
 
 def test_a_group_has_a_truth_only_if_its_members_are_off_alike(log: Log) -> None:
     log.header["truth"]["coefficients"]["N_rdot"] *= 1.1
-    assert [np.isfinite(one.truth) for one in coefficients(log)] == [True, True, False]
+    assert [np.isfinite(one.truth) for one in coefficients(log.header, log.columns)] == [True, True, False]
 
 
 @pytest.mark.parametrize("names", [NAMES[:2], "M_q", [1, 2, 3]])
 def test_names_that_do_not_fit_are_not_guessed(log: Log, names: object) -> None:
     log.header["configuration"]["autopilot"]["estimation"]["coefficients"]["names"] = names
-    assert [one.name for one in coefficients(log)] == ["coefficient 1", "coefficient 2", "coefficient 3"]
+    assert [one.name for one in coefficients(log.header, log.columns)] == [
+        "coefficient 1",
+        "coefficient 2",
+        "coefficient 3",
+    ]
 
 
 def test_names_of_a_log_stay_words(log: Log) -> None:
@@ -229,7 +240,7 @@ def test_the_band_of_the_innovations_is_that_of_an_exponential_window(log: Log) 
     log.header["configuration"]["autopilot"]["estimation"]["health"] = {"nis_slack_pct": 0.0}
     c["frame.dvl.fresh"] = np.arange(CYCLES) % 43 == 0
     c["frame.ahrs.fresh"] = np.zeros(CYCLES, dtype=bool)
-    bands = nis_bands(log)
+    bands = figures(log).nis_bands
     assert list(bands) == ["dvl"]
     low, high = bands["dvl"]
     fade, rng = np.exp(-0.43 / 10.0), np.random.default_rng(3)
@@ -239,4 +250,4 @@ def test_the_band_of_the_innovations_is_that_of_an_exponential_window(log: Log) 
     outside = np.mean((total / count < low) | (total / count > high))
     assert 2e-4 < outside < 2e-3
     log.header["configuration"]["autopilot"]["estimation"]["health"] = {"nis_slack_pct": 25.0}
-    assert nis_bands(log)["dvl"] == pytest.approx((low / 1.25, high * 1.25))
+    assert figures(log).nis_bands["dvl"] == pytest.approx((low / 1.25, high * 1.25))

@@ -85,7 +85,7 @@ def test_waypoints_passed(tmp_path: Path, toy: SimpleNamespace, flown: Path) -> 
 
 def test_the_path_error_does_not_jump_where_the_leg_changes(tmp_path: Path, toy: SimpleNamespace) -> None:
     log = read(toy.fly(tmp_path / "log.mcap", 50.0))  # straight past the first corner, which guidance leaves at 40 s
-    off, t = path_error(log, true_columns(log)), log.columns["t"]
+    off, t = path_error(log, log.columns, true_columns(log)), log.columns["t"]
     assert np.isnan(off[t < 1.995]).all()
     assert np.abs(np.diff(off[t > 1.995])).max() < 0.02  # what a vehicle of 1.8 m/s can do in a step
     assert off[-1] == pytest.approx(1.8 * 49.99 - 60.0, abs=1e-9)
@@ -96,7 +96,7 @@ def test_a_path_is_planned_anew_from_where_the_mission_is_taken_up_again(tmp_pat
     log = read(toy.fly(tmp_path / "log.mcap", 50.0))
     c, t = log.columns, log.columns["t"]
     c["mode.mode"] = np.where((t > 41.995) & (t < 44.995), Mode.HOLD, c["mode.mode"])
-    off = path_error(log, true_columns(log))
+    off = path_error(log, log.columns, true_columns(log))
     assert off[4199] == pytest.approx(1.8 * 41.99 - 60.0, abs=1e-9)
     assert np.isnan(off[4200:4500]).all()
     assert off[4500] == pytest.approx(0.0, abs=1e-9)

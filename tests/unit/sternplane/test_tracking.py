@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sternplane.logs.tracking import distance, flown_last, missions, path_error, unwrapped_deg, wrapped_deg
+from sternplane.logs.reading import Piece
+from sternplane.logs.tracking import FlownMissions, Planned, distance, missions, path_error, unwrapped_deg, wrapped_deg
 
 from firmware_py.records.fence import NO_FENCE
 from firmware_py.records.mission import Mission, Waypoint
@@ -77,8 +78,18 @@ def log(modes: list[Mode], changes: dict[int, tuple[Change, ...]]) -> Any:
         "mode.mode": np.array(modes),
         "reference.cross_track": np.zeros(n),
         "reference.waypoint": np.zeros(n, dtype=int),
+        "mode.mission_done": np.zeros(n, dtype=bool),
     }
-    return SimpleNamespace(columns=columns, header={"mission": {"waypoints": EAST}}, changes=changes)
+    header = {"mission": {"waypoints": EAST}}
+    return SimpleNamespace(columns=columns, header=header, changes=changes, count=n, row=lambda t_ns: t_ns // 10**9)
+
+
+def flown_last(run: Any) -> Planned:
+    """Shown in pieces of three cycles."""
+    flown = FlownMissions(run)
+    for begin in range(0, run.count, 3):
+        flown.add(Piece(begin, {name: column[begin : begin + 3] for name, column in run.columns.items()}, {}))
+    return flown.last
 
 
 def sent(waypoints: list[list[float]]) -> tuple[Change, ...]:
@@ -89,7 +100,7 @@ def test_a_mission_that_a_station_sends_is_the_one_that_was_to_be_flown_from_the
     run = log([Mode.MISSION] * 10, {4_000_000_000: sent(NORTH)})
     assert [(m.begin, m.end, len(m.waypoints)) for m in missions(run)] == [(0, 4, 1), (4, 10, 2)]
     track = {"eta.x": np.arange(10) * 1.0, "eta.y": np.zeros(10)}
-    assert path_error(run, track) == pytest.approx([0.0, 1.0, 2.0, 3.0, *[0.0] * 6])
+    assert path_error(run, run.columns, track) == pytest.approx([0.0, 1.0, 2.0, 3.0, *[0.0] * 6])
 
 
 def test_what_was_sent_and_not_flown_is_not_the_mission_that_was_flown_last() -> None:

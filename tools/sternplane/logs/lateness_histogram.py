@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from sternplane.logs.reading import Log
+from sternplane.logs.reading import Piece
+from sternplane.logs.run import Run
 
 _EDGES = (0.0, *(round(step * 10.0**decade, 6) for decade in range(8) for step in (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)))
 """us, about equally wide on a logarithmic scale up to 70 s; what is later still has an edge made for it."""
@@ -26,11 +27,35 @@ class LatenessHistogram(NamedTuple):
     """Cycles that began more than one step after their deadline."""
 
 
-def of_log(log: Log) -> LatenessHistogram | None:
-    """The lateness of a run's cycles; None if it was not in real time, where none is ever late."""
-    c = log.columns
-    late_ns = c["tick.late_ns"]
-    return of_cycles(late_ns, int(c["tick.dt_ns"][0])) if late_ns.any() else None
+class LatenessRecord:
+    """The lateness of a run's cycles; it is shown the pieces of the log one after the other."""
+
+    def __init__(self) -> None:
+        self._late: list[npt.NDArray[np.int64]] = []
+        self._dt_ns = 0
+        self._prompt = 0
+
+    def add(self, piece: Piece) -> None:
+        """Take a piece in."""
+        late, self._dt_ns = piece.columns["tick.late_ns"], int(piece.columns["tick.dt_ns"][0])
+        if self._late or late.any():
+            self._late.append(late.copy())
+        else:
+            self._prompt += len(late)  # a run that is not in real time has nothing else
+
+    def histogram(self) -> LatenessHistogram | None:
+        """Return the histogram; None if the run was not in real time, where none is ever late."""
+        if not self._late:
+            return None
+        return of_cycles(np.concatenate((np.zeros(self._prompt, np.int64), *self._late)), self._dt_ns)
+
+
+def of_log(log: Run) -> LatenessHistogram | None:
+    """The lateness of a run's cycles; None if it was not in real time."""
+    record = LatenessRecord()
+    for piece in log.pieces():
+        record.add(piece)
+    return record.histogram()
 
 
 def of_cycles(late_ns: npt.ArrayLike, dt_ns: int) -> LatenessHistogram:

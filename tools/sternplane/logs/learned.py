@@ -15,7 +15,8 @@ from firmware_py.params import ParamError, load
 from firmware_py.records.event import EventKind
 from firmware_py.records.event_text import texts
 from firmware_py.vehicle.vehicle import Vehicle
-from sternplane.logs.reading import Log
+from sternplane.logs.reading import Columns, Piece
+from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array
 
 _HERE = "state.learned"
@@ -42,68 +43,97 @@ class Coefficient:
         return sigmas
 
 
-def coefficients(log: Log) -> list[Coefficient]:
-    """What was learned, in the order of the configuration; empty where nothing was, and for logs that know of none."""
-    c = log.columns
+def coefficients(header: Mapping[str, Any], c: Columns, begun: bool = False) -> list[Coefficient]:
+    """What was learned, in the order of the configuration; empty where nothing was, and for logs that know of none.
+
+    Args:
+        header: of the log.
+        c: columns of cycles in their order.
+        begun: the filter began before them.
+    """
     if f"{_HERE}.value" not in c:
         return []
-    begun = np.maximum.accumulate(np.isfinite(c[f"{_HERE}.horizon"]))
-    if not begun.any():
+    running = np.maximum.accumulate(np.isfinite(c[f"{_HERE}.horizon"]) | begun)
+    if not running.any():
         return []
-    value, std = (np.where(begun[:, None], c[f"{_HERE}.{name}"], np.nan) for name in ("value", "std"))
-    valid, excited = (c[f"{_HERE}.{name}"] & begun[:, None] for name in ("valid", "excited"))
-    known = believed(log.header)
-    true, nan = truth(log.header, known), float("nan")
+    value, std = (np.where(running[:, None], c[f"{_HERE}.{name}"], np.nan) for name in ("value", "std"))
+    valid, excited = (c[f"{_HERE}.{name}"] & running[:, None] for name in ("valid", "excited"))
+    known = believed(header)
+    true, nan = truth(header, known), float("nan")
     return [
         Coefficient(
             *(name, value[:, i], std[:, i], valid[:, i], excited[:, i]), known.get(name, nan), true.get(name, nan)
         )
-        for i, name in enumerate(_names(log.header, value.shape[1]))
+        for i, name in enumerate(_names(header, value.shape[1]))
     ]
 
 
-def manoeuvre_results(log: Log) -> list[tuple[float, str]]:
+class LearnedFigures:
+    """What summary and plots say of the end of a run; it is shown the pieces of the log one after the other."""
+
+    def __init__(self, log: Run) -> None:
+        self._log = log
+        self._begun = False
+        self._last: Columns = {}
+        self._first_t = float("nan")
+        self._fresh = dict.fromkeys(SENSORS, 0.0)
+
+    def add(self, piece: Piece) -> None:
+        """Take a piece in."""
+        c = piece.columns
+        self._begun = self._begun or bool(np.isfinite(c.get(f"{_HERE}.horizon", np.empty(0))).any())
+        if not self._last:
+            self._first_t = float(c["t"][0])
+        self._last = {name: c[name][-1:].copy() for name in c if name == "t" or name.startswith(f"{_HERE}.")}
+        for name, topic in zip(SENSORS, _TOPICS, strict=True):
+            self._fresh[name] += float(c[f"frame.{topic}.fresh"].sum())
+
+    @property
+    def last(self) -> list[Coefficient]:
+        """Each coefficient in the last cycle; empty where nothing was learned."""
+        return coefficients(self._log.header, self._last, begun=True) if self._begun else []
+
+    @property
+    def nis_bands(self) -> dict[str, tuple[float, float]]:
+        """By sensor that was heard: the band that a consistent filter keeps the running mean of its NIS in.
+
+        It holds all but one in a thousand of what chance makes, and the slack that the configuration grants.
+        """
+        params = _params(ValidityParams, self._log.header, "health")
+        slack = 1.0 + params.nis_slack
+        span = float(self._last["t"][-1]) - self._first_t or 1.0
+        # An exponential window of n measurements, three numbers each, weighs as much as one of 2 n that count alike.
+        freedom = {name: 2.0 * 3.0 * params.nis_time * count / span for name, count in self._fresh.items() if count}
+        bands = {name: band(degrees, STAY) for name, degrees in freedom.items()}
+        return {name: (low / slack, high * slack) for name, (low, high) in bands.items()}
+
+    @property
+    def summary(self) -> dict[str, Any] | None:
+        """What summary.json says of it, None where nothing was learned: see `summary.summarise`."""
+        learned = self.last
+        if not learned:
+            return None
+        last = {name: self._last[f"{_HERE}.{name}"][-1].tolist() for name in _BESIDE}
+        squares = [c.error_sigmas[-1] ** 2 for c in learned if np.isfinite(c.error_sigmas[-1])]
+        said: dict[str, Any] = _with_none(
+            {
+                "coefficients": {c.name: _figures(c) for c in learned},
+                "taught": [list(said) for said in manoeuvre_results(self._log)],
+                "mean_square_error_sigmas": float(np.mean(squares)) if squares else None,
+                "nis": dict(zip(SENSORS, last["nis"], strict=True)),
+                "current_m_s": last["current"],
+                "current_std_m_s": last["current_std"],
+                "turbulence_m_s": last["turbulence"],
+                **{name: last[name] for name in ("rejected", "dropped", "resets")},
+            }
+        )
+        return said
+
+
+def manoeuvre_results(log: Run) -> list[tuple[float, str]]:
     """Time, s, and sentence of each learning manoeuvre's end: what it taught and what not."""
     reports = [(t, [e for e in events if e.kind is EventKind.LEARNING_REPORT]) for t, events in log.events]
     return [(t, text) for t, report in reports for text in texts(report)]
-
-
-def nis_bands(log: Log) -> dict[str, tuple[float, float]]:
-    """By sensor that was heard: the band that a consistent filter keeps the running mean of its NIS in.
-
-    It holds all but one in a thousand of what chance makes, and the slack that the configuration grants.
-    """
-    c = log.columns
-    params = _params(ValidityParams, log.header, "health")
-    slack = 1.0 + params.nis_slack
-    span = float(c["t"][-1] - c["t"][0]) or 1.0
-    fresh = {name: float(c[f"frame.{topic}.fresh"].sum()) for name, topic in zip(SENSORS, _TOPICS, strict=True)}
-    # An exponential window of n measurements, three numbers each, weighs as much as one of 2 n that count alike.
-    freedom = {name: 2.0 * 3.0 * params.nis_time * count / span for name, count in fresh.items() if count}
-    bands = {name: band(degrees, STAY) for name, degrees in freedom.items()}
-    return {name: (low / slack, high * slack) for name, (low, high) in bands.items()}
-
-
-def learned_summary(log: Log) -> dict[str, Any] | None:
-    """What summary.json says of it, None where nothing was learned: see `summary.summarise`."""
-    learned = coefficients(log)
-    if not learned:
-        return None
-    last = {name: log.columns[f"{_HERE}.{name}"][-1].tolist() for name in _BESIDE}
-    squares = [c.error_sigmas[-1] ** 2 for c in learned if np.isfinite(c.error_sigmas[-1])]
-    said: dict[str, Any] = _with_none(
-        {
-            "coefficients": {c.name: _figures(c) for c in learned},
-            "taught": [list(said) for said in manoeuvre_results(log)],
-            "mean_square_error_sigmas": float(np.mean(squares)) if squares else None,
-            "nis": dict(zip(SENSORS, last["nis"], strict=True)),
-            "current_m_s": last["current"],
-            "current_std_m_s": last["current_std"],
-            "turbulence_m_s": last["turbulence"],
-            **{name: last[name] for name in ("rejected", "dropped", "resets")},
-        }
-    )
-    return said
 
 
 def _figures(c: Coefficient) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import zlib
 from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
@@ -10,10 +11,11 @@ from typing import IO, Any, NamedTuple
 
 import zstandard
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import EndOfFile, InvalidMagic, McapError
+from mcap.exceptions import EndOfFile, InvalidMagic, McapError, RecordLengthLimitExceeded
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, DataEnd, Header, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader, get_chunk_data_stream
+from mcap.records import Channel, Chunk, DataEnd, Metadata, Schema
+from mcap.stream_reader import get_chunk_data_stream
+from mcap.writer import MCAP0_MAGIC
 
 from firmware_py.adapters.storage.recorder import END, FORMAT, HEADER, LogError, from_json
 
@@ -69,18 +71,9 @@ class LogFile:
             raise LogError(f"{self.path}: the log cannot be read ({error.strerror})") from None
 
     def _read(self, file: IO[bytes]) -> Iterator[list[LoggedMessage]]:
-        # A length that was damaged must not be taken for gigabytes to allocate: no record is longer than its file.
-        limit = self.path.stat().st_size
-        reader = StreamReader(_Exact(file), emit_chunks=True, validate_crcs=True, record_size_limit=limit)  # type: ignore[arg-type]
-        records = reader.records
-        data_ended = False
         try:
-            for record in records:
-                if data_ended:
-                    continue  # only the index follows; to come to its end is to know that the log is whole
-                if isinstance(record, DataEnd):
-                    data_ended = True
-                elif messages := self._taken(record):
+            for kind, data in self._records(file):
+                if messages := self._taken(kind, data):
                     self._last = max(self._last, messages[-1].time)
                     yield messages
         except InvalidMagic:
@@ -96,21 +89,45 @@ class LogFile:
         if self.lost:
             self.lost = f"{self.lost}; recovered up to {self._last * 1e-9:.2f} s"
 
-    def _taken(self, record: McapRecord) -> list[LoggedMessage]:
+    def _records(self, file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
+        """Yield the records before the index: opcode and content. To come to the end is to know that the log is whole.
+
+        The index is not looked into: the library takes longer for it than for all the rest.
+        """
+        # A length that was damaged must not be taken for gigabytes to allocate: no record is longer than its file.
+        limit = self.path.stat().st_size
+        crc = zlib.crc32(_magic(file))
+        kind, indexed = 0, False
+        while kind != Opcode.FOOTER:
+            head = _exactly(file, _RECORD.size)
+            kind, length = _RECORD.unpack(head)
+            if length > limit:
+                raise RecordLengthLimitExceeded(kind, length, limit)
+            data = _exactly(file, length)
+            if kind == Opcode.DATA_END:
+                expected = DataEnd.read(_stream(data)).data_section_crc
+                if expected not in (0, crc):
+                    raise ValueError(f"crc validation failed, expected: {expected}, calculated: {crc}")
+                indexed = True
+            elif not indexed:
+                crc = zlib.crc32(data, zlib.crc32(head, crc))
+                yield kind, data
+        _magic(file)
+
+    def _taken(self, kind: int, data: bytes) -> list[LoggedMessage]:
         """Take a record in, and return the messages in it."""
         if not self._begun:
-            if not isinstance(record, Header):
-                self.header, self._begun = _header(self.path, record), True
-        elif isinstance(record, Chunk):
-            return self._messages(record)
-        elif isinstance(record, Message):
-            return [LoggedMessage(self._topics[record.channel_id], record.log_time, record.data)]
-        elif isinstance(record, Schema):
-            self._schema_of[record.id] = record
-        elif isinstance(record, Channel):
-            self._open(record)
-        elif isinstance(record, Metadata) and record.name == END:
-            self.end = from_json(record.metadata["end"])
+            if kind != Opcode.HEADER:
+                self.header, self._begun = _header(self.path, kind, data), True
+        elif kind == Opcode.CHUNK:
+            return self._messages(Chunk.read(_stream(data)))
+        elif kind == Opcode.SCHEMA:
+            schema = Schema.read(_stream(data))
+            self._schema_of[schema.id] = schema
+        elif kind == Opcode.CHANNEL:
+            self._open(Channel.read(_stream(data)))
+        elif kind == Opcode.METADATA and (metadata := Metadata.read(_stream(data))).name == END:
+            self.end = from_json(metadata.metadata["end"])
         return []
 
     def _messages(self, chunk: Chunk) -> list[LoggedMessage]:
@@ -127,10 +144,10 @@ class LogFile:
                 channel, time = _MESSAGE.unpack_from(data, at)
                 messages.append(LoggedMessage(topics[channel], time, data[at + _MESSAGE.size : end]))
             elif kind == Opcode.SCHEMA:
-                schema = Schema.read(ReadDataStream(BytesIO(data[at:end])))
+                schema = Schema.read(_stream(data[at:end]))
                 self._schema_of[schema.id] = schema
             elif kind == Opcode.CHANNEL:
-                self._open(Channel.read(ReadDataStream(BytesIO(data[at:end]))))
+                self._open(Channel.read(_stream(data[at:end])))
             at = end
         return messages
 
@@ -141,21 +158,27 @@ class LogFile:
             self.schemas[channel.topic] = schema.name.rpartition("/")[2], schema.data.decode()
 
 
-class _Exact:
-    """A file that gives what was asked or raises, where files give what there is."""
-
-    def __init__(self, file: IO[bytes]) -> None:
-        self._file = file
-
-    def read(self, size: int) -> bytes:
-        data = self._file.read(size)
-        if len(data) < size:
-            raise EndOfFile
-        return data
+def _exactly(file: IO[bytes], size: int) -> bytes:
+    data = file.read(size)
+    if len(data) < size:
+        raise EndOfFile
+    return data
 
 
-def _header(path: Path, record: McapRecord) -> dict[str, Any]:
-    if not isinstance(record, Metadata) or record.name != HEADER:
+def _magic(file: IO[bytes]) -> bytes:
+    data = _exactly(file, len(MCAP0_MAGIC))
+    if data != MCAP0_MAGIC:
+        raise InvalidMagic(data)
+    return data
+
+
+def _stream(data: bytes) -> ReadDataStream:
+    return ReadDataStream(BytesIO(data))
+
+
+def _header(path: Path, kind: int, data: bytes) -> dict[str, Any]:
+    record = Metadata.read(_stream(data)) if kind == Opcode.METADATA else None
+    if record is None or record.name != HEADER:
         raise LogError(f"{path}: an MCAP file, but not a log of ours; give the log.mcap of a run")
     header: dict[str, Any] = from_json(record.metadata.get("header", "{}"))
     found = record.metadata.get("format")

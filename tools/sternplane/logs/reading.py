@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -56,12 +56,24 @@ class Topic:
     @cached_property
     def columns(self) -> Columns:
         """Field path -> values, and "t": vehicle time, s."""
-        return {"t": np.array(self.times, dtype=np.int64) * 1e-9, **self.layout.columns(self.messages)}
+        return self.columns_by(self.layout)
+
+    def columns_by(self, layout: Layout) -> Columns:
+        """Return the columns by a layout of the same schema."""
+        return {"t": np.array(self.times, dtype=np.int64) * 1e-9, **layout.columns(self.messages)}
+
+
+class Piece(NamedTuple):
+    """Cycles of a log one after the other: which is the first, their columns, and the true state at each if known."""
+
+    begin: int
+    columns: Columns
+    truth: Columns
 
 
 @dataclass(frozen=True)
-class Log:
-    """What a log holds.
+class LoggedRun:
+    """What a log tells of its run besides the cycles.
 
     Attributes:
         path: the file.
@@ -82,11 +94,6 @@ class Log:
         """True if the writer closed the log and all of it is here."""
         return not self.lost
 
-    @property
-    def cycle_bytes(self) -> list[bytes]:
-        """Every cycle as it was written."""
-        return self._cycles.messages
-
     @cached_property
     def codec(self) -> CdrCodec[Cycle]:
         """The codec of this log's cycles.
@@ -99,15 +106,12 @@ class Log:
         except SchemaError as error:
             raise self._other_version(error) from None
 
-    @property
-    def cycles(self) -> Iterator[Cycle]:
-        """Every cycle, decoded as it is asked for, with what its order changed."""
-        changed, decode = self.changes, self.codec.decode
-        for time, message in zip(self._cycles.times, self.cycle_bytes, strict=True):
-            cycle = decode(message)
-            if time in changed:
-                cycle = dataclasses.replace(cycle, order=dataclasses.replace(cycle.order, changes=changed[time]))
-            yield cycle
+    def decoded(self, time: int, message: bytes) -> Cycle:
+        """Decode the cycle of a vehicle time in ns, with what its order changed."""
+        cycle = self.codec.decode(message)
+        if changed := self.changes.get(time):
+            cycle = dataclasses.replace(cycle, order=dataclasses.replace(cycle.order, changes=changed))
+        return cycle
 
     @cached_property
     def changes(self) -> dict[int, tuple[Change, ...]]:
@@ -128,16 +132,6 @@ class Log:
                 where = f"{self.path}: {CHANGES_TOPIC} at {t * 1e-9:.2f} s"
                 raise LogError(f"{where}: is malformed; no vehicle logs such a change") from None
         return found
-
-    @property
-    def columns(self) -> Columns:
-        """The cycles' columns; arrays of fins are (cycles, fins)."""
-        return self._cycles.columns
-
-    @property
-    def truth(self) -> Columns:
-        """The columns of the plant's true state, empty when nobody knew it."""
-        return self.topics[TRUTH_TOPIC].columns if TRUTH_TOPIC in self.topics else {}
 
     @cached_property
     def events(self) -> list[tuple[float, tuple[Event, ...]]]:
@@ -170,6 +164,54 @@ class Log:
         if CYCLE_TOPIC not in self.topics:
             raise LogError(f"{self.path}: the log holds no cycle; the run ended within its first second")
         return self.topics[CYCLE_TOPIC]
+
+
+@dataclass(frozen=True)
+class Log(LoggedRun):
+    """A log with all its cycles in memory; `stream` is for long ones."""
+
+    @property
+    def cycle_bytes(self) -> list[bytes]:
+        """Every cycle as it was written."""
+        return self._cycles.messages
+
+    @property
+    def cycles(self) -> Iterator[Cycle]:
+        """Every cycle, decoded as it is asked for, with what its order changed."""
+        for time, message in zip(self._cycles.times, self.cycle_bytes, strict=True):
+            yield self.decoded(time, message)
+
+    @property
+    def columns(self) -> Columns:
+        """The cycles' columns; arrays of fins are (cycles, fins)."""
+        return self._cycles.columns
+
+    @property
+    def truth(self) -> Columns:
+        """The columns of the plant's true state, empty when nobody knew it."""
+        return self.topics[TRUTH_TOPIC].columns if TRUTH_TOPIC in self.topics else {}
+
+    @property
+    def count(self) -> int:
+        """How many cycles there are."""
+        return len(self.columns["t"])
+
+    def row(self, t_ns: int) -> int:
+        """Return the number of the first cycle that is not before a vehicle time, ns."""
+        return int(np.searchsorted(self.columns["t"], t_ns * 1e-9))
+
+    def pieces(self, multiple: int = 1) -> Iterator[Piece]:  # noqa: ARG002
+        """Yield all cycles, in one piece."""
+        truth, t = self.truth, self.columns["t"]
+        if truth and truth["t"][0] <= t[0]:
+            at = np.searchsorted(truth["t"], t, side="right") - 1
+            yield Piece(0, self.columns, {name: column[at] for name, column in truth.items()})
+        else:
+            yield Piece(0, self.columns, {})
+
+    def logged_cycles(self) -> Iterator[tuple[bytes, Cycle]]:
+        """Yield every cycle, as bytes and decoded."""
+        return zip(self.cycle_bytes, self.cycles, strict=True)
 
 
 def find(path: str | Path) -> Path:

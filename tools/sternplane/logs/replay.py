@@ -18,7 +18,9 @@ from firmware_py.records.order import Order
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.run import provenance
 from firmware_py.tick import Tick
-from sternplane.logs.reading import Log, find, read
+from sternplane.logs.reading import find
+from sternplane.logs.run import Run
+from sternplane.logs.streaming import stream
 
 Build = Callable[[Mapping[str, Any]], Autopilot]
 """Makes the autopilot of a configuration, the one in a log's header."""
@@ -63,7 +65,7 @@ class ReplayResult:
         return f"{self.differing} of {self.cycles} cycles differ, first at {self.first}"
 
 
-def replay(log: Log, build: Build, *, anyway: bool = False) -> ReplayResult:
+def replay(log: Run, build: Build, *, anyway: bool = False) -> ReplayResult:
     """Replays a log.
 
     Args:
@@ -79,7 +81,7 @@ def replay(log: Log, build: Build, *, anyway: bool = False) -> ReplayResult:
     if differs and not anyway:
         raise LogError(f"{log.path}: log of another machine ({differs}); replay it there, or add --anyway")
     comparison = ReplayedLog(log)
-    if log.cycle_bytes:
+    if log.count:
         hardware, ground = _LoggedHardware(comparison), _LoggedGround(comparison)
         loop.run(build(log.header["configuration"]), hardware, ground, _ComparingRecorder(comparison), comparison)
     first = None
@@ -93,7 +95,7 @@ def command(options: argparse.Namespace) -> int:
     """`sternplane replay LOG`: 0 if every byte is equal, 1 if not."""
     from firmware_py.app import build
 
-    result = replay(read(find(options.log)), build, anyway=options.anyway)
+    result = replay(stream(find(options.log)), build, anyway=options.anyway)
     for line in result.cautions:
         print(f"note: {line}")
     print(result)
@@ -111,7 +113,7 @@ def difference(logged: Cycle, replayed: Cycle) -> Difference:
 class ReplayedLog:
     """The schedule of a replay, and what its other parts read from: the log's cycles, one at a time."""
 
-    def __init__(self, log: Log) -> None:
+    def __init__(self, log: Run) -> None:
         self._log = log
         self.encode = log.codec.encode
         self.count = 0
@@ -119,7 +121,7 @@ class ReplayedLog:
         self.first: tuple[bytes, bytes] | None = None
 
     def __iter__(self) -> Iterator[Tick]:
-        for logged, cycle in zip(self._log.cycle_bytes, self._log.cycles, strict=True):
+        for logged, cycle in self._log.logged_cycles():
             self.logged, self.cycle = logged, cycle
             yield cycle.tick
 
@@ -161,7 +163,7 @@ class _ComparingRecorder:
             log.first = log.first or (log.logged, replayed)
 
 
-def _cautions(log: Log, differs: str) -> Iterator[str]:
+def _cautions(log: Run, differs: str) -> Iterator[str]:
     if log.lost:
         yield f"the log is {log.lost}"
     if differs:

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from firmware_py.records.order import Mode
-from sternplane.logs.reading import Columns
-from sternplane.logs.tracking import Array
+from sternplane.logs.reading import Columns, Piece
+from sternplane.logs.tracking import Array, pose_of
 
 
 class TurningCircleResult(NamedTuple):
@@ -33,46 +33,61 @@ class ZigzagResult(NamedTuple):
     """From the second execute to the fourth, s."""
 
 
-def circle(c: Columns, pose: Columns) -> TurningCircleResult | None:
-    """The turning circle of the longest turn under one rudder angle in MANUAL; None below one and a half turns.
+class StandardManoeuvres:
+    """Finds them in a run; it is shown the pieces of the log one after the other.
 
-    The first half turn is taken for the way into it.
-
-    Args:
-        c: the cycles' columns.
-        pose: the vehicle's "eta.x", "eta.y" and "eta.psi" at the same cycles.
+    It keeps the cycles in which the rudder is put over by hand, and the first one after each such time.
     """
-    rudder, psi = _rudder(c), np.unwrap(pose["eta.psi"])
-    edges = [0, *_moves(rudder), len(rudder)]
-    spells = [(a, b - 1) for a, b in itertools.pairwise(edges) if rudder[a] != 0.0]
-    begin, end = max(spells, key=lambda spell: abs(psi[spell[1]] - psi[spell[0]]), default=(0, 0))
-    if not abs(psi[end] - psi[begin]) >= 3.0 * math.pi:
-        return None
-    begin += int(np.flatnonzero(np.abs(psi[end] - psi[begin:end]) >= math.tau)[-1])
-    t = c["t"][begin : end + 1]
-    share = (t - t[0]) / (t[-1] - t[0])
-    x, y = (_without_drift(pose[name][begin : end + 1], share) for name in ("eta.x", "eta.y"))
-    return TurningCircleResult(2.0 * math.sqrt(np.var(x) + np.var(y)), float((psi[end] - psi[begin]) / (t[-1] - t[0])))
 
+    def __init__(self) -> None:
+        self._kept: list[Array] = []
+        self._psi = 0.0
+        self._over = False
 
-def zigzag(c: Columns, pose: Columns) -> ZigzagResult | None:
-    """The zigzag of a run whose rudder was put over from side to side in MANUAL; None before the fourth execute.
+    def add(self, piece: Piece) -> None:
+        """Take a piece in."""
+        pose, rudder = pose_of(piece), _rudder(piece.columns)
+        psi = (
+            np.unwrap(np.concatenate(([self._psi], pose["eta.psi"])))[1:] if piece.begin else np.unwrap(pose["eta.psi"])
+        )
+        over = rudder != 0.0
+        kept = over | np.concatenate(([self._over], over[:-1]))
+        kept[0] |= not piece.begin
+        self._psi, self._over = float(psi[-1]), bool(over[-1])
+        columns = (piece.columns["t"], rudder, psi, pose["eta.x"], pose["eta.y"])
+        self._kept.append(np.stack([column[kept] for column in columns]))
 
-    Args:
-        c: the cycles' columns.
-        pose: the vehicle's "eta.psi" at the same cycles.
-    """
-    rudder, psi = _rudder(c), np.unwrap(pose["eta.psi"])
-    executes = _moves(rudder)[:4]
-    angles = rudder[executes]
-    if len(executes) < 4 or not angles[0] or not np.array_equal(angles[1:], -angles[:-1]):
-        return None
-    first, second, third, fourth = executes
-    return ZigzagResult(
-        _overshoot(psi[second:third], psi[second] - psi[first]),
-        _overshoot(psi[third:fourth], psi[third] - psi[second]),
-        float(c["t"][fourth] - c["t"][second]),
-    )
+    def circle(self) -> TurningCircleResult | None:
+        """The turning circle of the longest turn under one rudder angle in MANUAL; None below one and a half turns.
+
+        The first half turn is taken for the way into it.
+        """
+        t, rudder, psi, *place = np.concatenate(self._kept, axis=1)
+        edges = [0, *_moves(rudder), len(rudder)]
+        spells = [(a, b - 1) for a, b in itertools.pairwise(edges) if rudder[a] != 0.0]
+        begin, end = max(spells, key=lambda spell: abs(psi[spell[1]] - psi[spell[0]]), default=(0, 0))
+        if not abs(psi[end] - psi[begin]) >= 3.0 * math.pi:
+            return None
+        begin += int(np.flatnonzero(np.abs(psi[end] - psi[begin:end]) >= math.tau)[-1])
+        t = t[begin : end + 1]
+        share = (t - t[0]) / (t[-1] - t[0])
+        x, y = (_without_drift(axis[begin : end + 1], share) for axis in place)
+        diameter = 2.0 * math.sqrt(np.var(x) + np.var(y))
+        return TurningCircleResult(diameter, float((psi[end] - psi[begin]) / (t[-1] - t[0])))
+
+    def zigzag(self) -> ZigzagResult | None:
+        """The zigzag of a run whose rudder was put over from side to side in MANUAL; None before the fourth execute."""
+        t, rudder, psi, *_ = np.concatenate(self._kept, axis=1)
+        executes = _moves(rudder)[:4]
+        angles = rudder[executes]
+        if len(executes) < 4 or not angles[0] or not np.array_equal(angles[1:], -angles[:-1]):
+            return None
+        first, second, third, fourth = executes
+        return ZigzagResult(
+            _overshoot(psi[second:third], psi[second] - psi[first]),
+            _overshoot(psi[third:fourth], psi[third] - psi[second]),
+            float(t[fourth] - t[second]),
+        )
 
 
 def _rudder(c: Columns) -> Array:

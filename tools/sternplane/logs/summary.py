@@ -12,17 +12,11 @@ from rich.table import Table
 from rich.text import Text
 
 from firmware_py.records.order import Mode
-from sternplane.logs import lateness_histogram, learned, standard_manoeuvres
-from sternplane.logs.reading import Log
-from sternplane.logs.tracking import (
-    Array,
-    believed_columns,
-    flown_last,
-    navigation_error,
-    path_error,
-    true_columns,
-    wrapped_deg,
-)
+from sternplane.logs import health_record, lateness_histogram, standard_manoeuvres
+from sternplane.logs.learned import LearnedFigures
+from sternplane.logs.reading import Piece
+from sternplane.logs.run import Run
+from sternplane.logs.tracking import Array, FlownMissions, PathError, navigation_error, pose_of, wrapped_deg
 
 Summary = dict[str, Any]
 
@@ -51,19 +45,20 @@ _ROWS: tuple[tuple[str, str, str], ...] = (
 )
 
 
-def summarise(log: Log) -> Summary:
+def summarise(log: Run) -> Summary:
     """Return the figures of a run; None where the log cannot say.
 
     completed, reason: from the log's end record, as the run's scenario judged; None where there was
     none to judge; False for a log that was cut off.
     vehicle_time_s: time of the last cycle plus one step. wall_time_s: from the end record. speed_up: their quotient.
-    distance_m: length of the path over the ground, x, y and z. depth_max_m: greatest z.
+    distance_m: length of the path over the ground, x, y and z. depth_max_m, depth_max_at_s: greatest z, and when;
+    depth_max_estimate_m: greatest estimated z, which a sensor at fault may hold far from the truth.
     depth_error_rms_m, heading_error_rms_deg: of z_d - z and psi_d - psi (the short way) over all armed cycles in which
     depth and heading are held: hold, mission, loiter, guided, return. z and psi are the truth where it was logged,
     else the estimate; `against` says which.
     path_error_rms_m, path_error_max_m: of the horizontal distance from the vehicle (truth or estimate, as above) to the
     planned path over the cycles in MISSION; the path is the straight lines from where MISSION was entered through the
-    waypoints, the last of them without an end (`tracking.path_error`). None if no mission was flown.
+    waypoints, the last of them without an end (`tracking.PathError`). None if no mission was flown.
     navigation_error_end_m, navigation_error_max_m: horizontal distance from the estimate to the truth.
     turning_diameter_m, turning_rate_deg_s (positive to starboard): of a run steered by hand in a circle.
     overshoot_first_deg, overshoot_second_deg, zigzag_period_s: of one steered by hand in a zigzag (`manoeuvres`).
@@ -73,55 +68,38 @@ def summarise(log: Log) -> Summary:
     name, None for a run that was not in real time. losses: by name, what was lost, as the log's end record counts;
     gcs_N_*: of the N-th link to ground stations, what came unsigned, malformed or too fast (flooding, overrun), what
     was not taken for want of room, and what was not said or sent to them.
+    health: sensors and actuators that were ever not good, and the ascent: see `HealthRecord.document`.
     learned: None if nothing was; else of the last cycle, by coefficient, value, std, valid, believed, and truth,
     error_pct and error_sigmas where the truth was logged; mean_square_error_sigmas over them, correlations left out;
     nis by sensor, current_m_s and current_std_m_s (north, east), turbulence_m_s, rejected, dropped, resets; and taught:
     when each learning manoeuvre was over (s), and the sentence on what it taught and what not.
     cycles, complete, lost, events: of the log. notes: sentences on the state of an earlier run.
     """
-    c = log.columns
-    dt = float(c["tick.dt_ns"][-1]) * 1e-9
-    vehicle_time, wall = float(c["t"][-1]) + dt, log.end.get("wall_s")
-    truth = true_columns(log)
-    pose = truth or believed_columns(log)
-    armed = c["applied.armed"]
-    held = armed & np.isin(c["mode.mode"], _HELD)
-    off = path_error(log, pose)
-    off = off[np.isfinite(off)]
-    steps = np.abs(np.diff(c["applied.fins"], axis=0))[armed[1:]]
-    away = navigation_error(log, truth)
-    passed, total = _waypoints(log)
-    late = lateness_histogram.of_log(log)
-    circle, zigzag = standard_manoeuvres.circle(c, pose), standard_manoeuvres.zigzag(c, pose)
+    figures, learned, late = _Figures(log), LearnedFigures(log), lateness_histogram.LatenessRecord()
+    manoeuvres, health = standard_manoeuvres.StandardManoeuvres(), health_record.HealthRecord(log)
+    parts = (figures, learned, late, manoeuvres, health)
+    for piece in log.pieces():
+        for part in parts:
+            part.add(piece)
+    wall, lateness = log.end.get("wall_s"), late.histogram()
+    circle, zigzag = manoeuvres.circle(), manoeuvres.zigzag()
     reason = log.end.get("reason") or (f"the log is {log.lost}" if log.lost else "the run was ended")
     summary: Summary = {
         "completed": log.end.get("completed", False),
         "reason": reason,
-        "vehicle_time_s": vehicle_time,
+        "vehicle_time_s": figures.t_end,
         "wall_time_s": wall,
-        "speed_up": vehicle_time / wall if wall else None,
-        "distance_m": float(np.sum(np.sqrt(sum(np.diff(pose[f"eta.{axis}"]) ** 2 for axis in "xyz")))),
-        "depth_max_m": float(np.max(pose["eta.z"])),
-        "against": "truth" if truth else "estimate",
-        "depth_error_rms_m": _rms((c["reference.z_d"] - pose["eta.z"])[held]),
-        "heading_error_rms_deg": _rms(wrapped_deg(c["reference.psi_d"] - pose["eta.psi"])[held]),
-        "path_error_rms_m": _rms(off),
-        "path_error_max_m": float(np.max(off)) if off.size else None,
-        "navigation_error_end_m": float(away[-1]) if away.size else None,
-        "navigation_error_max_m": float(np.max(away)) if away.size else None,
+        "speed_up": figures.t_end / wall if wall else None,
+        **figures.document(),
         "turning_diameter_m": circle.diameter if circle else None,
         "turning_rate_deg_s": math.degrees(circle.rate) if circle else None,
         "overshoot_first_deg": math.degrees(zigzag.first_overshoot) if zigzag else None,
         "overshoot_second_deg": math.degrees(zigzag.second_overshoot) if zigzag else None,
         "zigzag_period_s": zigzag.period if zigzag else None,
-        "fin_travel_deg_s": math.degrees(float(np.mean(steps))) / dt if steps.size else None,
-        "waypoints_passed": passed,
-        "waypoints_total": total,
-        "late_cycles": int(np.sum(c["tick.late_ns"] > c["tick.dt_ns"])),
-        "lateness": late._asdict() if late else None,
+        "lateness": lateness._asdict() if lateness else None,
         "losses": dict(log.end.get("losses", {})),
-        "learned": learned.learned_summary(log),
-        "cycles": len(c["t"]),
+        "health": health.document(),
+        "learned": learned.summary,
         "complete": log.complete,
         "lost": log.lost,
         "faults": log.header.get("faults", []),
@@ -129,6 +107,112 @@ def summarise(log: Log) -> Summary:
         "events": [[t, text] for t, text in log.sentences],
     }
     return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in summary.items()}
+
+
+class _Figures:
+    """The figures of all cycles; it is shown the pieces of the log one after the other."""
+
+    def __init__(self, log: Run) -> None:
+        self._path, self._missions = PathError(log), FlownMissions(log)
+        self._depth, self._heading, self._off = _Mean(), _Mean(), _Mean()
+        self._travel = _Mean()
+        self._away = _Mean()
+        self._before: tuple[Array, Array] | None = None
+        self._distance, self._late, self._cycles, self._true = 0.0, 0, 0, False
+        self._deepest, self._deepest_estimate = _Deepest(), _Deepest()
+        self._dt = self.t_end = 0.0
+
+    def add(self, piece: Piece) -> None:
+        """Take a piece in."""
+        c, pose = piece.columns, pose_of(piece)
+        self._true = bool(piece.truth)
+        self._dt = float(c["tick.dt_ns"][-1]) * 1e-9
+        self.t_end = float(c["t"][-1]) + self._dt
+        self._cycles += len(c["t"])
+        armed = c["applied.armed"]
+        held = armed & np.isin(c["mode.mode"], _HELD)
+        self._depth.add((c["reference.z_d"] - pose["eta.z"])[held])
+        self._heading.add(wrapped_deg(c["reference.psi_d"] - pose["eta.psi"])[held])
+        off = self._path.of(piece)
+        self._off.add(off[np.isfinite(off)])
+        self._away.add(navigation_error(piece))
+        self._missions.add(piece)
+        self._late += int(np.sum(c["tick.late_ns"] > c["tick.dt_ns"]))
+        self._deepest.add(c["t"], pose["eta.z"])
+        self._deepest_estimate.add(c["t"], c["state.eta.z"])
+        place, fins = np.column_stack([pose[f"eta.{axis}"] for axis in "xyz"]), c["applied.fins"]
+        if self._before is not None:
+            place, fins = np.vstack((self._before[0], place)), np.vstack((self._before[1], fins))
+            armed = np.concatenate(([False], armed))
+        self._before = place[-1:].copy(), fins[-1:].copy()
+        self._distance += float(np.sum(np.sqrt(np.sum(np.diff(place, axis=0) ** 2, axis=1))))
+        self._travel.add(np.abs(np.diff(fins, axis=0))[armed[1:]].ravel())
+
+    def document(self) -> Summary:
+        """Return them by their names in summary.json."""
+        passed, total = self._missions.passed
+        travel = self._travel.mean
+        return {
+            "distance_m": self._distance,
+            "depth_max_m": self._deepest.z,
+            "depth_max_at_s": self._deepest.t,
+            "depth_max_estimate_m": self._deepest_estimate.z,
+            "against": "truth" if self._true else "estimate",
+            "depth_error_rms_m": self._depth.rms,
+            "heading_error_rms_deg": self._heading.rms,
+            "path_error_rms_m": self._off.rms,
+            "path_error_max_m": self._off.greatest,
+            "navigation_error_end_m": self._away.last,
+            "navigation_error_max_m": self._away.greatest,
+            "fin_travel_deg_s": None if travel is None else math.degrees(travel) / self._dt,
+            "waypoints_passed": passed,
+            "waypoints_total": total,
+            "late_cycles": self._late,
+            "cycles": self._cycles,
+        }
+
+
+class _Mean:
+    """Mean, root mean square, greatest and last of numbers that come in parts; None where there was none."""
+
+    def __init__(self) -> None:
+        self._count, self._sum, self._squares = 0, 0.0, 0.0
+        self.greatest: float | None = None
+        self.last: float | None = None
+
+    def add(self, values: Array) -> None:
+        """Take some in."""
+        if not values.size:
+            return
+        self._count += values.size
+        self._sum += float(np.sum(values))
+        self._squares += float(np.sum(values**2))
+        greatest = float(np.max(values))
+        self.greatest = greatest if self.greatest is None else float(np.maximum(self.greatest, greatest))
+        self.last = float(values[-1])
+
+    @property
+    def mean(self) -> float | None:
+        """The mean."""
+        return self._sum / self._count if self._count else None
+
+    @property
+    def rms(self) -> float | None:
+        """The root mean square."""
+        return math.sqrt(self._squares / self._count) if self._count else None
+
+
+class _Deepest:
+    """The greatest depth, m, and when, s; NaN if one is not known."""
+
+    def __init__(self) -> None:
+        self.z, self.t = -math.inf, math.nan
+
+    def add(self, t: Array, z: Array) -> None:
+        """Take some in."""
+        at = int(np.argmax(z))  # of a NaN, if there is one
+        if not z[at] <= self.z and not math.isnan(self.z):
+            self.z, self.t = float(z[at]), float(t[at])
 
 
 def summary_table(summary: Summary) -> Group:
@@ -166,19 +250,6 @@ def key_figures(summary: Summary) -> list[tuple[str, str]]:
             sigmas = abs(valid[worst]["error_sigmas"])
             text = f"{worst} {errors[worst]:+.2g} % ({sigmas:.1f} σ)"
             found.append(("largest error of the valid coefficients", text))
+    found += health_record.key_figures(summary["health"])
     found += [(str(name).replace("_", " "), str(count)) for name, count in summary["losses"].items() if count]
     return found
-
-
-def _waypoints(log: Log) -> tuple[int, int]:
-    begin, end, waypoints = flown_last(log)
-    total = len(waypoints)
-    c = {name: log.columns[name][begin:end] for name in ("mode.mode", "mode.mission_done", "reference.waypoint")}
-    if c["mode.mission_done"].any():
-        return total, total
-    flown = c["reference.waypoint"][c["mode.mode"] == Mode.MISSION]
-    return (min(int(flown.max()), total) if flown.size else 0), total
-
-
-def _rms(values: Array) -> float | None:
-    return float(np.sqrt(np.mean(values**2))) if values.size else None

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from firmware_py.records.order import MissionChange, Mode
-from sternplane.logs.reading import Columns, Log
+from sternplane.logs.reading import Columns, Log, Piece
+from sternplane.logs.run import Run
 
 Array = npt.NDArray[Any]
 
@@ -21,73 +23,119 @@ class Planned(NamedTuple):
     waypoints: Array
 
 
-def missions(log: Log) -> list[Planned]:
+def missions(log: Run) -> list[Planned]:
     """Every mission of a run: the header's, and those that stations sent meanwhile."""
-    t, found = log.columns["t"], [(0, log.header.get("mission", {}).get("waypoints", ()))]
+    found = [(0, log.header.get("mission", {}).get("waypoints", ()))]
     for t_ns, changes in log.changes.items():
-        at = int(np.searchsorted(t, t_ns * 1e-9))
+        at = log.row(t_ns)
         flown = [change.mission for change in changes if isinstance(change, MissionChange)]
         found += [(at, [waypoint[:4] for waypoint in mission.waypoints]) for mission in flown]
-    ends = [begin for begin, _ in found[1:]] + [len(t)]
+    ends = [begin for begin, _ in found[1:]] + [log.count]
     return [
         Planned(begin, end, np.array(waypoints, dtype=float).reshape(-1, 4))
         for (begin, waypoints), end in zip(found, ends, strict=True)
     ]
 
 
-def flown_last(log: Log) -> Planned:
-    """The mission that was flown last; where none was, the one that stood at the end."""
-    planned, flying = missions(log), log.columns["mode.mode"] == Mode.MISSION
-    return next((it for it in reversed(planned) if flying[it.begin : it.end].any()), planned[-1])
+class FlownMissions:
+    """Which of a run's missions were flown, and how far; it is shown the pieces of the log one after the other."""
+
+    def __init__(self, log: Run) -> None:
+        self._planned = missions(log)
+        self._flown = [False] * len(self._planned)
+        self._done = [False] * len(self._planned)
+        self._passed = [0] * len(self._planned)
+
+    def add(self, piece: Piece) -> None:
+        """Take a piece in."""
+        c = piece.columns
+        flying = c["mode.mode"] == Mode.MISSION
+        for i, (begin, end, _) in enumerate(self._planned):
+            part = slice(max(begin - piece.begin, 0), max(end - piece.begin, 0))
+            self._done[i] |= bool(c["mode.mission_done"][part].any())
+            if flying[part].any():
+                self._flown[i] = True
+                passed = c["reference.waypoint"][part][flying[part]]
+                self._passed[i] = max(self._passed[i], int(passed.max()))
+
+    @property
+    def last(self) -> Planned:
+        """The mission that was flown last; where none was, the one that stood at the end."""
+        return self._planned[self._last]
+
+    @property
+    def passed(self) -> tuple[int, int]:
+        """How many legs of it were flown to their end, of how many."""
+        total = len(self.last.waypoints)
+        return (total if self._done[self._last] else min(self._passed[self._last], total)), total
+
+    @property
+    def _last(self) -> int:
+        return next((i for i in reversed(range(len(self._flown))) if self._flown[i]), len(self._planned) - 1)
 
 
-def true_columns(log: Log) -> Columns:
-    """The plant's state at each cycle: the last one logged at or before it. Empty when there is none."""
-    truth, t = log.truth, log.columns["t"]
-    if not truth or truth["t"][0] > t[0]:
-        return {}
-    at = np.searchsorted(truth["t"], t, side="right") - 1
-    return {name: column[at] for name, column in truth.items()}
+def pose_of(piece: Piece) -> Columns:
+    """The true pose at each cycle, or where nobody knew it the estimated one by the names that the truth has."""
+    return piece.truth or {name: piece.columns[f"state.{name}"] for name in ("eta.x", "eta.y", "eta.z", "eta.psi")}
 
 
-def believed_columns(log: Log) -> Columns:
-    """The estimated pose at each cycle by the names that the truth has: "eta.x", "eta.y", "eta.z", "eta.psi"."""
-    return {name: log.columns[f"state.{name}"] for name in ("eta.x", "eta.y", "eta.z", "eta.psi")}
-
-
-def navigation_error(log: Log, truth: Columns) -> Array:
+def navigation_error(piece: Piece) -> Array:
     """Horizontal distance from the estimate to the truth, m, at each cycle; empty without truth."""
+    c, truth = piece.columns, piece.truth
     if not truth:
         return np.empty(0)
-    c = log.columns
     away: Array = np.hypot(c["state.eta.x"] - truth["eta.x"], c["state.eta.y"] - truth["eta.y"])
     return away
 
 
-def path_error(log: Log, pose: Columns) -> Array:
-    """Return the horizontal distance to the planned path, m, at each cycle; NaN while no leg of a mission is flown.
+class PathError:
+    """The horizontal distance to the planned path, of one piece of a log after the other.
 
     The path runs straight from where the vehicle was when MISSION was entered, through the waypoints that were still
     to be passed, and on beyond the last. It is planned anew each time MISSION is entered, after each manoeuvre, and for
     each mission that a station sends. The distance is to the nearest point of any leg, so that rounding a corner counts
     as what it leaves out, and passing from leg to leg as nothing.
-
-    Args:
-        log: the run.
-        pose: "eta.x" and "eta.y" at each cycle, true or believed.
     """
-    c = log.columns
-    flying = (c["mode.mode"] == Mode.MISSION) & np.isfinite(c["reference.cross_track"])
-    places = np.column_stack((pose["eta.x"], pose["eta.y"]))
-    away = np.full(len(places), np.nan)
-    for first, last, points in missions(log):
-        waypoints = points[:, :2]
-        legs = np.flatnonzero(np.diff(flying[first:last], prepend=False, append=False)) + first
-        for begin, end in legs.reshape(-1, 2) if len(waypoints) else ():
-            passed = int(c["reference.waypoint"][begin - 1]) if begin > first else 0
-            path = np.vstack((places[begin], waypoints[min(passed, len(waypoints) - 1) :]))
-            away[begin:end] = distance(places[begin:end], path)
-    return away
+
+    def __init__(self, log: Run) -> None:
+        self._missions = missions(log)
+        self._path: Array | None = None
+        self._passed = 0
+
+    def of(self, piece: Piece) -> Array:
+        """Return the distance, m, at each cycle of the next piece; NaN while no leg of a mission is flown."""
+        c, pose = piece.columns, pose_of(piece)
+        flying = (c["mode.mode"] == Mode.MISSION) & np.isfinite(c["reference.cross_track"])
+        places, waypoint = np.column_stack((pose["eta.x"], pose["eta.y"])), c["reference.waypoint"]
+        away = np.full(len(places), np.nan)
+        for first, last, points in self._missions:
+            low, high = np.clip((first - piece.begin, last - piece.begin), 0, len(places))
+            if low == high:
+                continue
+            if first >= piece.begin:
+                self._path = None
+            edges = np.flatnonzero(np.diff(flying[low:high], prepend=False, append=False)) + low
+            for begin, end in edges.reshape(-1, 2) if len(points) else ():
+                if begin > 0 or self._path is None:
+                    before = int(waypoint[begin - 1]) if begin > 0 else self._passed
+                    passed = before if begin + piece.begin > first else 0
+                    self._path = np.vstack((places[begin], points[min(passed, len(points) - 1) :, :2]))
+                away[begin:end] = distance(places[begin:end], self._path)
+            if not flying[high - 1]:
+                self._path = None
+        self._passed = int(waypoint[-1])
+        return away
+
+
+def path_error(log: Run, columns: Columns, pose: Columns) -> Array:
+    """Return the distance of `PathError` for all cycles of a log at once, with "eta.x" and "eta.y" at each cycle."""
+    return PathError(log).of(Piece(0, columns, pose))
+
+
+def true_columns(log: Log) -> Columns:
+    """The plant's state at each cycle: the last one logged at or before it. Empty when there is none."""
+    (piece,) = log.pieces()
+    return piece.truth
 
 
 def distance(places: Array, path: Array) -> Array:
@@ -107,11 +155,30 @@ def wrapped_deg(angle: Array) -> Array:
     return degrees
 
 
+class UnwrappedHeading:
+    """Headings without jumps, degrees, from one piece of a log to the next; NaN stays."""
+
+    def __init__(self) -> None:
+        self._before: list[float] = []
+
+    def of(self, psi: Array) -> Array:
+        """Return those of the next piece, rad."""
+        degrees: Array = np.degrees(psi)
+        finite = np.isfinite(degrees)
+        if finite.any():
+            known = np.concatenate((self._before, degrees[finite]))
+            degrees[finite] = np.unwrap(known, period=360.0)[len(self._before) :]
+            self._before = [float(degrees[finite][-1])]
+        return degrees
+
+
+def surplus_turns(degrees: Array) -> float:
+    """Return what has to be taken from headings without jumps so that most are in [-45, 315), degrees."""
+    finite = degrees[np.isfinite(degrees)]
+    return 360.0 * math.floor((float(np.median(finite)) + 45.0) / 360.0) if finite.size else 0.0
+
+
 def unwrapped_deg(psi: Array) -> Array:
     """Radians to degrees without jumps, most of them in [-45, 315); NaN stays."""
-    degrees: Array = np.degrees(psi)
-    finite = np.isfinite(degrees)
-    if finite.any():
-        degrees[finite] = np.unwrap(degrees[finite], period=360.0)
-        degrees -= 360.0 * np.floor((np.median(degrees[finite]) + 45.0) / 360.0)
-    return degrees
+    degrees = UnwrappedHeading().of(psi)
+    return degrees - surplus_turns(degrees)

@@ -9,7 +9,7 @@ import numpy as np
 
 from firmware_py.records.fence import Area, Disc, Fence, Place, fence_from_plain, rally_from_plain
 from firmware_py.records.order import Change, FenceChange, RallyChange
-from sternplane.logs.reading import Log
+from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array
 
 T = TypeVar("T")
@@ -28,19 +28,19 @@ class InForce(NamedTuple, Generic[T]):
     when: str
 
 
-def fences(log: Log) -> list[InForce[Fence]]:
+def fences(log: Run) -> list[InForce[Fence]]:
     """Return every fence of a run: the configuration's, and those that stations sent meanwhile."""
     first = fence_from_plain(log.header.get("configuration", {}).get("fence", {}))
     return _in_force(log, first, lambda change: change.fence if isinstance(change, FenceChange) else None)
 
 
-def rally_points(log: Log) -> list[InForce[tuple[Place, ...]]]:
+def rally_points(log: Run) -> list[InForce[tuple[Place, ...]]]:
     """All rally points of a run, in the same way."""
     first = rally_from_plain(log.header.get("configuration", {}).get("rally", {}))
     return _in_force(log, first, lambda change: change.points if isinstance(change, RallyChange) else None)
 
 
-def _in_force(log: Log, first: T, of: Callable[[Change], T | None]) -> list[InForce[T]]:
+def _in_force(log: Run, first: T, of: Callable[[Change], T | None]) -> list[InForce[T]]:
     found = [(0.0, first)]
     for t_ns, changes in log.changes.items():
         for what in map(of, changes):
@@ -52,7 +52,7 @@ def _in_force(log: Log, first: T, of: Callable[[Change], T | None]) -> list[InFo
     return [InForce(what, when) for (_, what), when in zip(found, times, strict=True)]
 
 
-def draw(figure: Any, log: Log) -> bool:
+def draw(figure: Any, log: Run) -> bool:
     """Draw them into a plan view that has everything else already; return True if some of it is beyond the view."""
     view = _view(figure)
     lines: list[tuple[Array, Array]] = []

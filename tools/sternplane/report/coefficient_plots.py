@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from firmware_py.estimation.coefficient_validity import SENSORS
-from sternplane.logs.learned import Coefficient, coefficients, manoeuvre_results, nis_bands
-from sternplane.logs.reading import Columns, Log
+from sternplane.logs.learned import Coefficient, LearnedFigures, coefficients, manoeuvre_results
+from sternplane.logs.reading import Columns
+from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array
 from sternplane.report.drawing import ESTIMATE, REFERENCE, TRUTH, Plot, band, line, minimum_height
 
@@ -20,37 +21,38 @@ _STATES = ("#e2e8f0", "#a5b4fc", "#bbf7d0", "#16a34a")
 """Of the timeline: neither, excited, valid, both."""
 
 
-def plots(log: Log, truth: Columns, stride: int, figure: Callable[[str], Any]) -> Iterator[Plot]:
+def plots(
+    log: Run, figures: LearnedFigures, c: Columns, current: Array | None, figure: Callable[[str], Any]
+) -> Iterator[Plot]:
     """All of them; none where nothing was learned.
 
     Args:
         log: the run.
-        truth: its true columns at each cycle, or none.
-        stride: every so many cycles are drawn.
+        figures: of all its cycles.
+        c: columns of the cycles that are drawn.
+        current: the true current in them, if it is known.
         figure: makes an empty plot over time with a y axis of that name.
     """
-    learned = coefficients(log)
+    last, t = figures.last, c["t"].astype(np.float32)
+    learned = coefficients(log.header, c) if last else []
+    for coefficient, end in zip(learned, last, strict=False):
+        yield _coefficient(coefficient, end, t, figure(f"{coefficient.name}, nondimensional"))
     if not learned:
         return
-    every = slice(None, None, stride)
-    c = {name: column[every] for name, column in log.columns.items() if name.startswith(("t", "state.learned."))}
-    t = c["t"].astype(np.float32)
-    for coefficient in learned:
-        yield _coefficient(coefficient, t, every, figure(f"{coefficient.name}, nondimensional"))
-    yield _timeline(learned, manoeuvre_results(log), t, every, figure(""))
-    known = [one for one in learned if np.isfinite(one.truth)]
+    yield _timeline(learned, manoeuvre_results(log), t, figure(""))
+    known = [(one, end) for one, end in zip(learned, last, strict=True) if np.isfinite(one.truth)]
     if known:
-        yield _errors(known, t, every, figure("error, σ"))
-    yield _nis(c["state.learned.nis"], nis_bands(log), t, figure("mean square of innovations"))
+        yield _errors(known, t, figure("error, σ"))
+    yield _nis(c["state.learned.nis"], figures.nis_bands, t, figure("mean square of innovations"))
     running = np.isfinite(c["state.learned.horizon"])
     if np.isfinite(c["state.learned.current"]).any():
-        yield _current(c, running, truth["current"][every] if truth else None, t, figure("current, m/s"))
+        yield _current(c, running, current, t, figure("current, m/s"))
     yield _turbulence(np.where(running, c["state.learned.turbulence"], np.nan), t, figure("intensity, m/s"))
 
 
-def _coefficient(one: Coefficient, t: Array, every: slice, figure: Any) -> Plot:
+def _coefficient(one: Coefficient, end: Coefficient, t: Array, figure: Any) -> Plot:
     """The estimate in its band. What is valid makes the height of the axis, not what was tried at first."""
-    value, reach, valid = one.value[every], 3.0 * one.std[every], one.valid[every]
+    value, reach, valid = one.value, 3.0 * one.std, one.valid
     band(figure, t, value - reach, value + reach, "±3 σ")
     for level, name, colour, dash in (
         (one.believed, "vehicle file", REFERENCE, "dot"),
@@ -61,7 +63,7 @@ def _coefficient(one: Coefficient, t: Array, every: slice, figure: Any) -> Plot:
     line(figure, t, np.where(valid, value, np.nan), "estimate, valid", ESTIMATE, width=2.2)
     ends = [*value[valid if valid.any() else slice(None)], value[-1] - reach[-1], value[-1] + reach[-1]]
     _fit(figure, [*ends, one.believed, one.truth], 0.1 * abs(value[-1]))
-    return Plot(one.name, _note(one), figure, section=SECTION)
+    return Plot(one.name, _note(end), figure, section=SECTION)
 
 
 def _note(one: Coefficient) -> str:
@@ -74,10 +76,8 @@ def _note(one: Coefficient) -> str:
     return f"{text}."
 
 
-def _timeline(
-    learned: list[Coefficient], manoeuvres: list[tuple[float, str]], t: Array, every: slice, figure: Any
-) -> Plot:
-    states = np.array([one.excited[every] + 2 * one.valid[every].astype(np.int8) for one in learned], dtype=np.int8)
+def _timeline(learned: list[Coefficient], manoeuvres: list[tuple[float, str]], t: Array, figure: Any) -> Plot:
+    states = np.array([one.excited + 2 * one.valid.astype(np.int8) for one in learned], dtype=np.int8)
     steps = (
         [(i / 4, colour) for i, colour in enumerate(_STATES)],
         [(i / 4, colour) for i, colour in enumerate(_STATES, 1)],
@@ -98,14 +98,14 @@ def _timeline(
     return Plot("Excitation and validity", " ".join((note, *results)), figure, section=SECTION)
 
 
-def _errors(known: list[Coefficient], t: Array, every: slice, figure: Any) -> Plot:
+def _errors(known: list[tuple[Coefficient, Coefficient]], t: Array, figure: Any) -> Plot:
     band(figure, t, np.full(len(t), -3.0), np.full(len(t), 3.0), "±3 σ")
-    for one in known:
-        figure.add_scatter(x=t, y=one.error_sigmas[every].astype(np.float32), name=one.name, mode="lines")
-    most = max(float(np.nanmax(np.abs(one.error_sigmas))) for one in known)
+    for one, _ in known:
+        figure.add_scatter(x=t, y=one.error_sigmas.astype(np.float32), name=one.name, mode="lines")
+    most = max(float(np.nanmax(np.abs(one.error_sigmas))) for one, _ in known)
     top = min(max(1.1 * most, 4.0), 10.0)
     figure.update_yaxes(range=[-top, top])
-    mean = float(np.mean([one.error_sigmas[-1] ** 2 for one in known]))
+    mean = float(np.mean([end.error_sigmas[-1] ** 2 for _, end in known]))
     note = f"Estimate minus truth, over its own sigma. Mean square at the end {mean:.2g}, correlations left out."
     return Plot("Errors in sigmas", note, figure, section=SECTION)
 

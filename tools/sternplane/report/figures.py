@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -12,22 +11,15 @@ import plotly.graph_objects as go
 from firmware_py import config_files
 from firmware_py.params import ParamError
 from firmware_py.records.order import Mode
-from sternplane.logs import lateness_histogram
-from sternplane.logs.reading import Columns, Log
-from sternplane.logs.tracking import (
-    Array,
-    believed_columns,
-    flown_last,
-    navigation_error,
-    path_error,
-    true_columns,
-    unwrapped_deg,
-    wrapped_deg,
-)
+from sternplane.logs.health_record import Timeline, fin_names
+from sternplane.logs.run import Run
+from sternplane.logs.tracking import Array
 from sternplane.report import areas
 from sternplane.report.coefficient_plots import plots
 from sternplane.report.drawing import ESTIMATE, REFERENCE, TRUTH, Plot, band, line, minimum_height
+from sternplane.report.health_plot import health_plot
 from sternplane.report.lateness_plot import histogram
+from sternplane.report.thinning import Drawn
 
 _PAIRS = ("#2563eb", "#dc2626", "#059669", "#9333ea", "#d97706", "#0891b2", "#be185d", "#4d7c0f")
 _MODES = {
@@ -40,9 +32,9 @@ _MODES = {
     Mode.GUIDED: "#8b5cf6",
     Mode.RETURN: "#ec4899",
 }
-_REFERENCES = ("reference.z_d", "reference.psi_d", "reference.u_d")
-"""What is a reference only while somebody steers by it; in MANUAL and DISARMED it goes along with the vehicle."""
-_MOST_HZ, _MOST_POINTS = 10.0, 4000
+_MOST_POINTS = 4000
+_MOST_EVENTS = 1000
+"""So many events are marked."""
 _NEAR_LIMIT = 2.0
 """The depth limit is drawn at once where it is less than so many times the greatest depth; else from the legend."""
 
@@ -56,30 +48,19 @@ class Bands(NamedTuple):
 
 
 class Figures:
-    """All plots of one log; their data are thinned to every `stride`-th cycle; `rate` is what is left, Hz."""
+    """All plots of one log; `stride` and `rate` say how their data are thinned (`thinning.Drawn`)."""
 
-    def __init__(self, log: Log) -> None:
-        c = log.columns
-        dt = float(c["tick.dt_ns"][0]) * 1e-9
-        self.stride = max(1, round(1.0 / dt / _MOST_HZ), -(-len(c["t"]) // _MOST_POINTS))
-        self.rate = 1.0 / dt / self.stride
-        self.bands = _bands(c["t"], c["mode.mode"], dt)
+    def __init__(self, log: Run) -> None:
         self._log = log
-        truth = true_columns(log)
-        pose = truth or believed_columns(log)
-        self._c = self._thinned(c)
-        self._true, self._truth = truth, self._thinned(truth)
-        self._pose = self._thinned(pose)
-        self._psi = unwrapped_deg(pose["eta.psi"])[:: self.stride]
-        self._off = path_error(log, pose)[:: self.stride]
-        self._away = navigation_error(log, truth)[:: self.stride]
+        self._drawn = Drawn(log, _MOST_POINTS)
+        self.stride, self.envelope, _ = self._drawn.stride
+        self.rate = self._drawn.rate
+        self.bands = _bands(self._drawn.modes)
+        self._c, self._truth = self._drawn.c, self._drawn.truth
         self._t = self._c["t"].astype(np.float32)
-        steered = ~np.isin(self._c["mode.mode"], (Mode.DISARMED, Mode.MANUAL))
-        self._c |= {name: np.where(steered, self._c[name], np.nan) for name in _REFERENCES}
-        self._steered = bool(steered.any())
 
     def __iter__(self) -> Iterator[Plot]:
-        c, truth = self._c, self._truth
+        c, truth, drawn = self._c, self._truth, self._drawn
         yield self.plan()
         yield self.depth()
         yield self.heading()
@@ -89,17 +70,19 @@ class Figures:
         yield self.attitude()
         yield self.fins()
         yield self.propeller()
-        if self._steered:
+        if timeline := health_plot(drawn.health, self._figure("")):
+            yield timeline
+        if drawn.steered:
             yield from self.tracking()
         yield from self.navigation()
-        if late := lateness_histogram.of_log(self._log):
-            yield histogram(late, float(self._log.columns["tick.dt_ns"][0]) * 1e-3)
-        yield from plots(self._log, self._true, self.stride, self._figure)
+        if drawn.late:
+            yield histogram(drawn.late, drawn.dt * 1e6)
+        yield from plots(self._log, drawn.learned, c, truth.get("current"), self._figure)
 
     def plan(self) -> Plot:
         """North over east, with the legs of the mission that was flown last, the fence and the rally points."""
-        c, truth, figure = self._c, self._truth, go.Figure()
-        waypoints = flown_last(self._log).waypoints
+        c, truth, figure = self._drawn.plan, self._drawn.plan_truth, go.Figure()
+        waypoints = self._drawn.mission.waypoints
         if len(waypoints):
             numbers = [str(i + 1) for i in range(len(waypoints))]
             label: dict[str, Any] = {
@@ -119,10 +102,10 @@ class Figures:
             )
         if truth:
             line(figure, truth["eta.y"], truth["eta.x"], "truth", TRUTH, width=3)
-        line(figure, c["state.eta.y"], c["state.eta.x"], "estimate", ESTIMATE)
+        line(figure, c["eta.y"], c["eta.x"], "estimate", ESTIMATE)
         for name, at, symbol in (("begin", 0, "circle"), ("end", -1, "square")):
             marker = {"size": 10, "symbol": symbol, "color": TRUTH}
-            x, y = c["state.eta.y"][at : at + 1 or None], c["state.eta.x"][at : at + 1 or None]
+            x, y = c["eta.y"][at : at + 1 or None], c["eta.x"][at : at + 1 or None]
             figure.add_scatter(x=x, y=y, name=name, mode="markers", marker=marker)
         figure.update_xaxes(title="east, m")
         figure.update_yaxes(title="north, m", scaleanchor="x", scaleratio=1)
@@ -135,13 +118,11 @@ class Figures:
         plot = self._three(
             "Depth", "depth, m", 0.5, c["reference.z_d"], c["state.eta.z"], truth.get("eta.z"), "Diamonds are events."
         )
-        bottom = c["state.eta.z"] + c["state.altitude"]
-        if np.isfinite(bottom).any():
-            line(plot.figure, self._t, bottom, "bottom", "#a16207", width=1, visible="legendonly")
-        if events := self._log.sentences:
-            times, texts = zip(*events, strict=True)
+        if np.isfinite(c["bottom"]).any():
+            line(plot.figure, self._t, c["bottom"], "bottom", "#a16207", width=1, visible="legendonly")
+        if events := self._log.sentences[:_MOST_EVENTS]:
+            texts, (times, z) = [text for _, text in events], self._drawn.events[:, :_MOST_EVENTS]
             marker = {"symbol": "diamond", "size": 9, "color": "#be185d"}
-            z = np.interp(times, self._log.columns["t"], self._log.columns["state.eta.z"])
             plot.figure.add_scatter(x=times, y=z, text=texts, name="events", mode="markers", marker=marker)
         limit = _depth_limit(self._log)
         if limit is not None:
@@ -154,9 +135,10 @@ class Figures:
 
     def heading(self) -> Plot:
         """Heading without jumps at north; all of it on the turn that the vehicle is on."""
-        c, pose = self._c, self._pose["eta.psi"]
-        psi_d, psi = (self._psi + wrapped_deg(c[name] - pose) for name in ("reference.psi_d", "state.eta.psi"))
-        return self._three("Heading", "heading, degrees", 5.0, psi_d, psi, self._psi if self._truth else None)
+        c = self._c
+        return self._three(
+            "Heading", "heading, degrees", 5.0, c["psi_d"], c["psi_estimate"], c["psi"] if self._truth else None
+        )
 
     def attitude(self) -> Plot:
         """Roll and pitch."""
@@ -171,7 +153,7 @@ class Figures:
         """Every fin: commanded and reported."""
         figure = self._figure("fin angle, degrees")
         commanded, reported = (np.degrees(self._c[name]) for name in ("applied.fins", "frame.fins.value"))
-        for i, name in enumerate(_fin_names(self._log, commanded.shape[1])):
+        for i, name in enumerate(fin_names(self._log.header, commanded.shape[1])):
             colour = _PAIRS[i % len(_PAIRS)]
             line(figure, self._t, commanded[:, i], name, colour, legendgroup=name)
             line(figure, self._t, reported[:, i], f"{name}, reported", colour, dash="dot", legendgroup=name)
@@ -190,26 +172,29 @@ class Figures:
         """What was wanted minus what was true, or believed where nobody knew."""
         against = "the truth" if self._truth else "the estimate"
         figure = self._figure("reference minus actual, m")
-        line(figure, self._t, self._c["reference.z_d"] - self._pose["eta.z"], "depth", ESTIMATE)
-        line(figure, self._t, self._off, "path", "#059669")
+        line(figure, self._t, self._c["depth_error"], "depth", ESTIMATE)
+        line(figure, self._t, self._c["path_error"], "path", "#059669")
         minimum_height(figure, 0.1)
-        flown = " Path: horizontal distance to the planned path, in MISSION." if np.isfinite(self._off).any() else ""
+        flown = (
+            " Path: horizontal distance to the planned path, in MISSION."
+            if np.isfinite(self._c["path_error"]).any()
+            else ""
+        )
         yield Plot("Tracking error", f"Against {against}.{flown}", figure)
         figure = self._figure("reference minus actual, degrees")
-        line(figure, self._t, wrapped_deg(self._c["reference.psi_d"] - self._pose["eta.psi"]), "heading", ESTIMATE)
+        line(figure, self._t, self._c["heading_error"], "heading", ESTIMATE)
         minimum_height(figure, 1.0)
         yield Plot("Heading error", f"Against {against}.", figure)
 
     def navigation(self) -> Iterator[Plot]:
         """Estimate minus truth, and what the estimate thinks of itself; nothing where nobody knew the truth."""
-        c, truth = self._c, self._truth
-        if not truth:
+        c = self._c
+        if not self._truth:
             return
-        z = c["state.eta.z"] - truth["eta.z"]
         horizontal, vertical = 3.0 * c["state.position_std"], 3.0 * c["state.depth_std"]
         said = "Distance from estimate to truth."
-        yield self._within("Navigation error, horizontal", said, self._away, 0.0 * horizontal, horizontal, 1.0)
-        yield self._within("Navigation error, depth", "Estimate minus truth.", z, -vertical, vertical, 0.1)
+        yield self._within("Navigation error, horizontal", said, c["away"], 0.0 * horizontal, horizontal, 1.0)
+        yield self._within("Navigation error, depth", "Estimate minus truth.", c["depth_off"], -vertical, vertical, 0.1)
 
     def _within(self, title: str, note: str, error: Array, low: Array, high: Array, least: float) -> Plot:
         """An error in the band where it should be. The error makes the height of the axis, at `least` so much."""
@@ -236,9 +221,6 @@ class Figures:
         minimum_height(figure, least)
         return Plot(title, note, figure)
 
-    def _thinned(self, columns: Columns) -> Columns:
-        return {name: column[:: self.stride] for name, column in columns.items()}
-
     def _figure(self, unit: str) -> Any:
         figure = go.Figure()
         for begin, end, mode in self.bands:
@@ -253,21 +235,13 @@ def mode_colours(bands: list[Bands]) -> list[tuple[str, str]]:
     return [(colour, mode.name.lower()) for mode, colour in _MODES.items() if any(b.mode is mode for b in bands)]
 
 
-def _bands(t: Array, modes: Array, dt: float) -> list[Bands]:
-    edges = [0, *(np.flatnonzero(np.diff(modes)) + 1), len(modes)]
-    pairs = itertools.pairwise(edges)
-    return [Bands(float(t[a]), float(t[b - 1]) + dt, Mode(int(modes[a]))) for a, b in pairs]
+def _bands(modes: Timeline) -> list[Bands]:
+    return [Bands(begin, end, Mode(mode)) for begin, end, mode in modes.spans]
 
 
-def _depth_limit(log: Log) -> float | None:
+def _depth_limit(log: Run) -> float | None:
     """The configured limit, m; None where the header has none that this version can read."""
     try:
         return float(config_files.autopilot_params(log.header["configuration"]).safety.depth_max)
     except (KeyError, TypeError, ParamError):
         return None
-
-
-def _fin_names(log: Log, count: int) -> list[str]:
-    fins = log.header.get("configuration", {}).get("vehicle", {}).get("fins", ())
-    names = [str(fin["name"]).replace("_", " ") for fin in fins if "name" in fin]
-    return names if len(names) == count else [f"fin {i + 1}" for i in range(count)]

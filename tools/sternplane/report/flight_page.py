@@ -9,18 +9,23 @@ from firmware_py import config_files
 from firmware_py.control.control import LawKind
 from firmware_py.control.sliding_mode_params import PAPER_DEPTH_GAINS, PAPER_HEADING_GAINS, GainSet
 from firmware_py.params import ParamError, dump
-from sternplane.logs.reading import Log
+from sternplane.logs.run import Run
 from sternplane.logs.summary import Summary, key_figures, outcome
 from sternplane.report.figures import Figures, mode_colours
 from sternplane.report.page import Heading, Page, Section, Table, plot_section, render, rows_of
 
+_MOST_EVENTS = 500
+"""So many from the begin and so many from the end are listed."""
 _IDENTITY = (("seed", "seed"), ("faults", "faults"), ("revision", "git"), ("recorded", "stamp"))
 
 
-def flight_page(log: Log, summary: Summary) -> str:
+def flight_page(log: Run, summary: Summary) -> str:
     """Return the report of a flight as HTML."""
     header, figures = log.header, Figures(log)
     events = [(f"{t:.2f} s", text) for t, text in log.sentences] or [("", "none")]
+    if len(events) > 2 * _MOST_EVENTS:
+        left_out = ("", f"{len(events) - 2 * _MOST_EVENTS} more: see summary.json")
+        events = [*events[:_MOST_EVENTS], left_out, *events[-_MOST_EVENTS:]]
     sections: list[Section | Heading] = [
         Section("Events", tables=(Table(rows_of(events), style="log"),), wide=True, anchor="events")
     ]
@@ -45,8 +50,7 @@ def flight_page(log: Log, summary: Summary) -> str:
         key_figures=key_figures(summary),
         colours=mode_colours(figures.bands),
         sections=sections,
-        footnote=f"Plots show every {_ordinal(figures.stride)} cycle ({figures.rate:.3g} Hz); the figures use all of "
-        "them.",
+        footnote=_footnote(figures),
     )
     return render(page)
 
@@ -101,6 +105,14 @@ def _control(header: Mapping[str, Any]) -> Any:
         return config_files.autopilot_params(header["configuration"]).control
     except (KeyError, TypeError, ParamError):
         return None
+
+
+def _footnote(figures: Figures) -> str:
+    if figures.envelope:
+        shown = f"Lines show the least and the greatest value of every {2 * figures.stride} cycles"
+    else:
+        shown = f"Plots show every {_ordinal(figures.stride)} cycle ({figures.rate:.3g} Hz)"
+    return f"{shown}; the figures use all of them."
 
 
 def _ordinal(n: int) -> str:

@@ -10,7 +10,9 @@ from pathlib import Path
 from rich.console import Console
 
 from firmware_py.adapters.storage.recorder import LogError
-from sternplane.logs.reading import Log, find, read
+from sternplane.logs.reading import find
+from sternplane.logs.run import Run
+from sternplane.logs.streaming import stream
 from sternplane.logs.summary import Summary, summarise, summary_table
 from sternplane.report.flight_page import flight_page
 
@@ -18,7 +20,7 @@ _LARGE = 10_000_000
 """A log of so many bytes takes ten seconds to report."""
 
 
-def write_report(log: Log, folder: str | Path) -> Summary:
+def write_report(log: Run, folder: str | Path) -> Summary:
     """Write report.html and summary.json into a folder, each whole or not at all, and return the summary.
 
     Raises:
@@ -41,7 +43,7 @@ def write_report_of_file(path: Path, folder: Path) -> Summary:
     size = path.stat().st_size
     if size > _LARGE:
         print(f"making the report of a log of {size / 1e6:.0f} MB", file=sys.stderr)
-    return write_report(read(path), folder)
+    return write_report(stream(path), folder)
 
 
 def command(options: argparse.Namespace) -> int:

@@ -19,7 +19,8 @@ from firmware_py.run.run_folders import LOG_FILE, flight_folder, point_latest
 from firmware_py.run.usage_error import UsageError
 from sternplane.cli import extras
 from sternplane.cli.progress import Progress
-from sternplane.logs.reading import TRUTH_FILE, read
+from sternplane.logs.reading import TRUTH_FILE
+from sternplane.logs.streaming import stream
 from sternplane.logs.summary import Summary, summarise, summary_table
 from sternplane.sitl.flight import FlightRequest, fly, prepare_to_resume
 from sternplane.sitl.two_process import fly_two_processes
@@ -92,7 +93,7 @@ def _leave(log: Path, folder: Path) -> Summary:
 
         return report.write_report_of_file(log, folder)
     (folder / "report.html").unlink(missing_ok=True)
-    summary = summarise(read(log))
+    summary = summarise(stream(log))
     (folder / "summary.json").write_text(f"{json.dumps(summary, indent=2, ensure_ascii=False)}\n")
     print(f"no report.html without {', '.join(extras.missing())}: {extras.HINT}", file=sys.stderr)
     return summary

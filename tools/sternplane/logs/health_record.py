@@ -1,0 +1,187 @@
+"""When which sensor was not believed, what failed of the actuators, and how the vehicle came up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from firmware_py.records.command import AscentStage
+from firmware_py.records.health import ActuatorFault, SensorHealth, SourceFault, SourceState
+from firmware_py.records.health_text import actuator_fault_text, source_fault_text, stage_text
+from sternplane.logs.reading import Columns, Piece
+from sternplane.logs.run import Run
+from sternplane.logs.tracking import Array
+
+_SPANS = 500
+"""More changes of one thing than these are counted, but no longer kept one by one."""
+_PER_STATE = 100
+"""A sensor's state and fault make one number: so many times the state, and the fault."""
+
+
+class Span(NamedTuple):
+    """From when to when, s, something had a value."""
+
+    begin: float
+    end: float
+    value: int
+
+
+class Timeline:
+    """The values of one thing over time."""
+
+    def __init__(self) -> None:
+        self.durations: dict[int, float] = {}
+        self._begins: list[tuple[float, int]] = []
+        self._last: int | None = None
+        self._end, self._full = 0.0, False
+
+    def add(self, t: Array, values: Array, dt: float) -> None:
+        """Take cycles in: their times, s, and values; `dt` is the step."""
+        values = values.astype(np.int64)
+        for value, count in zip(*np.unique(values, return_counts=True), strict=True):
+            self.durations[int(value)] = self.durations.get(int(value), 0.0) + int(count) * dt
+        changed = np.flatnonzero(np.diff(values, prepend=values[0] + 1 if self._last is None else self._last))
+        room = _SPANS - len(self._begins)
+        self._begins += [(float(t[i]), int(values[i])) for i in changed[:room]]
+        if len(changed) <= room and not self._full:
+            self._end = float(t[-1]) + dt
+        elif not self._full:
+            self._end, self._full = float(t[changed[room]]), True
+        self._last = int(values[-1])
+
+    @property
+    def spans(self) -> list[Span]:
+        """One for each of the first changes; what comes after those is not among them."""
+        ends = [t for t, _ in self._begins[1:]] + [self._end]
+        return [Span(t, end, value) for (t, value), end in zip(self._begins, ends, strict=True)]
+
+    @property
+    def quiet(self) -> bool:
+        """True if it was 0 all the time."""
+        return self.durations.keys() <= {0}
+
+
+class HealthRecord:
+    """Health of sensors and actuators over a run; it is shown the pieces of the log one after the other.
+
+    Attributes:
+        sensors: by name in the records; values are made of state and fault (`sensor_state`).
+        actuators: by name in the vehicle file; values are `ActuatorFault`.
+        ascent: values are `AscentStage`.
+        drop: 1 from when the drop weight is released.
+    """
+
+    def __init__(self, log: Run) -> None:
+        self._header = log.header
+        self.sensors: dict[str, Timeline] = {}
+        self.actuators: dict[str, Timeline] = {}
+        self.ascent, self.drop = Timeline(), Timeline()
+
+    def add(self, piece: Piece) -> None:
+        """Take a piece in; a log that knows nothing of health has none."""
+        c = piece.columns
+        t, dt = c["t"], float(c["tick.dt_ns"][0]) * 1e-9
+        for name in SensorHealth._fields:
+            if (path := f"state.sensors.{name}.state") in c:
+                values = _PER_STATE * c[path].astype(np.int64) + c[f"state.sensors.{name}.fault"]
+                self.sensors.setdefault(name, Timeline()).add(t, values, dt)
+        for name, faults in self._actuators(c):
+            self.actuators.setdefault(name, Timeline()).add(t, faults, dt)
+        for path, timeline in (("mode.ascent", self.ascent), ("applied.drop", self.drop)):
+            if path in c:
+                timeline.add(t, c[path], dt)
+
+    def document(self) -> dict[str, Any]:
+        """Return what summary.json says of it: those that were ever not good, for how long, s, and since when.
+
+        sensors: by name suspect_s, lost_s, first_s and faults_s by fault; actuators: by name faulty_s, first_s
+        and faults_s; ascent_s: by stage; weight_released_s: when, None if it was not.
+        """
+        released = [span.begin for span in self.drop.spans if span.value]
+        stages = {AscentStage(value): s for value, s in sorted(self.ascent.durations.items()) if value}
+        return {
+            "sensors": {name: _sensor(line) for name, line in self.sensors.items() if not line.quiet},
+            "actuators": {name: _actuator(line) for name, line in self.actuators.items() if not line.quiet},
+            "ascent_s": {stage.name.lower(): round(s, 6) for stage, s in stages.items()},
+            "weight_released_s": released[0] if released else None,
+        }
+
+    def _actuators(self, c: Columns) -> Iterator[tuple[str, Array]]:
+        if "actuators.fins" in c:
+            faults = c["actuators.fins"]
+            yield from zip(fin_names(self._header, faults.shape[1]), faults.T, strict=True)
+        for path in c:
+            part, _, name = path.partition(".")
+            if part == "actuators" and name != "fins":
+                yield name.replace("_", " "), c[path]
+
+
+def sensor_state(value: int) -> tuple[SourceState, SourceFault]:
+    """Return state and fault of a value in a sensor's timeline."""
+    return SourceState(value // _PER_STATE), SourceFault(value % _PER_STATE)
+
+
+def sensor_words(value: int) -> str:
+    """Return words such as "suspect: frozen"."""
+    state, fault = sensor_state(value)
+    return state.name.lower() if state is SourceState.GOOD else f"{state.name.lower()}: {source_fault_text(fault)}"
+
+
+def actuator_words(value: int) -> str:
+    """Return words such as "jammed"; "good" for no fault."""
+    return actuator_fault_text(value) if value else "good"
+
+
+def stage_words(value: int) -> str:
+    """Return words for a stage of the ascent, and "" for none."""
+    return stage_text(value) if value else ""
+
+
+def fin_names(header: Mapping[str, Any], count: int) -> list[str]:
+    """Return the names of the vehicle file's fins; numbers where it has others."""
+    fins = header.get("configuration", {}).get("vehicle", {}).get("fins", ())
+    names = [str(fin["name"]).replace("_", " ") for fin in fins if "name" in fin]
+    return names if len(names) == count else [f"fin {i + 1}" for i in range(count)]
+
+
+def key_figures(health: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return (label, text) of `HealthRecord.document` for people; empty where all was well."""
+    found = []
+    for name, one in health["sensors"].items():
+        faults = ", ".join(source_fault_text(SourceFault[fault.upper()]) for fault in one["faults_s"])
+        found.append((f"{name} not believed", f"{one['suspect_s'] + one['lost_s']:.1f} s ({faults})"))
+    for name, one in health["actuators"].items():
+        faults = ", ".join(actuator_fault_text(ActuatorFault[fault.upper()]) for fault in one["faults_s"])
+        found.append((name, f"{faults}, from {one['first_s']:.1f} s"))
+    if health["weight_released_s"] is not None:
+        found.append(("drop weight released", f"at {health['weight_released_s']:.1f} s"))
+    return found
+
+
+def _sensor(line: Timeline) -> dict[str, Any]:
+    states = dict.fromkeys(SourceState, 0.0)
+    faults: dict[str, float] = {}
+    for value, s in sorted(line.durations.items()):
+        state, fault = sensor_state(value)
+        states[state] += s
+        if state is not SourceState.GOOD:
+            faults[fault.name.lower()] = round(faults.get(fault.name.lower(), 0.0) + s, 6)
+    bad = [span for span in line.spans if sensor_state(span.value)[0] is not SourceState.GOOD]
+    return {
+        "suspect_s": round(states[SourceState.SUSPECT], 6),
+        "lost_s": round(states[SourceState.LOST], 6),
+        "first_s": bad[0].begin if bad else None,
+        "faults_s": faults,
+    }
+
+
+def _actuator(line: Timeline) -> dict[str, Any]:
+    faults = {ActuatorFault(value).name.lower(): round(s, 6) for value, s in sorted(line.durations.items()) if value}
+    bad = [span for span in line.spans if span.value]
+    return {
+        "faulty_s": round(sum(faults.values()), 6),
+        "first_s": bad[0].begin if bad else None,
+        "faults_s": faults,
+    }

@@ -1,0 +1,95 @@
+"""The plot of what was not believed, what had failed, and how the vehicle came up: a strip for each over time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+from firmware_py.records.health import SourceState
+from sternplane.logs.health_record import (
+    HealthRecord,
+    Timeline,
+    actuator_words,
+    sensor_state,
+    sensor_words,
+    stage_words,
+)
+from sternplane.report.drawing import Plot
+
+_GOOD, _SUSPECT, _BAD, _STAGE, _RELEASED = "#86efac", "#f59e0b", "#dc2626", "#93c5fd", "#7c3aed"
+_ROW_HEIGHT, _MARGINS = 34, 110
+
+
+class _Strip(NamedTuple):
+    """A row: its name, its values, the words of a value and the kind and colour of what is drawn for it."""
+
+    name: str
+    line: Timeline
+    words: Callable[[int], str]
+    kind: Callable[[int], tuple[str, str]]
+
+
+def health_plot(health: HealthRecord, figure: Any) -> Plot | None:
+    """Return the strips of what was ever not good, of the ascent and the drop weight; None where all was well."""
+    strips = list(_strips(health))
+    if not strips:
+        return None
+    seen: set[str] = set()
+    for strip in strips:
+        for begin, end, value in strip.line.spans:
+            words = strip.words(value)
+            if not words:
+                continue
+            kind, colour = strip.kind(value)
+            figure.add_bar(
+                base=[begin],
+                x=[end - begin],
+                y=[strip.name],
+                orientation="h",
+                name=kind,
+                legendgroup=kind,
+                showlegend=kind not in seen,
+                marker={"color": colour, "line": {"width": 0}},
+                width=0.7,
+                text="" if kind == "good" else words,
+                textposition="inside",
+                insidetextanchor="start",
+                textangle=0,
+                constraintext="none",
+                textfont={"size": 11, "color": "#0f172a"},
+                hovertemplate=f"{strip.name}: {words}<br>{begin:.2f} s to {end:.2f} s<extra></extra>",
+            )
+            seen.add(kind)
+    figure.update_layout(barmode="overlay", hovermode="closest", height=_MARGINS + _ROW_HEIGHT * len(strips))
+    figure.update_yaxes(autorange="reversed", type="category")
+    return Plot("Health", "What was ever not good, and the ascent. All else was good throughout.", figure)
+
+
+def _strips(health: HealthRecord) -> Iterator[_Strip]:
+    for name, line in health.sensors.items():
+        if not line.quiet:
+            yield _Strip(name, line, sensor_words, _sensor)
+    for name, line in health.actuators.items():
+        if not line.quiet:
+            yield _Strip(name, line, actuator_words, _actuator)
+    if not health.ascent.quiet:
+        yield _Strip("ascent", health.ascent, stage_words, lambda _: ("ascent", _STAGE))
+    if not health.drop.quiet:
+        yield _Strip("drop weight", health.drop, lambda value: "released" if value else "", _drop)
+
+
+def _sensor(value: int) -> tuple[str, str]:
+    state, _ = sensor_state(value)
+    return {
+        SourceState.GOOD: ("good", _GOOD),
+        SourceState.SUSPECT: ("suspect", _SUSPECT),
+        SourceState.LOST: ("lost", _BAD),
+    }[state]
+
+
+def _actuator(value: int) -> tuple[str, str]:
+    return ("fault", _BAD) if value else ("good", _GOOD)
+
+
+def _drop(_: int) -> tuple[str, str]:
+    return "weight released", _RELEASED
