@@ -39,6 +39,7 @@ class Kind(NamedTuple):
         low: least value, in the unit.
         high: greatest value.
         on_hil: whether the interface of a PX4-compatible simulator has what it acts on.
+        aboard: whether it strikes the vehicle's computer or its links, not the plant (`sternplane.sitl.aboard_faults`).
     """
 
     name: str
@@ -49,6 +50,7 @@ class Kind(NamedTuple):
     low: float = -math.inf
     high: float = math.inf
     on_hil: bool = True
+    aboard: bool = False
 
     def unit_of(self, target: str) -> str:
         """Return the unit of the value for a target."""
@@ -89,6 +91,11 @@ KINDS: tuple[Kind, ...] = (
     Kind("stuck",     "weight",    "",     False, "stays when it is released"),
     Kind("set",       "CURRENT",   "m/s",  True,  "becomes this", -5.0, 5.0),
     Kind("ballast",   "BALLAST",   _BALLAST, True, "moves, or grows, by this", -50.0, 50.0),
+    Kind("lost",      "station",   "",     False, "is not heard by the vehicle: neither it nor the scenario's operator",
+         aboard=True),
+    Kind("jump",      "clock",     "s",    True,  "stands so much later at once: ticks come late; --pace realtime only",
+         0.001, 60.0, aboard=True),
+    Kind("full",      "disk",      "",     False, "takes no more of the log; the flight goes on", aboard=True),
 )
 # fmt: on
 

@@ -23,7 +23,7 @@ class FaultInjector:
     """The faults of a run in order of time, and the `target.FaultTarget` that they act on.
 
     Args:
-        faults: of the run.
+        faults: of the run; those aboard the vehicle are left to it.
         plant: the vehicle in the water.
         devices: what is on its wires.
         sensors: the instruments, by name.
@@ -56,7 +56,8 @@ class FaultInjector:
         self._nodes = nodes
         self._fins = tuple(fin.name for fin in plant.truth.fins)
         self._seed = seed
-        self._pending = sorted(faults, key=lambda fault: fault.t, reverse=True)
+        plant_s = [fault for fault in faults if not fault.kind.aboard]
+        self._pending = sorted(plant_s, key=lambda fault: fault.t, reverse=True)
         self._ends: list[tuple[float, End]] = []
         for fault in self._pending:
             if fault.kind.group == "FIN" and fault.target not in self._fins:

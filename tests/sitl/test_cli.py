@@ -177,6 +177,25 @@ def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(tmp_p
     assert len(log.cycle_bytes) > 100
 
 
+def test_a_disk_that_is_full_by_a_fault_ends_the_log_and_not_the_flight(tmp_path: Path, brief: Path) -> None:
+    result = called("sitl", "--scenario", brief, "--out", "run", "--fault", "full:disk@1.2", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr  # it was flown to its end
+    said = [line for line in result.stderr.splitlines() if line.startswith("sternplane: ")]
+    assert len(said) == 1
+    assert "No space left on device" in said[0]
+    assert said[0].endswith("the flight goes on without a log")
+    log = read(tmp_path / "run" / "log.mcap")
+    assert not log.complete
+    assert 60 <= len(log.cycle_bytes) <= 120  # at most half a second is lost with it
+
+
+def test_faults_aboard_the_vehicle_are_refused_where_they_mean_nothing(tmp_path: Path, brief: Path) -> None:
+    wanted = ("--scenario", brief, "--fault", "jump:clock=1@1")
+    assert_one_line(called("sitl", *wanted, cwd=tmp_path), "jump:clock=1@1", "--pace realtime")
+    wanted = ("plant", "--bus", "udp:7", "--fault", "full:disk@1")
+    assert_one_line(called(*wanted, cwd=tmp_path), "full:disk@1", "strikes the vehicle")
+
+
 def test_a_run_leaves_log_summary_and_report_and_a_replay_and_a_report_can_be_made_of_it(
     tmp_path: Path, brief: Path
 ) -> None:

@@ -21,7 +21,6 @@ from firmware_py.adapters.installation import configs
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.linux_realtime import apply_while
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
-from firmware_py.adapters.storage.recorder import LogWriter
 from firmware_py.autopilot import Autopilot
 from firmware_py.params import ParamError, load
 from firmware_py.ports import Ground, Schedule
@@ -43,6 +42,7 @@ from sim_bridge.plant.plant import PlantError
 from sim_bridge.plant.truth import Truth, refuse_other_fins
 from sim_bridge.scenarios import Scenario, load_scenario
 from sim_bridge.scripted_operator import ScriptedOperator
+from sternplane.sitl.aboard_faults import AboardFaults
 from sternplane.sitl.simulation_recorder import SimulationRecorder, Witness
 
 SCENARIOS = configs() / "scenarios"
@@ -89,6 +89,7 @@ class Flight:
     io: IoParams
     truth: Truth
     devices: DevicesParams
+    aboard: AboardFaults
     notes: tuple[str, ...] = ()
     """Sentences on the state of an earlier run."""
 
@@ -181,6 +182,7 @@ def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
         io=read_io(request),
         truth=truth,
         devices=_load(DevicesParams, request.config / "sensors.toml", scenario.sensors),
+        aboard=AboardFaults(scenario.injected, realtime=request.pace == "realtime"),
     )
     if parse_hil_link(request.link):
         _refuse_other_scale(flight)
@@ -248,13 +250,14 @@ def fly(
             if request.pace == "realtime"
             else lockstep
         )
-        log = stack.enter_context(LogWriter(log_path, flight.header()))
-        recorder = SimulationRecorder(log, bridge, watch, witness)
+        aboard = flight.aboard
+        log = stack.enter_context(aboard.log(log_path, flight.header()))
+        recorder = SimulationRecorder(log, bridge, aboard, watch, witness)
         began = time.monotonic()
         for refusal in stack.enter_context(apply_while(dataclasses.replace(flight.io.realtime, freeze_garbage=True))):
             print(refusal, file=sys.stderr)
         try:
-            loop.run(flight.autopilot, hardware, command(operator), recorder, schedule)
+            loop.run(flight.autopilot, hardware, aboard.heard(command(operator)), recorder, schedule)
             outcome = outcome_of(operator.completion, bool(interrupted))
         except PlantError as error:
             outcome = Outcome(False, str(error))

@@ -27,6 +27,7 @@ from sim_bridge import hil_server
 from sim_bridge.bridge import Bridge
 from sim_bridge.build import build_bridge
 from sim_bridge.devices.serial_line import SerialLine
+from sim_bridge.faults.fault import parse_fault
 from sim_bridge.lockstep_server import LockstepServer, accept_vehicle
 from sim_bridge.plant.plant import PlantError
 from sternplane.logs.reading import TRUTH_FILE
@@ -45,6 +46,8 @@ def command(options: argparse.Namespace) -> int:
         raise UsageError(
             f"--link {options.link}: there is neither bus nor DVL on that link; leave --bus and --dvl away"
         )
+    if aboard := [text for text in faults if parse_fault(text).kind.aboard]:
+        raise UsageError(f"--fault {aboard[0]}: strikes the vehicle, not the plant; fly it with `sternplane sitl`")
     bus, link = options.bus, options.link
     request = FlightRequest(options.scenario, options.config, bus, options.pace, options.seed, options.io, faults, link)
     flight = prepare(request, {})

@@ -9,6 +9,7 @@ from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogRecorder, LogW
 from firmware_py.records.cycle import Cycle
 from sim_bridge.bridge import Bridge
 from sim_bridge.truth_sample import TruthSample
+from sternplane.sitl.aboard_faults import AboardFaults
 
 
 class Witness(Protocol):
@@ -24,20 +25,28 @@ class SimulationRecorder:
     """The recorder of a simulated run: cycles and the true state; it also calls the observers."""
 
     def __init__(
-        self, log: LogWriter, bridge: Bridge, watch: Callable[[Cycle], None], witness: Witness | None = None
+        self,
+        log: LogWriter,
+        bridge: Bridge,
+        aboard: AboardFaults,
+        watch: Callable[[Cycle], None],
+        witness: Witness | None = None,
     ) -> None:
         self._recorder = LogRecorder(log)
         self._log = log
         self._bridge = bridge
+        self._keep = aboard.recorded(self._write)
         self._watch = watch
         self._witness = witness
         log.channel(TRUTH_TOPIC, bridge.truth())
 
     def write(self, cycle: Cycle) -> None:
         """Keep one cycle and the truth at its tick, and show them."""
-        self._recorder.write(cycle)
-        truth = self._bridge.truth()
-        self._log.write(TRUTH_TOPIC, cycle.tick.t_ns, truth)
+        self._keep(cycle)
         self._watch(cycle)
         if self._witness is not None:
-            self._witness.see(cycle, truth)
+            self._witness.see(cycle, self._bridge.truth())
+
+    def _write(self, cycle: Cycle) -> None:
+        self._recorder.write(cycle)
+        self._log.write(TRUTH_TOPIC, cycle.tick.t_ns, self._bridge.truth())

@@ -20,7 +20,9 @@ from firmware_py.run import over_can, over_hil
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.run_folders import LOG_FILE
 from firmware_py.run.usage_error import UsageError
+from sim_bridge.faults.fault import parse_fault
 from sim_bridge.scripted_operator import ScriptedOperator
+from sternplane.sitl.aboard_faults import AboardFaults
 from sternplane.sitl.flight import Flight, Outcome, outcome_of
 
 PLANT_WORDS = "plant.txt"
@@ -32,8 +34,8 @@ _PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 class _VehicleRecorder:
     """The recorder of the vehicle; it also calls an observer, and counts down the scenario's time."""
 
-    def __init__(self, log: LogWriter, watch: Callable[[Cycle], None], ticks: int) -> None:
-        self._recorder = LogRecorder(log)
+    def __init__(self, log: LogWriter, aboard: AboardFaults, watch: Callable[[Cycle], None], ticks: int) -> None:
+        self._keep = aboard.recorded(LogRecorder(log).write)
         self._watch = watch
         self._left = ticks
         self._began = 0.0
@@ -49,7 +51,7 @@ class _VehicleRecorder:
 
     def write(self, cycle: Cycle) -> None:
         self._began = self._began or time.monotonic()
-        self._recorder.write(cycle)
+        self._keep(cycle)
         self._watch(cycle)
         self._left -= 1
 
@@ -76,13 +78,13 @@ def fly_two_processes(
     """
     request, scenario, address = flight.request, flight.scenario, parse_hil_link(flight.request.link)
     realtime = request.pace == "realtime"
-    operator = ScriptedOperator(scenario)
+    operator, aboard = ScriptedOperator(scenario), flight.aboard
     with (
         _plant(flight, folder) as child,
         interruptible() as interrupted,
-        LogWriter(folder / LOG_FILE, flight.header()) as log,
+        aboard.log(folder / LOG_FILE, flight.header()) as log,
     ):
-        recorder = _VehicleRecorder(log, watch, round(scenario.duration * flight.rate))
+        recorder = _VehicleRecorder(log, aboard, watch, round(scenario.duration * flight.rate))
         gone = _Gone(child)
         losses: dict[str, int] = {}
 
@@ -92,7 +94,7 @@ def fly_two_processes(
         def say(line: str) -> None:
             print(line, file=sys.stderr)
 
-        ground, io = command(operator), flight.io
+        ground, io = aboard.heard(command(operator)), flight.io
         try:
             if address:
                 over_hil.run(flight.autopilot, flight.configuration, address, io, ground, recorder, stop, say, losses)
@@ -132,7 +134,8 @@ def _plant(flight: Flight, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
     arguments = ["--scenario", request.scenario, "--config", str(request.config), "--pace", request.pace]
     arguments += ["--seed", str(request.seed), "--out", str(folder), "--wait", "60"]
     arguments += ["--link", request.link] if address else ["--bus", request.bus, "--dvl", str(folder / "dvl")]
-    arguments += [word for fault in request.faults for word in ("--fault", fault)]
+    of_the_plant = [fault for fault in request.faults if not parse_fault(fault).kind.aboard]
+    arguments += [word for fault in of_the_plant for word in ("--fault", fault)]
     arguments += ["--io", str(request.io)] if request.io else []
     with (folder / PLANT_WORDS).open("wb") as words:
         child = subprocess.Popen(

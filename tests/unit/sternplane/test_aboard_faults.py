@@ -1,0 +1,100 @@
+"""Faults aboard the vehicle: no station is heard, the disk is full, the clock jumps."""
+
+from __future__ import annotations
+
+import time
+from types import SimpleNamespace
+
+import pytest
+from sternplane.sitl.aboard_faults import AboardFaults
+
+from firmware_py.adapters.storage.recorder import LogError
+from firmware_py.params import ParamError
+from firmware_py.records.order import NO_ORDER, Mode, Order
+from firmware_py.tick import Tick
+from sim_bridge.faults.fault import parse_fault
+from sim_bridge.faults.injector import FaultInjector
+
+DT_NS = 10_000_000
+
+
+def aboard(*texts, realtime=False):
+    return AboardFaults(map(parse_fault, texts), realtime=realtime)
+
+
+def cycle(t):
+    return SimpleNamespace(tick=SimpleNamespace(t=t))
+
+
+class Station:
+    def __init__(self):
+        self.told = []
+
+    def read(self, tick):
+        return Order(mode=Mode.HOLD)
+
+    def write(self, cycle):
+        self.told.append(cycle)
+
+
+def test_what_a_station_says_in_an_outage_is_lost():
+    station = Station()
+    ground = aboard("lost:station@1+2", "lost:station@5").heard(station)
+    heard = {t: ground.read(Tick(round(100 * t), DT_NS)) != NO_ORDER for t in (0.99, 1.0, 2.99, 3.0, 4.99, 5.0, 900.0)}
+    assert [t for t, was in heard.items() if was] == [0.99, 3.0, 4.99]
+    ground.write("cycle")
+    assert station.told == ["cycle"]
+
+
+def test_without_faults_nothing_stands_between_the_vehicle_and_its_ground_or_log():
+    station, keep = Station(), [].append
+    for faults in (aboard(), aboard("off:ahrs@1")):
+        assert faults.heard(station) is station
+        assert faults.recorded(keep) is keep
+
+
+def test_a_full_disk_ends_the_log_and_not_the_flight(tmp_path, capsys):
+    faults = aboard("full:disk@1")
+    log, sample = faults.log(tmp_path / "log.mcap", {}), Tick(0, DT_NS)
+    log.channel("/x", sample)
+    keep = faults.recorded(lambda c: log.write("/x", round(c.tick.t * 1e9), sample))
+    for t in (0.0, 0.99, 1.0, 1.5, 2.0):
+        keep(cycle(t))
+    log.close({"completed": True})
+    said = capsys.readouterr().err.splitlines()
+    assert said == [
+        f"sternplane: {tmp_path / 'log.mcap'}: the log cannot be written (No space left on device); choose another "
+        "--out; the flight goes on without a log"
+    ]
+
+
+def test_a_log_that_fails_by_itself_ends_a_simulated_flight_though_the_clock_jumps():
+    def fails(_cycle):
+        raise LogError("no disk")
+
+    with pytest.raises(LogError):
+        aboard("jump:clock=1@9", realtime=True).recorded(fails)(cycle(0.0))
+
+
+def test_a_jump_of_the_clock_holds_the_vehicle_up_once(monkeypatch):
+    slept, kept = [], []
+    monkeypatch.setattr(time, "sleep", slept.append)
+    keep = aboard("jump:clock=2@1", "jump:clock=0.5@1.5", realtime=True).recorded(kept.append)
+    for k in range(300):
+        keep(cycle(0.01 * k))
+        assert len(slept) == (k >= 100) + (k >= 150)
+    assert slept == [2.0, 0.5]
+    assert len(kept) == 300
+
+
+def test_a_clock_that_nobody_reads_cannot_jump():
+    with pytest.raises(ParamError, match=r"fault jump:clock=2@1: ticks are counted here.* add --pace realtime"):
+        aboard("jump:clock=2@1")
+
+
+def test_the_plant_leaves_them_to_the_vehicle():
+    plant = SimpleNamespace(truth=SimpleNamespace(fins=()))
+    faults = [parse_fault(text) for text in ("lost:station@0", "full:disk@0", "jump:clock=1@0")]
+    injector = FaultInjector(faults, plant, None, {}, 1)
+    assert injector.next_t > 1e9
+    injector.update(5.0)
