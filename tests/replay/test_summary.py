@@ -163,6 +163,8 @@ def test_the_table_shows_what_is_known(flown: Path) -> None:
     Console(file=out, width=80).print(summary_table(summary))
     for words in ("completed", "vehicle time", "3.0 s", "0 of 3", "°/s"):
         assert words in out.getvalue()
+    for judge, words in (("truth", "completed"), ("estimate", "completed, by the vehicle's own estimate")):
+        assert outcome({**summary, "judged_by": judge}) == words
     reason = "it had not surfaced [/] when the time was over"
     Console(file=out, width=80).print(summary_table({**summary, "completed": False, "reason": reason}))
     assert f"  not completed: {reason}  " in out.getvalue()

@@ -49,7 +49,7 @@ def summarise(log: Run) -> Summary:
     """Return the figures of a run; None where the log cannot say.
 
     completed, reason: from the log's end record, as the run's scenario judged; None where there was
-    none to judge; False for a log that was cut off.
+    none to judge; False for a log that was cut off. judged_by: "truth", or "estimate" where the plant was elsewhere.
     vehicle_time_s: time of the last cycle plus one step. wall_time_s: from the end record. speed_up: their quotient.
     distance_m: length of the path over the ground, x, y and z. depth_max_m, depth_max_at_s: greatest z, and when;
     depth_max_estimate_m: greatest estimated z, which a sensor at fault may hold far from the truth.
@@ -87,6 +87,7 @@ def summarise(log: Run) -> Summary:
     summary: Summary = {
         "completed": log.end.get("completed", False),
         "reason": reason,
+        "judged_by": log.end.get("judged_by"),
         "vehicle_time_s": figures.t_end,
         "wall_time_s": wall,
         "speed_up": figures.t_end / wall if wall else None,
@@ -229,7 +230,9 @@ def outcome(summary: Summary) -> str:
     """Return one phrase: whether the run was completed, and if not, why."""
     if summary["completed"] is None:
         return str(summary["reason"])
-    return "completed" if summary["completed"] else f"not completed: {summary['reason']}"
+    if not summary["completed"]:
+        return f"not completed: {summary['reason']}"
+    return "completed, by the vehicle's own estimate" if summary.get("judged_by") == "estimate" else "completed"
 
 
 def key_figures(summary: Summary) -> list[tuple[str, str]]:

@@ -65,7 +65,7 @@ class Found:
         aground: whether it touched the bottom.
         said: (t, name, fault) of each sensor or actuator that was found faulty.
         rules: (t, cause) of each rule that took hold or warned.
-        modes: (t, mode).
+        modes: (t, mode, cause).
         stages: (t, stage) of coming up.
         t_drop: when the weight was released; infinite if it was not.
         t_surfacing: when SURFACE began for the last time; infinite if it never did.
@@ -86,7 +86,7 @@ class Found:
     aground: bool = False
     said: list[tuple[float, str, str]] = field(default_factory=list)
     rules: list[tuple[float, str]] = field(default_factory=list)
-    modes: list[tuple[float, str]] = field(default_factory=list)
+    modes: list[tuple[float, str, str]] = field(default_factory=list)
     stages: list[tuple[float, str]] = field(default_factory=list)
     t_drop: float = math.inf
     t_surfacing: float = math.inf
@@ -96,6 +96,12 @@ class Found:
     end_mode: str = ""
     end_cause: str = ""
     end_fix: bool = False
+
+    @property
+    def brought_up(self) -> bool:
+        """Return whether it surfaced for the last time because a rule asked for it."""
+        causes = [cause for _, mode, cause in self.modes if mode == Mode.SURFACE.name]
+        return bool(causes) and Cause[causes[-1]] not in INTENDED_CAUSES
 
     def ending(self, depth_max: float) -> Ending:
         """Return how it ended; `depth_max` is the rule's limit, m."""
@@ -108,7 +114,7 @@ class Found:
         if math.isfinite(self.t_up):
             if math.isfinite(self.t_drop):
                 return Ending.DROPPED
-            return Ending.UP if self.rules else Ending.FLOWN
+            return Ending.UP if self.brought_up else Ending.FLOWN
         lies = self.end_cause == Cause.SURFACED.name and self.end_mode == Mode.DISARMED.name
         told = math.isfinite(self.t_drop) or bool(self.rules)
         return Ending.BELOW if told and not lies else Ending.LOST
@@ -182,7 +188,7 @@ class Judge:
         found, mode = self.found, cycle.mode.mode
         self._mode = mode
         self._armed = self._armed or mode is not Mode.DISARMED
-        found.modes.append((t, mode.name))
+        found.modes.append((t, mode.name, cycle.mode.cause.name))
         found.end_mode, found.end_cause = mode.name, cycle.mode.cause.name
         if mode is Mode.SURFACE:
             found.t_surfacing = t

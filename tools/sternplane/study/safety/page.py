@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
+from firmware_py.records.command import AscentStage
 from sternplane.report.page import Cell, Page, Section, Table, environment, render
 from sternplane.study.page import target_text
 from sternplane.study.rows import Row
@@ -141,7 +142,7 @@ def _line(trial: Trial, those: Sequence[Verdict]) -> dict[str, Any]:
         "named_mood": "note" if wanted is None else "good" if in_time >= 0.95 * len(those) else "bad",
         "after": (f"{median(times):.2f} … {max(times):.2f}{within}" if times else f"never{within}") if wanted else "",
         "said": _most(f"{name} {kind.lower().replace('_', ' ')}" for f in found for name, kind in _first(f["said"])),
-        "done": _most(_words(cause) for f in found for _, cause in f["rules"]),
+        "done": _most(word for f in found for word in _done(f)),
         "note": trial.bound.why if trial.bound else trial.note,
     }
 
@@ -160,13 +161,22 @@ def _cell(column: Column, those: Sequence[Verdict]) -> dict[str, Any]:
     return {"mood": column.mood if counted else "note", "parts": parts}
 
 
+def _done(found: Mapping[str, Any]) -> set[str]:
+    """Return the rules that spoke, and what was done in coming up beyond the ordinary."""
+    plain = (AscentStage.NONE.name, AscentStage.POWERED.name, AscentStage.LEVEL.name)
+    stages = {f"stage {_words(stage)}" for _, stage in found["stages"] if stage not in plain}
+    return (
+        {_words(cause) for _, cause in found["rules"]} | stages | ({"weight"} if found["t_drop"] is not None else set())
+    )
+
+
 def _first(said: Iterable[Sequence[Any]]) -> set[tuple[str, str]]:
     return {(name, kind) for _, name, kind in said}
 
 
 def _most(words: Iterable[str]) -> str:
     """Return what was most often said, and how often."""
-    return ", ".join(f"{word} ({n})" for word, n in Counter(words).most_common(4))
+    return ", ".join(f"{word} ({n})" for word, n in Counter(words).most_common(6))
 
 
 def _words(cause: str) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from statistics import median
 from typing import Any, NamedTuple
 
+from firmware_py.records.event import INTENDED_CAUSES, Cause
 from sternplane.study.rows import Row
 from sternplane.study.safety.campaign import TRIALS
 from sternplane.study.safety.judge import Ending
@@ -18,6 +19,7 @@ SHARE = 95.0
 SPIKE_DEPTH = 0.3
 """Greatest error of the estimated depth that one false value may cause, m."""
 _TICK = 0.005
+_INTENDED = (*INTENDED_CAUSES, Cause.NONE)
 
 
 class Verdict(NamedTuple):
@@ -148,7 +150,7 @@ def _naming(verdicts: Sequence[Verdict]) -> list[Row]:
 def _spikes(verdicts: Sequence[Verdict]) -> list[Row]:
     found = []
     for title, those in by_trial(v for v in verdicts if v.trial.target == "spike").items():
-        changed = _count(any(t >= ONSETS[v.flight["onset"]] for t, _ in v.flight["found"]["rules"]) for v in those)
+        changed = _count(any(Cause[cause] not in _INTENDED for *_, cause in v.flight["found"]["modes"]) for v in those)
         found.append(Row("one spike", f"flights in which a rule changed the mode: {title}", changed, 0.0, len(those)))
         error = max(v.flight["found"]["depth_error"] for v in those)
         found.append(Row("one spike", f"greatest error of depth, m: {title}", error, SPIKE_DEPTH, len(those)))
