@@ -11,14 +11,16 @@ from firmware_py.adapters.buses.can_bus import FramePort
 from firmware_py.adapters.dvl import DvlPort
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.node_watch import NodeWatch, fields_of
+from firmware_py.adapters.own_status import OwnStatus
 from firmware_py.marine import euler_from_quaternion
 from firmware_py.records.command import Applied
+from firmware_py.records.cycle import Cycle
 from firmware_py.records.sensing import Ahrs, Battery, Fix, Heard, SensorFrame, node_bit, silence
 from firmware_py.tick import Rate, Tick
 from firmware_py.wire.dronecan import equipment_messages as eq
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
-from firmware_py.wire.dronecan.node_messages import GetNodeInfoResponse, HardwareVersion, NodeStatus, SoftwareVersion
+from firmware_py.wire.dronecan.node_messages import GetNodeInfoResponse, HardwareVersion, SoftwareVersion
 from firmware_py.wire.dronecan.transfer import Reassembler, Transfer, TransferSender
 
 NAME = b"org.sternplane.autopilot"
@@ -57,6 +59,9 @@ class CanHardware:
             if isinstance(getattr(nothing, field.name), Heard)
         }
         self._nodes = NodeWatch(params.can.node_id, params.nodes)
+        self._status = OwnStatus()
+        self.received = 0
+        """Transfers that have arrived whole, of the types that are read."""
         self.malformed = 0
         """Transfers whose payload did not fit their type."""
         nodes, latency = params.nodes, params.latency
@@ -91,6 +96,7 @@ class CanHardware:
                 self._nodes.hear_own(own_id, t)
             transfer = accept(can_id, data, t)
             if transfer is not None:
+                self.received += 1
                 self._dispatch(transfer)
         dvl = self._dvl.read(t)
         if dvl is not None:
@@ -116,9 +122,13 @@ class CanHardware:
         if tick.every(Rate.HZ_10 if applied.drop else Rate.HZ_2):
             out(send(m.HARDPOINT_COMMAND, eq.HardpointCommand(DROP_WEIGHT, RELEASE if applied.drop else HOLD)))
         if tick.every(Rate.HZ_1):
-            out(send(m.NODE_STATUS, NodeStatus(int(tick.t))))
+            out(send(m.NODE_STATUS, self._status.message(tick)))
         if self._requests:  # one answer a tick: requests do not delay the commands
             self._send_node_info(tick, self._requests.pop(next(iter(self._requests))))
+
+    def note(self, cycle: Cycle) -> None:
+        """Take from a cycle what the next NodeStatus says."""
+        self._status.update(cycle)
 
     def losses(self) -> dict[str, int]:
         """Return how many frames and messages were lost or refused on the wires, by cause."""
@@ -127,7 +137,7 @@ class CanHardware:
         dropped = {f"transfers_{cause}": count for cause, count in total.items()}
         bus = {f"bus_{cause}": count for cause, count in self._bus.losses().items()}
         nodes = self._nodes.losses(self._reassembler.dropped_from)
-        return {**bus, "transfers_malformed": self.malformed, **dropped, **nodes, "dvl_broken": int(self._dvl.broken)}
+        return {**bus, "transfers_malformed": self.malformed, **dropped, **nodes, **self._dvl.losses()}
 
     def park(self) -> None:
         """Centre the fins, stop the propeller and send "disarmed", at once: the last messages of a run."""
@@ -160,6 +170,7 @@ class CanHardware:
             message = kind.decode(transfer.payload)
         except DecodeError:
             self.malformed += 1
+            self._nodes.malformed[transfer.source] += 1
             return
         if entry is None:
             self._nodes.hear_status(transfer.source, message)
@@ -175,7 +186,7 @@ class CanHardware:
             self._fins[:] = map(_not_ok, self._fins)
 
     def _send_node_info(self, tick: Tick, request: Transfer) -> None:
-        status = NodeStatus(int(tick.t))
+        status = self._status.message(tick)
         hardware = HardwareVersion(unique_id=NAME[-16:])
         info = GetNodeInfoResponse(status, SoftwareVersion(major=0, minor=1), hardware, NAME)
         self._bus.send(self._sender.respond(request, m.GET_NODE_INFO_RESPONSE, info))

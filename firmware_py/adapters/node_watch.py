@@ -48,6 +48,8 @@ class NodeWatch:
         """Transfers by node id that did not continue their stream, and were not believed."""
         self.restarts = dict.fromkeys(ids, 0)
         """How often a node's uptime went back, by node id."""
+        self.malformed = dict.fromkeys(ids, 0)
+        """Transfers by node id whose payload did not fit their type."""
         self.names = ids
 
     def accept(self, transfer: Transfer) -> bool:
@@ -95,7 +97,12 @@ class NodeWatch:
         found: dict[str, int] = {}
         for node_id, name in self.names.items():
             dropped = asdict(dropped_from[node_id]) if node_id in dropped_from else {}
-            counts = {**dropped, "strays": self.strays[node_id], "restarts": self.restarts[node_id]}
+            counts = {
+                **dropped,
+                "malformed": self.malformed[node_id],
+                "strays": self.strays[node_id],
+                "restarts": self.restarts[node_id],
+            }
             found |= {f"{name}_{cause}": count for cause, count in counts.items() if count}
         return found
 

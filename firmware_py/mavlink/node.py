@@ -27,6 +27,7 @@ from firmware_py.mavlink.plans import plan_builder
 from firmware_py.mavlink.plans.plan_builder import PlanBuilder
 from firmware_py.mavlink.plans.plan_store import PlanStore
 from firmware_py.mavlink.settings import MavlinkParams, NodeSettings
+from firmware_py.mavlink.telemetry.communication import Communication
 from firmware_py.mavlink.telemetry.health import Actuators, HealthTelemetry, NamedValues
 from firmware_py.mavlink.telemetry.high_latency import HighLatency
 from firmware_py.mavlink.telemetry.lateness import Lateness
@@ -86,11 +87,12 @@ class Node:
         water_frame = WaterFrame(vehicle.origin, params.telemetry.surface_altitude)
         self._plan_store = PlanStore(water_frame, settings.limits, state.plans)
         self._lateness = Lateness()
+        self.communication = Communication()
         calendar = Calendar()
         self.files: dict[str, Callable[[], bytes]] = {} if parameters is None else metadata.files(parameters)
         """The generated files that MAVLink FTP offers: names without a leading slash, and who makes the bytes."""
         encoders = PoseTelemetry(params.telemetry, vehicle.origin, vehicle.actuators.n_max).encoders()
-        encoders |= HealthTelemetry(vehicle.actuators, self._lateness, self._plan_store).encoders()
+        encoders |= HealthTelemetry(vehicle.actuators, self._lateness, self._plan_store, self.communication).encoders()
         encoders |= OdometryTelemetry(water_frame.surface).encoders() | calendar.encoders()
         if parameters is not None:
             encoders[metadata.MESSAGE_ID] = metadata.encoder(self.files)

@@ -7,6 +7,7 @@ import math
 import sys
 from collections.abc import Callable
 
+from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.adapters.storage.recorder import LogError, LogRecorder, LogWriter
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event_text import texts
@@ -20,10 +21,16 @@ _STATUS_NS = 10 * NS_PER_S
 class FlightRecorder:
     """A recorder that never ends a flight: a log that cannot be written is reported once, and the flight goes on."""
 
-    def __init__(self, log: LogWriter, watch: Callable[[Cycle], None] = lambda _cycle: None) -> None:
-        """`watch` is shown every cycle once it is written."""
+    def __init__(
+        self,
+        log: LogWriter,
+        watch: Callable[[Cycle], None] = lambda _cycle: None,
+        losses: LossWatch | None = None,
+    ) -> None:
+        """`watch` is shown every cycle once it is written; `losses` counts what is lost."""
         self._watch = watch
-        self._recorder = LogRecorder(log)
+        self._losses = losses
+        self._recorder = LogRecorder(log, losses)
         self._sensors = SensorWatch()
         self.cycles = 0
         self.last: Cycle | None = None
@@ -43,6 +50,8 @@ class FlightRecorder:
             say(f"{cycle.tick.t:9.2f} s  {mode}, depth {eta.z:.2f} m, heading {heading}°, {cycle.state.nu.u:.2f} m/s")
         self.last = cycle
         if self.broken:
+            if self._losses is not None:
+                self._losses.update(cycle)
             return
         try:
             self._recorder.write(cycle)

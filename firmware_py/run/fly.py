@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -78,7 +79,6 @@ def fly(options: argparse.Namespace) -> FlightResult:
     folder = flight_folder(options.out)
     header = provenance.header("fly", configuration, pace=pace, link=options.link, notes=notes)
     lost, reason, began = False, "", time.monotonic()
-    losses: dict[str, int] = {}
     with (
         open_ground(options.gcs, configuration, options.gcs_key, options.state) as stations,
         interruptible() as interrupted,
@@ -89,7 +89,9 @@ def fly(options: argparse.Namespace) -> FlightResult:
         keeper = kept_navigation.NavigationKeeper(
             ground.save, lambda: autopilot.parts.estimator.keep(), io.state.interval
         )
-        recorder = FlightRecorder(log, keeper.update)
+        losses = stations.losses
+        losses.tell = _to_all(say, ground.say)
+        recorder = FlightRecorder(log, keeper.update, losses)
         for note in notes:
             say(f"sternplane: {note}")
             ground.say(note)
@@ -115,7 +117,7 @@ def fly(options: argparse.Namespace) -> FlightResult:
             reason = reason or _how(recorder.last, bool(interrupted), asked)
             if not recorder.broken:
                 end = {"completed": None, "reason": reason, "wall_s": time.monotonic() - began}
-                log.close({**end, "losses": {**losses, **stations.losses()}})
+                log.close({**end, "losses": losses.totals()})
     kept = _leave(log.path, options.state, autopilot.parts.estimator.keep(), keeper.speed)
     point_latest(folder)
     status = _LOST if lost else _AGAIN if ground.node.end_request == "reboot" else 0 if kept else BAD
@@ -137,6 +139,16 @@ def _leave(log: Path, state: Path | None, navigation: KeptNavigation, speed: flo
         say(f"sternplane: {error}")
         return False
     return there
+
+
+def _to_all(*takers: Callable[[str], None]) -> Callable[[str], None]:
+    """Return what hands a sentence to all of these."""
+
+    def tell(sentence: str) -> None:
+        for taker in takers:
+            taker(sentence)
+
+    return tell
 
 
 def _how(last: Cycle | None, interrupted: bool, asked: str) -> str:

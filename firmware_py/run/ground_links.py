@@ -11,6 +11,7 @@ from typing import NamedTuple
 from firmware_py import app, config_files
 from firmware_py.adapters.ground.mavlink_ground import Grounds, MavlinkGround
 from firmware_py.adapters.ground.signing_key import read_signing
+from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.mavlink.base import signing
 from firmware_py.mavlink.node import STATE_FILES, SharedState
 from firmware_py.ports import Ground
@@ -20,17 +21,14 @@ from firmware_py.run.usage_error import UsageError
 
 
 class Stations(NamedTuple):
-    """All stations of a flight as one `Ground`."""
+    """All stations of a flight as one `Ground`, and what is lost on the way to and from these and all else."""
 
     ground: MavlinkGround
+    losses: LossWatch
 
     def merged_with(self, operator: Ground) -> Ground:
         """Return stations and scripted operator as one `ports.Ground`; the operator alone without stations."""
         return Grounds(operator, self.ground) if self.ground.links else operator
-
-    def losses(self) -> dict[str, int]:
-        """Return `MavlinkGround.losses` at the end of the flight."""
-        return self.ground.losses()
 
     def save_changes_in(self, state: Path | None, folder: Path) -> None:
         """Save what is kept between runs in `state`, or else in a state folder of this run; offer the logs.
@@ -71,6 +69,9 @@ def open_ground(
     shared = SharedState(signed, app.parameter_store(configuration), kept_plans.plans(configuration, state))
     ground = MavlinkGround(links, settings, app.vehicle_description(configuration), shared)
     try:
-        yield Stations(ground)
+        losses = LossWatch()
+        losses.add(ground.losses)
+        losses.tell, losses.count = ground.say, ground.count
+        yield Stations(ground, losses)
     finally:
         ground.close()

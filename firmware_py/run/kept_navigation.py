@@ -6,6 +6,7 @@ knows; so sigma grows with the time between the runs, and the more if the vehicl
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 import time
@@ -47,11 +48,15 @@ class Resumed(NamedTuple):
 
 def moment() -> Moment:
     """Return the present moment."""
+    return Moment(time.time(), _boot(), time.clock_gettime(time.CLOCK_BOOTTIME))
+
+
+@functools.cache
+def _boot() -> str:
     try:
-        boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
+        return Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
     except OSError:
-        boot = ""
-    return Moment(time.time(), boot, time.clock_gettime(time.CLOCK_BOOTTIME))
+        return ""
 
 
 def load_navigation(folder: Path) -> dict[str, Any]:

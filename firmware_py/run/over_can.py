@@ -16,6 +16,7 @@ from firmware_py.adapters.dvl import DvlPort
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.lockstep.lockstep_client import LockstepClient, acknowledge_hello, wait_for_plant
 from firmware_py.adapters.lockstep.lockstep_link import LockstepLink
+from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.autopilot import Autopilot
 from firmware_py.ports import Ground, Recorder
@@ -48,7 +49,7 @@ def run(
     recorder: Recorder,
     stop: Callable[[], bool],
     say: Callable[[str], None],
-    losses: dict[str, int],
+    losses: LossWatch,
     *,
     meet_plant: bool = False,
 ) -> None:
@@ -65,7 +66,7 @@ def run(
         recorder: writes the log.
         stop: asked at every tick.
         say: prints a line, such as real-time options that are not permitted.
-        losses: receives, at the end, the counts of lost and refused messages by name.
+        losses: is given the counts of lost and refused messages.
         meet_plant: in real time, begin together with a plant that says hello.
 
     Raises:
@@ -80,10 +81,12 @@ def run(
         lockstep = LockstepLink(bus, io.can.node_id, astuple(io.nodes))
         if (pace == "bus" or meet_plant) and not wait_for_plant(lockstep, dt_ns, PLANT_S, stop):
             return
-        line = DvlPort(io.dvl, str(dvl))
+        line = DvlPort(io.dvl, str(dvl), absent=pace == "realtime" and not meet_plant)
         stack.callback(line.close)
+        if line.missing:
+            say(f"{line.missing}; the flight begins without it, and it is opened when it is there")
         hardware = CanHardware(io, len(autopilot.applied.fins), lockstep if pace == "bus" else bus, line)
-        stack.callback(lambda: losses.update(hardware.losses()))
+        stack.callback(losses.add_hardware(hardware.losses, lambda: hardware.received, hardware.note))
         for refusal in stack.enter_context(linux_realtime.apply_while(io.realtime)):
             say(refusal)
         if pace == "bus":

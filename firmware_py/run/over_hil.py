@@ -10,6 +10,7 @@ from firmware_py.adapters import linux_realtime
 from firmware_py.adapters.hil.hil_hardware import HilHardware, HilSchedule
 from firmware_py.adapters.hil.hil_link import Address, HilLink, connect
 from firmware_py.adapters.io_params import IoParams
+from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.autopilot import Autopilot
 from firmware_py.ports import Ground, Recorder
 from firmware_py.tick import step_ns
@@ -32,7 +33,7 @@ def run(
     recorder: Recorder,
     stop: Callable[[], bool],
     say: Callable[[str], None],
-    losses: dict[str, int],
+    losses: LossWatch,
 ) -> None:
     """Fly in lockstep with the simulator until it ends, or `stop` says so.
 
@@ -45,7 +46,7 @@ def run(
         recorder: writes the log.
         stop: asked at every tick.
         say: prints a line.
-        losses: receives, at the end, the count of malformed bytes.
+        losses: is given the count of malformed bytes.
 
     Raises:
         BusError: there is no such host.
@@ -58,7 +59,7 @@ def run(
         return
     link = HilLink(stream, params.mavlink.system, vehicle=True)
     with contextlib.closing(link), contextlib.ExitStack() as stack:
-        stack.callback(lambda: losses.update(hil_malformed=link.malformed))
+        stack.callback(losses.add(lambda: {"hil_malformed": link.malformed}))
         hardware = HilHardware(link, [*(fin.delta_max for fin in vehicle.fins), vehicle.propeller.n_max])
         with linux_realtime.apply_while(io.realtime) as refusals:
             for refusal in refusals:

@@ -243,3 +243,76 @@ def test_the_port_handed_over_takes_the_place_of_the_io_files():
         line.send(report())
         assert port.read(0.0).ok
         port.close()
+
+
+def test_a_device_that_is_plugged_in_again_is_heard_again_within_a_second(tmp_path):
+    name = tmp_path / "dvl"
+    first = SerialLine()
+    name.symlink_to(first.path)
+    port = DvlPort(DvlPortParams(port=str(name)))
+    first.send(report(u="1.000") + report()[:30])
+    assert port.read(1.0).value.u == 1.0
+    name.unlink()
+    first.close()
+    assert [port.read(1.01 + k / 100) for k in range(300)] == [None] * 300
+    assert port.losses()["dvl_broken"] == 1
+    with SerialLine() as second:
+        name.symlink_to(second.path)
+        assert [port.read(4.1 + k / 100) for k in range(100)] == [None] * 100
+        second.send(report(u="2.000"))
+        assert port.read(5.2).value.u == 2.0
+        lost = port.losses()
+        assert (lost["dvl_broken"], lost["dvl_breaks"], lost["dvl_malformed"]) == (0, 1, 0)
+        port.close()
+
+
+def test_a_terminal_that_has_the_number_of_the_one_that_ended_is_left_alone(tmp_path):
+    name = tmp_path / "dvl"
+    with SerialLine() as line:
+        name.symlink_to(line.path)
+        port = DvlPort(DvlPortParams(port=str(name)))
+    for k in range(3):
+        assert port.read(float(k)) is None
+    with SerialLine() as others:  # the kernel gives it the number that became free
+        others.send(report())
+        assert [port.read(3.0 + k) for k in range(5)] == [None] * 5
+        assert others.waiting() > 0
+    port.close()
+
+
+def test_a_device_that_is_not_there_yet_is_silence_until_it_is(tmp_path):
+    name = tmp_path / "dvl"
+    port = DvlPort(DvlPortParams(port=str(name)), absent=True)
+    assert "there is no such device" in port.missing
+    assert [port.read(float(k)) for k in range(3)] == [None] * 3
+    with SerialLine() as line:
+        name.symlink_to(line.path)
+        port.read(3.0)
+        line.send(report())
+        assert port.read(3.01).ok
+        assert port.losses()["dvl_breaks"] == 0
+        port.close()
+
+
+@pytest.mark.parametrize("name", ["", "/dev/null"])
+def test_what_can_never_be_a_port_is_an_error_even_where_one_may_be_absent(name):
+    with pytest.raises(BusError):
+        DvlPort(DvlPortParams(port=name), absent=True)
+
+
+@pytest.mark.parametrize(
+    ("rubbish", "cause"),
+    [
+        (report().replace(b"1.500", b"1.501"), "dvl_bad_checksum"),
+        (report()[20:], "dvl_malformed"),
+        (b":TS,24010112000000,35.0,+18.0,0.0,1500.0,0\r\n", "dvl_malformed"),
+        (b"\x00\xff\x80\r\n", "dvl_malformed"),
+        (b"z" * 3000 + b"\r\n", "dvl_too_long"),
+    ],
+    ids=["wrong checksum", "half a line", "PD6", "wrong baud", "no end"],
+)
+def test_what_could_not_be_read_is_counted_by_its_cause(device, rubbish, cause):
+    for k in range(3):
+        device.send(rubbish)
+        device.port.read(k / 10)
+    assert {name: count for name, count in device.port.losses().items() if count} == {cause: 3}

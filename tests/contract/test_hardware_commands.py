@@ -109,12 +109,12 @@ def test_transfer_ids_count_per_type_without_a_gap():
             assert [transfer.transfer_id for transfer in found] == [i % 32 for i in range(len(found))]
 
 
-def test_it_lives_and_is_well_and_counts_its_seconds():
+def test_it_lives_and_is_well_and_counts_its_seconds_and_begins_until_it_knows_attitude_and_depth():
     with Vehicle() as vehicle:
         statuses = [transfer.payload for transfer in spoken(vehicle, 301, FLYING)[STATUS]]
         assert [status.uptime_sec for status in statuses] == [0, 1, 2, 3]
         assert {(status.health, status.mode) for status in statuses} == {
-            (statuses[0].HEALTH_OK, statuses[0].MODE_OPERATIONAL)
+            (statuses[0].HEALTH_OK, statuses[0].MODE_INITIALIZATION)
         }
 
 

@@ -35,7 +35,7 @@ def summary(tmp_path: Path) -> Callable:
         two = ("udpin:127.0.0.1:0",) * 2
         with open_ground(two, flight.configuration, key if signed else None) as stations:
             send(stations, datagrams)
-            fly(flight, tmp_path / "log.mcap", command=stations.merged_with, lost=stations.losses)
+            fly(flight, tmp_path / "log.mcap", command=stations.merged_with, losses=stations.losses)
         return report.write_report(read(tmp_path / "log.mcap"), tmp_path)
 
     return flown

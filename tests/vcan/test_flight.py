@@ -19,6 +19,7 @@ from sternplane.logs.reading import read
 from sternplane.logs.summary import summarise
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 
+from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.adapters.storage.recorder import LogRecorder, LogWriter
 from firmware_py.records.order import Mode
 from firmware_py.run import over_can
@@ -137,21 +138,22 @@ def commanded_fins(path: Path) -> list[list[float]]:
 def test_a_mission_flies_over_vcan0_as_it_does_in_one_process_and_candump_sees_the_fins(tmp_path):
     scenario = tmp_path / "mission.toml"
     scenario.write_text(MISSION)
-    wish, dvl, losses = FlightRequest(scenario=str(scenario)), tmp_path / "dvl", {}
+    wish, dvl, losses = FlightRequest(scenario=str(scenario)), tmp_path / "dvl", LossWatch()
     flight = prepare(wish, {})
     with LogWriter(tmp_path / "log.mcap", flight.header()) as writer:
         operator, recorder = ScriptedOperator(flight.scenario), LogRecorder(writer)
         with dumped(COMMANDS, tmp_path / "dump"), plant(scenario, dvl):
             vehicle, rate, io, stop = flight.autopilot, flight.rate, flight.io, lambda: False
             over_can.run(vehicle, rate, io, BUS, dvl, "bus", operator, recorder, stop, print, losses)
-        writer.close({"losses": losses})
+        lost = losses.totals()
+        writer.close({"losses": lost})
     assert fly(prepare(wish, {}), tmp_path / "virtual.mcap").completed
     log, virtual = read(tmp_path / "log.mcap"), read(tmp_path / "virtual.mcap")
     assert len(log.cycle_bytes) == 1600
     assert log.cycle_bytes == virtual.cycle_bytes
     assert log.columns["reference.waypoint"][-1] == 1
-    assert losses["bus_not_sent"] == 0
-    assert not any(losses.values()), losses
+    assert lost["bus_not_sent"] == 0
+    assert not any(lost.values()), lost
     fins = log.columns["applied.fins"]
     assert np.ptp(fins, axis=0).min() > 0.05
     assert commanded_fins(tmp_path / "dump") == fins[::2].astype(np.float16).tolist()  # 50 times a second

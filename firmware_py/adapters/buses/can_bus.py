@@ -127,8 +127,10 @@ class CanBus:
             not_sent: frames that the bus did not take.
             overrun: frames, the node's own included, for which the kernel had no room between two drains.
             failed_drains: drains that the bus refused; an interface that goes down refuses one at most.
+            others: what the bus itself counts: `errors` of its class.
         """
-        return {"not_sent": self._not_sent, "overrun": self._bus.overrun, "failed_drains": self._failed_drains}
+        counts = {"not_sent": self._not_sent, "overrun": self._bus.overrun, "failed_drains": self._failed_drains}
+        return {**counts, **self._bus.errors}
 
     def close(self) -> None:
         """Leave the bus; may be called twice."""

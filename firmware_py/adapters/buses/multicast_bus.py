@@ -78,6 +78,11 @@ class McastBus(can.BusABC):
         """Return how many frames, one's own included, the kernel had no room for."""
         return receive_buffer.overrun(self.socket)
 
+    @property
+    def errors(self) -> dict[str, int]:
+        """Return how many datagrams were no frames, if any."""
+        return {"malformed": self.bad} if self.bad else {}
+
     def send_frame(self, can_id: int, data: bytes) -> None:
         """Send a frame with an extended id; raise OSError if the kernel does not take it."""
         self._sender.send(encode(can_id | _EXTENDED, data))

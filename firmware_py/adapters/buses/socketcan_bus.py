@@ -17,10 +17,40 @@ _EXTENDED = socket.CAN_EFF_FLAG
 _EXTENDED_ONLY: list[CanFilter] = [{"can_id": 0, "can_mask": 0, "extended": True}]
 
 
+_ERRORS = (
+    (0x001, "error_tx_timeout"),
+    (0x002, "error_arbitration_lost"),
+    (0x008, "error_protocol"),
+    (0x010, "error_transceiver"),
+    (0x020, "error_no_acknowledge"),
+    (0x040, "error_bus_off"),
+    (0x080, "error_bus"),
+    (0x100, "error_restarted"),
+)
+_CONTROLLER = 0x004
+_CONTROLLER_STATES = (
+    (0x03, "error_controller_overflow"),
+    (0x0C, "error_warning"),
+    (0x30, "error_passive"),
+    (0x40, "error_active_again"),
+)
+"""Linux, linux/can/error.h: classes in the id, and the controller's problems in the second byte."""
+
+
+def error_kinds(identifier: int, data: bytes) -> list[str]:
+    """Return what an error frame of the kernel reports; mostly one kind."""
+    kinds = [name for bit, name in _ERRORS if identifier & bit]
+    if identifier & _CONTROLLER:
+        kinds += [name for bits, name in _CONTROLLER_STATES if data[1] & bits] or ["error_controller"]
+    return kinds or ["error_other"]
+
+
 class SocketCanFrameBus(SocketcanBus):
     """One node on a CAN interface; it receives extended ids only, and not its own frames.
 
     While the interface is down nothing is sent or received; when it is up again, frames flow again.
+
+    The kernel's error frames are counted by kind, and not handed on.
 
     Bare frames bypass `can.Message`, which costs about as much as everything else that a frame costs here.
 
@@ -30,7 +60,9 @@ class SocketCanFrameBus(SocketcanBus):
 
     def __init__(self, interface: str) -> None:
         _check(interface)
-        super().__init__(channel=interface, can_filters=_EXTENDED_ONLY, ignore_rx_error_frames=True)
+        self.errors: dict[str, int] = {}
+        """Error frames by kind, as `error_kinds` names them."""
+        super().__init__(channel=interface, can_filters=_EXTENDED_ONLY)
         self.channel_info = f"socketcan:{interface}"
         receive_buffer.enlarge(self.socket)
 
@@ -57,6 +89,9 @@ class SocketCanFrameBus(SocketcanBus):
                 return
             if identifier >> 29 == 0b100:  # extended, not a remote request, not an error
                 frames.append((identifier & 0x1FFFFFFF, data[:length]))
+            elif identifier & socket.CAN_ERR_FLAG:
+                for kind in error_kinds(identifier, data):
+                    self.errors[kind] = self.errors.get(kind, 0) + 1
 
 
 def _check(interface: str) -> None:

@@ -35,6 +35,11 @@ class VirtualFrameBus(VirtualBus):
         """Return 0: the queue has no limit."""
         return 0
 
+    @property
+    def errors(self) -> dict[str, int]:
+        """Return nothing: no frame is malformed."""
+        return {}
+
     def fileno(self) -> int:
         """Return -1: there is no descriptor to wait on."""
         return -1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from firmware_py.adapters.ground.station_link import GroundError, LinkSpec, StationLink, parse_link
@@ -92,6 +92,10 @@ class MavlinkGround:
             for i, (link, transport) in enumerate(zip(self.node.links, self.links, strict=True), 1)
             for cause, count in {**link.losses, "not_sent": transport.lost}.items()
         }
+
+    def count(self, lost: Mapping[str, int], received: int) -> None:
+        """Tell stations what was lost, by source and cause, and how many messages have arrived on the bus."""
+        self.node.communication.update(lost, received)
 
     def save_changes_in(self, folder: Path) -> None:
         """Save what stations change, and what `save` is given, in a folder, for the next start.

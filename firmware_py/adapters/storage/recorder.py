@@ -18,10 +18,12 @@ from typing import Any, TypeVar, cast
 
 from mcap.writer import CompressionType, Writer
 
+from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.adapters.storage.chunk_index import ChunkIndexes
 from firmware_py.records.cycle import Cycle
 from firmware_py.wire.log import changes
 from firmware_py.wire.log.cdr_codec import CdrCodec
+from firmware_py.wire.log.losses import LoggedLoss, LoggedLosses
 
 R = TypeVar("R")
 
@@ -32,6 +34,8 @@ END = "sternplane.end"
 CYCLE_TOPIC = "/cycle"
 CHANGES_TOPIC = "/changes"
 """`changes.LoggedChanges`: what of the orders a cycle's message leaves out, always before that cycle."""
+LOSSES_TOPIC = "/losses"
+"""`losses.LoggedLosses`: once a second the counts of what was lost that have changed."""
 TRUTH_TOPIC = "/truth"
 
 _CHUNK_NS = 500_000_000
@@ -160,11 +164,12 @@ class LogWriter:
 class LogRecorder:
     """A `ports.Recorder` over a log: every cycle on "/cycle", whose tuples are as long as the first one's.
 
-    What stations have changed for good is on "/changes".
+    What stations have changed for good is on "/changes", and what was lost, by `losses`, on "/losses".
     """
 
-    def __init__(self, log: LogWriter) -> None:
+    def __init__(self, log: LogWriter, losses: LossWatch | None = None) -> None:
         self._log = log
+        self._losses = losses
         self._open: set[str] = set()
 
     def write(self, cycle: Cycle) -> None:
@@ -177,6 +182,10 @@ class LogRecorder:
             logged = tuple(map(changes.encode, cycle.order.changes))
             self._keep(CHANGES_TOPIC, cycle.tick.t_ns, changes.LoggedChanges(cycle.tick.k, logged))
         self._keep(CYCLE_TOPIC, cycle.tick.t_ns, cycle)
+        changed = self._losses.update(cycle) if self._losses is not None else {}
+        if changed:
+            counts = tuple(LoggedLoss(name, count) for name, count in changed.items())
+            self._keep(LOSSES_TOPIC, cycle.tick.t_ns, LoggedLosses(cycle.tick.k, counts))
 
     def _keep(self, topic: str, t_ns: int, record: Any) -> None:
         if topic not in self._open:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.scaling import INT16, UINT16, boot_ms, boot_us, boot_us32, whole
 from firmware_py.mavlink.plans.plan_store import KNOWN_POSITION, PlanStore
+from firmware_py.mavlink.telemetry.communication import Communication
 from firmware_py.mavlink.telemetry.lateness import Lateness
 from firmware_py.mavlink.telemetry.pose import Encoder
 from firmware_py.records.cycle import Cycle
@@ -46,8 +47,11 @@ class Actuators(NamedTuple):
 class HealthTelemetry:
     """Encoders of the messages on health and actuators."""
 
-    def __init__(self, actuators: Actuators, lateness: Lateness, plan_store: PlanStore) -> None:
+    def __init__(
+        self, actuators: Actuators, lateness: Lateness, plan_store: PlanStore, communication: Communication
+    ) -> None:
         self._lateness, self._plan_store = lateness, plan_store
+        self._communication = communication
         self._full = (*actuators.delta_max, actuators.n_max)
 
     def encoders(self) -> dict[int, Encoder]:
@@ -64,6 +68,7 @@ class HealthTelemetry:
     def sys_status(self, cycle: Cycle) -> Message:
         """Encode SYS_STATUS: errors_count1 counts late cycles of the last second; the DVL has the x-y control bit.
 
+        `Communication` has drop_rate_comm and errors_count2 (bus), 3 (serial) and 4 (stations); the link errors_comm.
         "Motor outputs" are fins and propeller: healthy while all fins report, and the actuator watch names no fault.
         """
         frame, state, t = cycle.frame, cycle.state, cycle.tick.t
@@ -91,12 +96,12 @@ class HealthTelemetry:
             whole(battery.voltage, _MV, UINT16, unknown=65535),
             whole(battery.current, _CA, INT16, unknown=-1),
             whole(battery.remaining, _PERCENT, (0, 100), unknown=-1),
-            0,
+            self._communication.drop_rate,
             0,
             min(cycle.mode.late, 65535),
-            0,
-            0,
-            0,
+            self._communication.bus,
+            self._communication.serial,
+            self._communication.stations,
             _LEAK,
             _LEAK,
             0 if state.leak else _LEAK,

@@ -146,6 +146,10 @@ class LineBuffer:
         self._line = b"" if self._skipping else rest
         return reports
 
+    def restart(self) -> None:
+        """Forget the piece of a line that has come."""
+        self._line, self._skipping = b"", False
+
     def _read(self, line: bytes) -> Velocity | None:
         counts = self.counts
         if len(line) > self._longest:

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from firmware_py.adapters.storage.recorder import (
     CHANGES_TOPIC,
     CYCLE_TOPIC,
+    LOSSES_TOPIC,
     TRUTH_TOPIC,
     LogError,
 )
@@ -25,6 +26,7 @@ from firmware_py.records.order import Change
 from firmware_py.wire.log import ros2_schema
 from firmware_py.wire.log.cdr_codec import CdrCodec, closing_records
 from firmware_py.wire.log.changes import LoggedChange
+from firmware_py.wire.log.losses import LoggedLoss
 from firmware_py.wire.log.ros2_schema import Layout, SchemaError
 from sternplane.logs.log_file import DAMAGE, LogFile
 from sternplane.logs.logged_changes import decode_change
@@ -143,6 +145,20 @@ class LoggedRun:
         cycles = self._cycles
         size, closing = cycles.layout.size, self._closing(Event, cycles)
         return [(t * 1e-9, closing(m)) for t, m in zip(cycles.times, cycles.messages, strict=True) if len(m) > size]
+
+    @cached_property
+    def losses(self) -> list[tuple[float, dict[str, int]]]:
+        """(vehicle time, s; count since the start of each that changed in the second before), by source and cause.
+
+        Raises:
+            LogError: if the log was written by a version with other records.
+        """
+        topic = self.topics.get(LOSSES_TOPIC)
+        if topic is None:
+            return []
+        counts = self._closing(LoggedLoss, topic)
+        logged = zip(topic.times, topic.messages, strict=True)
+        return [(t * 1e-9, {loss.name: loss.count for loss in counts(message)}) for t, message in logged]
 
     @property
     def sentences(self) -> list[tuple[float, str]]:

@@ -49,6 +49,10 @@ class Run(Protocol):
         """(vehicle time, s; what happened in that cycle), in order, without the cycles in which nothing did."""
 
     @property
+    def losses(self) -> list[tuple[float, dict[str, int]]]:
+        """(vehicle time, s; count since the start of each that changed in the second before), by source and cause."""
+
+    @property
     def sentences(self) -> list[tuple[float, str]]:
         """The same for people: (vehicle time, s; sentence)."""
 

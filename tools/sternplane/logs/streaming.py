@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from firmware_py.adapters.storage.recorder import CHANGES_TOPIC, CYCLE_TOPIC, TRUTH_TOPIC
+from firmware_py.adapters.storage.recorder import CHANGES_TOPIC, CYCLE_TOPIC, LOSSES_TOPIC, TRUTH_TOPIC
 from firmware_py.records.cycle import Cycle
 from sternplane.logs.log_file import LogFile
 from sternplane.logs.reading import TRUTH_FILE, Columns, LoggedRun, Piece, Topic
@@ -19,7 +19,7 @@ ROWS = 8_000
 
 @dataclass(frozen=True)
 class StreamedLog(LoggedRun):
-    """A log on the disk. Its `topics` hold what was changed, and the cycles in which something happened.
+    """A log on the disk. Its `topics` hold what was changed and what was lost, and the cycles in which something happened.
 
     Attributes:
         count: how many cycles there are.
@@ -127,7 +127,7 @@ def stream(path: str | Path) -> StreamedLog:
                     continue
             elif name == CHANGES_TOPIC:
                 change = time
-            else:
+            elif name != LOSSES_TOPIC:
                 continue
             topics[name].times.append(time)
             topics[name].messages.append(data)

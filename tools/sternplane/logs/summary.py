@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from firmware_py.records.order import Mode
-from sternplane.logs import health_record, lateness_histogram, standard_manoeuvres
+from sternplane.logs import health_record, lateness_histogram, losses, standard_manoeuvres
 from sternplane.logs.learned import LearnedFigures
 from sternplane.logs.reading import Piece
 from sternplane.logs.run import Run
@@ -65,7 +65,8 @@ def summarise(log: Run) -> Summary:
     fin_travel_deg_s: the way a fin's applied angle covers, over the time armed, mean of all fins.
     waypoints_passed, waypoints_total: legs flown to their end, of how many, of the mission that was flown last.
     late_cycles: those that began more than one step after their deadline. lateness: `LatenessHistogram` by
-    name, None for a run that was not in real time. losses: by name, what was lost, as the log's end record counts;
+    name, None for a run that was not in real time. losses: by name, what was lost, as the log's end record counts, or
+    as was logged last; losses_seen_s: by name, the times at which a count was first and last seen to have risen;
     gcs_N_*: of the N-th link to ground stations, what came unsigned, malformed or too fast (flooding, overrun), what
     was not taken for want of room, and what was not said or sent to them.
     health: sensors and actuators that were ever not good, and the ascent: see `HealthRecord.document`.
@@ -98,7 +99,8 @@ def summarise(log: Run) -> Summary:
         "overshoot_second_deg": math.degrees(zigzag.second_overshoot) if zigzag else None,
         "zigzag_period_s": zigzag.period if zigzag else None,
         "lateness": lateness._asdict() if lateness else None,
-        "losses": dict(log.end.get("losses", {})),
+        "losses": losses.losses(log),
+        "losses_seen_s": losses.times(log),
         "health": health.document(),
         "learned": learned.summary,
         "complete": log.complete,

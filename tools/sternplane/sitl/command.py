@@ -22,7 +22,8 @@ from sternplane.cli.progress import Progress
 from sternplane.logs.reading import TRUTH_FILE
 from sternplane.logs.streaming import stream
 from sternplane.logs.summary import Summary, summarise, summary_table
-from sternplane.sitl.flight import FlightRequest, fly, prepare_to_resume
+from sternplane.sitl.flight import FlightRequest, fly
+from sternplane.sitl.resumed_flight import prepare_to_resume
 from sternplane.sitl.two_process import fly_two_processes
 
 

@@ -20,6 +20,7 @@ from firmware_py.adapters.hil.hil_link import parse_hil_link
 from firmware_py.adapters.installation import configs
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.linux_realtime import apply_while
+from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.autopilot import Autopilot
 from firmware_py.params import ParamError, load
@@ -30,7 +31,6 @@ from firmware_py.records.mission_tables import mission_to_plain
 from firmware_py.run import over_hil, provenance
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.kept_plans import with_kept_plans
-from firmware_py.run.resumed_state import resume_state
 from firmware_py.tick import step_ns
 from sim_bridge.bridge import PlantSchedule
 from sim_bridge.build import build_bridge
@@ -134,19 +134,6 @@ def read_io(request: FlightRequest) -> IoParams:
     return io
 
 
-def prepare_to_resume(request: FlightRequest) -> Flight:
-    """Prepare a flight that goes on with the state of an earlier one; set aside what of that cannot be used.
-
-    Raises:
-        ParamError, UsageError: in one line, which file is wrong, and what would be right.
-    """
-    if request.state is None:
-        return prepare(request, {})
-    scenario = load_scenario(request.scenario, SCENARIOS)
-    kept, notes = resume_state(request.config, _over(request, scenario), request.state, read_io(request).state)
-    return dataclasses.replace(prepare(request, kept), notes=tuple(notes))
-
-
 def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
     """Read and check all that a flight needs; write nothing.
 
@@ -161,7 +148,7 @@ def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
     scenario = dataclasses.replace(scenario, faults=(*scenario.faults, *request.faults))
     if parse_hil_link(request.link):
         refuse_faults(scenario)
-    over = _over(request, scenario)
+    over = laid_over(request, scenario)
     configuration = with_kept_plans(
         {
             **config_files.read_configuration(request.config, over, request.state),
@@ -189,7 +176,7 @@ def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
     return flight
 
 
-def _over(request: FlightRequest, scenario: Scenario) -> Mapping[str, Any]:
+def laid_over(request: FlightRequest, scenario: Scenario) -> Mapping[str, Any]:
     """Return what is laid upon autopilot.toml."""
     over = scenario.autopilot
     return config_files.merge(over, over_hil.OVER_HIL) if parse_hil_link(request.link) else over
@@ -200,7 +187,7 @@ def fly(
     log_path: Path,
     watch: Callable[[Cycle], None] = lambda _cycle: None,
     command: Callable[[ScriptedOperator], Ground] = lambda operator: operator,
-    lost: Callable[[], Mapping[str, int]] = dict,
+    losses: LossWatch | None = None,
     witness: Witness | None = None,
 ) -> Outcome:
     """Flies to the end of the scenario, or to the first Ctrl-C, and leaves a log that is closed whatever happens.
@@ -210,7 +197,7 @@ def fly(
         log_path: where the log goes.
         watch: is shown every cycle.
         command: merges the scenario's operator with other sources of orders.
-        lost: asked at the end, what was lost on the way to and from these, by name.
+        losses: counts what is lost, on the way to and from these too.
         witness: is shown every cycle and the truth; the flight ends when it is done.
 
     Raises:
@@ -218,6 +205,7 @@ def fly(
         LogError: the log cannot be written.
         ParamError: a device whose rate does not fit the base rate, or a fault that strikes what is not there.
     """
+    losses = losses or LossWatch()
     scenario, rate, request = flight.scenario, flight.rate, flight.request
     with contextlib.ExitStack() as stack:
         line = stack.enter_context(SerialLine(_PATIENCE[request.pace]))
@@ -226,6 +214,7 @@ def fly(
             flight.io, len(flight.autopilot.applied.fins), _bus(stack, flight), DvlPort(flight.io.dvl, line.path)
         )
         stack.callback(hardware.close)
+        losses.add_hardware(hardware.losses, lambda: hardware.received, hardware.note)
         bridge = build_bridge(
             flight.truth,
             flight.devices,
@@ -252,7 +241,7 @@ def fly(
         )
         aboard = flight.aboard
         log = stack.enter_context(aboard.log(log_path, flight.header()))
-        recorder = SimulationRecorder(log, bridge, aboard, watch, witness)
+        recorder = SimulationRecorder(log, bridge, aboard, watch, witness, losses)
         began = time.monotonic()
         for refusal in stack.enter_context(apply_while(dataclasses.replace(flight.io.realtime, freeze_garbage=True))):
             print(refusal, file=sys.stderr)
@@ -264,9 +253,9 @@ def fly(
         if line.late and request.pace == "max":
             outcome = Outcome(False, f"{line.late} lines of the DVL came late: the run is not reproducible")
         lines = {"lines_of_the_dvl_lost": line.lost, "lines_of_the_dvl_late": line.late}
-        losses = {**hardware.losses(), **lines, **lost()}
         end = {**outcome._asdict(), "judged_by": operator.completion.judged_by}
-        log.close({**end, "wall_s": time.monotonic() - began, "losses": losses})
+        lost = {**losses.totals(), **lines}
+        log.close({**end, "wall_s": time.monotonic() - began, "losses": lost})
     return outcome
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
+from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogRecorder, LogWriter
 from firmware_py.records.cycle import Cycle
 from sim_bridge.bridge import Bridge
@@ -31,8 +32,9 @@ class SimulationRecorder:
         aboard: AboardFaults,
         watch: Callable[[Cycle], None],
         witness: Witness | None = None,
+        losses: LossWatch | None = None,
     ) -> None:
-        self._recorder = LogRecorder(log)
+        self._recorder = LogRecorder(log, losses)
         self._log = log
         self._bridge = bridge
         self._keep = aboard.recorded(self._write)

@@ -8,11 +8,12 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from firmware_py.adapters.hil.hil_link import parse_hil_link
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError
+from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.adapters.storage.recorder import LogRecorder, LogWriter
 from firmware_py.ports import Ground
 from firmware_py.records.cycle import Cycle
@@ -34,8 +35,10 @@ _PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 class _VehicleRecorder:
     """The recorder of the vehicle; it also calls an observer, and counts down the scenario's time."""
 
-    def __init__(self, log: LogWriter, aboard: AboardFaults, watch: Callable[[Cycle], None], ticks: int) -> None:
-        self._keep = aboard.recorded(LogRecorder(log).write)
+    def __init__(
+        self, log: LogWriter, aboard: AboardFaults, watch: Callable[[Cycle], None], ticks: int, losses: LossWatch
+    ) -> None:
+        self._keep = aboard.recorded(LogRecorder(log, losses).write)
         self._watch = watch
         self._left = ticks
         self._began = 0.0
@@ -61,7 +64,7 @@ def fly_two_processes(
     folder: Path,
     watch: Callable[[Cycle], None],
     command: Callable[[ScriptedOperator], Ground],
-    lost: Callable[[], Mapping[str, int]] = dict,
+    losses: LossWatch | None = None,
 ) -> Outcome:
     """Flies to the end of the scenario, and leaves log.mcap and truth.mcap in `folder`.
 
@@ -70,12 +73,13 @@ def fly_two_processes(
         folder: of the run.
         watch: is shown every cycle.
         command: merges the scenario's operator with other sources of orders.
-        lost: asked at the end, what was lost on the way to and from these, by name.
+        losses: counts what is lost, on the way to and from these too.
 
     Raises:
         UsageError: the plant's process refused what it was given.
         BusError, LogError: as `flight.fly`.
     """
+    losses = losses or LossWatch()
     request, scenario, address = flight.request, flight.scenario, parse_hil_link(flight.request.link)
     realtime = request.pace == "realtime"
     operator, aboard = ScriptedOperator(scenario), flight.aboard
@@ -84,9 +88,8 @@ def fly_two_processes(
         interruptible() as interrupted,
         aboard.log(folder / LOG_FILE, flight.header()) as log,
     ):
-        recorder = _VehicleRecorder(log, aboard, watch, round(scenario.duration * flight.rate))
+        recorder = _VehicleRecorder(log, aboard, watch, round(scenario.duration * flight.rate), losses)
         gone = _Gone(child)
-        losses: dict[str, int] = {}
 
         def stop() -> bool:
             return operator.completion.done or bool(interrupted) or recorder.full or gone()
@@ -123,7 +126,7 @@ def fly_two_processes(
             why = f"killed by signal {-child.returncode}" if killed else _last_words(folder)
             outcome = Outcome(False, f"the plant has ended: {why}")
         end = {**outcome._asdict(), "judged_by": operator.completion.judged_by}
-        log.close({**end, "wall_s": recorder.seconds, "losses": {**losses, **lost()}})
+        log.close({**end, "wall_s": recorder.seconds, "losses": losses.totals()})
     return outcome
 
 

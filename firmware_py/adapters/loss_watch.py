@@ -1,0 +1,78 @@
+"""What is lost on wires and links, counted by source and cause once a second, and told where it begins to rise fast."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+from firmware_py.records.cycle import Cycle
+from firmware_py.tick import NS_PER_S, Rate
+
+FAST = 10
+"""More than so many in a second are told."""
+_AGAIN_S = 60.0
+"""Of one count no more than one sentence within this time."""
+
+Counts = Callable[[], Mapping[str, int]]
+
+
+class LossWatch:
+    """Asks all sources once a second.
+
+    Attributes:
+        tell: takes a sentence for people.
+        count: takes all counts, and how many messages have arrived on the bus.
+    """
+
+    def __init__(self) -> None:
+        self.tell: Callable[[str], None] = lambda _sentence: None
+        self.count: Callable[[Mapping[str, int], int], None] = lambda _totals, _received: None
+        self._sources: list[Counts] = []
+        self._received: Callable[[], int] = lambda: 0
+        self._notes: list[Callable[[Cycle], None]] = []
+        self._last: dict[str, int] = {}
+        self._told: dict[str, float] = {}
+
+    def add(self, losses: Counts) -> Callable[[], None]:
+        """Add a source; return what to call before it is closed: from then on its counts stay."""
+        self._sources.append(losses)
+
+        def freeze() -> None:
+            final = dict(losses())
+            self._sources[self._sources.index(losses)] = lambda: final
+
+        return freeze
+
+    def add_hardware(
+        self, losses: Counts, received: Callable[[], int], note: Callable[[Cycle], None]
+    ) -> Callable[[], None]:
+        """Add the hardware; `note` is shown the cycle before each full second. Return as `add` does."""
+        self._received = received
+        self._notes.append(note)
+        return self.add(losses)
+
+    def totals(self) -> dict[str, int]:
+        """Return how much was lost since the start, by source and cause."""
+        found: dict[str, int] = {}
+        for source in self._sources:
+            found |= source()
+        return found
+
+    def update(self, cycle: Cycle) -> dict[str, int]:
+        """Return the counts that have changed since the last second; mostly none."""
+        tick = cycle.tick
+        if (tick.t_ns + tick.dt_ns) % NS_PER_S == 0:
+            for note in self._notes:
+                note(cycle)
+        if not tick.every(Rate.HZ_1):
+            return {}
+        totals, last = self.totals(), self._last
+        changed = {name: count for name, count in totals.items() if count != last.get(name, 0)}
+        self._last = totals
+        self.count(totals, self._received())
+        for name, count in changed.items():
+            more = count - last.get(name, 0)
+            if more > FAST and tick.t - self._told.get(name, -math.inf) >= _AGAIN_S:
+                self._told[name] = tick.t
+                self.tell(f"{name.replace('_', ' ')}: {more} in the last second, {count} in all")
+        return changed

@@ -1,0 +1,65 @@
+"""What is lost is counted once a second, and told where it rises fast, but not again and again."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+from firmware_py.adapters.loss_watch import FAST, LossWatch
+from firmware_py.mavlink.telemetry.communication import Communication
+from firmware_py.tick import Tick
+
+
+def cycle(k: int) -> SimpleNamespace:
+    """As much of a cycle as the watch looks at."""
+    return SimpleNamespace(tick=Tick(k, 10_000_000))
+
+
+def test_changed_counts_come_once_a_second() -> None:
+    watch, counts = LossWatch(), {"bus_not_sent": 0, "ahrs_bad_crc": 0}
+    watch.add(lambda: counts)
+    changes = {}
+    for k in range(501):
+        if k in (150, 250, 260):
+            counts["bus_not_sent"] += 1
+        changes |= {k: changed} if (changed := watch.update(cycle(k))) else {}
+    assert changes == {200: {"bus_not_sent": 1}, 300: {"bus_not_sent": 3}}
+    assert watch.totals() == {"bus_not_sent": 3, "ahrs_bad_crc": 0}
+
+
+def test_a_count_that_rises_fast_is_told_once_a_minute() -> None:
+    watch, counts, told = LossWatch(), {"bus_not_sent": 0, "dvl_malformed": 0}, []
+    watch.tell = lambda sentence: told.append(sentence)
+    watch.add(lambda: counts)
+    for k in range(0, 9001, 100):
+        counts["bus_not_sent"] += FAST + 1
+        counts["dvl_malformed"] += FAST
+        watch.update(cycle(k))
+    assert told == ["bus not sent: 11 in the last second, 11 in all", "bus not sent: 11 in the last second, 671 in all"]
+
+
+def test_counts_of_what_is_closed_stay() -> None:
+    watch, counts = LossWatch(), {"dvl_breaks": 2}
+    freeze = watch.add(lambda: counts)
+    watch.add(lambda: {"gcs_1_malformed": 1})
+    freeze()
+    counts.clear()
+    assert watch.totals() == {"dvl_breaks": 2, "gcs_1_malformed": 1}
+
+
+def test_hardware_is_shown_the_cycle_before_each_full_second() -> None:
+    watch, seen = LossWatch(), []
+    watch.add_hardware(dict, lambda: 0, lambda cycle: seen.append(cycle.tick.k))
+    for k in range(301):
+        watch.update(cycle(k))
+    assert seen == [99, 199, 299]
+
+
+def test_sys_status_has_the_sums_by_wire_and_the_share_of_the_last_second() -> None:
+    sums = Communication()
+    lost = {"bus_not_sent": 3, "transfers_bad_crc": 7, "ahrs_bad_crc": 7, "dvl_malformed": 5, "gcs_2_unsigned": 70_000}
+    sums.update(lost, 990)
+    assert (sums.bus, sums.serial, sums.stations, sums.drop_rate) == (10, 5, 65535, 100)
+    sums.update(lost, 2000)
+    assert (sums.bus, sums.drop_rate) == (10, 0)
+    sums.update({**lost, "bus_overrun": 10}, 2010)
+    assert (sums.bus, sums.drop_rate) == (20, 5000)

@@ -1,0 +1,22 @@
+"""A simulated flight that goes on with what the vehicle kept of an earlier one."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from firmware_py.run.resumed_state import resume_state
+from sim_bridge.scenarios import load_scenario
+from sternplane.sitl.flight import SCENARIOS, Flight, FlightRequest, laid_over, prepare, read_io
+
+
+def prepare_to_resume(request: FlightRequest) -> Flight:
+    """Prepare a flight that goes on with the state of an earlier one; set aside what of that cannot be used.
+
+    Raises:
+        ParamError, UsageError: in one line, which file is wrong, and what would be right.
+    """
+    if request.state is None:
+        return prepare(request, {})
+    scenario = load_scenario(request.scenario, SCENARIOS)
+    kept, notes = resume_state(request.config, laid_over(request, scenario), request.state, read_io(request).state)
+    return dataclasses.replace(prepare(request, kept), notes=tuple(notes))
