@@ -19,7 +19,7 @@ ROWS = 8_000
 
 @dataclass(frozen=True)
 class StreamedLog(LoggedRun):
-    """A log on the disk. Its `topics` hold what was changed and what was lost, and the cycles in which something happened.
+    """A log on the disk. Its `topics` hold what was changed or lost, and the cycles in which something happened.
 
     Attributes:
         count: how many cycles there are.
