@@ -20,6 +20,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from firmware_py.error_text import quoted, shortened
 from firmware_py.units import UNITS, from_si, to_si
 
 T = TypeVar("T")
@@ -204,23 +205,23 @@ def parse_value(hint: Any, declaration: Declaration | None, raw: Any, where: str
         return parse_value(next(a for a in args if a is not type(None)), declaration, raw, where)
     if origin is tuple:
         if not isinstance(raw, list | tuple):
-            raise ParamError(f"{where} = {raw!r}: must be a list")
+            raise ParamError(f"{where} = {quoted(raw)}: must be a list")
         length = None if args[-1] is Ellipsis else len(args)
         if length is not None and len(raw) != length:
-            raise ParamError(f"{where} = {raw!r}: must have {length} entries")
+            raise ParamError(f"{where} = {quoted(raw)}: must have {length} entries")
         return tuple(parse_value(args[0], declaration, item, f"{where}[{i}]") for i, item in enumerate(raw))
     if origin in (dict, Mapping) or (origin is not None and issubclass(origin, Mapping)):
         if not isinstance(raw, Mapping):
             raise ParamError(f"{where} must be a table")
-        return {str(k): parse_value(args[1], declaration, v, f"{where}.{k}") for k, v in raw.items()}
+        return {str(k): parse_value(args[1], declaration, v, f"{where}.{shortened(str(k))}") for k, v in raw.items()}
     if isinstance(hint, type) and issubclass(hint, enum.Enum):
         for member in hint:
             if member.name.lower() == raw:
                 return member
-        raise ParamError(f"{where} = {raw!r}: must be {_expected(hint, declaration)}")
+        raise ParamError(f"{where} = {quoted(raw)}: must be {_expected(hint, declaration)}")
     if hint in (bool, str):
         if not isinstance(raw, hint):
-            raise ParamError(f"{where} = {raw!r}: must be {_expected(hint, declaration)}")
+            raise ParamError(f"{where} = {quoted(raw)}: must be {_expected(hint, declaration)}")
         return raw
     return _parse_number(hint, declaration, raw, where)
 
@@ -228,14 +229,22 @@ def parse_value(hint: Any, declaration: Declaration | None, raw: Any, where: str
 def _parse_number(hint: Any, declaration: Declaration | None, raw: Any, where: str) -> Any:
     expected = _expected(hint, declaration)
     if isinstance(raw, bool) or not isinstance(raw, int | float) or (hint is int and not isinstance(raw, int)):
-        raise ParamError(f"{where} = {raw!r}: must be {expected}")
-    if not math.isfinite(raw):
-        raise ParamError(f"{where} = {raw!r}: must be finite, {expected}")
+        raise ParamError(f"{where} = {quoted(raw)}: must be {expected}")
+    if not _is_finite(raw):
+        raise ParamError(f"{where} = {quoted(raw)}: must be finite, {expected}")
     if declaration is None:
         return hint(raw)
     if not declaration.low <= raw <= declaration.high:
-        raise ParamError(f"{where} = {raw!r}: out of bounds, must be {expected}")
+        raise ParamError(f"{where} = {quoted(raw)}: out of bounds, must be {expected}")
     return raw if hint is int else float(to_si(float(raw), UNITS[declaration.unit][1]))
+
+
+def _is_finite(raw: float) -> bool:
+    """Return whether a number is finite as a double; an integer may be too large for one."""
+    try:
+        return math.isfinite(raw)
+    except OverflowError:
+        return False
 
 
 def _expected(hint: Any, declaration: Declaration | None) -> str:
@@ -261,6 +270,7 @@ def _expected(hint: Any, declaration: Declaration | None) -> str:
 
 def unknown_key_text(where: str, key: str, fields: Mapping[str, dataclasses.Field[Any]]) -> str:
     """Return the error text for a key that is not one of `fields`, with the key that was probably meant."""
+    key = shortened(key)
     suffixes = sorted((s for s, _ in UNITS.values()), key=len, reverse=True)
     stem = next((key[: -len(s)] for s in suffixes if s and key.endswith(s)), key)
     for right, field in fields.items():

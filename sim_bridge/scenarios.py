@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from firmware_py.adapters.storage.toml_files import read_toml
+from firmware_py.error_text import quoted, shortened
 from firmware_py.marine import Eta, Nu
 from firmware_py.params import ParamError, load, param
 from firmware_py.records.mission import Mission
@@ -107,7 +108,7 @@ class Scenario:
         if depth > bottom:
             raise ParamError(f"start: depth_m = {depth:g} is below the bottom, which is {bottom:g} m deep there")
         if over := [fault.text for fault in self.injected if fault.t > self.duration]:
-            raise ParamError(f"fault {over[0]}: the scenario lasts {self.duration:g} s")
+            raise ParamError(f"fault {shortened(over[0])}: the scenario lasts {self.duration:g} s")
 
     @property
     def injected(self) -> tuple[Fault, ...]:
@@ -148,6 +149,6 @@ def load_scenario(name: str, folder: Path) -> Scenario:
     """
     is_file = name.endswith(".toml")
     if not is_file and name not in known(folder):
-        raise ParamError(f"unknown scenario {name!r}; known: {', '.join(known(folder)) or 'none'}")
+        raise ParamError(f"unknown scenario {quoted(name)}; known: {', '.join(known(folder)) or 'none'}")
     path = Path(name) if is_file else folder / f"{name}.toml"
     return parse(read_toml(path), str(path))

@@ -14,6 +14,7 @@ from typing import Any
 import serial
 
 from firmware_py.adapters.buses.can_bus import BusError
+from firmware_py.error_text import quoted
 from firmware_py.params import param
 from firmware_py.records.sensing import Dvl, Heard
 from firmware_py.wire.serial.waterlink_dvl import LineBuffer, Velocity
@@ -88,7 +89,7 @@ class DvlPort:
         try:
             self._serial = self._open()
         except (serial.SerialException, ValueError) as error:
-            text = f"dvl: port {self._port!r} cannot be opened: {_why(error)}"
+            text = f"dvl: port {quoted(self._port)} cannot be opened: {_why(error)}"
             if not (absent and self._port) or getattr(error, "errno", None) not in _UNPLUGGED:
                 raise BusError(text) from None
             self.missing = text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Callable
 from typing import NoReturn
@@ -12,6 +13,9 @@ from firmware_py import __version__
 BAD = 2
 """The exit status of bad input."""
 _INTERRUPTED = 130
+_WORD_MAX, _LINE_MAX = 240, 2000
+"""Characters of a word, such as a path, and of a whole error."""
+_LONG_WORD = re.compile(rf"\S{{{_WORD_MAX},}}")
 
 
 class Parser(argparse.ArgumentParser):
@@ -19,7 +23,17 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print what is wrong, and exit."""
-        self.exit(BAD, f"sternplane: {message}; see `{self.prog} --help`\n")
+        self.exit(BAD, f"sternplane: {one_line(message)}; see `{self.prog} --help`\n")
+
+
+def one_line(text: str) -> str:
+    """Return a text as one line that a person can read: words and lines that are too long are cut in their middle."""
+    words = _LONG_WORD.sub(lambda word: _cut(word[0], _WORD_MAX), text)
+    return _cut(" ".join(words.split()), _LINE_MAX)
+
+
+def _cut(text: str, most: int) -> str:
+    return text if len(text) <= most else f"{text[: most - most // 4]} ... {text[-most // 5 :]}"
 
 
 def add_version(parser: argparse.ArgumentParser) -> None:
@@ -47,6 +61,6 @@ def status_of(run: Callable[[], int]) -> int:
 
         if not isinstance(error, BAD_INPUT):
             raise
-        print(f"sternplane: {' '.join(str(error).split())}", file=sys.stderr)
+        print(f"sternplane: {one_line(str(error))}", file=sys.stderr)
         return BAD
     return status

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 from firmware_py.adapters.io_params import StateParams
 from firmware_py.adapters.storage.state_store import write_atomically
+from firmware_py.error_text import quoted
 from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.records.cycle import Cycle
 from firmware_py.run.usage_error import UsageError
@@ -79,9 +80,11 @@ def load_navigation(folder: Path) -> dict[str, Any]:
         raise UsageError(f"--state: {path} must hold a number for each of {', '.join(BOUNDS)}")
     for name, (low, high) in {**BOUNDS, **(_TIMES if _BOOT in found else {})}.items():
         if not (isinstance(found[name], float) and low <= found[name] <= high):
-            raise UsageError(f"--state: {path}: {name} = {found[name]!r}: must be a number in [{low:g}, {high:g}]")
+            raise UsageError(
+                f"--state: {path}: {name} = {quoted(found[name])}: must be a number in [{low:g}, {high:g}]"
+            )
     if not isinstance(found.get(_BOOT, ""), str):
-        raise UsageError(f"--state: {path}: {_BOOT} = {found[_BOOT]!r}: must be a text")
+        raise UsageError(f"--state: {path}: {_BOOT} = {quoted(found[_BOOT])}: must be a text")
     return dict(found)
 
 

@@ -12,6 +12,7 @@ import enum
 import math
 from dataclasses import dataclass
 
+from firmware_py.error_text import quoted
 from firmware_py.params import ParamError, param
 
 MAX_FINS = 15
@@ -39,8 +40,10 @@ class Fin:
         unit="deg", low=-360.0, high=360.0, doc="Angle of the hinge axis in the y-z plane: 0 stern plane, 90 rudder."
     )
     station: FinStation = FinStation.STERN
-    delta_max: float = param(23.0, unit="deg", low=1.0, high=90.0, doc="Greatest fin angle to either side.")
-    rate_max: float = param(60.0, unit="deg/s", low=1.0, high=1000.0, doc="Greatest fin rate that is commanded.")
+    delta_max: float = param(
+        23.0, unit="deg", low=1.0, high=45.0, doc="Greatest fin angle to either side; a fin stalls beyond 45 deg."
+    )
+    rate_max: float = param(60.0, unit="deg/s", low=1.0, high=300.0, doc="Greatest fin rate that is commanded.")
 
     def __post_init__(self) -> None:
         """Refuse a fin without a name."""
@@ -92,11 +95,13 @@ def effectiveness(fins: tuple[Fin, ...], bow_ratio: float) -> Effectiveness:
     names = [fin.name for fin in fins]
     repeated = next((name for name in names if names.count(name) > 1), None)
     if repeated is not None:
-        raise ParamError(f"fins: {repeated!r} occurs {names.count(repeated)} times; every fin needs a name of its own")
+        raise ParamError(
+            f"fins: {quoted(repeated)} occurs {names.count(repeated)} times; every fin needs a name of its own"
+        )
     for fin in fins:
         if fin.station is FinStation.BOW and abs(math.sin(fin.hinge)) > _NEGLIGIBLE:
             raise ParamError(
-                f"fins: bow plane {fin.name!r} has hinge_deg {math.degrees(fin.hinge):g}; only 0 is supported"
+                f"fins: bow plane {quoted(fin.name)} has hinge_deg {math.degrees(fin.hinge):g}; only 0 is supported"
             )
     s = tuple((_PER_FIN if _at_stern(fin) else bow_ratio) * _cos(fin.hinge) for fin in fins)
     r = tuple((_PER_FIN if _at_stern(fin) else 0.0) * _sin(fin.hinge) for fin in fins)

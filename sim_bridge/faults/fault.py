@@ -6,6 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 
+from firmware_py.error_text import quoted
 from firmware_py.params import ParamError
 from firmware_py.units import UNITS, to_si
 from sim_bridge.faults.catalogue import FORM, KINDS, Kind, groups_of, kind_of
@@ -46,22 +47,21 @@ def parse_fault(text: str) -> Fault:
         ParamError: one line that says what is wrong and what would be right.
     """
     if not isinstance(text, str) or (found := _WRITTEN.fullmatch(text.strip())) is None:
-        shown = str(text)[:60]
         raise ParamError(
-            f"fault {shown!r}: write {FORM} with times in s, such as freeze:pressure@60 or jam:FIN=10@60+20"
+            f"fault {quoted(text)}: write {FORM} with times in s, such as freeze:pressure@60 or jam:FIN=10@60+20"
         )
     name, target, t = found["kind"], found["target"], float(found["t"])
     duration = math.inf if found["for"] is None else float(found["for"])
     if not 0.0 <= t <= _T_MAX:
-        raise ParamError(f"fault {text!r}: T is {t:g} s; write 0 to {_T_MAX:g}")
+        raise ParamError(f"fault {quoted(text)}: T is {t:g} s; write 0 to {_T_MAX:g}")
     if not duration > 0.0:
-        raise ParamError(f"fault {text!r}: DURATION is {duration:g} s; write more than 0")
+        raise ParamError(f"fault {quoted(text)}: DURATION is {duration:g} s; write more than 0")
     names = dict.fromkeys(kind.name for kind in KINDS)
     if name not in names:
-        raise ParamError(f"fault {text!r}: {name} is not known; known: {', '.join(names)}")
+        raise ParamError(f"fault {quoted(text)}: {name} is not known; known: {', '.join(names)}")
     kind = kind_of(name, target)
     if kind is None:
-        raise ParamError(f"fault {text!r}: {name} does not apply to {target}; it applies to {groups_of(name)}")
+        raise ParamError(f"fault {quoted(text)}: {name} does not apply to {target}; it applies to {groups_of(name)}")
     return Fault(text.strip(), kind, target, _value(text, kind, target, found["value"]), t, duration)
 
 
@@ -69,12 +69,14 @@ def _value(text: str, kind: Kind, target: str, written: str | None) -> float:
     unit = kind.unit_of(target)
     if written is None:
         if kind.needs_value:
-            raise ParamError(f"fault {text!r}: how much? write {kind.name}:{target}=VALUE@T, VALUE in {unit or '1'}")
+            raise ParamError(
+                f"fault {quoted(text)}: how much? write {kind.name}:{target}=VALUE@T, VALUE in {unit or '1'}"
+            )
         return math.nan
     if not unit:
-        raise ParamError(f"fault {text!r}: {kind.name}:{target} takes no value")
+        raise ParamError(f"fault {quoted(text)}: {kind.name}:{target} takes no value")
     value = float(written)
     if not kind.low <= value <= kind.high:
-        raise ParamError(f"fault {text!r}: {value:g} {unit} is not within {kind.low:g} ... {kind.high:g}")
+        raise ParamError(f"fault {quoted(text)}: {value:g} {unit} is not within {kind.low:g} ... {kind.high:g}")
     si: float = to_si(value, UNITS[unit][1]) if unit in UNITS else value
     return si

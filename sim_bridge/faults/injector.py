@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from firmware_py.error_text import quoted, shortened
 from firmware_py.params import ParamError
 from sim_bridge.devices.sensors import Sensor
 from sim_bridge.faults.effects import EFFECTS
@@ -62,7 +63,9 @@ class FaultInjector:
         for fault in self._pending:
             if fault.kind.group == "FIN" and fault.target not in self._fins:
                 known = ", ".join(self._fins)
-                raise ParamError(f"fault {fault.text}: there is no fin {fault.target!r}; known: {known}")
+                raise ParamError(
+                    f"fault {shortened(fault.text)}: there is no fin {quoted(fault.target)}; known: {known}"
+                )
         self.next_t = self._next()
 
     @property

@@ -6,6 +6,7 @@ import enum
 import math
 from dataclasses import dataclass, replace
 
+from firmware_py.error_text import quoted
 from firmware_py.marine import INERTIA_IMPOSSIBLE, is_inertia_tensor
 from firmware_py.params import ParamError, param
 from sim_bridge.plant.coefficients import PlantCoefficients
@@ -117,7 +118,7 @@ class PlantFin:
         if not self.name.strip():
             raise ParamError("name is empty; every fin needs a name of its own")
         if self.station is FinStation.BOW and self.hinge != 0.0:
-            raise ParamError(f"bow plane {self.name!r}: hinge_deg must be 0, no data exist for another")
+            raise ParamError(f"bow plane {quoted(self.name)}: hinge_deg must be 0, no data exist for another")
 
     @property
     def share(self) -> tuple[float, float, float]:
@@ -159,7 +160,7 @@ class Truth:
         names = [fin.name for fin in self.fins]
         for name in names:
             if names.count(name) > 1:
-                raise ParamError(f"two fins are called {name!r}; every fin needs a name of its own")
+                raise ParamError(f"two fins are called {quoted(name)}; every fin needs a name of its own")
 
 
 def without_weight(body: PlantBody, weight: PlantDropWeight) -> PlantBody:

@@ -16,6 +16,7 @@ import can
 from firmware_py.adapters.buses.multicast_bus import McastBus
 from firmware_py.adapters.buses.socketcan_bus import SocketCanFrameBus
 from firmware_py.adapters.buses.virtual_bus import VirtualFrameBus
+from firmware_py.error_text import quoted
 from firmware_py.params import ParamError, param
 
 FrameBus: TypeAlias = McastBus | SocketCanFrameBus | VirtualFrameBus
@@ -156,8 +157,8 @@ def open_bus(spec: str, channel: str = "sternplane") -> CanBus:
     """
     kind, _, rest = spec.partition(":")
     if kind not in _BUSES:
-        raise BusError(f"bus {spec!r} is not known; write one of: virtual, udp:N, socketcan:IFACE")
+        raise BusError(f"bus {quoted(spec)} is not known; write one of: virtual, udp:N, socketcan:IFACE")
     try:
         return CanBus(_BUSES[kind](rest or channel if kind == "virtual" else rest))
     except can.CanError as error:
-        raise BusError(f"bus {spec!r} cannot be opened: {error}") from None
+        raise BusError(f"bus {quoted(spec)} cannot be opened: {error}") from None

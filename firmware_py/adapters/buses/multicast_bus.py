@@ -22,6 +22,7 @@ from typing import Any
 import can
 
 from firmware_py.adapters.buses import receive_buffer
+from firmware_py.error_text import quoted
 
 NUMBERS = range(10)
 PORT = 57732
@@ -57,7 +58,9 @@ class McastBus(can.BusABC):
 
     def __init__(self, channel: int | str = 0, can_filters: Any = None, **_: object) -> None:
         if str(channel) not in map(str, NUMBERS):
-            raise can.CanInitializationError(f"there is no bus {channel!r}; write a number from 0 to {NUMBERS[-1]}")
+            raise can.CanInitializationError(
+                f"there is no bus {quoted(channel)}; write a number from 0 to {NUMBERS[-1]}"
+            )
         self.channel_info = f"udp:{channel}"
         self.bad = 0
         """Datagrams that are no frames."""

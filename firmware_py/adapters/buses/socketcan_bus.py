@@ -11,6 +11,7 @@ from can.interfaces.socketcan import SocketcanBus
 from can.typechecking import CanFilter
 
 from firmware_py.adapters.buses import receive_buffer
+from firmware_py.error_text import quoted
 
 _FRAME = struct.Struct("=IB3x8s")
 _EXTENDED = socket.CAN_EFF_FLAG
@@ -107,10 +108,10 @@ def _check(interface: str) -> None:
         if error.errno == errno.EAFNOSUPPORT:
             text = "this kernel has no CAN; load it (modprobe can_raw), or take another bus"
         elif error.errno == errno.ENODEV and interface in (name for _, name in socket.if_nameindex()):
-            text = f"{interface!r} is no CAN interface"
+            text = f"{quoted(interface)} is no CAN interface"
         elif error.errno == errno.ENODEV:
             make = f"ip link add dev {interface} type vcan; ip link set {interface} up"
-            text = f"there is no interface {interface!r}; a virtual one is made by: {make}"
+            text = f"there is no interface {quoted(interface)}; a virtual one is made by: {make}"
         else:
             text = str(error)
         raise can.CanInitializationError(text) from error

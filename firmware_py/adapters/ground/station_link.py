@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 from typing import NamedTuple, Protocol
 
+from firmware_py.error_text import quoted
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 
@@ -38,7 +39,7 @@ class LinkSpec(NamedTuple):
         """Return the error that says why the link cannot be opened."""
         why = error if isinstance(error, str) else error.strerror or error
         taken = isinstance(error, OSError) and error.errno == errno.EADDRINUSE
-        return GroundError(f"link {self.text!r} cannot be opened: {why}; {_PORT_IN_USE if taken else _SYNTAX}")
+        return GroundError(f"link {quoted(self.text)} cannot be opened: {why}; {_PORT_IN_USE if taken else _SYNTAX}")
 
 
 class StationLink(Protocol):
@@ -80,19 +81,19 @@ def parse_link(text: str) -> LinkSpec:
         elif word == _HIGH_LATENCY:
             high_latency = True
         else:
-            raise GroundError(f"link {text!r}: {_SYNTAX}")
+            raise GroundError(f"link {quoted(text)}: {_SYNTAX}")
     if kind not in (*_NETWORK, _SERIAL) or len(rest) < 2 or not rest[0] or len(rest) > 4:
-        raise GroundError(f"link {text!r}: {_SYNTAX}")
+        raise GroundError(f"link {quoted(text)}: {_SYNTAX}")
     place, number = rest[0], rest[1]
     whole = int(number) if number.isascii() and number.isdigit() and len(number) < 9 else -1
     if kind == _SERIAL:
         if not 1200 <= whole <= 4_000_000:
-            raise GroundError(f"link {text!r}: baud {number!r} is not one of 1200 to 4000000")
+            raise GroundError(f"link {quoted(text)}: baud {quoted(number)} is not one of 1200 to 4000000")
         rate = _USED_SHARE * whole / _BITS_PER_BYTE
         return LinkSpec(
             text, kind, (place, whole), LinkConfiguration(identity, rate, stream=True, high_latency=high_latency)
         )
     if not (1 <= whole < 2**16 or (whole == 0 and kind.endswith("in"))):
-        raise GroundError(f"link {text!r}: port {number!r} is not one of 1 to 65535")
+        raise GroundError(f"link {quoted(text)}: port {quoted(number)} is not one of 1 to 65535")
     configuration = LinkConfiguration(identity, stream=kind.startswith("tcp"), high_latency=high_latency)
     return LinkSpec(text, kind, (place, whole), configuration)

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 from firmware_py.adapters.buses.can_bus import BusError
 from firmware_py.adapters.lockstep.lockstep_link import TIMEOUT, LockstepError
+from firmware_py.error_text import quoted
 from firmware_py.mavlink.base.codec import Codec, Message, dialect
 
 LOOPBACK = "127.0.0.1"
@@ -56,7 +57,7 @@ def parse_hil_link(text: str) -> Address | None:
     host, _, port = rest.rpartition(":")
     if kind == "mavlink-hil" and host and port.isascii() and port.isdigit() and 0 < int(port) < 2**16:
         return Address(host, int(port))
-    raise BusError(f"link {text!r} is not known; write can or mavlink-hil[:HOST:PORT], PORT from 1 to 65535")
+    raise BusError(f"link {quoted(text)} is not known; write can or mavlink-hil[:HOST:PORT], PORT from 1 to 65535")
 
 
 def serve(address: Address) -> socket.socket:
@@ -88,7 +89,7 @@ def resolve(address: Address) -> None:
         socket.getaddrinfo(*address, type=socket.SOCK_STREAM)
     except (OSError, UnicodeError) as error:
         why = getattr(error, "strerror", None) or "not a name"
-        raise BusError(f"mavlink-hil: there is no host {address.host!r} ({why})") from None
+        raise BusError(f"mavlink-hil: there is no host {quoted(address.host)} ({why})") from None
 
 
 def connect(address: Address, seconds: float, stop: Stop) -> socket.socket | None:

@@ -8,6 +8,9 @@ from typing import Any
 
 from firmware_py.params import ParamError
 
+_WHY_MAX = 200
+"""Characters of a decoder's reason."""
+
 
 def read_toml(path: Path) -> dict[str, Any]:
     """Return the table in a TOML file.
@@ -21,5 +24,15 @@ def read_toml(path: Path) -> dict[str, Any]:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ParamError(f"{path}: cannot be read ({error.strerror})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise ParamError(f"{path}: is not TOML ({error})") from None
+    except ParamError:
+        raise
+    except (ValueError, RecursionError) as error:  # ValueError: not TOML, not UTF-8, or an integer of 4,300 digits
+        raise ParamError(f"{path}: is not TOML ({_first_sentence(error)})") from None
+
+
+def _first_sentence(error: Exception) -> str:
+    """Return why; of a text that a decoder repeats whole only the beginning."""
+    if isinstance(error, UnicodeDecodeError):
+        return f"byte {error.start} is not UTF-8"
+    why = str(error)
+    return why if len(why) <= _WHY_MAX else f"{why[:_WHY_MAX]} ..."

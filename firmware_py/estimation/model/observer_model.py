@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from firmware_py.error_text import quoted, shortened
 from firmware_py.estimation.model.equations import AXES, BODY, COEFFICIENTS, CONSTANTS
 from firmware_py.estimation.model.jacobians import REGRESSORS, Array, mass
 from firmware_py.estimation.model.kernel_arguments import ForceTerms, Model, new_linearisation
@@ -184,15 +185,17 @@ def _members(names: tuple[str, ...]) -> list[tuple[str, ...]]:
     members = []
     for name in names:
         if name not in COEFFICIENTS and name not in GROUPS:
-            near = difflib.get_close_matches(name, (*COEFFICIENTS, *GROUPS), 3, 0.5)
+            near = difflib.get_close_matches(shortened(name), (*COEFFICIENTS, *GROUPS), 3, 0.5)
             known = "the names are those of [coefficients], C_d0, C_dy, C_dz, X_dot to N_dot"
             hint = f"did you mean {', '.join(near)}?" if near else known
-            raise ParamError(f"no coefficient is called {name!r}; {hint}")
+            raise ParamError(f"no coefficient is called {quoted(name)}; {hint}")
         members.append(GROUPS.get(name, (name,)))
         for member in members[-1]:
             if member in owner:
                 twice = (
-                    f"{owner[member]!r} and {name!r} both hold {member}" if owner[member] != name else f"{name!r} twice"
+                    f"{quoted(owner[member])} and {quoted(name)} both hold {member}"
+                    if owner[member] != name
+                    else f"{quoted(name)} twice"
                 )
                 raise ParamError(f"{twice}; name every coefficient once")
             owner[member] = name

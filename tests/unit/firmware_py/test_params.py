@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firmware_py.error_text import quoted
 from firmware_py.parameter_tree import describe_keys
 from firmware_py.params import ParamError, dump, load, param, prefix_errors
 
@@ -151,3 +152,36 @@ def test_a_long_mavlink_name_or_an_unknown_unit_is_refused_where_it_is_declared(
         param(1.0, mav="A_NAME_OF_17_CHARS")
     with pytest.raises(ValueError, match="furlong"):
         param(1.0, unit="furlong")
+
+
+HUGE = {
+    "googol": 10**400,
+    "negative": -(10**400),
+    "unwritable": 1 << 40_000,
+    "inside": [1 << 40_000],
+    "text": "x" * 1_000_000,
+    "list": [0.0] * 100_000,
+}
+
+
+@pytest.mark.parametrize("value", HUGE.values(), ids=HUGE)
+@pytest.mark.parametrize("key", ["length_m", "count", "offsets_deg", "paint", "spare"])
+def test_a_huge_value_is_refused_in_a_short_line(key: str, value: object) -> None:
+    table = {**tomllib.loads(GOOD), key: value}
+    with pytest.raises(ParamError) as failure:
+        load(ExampleVehicle, table, "vehicle.toml")
+    assert str(failure.value).startswith(f"vehicle.toml: {key}")
+    assert len(str(failure.value)) < 200
+
+
+def test_a_huge_key_is_refused_in_a_short_line() -> None:
+    with pytest.raises(ParamError) as failure:
+        load(ExampleVehicle, {**tomllib.loads(GOOD), "k" * 1_000_000: 1}, "vehicle.toml")
+    assert len(str(failure.value)) < 250
+
+
+def test_a_short_value_is_quoted_as_it_is_written() -> None:
+    for value in ("blue", 1e300, 2**60, [1, -2], True, {"a": 1}):
+        assert quoted(value) == repr(value)
+    assert quoted(-(10**400)) == "-1e400 or so"
+    assert len(quoted("y" * 61)) == 60

@@ -11,6 +11,7 @@ from typing import Any
 from rich.console import Console
 
 from firmware_py.adapters.storage.recorder import LogError
+from firmware_py.error_text import quoted
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
 from firmware_py.estimation.model.observer_model import GROUPS, ObserverModel
 from firmware_py.params import load, prefix_errors
@@ -64,7 +65,9 @@ def requested_params(params: CoefficientParams, options: argparse.Namespace) -> 
     asked = ",".join(TEN) if options.coefficients is None else options.coefficients
     names = tuple(name.strip() for name in asked.split(",") if name.strip())
     if not names:
-        raise UsageError(f"--coefficients {asked!r}: names none; write such as M_q,Y_v, or leave it away for the ten")
+        raise UsageError(
+            f"--coefficients {quoted(asked)}: names none; write such as M_q,Y_v, or leave it away for the ten"
+        )
     members = {member for name in names for member in (name, *GROUPS.get(name, ()))}
     return dataclasses.replace(
         params,

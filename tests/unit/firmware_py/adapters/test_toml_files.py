@@ -19,8 +19,17 @@ def test_a_file_is_its_table(tmp_path):
 
 @pytest.mark.parametrize(
     "content",
-    [b"a = ", b"[a]\n[a]\n", b"port = \xff", b"\x00", b"a = " + b"[" * 50_000],
-    ids=["cut", "twice", "not UTF-8", "zero", "bottomless"],
+    [
+        b"a = ",
+        b"[a]\n[a]\n",
+        b"port = \xff",
+        b"\x00",
+        b"a = " + b"[" * 50_000,
+        b"a = " + b"9" * 5_000,
+        b"a = " + b"\x01" * 1_000_000,
+        b'a = {"' + b"k" * 1_000_000 + b'" = 1, "' + b"k" * 1_000_000 + b'" = 2}',
+    ],
+    ids=["cut", "twice", "not UTF-8", "zero", "bottomless", "too many digits", "long garbage", "long key twice"],
 )
 def test_what_is_no_toml_is_one_line_that_names_the_file(tmp_path, content):
     path = tmp_path / "io.toml"
@@ -29,6 +38,7 @@ def test_what_is_no_toml_is_one_line_that_names_the_file(tmp_path, content):
         read_toml(path)
     assert str(failure.value).startswith(f"{path}: is not TOML (")
     assert "\n" not in str(failure.value)
+    assert len(str(failure.value)) < len(str(path)) + 300
 
 
 @pytest.mark.timeout(20)

@@ -1,0 +1,30 @@
+"""Values as error texts repeat them: cut where they are long."""
+
+from __future__ import annotations
+
+import math
+import reprlib
+from typing import Any
+
+_QUOTED_MAX = 60
+"""Characters of a value that an error text repeats."""
+_LONGEST_INTEGER = 256
+"""Bits of an integer that is written out: Python refuses to write the longest ones."""
+_REPR = reprlib.Repr()
+_REPR.maxstring = _REPR.maxother = _REPR.maxlong = _QUOTED_MAX
+_REPR.maxlist = _REPR.maxdict = 8
+
+
+def quoted(value: Any) -> str:
+    """Return a value as an error text repeats it: as Python writes it, cut where it is long."""
+    if isinstance(value, int) and value.bit_length() > _LONGEST_INTEGER:
+        return f"{'-' if value < 0 else ''}1e{math.floor(value.bit_length() * math.log10(2.0))} or so"
+    try:
+        return shortened(_REPR.repr(value))
+    except (ValueError, RecursionError):  # somewhere inside is an integer of thousands of digits
+        return f"a {type(value).__name__}"
+
+
+def shortened(text: str) -> str:
+    """Return a text, such as a key, as an error text repeats it: cut where it is long."""
+    return text if len(text) <= _QUOTED_MAX else f"{text[: _QUOTED_MAX - 12]} ... {text[-7:]}"
