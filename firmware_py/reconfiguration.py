@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from firmware_py.autopilot import Parts
+from firmware_py.contradictions import contradictions
 from firmware_py.control.control import Control, ControlParams
 from firmware_py.estimation.estimator import EstimationParams, Estimator, refuse_no_filter, same_filter
 from firmware_py.estimation.model.observer_model import refuse_no_inertia
@@ -53,6 +54,8 @@ class AutopilotParams:
             step_ns(self.rate)
         except ValueError as error:
             raise ParamError(f"rate_hz: {error}") from None
+        for contradiction in contradictions(self.safety, self.guidance, self.control):
+            raise ParamError(contradiction)
 
 
 class ActiveConfiguration(NamedTuple):

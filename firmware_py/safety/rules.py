@@ -55,7 +55,7 @@ class SafetyParams:
         30.0, unit="m", low=1.0, high=6000.0, doc="The fence's depth; deeper: surface.", mav="DEPTH_MAX"
     )
     altitude_min: float = param(
-        2.0, unit="m", low=0.0, high=100.0, doc="Nearer to the bottom than this: surface.", mav="ALT_MIN"
+        2.0, unit="m", low=0.0, high=50.0, doc="Nearer to the bottom than this: surface.", mav="ALT_MIN"
     )
     altitude_time: float = param(
         0.5, unit="s", low=0.0, high=10.0, doc="Too near to the bottom for so long: surface.", mav="ALT_TIME"
@@ -67,7 +67,7 @@ class SafetyParams:
         1.0, unit="s", low=0.0, high=60.0, doc="Beyond the fence for so long: surface.", mav="FENCE_TIME"
     )
     surface_depth: float = param(
-        0.5, unit="m", low=0.0, high=5.0, doc="Less deep than this is the surface.", mav="SURF_DEPTH"
+        0.5, unit="m", low=0.1, high=5.0, doc="Less deep than this is the surface.", mav="SURF_DEPTH"
     )
     surface_time: float = param(
         2.0, unit="s", low=0.0, high=60.0, doc="At the surface for so long: surfacing is done.", mav="SURF_TIME"

@@ -9,6 +9,13 @@ from firmware_py.params import ParamError, param
 from firmware_py.vehicle.coefficients import Coefficients
 from firmware_py.vehicle.fins import Effectiveness, Fin, deflection_rows, effectiveness
 
+_GRAVITY = 9.81
+"""m/s^2; on Earth between 9.78 and 9.83."""
+_WEIGHT_SLACK = 0.02
+"""Weight may differ from mass times gravity by this share of it."""
+_BUOYANCY_SLACK = 0.1
+"""Buoyancy may differ from weight by this share of it: fins carry no more."""
+
 
 @dataclass(frozen=True, slots=True)
 class Hull:
@@ -49,6 +56,17 @@ class Body:
     def __post_init__(self) -> None:
         if not is_inertia_tensor(self.I_x, self.I_y, self.I_z, self.I_xy, self.I_yz, self.I_xz):
             raise ParamError(f"{INERTIA_IMPOSSIBLE} (I_x to I_xz)")
+        expected = self.mass * _GRAVITY
+        if abs(self.weight - expected) > _WEIGHT_SLACK * expected:
+            raise ParamError(
+                f"weight_n = {self.weight:g} does not fit mass_kg = {self.mass:g}, which weighs {expected:.6g} N; "
+                f"they may differ by {_WEIGHT_SLACK:.0%}"
+            )
+        if abs(self.buoyancy - self.weight) > _BUOYANCY_SLACK * self.weight:
+            raise ParamError(
+                f"buoyancy_n = {self.buoyancy:g} differs from weight_n = {self.weight:g} by more than "
+                f"{_BUOYANCY_SLACK:.0%}: no fin carries the difference"
+            )
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,47 @@
+"""Contradictions between parameters that are right by themselves, each as a sentence with both keys.
+
+They are looked for wherever parameters are made: when a configuration is read, and when a station changes one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from firmware_py.control.control import ControlParams
+from firmware_py.guidance.guidance_params import GuidanceParams
+from firmware_py.safety.rules import SafetyParams
+
+
+def contradictions(safety: SafetyParams, guidance: GuidanceParams, control: ControlParams) -> Iterator[str]:
+    """Yield what contradicts what, with the keys of autopilot.toml."""
+    if not safety.surface_depth < safety.depth_max:
+        yield (
+            f"safety.surface_depth_m = {safety.surface_depth:g} is not above depth_max_m = {safety.depth_max:g}: "
+            "everywhere would be the surface"
+        )
+    if 0.0 < safety.battery_arm <= safety.battery_min:
+        yield (
+            f"safety.battery_min_pct = {_percent(safety.battery_min)} is not below battery_arm_pct = "
+            f"{_percent(safety.battery_arm)}: a vehicle would be armed only to surface"
+        )
+    if safety.attitude_timeout > safety.gate.ahrs_timeout:
+        yield (
+            f"safety.attitude_timeout_s = {safety.attitude_timeout:g} is over gate.ahrs_timeout_s = "
+            f"{safety.gate.ahrs_timeout:g}: the gate would stop a vehicle whose mode goes on"
+        )
+    if safety.attitude_dead_time < safety.attitude_timeout:
+        yield (
+            f"safety.attitude_dead_time_s = {safety.attitude_dead_time:g} is under attitude_timeout_s = "
+            f"{safety.attitude_timeout:g}: attitude would be given up before it is lost"
+        )
+    slowest = control.u_min
+    for key, speed in (("surface_speed_m_s", guidance.surface_speed), ("speed_max_m_s", guidance.speed_max)):
+        if speed < slowest:
+            yield (
+                f"guidance.{key} = {speed:g} is under control.u_min_m_s = {slowest:g}, "
+                "the lowest speed at which the fins hold depth and heading"
+            )
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:g}"
