@@ -16,8 +16,11 @@ from typing import Any
 
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.mavlink.parameters import store
+from firmware_py.mission_check import refuse_mission
 from firmware_py.params import ParamError, dump, load
 from firmware_py.reconfiguration import AutopilotParams
+from firmware_py.records.fence import NO_FENCE
+from firmware_py.records.mission import Mission
 from firmware_py.records.mission_tables import ItemTable, WaypointTable, mission_of, mission_to_plain
 from firmware_py.vehicle.vehicle import Vehicle
 
@@ -38,12 +41,19 @@ class MissionParams:
 def read_mission(folder: Path) -> dict[str, Any]:
     """The mission of a configuration's mission.toml as `build` takes it; an empty one if there is no such file.
 
+    It is checked against autopilot.toml, but not against what stations have changed: a vehicle that starts again under
+    water must start.
+
     Raises:
         ParamError: an error that names the file and the key.
     """
     path = folder / "mission.toml"
-    mission = load(MissionParams, read_toml(path) if path.exists() else {}, str(path))
-    return mission_to_plain(mission_of(mission.waypoints, mission.items))
+    if not path.exists():
+        return mission_to_plain(Mission())
+    tables = load(MissionParams, read_toml(path), str(path))
+    mission, key = mission_of(tables.waypoints, tables.items), "waypoints" if tables.waypoints else "items"
+    refuse_mission(mission, autopilot_params(read_configuration(folder)), NO_FENCE, str(path), key)
+    return mission_to_plain(mission)
 
 
 def read_configuration(

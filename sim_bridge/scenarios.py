@@ -120,6 +120,12 @@ class Scenario:
         """Return the mission that the vehicle loads."""
         return mission_of(self.waypoints, self.items)
 
+    @property
+    def bottoms(self) -> tuple[float, ...]:
+        """Return the depth of the bottom at each item of the mission, m; NaN for an item that is no place."""
+        at = self.environment.bottom_at
+        return tuple(at(x) if math.isfinite(x := getattr(item, "x", math.nan)) else x for item in self.mission.items)
+
 
 def parse(table: Mapping[str, Any], where: str) -> Scenario:
     """Return the scenario of a TOML table.
@@ -141,14 +147,23 @@ def known(folder: Path) -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in folder.glob("*.toml")))
 
 
-def load_scenario(name: str, folder: Path) -> Scenario:
-    """Read the scenario `name` of a folder, or the file `name` if it ends in .toml.
+def scenario_path(name: str, folder: Path) -> Path:
+    """Return the file of the scenario `name` of a folder, or the file `name` if it ends in .toml.
 
     Raises:
-        ParamError: unknown (the known ones are listed), unreadable or wrong.
+        ParamError: unknown; the known ones are listed.
     """
     is_file = name.endswith(".toml")
     if not is_file and name not in known(folder):
         raise ParamError(f"unknown scenario {quoted(name)}; known: {', '.join(known(folder)) or 'none'}")
-    path = Path(name) if is_file else folder / f"{name}.toml"
+    return Path(name) if is_file else folder / f"{name}.toml"
+
+
+def load_scenario(name: str, folder: Path) -> Scenario:
+    """Read the scenario of a `scenario_path`.
+
+    Raises:
+        ParamError: unknown, unreadable or wrong.
+    """
+    path = scenario_path(name, folder)
     return parse(read_toml(path), str(path))

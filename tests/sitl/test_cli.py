@@ -27,9 +27,14 @@ t_s = 0.2
 arming = "arm"
 """
 
+PLACE = "[[waypoints]]\nx_m = 100.0\ny_m = 0.0\n"
 WRONG = {
     "mud.toml": "[start]\ndepth_m = 50.0\n[environment]\nbottom_depth_m = 40.0\n",
     "far.toml": "[[waypoints]]\nx_m = 1e300\ny_m = 0.0\ndepth_m = 1.0\nspeed_m_s = 1.0\n",
+    "deep.toml": f"{PLACE}depth_m = 9.0\nspeed_m_s = 1.8\n{PLACE}depth_m = 30.5\nspeed_m_s = 1.8\n",
+    "ground.toml": f"{PLACE}depth_m = 9.0\nspeed_m_s = 1.8\n[environment]\nbottom_depth_m = 10.0\n",
+    "fast.toml": f"{PLACE}depth_m = 9.0\nspeed_m_s = 5.0\n",
+    "slow.toml": "[sensors.pressure]\nrate_hz = 1\n[autopilot.safety]\ndepth_timeout_s = 0.5\n",
     "law.toml": '[autopilot.control]\nlaw = "fuzzy"\n',
 }
 
@@ -113,6 +118,10 @@ def test_a_bad_configuration_is_one_line_with_file_and_key(
         (("--scenario", "folder.toml"), ("folder.toml: cannot be read (Is a directory)",)),
         (("--scenario", "mud.toml"), ("mud.toml: start: depth_m = 50 is below the bottom", "which is 40 m deep there")),
         (("--scenario", "far.toml"), ("far.toml: waypoints[0]: x_m = 1e+300: out of bounds",)),
+        (("--scenario", "deep.toml"), ("deep.toml: waypoints[1]: depth 30.5 m, limit 30 m",)),
+        (("--scenario", "ground.toml"), ("ground.toml: waypoints[0]: depth 9 m, and the bottom is 10 m deep there",)),
+        (("--scenario", "fast.toml"), ("fast.toml: waypoints[0]: speed_m_s = 5 is over guidance.speed_max_m_s",)),
+        (("--scenario", "slow.toml"), ("sensors.toml: pressure.rate_hz = 1: safety.depth_timeout_s = 0.5 in ",)),
         (
             ("--scenario", "law.toml"),
             ("autopilot.toml under the scenario's [autopilot]: control: law = 'fuzzy'", "pid"),

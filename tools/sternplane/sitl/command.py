@@ -46,7 +46,7 @@ def command(options: argparse.Namespace) -> int:
         options.state,
     )
     flight = prepare_to_resume(request)
-    for note in flight.notes:
+    for note in (*flight.notes, *(f"{doubt}; the flight goes on" for doubt in flight.doubts)):
         print(f"sternplane: {note}", file=sys.stderr)
     # What cannot be opened is refused before anything is written.
     (serve(address) if address else open_bus(bus)).close()

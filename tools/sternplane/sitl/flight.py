@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from firmware_py import app, config_files, loop
+from firmware_py import app, config_files, loop, mission_check
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
 from firmware_py.adapters.can_hardware import CanHardware
 from firmware_py.adapters.dvl import DvlPort
@@ -27,6 +27,7 @@ from firmware_py.params import ParamError, load
 from firmware_py.ports import Ground, Schedule
 from firmware_py.reconfiguration import AutopilotParams
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.fence import fence_from_plain
 from firmware_py.records.mission_tables import mission_to_plain
 from firmware_py.run import over_hil, provenance
 from firmware_py.run.interrupt import interruptible
@@ -40,8 +41,9 @@ from sim_bridge.devices.serial_line import SerialLine
 from sim_bridge.hil_server import refuse_faults
 from sim_bridge.plant.plant import PlantError
 from sim_bridge.plant.truth import Truth, refuse_other_fins
-from sim_bridge.scenarios import Scenario, load_scenario
+from sim_bridge.scenarios import Scenario, load_scenario, scenario_path
 from sim_bridge.scripted_operator import ScriptedOperator
+from sternplane.sitl import plausibility
 from sternplane.sitl.aboard_faults import AboardFaults
 from sternplane.sitl.simulation_recorder import SimulationRecorder, Witness
 
@@ -92,6 +94,12 @@ class Flight:
     aboard: AboardFaults
     notes: tuple[str, ...] = ()
     """Sentences on the state of an earlier run."""
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Return what the vehicle file believes that the simulated vehicle does not have, a sentence each."""
+        files = self.configuration["files"]["vehicle"], str(self.request.config / "truth.toml")
+        return tuple(plausibility.doubts(config_files.vehicle(self.configuration), self.truth, *files))
 
     @property
     def rate(self) -> int:
@@ -157,6 +165,7 @@ def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
         },
         request.state,
     )
+    _refuse_mission(request, scenario, configuration)
     autopilot, truth = app.build(configuration), _load(Truth, request.config / "truth.toml")
     believed = len(autopilot.applied.fins)
     refuse_other_fins(truth, str(request.config / "truth.toml"), believed, configuration["files"]["vehicle"])
@@ -173,6 +182,9 @@ def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
     )
     if parse_hil_link(request.link):
         _refuse_other_scale(flight)
+    plausibility.refuse_slow_sensors(
+        flight.params, flight.devices, configuration["files"]["autopilot"], str(request.config / "sensors.toml")
+    )
     return flight
 
 
@@ -264,6 +276,16 @@ def outcome_of(completion: Completion, interrupted: bool) -> Outcome:
     if interrupted:
         return Outcome(False, "interrupted")
     return Outcome(True, "completed") if completion.completed else Outcome(False, completion.reason)
+
+
+def _refuse_mission(request: FlightRequest, scenario: Scenario, configuration: Mapping[str, Any]) -> None:
+    """Refuse a scenario's mission that no station could upload; one that a station has sent takes its place."""
+    mission, params = scenario.mission, config_files.autopilot_params(configuration)
+    if configuration["mission"] != mission_to_plain(mission):
+        return
+    where, key = str(scenario_path(request.scenario, SCENARIOS)), "waypoints" if scenario.waypoints else "items"
+    mission_check.refuse_mission(mission, params, fence_from_plain(configuration.get("fence", {})), where, key)
+    mission_check.refuse_near_bottom(mission, scenario.bottoms, params.safety.altitude_min, where, key)
 
 
 def _refuse_other_scale(flight: Flight) -> None:
