@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from firmware_py.records.mission import Loiter, Waypoint
+
 
 class Bottom:
     """The last known depth of the bottom, m; NaN until it is known."""
@@ -17,6 +19,10 @@ class Bottom:
         """Take an altitude measured at depth z, both m; NaN is ignored."""
         if math.isfinite(altitude):
             self.z = z + altitude
+
+    def depth_of(self, item: Waypoint | Loiter, otherwise: float) -> float:
+        """Return the depth of an item, m; `otherwise` for one above a bottom that is unknown."""
+        return self.above(item.z, otherwise) if item.above else item.z
 
     def above(self, altitude: float, otherwise: float) -> float:
         """Return the depth, m, at an altitude, m; `otherwise` while the bottom is unknown."""

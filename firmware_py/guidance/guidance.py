@@ -25,7 +25,6 @@ from firmware_py.tick import Tick
 
 __all__ = ["Guidance", "GuidanceParams"]
 
-_LAGS = 3  # of the heading's reference model, each of the length heading_way
 _AT_REST = 0.1  # slower than this, m/s, is noise
 _CLEAR = 1.0  # distance, m, that flight above the bottom keeps from the supervisor's limits
 _JOINED = 0.25  # share of its radius within which a circle is joined
@@ -163,7 +162,7 @@ class Guidance:
 
     def _round(self, circle: Circle, state: StateEstimate, dt: float) -> tuple[Leg, float]:
         """Return the tangent of the circle, and the heading that follows it, rad."""
-        lag = _LAGS * self._params.heading_way + self._params.line_of_sight.pivot  # where a turn shows no sway
+        lag = self._params.heading_lag + self._params.line_of_sight.pivot  # where a turn shows no sway
         way, ahead = tangent(circle, state.eta.x, state.eta.y, lag)
         return way, self._sight.update(way, state, dt) + ahead
 
@@ -195,16 +194,19 @@ class Guidance:
 
     def _fly(self, end: Waypoint, state: StateEstimate, dt: float) -> float:
         """Set the setpoint of a leg; return the cross-track distance, m."""
-        route, sight = self._flown, self._params.line_of_sight
-        before = route.freeze()
-        radius = max(self._params.turn_radius, state.nu.u / self._params.turn_rate_max)
-        way = route.follow(state.eta.x, state.eta.y, sight.acceptance, radius, _LAGS * self._params.heading_way)
+        route, eta, command = self._flown, state.eta, self._depth.command
+        before, reach = route.freeze(), self._params.reach(self._speed(end.u), state.nu.u)
+        way = route.follow(eta.x, eta.y, reach, lambda end: self._bottom.depth_of(end, command) - eta.z, dt)
         self.events = route.events_since(before)
         after = route.current
         if isinstance(after, Waypoint) or route.finished:
             end = after if isinstance(after, Waypoint) else end
-            heading = self._sight.update(way, state, dt)
-            z_d = self._bottom.above(end.z, self._depth.command) if end.above else route.depth(end, way)
+            z_d = self._bottom.depth_of(end, command)
+            if route.spiral is not None:
+                way, heading = self._round(route.spiral, state, dt)
+            else:
+                heading = self._sight.update(way, state, dt)
+                z_d = z_d if end.above else route.depth(end, way)
             self._wanted = Setpoint(max(z_d, 0.0), heading, self._speed(end.u))
         return way.across
 
@@ -215,8 +217,7 @@ class Guidance:
         circle = Circle(item.x, item.y, math.copysign(radius, item.radius or 1.0))
         x, y = state.eta[:2]
         _, psi_d = self._round(circle, state, dt)
-        z_d = self._bottom.above(item.z, self._depth.command) if item.above else item.z
-        self._wanted = Setpoint(max(z_d, 0.0), psi_d, u_d)
+        self._wanted = Setpoint(max(self._bottom.depth_of(item, self._depth.command), 0.0), psi_d, u_d)
         if self._route.circle(x, y, circle, _JOINED * radius, dt):
             kind, item_number = EventKind.LOITER_DONE, self._route.item + 1.0
             self.events = (Event(kind, severity_of(kind), numbers=(item_number,)),)

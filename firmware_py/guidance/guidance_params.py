@@ -7,8 +7,12 @@ from dataclasses import dataclass
 from firmware_py.guidance.line_of_sight import LineOfSightParams
 from firmware_py.guidance.manoeuvre import ManoeuvreParams
 from firmware_py.guidance.reference_model import Shape
+from firmware_py.guidance.waypoint_reach import Reach
 from firmware_py.params import TakesEffect, param, table
 from firmware_py.records.turning import Turning
+
+_LAGS = 3
+"""Of the heading's reference model, each of the length `heading_way`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +60,17 @@ class GuidanceParams:
     )
     line_of_sight: LineOfSightParams = table(LineOfSightParams)
     learning: ManoeuvreParams = table(ManoeuvreParams, mav="LRN_")
+
+    @property
+    def heading_lag(self) -> float:
+        """Way that is made in all lags of the heading's reference model, m."""
+        return _LAGS * self.heading_way
+
+    def reach(self, u_d: float, u: float) -> Reach:
+        """Return what is near enough to a waypoint that is flown to with u_d, m/s, at a speed of u, m/s."""
+        sight, radius = self.line_of_sight, max(self.turn_radius, u / self.turn_rate_max)
+        circle = self.turning.radius(0.0, u_d)
+        return Reach(sight.acceptance, sight.depth_acceptance, sight.depth_time, circle, radius, self.heading_lag)
 
     @property
     def turning(self) -> Turning:

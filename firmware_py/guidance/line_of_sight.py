@@ -28,6 +28,22 @@ class LineOfSightParams:
     acceptance: float = param(
         5.0, unit="m", low=0.0, high=1000.0, doc="A waypoint nearer than this is passed.", mav="ACCEPTANCE"
     )
+    depth_acceptance: float = param(
+        2.0,
+        unit="m",
+        low=0.1,
+        high=1000.0,
+        doc="A waypoint is passed no farther off its depth; who comes by farther off circles through it.",
+        mav="ACC_DEPTH",
+    )
+    depth_time: float = param(
+        300.0,
+        unit="s",
+        low=0.0,
+        high=1e5,
+        doc="For so long; then the waypoint is given up, with an event.",
+        mav="ACC_TIME",
+    )
     lead: float = param(
         2.0, unit="s", low=0.0, high=60.0, doc="How far ahead in time the cross-track error is taken.", mav="LEAD"
     )
@@ -74,9 +90,10 @@ def leg(start: Waypoint, end: Waypoint, x: float, y: float) -> Leg:
 def is_passed(way: Leg, reach: float, shortest: float) -> bool:
     """Return whether the waypoint is within `reach` (m), or abeam or behind.
 
-    A leg no longer than `shortest`, m, is passed at once: it is too short to fly.
+    A leg no longer than `shortest`, m, is too short to fly: its waypoint is passed with the one before it.
     """
-    return way.distance <= reach or way.along >= way.length or way.length <= shortest
+    near = reach + way.length if way.length <= shortest else reach
+    return way.distance <= near or way.along >= way.length
 
 
 class LineOfSight:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from firmware_py.guidance.circle import Circle
 from firmware_py.guidance.line_of_sight import Leg, is_passed, leg
 from firmware_py.guidance.rally_point import nearest_rally_point
+from firmware_py.guidance.waypoint_reach import Reach, Spiral, begin_spiral
 from firmware_py.marine import wrap
 from firmware_py.records.event import Event, EventKind, severity_of
 from firmware_py.records.fence import NO_FENCE, Fence, Place
@@ -20,7 +21,8 @@ class RouteProgress(NamedTuple):
 
     The item that is flown (as many as there are: all are), where its leg starts, and, for the jumps that were made, how
     often each; of a loiter the bearing from its centre, rad, the angle gone around, rad, and the time, s, since its
-    circle was joined (NaN, 0, 0 before); of the way to a rally point that point, and whether there was none.
+    circle was joined (NaN, 0, 0 before); of the way to a rally point that point, and whether there was none; of a
+    waypoint that was passed at another depth the circle through it.
     """
 
     next: int
@@ -31,6 +33,7 @@ class RouteProgress(NamedTuple):
     spent: float = 0.0
     rally: Place | None = None
     rally_unreachable: bool = False
+    spiral: Spiral | None = None
 
 
 BEGINNING = RouteProgress(0)
@@ -58,6 +61,8 @@ class Route:
             before += isinstance(item, Waypoint)
         self._before.append(before)
         self._memory = self._from(0, BEGINNING)
+        self._missed = math.nan
+        """How much too shallow the current waypoint was given up in this tick, m; NaN: it was not."""
 
     def __len__(self) -> int:
         """Return the number of waypoints."""
@@ -104,6 +109,11 @@ class Route:
         """Whether the mission ended because no rally point has a straight leg within the fence."""
         return self._memory.rally_unreachable
 
+    @property
+    def spiral(self) -> Circle | None:
+        """The circle through the current waypoint that is flown for its depth, if any."""
+        return self._memory.spiral.circle if self._memory.spiral else None
+
     def jump(self, item: int, x: float, y: float, z: float) -> None:
         """Continue with an item from this position, m, and clear the jump counts; ignore an index out of range."""
         if 0 <= item < len(self._items):
@@ -111,25 +121,34 @@ class Route:
 
     def enter(self, x: float, y: float, z: float) -> None:
         """Start the leg to the current item at this position, m."""
-        self._memory = self._memory._replace(start=Waypoint(x, y, z, 0.0), bearing=math.nan)
+        self._memory = self._memory._replace(start=Waypoint(x, y, z, 0.0), bearing=math.nan, spiral=None)
         self._seek(x, y)
 
     def leave(self, x: float, y: float, z: float) -> None:
         """End the current item; the next leg starts at this position, m."""
         self._go(min(self._memory.next + 1, len(self._items)), self._memory, x, y, z)
 
-    def follow(self, x: float, y: float, acceptance: float, radius: float, lag: float) -> Leg:
-        """Return the leg from (x, y), m, to the next waypoint, after each one within reach is passed.
+    def follow(
+        self,
+        x: float,
+        y: float,
+        reach: Reach,
+        shallow: Callable[[Waypoint], float],
+        dt: float,
+    ) -> Leg:
+        """Return the leg from (x, y), m, to the next waypoint, after each one that is reached.
 
-        Within reach is what is nearer than `acceptance`, or than the wheel-over point from which a turn of `radius`
-        that begins `lag` later, m, ends on the next leg. Where no waypoint follows, the leg stays the one behind.
+        Reached is what is nearer than `reach.acceptance`, or than the wheel-over point from which a turn ends on the
+        next leg, if the vehicle is too `shallow` for it, m, or too deep, by no more than `reach.depth`. Where no
+        waypoint follows, the leg stays the one behind. `dt` is the tick, s.
         """
-        end = self.current
+        end, self._missed = self.current, math.nan
         assert isinstance(end, Waypoint)
         start = self._memory.start or end._replace(x=x, y=y)
         way = leg(start, end, x, y)
         for _ in self._items:
-            if not is_passed(way, max(acceptance, self._wheel_over(end, way, radius, lag)), acceptance):
+            near = max(reach.acceptance, self._wheel_over(end, way, reach))
+            if not self._is_reached(end, way, near, reach, shallow(end), x, y, dt):
                 break
             self._memory = self._from(self._memory.next + 1, self._memory)
             self._memory = self._memory._replace(start=end)
@@ -149,10 +168,13 @@ class Route:
             return (Event(EventKind.RALLY_POINT_REACHED, severity_of(EventKind.RALLY_POINT_REACHED)),)
         first = self._before[before.next]
         last = max(self.index, first + 1)  # a jump may lead back
-        kind = EventKind.WAYPOINT_PASSED
-        return tuple(
+        kind, missed = EventKind.WAYPOINT_PASSED, EventKind.WAYPOINT_MISSED
+        events = [
             Event(kind, severity_of(kind), numbers=(float(i), float(len(self)))) for i in range(first + 1, last + 1)
-        )
+        ]
+        if not math.isnan(self._missed):
+            events[0] = Event(missed, severity_of(missed), numbers=(first + 1.0, float(len(self)), self._missed))
+        return tuple(events)
 
     def circle(self, x: float, y: float, circle: Circle, slack: float, dt: float) -> bool:
         """Count turns and time on a loiter's circle, which is joined within `slack`, m; return whether it is over."""
@@ -185,6 +207,31 @@ class Route:
     def thaw(self, memory: RouteProgress) -> None:
         """Restore the memory that `freeze` returned."""
         self._memory = memory
+
+    def _is_reached(
+        self, end: Waypoint, way: Leg, near: float, reach: Reach, shallow: float, x: float, y: float, dt: float
+    ) -> bool:
+        """Return whether a waypoint is reached or given up; circle through one that is passed at another depth."""
+        at_depth = self._memory.rally is not None or abs(shallow) <= reach.depth
+        spiral = self._memory.spiral
+        if spiral is None:
+            if not is_passed(way, near, reach.acceptance):
+                return False
+            ahead = way.along < way.length and way.length > reach.acceptance
+            if at_depth or ahead:
+                return at_depth
+            spiral = begin_spiral(end, way.course, reach.circle_radius, self._fence, x, y)
+            came_by = False
+        else:
+            before, spiral = spiral, spiral.advance(x, y, dt)
+            came_by = way.distance <= reach.acceptance or spiral.turns > before.turns
+        if at_depth and came_by:
+            return True
+        if spiral.spent >= reach.patience:
+            self._missed = shallow
+            return True
+        self._memory = self._memory._replace(spiral=spiral)
+        return False
 
     def _go(self, item: int, memory: RouteProgress, x: float, y: float, z: float) -> None:
         self._memory = self._from(item, memory)
@@ -221,7 +268,7 @@ class Route:
                 return RouteProgress(item, jumped=tuple(jumped.items()))
         return RouteProgress(len(self._items))
 
-    def _wheel_over(self, here: Waypoint, way: Leg, radius: float, lag: float) -> float:
+    def _wheel_over(self, here: Waypoint, way: Leg, reach: Reach) -> float:
         """Return the wheel-over distance before the waypoint, m: R tan(turn / 2) + lag, at most half a leg.
 
         0 if the next item is no waypoint.
@@ -235,4 +282,4 @@ class Route:
             return 0.0
         dx, dy = there.x - here.x, there.y - here.y
         turn = min(abs(wrap(math.atan2(dy, dx) - way.course)), _SHARPEST)
-        return min(radius * math.tan(0.5 * turn) + lag, 0.5 * way.length, 0.5 * math.hypot(dx, dy))
+        return min(reach.turn_radius * math.tan(0.5 * turn) + reach.lag, 0.5 * way.length, 0.5 * math.hypot(dx, dy))

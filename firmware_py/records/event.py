@@ -53,6 +53,7 @@ class EventKind(enum.IntEnum):
     RULE_WARNS = 24  # a rule holds whose action is to warn; numbers: the cause's
     NODE_GOOD = 25  # of the bus; numbers: NONE of `SourceFault`; names: the node
     NODE_FAULT = 26  # numbers: its `SourceFault`, TWO_SENDERS or UNHEALTHY; names: the node
+    WAYPOINT_MISSED = 27  # its depth was not reached in time; numbers: which, of how many, how much too shallow, m
 
 
 class Cause(enum.IntEnum):
@@ -147,6 +148,7 @@ _SEVERITIES: Mapping[EventKind, Severity] = {
     EventKind.RULE_WARNS: Severity.WARNING,
     EventKind.NODE_GOOD: Severity.NOTICE,
     EventKind.NODE_FAULT: Severity.CRITICAL,
+    EventKind.WAYPOINT_MISSED: Severity.WARNING,
 }
 _BY_CAUSE: Mapping[tuple[EventKind, Cause], Severity] = {
     **{(EventKind.MODE_CHANGED, cause): Severity.INFO for cause in INTENDED_CAUSES},

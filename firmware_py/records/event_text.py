@@ -180,6 +180,10 @@ def _because(event: Event, skip: int = 0) -> str:
     return "" if event.cause is Cause.NONE else f": {_cause(event, skip)}"
 
 
+def _missed(which: float, of: float, shallow: float) -> str:
+    return f"waypoint {which:.0f} of {of:.0f} given up {abs(shallow):.1f} m too {'shallow' if shallow > 0 else 'deep'}"
+
+
 _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     EventKind.MODE_CHANGED: _mode_changed,
     EventKind.MODE_REFUSED: _mode_refused,
@@ -209,4 +213,5 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     EventKind.RULE_WARNS: lambda event, _: _cause(event),
     EventKind.NODE_GOOD: lambda event, _: f"node {event.names[0]} is sound again",
     EventKind.NODE_FAULT: lambda event, _: f"node {event.names[0]}: {source_fault_text(event.numbers[0])}",
+    EventKind.WAYPOINT_MISSED: lambda event, _: _missed(*event.numbers),
 }

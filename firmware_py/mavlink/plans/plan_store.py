@@ -20,6 +20,7 @@ from firmware_py.mavlink.plans.path_check import check_first_leg, check_guided
 from firmware_py.mavlink.plans.plan_builder import FENCE, FILES, MISSION, NAMES, RALLY, Plan, PlanBuilder
 from firmware_py.mavlink.plans.plan_revalidation import PlanRevalidation
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.event import EventKind
 from firmware_py.records.fence import NO_FENCE, Fence, Place
 from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.mission import MissionItem
@@ -149,7 +150,8 @@ class PlanStore:
         self._begun = self._begun or self._flown
         self._done = cycle.mode.mission_done
         if mode is Mode.MISSION and step != before >= 0 and cycle.order.jump < 0 and not cycle.order.changes:
-            self._notify_reached(before, step)
+            missed = any(event.kind is EventKind.WAYPOINT_MISSED for event in cycle.events)
+            self._notify_reached(before, step, missed)
         state, eta = cycle.state, cycle.state.eta
         known = state.depth_ok and state.position_std <= KNOWN_POSITION and math.isfinite(eta.x + eta.y + eta.z)
         self._here = eta if known else None
@@ -215,11 +217,14 @@ class PlanStore:
             self.limits = limits
             self.revalidation.start(self.steps, self.plans[MISSION].item_numbers, limits)
 
-    def _notify_reached(self, before: int, step: int) -> None:
-        """Report the items reached between two steps, up to a jump; after a jump back the one before it."""
+    def _notify_reached(self, before: int, step: int, missed: bool) -> None:
+        """Report the items reached between two steps, up to a jump; after a jump back the one before it.
+
+        The first of them was given up if one was `missed`.
+        """
         items, at = self.plans[MISSION].items, self.plans[MISSION].item_numbers
         passed = at[before : step if step > before else before + 1]
-        for item in dict.fromkeys(passed):
+        for item in list(dict.fromkeys(passed))[missed:]:
             if items[item].command == _JUMP:
                 break
             for on_reached, _ in self._listeners:

@@ -43,6 +43,7 @@ REPORTED: dict[Cause, tuple[tuple[float, ...], tuple[str, ...]]] = {
 }
 BY_KIND: dict[EventKind, tuple[float, ...]] = {
     EventKind.WAYPOINT_PASSED: (1.0, 3.0),
+    EventKind.WAYPOINT_MISSED: (1.0, 3.0, 2.8),
     EventKind.LOITER_DONE: (2.0,),
     EventKind.MANOEUVRE_BEGUN: (120.0, 30.0),
     EventKind.MANOEUVRE_DONE: (120.0, 4.5),

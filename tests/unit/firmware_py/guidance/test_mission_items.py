@@ -211,6 +211,7 @@ def test_returning_is_over_at_once_and_says_why_where_no_way_keeps_to_the_fence(
 def test_a_mission_that_ends_with_a_return_says_why_it_goes_nowhere(rally: tuple[Place, ...]) -> None:
     """Where there are no rally points, coming up is what the item asks for: nothing is to be said."""
     vehicle = kinematic(at(10.0), Surface(rally=True), rally=rally, fence=WALL)
+    vehicle.run(Mode.MANUAL, 0.1)  # it follows the vehicle, to its depth
     vehicle.run(Mode.MISSION, 30.0)
     assert vehicle.guidance.finished
     assert vehicle.events == ["waypoint 1 of 1 passed", *[NO_WAY] * len(rally)]
@@ -228,6 +229,7 @@ def test_surfacing_does_not_steer_for_a_rally_point_behind_an_exclusion() -> Non
 
 def test_who_turns_round_on_the_way_back_goes_on_with_the_mission_and_returns_from_there_anew() -> None:
     vehicle = kinematic(at(20.0), at(900.0), at(0.0), rally=(Place(0.0, 300.0), Place(900.0, 300.0)))
+    vehicle.run(Mode.MANUAL, 0.1)  # it follows the vehicle, to its depth
     vehicle.run(Mode.MISSION, 30.0)
     assert vehicle.step(Mode.RETURN).item == 1
     vehicle.run(Mode.RETURN, 10.0)

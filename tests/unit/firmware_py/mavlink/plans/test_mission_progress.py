@@ -12,6 +12,7 @@ from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.plans.plan_builder import read_plan
 from firmware_py.params import ParamError
+from firmware_py.records.event import Event, EventKind, Severity
 from firmware_py.records.mission import Surface, Waypoint
 from firmware_py.records.order import Mode
 from tests.unit.firmware_py.mavlink.planner import FENCE, MISSION, RALLY, Planner, fields, home, item
@@ -112,6 +113,22 @@ def test_items_are_reached_and_the_next_one_is_current_as_the_link_counts_them()
     assert reached == [[1, 3, 4], [0, 2, 3]]
     assert [*dict.fromkeys(current[0])] == [1, 3, 4]
     assert [*dict.fromkeys(current[1])] == [0, 2, 3]
+
+
+def test_an_item_that_is_given_up_is_not_reached() -> None:
+    vehicle = LinkedVehicle()
+    planner = Planner(vehicle)
+    planner.upload(home(item(north=10), item(north=20), item(north=30)))
+    planner.step()
+    reached = []
+    missed = Event(EventKind.WAYPOINT_MISSED, Severity.WARNING, numbers=(1.0, 3.0, 2.8))
+    for k in range(300):
+        now = cycle(vehicle.k + k, Mode.MISSION, events=(missed,) if k == 100 else ())
+        now = dataclasses.replace(now, reference=dataclasses.replace(now.reference, item=k // 100))
+        for datagram in vehicle.node.report(now):
+            found = mavlink.MAVLink(None).parse_buffer(datagram) or []
+            reached += [m.seq for m in found if m.get_type() == "MISSION_ITEM_REACHED"]
+    assert reached == [2]
 
 
 @pytest.mark.parametrize(("seq", "jump"), [(1, 0), (2, 1), (3, 1), (0, 0)])
