@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from firmware_py.adapters.io_params import StateParams
+from firmware_py.adapters.storage.regular_file import read_regular
 from firmware_py.adapters.storage.state_store import write_atomically
 from firmware_py.error_text import quoted
 from firmware_py.estimation.navigation.navigation import KeptNavigation
@@ -68,7 +69,7 @@ def load_navigation(folder: Path) -> dict[str, Any]:
     """
     path = folder / FILE
     try:
-        found = json.loads(path.read_text(encoding="utf-8"), parse_int=float)
+        found = json.loads(read_regular(path).decode(), parse_int=float)
     except FileNotFoundError:
         return {}
     except NotADirectoryError as error:

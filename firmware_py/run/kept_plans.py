@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from firmware_py.adapters.storage.regular_file import read_regular
 from firmware_py.config_files import Configuration, autopilot_params
 from firmware_py.marine import Origin
 from firmware_py.mavlink.base.water_frame import WaterFrame
@@ -67,7 +68,7 @@ def read_kept(configuration: Configuration, state: Path, kind: int) -> PlanBuild
     """
     path = state / plan_builder.FILES[kind]
     with prefix_errors(str(path)):
-        return plan_builder.read_plan(kind, path.read_text(encoding="utf-8"), _water_frame(configuration))
+        return plan_builder.read_plan(kind, read_regular(path).decode(), _water_frame(configuration))
 
 
 def _water_frame(configuration: Configuration) -> WaterFrame:

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 from firmware_py.adapters.ground.station_link import GroundError
+from firmware_py.adapters.storage.regular_file import read_regular
 from firmware_py.mavlink.base.signing import STATE_FILE, TICKS_PER_S, Signing
 
 _EPOCH_S = 1_420_070_400
@@ -46,7 +47,7 @@ def read_signing(path: Path, state: Path | None = None) -> Signing:
 
 def _saved(state: Path | None) -> bytes:
     try:
-        return (state / STATE_FILE).read_bytes() if state is not None else b""
+        return read_regular(state / STATE_FILE) if state is not None else b""
     except OSError:
         return b""
 

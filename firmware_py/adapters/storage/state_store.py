@@ -37,7 +37,8 @@ def write_atomically(folder: Path, name: str, content: bytes) -> None:
         OSError: it cannot be written; the old one stays.
     """
     fresh = folder / f"{name}.new"
-    with fresh.open("wb") as file:
+    fresh.unlink(missing_ok=True)  # what a killed writer left, or a FIFO, which would wait for a reader
+    with fresh.open("xb") as file:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())

@@ -6,6 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+from firmware_py.adapters.storage.regular_file import read_regular
 from firmware_py.params import ParamError
 
 _WHY_MAX = 200
@@ -19,13 +20,9 @@ def read_toml(path: Path) -> dict[str, Any]:
         ParamError: the file is missing, not regular, not readable or not TOML; the text names it.
     """
     try:
-        if path.exists() and not (path.is_file() or path.is_dir()):  # to read a FIFO would wait for a writer
-            raise ParamError(f"{path}: cannot be read (it is not a regular file)")
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(read_regular(path).decode())
     except OSError as error:
         raise ParamError(f"{path}: cannot be read ({error.strerror})") from None
-    except ParamError:
-        raise
     except (ValueError, RecursionError) as error:  # ValueError: not TOML, not UTF-8, or an integer of 4,300 digits
         raise ParamError(f"{path}: is not TOML ({_first_sentence(error)})") from None
 

@@ -21,6 +21,7 @@ from sternplane.identification import page, results, vehicle_file
 from sternplane.identification.assessment import assess, learned_table
 from sternplane.identification.estimate import identify
 from sternplane.identification.recording import record
+from sternplane.logs.documents import write_document
 from sternplane.logs.reading import find, read
 
 ORIGIN = "Learned by `sternplane identify`"
@@ -92,7 +93,7 @@ def _refuse_to_replace(path: Path) -> None:
 def _write(folder: Path, document: dict[str, Any], html: str) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "identify.json").write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-        (folder / "identify.html").write_text(html, encoding="utf-8")
+        write_document(folder / "identify.json", json.dumps(document, indent=2, allow_nan=False) + "\n")
+        write_document(folder / "identify.html", html)
     except OSError as error:
         raise LogError(f"{folder}: cannot be written ({error.strerror}); choose another --out") from None

@@ -29,7 +29,9 @@ def write(path: Path, table: Mapping[str, Any], comment: str) -> None:
     lines = [*(f"# {line}".rstrip() for line in comment.splitlines()), "", *_table(table, "")]
     fresh = path.with_name(f"{path.name}.new")
     try:
-        fresh.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        fresh.unlink(missing_ok=True)  # what a killed writer left, or a FIFO, which would wait for a reader
+        with fresh.open("x", encoding="utf-8") as file:
+            file.write("\n".join(lines) + "\n")
         if read_toml(fresh) != table:
             raise AssertionError(f"{fresh}: reads otherwise than it was written")
         fresh.replace(path)

@@ -19,6 +19,7 @@ from firmware_py.params import load
 from firmware_py.run.run_folders import run_folder
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.plant.truth import Truth
+from sternplane.logs.documents import write_document
 from sternplane.paper import control, design, drawings, estimation, figures
 from sternplane.paper.page import page
 from sternplane.paper.printed import TABLE_1
@@ -103,9 +104,7 @@ def _leave(
         steps.done("the figures")
         document = json.dumps(_plain(results), indent=2, ensure_ascii=False, allow_nan=False)
         for name, content in (("results.json", f"{document}\n"), ("report.html", text)):
-            fresh = folder / f"{name}.new"
-            fresh.write_text(content, encoding="utf-8")
-            fresh.replace(folder / name)
+            write_document(folder / name, content)
     except OSError as error:
         raise LogError(f"{folder}: the report cannot be written ({error.strerror}); choose another --out") from None
     steps.done("the report")

@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.console import Console
 
 from firmware_py.adapters.storage.recorder import LogError
+from sternplane.logs.documents import write_document
 from sternplane.logs.reading import find
 from sternplane.logs.run import Run
 from sternplane.logs.streaming import stream
@@ -31,8 +32,8 @@ def write_report(log: Run, folder: str | Path) -> Summary:
     text, page = json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False), flight_page(log, summary)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        _write(folder / "summary.json", f"{text}\n")
-        _write(folder / "report.html", page)
+        write_document(folder / "summary.json", f"{text}\n")
+        write_document(folder / "report.html", page)
     except OSError as error:
         raise LogError(f"{folder}: the report cannot be written ({error.strerror}); choose another --out") from None
     return summary
@@ -40,7 +41,7 @@ def write_report(log: Run, folder: str | Path) -> Summary:
 
 def write_report_of_file(path: Path, folder: Path) -> Summary:
     """Read a log and call `write_report`; a message comes first if the log is so large that it takes a while."""
-    size = path.stat().st_size
+    size = path.stat().st_size if path.exists() else 0
     if size > _LARGE:
         print(f"making the report of a log of {size / 1e6:.0f} MB", file=sys.stderr)
     return write_report(stream(path), folder)
@@ -54,14 +55,3 @@ def command(options: argparse.Namespace) -> int:
     console.print(summary_table(write_report_of_file(path, folder)))
     console.print(f"{folder / 'report.html'}", highlight=False, soft_wrap=True)
     return 0
-
-
-def _write(path: Path, text: str) -> None:
-    """Write a file so that whoever reads it at any time finds the old one or the new one."""
-    fresh = path.with_name(f"{path.name}.new")
-    try:
-        fresh.write_text(text, encoding="utf-8")
-        fresh.replace(path)
-    except BaseException:
-        fresh.unlink(missing_ok=True)
-        raise

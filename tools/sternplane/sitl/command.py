@@ -19,6 +19,7 @@ from firmware_py.run.run_folders import LOG_FILE, flight_folder, point_latest
 from firmware_py.run.usage_error import UsageError
 from sternplane.cli import extras
 from sternplane.cli.progress import Progress
+from sternplane.logs.documents import write_document
 from sternplane.logs.reading import TRUTH_FILE
 from sternplane.logs.streaming import stream
 from sternplane.logs.summary import Summary, summarise, summary_table
@@ -93,8 +94,11 @@ def _leave(log: Path, folder: Path) -> Summary:
         from sternplane.report import report
 
         return report.write_report_of_file(log, folder)
-    (folder / "report.html").unlink(missing_ok=True)
     summary = summarise(stream(log))
-    (folder / "summary.json").write_text(f"{json.dumps(summary, indent=2, ensure_ascii=False)}\n")
+    try:
+        (folder / "report.html").unlink(missing_ok=True)
+        write_document(folder / "summary.json", f"{json.dumps(summary, indent=2, ensure_ascii=False)}\n")
+    except OSError as error:
+        raise LogError(f"{folder}: the summary cannot be written ({error.strerror})") from None
     print(f"no report.html without {', '.join(extras.missing())}: {extras.HINT}", file=sys.stderr)
     return summary

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from firmware_py import app, config_files, loop, mission_check
+from firmware_py import app, config_files, loop
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
 from firmware_py.adapters.can_hardware import CanHardware
 from firmware_py.adapters.dvl import DvlPort
@@ -23,11 +23,10 @@ from firmware_py.adapters.linux_realtime import apply_while
 from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.autopilot import Autopilot
-from firmware_py.params import ParamError, load
+from firmware_py.params import load
 from firmware_py.ports import Ground, Schedule
 from firmware_py.reconfiguration import AutopilotParams
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.fence import fence_from_plain
 from firmware_py.records.mission_tables import mission_to_plain
 from firmware_py.run import over_hil, provenance
 from firmware_py.run.interrupt import interruptible
@@ -165,7 +164,7 @@ def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
         },
         request.state,
     )
-    _refuse_mission(request, scenario, configuration)
+    plausibility.refuse_mission(scenario, str(scenario_path(request.scenario, SCENARIOS)), configuration)
     autopilot, truth = app.build(configuration), _load(Truth, request.config / "truth.toml")
     believed = len(autopilot.applied.fins)
     refuse_other_fins(truth, str(request.config / "truth.toml"), believed, configuration["files"]["vehicle"])
@@ -180,11 +179,10 @@ def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
         devices=_load(DevicesParams, request.config / "sensors.toml", scenario.sensors),
         aboard=AboardFaults(scenario.injected, realtime=request.pace == "realtime"),
     )
+    files, sensors = configuration["files"], str(request.config / "sensors.toml")
     if parse_hil_link(request.link):
-        _refuse_other_scale(flight)
-    plausibility.refuse_slow_sensors(
-        flight.params, flight.devices, configuration["files"]["autopilot"], str(request.config / "sensors.toml")
-    )
+        plausibility.refuse_other_scale(config_files.vehicle(configuration), flight.devices, files["vehicle"], sensors)
+    plausibility.refuse_slow_sensors(flight.params, flight.devices, files["autopilot"], sensors)
     return flight
 
 
@@ -218,7 +216,7 @@ def fly(
         ParamError: a device whose rate does not fit the base rate, or a fault that strikes what is not there.
     """
     losses = losses or LossWatch()
-    scenario, rate, request = flight.scenario, flight.rate, flight.request
+    scenario, rate, request, io = flight.scenario, flight.rate, flight.request, flight.io
     with contextlib.ExitStack() as stack:
         line = stack.enter_context(SerialLine(_PATIENCE[request.pace]))
         plant_bus = _bus(stack, flight)
@@ -228,15 +226,7 @@ def fly(
         stack.callback(hardware.close)
         losses.add_hardware(hardware.losses, lambda: hardware.received, hardware.note)
         bridge = build_bridge(
-            flight.truth,
-            flight.devices,
-            flight.io.nodes,
-            scenario,
-            plant_bus,
-            line,
-            request.seed,
-            rate,
-            flight.io.can.node_id,
+            flight.truth, flight.devices, io.nodes, scenario, plant_bus, line, request.seed, rate, io.can.node_id
         )
         operator = ScriptedOperator(scenario, lambda: bridge.truth().eta.z)
         interrupted = stack.enter_context(interruptible())
@@ -276,29 +266,6 @@ def outcome_of(completion: Completion, interrupted: bool) -> Outcome:
     if interrupted:
         return Outcome(False, "interrupted")
     return Outcome(True, "completed") if completion.completed else Outcome(False, completion.reason)
-
-
-def _refuse_mission(request: FlightRequest, scenario: Scenario, configuration: Mapping[str, Any]) -> None:
-    """Refuse a scenario's mission that no station could upload; one that a station has sent takes its place."""
-    mission, params = scenario.mission, config_files.autopilot_params(configuration)
-    if configuration["mission"] != mission_to_plain(mission):
-        return
-    where, key = str(scenario_path(request.scenario, SCENARIOS)), "waypoints" if scenario.waypoints else "items"
-    mission_check.refuse_mission(mission, params, fence_from_plain(configuration.get("fence", {})), where, key)
-    mission_check.refuse_near_bottom(mission, scenario.bottoms, params.safety.altitude_min, where, key)
-
-
-def _refuse_other_scale(flight: Flight) -> None:
-    """Refuse a full scale that differs: over mavlink-hil a command is a share of it."""
-    believed, devices = config_files.vehicle(flight.configuration), flight.devices
-    if any(fin.delta_max != devices.servo_hub.travel for fin in believed.fins):
-        keys = "servo_hub.travel_deg must be delta_max_deg of every fin"
-    elif believed.propeller.n_max != devices.esc.n_max:
-        keys = "esc.n_max_rpm must be propeller.n_max_rpm"
-    else:
-        return
-    sensors, where = flight.request.config / "sensors.toml", flight.configuration["files"]["vehicle"]
-    raise ParamError(f"{sensors}: {keys} in {where}: over mavlink-hil a command is a share of it")
 
 
 def _load(cls: type[Any], path: Path, over: Mapping[str, Any] = MappingProxyType({})) -> Any:

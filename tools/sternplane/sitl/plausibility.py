@@ -5,11 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from firmware_py import mission_check
+from firmware_py.config_files import Configuration, autopilot_params
 from firmware_py.params import ParamError
 from firmware_py.reconfiguration import AutopilotParams
+from firmware_py.records.fence import fence_from_plain
+from firmware_py.records.mission_tables import mission_to_plain
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.plant.truth import Truth
+from sim_bridge.scenarios import Scenario
 
 _RATE_SLACK = 2.0
 """A commanded rate over the servo's by more than this factor is a mistake; a little more lets the servo do its best."""
@@ -33,6 +38,40 @@ def refuse_slow_sensors(params: AutopilotParams, devices: DevicesParams, autopil
                 f"{sensors}: {sensor}.rate_hz = {rate:g}: safety.{key} = {timeout:g} in {autopilot} gives it up "
                 "before its next reading"
             )
+
+
+def refuse_other_scale(vehicle: Vehicle, devices: DevicesParams, vehicle_file: str, sensors: str) -> None:
+    """Refuse a full scale that differs: over mavlink-hil a command is a share of it.
+
+    Raises:
+        ParamError: names both files and both keys.
+    """
+    if any(fin.delta_max != devices.servo_hub.travel for fin in vehicle.fins):
+        keys = "servo_hub.travel_deg must be delta_max_deg of every fin"
+    elif vehicle.propeller.n_max != devices.esc.n_max:
+        keys = "esc.n_max_rpm must be propeller.n_max_rpm"
+    else:
+        return
+    raise ParamError(f"{sensors}: {keys} in {vehicle_file}: over mavlink-hil a command is a share of it")
+
+
+def refuse_mission(scenario: Scenario, where: str, configuration: Configuration) -> None:
+    """Refuse a scenario's mission that no station could upload; one that a station has sent takes its place.
+
+    Args:
+        scenario: with the mission and the bottom.
+        where: its file.
+        configuration: with the limits, the fence, and the mission that will be flown.
+
+    Raises:
+        ParamError: names the file, the item and the limit.
+    """
+    mission, params = scenario.mission, autopilot_params(configuration)
+    if configuration["mission"] != mission_to_plain(mission):
+        return
+    key, fence = "waypoints" if scenario.waypoints else "items", fence_from_plain(configuration.get("fence", {}))
+    mission_check.refuse_mission(mission, params, fence, where, key)
+    mission_check.refuse_near_bottom(mission, scenario.bottoms, params.safety.altitude_min, where, key)
 
 
 def doubts(vehicle: Vehicle, truth: Truth, vehicle_file: str, truth_file: str) -> Iterator[str]:

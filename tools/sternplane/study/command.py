@@ -14,6 +14,7 @@ from rich.table import Table
 from firmware_py.run import provenance
 from firmware_py.run.run_folders import run_folder
 from firmware_py.run.usage_error import UsageError
+from sternplane.logs.documents import write_document
 from sternplane.study.cases import CASES
 from sternplane.study.chance import MISS
 from sternplane.study.page import page, target_text
@@ -85,9 +86,7 @@ def _print(rows: Sequence[Row], folder: Path) -> None:
 
 def write(path: Path, text: str) -> None:
     """Write a file so that whoever reads it at any time finds the old one or the new one."""
-    fresh = path.with_name(f"{path.name}.new")
     try:
-        fresh.write_text(text, encoding="utf-8")
-        fresh.replace(path)
+        write_document(path, text)
     except OSError as error:
         raise UsageError(f"{path}: cannot be written ({error.strerror}); choose another --out") from None

@@ -1,0 +1,97 @@
+"""FIFOs, devices and read-only folders where files are expected: one line, no traceback, no wait."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from tests.command import called
+
+BRIEF = """
+description = "A second at the surface."
+duration_s = 1.0
+completes = "time"
+[[orders]]
+t_s = 0.2
+arming = "arm"
+"""
+STATE = ("navigation.json", "parameters.toml", "mission.json", "fence.json", "rally.json")
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("odd")
+    (folder / "brief.toml").write_text(BRIEF)
+    assert called("sitl", "--scenario", "brief.toml", "--out", "good", cwd=folder).returncode == 0
+    return folder
+
+
+def assert_refused(folder: Path, *words: str | Path, says: str) -> None:
+    result = called(*words, cwd=folder)
+    assert result.returncode == 2, result.stderr
+    assert result.stderr.count("\n") == 1, result.stderr
+    assert says in result.stderr
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize("name", [name + end for name in STATE for end in ("", ".new")])
+def test_a_fifo_in_the_state_folder_makes_nobody_wait(flown: Path, tmp_path: Path, name: str) -> None:
+    os.mkfifo(tmp_path / name)
+    result = called("sitl", "--scenario", "brief.toml", "--state", tmp_path, "--out", tmp_path / "out", cwd=flown)
+    assert result.returncode == 0, result.stderr
+    assert (tmp_path / "navigation.json").is_file()
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize("name", ["report.html.new", "summary.json.new"])
+def test_a_fifo_that_is_in_the_way_of_a_report_is_replaced(flown: Path, tmp_path: Path, name: str) -> None:
+    os.mkfifo(tmp_path / name)
+    assert called("report", "good", "--out", tmp_path, cwd=flown).returncode == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["report.html", "summary.json"]
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize("command", ["replay", "report", "export", "identify"])
+def test_what_is_no_log_is_refused_at_once(flown: Path, tmp_path: Path, command: str) -> None:
+    os.mkfifo(tmp_path / "log.mcap")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "device").mkdir()
+    (tmp_path / "device" / "log.mcap").symlink_to("/dev/zero")
+    (tmp_path / "deep" / "log.mcap").mkdir(parents=True)
+    assert_refused(flown, command, tmp_path, says="log.mcap: is a FIFO, not a log")
+    assert_refused(flown, command, tmp_path / "log.mcap", says="log.mcap: is a FIFO, not a log")
+    assert_refused(flown, command, tmp_path / "folder", says="log.mcap: the log cannot be read (No such file")
+    assert_refused(flown, command, tmp_path / "device", says="log.mcap: not a log")
+    assert_refused(flown, command, tmp_path / "deep", says="log.mcap: ")
+    assert_refused(flown, command, tmp_path / "none", says="none: ")
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("sitl", "--scenario", "brief.toml"),
+        ("fly", "--bus", "udp:6"),
+        ("report", "good"),
+        ("export", "good"),
+        ("study", "estimation", "--seeds", "0:1", "--short"),
+        ("paper",),
+    ],
+    ids=lambda words: words[0],
+)
+def test_an_out_that_is_a_fifo_is_refused_before_anything_is_done(
+    flown: Path, tmp_path: Path, words: tuple[str, ...]
+) -> None:
+    os.mkfifo(tmp_path / "out")
+    assert_refused(flown, *words, "--out", tmp_path / "out", says="out")
+    assert (tmp_path / "out").is_fifo()
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.skipif(os.geteuid() == 0, reason="nothing is read-only to root")
+@pytest.mark.parametrize("words", [("sitl", "--scenario", "brief.toml"), ("report", "good"), ("fly", "--bus", "udp:6")])
+def test_an_out_that_is_read_only_is_one_line(flown: Path, tmp_path: Path, words: tuple[str, ...]) -> None:
+    tmp_path.chmod(0o555)
+    assert_refused(flown, *words, "--out", tmp_path, says="cannot be written")
