@@ -41,7 +41,7 @@ rooms: setup .venv/.dev ## the folders, how many files and lines they have, and 
 bench: setup .venv/.dev ## measure, and print JSON
 	@$(BIN)/python -m sternplane.bench
 
-fuzz: setup ## ten million odd packets into the ground links; ARGS="--packets 100000" for fewer
+fuzz: setup ## ten million odd packets into the ground links; ARGS="--packets 100000" for fewer, "--configurations 5000" for files
 	@$(BIN)/python -m sternplane.fuzz $(ARGS)
 
 load: setup ## what cycles cost, and how late they are: alone, with three busy stations, flooded; ARGS="--seconds 20" for less

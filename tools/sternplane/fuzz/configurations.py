@@ -188,4 +188,4 @@ def _changed(draw: random.Random, lines: list[str]) -> tuple[list[str], str]:
 
 def _scaled(draw: random.Random, number: str) -> str:
     scaled = float(number) * draw.choice(_FACTORS)
-    return str(int(scaled)) if number.lstrip("-").isdigit() and scaled == int(scaled) else repr(scaled)
+    return str(int(scaled)) if number.lstrip("-").isdigit() and scaled.is_integer() else repr(scaled)
