@@ -129,6 +129,9 @@ def _line(trial: Trial, those: Sequence[Verdict]) -> dict[str, Any]:
     times = [v.named for v in those if math.isfinite(v.named)]
     wanted = trial.named
     in_time = sum(v.in_time for v in those)
+    said = _most(f"{name} {_words(kind)}" for f in found for name, kind in _first(f["said"]))
+    done = _most(word for f in found for word in _done(f))
+    note = trial.bound.why if trial.bound else trial.note
     within = f" ({wanted.within:g})" if wanted and wanted.within is not None else ""
     return {
         "title": trial.title,
@@ -141,10 +144,12 @@ def _line(trial: Trial, those: Sequence[Verdict]) -> dict[str, Any]:
         "named": f"{in_time} of {len(those)}" if wanted else "–",
         "named_mood": "note" if wanted is None else "good" if in_time >= 0.95 * len(those) else "bad",
         "after": (f"{median(times):.2f} … {max(times):.2f}{within}" if times else f"never{within}") if wanted else "",
-        "said": _most(f"{name} {kind.lower().replace('_', ' ')}" for f in found for name, kind in _first(f["said"])),
-        "done": _most(word for f in found for word in _done(f)),
-        "note": trial.bound.why if trial.bound else trial.note,
+        "words": [words for words in (_labelled("named", said), _labelled("done", done), note) if words],
     }
+
+
+def _labelled(label: str, words: str) -> str:
+    return f"{label}: {words}" if words else ""
 
 
 def _cell(column: Column, those: Sequence[Verdict]) -> dict[str, Any]:
