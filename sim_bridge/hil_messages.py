@@ -96,6 +96,11 @@ def distance_sensor(altitude: float, params: AltimeterParams, time_ms: int) -> A
     )
 
 
+def leak(humidity: float, time_ms: int) -> Any:
+    """Return NAMED_VALUE_FLOAT: PX4's interface has no leak sensor."""
+    return dialect.MAVLink_named_value_float_message(time_ms, b"LEAK", humidity)
+
+
 def battery_status(battery: Battery) -> Any:
     """Return BATTERY_STATUS."""
     whole = round(1e3 * battery.voltage)  # what exceeds one field continues in the next

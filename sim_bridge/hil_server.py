@@ -1,6 +1,6 @@
 """The plant as a PX4-compatible simulator: sends HIL_SENSOR, receives HIL_ACTUATOR_CONTROLS, over TCP in lockstep.
 
-Rates, pressure, fixes, distance to the bottom and battery are what the instruments of sensors.toml read, with noise;
+Rates, pressure, fixes, altitude, battery and humidity are what the instruments of sensors.toml read, with noise;
 those of HIL_SENSOR without their latency, because it has one time for all. HIL_STATE_QUATERNION is the truth. The
 vehicle has neither accelerometer nor magnetometer: HIL_SENSOR gives both without error.
 """
@@ -66,7 +66,7 @@ def refuse_faults(scenario: Scenario) -> None:
     """
     for fault in scenario.injected:
         name, target = fault.kind.name, fault.target
-        if not fault.kind.on_hil or target == "leak":
+        if not fault.kind.on_hil:
             raise ParamError(f"fault {fault.text}: mavlink-hil has no {target}")
         if (target == "dvl" and name in ("off", "late", "lossy")) or (target == "ahrs" and name == "late"):
             raise ParamError(f"fault {fault.text}: mavlink-hil has no {target}; its values come with the truth")
@@ -136,6 +136,9 @@ class HilDevices:
         battery = read.battery.update(k, plant)
         if battery is not None and "battery" not in self._off:
             messages.append(hil_messages.battery_status(battery.value))
+        leak = read.leak.update(k, plant)
+        if leak is not None and "leak" not in self._off:
+            messages.append(hil_messages.leak(leak.value, time_at(leak.t_valid) // 1000))
         messages.append(self._sensor(k, plant, time_us))
         self._link.send(*messages)
 

@@ -4,7 +4,7 @@ HIL_SENSOR gives rates and pressure, and is the tick; each is answered by one HI
 attitude nor velocity, and the interface has no message of a DVL: both are taken from HIL_STATE_QUATERNION, which is the
 simulator's truth, so they have no errors of an AHRS or a DVL. The velocity is rotated into the body frame and taken
 five times a second, as a DVL does; its field is in whole cm/s. There is no feedback of fins and propeller: the
-estimator uses the commands. There is no leak sensor.
+estimator uses the commands. There is no leak sensor either: our own simulator says the humidity by name.
 
 The control after the propeller's is 1 from when the drop weight is to be released.
 
@@ -37,6 +37,8 @@ FIX_3D = 3
 _UNKNOWN_U16 = 65535
 _INVALID_SIGNAL = 1
 _DOWN = dialect.MAV_SENSOR_ROTATION_PITCH_270
+LEAK = "LEAK"
+"""Name of the humidity inside the hull, in [0, 1]: the interface has no message for it, ours says it by name."""
 
 _USED: dict[int, Callable[[Message], bool]] = {
     # Which messages are used, and of which instance: simulators may send several.
@@ -45,6 +47,7 @@ _USED: dict[int, Callable[[Message], bool]] = {
     dialect.MAVLINK_MSG_ID_HIL_STATE_QUATERNION: lambda _: True,
     dialect.MAVLINK_MSG_ID_DISTANCE_SENSOR: lambda message: message.orientation == _DOWN,
     dialect.MAVLINK_MSG_ID_BATTERY_STATUS: lambda message: message.id == 0,
+    dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: lambda message: message.name == LEAK,
 }
 
 
@@ -97,13 +100,16 @@ class HilHardware:
         gps = received.get(dialect.MAVLINK_MSG_ID_HIL_GPS)
         if gps is not None:
             heard["fix"] = _fix(gps, self._t(gps.time_usec))
-        # The two others have no time, or one of another clock: they are valid when they arrive.
+        # The others have no time, or one of another clock: they are valid when they arrive.
         distance = received.get(dialect.MAVLINK_MSG_ID_DISTANCE_SENSOR)
         if distance is not None:
             heard["altitude"] = _altitude(distance, tick.t)
         battery = received.get(dialect.MAVLINK_MSG_ID_BATTERY_STATUS)
         if battery is not None:
             heard["battery"] = _battery(battery, tick.t)
+        leak = received.get(dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT)
+        if leak is not None:
+            heard["leak"] = Heard(leak.value, tick.t, True, math.isfinite(leak.value))
         received.clear()
         return SensorFrame(two_senders=0, unhealthy=0, fins=self._fins, **heard)
 

@@ -123,16 +123,20 @@ def test_hil_sensor_ends_every_tick_and_says_its_time(simulator: Simulator) -> N
         assert last.time_usec == 10_000_000 + 10_000 * k
 
 
+SLOW = ("DISTANCE_SENSOR", "HIL_GPS", "BATTERY_STATUS", "NAMED_VALUE_FLOAT", "HEARTBEAT")
+
+
 def test_each_instrument_speaks_at_its_rate(simulator: Simulator) -> None:
     heard = simulator.says(0, 100)
     updated = [message.fields_updated for message in heard["HIL_SENSOR"]]
     assert len(updated) == len(heard["HIL_STATE_QUATERNION"]) == 100
     assert sum(bits & GYRO == GYRO for bits in updated) == 100
     assert sum(bits & PRESSURE == PRESSURE for bits in updated) == 20
-    assert {name: len(heard[name]) for name in ("DISTANCE_SENSOR", "HIL_GPS", "BATTERY_STATUS", "HEARTBEAT")} == {
+    assert {name: len(heard[name]) for name in SLOW} == {
         "DISTANCE_SENSOR": 10,
         "HIL_GPS": 1,
         "BATTERY_STATUS": 1,
+        "NAMED_VALUE_FLOAT": 1,
         "HEARTBEAT": 1,
     }
 
@@ -255,7 +259,7 @@ def test_controls_are_shares_of_full_scale(simulator: Simulator, message, fins, 
     assert told[1] == pytest.approx(n)
 
 
-@pytest.mark.parametrize("device", ["ahrs", "pressure", "altimeter", "fix"])
+@pytest.mark.parametrize("device", ["ahrs", "pressure", "altimeter", "fix", "battery", "leak"])
 def test_what_has_no_power_is_not_heard(simulator: Simulator, device: str) -> None:
     simulator.devices.switch_off(device)
     heard = simulator.says()
@@ -265,14 +269,25 @@ def test_what_has_no_power_is_not_heard(simulator: Simulator, device: str) -> No
         "pressure": not bits & PRESSURE,
         "altimeter": "DISTANCE_SENSOR" not in heard,
         "fix": "HIL_GPS" not in heard,
+        "battery": "BATTERY_STATUS" not in heard,
+        "leak": "NAMED_VALUE_FLOAT" not in heard,
     }
     assert [name for name, is_silent in silent.items() if is_silent] == [device]
 
 
 def test_a_dvl_cannot_be_switched_off_where_there_is_none() -> None:
-    for fault in ("off:dvl@10", "late:dvl=1@10", "late:ahrs=1@10", "babble:bus=100@10", "set:leak=90@10"):
+    for fault in ("off:dvl@10", "late:dvl=1@10", "late:ahrs=1@10", "babble:bus=100@10", "off:servo_hub@10"):
         with pytest.raises(ParamError, match=f"fault {fault}: mavlink-hil has no"):
             refuse_faults(dataclasses.replace(scenario(), faults=(fault,)))
+
+
+def test_leak_and_battery_at_a_time_are_told(simulator: Simulator) -> None:
+    for name, humidity in (("leak", 1.0), ("battery", 0.05)):
+        simulator.instruments.by_name[name].corruptions.append(changed(name, lambda _x, _t, value=humidity: value))
+    heard = simulator.says()
+    assert heard["NAMED_VALUE_FLOAT"][0].name == "LEAK"
+    assert heard["NAMED_VALUE_FLOAT"][0].value == 1.0
+    assert heard["BATTERY_STATUS"][0].battery_remaining == 5
 
 
 def test_a_biased_attitude_and_velocity_are_told_in_place_of_the_truth(simulator: Simulator) -> None:

@@ -16,8 +16,11 @@ _PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 
 
 def end_with_parent() -> None:
-    """Ask Linux to end this process when the one that started it is killed: it would else wait for work forever."""
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+    """Ask Linux to kill this process when the one that started it is killed: it would else wait for work forever.
+
+    A flight takes a milder signal for its own end, and the process would go on to the next.
+    """
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 @contextlib.contextmanager

@@ -100,6 +100,10 @@ def distance(cm: int, *, orientation: int = 25, quality: int = 0):
     return mav.MAVLink_distance_sensor_message(17, 30, 6000, cm, 1, 0, orientation, 9, signal_quality=quality)
 
 
+def humidity(value: float, name: bytes = b"LEAK"):
+    return mav.MAVLink_named_value_float_message(0, name, value)
+
+
 def battery(voltages: tuple[int, ...], current: int = 250, remaining: int = 80):
     cells = voltages + (65535,) * (10 - len(voltages))
     return mav.MAVLink_battery_status_message(0, 0, 0, 32767, cells, current, -1, -1, remaining)
@@ -228,6 +232,7 @@ NAN = math.nan
         ((distance(6001), sensor()), "altitude"),
         ((distance(500, quality=1), sensor()), "altitude"),
         ((battery(()), sensor()), "battery"),
+        ((humidity(math.nan), sensor()), "leak"),
     ],
 )
 def test_what_is_unknown_or_no_number_is_heard_and_not_vouched_for(pair: Pair, messages, field: str) -> None:
@@ -244,6 +249,13 @@ def test_fix_distance_and_battery_are_in_si(pair: Pair) -> None:
     assert frame.fix.ok
     assert frame.altitude.ok
     assert frame.battery.ok
+
+
+def test_humidity_is_heard_by_its_name(pair: Pair) -> None:
+    frame = pair.frame(state(), humidity(0.25, b"OTHER"), sensor())
+    assert not frame.leak.fresh
+    frame = pair.frame(state(1), humidity(0.875), humidity(0.25, b"LEAKAGE"), sensor(1))
+    assert (frame.leak.value, frame.leak.fresh, frame.leak.ok) == (0.875, True, True)
 
 
 def test_what_looks_elsewhere_or_is_another_instance_is_not_heard(pair: Pair) -> None:

@@ -24,6 +24,8 @@ def run(job: Job, logs: str, revision: str) -> dict[str, Any]:
         judge = _judge(flight, job)
         log = Path(logs) / job.file
         outcome = fly(flight, log, witness=judge)
+        if outcome.reason == "interrupted":
+            raise KeyboardInterrupt
         found = judge.found
         found.aground = "aground" in outcome.reason
         found.not_finite += "no longer finite" in outcome.reason
