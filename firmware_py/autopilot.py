@@ -21,6 +21,10 @@ from firmware_py.tick import Tick
 class StateEstimator(Protocol):
     """Interface of the estimator: measurements to state."""
 
+    @property
+    def believed(self) -> SensorFrame:
+        """Return the frame of the last update without the measurements that are not believed."""
+
     def update(self, tick: Tick, frame: SensorFrame, applied: Applied) -> StateEstimate:
         """Return the state at `tick`; `applied` is what was commanded in the tick before."""
 
@@ -98,7 +102,8 @@ class Autopilot:
         estimator, actuator_watch, supervisor, guidance, control, gate = self.parts
         state = estimator.update(tick, frame, self.applied)
         actuators = actuator_watch.update(tick, frame, self.applied, state)
-        mode = supervisor.update(tick, frame, state, actuators, order, guidance.finished)  # may only make it safer
+        believed = estimator.believed
+        mode = supervisor.update(tick, believed, state, actuators, order, guidance.finished)  # may only make it safer
         reference = guidance.update(tick, mode, order, state)
         demand = control.update(tick, mode, order, reference, state)
         fins = self.allocator.allocate(demand)

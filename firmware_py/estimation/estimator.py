@@ -1,4 +1,4 @@
-"""The estimator that flies: navigation, and the coefficient estimator of vehicle and water."""
+"""The estimator that flies: sensor integrity, navigation, and the coefficient estimator of vehicle and water."""
 
 from __future__ import annotations
 
@@ -15,12 +15,14 @@ from firmware_py.estimation.coefficient_estimator import (
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_validity import ValidityParams
 from firmware_py.estimation.filter.bank_arrays import BankArrays
+from firmware_py.estimation.integrity.integrity import NO_CORRECTION, IntegrityMemory, SensorIntegrity
+from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.navigation.navigation import KeptNavigation, Navigation, NavigationMemory, NavigationParams
 from firmware_py.marine import Origin
 from firmware_py.params import table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.sensing import SensorFrame
+from firmware_py.records.sensing import SensorFrame, silence
 from firmware_py.tick import Tick
 from firmware_py.vehicle.vehicle import Vehicle
 
@@ -30,8 +32,9 @@ _NAVIGATED = attrgetter(*(field.name for field in fields(StateEstimate) if field
 
 @dataclass(frozen=True)
 class EstimationParams(NavigationParams):
-    """Navigation's tables, and those of learning."""
+    """Navigation's tables, that of sensor integrity, and those of learning."""
 
+    integrity: IntegrityParams = table(IntegrityParams, mav="INT_")
     learning: LearningParams = table(LearningParams, mav="LRN_")
     coefficients: CoefficientParams = table(CoefficientParams, mav="COF_")
     health: ValidityParams = table(ValidityParams, mav="HLT_")
@@ -51,21 +54,29 @@ def refuse_no_filter(params: EstimationParams, vehicle: Vehicle) -> None:
 class EstimatorMemory(NamedTuple):
     """Everything that is remembered."""
 
+    integrity: IntegrityMemory
     navigation: NavigationMemory
     learning: CoefficientEstimatorMemory | None
 
 
 class Estimator:
-    """An `autopilot.StateEstimator`. Steering rests on navigation; the coefficient estimator runs a lag behind."""
+    """An `autopilot.StateEstimator`. Steering rests on navigation; the coefficient estimator runs a lag behind.
+
+    `believed` is the last frame without what sensor integrity does not believe.
+    """
+
+    believed: SensorFrame
 
     def __init__(self, params: EstimationParams, origin: Origin, vehicle: Vehicle) -> None:
-        """Make both.
+        """Make them.
 
         Raises:
             ParamError: a list of coefficients that the vehicle does not have, or that gives no scale.
         """
         self._params, self._vehicle = params, vehicle
+        self._integrity = SensorIntegrity(params.integrity, params, vehicle)
         self._navigation = Navigation(params, origin)
+        self.believed = silence(len(vehicle.fins))
         self._learning = (
             CoefficientEstimator(params.learning, params.coefficients, params.health, vehicle)
             if params.learning.enabled
@@ -89,16 +100,22 @@ class Estimator:
         other._params = params
         other._navigation = Navigation(params, origin)
         other._navigation.thaw(self._navigation.freeze())
+        other._integrity = SensorIntegrity(params.integrity, params, self._vehicle)
+        other._integrity.thaw(self._integrity.freeze())
         if (params.learning, params.health) != (before.learning, before.health):
             other._learning = learning.with_params(params.learning, params.health, self._vehicle)
         return other
 
     def update(self, tick: Tick, frame: SensorFrame, applied: Applied) -> StateEstimate:
         """Return the state at the tick, from what was received up to it and what was commanded one tick ago."""
-        state = self._navigation.update(tick, frame, applied)
+        believed = self.believed = self._integrity.update(tick, frame, applied)
+        correction = self._integrity.correction
+        if correction is not NO_CORRECTION:
+            self._navigation.correct(correction.depth, correction.heading)
+        state = self._navigation.update(tick, believed, applied, self._integrity.health)
         if self._learning is None:
             return state
-        return StateEstimate(*(*_NAVIGATED(state), self._learning.update(tick, frame, applied, state)))
+        return StateEstimate(*(*_NAVIGATED(state), self._learning.update(tick, believed, applied, state)))
 
     def keep(self) -> KeptNavigation:
         """Return what a later run may start from."""
@@ -110,10 +127,13 @@ class Estimator:
 
     def freeze(self) -> EstimatorMemory:
         """Return the whole memory."""
-        return EstimatorMemory(self._navigation.freeze(), self._learning.freeze() if self._learning else None)
+        return EstimatorMemory(
+            self._integrity.freeze(), self._navigation.freeze(), self._learning.freeze() if self._learning else None
+        )
 
     def thaw(self, memory: EstimatorMemory) -> None:
         """Restore the memory that `freeze` returned."""
+        self._integrity.thaw(memory.integrity)
         self._navigation.thaw(memory.navigation)
         if self._learning is not None and memory.learning is not None:
             self._learning.thaw(memory.learning)

@@ -17,6 +17,7 @@ from firmware_py.marine import Eta, Nu, Origin, body_to_ned
 from firmware_py.params import param, table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate
+from firmware_py.records.health import ALL_GOOD, SensorHealth
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Tick
 
@@ -73,8 +74,22 @@ class Navigation:
             attitude.START, velocity.START, depth.start(params.depth), dead_reckoning.start(params.position)
         )
 
-    def update(self, tick: Tick, frame: SensorFrame, applied: Applied) -> StateEstimate:
-        """Return the state at the tick, from what was received up to it and what was commanded one tick ago."""
+    def correct(self, depth: float, heading: float) -> None:
+        """Put depth (m) and heading (rad) right, where what they rest on has turned out to be wrong; NaN leaves one."""
+        was = self._memory
+        if not math.isnan(depth):
+            was = was._replace(depth=was.depth._replace(z=depth))
+        if not math.isnan(heading):
+            was = was._replace(attitude=was.attitude._replace(psi=heading))
+        self._memory = was
+
+    def update(
+        self, tick: Tick, frame: SensorFrame, applied: Applied, sensors: SensorHealth = ALL_GOOD
+    ) -> StateEstimate:
+        """Return the state at the tick, from what was received up to it and what was commanded one tick ago.
+
+        `sensors` is what is known of the sensors; what is not believed is not ok in the frame.
+        """
         params, was, t, dt = self._params, self._memory, tick.t, tick.dt
 
         att = attitude.update(params.attitude, was.attitude, frame.ahrs, t)
@@ -112,11 +127,12 @@ class Navigation:
             position_std=dead_reckoning.std(pos),
             depth_std=depth.std(params.depth, dep, t),
             velocity_std=velocity_std,
-            altitude=altitude.newest(frame, t, params.altitude_timeout),
+            altitude=altitude.nearest(frame, t, params.altitude_timeout),
             attitude_ok=attitude_ok,
             depth_ok=depth_ok,
             velocity_ok=velocity_ok,
             leak=frame.leak.ok and frame.leak.value > params.humidity_max,
+            sensors=sensors,
             learned=NOTHING_LEARNED,
         )
 

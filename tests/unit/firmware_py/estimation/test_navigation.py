@@ -414,7 +414,7 @@ def test_the_zero_of_the_pressure_is_found_ashore_and_rests_afterwards() -> None
     assert state.eta.z == pytest.approx(0.15, abs=1e-3)
 
 
-def test_altitude_is_the_newer_of_altimeter_and_dvl_and_unknown_without() -> None:
+def test_altitude_is_the_lesser_of_altimeter_and_dvl_and_unknown_without() -> None:
     def altitude(echo: Heard[float], ping: Heard[Dvl], k: int = 500) -> float:
         return hear(Navigation(PARAMS, ORIGIN), k, altitude=echo, dvl=ping).altitude
 
@@ -423,7 +423,8 @@ def test_altitude_is_the_newer_of_altimeter_and_dvl_and_unknown_without() -> Non
 
     none = silence(4)
     assert altitude(Heard(8.0, 4.9, False, True), ping(9.0, 4.8)) == 8.0
-    assert altitude(Heard(8.0, 4.7, False, True), ping(9.0, 4.8)) == 9.0
+    assert altitude(Heard(8.0, 4.7, False, True), ping(9.0, 4.8)) == 8.0  # the nearer one, not the newer one
+    assert altitude(Heard(8.0, 4.9, False, True), ping(7.0, 4.8)) == 7.0
     assert altitude(Heard(8.0, 4.9, False, False), ping(9.0, 4.8)) == 9.0
     assert altitude(Heard(math.nan, 4.9, False, True), ping(9.0, 4.8)) == 9.0
     assert altitude(Heard(8.0, 4.7, False, True), ping(-1.0, 4.8)) == 8.0

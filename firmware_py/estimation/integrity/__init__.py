@@ -1,0 +1,1 @@
+"""Sensor integrity: which measurements can be believed, found by asking the others."""

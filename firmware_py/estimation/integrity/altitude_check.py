@@ -1,0 +1,125 @@
+"""Two altitudes against each other and against the motion: altimeter and DVL.
+
+Altitude + carried depth is the depth of the bottom. A reading in which it jumps is left out until the next ones confirm
+it; if the other sensor does not, the one that jumped is suspect. If both wander apart, the one whose bottom wandered
+farther is suspect; if that cannot tell, the one that is farther from the bottom.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from dataclasses import dataclass
+
+from firmware_py.estimation.integrity.integrity_params import IntegrityParams
+from firmware_py.estimation.integrity.source_watch import SourceWatch
+from firmware_py.records.health import SourceFault
+
+_REAL = 3
+"""So many readings in a row that jump alike are the bottom, if the other sensor does not object."""
+_SLOPE = 1.5
+"""What the bottom may rise by on the way, m/s."""
+_RECENT = 1.0
+"""An older altitude is no witness, s."""
+_MEAN = 0.2
+_HISTORY, _STEP = 10, 1.0
+"""Entries of the history, and their interval, s."""
+_CLEAR = 0.5
+
+
+@dataclass(slots=True)
+class EchoMemory:
+    """One sensor: its bottom (m, below the carried depth's zero) at t, running mean, what the outliers say, history."""
+
+    t: float = -math.inf
+    bottom: float = math.nan
+    mean: float = math.nan
+    outlier: float = math.nan
+    t_entry: float = -math.inf
+    history: tuple[float, ...] = ()
+
+
+class AltitudeCheck:
+    """Checks the readings of two altitude sensors: 0 the altimeter, 1 the DVL."""
+
+    def __init__(self, params: IntegrityParams) -> None:
+        self._params = params
+        self.memory = (EchoMemory(), EchoMemory())
+
+    def check(
+        self, which: int, t: float, altitude: float, carried: float, watch: SourceWatch, other: SourceWatch
+    ) -> bool:
+        """Return whether a reading may be used; `carried` is the carried depth, m. What speaks against it is noted."""
+        params = self._params
+        echo, witness = self.memory[which], self.memory[1 - which]
+        if not 0.0 <= altitude < math.inf:
+            return True  # navigation takes no such value
+        bottom = altitude + carried
+        gap, heard_witness = t - echo.t, other.believed and t - witness.t <= _RECENT
+        against = bottom - witness.mean if heard_witness else math.nan
+        if not watch.believed:
+            if not abs(against) <= params.altitude and not self._agrees(echo, bottom, gap, against):
+                watch.accuse(SourceFault.CONTRADICTED, t)
+            echo.outlier = bottom
+            return False
+        if echo.bottom != echo.bottom or gap > 5.0:
+            self._begin(echo, t, bottom)
+            return True
+        if abs(bottom - echo.bottom) > params.altitude_step + _SLOPE * gap:
+            alike = abs(bottom - echo.outlier) <= params.altitude_step
+            echo.outlier = bottom
+            if watch.refuse(t) < _REAL or not alike:
+                return False
+            if abs(against) > params.altitude:  # it jumped, the other did not
+                watch.accuse(SourceFault.STEP, t)
+                return False
+            self._begin(echo, t, bottom)
+            return True
+        echo.t, echo.bottom = t, bottom
+        echo.mean += _MEAN * (bottom - echo.mean)
+        if t - echo.t_entry >= _STEP - 1e-6:
+            echo.t_entry, echo.history = t, (*echo.history[-_HISTORY + 1 :], echo.mean)
+        if abs(echo.mean - witness.mean) > params.altitude and heard_witness:
+            self._arbitrate(echo, witness, t, watch, other)
+        return watch.believed
+
+    @staticmethod
+    def _agrees(echo: EchoMemory, bottom: float, gap: float, against: float) -> bool:
+        """Return whether, without the other sensor, a suspect one is back where it was."""
+        return against != against and abs(bottom - echo.bottom) <= 1.0 + _SLOPE * min(gap, 10.0)
+
+    def _arbitrate(
+        self, echo: EchoMemory, witness: EchoMemory, t: float, watch: SourceWatch, other: SourceWatch
+    ) -> None:
+        size = min(len(echo.history), len(witness.history))
+        own = abs(echo.mean - echo.history[-size]) if size else math.nan
+        its = abs(witness.mean - witness.history[-size]) if size else math.nan
+        if own < _CLEAR * its:
+            other.accuse(SourceFault.CONTRADICTED, t)
+        elif its < _CLEAR * own or echo.mean > witness.mean:
+            watch.accuse(SourceFault.CONTRADICTED, t)
+        else:
+            other.accuse(SourceFault.CONTRADICTED, t)
+
+    @staticmethod
+    def _begin(echo: EchoMemory, t: float, bottom: float) -> None:
+        echo.t, echo.bottom, echo.mean, echo.history, echo.t_entry = t, bottom, bottom, (bottom,), t
+
+    def forget(self, which: int) -> None:
+        """Begin anew with the next reading of a sensor; called when it is believed again."""
+        self.memory[which].bottom = math.nan
+
+    def altitude(self, t: float, carried: float, believed: tuple[bool, bool]) -> float:
+        """Return the altitude by a sensor that is believed, m; NaN if there is none."""
+        for echo, good in zip(self.memory, believed, strict=True):
+            if good and t - echo.t <= _RECENT:
+                return echo.mean - carried
+        return math.nan
+
+    def freeze(self) -> tuple[EchoMemory, EchoMemory]:
+        """Return the whole memory."""
+        return copy.copy(self.memory[0]), copy.copy(self.memory[1])
+
+    def thaw(self, memory: tuple[EchoMemory, EchoMemory]) -> None:
+        """Restore the memory that `freeze` returned."""
+        self.memory = copy.copy(memory[0]), copy.copy(memory[1])

@@ -1,0 +1,162 @@
+"""AHRS angles against the gyros, and single reports against the one before.
+
+Gyros carry roll, pitch and heading on; the angles pull them back over `gyro_time`, so slowly that noise averages out
+and a step stands out at once. What an angle is then off by, averaged over the last reports, meets a threshold.
+A gyro's bias b stays as b gyro_time. If an angle stepped, the carried one takes its place.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from dataclasses import dataclass
+
+from firmware_py.estimation.integrity.integrity_params import IntegrityParams
+from firmware_py.estimation.integrity.source_watch import SourceWatch
+from firmware_py.marine import wrap
+from firmware_py.records.health import SourceFault
+from firmware_py.records.sensing import Ahrs, Heard
+
+_TAU, _TAU_SLOW = 0.05, 0.5
+"""Averages of what an angle is off by, s; a step shows in the difference of the two."""
+_GAP = 0.5
+"""After a longer silence than this, s, gyros carry nothing."""
+_VERTICAL = math.cos(math.radians(75.0))
+_REAL = 5
+"""So many reports in a row that jump alike are no outliers."""
+
+
+@dataclass(slots=True)
+class AttitudeCheckMemory:
+    """Angles that the gyros carried to the time t, since `began`; what the AHRS was off by: two averages of each.
+
+    `carrying` is whether the carried tilt or heading stands in for the measured one, since `t_carry`.
+    """
+
+    t: float = -math.inf
+    began: float = 0.0
+    phi: float = 0.0
+    theta: float = 0.0
+    psi: float = 0.0
+    p: float = 0.0
+    q: float = 0.0
+    r: float = 0.0
+    off_phi: float = 0.0
+    off_theta: float = 0.0
+    off_psi: float = 0.0
+    slow_phi: float = 0.0
+    slow_theta: float = 0.0
+    slow_psi: float = 0.0
+    carry_tilt: bool = False
+    carry_heading: bool = False
+    t_carry: float = 0.0
+    off_gyro: bool = False
+
+
+class AttitudeCheck:
+    """Checks AHRS reports."""
+
+    def __init__(self, params: IntegrityParams) -> None:
+        self._params = params
+        self.memory = AttitudeCheckMemory()
+        self.stepped_heading = math.nan
+        """Heading, rad, to put in place of what was wrongly taken in; NaN but in the tick of a step."""
+
+    def check(self, heard: Heard[Ahrs], t: float, watch: SourceWatch) -> Heard[Ahrs]:
+        """Return the report, or what stands in for it; what is refused is noted in `watch`."""
+        params, memory = self._params, self.memory
+        phi, theta, psi, p, q, r = heard.value
+        dt = heard.t_valid - memory.t
+        if not 0.0 < dt <= _GAP or math.cos(theta) < _VERTICAL:
+            if dt > 0.0:
+                self._begin(heard)
+            watch.take(heard)
+            return heard
+        limit = params.rate_spike
+        jump = abs(p - memory.p) > limit or abs(q - memory.q) > limit or abs(r - memory.r) > limit
+        if jump:
+            if watch.memory.in_row < _REAL:
+                watch.refuse(t)
+                return heard
+            memory.p, memory.q, memory.r = p, q, r
+        p_mean, q_mean, r_mean = 0.5 * (memory.p + p), 0.5 * (memory.q + q), 0.5 * (memory.r + r)
+        s_phi, c_phi = math.sin(memory.phi), math.cos(memory.phi)
+        psi_dot = (q_mean * s_phi + r_mean * c_phi) / max(math.cos(memory.theta), _VERTICAL)
+        phi_c = memory.phi + dt * (p_mean + psi_dot * math.sin(memory.theta))
+        theta_c = memory.theta + dt * (q_mean * c_phi - r_mean * s_phi)
+        psi_c = memory.psi + dt * psi_dot
+        off_phi, off_theta, off_psi = wrap(phi - phi_c), theta - theta_c, wrap(psi - psi_c)
+
+        spike = params.angle_spike
+        refused = abs(off_phi) > spike or abs(off_theta) > spike or abs(off_psi) > spike
+        off_phi, off_theta, off_psi = _limit(off_phi, spike), _limit(off_theta, spike), _limit(off_psi, spike)
+        fast, slow = dt / (_TAU + dt), dt / (_TAU_SLOW + dt)
+        memory.off_phi += fast * (off_phi - memory.off_phi)
+        memory.off_theta += fast * (off_theta - memory.off_theta)
+        memory.off_psi += fast * (off_psi - memory.off_psi)
+        memory.slow_phi += slow * (off_phi - memory.slow_phi)
+        memory.slow_theta += slow * (off_theta - memory.slow_theta)
+        memory.slow_psi += slow * (off_psi - memory.slow_psi)
+        gain = dt / (min(params.gyro_time, heard.t_valid - memory.began) + dt)
+        if not memory.carry_tilt:
+            phi_c += gain * off_phi
+            theta_c += gain * off_theta
+        if not memory.carry_heading:
+            psi_c += gain * off_psi
+        memory.phi, memory.theta, memory.psi = wrap(phi_c), theta_c, wrap(psi_c)
+        memory.t, memory.p, memory.q, memory.r = heard.t_valid, p, q, r
+        self._judge(t, watch)
+        if refused and not (memory.carry_tilt or memory.carry_heading):
+            watch.refuse(t)
+            return heard
+        watch.take(heard)
+        if memory.carry_tilt or memory.carry_heading:
+            phi, theta = (memory.phi, memory.theta) if memory.carry_tilt else (phi, theta)
+            value = Ahrs(phi, theta, memory.psi if memory.carry_heading else psi, p, q, r)
+            return Heard(value, heard.t_valid, heard.fresh, heard.ok)
+        return heard
+
+    def _judge(self, t: float, watch: SourceWatch) -> None:
+        params, memory = self._params, self.memory
+        aged = params.gyro_drift * (t - memory.t_carry)
+        tilt = params.tilt * 0.5 + aged if memory.carry_tilt else params.tilt
+        heading = params.heading * 0.5 + aged if memory.carry_heading else params.heading
+        if abs(memory.off_theta) > tilt or abs(memory.off_phi) > tilt:
+            if not memory.carry_tilt and not memory.carry_heading:
+                memory.t_carry = t
+            memory.carry_tilt = True
+            stepped = abs(memory.off_theta - memory.slow_theta) + abs(memory.off_phi - memory.slow_phi) > 0.4 * tilt
+            watch.accuse(SourceFault.STEP if stepped else SourceFault.DRIFT, t)
+        if abs(memory.off_psi) > heading:
+            if not memory.carry_heading:
+                if not memory.carry_tilt:
+                    memory.t_carry = t
+                self.stepped_heading = memory.psi
+            memory.carry_heading = True
+            stepped = abs(memory.off_psi - memory.slow_psi) > 0.4 * heading
+            watch.accuse(SourceFault.STEP if stepped else SourceFault.DRIFT, t)
+
+    def recover(self) -> None:
+        """Take the measured angles again; called when the AHRS is believed again."""
+        memory = self.memory
+        memory.carry_tilt = memory.carry_heading = False
+
+    def _begin(self, heard: Heard[Ahrs]) -> None:
+        value = heard.value
+        carry = self.memory
+        fresh = AttitudeCheckMemory(heard.t_valid, heard.t_valid, *value)
+        if carry.carry_tilt or carry.carry_heading:  # a gap does not make it right
+            fresh.carry_tilt, fresh.carry_heading, fresh.t_carry = False, False, carry.t_carry
+        self.memory = fresh
+
+    def freeze(self) -> AttitudeCheckMemory:
+        """Return the whole memory."""
+        return copy.copy(self.memory)
+
+    def thaw(self, memory: AttitudeCheckMemory) -> None:
+        """Restore the memory that `freeze` returned."""
+        self.memory = copy.copy(memory)
+
+
+def _limit(x: float, most: float) -> float:
+    return most if x > most else -most if x < -most else x

@@ -1,0 +1,87 @@
+"""What comes once a second: a value that jumps is used when the next one confirms it. Fix, battery and leak sensor."""
+
+from __future__ import annotations
+
+import copy
+import math
+from dataclasses import dataclass
+
+from firmware_py.estimation.integrity.source_watch import SourceWatch
+from firmware_py.marine import EARTH_RADIUS, wrap
+from firmware_py.records.health import SourceFault
+from firmware_py.records.sensing import Fix, Heard
+
+_RECENT = 5.0
+"""After longer than this, s, the first fix has to be confirmed."""
+_SPEED = 3.0
+"""Faster than this no vehicle is carried at the surface, m/s."""
+_STEADY = 5
+"""So many fixes in a row that agree before one jumps make the jump a step."""
+
+
+def confirmed(value: float, before: float, most: float, watch: SourceWatch, t: float) -> bool:
+    """Return whether a value is within `most` of the last one that was used, or not the first beyond that."""
+    if abs(value - before) <= most or before != before:
+        return True
+    return watch.refuse(t) > 1
+
+
+@dataclass(slots=True)
+class FixCheckMemory:
+    """The last fix, used or not, the last one that was used, and how many agreed in a row."""
+
+    t: float = -math.inf
+    latitude: float = 0.0
+    longitude: float = 0.0
+    t_used: float = -math.inf
+    used_latitude: float = 0.0
+    used_longitude: float = 0.0
+    agreed: int = 0
+
+
+class FixCheck:
+    """Checks fixes against each other and against the depth."""
+
+    def __init__(self, sigmas: float, deepest: float) -> None:
+        self._sigmas, self._deepest = sigmas, deepest
+        self.memory = FixCheckMemory()
+
+    def check(self, heard: Heard[Fix], t: float, depth: float, watch: SourceWatch) -> bool:
+        """Return whether a fix may be used; `depth` is that of a pressure that is believed, m, else NaN."""
+        memory = self.memory
+        latitude, longitude, _ = heard.value
+        before = memory.t
+        agrees = t - before <= _RECENT and self._near(heard.value, t - before, memory.latitude, memory.longitude)
+        memory.t, memory.latitude, memory.longitude = t, latitude, longitude
+        if depth > self._deepest:
+            watch.accuse(SourceFault.IMPOSSIBLE, t)
+            return False
+        if t - before > _RECENT:
+            memory.agreed = 0
+        if memory.agreed:
+            near = self._near(heard.value, t - memory.t_used, memory.used_latitude, memory.used_longitude)
+            if not near and (memory.agreed >= _STEADY or not agrees):
+                if watch.refuse(t) > 2:
+                    watch.accuse(SourceFault.STEP, t)
+                return False
+            memory.agreed = memory.agreed + 1 if near else 1
+        elif agrees:
+            memory.agreed = 1
+        else:
+            watch.hold()
+            return False
+        memory.t_used, memory.used_latitude, memory.used_longitude = t, latitude, longitude
+        return True
+
+    def _near(self, fix: Fix, age: float, latitude: float, longitude: float) -> bool:
+        north = (fix.latitude - latitude) * EARTH_RADIUS
+        east = wrap(fix.longitude - longitude) * EARTH_RADIUS * math.cos(latitude)
+        return math.hypot(north, east) <= self._sigmas * math.sqrt(2.0) * fix.std + _SPEED * age
+
+    def freeze(self) -> FixCheckMemory:
+        """Return the whole memory."""
+        return copy.copy(self.memory)
+
+    def thaw(self, memory: FixCheckMemory) -> None:
+        """Restore the memory that `freeze` returned."""
+        self.memory = copy.copy(memory)

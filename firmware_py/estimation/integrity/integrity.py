@@ -1,0 +1,276 @@
+"""Sensor integrity: looks at each frame before navigation does, and leaves out what cannot be believed."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from firmware_py.estimation.integrity.altitude_check import AltitudeCheck, EchoMemory
+from firmware_py.estimation.integrity.attitude_check import AttitudeCheck, AttitudeCheckMemory
+from firmware_py.estimation.integrity.confirmation import FixCheck, FixCheckMemory, confirmed
+from firmware_py.estimation.integrity.integrity_params import IntegrityParams
+from firmware_py.estimation.integrity.source_watch import SourceMemory
+from firmware_py.estimation.integrity.sources import Sources
+from firmware_py.estimation.integrity.velocity_check import VelocityCheck, VelocityCheckMemory
+from firmware_py.estimation.integrity.vertical_check import Accused, VerticalCheck, VerticalCheckMemory
+from firmware_py.estimation.navigation.navigation import NavigationParams
+from firmware_py.marine import depth_of_pressure
+from firmware_py.records.command import Applied
+from firmware_py.records.health import SensorHealth, SourceFault
+from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame
+from firmware_py.tick import Rate, Tick
+from firmware_py.vehicle.vehicle import Vehicle
+
+_AIR_LEAST = -1.5
+"""No pressure under the air's: a reading that stands for less depth than this, m, is impossible."""
+_IMPOSSIBLE = 5
+"""So many impossible values in a row are no accident."""
+_GYRO_OFF = math.radians(1.3)
+"""Pitch that is as far from the gyros is what is wrong, if DVL and pitch are contradicted."""
+_PROVEN = 20.0
+"""After so long with DVL, pitch and pressure in agreement, s, the DVL is wrong when they differ, not the pitch."""
+_UNDER_WAY = 0.5
+"""Only above this speed, m/s, pitch shows in the rate of depth."""
+_BATTERY_JUMP, _LEAK_JUMP = 0.05, 0.1
+"""What charge and humidity do not change by in a second, share."""
+_PRESSURE_PERIOD = 0.05
+"""What one reading adds to that time, s."""
+_BACK = 4
+"""What froze, or stepped, is taken back by so many entries of the history of depth."""
+_GAP = 0.5
+"""Longer than this, s, nothing is carried on from one AHRS report to the next."""
+_PING_AGE = 1.0
+"""An older ping no longer carries the depth, s."""
+
+
+class Correction(NamedTuple):
+    """What navigation has to put right in this tick, for it took in what is now known to be wrong; NaN: nothing."""
+
+    depth: float
+    heading: float
+
+
+NO_CORRECTION = Correction(math.nan, math.nan)
+
+
+class IntegrityMemory(NamedTuple):
+    """Everything that is remembered."""
+
+    sources: tuple[tuple[SourceMemory, ...], int, SensorHealth]
+    vertical: VerticalCheckMemory
+    attitude: AttitudeCheckMemory
+    velocity: VelocityCheckMemory
+    echoes: tuple[EchoMemory, EchoMemory]
+    fix: FixCheckMemory
+    ahrs: Heard[Ahrs] | None
+    ping: tuple[float, float, float]
+    agreed: float
+
+
+class SensorIntegrity:
+    """Watches every sensor. After `update`, `correction` is what was wrongly taken in before."""
+
+    def __init__(self, params: IntegrityParams, navigation: NavigationParams, vehicle: Vehicle) -> None:
+        self._params, self._water = params, navigation.depth
+        self._sources = Sources(params, navigation)
+        self._vertical = VerticalCheck(params)
+        self._attitude = AttitudeCheck(params)
+        self._velocity = VelocityCheck(params, vehicle)
+        self._altitude = AltitudeCheck(params)
+        self._fixes = FixCheck(params.fix_sigmas, params.fix_deep)
+        self._stand_in: Heard[Ahrs] | None = None
+        self._ping = (math.nan, math.nan, math.nan)
+        self._agreed = 0.0
+        self.correction = NO_CORRECTION
+
+    @property
+    def health(self) -> SensorHealth:
+        """Return state and fault of every sensor."""
+        return self._sources.health
+
+    def update(self, tick: Tick, frame: SensorFrame, applied: Applied) -> SensorFrame:
+        """Return the frame with everything left out that is not believed; what is good is in it as it was heard."""
+        self.correction = NO_CORRECTION
+        if not self._params.enabled:
+            return frame
+        t = tick.t
+        if frame.dvl.fresh:
+            self._hear_dvl(frame.dvl, t)
+        if frame.ahrs.fresh:
+            self._hear_ahrs(frame.ahrs, t)
+        if frame.altitude.fresh:
+            self._hear_altitude(frame.altitude, t)
+        if frame.pressure.fresh:
+            self._hear_pressure(frame.pressure, t)
+        if frame.fix.fresh:
+            self._hear_fix(frame.fix, t)
+        if frame.battery.fresh:
+            self._hear_battery(frame.battery, t)
+        if frame.leak.fresh:
+            self._hear_leak(frame.leak, t)
+        if tick.every(Rate.HZ_10):
+            self._judge(t, frame, applied)
+        self._sources.tell(frame)
+        return self._sources.screened(frame, self._stand_in)
+
+    def _hear_ahrs(self, heard: Heard[Ahrs], t: float) -> None:
+        sources, watch = self._sources, self._sources.ahrs
+        if not watch.hear(heard, t):
+            self._stand_in = None
+            return
+        before = self._attitude.memory.t
+        out = self._attitude.check(heard, t, watch)
+        self._stand_in = out if out is not heard else None
+        if not math.isnan(self._attitude.stepped_heading):
+            self.correction = self.correction._replace(heading=self._attitude.stepped_heading)
+            self._attitude.stepped_heading = math.nan
+        dt = heard.t_valid - before
+        if not (watch.memory.passed and 0.0 < dt <= _GAP):
+            return
+        phi, theta, _, _, _, _ = out.value
+        s, c = math.sin(theta), math.cos(theta)
+        velocity = self._velocity.memory
+        model = raw = -velocity.likely * s
+        u, v, w = self._ping
+        pinged = t - sources.dvl.memory.t_ok <= _PING_AGE and u == u
+        if pinged:
+            raw = -u * s + (v * math.sin(phi) + w * math.cos(phi)) * c
+        if sources.attitude_used:
+            by_dvl = pinged and velocity.measured and sources.dvl.believed
+            self._vertical.carry(t, dt, raw if by_dvl else model, raw, by_dvl)
+        else:
+            self._vertical.carry_raw(dt, raw)
+
+    def _hear_dvl(self, heard: Heard[Dvl], t: float) -> None:
+        watch, echo = self._sources.dvl, self._sources.dvl_altitude
+        if not watch.hear(heard, t):
+            echo.silence()
+            return
+        if self._velocity.check(heard, t, watch):
+            self._ping = heard.value[:3]
+            watch.take(heard)
+        echo.memory.t_ok = t
+        carried = self._vertical.memory.carried
+        if self._altitude.check(1, t, heard.value.altitude, carried, echo, self._sources.altimeter):
+            echo.take(heard)
+
+    def _hear_altitude(self, heard: Heard[float], t: float) -> None:
+        watch, carried = self._sources.altimeter, self._vertical.memory.carried
+        if watch.hear(heard, t) and self._altitude.check(0, t, heard.value, carried, watch, self._sources.dvl_altitude):
+            watch.take(heard)
+
+    def _hear_pressure(self, heard: Heard[float], t: float) -> None:
+        watch, water = self._sources.pressure, self._water
+        before = watch.believed
+        if not watch.hear(heard, t):
+            return
+        depth = depth_of_pressure(heard.value, water.surface_pressure, water.density)
+        if not _AIR_LEAST <= depth <= water.range:
+            if watch.refuse(t) >= _IMPOSSIBLE:
+                watch.accuse(SourceFault.IMPOSSIBLE, t)
+        else:
+            used, accused = self._vertical.check(t, depth, self._altitude_now(t))
+            if accused is Accused.CARRIED:
+                self._accuse_carried(t)
+            elif accused is not Accused.NOBODY:
+                watch.accuse(SourceFault.STEP if accused is Accused.PRESSURE_STEP else SourceFault.DRIFT, t)
+            elif used and self._under_way and self._agreed < _PROVEN:
+                self._agreed += _PRESSURE_PERIOD
+            if used and watch.believed:
+                watch.take(heard)
+            elif not used and before:
+                watch.refuse(t)
+        if before and not watch.believed:
+            entries = self._vertical.window if watch.memory.fault is SourceFault.DRIFT else _BACK
+            self.correction = self.correction._replace(depth=self._vertical.distrust(entries))
+
+    def _hear_fix(self, heard: Heard[Fix], t: float) -> None:
+        watch = self._sources.fix
+        if watch.hear(heard, t) and self._fixes.check(heard, t, self._depth, watch):
+            watch.take(heard)
+
+    def _hear_battery(self, heard: Heard[Battery], t: float) -> None:
+        watch = self._sources.battery
+        if watch.hear(heard, t):
+            held = watch.memory.held.value
+            before = math.nan if held is None else held.remaining
+            if confirmed(heard.value.remaining, before, _BATTERY_JUMP, watch, t):
+                watch.take(heard)
+
+    def _hear_leak(self, heard: Heard[float], t: float) -> None:
+        watch = self._sources.leak
+        if watch.hear(heard, t):
+            held = watch.memory.held.value
+            if confirmed(heard.value, math.nan if held is None else held, _LEAK_JUMP, watch, t):
+                watch.take(heard)
+
+    def _accuse_carried(self, t: float) -> None:
+        """Accuse DVL or pitch: the pitch if the gyros are against it too, or if the two never agreed under way."""
+        if abs(self._attitude.memory.off_theta) > _GYRO_OFF or (self._under_way and self._agreed < _PROVEN):
+            self._sources.ahrs.accuse(SourceFault.CONTRADICTED, t)
+        else:
+            self._sources.dvl.accuse(SourceFault.DRIFT, t)
+
+    @property
+    def _under_way(self) -> bool:
+        return self._velocity.memory.u > _UNDER_WAY
+
+    @property
+    def _depth(self) -> float:
+        """Return the depth by a pressure that is believed, m, else NaN."""
+        memory, watch = self._vertical.memory, self._sources.pressure
+        if watch.memory.fault is not SourceFault.NONE or watch.memory.lost is not SourceFault.NONE:
+            return math.nan
+        return memory.carried + memory.residual
+
+    def _altitude_now(self, t: float) -> float:
+        believed = (self._sources.altimeter.believed, self._sources.dvl_altitude.believed)
+        return self._altitude.altitude(t, self._vertical.memory.carried, believed)
+
+    def _judge(self, t: float, frame: SensorFrame, applied: Applied) -> None:
+        """Look at what takes time: silence, recovery, whether what was accused still differs."""
+        sources = self._sources
+        n = frame.n.value if frame.n.ok and t - frame.n.t_valid <= 1.0 else applied.n
+        self._velocity.step(0.1, n if math.isfinite(n) else 0.0)
+        if self._vertical.raw_differs:
+            if sources.dvl.memory.fault is SourceFault.DRIFT and sources.pressure.believed:
+                sources.dvl.accuse(SourceFault.DRIFT, t)
+            if sources.ahrs.memory.fault is SourceFault.CONTRADICTED:
+                sources.ahrs.accuse(SourceFault.CONTRADICTED, t)
+        were = sources.believed
+        sources.judge(t, frame)
+        now = sources.believed
+        if were != now:
+            ahrs, _, pressure, altimeter, *_, echo = [is_now and not was for was, is_now in zip(were, now, strict=True)]
+            if ahrs:
+                self._attitude.recover()
+            if pressure:
+                self._vertical.trust()
+            if altimeter:
+                self._altitude.forget(0)
+            if echo:
+                self._altitude.forget(1)
+
+    def freeze(self) -> IntegrityMemory:
+        """Return the whole memory."""
+        return IntegrityMemory(
+            self._sources.freeze(),
+            self._vertical.freeze(),
+            self._attitude.freeze(),
+            self._velocity.freeze(),
+            self._altitude.freeze(),
+            self._fixes.freeze(),
+            self._stand_in,
+            self._ping,
+            self._agreed,
+        )
+
+    def thaw(self, memory: IntegrityMemory) -> None:
+        """Restore the memory that `freeze` returned."""
+        self._sources.thaw(memory.sources)
+        self._vertical.thaw(memory.vertical)
+        self._attitude.thaw(memory.attitude)
+        self._velocity.thaw(memory.velocity)
+        self._altitude.thaw(memory.echoes)
+        self._fixes.thaw(memory.fix)
+        self._stand_in, self._ping, self._agreed = memory.ahrs, memory.ping, memory.agreed

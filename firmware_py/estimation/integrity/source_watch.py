@@ -1,0 +1,198 @@
+"""One sensor as it is heard: silence, exact repeats, single outliers, and for how long it is not believed."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from firmware_py.records.health import GOOD, SourceFault, SourceHealth, SourceState
+from firmware_py.records.sensing import Heard, never
+
+_NOISY, _NOISY_MOST, _SMOOTH = 10.0, 40.0, 0.1
+"""Noise reverses two of three changes from value to value. Each reversal counts 1, up to _NOISY_MOST, each other change
+takes _SMOOTH away; above _NOISY the sensor has noise. One that has none repeats its value where it rests."""
+_OUTLIERS, _FORGOTTEN = 4.0, 5.0
+"""So many outliers in about so many seconds are more than now and then."""
+_TICK = 1e-3
+"""Times may be rounded by so much, s."""
+
+
+@dataclass(slots=True)
+class SourceMemory:
+    """What is remembered of one sensor; times in s.
+
+    `held` is the last measurement that was passed on, `passed` whether the newest was. `fault` is what spoke against it
+    last, at `t_bad`; `lost` why it is lost, if it is.
+    """
+
+    held: Heard[Any]
+    passed: bool = True
+    t_heard: float = -math.inf
+    t_ok: float = -math.inf
+    fault: SourceFault = SourceFault.NONE
+    t_bad: float = -math.inf
+    lost: SourceFault = SourceFault.NONE
+    value: Any = None
+    repeats: int = 0
+    t_value: float = 0.0
+    change: float = 0.0
+    noisy: float = 0.0
+    outliers: float = 0.0
+    in_row: int = 0
+
+
+class SourceWatch:
+    """Watches one sensor. `memory.fault` is NONE while it is believed."""
+
+    def __init__(
+        self,
+        timeout: float,
+        frozen: float,
+        least_repeats: int,
+        channel: int | None = None,
+        out_of_reach: Callable[[Any], bool] = lambda _: False,
+    ) -> None:
+        """Take the limits.
+
+        Args:
+            timeout: without a good value for longer than this, s, it is lost.
+            frozen: exact repeats for so long, s, and
+            least_repeats: at least so many of them, mean a frozen sensor.
+            channel: which number of its value shows its noise; None: the value is a number.
+            out_of_reach: whether a value that is not ok only says that there is nothing to measure.
+        """
+        self._timeout, self._frozen, self._repeats = timeout, frozen, least_repeats
+        self._channel, self._out_of_reach = channel, out_of_reach
+        self.memory = SourceMemory(never(None))
+        self.news = False
+        """Whether the health has to be told anew."""
+        self.clean = True
+        """Whether what was heard may be passed on as it is."""
+
+    def hear(self, heard: Heard[Any], t: float) -> bool:
+        """Take note of what has come in this tick; return whether there is a value to check."""
+        memory = self.memory
+        memory.t_heard = t
+        if not heard.ok:
+            self.silence()  # it says itself that this is nothing
+            if self._out_of_reach(heard.value):
+                memory.t_ok = t
+            return False
+        value = heard.value
+        if value != memory.value:
+            if memory.value is not None:
+                channel = self._channel
+                change = value - memory.value if channel is None else value[channel] - memory.value[channel]
+                if change * memory.change < 0.0:
+                    memory.noisy = min(memory.noisy + 1.0, _NOISY_MOST)
+                elif memory.noisy > 0.0:
+                    memory.noisy -= _SMOOTH
+                memory.change = change
+            memory.value, memory.repeats, memory.t_value = value, 0, t
+        else:
+            memory.repeats += 1
+            if (
+                memory.repeats >= self._repeats
+                and memory.noisy >= _NOISY
+                and t - memory.t_value >= self._frozen - _TICK
+            ):
+                self.accuse(SourceFault.FROZEN, t)
+        memory.t_ok = t
+        return True
+
+    def take(self, heard: Heard[Any]) -> None:
+        """Pass a value on."""
+        memory = self.memory
+        memory.held, memory.passed, memory.in_row = heard, True, 0
+        self.clean = memory.fault is SourceFault.NONE
+
+    def refuse(self, t: float) -> int:
+        """Leave a value out; return how many were left out in a row."""
+        memory = self.memory
+        self.clean = memory.passed = False
+        memory.in_row += 1
+        if memory.in_row == 1:
+            memory.outliers += 1.0
+            if memory.outliers > _OUTLIERS:
+                self.accuse(SourceFault.OUTLIERS, t)
+        return memory.in_row
+
+    def silence(self) -> None:
+        """Note that there is nothing to take or to leave out."""
+        self.memory.passed = True
+        self.clean = self.memory.fault is SourceFault.NONE
+
+    def hold(self) -> None:
+        """Leave a value out that waits for the next one to confirm it."""
+        self.clean = self.memory.passed = False
+
+    def accuse(self, fault: SourceFault, t: float) -> None:
+        """Say what speaks against it now. The first accusation names the fault, until it is believed again."""
+        memory = self.memory
+        if memory.fault in (SourceFault.NONE, SourceFault.OUTLIERS) or fault is SourceFault.FROZEN:
+            self.news = self.news or memory.fault is not fault
+            memory.fault = fault
+        memory.t_bad = t
+        self.clean = False
+
+    def lose(self, fault: SourceFault) -> None:
+        """Call it lost, until `judge` finds otherwise."""
+        self.news = self.news or self.memory.lost is not fault
+        self.memory.lost = fault
+
+    def judge(self, t: float, dt: float, recovery: float, start: float) -> None:
+        """Look at silence and recovery; called now and then, every dt, s."""
+        memory = self.memory
+        memory.outliers *= max(0.0, 1.0 - dt / _FORGOTTEN)
+        if memory.fault is not SourceFault.NONE and t - memory.t_bad >= recovery:
+            memory.fault = SourceFault.NONE
+            self.clean = memory.passed
+        since = memory.t_ok if memory.t_ok > -math.inf else max(0.0, start - self._timeout)
+        if t - since <= self._timeout + _TICK:
+            memory.lost = SourceFault.NONE
+        elif t - memory.t_heard <= self._timeout:
+            memory.lost = SourceFault.UNHEALTHY
+        else:
+            memory.lost = SourceFault.SILENT
+
+    @property
+    def believed(self) -> bool:
+        """Return whether its values are used; outliers are left out one by one."""
+        return self.memory.fault in (SourceFault.NONE, SourceFault.OUTLIERS)
+
+    @property
+    def health(self) -> SourceHealth:
+        """Return state and fault."""
+        memory = self.memory
+        if memory.lost is not SourceFault.NONE:
+            return SourceHealth(SourceState.LOST, memory.lost)
+        if memory.fault is not SourceFault.NONE:
+            return SourceHealth(SourceState.SUSPECT, memory.fault)
+        return GOOD
+
+    def screen(self, heard: Heard[Any]) -> Heard[Any]:
+        """Return what the vehicle may use in place of what was heard."""
+        memory = self.memory
+        if not self.believed:
+            return Heard(
+                memory.held.value if memory.held.value is not None else heard.value, memory.held.t_valid, False, False
+            )
+        if memory.passed:
+            return heard
+        return (
+            Heard(memory.held.value, memory.held.t_valid, False, memory.held.ok)
+            if memory.held.value is not None
+            else Heard(heard.value, -math.inf, False, False)
+        )
+
+    def freeze(self) -> SourceMemory:
+        """Return the whole memory."""
+        return copy.copy(self.memory)
+
+    def thaw(self, memory: SourceMemory) -> None:
+        """Restore the memory that `freeze` returned."""
+        self.memory = copy.copy(memory)
+        self.clean = memory.passed and memory.fault is SourceFault.NONE

@@ -1,0 +1,168 @@
+"""All sensors: their health, and the frame without what is not believed."""
+
+from __future__ import annotations
+
+import math
+
+from firmware_py.estimation.integrity.integrity_params import IntegrityParams
+from firmware_py.estimation.integrity.source_watch import SourceMemory, SourceWatch
+from firmware_py.estimation.navigation.navigation import NavigationParams
+from firmware_py.records.health import ALL_GOOD, SensorHealth, SourceFault, SourceState
+from firmware_py.records.sensing import Ahrs, Dvl, Heard, SensorFrame, node_bit
+
+_PERIOD = 0.1
+"""Time between two looks at silence and recovery, s."""
+
+
+def _no_lock(value: Dvl) -> bool:
+    return math.isfinite(value.u + value.v + value.w)
+
+
+def _no_echo(value: float) -> bool:
+    return not math.isnan(value)
+
+
+def _no_fix(_: object) -> bool:
+    return True
+
+
+class Sources:
+    """Watches every sensor; the DVL's altitude is one of its own. `health` says what is believed."""
+
+    def __init__(self, params: IntegrityParams, navigation: NavigationParams) -> None:
+        frozen, slow = params.frozen, params.slow_timeout
+        self._recovery, self._start = params.recovery, params.start_time
+        self.ahrs = SourceWatch(navigation.attitude.timeout, frozen, 9, 4)
+        self.dvl = SourceWatch(navigation.velocity.timeout, frozen, 2, 0, _no_lock)
+        self.pressure = SourceWatch(navigation.depth.timeout, frozen, 4)
+        self.altimeter = SourceWatch(navigation.altitude_timeout, params.altimeter_frozen, 9, None, _no_echo)
+        self.fix = SourceWatch(slow, 4.0, 4, 0, _no_fix)
+        self.battery = SourceWatch(slow, math.inf, 9, 0)
+        self.leak = SourceWatch(slow, 10.0, 10)
+        self.dvl_altitude = SourceWatch(math.inf, math.inf, 9, 0)
+        self._all = (
+            self.ahrs,
+            self.dvl,
+            self.pressure,
+            self.altimeter,
+            self.fix,
+            self.battery,
+            self.leak,
+            self.dvl_altitude,
+        )
+        nodes = {
+            "ahrs": self.ahrs,
+            "pressure": self.pressure,
+            "altimeter": self.altimeter,
+            "fix": self.fix,
+            "battery": self.battery,
+        }
+        self._bits = (*((node_bit(name), watch) for name, watch in nodes.items()), (node_bit("battery"), self.leak))
+        self._nodes = 0
+        self.health = ALL_GOOD
+
+    @property
+    def believed(self) -> tuple[bool, ...]:
+        """Return which sensors are believed; the DVL's altitude stands last."""
+        return tuple([watch.believed for watch in self._all])
+
+    @property
+    def attitude_used(self) -> bool:
+        """Return whether AHRS reports are used; angles that stepped are replaced."""
+        return self.ahrs.memory.fault not in (SourceFault.FROZEN, SourceFault.CONTRADICTED)
+
+    def judge(self, t: float, frame: SensorFrame) -> None:
+        """Look at silence, recovery and what nodes report of themselves; called every _PERIOD."""
+        for watch in self._all:
+            watch.judge(t, _PERIOD, self._recovery, self._start)
+        self._ask_nodes(frame)
+        self._tell()
+
+    def tell(self, frame: SensorFrame) -> None:
+        """Tell the health anew if anything has changed in this tick."""
+        if frame.two_senders | frame.unhealthy != self._nodes:
+            self._nodes = frame.two_senders | frame.unhealthy
+            self._ask_nodes(frame)
+        for watch in self._all:
+            if watch.news:
+                self._tell()
+                return
+
+    def _ask_nodes(self, frame: SensorFrame) -> None:
+        """Call a sensor lost whose node has a double, or reports that it does not work."""
+        if not self._nodes:
+            return
+        for bit, watch in self._bits:
+            if frame.two_senders & bit:
+                watch.lose(SourceFault.TWO_SENDERS)
+            elif frame.unhealthy & bit:
+                watch.lose(SourceFault.UNHEALTHY)
+
+    def _tell(self) -> None:
+        for watch in self._all:
+            watch.news = False
+        ahrs, dvl, pressure, altimeter, fix, battery, leak, echo = [watch.health for watch in self._all]
+        if dvl.state is SourceState.GOOD:
+            dvl = echo
+        self.health = SensorHealth(ahrs, dvl, pressure, altimeter, fix, battery, leak)
+
+    def screened(self, frame: SensorFrame, ahrs_out: Heard[Ahrs] | None) -> SensorFrame:
+        """Return the frame without what is not believed; `ahrs_out` stands in for the AHRS if it is not None."""
+        if (
+            ahrs_out is None
+            and self.ahrs.clean
+            and self.dvl.clean
+            and self.pressure.clean
+            and self.altimeter.clean
+            and self.fix.clean
+            and self.battery.clean
+            and self.leak.clean
+            and self.dvl_altitude.clean
+        ):
+            return frame
+        ahrs = frame.ahrs
+        if not self.attitude_used:
+            ahrs = self.ahrs.screen(ahrs)
+        elif ahrs_out is not None:
+            ahrs = ahrs_out if ahrs.fresh else Heard(ahrs_out.value, ahrs_out.t_valid, False, True)
+        elif not self.ahrs.memory.passed:
+            ahrs = self.ahrs.screen(ahrs)
+        return SensorFrame(
+            ahrs=ahrs,
+            dvl=self._screened_dvl(frame.dvl),
+            pressure=self.pressure.screen(frame.pressure),
+            altitude=self.altimeter.screen(frame.altitude),
+            fix=self.fix.screen(frame.fix),
+            fins=frame.fins,
+            n=frame.n,
+            battery=self.battery.screen(frame.battery),
+            leak=self.leak.screen(frame.leak),
+            two_senders=frame.two_senders,
+            unhealthy=frame.unhealthy,
+        )
+
+    def _screened_dvl(self, heard: Heard[Dvl]) -> Heard[Dvl]:
+        """Return a ping of which one half may be used: velocities, or the altitude; the other half is NaN."""
+        watch, echo = self.dvl, self.dvl_altitude
+        moving = watch.believed and watch.memory.passed
+        ranging = echo.believed and echo.memory.passed
+        if (moving and ranging) or not heard.ok:
+            return heard
+        if watch.memory.fault in (SourceFault.FROZEN, SourceFault.LATE):
+            ranging = False
+        if not (moving or ranging):
+            return Heard(heard.value, heard.t_valid, False, False)
+        u, v, w, fom, altitude = heard.value
+        if not moving:
+            u = v = w = math.nan
+        return Heard(Dvl(u, v, w, fom, altitude if ranging else math.nan), heard.t_valid, heard.fresh, True)
+
+    def freeze(self) -> tuple[tuple[SourceMemory, ...], int, SensorHealth]:
+        """Return the whole memory."""
+        return tuple(watch.freeze() for watch in self._all), self._nodes, self.health
+
+    def thaw(self, memory: tuple[tuple[SourceMemory, ...], int, SensorHealth]) -> None:
+        """Restore the memory that `freeze` returned."""
+        sources, self._nodes, self.health = memory
+        for watch, remembered in zip(self._all, sources, strict=True):
+            watch.thaw(remembered)

@@ -1,0 +1,103 @@
+"""DVL pings against the ping before, and against the speed that thrust and drag make likely."""
+
+from __future__ import annotations
+
+import copy
+import math
+from dataclasses import dataclass
+
+from firmware_py.estimation.integrity.integrity_params import IntegrityParams
+from firmware_py.estimation.integrity.source_watch import SourceWatch
+from firmware_py.records.health import SourceFault
+from firmware_py.records.sensing import Dvl, Heard
+from firmware_py.vehicle.vehicle import Vehicle
+
+_REAL = 4
+"""So many pings in a row that jump are a step."""
+_IMPOSSIBLE = 3
+_ACCELERATION = 0.3
+"""What the velocity may change by in a gap between pings, m/s^2."""
+_FOLLOW = 15.0
+"""Time constant with which the likely speed follows the measured one, s: current, and a model that is not right."""
+_ASIDE = 0.8
+"""Most that a DVL which was suspect may show of sway and heave, m/s."""
+_GAP = 2.0
+
+
+@dataclass(slots=True)
+class VelocityCheckMemory:
+    """The last ping that was believed, and the likely speed (m/s)."""
+
+    t: float = -math.inf
+    u: float = 0.0
+    v: float = 0.0
+    w: float = 0.0
+    likely: float = 0.0
+    measured: bool = False
+
+
+class VelocityCheck:
+    """Checks the velocities of pings."""
+
+    def __init__(self, params: IntegrityParams, vehicle: Vehicle) -> None:
+        self._params = params
+        hull, propeller = vehicle.hull, vehicle.propeller
+        self._ratio = propeller.u_trim / propeller.n_trim
+        mass = vehicle.body.mass - 0.5 * hull.density * hull.length**3 * vehicle.coefficients.X_udot
+        self._drag = 0.5 * hull.density * hull.length**2 * propeller.C_d0 / mass
+        self.memory = VelocityCheckMemory()
+
+    def step(self, dt: float, n: float) -> None:
+        """Let thrust and drag act for dt, s, at the propeller speed n, rev/s."""
+        memory = self.memory
+        pull, likely = n * self._ratio, memory.likely
+        memory.likely = likely + dt * self._drag * (pull * abs(pull) - likely * abs(likely))
+
+    def check(self, heard: Heard[Dvl], t: float, watch: SourceWatch) -> bool:
+        """Return whether the velocity of a ping may be used; what speaks against it is noted in `watch`."""
+        params, memory = self._params, self.memory
+        u, v, w, _, _ = heard.value
+        if t - heard.t_valid > params.delay:
+            watch.accuse(SourceFault.LATE, t)
+            return False
+        most = params.speed_max
+        if not (abs(u) <= most and abs(v) <= most and abs(w) <= most):
+            if watch.refuse(t) >= _IMPOSSIBLE:
+                watch.accuse(SourceFault.IMPOSSIBLE, t)
+            return False
+        gap = heard.t_valid - memory.t
+        if not watch.believed:
+            off = u - memory.likely
+            if abs(off) > params.speed or abs(v) > _ASIDE or abs(w) > _ASIDE:
+                watch.accuse(SourceFault.STEP, t)
+            memory.measured = False
+            return True
+        if not memory.measured or gap > _GAP:
+            self._take(heard, True)
+            return True
+        step = params.speed_step + _ACCELERATION * max(0.0, gap - 0.2)
+        if abs(u - memory.u) > step or abs(v - memory.v) > step or abs(w - memory.w) > step:
+            if watch.refuse(t) >= _REAL:
+                watch.accuse(SourceFault.STEP, t)
+            return False
+        self._take(heard, False)
+        if u > max(memory.likely, 0.0) + params.speed or u < min(memory.likely, 0.0) - params.speed:
+            watch.accuse(SourceFault.DRIFT, t)  # between 0 and likely the hull may be held up, or the thrust lost
+        return True
+
+    def _take(self, heard: Heard[Dvl], first: bool) -> None:
+        memory = self.memory
+        u, v, w, _, _ = heard.value
+        if first:
+            memory.likely = u
+        else:
+            memory.likely += (u - memory.likely) * min(1.0, (heard.t_valid - memory.t) / _FOLLOW)
+        memory.t, memory.u, memory.v, memory.w, memory.measured = heard.t_valid, u, v, w, True
+
+    def freeze(self) -> VelocityCheckMemory:
+        """Return the whole memory."""
+        return copy.copy(self.memory)
+
+    def thaw(self, memory: VelocityCheckMemory) -> None:
+        """Restore the memory that `freeze` returned."""
+        self.memory = copy.copy(memory)

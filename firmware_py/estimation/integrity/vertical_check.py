@@ -1,0 +1,217 @@
+"""Pressure against the depth that DVL, pitch and speed carry on, with the bottom as a third witness.
+
+The vertical velocity, by DVL and AHRS, or without DVL by pitch and the speed that the propeller makes likely, is
+integrated to a carried depth D. The residual r = depth - D is constant while all is well, whatever it is. Its change
+over 5, 10 and 40 s is compared with thresholds; a single reading with the residual's running mean.
+
+The change of r says that pressure or D is wrong. The altitude says which: altitude + depth, or altitude + D, is the
+depth of the bottom, and the one that changes less is believed. If that cannot tell, the deeper one is.
+"""
+
+from __future__ import annotations
+
+import copy
+import enum
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from firmware_py.estimation.integrity.integrity_params import IntegrityParams
+
+_MEAN = 0.3
+"""Share of a reading in the running mean of the residual."""
+_STEP = 0.25
+"""Interval of the history, s."""
+_LENGTH = 160
+"""Entries of the history: 40 s."""
+_WINDOWS = (20, 40, 160)
+_HELD = 3
+"""So many readings in a row must show a change."""
+_REAL = 5
+"""So many outliers in a row are a step."""
+_RATE, _RATE_UNKNOWN = 1.0, 2.5
+"""How wrong a depth may become in a gap between readings, m/s: carried on, and not known."""
+_CARRIED_AGE = 0.3
+"""Without an attitude for longer than this, s, the depth is not carried on."""
+_GAP = 30.0
+"""After a longer silence of the pressure, s, it is taken as it comes."""
+_CLEAR = 0.5
+"""The altitude tells which is wrong, if one of the two changed less than this share of the other."""
+_AGED, _AGED_BLIND, _AGED_MOST = 0.02, 0.4, 3.0
+"""How far a carried depth may be off: growth with DVL and without, m/s, and the most, m."""
+
+
+class Accused(enum.Enum):
+    """Who is wrong when pressure and carried depth differ."""
+
+    NOBODY = enum.auto()
+    PRESSURE_STEP = enum.auto()
+    PRESSURE_DRIFT = enum.auto()
+    CARRIED = enum.auto()
+    """DVL or pitch."""
+
+
+class Entry(NamedTuple):
+    """Residual, carried depth (m), altitude (m, NaN if unknown), time (s) that D was carried without DVL; depth, and
+    the depth that the DVL alone carries, believed or not (m).
+    """
+
+    residual: float
+    carried: float
+    altitude: float
+    blind: float
+    depth: float
+    raw: float
+
+
+@dataclass(slots=True)
+class VerticalCheckMemory:
+    """Carried depths, mean residual and history.
+
+    `known` is whether the attitude is known that carries them; `stand_in` the depth in place of a suspect pressure.
+    """
+
+    carried: float = 0.0
+    raw: float = 0.0
+    blind: float = 0.0
+    t_carried: float = -math.inf
+    t: float = -math.inf
+    known: bool = False
+    residual: float = math.nan
+    outliers: int = 0
+    held: int = 0
+    t_entry: float = -math.inf
+    history: tuple[Entry, ...] = ()
+    stand_in: float = math.nan
+    aged: float = 0.0
+
+
+class VerticalCheck:
+    """Carries the depth on and checks pressure readings against it."""
+
+    def __init__(self, params: IntegrityParams) -> None:
+        self._params = params
+        self._limits = (params.depth_5s, params.depth_10s, params.depth_40s)
+        self.memory = VerticalCheckMemory()
+        self.window = _WINDOWS[0]
+        """Entries of the history over which a change was found."""
+
+    def carry(self, t: float, dt: float, z_dot: float, raw: float, by_dvl: bool) -> None:
+        """Carry the depth on by dt, s, at z_dot, m/s; `raw` is what the DVL says of it, `by_dvl` that it is z_dot."""
+        memory = self.memory
+        moved = z_dot * dt
+        memory.carried += moved
+        memory.raw += raw * dt
+        memory.stand_in += moved
+        if by_dvl:
+            memory.aged += _AGED * dt
+        else:
+            memory.aged += _AGED_BLIND * dt
+            memory.blind += dt
+        memory.t_carried = t
+
+    def carry_raw(self, dt: float, raw: float) -> None:
+        """Carry on only what DVL and pitch say, for the pitch is not believed."""
+        self.memory.raw += raw * dt
+
+    def check(self, t: float, depth: float, altitude: float) -> tuple[bool, Accused]:
+        """Return whether a reading may be used, and who is accused; altitude in m, NaN if not known."""
+        params, memory = self._params, self.memory
+        carried = memory.carried
+        gap, memory.t = t - memory.t, t
+        known = t - memory.t_carried <= _CARRIED_AGE
+        if memory.residual != memory.residual or gap > _GAP or known is not memory.known:
+            memory.known = known
+            if memory.stand_in != memory.stand_in:
+                self._begin(depth)
+                return True, Accused.NOBODY
+        if memory.stand_in == memory.stand_in:  # it is suspect already
+            memory.residual += _MEAN * (depth - carried - memory.residual)
+            allowed = min(params.depth_step + memory.aged, _AGED_MOST)
+            agrees = abs(memory.residual + carried - memory.stand_in) <= allowed
+            return False, Accused.NOBODY if agrees else Accused.PRESSURE_DRIFT
+        predicted = carried + memory.residual
+        if predicted < params.surface and depth < params.surface:
+            self._begin(depth)
+            return True, Accused.NOBODY
+        off = depth - predicted
+        if abs(off) > params.depth_step + (_RATE if known else _RATE_UNKNOWN) * gap:
+            memory.outliers += 1
+            return False, Accused.PRESSURE_STEP if memory.outliers >= _REAL else Accused.NOBODY
+        memory.outliers = 0
+        memory.residual += (_MEAN if known else 1.0) * off
+        history = memory.history
+        now = Entry(memory.residual, carried, altitude, memory.blind, depth, memory.raw)
+        accused = self._changed(now, history) if known else Accused.NOBODY
+        if t - memory.t_entry >= _STEP - 1e-6:
+            memory.t_entry = t
+            memory.history = (*history[-_LENGTH + 1 :], now)
+        return True, accused
+
+    def distrust(self, entries: int) -> float:
+        """Let the carried depth stand in for the pressure from `entries` of the history ago; return it, m."""
+        memory = self.memory
+        history = memory.history
+        residual = history[-min(entries, len(history))].residual if history else memory.residual
+        memory.stand_in = memory.carried + residual
+        memory.aged = 0.0
+        return memory.stand_in
+
+    def trust(self) -> None:
+        """Take the pressure for the depth again."""
+        memory = self.memory
+        memory.stand_in, memory.residual = math.nan, math.nan
+        memory.outliers = memory.held = 0
+
+    @property
+    def raw_differs(self) -> bool:
+        """Return whether the depth and what DVL and pitch alone say of it went apart over the last 5 s."""
+        history = self.memory.history
+        if len(history) < _WINDOWS[0]:
+            return False
+        then, now = history[-_WINDOWS[0]], history[-1]
+        return abs(now.depth - then.depth - (now.raw - then.raw)) > self._params.depth_5s
+
+    def _changed(self, now: Entry, history: tuple[Entry, ...]) -> Accused:
+        memory, size = self.memory, len(history)
+        for window, limit in zip(_WINDOWS, self._limits, strict=True):
+            if size == 0 or (size < window and window > _WINDOWS[0]):
+                break
+            then = history[-min(window, size)]
+            change = now.residual - then.residual
+            if now.blind - then.blind > 0.3:
+                limit = self._params.depth_blind
+                if window > _WINDOWS[0]:
+                    break
+            if abs(change) > limit:
+                memory.held += 1
+                if memory.held < _HELD:
+                    return Accused.NOBODY
+                self.window = window
+                return self._arbitrate(change, now, then)
+        memory.held = 0
+        return Accused.NOBODY
+
+    def _arbitrate(self, change: float, now: Entry, then: Entry) -> Accused:
+        if now.blind - then.blind > 0.3:
+            return Accused.PRESSURE_DRIFT  # speed and pitch are no sensor of their own
+        by_carried = abs(now.altitude + now.carried - then.altitude - then.carried)
+        by_pressure = abs(now.altitude + now.depth - then.altitude - then.depth)
+        if by_carried < _CLEAR * by_pressure:
+            return Accused.PRESSURE_DRIFT
+        if by_pressure < _CLEAR * by_carried:
+            return Accused.CARRIED
+        return Accused.PRESSURE_DRIFT if change < 0.0 else Accused.CARRIED
+
+    def _begin(self, depth: float) -> None:
+        memory = self.memory
+        memory.residual = depth - memory.carried
+        memory.history, memory.outliers, memory.held = (), 0, 0
+
+    def freeze(self) -> VerticalCheckMemory:
+        """Return the whole memory."""
+        return copy.copy(self.memory)
+
+    def thaw(self, memory: VerticalCheckMemory) -> None:
+        """Restore the memory that `freeze` returned."""
+        self.memory = copy.copy(memory)
