@@ -11,6 +11,7 @@ from firmware_py.control.sliding_mode_params import PAPER_DEPTH_GAINS, PAPER_HEA
 from firmware_py.params import ParamError, dump
 from sternplane.logs.run import Run
 from sternplane.logs.summary import Summary, key_figures, outcome
+from sternplane.report import health_plot
 from sternplane.report.figures import Figures, mode_colours
 from sternplane.report.page import Heading, Page, Section, Table, plot_section, render, rows_of
 
@@ -34,7 +35,7 @@ def flight_page(log: Run, summary: Summary) -> str:
         if plot.section != group:
             group = plot.section
             sections.append(Heading(group, anchor=group.lower()))
-        sections.append(plot_section(plot, wide=i == 0))
+        sections.append(plot_section(plot, wide=i == 0 or plot.title == health_plot.TITLE))
     sections.append(Heading("Set-up", anchor="setup"))
     if settings := [*_settings(header)]:
         sections.append(Section("Law, gains and configuration", tables=(Table(settings, style="log"),)))

@@ -16,8 +16,10 @@ from sternplane.logs.health_record import (
 )
 from sternplane.report.drawing import Plot
 
-_GOOD, _SUSPECT, _BAD, _STAGE, _RELEASED = "#86efac", "#f59e0b", "#dc2626", "#93c5fd", "#7c3aed"
-_ROW_HEIGHT, _MARGINS = 34, 110
+TITLE = "Health"
+_GOOD, _SUSPECT, _BAD, _STAGE, _RELEASED = "#86efac", "#fbbf24", "#fca5a5", "#93c5fd", "#c4b5fd"
+_WORDS = "#111827"
+"""Dark in a dark page too, as what it stands on is light."""
 
 
 class _Strip(NamedTuple):
@@ -55,14 +57,14 @@ def health_plot(health: HealthRecord, figure: Any) -> Plot | None:
                 textposition="inside",
                 insidetextanchor="start",
                 textangle=0,
-                constraintext="none",
-                textfont={"size": 11, "color": "#0f172a"},
+                textfont={"size": 11, "color": _WORDS},
                 hovertemplate=f"{strip.name}: {words}<br>{begin:.2f} s to {end:.2f} s<extra></extra>",
             )
             seen.add(kind)
-    figure.update_layout(barmode="overlay", hovermode="closest", height=_MARGINS + _ROW_HEIGHT * len(strips))
+    # Words that do not fit are left to the pointer.
+    figure.update_layout(barmode="overlay", hovermode="closest", uniformtext={"minsize": 10, "mode": "hide"})
     figure.update_yaxes(autorange="reversed", type="category")
-    return Plot("Health", "What was ever not good, and the ascent. All else was good throughout.", figure)
+    return Plot(TITLE, "What was ever not good, and the ascent. All else was good throughout.", figure)
 
 
 def _strips(health: HealthRecord) -> Iterator[_Strip]:
