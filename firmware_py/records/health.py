@@ -39,6 +39,11 @@ class SourceHealth(NamedTuple):
     state: SourceState
     fault: SourceFault
 
+    @property
+    def believed(self) -> bool:
+        """True if its values are used."""
+        return self.state is SourceState.GOOD
+
 
 class SensorHealth(NamedTuple):
     """Every sensor of `SensorFrame` that is no actuator."""

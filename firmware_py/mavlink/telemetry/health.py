@@ -69,19 +69,21 @@ class HealthTelemetry:
         """Encode SYS_STATUS: errors_count1 counts late cycles of the last second; the DVL has the x-y control bit.
 
         `Communication` has drop_rate_comm and errors_count2 (bus), 3 (serial) and 4 (stations); the link errors_comm.
-        "Motor outputs" are fins and propeller: healthy while all fins report, and the actuator watch names no fault.
+        "Motor outputs" are fins and propeller: healthy while all fins report, and the actuator watch names no fault. A
+        sensor is healthy while it is heard and believed; without the altimeter the DVL still may measure the altitude.
         """
         frame, state, t = cycle.frame, cycle.state, cycle.tick.t
+        sensors = state.sensors
         battery = frame.battery.value
         health = _EXTENDED
         for bit, healthy in (
-            (_GYRO | _AHRS, state.attitude_ok),
-            (_PRESSURE, state.depth_ok),
-            (_GPS, frame.fix.usable(t, _RECENT)),
-            (_DVL, state.velocity_ok),
-            (_ALTIMETER, math.isfinite(state.altitude)),
+            (_GYRO | _AHRS, state.attitude_ok and sensors.ahrs.believed),
+            (_PRESSURE, state.depth_ok and sensors.pressure.believed),
+            (_GPS, frame.fix.usable(t, _RECENT) and sensors.fix.believed),
+            (_DVL, state.velocity_ok and sensors.dvl.believed),
+            (_ALTIMETER, math.isfinite(state.altitude) and sensors.altitude.believed),
             (_FINS, cycle.actuators.faultless and all(fin.usable(t, _RECENT) for fin in frame.fins)),
-            (_BATTERY, frame.battery.usable(t, _RECENT)),
+            (_BATTERY, frame.battery.usable(t, _RECENT) and sensors.battery.believed),
             (_PREARM, cycle.mode.ready),
             # Only with a fence: some stations take a missing fence for a breached one.
             (_GEOFENCE, not self._plan_store.outside_fence),
@@ -104,7 +106,7 @@ class HealthTelemetry:
             self._communication.stations,
             _LEAK,
             _LEAK,
-            0 if state.leak else _LEAK,
+            _LEAK if sensors.leak.believed and not state.leak else 0,
         )
 
     def battery(self, cycle: Cycle) -> Message:

@@ -81,8 +81,8 @@ class HighLatency:
         fins_heard = all(fin.usable(cycle.tick.t, _RECENT) for fin in frame.fins)
         flags = 0
         for bit, failed in (
-            (dialect.HL_FAILURE_FLAG_ABSOLUTE_PRESSURE, not state.depth_ok),
-            (dialect.HL_FAILURE_FLAG_3D_GYRO, not state.attitude_ok),
+            (dialect.HL_FAILURE_FLAG_ABSOLUTE_PRESSURE, not (state.depth_ok and state.sensors.pressure.believed)),
+            (dialect.HL_FAILURE_FLAG_3D_GYRO, not (state.attitude_ok and state.sensors.ahrs.believed)),
             (dialect.HL_FAILURE_FLAG_TERRAIN, not math.isfinite(state.altitude)),
             (dialect.HL_FAILURE_FLAG_BATTERY, frame.battery.value.remaining < _CHARGE_LOW),
             (dialect.HL_FAILURE_FLAG_ENGINE, not (cycle.actuators.faultless and fins_heard)),

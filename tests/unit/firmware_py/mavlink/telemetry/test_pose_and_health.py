@@ -5,6 +5,7 @@ from __future__ import annotations
 import collections
 import dataclasses
 import math
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -16,7 +17,16 @@ from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import NOTHING_LEARNED, Learned
-from firmware_py.records.health import ActuatorFault, ActuatorHealth, sound
+from firmware_py.records.health import (
+    ALL_GOOD,
+    ActuatorFault,
+    ActuatorHealth,
+    SensorHealth,
+    SourceFault,
+    SourceHealth,
+    SourceState,
+    sound,
+)
 from firmware_py.records.order import Mode
 from firmware_py.records.sensing import Battery, silence
 from tests.unit.firmware_py.mavlink.station import LEARNED, NAMES, ORIGIN, cycle, frame, heard, node, parse, told
@@ -102,6 +112,43 @@ def test_a_fault_of_a_fin_or_of_the_propeller_makes_the_motors_unhealthy(actuato
         vehicle = node(configurations=[LinkConfiguration(Identity.ARDUSUB, high_latency=True)])
         (short,) = parse(vehicle.report(cycle(actuators=health))[0])
         assert bool(short.failure_flags & mavlink.HL_FAILURE_FLAG_ENGINE) is not healthy
+
+
+@pytest.mark.parametrize("state", [SourceState.SUSPECT, SourceState.LOST])
+@pytest.mark.parametrize(
+    ("sensor", "bit"),
+    [
+        ("ahrs", mavlink.MAV_SYS_STATUS_AHRS | mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO),
+        ("dvl", mavlink.MAV_SYS_STATUS_SENSOR_XY_POSITION_CONTROL),
+        ("pressure", mavlink.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE),
+        ("altitude", mavlink.MAV_SYS_STATUS_SENSOR_LASER_POSITION),
+        ("fix", mavlink.MAV_SYS_STATUS_SENSOR_GPS),
+        ("battery", mavlink.MAV_SYS_STATUS_SENSOR_BATTERY),
+    ],
+)
+def test_a_sensor_that_is_not_believed_is_unhealthy_and_no_other(sensor: str, bit: int, state: SourceState) -> None:
+    sound, failed = (
+        status_with(ALL_GOOD._replace(**{sensor: SourceHealth(one, fault)}))
+        for one, fault in ((SourceState.GOOD, SourceFault.NONE), (state, SourceFault.FROZEN))
+    )
+    assert sound.onboard_control_sensors_health & bit == bit
+    assert sound.onboard_control_sensors_health & ~failed.onboard_control_sensors_health == bit
+    assert failed.onboard_control_sensors_present == sound.onboard_control_sensors_present
+    assert failed.onboard_control_sensors_health_extended == sound.onboard_control_sensors_health_extended
+
+
+def test_a_leak_sensor_that_is_not_believed_is_unhealthy() -> None:
+    lost = ALL_GOOD._replace(leak=SourceHealth(SourceState.LOST, SourceFault.SILENT))
+    assert status_with(ALL_GOOD).onboard_control_sensors_health_extended & 0x02
+    assert not status_with(lost).onboard_control_sensors_health_extended & 0x02
+
+
+def status_with(sensors: SensorHealth) -> Any:
+    """SYS_STATUS of a vehicle that hears all and believes so much of it."""
+    vehicle, state = node(), {"sensors": sensors, "attitude_ok": True, "depth_ok": True, "velocity_ok": True}
+    cycles = [cycle(k) for k in range(100)]
+    told = reports(vehicle, [dataclasses.replace(c, state=dataclasses.replace(c.state, **state)) for c in cycles])
+    return [message for message in told if message.get_type() == "SYS_STATUS"][-1]
 
 
 def test_the_battery_is_told_in_millivolts_centiamperes_and_percent() -> None:
