@@ -223,8 +223,7 @@ class Figures:
 
     def _figure(self, unit: str) -> Any:
         figure = go.Figure()
-        for begin, end, mode in self.bands:
-            figure.add_vrect(begin, end, fillcolor=_MODES[mode], opacity=0.09, line_width=0, layer="below")
+        figure.update_layout(shapes=[_shade(band) for band in self.bands])
         figure.update_xaxes(title="vehicle time, s", range=[self.bands[0].begin, self.bands[-1].end])
         figure.update_yaxes(title=unit)
         return figure
@@ -233,6 +232,19 @@ class Figures:
 def mode_colours(bands: list[Bands]) -> list[tuple[str, str]]:
     """Return (colour, mode) of the modes that occur."""
     return [(colour, mode.name.lower()) for mode, colour in _MODES.items() if any(b.mode is mode for b in bands)]
+
+
+def _shade(band: Bands) -> dict[str, Any]:
+    """Return the shape behind a plot that shows a mode."""
+    ends = {"x0": band.begin, "x1": band.end, "y0": 0, "y1": 1, "xref": "x", "yref": "y domain"}
+    return {
+        "type": "rect",
+        **ends,
+        "fillcolor": _MODES[band.mode],
+        "opacity": 0.09,
+        "line": {"width": 0},
+        "layer": "below",
+    }
 
 
 def _bands(modes: Timeline) -> list[Bands]:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from firmware_py.records.health import SourceState
 from sternplane.logs.health_record import (
     HealthRecord,
+    Span,
     Timeline,
     actuator_words,
     sensor_state,
@@ -36,34 +37,33 @@ def health_plot(health: HealthRecord, figure: Any) -> Plot | None:
     strips = list(_strips(health))
     if not strips:
         return None
-    seen: set[str] = set()
+    drawn: dict[tuple[str, str], list[tuple[str, Span, str]]] = {}
     for strip in strips:
-        for begin, end, value in strip.line.spans:
-            words = strip.words(value)
-            if not words:
-                continue
-            kind, colour = strip.kind(value)
-            figure.add_bar(
-                base=[begin],
-                x=[end - begin],
-                y=[strip.name],
-                orientation="h",
-                name=kind,
-                legendgroup=kind,
-                showlegend=kind not in seen,
-                marker={"color": colour, "line": {"width": 0}},
-                width=0.7,
-                text="" if kind == "good" else words,
-                textposition="inside",
-                insidetextanchor="start",
-                textangle=0,
-                textfont={"size": 11, "color": _WORDS},
-                hovertemplate=f"{strip.name}: {words}<br>{begin:.2f} s to {end:.2f} s<extra></extra>",
-            )
-            seen.add(kind)
+        for span in strip.line.spans:
+            if words := strip.words(span.value):
+                drawn.setdefault(strip.kind(span.value), []).append((strip.name, span, words))
+    for (kind, colour), bars in drawn.items():
+        names, spans, texts = zip(*bars, strict=True)
+        figure.add_bar(
+            base=[span.begin for span in spans],
+            x=[span.end - span.begin for span in spans],
+            y=names,
+            orientation="h",
+            name=kind,
+            marker={"color": colour, "line": {"color": "#ffffff", "width": 1}},
+            width=0.7,
+            text=[""] * len(texts) if kind == "good" else texts,
+            textposition="inside",
+            insidetextanchor="start",
+            textangle=0,
+            textfont={"size": 11, "color": _WORDS},
+            customdata=[f"{words}, {span.begin:.2f} s to {span.end:.2f} s" for _, span, words in bars],
+            hovertemplate="%{y}: %{customdata}<extra></extra>",
+        )
     # Words that do not fit are left to the pointer.
     figure.update_layout(barmode="overlay", hovermode="closest", uniformtext={"minsize": 10, "mode": "hide"})
-    figure.update_yaxes(autorange="reversed", type="category")
+    rows = [strip.name for strip in strips]
+    figure.update_yaxes(autorange="reversed", type="category", categoryorder="array", categoryarray=rows)
     return Plot(TITLE, "What was ever not good, and the ascent. All else was good throughout.", figure)
 
 
