@@ -102,8 +102,8 @@ class Autopilot:
         estimator, actuator_watch, supervisor, guidance, control, gate = self.parts
         state = estimator.update(tick, frame, self.applied)
         actuators = actuator_watch.update(tick, frame, self.applied, state)
-        believed = estimator.believed
-        mode = supervisor.update(tick, believed, state, actuators, order, guidance.finished)  # may only make it safer
+        flown = guidance.finished, guidance.last
+        mode = supervisor.update(tick, estimator.believed, state, actuators, order, *flown)  # may only make it safer
         reference = guidance.update(tick, mode, order, state)
         demand = control.update(tick, mode, order, reference, state)
         fins = self.allocator.allocate(demand)

@@ -24,8 +24,9 @@ from firmware_py.records.mission import Mission
 from firmware_py.records.order import Change, FenceChange, MissionChange, ParameterChange
 from firmware_py.safety.actuator_watch import ActuatorWatch
 from firmware_py.safety.gate import Gate
-from firmware_py.safety.supervisor import SafetyParams, Supervisor
+from firmware_py.safety.supervisor import SafetyParams, Supervisor, VehicleFin
 from firmware_py.tick import step_ns
+from firmware_py.vehicle.fins import deflection_rows
 from firmware_py.vehicle.vehicle import Vehicle
 
 
@@ -185,7 +186,7 @@ class PartsFactory:
             self._now = now._replace(fence=change.fence)
             return self._remake(parts, ("supervisor", "guidance"))
         self._now = now._replace(rally=change.points)
-        return self._remake(parts, ("guidance",))
+        return self._remake(parts, ("supervisor", "guidance"))
 
     def _remake(self, parts: Parts, names: tuple[str, ...]) -> Parts:
         """Return the parts with some of them made again; each takes over the memory of the old one."""
@@ -219,8 +220,13 @@ class PartsFactory:
 
     def _supervisor(self) -> Supervisor:
         with prefix_errors(self._files["autopilot"]):
-            fins = tuple(fin.name for fin in self._vehicle.fins)
-            return Supervisor(self.params.safety, bool(self._now.mission.items), self._now.fence, fins)
+            rows = deflection_rows(self._vehicle.fins)
+            fins = tuple(
+                VehicleFin(fin.name, rudder=not (pitch or bow))
+                for fin, pitch, bow in zip(self._vehicle.fins, rows[0], rows[2], strict=True)
+            )
+            has_mission = bool(self._now.mission.items)
+            return Supervisor(self.params.safety, has_mission, self._now.fence, fins, self._now.rally)
 
     def _guidance(self) -> Guidance:
         safety, now = self.params.safety, self._now

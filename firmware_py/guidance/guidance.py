@@ -57,7 +57,7 @@ class Guidance:
         self._learning = ManoeuvreGuidance(params.learning, depth_max, altitude_min)
         self._mode = Mode.DISARMED
         self._wanted = Setpoint(0.0, 0.0, 0.0)
-        self._last = AT_REST
+        self.last = AT_REST
         self._circle: Circle | None = None
         self._place: Place | None = None
         self._speed_override = 0.0
@@ -85,7 +85,7 @@ class Guidance:
     def _update(self, tick: Tick, mode: ModeState, order: Order, state: StateEstimate) -> Reference:
         eta, nu = state.eta, state.nu
         if not math.isfinite(eta.x + eta.y + eta.z + eta.psi + nu.u + nu.v):
-            return replace(self._last, **NO_EXCITATION._asdict())
+            return replace(self.last, **NO_EXCITATION._asdict())
         before, self._mode = self._mode, mode.mode
         entered = mode.mode is not before
         if entered:
@@ -99,11 +99,11 @@ class Guidance:
             self._route.jump(order.jump, eta.x, eta.y, self._depth.command)
         self._bottom.see(eta.z, state.altitude)
         if mode.mode is Mode.DISARMED or mode.mode is Mode.MANUAL:
-            self._last = self._follow(mode.mode, state)
-            return self._last
+            self.last = self._follow(mode.mode, state)
+            return self.last
         if entered:
             u_d = (
-                0.0 if before is Mode.DISARMED else self._last.u_d
+                0.0 if before is Mode.DISARMED else self.last.u_d
             )  # a vehicle that was disarmed does not start to move by itself
             self._wanted = Setpoint(self._depth.command, self._heading.command, u_d)
         across, dither = math.nan, NO_EXCITATION
@@ -119,8 +119,8 @@ class Guidance:
             unreachable = self._flown.rally_unreachable
             across, dither = self._proceed(entered, order.setpoint.u_d, state, tick.dt)
             self.events += (_UNREACHABLE,) * (self._flown.rally_unreachable and not unreachable)
-        self._last = self._shape(state, across, dither, tick.dt)
-        return self._last
+        self.last = self._shape(state, across, dither, tick.dt)
+        return self.last
 
     def _follow(self, mode: Mode, state: StateEstimate) -> Reference:
         """Return the vehicle's own depth, heading and speed, so that holding them begins without a bump."""
@@ -245,7 +245,7 @@ class Guidance:
         return self._turning.speed(self._speed_override or asked)
 
     def _shape(self, state: StateEstimate, across: float, dither: Excitation, dt: float) -> Reference:
-        shaped = self._shaper.update(self._wanted, self._last.u_d, state.nu.u, dt)
+        shaped = self._shaper.update(self._wanted, self.last.u_d, state.nu.u, dt)
         rally, target = self._rally, self._target
         if target is not None:
             north, east = target.x - state.eta.x, target.y - state.eta.y
@@ -261,7 +261,7 @@ class Guidance:
         if self._mode is Mode.MISSION:
             return self._route.rally
         if self._mode is Mode.RETURN or self._mode is Mode.SURFACE:
-            reached = self._last.rally if self._home.finished and self._last.rally.x == self._last.rally.x else None
+            reached = self.last.rally if self._home.finished and self.last.rally.x == self.last.rally.x else None
             return self._home.rally or reached  # it stays the target of the tick in which it is reached
         return None
 
@@ -282,13 +282,13 @@ class Guidance:
 
     def freeze(self) -> GuidanceMemory:
         """Return the whole memory."""
-        shaped = (self._mode, self._wanted, self._last, *self._shaper.freeze(), self._sight.freeze())
+        shaped = (self._mode, self._wanted, self.last, *self._shaper.freeze(), self._sight.freeze())
         flown = (self._route.freeze(), self._learning.freeze(), self._circle, self._place)
         return GuidanceMemory(*shaped, *flown, self._speed_override, self._bottom.z, self._home.freeze())
 
     def thaw(self, memory: GuidanceMemory) -> None:
         """Restore the memory that `freeze` returned."""
-        self._mode, self._wanted, self._last = memory.mode, memory.wanted, memory.last
+        self._mode, self._wanted, self.last = memory.mode, memory.wanted, memory.last
         self._shaper.thaw(memory.depth, memory.heading)
         self._sight.thaw(memory.crab)
         self._route.thaw(memory.route)

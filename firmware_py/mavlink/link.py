@@ -84,6 +84,7 @@ class Link:
             **setpoints.message_handlers(),
             **preflight.message_handlers(),
             dialect.MAVLINK_MSG_ID_MANUAL_CONTROL: self._manual_control_received,
+            dialect.MAVLINK_MSG_ID_HEARTBEAT: self._heartbeat_received,
         }
         """The handler of each message id that is received here."""
         self._services: deque[Service] = deque()
@@ -251,3 +252,7 @@ class Link:
 
     def _manual_control_received(self, tick: Tick, message: Message) -> None:
         self._queue.set_sticks(sticks(self.manual_control, message), tick.t)
+
+    def _heartbeat_received(self, tick: Tick, message: Message) -> None:
+        if message.type == dialect.MAV_TYPE_GCS:  # other vehicles and components send heartbeats too
+            self._queue.hear_station(tick.t)

@@ -11,7 +11,7 @@ from firmware_py.mavlink.base.codec import dialect
 from firmware_py.mavlink.base.identity import autopilot_version, heartbeat, protocol_version
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.base.message_definitions import PROTOCOL_VERSION
-from firmware_py.mavlink.base.modes import Identity, current_mode, modes_monitor
+from firmware_py.mavlink.base.modes import Identity, current_mode, modes_monitor, shown_mode
 from firmware_py.mavlink.base.service import PersistentState
 from firmware_py.mavlink.base.signing import Signing
 from firmware_py.mavlink.base.water_frame import WaterFrame
@@ -176,10 +176,12 @@ class Node:
         identity, state, plans = configuration.identity, self._system_state, self._plan_store
         surface, n_max = plans.water_frame.surface, vehicle.actuators.n_max
         return {
-            dialect.MAVLINK_MSG_ID_HEARTBEAT: lambda cycle: heartbeat(identity, cycle.mode.mode, state.state),
+            dialect.MAVLINK_MSG_ID_HEARTBEAT: lambda cycle: heartbeat(identity, cycle.mode, state.state),
             dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION: lambda _: autopilot_version(identity),
             PROTOCOL_VERSION.id: lambda _: protocol_version(),
-            dialect.MAVLINK_MSG_ID_CURRENT_MODE: lambda cycle: current_mode(identity, cycle.mode.mode, state.intended),
+            dialect.MAVLINK_MSG_ID_CURRENT_MODE: lambda cycle: current_mode(
+                identity, shown_mode(cycle.mode), state.intended
+            ),
             dialect.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR: lambda _: modes_monitor(),
             dialect.MAVLINK_MSG_ID_MISSION_CURRENT: lambda cycle: plans.current(cycle, identity is Identity.ARDUSUB),
             dialect.MAVLINK_MSG_ID_FENCE_STATUS: plans.fence_status,

@@ -34,7 +34,7 @@ class ModeState:
     `ready` says that arming would be granted in this tick, or that it was; `cause` why the mode was entered, `failsafe`
     that a rule did so and nobody asked for it. `too_deep` and `breach` say what is wrong with the place: deeper than
     the limit, and beyond the fence as `Fence.breach_at` has it. `ascent` is the stage of SURFACE; `drop` that the drop
-    weight shall be released; it stays so.
+    weight shall be released; it stays so. `chosen` is the mode that arming leads to, unless another one is ordered.
     """
 
     mode: Mode
@@ -47,6 +47,7 @@ class ModeState:
     breach: int = WITHIN
     ascent: AscentStage = AscentStage.NONE
     drop: bool = False
+    chosen: Mode = Mode.MANUAL
 
 
 @dataclass(frozen=True, slots=True)

@@ -54,6 +54,7 @@ class EventKind(enum.IntEnum):
     NODE_GOOD = 25  # of the bus; numbers: NONE of `SourceFault`; names: the node
     NODE_FAULT = 26  # numbers: its `SourceFault`, TWO_SENDERS or UNHEALTHY; names: the node
     WAYPOINT_MISSED = 27  # its depth was not reached in time; numbers: which, of how many, how much too shallow, m
+    MODE_CHOSEN = 28  # while disarmed: arming leads to `after`
 
 
 class Cause(enum.IntEnum):
@@ -95,6 +96,31 @@ class Cause(enum.IntEnum):
     NOT_IDENTIFIABLE = 28  # names: coefficients, each by itself
     COMBINATION = 29  # numbers, names: weights and coefficients of a combination that is not identifiable
     NOT_EXCITED_AT_END = 30  # names: coefficients
+    # More rules.
+    BATTERY_WARNING = 31  # charge and level, in [0, 1]
+    BATTERY_SILENT = 32  # limit, s
+    LEAK_SILENT = 33  # limit, s
+    PITCH = 34  # pitch and limit, rad
+    ROLL = 35  # roll and limit, rad
+    DEPTH_ERROR = 36  # depth, depth that is flown, limit, m
+    NO_WAY_MADE = 37  # distance to the waypoint, m; limit, s
+    ENERGY = 38  # charge, and what the way home needs, in [0, 1]
+    SURFACING_LONG = 39  # s
+    AHRS_SUSPECT = 40  # `SourceFault`
+    PRESSURE_SUSPECT = 41  # `SourceFault`
+    DVL_BAD = 42  # `SourceFault`
+    ALTIMETER_BAD = 43  # `SourceFault`
+    BOTTOM_UNSEEN = 44
+    PLANE_FAULT = 45  # `ActuatorFault`
+    RUDDER_FAULT = 46  # `ActuatorFault`
+    PROPELLER_FAULT = 47  # `ActuatorFault`
+    ACTUATOR_SILENT = 48
+    ACTUATOR_WORN = 49  # `ActuatorFault`
+    BUS_SILENT = 50  # limit, s
+    STATION_LOST = 51  # limit, s
+    STICKS_LOST = 52  # limit, s
+    # Why disarming is refused.
+    UNDER_WATER = 53  # depth, m; NaN is not known
 
 
 INTENDED_CAUSES = (Cause.ORDERED, Cause.MISSION_DONE, Cause.RETURN_DONE, Cause.SURFACED)
@@ -149,6 +175,7 @@ _SEVERITIES: Mapping[EventKind, Severity] = {
     EventKind.NODE_GOOD: Severity.NOTICE,
     EventKind.NODE_FAULT: Severity.CRITICAL,
     EventKind.WAYPOINT_MISSED: Severity.WARNING,
+    EventKind.MODE_CHOSEN: Severity.INFO,
 }
 _BY_CAUSE: Mapping[tuple[EventKind, Cause], Severity] = {
     **{(EventKind.MODE_CHANGED, cause): Severity.INFO for cause in INTENDED_CAUSES},

@@ -36,10 +36,19 @@ _CAUSES: Mapping[Cause, str] = {
     Cause.DEPTH_LIMIT: "depth {0:.2f} m, limit {1:g} m",
     Cause.ALTITUDE_LIMIT: "altitude {0:.2f} m, floor {1:g} m",
     Cause.LATE_CYCLES: "{0:.0f} cycles late within a second, limit {1:.0f}",
+    Cause.BATTERY_SILENT: "battery not heard for {0:g} s",
+    Cause.LEAK_SILENT: "leak sensor not heard for {0:g} s",
+    Cause.DEPTH_ERROR: "depth {0:.1f} m, should be {1:.1f} m, limit {2:g} m off",
+    Cause.NO_WAY_MADE: "waypoint {0:.0f} m away, and no nearer for {1:g} s",
+    Cause.SURFACING_LONG: "surfacing for {0:.0f} s, and not known to be up",
+    Cause.BOTTOM_UNSEEN: "neither altimeter nor DVL sees the bottom",
+    Cause.ACTUATOR_SILENT: "a fin or the propeller reports nothing",
+    Cause.BUS_SILENT: "no device heard for {0:g} s",
+    Cause.STATION_LOST: "no ground station heard for {0:g} s",
+    Cause.STICKS_LOST: "no sticks heard for {0:g} s",
     Cause.MISSION_DONE: "mission done",
     Cause.RETURN_DONE: "return done",
     Cause.FINS_NOT_HEARD: "not every fin heard within {0:g} s",
-    Cause.TILT: "rolled or pitched by {0:.2f} rad, limit {1:.2f} rad",
     Cause.DISARMED: "disarmed; arm first",
     Cause.SURFACING: "surfacing, which only disarming ends",
     Cause.NO_MISSION: "no mission is loaded",
@@ -47,6 +56,30 @@ _CAUSES: Mapping[Cause, str] = {
     Cause.MANOEUVRE_ALTITUDE: "altitude {0:.1f} m, soon {1:.1f} m, limit {2:.1f} m",
 }
 """Of causes whose sentence is made of their numbers as they stand."""
+_ANGLES: Mapping[Cause, str] = {
+    Cause.TILT: "rolled or pitched by {:.0f} deg, limit {:.0f} deg",
+    Cause.PITCH: "pitched by {:.0f} deg, limit {:.0f} deg",
+    Cause.ROLL: "rolled by {:.0f} deg, limit {:.0f} deg",
+    Cause.MANOEUVRE_PITCH: "pitch {:.0f} deg, soon {:.0f} deg, limit {:.0f} deg",
+}
+"""Of causes whose numbers are angles."""
+_REMEDIES: Mapping[Cause, str] = {
+    Cause.LATE_CYCLES: "stop what else the processor does, or raise late_max",
+    Cause.FENCE: "MANUAL can be armed, to steer it back",
+}
+"""Of causes that keep a vehicle from being armed."""
+_SOURCES: Mapping[Cause, str] = {
+    Cause.AHRS_SUSPECT: "AHRS",
+    Cause.PRESSURE_SUSPECT: "pressure sensor",
+    Cause.DVL_BAD: "DVL",
+    Cause.ALTIMETER_BAD: "altimeter",
+}
+_ACTUATORS: Mapping[Cause, str] = {
+    Cause.PLANE_FAULT: "plane",
+    Cause.RUDDER_FAULT: "rudder",
+    Cause.PROPELLER_FAULT: "propeller",
+    Cause.ACTUATOR_WORN: "fin or propeller",
+}
 
 
 def sentences(events: Iterable[Event], name: ModeName = lambda mode: mode.name) -> list[Sentence]:
@@ -91,9 +124,9 @@ def _about(event: Event) -> tuple[object, ...]:
 def _text(events: Sequence[Event], name: ModeName) -> str:
     first = events[0]
     if first.kind is EventKind.ARMING_REFUSED:
-        return f"arming refused{_station(' to', first.asker)}: {'; '.join(map(_cause, events))}"
+        return f"arming refused{_station(' to', first.asker)}: {'; '.join(map(_obstacle, events))}"
     if first.kind is EventKind.ARMING_CHECK_FAILED:
-        return f"arming would be refused: {'; '.join(map(_cause, events))}"
+        return f"arming would be refused: {'; '.join(map(_obstacle, events))}"
     if first.kind is EventKind.LEARNING_REPORT:
         return f"{_manoeuvre(first)}: {_report(events)}"
     return _ONE[first.kind](first, name)
@@ -101,17 +134,32 @@ def _text(events: Sequence[Event], name: ModeName) -> str:
 
 def _cause(event: Event, skip: int = 0) -> str:
     cause, numbers = event.cause, event.numbers[skip:]
-    if cause is Cause.BATTERY_LOW:
+    if cause is Cause.BATTERY_LOW or cause is Cause.BATTERY_WARNING:
         return f"{_battery(numbers[0])}, less than {numbers[1]:.0%}"
+    if cause is Cause.ENERGY:
+        return f"{_battery(numbers[0])}, the way home needs {numbers[1]:.0%}"
     if cause is Cause.CHARGE_NEEDED:
         return f"{_battery(numbers[0])}, needs {numbers[1]:.0%}"
     if cause is Cause.FENCE:
         return breach_text(int(numbers[0]))
-    if cause is Cause.MANOEUVRE_PITCH:
-        return "pitch {:.0f} deg, soon {:.0f} deg, limit {:.0f} deg".format(*map(math.degrees, numbers))
+    if cause in _ANGLES:
+        return _ANGLES[cause].format(*map(math.degrees, numbers))
+    if cause in _SOURCES:
+        return f"{_SOURCES[cause]} not to be relied on: {source_fault_text(numbers[0])}"
+    if cause in _ACTUATORS:
+        return f"{_ACTUATORS[cause]}: {actuator_fault_text(numbers[0])}"
+    if cause is Cause.UNDER_WATER:
+        depth = "depth not known" if math.isnan(numbers[0]) else f"under water, at {numbers[0]:.1f} m"
+        return f"{depth}; surface first, or force it (param2 = 21196)"
     if cause is Cause.ORDERED:
         return f"ordered{_station(' by', event.asker)}"
     return _CAUSES[cause].format(*numbers)
+
+
+def _obstacle(event: Event) -> str:
+    """Return what keeps a vehicle from being armed, with the remedy where it is not plain."""
+    remedy = _REMEDIES.get(event.cause)
+    return f"{_cause(event)} ({remedy})" if remedy else _cause(event)
 
 
 def _battery(charge: float) -> str:
@@ -172,6 +220,11 @@ def _mode_refused(event: Event, name: ModeName) -> str:
     return f"{asked} refused{_station(' to', event.asker)}: {_cause(event)}"
 
 
+def _mode_chosen(event: Event, name: ModeName) -> str:
+    chosen = name(event.after) if event.after is not None else "?"
+    return f"{chosen} chosen{_station(' by', event.asker)}; arming begins it"
+
+
 def _given_up(event: Event, _: ModeName) -> str:
     return f"{_manoeuvre(event)} given up after {event.numbers[0]:.1f} s: {_cause(event, 1)}"
 
@@ -214,4 +267,5 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     EventKind.NODE_GOOD: lambda event, _: f"node {event.names[0]} is sound again",
     EventKind.NODE_FAULT: lambda event, _: f"node {event.names[0]}: {source_fault_text(event.numbers[0])}",
     EventKind.WAYPOINT_MISSED: lambda event, _: _missed(*event.numbers),
+    EventKind.MODE_CHOSEN: _mode_chosen,
 }

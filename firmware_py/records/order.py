@@ -41,6 +41,8 @@ class Arming(enum.IntEnum):
     DISARM = 2
     CHECK = 3
     """Say what would become of arming, and do nothing."""
+    FORCE_DISARM = 4
+    """Under water too, where a vehicle that is disarmed stays."""
 
 
 class Setpoint(NamedTuple):
@@ -79,9 +81,11 @@ NOBODY = Asker(-1, 0, 0, 0)
 class Order:
     """What was asked in one tick. `mode` None asks for no change; `t_sticks` is when the sticks were last heard, s.
 
-    `jump` is the mission's item to fly next, -1 none; `asker` is who asked for mode, arming or setpoint. `changes` are
-    what is changed for good, made in their order before anything else. A log keeps them in a topic of their own, for
-    they have no fixed length.
+    `t_station` is when a ground station was last heard, s, -inf if none ever was. `terminate` asks to end the flight:
+    to surface, and to release the drop weight. `chooses` says that a disarmed vehicle takes `mode` as the one that
+    arming leads to, and does not refuse it. `jump` is the mission's item to fly next, -1 none; `asker` is who asked for
+    mode, arming or setpoint. `changes` are what is changed for good, made in their order before anything else. A log
+    keeps them in a topic of their own, for they have no fixed length.
     """
 
     arming: Arming = Arming.KEEP
@@ -91,6 +95,9 @@ class Order:
     t_sticks: float = -math.inf
     jump: int = -1
     asker: Asker = NOBODY
+    t_station: float = -math.inf
+    terminate: bool = False
+    chooses: bool = True
     changes: tuple[Change, ...] = field(default=(), metadata={BESIDE: True})
 
 

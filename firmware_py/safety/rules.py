@@ -1,4 +1,4 @@
-"""What may end a mode (RULES, in order of severity) and what arming needs beyond that (ARMING).
+"""What may end a mode (RULES) and what arming needs beyond that (ARMING).
 
 Why the table says what it says:
 
@@ -10,162 +10,171 @@ Why the table says what it says:
 - Without depth the vehicle still climbs: the estimate of depth goes on by dead reckoning, good enough to come up. Then
   a position fix, which is not to be had under water, shows that it came up.
 - Beyond the fence it surfaces too: the way back could lead through what the fence is there for. Its depth is
-  `depth_max`.
-- Sticks that fall silent are no rule: MANUAL bounds their age and centres them, and a neutral vehicle waits.
+  `depth_max`. One that lies beyond the fence may be armed in MANUAL, and steered back.
+- No rule acts on one sample: a condition must hold for a time, or is itself one.
+- A mission is flown without a station; every other mode has somebody who watches it, and is not to go on without.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
-from firmware_py.params import param, table
 from firmware_py.records.event import Cause
 from firmware_py.records.fence import WITHIN
+from firmware_py.records.health import SourceState
 from firmware_py.records.order import Mode
-from firmware_py.safety.actuators.actuator_params import ActuatorParams
-from firmware_py.safety.gate import GateParams
+from firmware_py.safety.action import safer
+from firmware_py.safety.conditions import Conditions
+from firmware_py.safety.safety_params import SafetyParams
 
+__all__ = ["ARMING", "RULES", "Conditions", "Rule", "SafetyParams", "safer"]
 
-@dataclass(frozen=True)
-class SafetyParams:
-    """The limits of the rules; each `*_time` is how long its condition must hold without a break."""
-
-    attitude_timeout: float = param(
-        0.5, unit="s", low=0.05, high=5.0, doc="Older attitude is lost: surface.", mav="ATT_TIMEOUT"
-    )
-    attitude_dead_time: float = param(
-        30.0, unit="s", low=1.0, high=600.0, doc="Attitude lost for so long: disarm.", mav="ATT_DEAD"
-    )
-    depth_timeout: float = param(
-        1.0, unit="s", low=0.1, high=10.0, doc="Older depth is lost: surface.", mav="DEP_TIMEOUT"
-    )
-    leak_time: float = param(1.0, unit="s", low=0.0, high=60.0, doc="A leak for so long: surface.", mav="LEAK_TIME")
-    battery_min: float = param(
-        10.0, unit="%", low=0.0, high=90.0, doc="Less battery than this: surface.", mav="BATT_MIN"
-    )
-    battery_arm: float = param(
-        20.0, unit="%", low=0.0, high=100.0, doc="Arming needs as much, and needs to know; 0 off.", mav="BATT_ARM"
-    )
-    battery_time: float = param(
-        5.0, unit="s", low=0.0, high=60.0, doc="A low battery for so long: surface.", mav="BATT_TIME"
-    )
-    depth_max: float = param(
-        30.0, unit="m", low=1.0, high=6000.0, doc="The fence's depth; deeper: surface.", mav="DEPTH_MAX"
-    )
-    altitude_min: float = param(
-        2.0, unit="m", low=0.0, high=50.0, doc="Nearer to the bottom than this: surface.", mav="ALT_MIN"
-    )
-    altitude_time: float = param(
-        0.5, unit="s", low=0.0, high=10.0, doc="Too near to the bottom for so long: surface.", mav="ALT_TIME"
-    )
-    late_max: int = param(
-        10, low=0, high=1000, doc="More cycles of the last second late than this: surface.", mav="LATE_MAX"
-    )
-    fence_time: float = param(
-        1.0, unit="s", low=0.0, high=60.0, doc="Beyond the fence for so long: surface.", mav="FENCE_TIME"
-    )
-    surface_depth: float = param(
-        0.5, unit="m", low=0.1, high=5.0, doc="Less deep than this is the surface.", mav="SURF_DEPTH"
-    )
-    surface_time: float = param(
-        2.0, unit="s", low=0.0, high=60.0, doc="At the surface for so long: surfacing is done.", mav="SURF_TIME"
-    )
-    fix_timeout: float = param(
-        2.0, unit="s", low=0.2, high=60.0, doc="An older position fix does not tell of the surface.", mav="FIX_TIMEOUT"
-    )
-    tilt_max: float = param(
-        45.0, unit="deg", low=5.0, high=90.0, doc="Arming needs less roll and pitch than this.", mav="TILT_MAX"
-    )
-    fin_timeout: float = param(
-        1.0, unit="s", low=0.1, high=10.0, doc="Arming needs every fin heard within; see fin_needed.", mav="FIN_TIMEOUT"
-    )
-    fin_needed: bool = param(True, doc="False for fins that report no angle.", mav="FIN_NEEDED")
-    gate: GateParams = table(GateParams, mav="GATE_")
-    actuators: ActuatorParams = table(ActuatorParams, mav="ACT_")
-
-
-class Conditions(NamedTuple):
-    """What the rules look at, in one tick (m, rad, charge in [0, 1]; NaN is unknown and breaks no rule)."""
-
-    wanted: Mode
-    """The mode in force, or the one ordered in this tick."""
-    attitude_ok: bool
-    depth_ok: bool
-    depth: float
-    altitude: float
-    fix_heard: bool
-    leak: bool
-    charge: float
-    late: int
-    mission_done: bool
-    """Or, on the way back, that there is nothing left of it."""
-    tilt: float
-    fins_heard: bool
-    breach: int = WITHIN
-    """What is wrong with the place, as `Fence.breach_at` has it."""
+_Numbers = Callable[[Conditions, SafetyParams], tuple[float, ...]]
 
 
 class Rule(NamedTuple):
-    """While `holds`, for `time` (the name of a parameter; "" at once), the mode is `mode` or a safer one."""
+    """While `holds`, for `time` (the name of a parameter; "" at once), the answer holds.
+
+    Attributes:
+        cause: what an event says of it.
+        holds: the condition.
+        time: how long it must hold without a break.
+        answer: the name of the parameter that says what is done; or a mode, in which the present one simply ends.
+        numbers: of the cause, for its event.
+        at_arming: whether a vehicle is not armed while the condition holds.
+    """
 
     cause: Cause
     holds: Callable[[Conditions, SafetyParams], bool]
     time: str
-    mode: Mode
-    numbers: Callable[[Conditions, SafetyParams], tuple[float, ...]] = lambda *_: ()
-    """The numbers of the cause, for its event."""
-
-
-def _at_surface(c: Conditions, p: SafetyParams) -> bool:
-    return c.wanted is Mode.SURFACE and (c.depth < p.surface_depth if c.depth_ok else c.fix_heard)
+    answer: str | Mode
+    numbers: _Numbers = lambda *_: ()
+    at_arming: bool = True
 
 
 DISARMED, SURFACE = Mode.DISARMED, Mode.SURFACE
+_GOOD, _SUSPECT = SourceState.GOOD, SourceState.SUSPECT
+_FLOWN = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN)
+"""Modes in which a depth is flown."""
+
+
+def _at_surface(c: Conditions, p: SafetyParams) -> bool:
+    return c.wanted is SURFACE and (c.depth < p.surface_depth if c.depth_ok else c.fix_heard)
+
+
+def _blind(c: Conditions) -> bool:
+    return c.sensors.altitude.state is not _GOOD and c.sensors.dvl.state is not _GOOD
+
+
+def _off_depth(c: Conditions, p: SafetyParams) -> bool:
+    return c.wanted in _FLOWN and abs(c.depth - c.wanted_depth) > p.depth_error_max
+
+
+def _surfacing_long(c: Conditions, p: SafetyParams) -> bool:
+    return c.surfacing >= p.surfacing_time and c.surfacing % p.surfacing_time < 1.0  # and again after as long
+
+
+def _station_lost(mode: Mode, time: str, action: str) -> Rule:
+    """Return the rule of one mode on the silence of stations."""
+    return Rule(
+        Cause.STATION_LOST,
+        lambda c, p: c.wanted is mode and c.station_silence > getattr(p.station, time),
+        "",
+        f"station.{action}",
+        lambda _, p: (getattr(p.station, time),),
+        at_arming=False,
+    )
+
 
 # fmt: off
 RULES: tuple[Rule, ...] = (
-    Rule(Cause.ATTITUDE_DEAD,  lambda c, _: not c.attitude_ok, "attitude_dead_time", DISARMED,
+    Rule(Cause.ATTITUDE_DEAD,    lambda c, _: not c.attitude_ok, "attitude_dead_time", DISARMED,
          lambda _, p: (p.attitude_dead_time,)),
-    Rule(Cause.SURFACED,       _at_surface, "surface_time", DISARMED),
-    Rule(Cause.ATTITUDE_LOST,  lambda c, _: not c.attitude_ok, "", SURFACE,
+    Rule(Cause.SURFACED,         _at_surface, "surface_time", DISARMED),
+    # The vehicle cannot be steered as it should.
+    Rule(Cause.ATTITUDE_LOST,    lambda c, _: not c.attitude_ok, "", "attitude_action",
          lambda _, p: (p.attitude_timeout,)),
-    Rule(Cause.DEPTH_LOST,     lambda c, _: not c.depth_ok, "", SURFACE,
+    Rule(Cause.DEPTH_LOST,       lambda c, _: not c.depth_ok, "", "depth_action",
          lambda _, p: (p.depth_timeout,)),
-    Rule(Cause.LEAK,           lambda c, _: c.leak, "leak_time", SURFACE),
-    Rule(Cause.BATTERY_LOW,    lambda c, p: c.charge < p.battery_min, "battery_time", SURFACE,
+    Rule(Cause.PROPELLER_FAULT,  lambda c, _: c.faults.propeller != 0, "actuator_time", "propeller_action",
+         lambda c, _: (float(c.faults.propeller),)),
+    Rule(Cause.PLANE_FAULT,      lambda c, _: c.faults.plane != 0, "actuator_time", "plane_action",
+         lambda c, _: (float(c.faults.plane),)),
+    Rule(Cause.RUDDER_FAULT,     lambda c, _: c.faults.rudder != 0, "actuator_time", "rudder_action",
+         lambda c, _: (float(c.faults.rudder),)),
+    Rule(Cause.BUS_SILENT,       lambda c, _: c.bus_silent, "", "bus_action",
+         lambda _, p: (p.bus_time,)),
+    # The hull and its energy.
+    Rule(Cause.LEAK,             lambda c, _: c.leak, "leak_time", "leak_action"),
+    Rule(Cause.LEAK_SILENT,      lambda c, _: c.leak_silent, "leak_silent_time", "leak_silent_action",
+         lambda _, p: (p.leak_silent_time,)),
+    Rule(Cause.BATTERY_LOW,      lambda c, p: c.charge < p.battery_min, "battery_time", "battery_action",
          lambda c, p: (c.charge, p.battery_min)),
-    Rule(Cause.DEPTH_LIMIT,    lambda c, p: c.depth > p.depth_max, "", SURFACE,
+    Rule(Cause.BATTERY_WARNING,  lambda c, p: c.charge < p.battery_warn, "battery_time", "battery_warn_action",
+         lambda c, p: (c.charge, p.battery_warn)),
+    Rule(Cause.BATTERY_SILENT,   lambda c, _: c.charge_silent, "battery_silent_time", "battery_silent_action",
+         lambda _, p: (p.battery_silent_time,)),
+    Rule(Cause.ENERGY,           lambda c, _: c.charge < c.charge_home, "battery_time", "energy_action",
+         lambda c, _: (c.charge, c.charge_home), at_arming=False),
+    # Where it is, and how it lies there.
+    Rule(Cause.DEPTH_LIMIT,      lambda c, p: c.depth > p.depth_max, "depth_max_time", "depth_max_action",
          lambda c, p: (c.depth, p.depth_max)),
-    Rule(Cause.ALTITUDE_LIMIT, lambda c, p: c.altitude < p.altitude_min, "altitude_time", SURFACE,
+    Rule(Cause.ALTITUDE_LIMIT,   lambda c, p: c.altitude < p.altitude_min, "altitude_time", "altitude_action",
          lambda c, p: (c.altitude, p.altitude_min)),
-    Rule(Cause.FENCE,          lambda c, _: c.breach != WITHIN, "fence_time", SURFACE,
+    Rule(Cause.FENCE,            lambda c, _: c.breach != WITHIN and not c.returning, "fence_time", "fence_action",
          lambda c, _: (float(c.breach),)),
-    Rule(Cause.LATE_CYCLES,    lambda c, p: c.late > p.late_max, "", SURFACE,
+    Rule(Cause.PITCH,            lambda c, p: c.pitch > p.pitch_max, "pitch_time", "pitch_action",
+         lambda c, p: (c.pitch, p.pitch_max)),
+    Rule(Cause.ROLL,             lambda c, p: c.roll > p.roll_max, "roll_time", "roll_action",
+         lambda c, p: (c.roll, p.roll_max)),
+    Rule(Cause.DEPTH_ERROR,      _off_depth, "depth_error_time", "depth_error_action",
+         lambda c, p: (c.depth, c.wanted_depth, p.depth_error_max), at_arming=False),
+    Rule(Cause.NO_WAY_MADE,      lambda c, _: c.leg_left > 0.0, "", "leg_action",
+         lambda c, p: (c.leg_left, p.leg_time), at_arming=False),
+    Rule(Cause.SURFACING_LONG,   _surfacing_long, "", "surfacing_action",
+         lambda c, _: (c.surfacing,), at_arming=False),
+    # What sensors and actuators are worth.
+    Rule(Cause.AHRS_SUSPECT,     lambda c, _: c.sensors.ahrs.state is _SUSPECT, "sensor_time", "ahrs_action",
+         lambda c, _: (float(c.sensors.ahrs.fault),)),
+    Rule(Cause.PRESSURE_SUSPECT, lambda c, _: c.sensors.pressure.state is _SUSPECT, "sensor_time", "pressure_action",
+         lambda c, _: (float(c.sensors.pressure.fault),)),
+    Rule(Cause.BOTTOM_UNSEEN,    lambda c, _: _blind(c), "sensor_time", "bottom_action"),
+    Rule(Cause.DVL_BAD,          lambda c, _: c.sensors.dvl.state is not _GOOD, "sensor_time", "dvl_action",
+         lambda c, _: (float(c.sensors.dvl.fault),)),
+    Rule(Cause.ALTIMETER_BAD,    lambda c, _: c.sensors.altitude.state is not _GOOD, "sensor_time", "altimeter_action",
+         lambda c, _: (float(c.sensors.altitude.fault),)),
+    Rule(Cause.ACTUATOR_SILENT,  lambda c, _: c.faults.silent != 0, "actuator_time", "actuator_silent_action"),
+    Rule(Cause.ACTUATOR_WORN,    lambda c, _: c.faults.worn != 0, "actuator_time", "actuator_worn_action",
+         lambda c, _: (float(c.faults.worn),)),
+    Rule(Cause.LATE_CYCLES,      lambda c, p: c.late > p.late_max, "", "late_action",
          lambda c, p: (float(c.late), float(p.late_max))),
-    Rule(Cause.MISSION_DONE,   lambda c, _: c.mission_done and c.wanted is Mode.MISSION, "", SURFACE),
-    Rule(Cause.RETURN_DONE,    lambda c, _: c.mission_done and c.wanted is Mode.RETURN, "", SURFACE),
+    # Who watches it.
+    Rule(Cause.STICKS_LOST,
+         lambda c, p: c.wanted is Mode.MANUAL and c.depth > p.submerged_depth and c.sticks_silence > 1.0,
+         "station.sticks_time", "station.sticks_action",
+         lambda _, p: (p.station.sticks_time,), at_arming=False),
+    _station_lost(Mode.MANUAL,  "manual_time",  "manual_action"),
+    _station_lost(Mode.HOLD,    "hold_time",    "hold_action"),
+    _station_lost(Mode.LOITER,  "loiter_time",  "loiter_action"),
+    _station_lost(Mode.GUIDED,  "guided_time",  "guided_action"),
+    _station_lost(Mode.MISSION, "mission_time", "mission_action"),
+    # What was ordered is done.
+    Rule(Cause.MISSION_DONE,     lambda c, _: c.mission_done and c.wanted is Mode.MISSION, "", SURFACE),
+    Rule(Cause.RETURN_DONE,      lambda c, _: c.mission_done and c.wanted is Mode.RETURN, "", SURFACE),
 )
+"""Of several that hold, the safest answer is the mode; of equally safe ones, the first is the reason that is told."""
 
 ARMING: tuple[Rule, ...] = (
     Rule(Cause.ATTITUDE_LOST,  lambda c, _: not c.attitude_ok, "", DISARMED,
          lambda _, p: (p.attitude_timeout,)),
     Rule(Cause.FINS_NOT_HEARD, lambda c, p: p.fin_needed and not c.fins_heard, "", DISARMED,
          lambda _, p: (p.fin_timeout,)),
-    Rule(Cause.TILT,           lambda c, p: c.tilt > p.tilt_max, "", DISARMED,
-         lambda c, p: (c.tilt, p.tilt_max)),
+    Rule(Cause.TILT,           lambda c, p: max(c.roll, c.pitch) > p.tilt_max, "", DISARMED,
+         lambda c, p: (max(c.roll, c.pitch), p.tilt_max)),
     Rule(Cause.CHARGE_NEEDED,
          lambda c, p: c.wanted is not SURFACE and p.battery_arm > 0.0 and not c.charge >= p.battery_arm, "", DISARMED,
          lambda c, p: (c.charge, p.battery_arm)),
 )
 """What arming asks beyond the rules; to come up from where it lies, a vehicle may be armed with what charge is left."""
 # fmt: on
-
-_SAFETY = {Mode.DISARMED: 0, Mode.SURFACE: 1}
-"""All other modes ask for the same."""
-
-
-def safer(a: Mode, b: Mode) -> bool:
-    """True if mode a asks strictly less of the vehicle than mode b."""
-    return _SAFETY.get(a, 2) < _SAFETY.get(b, 2)

@@ -2,42 +2,32 @@
 
 SURFACE is latched: only DISARM ends it. Most of its causes vanish as soon as the vehicle obeys (it is less deep,
 farther from the bottom), and an order given blindly, or a mission taken up again, would lead straight back into them.
+Under water nothing would bring a disarmed vehicle up, so there disarming must be forced.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
-from firmware_py.records.command import ModeState
+from firmware_py.records.command import ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import INTENDED_CAUSES, Cause, Event, EventKind, severity_of
-from firmware_py.records.fence import NO_FENCE, Fence
-from firmware_py.records.health import ALL_GOOD, ActuatorHealth, SensorHealth, sound
+from firmware_py.records.fence import NO_FENCE, WITHIN, Fence, Place
+from firmware_py.records.health import ActuatorHealth, sound
 from firmware_py.records.order import NOBODY, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import SensorFrame
+from firmware_py.safety.assessment import actuator_faults, conditions, fins_heard
+from firmware_py.safety.conditions import NO_FAULTS
+from firmware_py.safety.enforcement import NOTHING_HELD, Enforcement, Held, Obstacle
 from firmware_py.safety.health_events import actuator_events, node_events, sensor_events
-from firmware_py.safety.rules import ARMING, RULES, Conditions, Rule, SafetyParams, safer
-from firmware_py.tick import NS_PER_S, Tick
+from firmware_py.safety.rules import SafetyParams
+from firmware_py.safety.supervisor_memory import SupervisorMemory, VehicleFin, beginning
+from firmware_py.tick import NS_PER_S, Rate, Tick
 
-__all__ = ["SafetyParams", "Supervisor", "SupervisorMemory"]
+__all__ = ["SafetyParams", "Supervisor", "SupervisorMemory", "VehicleFin"]
 
-ArmingRefusal = tuple[Cause, tuple[float, ...]]
-"""Why arming is refused: a cause and its numbers."""
-
-
-class SupervisorMemory(NamedTuple):
-    """The mode and why it was entered; for how many ticks each rule's condition has held; a bit per late tick of the
-    last second; the health of sensors, actuators and nodes of the bus (`two_senders` and `unhealthy` of the frame).
-    """
-
-    mode: Mode
-    cause: Cause
-    held: tuple[int, ...]
-    late: int
-    sensors: SensorHealth
-    actuators: ActuatorHealth
-    nodes: tuple[int, int] = (0, 0)
+_DISARM = (Arming.DISARM, Arming.FORCE_DISARM)
+_ORIGIN = (Place(0.0, 0.0),)
 
 
 class Supervisor:
@@ -46,16 +36,23 @@ class Supervisor:
     events: tuple[Event, ...]
 
     def __init__(
-        self, params: SafetyParams, has_mission: bool = True, fence: Fence = NO_FENCE, fins: tuple[str, ...] = ()
+        self,
+        params: SafetyParams,
+        has_mission: bool = True,
+        fence: Fence = NO_FENCE,
+        fins: tuple[VehicleFin, ...] = (),
+        rally: tuple[Place, ...] = (),
     ) -> None:
+        """`rally` are the places that count as home; without any it is the origin."""
         self._params = params
         self._fence = fence
         self._has_mission = has_mission
-        self._fins = fins
-        self._rules = tuple(
-            (rule.holds, round(getattr(params, rule.time) * NS_PER_S) if rule.time else 0) for rule in RULES
-        )
-        self._memory = SupervisorMemory(Mode.DISARMED, Cause.NONE, (0,) * len(RULES), 0, ALL_GOOD, sound(len(fins)))
+        self._home = rally or _ORIGIN
+        self._fins = tuple(fin.name for fin in fins)
+        self._rudders = tuple(fin.rudder for fin in fins)
+        self._sound = sound(len(fins))
+        self._enforcement = Enforcement(params)
+        self._memory = beginning(self._sound)
         self.events = ()
 
     def update(
@@ -66,6 +63,7 @@ class Supervisor:
         actuators: ActuatorHealth,
         order: Order,
         mission_done: bool,
+        reference: Reference | None = None,
     ) -> ModeState:
         """The mode of this tick.
 
@@ -76,50 +74,77 @@ class Supervisor:
             actuators: what the actuator watch makes of it.
             order: what was asked in this tick.
             mission_done: whether the guidance has passed the last waypoint, or come to where it was to return to.
+            reference: what the guidance said in the last tick; None before the first.
         """
-        params, was = self._params, self._memory
+        params, was, rules = self._params, self._memory, self._enforcement
         late = (was.late << 1 | (tick.late_ns > tick.dt_ns)) & ((1 << NS_PER_S // tick.dt_ns) - 1)
         self.events = sensor_events(was.sensors, state.sensors)
         self.events += actuator_events(was.actuators, actuators, self._fins)
         nodes = frame.two_senders, frame.unhealthy
         self.events += node_events(was.nodes, nodes)
-        ready = True
-        wanted, ruled = self._mode_asked_for(was.mode, order), None
+        submerged = self._submerged(tick, frame, state)
+        wanted, ruled = self._mode_asked_for(was.mode, order, state, submerged), None
+        chosen = self._chosen(order) if wanted is Mode.DISARMED else Mode.MANUAL
+        faults = NO_FAULTS if actuators == self._sound else actuator_faults(actuators, self._rudders)
         done = mission_done and was.mode is wanted
-        c = self._conditions(tick, frame, state, wanted, late.bit_count(), done)
-
-        held = tuple([n + 1 if holds(c, params) else 0 for (holds, _), n in zip(self._rules, was.held, strict=True)])
+        seen = (tick, frame, state, faults, order, reference)
+        c = conditions(params, self._fence, was, *seen, wanted, late.bit_count(), done)
+        held = Held(rules.ticks(c, was.held.ticks), was.held.warned_ns)
+        drop = was.drop or (order.terminate and (submerged or was.mode is not Mode.DISARMED))
+        ready, returning = True, c.returning
         if wanted is not Mode.DISARMED:
-            if was.mode is Mode.DISARMED and (refusals := self._refusals(c, held)):
-                self._refuse(EventKind.ARMING_REFUSED, refusals, order.asker)
-                wanted = Mode.DISARMED
-            elif any(held):
-                wanted, ruled = self._safest_mode(wanted, c, held, tick.dt_ns)
+            if was.mode is Mode.DISARMED:
+                if refusals := rules.obstacles(c, held.ticks):
+                    self._refuse(EventKind.ARMING_REFUSED, refusals, order.asker)
+                    wanted, chosen = Mode.DISARMED, was.chosen
+                else:
+                    held = Held(NOTHING_HELD.ticks, held.warned_ns)
+                    returning = c.breach != WITHIN and wanted is Mode.MANUAL
+                    if returning:
+                        self._add_event(EventKind.RULE_WARNS, cause=Cause.FENCE, numbers=(float(c.breach),))
+            elif any(held.ticks):
+                verdict = rules.judge(was.mode, c, held, tick.t_ns, tick.dt_ns)
+                wanted, ruled, held = verdict.mode, verdict.rule, verdict.held
+                self.events += verdict.events
+                drop = drop or verdict.drop is not None
         if wanted is Mode.DISARMED:
-            refusals = self._refusals(self._conditions(tick, frame, state, Mode.MANUAL, c.late, False), held)
+            ahead = c._replace(wanted=chosen, mission_done=False, fins_heard=fins_heard(tick, frame, params))
+            refusals = rules.obstacles(ahead, held.ticks)
             ready = not refusals
             if order.arming is Arming.CHECK and was.mode is Mode.DISARMED:
                 self._refuse(EventKind.ARMING_CHECK_FAILED, refusals, order.asker)
                 if ready:
                     self._add_event(EventKind.ARMING_CHECK_PASSED, asker=order.asker)
-        cause = was.cause
+        cause, failsafe = was.cause, was.failsafe
         if wanted is not was.mode:
             cause = ruled.cause if ruled else Cause.ORDERED
+            failsafe = ruled is not None and (failsafe or cause not in INTENDED_CAUSES)
             self._add_event(
                 EventKind.MODE_CHANGED,
                 *(was.mode, wanted, cause, NOBODY if ruled else order.asker),
                 numbers=ruled.numbers(c, params) if ruled else (),
             )
-        self._memory = SupervisorMemory(wanted, cause, held, late, state.sensors, actuators, nodes)
+        failsafe = failsafe and wanted is not Mode.DISARMED
+        progress = was.progress
+        if reference is not None and tick.every(Rate.HZ_1):
+            progress = progress.after_a_second(wanted, reference, state, c.charge, self._home, params)
+        self._memory = SupervisorMemory(
+            *(wanted, cause, failsafe, chosen, drop, returning and wanted is Mode.MANUAL, held, late),
+            was.surfacing + 1 if wanted is Mode.SURFACE else 0,
+            was.charge_known or c.charge == c.charge,
+            *(progress, state.sensors, actuators, nodes),
+        )
         return ModeState(
             mode=wanted,
             mission_done=mission_done and was.mode is not Mode.RETURN,
             late=c.late,
             ready=ready,
             cause=cause,
-            failsafe=wanted is Mode.SURFACE and cause not in INTENDED_CAUSES,
+            failsafe=failsafe,
             too_deep=c.depth > params.depth_max,
             breach=c.breach,
+            drop=drop,
+            chosen=chosen,
         )
 
     def freeze(self) -> SupervisorMemory:
@@ -141,67 +166,52 @@ class Supervisor:
     ) -> None:
         self.events += (Event(kind, severity_of(kind, cause), before, after, cause, asker, numbers=numbers),)
 
-    def _refuse(self, kind: EventKind, refusals: list[ArmingRefusal], asker: Asker) -> None:
+    def _refuse(self, kind: EventKind, refusals: list[Obstacle], asker: Asker) -> None:
         for cause, numbers in refusals:
             self._add_event(kind, cause=cause, asker=asker, numbers=numbers)
 
-    def _mode_asked_for(self, mode: Mode, order: Order) -> Mode:
+    def _submerged(self, tick: Tick, frame: SensorFrame, state: StateEstimate) -> bool:
+        """Return whether the vehicle is under water; while the depth is not known, unless a fix tells otherwise."""
+        if state.depth_ok:
+            return state.eta.z > self._params.submerged_depth
+        return not frame.fix.usable(tick.t, self._params.fix_timeout)
+
+    def _mode_asked_for(self, mode: Mode, order: Order, state: StateEstimate, submerged: bool) -> Mode:
         """Return the mode that an order asks for if it is allowed, else the present one."""
-        if order.arming == Arming.DISARM or order.mode == Mode.DISARMED:
-            return Mode.DISARMED
-        asked, why = order.mode, Cause.NONE
-        if mode is Mode.DISARMED and order.arming == Arming.ARM:
-            if asked is None:
-                asked = Mode.MANUAL  # with centred sticks and a stopped propeller
+        asked, why, numbers = order.mode, Cause.NONE, tuple[float, ...]()
+        if order.terminate:
+            asked = Mode.SURFACE if mode is not Mode.DISARMED else mode
+            if asked is Mode.DISARMED and not submerged:
+                asked, why = Mode.SURFACE, Cause.DISARMED
+        elif order.arming in _DISARM or asked is Mode.DISARMED:
+            asked = Mode.DISARMED
+            if mode is not Mode.DISARMED and submerged and order.arming is not Arming.FORCE_DISARM:
+                why, numbers = Cause.UNDER_WATER, (state.eta.z if state.depth_ok else math.nan,)
+        elif mode is Mode.DISARMED:
+            asked = (asked or self._memory.chosen) if order.arming is Arming.ARM else mode
         elif asked is None or asked is mode:
             return mode
-        elif mode is Mode.DISARMED:
-            why = Cause.DISARMED
         elif mode is Mode.SURFACE:
             why = Cause.SURFACING
         if asked is Mode.MISSION and not self._has_mission:
             why = why or Cause.NO_MISSION
         if why is not Cause.NONE:
-            self._add_event(EventKind.MODE_REFUSED, None, asked, why, order.asker)
+            self._add_event(EventKind.MODE_REFUSED, None, asked, why, order.asker, numbers)
             return mode
         return asked
 
-    def _conditions(
-        self, tick: Tick, frame: SensorFrame, state: StateEstimate, wanted: Mode, late: int, mission_done: bool
-    ) -> Conditions:
-        params, t, eta, battery = self._params, tick.t, state.eta, frame.battery
-        return Conditions(
-            wanted=wanted,
-            attitude_ok=state.attitude_ok and t - frame.ahrs.t_valid <= params.attitude_timeout,
-            depth_ok=state.depth_ok and t - frame.pressure.t_valid <= params.depth_timeout,
-            depth=eta.z,
-            altitude=state.altitude,
-            fix_heard=frame.fix.usable(t, params.fix_timeout),
-            leak=state.leak,
-            charge=battery.value.remaining if battery.ok else math.nan,
-            late=late,
-            mission_done=mission_done,
-            tilt=max(abs(eta.phi), abs(eta.theta)),
-            fins_heard=wanted is self._memory.mode  # it matters on arming alone, and costs a microsecond
-            or all(fin.usable(t, params.fin_timeout) and math.isfinite(fin.value) for fin in frame.fins),
-            breach=self._fence.breach_at(eta.x, eta.y),
-        )
-
-    def _refusals(self, c: Conditions, held: tuple[int, ...]) -> list[ArmingRefusal]:
-        """Return why arming is refused: checks of `ARMING`, and rules that hold and ask for a safer mode."""
-        checks = [rule for rule in ARMING if rule.holds(c, self._params)]
-        rules = [rule for rule, n in zip(RULES, held, strict=True) if n and safer(rule.mode, c.wanted)]
-        return list(dict.fromkeys((rule.cause, rule.numbers(c, self._params)) for rule in checks + rules))
-
-    def _safest_mode(self, wanted: Mode, c: Conditions, held: tuple[int, ...], dt_ns: int) -> tuple[Mode, Rule | None]:
-        """Return the ordered mode, or the safest one that a rule in force asks for, and that rule."""
-        mode, ruled = wanted, None
-        for rule, (_, after_ns), n in zip(RULES, self._rules, held, strict=True):
-            if (n - 1) * dt_ns < after_ns:
-                continue
-            if safer(rule.mode, mode):
-                mode, ruled = rule.mode, rule
-            elif rule.mode is self._memory.mode and (n - 2) * dt_ns < after_ns:  # one more reason
-                numbers = rule.numbers(c, self._params)
-                self._add_event(EventKind.RULE_HOLDS, cause=rule.cause, numbers=numbers)
-        return mode, ruled
+    def _chosen(self, order: Order) -> Mode:
+        """Return the mode that arming leads to, of a disarmed vehicle: MANUAL unless another one is ordered."""
+        before, asked = self._memory.chosen, order.mode
+        if self._memory.mode is not Mode.DISARMED or asked is Mode.DISARMED or order.arming in _DISARM:
+            return Mode.MANUAL
+        if asked is None or order.arming is Arming.ARM or (asked is before and order.chooses):
+            return before
+        why = Cause.NO_MISSION if asked is Mode.MISSION and not self._has_mission else Cause.NONE
+        if not order.chooses:
+            why = Cause.DISARMED
+        if why is not Cause.NONE:
+            self._add_event(EventKind.MODE_REFUSED, None, asked, why, order.asker)
+            return before
+        self._add_event(EventKind.MODE_CHOSEN, None, asked, asker=order.asker)
+        return asked

@@ -88,7 +88,7 @@ def flown(place: Path, earlier: bytes) -> Flown:
         types(f"ftp get logs/earlier.mcap {folder / 'by_ftp.mcap'}", r"Wrote (\d+) bytes")
         until(lambda: by_log.exists() and by_log.read_bytes() == earlier, "the log by LOG_DATA")
         types("mode", r"Available modes: (.*)")
-        types("mode GUIDED", r"AP: (GUIDED refused.*)")
+        types("mode GUIDED", r"AP: (GUIDED chosen.*)")
         types("fence load fence.txt", r"Sent all (\d+) fence items")
         proxy.says("Got MISSION_ACK: TYPE_FENCE: ACCEPTED")
         proxy.says("fence present")
@@ -105,7 +105,7 @@ def flown(place: Path, earlier: bytes) -> Flown:
         types("mode ALT_HOLD", r"Mode (\w+)")
         types("mode POSHOLD", r"Mode (\w+)")
         types("mode SURFACE", r"Mode (\w+)")
-        types("disarm", r"\bDISARMED\b")
+        types("disarm force", r"\bDISARMED\b")
         types("fence list", r"(?s)Requesting (\d+) fence items.*5004 0 36.805.*Saved fence items")
         types("fence clear", r"Got MISSION_ACK: TYPE_FENCE: ACCEPTED")
         proxy.says("fence removed")
@@ -145,10 +145,10 @@ def test_logs_come_byte_for_byte_by_either_way(flown: Flown) -> None:
 
 def test_it_knows_the_modes_by_ardusubs_names_and_sets_them(flown: Flown) -> None:
     assert {"ALT_HOLD", "AUTO", "GUIDED", "POSHOLD", "SURFACE", "MANUAL"} <= set(flown.said["mode"][1].split(", "))
-    assert re.fullmatch(r"GUIDED refused to station 255/\d+: disarmed; arm first", flown.said["mode GUIDED"][1])
+    assert re.fullmatch(r"GUIDED chosen by station 255/\d+; arming begins it", flown.said["mode GUIDED"][1])
     modes = [cycle.mode.mode for cycle in flown.cycles]
     entered = [mode for before, mode in zip([None, *modes], modes, strict=False) if mode is not before]
-    assert entered == [*(Mode.DISARMED, Mode.MANUAL, Mode.MISSION, Mode.HOLD, Mode.LOITER, Mode.SURFACE, Mode.DISARMED)]
+    assert entered == [*(Mode.DISARMED, Mode.GUIDED, Mode.MISSION, Mode.HOLD, Mode.LOITER, Mode.SURFACE, Mode.DISARMED)]
     for typed in ("mode AUTO", "mode ALT_HOLD", "mode POSHOLD", "mode SURFACE"):
         assert flown.said[typed][1] == typed.split()[1]
 
@@ -185,7 +185,7 @@ def test_its_tlog_tells_the_same_flight(flown: Flown) -> None:
     vehicles = [message for message in flown.heard if message.get_srcSystem() == 1]
     beats = [message for message in vehicles if message.get_type() == "HEARTBEAT"]
     assert {beat.type for beat in beats} == {mavutil.mavlink.MAV_TYPE_SUBMARINE}
-    assert list(dict.fromkeys(beat.custom_mode for beat in beats)) == [19, 3, 2, 16, 9]
+    assert list(dict.fromkeys(beat.custom_mode for beat in beats)) == [19, 4, 3, 2, 16, 9]
     cycles = {cycle.tick.t_ns // 1_000_000: cycle for cycle in flown.cycles}
     places = [message for message in vehicles if message.get_type() == "LOCAL_POSITION_NED"]
     assert len(places) > 20

@@ -111,7 +111,8 @@ def flown(place: Path, earlier: bytes) -> Flown:
         assert ftp.process_ftp_reply("get", timeout=60).error_code == 0
         said["arm"] = station.asks(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1)
         said["turn"] = station.asks(mavlink.MAV_CMD_NAV_TAKEOFF)
-        said["disarm"] = station.asks(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0)
+        said["disarm"] = station.asks(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0)  # it lies under water
+        said["disarm, forced"] = station.asks(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 21196)
 
         route, fence = mavwp.MAVWPLoader(1, 1), mavwp.MissionItemProtocol_Fence(1, 1)
         for place_and_depth in PLACES:
@@ -180,8 +181,9 @@ def test_a_log_is_listed_and_fetched_by_mavftp(flown: Flown) -> None:
 
 
 def test_every_command_is_answered(flown: Flown) -> None:
-    answers = [flown.said[name] for name in ("arm", "turn", "disarm")]
-    assert answers == [mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_UNSUPPORTED, mavlink.MAV_RESULT_ACCEPTED]
+    answers = [flown.said[name] for name in ("arm", "turn", "disarm", "disarm, forced")]
+    accepted, refused = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_TEMPORARILY_REJECTED
+    assert answers == [accepted, mavlink.MAV_RESULT_UNSUPPORTED, refused, accepted]
 
 
 def test_mission_and_fence_of_mavwp_are_still_there_after_a_restart(flown: Flown) -> None:

@@ -183,7 +183,8 @@ async def fly(system: System, missions: MissionRawAsync) -> None:
     async def in_mode(mode: FlightMode) -> None:
         await first(telemetry.subscribe_flight_mode(), lambda it: it == mode)
 
-    say("hold, disarmed", await refused(action.hold()))
+    await action.hold()  # it is held at arming
+    await in_mode(FlightMode.HOLD)
     say("take off", await refused(action.takeoff()))
     await action.arm()
     await first(telemetry.subscribe_armed(), bool)
@@ -211,7 +212,8 @@ async def fly(system: System, missions: MissionRawAsync) -> None:
     say("on the way", plain(above))
     await action.land()
     await in_mode(FlightMode.LAND)
-    await action.disarm()
+    say("disarm, under water", await refused(action.disarm()))
+    await action.kill()  # the same, by force
     await first(telemetry.subscribe_armed(), lambda it: not it)
     await logs.erase_all_log_files()
 

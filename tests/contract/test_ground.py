@@ -21,6 +21,7 @@ from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.base.link_configuration import LinkConfiguration
 from firmware_py.mavlink.node import SharedState
 from firmware_py.reconfiguration import node_settings
+from firmware_py.records.command import Applied
 from firmware_py.records.order import CENTRED_STICKS, KEEP_SETPOINT, NO_ORDER, Arming, Mode, Order, Setpoint, Sticks
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame
 from firmware_py.tick import Tick
@@ -30,7 +31,9 @@ DT_NS = 10_000_000
 ARM = mavutil.mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 
 
-def frame(t: float, fins: int, charge: float) -> SensorFrame:
+def frame(t: float, applied: Applied, charge: float) -> SensorFrame:
+    """What the instruments say; fins and propeller are as they were commanded, or they would count as jammed."""
+
     def heard(value) -> Heard:
         return Heard(value, t, True, True)
 
@@ -40,8 +43,8 @@ def frame(t: float, fins: int, charge: float) -> SensorFrame:
         pressure=heard(101_325.0 + 1000.0 * 9.80665 * 3.0),
         altitude=heard(20.0),
         fix=heard(Fix(math.radians(36.8), math.radians(-121.8), 1.0)),
-        fins=(heard(0.0),) * fins,
-        n=heard(0.0),
+        fins=tuple(map(heard, applied.fins)),
+        n=heard(applied.n),
         battery=heard(Battery(48.0, 3.0, charge)),
         leak=heard(0.3),
     )
@@ -66,7 +69,7 @@ class Vehicle:
         for _ in range(ticks):
             tick = Tick(next(self.k), DT_NS)
             order = self.ground.read(tick)
-            cycle = self.autopilot.step(tick, frame(tick.t, self.fins, self.charge), order)
+            cycle = self.autopilot.step(tick, frame(tick.t, self.autopilot.applied, self.charge), order)
             self.ground.write(cycle)
             self.mode = cycle.mode.mode
 
@@ -106,8 +109,8 @@ class Station:
         assert message is not None, name
         return message
 
-    def arm(self, arm: int) -> None:
-        self.link.mav.command_long_send(1, 1, ARM, 0, arm, 0, 0, 0, 0, 0, 0)
+    def arm(self, arm: int, force: int = 0) -> None:
+        self.link.mav.command_long_send(1, 1, ARM, 0, arm, force, 0, 0, 0, 0, 0)
 
     def __enter__(self) -> Station:
         return self
@@ -153,8 +156,14 @@ def test_mavutil_arms_changes_modes_by_their_names_and_disarms(station: Station)
             station.heard()
             assert station.link.flightmode == name
             assert station.link.motors_armed()
-        station.arm(0)
+        station.arm(0)  # under water nothing would bring it up
         vehicle.hear()
+        vehicle.step(3)
+        assert rejected(station.heard()).startswith("DISARMED refused to station 255/0: under water, at 3.0 m;")
+        assert vehicle.mode is Mode.SURFACE
+        station.arm(0, force=21196)
+        vehicle.hear()
+        assert station.last("COMMAND_ACK").result == mavutil.mavlink.MAV_RESULT_ACCEPTED
         vehicle.step(100)
         assert station.last("HEARTBEAT").system_status == mavutil.mavlink.MAV_STATE_STANDBY
         assert not station.link.motors_armed()
@@ -410,7 +419,7 @@ orders = st.builds(
 def test_whoever_disarms_is_obeyed_and_nobody_arms_unasked(given_orders: list[Order]) -> None:
     merged = merge_orders(given_orders)
     words = {order.arming for order in given_orders}
-    by_weight = (Arming.DISARM, Arming.ARM, Arming.CHECK, Arming.KEEP)
+    by_weight = (Arming.FORCE_DISARM, Arming.DISARM, Arming.ARM, Arming.CHECK, Arming.KEEP)
     assert merged.arming is next((word for word in by_weight if word in words), Arming.KEEP)
     modes = [order.mode for order in given_orders if order.mode is not None]
     assert merged.mode == (Mode.DISARMED if Mode.DISARMED in modes else modes[-1] if modes else None)

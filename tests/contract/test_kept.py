@@ -42,7 +42,7 @@ class Vehicle:
         for _ in range(ticks):
             tick = Tick(self.k, DT_NS)
             self.orders.append(self.ground.read(tick))
-            self.ground.write(self.autopilot.step(tick, frame(tick.t, 4, 0.9), self.orders[-1]))
+            self.ground.write(self.autopilot.step(tick, frame(tick.t, self.autopilot.applied, 0.9), self.orders[-1]))
             self.k += 1
 
 

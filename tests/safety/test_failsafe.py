@@ -12,7 +12,7 @@ from firmware_py.records.fence import WITHIN, Disc, Fence
 from firmware_py.records.order import NO_ORDER, NOBODY, Asker, Mode, Order
 from firmware_py.safety.supervisor import Supervisor
 
-from .test_supervisor import DISARM, PARAMS, STATE, sailing
+from .test_supervisor import FORCE, PARAMS, STATE, sailing
 
 STATION = Asker(0, 255, 190, 0)
 RULED = {
@@ -59,7 +59,7 @@ def test_surfacing_by_a_rule_is_a_failsafe_with_its_cause_for_as_long_as_it_last
     vehicle.tick()  # all is well again, but surfacing is latched
     vehicle.tick(Order(mode=Mode.SURFACE, asker=STATION))  # and who orders it now did not begin it
     assert (vehicle.mode, vehicle.answer.cause, vehicle.answer.failsafe) == (Mode.SURFACE, cause, True)
-    vehicle.tick(DISARM)
+    vehicle.tick(FORCE)
     assert (vehicle.mode, vehicle.answer.cause, vehicle.answer.failsafe) == (Mode.DISARMED, Cause.ORDERED, False)
 
 

@@ -20,7 +20,7 @@ from firmware_py.records.fence import (
     fence_from_plain,
     fence_to_plain,
 )
-from firmware_py.records.order import Arming, Mode
+from firmware_py.records.order import Arming, Mode, Order
 from firmware_py.safety.supervisor import Supervisor
 
 from .test_supervisor import ARM, PARAMS, STATE, SupervisedVehicle
@@ -70,11 +70,16 @@ NEAR = st.builds(Disc, st.floats(-50, 50), st.floats(-50, 50), st.floats(1, 40))
 )
 
 
+def plainly_wrong(fence: Fence, x: float, y: float) -> bool:
+    """Whether a place is wrong, and not only by rounding: a leg may run along an edge."""
+    return all(fence.problem_at(x + dx, y + dy) for dx in (-1e-9, 1e-9) for dy in (-1e-9, 1e-9))
+
+
 @given(st.lists(NEAR, max_size=3), st.lists(NEAR, max_size=3), PLACES, PLACES)
 def test_a_way_is_barred_wherever_a_place_on_it_is(within: list, without: list, start: tuple, end: tuple) -> None:
     fence = Fence(tuple(within), tuple(without))
     places = [(start[0] + i / 500 * (end[0] - start[0]), start[1] + i / 500 * (end[1] - start[1])) for i in range(501)]
-    wrong = [fence.problem_at(*place) for place in places[1:-1]]
+    wrong = [plainly_wrong(fence, *place) for place in places[1:-1]]
     if any(a and b for a, b in itertools.pairwise(wrong)):  # two in a row: more than touched
         assert fence.leg_problem(*start, *end)
     if not fence.leg_problem(*start, *end):
@@ -167,11 +172,40 @@ def test_beyond_the_fence_for_a_second_it_surfaces_from_every_mode(mode: Mode, x
     assert at(vehicle, 5.0, 10) is Mode.SURFACE
 
 
-def test_beyond_the_fence_nobody_arms() -> None:
+OUT = {"eta": STATE.eta._replace(x=20.0, z=0.2)}
+
+
+def beyond() -> SupervisedVehicle:
+    """A disarmed vehicle at the surface, outside the fence."""
     vehicle = SupervisedVehicle()
     vehicle.supervisor = Supervisor(PARAMS, fence=Fence((SQUARE,)))
-    assert vehicle.tick(ARM, eta=STATE.eta._replace(x=20.0)) is Mode.DISARMED
-    assert vehicle.events == ("arming refused: outside the fence",)
+    return vehicle
+
+
+@pytest.mark.parametrize("mode", [Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN])
+def test_beyond_the_fence_nothing_arms_that_steers_itself(mode: Mode) -> None:
+    vehicle = beyond()
+    assert vehicle.tick(Order(arming=Arming.ARM, mode=mode), **OUT) is Mode.DISARMED
+    assert vehicle.events == ("arming refused: outside the fence (MANUAL can be armed, to steer it back)",)
+
+
+def test_beyond_the_fence_it_is_armed_to_be_steered_back_and_warned_of_it() -> None:
+    vehicle = beyond()
+    assert vehicle.tick(ARM, **OUT) is Mode.MANUAL
+    assert vehicle.events == ("outside the fence", "DISARMED -> MANUAL: ordered")
+    for _ in range(500):
+        assert vehicle.tick(**OUT) is Mode.MANUAL
+    assert at(vehicle, 5.0) is Mode.MANUAL
+    assert at(vehicle, 20.0, 100) is Mode.MANUAL  # it was within: from here on the fence holds
+    assert at(vehicle, 20.0) is Mode.SURFACE
+
+
+def test_who_is_steered_back_and_takes_another_mode_has_a_second_for_it() -> None:
+    vehicle = beyond()
+    vehicle.tick(ARM, **OUT)
+    for _ in range(100):
+        assert vehicle.tick(Order(mode=Mode.GUIDED), **OUT) is Mode.GUIDED
+    assert vehicle.tick(**OUT) is Mode.SURFACE
 
 
 def test_a_place_that_is_not_known_breaks_no_fence() -> None:
@@ -187,6 +221,8 @@ def test_deeper_than_the_depth_limit_it_surfaces_from_every_mode_and_nobody_arms
     vehicle.tick(ARM)
     vehicle.tick(type(ARM)(mode=mode))
     assert vehicle.tick(z=PARAMS.depth_max) is mode
+    for _ in range(30):  # depth_max_time: one false sample is no reason
+        assert vehicle.tick(z=PARAMS.depth_max + 0.01) is mode
     assert vehicle.tick(z=PARAMS.depth_max + 0.01) is Mode.SURFACE
     assert vehicle.events == (f"{mode.name} -> SURFACE: depth 30.01 m, limit 30 m",)
 
@@ -213,6 +249,6 @@ def test_the_supervisor_says_whether_it_would_arm() -> None:
     assert not vehicle.answer.ready
     vehicle.tick(ARM)
     assert (vehicle.mode, vehicle.answer.ready) == (Mode.MANUAL, True)
-    vehicle.tick(type(ARM)(arming=Arming.DISARM))
+    vehicle.tick(type(ARM)(arming=Arming.FORCE_DISARM))
     vehicle.tick()
     assert vehicle.answer.ready

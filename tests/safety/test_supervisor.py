@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
+from operator import attrgetter
 from typing import Any
 
 import pytest
@@ -13,18 +14,24 @@ from firmware_py.marine import Eta, Nu
 from firmware_py.params import dump, load
 from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.event import Cause
 from firmware_py.records.event_text import texts
 from firmware_py.records.health import sound
 from firmware_py.records.order import NO_ORDER, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame, never
+from firmware_py.safety.action import Action
 from firmware_py.safety.rules import ARMING, RULES, SafetyParams, safer
+from firmware_py.safety.station_params import StationParams
 from firmware_py.safety.supervisor import Supervisor
 from firmware_py.tick import Tick
 
 DT_NS = 10_000_000
 PARAMS = SafetyParams()
+AT_ONCE = replace(PARAMS, depth_max_time=0.0)
+"""For tests in which being too deep is the rule that holds, and not what it takes."""
 ARM = Order(arming=Arming.ARM)
 DISARM = Order(arming=Arming.DISARM)
+FORCE = Order(arming=Arming.FORCE_DISARM)
 STATE = StateEstimate(Eta(0, 0, 5, 0, 0, 0), Nu(1, 0, 0, 0, 0, 0), 1, 0.1, 0.1, 20.0, True, True, True, False)
 NEVER_DVL = never(Dvl(*[math.nan] * 5))
 NEVER_FIX = never(Fix(*[math.nan] * 3))
@@ -100,20 +107,68 @@ def test_arming_leads_to_manual_or_to_what_is_ordered_with_it() -> None:
         assert sailing(mode).mode is mode
 
 
-def test_a_mode_ordered_while_disarmed_is_refused_with_a_sentence() -> None:
+@pytest.mark.parametrize("mode", [Mode.HOLD, Mode.MISSION, Mode.SURFACE, Mode.GUIDED])
+def test_a_mode_ordered_while_disarmed_is_the_one_that_arming_leads_to(mode: Mode) -> None:
     vehicle = SupervisedVehicle()
-    for mode in (Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.SURFACE):
-        assert vehicle.tick(Order(mode=mode)) is Mode.DISARMED
-        assert vehicle.events == (f"{mode.name} refused: disarmed; arm first",)
+    assert vehicle.tick(Order(mode=mode)) is Mode.DISARMED
+    assert vehicle.events == (f"{mode.name} chosen; arming begins it",)
+    assert vehicle.answer.chosen is mode
+    assert vehicle.tick(Order(mode=mode)) is Mode.DISARMED
+    assert vehicle.events == ()
+    vehicle.tick(ARM, frame={"fins": (old(1.1, 0.1, vehicle.k),) * 4})
+    assert vehicle.answer.chosen is mode  # refused, it is still chosen
+    assert vehicle.tick(ARM) is mode
+    assert vehicle.answer.chosen is Mode.MANUAL
+    assert vehicle.tick(FORCE) is Mode.DISARMED
+    assert vehicle.tick(ARM) is Mode.MANUAL  # a choice holds once: nobody wants the mission again unasked
+
+
+def test_a_choice_is_changed_and_taken_back_and_a_mode_with_arming_goes_before_it() -> None:
+    vehicle = SupervisedVehicle()
+    for mode in (Mode.MISSION, Mode.HOLD, Mode.MANUAL):
+        vehicle.tick(Order(mode=mode))
+        assert vehicle.answer.chosen is mode
+    vehicle.tick(Order(mode=Mode.MISSION))
+    vehicle.tick(DISARM)
+    assert vehicle.answer.chosen is Mode.MANUAL
+    vehicle.tick(Order(mode=Mode.MISSION))
+    assert vehicle.tick(Order(arming=Arming.ARM, mode=Mode.GUIDED)) is Mode.GUIDED
+
+
+def test_ready_is_said_of_the_mode_that_is_chosen() -> None:
+    vehicle = SupervisedVehicle()
+    low = {"frame": {"battery": Heard(Battery(48.0, 1.0, 0.05), 0.0, True, True)}}
+    vehicle.tick(**low)
+    assert not vehicle.answer.ready
+    vehicle.tick(Order(mode=Mode.SURFACE), **low)  # to come up, any charge will do
+    assert vehicle.answer.ready
 
 
 @pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.SURFACE])
 @pytest.mark.parametrize("order", [DISARM, Order(mode=Mode.DISARMED), Order(arming=Arming.DISARM, mode=Mode.MISSION)])
-def test_disarm_is_always_obeyed(mode: Mode, order: Order) -> None:
+def test_disarming_is_obeyed_at_the_surface_and_refused_under_water(mode: Mode, order: Order) -> None:
     vehicle = sailing(mode)
-    assert vehicle.tick(order, z=99.0, leak=True, attitude_ok=False) is Mode.DISARMED
+    assert vehicle.tick(order, z=1.01) is mode
+    assert vehicle.events == ("DISARMED refused: under water, at 1.0 m; surface first, or force it (param2 = 21196)",)
+    assert vehicle.tick(order, z=1.0) is Mode.DISARMED
     assert vehicle.events == (f"{mode.name} -> DISARMED: ordered",)
     assert vehicle.tick() is Mode.DISARMED
+
+
+@pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.SURFACE])
+def test_forced_disarming_is_always_obeyed(mode: Mode) -> None:
+    vehicle = sailing(mode)
+    assert vehicle.tick(FORCE, z=99.0, leak=True, attitude_ok=False) is Mode.DISARMED
+    assert vehicle.events == (f"{mode.name} -> DISARMED: ordered",)
+    assert vehicle.tick() is Mode.DISARMED
+
+
+def test_disarming_without_a_depth_needs_a_fix_or_force() -> None:
+    vehicle = sailing(Mode.SURFACE)
+    assert vehicle.tick(DISARM, z=0.0, depth_ok=False) is Mode.SURFACE
+    assert vehicle.events[0].startswith("DISARMED refused: depth not known; surface first")
+    fix = Heard(Fix(0.1, 0.2, 2.0), Tick(vehicle.k, DT_NS).t, True, True)
+    assert vehicle.tick(DISARM, z=5.0, depth_ok=False, frame={"fix": fix}) is Mode.DISARMED
 
 
 def test_modes_change_by_order_while_armed() -> None:
@@ -128,16 +183,16 @@ def test_events_name_the_station_that_ordered_or_was_refused() -> None:
     vehicle = SupervisedVehicle(has_mission=False)
     one, two = Asker(0, 255, 190, 400), Asker(1, 254, 1, 176)
     assert vehicle.tick(Order(mode=Mode.HOLD, asker=two)) is Mode.DISARMED
-    assert vehicle.events == ("HOLD refused to station 254/1: disarmed; arm first",)
+    assert vehicle.events == ("HOLD chosen by station 254/1; arming begins it",)
     vehicle.tick(replace(ARM, asker=one), frame={"fins": (old(1.1, 0.1, vehicle.k),) * 4})
     assert vehicle.events == ("arming refused to station 255/190: not every fin heard within 1 s",)
     vehicle.tick(replace(ARM, asker=one))
-    assert vehicle.events == ("DISARMED -> MANUAL: ordered by station 255/190",)
+    assert vehicle.events == ("DISARMED -> HOLD: ordered by station 255/190",)
     vehicle.tick(Order(mode=Mode.MISSION, asker=two))
     assert vehicle.events == ("MISSION refused to station 254/1: no mission is loaded",)
-    vehicle.tick(Order(mode=Mode.HOLD, asker=two), z=99.0)  # it is a rule that surfaces
-    assert vehicle.events == ("MANUAL -> SURFACE: depth 99.00 m, limit 30 m",)
-    vehicle.tick(replace(DISARM, asker=two))
+    vehicle.tick(Order(mode=Mode.MANUAL, asker=two), depth_ok=False)  # it is a rule that surfaces
+    assert vehicle.events == ("HOLD -> SURFACE: depth not heard for 1 s",)
+    vehicle.tick(replace(FORCE, asker=two))
     assert vehicle.events == ("SURFACE -> DISARMED: ordered by station 254/1",)
 
 
@@ -151,14 +206,14 @@ def test_without_a_mission_there_is_no_mission_mode() -> None:
 
 
 def test_surface_is_latched_until_disarmed() -> None:
-    vehicle = sailing()
+    vehicle = sailing(params=AT_ONCE)
     assert vehicle.tick(z=PARAMS.depth_max + 1.0) is Mode.SURFACE
     for mode in (Mode.MANUAL, Mode.HOLD, Mode.MISSION):
         assert vehicle.tick(Order(arming=Arming.ARM, mode=mode)) is Mode.SURFACE
         assert vehicle.events == (f"{mode.name} refused: surfacing, which only disarming ends",)
     assert vehicle.tick(Order(mode=Mode.SURFACE)) is Mode.SURFACE
     assert vehicle.events == ()
-    assert vehicle.tick(DISARM) is Mode.DISARMED
+    assert vehicle.tick(FORCE) is Mode.DISARMED
     assert vehicle.tick(ARM) is Mode.MANUAL
 
 
@@ -249,9 +304,8 @@ def charge(value: float) -> dict[str, Any]:
 
 # condition at its bound: (inputs just inside, at, just outside, ticks it must hold, word in the sentence)
 AT_BOUNDS: list[tuple[str, dict[str, Any], dict[str, Any], dict[str, Any], int]] = [
-    ("depth", {"z": 29.99}, {"z": 30.0}, {"z": 30.001}, 1),
-    ("altitude", {"altitude": 2.01}, {"altitude": 2.0}, {"altitude": 1.999}, 51),
-    ("battery", charge(0.101), charge(0.1), charge(0.0999), 501),
+    ("depth", {"z": 29.99}, {"z": 30.0}, {"z": 30.001}, 31),
+    ("altitude", {"altitude": 2.01}, {"altitude": 2.0}, {"altitude": 1.999}, 101),
     ("water", {"leak": False}, {"altitude": math.nan}, {"leak": True}, 101),
     ("attitude", {}, charge(math.nan), {"attitude_ok": False}, 1),
     ("depth", {}, {}, {"depth_ok": False}, 1),
@@ -361,7 +415,7 @@ def test_attitude_that_stays_away_ends_in_disarmed_and_one_that_comes_back_does_
 
 
 def test_the_most_severe_rule_wins_and_further_reasons_are_told_once() -> None:
-    vehicle = sailing()
+    vehicle = sailing(params=AT_ONCE)
     assert vehicle.tick(z=31.0, depth_ok=False) is Mode.SURFACE
     assert vehicle.events == ("HOLD -> SURFACE: depth not heard for 1 s",)
     told = []
@@ -372,7 +426,7 @@ def test_the_most_severe_rule_wins_and_further_reasons_are_told_once() -> None:
 
 
 def test_an_order_never_wins_over_a_rule() -> None:
-    vehicle = sailing(Mode.HOLD)
+    vehicle = sailing(Mode.HOLD, AT_ONCE)
     assert vehicle.tick(Order(mode=Mode.MISSION), z=31.0) is Mode.SURFACE
     assert vehicle.events == ("HOLD -> SURFACE: depth 31.00 m, limit 30 m",)
 
@@ -383,20 +437,38 @@ def test_frozen_and_thawed_it_goes_on_the_same() -> None:
         vehicle.tick(altitude=1.0, late_ns=2 * DT_NS if vehicle.k % 9 == 0 else 0)
     twin.supervisor.thaw(vehicle.supervisor.freeze())
     twin.k = vehicle.k
-    for _ in range(40):
+    for _ in range(90):
         assert twin.tick(altitude=1.0) is vehicle.tick(altitude=1.0)
         assert (twin.answer, twin.events) == (vehicle.answer, vehicle.events)
         assert twin.supervisor.freeze() == vehicle.supervisor.freeze()
     assert vehicle.mode is Mode.SURFACE
 
 
-def test_the_table_is_in_order_of_severity_and_names_its_parameters() -> None:
-    for above, below in itertools.pairwise(RULES):
-        assert not safer(below.mode, above.mode)
-    for rule in (*RULES, *ARMING):
-        assert rule.time == "" or isinstance(getattr(PARAMS, rule.time), float)
-        assert rule.mode in (Mode.DISARMED, Mode.SURFACE)
-    assert len({rule.cause for rule in RULES}) == len(RULES)
+def test_the_table_names_its_parameters_and_ends_with_what_was_ordered() -> None:
+    for rule in RULES:
+        assert rule.time == "" or isinstance(attrgetter(rule.time)(PARAMS), float)
+        assert isinstance(rule.answer, Mode) or isinstance(attrgetter(rule.answer)(PARAMS), Action)
+    assert all(rule.time == "" and rule.answer is Mode.DISARMED for rule in ARMING)
+    once = [rule.cause for rule in RULES if rule.cause is not Cause.STATION_LOST]  # that is a rule for each mode
+    assert len(set(once)) == len(once)
+    assert [rule.cause for rule in RULES[-2:]] == [Cause.MISSION_DONE, Cause.RETURN_DONE]  # no more than an excuse
+
+
+def test_every_action_parameter_belongs_to_one_rule() -> None:
+    answers = [rule.answer for rule in RULES if isinstance(rule.answer, str)]
+    declared = [f.name for f in fields(SafetyParams) if f.name.endswith("_action")]
+    declared += [f"station.{f.name}" for f in fields(StationParams) if f.name.endswith("_action")]
+    assert sorted(answers) == sorted(declared)
+
+
+def test_modes_in_the_order_of_safety() -> None:
+    order = (Mode.DISARMED, Mode.SURFACE, Mode.RETURN, Mode.HOLD)
+    for above, below in itertools.pairwise(order):
+        assert safer(above, below)
+        assert not safer(below, above)
+    for mode in (Mode.MANUAL, Mode.MISSION, Mode.LOITER, Mode.GUIDED):
+        assert safer(Mode.HOLD, mode)
+        assert not safer(mode, Mode.MANUAL)
 
 
 def test_parameters_come_back_from_their_table() -> None:

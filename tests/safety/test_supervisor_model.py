@@ -11,11 +11,13 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from firmware_py.marine import Eta, Nu
+from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import EventKind
 from firmware_py.records.health import sound
 from firmware_py.records.order import NO_ORDER, Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Heard, silence
+from firmware_py.safety.action import Action
 from firmware_py.safety.rules import SafetyParams
 from firmware_py.safety.supervisor import Supervisor
 from firmware_py.tick import Tick
@@ -28,8 +30,10 @@ PARAMS = SafetyParams(
     leak_time=0.06,
     battery_time=0.1,
     altitude_time=0.04,
+    depth_max_time=0.04,
     surface_time=0.1,
     late_max=3,
+    battery_silent_action=Action.SURFACE,
 )
 SURFACING = (Mode.SURFACE, Mode.DISARMED)
 ORDERS = st.builds(Order, arming=st.sampled_from(Arming), mode=st.one_of(st.none(), st.sampled_from(Mode)))
@@ -51,6 +55,7 @@ class Voyage(RuleBasedStateMachine):
         self.late: list[bool] = []
         self.was = self.mode = Mode.DISARMED
         self.order, self.events = NO_ORDER, ()
+        self.answer = ModeState(Mode.DISARMED, False, 0)
 
     def tick(self, order: Order = NO_ORDER, late: bool = False) -> None:
         self.k += 1
@@ -73,8 +78,8 @@ class Voyage(RuleBasedStateMachine):
             world["leak"],
         )  # fmt: skip
         self.twin.thaw(self.supervisor.freeze())
-        self.was, self.order, self.seen = self.mode, order, dict(world)
-        answer = self.supervisor.update(tick, frame, state, sound(0), order, world["done"])
+        self.was, self.order, self.seen, self.chosen = self.mode, order, dict(world), self.answer.chosen
+        self.answer = answer = self.supervisor.update(tick, frame, state, sound(0), order, world["done"])
         self.mode, self.events = answer.mode, self.supervisor.events
         assert self.twin.update(tick, frame, state, sound(0), order, world["done"]) == answer
         assert self.twin.events == self.events
@@ -130,11 +135,16 @@ class Voyage(RuleBasedStateMachine):
         if self.k < 0:
             return
         mode, was, order, since = self.mode, self.was, self.order, self.since
-        disarm = order.arming is Arming.DISARM or order.mode is Mode.DISARMED
-        assert not (disarm and mode is not Mode.DISARMED), "armed against an order to disarm"
+        forced = order.arming is Arming.FORCE_DISARM
+        disarm = forced or order.arming is Arming.DISARM or order.mode is Mode.DISARMED
+        submerged = self.seen["z"] > PARAMS.submerged_depth
+        assert not (forced and mode is not Mode.DISARMED), "armed against a forced order to disarm"
+        assert not (disarm and not submerged and mode is not Mode.DISARMED), "armed against an order to disarm"
+        if disarm and not forced and submerged and was is not Mode.DISARMED and since["attitude"] < 21:
+            assert mode is not Mode.DISARMED, "disarmed under water"
 
         # never less safe than what is wrong: at once, or after the condition has held for its time
-        held = {"deep": 1, "attitude": 1, "depth": 1, "late": 1, "low": 3, "leak": 4, "charge": 6}
+        held = {"deep": 3, "attitude": 1, "depth": 1, "late": 1, "low": 3, "leak": 4, "charge": 6}
         for name, ticks in held.items():
             assert since[name] < ticks or mode in SURFACING, name
         assert since["attitude"] < 21 or mode is Mode.DISARMED
@@ -142,7 +152,7 @@ class Voyage(RuleBasedStateMachine):
         # what is safe is left by order alone, and surfacing not even so
         if was is Mode.DISARMED and mode is not Mode.DISARMED:
             assert order.arming is Arming.ARM
-            assert mode is (order.mode or Mode.MANUAL)
+            assert mode is (order.mode or self.chosen)
             assert since["attitude"] == 0
             if mode is not Mode.SURFACE:
                 assert not any(since.values())
@@ -150,7 +160,7 @@ class Voyage(RuleBasedStateMachine):
         if was is Mode.SURFACE:
             assert mode in SURFACING
         if mode is not was and mode not in SURFACING:
-            assert mode is order.mode or (was is Mode.DISARMED and order.mode is None)
+            assert mode is order.mode or (was is Mode.DISARMED and order.mode is None and mode is self.chosen)
         assert mode is not Mode.MISSION or self.has_mission
         assert not (was is mode is Mode.MISSION and self.seen["done"])
 
@@ -158,7 +168,10 @@ class Voyage(RuleBasedStateMachine):
         assert [(e.before, e.after) for e in self.events if e.kind is EventKind.MODE_CHANGED] == [(was, mode)] * (
             mode is not was
         )
-        asked = order.mode if order.arming is not Arming.ARM or was is not Mode.DISARMED else order.mode or Mode.MANUAL
+        asked = order.mode
+        if was is Mode.DISARMED:  # a mode ordered without arming is chosen, and told if it was not before
+            asked = order.mode or self.chosen if order.arming is Arming.ARM else None
+            assert disarm or order.mode in (None, self.answer.chosen) or self.events
         if asked is not None and asked is not mode and not disarm:
             assert self.events
         if not self.events:

@@ -21,7 +21,7 @@ from firmware_py.tick import Rate, Tick
 
 __all__ = ["GroundError", "Grounds", "MavlinkGround", "open_link"]
 
-_PRECEDENCE = (Arming.KEEP, Arming.CHECK, Arming.ARM, Arming.DISARM)
+_PRECEDENCE = (Arming.KEEP, Arming.CHECK, Arming.ARM, Arming.DISARM, Arming.FORCE_DISARM)
 """Of two demands on arming, the later in this list wins."""
 _LINK_CLASSES: dict[str, Callable[[LinkSpec], StationLink]] = {
     "udpout": UdpLink,
@@ -158,7 +158,7 @@ class Grounds:
 
 
 def merge_orders(orders: Sequence[Order]) -> Order:
-    """Return one order of many: the last value of each field, the latest sticks; a demand to disarm always wins.
+    """Return one order of many: the last value of each field, the latest times; a demand to disarm always wins.
 
     Permanent changes are all kept, in order. The asker is the source of the arming or mode demand that won, or else the
     last source that asked for anything.
@@ -167,11 +167,11 @@ def merge_orders(orders: Sequence[Order]) -> Order:
     if len(given) < 2:
         return given[0] if given else NO_ORDER
     arming, mode, setpoint, latest, jump = Arming.KEEP, None, NO_ORDER.setpoint, given[0], NO_ORDER.jump
-    changes = NO_ORDER.changes
+    changes, chooses = NO_ORDER.changes, NO_ORDER.chooses
     for order in given:
         arming = max(arming, order.arming, key=_PRECEDENCE.index)
         if order.mode is not None and mode is not Mode.DISARMED:
-            mode = order.mode
+            mode, chooses = order.mode, order.chooses
         setpoint = Setpoint(
             *(old if math.isnan(new) else new for old, new in zip(setpoint, order.setpoint, strict=True))
         )
@@ -186,4 +186,6 @@ def merge_orders(orders: Sequence[Order]) -> Order:
         or [order for order in given if order.asker != NOBODY]
     )
     asker = decisive[-1].asker if decisive else NOBODY
-    return Order(arming, mode, setpoint, latest.sticks, latest.t_sticks, jump, asker, changes)
+    sticks, t_station = (latest.sticks, latest.t_sticks), max(order.t_station for order in given)
+    terminate = any(order.terminate for order in given)
+    return Order(arming, mode, setpoint, *sticks, jump, asker, t_station, terminate, chooses, changes)

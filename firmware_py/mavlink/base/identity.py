@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.message_definitions import PROTOCOL_VERSION
-from firmware_py.mavlink.base.modes import Identity, custom_mode
+from firmware_py.mavlink.base.modes import Identity, custom_mode, shown_mode
+from firmware_py.records.command import ModeState
 from firmware_py.records.order import Mode
 
 __all__ = ["Identity", "autopilot", "autopilot_version", "base_mode", "heartbeat", "protocol_version"]
@@ -36,22 +37,23 @@ _MAVLINK_1, _MAVLINK_2 = 100, 200
 _NO_HASH = bytes(8)
 _VERSION = 0 << 24 | 1 << 16 | 0 << 8 | dialect.FIRMWARE_VERSION_TYPE_DEV
 
+_ARMED = dialect.MAV_MODE_FLAG_SAFETY_ARMED
 _FLAGS = {
-    Mode.DISARMED: dialect.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED,
-    Mode.MANUAL: dialect.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED | dialect.MAV_MODE_FLAG_SAFETY_ARMED,
-    Mode.HOLD: dialect.MAV_MODE_FLAG_STABILIZE_ENABLED | dialect.MAV_MODE_FLAG_SAFETY_ARMED,
-    Mode.MISSION: dialect.MAV_MODE_FLAG_AUTO_ENABLED | dialect.MAV_MODE_FLAG_SAFETY_ARMED,
-    Mode.SURFACE: dialect.MAV_MODE_FLAG_AUTO_ENABLED | dialect.MAV_MODE_FLAG_SAFETY_ARMED,
-    Mode.LOITER: dialect.MAV_MODE_FLAG_GUIDED_ENABLED | dialect.MAV_MODE_FLAG_SAFETY_ARMED,
-    Mode.GUIDED: dialect.MAV_MODE_FLAG_GUIDED_ENABLED | dialect.MAV_MODE_FLAG_SAFETY_ARMED,
-    Mode.RETURN: dialect.MAV_MODE_FLAG_AUTO_ENABLED | dialect.MAV_MODE_FLAG_SAFETY_ARMED,
+    Mode.MANUAL: dialect.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED,
+    Mode.HOLD: dialect.MAV_MODE_FLAG_STABILIZE_ENABLED,
+    Mode.MISSION: dialect.MAV_MODE_FLAG_AUTO_ENABLED,
+    Mode.SURFACE: dialect.MAV_MODE_FLAG_AUTO_ENABLED,
+    Mode.LOITER: dialect.MAV_MODE_FLAG_GUIDED_ENABLED,
+    Mode.GUIDED: dialect.MAV_MODE_FLAG_GUIDED_ENABLED,
+    Mode.RETURN: dialect.MAV_MODE_FLAG_AUTO_ENABLED,
 }
 
 
-def heartbeat(identity: Identity, mode: Mode, state: int) -> Message:
+def heartbeat(identity: Identity, decided: ModeState, state: int) -> Message:
     """Return HEARTBEAT of a submarine; `state` is the MAV_STATE."""
+    number = custom_mode(identity, shown_mode(decided))
     return dialect.MAVLink_heartbeat_message(
-        dialect.MAV_TYPE_SUBMARINE, autopilot(identity), base_mode(mode), custom_mode(identity, mode), state, 3
+        dialect.MAV_TYPE_SUBMARINE, autopilot(identity), base_mode(decided), number, state, 3
     )
 
 
@@ -60,9 +62,10 @@ def autopilot(identity: Identity) -> int:
     return int(_AUTOPILOT[identity])
 
 
-def base_mode(mode: Mode) -> int:
-    """Return the MAV_MODE_FLAGs of a mode."""
-    return int(_FLAGS[mode] | dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED)
+def base_mode(decided: ModeState) -> int:
+    """Return the MAV_MODE_FLAGs of the mode that is shown, and whether the vehicle is armed."""
+    armed = 0 if decided.mode is Mode.DISARMED else _ARMED
+    return int(_FLAGS[shown_mode(decided)] | armed | dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED)
 
 
 def autopilot_version(identity: Identity) -> Message:

@@ -11,6 +11,7 @@ import math
 from typing import NamedTuple
 
 from firmware_py.mavlink.base.codec import Message, dialect
+from firmware_py.records.command import ModeState
 from firmware_py.records.order import Mode
 
 _NON_STANDARD: int = dialect.MAV_STANDARD_MODE_NON_STANDARD
@@ -77,8 +78,13 @@ _BY_STANDARD: dict[float, Mode] = {
 }
 
 
+def shown_mode(decided: ModeState) -> Mode:
+    """Return the mode that stations are shown: while disarmed the one that arming leads to."""
+    return decided.chosen if decided.mode is Mode.DISARMED else decided.mode
+
+
 def custom_mode(identity: Identity, mode: Mode) -> int:
-    """Return the custom mode of a mode; that of MANUAL while disarmed, as arming leads there."""
+    """Return the custom mode of a mode; DISARMED has none and gets that of MANUAL."""
     return _BY_MODE[mode].custom(identity)
 
 

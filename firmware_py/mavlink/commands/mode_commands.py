@@ -13,6 +13,9 @@ from firmware_py.mavlink.commands.queue import CommandQueue, PendingCommand
 from firmware_py.records.order import Arming, Mode
 from firmware_py.tick import Tick
 
+_FORCE = 21196.0
+"""Param2 of a command to arm or disarm that is forced."""
+
 
 class ModeCommands:
     """Arming and modes for one link; `mission_refusal` says why a mission may not start."""
@@ -33,13 +36,19 @@ class ModeCommands:
             dialect.MAV_CMD_NAV_LOITER_UNLIM: self._mode(Mode.LOITER),
             dialect.MAV_CMD_NAV_LAND: self._mode(Mode.SURFACE),
             dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: self._mode(Mode.RETURN),
+            dialect.MAV_CMD_DO_FLIGHTTERMINATION: self._terminate,
         }
 
     def _arm(self, tick: Tick, command: Command) -> int | None:
-        """Arm or disarm; param2 (force) is ignored: the supervisor's checks always hold."""
-        arming = {1.0: Arming.ARM, 0.0: Arming.DISARM}.get(command.params[0])
+        """Arm or disarm. Force (param2) disarms under water too; arming is never forced: its checks always hold."""
+        arm, force = command.params[:2]
+        arming = {1.0: Arming.ARM, 0.0: Arming.DISARM}.get(arm)
         if arming is None:
-            raise CommandRefused(f"{command.params[0]:g} is neither arm (1) nor disarm (0)")
+            raise CommandRefused(f"{arm:g} is neither arm (1) nor disarm (0)")
+        if arming is Arming.DISARM and force == _FORCE:
+            arming = Arming.FORCE_DISARM
+        if arming is Arming.ARM and self._queue.mode is Mode.DISARMED and self._queue.chosen is Mode.MISSION:
+            self._check_mission()
         return self._enqueue(tick, command, arming, None)
 
     def _check(self, tick: Tick, command: Command) -> None:
@@ -54,13 +63,13 @@ class ModeCommands:
         mode = mode_of(custom, sub)
         if mode is None:
             raise CommandRefused(ModeRefusal(ModeReason.UNKNOWN_MODE, numbers=(custom, sub)))
-        return self._enqueue(tick, command, Arming.KEEP, mode)
+        return self._enqueue(tick, command, Arming.KEEP, mode, chooses=True)
 
     def _set_standard_mode(self, tick: Tick, command: Command) -> int | None:
         mode = standard_mode(command.params[0])
         if mode is None:
             raise CommandRefused(f"standard mode {command.params[0]:g} is not supported")
-        return self._enqueue(tick, command, Arming.KEEP, mode)
+        return self._enqueue(tick, command, Arming.KEEP, mode, chooses=True)
 
     def _pause(self, tick: Tick, command: Command) -> int | None:
         mode = {0.0: Mode.LOITER, 1.0: Mode.MISSION}.get(command.params[0])
@@ -74,9 +83,36 @@ class ModeCommands:
 
         return do
 
-    def _enqueue(self, tick: Tick, command: Command, arming: Arming, mode: Mode | None) -> int | None:
-        if mode is Mode.MISSION and (why := self._mission_refusal()):
-            raise CommandRefused(why, REJECTED)
-        who = (self._link, command.system, command.component, command.number)
-        self._queue.put(PendingCommand(*who, arming, mode), command.again, tick.t_ns)
+    def _terminate(self, tick: Tick, command: Command) -> int | None:
+        """Surface and release the drop weight."""
+        if not command.params[0] >= 1.0:
+            raise CommandRefused(
+                f"{command.params[0]:g} does not end the flight; 1 does: it surfaces and drops its weight"
+            )
+        self._put(tick, command, Arming.KEEP, None, terminate=True)
         return None
+
+    def _enqueue(
+        self, tick: Tick, command: Command, arming: Arming, mode: Mode | None, chooses: bool = False
+    ) -> int | None:
+        if mode is Mode.MISSION:
+            self._check_mission()
+        self._put(tick, command, arming, mode, chooses)
+        return None
+
+    def _check_mission(self) -> None:
+        if why := self._mission_refusal():
+            raise CommandRefused(why, REJECTED)
+
+    def _put(
+        self,
+        tick: Tick,
+        command: Command,
+        arming: Arming,
+        mode: Mode | None,
+        chooses: bool = False,
+        terminate: bool = False,
+    ) -> None:
+        who = (self._link, command.system, command.component, command.number)
+        pending = PendingCommand(*who, arming, mode, chooses=chooses, terminate=terminate)
+        self._queue.put(pending, command.again, tick.t_ns)

@@ -24,12 +24,17 @@ MAX_WAITING = 8
 _MAX_SENDERS = 32
 _RESULT_VALID_NS = 10 * NS_PER_S
 """A repeated command gets its old result for so long."""
+_DISARM = (Arming.DISARM, Arming.FORCE_DISARM)
 _REFUSALS = (EventKind.MODE_CHANGED, EventKind.MODE_REFUSED, EventKind.ARMING_REFUSED)
 """Events that tell stations why a mode or arming was not granted."""
 
 
 class PendingCommand(NamedTuple):
-    """A command that waits for its tick: sender, command number, and what it asks for."""
+    """A command that waits for its tick: sender, command number, and what it asks for.
+
+    `chooses` says that a disarmed vehicle takes the mode as the one that arming leads to; `terminate` asks for the end
+    of the flight.
+    """
 
     link: int
     system: int
@@ -39,6 +44,8 @@ class PendingCommand(NamedTuple):
     mode: Mode | None
     setpoint: Setpoint = KEEP_SETPOINT
     jump: int = NO_ORDER.jump
+    chooses: bool = False
+    terminate: bool = False
 
     @property
     def sender(self) -> tuple[int, int, int]:
@@ -49,7 +56,8 @@ class PendingCommand(NamedTuple):
     def order(self) -> Order:
         """The order that executes it."""
         asker = Asker(self.link, self.system, self.component, self.command)
-        return Order(self.arming, self.mode, self.setpoint, jump=self.jump, asker=asker)
+        order = Order(self.arming, self.mode, self.setpoint, jump=self.jump, asker=asker)
+        return replace(order, terminate=self.terminate, chooses=self.chooses)
 
 
 class CommandResult(NamedTuple):
@@ -73,7 +81,8 @@ class CommandQueue:
         self._last: dict[tuple[int, int, int], tuple[CommandResult, int]] = {}
         """The last result of each sender, and when it was sent, ns."""
         self._setpoint: tuple[Setpoint, Asker] | None = None
-        self._sticks = NO_ORDER
+        self._standing = NO_ORDER
+        """What holds without a command: sticks, and when a station was heard."""
         self.cycle: Cycle | None = None
         self.end_allowed = False
         """Whether stations may end the program: true where a service manager restarts it."""
@@ -87,9 +96,20 @@ class CommandQueue:
         """The mode in force."""
         return Mode.DISARMED if self.cycle is None else self.cycle.mode.mode
 
+    @property
+    def chosen(self) -> Mode:
+        """The mode that arming leads to, with the commands that wait; MANUAL before the first cycle."""
+        known = (self._executing, *self._waiting)
+        asked = [command.mode for command in known if command is not None and command.chooses and command.mode]
+        return asked[-1] if asked else Mode.MANUAL if self.cycle is None else self.cycle.mode.chosen
+
     def set_sticks(self, sticks: Sticks, t: float) -> None:
         """Set the sticks, received at `t`, s; control judges their age."""
-        self._sticks = Order(sticks=sticks, t_sticks=t)
+        self._standing = replace(self._standing, sticks=sticks, t_sticks=t)
+
+    def hear_station(self, t: float) -> None:
+        """Note that a ground station was heard at `t`, s."""
+        self._standing = replace(self._standing, t_station=t)
 
     def set_setpoint(self, setpoint: Setpoint, asker: Asker) -> None:
         """Set a setpoint that gets no result; the last one before a tick holds."""
@@ -100,10 +120,10 @@ class CommandQueue:
         if command == self._executing or command in self._waiting:
             return
         last = self._last.get(command.sender)
-        if command.arming is Arming.DISARM:
-            cancelled = [waiting for waiting in self._waiting if waiting.arming is not Arming.DISARM]
+        if command.arming in _DISARM:
+            cancelled = [waiting for waiting in self._waiting if waiting.arming not in _DISARM]
             self._results += [CommandResult(waiting, REJECTED, "disarming goes first") for waiting in cancelled]
-            self._waiting = deque([waiting for waiting in self._waiting if waiting.arming is Arming.DISARM])
+            self._waiting = deque([waiting for waiting in self._waiting if waiting.arming in _DISARM])
             self._append(command)
         elif again and last is not None and last[0].pending == command and t_ns - last[1] <= _RESULT_VALID_NS:
             self._results.append(last[0])
@@ -112,15 +132,13 @@ class CommandQueue:
 
     def next_order(self) -> Order:
         """Return the order of this tick."""
-        sticks, setpoint, self._setpoint = self._sticks, self._setpoint, None
+        standing, setpoint, self._setpoint = self._standing, self._setpoint, None
         if not self._waiting or self._executing is not None:
-            return sticks if setpoint is None else replace(sticks, setpoint=setpoint[0], asker=setpoint[1])
+            return standing if setpoint is None else replace(standing, setpoint=setpoint[0], asker=setpoint[1])
         command = self._waiting.popleft()
-        if command.mode is Mode.MANUAL and self.mode is Mode.DISARMED:
-            self._results.append(CommandResult(command))  # the heartbeat of a disarmed vehicle shows MANUAL already
-            return sticks
         self._executing = command
-        return replace(command.order, sticks=sticks.sticks, t_sticks=sticks.t_sticks)
+        order = command.order
+        return replace(order, sticks=standing.sticks, t_sticks=standing.t_sticks, t_station=standing.t_station)
 
     def results(self, cycle: Cycle) -> list[CommandResult]:
         """Return the results that are due, given the cycle that executed the last order."""
@@ -170,11 +188,16 @@ def _result(command: PendingCommand, cycle: Cycle) -> CommandResult:
     if command.arming is Arming.CHECK:
         why = "" if mode is Mode.DISARMED else "the vehicle is armed: there is nothing to check"
         return CommandResult(command, REJECTED if why else ACCEPTED, why)
-    if command.mode is None and command.arming is Arming.KEEP:
+    if command.mode is None and command.arming is Arming.KEEP and not command.terminate:
         refusal = None if command.setpoint is KEEP_SETPOINT else setpoint_refusal(mode, command.setpoint)
         return CommandResult(command) if refusal is None else CommandResult(command, REJECTED, refusal)
     disarmed = mode is Mode.DISARMED
-    granted = mode is command.mode if command.mode is not None else disarmed == (command.arming is Arming.DISARM)
+    if command.terminate:
+        granted = cycle.mode.drop
+    elif command.mode is not None:
+        granted = (cycle.mode.chosen if disarmed and command.chooses else mode) is command.mode
+    else:
+        granted = disarmed == (command.arming in _DISARM)
     if granted or any(event.kind in _REFUSALS for event in cycle.events):
         return CommandResult(command, ACCEPTED if granted else REJECTED)
     return CommandResult(command, REJECTED, ModeRefusal(ModeReason.OTHER_ORDER, mode))

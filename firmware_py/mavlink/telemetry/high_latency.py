@@ -7,7 +7,7 @@ import math
 from firmware_py.marine import Origin, local_to_geodetic, wrap
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.identity import autopilot, base_mode
-from firmware_py.mavlink.base.modes import Identity, custom_mode
+from firmware_py.mavlink.base.modes import Identity, custom_mode, shown_mode
 from firmware_py.mavlink.base.scaling import INT16, INT32, UINT16, boot_ms, whole
 from firmware_py.mavlink.telemetry.pose import DEG_E7
 from firmware_py.mavlink.telemetry.system_state import SystemState
@@ -39,7 +39,7 @@ class HighLatency:
         Altitudes are whole metres AMSL; depth in 0.1 m is custom1 + 127 * custom2, both from 0 to 126. What is unknown
         is 0, or the value that the field defines for it.
         """
-        state, reference, mode = cycle.state, cycle.reference, cycle.mode.mode
+        state, reference, mode = cycle.state, cycle.reference, shown_mode(cycle.mode)
         x, y, z, _, _, psi = state.eta
         latitude, longitude = local_to_geodetic(self._origin, x, y) if math.isfinite(x + y) else (0.0, 0.0)
         north, east = state.learned.current
@@ -71,7 +71,7 @@ class HighLatency:
             whole(charge, 0.01, (0, 100), unknown=-1),
             max(reference.waypoint, 0),
             self._failures(cycle),
-            _signed(base_mode(mode)),
+            _signed(base_mode(cycle.mode)),
             depth % 127,
             depth // 127,
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from firmware_py.mavlink.base.codec import dialect
+from firmware_py.mavlink.base.modes import shown_mode
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode
 
@@ -12,7 +13,7 @@ class SystemState:
 
     def __init__(self) -> None:
         self.mode = Mode.DISARMED
-        self.intended = Mode.DISARMED
+        self.intended = Mode.MANUAL
         """The mode that was in force before a failsafe ended it."""
         self.failsafe = False
         self._booted = False
@@ -31,4 +32,4 @@ class SystemState:
         self._booted = self._booted or (cycle.state.attitude_ok and cycle.state.depth_ok)
         self.mode, self.failsafe = cycle.mode.mode, cycle.mode.failsafe
         if not self.failsafe:
-            self.intended = self.mode
+            self.intended = shown_mode(cycle.mode)

@@ -30,7 +30,33 @@ NUMBERS: dict[Cause, tuple[float, ...]] = {
     Cause.MANOEUVRE_DEPTH: (56.0, 57.0, 55.0, 65.0),
     Cause.MANOEUVRE_ALTITUDE: (6.0, 5.0, 7.0),
     Cause.MANOEUVRE_PITCH: (0.4, 0.5, math.radians(25.0)),
+    Cause.BATTERY_WARNING: (0.19, 0.2),
+    Cause.BATTERY_SILENT: (30.0,),
+    Cause.LEAK_SILENT: (30.0,),
+    Cause.PITCH: (0.9, math.radians(45.0)),
+    Cause.ROLL: (1.2, math.radians(60.0)),
+    Cause.DEPTH_ERROR: (17.0, 10.0, 5.0),
+    Cause.NO_WAY_MADE: (120.0, 180.0),
+    Cause.ENERGY: (0.3, 0.35),
+    Cause.SURFACING_LONG: (600.0,),
+    Cause.AHRS_SUSPECT: (float(SourceFault.STEP),),
+    Cause.PRESSURE_SUSPECT: (float(SourceFault.FROZEN),),
+    Cause.DVL_BAD: (float(SourceFault.SILENT),),
+    Cause.ALTIMETER_BAD: (float(SourceFault.SILENT),),
+    Cause.PLANE_FAULT: (float(ActuatorFault.JAMMED),),
+    Cause.RUDDER_FAULT: (float(ActuatorFault.HARD_OVER),),
+    Cause.PROPELLER_FAULT: (float(ActuatorFault.LOST),),
+    Cause.ACTUATOR_WORN: (float(ActuatorFault.SLOW),),
+    Cause.BUS_SILENT: (2.0,),
+    Cause.STATION_LOST: (20.0,),
+    Cause.STICKS_LOST: (10.0,),
+    Cause.UNDER_WATER: (5.0,),
 }
+OF_FAULTS = (
+    *(Cause.AHRS_SUSPECT, Cause.PRESSURE_SUSPECT, Cause.DVL_BAD, Cause.ALTIMETER_BAD),
+    *(Cause.PLANE_FAULT, Cause.RUDDER_FAULT, Cause.PROPELLER_FAULT, Cause.ACTUATOR_WORN),
+)
+"""Causes whose number is a `SourceFault` (the first four) or an `ActuatorFault`."""
 REPORTED: dict[Cause, tuple[tuple[float, ...], tuple[str, ...]]] = {
     Cause.LEARNED_ALL: ((10.0, 0.02), ("Y_r",)),
     Cause.LEARNED: ((4.0, 10.0, 3.0, 0.03), ("Z_ds",)),
@@ -88,9 +114,15 @@ def test_every_cause_has_a_sentence_with_its_numbers(cause: Cause) -> None:
     (text,) = texts([event(EventKind.MODE_CHANGED, cause)])
     assert text.startswith("HOLD -> SURFACE: ")
     assert "{" not in text
-    assert any(unit in text for unit in (" m", " s", "%", " deg", " rad", "cycles", "exclusion 2")) or not NUMBERS.get(
-        cause
-    )
+    units = (" m", " s", "%", " deg", " rad", "cycles", "exclusion 2")
+    assert cause in OF_FAULTS or any(unit in text for unit in units) or not NUMBERS.get(cause)
+
+
+@pytest.mark.parametrize("cause", OF_FAULTS)
+def test_a_fault_behind_a_rule_is_told_in_words(cause: Cause) -> None:
+    members = SourceFault if cause in OF_FAULTS[:4] else ActuatorFault
+    said = {texts([event(EventKind.RULE_WARNS, cause, (float(member),))])[0] for member in members}
+    assert len(said) == len(members)
 
 
 def test_angles_and_shares_are_told_as_people_think_of_them() -> None:
@@ -142,6 +174,7 @@ def test_what_nobody_has_to_act_on_is_information(kind: EventKind) -> None:
         EventKind.MANOEUVRE_BEGUN,
         EventKind.MANOEUVRE_RESUMED,
         EventKind.MANOEUVRE_DONE,
+        EventKind.MODE_CHOSEN,
     }
     assert (severity_of(kind) is Severity.INFO) == (kind in normal)
 

@@ -175,13 +175,19 @@ def told(surface: float = 0.0, **changes) -> dict[str, object]:
     return {message.get_type(): message for message in messages}
 
 
-def easy_supervisor(mode: Mode, order: Order) -> tuple[Mode, tuple[Event, ...]]:
-    """Does what it is told, as far as a disarmed vehicle can."""
-    if order.arming is Arming.DISARM:
-        return Mode.DISARMED, ()
+def easy_supervisor(mode: Mode, order: Order) -> tuple[Mode, tuple[Event, ...], dict[str, Any]]:
+    """Does what it is told, as far as a disarmed vehicle can; the last is what else it decided."""
+    if order.arming in (Arming.DISARM, Arming.FORCE_DISARM):
+        return Mode.DISARMED, (), {"chosen": Mode.MANUAL}
     if mode is Mode.DISARMED:
-        return (Mode.MANUAL, ()) if order.arming is Arming.ARM else (mode, ())
-    return order.mode or mode, ()
+        return (
+            (Mode.MANUAL if order.arming is Arming.ARM else mode),
+            (),
+            ({"chosen": order.mode} if order.mode and order.chooses else {}),
+        )
+    if order.terminate:
+        return Mode.SURFACE, (), {"drop": True}
+    return order.mode or mode, (), {}
 
 
 class Station:
@@ -224,6 +230,8 @@ class LinkedVehicle:
         self.incoming: list[list[bytes]] = [[] for _ in range(links)]
         self.stations = [Station(self, link) for link in range(links)]
         self.mode = Mode.DISARMED
+        self.decided: dict[str, Any] = {}
+        """What the supervisor decided beside the mode, so far; one that says nothing of it changes nothing."""
         self.state: dict[str, object] = {}
         """What of its state is not as in `STATE`."""
         self.orders: list[Order] = []
@@ -236,11 +244,11 @@ class LinkedVehicle:
             for datagrams in self.incoming:
                 datagrams.clear()
             order = self.node.order()
-            self.mode, events = self.supervisor(self.mode, order)
+            self.mode, events, *more = self.supervisor(self.mode, order)
+            self.decided |= more[0] if more else {}
             self.orders.append(order)
-            for station, datagram in zip(
-                self.stations, self.node.report(cycle(self.k, self.mode, order, events, **self.state)), strict=True
-            ):
+            now = cycle(self.k, self.mode, order, events, decided=self.decided, **self.state)
+            for station, datagram in zip(self.stations, self.node.report(now), strict=True):
                 station.messages += parse(datagram)
             self.k += 1
 

@@ -41,7 +41,7 @@ def talk(vehicle: LinkedVehicle, number: int, *params: float, ticks: int = 3) ->
         vehicle.node.receive(tick, vehicle.incoming)
         vehicle.incoming[0].clear()
         order = vehicle.node.order()
-        vehicle.mode, events = vehicle.supervisor(vehicle.mode, order)
+        vehicle.mode, events, *_ = vehicle.supervisor(vehicle.mode, order)
         vehicle.orders.append(order)
         messages += heard(vehicle.node.report(cycle(vehicle.k, vehicle.mode, order, events))[0])
         vehicle.k += 1

@@ -13,9 +13,11 @@ from firmware_py.mavlink.base.identity import Identity
 from firmware_py.mavlink.commands.queue import MAX_WAITING
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.order import Arming, Mode, Order
-from tests.unit.firmware_py.mavlink.station import LinkedVehicle, Station, cycle, node, parse
+from firmware_py.tick import Tick
+from tests.unit.firmware_py.mavlink.station import DT_NS, LinkedVehicle, Station, cycle, node, parse
 
 ARM, SET_MODE = mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_CMD_DO_SET_MODE
+TERMINATE = mavlink.MAV_CMD_DO_FLIGHTTERMINATION
 REQUEST, INTERVAL = mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED = 0, 1, 2, 3
 CUSTOM = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
@@ -29,7 +31,7 @@ OURS = {
     *(mavlink.MAV_CMD_DO_REPOSITION, mavlink.MAV_CMD_DO_CHANGE_SPEED, mavlink.MAV_CMD_DO_CHANGE_ALTITUDE),
     *(mavlink.MAV_CMD_GUIDED_CHANGE_SPEED, mavlink.MAV_CMD_GUIDED_CHANGE_ALTITUDE),
     *(mavlink.MAV_CMD_GUIDED_CHANGE_HEADING, mavlink.MAV_CMD_CONDITION_YAW, mavlink.MAV_CMD_DO_SET_HOME),
-    *(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT, mavlink.MAV_CMD_DO_FENCE_ENABLE),
+    *(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT, mavlink.MAV_CMD_DO_FENCE_ENABLE, TERMINATE),
     *(mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, mavlink.MAV_CMD_PREFLIGHT_CALIBRATION),
 }
 COMMANDS = sorted(
@@ -142,16 +144,64 @@ def test_the_old_set_mode_works_and_is_answered_under_its_own_id() -> None:
     assert station.acks() == [(mavlink.MAVLINK_MSG_ID_SET_MODE, ACCEPTED)]
 
 
-def test_manual_is_what_a_disarmed_vehicle_says_it_is_in_and_so_is_granted() -> None:
+def test_a_mode_of_a_disarmed_vehicle_is_granted_if_the_supervisor_took_it() -> None:
     vehicle = LinkedVehicle(supervisor=stubborn)
     (station,) = vehicle.stations
     station.command(SET_MODE, CUSTOM, 19)
     vehicle.step()
-    assert station.acks() == [(SET_MODE, ACCEPTED)]
+    assert station.acks() == [(SET_MODE, ACCEPTED)]  # it is in force already
     station.command(SET_MODE, CUSTOM, 2)
     vehicle.step()
     assert station.acks() == [(SET_MODE, REJECTED)]
-    assert vehicle.asked() == [(Arming.KEEP, Mode.HOLD)]
+    assert vehicle.asked() == [(Arming.KEEP, Mode.MANUAL), (Arming.KEEP, Mode.HOLD)]
+
+
+def test_a_stations_start_of_a_mission_is_guided_then_arming_then_the_start() -> None:
+    vehicle = LinkedVehicle()
+    (station,) = vehicle.stations
+    station.command(SET_MODE, CUSTOM, 4)
+    station.command(ARM, 1)
+    station.command(mavlink.MAV_CMD_MISSION_START)
+    vehicle.step(5)
+    assert station.acks() == [(SET_MODE, ACCEPTED), (ARM, ACCEPTED), (mavlink.MAV_CMD_MISSION_START, ACCEPTED)]
+    assert vehicle.mode is Mode.MISSION
+
+
+def test_disarming_by_force_is_another_order() -> None:
+    vehicle, station = armed()
+    station.command(ARM, 0, 21196)
+    vehicle.step()
+    assert vehicle.asked()[1:] == [(Arming.FORCE_DISARM, None)]
+    assert station.acks() == [(ARM, ACCEPTED)]
+
+
+def test_the_end_of_the_flight_is_one_order_and_takes_one() -> None:
+    vehicle, station = armed()
+    for param in (0, -1, 0.5, math.nan):
+        station.command(TERMINATE, param)
+        vehicle.step(2)
+        assert station.acks() == [(TERMINATE, DENIED)]
+    station.command(TERMINATE, 1)
+    vehicle.step(2)
+    assert station.acks() == [(TERMINATE, ACCEPTED)]
+    assert vehicle.mode is Mode.SURFACE
+    assert [order.terminate for order in vehicle.orders].count(True) == 1
+
+
+def test_the_last_heartbeat_of_a_station_is_in_every_order() -> None:
+    vehicle = LinkedVehicle(links=2)
+    vehicle.step(10)
+    assert vehicle.orders[-1].t_station == -math.inf
+    beat = (mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE)
+    vehicle.stations[0].send(mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_SUBMARINE, *beat, 3))
+    vehicle.step()
+    assert vehicle.orders[-1].t_station == -math.inf  # another vehicle watches nobody
+    vehicle.stations[1].send(mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_GCS, *beat, 3))
+    vehicle.step(20)
+    assert {order.t_station for order in vehicle.orders[-20:]} == {Tick(11, DT_NS).t}
+    vehicle.stations[0].command(ARM, 1)
+    vehicle.step()
+    assert (vehicle.orders[-1].arming, vehicle.orders[-1].t_station) == (Arming.ARM, Tick(11, DT_NS).t)
 
 
 @pytest.mark.parametrize("param", [2, -1, 0.5, math.nan, math.inf])

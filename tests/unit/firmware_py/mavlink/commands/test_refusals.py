@@ -41,10 +41,11 @@ def strict() -> object:
     """The vehicle's own supervisor, without a mission."""
     supervisor, ticks = Supervisor(SafetyParams(), has_mission=False), iter(range(1_000_000))
 
-    def decide(mode: Mode, order: Order) -> tuple[Mode, tuple[Event, ...]]:
+    def decide(mode: Mode, order: Order) -> tuple[Mode, tuple[Event, ...], dict[str, object]]:
         tick = Tick(next(ticks), DT_NS)
         supervisor.thaw(supervisor.freeze()._replace(mode=mode))
-        return supervisor.update(tick, frame(tick.t), STATE, sound(0), order, False).mode, supervisor.events
+        answer = supervisor.update(tick, frame(tick.t), STATE, sound(0), order, False)
+        return answer.mode, supervisor.events, {"chosen": answer.chosen, "drop": answer.drop}
 
     return decide
 
@@ -86,24 +87,37 @@ def test_whatever_command_is_refused_says_why_in_one_sentence(params: list[float
         station.messages.clear()
 
 
-@pytest.mark.parametrize("mode", [Mode.HOLD, Mode.LOITER, Mode.GUIDED, Mode.MISSION, Mode.SURFACE, Mode.RETURN])
-def test_who_is_disarmed_is_told_to_arm_first(mode: Mode) -> None:
+def test_who_is_disarmed_is_told_to_arm_first() -> None:
     vehicle, station = vehicle_in(Mode.DISARMED)
     for command in (
         (mavlink.MAV_CMD_CONDITION_YAW, 90.0),
         (mavlink.MAV_CMD_DO_CHANGE_SPEED, 1.0, 1.5),
-        (mavlink.MAV_CMD_DO_SET_STANDARD_MODE, mavlink.MAV_STANDARD_MODE_SAFE_RECOVERY),
+        (mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH,),
+        (mavlink.MAV_CMD_NAV_LAND,),
+        (mavlink.MAV_CMD_DO_PAUSE_CONTINUE, 0.0),
     ):
         station.command(*command)
         vehicle.step(3)
         (sentence,) = refused(station.messages)
         assert "arm first" in sentence
         assert station.acks() == [(command[0], REJECTED)]
-    if mode in ARDUSUB:
-        (number,) = [number for number, name in mavutil.mode_mapping_sub.items() if name == ARDUSUB[mode]]
-        station.command(SET_MODE, 1, number)
-        vehicle.step(3)
-        assert refused(station.messages) == [f"{ARDUSUB[mode]} refused to station 255/190: disarmed; arm first"]
+
+
+@pytest.mark.parametrize("mode", ARDUSUB)
+def test_a_mode_set_while_disarmed_is_shown_and_held_at_arming(mode: Mode) -> None:
+    vehicle, station = vehicle_in(Mode.DISARMED)
+    (number,) = [number for number, name in mavutil.mode_mapping_sub.items() if name == ARDUSUB[mode]]
+    station.command(SET_MODE, 1, number)
+    vehicle.step(100)
+    if mode is Mode.MISSION:  # there is none
+        assert refused(station.messages) == ["AUTO refused to station 255/190: no mission is loaded"]
+        assert station.acks() == [(SET_MODE, REJECTED)]
+        return
+    assert [(beat.custom_mode, beat.base_mode & 128) for beat in station.heard("HEARTBEAT")] == [(number, 0)]
+    station.command(ARM, 1)
+    vehicle.step(100)
+    assert vehicle.mode is mode
+    assert [(beat.custom_mode, beat.base_mode & 128) for beat in station.heard("HEARTBEAT")] == [(number, 128)]
 
 
 @pytest.mark.parametrize("mode", Mode)
@@ -155,7 +169,7 @@ def test_each_link_reads_an_event_in_its_own_words() -> None:
 def test_what_waited_when_somebody_disarmed_says_so() -> None:
     vehicle, station = vehicle_in(Mode.HOLD)
     station.command(SET_MODE, 1, 19)
-    station.command(ARM, 0)
+    station.command(ARM, 0, 21196)
     vehicle.step(3)
     assert refused(station.messages) == ["DO_SET_MODE refused: disarming goes first"]
     assert sorted(station.acks()) == [(SET_MODE, REJECTED), (ARM, ACCEPTED)]

@@ -1,0 +1,107 @@
+"""From what was heard, estimated and ordered to what the rules look at."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from firmware_py.records.command import Reference
+from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.fence import WITHIN, Fence
+from firmware_py.records.health import ActuatorFault, ActuatorHealth, SourceState
+from firmware_py.records.order import Mode, Order
+from firmware_py.records.sensing import SensorFrame
+from firmware_py.safety.conditions import NO_FAULTS, ActuatorFaults, Conditions
+from firmware_py.safety.safety_params import SafetyParams
+from firmware_py.safety.supervisor_memory import SupervisorMemory
+from firmware_py.tick import Tick
+
+_RECENT = 5.0
+"""What was last heard longer ago, s, of battery and leak sensor is not heard; they report about once a second."""
+_GOOD, _NONE = SourceState.GOOD, ActuatorFault.NONE
+_STUCK = (ActuatorFault.JAMMED, ActuatorFault.HARD_OVER, ActuatorFault.LOST)
+_WORN = (ActuatorFault.WEAK, ActuatorFault.SLOW, ActuatorFault.LOOSE)
+
+
+def conditions(
+    params: SafetyParams,
+    fence: Fence,
+    was: SupervisorMemory,
+    tick: Tick,
+    frame: SensorFrame,
+    state: StateEstimate,
+    faults: ActuatorFaults,
+    order: Order,
+    reference: Reference | None,
+    wanted: Mode,
+    late: int,
+    mission_done: bool,
+) -> Conditions:
+    """Return what the rules look at in this tick, in which the mode `wanted` is in force or ordered."""
+    t, eta = tick.t, state.eta
+    sensors, battery, leak = state.sensors, frame.battery, frame.leak
+    charge = battery.value.remaining if battery.ok else math.nan
+    breach = fence.breach_at(eta.x, eta.y)
+    attitude_age = t - frame.ahrs.t_valid
+    return Conditions(
+        wanted=wanted,
+        attitude_ok=state.attitude_ok and attitude_age <= params.attitude_timeout,
+        depth_ok=state.depth_ok and t - frame.pressure.t_valid <= params.depth_timeout,
+        depth=eta.z,
+        altitude=state.altitude,
+        fix_heard=frame.fix.usable(t, params.fix_timeout),
+        leak=state.leak,
+        charge=charge,
+        late=late,
+        mission_done=mission_done,
+        roll=abs(eta.phi),
+        pitch=abs(eta.theta),
+        fins_heard=wanted is was.mode or fins_heard(tick, frame, params),  # it matters on arming alone
+        breach=breach,
+        returning=was.returning and breach != WITHIN and wanted is Mode.MANUAL,
+        charge_silent=was.charge_known
+        and (math.isnan(charge) or t - battery.t_valid > _RECENT or sensors.battery.state is not _GOOD),
+        leak_silent=leak.t_valid > -math.inf
+        and not (leak.ok and t - leak.t_valid <= _RECENT and leak.value >= 0.0 and sensors.leak.state is _GOOD),
+        bus_silent=attitude_age > params.bus_time and params.bus_time < t - _newest(frame) < math.inf,
+        wanted_depth=math.nan if reference is None else reference.z_d,
+        leg_left=was.progress.leg_left(params),
+        charge_home=was.progress.charge_home,
+        surfacing=was.surfacing * tick.dt,
+        sensors=sensors,
+        faults=faults,
+        station_silence=t - order.t_station if order.t_station > -math.inf else math.nan,
+        sticks_silence=t - order.t_sticks,
+    )
+
+
+def fins_heard(tick: Tick, frame: SensorFrame, params: SafetyParams) -> bool:
+    """Return whether every fin reports its angle."""
+    return all(fin.usable(tick.t, params.fin_timeout) and math.isfinite(fin.value) for fin in frame.fins)
+
+
+def actuator_faults(health: ActuatorHealth, rudders: tuple[bool, ...]) -> ActuatorFaults:
+    """Return the faults by kind; `rudders` has for each fin whether it acts on yaw alone."""
+    fins = health.fins
+    if health.propeller is _NONE and not any(fins):
+        return NO_FAULTS
+    everything = (*fins, health.propeller)
+    planes = [fin for fin, rudder in zip(fins, rudders, strict=True) if not rudder]
+    return ActuatorFaults(
+        plane=_first(planes, _STUCK),
+        rudder=_first([fin for fin, rudder in zip(fins, rudders, strict=True) if rudder], _STUCK),
+        propeller=_first([health.propeller], _STUCK),
+        silent=_first(everything, (ActuatorFault.SILENT,)),
+        worn=_first(everything, _WORN),
+    )
+
+
+def _first(faults: Iterable[ActuatorFault], of: tuple[ActuatorFault, ...]) -> ActuatorFault:
+    return next((fault for fault in faults if fault in of), _NONE)
+
+
+def _newest(frame: SensorFrame) -> float:
+    """Return when the newest measurement of any device was true, s."""
+    sensors = (frame.ahrs.t_valid, frame.dvl.t_valid, frame.pressure.t_valid, frame.altitude.t_valid)
+    others = (frame.fix.t_valid, frame.n.t_valid, frame.battery.t_valid, frame.leak.t_valid)
+    return max(*sensors, *others, *(fin.t_valid for fin in frame.fins))

@@ -1,0 +1,68 @@
+"""What the rules look at in one tick."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from firmware_py.records.fence import WITHIN
+from firmware_py.records.health import ALL_GOOD, ActuatorFault, SensorHealth
+from firmware_py.records.order import Mode
+
+
+class ActuatorFaults(NamedTuple):
+    """The first fault of each kind that is found; NONE of `ActuatorFault` where there is none.
+
+    `plane`, `rudder` and `propeller` are jammed or without force; `silent` and `worn` (weak, slow, loose) are any.
+    """
+
+    plane: ActuatorFault
+    rudder: ActuatorFault
+    propeller: ActuatorFault
+    silent: ActuatorFault
+    worn: ActuatorFault
+
+
+_NONE = ActuatorFault.NONE
+NO_FAULTS = ActuatorFaults(_NONE, _NONE, _NONE, _NONE, _NONE)
+
+
+class Conditions(NamedTuple):
+    """What the rules look at, in one tick (m, rad, s, charge in [0, 1]; NaN is unknown and breaks no rule)."""
+
+    wanted: Mode
+    """The mode in force, or the one ordered in this tick."""
+    attitude_ok: bool
+    depth_ok: bool
+    depth: float
+    altitude: float
+    fix_heard: bool
+    leak: bool
+    charge: float
+    late: int
+    mission_done: bool
+    """Or, on the way back, that there is nothing left of it."""
+    roll: float
+    pitch: float
+    fins_heard: bool
+    breach: int = WITHIN
+    """What is wrong with the place, as `Fence.breach_at` has it."""
+    returning: bool = False
+    """Armed in MANUAL beyond the fence, to be steered back, and not yet within it."""
+    charge_silent: bool = False
+    """The charge was known before, and is not now."""
+    leak_silent: bool = False
+    bus_silent: bool = False
+    wanted_depth: float = math.nan
+    """The depth that is being flown."""
+    leg_left: float = math.nan
+    """Distance to the waypoint on a leg on which no way was made."""
+    charge_home: float = math.nan
+    """The charge that the way home needs, `battery_min` included."""
+    surfacing: float = 0.0
+    """For how long the mode has been SURFACE."""
+    sensors: SensorHealth = ALL_GOOD
+    faults: ActuatorFaults = NO_FAULTS
+    station_silence: float = math.nan
+    """Since when no station has been heard; NaN if none ever was."""
+    sticks_silence: float = 0.0

@@ -1,0 +1,124 @@
+"""The rules with their parameters: for how long each condition has held, and what follows from it."""
+
+from __future__ import annotations
+
+from operator import attrgetter
+from typing import NamedTuple
+
+from firmware_py.records.event import Cause, Event, EventKind, severity_of
+from firmware_py.records.order import Mode
+from firmware_py.safety.action import MODE_OF, Action, safer
+from firmware_py.safety.rules import ARMING, RULES, Conditions, Rule, SafetyParams
+from firmware_py.tick import NS_PER_S
+
+_WARN_AGAIN_NS = 60 * NS_PER_S
+"""A rule that warns does so again no sooner than after this."""
+_NEVER_WARNED = -_WARN_AGAIN_NS
+Obstacle = tuple[Cause, tuple[float, ...]]
+"""Why arming is refused: a cause and its numbers."""
+
+
+class Held(NamedTuple):
+    """For how many ticks each rule's condition has held; when each rule warned last, ns."""
+
+    ticks: tuple[int, ...]
+    warned_ns: tuple[int, ...]
+
+
+NOTHING_HELD = Held((0,) * len(RULES), (_NEVER_WARNED,) * len(RULES))
+
+
+class Verdict(NamedTuple):
+    """What the rules make of the mode that is wanted.
+
+    Attributes:
+        mode: the mode, as safe as each rule in force asks for.
+        rule: the rule that changed it; None if none did.
+        drop: the rule that asks for the drop weight's release; None if none does.
+        held: what is to be remembered.
+        events: warnings, and further reasons for the mode in force.
+    """
+
+    mode: Mode
+    rule: Rule | None
+    drop: Rule | None
+    held: Held
+    events: tuple[Event, ...]
+
+
+class _Answer(NamedTuple):
+    """A rule with its parameters: how long it must hold, ns, and what it does: the mode it asks for, or it warns."""
+
+    rule: Rule
+    after_ns: int
+    mode: Mode | None
+    drop: bool
+    warns: bool
+
+
+class Enforcement:
+    """All rules under one set of parameters; it remembers nothing."""
+
+    def __init__(self, params: SafetyParams) -> None:
+        self._params = params
+        self._answers = tuple(_answer(rule, params) for rule in RULES)
+        self._holds = tuple(
+            rule.holds if answer.mode is not None or answer.warns else None
+            for rule, answer in zip(RULES, self._answers, strict=True)
+        )
+
+    def ticks(self, c: Conditions, before: tuple[int, ...]) -> tuple[int, ...]:
+        """Return for how many ticks each condition has held, this one included."""
+        params = self._params
+        return tuple([n + 1 if holds and holds(c, params) else 0 for holds, n in zip(self._holds, before, strict=True)])
+
+    def obstacles(self, c: Conditions, ticks: tuple[int, ...]) -> list[Obstacle]:
+        """Return why arming is refused: checks of `ARMING`, and rules that hold and ask for a safer mode.
+
+        Beyond the fence MANUAL is allowed, to steer back.
+        """
+        params = self._params
+        found = [rule for rule in ARMING if rule.holds(c, params)]
+        for (rule, _, mode, _, _), n in zip(self._answers, ticks, strict=True):
+            steers_back = rule.cause is Cause.FENCE and c.wanted is Mode.MANUAL
+            if n and rule.at_arming and mode is not None and safer(mode, c.wanted) and not steers_back:
+                found.append(rule)
+        return list(dict.fromkeys((rule.cause, rule.numbers(c, params)) for rule in found))
+
+    def judge(self, before: Mode, c: Conditions, held: Held, t_ns: int, dt_ns: int) -> Verdict:
+        """Return what follows from what holds; `before` is the mode in force, `c.wanted` the one that is wanted."""
+        mode, params, (ticks, warned) = c.wanted, self._params, held
+        ruled: Rule | None = None
+        drop: Rule | None = None
+        events: tuple[Event, ...] = ()
+        for i, n in enumerate(ticks):
+            if not n:
+                continue
+            rule, after_ns, target, drops, warns = self._answers[i]
+            if (n - 1) * dt_ns < after_ns:
+                continue
+            begins = (n - 2) * dt_ns < after_ns
+            if drops:
+                drop = drop or rule
+            if warns:
+                if t_ns - warned[i] >= _WARN_AGAIN_NS and (begins or warned[i] < t_ns - n * dt_ns):
+                    warned = (*warned[:i], t_ns, *warned[i + 1 :])
+                    events += (_event(EventKind.RULE_WARNS, rule, c, params),)
+            elif target is not None and safer(target, mode):
+                mode, ruled = target, rule
+            elif target is not None and begins and not safer(target, before):  # one more reason
+                events += (_event(EventKind.RULE_HOLDS, rule, c, params),)
+        return Verdict(mode, ruled, drop, Held(ticks, warned), events)
+
+
+def _answer(rule: Rule, params: SafetyParams) -> _Answer:
+    after_ns = round(attrgetter(rule.time)(params) * NS_PER_S) if rule.time else 0
+    if isinstance(rule.answer, Mode):
+        return _Answer(rule, after_ns, rule.answer, drop=False, warns=False)
+    action: Action = attrgetter(rule.answer)(params)
+    drop, warns = action is Action.SURFACE_AND_DROP, action is Action.WARN
+    return _Answer(rule, after_ns, MODE_OF.get(action), drop, warns)
+
+
+def _event(kind: EventKind, rule: Rule, c: Conditions, params: SafetyParams) -> Event:
+    return Event(kind, severity_of(kind, rule.cause), cause=rule.cause, numbers=rule.numbers(c, params))

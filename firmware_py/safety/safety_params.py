@@ -1,0 +1,141 @@
+"""Table [safety]: the limits of the rules, and what each rule does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from firmware_py.params import ParamError, param, table
+from firmware_py.safety.action import Action
+from firmware_py.safety.actuators.actuator_params import ActuatorParams
+from firmware_py.safety.gate import GateParams
+from firmware_py.safety.station_params import StationParams
+
+_WARN, _RETURN, _SURFACE, _DROP = Action.WARN, Action.RETURN, Action.SURFACE, Action.SURFACE_AND_DROP
+_NO_HOLD = (
+    "attitude_action",
+    "depth_action",
+    "depth_max_action",
+    "altitude_action",
+    "pitch_action",
+    "roll_action",
+    "surfacing_action",
+    "ahrs_action",
+    "pressure_action",
+    "plane_action",
+    "propeller_action",
+    "bus_action",
+)
+"""Actions of rules under which neither HOLD nor RETURN can be flown, or would keep what is wrong."""
+
+
+@dataclass(frozen=True)
+class SafetyParams:
+    """The limits of the rules; each `*_time` is how long a condition must hold without a break."""
+
+    attitude_timeout: float = param(0.5, unit="s", low=0.05, high=5.0, doc="Older attitude is lost.", mav="ATT_TIMEOUT")
+    attitude_action: Action = param(_SURFACE, doc="Attitude lost.", mav="ATT_ACT")
+    attitude_dead_time: float = param(
+        30.0, unit="s", low=1.0, high=600.0, doc="Attitude lost for so long: disarm.", mav="ATT_DEAD"
+    )
+    depth_timeout: float = param(1.0, unit="s", low=0.1, high=10.0, doc="Older depth is lost.", mav="DEP_TIMEOUT")
+    depth_action: Action = param(_SURFACE, doc="Depth lost.", mav="DEP_ACT")
+    leak_time: float = param(1.0, unit="s", low=0.0, high=60.0, doc="A leak for so long.", mav="LEAK_TIME")
+    leak_action: Action = param(_SURFACE, doc="A leak.", mav="LEAK_ACT")
+    leak_silent_time: float = param(
+        30.0, unit="s", low=1.0, high=3600.0, doc="The leak sensor was heard, and is not for so long.", mav="LEAK_SIL_T"
+    )
+    leak_silent_action: Action = param(_WARN, doc="The leak sensor is silent.", mav="LEAK_SIL_ACT")
+    battery_min: float = param(10.0, unit="%", low=0.0, high=90.0, doc="Less battery than this.", mav="BATT_MIN")
+    battery_action: Action = param(_SURFACE, doc="Less battery than battery_min.", mav="BATT_ACT")
+    battery_warn: float = param(20.0, unit="%", low=0.0, high=100.0, doc="The level to warn at.", mav="BATT_WARN")
+    battery_warn_action: Action = param(_WARN, doc="Less battery than battery_warn.", mav="BATT_WARN_AC")
+    battery_arm: float = param(
+        20.0, unit="%", low=0.0, high=100.0, doc="Arming needs as much, and needs to know; 0 off.", mav="BATT_ARM"
+    )
+    battery_time: float = param(5.0, unit="s", low=0.0, high=60.0, doc="A low battery for so long.", mav="BATT_TIME")
+    battery_silent_time: float = param(
+        30.0, unit="s", low=1.0, high=3600.0, doc="The charge was known, and is not for so long.", mav="BATT_SIL_T"
+    )
+    battery_silent_action: Action = param(_RETURN, doc="The charge is not known.", mav="BATT_SIL_ACT")
+    depth_max: float = param(30.0, unit="m", low=1.0, high=6000.0, doc="The fence's depth.", mav="DEPTH_MAX")
+    depth_max_time: float = param(0.3, unit="s", low=0.0, high=10.0, doc="Deeper for so long.", mav="DEPTH_TIME")
+    depth_max_action: Action = param(_SURFACE, doc="Deeper than depth_max.", mav="DEPTH_ACT")
+    altitude_min: float = param(2.0, unit="m", low=0.0, high=50.0, doc="Nearer to the bottom than this.", mav="ALT_MIN")
+    altitude_time: float = param(1.0, unit="s", low=0.0, high=10.0, doc="Too near for so long.", mav="ALT_TIME")
+    altitude_action: Action = param(_SURFACE, doc="Too near to the bottom.", mav="ALT_ACT")
+    late_max: int = param(10, low=0, high=1000, doc="More cycles of the last second late than this.", mav="LATE_MAX")
+    late_action: Action = param(_SURFACE, doc="Too many late cycles.", mav="LATE_ACT")
+    fence_time: float = param(1.0, unit="s", low=0.0, high=60.0, doc="Beyond the fence for so long.", mav="FENCE_TIME")
+    fence_action: Action = param(_SURFACE, doc="Beyond the fence.", mav="FENCE_ACT")
+    pitch_max: float = param(45.0, unit="deg", low=20.0, high=90.0, doc="More pitch than this.", mav="PITCH_MAX")
+    pitch_time: float = param(2.0, unit="s", low=0.1, high=60.0, doc="For so long.", mav="PITCH_TIME")
+    pitch_action: Action = param(_SURFACE, doc="Too much pitch.", mav="PITCH_ACT")
+    roll_max: float = param(60.0, unit="deg", low=20.0, high=180.0, doc="More roll than this.", mav="ROLL_MAX")
+    roll_time: float = param(
+        10.0, unit="s", low=0.1, high=600.0, doc="For so long; a current abeam rolls it too.", mav="ROLL_TIME"
+    )
+    roll_action: Action = param(_SURFACE, doc="Too much roll.", mav="ROLL_ACT")
+    depth_error_max: float = param(
+        5.0, unit="m", low=0.5, high=1000.0, doc="Farther from the depth that is flown than this.", mav="DERR_MAX"
+    )
+    depth_error_time: float = param(20.0, unit="s", low=1.0, high=3600.0, doc="For so long.", mav="DERR_TIME")
+    depth_error_action: Action = param(_SURFACE, doc="The depth is not held.", mav="DERR_ACT")
+    leg_way: float = param(10.0, unit="m", low=0.1, high=1000.0, doc="Nearer by this in leg_time.", mav="LEG_WAY")
+    leg_time: float = param(180.0, unit="s", low=10.0, high=36000.0, doc="See leg_way.", mav="LEG_TIME")
+    leg_action: Action = param(_SURFACE, doc="No way is made to the waypoint.", mav="LEG_ACT")
+    energy_margin: float = param(
+        1.5, low=1.0, high=10.0, doc="The way home needs so many times what the way so far did.", mav="ENERGY_MARG"
+    )
+    energy_action: Action = param(_WARN, doc="The charge above battery_min does not bring it home.", mav="ENERGY_ACT")
+    surfacing_time: float = param(600.0, unit="s", low=30.0, high=36000.0, doc="Surfacing, so far.", mav="SURFG_TIME")
+    surfacing_action: Action = param(_WARN, doc="Surfacing for so long, and again.", mav="SURFG_ACT")
+    sensor_time: float = param(2.0, unit="s", low=0.0, high=600.0, doc="Not believed for so long.", mav="SENS_TIME")
+    ahrs_action: Action = param(_SURFACE, doc="The AHRS is not believed.", mav="AHRS_ACT")
+    pressure_action: Action = param(_SURFACE, doc="The pressure sensor is not believed.", mav="PRES_ACT")
+    dvl_action: Action = param(_WARN, doc="The DVL is lost or not believed.", mav="DVL_ACT")
+    altimeter_action: Action = param(_WARN, doc="The altimeter is lost or not believed.", mav="ALTIM_ACT")
+    bottom_action: Action = param(_WARN, doc="Both: the bottom is not seen.", mav="BOTTOM_ACT")
+    actuator_time: float = param(
+        0.2, unit="s", low=0.0, high=60.0, doc="A fault of an actuator for so long.", mav="ACTR_TIME"
+    )
+    plane_action: Action = param(_SURFACE, doc="A plane is jammed or lost.", mav="PLANE_ACT")
+    rudder_action: Action = param(_SURFACE, doc="A rudder is jammed or lost.", mav="RUDDER_ACT")
+    propeller_action: Action = param(_DROP, doc="The propeller is jammed or lost.", mav="PROP_ACT")
+    actuator_silent_action: Action = param(_WARN, doc="A fin or the propeller reports nothing.", mav="ACTR_SIL_ACT")
+    actuator_worn_action: Action = param(_WARN, doc="One is weak, slow or loose.", mav="ACTR_WRN_ACT")
+    bus_time: float = param(
+        2.0, unit="s", low=0.2, high=60.0, doc="Nothing at all is heard for so long.", mav="BUS_TIME"
+    )
+    bus_action: Action = param(_SURFACE, doc="No device is heard.", mav="BUS_ACT")
+    station: StationParams = table(StationParams, mav="GCS_")
+    surface_depth: float = param(
+        0.5, unit="m", low=0.1, high=5.0, doc="Less deep than this is the surface.", mav="SURF_DEPTH"
+    )
+    surface_time: float = param(
+        2.0, unit="s", low=0.0, high=60.0, doc="At the surface for so long: surfacing is done.", mav="SURF_TIME"
+    )
+    submerged_depth: float = param(
+        1.0, unit="m", low=0.1, high=10.0, doc="Deeper, it is not disarmed unless forced.", mav="SUBM_DEPTH"
+    )
+    fix_timeout: float = param(
+        2.0, unit="s", low=0.2, high=60.0, doc="An older position fix does not tell of the surface.", mav="FIX_TIMEOUT"
+    )
+    tilt_max: float = param(
+        45.0, unit="deg", low=5.0, high=90.0, doc="Arming needs less roll and pitch than this.", mav="TILT_MAX"
+    )
+    fin_timeout: float = param(
+        1.0, unit="s", low=0.1, high=10.0, doc="Arming needs every fin heard within; see fin_needed.", mav="FIN_TIMEOUT"
+    )
+    fin_needed: bool = param(True, doc="False for fins that report no angle.", mav="FIN_NEEDED")
+    gate: GateParams = table(GateParams, mav="GATE_")
+    actuators: ActuatorParams = table(ActuatorParams, mav="ACT_")
+
+    def __post_init__(self) -> None:
+        """Refuse an action that cannot be an answer."""
+        for name in _NO_HOLD:
+            action: Action = getattr(self, name)
+            if action in (Action.HOLD, Action.RETURN):
+                raise ParamError(
+                    f'{name} = "{action.name.lower()}": neither hold nor return can be flown then; '
+                    'write "none", "warn", "surface" or "surface_and_drop"'
+                )

@@ -1,0 +1,73 @@
+"""What the supervisor remembers from one tick to the next, and what it knows of the vehicle."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from firmware_py.records.event import Cause
+from firmware_py.records.health import ALL_GOOD, ActuatorHealth, SensorHealth
+from firmware_py.records.order import Mode
+from firmware_py.safety.enforcement import NOTHING_HELD, Held
+from firmware_py.safety.progress import NO_PROGRESS, Progress
+
+
+class VehicleFin(NamedTuple):
+    """What the supervisor knows of a fin: its name, and whether it acts on yaw alone."""
+
+    name: str
+    rudder: bool = False
+
+
+class SupervisorMemory(NamedTuple):
+    """What is remembered from tick to tick.
+
+    Attributes:
+        mode: the mode, and
+        cause: why it was entered, and
+        failsafe: whether a rule did so that nobody asked for.
+        chosen: the mode that arming leads to.
+        drop: whether the drop weight is released.
+        returning: whether it was armed beyond the fence, to be steered back.
+        held: what the rules have held.
+        late: a bit per late tick of the last second.
+        surfacing: for how many ticks the mode has been SURFACE.
+        charge_known: whether the charge was known at any time.
+        progress: of the way.
+        sensors: their health, and
+        actuators: theirs, and
+        nodes: that of the nodes of the bus (`two_senders` and `unhealthy` of the frame).
+    """
+
+    mode: Mode
+    cause: Cause
+    failsafe: bool
+    chosen: Mode
+    drop: bool
+    returning: bool
+    held: Held
+    late: int
+    surfacing: int
+    charge_known: bool
+    progress: Progress
+    sensors: SensorHealth
+    actuators: ActuatorHealth
+    nodes: tuple[int, int] = (0, 0)
+
+
+def beginning(actuators: ActuatorHealth) -> SupervisorMemory:
+    """Return the memory before the first tick, of a vehicle with these actuators, all sound."""
+    return SupervisorMemory(
+        mode=Mode.DISARMED,
+        cause=Cause.NONE,
+        failsafe=False,
+        chosen=Mode.MANUAL,
+        drop=False,
+        returning=False,
+        held=NOTHING_HELD,
+        late=0,
+        surfacing=0,
+        charge_known=False,
+        progress=NO_PROGRESS,
+        sensors=ALL_GOOD,
+        actuators=actuators,
+    )
