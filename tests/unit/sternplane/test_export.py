@@ -16,11 +16,13 @@ import numpy as np
 import pytest
 from pymavlink import DFReader
 from sternplane.cli import main
+from sternplane.logs.export.command import write_export
 from sternplane.logs.reading import Log, read
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py.adapters.ground.mavlink_ground import Grounds
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.health import ActuatorFault, SourceFault, SourceState
 from firmware_py.records.order import NO_ORDER, Order, ParameterChange
 from firmware_py.tick import Tick
 from tests.dive import DIVE
@@ -109,6 +111,28 @@ def test_modes_events_parameters_and_what_was_learned_are_there(log: Log, found:
     assert [m.Name for m in last] == names
     np.testing.assert_allclose([m.Value for m in last], log.columns["state.learned.value"][i], rtol=1e-6)
     np.testing.assert_allclose([m.Std for m in last], log.columns["state.learned.std"][i], rtol=1e-6)
+
+
+def test_health_is_said_at_first_and_whenever_it_changes(
+    log: Log, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    t = log.columns["t"]
+    drifts, jammed = (t > 3.0) & (t < 4.0), [0, int(ActuatorFault.JAMMED), 0, 0]
+    monkeypatch.setitem(log.columns, "state.sensors.pressure.state", np.where(drifts, SourceState.SUSPECT, 0))
+    monkeypatch.setitem(log.columns, "state.sensors.pressure.fault", np.where(drifts, SourceFault.DRIFT, 0))
+    monkeypatch.setitem(log.columns, "actuators.fins", np.where(t[:, None] > 5.0, jammed, 0))
+    write_export(log, tmp_path / "log.bin", "bin")
+    reader, said = DFReader.DFReader_binary(str(tmp_path / "log.bin")), []
+    while (message := reader.recv_msg()) is not None:
+        if message.get_type() == "HLTH" and message.Name in ("pressure", "stern starboard"):
+            said.append((message.TimeUS, message.Name, message.State, message.Fault))
+    assert said == [
+        (0, "pressure", 0, 0),
+        (0, "stern starboard", 0, 0),
+        (3_010_000, "pressure", 1, 6),
+        (4_000_000, "pressure", 0, 0),
+        (5_010_000, "stern starboard", 2, 2),
+    ]
 
 
 def test_a_parameter_that_a_station_changed_holds_from_then_on(dataflash: Path) -> None:

@@ -74,7 +74,11 @@ def parser() -> argparse.ArgumentParser:
         epilog=vehicle.EPILOG,
     )
     vehicle.add_fly(fly)
-    fly.add_argument("--report", action="store_true", help="make report.html and summary.json when the flight is over")
+    fly.add_argument(
+        "--report",
+        action="store_true",
+        help="make report.html and summary.json aboard, when the flight is over [none: `sternplane report` makes them]",
+    )
     fly.set_defaults(run=_lazily("sternplane.cli.fly", kernels=("firmware_py",)))
 
     plant = commands.add_parser(

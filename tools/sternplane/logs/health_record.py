@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -83,12 +83,9 @@ class HealthRecord:
         """Take a piece in; a log that knows nothing of health has none."""
         c = piece.columns
         t, dt = c["t"], float(c["tick.dt_ns"][0]) * 1e-9
-        for name in SensorHealth._fields:
-            if (path := f"state.sensors.{name}.state") in c:
-                values = _PER_STATE * c[path].astype(np.int64) + c[f"state.sensors.{name}.fault"]
-                self.sensors.setdefault(name, Timeline()).add(t, values, dt)
-        for name, faults in self._actuators(c):
-            self.actuators.setdefault(name, Timeline()).add(t, faults, dt)
+        for timelines, found in ((self.sensors, sensor_values(c)), (self.actuators, actuator_values(self._header, c))):
+            for name, values in found.items():
+                timelines.setdefault(name, Timeline()).add(t, values, dt)
         for path, timeline in (("mode.ascent", self.ascent), ("applied.drop", self.drop)):
             if path in c:
                 timeline.add(t, c[path], dt)
@@ -108,14 +105,25 @@ class HealthRecord:
             "weight_released_s": released[0] if released else None,
         }
 
-    def _actuators(self, c: Columns) -> Iterator[tuple[str, Array]]:
-        if "actuators.fins" in c:
-            faults = c["actuators.fins"]
-            yield from zip(fin_names(self._header, faults.shape[1]), faults.T, strict=True)
-        for path in c:
-            part, _, name = path.partition(".")
-            if part == "actuators" and name != "fins":
-                yield name.replace("_", " "), c[path]
+
+def sensor_values(c: Columns) -> dict[str, Array]:
+    """Return by name the state and fault of each sensor in each cycle, as one number (`sensor_state`)."""
+    return {
+        name: _PER_STATE * c[path].astype(np.int64) + c[f"state.sensors.{name}.fault"]
+        for name in SensorHealth._fields
+        if (path := f"state.sensors.{name}.state") in c
+    }
+
+
+def actuator_values(header: Mapping[str, Any], c: Columns) -> dict[str, Array]:
+    """Return by name the `ActuatorFault` of each fin and of what else there is, in each cycle."""
+    faults = c.get("actuators.fins", np.empty((len(c["t"]), 0), np.int8))
+    found = dict(zip(fin_names(header, faults.shape[1]), faults.T, strict=True))
+    for path in c:
+        part, _, name = path.partition(".")
+        if part == "actuators" and name != "fins":
+            found[name.replace("_", " ")] = c[path]
+    return found
 
 
 def sensor_state(value: int) -> tuple[SourceState, SourceFault]:

@@ -14,17 +14,19 @@ from rich.progress import Progress
 
 from firmware_py.run.usage_error import UsageError
 from sternplane.logs.export import messages, table
-from sternplane.logs.reading import Log, find, read
+from sternplane.logs.reading import find
+from sternplane.logs.run import Run
+from sternplane.logs.streaming import stream
 
 
 def command(options: argparse.Namespace) -> int:
     """Write the file and print where it is."""
     path = find(options.log)
-    log = read(path)
+    log = stream(path)
     out = options.out or path.with_suffix(f".{options.format}")
     if out.exists() and out.samefile(path):
         raise UsageError(f"--out {out}: is the log itself; choose another file")
-    total = len(log.cycle_bytes)
+    total = log.count
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("export", total=total)
@@ -35,7 +37,7 @@ def command(options: argparse.Namespace) -> int:
     return 0
 
 
-def write_export(log: Log, out: Path, form: str, step: Callable[[int], None] = lambda _: None) -> None:
+def write_export(log: Run, out: Path, form: str, step: Callable[[int], None] = lambda _: None) -> None:
     """Write a log to a file as "bin" or "csv", whole or not at all.
 
     Raises:

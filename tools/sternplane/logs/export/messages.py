@@ -1,8 +1,10 @@
 """A log's cycles as DataFlash messages: under ArduPilot's names where it has them, and our own beside.
 
 PARM, MSG, MODE, ATT, POS and BAT are ArduPilot's; a parameter that a station changed in flight has one more PARM at the
-time from which it held. NED is position and velocity over the ground in the local frame, DEP what concerns depth, FIN
-and FINR the fins as commanded and as reported, PROP the propeller, and LRN what is known of a coefficient.
+time from which it held. HLTH is the health of a sensor (State as `SourceState`, Fault as `SourceFault`) or an actuator
+(State 0, or 2 at fault; Fault as `ActuatorFault`), at first and whenever it changes. NED is position and velocity over
+the ground in the local frame, DEP what concerns depth, FIN and FINR the fins as commanded and as reported, PROP the
+propeller, and LRN what is known of a coefficient.
 """
 
 from __future__ import annotations
@@ -18,25 +20,60 @@ from firmware_py.mavlink.base.modes import Identity, custom_mode
 from firmware_py.parameter_tree import list_parameters, with_values
 from firmware_py.records.order import Mode, ParameterChange
 from sternplane.logs.export.dataflash import TIME, DataflashField, Writer
-from sternplane.logs.reading import Columns, Log
+from sternplane.logs.health_record import actuator_values, sensor_values
+from sternplane.logs.reading import Columns
+from sternplane.logs.run import Run
+from sternplane.logs.tracking import Array
 
 _LEARNED_EVERY, _TEXT = 10, 64
 _MOST_FINS, _STEP = 15, 500
 _REASON = 0
 
 _Row = Callable[[int], tuple[Any, ...]]
+_Table = tuple[tuple[DataflashField, ...], _Row]
 
 
-def export(log: Log, file: IO[bytes], step: Callable[[int], None] = lambda _: None) -> None:
+def export(log: Run, file: IO[bytes], step: Callable[[int], None] = lambda _: None) -> None:
     """Write a log's cycles; `step` is called with how many are done."""
-    writer, c = Writer(file), log.columns
-    times = [int(t) // 1000 for t in np.asarray(c["tick.k"]) * np.asarray(c["tick.dt_ns"])]
+    writer, configuration = Writer(file), log.header["configuration"]
     changed = _parameters(writer, log)
     changed.reverse()
-    tables = _tables(c, log.header["configuration"])
+    events = [(round(t * 1e6), text) for t, text in log.sentences]
+    events.reverse()
+    before, health = None, _Health(log)
+    for piece in log.pieces():
+        c = piece.columns
+        times = [int(t) // 1000 for t in np.asarray(c["tick.k"]) * np.asarray(c["tick.dt_ns"])]
+        tables, learned = _tables(c, configuration), _learned(c, configuration)
+        health.show(c)
+        if piece.begin == 0:
+            _forms(writer, tables)
+        for i, t in enumerate(times):
+            mode, done = int(c["mode.mode"][i]), piece.begin + i
+            if mode != before:
+                number = custom_mode(Identity.ARDUSUB, Mode(mode))
+                writer.write("MODE", (t, number, number, _REASON))
+                before = mode
+            while changed and changed[-1][0] <= t:
+                writer.write("PARM", changed.pop())
+            while events and events[-1][0] <= t:
+                writer.write("MSG", (t, events.pop()[1].encode()[:_TEXT]))
+            for name, (_, row) in tables.items():
+                writer.write(name, (t, *row(i)))
+            for values in health.changes(i):
+                writer.write("HLTH", (t, *values))
+            if done % _LEARNED_EVERY == 0:
+                for values in learned(i):
+                    writer.write("LRN", (t, *values))
+            if done % _STEP == 0:
+                step(done)
+    step(log.count)
+
+
+def _forms(writer: Writer, tables: Mapping[str, _Table]) -> None:
+    """Declare all forms but that of the parameters."""
     for name, (fields, _) in tables.items():
         writer.form(name, (TIME, *fields))
-    learned = _learned(c, log.header["configuration"])
     writer.form(
         "LRN",
         (
@@ -49,32 +86,13 @@ def export(log: Log, file: IO[bytes], step: Callable[[int], None] = lambda _: No
             DataflashField("Exc", "B"),
         ),
     )
+    state, fault = DataflashField("State", "B"), DataflashField("Fault", "B")
+    writer.form("HLTH", (TIME, DataflashField("I", "B", "#"), DataflashField("Name", "N"), state, fault))
     writer.form("MSG", (TIME, DataflashField("Message", "Z")))
     writer.form("MODE", (TIME, DataflashField("Mode", "M"), DataflashField("ModeNum", "B"), DataflashField("Rsn", "B")))
-    events = [(round(t * 1e6), text) for t, text in log.sentences]
-    events.reverse()
-    before = None
-    for i, t in enumerate(times):
-        mode = int(c["mode.mode"][i])
-        if mode != before:
-            number = custom_mode(Identity.ARDUSUB, Mode(mode))
-            writer.write("MODE", (t, number, number, _REASON))
-            before = mode
-        while changed and changed[-1][0] <= t:
-            writer.write("PARM", changed.pop())
-        while events and events[-1][0] <= t:
-            writer.write("MSG", (t, events.pop()[1].encode()[:_TEXT]))
-        for name, (_, row) in tables.items():
-            writer.write(name, (t, *row(i)))
-        if i % _LEARNED_EVERY == 0:
-            for values in learned(i):
-                writer.write("LRN", (t, *values))
-        if i % _STEP == 0:
-            step(i)
-    step(len(times))
 
 
-def _parameters(writer: Writer, log: Log) -> list[tuple[int, bytes, float, float]]:
+def _parameters(writer: Writer, log: Run) -> list[tuple[int, bytes, float, float]]:
     """Write all as they were at first; return what was changed since: time, us, name, value and default of each."""
     writer.form(
         "PARM", (TIME, DataflashField("Name", "N"), DataflashField("Value", "f"), DataflashField("Default", "f"))
@@ -97,7 +115,7 @@ def _parameters(writer: Writer, log: Log) -> list[tuple[int, bytes, float, float
     return changed
 
 
-def _tables(c: Columns, configuration: Mapping[str, Any]) -> dict[str, tuple[tuple[DataflashField, ...], _Row]]:
+def _tables(c: Columns, configuration: Mapping[str, Any]) -> dict[str, _Table]:
     """Return, by name, the fields and the function that makes the row of a cycle."""
 
     def degrees(*paths: str) -> Any:
@@ -161,3 +179,28 @@ def _learned(c: Columns, configuration: Mapping[str, Any]) -> Callable[[int], li
         ]
 
     return rows
+
+
+class _Health:
+    """The health of sensors and actuators in a piece of the log, and what of it is new."""
+
+    def __init__(self, log: Run) -> None:
+        self._header = log.header
+        self._before: Array | None = None
+        self._names: list[bytes] = []
+
+    def show(self, c: Columns) -> None:
+        """Take the next piece."""
+        sensors, actuators = sensor_values(c), actuator_values(self._header, c)
+        self._names = [name.encode()[:16] for name in (*sensors, *actuators)]
+        faults = [200 * (fault != 0) + fault for fault in actuators.values()]
+        self._values = np.column_stack([*sensors.values(), *faults]).astype(np.int64)
+        before = np.full((1, len(self._names)), -1) if self._before is None else self._before
+        self._new = np.diff(self._values, axis=0, prepend=before) != 0
+        self._some, self._before = self._new.any(axis=1), self._values[-1:]
+
+    def changes(self, i: int) -> list[tuple[Any, ...]]:
+        """Return number, name, state and fault of each that is another one in that cycle."""
+        if not self._some[i]:
+            return []
+        return [(j, self._names[j], *divmod(int(self._values[i, j]), 100)) for j in np.flatnonzero(self._new[i])]

@@ -8,7 +8,7 @@ from typing import IO
 
 import numpy as np
 
-from sternplane.logs.reading import Log
+from sternplane.logs.run import Run
 
 _ROWS = 2000
 _BY_UNIT = {
@@ -37,21 +37,23 @@ def column_name(path: str) -> str:
     return f"{path}_{unit}" if unit else path
 
 
-def export(log: Log, file: IO[str], step: Callable[[int], None] = lambda _: None) -> None:
+def export(log: Run, file: IO[str], step: Callable[[int], None] = lambda _: None) -> None:
     """Write a log's cycles; `step` is called with how many are done. Each entry of a list has a column, from 1."""
-    names, columns = [], []
-    for path, values in log.columns.items():
-        if values.ndim == 1:
-            names.append(column_name(path))
-            columns.append(values)
-        else:
-            for j in range(values.shape[1]):
-                names.append(f"{column_name(path)}[{j + 1}]")
-                columns.append(values[:, j])
-    columns = [column.astype(np.int64) if column.dtype == np.bool_ else column for column in columns]
     writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(names)
-    count = len(columns[0])
-    for begin in range(0, count, _ROWS):
-        writer.writerows(zip(*(column[begin : begin + _ROWS].tolist() for column in columns), strict=True))
-        step(min(begin + _ROWS, count))
+    for piece in log.pieces():
+        names, columns = [], []
+        for path, values in piece.columns.items():
+            if values.ndim == 1:
+                names.append(column_name(path))
+                columns.append(values)
+            else:
+                for j in range(values.shape[1]):
+                    names.append(f"{column_name(path)}[{j + 1}]")
+                    columns.append(values[:, j])
+        columns = [column.astype(np.int64) if column.dtype == np.bool_ else column for column in columns]
+        if piece.begin == 0:
+            writer.writerow(names)
+        count = len(columns[0])
+        for begin in range(0, count, _ROWS):
+            writer.writerows(zip(*(column[begin : begin + _ROWS].tolist() for column in columns), strict=True))
+            step(piece.begin + min(begin + _ROWS, count))
