@@ -129,6 +129,7 @@ def flown(title, steps, onset=0, seed=1000):
         "log": "",
         "replay": "",
         "outcome": "",
+        "cpu_s": 10.0,
         "found": found.plain(),
     }
 

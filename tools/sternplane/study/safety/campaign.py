@@ -13,7 +13,6 @@ GROUPS: tuple[Group, ...] = (*sensor_trials.GROUPS, *vehicle_trials.GROUPS)
 TRIALS = {trial.title: trial for group in GROUPS for trial in group.trials}
 LEFT_OUT = {
     "jump:clock": "needs ticks that keep the time of a clock: --pace realtime, a flight of minutes each",
-    "lost:station": "a scenario's operator is heard until it falls silent only where it plays a station",
 }
 """Kinds of the catalogue that no trial has, and why."""
 SEEDS = 8

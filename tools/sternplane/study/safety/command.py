@@ -35,7 +35,11 @@ def command(options: argparse.Namespace) -> int:
     flights = store.of(wanted)
     found = rows(flights)
     form = "short form" if options.short else "full form"
-    identity = f"seeds {seeds.start} to {seeds.stop - 1} · {form} · {len(flights)} flights · revision {revision}"
+    hours = sum(flight["found"]["t_end"] for flight in flights) / 3600.0, sum(f["cpu_s"] for f in flights) / 3600.0
+    identity = (
+        f"seeds {seeds.start} to {seeds.stop - 1} · {form} · {len(flights)} flights · {hours[0]:.1f} h under water, "
+        f"flown in {hours[1]:.2f} h of one processor · revision {revision}"
+    )
     write(folder / "results.json", json.dumps([row.plain() for row in found], indent=1, allow_nan=False) + "\n")
     write(folder / "report.html", page(flights, found, (identity,), _warnings(flights, revision)))
     _print(found, folder)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from sternplane.study.safety.mission import DEPTH_MAX, ONSETS, quiet_scenario, s
 
 def run(job: Job, logs: str, revision: str) -> dict[str, Any]:
     """Fly one job and return what is kept of it; its log stays in `logs` if it is unsafe, or to be kept."""
+    began = time.process_time()
     with tempfile.TemporaryDirectory() as name:
         file = Path(name) / "study.toml"
         file.write_text(written(job), encoding="utf-8")
@@ -48,6 +50,7 @@ def run(job: Job, logs: str, revision: str) -> dict[str, Any]:
         "log": f"{log.parent.name}/{log.name}" if kept else "",
         "replay": replayed,
         "outcome": outcome.reason,
+        "cpu_s": round(time.process_time() - began, 2),
         "found": found.plain(),
     }
 

@@ -130,6 +130,7 @@ WIRES = Group(
         Trial("critical:ahrs", ("critical:ahrs@{t}",), Named(("ahrs",), 1.6)),
         Trial("critical:pressure", ("critical:pressure@{t}",), Named(("pressure",), 1.6)),
         Trial("critical:servo_hub", ("critical:servo_hub@{t}",), note="the fins go on answering"),
+        Trial("lost:station", ("lost:station@{t}",), note="a mission is flown to its end without a station"),
         Trial("full:disk", ("full:disk@{t}",), note="said on the spot; the flight goes on without a log", short=True),
         Trial("set:battery=5", ("set:battery=5@{t}",), Named((), 7.0, rules=("BATTERY_LOW",)), short=True),
         Trial("set:leak=100", ("set:leak=100@{t}",), Named((), 3.0, rules=("LEAK",)), short=True),

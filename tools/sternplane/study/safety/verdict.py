@@ -19,6 +19,8 @@ SHARE = 95.0
 SPIKE_DEPTH = 0.3
 """Greatest error of the estimated depth that one false value may cause, m."""
 _TICK = 0.005
+_OF_SILENCE = ("ACTUATOR_SILENT",)
+"""Rules that know no more than that a fin reports nothing, which some trials have before the fault."""
 _INTENDED = (*INTENDED_CAUSES, Cause.NONE)
 
 
@@ -82,7 +84,11 @@ def _named(trial: Trial, found: Mapping[str, Any], onset: float) -> float:
         for t, name, kind in found["said"]
         if name in wanted.names and (not wanted.kinds or kind in wanted.kinds) and t >= onset - _TICK
     ]
-    times += [t for t, cause in found["rules"] if (wanted.any_rule or cause in wanted.rules) and t >= onset - _TICK]
+    times += [
+        t
+        for t, cause in found["rules"]
+        if ((wanted.any_rule and cause not in _OF_SILENCE) or cause in wanted.rules) and t >= onset - _TICK
+    ]
     return min(times, default=math.inf) - onset
 
 
