@@ -94,7 +94,7 @@ KINDS: tuple[Kind, ...] = (
     Kind("lost",      "station",   "",     False, "is not heard by the vehicle: neither it nor the scenario's operator",
          aboard=True),
     Kind("jump",      "clock",     "s",    True,  "stands so much later at once: ticks come late; --pace realtime only",
-         0.001, 60.0, aboard=True),
+         0.001, 60.0, on_hil=False, aboard=True),
     Kind("full",      "disk",      "",     False, "takes no more of the log; the flight goes on", aboard=True),
 )
 # fmt: on

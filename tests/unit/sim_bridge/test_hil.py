@@ -276,7 +276,7 @@ def test_what_has_no_power_is_not_heard(simulator: Simulator, device: str) -> No
 
 
 def test_a_dvl_cannot_be_switched_off_where_there_is_none() -> None:
-    for fault in ("off:dvl@10", "late:dvl=1@10", "late:ahrs=1@10", "babble:bus=100@10", "off:servo_hub@10"):
+    for fault in ("off:dvl@10", "late:dvl=1@10", "late:ahrs=1@10", "babble:bus=100@10", "jump:clock=1@10"):
         with pytest.raises(ParamError, match=f"fault {fault}: mavlink-hil has no"):
             refuse_faults(dataclasses.replace(scenario(), faults=(fault,)))
 

@@ -33,7 +33,7 @@ LOST = Group(
         Trial("off:altimeter, off:dvl", ("off:altimeter@{t}", "off:dvl@{t}"), _silent("dvl"), short=True),
         Trial("off:pressure, off:dvl", ("off:pressure@{t}", "off:dvl@{t}"), _silent("pressure")),
         Trial("off:ahrs, off:dvl", ("off:ahrs@{t}", "off:dvl@{t}"), _silent("ahrs")),
-        Trial("off:fix", ("off:fix@{t}",), note=_NO_FIX, short=True),
+        Trial("off:fix", ("off:fix@{t}",), note=_NO_FIX),
         Trial("off:battery", ("off:battery@{t}",), _silent("battery"), short=True),
         Trial("off:leak", ("off:leak@{t}",), _silent("leak")),
         Trial("nan:ahrs", ("nan:ahrs@{t}",), _silent("ahrs"), target="fix"),

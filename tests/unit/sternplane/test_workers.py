@@ -1,0 +1,45 @@
+"""Worker processes end with the one that started them."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+STARTER = """
+import os, time
+from rich.console import Console
+from sternplane.cli.workers import workers
+
+if __name__ == "__main__":
+    with workers(1, Console(stderr=True)) as (_, pool):
+        print(pool.submit(os.getpid).result(), flush=True)
+        pool.submit(time.sleep, 600.0).result()
+"""
+
+
+def is_running(pid: int) -> bool:
+    try:
+        with open(f"/proc/{pid}/stat", encoding="ascii") as stat:
+            return stat.read().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_a_worker_ends_when_its_starter_is_killed(tmp_path) -> None:
+    script = tmp_path / "starter.py"
+    script.write_text(STARTER)
+    with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True) as starter:
+        assert starter.stdout is not None
+        worker = int(starter.stdout.readline())
+        assert is_running(worker)
+        starter.send_signal(signal.SIGKILL)
+        end = time.monotonic() + 20.0
+        while is_running(worker) and time.monotonic() < end:
+            time.sleep(0.01)
+        gone = not is_running(worker)
+        if not gone:
+            os.kill(worker, signal.SIGKILL)
+    assert gone
