@@ -7,14 +7,21 @@ from typing import NamedTuple
 
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.health import ActuatorHealth, sound
+from firmware_py.records.health import ActuatorFault, ActuatorHealth, SourceState, sound
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.feedback import PERIOD, FeedbackLimits, FeedbackMemory, FeedbackWatch
+from firmware_py.safety.actuators.hull_watch import HullMemory, HullWatch
+from firmware_py.safety.actuators.thrust import ThrustMemory, ThrustWatch
 from firmware_py.tick import Tick
 from firmware_py.vehicle.vehicle import Vehicle
 
 __all__ = ["ActuatorParams", "ActuatorWatch", "ActuatorWatchMemory"]
+
+_DEPTH_MIN, _SPEED_MIN = 1.0, 0.3
+"""Nearer to the surface (m), and slower (m/s), thrust is not judged."""
+_UNSEEN = (ActuatorFault.NONE, ActuatorFault.SILENT)
+"""What reports make of an actuator that works no longer, but does not show it."""
 
 
 class ActuatorWatchMemory(NamedTuple):
@@ -22,6 +29,8 @@ class ActuatorWatchMemory(NamedTuple):
 
     feedback: tuple[FeedbackMemory, ...]
     """Of the fins, then of the propeller."""
+    hull: HullMemory
+    thrust: ThrustMemory
     health: ActuatorHealth
 
 
@@ -29,37 +38,77 @@ class ActuatorWatch:
     """Names what is wrong with each fin and with the propeller."""
 
     def __init__(self, params: ActuatorParams, vehicle: Vehicle, n_rate: float) -> None:
-        """`n_rate` is the rate limit of the propeller's commands, rev/s^2."""
+        """`n_rate` is the rate limit of the propeller's commands, rev/s^2.
+
+        Raises:
+            ParamError: the vehicle has no inertia.
+        """
         times = params.latency, params.timeout, params.time
         share, fins = params.rate_share, vehicle.fins
         limits = [
             FeedbackLimits(fin.rate_max, share * fin.rate_max, params.tolerance, fin.delta_max, *times) for fin in fins
         ]
         limits.append(FeedbackLimits(n_rate, share * n_rate, params.n_tolerance, math.inf, *times, turns=True))
+        self._params = params
         self._feedback = tuple([FeedbackWatch(limit) for limit in limits])
+        self._hull = HullWatch(params, vehicle)
+        self._thrust = ThrustWatch(vehicle, params.evidence)
         self._health = sound(len(fins))
 
-    def update(self, tick: Tick, frame: SensorFrame, applied: Applied, _state: StateEstimate) -> ActuatorHealth:
+    def update(self, tick: Tick, frame: SensorFrame, applied: Applied, state: StateEstimate) -> ActuatorHealth:
         """Return the health of fins and propeller at this tick; `applied` is what was commanded one tick ago."""
+        t, feedback = tick.t, self._feedback
         turns = max(1, round(PERIOD / tick.dt))
-        first, count = tick.k % turns, len(self._feedback)
-        changed = False
-        for i in range(first, count, turns):  # each in its own tick, so that all ticks cost the same
+        count = len(feedback)
+        changed = self._hull.update(tick, frame, applied, state)
+        for i in range(tick.k % turns, count, turns):  # each in its own tick, so that all ticks cost the same
             heard, command = (frame.fins[i], applied.fins[i]) if i < count - 1 else (frame.n, applied.n)
-            watch = self._feedback[i]
+            watch = feedback[i]
             before = watch.fault
-            changed |= watch.update(tick.t, heard, command, applied.armed) is not before
+            changed |= watch.update(t, heard, command, applied.armed) is not before
+        if frame.dvl.fresh:
+            changed |= self._judge_thrust(t, frame, applied, state)
         if changed:
-            faults = [watch.fault for watch in self._feedback]
-            self._health = ActuatorHealth(tuple(faults[:-1]), faults[-1])
+            self._health = self._judged()
         return self._health
 
     def freeze(self) -> ActuatorWatchMemory:
         """Return the whole memory."""
-        return ActuatorWatchMemory(tuple([watch.freeze() for watch in self._feedback]), self._health)
+        feedback = tuple([watch.freeze() for watch in self._feedback])
+        return ActuatorWatchMemory(feedback, self._hull.freeze(), self._thrust.freeze(), self._health)
 
     def thaw(self, memory: ActuatorWatchMemory) -> None:
         """Restore the memory that `freeze` returned."""
         for watch, remembered in zip(self._feedback, memory.feedback, strict=True):
             watch.thaw(remembered)
+        self._hull.thaw(memory.hull)
+        self._thrust.thaw(memory.thrust)
         self._health = memory.health
+
+    def _judge_thrust(self, t: float, frame: SensorFrame, applied: Applied, state: StateEstimate) -> bool:
+        dvl, n, thrust = frame.dvl, frame.n, self._thrust
+        turns = n.value if n.usable(t, self._params.timeout) else applied.n
+        judged = (
+            applied.armed
+            and dvl.ok
+            and state.velocity_ok
+            and state.sensors.dvl.state is SourceState.GOOD
+            and state.eta.z > _DEPTH_MIN
+            and dvl.value.u > _SPEED_MIN
+            and turns > 0.0
+        )
+        before = thrust.fault
+        turning = max(abs(state.nu.q), abs(state.nu.r))
+        return thrust.update(dvl.t_valid, dvl.value.u, turns, turning, judged) is not before
+
+    def _judged(self) -> ActuatorHealth:
+        """Return the health: what reports show comes first; what moves and has no effect is lost, or weak."""
+        *fins, propeller = [watch.fault for watch in self._feedback]
+        if propeller in _UNSEEN and self._thrust.fault is not ActuatorFault.NONE:
+            propeller = self._thrust.fault
+        for i, (watch, fault) in enumerate(zip(self._feedback[:-1], fins, strict=True)):
+            acts = self._hull.fault(i)
+            if fault in _UNSEEN and acts is not ActuatorFault.NONE:
+                stands = acts is ActuatorFault.LOST and not watch.reports
+                fins[i] = ActuatorFault.JAMMED if stands else acts
+        return ActuatorHealth(tuple(fins), propeller)

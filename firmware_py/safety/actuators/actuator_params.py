@@ -32,3 +32,18 @@ class ActuatorParams:
     n_tolerance: float = param(
         100.0, unit="rpm", low=5.0, high=1000.0, doc="As tolerance, for the propeller.", mav="N_TOL"
     )
+    evidence: float = param(
+        15.0,
+        low=3.0,
+        high=1000.0,
+        doc="Log-likelihood ratio at which what the vehicle does names a fault. Higher: later, fewer false alarms.",
+        mav="EVIDENCE",
+    )
+    eddies: float = param(
+        0.15,
+        unit="m/s",
+        low=0.01,
+        high=2.0,
+        doc="Strongest eddies, 1 sigma. Lower: fins without force are named sooner; in stronger eddies sound ones too.",
+        mav="EDDIES",
+    )

@@ -99,6 +99,11 @@ class FeedbackWatch:
         """What is wrong with the actuator."""
         return self._memory.fault
 
+    @property
+    def reports(self) -> bool:
+        """True while it reports where it is."""
+        return bool(self._memory.reports)
+
     def update(self, t: float, heard: Heard[float], command: float, armed: bool) -> ActuatorFault:
         """Return what is wrong at t, s, by its report and its last command; disarmed, no new fault is sought."""
         limits, was = self._limits, self._memory

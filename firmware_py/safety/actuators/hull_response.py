@@ -1,0 +1,204 @@
+"""How the vehicle turns, against its model: do the fins of an axis make the moment that they should?
+
+A Kalman filter with constant gains follows the rate of turn under the fins' moment and a slow disturbance (eddies, trim,
+errors of the model); its innovations are white. If the fins' effectiveness changes from 1 to s, these change by (s - 1)
+times the signature, which is what the same filter makes of the fins alone. The matched filter is then a product and a sum,
+and two cumulative sums of the log-likelihood ratio (Page's CUSUM) decide: no effectiveness against what sound fins have at
+least, and half of it against the whole.
+
+What sound fins have is learned in flight, so that a vehicle file that is wrong by half is no fault. What was learned in the
+last minute does not count, for it may have been learned from a fault.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from firmware_py.records.health import ActuatorFault
+
+PERIOD = 0.04
+"""Step of the filter, s."""
+_GYRO_STD = 1e-3
+"""Noise of the gyros for which the filter is designed, at 100 Hz, rad/s; what it is in flight is measured."""
+_LEARNING_TIME, _PRIOR_STD = 200.0, 0.3
+_SNAPSHOT, _SNAPSHOTS = 20.0, 3
+"""What was learned is noted so often, s; the oldest of so many notes counts."""
+_VARIANCE_TIME = 20.0
+_SETTLING_TIME = 2.0
+"""After a start the filter finds the disturbance, s."""
+_LEAST, _MOST = 0.3, 0.8
+"""Bounds of the effectiveness that sound fins have at least."""
+_HALF = 0.5
+_KNOWN = 0.75
+"""WEAK is tested where sound fins have more than this share of what was learned, by 1 sigma."""
+_FULL = 0.75
+"""Fins beyond this share of their travel hold against something."""
+_INERTIA_TIME, _TURNED = 3.0, math.radians(3.0)
+"""They do so in vain if, so many seconds later, the vehicle turns the other way by so much."""
+
+
+class AxisMemory(NamedTuple):
+    """What is remembered of an axis.
+
+    Attributes:
+        fault: NONE, WEAK or LOST.
+        rate: predicted rate of turn, rad/s.
+        disturbance: angular acceleration that the model does not explain, rad/s^2.
+        signature: what of `rate` is due to the fins, as the filter sees it, rad/s.
+        explained: what of `disturbance` is.
+        variance: running mean of the innovations squared, rad^2/s^2.
+        product: forgetting sum of innovation times signature over variance.
+        energy: forgetting sum of signature squared over variance.
+        learned: (product, energy) of some time ago, the oldest first.
+        lost: evidence for LOST, nats.
+        weak: evidence for WEAK.
+        good: evidence that a fault is over.
+        running: how long the filter has run, s.
+        held: how long the fins have been held over, s; its sign is the side.
+        turned: how far the vehicle turned the other way, rad.
+    """
+
+    fault: ActuatorFault
+    rate: float
+    disturbance: float
+    signature: float
+    explained: float
+    variance: float
+    product: float
+    energy: float
+    learned: tuple[tuple[float, float], ...]
+    lost: float
+    weak: float
+    good: float
+    running: float
+    held: float
+    turned: float
+
+
+_FRESH = AxisMemory(
+    ActuatorFault.NONE, 0.0, 0.0, 0.0, 0.0, _GYRO_STD**2, 0.0, 0.0, ((0.0, 0.0),), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+)
+
+
+class AxisWatch:
+    """Judges the fins that act on one axis; `update` once a `dt`, s."""
+
+    def __init__(self, evidence: float, eddies: float, dt: float) -> None:
+        """Design the filter.
+
+        Args:
+            evidence: log-likelihood ratio at which a fault is named, nats.
+            eddies: angular acceleration of the water as a random walk, rad/s^2/sqrt(s).
+            dt: step, s.
+        """
+        self._evidence, self._dt = evidence, dt
+        self._gains = _gains(eddies, dt)
+        self._snapshot = max(1.0, round(_SNAPSHOT / dt)) * dt
+        self._memory = _FRESH
+
+    @property
+    def fault(self) -> ActuatorFault:
+        """What is wrong with the fins of the axis together: NONE, WEAK or LOST."""
+        return self._memory.fault
+
+    def pause(self) -> None:
+        """Stop where the model does not hold or nothing is measured; what was learned, and a fault, are kept."""
+        m = self._memory
+        if m.running:
+            self._memory = _FRESH._replace(
+                fault=m.fault, variance=m.variance, product=m.product, energy=m.energy, learned=m.learned
+            )
+
+    def update(self, rate: float, damping: float, hull: float, fins: float, over: float) -> ActuatorFault:
+        """Return the fault of the axis after one more step.
+
+        Args:
+            rate: mean of the measured rate of turn over the step, rad/s.
+            damping: of the rate, 1/s, negative.
+            hull: known angular acceleration but for the fins', rad/s^2.
+            fins: angular acceleration that the fins should make, rad/s^2.
+            over: share of their travel at which the fins are; 0 where reports show that they move.
+        """
+        m, dt, (gain, gain_d) = self._memory, self._dt, self._gains
+        if m.running == 0.0:
+            self._memory = m._replace(rate=rate, running=dt)
+            return m.fault
+        predicted = m.rate + dt * (damping * m.rate + hull + fins + m.disturbance)
+        g = m.signature + dt * (damping * m.signature + fins + m.explained)
+        e = rate - predicted
+        after = predicted + gain * e, m.disturbance + gain_d * e, g - gain * g, m.explained - gain_d * g
+        running = m.running + dt
+        if running < _SETTLING_TIME:
+            self._memory = AxisMemory(m.fault, *after, *m[5:12], running, 0.0, 0.0)
+            return m.fault
+
+        variance = m.variance + (e * e - m.variance) * (dt / _VARIANCE_TIME)
+        eg, gg = e * g / variance, g * g / variance
+        fault, enough = m.fault, self._evidence
+        weight = m.learned[0][1] + _PRIOR_STD**-2
+        usual, usual_std = 1.0 + m.learned[0][0] / weight, 1.0 / math.sqrt(weight)
+        least = min(max(usual - usual_std, _LEAST), _MOST)
+        lost, weak, good = m.lost, 0.0, 0.0
+        if fault is not ActuatorFault.LOST:
+            lost = max(0.0, lost + _ratio(0.0, least if fault is ActuatorFault.NONE else _HALF * usual, eg, gg))
+        if fault is not ActuatorFault.NONE:
+            left = 0.0 if fault is ActuatorFault.LOST else _HALF * usual
+            good = max(0.0, m.good + _ratio(usual, left, eg, gg))
+        elif usual - usual_std > _KNOWN * usual:
+            weak = max(0.0, m.weak + _ratio(_HALF * usual, usual - usual_std, eg, gg))
+        held, turned = self._held_in_vain(m, rate, fins, over)
+        if turned > _TURNED and fault is not ActuatorFault.LOST:
+            lost = enough
+        if lost >= enough or weak >= enough or good >= enough:
+            fault = ActuatorFault.NONE if good >= enough else ActuatorFault.WEAK
+            if lost >= enough:
+                fault = ActuatorFault.LOST
+            lost = weak = good = held = turned = 0.0
+
+        product, energy, learned = m.product, m.energy, m.learned
+        if fault is ActuatorFault.NONE:
+            keep = 1.0 - dt / _LEARNING_TIME
+            product, energy = keep * product + eg, keep * energy + gg
+            if running % self._snapshot < dt:
+                learned = (*learned, (product, energy))[-_SNAPSHOTS:]
+        self._memory = AxisMemory(
+            fault, *after, variance, product, energy, learned, lost, weak, good, running, held, turned
+        )
+        return fault
+
+    def freeze(self) -> AxisMemory:
+        """Return the whole memory."""
+        return self._memory
+
+    def thaw(self, memory: AxisMemory) -> None:
+        """Restore the memory that `freeze` returned."""
+        self._memory = memory
+
+    def _held_in_vain(self, m: AxisMemory, rate: float, fins: float, over: float) -> tuple[float, float]:
+        """Return how long the fins have been held over, and how far the vehicle turned the other way since."""
+        if over < _FULL:
+            return 0.0, 0.0
+        side = math.copysign(1.0, fins)
+        held = m.held * side
+        if held < 0.0:  # the other side
+            return side * self._dt, 0.0
+        turned = max(0.0, m.turned - rate * side * self._dt) if held > _INERTIA_TIME else 0.0
+        return side * (held + self._dt), turned
+
+
+def _ratio(one: float, other: float, eg: float, gg: float) -> float:
+    """Return the log-likelihood ratio of an effectiveness of `one` against `other`."""
+    return (one - other) * eg + 0.5 * ((other - 1.0) ** 2 - (one - 1.0) ** 2) * gg
+
+
+def _gains(eddies: float, dt: float) -> tuple[float, float]:
+    """Return the stationary gains of rate and disturbance."""
+    noise, walk = _GYRO_STD**2 * 0.01 / dt, eddies * eddies * dt
+    p_rr, p_rd, p_dd = noise, 0.0, noise
+    gain = gain_d = 0.0
+    for _ in range(500):
+        p_rr, p_rd, p_dd = p_rr + 2.0 * dt * p_rd + dt * dt * p_dd, p_rd + dt * p_dd, p_dd + walk
+        gain, gain_d = p_rr / (p_rr + noise), p_rd / (p_rr + noise)
+        p_rr, p_rd, p_dd = (1.0 - gain) * p_rr, (1.0 - gain) * p_rd, p_dd - gain_d * p_rd
+    return gain, gain_d

@@ -1,0 +1,121 @@
+"""The fins by what the vehicle does: one `AxisWatch` each for pitch and yaw, and when they may judge."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from firmware_py.records.command import Applied
+from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.health import ActuatorFault, SourceState
+from firmware_py.records.sensing import SensorFrame
+from firmware_py.safety.actuators.actuator_params import ActuatorParams
+from firmware_py.safety.actuators.hull_response import PERIOD, AxisMemory, AxisWatch
+from firmware_py.safety.actuators.turning_model import pitch_axis, yaw_axis
+from firmware_py.tick import Tick
+from firmware_py.vehicle.vehicle import Vehicle
+
+_SERVO_TIME = 0.12
+"""Lag of a servo that reports nothing, s."""
+_DEPTH_MIN, _SPEED_MIN = 1.0, 0.8
+"""Near the surface (m), and slower (m/s), the model does not hold."""
+_STALE = 0.1
+"""An older attitude, s, is none."""
+
+
+class HullMemory(NamedTuple):
+    """What is remembered: the axes, the sums of their gyros with the numbers of samples, and modelled fin angles."""
+
+    axes: tuple[AxisMemory, ...]
+    sums: tuple[tuple[float, int], ...]
+    modelled: tuple[float, ...]
+
+
+class HullWatch:
+    """Judges pitch (axis 0) and yaw (axis 1), each once a period, in turns."""
+
+    def __init__(self, params: ActuatorParams, vehicle: Vehicle) -> None:
+        """Take the models of the vehicle.
+
+        Raises:
+            ParamError: the vehicle has no inertia.
+        """
+        self._params = params
+        self._models = pitch_axis(vehicle), yaw_axis(vehicle)
+        self._advance = vehicle.propeller.u_trim / vehicle.propeller.n_trim
+        self._travel = tuple([fin.delta_max for fin in vehicle.fins])
+        self._fins = tuple([[i for i, b in enumerate(model.fins) if b] for model in self._models])
+        self._axes = tuple(
+            [AxisWatch(params.evidence, model.eddies(params.eddies), PERIOD) for model in self._models]
+        )
+        self._sums = [(0.0, 0), (0.0, 0)]
+        self._modelled = [0.0] * len(vehicle.fins)
+
+    def update(self, tick: Tick, frame: SensorFrame, applied: Applied, state: StateEstimate) -> bool:
+        """Take what one tick tells; return whether the fault of an axis is another one now."""
+        ahrs, sums = frame.ahrs, self._sums
+        if ahrs.fresh and ahrs.ok:
+            (q, i), (r, j) = sums
+            sums[0], sums[1] = (q + ahrs.value.q, i + 1), (r + ahrs.value.r, j + 1)
+        steps = max(1, round(PERIOD / tick.dt))
+        phase = tick.k % steps
+        axis = 0 if phase == 0 else 1
+        if axis and phase != steps // 2:
+            return False
+        changed = self._judge(axis, tick, frame, applied, state)
+        if steps == 1:
+            changed |= self._judge(1, tick, frame, applied, state)
+        return changed
+
+    def fault(self, fin: int) -> ActuatorFault:
+        """Return the worst that is wrong with an axis that a fin acts on: LOST, WEAK or NONE."""
+        faults = [axis.fault for axis, fins in zip(self._axes, self._fins, strict=True) if fin in fins]
+        return next((f for f in (ActuatorFault.LOST, ActuatorFault.WEAK) if f in faults), ActuatorFault.NONE)
+
+    def freeze(self) -> HullMemory:
+        """Return the whole memory."""
+        return HullMemory(tuple([axis.freeze() for axis in self._axes]), tuple(self._sums), tuple(self._modelled))
+
+    def thaw(self, memory: HullMemory) -> None:
+        """Restore the memory that `freeze` returned."""
+        for axis, remembered in zip(self._axes, memory.axes, strict=True):
+            axis.thaw(remembered)
+        self._sums, self._modelled = list(memory.sums), list(memory.modelled)
+
+    def _judge(self, axis: int, tick: Tick, frame: SensorFrame, applied: Applied, state: StateEstimate) -> bool:
+        watch, model, t, nu = self._axes[axis], self._models[axis], tick.t, state.nu
+        total, count = self._sums[axis]
+        self._sums[axis] = (0.0, 0)
+        angles, over = self._angles(axis, t, frame, applied)
+        n = frame.n.value if frame.n.usable(t, self._params.timeout) else applied.n
+        u = min(nu.u, self._advance * n)
+        if not (
+            count
+            and applied.armed
+            and u > _SPEED_MIN
+            and state.eta.z > _DEPTH_MIN
+            and state.attitude_ok
+            and t - frame.ahrs.t_valid < _STALE
+            and state.sensors.ahrs.state is SourceState.GOOD
+        ):
+            watch.pause()
+            return False
+        before = watch.fault
+        cross = (nu.v if axis else nu.w) if state.velocity_ok else 0.0
+        hull = u * cross * model.crosswise + model.restoring * math.sin(state.eta.theta)
+        return watch.update(total / count, u * model.damping, hull, u * u * angles, over) is not before
+
+    def _angles(self, axis: int, t: float, frame: SensorFrame, applied: Applied) -> tuple[float, float]:
+        """Return the fins' angles times their effect, and the least share of their travel if one reports nothing."""
+        effects, latency, modelled = self._models[axis].fins, self._params.latency, self._modelled
+        total, over, blind = 0.0, math.inf, False
+        for i in self._fins[axis]:
+            heard = frame.fins[i]
+            angle = modelled[i] = modelled[i] + (applied.fins[i] - modelled[i]) * (PERIOD / _SERVO_TIME)
+            if heard.ok and t - heard.t_valid <= latency:
+                angle = heard.value
+            else:
+                blind = True
+            total += effects[i] * angle
+            over = min(over, abs(angle) / self._travel[i])
+        return total, over if blind else 0.0

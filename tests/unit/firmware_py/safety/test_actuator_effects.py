@@ -1,0 +1,169 @@
+"""What the actuator watch makes of the vehicle's motion: fins and propeller that work but do nothing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from firmware_py.records.health import ActuatorFault
+from firmware_py.safety.actuators.hull_response import PERIOD, AxisWatch
+from firmware_py.safety.actuators.thrust import ThrustWatch
+from firmware_py.safety.actuators.turning_model import pitch_axis, yaw_axis
+from tests.unit.firmware_py.safety.actuator_bench import VEHICLE
+
+NONE, LOST, WEAK = ActuatorFault.NONE, ActuatorFault.LOST, ActuatorFault.WEAK
+DAMPING, CONTROL, TRAVEL, EDDIES = -1.0, -0.2, math.radians(23.0), 0.0122
+EVIDENCE = 15.0
+
+
+@dataclass
+class Hull:
+    """Pitch under fins that a pilot keeps moving, in eddies, with the noise of gyros: the truth behind an `AxisWatch`.
+
+    `effect` is what the fins make of what they should, `pilot` how the fins move; `named` has times and faults.
+    """
+
+    seed: int
+    effect: float = 1.0
+    eddies: float = 0.012
+    noise: float = 4.4e-4
+    swing: float = math.radians(6.0)
+    jam: float = math.nan
+    reports: bool = True
+    watch: AxisWatch = field(default_factory=lambda: AxisWatch(EVIDENCE, 1.5 * EDDIES, PERIOD))
+    t: float = 0.0
+    q: float = 0.0
+    theta: float = 0.0
+    eddy: float = 0.0
+    fin: float = 0.0
+    named: list[tuple[float, ActuatorFault]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.random = np.random.default_rng(self.seed)
+
+    def run(self, seconds: float) -> ActuatorFault:
+        for _ in range(round(seconds / PERIOD)):
+            wanted = self.swing * math.copysign(1.0, math.sin(0.8 * self.t)) * (self.swing > 0)
+            told = wanted + 2.0 * self.theta + 2.0 * self.q  # positive angles turn the bow down
+            self.fin += min(max(min(max(told, -TRAVEL), TRAVEL) - self.fin, -0.7 * PERIOD), 0.7 * PERIOD)
+            acts = self.fin if math.isnan(self.jam) else self.jam
+            self.eddy += -0.1 * self.eddy * PERIOD + self.eddies * math.sqrt(PERIOD) * self.random.standard_normal()
+            before = self.q
+            self.q += PERIOD * (DAMPING * self.q + self.effect * CONTROL * acts + self.eddy - 0.05 * self.theta)
+            self.theta += PERIOD * self.q
+            rate = 0.5 * (before + self.q) + self.noise * self.random.standard_normal()
+            over = 0.0 if self.reports else abs(self.fin) / TRAVEL
+            was = self.watch.fault
+            hull = -0.05 * self.theta
+            if self.watch.update(rate, DAMPING, hull, CONTROL * self.fin, over) is not was:
+                self.named.append((self.t, self.watch.fault))
+            self.t += PERIOD
+        return self.watch.fault
+
+
+@pytest.mark.parametrize("seed", range(1000, 1004))
+def test_fins_without_force_are_lost(seed: int) -> None:
+    hull = Hull(seed)
+    assert hull.run(120.0) is NONE
+    hull.effect = 0.0
+    hull.run(30.0)
+    assert [fault for _, fault in hull.named][-1] is LOST
+
+
+@pytest.mark.parametrize("seed", range(1000, 1004))
+def test_half_the_force_is_weak_once_the_whole_is_known_and_good_when_it_is_back(seed: int) -> None:
+    hull = Hull(seed, eddies=0.004)
+    assert hull.run(200.0) is NONE
+    hull.effect = 0.5
+    assert hull.run(60.0) is WEAK
+    hull.effect = 1.0
+    assert hull.run(60.0) is NONE
+
+
+@pytest.mark.parametrize("effect", [0.5, 1.0, 1.5])
+@pytest.mark.parametrize("noise", [4.4e-4, 9e-4])
+@pytest.mark.parametrize("eddies", [0.0, 0.012])
+def test_sound_fins_are_never_named_with_a_model_that_is_wrong_by_half(
+    effect: float, noise: float, eddies: float
+) -> None:
+    hull = Hull(1000, effect=effect, noise=noise, eddies=eddies)
+    assert hull.run(600.0) is NONE
+    assert hull.named == []
+
+
+def test_fins_that_hardly_move_tell_nothing() -> None:
+    hull = Hull(1000, swing=0.0, eddies=0.0)
+    hull.run(60.0)
+    hull.effect = 0.5
+    assert hull.run(200.0) is NONE
+
+
+@pytest.mark.parametrize("jam", [10.0, -10.0, 20.0])
+def test_jammed_planes_that_report_nothing_are_known_by_their_consequence_within_15_s(jam: float) -> None:
+    hull = Hull(1000, swing=0.0, reports=False)
+    assert hull.run(60.0) is NONE
+    hull.jam = math.radians(jam)
+    assert hull.run(15.0) is LOST
+
+
+def test_a_pause_keeps_what_was_learned_and_the_fault() -> None:
+    hull = Hull(1000)
+    hull.run(100.0)
+    learned = hull.watch.freeze().learned
+    hull.watch.pause()
+    hull.watch.pause()
+    assert hull.watch.freeze().learned == learned
+    hull.effect = 0.0
+    hull.run(60.0)
+    hull.watch.pause()
+    assert hull.watch.fault is LOST
+
+
+def test_the_axes_turn_as_the_coefficients_say() -> None:
+    pitch, yaw = pitch_axis(VEHICLE), yaw_axis(VEHICLE)
+    # 0.5 rho L^3 M_ds / (I_y - 0.5 rho L^5 M_qdot), and half of it for each plane.
+    assert pitch.fins == pytest.approx((-0.0311, -0.0311, 0.0, 0.0), rel=1e-2)
+    assert pitch.crosswise == pytest.approx(0.1515, rel=1e-2)
+    assert pitch.damping < 0.0 > yaw.damping
+    assert yaw.fins[:2] == (0.0, 0.0)
+    assert yaw.fins[2] == yaw.fins[3] < 0.0
+
+
+def thrust_flight(watch: ThrustWatch, thrust, current=lambda _t: 0.0, n=lambda _t: 8.333, seconds=120.0, seed=1000):
+    """Return the times of changes: `thrust` is the share that the propeller makes, by time."""
+    random = np.random.default_rng(seed)
+    u, named = 1.8288, []
+    k, advance = 0.00898, 1.8288 / 8.3333
+    for i in range(round(seconds * 5)):
+        t = 0.2 * i
+        water = u - current(t)
+        u += 0.2 * k * (thrust(t) * (advance * n(t)) ** 2 - water * abs(water))
+        was = watch.fault
+        if watch.update(t, u + 0.02 * random.standard_normal(), n(t), 0.0, True) is not was:
+            named.append((t, watch.fault))
+    return named
+
+
+@pytest.mark.parametrize("seed", [1000, 1001, 1002])
+def test_a_propeller_without_thrust_is_lost_within_half_a_minute_and_good_when_it_pulls_again(seed: int) -> None:
+    watch = ThrustWatch(VEHICLE, EVIDENCE)
+    (lost, fault), (_, good) = thrust_flight(
+        watch, lambda t: 0.0 if 40.0 < t < 80.0 else 1.0, n=lambda t: 8.333 if t < 45.0 else 12.0, seed=seed
+    )
+    assert (fault, good) == (LOST, NONE)
+    assert 40.0 < lost < 70.0
+
+
+@pytest.mark.parametrize("current", [-0.5, 0.5, 1.0])
+def test_a_current_is_no_loss_of_thrust(current: float) -> None:
+    watch = ThrustWatch(VEHICLE, EVIDENCE)
+    assert thrust_flight(watch, lambda _t: 1.0, lambda _t: current, seconds=600.0) == []
+
+
+def test_a_turn_is_no_loss_of_thrust() -> None:
+    watch = ThrustWatch(VEHICLE, EVIDENCE)
+    for i in range(600):
+        assert watch.update(0.2 * i, 1.8 - 0.005 * i, 8.333, math.radians(5.0), True) is NONE
