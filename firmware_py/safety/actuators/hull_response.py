@@ -24,7 +24,7 @@ _GYRO_STD = 1e-3
 _LEARNING_TIME, _PRIOR_STD = 200.0, 0.3
 _SNAPSHOT, _SNAPSHOTS = 20.0, 3
 """What was learned is noted so often, s; the oldest of so many notes counts."""
-_VARIANCE_TIME = 20.0
+_VARIANCE_TIME = 10.0
 _SETTLING_TIME = 2.0
 """After a start the filter finds the disturbance, s."""
 _LEAST, _MOST = 0.3, 0.8
@@ -77,7 +77,7 @@ class AxisMemory(NamedTuple):
 
 
 _FRESH = AxisMemory(
-    ActuatorFault.NONE, 0.0, 0.0, 0.0, 0.0, _GYRO_STD**2, 0.0, 0.0, ((0.0, 0.0),), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    ActuatorFault.NONE, 0.0, 0.0, 0.0, 0.0, _GYRO_STD**2 * 0.01 / PERIOD, 0.0, 0.0, ((0.0, 0.0),), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 )
 
 

@@ -19,6 +19,8 @@ _SERVO_TIME = 0.12
 """Lag of a servo that reports nothing, s."""
 _DEPTH_MIN, _SPEED_MIN = 1.0, 0.8
 """Near the surface (m), and slower (m/s), the model does not hold."""
+_ROLL_MAX = math.radians(30.0)
+"""Rolled over farther, planes steer and rudders dive."""
 _STALE = 0.1
 """An older attitude, s, is none."""
 
@@ -94,6 +96,7 @@ class HullWatch:
             and applied.armed
             and u > _SPEED_MIN
             and state.eta.z > _DEPTH_MIN
+            and -_ROLL_MAX < state.eta.phi < _ROLL_MAX
             and state.attitude_ok
             and t - frame.ahrs.t_valid < _STALE
             and state.sensors.ahrs.state is SourceState.GOOD

@@ -1,0 +1,91 @@
+"""Faults of actuators in flight: each is named in its time, counted from when the plant has it, and no other is."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from firmware_py.records.event import EventKind
+from firmware_py.records.health import ActuatorFault
+from sternplane.logs import reading
+from sternplane.sitl.flight import FlightRequest, fly, prepare
+
+SCENARIO = """
+description = "Straight ahead at 10 m, in eddies."
+duration_s = {duration}
+completes = "time"
+[environment]
+bottom_depth_m = 45.0
+turbulence_m_s = {eddies}
+[start]
+depth_m = 10.0
+u_m_s = 1.8
+n_rpm = 500.0
+[[orders]]
+t_s = 0.5
+arming = "arm"
+mode = "hold"
+depth_m = 10.0
+speed_m_s = 1.8
+[autopilot.estimation.learning]
+enabled = false
+"""
+FINS = ("stern_port", "stern_starboard", "rudder_upper", "rudder_lower")
+Named = dict[str, list[tuple[float, ActuatorFault]]]
+
+
+def flight(folder: Path, faults: list[str], duration: float, eddies: float = 0.1, seed: int = 1000):
+    """Return what was named, by actuator, and the truth."""
+    scenario, log = folder / "scenario.toml", folder / "log.mcap"
+    scenario.write_text(SCENARIO.format(duration=duration, eddies=eddies))
+    fly(prepare(FlightRequest(scenario=str(scenario), faults=tuple(faults), seed=seed), {}), log)
+    flown = reading.read(log)
+    named: Named = {}
+    for t, events in flown.events:
+        for event in events:
+            if event.kind in (EventKind.ACTUATOR_FAULT, EventKind.ACTUATOR_GOOD):
+                named.setdefault(event.names[0], []).append((t, ActuatorFault(int(event.numbers[0]))))
+    return named, flown.truth
+
+
+def test_with_feedback_every_actuator_is_named_within_a_second(tmp_path: Path) -> None:
+    faults = ["jam:stern_port=10@5", "hard-over:rudder_upper@9", "silent:rudder_lower@12", "stuck:propeller@15"]
+    named, truth = flight(tmp_path, faults, 18.0)
+    jammed = truth["t"] > 6.0
+    assert truth["fins"][jammed, 0] == pytest.approx(math.radians(10.0), abs=math.radians(0.3))
+    expected = {
+        "stern_port": (5.0, ActuatorFault.JAMMED, 1.0),
+        "rudder_upper": (9.0, ActuatorFault.HARD_OVER, 1.0),
+        "rudder_lower": (12.0, ActuatorFault.SILENT, 1.1),
+        "propeller": (15.0, ActuatorFault.JAMMED, 1.0),
+    }
+    assert set(named) == set(expected)
+    for name, (begun, fault, limit) in expected.items():
+        (t, first), *others = named[name]
+        assert (first, others) == (fault, [])
+        assert begun < t <= begun + limit, name
+
+
+@pytest.mark.parametrize("seed", [1000, 1001])
+def test_both_planes_jammed_without_feedback_are_named_by_their_consequence_within_15_s(
+    tmp_path: Path, seed: int
+) -> None:
+    faults = ["silent:servo_hub@3", "jam:stern_port=10@10", "jam:stern_starboard=10@10"]
+    named, truth = flight(tmp_path, faults, 25.0, seed=seed)
+    assert truth["fins"][-1, :2] == pytest.approx(math.radians(10.0), abs=math.radians(0.3))
+    for fin in FINS[:2]:
+        (_, silent), (t, fault) = named[fin]
+        assert (silent, fault) == (ActuatorFault.SILENT, ActuatorFault.JAMMED)
+        assert 10.0 < t <= 25.0
+    assert all([fault for _, fault in named[fin]] == [ActuatorFault.SILENT] for fin in FINS[2:])
+    assert "propeller" not in named
+
+
+def test_a_propeller_that_lost_its_thrust_is_named_within_half_a_minute(tmp_path: Path) -> None:
+    named, truth = flight(tmp_path, ["lost:propeller@10"], 40.0, eddies=0.05)
+    ((t, fault),) = named.pop("propeller")
+    assert (named, fault) == ({}, ActuatorFault.LOST)
+    assert 10.0 < t <= 40.0
+    assert truth["nu.u"][-1] < 1.5
