@@ -6,11 +6,11 @@ import math
 from pathlib import Path
 
 import pytest
+from sternplane.logs import reading
+from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py.records.event import EventKind
 from firmware_py.records.health import ActuatorFault
-from sternplane.logs import reading
-from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 SCENARIO = """
 description = "Straight ahead at 10 m, in eddies."

@@ -33,7 +33,7 @@ class ActuatorParams:
         100.0, unit="rpm", low=5.0, high=1000.0, doc="As tolerance, for the propeller.", mav="N_TOL"
     )
     evidence: float = param(
-        15.0,
+        12.0,
         low=3.0,
         high=1000.0,
         doc="Log-likelihood ratio at which what the vehicle does names a fault. Higher: later, fewer false alarms.",

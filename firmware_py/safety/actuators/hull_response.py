@@ -1,13 +1,13 @@
 """How the vehicle turns, against its model: do the fins of an axis make the moment that they should?
 
-A Kalman filter with constant gains follows the rate of turn under the fins' moment and a slow disturbance (eddies, trim,
-errors of the model); its innovations are white. If the fins' effectiveness changes from 1 to s, these change by (s - 1)
-times the signature, which is what the same filter makes of the fins alone. The matched filter is then a product and a sum,
-and two cumulative sums of the log-likelihood ratio (Page's CUSUM) decide: no effectiveness against what sound fins have at
-least, and half of it against the whole.
+A Kalman filter with constant gains follows the rate of turn under the fins' moment and a slow disturbance (eddies,
+trim, errors of the model); its innovations are white. If the fins' effectiveness changes from 1 to s, these change by
+(s - 1) times the signature, which is what the same filter makes of the fins alone. The matched filter is then a product
+and a sum, and two cumulative sums of the log-likelihood ratio (Page's CUSUM) decide: no effectiveness against what
+sound fins have at least, and half of it against the whole.
 
-What sound fins have is learned in flight, so that a vehicle file that is wrong by half is no fault. What was learned in the
-last minute does not count, for it may have been learned from a fault.
+What sound fins have is learned in flight, so that a vehicle file that is wrong by half is no fault. What was learned in
+the last minute does not count, for it may have been learned from a fault.
 """
 
 from __future__ import annotations
@@ -77,7 +77,21 @@ class AxisMemory(NamedTuple):
 
 
 _FRESH = AxisMemory(
-    ActuatorFault.NONE, 0.0, 0.0, 0.0, 0.0, _GYRO_STD**2 * 0.01 / PERIOD, 0.0, 0.0, ((0.0, 0.0),), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    ActuatorFault.NONE,
+    0.0,
+    0.0,
+    0.0,
+    0.0,
+    _GYRO_STD**2 * 0.01 / PERIOD,
+    0.0,
+    0.0,
+    ((0.0, 0.0),),
+    0.0,
+    0.0,
+    0.0,
+    0.0,
+    0.0,
+    0.0,
 )
 
 
@@ -130,7 +144,10 @@ class AxisWatch:
         after = predicted + gain * e, m.disturbance + gain_d * e, g - gain * g, m.explained - gain_d * g
         running = m.running + dt
         if running < _SETTLING_TIME:
-            self._memory = AxisMemory(m.fault, *after, *m[5:12], running, 0.0, 0.0)
+            rate, disturbance, signature, explained = after
+            self._memory = m._replace(
+                rate=rate, disturbance=disturbance, signature=signature, explained=explained, running=running
+            )
             return m.fault
 
         variance = m.variance + (e * e - m.variance) * (dt / _VARIANCE_TIME)

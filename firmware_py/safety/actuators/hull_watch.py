@@ -47,9 +47,7 @@ class HullWatch:
         self._advance = vehicle.propeller.u_trim / vehicle.propeller.n_trim
         self._travel = tuple([fin.delta_max for fin in vehicle.fins])
         self._fins = tuple([[i for i, b in enumerate(model.fins) if b] for model in self._models])
-        self._axes = tuple(
-            [AxisWatch(params.evidence, model.eddies(params.eddies), PERIOD) for model in self._models]
-        )
+        self._axes = tuple([AxisWatch(params.evidence, model.eddies(params.eddies), PERIOD) for model in self._models])
         self._sums = [(0.0, 0), (0.0, 0)]
         self._modelled = [0.0] * len(vehicle.fins)
 

@@ -1,8 +1,8 @@
 """The propeller's thrust: does the vehicle gain speed as its propeller's speed says?
 
-Along the hull, u_dot = k (u_n |u_n| - u |u|), where u_n is the speed that belongs to the propeller's. Over each window the
-DVL tells u_dot; what is not drag is thrust. The cumulative sum of the log-likelihood ratio of "no thrust" against "what is
-left at least" decides. A current that changes by 0.6 m/s within seconds looks the same.
+Along the hull, u_dot = k (u_n |u_n| - u |u|), where u_n is the speed that belongs to the propeller's. Over each window
+the DVL tells u_dot; what is not drag is thrust. The cumulative sum of the log-likelihood ratio of "no thrust" against
+"what is left at least" decides.
 """
 
 from __future__ import annotations

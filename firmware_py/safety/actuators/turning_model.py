@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from firmware_py.vehicle.fins import deflection_rows
@@ -31,7 +32,7 @@ class Axis(NamedTuple):
 
     def eddies(self, speed: float) -> float:
         """Return what eddies of that speed (1 sigma, m/s) do, as a random walk, rad/s^2/sqrt(s)."""
-        return abs(self.crosswise) * _CRUISE * speed * (2.0 / _EDDY_TIME) ** 0.5
+        return abs(self.crosswise) * _CRUISE * speed * math.sqrt(2.0 / _EDDY_TIME)
 
 
 def pitch_axis(vehicle: Vehicle) -> Axis:

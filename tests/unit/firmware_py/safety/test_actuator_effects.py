@@ -16,7 +16,7 @@ from tests.unit.firmware_py.safety.actuator_bench import VEHICLE
 
 NONE, LOST, WEAK = ActuatorFault.NONE, ActuatorFault.LOST, ActuatorFault.WEAK
 DAMPING, CONTROL, TRAVEL, EDDIES = -1.0, -0.2, math.radians(23.0), 0.0122
-EVIDENCE = 15.0
+EVIDENCE = 12.0
 
 
 @dataclass
