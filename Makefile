@@ -5,7 +5,7 @@ BIN := .venv/bin
 LOCKS := tools/requirements
 PIP := $(BIN)/python $(LOCKS)/install.py
 
-.PHONY: help setup sitl gcs test test-vcan lint rooms bench fuzz load study study-safety paper lock clean
+.PHONY: help setup sitl gcs test test-vcan lint rooms bench fuzz kill load study study-safety paper lock clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -43,6 +43,9 @@ bench: setup .venv/.dev ## measure, and print JSON
 
 fuzz: setup ## ten million odd packets into the ground links; ARGS="--packets 100000" for fewer, "--configurations 5000" for files
 	@$(BIN)/python -m sternplane.fuzz $(ARGS)
+
+kill: setup ## kill -9 at fifty random times, and judge the start after each by the truth; ARGS="--kills 5" for less
+	@$(BIN)/python -m sternplane.kill $(ARGS)
 
 load: setup ## what cycles cost, and how late they are: alone, with three busy stations, flooded; ARGS="--seconds 20" for less
 	@$(BIN)/python -m sternplane.load $(ARGS)

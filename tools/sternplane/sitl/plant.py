@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import hashlib
 import os
+import socket
 from collections.abc import Callable, Iterator
 from dataclasses import fields
 from itertools import count, takewhile
@@ -90,7 +92,7 @@ def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Conso
         ids = {getattr(io.nodes, field.name): field.name for field in fields(io.nodes)}
         refuse_if_taken(bus, {**ids, io.can.plant_id: "plant"})
         lockstep = LockstepLink(bus, io.can.plant_id, [io.can.node_id])
-        _clear(dvl)
+        stack.enter_context(_owned(dvl))
         line = stack.enter_context(SerialLine(timeout=0.0 if free else 1.0))
         stack.enter_context(_link(dvl, Path(line.path)))
         port = bus if free else lockstep
@@ -214,10 +216,21 @@ def _truth_log(stack: contextlib.ExitStack, flight: Flight, out: Path | None) ->
     return stack.enter_context(LogWriter(out / TRUTH_FILE, header))
 
 
-def _clear(name: Path) -> None:
-    """Remove the dangling link of a plant that was killed, before a new line may get the number of the old one."""
-    if name.is_symlink() and not name.exists():
-        name.unlink()
+@contextlib.contextmanager
+def _owned(name: Path) -> Iterator[None]:
+    """Own the name of a line as long as this process lives; remove the link that a killed plant left there.
+
+    Its terminal may be there still: a vehicle holds it, or another program has its number by now. What tells a living
+    plant from a killed one is a socket without a file, which ends with its process.
+    """
+    with socket.socket(socket.AF_UNIX) as owner:
+        try:
+            owner.bind("\0sternplane-" + hashlib.sha256(os.fsencode(os.path.abspath(name))).hexdigest())
+        except OSError:
+            raise UsageError(f"--dvl {name}: another plant has it; end that one, or choose another") from None
+        if name.is_symlink() and (not name.exists() or os.path.realpath(name).startswith("/dev/pts/")):
+            name.unlink()
+        yield
 
 
 @contextlib.contextmanager

@@ -1,0 +1,1 @@
+"""Kills vehicles and plants at random times, and judges what the next start makes of it."""

@@ -1,0 +1,94 @@
+"""`fly` is killed under way; the plant goes on, and the next `fly` takes over the same vehicle."""
+
+from __future__ import annotations
+
+import math
+import random
+import time
+from pathlib import Path
+from typing import Any
+
+from sternplane.kill.processes import (
+    LOST_MAX,
+    PLANT,
+    SIGMAS_MAX,
+    VEHICLE,
+    Clock,
+    Process,
+    Station,
+    configuration,
+    ended,
+    last_time,
+    place,
+    read_log,
+    replays,
+    scenario,
+)
+from sternplane.logs.reading import TRUTH_FILE, read
+
+_CHECKED_S = 1.0
+"""The estimate of the next flight is held against the truth for its first second."""
+
+
+def trial(folder: Path, bus: str, rng: random.Random, longest: float = 30.0) -> dict[str, Any]:
+    """Kill one flight, start another; return the figures, and in "wrong" what is not as it should be.
+
+    It is killed at a random time, at most `longest` (s) after it is armed.
+    """
+    written, config = scenario(folder), configuration(folder)
+    seconds, pause, wrong = rng.uniform(0.5, longest), rng.uniform(0.0, 5.0), []
+    on_bus = ("--bus", bus, "--dvl", folder / "dvl")
+    seed = str(rng.randrange(1000, 2000))
+    fly = ("fly", *on_bus, "--config", config, "--state", config / "state")
+    clock, station, other = Clock(bus), Station(commands=True), Station(commands=False)
+    processes: list[Process] = []
+    with ended(processes, station, other, clock):
+        for thread in (clock, station, other):
+            thread.start()
+        of_plant = ("--scenario", written, "--pace", "realtime", "--seed", seed, "--out", folder / "plant")
+        processes.append(Process(folder / "plant", "plant", *on_bus, *of_plant))
+        plant_zero = clock.zero(PLANT)
+        first = Process(folder / "1", *fly, "--out", folder / "1", "--gcs", station.address)
+        processes.append(first)
+        station.until_heard()
+        end = time.monotonic() + 10.0
+        while not station.armed and time.monotonic() < end:
+            time.sleep(0.05)
+        time.sleep(seconds)
+        vehicle_zero = clock.zero(VEHICLE)
+        killed, armed = first.kill(), station.armed
+        clock.forget(VEHICLE)
+        time.sleep(pause)
+        second = Process(folder / "2", *fly, "--out", folder / "2", "--gcs", other.address)
+        processes.append(second)
+        try:
+            other.until_heard(_CHECKED_S + 1.0)
+            next_zero = clock.zero(VEHICLE)
+        except TimeoutError:
+            return {"wrong": ["the next start does not work"], "said": second.said}
+    log, after, truth = read_log(folder / "1"), read_log(folder / "2"), read(folder / "plant" / TRUTH_FILE)
+    t, columns = last_time(log), after.columns
+    lost, worst = killed - vehicle_zero - t, (0.0, 0.0, 0.0)
+    for k in range(min(len(columns["t"]), round(_CHECKED_S * 100))):
+        x, y = place(truth.truth, next_zero + columns["t"][k] - plant_zero)
+        off = math.hypot(columns["state.eta.x"][k] - x, columns["state.eta.y"][k] - y)
+        sigma = float(columns["state.position_std"][k])
+        worst = max(worst, (off / sigma, off, sigma))
+    if worst[0] > SIGMAS_MAX:
+        wrong.append("confidently lost")
+    if lost > LOST_MAX:
+        wrong.append("more of the log is lost")
+    for one in (log, after):
+        if said := replays(one):
+            wrong.append(said)
+    return {
+        "armed": armed,
+        "killed_at_s": round(t, 2),
+        "gap_s": round(next_zero - killed, 1),
+        "speed_m_s": round(float(log.columns["state.nu.u"][-1]), 2),
+        "log_lost_s": round(lost, 2),
+        "error_m": round(worst[1], 2),
+        "sigma_m": round(worst[2], 2),
+        "sigmas": round(worst[0], 3),
+        "wrong": wrong,
+    }
