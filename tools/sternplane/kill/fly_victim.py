@@ -55,8 +55,9 @@ def trial(folder: Path, bus: str, rng: random.Random, longest: float = 30.0) -> 
         while not station.armed and time.monotonic() < end:
             time.sleep(0.05)
         time.sleep(seconds)
-        vehicle_zero = clock.zero(VEHICLE)
         killed, armed = first.kill(), station.armed
+        time.sleep(0.2)  # until what it sent last is heard
+        commanded = clock.commanded(VEHICLE)
         clock.forget(VEHICLE)
         time.sleep(pause)
         second = Process(folder / "2", *fly, "--out", folder / "2", "--gcs", other.address)
@@ -68,7 +69,7 @@ def trial(folder: Path, bus: str, rng: random.Random, longest: float = 30.0) -> 
             return {"wrong": ["the next start does not work"], "said": second.said}
     log, after, truth = read_log(folder / "1"), read_log(folder / "2"), read(folder / "plant" / TRUTH_FILE)
     t, columns = last_time(log), after.columns
-    lost, worst = killed - vehicle_zero - t, (0.0, 0.0, 0.0)
+    lost, worst = max(commanded - t, 0.0), (0.0, 0.0, 0.0)
     for k in range(min(len(columns["t"]), round(_CHECKED_S * 100))):
         x, y = place(truth.truth, next_zero + columns["t"][k] - plant_zero)
         off = math.hypot(columns["state.eta.x"][k] - x, columns["state.eta.y"][k] - y)

@@ -21,13 +21,14 @@ from pymavlink import mavutil  # type: ignore[import-untyped]
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.installation import configs
 from firmware_py.app import build
-from firmware_py.wire.dronecan.message_table import NODE_STATUS
+from firmware_py.wire.dronecan.message_table import ARRAY_COMMAND, NODE_STATUS
 from sternplane.logs.reading import Log, read
 from sternplane.logs.replay import replay
 
 mavlink = mavutil.mavlink
 VEHICLE, PLANT = 10, 23
 """Node ids: the autopilot's; that of the plant's AHRS."""
+COMMANDS_HZ = 50
 CURRENT = (0.06, 0.08)
 """North and east, m/s."""
 LOST_MAX = 1.0
@@ -78,19 +79,27 @@ class Clock(threading.Thread):
         self._bus = open_bus(spec)
         self._ended = False
         self._zero: dict[int, float] = {}
+        self._commands: dict[int, int] = {}
 
     def run(self) -> None:
         """Listen until `end`."""
         while not self._ended:
             for can_id, data in self._bus.drain(1000, 0.05):
                 source, now = can_id & 0x7F, time.time()
-                if can_id >> 8 & 0xFFFF == NODE_STATUS.data_type_id and not can_id & 0x80:
+                if can_id >> 8 & 0xFFFF == ARRAY_COMMAND.data_type_id and data[-1] & 0x80:
+                    self._commands[source] = self._commands.get(source, 0) + 1
+                elif can_id >> 8 & 0xFFFF == NODE_STATUS.data_type_id and not can_id & 0x80:
                     zero = now - int.from_bytes(data[:4], "little")
                     self._zero[source] = min(self._zero.get(source, math.inf), zero)
 
     def forget(self, source: int) -> None:
         """Forget a node that is started again."""
         self._zero.pop(source, None)
+        self._commands.pop(source, None)
+
+    def commanded(self, source: int) -> float:
+        """Return the time of a vehicle when it last commanded its fins, s."""
+        return (self._commands.get(source, 0) - 1) / COMMANDS_HZ
 
     def zero(self, source: int) -> float:
         """Return the wall time at which a node's time was 0; wait for its first status.
