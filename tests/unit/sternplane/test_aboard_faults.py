@@ -10,7 +10,7 @@ from sternplane.sitl.aboard_faults import AboardFaults
 
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.params import ParamError
-from firmware_py.records.order import NO_ORDER, Mode, Order
+from firmware_py.records.order import Mode, Order, Sticks
 from firmware_py.tick import Tick
 from sim_bridge.faults.fault import parse_fault
 from sim_bridge.faults.injector import FaultInjector
@@ -37,13 +37,24 @@ class Station:
         self.told.append(cycle)
 
 
-def test_what_a_station_says_in_an_outage_is_lost():
+def test_what_a_station_says_in_an_outage_is_lost_and_when_it_was_heard_last_is_known():
     station = Station()
     ground = aboard("lost:station@1+2", "lost:station@5").heard(station)
-    heard = {t: ground.read(Tick(round(100 * t), DT_NS)) != NO_ORDER for t in (0.99, 1.0, 2.99, 3.0, 4.99, 5.0, 900.0)}
-    assert [t for t, was in heard.items() if was] == [0.99, 3.0, 4.99]
+    heard = {t: ground.read(Tick(round(100 * t), DT_NS)) for t in (0.99, 1.0, 2.99, 3.0, 4.99, 5.0, 900.0)}
+    assert [t for t, order in heard.items() if order.mode is Mode.HOLD] == [0.99, 3.0, 4.99]
+    assert [order.t_station for order in heard.values()] == pytest.approx([0.99, 0.99, 0.99, 3.0, 4.99, 4.99, 4.99])
     ground.write("cycle")
     assert station.told == ["cycle"]
+
+
+def test_sticks_that_fell_silent_with_the_station_grow_old():
+    class Pilot(Station):
+        def read(self, tick):
+            return Order(sticks=Sticks(0.1, 0.2, 3.0), t_sticks=tick.t)
+
+    ground = aboard("lost:station@1").heard(Pilot())
+    before, lost = (ground.read(Tick(k, DT_NS)) for k in (99, 500))
+    assert (lost.sticks, lost.t_sticks) == (before.sticks, before.t_sticks) == (Sticks(0.1, 0.2, 3.0), 0.99)
 
 
 def test_without_faults_nothing_stands_between_the_vehicle_and_its_ground_or_log():

@@ -8,6 +8,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -92,15 +93,23 @@ class _FillingLog(LogWriter):
 
 
 class _Outages:
-    """A ground that is not heard now and then: what comes in an outage is lost, what is sent goes nowhere."""
+    """A ground that is not heard now and then: what comes in an outage is lost.
+
+    Outside of it the vehicle hears a station in every tick, and be it the scenario's operator, who has no heartbeat of
+    its own: what was never heard cannot be lost.
+    """
 
     def __init__(self, ground: Ground, outages: Iterable[Outage]) -> None:
         self._ground = ground
         self._outages = tuple(outages)
+        self._last = NO_ORDER
 
     def read(self, tick: Tick) -> Order:
-        order = self._ground.read(tick)
-        return NO_ORDER if any(begin <= tick.t < end for begin, end in self._outages) else order
+        order, last = self._ground.read(tick), self._last
+        if any(begin <= tick.t < end for begin, end in self._outages):
+            return replace(NO_ORDER, sticks=last.sticks, t_sticks=last.t_sticks, t_station=last.t_station)
+        self._last = replace(order, t_station=max(order.t_station, tick.t))
+        return self._last
 
     def write(self, cycle: Cycle) -> None:
         self._ground.write(cycle)

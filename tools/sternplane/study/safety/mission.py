@@ -49,7 +49,7 @@ battery = { noise_v = 0.04 }
 leak = { noise_pct = 1.0 }
 """
 _NO_LEARNING = """[autopilot.estimation.learning]
-depth_min_m = 100.0
+enabled = false
 """
 _LEGS = ((45.0, 0.0, 6.0), (85.0, 15.0, 10.0), (145.0, 30.0, 28.0), (175.0, 20.0, 28.0))
 """North, east, depth, m."""
