@@ -52,6 +52,7 @@ class CoefficientEkf:
         rejected: how many measurements were rejected, (9,).
         resets: how often it diverged and began anew.
         iteration: goes through the flight again.
+        iterated: which of the learned coefficients a pass of it has confirmed, (names,); all, if there is no iteration.
     """
 
     def __init__(self, vehicle: Vehicle, params: CoefficientParams) -> None:
@@ -74,6 +75,7 @@ class CoefficientEkf:
         self.nis = np.full(MOVING, math.nan)
         schedule(self.tuning, self.age, self.model.first, 0.0, filters.kernel.settings)
         self.iteration = IteratedFilter(BankArrays(vehicle, params), params)
+        self.iterated = np.full(len(params.names), not params.iteration_times)
 
     def start(
         self,
@@ -97,6 +99,7 @@ class CoefficientEkf:
         self.rejected[:] = 0
         self.age[:] = 0.0
         self._begun[:] = False
+        self.iterated[:] = not self.params.iteration_times
         self._monitor.window[:], self._since_reset = 0.0, math.inf
         self.resume(nu, angles, std)
         self.iteration.begin(self.bank, 0.0)
@@ -122,6 +125,7 @@ class CoefficientEkf:
         if self._since_reset < RESET_AGAIN_TIME or not settled:
             self._forget(self.model.first, self.model.size, self.prior[self.model.first :] ** 2)
             self.age[:] = 0.0
+            self.iterated[:] = not self.params.iteration_times
         self._since_reset = 0.0
         self._monitor.window[:] = 0.0
         self.log_likelihood[:] = 0.0
@@ -192,6 +196,7 @@ class CoefficientEkf:
                 return came
             elif iteration.follow(self.bank, came - begin, h, self.age, self._begun):
                 monitor.window[:] = 0.0
+                self.iterated |= iteration.permitted(len(self._begun))
             begin = came
         return begin
 
@@ -234,6 +239,7 @@ class CoefficientEkf:
             since_reset=self._since_reset,
             resets=self.resets,
             iteration=self.iteration.freeze(),
+            iterated=self.iterated.copy(),
         )
 
     def thaw(self, memory: EkfMemory) -> None:
@@ -243,3 +249,4 @@ class CoefficientEkf:
         self.age[:], self._begun[:] = memory.age, memory.begun
         self._monitor.window[:], self._since_reset, self.resets = memory.window, memory.since_reset, memory.resets
         self.iteration.thaw(memory.iteration)
+        self.iterated[:] = memory.iterated

@@ -17,6 +17,7 @@ from firmware_py.estimation.coefficient_validity import CoefficientValidity, Val
 from firmware_py.estimation.fixed_lag_buffer import FixedLagBuffer, FixedLagBufferMemory, FixedLagBufferParams, Span
 from firmware_py.estimation.identifiability import LearnedState, report, reported
 from firmware_py.estimation.model.state import CURRENT_EAST, CURRENT_NORTH, MOVING, STILL
+from firmware_py.estimation.value_bounds import ValueBounds, unbounded
 from firmware_py.params import TakesEffect, param, table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned, StateEstimate
@@ -71,6 +72,7 @@ class CoefficientEstimatorMemory(NamedTuple):
     resets: int
     iterations: int
     ever: tuple[bool, ...]
+    bounds: ValueBounds
     last: Learned
 
 
@@ -97,6 +99,7 @@ class CoefficientEstimator:
         """Of the coefficients, by filter: views of the covariances."""
         self._std, self._ever = np.zeros(count), np.zeros(count, dtype=np.bool_)
         self._intensities = coefficients.turbulence
+        self._bounds = unbounded(count)
         self._forget()
         self._permit()
         self._last = self._learned_now(None, self._report())
@@ -155,6 +158,7 @@ class CoefficientEstimator:
         """Start anew: coefficients as in the vehicle file, and nothing known of the water."""
         self.ekf.start((0.0,) * 6, (0.0,) * 3, (1.0,) * MOVING)
         self._ever[:] = self._health.excited
+        self._bounds = unbounded(self._count)
         self._running = self._begun = False
 
     def _permit(self) -> None:
@@ -166,7 +170,7 @@ class CoefficientEstimator:
         """Return what is known. What was not excited since `before` stays, unless an iteration took over."""
         mean, std, weights = (array.tolist() for array in self.ekf.combine())
         value, sigma = mean[self._learned], std[self._learned]
-        valid, excited, nis = self._health.verdict
+        _, excited, nis = self._health.verdict
         nothing = (False,) * self._count
         excited = excited if self._running else nothing
         iterations, self._iterations = self._iterations, self.ekf.iteration.accepted
@@ -174,13 +178,18 @@ class CoefficientEstimator:
             for i, moved in enumerate(excited):
                 if not (moved or before.excited[i]):
                     value[i], sigma[i] = before.value[i], before.std[i]
+        if not self._bounds.hold(value):  # it was not to be relied on: consistency is to be earned anew
+            self._health.reset()
+            self._bounds = unbounded(self._count)
+        valid = self._valid
+        self._bounds = self._bounds.after(value, sigma, valid)
         current = slice(CURRENT_NORTH, CURRENT_EAST + 1)
         flows = self.ekf.model.water != STILL
         (north, east), (north_std, east_std) = (mean[current], std[current]) if flows else ((math.nan,) * 2,) * 2
         return Learned(
             value=tuple(value),
             std=tuple(sigma),
-            valid=valid if self._begun else nothing,
+            valid=valid,
             excited=excited,
             current=(north, east),
             current_std=(north_std, east_std),
@@ -193,19 +202,25 @@ class CoefficientEstimator:
             report=report,
         )
 
+    @property
+    def _valid(self) -> tuple[bool, ...]:
+        """What may be relied on: what is valid, and was confirmed by a pass over the whole flight."""
+        valid, iterated = self._health.verdict.valid, self.ekf.iterated.tolist()
+        return tuple([a and b and self._begun for a, b in zip(valid, iterated, strict=True)])
+
     def _report(self) -> tuple[Event, ...]:
         """Return what was learned and what was not."""
         model, count, learned = self.ekf.model, self._count, self._learned
         if not self._begun:
             return (reported(Cause.NOT_BEGUN, (float(count),)),)
-        valid, excited, _ = self._health.verdict
+        excited = self._health.verdict.excited
         return report(
             LearnedState(
                 model.names[:count],
                 self.ekf.estimate().covariance[learned, learned],
                 self.ekf.prior[learned],
                 np.array(model.believed[:count]),
-                np.array(valid),
+                np.array(self._valid),
                 np.array(excited) & self._running,
                 self._ever,
             )
@@ -222,6 +237,7 @@ class CoefficientEstimator:
             self._resets,
             self._iterations,
             tuple(self._ever.tolist()),
+            self._bounds,
             self._last,
         )
 
@@ -231,7 +247,7 @@ class CoefficientEstimator:
         self.ekf.thaw(memory.ekf)
         self._health.thaw(memory.health)
         self._running, self._begun = memory.running, memory.begun
-        self._resets, self._last = memory.resets, memory.last
+        self._resets, self._bounds, self._last = memory.resets, memory.bounds, memory.last
         self._filter_resets, self._iterations = self.ekf.resets, memory.iterations
         self._permit()
         self._ever[:] = memory.ever

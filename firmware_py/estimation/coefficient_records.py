@@ -86,3 +86,4 @@ class EkfMemory(NamedTuple):
     since_reset: float
     resets: int
     iteration: IterationMemory
+    iterated: Flags

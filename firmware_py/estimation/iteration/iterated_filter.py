@@ -159,6 +159,12 @@ class IteratedFilter:
                 self._rewind(self._start[0][0], int(np.abs(bank.intensity - FIRST_INTENSITY).argmin()), begun)
         return False
 
+    def permitted(self, count: int) -> Flags:
+        """Which of the first `count` coefficients the last pass let learn, (count,)."""
+        first = self._bank.model.first
+        permitted: Flags = self._bank.tuning.may_learn[first : first + count] > 0.0
+        return permitted
+
     def _catch_up(self, bank: BankArrays, steps: int, age: Array, begun: Flags) -> bool:
         """Goes on; at the end of the history, takes over or begins another pass."""
         own, ref, far = self._bank, self._reference, ROWS_PER_STEP * steps

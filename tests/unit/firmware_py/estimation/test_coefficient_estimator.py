@@ -350,3 +350,42 @@ def test_whatever_is_heard_every_number_is_finite(data: st.DataObject) -> None:
     assert all(map(finite, out))
     assert np.isfinite(learning.ekf.P).all()
     assert math.isfinite(out[-1].horizon)
+
+
+ITERATED = {"iteration_times": (8.0, 16.0), "turbulence": (0.0,)}
+
+
+def test_nothing_is_valid_before_a_pass_over_the_whole_flight_took_over() -> None:
+    learning = learner(**ITERATED)
+    before, after = [], []
+    for moment in FLIGHT:
+        took_over = learning.ekf.iteration.accepted > 0
+        (after if took_over else before).append(learning.update(*moment).valid)
+    assert len(before) > 800
+    assert not any(itertools.chain.from_iterable(before))
+    assert sum(after[-1]) >= 5
+    plain = said(learner(turbulence=(0.0,)), FLIGHT[:1600])  # without iterations nothing is to be waited for
+    assert any(itertools.chain.from_iterable(one.valid for one in plain))
+
+
+def test_a_value_that_later_evidence_contradicts_is_valid_no_longer_and_has_to_earn_it_anew() -> None:
+    settle = ValidityParams().settle
+    learning = learner(**ITERATED)
+    first = said(learning, FLIGHT[:3000])[-1]
+    assert any(first.valid)
+    i = first.valid.index(True)
+    learning.ekf.x[:, learning.ekf.model.first + i] += 6.0 * first.std[i]
+    after = said(learning, FLIGHT[3000:])
+    assert not any(after[10].valid)
+    fallen = [k for k, one in enumerate(after) if not any(one.valid)]
+    assert fallen[-1] - fallen[0] >= 100 * settle - 10
+
+
+def test_what_was_confirmed_and_promised_is_remembered() -> None:
+    one, other = learner(**ITERATED), learner(**ITERATED)
+    said(one, FLIGHT[:3000])
+    other.thaw(one.freeze())
+    i = one.freeze().last.valid.index(True)
+    for learning in (one, other):
+        learning.ekf.x[:, learning.ekf.model.first + i] += 6.0 * one.freeze().last.std[i]
+    assert said(one, FLIGHT[3000:3300]) == said(other, FLIGHT[3000:3300])
