@@ -184,6 +184,8 @@ def test_a_full_disk_ends_the_run_with_one_line_and_keeps_what_was_written(tmp_p
     log = read(tmp_path / "full" / "log.mcap")
     assert not log.complete
     assert len(log.cycle_bytes) > 100
+    again = called("replay", "full", cwd=tmp_path)
+    assert again.returncode == 0, again.stdout + again.stderr
 
 
 def test_a_disk_that_is_full_by_a_fault_ends_the_log_and_not_the_flight(tmp_path: Path, brief: Path) -> None:

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import os
+import shutil
 from pathlib import Path
 
 import pytest
+from sternplane.cli.progress import Progress
 
+from firmware_py.adapters import kernel_compile
+from firmware_py.records.cycle import Cycle
 from tests.command import called
 
 BRIEF = """
@@ -95,3 +99,49 @@ def test_an_out_that_is_a_fifo_is_refused_before_anything_is_done(
 def test_an_out_that_is_read_only_is_one_line(flown: Path, tmp_path: Path, words: tuple[str, ...]) -> None:
     tmp_path.chmod(0o555)
     assert_refused(flown, *words, "--out", tmp_path, says="cannot be written")
+
+
+@pytest.mark.timeout(60)
+def test_an_out_that_is_removed_in_flight_is_one_line(
+    flown: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out"
+
+    def update(_: Progress, cycle: Cycle) -> None:
+        if cycle.tick.k == 50:
+            shutil.rmtree(out)
+
+    monkeypatch.setattr(Progress, "update", update)
+    result = called("sitl", "--scenario", "brief.toml", "--out", out, cwd=flown)
+    assert result.returncode == 2
+    assert result.stderr == f"sternplane: {out}/log.mcap: was removed in flight, and is lost\n"
+
+
+@pytest.mark.timeout(60)
+def test_two_runs_that_begin_in_the_same_moment_do_not_write_one_log(
+    flown: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "log.mcap").write_bytes(b"of the other")
+    monkeypatch.setattr("sternplane.sitl.command.flight_folder", lambda _: tmp_path)  # it saw no log a moment ago
+    assert_refused(flown, "sitl", "--scenario", "brief.toml", "--out", tmp_path, says="another flight has begun")
+    assert (tmp_path / "log.mcap").read_bytes() == b"of the other"
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("sitl", "--scenario", "atlantis"), "unknown scenario 'atlantis'"),
+        (("plant", "--scenario", "none.toml"), "none.toml: cannot be read"),
+        (("sitl", "--config", "nowhere"), "nowhere: there is no such configuration folder"),
+        (("fly", "--config", "nowhere"), "nowhere: there is no such configuration folder"),
+        (("replay", "nothing"), "nothing: the log cannot be read"),
+    ],
+)
+def test_a_name_that_is_wrong_is_said_before_kernels_are_compiled(
+    flown: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], says: str
+) -> None:
+    def compile_kernels(_: object) -> None:
+        raise AssertionError("kernels are compiled")
+
+    monkeypatch.setattr(kernel_compile, "prepare_kernels", compile_kernels)
+    assert_refused(flown, *words, says=says)

@@ -14,6 +14,7 @@ from pathlib import Path
 from firmware_py.run import options as vehicle
 from firmware_py.run.command_line import Parser, add_version, status_of
 from sim_bridge.faults.catalogue import FORM, help_text
+from sternplane.cli.early_checks import refuse_early
 from sternplane.cli.extras import require_report
 
 Command = Callable[[argparse.Namespace], int]
@@ -232,6 +233,7 @@ def _lazily(
         if draws:
             require_report()
         if kernels:
+            refuse_early(options)
             from firmware_py.adapters.kernel_compile import prepare_kernels
 
             prepare_kernels(kernels)

@@ -59,6 +59,7 @@ def command(options: argparse.Namespace) -> int:
                 file=sys.stderr,
             )
         stations.save_changes_in(options.state, folder)
+        _claim(folder / LOG_FILE)
         (folder / TRUTH_FILE).unlink(missing_ok=True)
         for note in flight.notes:
             stations.ground.say(note)
@@ -84,6 +85,20 @@ def command(options: argparse.Namespace) -> int:
         if (folder / name).exists():
             console.print(f"  {folder / name}", highlight=False, soft_wrap=True)
     return 0 if outcome.completed else 1
+
+
+def _claim(log: Path) -> None:
+    """Create the log, empty; of two runs that began in the same moment only one can.
+
+    Raises:
+        LogError: the other one has, or the folder cannot be written.
+    """
+    try:
+        log.touch(exist_ok=False)
+    except FileExistsError:
+        raise LogError(f"{log}: another flight has begun to write it; choose another --out") from None
+    except OSError as error:
+        raise LogError(f"{log}: cannot be written ({error.strerror}); choose another --out") from None
 
 
 def _leave(log: Path, folder: Path) -> Summary:

@@ -1,0 +1,28 @@
+"""What is found wrong before kernels are compiled: a mistake in a name should not wait for two minutes."""
+
+from __future__ import annotations
+
+import argparse
+
+from firmware_py.adapters.installation import configs
+
+
+def refuse_early(options: argparse.Namespace) -> None:
+    """Refuse a scenario, a configuration folder or a log that is not there, or is no scenario.
+
+    Raises:
+        LogError, ParamError: as the command itself raises them later.
+    """
+    if getattr(options, "scenario", None) is not None:
+        from sim_bridge.scenarios import load_scenario
+
+        load_scenario(options.scenario, configs() / "scenarios")
+    if getattr(options, "config", None) is not None and not options.config.is_dir():
+        from firmware_py.params import ParamError
+
+        raise ParamError(f"{options.config}: there is no such configuration folder; configs/npsauv2 is an example")
+    log = getattr(options, "log", None)
+    if log is not None and not log.exists():
+        from firmware_py.adapters.storage.recorder import LogError
+
+        raise LogError(f"{log}: the log cannot be read (No such file or directory)")
