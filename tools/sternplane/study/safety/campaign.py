@@ -21,7 +21,7 @@ _QUIET_FLIGHTS = 100
 _QUIET_SHORT, _SHORT_FLIGHTS = 150.0, 2
 _REPLAYS, _SHORT_REPLAYS = 30, 2
 _LEARNING = 4
-"""Of so many seeds one flies with learning on: the others leave it out, for a third less time."""
+"""Of so many seeds one flies with learning on: the others leave it out, for half the time; it only looks on."""
 
 
 class Job(NamedTuple):
