@@ -132,7 +132,7 @@ class AxisWatch:
             damping: of the rate, 1/s, negative.
             hull: known angular acceleration but for the fins', rad/s^2.
             fins: angular acceleration that the fins should make, rad/s^2.
-            over: share of their travel at which the fins are; 0 where reports show that they move.
+            over: share of their travel at which the fins are, the least of them.
         """
         m, dt, (gain, gain_d) = self._memory, self._dt, self._gains
         if m.running == 0.0:
@@ -164,7 +164,7 @@ class AxisWatch:
             good = max(0.0, m.good + _ratio(usual, left, eg, gg))
         elif usual - usual_std > _KNOWN * usual:
             weak = max(0.0, m.weak + _ratio(_HALF * usual, usual - usual_std, eg, gg))
-        held, turned = self._held_in_vain(m, rate, fins, over)
+        held, turned = self._held_in_vain(m, rate, fins, over, fins + hull)
         if turned > _TURNED and fault is not ActuatorFault.LOST:
             lost = enough
         if lost >= enough or weak >= enough or good >= enough:
@@ -192,11 +192,17 @@ class AxisWatch:
         """Restore the memory that `freeze` returned."""
         self._memory = memory
 
-    def _held_in_vain(self, m: AxisMemory, rate: float, fins: float, over: float) -> tuple[float, float]:
-        """Return how long the fins have been held over, and how far the vehicle turned the other way since."""
-        if over < _FULL:
-            return 0.0, 0.0
+    def _held_in_vain(
+        self, m: AxisMemory, rate: float, fins: float, over: float, known: float
+    ) -> tuple[float, float]:
+        """Return how long the fins have been held over, and how far the vehicle turned the other way since.
+
+        `known` is all of the angular acceleration that the model knows: if the hull takes half of what the fins should
+        make, it may turn back.
+        """
         side = math.copysign(1.0, fins)
+        if over < _FULL or side * known < _HALF * abs(fins):
+            return 0.0, 0.0
         held = m.held * side
         if held < 0.0:  # the other side
             return side * self._dt, 0.0

@@ -107,16 +107,14 @@ class HullWatch:
         return watch.update(total / count, u * model.damping, hull, u * u * angles, over) is not before
 
     def _angles(self, axis: int, t: float, frame: SensorFrame, applied: Applied) -> tuple[float, float]:
-        """Return the fins' angles times their effect, and the least share of their travel if one reports nothing."""
+        """Return the fins' angles times their effect, and the least share of their travel."""
         effects, latency, modelled = self._models[axis].fins, self._params.latency, self._modelled
-        total, over, blind = 0.0, math.inf, False
+        total, over = 0.0, math.inf
         for i in self._fins[axis]:
             heard = frame.fins[i]
             angle = modelled[i] = modelled[i] + (applied.fins[i] - modelled[i]) * (PERIOD / _SERVO_TIME)
             if heard.ok and t - heard.t_valid <= latency:
                 angle = heard.value
-            else:
-                blind = True
             total += effects[i] * angle
             over = min(over, abs(angle) / self._travel[i])
-        return total, over if blind else 0.0
+        return total, over
