@@ -192,9 +192,7 @@ class AxisWatch:
         """Restore the memory that `freeze` returned."""
         self._memory = memory
 
-    def _held_in_vain(
-        self, m: AxisMemory, rate: float, fins: float, over: float, known: float
-    ) -> tuple[float, float]:
+    def _held_in_vain(self, m: AxisMemory, rate: float, fins: float, over: float, known: float) -> tuple[float, float]:
         """Return how long the fins have been held over, and how far the vehicle turned the other way since.
 
         `known` is all of the angular acceleration that the model knows: if the hull takes half of what the fins should
