@@ -32,6 +32,8 @@ _LEAST, _MOST = 0.3, 0.8
 _HALF = 0.5
 _KNOWN = 0.75
 """WEAK is tested where sound fins have more than this share of what was learned, by 1 sigma."""
+_WEAK = 2.0
+"""WEAK needs so many times the evidence: errors of the model look like weak fins sooner than like none."""
 _FULL = 0.75
 """Fins beyond this share of their travel hold against something."""
 _INERTIA_TIME, _TURNED = 3.0, math.radians(3.0)
@@ -167,7 +169,7 @@ class AxisWatch:
         held, turned = self._held_in_vain(m, rate, fins, over, fins + hull)
         if turned > _TURNED and fault is not ActuatorFault.LOST:
             lost = enough
-        if lost >= enough or weak >= enough or good >= enough:
+        if lost >= enough or weak >= _WEAK * enough or good >= enough:
             fault = ActuatorFault.NONE if good >= enough else ActuatorFault.WEAK
             if lost >= enough:
                 fault = ActuatorFault.LOST

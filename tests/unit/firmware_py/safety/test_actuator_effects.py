@@ -78,7 +78,7 @@ def test_half_the_force_is_weak_once_the_whole_is_known_and_good_when_it_is_back
     hull = Hull(seed, eddies=0.004)
     assert hull.run(200.0) is NONE
     hull.effect = 0.5
-    assert hull.run(60.0) is WEAK
+    assert hull.run(90.0) is WEAK
     hull.effect = 1.0
     assert hull.run(60.0) is NONE
 
