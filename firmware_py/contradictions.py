@@ -5,6 +5,7 @@ They are looked for wherever parameters are made: when a configuration is read, 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from firmware_py.control.control import ControlParams
@@ -29,10 +30,10 @@ def contradictions(safety: SafetyParams, guidance: GuidanceParams, control: Cont
             f"safety.attitude_timeout_s = {safety.attitude_timeout:g} is over gate.ahrs_timeout_s = "
             f"{safety.gate.ahrs_timeout:g}: the gate would stop a vehicle whose mode goes on"
         )
-    if safety.attitude_dead_time < safety.attitude_timeout:
+    if safety.ascent.level_pitch > safety.ascent.pitch:
         yield (
-            f"safety.attitude_dead_time_s = {safety.attitude_dead_time:g} is under attitude_timeout_s = "
-            f"{safety.attitude_timeout:g}: attitude would be given up before it is lost"
+            f"safety.ascent.level_pitch_deg = {math.degrees(safety.ascent.level_pitch):g} is over pitch_deg = "
+            f"{math.degrees(safety.ascent.pitch):g}: near the surface it would be steeper than below"
         )
     slowest = control.u_min
     for key, speed in (("surface_speed_m_s", guidance.surface_speed), ("speed_max_m_s", guidance.speed_max)):

@@ -222,11 +222,14 @@ class PartsFactory:
         with prefix_errors(self._files["autopilot"]):
             rows = deflection_rows(self._vehicle.fins)
             fins = tuple(
-                VehicleFin(fin.name, rudder=not (pitch or bow))
-                for fin, pitch, bow in zip(self._vehicle.fins, rows[0], rows[2], strict=True)
+                VehicleFin(fin.name, not (pitch or bow), share, fin.delta_max)
+                for fin, pitch, bow, share in zip(
+                    self._vehicle.fins, rows[0], rows[2], self._vehicle.effectiveness.s, strict=True
+                )
             )
             has_mission = bool(self._now.mission.items)
-            return Supervisor(self.params.safety, has_mission, self._now.fence, fins, self._now.rally)
+            weight = self._vehicle.drop_weight is not None
+            return Supervisor(self.params.safety, has_mission, self._now.fence, fins, self._now.rally, weight)
 
     def _guidance(self) -> Guidance:
         safety, now = self.params.safety, self._now

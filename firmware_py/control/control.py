@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from firmware_py.control.ascent import AscentControlMemory, AscentControlParams, PitchControl
 from firmware_py.control.axis_law import AxisLaw
 from firmware_py.control.depth import DepthControl, DepthControlMemory
 from firmware_py.control.feed_forward import attitude_rates
@@ -23,7 +24,7 @@ from firmware_py.control.sliding_mode_params import (
 from firmware_py.control.speed import SpeedControl, SpeedParams
 from firmware_py.marine import clip
 from firmware_py.params import ParamError, TakesEffect, param, table
-from firmware_py.records.command import Demand, ModeState, Reference
+from firmware_py.records.command import AscentStage, Demand, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.order import Mode, Order
 from firmware_py.tick import Rate, Tick
@@ -90,6 +91,7 @@ class ControlParams:
     depth_pid: DepthPidGains = table(DepthPidGains, mav="ZPID_")
     heading_pid: PidGains = table(PidGains, mav="PPID_")
     speed: SpeedParams = table(SpeedParams, mav="SPD_")
+    ascent: AscentControlParams = table(AscentControlParams, mav="ASC_")
 
     def __post_init__(self) -> None:
         if not self.u_min < self.u_max:
@@ -97,11 +99,12 @@ class ControlParams:
 
 
 class ControlMemory(NamedTuple):
-    """Memory of the laws: depth, heading, and the integral of the speed controller, rev/s."""
+    """Memory of the laws: depth, heading, the integral of the speed controller, rev/s, and the pitch in SURFACE."""
 
     depth: DepthControlMemory
     heading: HeadingControlMemory
     speed: float
+    pitch: AscentControlMemory
 
 
 class Control:
@@ -123,12 +126,14 @@ class Control:
         self._depth = DepthControl(depth_law, vehicle, depth_gains.climb_bias_time)
         self._heading = HeadingControl(heading_law, vehicle)
         self._speed = SpeedControl(params.speed, vehicle.propeller)
+        self._pitch = PitchControl(params.ascent, vehicle)
 
     def update(self, tick: Tick, mode: ModeState, order: Order, reference: Reference, state: StateEstimate) -> Demand:
         """Return the demand of this tick: delta_s and delta_r (rad), n (rev/s), sigma_z (m), sigma_psi (rad).
 
         DISARMED: all zero; the memory is cleared. MANUAL: the sticks, limited; zero when they are too old.
-        Other modes: the laws. A state with a non-finite entry gives NaN fin angles, which the gate rejects, and leaves
+        SURFACE: a pitch instead of a depth, and the propeller as the stage has it. Other modes: the laws. A state with
+        a non-finite entry gives NaN fin angles, which the gate rejects, and leaves
         depth and heading memory as they are. Below u_min the fin angles are scaled by u / u_min; at rest and astern
         they are zero. The excitation of a learning manoeuvre is part of the demand, so that the laws know of it and
         the gate limits the sum.
@@ -147,6 +152,8 @@ class Control:
         dt = tick.dt
         theta_dot, psi_dot = attitude_rates(state)
         fade = clip(nu.u / self._params.u_min, 0.0, 1.0)
+        if mode.mode is Mode.SURFACE:
+            return self._come_up(mode, reference, state, theta_dot, psi_dot, fade, dt)
         delta_s, sigma_z = self._depth.update(reference, state, theta_dot, fade, dt)
         delta_r, sigma_psi = self._heading.update(reference, state, psi_dot, fade, dt)
         n = self._speed.update(reference.u_d, nu.u, state.velocity_ok, dt)
@@ -154,13 +161,14 @@ class Control:
 
     def freeze(self) -> ControlMemory:
         """Return the whole memory."""
-        return ControlMemory(self._depth.freeze(), self._heading.freeze(), self._speed.freeze())
+        return ControlMemory(self._depth.freeze(), self._heading.freeze(), self._speed.freeze(), self._pitch.freeze())
 
     def thaw(self, memory: ControlMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self._depth.thaw(memory.depth)
         self._heading.thaw(memory.heading)
         self._speed.thaw(memory.speed)
+        self._pitch.thaw(memory.pitch)
 
     def _schedule(self, u: float) -> None:
         """Redesign depth and heading for the speed u, m/s, kept in [u_min, u_max]."""
@@ -172,6 +180,31 @@ class Control:
         self._depth.reset()
         self._heading.reset()
         self._speed.reset()
+        self._pitch.reset()
+
+    def _come_up(
+        self,
+        mode: ModeState,
+        reference: Reference,
+        state: StateEstimate,
+        theta_dot: float,
+        psi_dot: float,
+        fade: float,
+        dt: float,
+    ) -> Demand:
+        """Return the demand of a stage of SURFACE; without attitude the rudder is centred."""
+        u, drives = state.nu.u, mode.ascent not in (AscentStage.REVERSE, AscentStage.STOPPED)
+        n = self._speed.update(reference.u_d if drives else 0.0, u, state.velocity_ok, dt)
+        if mode.ascent is AscentStage.REVERSE:
+            n = -min(self._params.ascent.n_reverse, self._n_max)
+        if not state.attitude_ok:
+            return Demand(self._pitch.update_blind(mode.pitch, state, dt) if drives else 0.0, 0.0, n, 0.0, 0.0)
+        design = clip(u, self._params.u_min, self._params.u_max)
+        delta_s = fade * self._pitch.update(mode.pitch, state, theta_dot, design, dt)
+        if not drives:
+            return Demand(delta_s, 0.0, n, 0.0, 0.0)
+        delta_r, sigma_psi = self._heading.update(reference, state, psi_dot, fade, dt)
+        return Demand(delta_s, delta_r, n, 0.0, sigma_psi)
 
     def _manual(self, tick: Tick, order: Order, state: StateEstimate | None) -> Demand:
         """Return the sticks as a demand; a finite `state` keeps the sway of heading control up to date."""

@@ -15,7 +15,7 @@ from firmware_py.guidance.manoeuvre import NO_EXCITATION, Excitation, ManoeuvreG
 from firmware_py.guidance.reference_shaper import ReferenceShaper
 from firmware_py.guidance.route import Route, heading_towards
 from firmware_py.marine import clip
-from firmware_py.records.command import ModeState, Reference
+from firmware_py.records.command import AscentStage, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Event, EventKind, severity_of
 from firmware_py.records.fence import NO_FENCE, NOWHERE, Fence, Place
@@ -114,7 +114,7 @@ class Guidance:
         elif mode.mode is Mode.SURFACE:
             if entered:
                 self._home.enter(eta.x, eta.y, self._depth.command)
-            self._wanted = self._surface(state)
+            self._wanted = self._surface(state, mode.ascent)
         else:
             unreachable = self._flown.rally_unreachable
             across, dither = self._proceed(entered, order.setpoint.u_d, state, tick.dt)
@@ -171,9 +171,9 @@ class Guidance:
         """Radius of a circle at the desired speed, m."""
         return self._turning.radius(0.0, self._wanted.u_d)
 
-    def _surface(self, state: StateEstimate) -> Setpoint:
+    def _surface(self, state: StateEstimate, stage: AscentStage) -> Setpoint:
         """Return the setpoint of SURFACE: up and towards the rally point; there, or without one, hold the heading."""
-        z_d, speed = 0.0 if state.depth_ok else -self._params.blind_climb, self._params.surface_speed
+        z_d, speed = 0.0 if state.depth_ok else -self._params.blind_climb, self._params.surfacing_speed(stage)
         psi_d = heading_towards(self._home.rally, state.eta.x, state.eta.y, self._turning.tightest(speed))
         return Setpoint(z_d, self._wanted.psi_d if math.isnan(psi_d) else psi_d, speed)
 

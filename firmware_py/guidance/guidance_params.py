@@ -9,6 +9,7 @@ from firmware_py.guidance.manoeuvre import ManoeuvreParams
 from firmware_py.guidance.reference_model import Shape
 from firmware_py.guidance.waypoint_reach import Reach
 from firmware_py.params import TakesEffect, param, table
+from firmware_py.records.command import AscentStage
 from firmware_py.records.turning import Turning
 
 _LAGS = 3
@@ -60,6 +61,12 @@ class GuidanceParams:
     )
     line_of_sight: LineOfSightParams = table(LineOfSightParams)
     learning: ManoeuvreParams = table(ManoeuvreParams, mav="LRN_")
+
+    def surfacing_speed(self, stage: AscentStage) -> float:
+        """Return the speed of a stage of SURFACE, m/s: none without the propeller, half of it to wait."""
+        if stage in (AscentStage.REVERSE, AscentStage.STOPPED):
+            return 0.0
+        return self.surface_speed * (0.5 if stage is AscentStage.WAITING else 1.0)
 
     @property
     def heading_lag(self) -> float:

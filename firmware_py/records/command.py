@@ -25,6 +25,8 @@ class AscentStage(enum.IntEnum):
     """It goes down or is far off: the healthy planes oppose, the propeller takes the way off."""
     STOPPED = 5
     """The propeller rests; what buoyancy there is brings the vehicle up."""
+    WAITING = 6
+    """Near the surface, as far as is known, but nothing tells of it: slowly on, and saying so."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +37,7 @@ class ModeState:
     that a rule did so and nobody asked for it. `too_deep` and `breach` say what is wrong with the place: deeper than
     the limit, and beyond the fence as `Fence.breach_at` has it. `ascent` is the stage of SURFACE; `drop` that the drop
     weight shall be released; it stays so. `chosen` is the mode that arming leads to, unless another one is ordered.
+    `pitch` is the desired pitch in SURFACE, rad.
     """
 
     mode: Mode
@@ -48,6 +51,7 @@ class ModeState:
     ascent: AscentStage = AscentStage.NONE
     drop: bool = False
     chosen: Mode = Mode.MANUAL
+    pitch: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -63,7 +63,7 @@ class Cause(enum.IntEnum):
     NONE = 0
     ORDERED = 1  # by `Event.asker`
     # The rules, which end a mode.
-    ATTITUDE_DEAD = 2  # limit, s
+    ATTITUDE_DEAD = 2  # limit, s; in older logs
     SURFACED = 3
     ATTITUDE_LOST = 4  # limit, s
     DEPTH_LOST = 5  # limit, s
@@ -121,6 +121,14 @@ class Cause(enum.IntEnum):
     STICKS_LOST = 52  # limit, s
     # Why disarming is refused.
     UNDER_WATER = 53  # depth, m; NaN is not known
+    # Why coming up goes on in another stage, and why the drop weight is released.
+    PLANES_STUCK = 60
+    DEEPER = 61  # than it was, m
+    PITCH_OFF = 62  # pitch, desired pitch, rad
+    NO_CLIMB = 63  # time, s
+    ROLLED_OVER = 64  # roll, rad
+    NO_DROP_WEIGHT = 65
+    NOT_TOLD = 66  # time since SURFACE began, s
 
 
 INTENDED_CAUSES = (Cause.ORDERED, Cause.MISSION_DONE, Cause.RETURN_DONE, Cause.SURFACED)

@@ -53,6 +53,11 @@ _CAUSES: Mapping[Cause, str] = {
     Cause.SURFACING: "surfacing, which only disarming ends",
     Cause.NO_MISSION: "no mission is loaded",
     Cause.MANOEUVRE_DEPTH: "depth {0:.1f} m, soon {1:.1f} m, limits {2:.1f} and {3:.1f} m",
+    Cause.PLANES_STUCK: "planes stuck, which the others cannot oppose",
+    Cause.DEEPER: "{0:.1f} m deeper than before",
+    Cause.NO_CLIMB: "nothing gained in {0:.0f} s",
+    Cause.NO_DROP_WEIGHT: "no drop weight to release",
+    Cause.NOT_TOLD: "nothing tells of the surface, {0:.0f} s after surfacing began",
     Cause.MANOEUVRE_ALTITUDE: "altitude {0:.1f} m, soon {1:.1f} m, limit {2:.1f} m",
 }
 """Of causes whose sentence is made of their numbers as they stand."""
@@ -60,6 +65,8 @@ _ANGLES: Mapping[Cause, str] = {
     Cause.TILT: "rolled or pitched by {:.0f} deg, limit {:.0f} deg",
     Cause.PITCH: "pitched by {:.0f} deg, limit {:.0f} deg",
     Cause.ROLL: "rolled by {:.0f} deg, limit {:.0f} deg",
+    Cause.PITCH_OFF: "pitch {:.0f} deg, desired {:.0f} deg",
+    Cause.ROLLED_OVER: "rolled by {:.0f} deg",
     Cause.MANOEUVRE_PITCH: "pitch {:.0f} deg, soon {:.0f} deg, limit {:.0f} deg",
 }
 """Of causes whose numbers are angles."""

@@ -37,6 +37,7 @@ _STAGES: Mapping[AscentStage, str] = {
     AscentStage.LEVEL: "level, near the surface",
     AscentStage.REVERSE: "propeller astern",
     AscentStage.STOPPED: "propeller stopped",
+    AscentStage.WAITING: "slowly, until something tells of the surface",
 }
 
 

@@ -49,7 +49,7 @@ def conditions(
         depth_ok=state.depth_ok and t - frame.pressure.t_valid <= params.depth_timeout,
         depth=eta.z,
         altitude=state.altitude,
-        fix_heard=frame.fix.usable(t, params.fix_timeout),
+        fix_heard=sensors.fix.state is _GOOD and frame.fix.usable(t, params.fix_timeout),
         leak=state.leak,
         charge=charge,
         late=late,

@@ -47,6 +47,8 @@ class Conditions(NamedTuple):
     fins_heard: bool
     breach: int = WITHIN
     """What is wrong with the place, as `Fence.breach_at` has it."""
+    surfaced: bool = False
+    """What tells of the surface does so; it means something in SURFACE alone."""
     returning: bool = False
     """Armed in MANUAL beyond the fence, to be steered back, and not yet within it."""
     charge_silent: bool = False

@@ -1,7 +1,8 @@
 """The gate: the last limits before the actuators. It knows no law and relies on none.
 
 Whatever the command, the output is finite and within the angle and rate limit of each fin and of the propeller. While
-disarmed fins are centred and the propeller is stopped; when the AHRS is silent they move there at their rate limits.
+disarmed fins are centred and the propeller is stopped; when the AHRS is silent they move there at their rate limits,
+but in SURFACE: the vehicle comes up without attitude too. The release of the drop weight passes.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ class GateParams:
         unit="s",
         low=0.02,
         high=5.0,
-        doc="Without attitude for longer than this, fins go to centre and the propeller stops.",
+        doc="Without attitude for longer than this, fins go to centre and the propeller stops; not in SURFACE.",
         mav="AHRS_T",
     )
     hold_ticks: int = param(
@@ -95,7 +96,7 @@ class Gate:
         Args:
             tick: this tick.
             mode: the supervisor's mode; DISARMED centres the fins and stops the propeller.
-            frame: its AHRS tells whether attitude is still received.
+            frame: its AHRS tells whether attitude is still received, which SURFACE does not need.
             fins: the command: one angle per fin, rad, and the propeller speed, rev/s.
             previous: what the actuators got one tick ago; rates are limited from there.
         """
@@ -111,7 +112,8 @@ class Gate:
         last = previous.fins if len(previous.fins) == len(self._centre) else self._centre
         n_last = previous.n
         target, n_target = command, n
-        if tick.t - t_attitude > self._params.ahrs_timeout or invalid_ticks > self._params.hold_ticks:
+        blind = tick.t - t_attitude > self._params.ahrs_timeout and mode.mode != Mode.SURFACE
+        if blind or invalid_ticks > self._params.hold_ticks:
             target, n_target = self._centre, 0.0
         elif invalid_ticks:
             target, n_target = last, n_last

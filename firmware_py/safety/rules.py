@@ -4,11 +4,9 @@ Why the table says what it says:
 
 - Surfacing is powered, for the vehicle is neutral (W = B): stopped, it stays where it is. So SURFACE is the answer to
   everything in which it can still be steered, and DISARMED is only for the surface, or when there is no hope.
-- Without attitude no law can steer. The gate then centres the fins and stops the propeller by itself; the mode goes to
-  SURFACE, so that an AHRS that comes back brings the vehicle up. One that does not come back ends in DISARMED: a
-  propeller must not start minutes later, perhaps on deck.
-- Without depth the vehicle still climbs: the estimate of depth goes on by dead reckoning, good enough to come up. Then
-  a position fix, which is not to be had under water, shows that it came up.
+- Without attitude no law can steer, but the vehicle still climbs under fixed stern planes (`ascent`).
+- Without depth it climbs too: the estimate of depth goes on by dead reckoning, good enough to come up. Then a position
+  fix, which is not to be had under water, shows that it came up.
 - Beyond the fence it surfaces too: the way back could lead through what the fence is there for. Its depth is
   `depth_max`. One that lies beyond the fence may be armed in MANUAL, and steered back.
 - No rule acts on one sample: a condition must hold for a time, or is itself one.
@@ -59,10 +57,6 @@ _FLOWN = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN)
 """Modes in which a depth is flown."""
 
 
-def _at_surface(c: Conditions, p: SafetyParams) -> bool:
-    return c.wanted is SURFACE and (c.depth < p.surface_depth if c.depth_ok else c.fix_heard)
-
-
 def _blind(c: Conditions) -> bool:
     return c.sensors.altitude.state is not _GOOD and c.sensors.dvl.state is not _GOOD
 
@@ -89,9 +83,7 @@ def _station_lost(mode: Mode, time: str, action: str) -> Rule:
 
 # fmt: off
 RULES: tuple[Rule, ...] = (
-    Rule(Cause.ATTITUDE_DEAD,    lambda c, _: not c.attitude_ok, "attitude_dead_time", DISARMED,
-         lambda _, p: (p.attitude_dead_time,)),
-    Rule(Cause.SURFACED,         _at_surface, "surface_time", DISARMED),
+    Rule(Cause.SURFACED,         lambda c, _: c.wanted is SURFACE and c.surfaced, "surface_time", DISARMED),
     # The vehicle cannot be steered as it should.
     Rule(Cause.ATTITUDE_LOST,    lambda c, _: not c.attitude_ok, "", "attitude_action",
          lambda _, p: (p.attitude_timeout,)),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from firmware_py.params import ParamError, param, table
 from firmware_py.safety.action import Action
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
+from firmware_py.safety.ascent_params import AscentParams
 from firmware_py.safety.gate import GateParams
 from firmware_py.safety.station_params import StationParams
 
@@ -34,9 +35,6 @@ class SafetyParams:
 
     attitude_timeout: float = param(0.5, unit="s", low=0.05, high=5.0, doc="Older attitude is lost.", mav="ATT_TIMEOUT")
     attitude_action: Action = param(_SURFACE, doc="Attitude lost.", mav="ATT_ACT")
-    attitude_dead_time: float = param(
-        30.0, unit="s", low=1.0, high=600.0, doc="Attitude lost for so long: disarm.", mav="ATT_DEAD"
-    )
     depth_timeout: float = param(1.0, unit="s", low=0.1, high=10.0, doc="Older depth is lost.", mav="DEP_TIMEOUT")
     depth_action: Action = param(_SURFACE, doc="Depth lost.", mav="DEP_ACT")
     leak_time: float = param(1.0, unit="s", low=0.0, high=60.0, doc="A leak for so long.", mav="LEAK_TIME")
@@ -128,6 +126,7 @@ class SafetyParams:
     )
     fin_needed: bool = param(True, doc="False for fins that report no angle.", mav="FIN_NEEDED")
     gate: GateParams = table(GateParams, mav="GATE_")
+    ascent: AscentParams = table(AscentParams, mav="ASC_")
     actuators: ActuatorParams = table(ActuatorParams, mav="ACT_")
 
     def __post_init__(self) -> None:

@@ -9,17 +9,19 @@ from __future__ import annotations
 
 import math
 
-from firmware_py.records.command import ModeState, Reference
+from firmware_py.records.command import AscentStage, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import INTENDED_CAUSES, Cause, Event, EventKind, severity_of
 from firmware_py.records.fence import NO_FENCE, WITHIN, Fence, Place
 from firmware_py.records.health import ActuatorHealth, sound
 from firmware_py.records.order import NOBODY, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import SensorFrame
+from firmware_py.safety.ascent import Ascent, AscentMemory, view_of
 from firmware_py.safety.assessment import actuator_faults, conditions, fins_heard
 from firmware_py.safety.conditions import NO_FAULTS
 from firmware_py.safety.enforcement import NOTHING_HELD, Enforcement, Held, Obstacle
 from firmware_py.safety.health_events import actuator_events, node_events, sensor_events
+from firmware_py.safety.plane_jam import Planes
 from firmware_py.safety.rules import SafetyParams
 from firmware_py.safety.supervisor_memory import SupervisorMemory, VehicleFin, beginning
 from firmware_py.tick import NS_PER_S, Rate, Tick
@@ -42,6 +44,7 @@ class Supervisor:
         fence: Fence = NO_FENCE,
         fins: tuple[VehicleFin, ...] = (),
         rally: tuple[Place, ...] = (),
+        drop_weight: bool = False,
     ) -> None:
         """`rally` are the places that count as home; without any it is the origin."""
         self._params = params
@@ -51,6 +54,8 @@ class Supervisor:
         self._fins = tuple(fin.name for fin in fins)
         self._rudders = tuple(fin.rudder for fin in fins)
         self._sound = sound(len(fins))
+        self._ascent = Ascent(params.ascent, params.depth_max, params.altitude_min, drop_weight)
+        self._planes = Planes([fin.share for fin in fins], [fin.limit for fin in fins])
         self._enforcement = Enforcement(params)
         self._memory = beginning(self._sound)
         self.events = ()
@@ -89,6 +94,11 @@ class Supervisor:
         done = mission_done and was.mode is wanted
         seen = (tick, frame, state, faults, order, reference)
         c = conditions(params, self._fence, was, *seen, wanted, late.bit_count(), done)
+        if was.ascent.stage is not AscentStage.NONE:
+            surfaced = self._ascent.is_surfaced(
+                was.ascent, c.depth_ok, c.depth, c.fix_heard, c.altitude, params.surface_depth
+            )
+            c = c._replace(surfaced=surfaced)
         held = Held(rules.ticks(c, was.held.ticks), was.held.warned_ns)
         drop = was.drop or (order.terminate and (submerged or was.mode is not Mode.DISARMED))
         ready, returning = True, c.returning
@@ -125,6 +135,13 @@ class Supervisor:
                 numbers=ruled.numbers(c, params) if ruled else (),
             )
         failsafe = failsafe and wanted is not Mode.DISARMED
+        ascent = (was.ascent if wanted is Mode.SURFACE else AscentMemory())._replace(drop=drop)
+        if wanted is Mode.SURFACE:
+            jam = self._planes.jam(actuators.fins, frame.fins)
+            view = view_of(tick, state, jam, c.attitude_ok, c.depth_ok, c.fix_heard)
+            ascent, told = self._ascent.update(ascent, view)
+            self.events += told
+            drop = ascent.drop
         progress = was.progress
         if reference is not None and tick.every(Rate.HZ_1):
             progress = progress.after_a_second(wanted, reference, state, c.charge, self._home, params)
@@ -132,7 +149,7 @@ class Supervisor:
             *(wanted, cause, failsafe, chosen, drop, returning and wanted is Mode.MANUAL, held, late),
             was.surfacing + 1 if wanted is Mode.SURFACE else 0,
             was.charge_known or c.charge == c.charge,
-            *(progress, state.sensors, actuators, nodes),
+            *(progress, state.sensors, actuators, nodes, ascent),
         )
         return ModeState(
             mode=wanted,
@@ -145,6 +162,8 @@ class Supervisor:
             breach=c.breach,
             drop=drop,
             chosen=chosen,
+            ascent=ascent.stage,
+            pitch=ascent.pitch,
         )
 
     def freeze(self) -> SupervisorMemory:

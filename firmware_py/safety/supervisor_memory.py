@@ -7,15 +7,18 @@ from typing import NamedTuple
 from firmware_py.records.event import Cause
 from firmware_py.records.health import ALL_GOOD, ActuatorHealth, SensorHealth
 from firmware_py.records.order import Mode
+from firmware_py.safety.ascent import AscentMemory
 from firmware_py.safety.enforcement import NOTHING_HELD, Held
 from firmware_py.safety.progress import NO_PROGRESS, Progress
 
 
 class VehicleFin(NamedTuple):
-    """What the supervisor knows of a fin: its name, and whether it acts on yaw alone."""
+    """What the supervisor knows of a fin: name; whether it acts on yaw alone; share of delta_s; limit, rad."""
 
     name: str
     rudder: bool = False
+    share: float = 0.0
+    limit: float = 0.0
 
 
 class SupervisorMemory(NamedTuple):
@@ -36,6 +39,7 @@ class SupervisorMemory(NamedTuple):
         sensors: their health, and
         actuators: theirs, and
         nodes: that of the nodes of the bus (`two_senders` and `unhealthy` of the frame).
+        ascent: how the vehicle comes up.
     """
 
     mode: Mode
@@ -52,6 +56,7 @@ class SupervisorMemory(NamedTuple):
     sensors: SensorHealth
     actuators: ActuatorHealth
     nodes: tuple[int, int] = (0, 0)
+    ascent: AscentMemory = AscentMemory()
 
 
 def beginning(actuators: ActuatorHealth) -> SupervisorMemory:

@@ -120,6 +120,26 @@ def ahrs_timeout_centres_and_stops(module: Any) -> None:
     assert close(back, (0.01, 0.02, 0.005, 0.04), 0.5)
 
 
+def surface_needs_no_attitude(module: Any) -> None:
+    part, asked = make(module), FinCommand((0.1,) * 4, -4.0)
+    was = Applied(asked.fins, asked.n, True, False)
+    for k in range(120):
+        was = part.limit(Tick(k, DT_NS), ModeState(Mode.SURFACE, False, 0), heard(0.0, fresh=k == 0), asked, was)
+        assert was == Applied(asked.fins, asked.n, True, False)
+    for k in range(8):  # what is not finite does not pass for that
+        was = limit(part, (math.nan,) * 4, -4.0, was, 120 + k, Mode.SURFACE)
+    assert was.fins != asked.fins
+    assert was.n == -4.0 + (8 - HOLD) * 0.5
+
+
+def release_of_the_weight_passes(module: Any) -> None:
+    for mode in Mode:
+        for drop in (False, True):
+            state = ModeState(mode, False, 0, drop=drop)
+            answer = make(module).limit(Tick(0, DT_NS), state, silence(4), FinCommand((math.nan,) * 4, 0.0), REST)
+            assert answer.drop is drop
+
+
 def only_good_attitude_counts(module: Any) -> None:
     asked, was = FinCommand((0.1,) * 4, 4.0), Applied((0.1,) * 4, 4.0, True, False)
     # valid as far in the future as rounding may put it, and no further
@@ -206,6 +226,8 @@ PROPERTIES: list[Callable[[Any], None]] = [
     output_is_armed_in_every_mode_but_disarmed,
     disarmed_is_centred_and_stopped_at_once,
     ahrs_timeout_centres_and_stops,
+    surface_needs_no_attitude,
+    release_of_the_weight_passes,
     only_good_attitude_counts,
     non_finite_commands_hold_then_centre,
     a_non_finite_previous_output_is_replaced_by_zero,

@@ -12,7 +12,7 @@ import pytest
 
 from firmware_py.marine import Eta, Nu
 from firmware_py.params import dump, load
-from firmware_py.records.command import ModeState
+from firmware_py.records.command import AscentStage, ModeState
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Cause
 from firmware_py.records.event_text import texts
@@ -66,7 +66,8 @@ class SupervisedVehicle:
         self, order: Order = NO_ORDER, *, done: bool = False, late_ns: int = 0, frame: Any = None, **state: Any
     ) -> Mode:
         z = state.pop("z", 5.0)
-        now = replace(STATE, eta=state.pop("eta", STATE.eta._replace(z=z)), **state)
+        eta = STATE.eta._replace(z=z, theta=state.pop("theta", 0.0))
+        now = replace(STATE, eta=state.pop("eta", eta), **state)
         tick = Tick(self.k, DT_NS, late_ns)
         self.answer = self.supervisor.update(tick, self.frame(**(frame or {})), now, sound(0), order, done)
         self.mode, self.k = self.answer.mode, self.k + 1
@@ -367,11 +368,13 @@ def test_a_mission_ends_in_surfacing_and_surfacing_in_disarmed() -> None:
     assert vehicle.answer.mission_done
     assert vehicle.events == ("MISSION -> SURFACE: mission done",)
     for _ in range(300):
-        assert vehicle.tick(z=0.5, done=True) is Mode.SURFACE
+        assert vehicle.tick(z=0.5, done=True, frame=heard_fix(vehicle)) is Mode.SURFACE
     for _ in range(200):
-        assert vehicle.tick(z=0.499) is Mode.SURFACE
-    assert vehicle.tick(z=0.51) is Mode.SURFACE
-    assert vehicle.ticks_until(Mode.DISARMED, 201, z=0.499) == 201
+        assert vehicle.tick(z=0.499, frame=heard_fix(vehicle)) is Mode.SURFACE
+    assert vehicle.tick(z=0.51, frame=heard_fix(vehicle)) is Mode.SURFACE
+    for _ in range(200):
+        assert vehicle.tick(z=0.499, frame=heard_fix(vehicle)) is Mode.SURFACE
+    assert vehicle.tick(z=0.499, frame=heard_fix(vehicle)) is Mode.DISARMED
     assert vehicle.events == ("SURFACE -> DISARMED: surfaced",)
 
 
@@ -393,25 +396,50 @@ def test_only_surfacing_is_over_at_the_surface() -> None:
             assert vehicle.tick(z=0.0) is mode
 
 
-def test_without_depth_a_fix_tells_of_the_surface() -> None:
-    vehicle = sailing()
-    fix = Fix(0.1, 0.2, 2.0)
-    assert vehicle.tick(depth_ok=False) is Mode.SURFACE
-    for _ in range(300):  # nothing tells: neither the estimate that is not ok, nor an old fix
-        assert vehicle.tick(depth_ok=False, z=0.0, frame={"fix": old(2.01, fix, vehicle.k)}) is Mode.SURFACE
+def heard_fix(vehicle: SupervisedVehicle, age: float = 0.5) -> dict[str, Any]:
+    return {"fix": old(age, Fix(0.1, 0.2, 2.0), vehicle.k)}
+
+
+def test_a_fix_and_a_good_depth_tell_of_the_surface_and_neither_does_alone() -> None:
+    vehicle = sailing(Mode.SURFACE)
+    for age, z in ((2.01, 0.3), (0.5, 0.5), (0.5, 5.0)):  # an old fix; deep by a good pressure
+        for _ in range(300):
+            assert vehicle.tick(z=z, frame=heard_fix(vehicle, age)) is Mode.SURFACE
     for _ in range(200):
-        assert vehicle.tick(depth_ok=False, frame={"fix": old(0.5, fix, vehicle.k)}) is Mode.SURFACE
-    assert vehicle.tick(depth_ok=False, frame={"fix": old(0.5, fix, vehicle.k)}) is Mode.DISARMED
+        assert vehicle.tick(z=0.3, frame=heard_fix(vehicle)) is Mode.SURFACE
+    assert vehicle.tick(z=0.3, frame=heard_fix(vehicle)) is Mode.DISARMED
 
 
-def test_attitude_that_stays_away_ends_in_disarmed_and_one_that_comes_back_does_not() -> None:
+def test_without_depth_the_way_made_upwards_is_the_second_witness() -> None:
+    vehicle = sailing(Mode.SURFACE)
+    for _ in range(300):  # by dead reckoning it is still deep; or the bottom has not sunk far enough
+        assert vehicle.tick(depth_ok=False, z=4.0, altitude=23.0, frame=heard_fix(vehicle)) is Mode.SURFACE
+    for _ in range(300):
+        assert vehicle.tick(depth_ok=False, z=0.0) is Mode.SURFACE
+    for _ in range(200):
+        assert vehicle.tick(depth_ok=False, z=0.4, frame=heard_fix(vehicle)) is Mode.SURFACE
+    assert vehicle.tick(depth_ok=False, z=0.4, frame=heard_fix(vehicle)) is Mode.DISARMED
+    vehicle = sailing(Mode.SURFACE)
+    frames = ({"depth_ok": False, "altitude": 24.5, "frame": heard_fix(vehicle, 0.0)} for _ in range(201))
+    assert [vehicle.tick(**inputs) for inputs in frames][-1] is Mode.DISARMED
+
+
+def test_without_a_receiver_depth_and_the_height_made_tell_of_the_surface() -> None:
+    params = replace(PARAMS, ascent=replace(PARAMS.ascent, fix_needed=False))
+    still, risen = sailing(Mode.SURFACE, params), sailing(Mode.SURFACE, params)
+    for vehicle, theta in ((still, 0.0), (risen, 0.2)):
+        for _ in range(2200):
+            vehicle.tick(theta=theta)  # at 1 m/s
+    for _ in range(300):
+        assert still.tick(z=0.3) is Mode.SURFACE
+    assert risen.ticks_until(Mode.DISARMED, 201, z=0.3) == 201
+
+
+def test_attitude_that_stays_away_is_no_reason_to_disarm() -> None:
     vehicle = sailing(Mode.MISSION)
-    assert vehicle.tick(attitude_ok=False) is Mode.SURFACE
-    for _ in range(2999):
+    for _ in range(4600):
         assert vehicle.tick(attitude_ok=False) is Mode.SURFACE
-    assert vehicle.tick() is Mode.SURFACE
-    assert vehicle.ticks_until(Mode.DISARMED, 3001, attitude_ok=False) == 3001
-    assert vehicle.events == ("SURFACE -> DISARMED: attitude lost for 30 s",)
+    assert vehicle.answer.ascent is AscentStage.STOPPED  # nothing is gained, and there is no weight to release
 
 
 def test_the_most_severe_rule_wins_and_further_reasons_are_told_once() -> None:

@@ -19,8 +19,8 @@ CASES = [
     ({"safety.battery_min_pct": 50.0}, "battery_min_pct = 50 is not below battery_arm_pct = 20"),
     ({"safety.attitude_timeout_s": 5.0}, "attitude_timeout_s = 5 is over gate.ahrs_timeout_s = 0.5"),
     (
-        {"safety.attitude_timeout_s": 3.0, "safety.gate.ahrs_timeout_s": 4.0, "safety.attitude_dead_time_s": 2.0},
-        "attitude_dead_time_s = 2 is under attitude_timeout_s = 3",
+        {"safety.ascent.pitch_deg": 5.0, "safety.ascent.level_pitch_deg": 6.0},
+        "level_pitch_deg = 6 is over pitch_deg = 5",
     ),
     ({"guidance.surface_speed_m_s": 0.4}, "surface_speed_m_s = 0.4 is under control.u_min_m_s = 0.5"),
     ({"control.u_min_m_s": 2.6}, "surface_speed_m_s = 1.5 is under control.u_min_m_s = 2.6"),

@@ -1,0 +1,294 @@
+"""Coming up: the stages of SURFACE, judged by whether the vehicle climbs.
+
+Powered, it pitches up and drives. If that leads down, or far from the desired pitch, the propeller goes astern until
+the way is off, with the planes still opposing; then it rests, and the drop weight is released. Pure: memory in, memory
+out.
+`firmware_py/README.md` has the table of the stages.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from firmware_py.marine import clip
+from firmware_py.records.command import AscentStage
+from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.event import Cause, Event, EventKind, severity_of
+from firmware_py.safety.ascent_params import AscentParams
+from firmware_py.safety.plane_jam import PlaneJam
+from firmware_py.tick import Tick
+
+_TAU = 1.0
+"""Time constant of the vertical velocity, s."""
+_SINKS = 0.05
+"""Faster down than this, m/s, is sinking; faster up is rising."""
+_STEEPEST = math.radians(-30.0)
+"""From a steeper dive the desired pitch begins here."""
+_UPSIDE_DOWN = math.radians(100.0)
+"""More roll than this is no heel in a current."""
+_SETTLES = 3.0
+"""A vehicle at rest is given so long, s, to show that it rises."""
+_ENTRY = 8.0
+"""Without attitude the end of a dive cannot be seen; it takes at most so long, s."""
+_SLOWEST = 0.2
+"""Who climbs, climbs faster than this, m/s."""
+_HYSTERESIS = 1.0
+"""So much deeper, m, than where a stage near the surface begins, it ends."""
+NONE, POWERED, BLIND, LEVEL = AscentStage.NONE, AscentStage.POWERED, AscentStage.BLIND, AscentStage.LEVEL
+REVERSE, STOPPED, WAITING = AscentStage.REVERSE, AscentStage.STOPPED, AscentStage.WAITING
+
+
+class AscentView(NamedTuple):
+    """What the procedure looks at in one tick (s, m, rad, m/s).
+
+    `z`, `z_dot` and `altitude` as estimated; `depth_ok`, `attitude_ok` and `speed_ok` say whether depth, attitude and
+    `u` rest on measurements; `fix` that a position fix is heard; `jam` what the planes do that are known to be stuck.
+    """
+
+    t: float
+    dt: float
+    attitude_ok: bool
+    depth_ok: bool
+    speed_ok: bool
+    z: float
+    z_dot: float
+    phi: float
+    theta: float
+    u: float
+    altitude: float
+    fix: bool
+    jam: PlaneJam
+
+
+def view_of(
+    tick: Tick, state: StateEstimate, jam: PlaneJam, attitude_ok: bool, depth_ok: bool, fix: bool
+) -> AscentView:
+    """Return the view of a tick; `attitude_ok`, `depth_ok` and `fix` as the supervisor judges them."""
+    (_, _, z, phi, theta, _), (u, v, w, _, _, _) = state.eta, state.nu
+    z_dot = math.cos(theta) * (math.sin(phi) * v + math.cos(phi) * w) - math.sin(theta) * u
+    seen = (attitude_ok, depth_ok, state.velocity_ok, z, z_dot, phi, theta, u, state.altitude, fix, jam)
+    return AscentView(tick.t, tick.dt, *seen)
+
+
+class AscentMemory(NamedTuple):
+    """What the procedure remembers.
+
+    Attributes:
+        stage: the present one.
+        begun: when SURFACE was entered, s.
+        since: when the stage began, s.
+        pitch: the desired pitch, rad.
+        z: depth in the last tick, m.
+        z_dot: its low-passed rate of change, m/s.
+        least: the depth from which "deeper" counts: the least since SURFACE or a new attempt began, m.
+        best: the least depth that counted as progress, m.
+        t_best: when it was reached, s.
+        off: for how long the pitch has been off, s.
+        rolled: for how long the roll has been large, s.
+        z_begun: depth when SURFACE was entered, m.
+        altitude_begun: altitude then, m; NaN if it was unknown.
+        climbed: height made since then by attitude and velocity, m.
+        t_near: since when it has been near the surface, s; NaN while it is not.
+        t_told: when it was last told that the vehicle waits, s.
+        drop: whether the weight is released, for good.
+    """
+
+    stage: AscentStage = NONE
+    begun: float = 0.0
+    since: float = 0.0
+    pitch: float = 0.0
+    z: float = 0.0
+    z_dot: float = 0.0
+    least: float = math.inf
+    best: float = math.inf
+    t_best: float = 0.0
+    off: float = 0.0
+    rolled: float = 0.0
+    z_begun: float = 0.0
+    altitude_begun: float = math.nan
+    climbed: float = 0.0
+    t_near: float = math.nan
+    t_told: float = 0.0
+    drop: bool = False
+
+
+class Step(NamedTuple):
+    """A stage to go to, whether the weight is to be released, and why."""
+
+    stage: AscentStage
+    drop: bool
+    cause: Cause
+    numbers: tuple[float, ...] = ()
+
+
+class Ascent:
+    """The procedure of one vehicle: `depth_max` is the supervisor's limit, m, `weight` whether it has a drop weight."""
+
+    def __init__(self, params: AscentParams, depth_max: float, altitude_min: float, weight: bool) -> None:
+        self._params = params
+        self._deepest, self._lowest = depth_max + params.limit_margin, 0.5 * altitude_min
+        self._weight = weight
+
+    def update(self, was: AscentMemory, v: AscentView) -> tuple[AscentMemory, tuple[Event, ...]]:
+        """Return what is remembered after a tick in SURFACE, and what is to be told."""
+        m = self._observe(self._begin(v, was.drop) if was.stage is NONE else was, v)
+        step = self._step(m, v)
+        events: tuple[Event, ...] = ()
+        if step is not None:
+            if step.drop and not m.drop:
+                drop = self._weight
+                kind = EventKind.WEIGHT_RELEASED if drop else EventKind.ASCENT_STAGE
+                numbers = step.numbers if drop else (float(step.stage),)
+                events += (_event(kind, step.cause if drop else Cause.NO_DROP_WEIGHT, numbers),)
+                m = m._replace(drop=drop)
+            if step.stage is not was.stage:
+                if step.cause is not Cause.NONE or step.stage is STOPPED:  # the others go without saying
+                    events += (_event(EventKind.ASCENT_STAGE, step.cause, (float(step.stage), *step.numbers)),)
+                m = _enter(m, step.stage, v)
+        waits = m.stage is WAITING or (m.stage is STOPPED and m.t_near == m.t_near)
+        began = m.since if m.stage is WAITING else m.t_near
+        if waits and v.t - max(m.t_told, began) >= self._params.tell_period:
+            events += (_event(EventKind.ASCENT_STAGE, Cause.NOT_TOLD, (float(m.stage), v.t - m.begun)),)
+            m = m._replace(t_told=v.t)
+        return m, events
+
+    def is_surfaced(self, m: AscentMemory, depth_ok: bool, z: float, fix: bool, altitude: float, limit: float) -> bool:
+        """Return whether a fix and a second witness, or without a receiver two witnesses, tell of the surface.
+
+        Time without change of depth is no witness: a neutral hull rests anywhere. A fix is not believed against a good
+        pressure that says deep.
+
+        Args:
+            m: what `update` returned last.
+            depth_ok: whether the pressure is good.
+            z: the depth, m, without pressure by dead reckoning.
+            fix: whether a fix is heard.
+            altitude: above the bottom, m; NaN if unknown.
+            limit: less deep than this is the surface, m.
+        """
+        shallow = z < limit
+        if depth_ok and (not shallow or fix):
+            return shallow
+        risen = m.z_begun < limit or altitude - m.altitude_begun >= 0.9 * m.z_begun - limit
+        if fix:
+            return risen or shallow
+        return not self._params.fix_needed and depth_ok and (risen or m.climbed >= 0.8 * m.z_begun - limit)
+
+    def _begin(self, v: AscentView, drop: bool) -> AscentMemory:
+        stage = POWERED if v.attitude_ok else BLIND
+        pitch = clip(v.theta, _STEEPEST, self._params.pitch) if v.attitude_ok else 0.0
+        times = {"begun": v.t, "since": v.t, "t_best": v.t, "t_told": v.t}
+        depths = {"z": v.z, "least": v.z, "best": v.z, "z_begun": v.z, "altitude_begun": v.altitude}
+        far = v.attitude_ok and abs(v.theta - pitch) > self._params.pitch_error
+        off = self._params.pitch_error_time if far else 0.0  # it did not go so far in a moment
+        return AscentMemory(stage, pitch=pitch, z_dot=v.z_dot, off=off, drop=drop, **times, **depths)
+
+    def _observe(self, m: AscentMemory, v: AscentView) -> AscentMemory:
+        """Bring depth, progress and the clocks of pitch and roll up to date."""
+        p, dt = self._params, v.dt
+        goal = p.level_pitch if m.stage in (LEVEL, WAITING) or m.t_near == m.t_near else p.pitch
+        pitch = clip(goal, m.pitch - p.pitch_rate * dt, m.pitch + p.pitch_rate * dt)
+        z_dot = m.z_dot + dt / (_TAU + dt) * ((v.z - m.z) / dt - m.z_dot) if v.depth_ok else v.z_dot
+        ends_dive = pitch < 0.0 if v.attitude_ok else v.t - m.begun < _ENTRY
+        least = v.z if ends_dive else min(m.least, v.z)
+        best, t_best = (v.z, v.t) if v.z <= m.best - p.progress else (m.best, m.t_best)
+        here = p.level_depth + (_HYSTERESIS if m.t_near == m.t_near else 0.0)
+        near = v.z < here if v.depth_ok else v.fix
+        return m._replace(
+            pitch=pitch,
+            z=v.z,
+            z_dot=z_dot,
+            least=least,
+            best=best,
+            t_best=t_best,
+            off=m.off + dt if v.attitude_ok and abs(v.theta - pitch) > p.pitch_error else 0.0,
+            rolled=m.rolled + dt if v.attitude_ok and abs(v.phi) > p.roll else 0.0,
+            climbed=m.climbed - v.z_dot * dt if v.attitude_ok else m.climbed,
+            t_near=(m.t_near if m.t_near == m.t_near else v.t) if near else math.nan,
+        )
+
+    def _step(self, m: AscentMemory, v: AscentView) -> Step | None:
+        """Return where to go from here, or None to stay."""
+        if m.stage is STOPPED:
+            return self._from_rest(m, v)
+        trouble = self._trouble(m, v)
+        if m.stage is REVERSE:
+            if trouble is not None and trouble.drop and not m.drop:
+                return trouble._replace(stage=REVERSE)
+            stopped = v.u <= self._params.rest_speed if v.speed_ok else False
+            rises = v.attitude_ok and v.theta > 0.0 and m.z_dot < -_SINKS
+            late = v.t - m.since > self._params.reverse_time
+            return Step(STOPPED, False, Cause.NONE) if stopped or rises or late else None
+        return trouble or self._drive(m, v)
+
+    def _trouble(self, m: AscentMemory, v: AscentView) -> Step | None:
+        """Return what is to be done about what goes wrong while the propeller drives."""
+        p, sinks = self._params, m.z_dot > _SINKS
+        down = sinks or (v.attitude_ok and v.theta < 0.0)
+        brake = REVERSE if down and (v.u > p.rest_speed or not v.speed_ok) else STOPPED
+        if v.jam is PlaneJam.DOWN:
+            return Step(brake, True, Cause.PLANES_STUCK)
+        if v.jam is PlaneJam.UP:
+            return Step(STOPPED, False, Cause.PLANES_STUCK)
+        if v.attitude_ok and (m.rolled > p.roll_time or (m.rolled > 0.0 and abs(v.phi) > _UPSIDE_DOWN)):
+            return Step(STOPPED, True, Cause.ROLLED_OVER, (v.phi,))
+        if v.depth_ok and sinks and v.z > self._deepest:
+            return Step(brake, True, Cause.DEPTH_LIMIT, (v.z, self._deepest))
+        if sinks and v.altitude < self._lowest:
+            return Step(brake, True, Cause.ALTITUDE_LIMIT, (v.altitude, self._lowest))
+        if m.stage in (LEVEL, WAITING):
+            return None
+        if v.depth_ok and sinks and v.z - m.least > p.deeper:
+            return Step(brake, False, Cause.DEEPER, (v.z - m.least,))
+        if m.off > p.pitch_error_time:
+            return Step(brake, False, Cause.PITCH_OFF, (v.theta, m.pitch))
+        if v.depth_ok and v.z > p.level_depth + _HYSTERESIS and v.t - max(m.t_best, m.since) > p.climb_time:
+            return Step(STOPPED, True, Cause.NO_CLIMB, (p.climb_time,))
+        if not v.depth_ok and not v.fix and not m.drop and v.t - m.begun > p.lost_time + m.z_begun / _SLOWEST:
+            return Step(WAITING, True, Cause.NOT_TOLD, (v.t - m.begun,))
+        return None
+
+    def _drive(self, m: AscentMemory, v: AscentView) -> Step | None:
+        """Return the stage for this depth, with attitude or without."""
+        p, stage = self._params, m.stage
+        near = m.t_near == m.t_near
+        if near and v.t - m.t_near > p.wait_time:
+            return None if stage is WAITING else Step(WAITING, False, Cause.NOT_TOLD, (v.t - m.begun,))
+        if stage is WAITING and not v.depth_ok:
+            return None
+        if not v.attitude_ok:
+            return None if stage is BLIND else Step(BLIND, False, Cause.NONE)
+        if v.depth_ok or near:
+            wanted = LEVEL if near else POWERED
+        elif v.t - m.since > p.turn_time:  # the surface is somewhere here: by turns up to it, and level to be heard
+            wanted = POWERED if stage is LEVEL or v.z > p.level_depth else LEVEL
+        else:
+            wanted = POWERED if stage is BLIND else stage
+        return None if wanted is stage else Step(wanted, False, Cause.NONE)
+
+    def _from_rest(self, m: AscentMemory, v: AscentView) -> Step | None:
+        """Return what follows when the propeller rests: buoyancy, or another attempt."""
+        p, rested = self._params, v.t - m.since
+        near = m.t_near == m.t_near
+        if self._weight and not m.drop:
+            if rested > _SETTLES and not (v.depth_ok and (near or m.z_dot < -_SINKS)):
+                return Step(STOPPED, True, Cause.NO_CLIMB, (rested,))
+        elif v.jam is PlaneJam.NONE and not near and v.t - max(m.t_best, m.since) > p.climb_time:
+            return Step(POWERED if v.attitude_ok else BLIND, False, Cause.NO_CLIMB, (rested,))
+        if near and v.jam is PlaneJam.NONE and rested > p.wait_time:
+            return Step(WAITING, False, Cause.NOT_TOLD, (v.t - m.begun,))
+        return None
+
+
+def _enter(m: AscentMemory, stage: AscentStage, v: AscentView) -> AscentMemory:
+    """Begin a stage; a new attempt is judged from where it begins."""
+    again = m.stage in (STOPPED, LEVEL, WAITING)
+    m = m._replace(stage=stage, since=v.t, off=0.0, rolled=0.0)
+    if again and stage in (POWERED, BLIND):
+        m = m._replace(least=v.z, best=v.z, t_best=v.t, pitch=v.theta if v.attitude_ok else 0.0)
+    return m
+
+
+def _event(kind: EventKind, cause: Cause, numbers: tuple[float, ...]) -> Event:
+    return Event(kind, severity_of(kind, cause), cause=cause, numbers=numbers)

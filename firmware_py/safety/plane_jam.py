@@ -1,0 +1,51 @@
+"""Stern and bow planes that are known to be stuck: what they do together, and whether the others can oppose it."""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Sequence
+
+from firmware_py.records.health import ActuatorFault
+from firmware_py.records.sensing import Heard
+
+_RESERVE = 0.8
+"""Share of what the healthy planes can do that may be needed against the stuck ones."""
+
+
+class PlaneJam(enum.IntEnum):
+    """What planes that are stuck do beyond what the others can oppose."""
+
+    NONE = 0
+    UP = 1
+    """The bow goes up."""
+    DOWN = 2
+    """The bow goes down, or it is not known where."""
+
+
+class Planes:
+    """The effect of each fin on pitch: `shares` on delta_s (positive: bow down), `limits` of the angles, rad."""
+
+    def __init__(self, shares: Sequence[float], limits: Sequence[float]) -> None:
+        self._fins = tuple(zip(shares, limits, strict=True))
+
+    def jam(self, faults: Sequence[ActuatorFault], angles: Sequence[Heard[float]]) -> PlaneJam:
+        """Return what the fins do that are jammed or hard over; an angle that is not reported counts as the worst."""
+        if not self._fins or not any(faults):
+            return PlaneJam.NONE
+        least = greatest = authority = 0.0
+        for (share, limit), fault, heard in zip(self._fins, faults, angles, strict=True):
+            reach = abs(share) * limit
+            if fault not in (ActuatorFault.JAMMED, ActuatorFault.HARD_OVER):
+                authority += 0.0 if fault is ActuatorFault.LOST else reach
+            elif heard.ok and math.isfinite(heard.value):
+                least, greatest = least + share * heard.value, greatest + share * heard.value
+            else:
+                least, greatest = least - reach, greatest + reach
+        if greatest > _RESERVE * authority and greatest > 0.0:
+            return PlaneJam.DOWN
+        return PlaneJam.UP if -least > _RESERVE * authority else PlaneJam.NONE
+
+
+NO_PLANES = Planes((), ())
+"""Of a vehicle whose fins are not known."""

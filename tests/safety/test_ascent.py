@@ -1,0 +1,235 @@
+"""The procedure of coming up: its stages, what releases the weight, and what tells of the surface."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from firmware_py.records.command import AscentStage
+from firmware_py.records.event import Cause, Event, EventKind
+from firmware_py.records.health import ActuatorFault
+from firmware_py.records.sensing import Heard
+from firmware_py.safety.ascent import Ascent, AscentMemory, AscentView
+from firmware_py.safety.ascent_params import AscentParams
+from firmware_py.safety.plane_jam import PlaneJam, Planes
+
+DT = 0.1
+PARAMS = AscentParams()
+POWERED, BLIND, LEVEL = AscentStage.POWERED, AscentStage.BLIND, AscentStage.LEVEL
+REVERSE, STOPPED, WAITING = AscentStage.REVERSE, AscentStage.STOPPED, AscentStage.WAITING
+
+
+class Rising:
+    """A vehicle in SURFACE whose motion is told; it keeps the events."""
+
+    def __init__(self, weight: bool = True, params: AscentParams = PARAMS, **view: Any) -> None:
+        self.ascent = Ascent(params, 30.0, 2.0, weight)
+        self.memory = AscentMemory()
+        self.events: list[Event] = []
+        self.t = 0.0
+        self.view: dict[str, Any] = {
+            "attitude_ok": True, "depth_ok": True, "speed_ok": True, "z": 10.0, "z_dot": 0.0, "phi": 0.0, "theta": 0.2,
+            "u": 1.5, "altitude": math.nan, "fix": False, "jam": PlaneJam.NONE,
+        }  # fmt: skip
+        self.go(DT, **view)
+
+    def go(self, seconds: float, rate: float = 0.0, **view: Any) -> AscentStage:
+        """Let time pass; the depth changes at `rate`, m/s."""
+        self.view |= view
+        for _ in range(round(seconds / DT)):
+            self.view["z"] += rate * DT
+            self.view["z_dot"] = rate
+            self.t += DT
+            self.memory, told = self.ascent.update(self.memory, AscentView(self.t, DT, **self.view))
+            self.events += told
+        return self.memory.stage
+
+    @property
+    def causes(self) -> list[Cause]:
+        return [event.cause for event in self.events]
+
+
+def test_who_climbs_goes_on_and_comes_level_near_the_surface_without_a_word() -> None:
+    vehicle = Rising()
+    assert vehicle.go(20.0, -0.3) is POWERED
+    assert vehicle.memory.pitch == pytest.approx(math.radians(12.0))
+    assert vehicle.go(8.7, -0.3) is LEVEL
+    assert vehicle.go(3.0, 0.0, theta=0.05) is LEVEL
+    assert vehicle.memory.pitch == pytest.approx(math.radians(3.0))
+    assert vehicle.go(4.0, 0.4, theta=0.05) is POWERED  # pressed down again, beyond 2.5 m
+    assert not vehicle.events
+    assert not vehicle.memory.drop
+
+
+def test_a_dive_ends_first_and_is_not_taken_for_failure() -> None:
+    vehicle = Rising(theta=math.radians(-20.0))
+    for degrees in range(-20, 13, 1):
+        theta = math.radians(degrees)
+        vehicle.go(0.3, 1.8 * math.sin(-theta), theta=theta)
+    assert vehicle.view["z"] > 11.0
+    assert not vehicle.events
+
+
+def test_deeper_than_it_was_leads_to_reverse_then_rest_then_release() -> None:
+    vehicle = Rising(theta=-0.05)
+    assert vehicle.go(4.0, 0.5, theta=-0.01) is POWERED
+    assert vehicle.go(2.0, 0.5) is REVERSE
+    assert vehicle.causes == [Cause.DEEPER]
+    assert vehicle.go(5.0, 0.3, u=0.5) is REVERSE
+    assert vehicle.go(0.2, 0.1, u=0.1) is STOPPED
+    assert vehicle.go(2.5) is STOPPED
+    assert not vehicle.memory.drop
+    vehicle.go(1.0)
+    assert vehicle.memory.drop
+    assert vehicle.events[-1].kind is EventKind.WEIGHT_RELEASED
+    assert vehicle.events[-1].cause is Cause.NO_CLIMB
+
+
+def test_off_the_desired_pitch_nose_down_brakes_and_nose_up_only_stops() -> None:
+    for theta, stage in ((-0.4, REVERSE), (0.8, STOPPED)):
+        vehicle = Rising()
+        vehicle.go(5.0, -0.2, theta=0.2)
+        assert vehicle.go(0.9, -0.2, theta=theta) is POWERED
+        assert vehicle.go(0.3, -0.2, theta=theta) is stage
+        assert vehicle.causes == [Cause.PITCH_OFF]
+        assert not vehicle.memory.drop
+
+
+def test_what_rises_from_reverse_is_not_driven_down_again_and_what_rises_at_rest_keeps_its_weight() -> None:
+    vehicle = Rising()
+    vehicle.go(2.0, 0.3, theta=-0.5)
+    assert vehicle.memory.stage is REVERSE
+    assert vehicle.go(5.0, -0.2, theta=0.1) is STOPPED
+    vehicle.go(20.0, -0.2)
+    assert not vehicle.memory.drop
+    vehicle.go(6.0, 0.0)
+    assert vehicle.memory.drop
+
+
+@pytest.mark.parametrize(
+    ("jam", "rate", "stage", "drop"),
+    [(PlaneJam.DOWN, 0.3, REVERSE, True), (PlaneJam.DOWN, -0.3, STOPPED, True), (PlaneJam.UP, -0.3, STOPPED, False)],
+)
+def test_planes_that_are_known_to_be_stuck_are_answered_at_once(
+    jam: PlaneJam, rate: float, stage: AscentStage, drop: bool
+) -> None:
+    vehicle = Rising()
+    vehicle.go(1.0, rate)
+    assert vehicle.go(DT, rate, jam=jam) is stage
+    assert vehicle.memory.drop is drop
+    assert set(vehicle.causes) == {Cause.PLANES_STUCK}
+    vehicle.go(100.0, -0.05 if drop else -0.08)
+    assert vehicle.memory.stage is STOPPED  # driving would not help
+    assert [event.kind for event in vehicle.events].count(EventKind.WEIGHT_RELEASED) == drop
+    assert len(vehicle.events) <= 3
+
+
+def test_below_the_limit_the_weight_goes_if_it_sinks_and_stays_if_it_rises() -> None:
+    for rate, drop in ((0.3, True), (-0.3, False)):
+        vehicle = Rising(z=30.5, theta=0.0)
+        vehicle.go(1.0, 0.3, theta=0.0)
+        vehicle.go(3.0, rate, theta=0.0)
+        assert vehicle.memory.drop is drop
+    assert Rising(z=29.0, altitude=0.9).go(2.0, 0.3, theta=-0.01) is REVERSE
+
+
+def test_who_gains_nothing_in_its_time_stops_and_releases_and_who_still_does_not_rise_drives_again() -> None:
+    vehicle = Rising()
+    assert vehicle.go(44.0, -0.01) is POWERED
+    assert vehicle.go(2.0, -0.01) is STOPPED
+    assert vehicle.memory.drop
+    assert vehicle.go(46.0) is POWERED  # the weight is stuck
+    assert vehicle.go(46.0) is STOPPED
+    assert Cause.NO_CLIMB in vehicle.causes
+
+
+def test_without_a_weight_it_says_so_and_drives_again() -> None:
+    vehicle = Rising(weight=False)
+    assert vehicle.go(46.0) is STOPPED
+    assert vehicle.causes == [Cause.NO_DROP_WEIGHT, Cause.NO_CLIMB]
+    assert not vehicle.memory.drop
+    assert vehicle.go(46.0) is POWERED
+
+
+def test_a_heel_in_a_current_is_borne_for_a_time_and_upside_down_is_not() -> None:
+    vehicle = Rising()
+    assert vehicle.go(9.0, -0.2, phi=math.radians(78.0)) is POWERED
+    assert vehicle.go(1.0, -0.2, phi=0.1) is POWERED
+    assert vehicle.go(10.2, -0.2, phi=math.radians(-78.0)) is STOPPED
+    assert vehicle.memory.drop
+    assert Rising().go(0.2, phi=3.0) is STOPPED
+
+
+def test_without_attitude_it_goes_blind_and_comes_back() -> None:
+    vehicle = Rising(attitude_ok=False)
+    assert vehicle.go(7.0, 0.3, theta=-1.0, phi=3.0) is BLIND  # the end of a dive; angles of the past mean nothing
+    assert vehicle.go(30.0, -0.2) is BLIND
+    assert vehicle.go(DT, -0.2, attitude_ok=True, theta=0.1, phi=0.0) is POWERED
+    assert vehicle.go(DT, -0.2, attitude_ok=False) is BLIND
+    assert not vehicle.events
+    assert vehicle.go(8.0, 0.4) is REVERSE
+
+
+def test_without_depth_it_comes_level_by_turns_where_the_surface_should_be() -> None:
+    vehicle = Rising(depth_ok=False)
+    assert vehicle.go(30.0, -0.2) is POWERED
+    stages = [vehicle.go(10.0, -0.1) for _ in range(13)]
+    assert {POWERED, LEVEL} == set(stages)
+    assert vehicle.go(10.0, fix=True) is LEVEL
+    assert not vehicle.memory.drop
+
+
+def test_without_depth_attitude_and_fix_the_weight_goes_in_the_end() -> None:
+    vehicle = Rising(depth_ok=False, attitude_ok=False)
+    assert vehicle.go(349.0) is BLIND
+    assert vehicle.go(2.0) is WAITING
+    assert vehicle.memory.drop
+
+
+def test_near_the_surface_it_waits_and_goes_on_saying_so() -> None:
+    vehicle = Rising(z=1.0, theta=0.05)
+    assert vehicle.go(58.0) is LEVEL
+    assert vehicle.go(100.0) is WAITING
+    assert vehicle.causes == [Cause.NOT_TOLD] * 4
+    assert vehicle.go(DT, z=2.6) is POWERED
+    assert not vehicle.memory.drop
+
+
+def test_the_weight_stays_released() -> None:
+    vehicle = Rising(jam=PlaneJam.DOWN)
+    assert vehicle.memory.drop
+    vehicle.memory = AscentMemory(drop=True)  # another SURFACE
+    vehicle.events.clear()
+    vehicle.go(1.0)
+    assert vehicle.memory.drop
+    assert EventKind.WEIGHT_RELEASED not in {event.kind for event in vehicle.events}
+
+
+def angles(*degrees: float) -> tuple[Heard[float], ...]:
+    return tuple(Heard(math.radians(d), 0.0, True, not math.isnan(d)) for d in degrees)
+
+
+NONE, JAMMED, LOST, SILENT = ActuatorFault.NONE, ActuatorFault.JAMMED, ActuatorFault.LOST, ActuatorFault.SILENT
+
+
+@pytest.mark.parametrize(
+    ("faults", "at", "jam"),
+    [
+        ((NONE, NONE, NONE, NONE), (23.0, 23.0, 0.0, 0.0), PlaneJam.NONE),
+        ((JAMMED, JAMMED, NONE, NONE), (10.0, 10.0, 0.0, 0.0), PlaneJam.DOWN),
+        ((JAMMED, JAMMED, NONE, NONE), (-10.0, -10.0, 0.0, 0.0), PlaneJam.UP),
+        ((JAMMED, NONE, NONE, NONE), (10.0, 0.0, 0.0, 0.0), PlaneJam.NONE),  # the other one can do more
+        ((ActuatorFault.HARD_OVER, NONE, NONE, NONE), (23.0, 0.0, 0.0, 0.0), PlaneJam.DOWN),
+        ((JAMMED, LOST, NONE, NONE), (5.0, 0.0, 0.0, 0.0), PlaneJam.DOWN),
+        ((JAMMED, NONE, NONE, NONE), (math.nan, 0.0, 0.0, 0.0), PlaneJam.DOWN),  # not known where
+        ((NONE, NONE, JAMMED, JAMMED), (0.0, 0.0, 23.0, 23.0), PlaneJam.NONE),
+        ((SILENT, SILENT, NONE, NONE), (23.0, 23.0, 0.0, 0.0), PlaneJam.NONE),
+    ],
+)
+def test_what_stuck_planes_do_beyond_what_the_others_can(
+    faults: tuple[ActuatorFault, ...], at: tuple[float, ...], jam: PlaneJam
+) -> None:
+    planes = Planes((0.5, 0.5, 0.0, 0.0), (math.radians(23.0),) * 4)
+    assert planes.jam(faults, angles(*at)) is jam

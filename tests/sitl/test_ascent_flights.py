@@ -1,0 +1,85 @@
+"""Coming up with what is left, judged by where the plant really is."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from firmware_py.records.command import AscentStage
+from firmware_py.records.order import Mode
+from tests.sitl.flights import LEARNING_OFF, Flights
+
+SCENARIO = (
+    """
+description = "Something breaks at 5 s; SURFACE is ordered, unless a rule does it before."
+duration_s = {duration}
+completes = "surfaced"
+faults = {faults}
+[environment]
+bottom_depth_m = 60.0
+turbulence_m_s = 0.1
+[start]
+depth_m = {depth}
+u_m_s = 1.8
+n_rpm = 492.0
+[[orders]]
+t_s = 0.5
+arming = "arm"
+mode = "hold"
+depth_m = {dive}
+heading_deg = 0.0
+speed_m_s = 1.8
+[[orders]]
+t_s = {surface}
+mode = "surface"
+"""
+    + LEARNING_OFF
+)
+
+
+def text(*faults: str, depth: float = 15.0, dive: float = 15.0, surface: float = 12.0, duration: float = 150.0) -> str:
+    listed = "[" + ", ".join(f'"{fault}"' for fault in faults) + "]"
+    return SCENARIO.format(faults=listed, depth=depth, dive=dive, surface=surface, duration=duration)
+
+
+def test_planes_jammed_in_a_dive_cost_the_weight_and_not_the_vehicle(flown: Flights) -> None:
+    jam = ("jam:stern_port=23@8", "jam:stern_starboard=23@8")
+    _, log = flown(text(*jam, depth=12.0, dive=25.0), seed=1001)
+    c = log.columns
+    assert c["mode.drop"][-1]
+    assert (c["mode.ascent"] == AscentStage.REVERSE).any()
+    assert c["applied.n"].min() < -10.0
+    assert log.truth["eta.z"].max() < 22.0
+    assert c["mode.mode"][-1] == Mode.DISARMED
+    assert log.truth["eta.z"][-1] < 0.6
+
+
+def test_a_vehicle_that_rolls_over_stops_and_floats_up(flown: Flights) -> None:
+    _, log = flown(text("ballast:z_G=-0.081@5", depth=10.0, dive=10.0, surface=14.0, duration=160.0), seed=1001)
+    c, upside = log.columns, abs(log.truth["eta.phi"]) > math.radians(120.0)
+    assert upside.any()
+    assert c["mode.drop"][-1]
+    assert not c["applied.n"][c["mode.ascent"] == AscentStage.STOPPED][200:400].any()
+    assert log.truth["eta.z"].max() < 33.0
+    assert log.truth["eta.z"][-1] < 0.6
+
+
+@pytest.mark.parametrize("faults", [("off:pressure@5",), ("off:pressure@5", "off:dvl@3")], ids=["dvl", "no dvl"])
+def test_without_depth_a_fix_tells_of_the_surface_and_the_bow_does_not_hang_out(
+    flown: Flights, faults: tuple[str, ...]
+) -> None:
+    _, log = flown(text(*faults, depth=4.0, dive=4.0), seed=1001)
+    c = log.columns
+    assert not c["mode.drop"][-1]
+    assert c["mode.mode"][-1] == Mode.DISARMED
+    assert log.truth["eta.z"][-1] < 0.6
+
+
+def test_a_weight_that_sticks_does_not_end_the_attempts(flown: Flights) -> None:
+    faults = ("stuck:propeller@5", "stuck:weight@0")
+    _, log = flown(text(*faults, depth=10.0, dive=10.0, surface=6.0, duration=130.0), seed=1001)
+    c = log.columns
+    released = c["t"][c["mode.drop"]][0]
+    assert (c["mode.ascent"][c["t"] > released + 10.0] == AscentStage.POWERED).any()
+    assert c["mode.mode"][-1] == Mode.SURFACE
