@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import pytest
 
 from firmware_py.records.command import AscentStage
@@ -55,16 +53,6 @@ def test_planes_jammed_in_a_dive_cost_the_weight_and_not_the_vehicle(flown: Flig
     assert log.truth["eta.z"][-1] < 0.6
 
 
-def test_a_vehicle_that_rolls_over_stops_and_floats_up(flown: Flights) -> None:
-    _, log = flown(text("ballast:z_G=-0.081@5", depth=10.0, dive=10.0, surface=14.0, duration=160.0), seed=1001)
-    c, upside = log.columns, abs(log.truth["eta.phi"]) > math.radians(120.0)
-    assert upside.any()
-    assert c["mode.drop"][-1]
-    assert not c["applied.n"][c["mode.ascent"] == AscentStage.STOPPED][200:400].any()
-    assert log.truth["eta.z"].max() < 33.0
-    assert log.truth["eta.z"][-1] < 0.6
-
-
 @pytest.mark.parametrize("faults", [("off:pressure@5",), ("off:pressure@5", "off:dvl@3")], ids=["dvl", "no dvl"])
 def test_without_depth_a_fix_tells_of_the_surface_and_the_bow_does_not_hang_out(
     flown: Flights, faults: tuple[str, ...]
@@ -74,12 +62,3 @@ def test_without_depth_a_fix_tells_of_the_surface_and_the_bow_does_not_hang_out(
     assert not c["mode.drop"][-1]
     assert c["mode.mode"][-1] == Mode.DISARMED
     assert log.truth["eta.z"][-1] < 0.6
-
-
-def test_a_weight_that_sticks_does_not_end_the_attempts(flown: Flights) -> None:
-    faults = ("stuck:propeller@5", "stuck:weight@0")
-    _, log = flown(text(*faults, depth=10.0, dive=10.0, surface=6.0, duration=130.0), seed=1001)
-    c = log.columns
-    released = c["t"][c["mode.drop"]][0]
-    assert (c["mode.ascent"][c["t"] > released + 10.0] == AscentStage.POWERED).any()
-    assert c["mode.mode"][-1] == Mode.SURFACE
