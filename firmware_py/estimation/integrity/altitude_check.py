@@ -21,7 +21,8 @@ _SLOPE = 1.5
 """What the bottom may rise by on the way, m/s."""
 _RECENT = 1.0
 """An older altitude is no witness, s."""
-_MEAN = 0.2
+_MEAN, _MEAN_NOW = 0.2, 0.5
+"""Shares of a reading in the running means: that for the other sensor, and that for the pressure."""
 _HISTORY, _STEP = 10, 1.0
 """Entries of the history, and their interval, s."""
 _CLEAR = 0.5
@@ -29,11 +30,12 @@ _CLEAR = 0.5
 
 @dataclass(slots=True)
 class EchoMemory:
-    """One sensor: its bottom (m, below the carried depth's zero) at t, running mean, what the outliers say, history."""
+    """One sensor: its bottom (m, below the carried depth's zero) at t, running means, the last outlier, history."""
 
     t: float = -math.inf
     bottom: float = math.nan
     mean: float = math.nan
+    now: float = math.nan
     outlier: float = math.nan
     t_entry: float = -math.inf
     history: tuple[float, ...] = ()
@@ -56,7 +58,8 @@ class AltitudeCheck:
             return True  # navigation takes no such value
         bottom = altitude + carried
         gap, heard_witness = t - echo.t, other.believed and t - witness.t <= _RECENT
-        against = bottom - witness.mean if heard_witness else math.nan
+        seen = witness.outlier if other.memory.in_row else witness.mean  # one that jumps alike bears it out
+        against = bottom - seen if heard_witness else math.nan
         if not watch.believed:
             if not abs(against) <= params.altitude and not self._agrees(echo, bottom, gap, against):
                 watch.accuse(SourceFault.CONTRADICTED, t)
@@ -77,6 +80,7 @@ class AltitudeCheck:
             return True
         echo.t, echo.bottom = t, bottom
         echo.mean += _MEAN * (bottom - echo.mean)
+        echo.now += _MEAN_NOW * (bottom - echo.now)
         if t - echo.t_entry >= _STEP - 1e-6:
             echo.t_entry, echo.history = t, (*echo.history[-_HISTORY + 1 :], echo.mean)
         if abs(echo.mean - witness.mean) > params.altitude and heard_witness:
@@ -103,7 +107,8 @@ class AltitudeCheck:
 
     @staticmethod
     def _begin(echo: EchoMemory, t: float, bottom: float) -> None:
-        echo.t, echo.bottom, echo.mean, echo.history, echo.t_entry = t, bottom, bottom, (bottom,), t
+        echo.t, echo.bottom, echo.mean, echo.now = t, bottom, bottom, bottom
+        echo.history, echo.t_entry = (bottom,), t
 
     def forget(self, which: int) -> None:
         """Begin anew with the next reading of a sensor; called when it is believed again."""
@@ -113,7 +118,7 @@ class AltitudeCheck:
         """Return the altitude by a sensor that is believed, m; NaN if there is none."""
         for echo, good in zip(self.memory, believed, strict=True):
             if good and t - echo.t <= _RECENT:
-                return echo.mean - carried
+                return echo.now - carried
         return math.nan
 
     def freeze(self) -> tuple[EchoMemory, EchoMemory]:

@@ -2,7 +2,10 @@
 
 Gyros carry roll, pitch and heading on; the angles pull them back over `gyro_time`, so slowly that noise averages out
 and a step stands out at once. What an angle is then off by, averaged over the last reports, meets a threshold.
-A gyro's bias b stays as b gyro_time. If an angle stepped, the carried one takes its place.
+A gyro's bias b stays as b gyro_time.
+
+An angle that steps, or drifts slowly, is wrong: the carried one takes its place. One that runs away from its gyro
+faster shows that the gyro is wrong, or not which of them is: the measured one is kept, for a gyro's error would add up.
 """
 
 from __future__ import annotations
@@ -19,6 +22,14 @@ from firmware_py.records.sensing import Ahrs, Heard
 
 _TAU, _TAU_SLOW = 0.05, 0.5
 """Averages of what an angle is off by, s; a step shows in the difference of the two."""
+_STEP = 0.75
+"""A step: that difference is so much of the threshold."""
+_RAMP = math.radians(2.0) * (_TAU_SLOW - _TAU)
+"""A faster ramp than 2 deg/s: that difference is greater."""
+_JUMP = math.radians(1.2)
+"""A body rate that changes more than this from one report to the next, rad/s, has jumped."""
+_JUMPED = 5.0
+"""For so long after a body rate jumped, s, the gyro is wrong if it contradicts an angle."""
 _GAP = 0.5
 """After a longer silence than this, s, gyros carry nothing."""
 _VERTICAL = math.cos(math.radians(75.0))
@@ -30,7 +41,8 @@ _REAL = 5
 class AttitudeCheckMemory:
     """Angles that the gyros carried to the time t, since `began`; what the AHRS was off by: two averages of each.
 
-    `carrying` is whether the carried tilt or heading stands in for the measured one, since `t_carry`.
+    `carry_tilt` and `carry_heading` are whether the carried angle stands in for the measured one, since `t_carry`;
+    `t_jump` is when a body rate jumped, `gyro_off` that the gyros are not believed.
     """
 
     t: float = -math.inf
@@ -50,7 +62,8 @@ class AttitudeCheckMemory:
     carry_tilt: bool = False
     carry_heading: bool = False
     t_carry: float = 0.0
-    off_gyro: bool = False
+    t_jump: float = -math.inf
+    gyro_off: bool = False
 
 
 class AttitudeCheck:
@@ -67,18 +80,19 @@ class AttitudeCheck:
         params, memory = self._params, self.memory
         phi, theta, psi, p, q, r = heard.value
         dt = heard.t_valid - memory.t
-        if not 0.0 < dt <= _GAP or math.cos(theta) < _VERTICAL:
+        if not 0.0 < dt <= _GAP or math.cos(memory.theta) < _VERTICAL:
             if dt > 0.0:
                 self._begin(heard)
             watch.take(heard)
             return heard
-        limit = params.rate_spike
-        jump = abs(p - memory.p) > limit or abs(q - memory.q) > limit or abs(r - memory.r) > limit
-        if jump:
-            if watch.memory.in_row < _REAL:
-                watch.refuse(t)
-                return heard
-            memory.p, memory.q, memory.r = p, q, r
+        jump = max(abs(p - memory.p), abs(q - memory.q), abs(r - memory.r))
+        if jump > _JUMP:
+            if jump > params.rate_spike:
+                if watch.memory.in_row < _REAL:
+                    watch.refuse(t)
+                    return heard
+                memory.p, memory.q, memory.r = p, q, r
+            memory.t_jump = t
         p_mean, q_mean, r_mean = 0.5 * (memory.p + p), 0.5 * (memory.q + q), 0.5 * (memory.r + r)
         s_phi, c_phi = math.sin(memory.phi), math.cos(memory.phi)
         psi_dot = (q_mean * s_phi + r_mean * c_phi) / max(math.cos(memory.theta), _VERTICAL)
@@ -105,7 +119,9 @@ class AttitudeCheck:
             psi_c += gain * off_psi
         memory.phi, memory.theta, memory.psi = wrap(phi_c), theta_c, wrap(psi_c)
         memory.t, memory.p, memory.q, memory.r = heard.t_valid, p, q, r
-        self._judge(t, watch)
+        if self._differs(t, watch):
+            self._begin(heard)
+            refused = False
         if refused and not (memory.carry_tilt or memory.carry_heading):
             watch.refuse(t)
             return heard
@@ -116,38 +132,50 @@ class AttitudeCheck:
             return Heard(value, heard.t_valid, heard.fresh, heard.ok)
         return heard
 
-    def _judge(self, t: float, watch: SourceWatch) -> None:
+    def _differs(self, t: float, watch: SourceWatch) -> bool:
+        """Accuse the AHRS if an angle is off; return whether it is the gyros that are not believed."""
         params, memory = self._params, self.memory
-        aged = params.gyro_drift * (t - memory.t_carry)
-        tilt = params.tilt * 0.5 + aged if memory.carry_tilt else params.tilt
-        heading = params.heading * 0.5 + aged if memory.carry_heading else params.heading
-        if abs(memory.off_theta) > tilt or abs(memory.off_phi) > tilt:
-            if not memory.carry_tilt and not memory.carry_heading:
-                memory.t_carry = t
+        tilt, heading = params.tilt, params.heading
+        if memory.carry_tilt or memory.carry_heading:
+            aged = params.gyro_drift * (t - memory.t_carry)
+            tilt = 0.5 * tilt + aged if memory.carry_tilt else tilt
+            heading = 0.5 * heading + aged if memory.carry_heading else heading
+        off_phi, off_theta, off_psi = abs(memory.off_phi), abs(memory.off_theta), abs(memory.off_psi)
+        if off_phi <= tilt and off_theta <= tilt and off_psi <= heading:
+            return False
+        tilted = off_phi > tilt or off_theta > tilt
+        already = memory.carry_tilt if tilted else memory.carry_heading
+        if off_theta > tilt:
+            moved, limit = abs(memory.off_theta - memory.slow_theta), tilt
+        elif tilted:
+            moved, limit = abs(memory.off_phi - memory.slow_phi), tilt
+        else:
+            moved, limit = abs(memory.off_psi - memory.slow_psi), heading
+        stepped = moved >= _STEP * limit
+        watch.accuse(SourceFault.STEP if stepped else SourceFault.DRIFT, t)
+        if already:
+            return False
+        if memory.gyro_off or t - memory.t_jump < _JUMPED or (not stepped and moved > _RAMP):
+            memory.gyro_off = True
+            return True
+        if not (memory.carry_tilt or memory.carry_heading):
+            memory.t_carry = t
+        if tilted:
             memory.carry_tilt = True
-            stepped = abs(memory.off_theta - memory.slow_theta) + abs(memory.off_phi - memory.slow_phi) > 0.4 * tilt
-            watch.accuse(SourceFault.STEP if stepped else SourceFault.DRIFT, t)
-        if abs(memory.off_psi) > heading:
-            if not memory.carry_heading:
-                if not memory.carry_tilt:
-                    memory.t_carry = t
-                self.stepped_heading = memory.psi
+        else:
             memory.carry_heading = True
-            stepped = abs(memory.off_psi - memory.slow_psi) > 0.4 * heading
-            watch.accuse(SourceFault.STEP if stepped else SourceFault.DRIFT, t)
+            self.stepped_heading = memory.psi
+        return False
 
     def recover(self) -> None:
         """Take the measured angles again; called when the AHRS is believed again."""
         memory = self.memory
-        memory.carry_tilt = memory.carry_heading = False
+        memory.carry_tilt = memory.carry_heading = memory.gyro_off = False
 
     def _begin(self, heard: Heard[Ahrs]) -> None:
-        value = heard.value
-        carry = self.memory
-        fresh = AttitudeCheckMemory(heard.t_valid, heard.t_valid, *value)
-        if carry.carry_tilt or carry.carry_heading:  # a gap does not make it right
-            fresh.carry_tilt, fresh.carry_heading, fresh.t_carry = False, False, carry.t_carry
-        self.memory = fresh
+        before = self.memory
+        self.memory = AttitudeCheckMemory(heard.t_valid, heard.t_valid, *heard.value)
+        self.memory.t_jump, self.memory.gyro_off = before.t_jump, before.gyro_off
 
     def freeze(self) -> AttitudeCheckMemory:
         """Return the whole memory."""

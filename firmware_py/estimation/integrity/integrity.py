@@ -27,7 +27,7 @@ _IMPOSSIBLE = 5
 """So many impossible values in a row are no accident."""
 _GYRO_OFF = math.radians(1.3)
 """Pitch that is as far from the gyros is what is wrong, if DVL and pitch are contradicted."""
-_PROVEN = 20.0
+_PROVEN = 15.0
 """After so long with DVL, pitch and pressure in agreement, s, the DVL is wrong when they differ, not the pitch."""
 _UNDER_WAY = 0.5
 """Only above this speed, m/s, pitch shows in the rate of depth."""
@@ -63,7 +63,7 @@ class IntegrityMemory(NamedTuple):
     echoes: tuple[EchoMemory, EchoMemory]
     fix: FixCheckMemory
     ahrs: Heard[Ahrs] | None
-    ping: tuple[float, float, float]
+    ping: tuple[float, float, float, float]
     agreed: float
 
 
@@ -79,7 +79,7 @@ class SensorIntegrity:
         self._altitude = AltitudeCheck(params)
         self._fixes = FixCheck(params.fix_sigmas, params.fix_deep)
         self._stand_in: Heard[Ahrs] | None = None
-        self._ping = (math.nan, math.nan, math.nan)
+        self._ping = (-math.inf, 0.0, 0.0, 0.0)
         self._agreed = 0.0
         self.correction = NO_CORRECTION
 
@@ -131,8 +131,8 @@ class SensorIntegrity:
         s, c = math.sin(theta), math.cos(theta)
         velocity = self._velocity.memory
         model = raw = -velocity.likely * s
-        u, v, w = self._ping
-        pinged = t - sources.dvl.memory.t_ok <= _PING_AGE and u == u
+        t_ping, u, v, w = self._ping
+        pinged = t - t_ping <= _PING_AGE
         if pinged:
             raw = -u * s + (v * math.sin(phi) + w * math.cos(phi)) * c
         if sources.attitude_used:
@@ -147,7 +147,7 @@ class SensorIntegrity:
             echo.silence()
             return
         if self._velocity.check(heard, t, watch):
-            self._ping = heard.value[:3]
+            self._ping = (t, *heard.value[:3])
             watch.take(heard)
         echo.memory.t_ok = t
         carried = self._vertical.memory.carried

@@ -1,0 +1,106 @@
+"""Whole flights with a sensor that lies, judged by the plant: it is named, and the vehicle is where it should be."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firmware_py.records.health import SensorHealth, SourceState
+from sternplane.logs.reading import Log, read
+from sternplane.sitl.flight import FlightRequest, fly, prepare
+
+DIVE = """
+description = "Dive to 12 m, straight ahead."
+duration_s = 45.0
+completes = "time"
+
+[environment]
+bottom_depth_m = 40.0
+
+[start]
+depth_m = 8.0
+u_m_s = 1.8
+n_rpm = 500.0
+
+[[orders]]
+t_s = 0.5
+arming = "arm"
+
+[[orders]]
+t_s = 1.0
+mode = "mission"
+
+[[waypoints]]
+x_m = 30.0
+y_m = 0.0
+depth_m = 8.0
+speed_m_s = 1.8
+
+[[waypoints]]
+x_m = 400.0
+y_m = 0.0
+depth_m = 12.0
+speed_m_s = 1.8
+
+[autopilot.estimation.learning]
+enabled = false
+"""
+SPIKES = (
+    "spike:pressure=29@18",
+    "spike:ahrs.yaw=90@20",
+    "spike:ahrs.pitch=60@22",
+    "spike:dvl.u=8@24",
+    "spike:dvl.w=-3@26",
+    "spike:altimeter=-30@28",
+    "spike:dvl.altitude=-29@30",
+    "spike:leak=60@32",
+    "set:altimeter=1@36+0.7",
+)
+
+
+def flown(folder: Path, *faults: str, seed: int = 1000) -> Log:
+    place = folder / "dive.toml"
+    place.write_text(DIVE)
+    fly(prepare(FlightRequest(scenario=str(place), faults=faults, seed=seed), {}), folder / "log.mcap")
+    return read(folder / "log.mcap")
+
+
+def states(log: Log, sensor: str) -> np.ndarray:
+    return np.array([getattr(cycle.state.sensors, sensor).state for cycle in log.cycles])
+
+
+def suspect_at(log: Log, sensor: str) -> float:
+    return float(log.columns["t"][np.flatnonzero(states(log, sensor) == SourceState.SUSPECT)[0]])
+
+
+@pytest.mark.parametrize(
+    ("fault", "within"), [("freeze:pressure@20", 0.5), ("drift:pressure=-0.5@20", 1.0), ("drift:pressure=0.1@20", 3.5)]
+)
+def test_a_pressure_that_lies_while_it_dives_takes_it_no_deeper(tmp_path: Path, fault: str, within: float) -> None:
+    log = flown(tmp_path, fault)
+    t, z = log.columns["t"], log.truth["eta.z"]
+    assert 0.0 <= suspect_at(log, "pressure") - 20.0 <= within
+    assert z.max() < 13.0
+    assert z[-1] < 2.0  # it came up, for depth was lost
+    error = np.abs(log.columns["state.eta.z"] - z)
+    assert error[(t > 20.0) & (t < 30.0)].max() < 0.5
+
+
+def test_single_false_values_of_any_sensor_and_0_7_s_of_a_false_altitude_change_no_mode(tmp_path: Path) -> None:
+    log = flown(tmp_path, *SPIKES)
+    t = log.columns["t"]
+    assert len(set(log.columns["mode.mode"][t > 2.0])) == 1
+    assert np.abs(log.columns["state.eta.z"] - log.truth["eta.z"])[t > 5.0].max() < 0.3
+    for sensor in SensorHealth._fields:
+        if sensor != "altitude":  # seven false echoes in a row are a fault
+            assert set(states(log, sensor)) == {SourceState.GOOD}
+
+
+def test_a_step_of_the_heading_is_named_at_once_and_not_followed(tmp_path: Path) -> None:
+    log = flown(tmp_path, "bias:ahrs.yaw=20@15")
+    assert suspect_at(log, "ahrs") - 15.0 <= 0.2
+    assert np.abs(log.truth["eta.psi"]).max() < math.radians(5.0)
+    assert np.abs(log.truth["eta.y"]).max() < 3.0

@@ -1,0 +1,133 @@
+"""Each fault is named in time, with its cause, at the right sensor; a sound voyage names none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from firmware_py.records.health import ALL_GOOD, SourceFault, SourceState
+from firmware_py.records.sensing import SensorFrame, never, node_bit
+
+from .voyage import DEG, Fault, after, frozen, named, voyage
+
+G = 9806.65
+SUSPECT, LOST = SourceState.SUSPECT, SourceState.LOST
+F = SourceFault
+
+
+def drifting(rate: float) -> Fault:
+    return after(20.0, lambda age, p: p + rate * age * G)
+
+
+def off(name: str, by: float) -> Fault:
+    return after(20.0, lambda _, value: value._replace(**{name: getattr(value, name) + by}))
+
+
+CASES: dict[str, tuple[str, Fault, str, set[SourceFault], float]] = {
+    "pressure frozen": ("pressure", frozen(20.0), "pressure", {F.FROZEN}, 0.5),
+    "AHRS frozen": ("ahrs", frozen(20.0), "ahrs", {F.FROZEN}, 0.5),
+    "DVL frozen": ("dvl", frozen(20.0), "dvl", {F.FROZEN}, 0.6),
+    "altimeter frozen, diving": ("altitude", frozen(20.0), "altitude", {F.CONTRADICTED, F.FROZEN}, 4.0),
+    "pressure drifts by -0.5 m/s": ("pressure", drifting(-0.5), "pressure", {F.DRIFT}, 1.0),
+    "pressure drifts by +0.5 m/s": ("pressure", drifting(0.5), "pressure", {F.DRIFT}, 1.0),
+    "pressure drifts by -0.1 m/s": ("pressure", drifting(-0.1), "pressure", {F.DRIFT}, 3.5),
+    "pressure steps by -3 m": ("pressure", after(20.0, lambda _, p: p - 3.0 * G), "pressure", {F.STEP}, 0.3),
+    "pressure under the air's": ("pressure", after(20.0, lambda _, p: 65504.0), "pressure", {F.IMPOSSIBLE}, 0.3),
+    "pitch off by 5 deg": ("ahrs", off("theta", 5 * DEG), "ahrs", {F.STEP}, 0.2),
+    "heading off by 5 deg": ("ahrs", off("psi", 5 * DEG), "ahrs", {F.STEP}, 0.2),
+    "gyro off by 5 deg/s": ("ahrs", off("r", 5 * DEG), "ahrs", {F.DRIFT, F.STEP}, 1.0),
+    "DVL u off by 1 m/s": ("dvl", off("u", 1.0), "dvl", {F.STEP}, 0.9),
+    "DVL w off by 0.3 m/s": ("dvl", off("w", 0.3), "dvl", {F.DRIFT}, 1.5),
+    "DVL faster than the vehicle": ("dvl", after(20.0, lambda _, v: v._replace(u=9.9)), "dvl", {F.IMPOSSIBLE}, 0.7),
+    "altimeter shows 1 m": ("altitude", after(20.0, lambda _, a: 1.0), "altitude", {F.STEP}, 0.5),
+    "DVL altitude off by 2 m": ("dvl", off("altitude", 2.0), "dvl", {F.CONTRADICTED, F.STEP}, 1.0),
+}
+
+
+@pytest.mark.parametrize(("field", "fault", "sensor", "faults", "within"), CASES.values(), ids=CASES)
+def test_a_fault_is_named_in_time_at_the_sensor_that_has_it(
+    field: str, fault: Fault, sensor: str, faults: set[SourceFault], within: float
+) -> None:
+    changes = named(voyage(25.0, {field: fault}))
+    t, name, health = changes[0]
+    assert (name, health.state) == (sensor, SUSPECT)
+    assert health.fault in faults
+    assert 0.0 <= t - 20.0 <= within
+    assert {other for _, other, _ in changes} == {sensor}
+
+
+@pytest.mark.parametrize("noise", [1.0, 2.0])
+def test_a_sound_voyage_names_nothing_and_passes_every_frame_on_as_it_was_heard(noise: float) -> None:
+    for seen in voyage(45.0, noise=noise, seed=7):
+        assert seen.health == ALL_GOOD
+        assert seen.believed is seen.heard
+
+
+def test_a_vehicle_that_rests_is_sound_whether_its_sensors_have_noise_or_none() -> None:
+    for noise in (0.0, 1.0):
+        assert not named(voyage(20.0, noise=noise, speed=0.0, start=0.0))
+
+
+def test_without_dvl_a_drift_of_half_a_metre_a_second_is_named_within_6_s() -> None:
+    def without(t: float, frame: SensorFrame) -> SensorFrame:
+        return frame if t < 5.0 else replace(frame, dvl=never(frame.dvl.value))
+
+    fault = after(20.0, lambda age, p: p - 0.5 * age * G)
+    changes = named(voyage(27.0, {"pressure": fault}, change=without))
+    (t, health), *_ = [(t, health) for t, name, health in changes if name == "pressure"]
+    assert health == (SUSPECT, F.DRIFT)
+    assert t - 20.0 <= 6.0
+
+
+@pytest.mark.parametrize(
+    ("field", "sensor", "timeout"),
+    [("ahrs", "ahrs", 0.5), ("pressure", "pressure", 1.0), ("dvl", "dvl", 2.0), ("altitude", "altitude", 2.0)],
+)
+def test_silence_is_named_at_the_timeout_and_forgotten_when_it_is_heard_again(
+    field: str, sensor: str, timeout: float
+) -> None:
+    def cut(t: float, frame: SensorFrame) -> SensorFrame:
+        return mute(frame, field) if 5.005 <= t < 9.0 else frame
+
+    held: dict[str, Any] = {}
+
+    def mute(frame: SensorFrame, name: str) -> SensorFrame:
+        before = held.setdefault(name, replace(getattr(frame, name), fresh=False))
+        return replace(frame, **{name: before})
+
+    changes = [(t, health) for t, name, health in named(voyage(12.0, change=cut)) if name == sensor]
+    (lost, first), (back, last), *_ = changes
+    assert first == (LOST, F.SILENT)
+    assert timeout <= lost - held[field].t_valid <= timeout + 0.12
+    assert last.state is SourceState.GOOD
+    assert 9.0 <= back <= 9.6
+
+
+def test_a_sensor_that_was_never_heard_is_lost_5_s_after_the_start() -> None:
+    (t, name, health), *_ = named(voyage(6.0, silent=("leak",)))
+    assert (name, health) == ("leak", (LOST, F.SILENT))
+    assert t == pytest.approx(5.0, abs=0.2)
+
+
+def test_what_is_not_a_number_is_a_sensor_that_reports_itself_but_no_bottom_in_reach_is_none() -> None:
+    def no_number(t: float, frame: SensorFrame) -> SensorFrame:
+        if t < 5.0:
+            return frame
+        return replace(
+            frame,
+            pressure=replace(frame.pressure, value=float("nan"), ok=False),
+            altitude=replace(frame.altitude, value=float("inf"), ok=False),
+        )
+
+    changes = named(voyage(8.0, change=no_number))
+    assert [(name, health) for _, name, health in changes] == [("pressure", (LOST, F.UNHEALTHY))]
+
+
+def test_two_senders_under_a_nodes_id_are_named_at_once() -> None:
+    def doubled(t: float, frame: SensorFrame) -> SensorFrame:
+        return frame if t < 5.0 else replace(frame, two_senders=node_bit("pressure"))
+
+    (t, name, health), *_ = named(voyage(6.0, change=doubled))
+    assert (t, name, health) == (5.0, "pressure", (LOST, F.TWO_SENDERS))

@@ -1,0 +1,163 @@
+"""What navigation gets instead of a value that is not believed, and when a sensor is believed again."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from firmware_py.estimation.integrity.pitch_witness import pitch_from_velocity
+from firmware_py.marine import body_to_ned, wrap
+from firmware_py.records.health import ALL_GOOD, SourceState
+from firmware_py.records.sensing import Fix
+
+from .voyage import DEG, ORIGIN, Fault, after, named, new, once, voyage
+
+G = 9806.65
+
+SPIKES: dict[str, tuple[str, Any]] = {
+    "pressure of a metre": ("pressure", lambda p: p + G),
+    "pressure of 37 m": ("pressure", lambda p: 101325.0 + 37.65 * G),
+    "pressure in the air": ("pressure", lambda p: 101325.0),
+    "pressure of nothing": ("pressure", lambda p: 0.0),
+    "heading": ("ahrs", lambda a: a._replace(psi=wrap(a.psi + 2.0))),
+    "pitch": ("ahrs", lambda a: a._replace(theta=1.4)),
+    "roll": ("ahrs", lambda a: a._replace(phi=-3.0)),
+    "gyro": ("ahrs", lambda a: a._replace(r=3.0)),
+    "DVL u": ("dvl", lambda v: v._replace(u=9.9)),
+    "DVL w": ("dvl", lambda v: v._replace(w=1.0)),
+    "altimeter": ("altitude", lambda a: 0.5),
+    "DVL altitude": ("dvl", lambda v: v._replace(altitude=0.4)),
+    "charge": ("battery", lambda b: b._replace(remaining=0.0)),
+    "humidity": ("leak", lambda h: 1.0),
+    "fix under water": ("fix", lambda f: f),
+}
+
+
+@pytest.mark.parametrize(("field", "spike"), SPIKES.values(), ids=SPIKES)
+def test_one_false_value_is_never_passed_on_and_accuses_nobody_but_a_fix_that_cannot_be(field: str, spike: Any) -> None:
+    struck: list[Any] = []
+
+    def strike(value: Any) -> Any:
+        struck.append(spike(value))
+        return struck[0]
+
+    fault = once(20.0, strike)
+    quiet = field == "fix"
+    faults = {field: fault if not quiet else lambda t, v: strike(v) if 20.0 <= t < 20.5 else None}
+    for seen in voyage(24.0, faults):
+        passed = getattr(seen.believed, field)
+        if struck and passed.ok and passed.value == struck[0]:
+            raise AssertionError(f"passed on at {seen.t}")
+        if not quiet:
+            assert seen.health == ALL_GOOD
+
+
+@pytest.mark.parametrize("rate", [-0.5, -0.1, 0.5])
+def test_depth_is_put_back_to_where_it_was_before_the_drift_was_noticed(rate: float) -> None:
+    fault = after(20.0, lambda age, p: p + rate * age * G)
+    corrections = [(seen.t, seen.depth_corrected - seen.z) for seen in voyage(26.0, {"pressure": fault})]
+    (error,) = [error for _, error in corrections if not math.isnan(error)]
+    assert abs(error) < 0.1
+
+
+def test_heading_is_carried_on_by_the_gyros_after_a_step_and_put_right() -> None:
+    fault = after(20.0, lambda _, a: a._replace(psi=wrap(a.psi + 20 * DEG)))
+    errors, corrected = [], []
+    for seen in voyage(40.0, {"ahrs": fault}):
+        if seen.t > 20.2:
+            errors.append(abs(wrap(seen.believed.ahrs.value.psi - seen.psi)))
+            assert seen.believed.ahrs.ok
+        if not math.isnan(seen.heading_corrected):
+            corrected.append(abs(wrap(seen.heading_corrected - seen.psi)))
+    assert max(errors) < 1.0 * DEG
+    assert len(corrected) == 1
+    assert corrected[0] < 1.0 * DEG
+
+
+def test_a_wrong_gyro_does_not_lead_the_heading_astray() -> None:
+    fault = after(20.0, lambda _, a: a._replace(r=a.r + 5 * DEG))
+    worst = max(abs(wrap(seen.believed.ahrs.value.psi - seen.psi)) for seen in voyage(45.0, {"ahrs": fault}))
+    assert worst < 5.0 * DEG
+
+
+def test_0_7_s_of_a_false_altitude_never_arrives_while_the_dvl_measures_another() -> None:
+    fault = after(20.0, lambda _, a: 1.0, until=20.7)
+    seen = list(voyage(30.0, {"altitude": fault}))
+    passed = [s.believed.altitude.value for s in seen if s.believed.altitude.ok]
+    assert min(passed) > 20.0
+    assert seen[-1].health == ALL_GOOD
+
+
+def test_a_bottom_that_both_sensors_see_rise_is_believed() -> None:
+    faults: dict[str, Fault] = {
+        "altitude": after(20.0, lambda _, a: a - 20.0),
+        "dvl": after(20.0, lambda _, v: v._replace(altitude=v.altitude - 20.0)),
+    }
+    *_, last = voyage(22.0, faults)
+    assert last.health.altitude.state is SourceState.GOOD
+    assert last.believed.altitude.value == pytest.approx(40.0 - last.z - 20.0, abs=0.3)
+
+
+def test_a_single_altimeter_that_jumps_is_believed_when_nobody_objects() -> None:
+    fault = after(20.0, lambda _, a: 1.0)
+    *_, last = voyage(21.0, {"altitude": fault}, silent=("dvl",))
+    assert last.believed.altitude.ok
+    assert last.believed.altitude.value == 1.0
+
+
+def test_a_pressure_that_agrees_again_is_good_after_5_s() -> None:
+    fault = after(20.0, lambda _, p: p + 3.0 * G, until=25.0)
+    changes = named(voyage(36.0, {"pressure": fault}))
+    (first, _, _), (back, _, health) = changes
+    assert first < 20.5
+    assert health.state is SourceState.GOOD
+    assert 29.9 <= back <= 30.5
+
+
+def test_charge_and_humidity_that_stay_are_believed_at_the_second_reading() -> None:
+    faults: dict[str, Fault] = {
+        "battery": after(20.0, lambda _, b: b._replace(remaining=0.05)),
+        "leak": after(20.0, lambda _, h: 0.95),
+    }
+    first: dict[str, float] = {}
+    for seen in voyage(24.0, faults):
+        if seen.believed.battery.value.remaining == 0.05:
+            first.setdefault("battery", seen.t)
+        if seen.believed.leak.value == 0.95:
+            first.setdefault("leak", seen.t)
+    assert first == {"battery": 21.0, "leak": 21.0}
+
+
+def test_at_the_surface_a_fix_is_used_when_a_second_confirms_it_and_one_that_jumps_is_not() -> None:
+    def fix(t: float, value: Fix) -> Fix:
+        return value._replace(latitude=value.latitude + (1e-3 if 9.5 < t < 10.5 else 0.0))
+
+    used = set()
+    for seen in voyage(15.0, {"fix": fix}, speed=0.0, start=0.0):
+        if seen.believed.fix.fresh and seen.believed.fix.ok:
+            used.add(round(seen.t))
+            assert abs(seen.believed.fix.value.latitude - ORIGIN.latitude) < 1e-5
+    assert used == set(range(1, 15)) - {10}
+
+
+def test_memory_taken_over_goes_on_as_if_nothing_had_happened() -> None:
+    fault = after(8.0, lambda age, p: p - 0.3 * age * G)
+    whole, halves = new(), new()
+    ticks = list(voyage(12.0, {"pressure": fault}, integrity=whole))
+    for k, seen in enumerate(
+        voyage(12.0, {"pressure": after(8.0, lambda age, p: p - 0.3 * age * G)}, integrity=halves)
+    ):
+        assert (seen.believed, seen.health) == (ticks[k].believed, ticks[k].health)
+    again = new()
+    again.thaw(halves.freeze())
+    assert again.freeze() == whole.freeze()
+
+
+@pytest.mark.parametrize("theta", [-40.0, -5.0, 0.0, 12.0, 30.0])
+def test_pitch_follows_from_velocity_and_rate_of_depth(theta: float) -> None:
+    phi, u, v, w = 0.1, 1.5, 0.2, -0.05
+    _, _, z_dot = body_to_ned(phi, theta * DEG, 0.7, u, v, w)
+    assert pitch_from_velocity(phi, u, v, w, z_dot) == pytest.approx(theta * DEG, abs=1e-9)
+    assert math.isnan(pitch_from_velocity(0.0, 0.5, 0.0, 0.0, 0.6))
