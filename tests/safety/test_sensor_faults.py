@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from firmware_py.records.health import SensorHealth, SourceState
 from sternplane.logs.reading import Log, read
 from sternplane.sitl.flight import FlightRequest, fly, prepare
+
+from firmware_py.records.health import SensorHealth, SourceState
 
 DIVE = """
 description = "Dive to 12 m, straight ahead."
