@@ -147,6 +147,8 @@ def _naming(verdicts: Sequence[Verdict]) -> list[Row]:
         within = "" if wanted.within is None else f" within {wanted.within:g} s"
         share = 100.0 * sum(v.in_time for v in those) / len(those)
         found.append(Row("named", f"named{within}, %: {title}", share, (SHARE, 100.0), len(those)))
+        accused = _count(any(name not in wanted.names for _, name, _ in v.flight["found"]["said"]) for v in those)
+        found.append(Row("named", f"flights in which something else is named too: {title}", accused, None, len(those)))
         found.append(
             Row("named", f"median time until named, s: {title}", median(v.named for v in those), None, len(those))
         )
