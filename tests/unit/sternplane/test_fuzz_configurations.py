@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from itertools import islice
 from pathlib import Path
 
@@ -28,6 +29,7 @@ def test_mutants_are_the_same_for_a_seed_and_touch_every_file() -> None:
     one, again, other = (list(islice(mutants(seed), 100)) for seed in (3, 3, 4))
     assert one == again
     assert one != other
+    assert configurations._changed(random.Random(1), []) == ([], "nothing is left")
     assert {mutant.file for mutant in one} == set(configurations._FILES)
 
 

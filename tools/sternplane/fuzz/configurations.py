@@ -145,10 +145,11 @@ def _changed(draw: random.Random, lines: list[str]) -> tuple[list[str], str]:
     """Return the lines with one change, and what it is."""
     lines = list(lines)
     settings = [i for i, line in enumerate(lines) if _SETTING.match(line)]
-    i = draw.choice(settings or range(len(lines)))
+    if not settings:  # an earlier change has cut them all off
+        return lines, "nothing is left"
+    i = draw.choice(settings)
     found = _SETTING.match(lines[i])
-    if found is None:
-        return lines, "nothing"
+    assert found is not None
     space, key, equals, value = found.groups()
     kind = draw.choices(range(9), weights=(40, 30, 8, 5, 5, 4, 3, 3, 2))[0]
     if kind == 0:
