@@ -10,11 +10,11 @@ from firmware_py.guidance.bottom import Bottom
 from firmware_py.guidance.circle import Circle, circle_through, tangent
 from firmware_py.guidance.guidance_memory import AT_REST, GuidanceMemory
 from firmware_py.guidance.guidance_params import GuidanceParams
+from firmware_py.guidance.held_setpoint import held, under_way
 from firmware_py.guidance.line_of_sight import Leg, LineOfSight
 from firmware_py.guidance.manoeuvre import NO_EXCITATION, Excitation, ManoeuvreGuidance
 from firmware_py.guidance.reference_shaper import ReferenceShaper
 from firmware_py.guidance.route import Route, heading_towards
-from firmware_py.marine import clip
 from firmware_py.records.command import AscentStage, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Event, EventKind, severity_of
@@ -25,7 +25,6 @@ from firmware_py.tick import Tick
 
 __all__ = ["Guidance", "GuidanceParams"]
 
-_AT_REST = 0.1  # slower than this, m/s, is noise
 _CLEAR = 1.0  # distance, m, that flight above the bottom keeps from the supervisor's limits
 _JOINED = 0.25  # share of its radius within which a circle is joined
 _UNREACHABLE = Event(EventKind.RALLY_POINT_UNREACHABLE, severity_of(EventKind.RALLY_POINT_UNREACHABLE))
@@ -105,10 +104,12 @@ class Guidance:
             u_d = (
                 0.0 if before is Mode.DISARMED else self.last.u_d
             )  # a vehicle that was disarmed does not start to move by itself
+            if mode.failsafe:  # nobody sent it on: no rule's HOLD hurries
+                u_d = min(u_d, self._params.failsafe_speed)
             self._wanted = Setpoint(self._depth.command, self._heading.command, u_d)
         across, dither = math.nan, NO_EXCITATION
         if mode.mode is Mode.HOLD:
-            self._hold(order.setpoint)
+            self._wanted = held(self._wanted, order.setpoint, self._turning)
         elif mode.mode is Mode.LOITER or mode.mode is Mode.GUIDED:
             across = self._guide(entered, order.setpoint, state, tick.dt)
         elif mode.mode is Mode.SURFACE:
@@ -130,23 +131,13 @@ class Guidance:
         route, shaped = self._route, self._shaper.follow(state)
         return Reference(*shaped, route.index, math.nan, *NO_EXCITATION, route.item, target_bearing=shaped.psi_d)
 
-    def _hold(self, setpoint: Setpoint) -> None:
-        z_d, psi_d, u_d, _, _ = setpoint
-        if math.isfinite(z_d):
-            self._wanted = self._wanted._replace(z_d=max(z_d, 0.0))
-        if math.isfinite(psi_d):
-            self._wanted = self._wanted._replace(psi_d=psi_d)
-        if math.isfinite(u_d):
-            self._wanted = self._wanted._replace(u_d=clip(u_d, 0.0, self._params.speed_max))
-
     def _guide(self, entered: bool, setpoint: Setpoint, state: StateEstimate, dt: float) -> float:
         """Circle around a position, or hold an ordered heading; return the cross-track distance of the circle, m."""
         x, y = state.eta.x, state.eta.y
         if entered:
-            if self._wanted.u_d < _AT_REST:
-                self._wanted = self._wanted._replace(u_d=min(self._params.cruise_speed, self._params.speed_max))
+            self._wanted = self._wanted._replace(u_d=under_way(self._wanted.u_d, self._turning))
             self._circle = circle_through(x, y, state.eta.psi, self._radius)
-        self._hold(setpoint)
+        self._wanted = held(self._wanted, setpoint, self._turning)
         if self._mode is Mode.GUIDED:
             if math.isfinite(setpoint.x + setpoint.y):
                 self._circle = Circle(setpoint.x, setpoint.y, self._radius)

@@ -51,6 +51,9 @@ class GuidanceParams:
     surface_speed: float = param(
         1.5, unit="m/s", low=0.1, high=20.0, doc="Speed on the way up: fins need it.", mav="SURF_SPEED"
     )
+    failsafe_speed: float = param(
+        1.0, unit="m/s", low=0.0, high=20.0, doc="At most so fast in a HOLD that a rule ordered.", mav="FS_SPEED"
+    )
     loiter_radius: float = param(
         30.0,
         unit="m",

@@ -22,7 +22,7 @@ from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFr
 from firmware_py.safety.action import Action
 from firmware_py.safety.rules import ARMING, RULES, SafetyParams, safer
 from firmware_py.safety.station_params import StationParams
-from firmware_py.safety.supervisor import Supervisor
+from firmware_py.safety.supervisor import Supervisor, VehicleFin
 from firmware_py.tick import Tick
 
 DT_NS = 10_000_000
@@ -40,8 +40,11 @@ NEVER_FIX = never(Fix(*[math.nan] * 3))
 class SupervisedVehicle:
     """A supervisor with everything in order around it, until told otherwise."""
 
-    def __init__(self, params: SafetyParams = PARAMS, has_mission: bool = True) -> None:
-        self.supervisor = Supervisor(params, has_mission)
+    def __init__(
+        self, params: SafetyParams = PARAMS, has_mission: bool = True, fins: tuple[VehicleFin, ...] = ()
+    ) -> None:
+        self.fins = fins
+        self.supervisor = Supervisor(params, has_mission, fins=fins)
         self.k = 0
         self.mode = Mode.DISARMED
         self.events: tuple[str, ...] = ()
@@ -66,10 +69,12 @@ class SupervisedVehicle:
         self, order: Order = NO_ORDER, *, done: bool = False, late_ns: int = 0, frame: Any = None, **state: Any
     ) -> Mode:
         z = state.pop("z", 5.0)
+        actuators, reference = state.pop("actuators", sound(len(self.fins))), state.pop("reference", None)
         eta = STATE.eta._replace(z=z, theta=state.pop("theta", 0.0))
         now = replace(STATE, eta=state.pop("eta", eta), **state)
         tick = Tick(self.k, DT_NS, late_ns)
-        self.answer = self.supervisor.update(tick, self.frame(**(frame or {})), now, sound(0), order, done)
+        seen = tick, self.frame(**(frame or {})), now, actuators
+        self.answer = self.supervisor.update(*seen, order, done, reference)
         self.mode, self.k = self.answer.mode, self.k + 1
         self.events = tuple(texts(self.supervisor.events))
         return self.mode
@@ -82,8 +87,10 @@ class SupervisedVehicle:
         raise AssertionError(f"{mode.name} not within {most} ticks, still {self.mode.name}")
 
 
-def sailing(mode: Mode = Mode.HOLD, params: SafetyParams = PARAMS) -> SupervisedVehicle:
-    vehicle = SupervisedVehicle(params)
+def sailing(
+    mode: Mode = Mode.HOLD, params: SafetyParams = PARAMS, fins: tuple[VehicleFin, ...] = ()
+) -> SupervisedVehicle:
+    vehicle = SupervisedVehicle(params, fins=fins)
     assert vehicle.tick(Order(arming=Arming.ARM, mode=mode)) is mode, vehicle.events
     return vehicle
 

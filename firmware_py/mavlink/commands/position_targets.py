@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from firmware_py.marine import Eta
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import CommandRefused
 from firmware_py.mavlink.base.water_frame import LOCAL, WaterFrame, within_range
@@ -14,12 +15,16 @@ from firmware_py.records.order import Setpoint
 
 _NAN = math.nan
 _E7 = 1e-7
+_OFFSET: int = dialect.MAV_FRAME_LOCAL_OFFSET_NED
 _IGNORE_POSITION, _IGNORE_DEPTH, _IGNORE_YAW = 1 | 2, 4, 1024
 _IGNORE_VELOCITY, _IGNORE_REST = 8 | 16, 64 | 128 | 256 | 2048
 
 
-def setpoint_of(m: Message, water_frame: WaterFrame) -> Setpoint:
+def setpoint_of(m: Message, water_frame: WaterFrame, here: Eta) -> Setpoint:
     """Return the setpoint of a SET_POSITION_TARGET message; NaN for what its type_mask ignores.
+
+    `here` is where the vehicle is: LOCAL_OFFSET_NED counts from there. (Stations change the depth with it, and offsets
+    of 0 north and east.)
 
     Raises:
         CommandRefused: the vehicle cannot follow it.
@@ -27,14 +32,16 @@ def setpoint_of(m: Message, water_frame: WaterFrame) -> Setpoint:
     mask, frame = m.type_mask, m.coordinate_frame
     depth = psi_d = u_d = x = y = _NAN
     local = m.get_msgId() == dialect.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED
-    if local != (frame == LOCAL):
-        raise CommandRefused(f"frame {frame} is not supported; use a global frame or LOCAL_NED")
+    if local != (frame in (LOCAL, _OFFSET)):
+        raise CommandRefused(f"frame {frame} is not supported; use a global frame, LOCAL_NED or LOCAL_OFFSET_NED")
     if mask & _IGNORE_REST != _IGNORE_REST:
         raise CommandRefused(f"type_mask {mask}: acceleration and yaw rate cannot be followed; ignore them")
-    if not mask & _IGNORE_POSITION:
-        x, y = within_range(m.x, m.y) if local else water_frame.position(m.lat_int * _E7, m.lon_int * _E7)
+    north, east, down = (here.x, here.y, here.z) if frame == _OFFSET else (0.0, 0.0, 0.0)
+    if not mask & _IGNORE_POSITION and not (frame == _OFFSET and m.x == m.y == 0.0):  # where it is: only the depth
+        position = local and within_range(north + m.x, east + m.y)
+        x, y = position or water_frame.position(m.lat_int * _E7, m.lon_int * _E7)
     if not mask & _IGNORE_DEPTH:
-        depth = water_frame.depth(frame, m.z if local else m.alt)
+        depth = water_frame.depth(LOCAL, down + m.z) if local else water_frame.depth(frame, m.alt)
     if not mask & _IGNORE_VELOCITY:
         u_d = speed_ahead(math.hypot(m.vx, m.vy))
         if math.isnan(x) and u_d > 0.0:

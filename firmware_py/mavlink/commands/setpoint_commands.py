@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Protocol
 
+from firmware_py.marine import Eta
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import (
     REJECTED,
@@ -25,6 +26,7 @@ from firmware_py.tick import NS_PER_S, Tick
 
 _NAN = math.nan
 _E7, _E4, _INT_UNKNOWN = 1e-7, 1e-4, 2147483647.0
+_NOWHERE = Eta(*[_NAN] * 6)
 _REPEAT_REFUSAL_NS = 10 * NS_PER_S
 
 
@@ -135,7 +137,8 @@ class SetpointCommands:
     def _position_target(self, tick: Tick, m: Message) -> None:
         """Take a position target; the message has no acknowledgement, so a refusal is a sentence."""
         try:
-            setpoint = setpoint_of(m, self._water_frame)
+            cycle = self._queue.cycle
+            setpoint = setpoint_of(m, self._water_frame, _NOWHERE if cycle is None else cycle.state.eta)
             self._check_limits(setpoint)
             if (why := setpoint_refusal(self._queue.mode, setpoint)) is not None:
                 raise CommandRefused(why)

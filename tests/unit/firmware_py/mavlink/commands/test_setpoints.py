@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.marine import local_to_geodetic
 from firmware_py.records.order import NOBODY, Arming, Asker, Mode, Setpoint
-from tests.unit.firmware_py.mavlink.station import FREE, ORIGIN, LinkedVehicle, Station
+from tests.unit.firmware_py.mavlink.station import FREE, ORIGIN, STATE, LinkedVehicle, Station
 
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED, NO_FRAME = 0, 1, 2, 3, 9
 NAN = math.nan
@@ -220,6 +220,24 @@ def test_targets_are_followed_without_an_answer(message, expected) -> None:
     vehicle.step(5)
     assert same(said(vehicle), *expected)
     assert {m.get_type() for m in station.messages} & {"COMMAND_ACK", "STATUSTEXT"} == set()
+
+
+OFFSET = mavlink.MAV_FRAME_LOCAL_OFFSET_NED
+
+
+def test_an_offset_counts_from_where_the_vehicle_is_and_none_leaves_the_place() -> None:
+    """A station changes the depth with frame 7, mask 0xFFF8 and no way north or east."""
+    vehicle, station = sailing()
+    station.send(local_target(0xFFF8, 0.0, 0.0, 2.5, frame=OFFSET))
+    vehicle.step(2)
+    assert same(said(vehicle), STATE.eta.z + 2.5, NAN, NAN, NAN, NAN)
+    vehicle.orders.clear()
+    station.send(local_target(0xFFF8, 10.0, -20.0, 1.0, frame=OFFSET))
+    vehicle.step(2)
+    assert same(said(vehicle), STATE.eta.z + 1.0, NAN, NAN, STATE.eta.x + 10.0, STATE.eta.y - 20.0)
+    station.send(local_target(0xFFF8, 0.0, 0.0, -STATE.eta.z - 1.0, frame=OFFSET))
+    vehicle.step(2)
+    assert "above the water" in "".join(m.text for m in station.messages if m.get_type() == "STATUSTEXT")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,369 @@
+"""Each rule: what breaks it, after what time, and each action that it can be told to take."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import pytest
+
+from firmware_py.params import ParamError, dump, load
+from firmware_py.records.command import Reference
+from firmware_py.records.event import Cause, EventKind, Severity
+from firmware_py.records.fence import Place
+from firmware_py.records.health import ALL_GOOD, ActuatorFault, ActuatorHealth, SourceFault, SourceHealth, SourceState
+from firmware_py.records.order import Arming, Mode, Order, Sticks
+from firmware_py.records.sensing import Battery, Heard
+from firmware_py.safety.action import MODE_OF, Action
+from firmware_py.safety.rules import RULES, SafetyParams
+from firmware_py.safety.supervisor import VehicleFin
+
+from .test_supervisor import DT_NS, FORCE, PARAMS, STATE, SupervisedVehicle, old, sailing
+
+FINS = (VehicleFin("port"), VehicleFin("starboard"), VehicleFin("upper", True), VehicleFin("lower", True))
+NONE = ActuatorFault.NONE
+AT_PLACE = Reference(5.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0, math.nan)
+
+
+def battery(charge: float) -> dict[str, Any]:
+    return {"frame": {"battery": Heard(Battery(48.0, 1.0, charge), 0.0, True, True)}}
+
+
+def suspect(name: str, state: SourceState = SourceState.SUSPECT) -> dict[str, Any]:
+    return {"sensors": ALL_GOOD._replace(**{name: SourceHealth(state, SourceFault.DRIFT)})}
+
+
+def faulty(fault: ActuatorFault, at: int) -> dict[str, Any]:
+    health = [NONE] * 5
+    health[at] = fault
+    return {"actuators": ActuatorHealth(tuple(health[:4]), health[4])}
+
+
+BLIND = ALL_GOOD._replace(
+    dvl=SourceHealth(SourceState.LOST, SourceFault.SILENT), altitude=SourceHealth(SourceState.LOST, SourceFault.SILENT)
+)
+
+
+@dataclass(frozen=True)
+class Case:
+    """What breaks a rule, in which tick it answers, and the parameter of its answer."""
+
+    cause: Cause
+    action: str
+    ticks: int
+    inputs: dict[str, Any] = field(default_factory=dict)
+    mode: Mode = Mode.MISSION
+
+
+CASES = (
+    Case(Cause.LEAK, "leak_action", 101, {"leak": True}),
+    Case(Cause.BATTERY_LOW, "battery_action", 501, {**battery(0.09)}),
+    Case(Cause.BATTERY_WARNING, "battery_warn_action", 501, battery(0.19)),
+    Case(Cause.BATTERY_SILENT, "battery_silent_action", 3001, battery(math.nan)),
+    Case(Cause.BATTERY_SILENT, "battery_silent_action", 3001, suspect("battery", SourceState.LOST)),
+    Case(Cause.LEAK_SILENT, "leak_silent_action", 3001, {"frame": {"leak": Heard(math.nan, 0.0, True, True)}}),
+    Case(Cause.DEPTH_LIMIT, "depth_max_action", 31, {"z": 30.1}),
+    Case(Cause.ALTITUDE_LIMIT, "altitude_action", 101, {"altitude": 1.9}),
+    Case(Cause.PITCH, "pitch_action", 201, {"eta": STATE.eta._replace(theta=-0.8)}),
+    Case(Cause.ROLL, "roll_action", 1001, {"eta": STATE.eta._replace(phi=1.1)}),
+    Case(Cause.DEPTH_ERROR, "depth_error_action", 2001, {"reference": replace(AT_PLACE, z_d=10.1)}),
+    Case(Cause.AHRS_SUSPECT, "ahrs_action", 201, suspect("ahrs")),
+    Case(Cause.PRESSURE_SUSPECT, "pressure_action", 201, suspect("pressure")),
+    Case(Cause.DVL_BAD, "dvl_action", 201, suspect("dvl")),
+    Case(Cause.DVL_BAD, "dvl_action", 201, suspect("dvl", SourceState.LOST)),
+    Case(Cause.ALTIMETER_BAD, "altimeter_action", 201, suspect("altitude", SourceState.LOST)),
+    Case(Cause.PLANE_FAULT, "plane_action", 21, faulty(ActuatorFault.JAMMED, 0)),
+    Case(Cause.PLANE_FAULT, "plane_action", 21, faulty(ActuatorFault.HARD_OVER, 1)),
+    Case(Cause.RUDDER_FAULT, "rudder_action", 21, faulty(ActuatorFault.LOST, 3)),
+    Case(Cause.PROPELLER_FAULT, "propeller_action", 21, faulty(ActuatorFault.JAMMED, 4)),
+    Case(Cause.ACTUATOR_SILENT, "actuator_silent_action", 21, faulty(ActuatorFault.SILENT, 2)),
+    Case(Cause.ACTUATOR_WORN, "actuator_worn_action", 21, faulty(ActuatorFault.SLOW, 0)),
+    Case(Cause.STICKS_LOST, "sticks_action", 1001, mode=Mode.MANUAL),
+)
+IDS = [f"{case.cause.name}-{i}" for i, case in enumerate(CASES)]
+QUIET = {rule.answer: Action.NONE for rule in RULES if isinstance(rule.answer, str) and "." not in rule.answer}
+
+
+def told(action: Action, case: Case) -> SafetyParams:
+    """Parameters under which the case's rule alone does anything, and does this."""
+    station = replace(PARAMS.station, sticks_action=Action.NONE, manual_action=Action.NONE)
+    if case.action == "sticks_action":
+        return replace(PARAMS, **QUIET, station=replace(station, sticks_action=action))
+    return replace(PARAMS, **{**QUIET, case.action: action}, station=station)
+
+
+def answers(vehicle: SupervisedVehicle, case: Case, ticks: int) -> list[Cause]:
+    """Feed the case for so many ticks; return the causes that were told of a rule, and of a mode changed."""
+    kinds = (EventKind.RULE_WARNS, EventKind.RULE_HOLDS, EventKind.MODE_CHANGED)
+    causes = []
+    for _ in range(ticks):
+        vehicle.tick(**case.inputs)
+        causes += [event.cause for event in vehicle.supervisor.events if event.kind in kinds]
+    return causes
+
+
+def allowed(case: Case, action: Action) -> SafetyParams | None:
+    try:
+        return told(action, case)
+    except ParamError:
+        return None
+
+
+@pytest.mark.parametrize("action", Action)
+@pytest.mark.parametrize("case", CASES, ids=IDS)
+def test_a_rule_does_after_its_time_what_it_is_told_and_not_before(case: Case, action: Action) -> None:
+    params = allowed(case, action)
+    if params is None:
+        assert action in (Action.HOLD, Action.RETURN)
+        return
+    vehicle = sailing(case.mode, params, FINS)
+    assert answers(vehicle, case, case.ticks - 1) == []
+    assert vehicle.mode is case.mode
+    assert answers(vehicle, case, 1) == ([] if action is Action.NONE else [case.cause])
+    assert vehicle.mode is MODE_OF.get(action, case.mode)
+    assert vehicle.answer.drop is (action is Action.SURFACE_AND_DROP)
+    assert vehicle.answer.failsafe is (action in MODE_OF)
+    vehicle.tick()
+    assert vehicle.answer.drop is (action is Action.SURFACE_AND_DROP)  # what is dropped is dropped
+
+
+@pytest.mark.parametrize("case", CASES, ids=IDS)
+def test_a_break_begins_the_time_anew(case: Case) -> None:
+    vehicle = sailing(case.mode, told(Action.SURFACE, case), FINS)
+    answers(vehicle, case, case.ticks - 1)
+    steered = Order(sticks=Sticks(0.0, 0.0, 0.0), t_sticks=vehicle.k * DT_NS / 1e9)
+    assert vehicle.tick(steered) is case.mode
+    inputs = {**case.inputs}
+    for _ in range(case.ticks - 1):
+        assert vehicle.tick(**inputs) is case.mode
+
+
+DEFAULTS = {
+    "leak_action": Action.SURFACE,
+    "battery_warn_action": Action.WARN,
+    "battery_silent_action": Action.RETURN,
+    "leak_silent_action": Action.WARN,
+    "depth_error_action": Action.SURFACE,
+    "dvl_action": Action.WARN,
+    "plane_action": Action.SURFACE,
+    "rudder_action": Action.SURFACE,
+    "propeller_action": Action.SURFACE_AND_DROP,
+    "actuator_silent_action": Action.WARN,
+    "energy_action": Action.WARN,
+    "surfacing_action": Action.WARN,
+}
+
+
+def test_what_is_done_unless_told_otherwise() -> None:
+    assert {name: getattr(PARAMS, name) for name in DEFAULTS} == DEFAULTS
+
+
+@pytest.mark.parametrize("name", ["attitude_action", "depth_max_action", "plane_action", "propeller_action"])
+@pytest.mark.parametrize("action", [Action.HOLD, Action.RETURN])
+def test_an_answer_that_cannot_be_flown_is_refused(name: str, action: Action) -> None:
+    with pytest.raises(ParamError, match=f'{name} = "{action.name.lower()}"'):
+        load(SafetyParams, {**dump(PARAMS), name: action.name.lower()}, "test")
+
+
+def test_a_warning_is_told_once_and_again_when_it_had_ended_but_not_more_often_than_each_minute() -> None:
+    case = Case(Cause.BATTERY_WARNING, "battery_warn_action", 501, battery(0.19))
+    vehicle = sailing(Mode.MISSION, told(Action.WARN, case))
+    assert answers(vehicle, case, 3000) == [Cause.BATTERY_WARNING]
+    vehicle.tick()
+    assert answers(vehicle, case, 3000) == []  # it had been told half a minute ago
+    assert answers(vehicle, case, 3000) == [Cause.BATTERY_WARNING]
+    assert answers(vehicle, case, 6000) == []
+
+
+def test_a_warning_is_a_warning_and_no_reason_not_to_arm() -> None:
+    vehicle = SupervisedVehicle(replace(PARAMS, battery_arm=0.1))
+    assert vehicle.tick(Order(arming=Arming.ARM), **battery(0.15)) is Mode.MANUAL
+    for _ in range(600):
+        vehicle.tick(Order(t_sticks=vehicle.k * 0.01), **battery(0.15))
+        for event in vehicle.supervisor.events:
+            assert (event.kind, event.severity) == (EventKind.RULE_WARNS, Severity.WARNING)
+
+
+def test_hold_makes_nothing_of_a_mode_that_is_safer() -> None:
+    params = replace(PARAMS, leak_action=Action.HOLD)
+    for mode in (Mode.RETURN, Mode.SURFACE):
+        vehicle = sailing(mode, params)
+        for _ in range(200):
+            assert vehicle.tick(leak=True) is mode
+
+
+def test_the_safest_of_several_answers_is_the_mode() -> None:
+    params = replace(PARAMS, leak_action=Action.RETURN, battery_action=Action.HOLD)
+    vehicle = sailing(Mode.MISSION, params)
+    for _ in range(501):
+        vehicle.tick(leak=True, **battery(0.05))
+    assert (vehicle.mode, vehicle.answer.cause) == (Mode.RETURN, Cause.LEAK)
+    vehicle.tick(done=True, leak=True)
+    assert (vehicle.mode, vehicle.answer.cause, vehicle.answer.failsafe) == (Mode.SURFACE, Cause.RETURN_DONE, True)
+
+
+def test_what_a_rule_held_may_be_ordered_away_when_it_ended() -> None:
+    vehicle = sailing(Mode.MISSION, replace(PARAMS, leak_action=Action.HOLD))
+    vehicle.ticks_until(Mode.HOLD, 200, leak=True)
+    assert vehicle.tick(Order(mode=Mode.MISSION), leak=True) is Mode.HOLD
+    assert vehicle.tick(Order(mode=Mode.MISSION)) is Mode.MISSION
+    assert not vehicle.answer.failsafe
+
+
+def test_neither_altimeter_nor_dvl() -> None:
+    vehicle = sailing(Mode.MISSION, replace(PARAMS, **{**QUIET, "bottom_action": Action.SURFACE}))
+    assert vehicle.ticks_until(Mode.SURFACE, 300, sensors=BLIND) == 201
+    assert vehicle.answer.cause is Cause.BOTTOM_UNSEEN
+
+
+def test_a_silent_bus_is_told_as_such() -> None:
+    params = replace(PARAMS, **{**QUIET, "bus_action": Action.SURFACE})
+    vehicle = sailing(Mode.MISSION, params)
+    vehicle.tick()
+    whole = vehicle.frame()
+    silent = {name: getattr(whole, name) for name in ("ahrs", "pressure", "fins", "n", "battery", "leak")}
+    assert vehicle.ticks_until(Mode.SURFACE, 300, frame=silent) == pytest.approx(201, abs=1)
+    assert vehicle.answer.cause is Cause.BUS_SILENT
+
+
+def test_what_was_never_heard_is_not_silent() -> None:
+    vehicle = sailing(Mode.MISSION, replace(PARAMS, battery_arm=0.0))
+    unknown = {"battery": old(math.inf, Battery(math.nan, math.nan, math.nan), 0), "leak": old(math.inf, math.nan, 0)}
+    vehicle = SupervisedVehicle(replace(PARAMS, battery_arm=0.0))
+    vehicle.tick(Order(arming=Arming.ARM, mode=Mode.MISSION), frame=unknown)
+    for _ in range(4000):
+        assert vehicle.tick(frame=unknown) is Mode.MISSION
+        assert vehicle.events == ()
+
+
+# A leg, the energy, and how long surfacing takes: looked at once a second.
+
+
+def on_leg(left: float, item: int = 0) -> Reference:
+    return replace(AT_PLACE, cross_track=0.0, item=item, target=Place(500.0 + item, 0.0), target_distance=left)
+
+
+SOON = replace(PARAMS, leg_way=1.0, leg_time=10.0, surfacing_time=10.0)
+"""Times that a test need not wait for."""
+
+
+def test_a_waypoint_that_comes_no_nearer() -> None:
+    vehicle = sailing(Mode.MISSION, SOON)
+    for k in range(3000):
+        assert vehicle.tick(reference=on_leg(500.0 - 0.15 * k * 0.01)) is Mode.MISSION  # 1 m in 7 s
+    assert 400 < vehicle.ticks_until(Mode.SURFACE, 1300, reference=on_leg(495.0)) <= 1201
+    assert vehicle.answer.cause is Cause.NO_WAY_MADE
+
+
+def test_circles_and_other_modes_make_no_way_and_need_none() -> None:
+    for mode, reference in (
+        (Mode.MISSION, replace(on_leg(30.0), cross_track=math.nan)),
+        (Mode.GUIDED, on_leg(30.0)),
+        (Mode.HOLD, AT_PLACE),
+    ):
+        vehicle = sailing(mode, SOON)
+        for _ in range(1500):
+            assert vehicle.tick(reference=reference) is mode
+
+
+def test_the_next_leg_has_its_own_time() -> None:
+    vehicle = sailing(Mode.MISSION, SOON)
+    for item in range(3):
+        for _ in range(900):
+            assert vehicle.tick(reference=on_leg(100.0, item)) is Mode.MISSION
+
+
+@pytest.mark.parametrize(("charge", "warns"), [(0.62, False), (0.30, True)])
+def test_the_charge_that_brings_it_home(charge: float, warns: bool) -> None:
+    """More than 1000 m for 0.8 - charge, and 1000 m back with half as much again."""
+    vehicle = sailing(Mode.MISSION)
+    away, nu = STATE.eta._replace(x=1000.0), STATE.nu._replace(u=100.0)
+    for _ in range(1100):
+        vehicle.tick(eta=away, nu=nu, reference=AT_PLACE)
+    warned = []
+    for _ in range(1000):
+        vehicle.tick(eta=away, nu=nu, reference=AT_PLACE, **battery(charge))
+        warned += [event.cause for event in vehicle.supervisor.events]
+    assert warned == [Cause.ENERGY] * warns
+
+
+def test_surfacing_that_does_not_end_is_told_again_and_again() -> None:
+    vehicle = sailing(Mode.SURFACE, replace(SOON, surfacing_time=70.0))
+    said = []
+    for k in range(14_500):
+        vehicle.tick(depth_ok=False)
+        said += [k for event in vehicle.supervisor.events if event.cause is Cause.SURFACING_LONG]
+    assert said == pytest.approx([7000, 14_000], abs=2)
+
+
+# Stations and sticks.
+
+
+def watched(t: float) -> Order:
+    return Order(t_station=t, t_sticks=math.inf)
+
+
+@pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.GUIDED, Mode.LOITER])
+def test_without_its_station_it_holds_and_later_surfaces(mode: Mode) -> None:
+    vehicle = sailing(mode)
+    entered = {}
+    for k in range(6500):
+        now = vehicle.tick(watched(0.0))
+        entered.setdefault(now, k)
+    assert list(entered) == [mode, Mode.HOLD, Mode.SURFACE]
+    assert entered[Mode.HOLD] == pytest.approx(2000, abs=2)
+    assert entered[Mode.SURFACE] == pytest.approx(6000, abs=2)
+    assert vehicle.answer.cause is Cause.STATION_LOST
+
+
+@pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.HOLD, Mode.GUIDED, Mode.LOITER, Mode.MISSION, Mode.RETURN])
+def test_who_never_had_a_station_misses_none(mode: Mode) -> None:
+    vehicle = sailing(mode)
+    for _ in range(7000):
+        assert vehicle.tick(watched(-math.inf)) is mode
+
+
+@pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.HOLD, Mode.GUIDED, Mode.LOITER])
+def test_a_station_that_is_heard_now_and_then_is_enough(mode: Mode) -> None:
+    vehicle = sailing(mode)
+    for k in range(9000):
+        assert vehicle.tick(watched(k // 1900 * 19.0)) is mode
+
+
+def test_a_mission_is_flown_without_a_station_unless_told_otherwise() -> None:
+    vehicle = sailing(Mode.MISSION)
+    for _ in range(9000):
+        assert vehicle.tick(watched(0.0)) is Mode.MISSION
+    station = replace(PARAMS.station, mission_action=Action.RETURN)
+    vehicle = sailing(Mode.MISSION, replace(PARAMS, station=station))
+    assert vehicle.ticks_until(Mode.RETURN, 6010, order=watched(0.0)) == pytest.approx(6000, abs=2)
+
+
+def test_sticks_may_rest_at_the_surface() -> None:
+    vehicle = sailing(Mode.MANUAL)
+    for _ in range(3000):
+        assert vehicle.tick(z=0.9) is Mode.MANUAL
+
+
+# The end of the flight.
+
+
+@pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.HOLD, Mode.MISSION, Mode.SURFACE])
+def test_the_end_of_the_flight_is_the_surface_without_the_weight(mode: Mode) -> None:
+    vehicle = sailing(mode)
+    assert vehicle.tick(Order(terminate=True)) is Mode.SURFACE
+    assert vehicle.answer.drop
+    vehicle.tick()
+    assert vehicle.answer.drop
+    vehicle.tick(FORCE)
+    assert vehicle.answer.drop
+
+
+def test_a_disarmed_vehicle_drops_its_weight_under_water_only() -> None:
+    vehicle = SupervisedVehicle()
+    assert vehicle.tick(Order(terminate=True), z=0.2) is Mode.DISARMED
+    assert vehicle.events == ("SURFACE refused: disarmed; arm first",)
+    assert not vehicle.answer.drop
+    assert vehicle.tick(Order(terminate=True), z=5.0) is Mode.DISARMED
+    assert vehicle.answer.drop
