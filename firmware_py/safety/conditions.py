@@ -36,6 +36,7 @@ class Conditions(NamedTuple):
     depth_ok: bool
     depth: float
     altitude: float
+    z_dot: float
     fix_heard: bool
     leak: bool
     charge: float

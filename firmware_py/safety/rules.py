@@ -65,6 +65,10 @@ def _off_depth(c: Conditions, p: SafetyParams) -> bool:
     return c.wanted in _FLOWN and abs(c.depth - c.wanted_depth) > p.depth_error_max
 
 
+def _too_low(c: Conditions, p: SafetyParams) -> bool:
+    return c.altitude - max(c.z_dot, 0.0) * p.altitude_ahead < p.altitude_min  # a dive does not end at once
+
+
 def _surfacing_long(c: Conditions, p: SafetyParams) -> bool:
     return c.surfacing >= p.surfacing_time and c.surfacing % p.surfacing_time < 1.0  # and again after as long
 
@@ -112,7 +116,7 @@ RULES: tuple[Rule, ...] = (
     # Where it is, and how it lies there.
     Rule(Cause.DEPTH_LIMIT,      lambda c, p: c.depth > p.depth_max, "depth_max_time", "depth_max_action",
          lambda c, p: (c.depth, p.depth_max)),
-    Rule(Cause.ALTITUDE_LIMIT,   lambda c, p: c.altitude < p.altitude_min, "altitude_time", "altitude_action",
+    Rule(Cause.ALTITUDE_LIMIT,   _too_low, "altitude_time", "altitude_action",
          lambda c, p: (c.altitude, p.altitude_min)),
     Rule(Cause.FENCE,            lambda c, _: c.breach != WITHIN and not c.returning, "fence_time", "fence_action",
          lambda c, _: (float(c.breach),)),

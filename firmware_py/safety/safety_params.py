@@ -60,6 +60,9 @@ class SafetyParams:
     depth_max_action: Action = param(_SURFACE, doc="Deeper than depth_max.", mav="DEPTH_ACT")
     altitude_min: float = param(2.0, unit="m", low=0.0, high=50.0, doc="Nearer to the bottom than this.", mav="ALT_MIN")
     altitude_time: float = param(1.0, unit="s", low=0.0, high=10.0, doc="Too near for so long.", mav="ALT_TIME")
+    altitude_ahead: float = param(
+        4.0, unit="s", low=0.0, high=60.0, doc="The altitude so far ahead in time counts, if it sinks.", mav="ALT_AHEAD"
+    )
     altitude_action: Action = param(_SURFACE, doc="Too near to the bottom.", mav="ALT_ACT")
     late_max: int = param(10, low=0, high=1000, doc="More cycles of the last second late than this.", mav="LATE_MAX")
     late_action: Action = param(_SURFACE, doc="Too many late cycles.", mav="LATE_ACT")

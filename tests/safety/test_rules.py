@@ -56,6 +56,7 @@ class Case:
     mode: Mode = Mode.MISSION
 
 
+SINKING = STATE.nu._replace(w=0.5)
 CASES = (
     Case(Cause.LEAK, "leak_action", 101, {"leak": True}),
     Case(Cause.BATTERY_LOW, "battery_action", 501, {**battery(0.09)}),
@@ -65,6 +66,7 @@ CASES = (
     Case(Cause.LEAK_SILENT, "leak_silent_action", 3001, {"frame": {"leak": Heard(math.nan, 0.0, True, True)}}),
     Case(Cause.DEPTH_LIMIT, "depth_max_action", 31, {"z": 30.1}),
     Case(Cause.ALTITUDE_LIMIT, "altitude_action", 101, {"altitude": 1.9}),
+    Case(Cause.ALTITUDE_LIMIT, "altitude_action", 101, {"altitude": 3.9, "nu": SINKING}),
     Case(Cause.PITCH, "pitch_action", 201, {"eta": STATE.eta._replace(theta=-0.8)}),
     Case(Cause.ROLL, "roll_action", 1001, {"eta": STATE.eta._replace(phi=1.1)}),
     Case(Cause.DEPTH_ERROR, "depth_error_action", 2001, {"reference": replace(AT_PLACE, z_d=10.1)}),
@@ -101,6 +103,16 @@ def answers(vehicle: SupervisedVehicle, case: Case, ticks: int) -> list[Cause]:
         vehicle.tick(**case.inputs)
         causes += [event.cause for event in vehicle.supervisor.events if event.kind in kinds]
     return causes
+
+
+def test_a_vehicle_that_rises_is_not_too_near_to_the_bottom_ahead_of_it() -> None:
+    rising = {"altitude": 2.1, "nu": STATE.nu._replace(w=-0.5)}
+    slowly = {"altitude": 2.1, "nu": STATE.nu._replace(w=0.02)}
+    for inputs in (rising, slowly):
+        vehicle = sailing(Mode.MISSION)
+        for _ in range(500):
+            vehicle.tick(**inputs)
+        assert vehicle.mode is Mode.MISSION
 
 
 def allowed(case: Case, action: Action) -> SafetyParams | None:
