@@ -216,7 +216,8 @@ class PartsFactory:
 
     def _actuator_watch(self) -> ActuatorWatch:
         safety = self.params.safety
-        return ActuatorWatch(safety.actuators, self._vehicle, safety.gate.n_rate)
+        with prefix_errors(self._files["vehicle"]):
+            return ActuatorWatch(safety.actuators, self._vehicle, safety.gate.n_rate)
 
     def _supervisor(self) -> Supervisor:
         with prefix_errors(self._files["autopilot"]):
