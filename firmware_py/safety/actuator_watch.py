@@ -18,8 +18,10 @@ from firmware_py.vehicle.vehicle import Vehicle
 
 __all__ = ["ActuatorParams", "ActuatorWatch", "ActuatorWatchMemory"]
 
-_DEPTH_MIN, _SPEED_MIN = 1.0, 0.3
-"""Nearer to the surface (m), and slower (m/s), thrust is not judged."""
+_DEPTH_MIN, _SPEED_MIN = 2.5, 0.3
+"""Nearer to the surface (m), where it may be out of the water, and slower (m/s), the propeller is not judged."""
+_PITCH_MAX = math.radians(30.0)
+"""Nor is it in a steeper dive, which slows the vehicle."""
 _UNSEEN = (ActuatorFault.NONE, ActuatorFault.SILENT)
 """What reports make of an actuator that works no longer, but does not show it."""
 
@@ -93,7 +95,9 @@ class ActuatorWatch:
             and dvl.ok
             and state.velocity_ok
             and state.sensors.dvl.state is SourceState.GOOD
+            and state.depth_ok
             and state.eta.z > _DEPTH_MIN
+            and abs(state.eta.theta) < _PITCH_MAX
             and dvl.value.u > _SPEED_MIN
             and turns > 0.0
         )

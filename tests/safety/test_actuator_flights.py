@@ -88,4 +88,4 @@ def test_a_propeller_that_lost_its_thrust_is_named_within_half_a_minute(tmp_path
     ((t, fault),) = named.pop("propeller")
     assert (named, fault) == ({}, ActuatorFault.LOST)
     assert 10.0 < t <= 40.0
-    assert truth["nu.u"][-1] < 1.5
+    assert truth["nu.u"][truth["t"] < t][-1] < 1.5  # what is done about it follows

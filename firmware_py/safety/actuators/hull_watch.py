@@ -17,8 +17,10 @@ from firmware_py.vehicle.vehicle import Vehicle
 
 _SERVO_TIME = 0.12
 """Lag of a servo that reports nothing, s."""
-_DEPTH_MIN, _SPEED_MIN = 1.0, 0.8
-"""Near the surface (m), and slower (m/s), the model does not hold."""
+_DEPTH_MIN, _SPEED_MIN = 2.5, 0.8
+"""Near the surface (m), where fins may be out of the water, and slower (m/s), the model does not hold."""
+_PITCH_MAX = math.radians(45.0)
+"""Nor does it in a steeper dive."""
 _ROLL_MAX = math.radians(30.0)
 """Rolled over farther, planes steer and rudders dive."""
 _STALE = 0.1
@@ -93,7 +95,9 @@ class HullWatch:
             count
             and applied.armed
             and u > _SPEED_MIN
+            and state.depth_ok
             and state.eta.z > _DEPTH_MIN
+            and -_PITCH_MAX < state.eta.theta < _PITCH_MAX
             and -_ROLL_MAX < state.eta.phi < _ROLL_MAX
             and state.attitude_ok
             and t - frame.ahrs.t_valid < _STALE
