@@ -221,7 +221,7 @@ def test_the_short_form_has_each_onset_quiet_flights_and_a_replay():
 
 
 def test_a_scenario_of_a_job_is_one(tmp_path):
-    for title in ("off:ahrs, off:dvl", "bottom at 20 m", ""):
+    for title in ("off:ahrs, off:dvl", "bottom rises to 8 m", ""):
         (tmp_path / "one.toml").write_text(written(Job(title, 1, 1001, 60.0)))
         table = read_toml(tmp_path / "one.toml")
         assert table["environment"]["turbulence_m_s"] == 0.1

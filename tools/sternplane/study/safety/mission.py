@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-ONSETS = (20.0, 52.0, 88.0)
-"""When a fault begins, s: in 5 m, at the beginning of a dive in 9 m, and at its end, in 25 m with 15 deg of pitch."""
+ONSETS = (20.0, 52.0, 100.0)
+"""When a fault begins, s: in 5 m, at the beginning of a dive in 9 m, and at its end, in 25 m, still diving."""
 PLACES = ("5 m", "9 m", "25 m")
 """About how deep it is then."""
 DEPTH_MAX, BOTTOM = 30.0, 40.0
@@ -51,7 +51,7 @@ leak = { noise_pct = 1.0 }
 _NO_LEARNING = """[autopilot.estimation.learning]
 enabled = false
 """
-_LEGS = ((45.0, 0.0, 6.0), (85.0, 15.0, 10.0), (145.0, 30.0, 28.0), (175.0, 20.0, 28.0))
+_LEGS = ((45.0, 0.0, 6.0), (85.0, 15.0, 10.0), (175.0, 30.0, 28.0), (205.0, 20.0, 28.0))
 """North, east, depth, m."""
 
 

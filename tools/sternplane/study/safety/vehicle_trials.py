@@ -88,12 +88,6 @@ ACTUATORS = Group(
 )
 
 
-def _bottom(title: str, profile: tuple[tuple[float, float], ...], short: bool = False) -> Trial:
-    """A mission that leads through the bottom."""
-    named = Named((), rules=("ALTITUDE_LIMIT",))
-    return Trial(title, (), named, profile=profile, onsets=(1,), short=short)
-
-
 WATER = Group(
     "Hull and water",
     (
@@ -109,9 +103,30 @@ WATER = Group(
             Named((), any_rule=True),
             bound=Bound("5 cm forward, only way above 1.8 m/s or a weight dropped from the bow brings it up"),
         ),
-        Trial("ballast:z_G=-0.02", ("ballast:z_G=-0.02@{t}",), Named((), any_rule=True), short=True),
-        _bottom("bottom at 20 m", ((-1000.0, 20.0), (1000.0, 20.0)), short=True),
-        _bottom("bottom rises from 40 to 18 m", ((-100.0, 40.0), (150.0, 18.0))),
+        Trial(
+            "ballast:z_G=-0.08",
+            ("ballast:z_G=-0.08@{t}",),
+            Named((), any_rule=True),
+            "the centre of gravity is 2 cm above that of buoyancy then: it rolls over",
+            short=True,
+        ),
+        Trial(
+            "bottom rises to 8 m",
+            (),
+            Named((), rules=("ALTITUDE_LIMIT",)),
+            "below the first waypoint, on a way that descends by 4 deg",
+            profile=((-100.0, 40.0), (20.0, 8.2), (62.0, 8.2), (100.0, 40.0)),
+            onsets=(0,),
+            short=True,
+        ),
+        Trial(
+            "ridge up to 18 m",
+            (),
+            Named((), rules=("ALTITUDE_LIMIT",)),
+            bound=Bound("a dive of 12 deg onto a ridge needs more room to turn up than the altitude limit of 2 m"),
+            profile=((0.0, 40.0), (120.0, 18.0), (135.0, 18.0), (165.0, 40.0)),
+            onsets=(1,),
+        ),
     ),
 )
 _ANY = ("ahrs", "pressure", "altitude", *FINS, "propeller", "battery", "leak", "fix")
