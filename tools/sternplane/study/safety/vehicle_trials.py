@@ -123,7 +123,6 @@ WATER = Group(
             "ridge up to 18 m",
             (),
             Named((), rules=("ALTITUDE_LIMIT",)),
-            bound=Bound("a dive of 12 deg onto a ridge needs more room to turn up than the altitude limit of 2 m"),
             profile=((0.0, 40.0), (120.0, 18.0), (135.0, 18.0), (165.0, 40.0)),
             onsets=(1,),
         ),
