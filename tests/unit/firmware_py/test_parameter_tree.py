@@ -24,6 +24,8 @@ NOT_FOR_STATIONS = {
     "estimation.coefficients.nuisances",
     "estimation.coefficients.stds",
 }
+BOUNDED = {"safety.attitude_timeout_s"}
+"""By another parameter, from above: the gate's time-out."""
 DISARMED = {"CTL_LAW", "CTL_GAINS", "GDN_SHAPE", "EST_DEP_DENSITY", "EST_DEP_P_SURF"}
 
 
@@ -68,13 +70,17 @@ def test_what_may_not_come_in_flight_is_little_and_known(params: AutopilotParams
 
 
 def test_every_change_that_takes_effect_at_once_leaves_what_the_parts_remember(params: AutopilotParams) -> None:
-    """The parts are made with it and take up the memory of the old ones, so none has another size."""
+    """The parts are made with it and take up the memory of the old ones, so none has another size.
+
+    Each goes 1 % of the way to its upper bound, but those to the lower one that another parameter bounds from above.
+    """
     made = configuration()
     autopilot = app.build(made)
     for parameter in list_parameters(params):
         if parameter.when is not TakesEffect.RESTART and parameter.index < 0 and not parameter.choices:
             nearer = parameter.value + 0.01 * (
-                (parameter.low if parameter.value == parameter.high else parameter.high) - parameter.value
+                (parameter.low if parameter.value == parameter.high or parameter.key in BOUNDED else parameter.high)
+                - parameter.value
             )
             value = (
                 round(parameter.value + 1 if parameter.value < parameter.high else parameter.low)
