@@ -94,6 +94,7 @@ class CoefficientEstimator:
         self._buffer = FixedLagBuffer(params.horizon, vehicle)
         self._health = CoefficientValidity(health, self.ekf.model, count)
         self._running = self._begun = False
+        self._whole = True
         self._resets = self._filter_resets = self._iterations = 0
         self._variances = [P.diagonal()[self._learned] for P in self.ekf.P]
         """Of the coefficients, by filter: views of the covariances."""
@@ -118,8 +119,10 @@ class CoefficientEstimator:
     def update(self, tick: Tick, frame: SensorFrame, applied: Applied, state: StateEstimate) -> Learned:
         """Return what is known after the tick; `state` is what navigation makes of the same frame."""
         params, buffer = self._params, self._buffer
+        self._whole = not applied.drop  # without its drop weight it is another vehicle, of which nothing is learned
         buffer.hear(tick.t, frame, applied)
-        may = state.eta.z - DEPTH_SIGMAS * state.depth_std >= params.depth_min and state.attitude_ok
+        deep = state.eta.z - DEPTH_SIGMAS * state.depth_std >= params.depth_min
+        may = deep and state.attitude_ok and self._whole
         for span in buffer.spans(tick.t):
             ping, turn = buffer.last
             if not (may and span.t - ping.t <= params.gap_max and ping.values[0] >= params.speed_min):
@@ -204,9 +207,10 @@ class CoefficientEstimator:
 
     @property
     def _valid(self) -> tuple[bool, ...]:
-        """What may be relied on: what is valid, and was confirmed by a pass over the whole flight."""
+        """What may be relied on: what is valid, was confirmed by a pass over the whole flight, and still holds."""
         valid, iterated = self._health.verdict.valid, self.ekf.iterated.tolist()
-        return tuple([a and b and self._begun for a, b in zip(valid, iterated, strict=True)])
+        known = self._begun and self._whole
+        return tuple([a and b and known for a, b in zip(valid, iterated, strict=True)])
 
     def _report(self) -> tuple[Event, ...]:
         """Return what was learned and what was not."""

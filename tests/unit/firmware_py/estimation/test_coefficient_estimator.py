@@ -65,6 +65,19 @@ def later(course: list[Moment], by: float) -> list[Moment]:
     return shifted
 
 
+def test_without_the_drop_weight_nothing_goes_on_being_learned_or_relied_on() -> None:
+    vehicle = learner()
+    before = said(vehicle, FLIGHT[: len(FLIGHT) * 3 // 4])[-1]
+    assert any(before.valid)
+    after = [
+        vehicle.update(tick, frame, dataclasses.replace(applied, drop=True), state)
+        for tick, frame, applied, state in FLIGHT[len(FLIGHT) * 3 // 4 :]
+    ]
+    assert not any(any(learned.valid) for learned in after[10:])
+    assert not any(any(learned.excited) for learned in after[10:])
+    assert (after[-1].value, after[-1].std) == (after[10].value, after[10].std)
+
+
 def at(course: Iterable[Moment], begin: float, end: float, change: Callable[[Moment], Moment]) -> Iterator[Moment]:
     for moment in course:
         yield change(moment) if begin <= moment.t < end else moment
