@@ -91,6 +91,7 @@ class AscentMemory(NamedTuple):
         climbed: height made since then by attitude and velocity, m.
         t_near: since when it has been near the surface, s; NaN while it is not.
         t_told: when it was last told that the vehicle waits, s.
+        asked: whether the release was asked for; without a weight that is said once in each SURFACE.
         drop: whether the weight is released, for good.
     """
 
@@ -110,6 +111,7 @@ class AscentMemory(NamedTuple):
     climbed: float = 0.0
     t_near: float = math.nan
     t_told: float = 0.0
+    asked: bool = False
     drop: bool = False
 
 
@@ -132,16 +134,12 @@ class Ascent:
 
     def update(self, was: AscentMemory, v: AscentView) -> tuple[AscentMemory, tuple[Event, ...]]:
         """Return what is remembered after a tick in SURFACE, and what is to be told."""
-        m = self._observe(self._begin(v, was.drop) if was.stage is NONE else was, v)
+        m = self._observe(self._begin(v, was) if was.stage is NONE else was, v)
         step = self._step(m, v)
         events: tuple[Event, ...] = ()
         if step is not None:
-            if step.drop and not m.drop:
-                drop = self._weight
-                kind = EventKind.WEIGHT_RELEASED if drop else EventKind.ASCENT_STAGE
-                numbers = step.numbers if drop else (float(step.stage),)
-                events += (_event(kind, step.cause if drop else Cause.NO_DROP_WEIGHT, numbers),)
-                m = m._replace(drop=drop)
+            if step.drop:
+                m, events = self.release(m, step.stage, step.cause, step.numbers)
             if step.stage is not was.stage:
                 if step.cause is not Cause.NONE or step.stage is STOPPED:  # the others go without saying
                     events += (_event(EventKind.ASCENT_STAGE, step.cause, (float(step.stage), *step.numbers)),)
@@ -152,6 +150,16 @@ class Ascent:
             events += (_event(EventKind.ASCENT_STAGE, Cause.NOT_TOLD, (float(m.stage), v.t - m.begun)),)
             m = m._replace(t_told=v.t)
         return m, events
+
+    def release(
+        self, m: AscentMemory, stage: AscentStage, cause: Cause, numbers: tuple[float, ...]
+    ) -> tuple[AscentMemory, tuple[Event, ...]]:
+        """Release the weight for `cause`, or without one say so; the one place that does. Told once, at `stage`."""
+        if m.asked or m.drop:
+            return m, ()
+        if self._weight:
+            return m._replace(asked=True, drop=True), (_event(EventKind.WEIGHT_RELEASED, cause, numbers),)
+        return m._replace(asked=True), (_event(EventKind.ASCENT_STAGE, Cause.NO_DROP_WEIGHT, (float(stage),)),)
 
     def is_surfaced(self, m: AscentMemory, depth_ok: bool, z: float, fix: bool, altitude: float, limit: float) -> bool:
         """Return whether a fix and a second witness, or without a receiver two witnesses, tell of the surface.
@@ -175,14 +183,16 @@ class Ascent:
             return risen or shallow
         return not self._params.fix_needed and depth_ok and (risen or m.climbed >= 0.8 * m.z_begun - limit)
 
-    def _begin(self, v: AscentView, drop: bool) -> AscentMemory:
+    def _begin(self, v: AscentView, was: AscentMemory) -> AscentMemory:
         stage = POWERED if v.attitude_ok else BLIND
         pitch = clip(v.theta, _STEEPEST, self._params.pitch) if v.attitude_ok else 0.0
         times = {"begun": v.t, "since": v.t, "t_best": v.t, "t_told": v.t}
         depths = {"z": v.z, "least": v.z, "best": v.z, "z_begun": v.z, "altitude_begun": v.altitude}
         far = v.attitude_ok and abs(v.theta - pitch) > self._params.pitch_error
         off = self._params.pitch_error_time if far else 0.0  # it did not go so far in a moment
-        return AscentMemory(stage, pitch=pitch, z_dot=v.z_dot, off=off, drop=drop, **times, **depths)
+        return AscentMemory(
+            stage, pitch=pitch, z_dot=v.z_dot, off=off, asked=was.asked, drop=was.drop, **times, **depths
+        )
 
     def _observe(self, m: AscentMemory, v: AscentView) -> AscentMemory:
         """Bring depth, progress and the clocks of pitch and roll up to date."""
@@ -214,7 +224,7 @@ class Ascent:
             return self._from_rest(m, v)
         trouble = self._trouble(m, v)
         if m.stage is REVERSE:
-            if trouble is not None and trouble.drop and not m.drop:
+            if trouble is not None and trouble.drop and not m.asked:
                 return trouble._replace(stage=REVERSE)
             stopped = v.u <= self._params.rest_speed if v.speed_ok else False
             rises = v.attitude_ok and v.theta > 0.0 and m.z_dot < -_SINKS

@@ -100,7 +100,9 @@ class Supervisor:
             )
             c = c._replace(surfaced=surfaced)
         held = Held(rules.ticks(c, was.held.ticks), was.held.warned_ns)
-        drop = was.drop or (order.terminate and (submerged or was.mode is not Mode.DISARMED))
+        release: tuple[Cause, tuple[float, ...]] | None = None
+        if order.terminate and (submerged or was.mode is not Mode.DISARMED):
+            release = Cause.ORDERED, ()
         ready, returning = True, c.returning
         if wanted is not Mode.DISARMED:
             if was.mode is Mode.DISARMED:
@@ -116,7 +118,8 @@ class Supervisor:
                 verdict = rules.judge(was.mode, c, held, tick.t_ns, tick.dt_ns)
                 wanted, ruled, held = verdict.mode, verdict.rule, verdict.held
                 self.events += verdict.events
-                drop = drop or verdict.drop is not None
+                if release is None and verdict.drop is not None:
+                    release = verdict.drop.cause, verdict.drop.numbers(c, params)
         if wanted is Mode.DISARMED:
             ahead = c._replace(wanted=chosen, mission_done=False, fins_heard=fins_heard(tick, frame, params))
             refusals = rules.obstacles(ahead, held.ticks)
@@ -135,18 +138,20 @@ class Supervisor:
                 numbers=ruled.numbers(c, params) if ruled else (),
             )
         failsafe = failsafe and wanted is not Mode.DISARMED
-        ascent = (was.ascent if wanted is Mode.SURFACE else AscentMemory())._replace(drop=drop)
+        ascent = was.ascent if wanted is Mode.SURFACE else AscentMemory(drop=was.drop)
+        if release is not None:
+            ascent, told = self._ascent.release(ascent, ascent.stage, *release)
+            self.events += told
         if wanted is Mode.SURFACE:
             jam = self._planes.jam(actuators.fins, frame.fins)
             view = view_of(tick, state, jam, c.attitude_ok, c.depth_ok, c.fix_heard)
             ascent, told = self._ascent.update(ascent, view)
             self.events += told
-            drop = ascent.drop
         progress = was.progress
         if reference is not None and tick.every(Rate.HZ_1):
             progress = progress.after_a_second(wanted, reference, state, c.charge, self._home, params)
         self._memory = SupervisorMemory(
-            *(wanted, cause, failsafe, chosen, drop, returning and wanted is Mode.MANUAL, held, late),
+            *(wanted, cause, failsafe, chosen, ascent.drop, returning and wanted is Mode.MANUAL, held, late),
             was.surfacing + 1 if wanted is Mode.SURFACE else 0,
             was.charge_known or c.charge == c.charge,
             *(progress, state.sensors, actuators, nodes, ascent),
@@ -160,7 +165,7 @@ class Supervisor:
             failsafe=failsafe,
             too_deep=c.depth > params.depth_max,
             breach=c.breach,
-            drop=drop,
+            drop=ascent.drop,
             chosen=chosen,
             ascent=ascent.stage,
             pitch=ascent.pitch,

@@ -153,6 +153,14 @@ def test_without_a_weight_it_says_so_and_drives_again() -> None:
     assert vehicle.go(46.0) is POWERED
 
 
+def test_without_a_weight_planes_that_are_stuck_still_end_the_way_and_it_is_told_once() -> None:
+    vehicle = Rising(weight=False)
+    assert vehicle.go(5.0, 0.3, jam=PlaneJam.DOWN, theta=-0.2) is REVERSE
+    assert vehicle.go(1.0, 0.1, u=0.05) is STOPPED
+    vehicle.go(20.0)
+    assert vehicle.causes.count(Cause.NO_DROP_WEIGHT) == 1
+
+
 def test_a_heel_in_a_current_is_borne_for_a_time_and_upside_down_is_not() -> None:
     vehicle = Rising()
     assert vehicle.go(9.0, -0.2, phi=math.radians(78.0)) is POWERED

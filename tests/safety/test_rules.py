@@ -122,6 +122,11 @@ def allowed(case: Case, action: Action) -> SafetyParams | None:
         return None
 
 
+def releases(vehicle: SupervisedVehicle) -> list[Cause]:
+    """Return why the drop weight was released in the last tick, by its events."""
+    return [event.cause for event in vehicle.supervisor.events if event.kind is EventKind.WEIGHT_RELEASED]
+
+
 @pytest.mark.parametrize("action", Action)
 @pytest.mark.parametrize("case", CASES, ids=IDS)
 def test_a_rule_does_after_its_time_what_it_is_told_and_not_before(case: Case, action: Action) -> None:
@@ -135,9 +140,25 @@ def test_a_rule_does_after_its_time_what_it_is_told_and_not_before(case: Case, a
     assert answers(vehicle, case, 1) == ([] if action is Action.NONE else [case.cause])
     assert vehicle.mode is MODE_OF.get(action, case.mode)
     assert vehicle.answer.drop is (action is Action.SURFACE_AND_DROP)
+    assert releases(vehicle) == ([case.cause] if vehicle.answer.drop else [])
     assert vehicle.answer.failsafe is (action in MODE_OF)
     vehicle.tick()
     assert vehicle.answer.drop is (action is Action.SURFACE_AND_DROP)  # what is dropped is dropped
+    assert releases(vehicle) == []  # and told once
+
+
+@pytest.mark.parametrize("by_rule", [True, False])
+def test_without_a_drop_weight_nothing_is_released_and_that_is_said_once(by_rule: bool) -> None:
+    case = next(case for case in CASES if case.action == "leak_action")
+    vehicle = SupervisedVehicle(told(Action.SURFACE_AND_DROP, case), fins=FINS, weight=False)
+    vehicle.tick(Order(mode=Mode.HOLD, arming=Arming.ARM))
+    said = []
+    for _ in range(300):
+        vehicle.tick(Order() if by_rule else Order(terminate=True), leak=by_rule)
+        assert not vehicle.answer.drop
+        said += [event.cause for event in vehicle.supervisor.events if event.kind is EventKind.ASCENT_STAGE]
+    assert vehicle.mode is Mode.SURFACE
+    assert said == [Cause.NO_DROP_WEIGHT]
 
 
 @pytest.mark.parametrize("case", CASES, ids=IDS)
@@ -366,8 +387,10 @@ def test_the_end_of_the_flight_is_the_surface_without_the_weight(mode: Mode) -> 
     vehicle = sailing(mode)
     assert vehicle.tick(Order(terminate=True)) is Mode.SURFACE
     assert vehicle.answer.drop
-    vehicle.tick()
+    assert releases(vehicle) == [Cause.ORDERED]
+    vehicle.tick(Order(terminate=True))
     assert vehicle.answer.drop
+    assert releases(vehicle) == []
     vehicle.tick(FORCE)
     assert vehicle.answer.drop
 
@@ -379,3 +402,4 @@ def test_a_disarmed_vehicle_drops_its_weight_under_water_only() -> None:
     assert not vehicle.answer.drop
     assert vehicle.tick(Order(terminate=True), z=5.0) is Mode.DISARMED
     assert vehicle.answer.drop
+    assert vehicle.events == ("drop weight released: ordered",)

@@ -41,10 +41,14 @@ class SupervisedVehicle:
     """A supervisor with everything in order around it, until told otherwise."""
 
     def __init__(
-        self, params: SafetyParams = PARAMS, has_mission: bool = True, fins: tuple[VehicleFin, ...] = ()
+        self,
+        params: SafetyParams = PARAMS,
+        has_mission: bool = True,
+        fins: tuple[VehicleFin, ...] = (),
+        weight: bool = True,
     ) -> None:
         self.fins = fins
-        self.supervisor = Supervisor(params, has_mission, fins=fins)
+        self.supervisor = Supervisor(params, has_mission, fins=fins, drop_weight=weight)
         self.k = 0
         self.mode = Mode.DISARMED
         self.events: tuple[str, ...] = ()
