@@ -31,6 +31,8 @@ _PROVEN = 15.0
 """After so long with DVL, pitch and pressure in agreement, s, the DVL is wrong when they differ, not the pitch."""
 _UNDER_WAY = 0.5
 """Only above this speed, m/s, pitch shows in the rate of depth."""
+_STEEP, _ROLLED = math.radians(45.0), math.radians(60.0)
+"""Pitched or rolled farther, pitch and speed do not tell the rate of depth."""
 _BATTERY_JUMP, _LEAK_JUMP = 0.05, 0.1
 """What charge and humidity do not change by in a second, share."""
 _PRESSURE_PERIOD = 0.05
@@ -137,7 +139,9 @@ class SensorIntegrity:
             raw = -u * s + (v * math.sin(phi) + w * math.cos(phi)) * c
         if sources.attitude_used:
             by_dvl = pinged and velocity.measured and sources.dvl.believed
-            self._vertical.carry(t, dt, raw if by_dvl else model, raw, by_dvl)
+            tilted = abs(theta) > _STEEP or abs(phi) > _ROLLED
+            known = by_dvl or (velocity.holds and velocity.likely > _UNDER_WAY and not tilted)
+            self._vertical.carry(t, dt, raw if by_dvl else model, raw, by_dvl, known)
         else:
             self._vertical.carry_raw(dt, raw)
 
@@ -231,7 +235,7 @@ class SensorIntegrity:
         """Look at what takes time: silence, recovery, whether what was accused still differs."""
         sources = self._sources
         n = frame.n.value if frame.n.ok and t - frame.n.t_valid <= 1.0 else applied.n
-        self._velocity.step(0.1, n if math.isfinite(n) else 0.0)
+        self._velocity.step(0.1, n if math.isfinite(n) else 0.0, applied.drop)
         if self._vertical.raw_differs:
             if sources.dvl.memory.fault is SourceFault.DRIFT and sources.pressure.believed:
                 sources.dvl.accuse(SourceFault.DRIFT, t)

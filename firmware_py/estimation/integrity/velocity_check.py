@@ -21,18 +21,22 @@ _FOLLOW = 15.0
 """Time constant with which the likely speed follows the measured one, s: current, and a model that is not right."""
 _ASIDE = 0.8
 """Most that a DVL which was suspect may show of sway and heave, m/s."""
+_DRIVEN = 0.5
+"""Thrust and drag tell the speed while the propeller drives for this, m/s, or more. Astern or at rest, and without the
+drop weight, a hull glides by its buoyancy as fast as `IntegrityParams.speed`."""
 _GAP = 2.0
 
 
 @dataclass(slots=True)
 class VelocityCheckMemory:
-    """The last ping that was believed, and the likely speed (m/s)."""
+    """The last ping that was believed, the likely speed (m/s), and whether thrust and drag tell it."""
 
     t: float = -math.inf
     u: float = 0.0
     v: float = 0.0
     w: float = 0.0
     likely: float = 0.0
+    holds: bool = False
     measured: bool = False
 
 
@@ -47,10 +51,11 @@ class VelocityCheck:
         self._drag = 0.5 * hull.density * hull.length**2 * propeller.C_d0 / mass
         self.memory = VelocityCheckMemory()
 
-    def step(self, dt: float, n: float) -> None:
-        """Let thrust and drag act for dt, s, at the propeller speed n, rev/s."""
+    def step(self, dt: float, n: float, dropped: bool) -> None:
+        """Let thrust and drag act for dt, s, at the propeller speed n, rev/s; `dropped`: without the drop weight."""
         memory = self.memory
         pull, likely = n * self._ratio, memory.likely
+        memory.holds = pull >= _DRIVEN and not dropped
         memory.likely = likely + dt * self._drag * (pull * abs(pull) - likely * abs(likely))
 
     def check(self, heard: Heard[Dvl], t: float, watch: SourceWatch) -> bool:
@@ -67,8 +72,11 @@ class VelocityCheck:
             return False
         gap = heard.t_valid - memory.t
         if not watch.believed:
-            off = u - memory.likely
-            if abs(off) > params.speed or abs(v) > _ASIDE or abs(w) > _ASIDE:
+            if memory.holds:
+                off = abs(u - memory.likely) > params.speed
+            else:
+                off = watch.memory.fault in (SourceFault.DRIFT, SourceFault.STEP)  # nothing clears it now
+            if off or abs(v) > _ASIDE or abs(w) > _ASIDE:
                 watch.accuse(SourceFault.STEP, t)
             memory.measured = False
             return True
@@ -81,14 +89,15 @@ class VelocityCheck:
                 watch.accuse(SourceFault.STEP, t)
             return False
         self._take(heard, False)
-        if u > max(memory.likely, 0.0) + params.speed or u < min(memory.likely, 0.0) - params.speed:
+        least, most = min(memory.likely, 0.0) - params.speed, max(memory.likely, 0.0) + params.speed
+        if memory.holds and not least <= u <= most:
             watch.accuse(SourceFault.DRIFT, t)  # between 0 and likely the hull may be held up, or the thrust lost
         return True
 
     def _take(self, heard: Heard[Dvl], first: bool) -> None:
         memory = self.memory
         u, v, w, _, _ = heard.value
-        if first:
+        if first or not memory.holds:
             memory.likely = u
         else:
             memory.likely += (u - memory.likely) * min(1.0, (heard.t_valid - memory.t) / _FOLLOW)

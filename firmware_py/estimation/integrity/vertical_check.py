@@ -32,7 +32,7 @@ _REAL = 5
 _RATE, _RATE_UNKNOWN = 1.0, 2.5
 """How wrong a depth may become in a gap between readings, m/s: carried on, and not known."""
 _CARRIED_AGE = 0.3
-"""Without an attitude for longer than this, s, the depth is not carried on."""
+"""When nothing is known to carry the depth on for longer than this, s, pressure is not judged by it."""
 _GAP = 30.0
 """After a longer silence of the pressure, s, it is taken as it comes."""
 _CLEAR = 0.5
@@ -68,7 +68,7 @@ class Entry(NamedTuple):
 class VerticalCheckMemory:
     """Carried depths, mean residual and history.
 
-    `known` is whether the attitude is known that carries them; `stand_in` the depth in place of a suspect pressure.
+    `known` is whether they can be carried on; `stand_in` the depth in place of a suspect pressure.
     """
 
     carried: float = 0.0
@@ -96,8 +96,11 @@ class VerticalCheck:
         self.window = _WINDOWS[0]
         """Entries of the history over which a change was found."""
 
-    def carry(self, t: float, dt: float, z_dot: float, raw: float, by_dvl: bool) -> None:
-        """Carry the depth on by dt, s, at z_dot, m/s; `raw` is what the DVL says of it, `by_dvl` that it is z_dot."""
+    def carry(self, t: float, dt: float, z_dot: float, raw: float, by_dvl: bool, known: bool = True) -> None:
+        """Carry the depth on by dt, s, at z_dot, m/s.
+
+        `raw` is what the DVL says of it, `by_dvl` that it is z_dot; not `known`: pressure cannot be judged by it.
+        """
         memory = self.memory
         moved = z_dot * dt
         memory.carried += moved
@@ -108,7 +111,8 @@ class VerticalCheck:
         else:
             memory.aged += _AGED_BLIND * dt
             memory.blind += dt
-        memory.t_carried = t
+        if known:
+            memory.t_carried = t
 
     def carry_raw(self, dt: float, raw: float) -> None:
         """Carry on only what DVL and pitch say, for the pitch is not believed."""

@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
+from firmware_py.records.command import Applied
 from firmware_py.records.health import ALL_GOOD, SourceFault, SourceState
-from firmware_py.records.sensing import SensorFrame, never, node_bit
+from firmware_py.records.sensing import Dvl, SensorFrame, never, node_bit
 
 from .voyage import DEG, Fault, after, frozen, named, voyage
 
@@ -79,6 +80,32 @@ def test_without_dvl_a_drift_of_half_a_metre_a_second_is_named_within_6_s() -> N
     (t, health), *_ = [(t, health) for t, name, health in changes if name == "pressure"]
     assert health == (SUSPECT, F.DRIFT)
     assert t - 20.0 <= 6.0
+
+
+@pytest.mark.parametrize("drop", [True, False])
+@pytest.mark.parametrize("dvl", [True, False])
+def test_a_stopped_vehicle_that_its_buoyancy_drives_is_believed(dvl: bool, drop: bool) -> None:
+    """It rises by 0.4 m/s and glides ahead by up to 1 m/s, level: neither thrust and drag nor its pitch tell of it."""
+
+    def gliding(age: float, ping: Dvl) -> Dvl:
+        return Dvl(min(0.1 * age, 1.0), 0.0, -0.4, ping.fom, ping.altitude + 0.4 * age)
+
+    faults = {
+        "pressure": after(5.0, lambda age, p: p - 0.4 * age * G),
+        "altitude": after(5.0, lambda age, a: a + 0.4 * age),
+        "dvl": after(5.0, gliding),
+    }
+    applied = Applied((0.0,) * 4, 0.0, True, False, drop=drop)
+    silent = () if dvl else ("dvl",)
+    changes = named(voyage(40.0, faults, speed=0.0, start=25.0, applied=applied, silent=silent))
+    assert [(name, health) for _, name, health in changes] == ([] if dvl else [("dvl", (LOST, F.SILENT))])
+
+
+def test_a_stopped_vehicle_still_names_a_pressure_that_freezes_or_steps() -> None:
+    applied = Applied((0.0,) * 4, 0.0, True, False, drop=True)
+    for fault, kind in ((frozen(20.0), F.FROZEN), (after(20.0, lambda _, p: p + 3.0 * G), F.STEP)):
+        changes = named(voyage(25.0, {"pressure": fault}, speed=0.0, start=20.0, applied=applied, silent=("dvl",)))
+        assert [health for _, name, health in changes if name == "pressure"] == [(SUSPECT, kind)]
 
 
 @pytest.mark.parametrize(

@@ -66,6 +66,7 @@ def voyage(
     silent: tuple[str, ...] = (),
     change: Callable[[float, SensorFrame], SensorFrame] = lambda _t, frame: frame,
     integrity: SensorIntegrity | None = None,
+    applied: Applied = APPLIED,
 ) -> Iterator[Seen]:
     """Yield every tick. `faults` by field of the frame; `silent` fields are never heard; `change` has the last word."""
     rng = np.random.default_rng(seed)
@@ -105,7 +106,7 @@ def voyage(
             said["fix"] = Fix(latitude, longitude, 2.0)
             said["battery"] = Battery(48.0 + 0.02 * e[10], 10.0, 0.8)
             said["leak"] = 0.35 + 0.005 * e[11]
-        fields: dict[str, Any] = {"n": Heard(APPLIED.n, t, True, True)}
+        fields: dict[str, Any] = {"n": Heard(applied.n, t, True, True)}
         for name in ("ahrs", "dvl", "pressure", "altitude", "fix", "battery", "leak"):
             old = getattr(frame, name)
             if name in said and name not in silent:
@@ -115,7 +116,7 @@ def voyage(
             elif old.fresh:
                 fields[name] = Heard(old.value, old.t_valid, False, old.ok)
         frame = change(t, replace(frame, **fields))
-        believed = checker.update(tick, frame, APPLIED)
+        believed = checker.update(tick, frame, applied)
         depth, heading = checker.correction
         yield Seen(t, frame, believed, checker.health, depth, heading, z, psi)
 
