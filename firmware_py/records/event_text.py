@@ -41,6 +41,7 @@ _CAUSES: Mapping[Cause, str] = {
     Cause.DEPTH_ERROR: "depth {0:.1f} m, should be {1:.1f} m, limit {2:g} m off",
     Cause.NO_WAY_MADE: "waypoint {0:.0f} m away, and no nearer for {1:g} s",
     Cause.SURFACING_LONG: "surfacing for {0:.0f} s, and not known to be up",
+    Cause.HEADING_SUSPECT: "the AHRS's heading is not believed, and carried on by its gyros",
     Cause.BOTTOM_UNSEEN: "neither altimeter nor DVL sees the bottom",
     Cause.ACTUATOR_SILENT: "a fin or the propeller reports nothing",
     Cause.BUS_SILENT: "no device heard for {0:g} s",

@@ -31,6 +31,7 @@ class SourceFault(enum.IntEnum):
     LATE = 8
     CONTRADICTED = 9  # by other sensors or the model of the vehicle
     TWO_SENDERS = 10  # under one node id
+    HEADING = 11  # of the AHRS, steps or drifts against the gyros, which carry it on
 
 
 class SourceHealth(NamedTuple):

@@ -19,6 +19,7 @@ _SOURCE_FAULTS: Mapping[SourceFault, str] = {
     SourceFault.LATE: "its values come too late",
     SourceFault.CONTRADICTED: "contradicted by the other sensors",
     SourceFault.TWO_SENDERS: "two senders under one node id",
+    SourceFault.HEADING: "its heading leaves the gyros, which carry it on",
 }
 _ACTUATOR_FAULTS: Mapping[ActuatorFault, str] = {
     ActuatorFault.NONE: "no fault",

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from firmware_py.records.event import Cause
 from firmware_py.records.fence import WITHIN
-from firmware_py.records.health import SourceState
+from firmware_py.records.health import SourceFault, SourceHealth, SourceState
 from firmware_py.records.order import Mode
 from firmware_py.safety.action import safer
 from firmware_py.safety.conditions import Conditions
@@ -55,6 +55,11 @@ DISARMED, SURFACE = Mode.DISARMED, Mode.SURFACE
 _GOOD, _SUSPECT = SourceState.GOOD, SourceState.SUSPECT
 _FLOWN = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN)
 """Modes in which a depth is flown."""
+
+
+def _unused(health: SourceHealth) -> bool:
+    """Return whether a sensor's values are not used; outliers are left out one by one, and enough good ones are left."""
+    return health.state is _SUSPECT and health.fault is not SourceFault.OUTLIERS
 
 
 def _blind(c: Conditions) -> bool:
@@ -131,9 +136,13 @@ RULES: tuple[Rule, ...] = (
     Rule(Cause.SURFACING_LONG,   _surfacing_long, "", "surfacing_action",
          lambda c, _: (c.surfacing,), at_arming=False),
     # What sensors and actuators are worth.
-    Rule(Cause.AHRS_SUSPECT,     lambda c, _: c.sensors.ahrs.state is _SUSPECT, "sensor_time", "ahrs_action",
+    Rule(Cause.AHRS_SUSPECT,
+         lambda c, _: _unused(c.sensors.ahrs) and c.sensors.ahrs.fault is not SourceFault.HEADING,
+         "sensor_time", "ahrs_action",
          lambda c, _: (float(c.sensors.ahrs.fault),)),
-    Rule(Cause.PRESSURE_SUSPECT, lambda c, _: c.sensors.pressure.state is _SUSPECT, "sensor_time", "pressure_action",
+    Rule(Cause.HEADING_SUSPECT,  lambda c, _: c.sensors.ahrs.fault is SourceFault.HEADING,
+         "sensor_time", "heading_action"),
+    Rule(Cause.PRESSURE_SUSPECT, lambda c, _: _unused(c.sensors.pressure), "sensor_time", "pressure_action",
          lambda c, _: (float(c.sensors.pressure.fault),)),
     Rule(Cause.BOTTOM_UNSEEN,    lambda c, _: _blind(c), "sensor_time", "bottom_action"),
     Rule(Cause.DVL_BAD,          lambda c, _: c.sensors.dvl.state is not _GOOD, "sensor_time", "dvl_action",

@@ -92,6 +92,9 @@ class SafetyParams:
     surfacing_action: Action = param(_WARN, doc="Surfacing for so long, and again.", mav="SURFG_ACT")
     sensor_time: float = param(2.0, unit="s", low=0.0, high=600.0, doc="Not believed for so long.", mav="SENS_TIME")
     ahrs_action: Action = param(_SURFACE, doc="The AHRS is not believed.", mav="AHRS_ACT")
+    heading_action: Action = param(
+        _WARN, doc="The AHRS's heading is not believed; gyros carry it on.", mav="HEADING_ACT"
+    )
     pressure_action: Action = param(_SURFACE, doc="The pressure sensor is not believed.", mav="PRES_ACT")
     dvl_action: Action = param(_WARN, doc="The DVL is lost or not believed.", mav="DVL_ACT")
     altimeter_action: Action = param(_WARN, doc="The altimeter is lost or not believed.", mav="ALTIM_ACT")

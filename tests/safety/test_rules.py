@@ -30,8 +30,10 @@ def battery(charge: float) -> dict[str, Any]:
     return {"frame": {"battery": Heard(Battery(48.0, 1.0, charge), 0.0, True, True)}}
 
 
-def suspect(name: str, state: SourceState = SourceState.SUSPECT) -> dict[str, Any]:
-    return {"sensors": ALL_GOOD._replace(**{name: SourceHealth(state, SourceFault.DRIFT)})}
+def suspect(
+    name: str, state: SourceState = SourceState.SUSPECT, fault: SourceFault = SourceFault.DRIFT
+) -> dict[str, Any]:
+    return {"sensors": ALL_GOOD._replace(**{name: SourceHealth(state, fault)})}
 
 
 def faulty(fault: ActuatorFault, at: int) -> dict[str, Any]:
@@ -71,6 +73,7 @@ CASES = (
     Case(Cause.ROLL, "roll_action", 1001, {"eta": STATE.eta._replace(phi=1.1)}),
     Case(Cause.DEPTH_ERROR, "depth_error_action", 2001, {"reference": replace(AT_PLACE, z_d=10.1)}),
     Case(Cause.AHRS_SUSPECT, "ahrs_action", 201, suspect("ahrs")),
+    Case(Cause.HEADING_SUSPECT, "heading_action", 201, suspect("ahrs", fault=SourceFault.HEADING)),
     Case(Cause.PRESSURE_SUSPECT, "pressure_action", 201, suspect("pressure")),
     Case(Cause.DVL_BAD, "dvl_action", 201, suspect("dvl")),
     Case(Cause.DVL_BAD, "dvl_action", 201, suspect("dvl", SourceState.LOST)),
@@ -103,6 +106,19 @@ def answers(vehicle: SupervisedVehicle, case: Case, ticks: int) -> list[Cause]:
         vehicle.tick(**case.inputs)
         causes += [event.cause for event in vehicle.supervisor.events if event.kind in kinds]
     return causes
+
+
+@pytest.mark.parametrize("sensor", ["ahrs", "pressure"])
+def test_outliers_that_are_left_out_one_by_one_end_no_mode(sensor: str) -> None:
+    vehicle = sailing(Mode.MISSION)
+    case = Case(Cause.AHRS_SUSPECT, "ahrs_action", 0, suspect(sensor, fault=SourceFault.OUTLIERS))
+    assert not answers(vehicle, case, 400)
+
+
+def test_a_heading_that_gyros_carry_on_warns_and_ends_no_mode() -> None:
+    vehicle = sailing(Mode.MISSION)
+    case = Case(Cause.HEADING_SUSPECT, "heading_action", 0, suspect("ahrs", fault=SourceFault.HEADING))
+    assert answers(vehicle, case, 400) == [Cause.HEADING_SUSPECT]
 
 
 def test_a_vehicle_that_rises_is_not_too_near_to_the_bottom_ahead_of_it() -> None:

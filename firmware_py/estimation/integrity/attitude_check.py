@@ -152,10 +152,14 @@ class AttitudeCheck:
         else:
             moved, limit = abs(memory.off_psi - memory.slow_psi), heading
         stepped = moved >= _STEP * limit
-        watch.accuse(SourceFault.STEP if stepped else SourceFault.DRIFT, t)
+        by_gyro = memory.gyro_off or t - memory.t_jump < _JUMPED or (not stepped and moved > _RAMP)
+        if not tilted and (already or not by_gyro):
+            watch.accuse(SourceFault.HEADING, t)
+        else:
+            watch.accuse(SourceFault.STEP if stepped else SourceFault.DRIFT, t)
         if already:
             return False
-        if memory.gyro_off or t - memory.t_jump < _JUMPED or (not stepped and moved > _RAMP):
+        if by_gyro:
             memory.gyro_off = True
             return True
         if not (memory.carry_tilt or memory.carry_heading):

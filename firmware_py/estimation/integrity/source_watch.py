@@ -130,9 +130,13 @@ class SourceWatch:
         self.clean = self.memory.passed = False
 
     def accuse(self, fault: SourceFault, t: float) -> None:
-        """Say what speaks against it now. The first accusation names the fault, until it is believed again."""
-        memory = self.memory
-        if memory.fault in (SourceFault.NONE, SourceFault.OUTLIERS) or fault is SourceFault.FROZEN:
+        """Say what speaks against it now. The first accusation names the fault, until it is believed again.
+
+        Outliers and a wrong heading, which stop nothing, give way to a later accusation.
+        """
+        memory, first = self.memory, self.memory.fault
+        mild = first is SourceFault.HEADING and fault is not SourceFault.OUTLIERS
+        if first in (SourceFault.NONE, SourceFault.OUTLIERS) or mild or fault is SourceFault.FROZEN:
             self.news = self.news or memory.fault is not fault
             memory.fault = fault
         memory.t_bad = t

@@ -43,6 +43,8 @@ class PositionParams:
     )
 
 
+_CARRIED = math.radians(5.0)
+"""1 sigma of a heading that gyros carry, rad: their bias over ten minutes, and what was off when it was noticed."""
 OUTLIER_SIGMAS = 5.0
 """A fix so many sigmas away is not explained by chance."""
 
@@ -62,9 +64,12 @@ def start(params: PositionParams) -> PositionMemory:
     return PositionMemory(0.0, 0.0, params.std_start**2, 0.0, -math.inf)
 
 
-def drift_rate(params: PositionParams, speed: float, heading_ok: bool) -> float:
-    """Growth of the drift, m/s, at a speed over the bottom, m/s; a lost heading may be off by a radian."""
-    heading = params.heading_std if heading_ok else 1.0
+def drift_rate(params: PositionParams, speed: float, heading_ok: bool, carried: bool = False) -> float:
+    """Growth of the drift, m/s, at a speed over the bottom, m/s; a lost heading may be off by a radian.
+
+    `carried` is whether gyros alone carry the heading.
+    """
+    heading = math.hypot(params.heading_std, _CARRIED if carried else 0.0) if heading_ok else 1.0
     return speed * math.hypot(heading, params.scale_std) + math.sqrt(2.0) * params.bias_std
 
 

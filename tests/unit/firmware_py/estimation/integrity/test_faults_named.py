@@ -37,7 +37,7 @@ CASES: dict[str, tuple[str, Fault, str, set[SourceFault], float]] = {
     "pressure steps by -3 m": ("pressure", after(20.0, lambda _, p: p - 3.0 * G), "pressure", {F.STEP}, 0.3),
     "pressure under the air's": ("pressure", after(20.0, lambda _, p: 65504.0), "pressure", {F.IMPOSSIBLE}, 0.3),
     "pitch off by 5 deg": ("ahrs", off("theta", 5 * DEG), "ahrs", {F.STEP}, 0.2),
-    "heading off by 5 deg": ("ahrs", off("psi", 5 * DEG), "ahrs", {F.STEP}, 0.2),
+    "heading off by 5 deg": ("ahrs", off("psi", 5 * DEG), "ahrs", {F.HEADING}, 0.2),
     "gyro off by 5 deg/s": ("ahrs", off("r", 5 * DEG), "ahrs", {F.DRIFT, F.STEP}, 1.0),
     "DVL u off by 1 m/s": ("dvl", off("u", 1.0), "dvl", {F.STEP}, 0.9),
     "DVL w off by 0.3 m/s": ("dvl", off("w", 0.3), "dvl", {F.DRIFT}, 1.5),
