@@ -241,6 +241,8 @@ class SensorIntegrity:
                 sources.dvl.accuse(SourceFault.DRIFT, t)
             if sources.ahrs.memory.fault is SourceFault.CONTRADICTED:
                 sources.ahrs.accuse(SourceFault.CONTRADICTED, t)
+        if self._vertical.depth > self._params.fix_deep:
+            sources.fix.excuse(t)
         were = sources.believed
         sources.judge(t, frame)
         now = sources.believed

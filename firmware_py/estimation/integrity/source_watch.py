@@ -125,6 +125,10 @@ class SourceWatch:
         self.memory.passed = True
         self.clean = self.memory.fault is SourceFault.NONE
 
+    def excuse(self, t: float) -> None:
+        """Note that there is nothing to be heard where the vehicle is."""
+        self.memory.t_ok = t
+
     def hold(self) -> None:
         """Leave a value out that waits for the next one to confirm it."""
         self.clean = self.memory.passed = False

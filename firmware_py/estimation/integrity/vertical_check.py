@@ -143,7 +143,10 @@ class VerticalCheck:
             memory.outliers += 1
             return False, Accused.PRESSURE_STEP if memory.outliers >= _REAL else Accused.NOBODY
         memory.outliers = 0
-        memory.residual += (_MEAN if known else 1.0) * off
+        if known:
+            memory.residual += _MEAN * off
+        else:
+            memory.carried += off  # for the altitudes, which are compared by the depth that is carried
         history = memory.history
         now = Entry(memory.residual, carried, altitude, memory.blind, depth, memory.raw)
         accused = self._changed(now, history) if known else Accused.NOBODY
@@ -166,6 +169,12 @@ class VerticalCheck:
         memory = self.memory
         memory.stand_in, memory.residual = math.nan, math.nan
         memory.outliers = memory.held = 0
+
+    @property
+    def depth(self) -> float:
+        """Return the depth, carried on where the pressure is not believed, m; NaN if it was never known."""
+        memory = self.memory
+        return memory.stand_in if memory.stand_in == memory.stand_in else memory.carried + memory.residual
 
     @property
     def raw_differs(self) -> bool:

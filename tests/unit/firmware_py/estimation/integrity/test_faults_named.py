@@ -158,3 +158,30 @@ def test_two_senders_under_a_nodes_id_are_named_at_once() -> None:
 
     (t, name, health), *_ = named(voyage(6.0, change=doubled))
     assert (t, name, health) == (5.0, "pressure", (LOST, F.TWO_SENDERS))
+
+
+def test_without_attitude_the_altitudes_still_agree_while_the_depth_changes() -> None:
+    def climb(t: float, frame: SensorFrame) -> SensorFrame:
+        if t < 5.0:
+            return frame
+        up = 1.2 * (t - 5.0)
+        pressure, altitude, dvl = frame.pressure, frame.altitude, frame.dvl
+        if pressure.fresh:
+            pressure = replace(pressure, value=pressure.value - up * G)
+        if altitude.fresh:
+            altitude = replace(altitude, value=altitude.value + up)
+        if dvl.fresh:
+            dvl = replace(dvl, value=dvl.value._replace(altitude=dvl.value.altitude + up))
+        return replace(frame, ahrs=never(frame.ahrs.value), pressure=pressure, altitude=altitude, dvl=dvl)
+
+    changes = named(voyage(25.0, change=climb, start=30.0, dive=(90.0, 95.0)))
+    assert [(name, health) for _, name, health in changes] == [("ahrs", (LOST, F.SILENT))]
+
+
+def test_a_fix_that_is_silent_under_water_is_no_fault_but_is_near_the_surface() -> None:
+    def cut(t: float, frame: SensorFrame) -> SensorFrame:
+        return frame if t < 6.0 else replace(frame, fix=never(frame.fix.value))
+
+    assert not named(voyage(15.0, change=cut))
+    changes = named(voyage(15.0, change=cut, start=2.0, dive=(90.0, 95.0)))
+    assert [(name, health) for _, name, health in changes] == [("fix", (LOST, F.SILENT))]
