@@ -58,7 +58,7 @@ _FLOWN = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN)
 
 
 def _unused(health: SourceHealth) -> bool:
-    """Return whether a sensor's values are not used; outliers are left out one by one, and enough good ones are left."""
+    """Return whether a sensor is not used; outliers are left out one by one, and enough good values are left."""
     return health.state is _SUSPECT and health.fault is not SourceFault.OUTLIERS
 
 

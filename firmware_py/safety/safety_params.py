@@ -37,7 +37,9 @@ class SafetyParams:
     attitude_action: Action = param(_SURFACE, doc="Attitude lost.", mav="ATT_ACT")
     depth_timeout: float = param(1.0, unit="s", low=0.1, high=10.0, doc="Older depth is lost.", mav="DEP_TIMEOUT")
     depth_action: Action = param(_SURFACE, doc="Depth lost.", mav="DEP_ACT")
-    leak_time: float = param(1.0, unit="s", low=0.0, high=60.0, doc="A leak for so long.", mav="LEAK_TIME")
+    leak_time: float = param(
+        0.5, unit="s", low=0.0, high=60.0, doc="A leak for so long, after two readings of it.", mav="LEAK_TIME"
+    )
     leak_action: Action = param(_SURFACE, doc="A leak.", mav="LEAK_ACT")
     leak_silent_time: float = param(
         30.0, unit="s", low=1.0, high=3600.0, doc="The leak sensor was heard, and is not for so long.", mav="LEAK_SIL_T"

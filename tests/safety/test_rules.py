@@ -60,7 +60,7 @@ class Case:
 
 SINKING = STATE.nu._replace(w=0.5)
 CASES = (
-    Case(Cause.LEAK, "leak_action", 101, {"leak": True}),
+    Case(Cause.LEAK, "leak_action", 51, {"leak": True}),
     Case(Cause.BATTERY_LOW, "battery_action", 501, {**battery(0.09)}),
     Case(Cause.BATTERY_WARNING, "battery_warn_action", 501, battery(0.19)),
     Case(Cause.BATTERY_SILENT, "battery_silent_action", 3001, battery(math.nan)),

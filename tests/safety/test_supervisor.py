@@ -318,7 +318,7 @@ def charge(value: float) -> dict[str, Any]:
 AT_BOUNDS: list[tuple[str, dict[str, Any], dict[str, Any], dict[str, Any], int]] = [
     ("depth", {"z": 29.99}, {"z": 30.0}, {"z": 30.001}, 31),
     ("altitude", {"altitude": 2.01}, {"altitude": 2.0}, {"altitude": 1.999}, 101),
-    ("water", {"leak": False}, {"altitude": math.nan}, {"leak": True}, 101),
+    ("water", {"leak": False}, {"altitude": math.nan}, {"leak": True}, 51),
     ("attitude", {}, charge(math.nan), {"attitude_ok": False}, 1),
     ("depth", {}, {}, {"depth_ok": False}, 1),
 ]
