@@ -6,11 +6,32 @@ import math
 
 import numpy as np
 import pytest
-from sternplane.logs.standard_manoeuvres import circle, zigzag
+from sternplane.logs.reading import Piece
+from sternplane.logs.standard_manoeuvres import StandardManoeuvres, TurningCircleResult, ZigzagResult
 
 from firmware_py.records.order import Mode
 
 T = np.arange(0.0, 150.0, 0.01)
+PIECE = 4000
+"""Cycles at a time, as from a log."""
+Columns = dict[str, np.ndarray]
+
+
+def shown(columns: Columns, truth: Columns) -> StandardManoeuvres:
+    """Show a run in pieces; what the truth leaves out stays 0."""
+    found, pose = StandardManoeuvres(), {"eta.x": 0.0 * T, "eta.y": 0.0 * T, **truth}
+    for begin in range(0, len(T), PIECE):
+        cut = slice(begin, begin + PIECE)
+        found.add(Piece(begin, *({name: column[cut] for name, column in side.items()} for side in (columns, pose))))
+    return found
+
+
+def circle(columns: Columns, truth: Columns) -> TurningCircleResult | None:
+    return shown(columns, truth).circle()
+
+
+def zigzag(columns: Columns, truth: Columns) -> ZigzagResult | None:
+    return shown(columns, truth).zigzag()
 
 
 def cycles(rudder: np.ndarray, mode: Mode = Mode.MANUAL) -> dict[str, np.ndarray]:
