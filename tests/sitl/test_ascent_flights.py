@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
+from sternplane.logs.run import Run
 
 from firmware_py.records.command import AscentStage
+from firmware_py.records.event import EventKind
 from firmware_py.records.order import Mode
 from tests.sitl.flights import LEARNING_OFF, Flights
 
@@ -41,6 +45,11 @@ def text(*faults: str, depth: float = 15.0, dive: float = 15.0, surface: float =
     return SCENARIO.format(faults=listed, depth=depth, dive=dive, surface=surface, duration=duration)
 
 
+def accused(log: Run) -> set[str]:
+    """Return the sensors that were ever suspect."""
+    return {e.names[0] for _, events in log.events for e in events if e.kind is EventKind.SENSOR_SUSPECT}
+
+
 def test_planes_jammed_in_a_dive_cost_the_weight_and_not_the_vehicle(flown: Flights) -> None:
     jam = ("jam:stern_port=23@8", "jam:stern_starboard=23@8")
     _, log = flown(text(*jam, depth=12.0, dive=25.0), seed=1001)
@@ -51,6 +60,35 @@ def test_planes_jammed_in_a_dive_cost_the_weight_and_not_the_vehicle(flown: Flig
     assert log.truth["eta.z"].max() < 22.0
     assert c["mode.mode"][-1] == Mode.DISARMED
     assert log.truth["eta.z"][-1] < 0.6
+    assert accused(log) == set()
+
+
+def test_planes_jammed_unreported_are_told_by_their_consequence_and_depth_stays_known_without_bottom_in_reach(
+    flown: Flights,
+) -> None:
+    jam = ("silent:servo_hub@3", "jam:stern_port=23@10", "jam:stern_starboard=23@10")
+    _, log = flown(text(*jam, surface=140.0), seed=1001)
+    assert log.columns["mode.drop"][-1]
+    assert log.truth["eta.z"].max() < 21.0
+    assert log.columns["mode.mode"][-1] == Mode.DISARMED
+    assert log.truth["eta.z"][-1] < 0.6
+    assert accused(log) <= {"dvl"}  # the bottom is out of its reach
+    assert abs(log.columns["state.eta.z"][-1] - log.truth["eta.z"][-1]) < 0.5
+
+
+def test_a_vehicle_that_rolls_over_stops_at_once_and_comes_up_without_its_weight(flown: Flights) -> None:
+    _, log = flown(text("ballast:z_G=-0.081@5", surface=140.0), seed=1001)  # 6.1 cm below the middle before
+    c = log.columns
+    over = abs(log.truth["eta.phi"]) > math.radians(100.0)
+    assert over.any()
+    released = c["t"][c["mode.drop"].argmax()]
+    assert c["mode.drop"][-1]
+    assert released < log.truth["t"][over.argmax()] + 15.0
+    assert (c["mode.ascent"] == AscentStage.STOPPED).any()
+    assert log.truth["eta.z"].max() < 18.0
+    assert c["mode.mode"][-1] == Mode.DISARMED
+    assert log.truth["eta.z"][-1] < 0.6
+    assert "pressure" not in accused(log)
 
 
 @pytest.mark.parametrize("faults", [("off:pressure@5",), ("off:pressure@5", "off:dvl@3")], ids=["dvl", "no dvl"])
