@@ -149,6 +149,11 @@ class Ascent:
         if waits and v.t - max(m.t_told, began) >= self._params.tell_period:
             events += (_event(EventKind.ASCENT_STAGE, Cause.NOT_TOLD, (float(m.stage), v.t - m.begun)),)
             m = m._replace(t_told=v.t)
+        elif m.stage is STOPPED and m.asked and not waits:  # all is done that can be, unless it tries again
+            gained, patience = max(m.t_best, m.since, m.t_told), self._params.climb_time
+            if v.t - gained > patience and m.z_dot >= -_SINKS:
+                events += (_event(EventKind.ASCENT_STAGE, Cause.NO_CLIMB, (float(m.stage), patience)),)
+                m = m._replace(t_told=v.t)
         return m, events
 
     def release(

@@ -161,6 +161,16 @@ def test_without_a_weight_planes_that_are_stuck_still_end_the_way_and_it_is_told
     assert vehicle.causes.count(Cause.NO_DROP_WEIGHT) == 1
 
 
+@pytest.mark.parametrize("weight", [True, False])
+def test_who_stays_below_with_stuck_planes_and_nothing_left_to_release_goes_on_saying_so(weight: bool) -> None:
+    vehicle = Rising(weight=weight)
+    vehicle.go(5.0, 0.3, jam=PlaneJam.DOWN, theta=-0.2)
+    assert vehicle.go(140.0, 0.01, u=0.05) is STOPPED
+    assert vehicle.causes.count(Cause.NO_CLIMB) == 3
+    vehicle.go(100.0, -0.1)
+    assert vehicle.causes.count(Cause.NO_CLIMB) == 3
+
+
 def test_a_heel_in_a_current_is_borne_for_a_time_and_upside_down_is_not() -> None:
     vehicle = Rising()
     assert vehicle.go(9.0, -0.2, phi=math.radians(78.0)) is POWERED
