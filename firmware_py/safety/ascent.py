@@ -13,11 +13,10 @@ from typing import NamedTuple
 
 from firmware_py.marine import clip
 from firmware_py.records.command import AscentStage
-from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Cause, Event, EventKind, severity_of
 from firmware_py.safety.ascent_params import AscentParams
+from firmware_py.safety.ascent_view import AscentView
 from firmware_py.safety.plane_jam import PlaneJam
-from firmware_py.tick import Tick
 
 _TAU = 1.0
 """Time constant of the vertical velocity, s."""
@@ -37,38 +36,6 @@ _HYSTERESIS = 1.0
 """So much deeper, m, than where a stage near the surface begins, it ends."""
 NONE, POWERED, BLIND, LEVEL = AscentStage.NONE, AscentStage.POWERED, AscentStage.BLIND, AscentStage.LEVEL
 REVERSE, STOPPED, WAITING = AscentStage.REVERSE, AscentStage.STOPPED, AscentStage.WAITING
-
-
-class AscentView(NamedTuple):
-    """What the procedure looks at in one tick (s, m, rad, m/s).
-
-    `z`, `z_dot` and `altitude` as estimated; `depth_ok`, `attitude_ok` and `speed_ok` say whether depth, attitude and
-    `u` rest on measurements; `fix` that a position fix is heard; `jam` what the planes do that are known to be stuck.
-    """
-
-    t: float
-    dt: float
-    attitude_ok: bool
-    depth_ok: bool
-    speed_ok: bool
-    z: float
-    z_dot: float
-    phi: float
-    theta: float
-    u: float
-    altitude: float
-    fix: bool
-    jam: PlaneJam
-
-
-def view_of(
-    tick: Tick, state: StateEstimate, jam: PlaneJam, attitude_ok: bool, depth_ok: bool, fix: bool
-) -> AscentView:
-    """Return the view of a tick; `attitude_ok`, `depth_ok` and `fix` as the supervisor judges them."""
-    (_, _, z, phi, theta, _), (u, v, w, _, _, _) = state.eta, state.nu
-    z_dot = math.cos(theta) * (math.sin(phi) * v + math.cos(phi) * w) - math.sin(theta) * u
-    seen = (attitude_ok, depth_ok, state.velocity_ok, z, z_dot, phi, theta, u, state.altitude, fix, jam)
-    return AscentView(tick.t, tick.dt, *seen)
 
 
 class AscentMemory(NamedTuple):

@@ -11,8 +11,9 @@ from firmware_py.records.command import AscentStage
 from firmware_py.records.event import Cause, Event, EventKind
 from firmware_py.records.health import ActuatorFault
 from firmware_py.records.sensing import Heard
-from firmware_py.safety.ascent import Ascent, AscentMemory, AscentView
+from firmware_py.safety.ascent import Ascent, AscentMemory
 from firmware_py.safety.ascent_params import AscentParams
+from firmware_py.safety.ascent_view import AscentView
 from firmware_py.safety.plane_jam import PlaneJam, Planes
 
 DT = 0.1
