@@ -38,7 +38,7 @@ class Sources:
         self.altimeter = SourceWatch(navigation.altitude_timeout, params.altimeter_frozen, 9, None, _no_echo)
         self.fix = SourceWatch(slow, 4.0, 4, 0, _no_fix)
         self.battery = SourceWatch(slow, math.inf, 9, 0)
-        self.leak = SourceWatch(slow, 10.0, 10)
+        self.leak = SourceWatch(slow, math.inf, 10)  # wet through, it repeats 100 %
         self.dvl_altitude = SourceWatch(math.inf, math.inf, 9, 0)
         self._all = (
             self.ahrs,

@@ -130,6 +130,12 @@ def test_charge_and_humidity_that_stay_are_believed_at_the_second_reading() -> N
     assert first == {"battery": 21.0, "leak": 21.0}
 
 
+def test_a_leak_sensor_that_repeats_its_greatest_value_is_still_believed() -> None:
+    *_, last = voyage(45.0, {"leak": after(20.0, lambda _, h: 1.0)})
+    assert (last.believed.leak.ok, last.believed.leak.value) == (True, 1.0)
+    assert last.health == ALL_GOOD
+
+
 def test_at_the_surface_a_fix_is_used_when_a_second_confirms_it_and_one_that_jumps_is_not() -> None:
     def fix(t: float, value: Fix) -> Fix:
         return value._replace(latitude=value.latitude + (1e-3 if 9.5 < t < 10.5 else 0.0))
