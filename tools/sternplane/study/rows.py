@@ -48,6 +48,8 @@ class Row(NamedTuple):
             return None
         if isinstance(self.target, tuple):
             low, high = self.target
+            if low == high:
+                return 0.0 if self.value == low else -math.inf
             return 2.0 * min(self.value - low, high - self.value) / (high - low)
         return 1.0 - self.value / self.target if self.target else -math.inf if self.value > 0.0 else 0.0
 
