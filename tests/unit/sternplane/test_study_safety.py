@@ -298,3 +298,10 @@ def test_a_cell_links_to_a_log_and_shows_what_is_excused():
     html = page([deep], rows([deep]), ["one"], [])
     assert '<a href="logs/jam.2.1000.mcap">(1)</a>' in html
     assert "0 of 1 flights unsafe" in html
+
+
+@pytest.mark.parametrize(("t", "alarm"), [(4.0, True), (6.0, False)])
+def test_what_fails_on_purpose_before_the_fault_is_no_alarm(t, alarm):
+    silent = {"events": (event(EventKind.ACTUATOR_FAULT, float(ActuatorFault.SILENT), name="stern_port"),)}
+    steps = [SAFE[0], (t, 5.0, Mode.MISSION, Cause.ORDERED, silent), SAFE[1]]
+    assert judge(flown("jam: both stern planes, 23 deg, no feedback", steps, onset=1)).early is alarm

@@ -62,7 +62,7 @@ class Verdict(NamedTuple):
 def judge(flight: Mapping[str, Any]) -> Verdict:
     """Judge one flight of a trial."""
     trial, found, onset = TRIALS[flight["trial"]], flight["found"], ONSETS[flight["onset"]]
-    begun = onset - EARLY if any("{early}" in text for text in trial.faults) else onset
+    begun = EARLY if any("{early}" in text for text in trial.faults) else onset
     up = found["t_up"]
     return Verdict(
         flight,
