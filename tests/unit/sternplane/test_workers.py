@@ -20,12 +20,26 @@ if __name__ == "__main__":
 """
 
 
+INTERRUPTED = STARTER.replace("print(pool", "pool.submit(time.sleep, 600.0); print(pool").replace("(1, Con", "(2, Con")
+
+
 def is_running(pid: int) -> bool:
     try:
         with open(f"/proc/{pid}/stat", encoding="ascii") as stat:
             return stat.read().rpartition(")")[2].split()[0] != "Z"
     except FileNotFoundError:
         return False
+
+
+def ends(worker: int) -> bool:
+    """Return whether a process ends within 20 s; if not, kill it."""
+    end = time.monotonic() + 20.0
+    while is_running(worker) and time.monotonic() < end:
+        time.sleep(0.01)
+    if not is_running(worker):
+        return True
+    os.kill(worker, signal.SIGKILL)
+    return False
 
 
 def test_a_worker_ends_when_its_starter_is_killed(tmp_path) -> None:
@@ -36,10 +50,20 @@ def test_a_worker_ends_when_its_starter_is_killed(tmp_path) -> None:
         worker = int(starter.stdout.readline())
         assert is_running(worker)
         starter.send_signal(signal.SIGKILL)
-        end = time.monotonic() + 20.0
-        while is_running(worker) and time.monotonic() < end:
-            time.sleep(0.01)
-        gone = not is_running(worker)
-        if not gone:
-            os.kill(worker, signal.SIGKILL)
+        gone = ends(worker)
+    assert gone
+
+
+def test_an_interrupt_ends_workers_in_the_middle_of_their_work(tmp_path) -> None:
+    script = tmp_path / "starter.py"
+    script.write_text(INTERRUPTED)
+    with subprocess.Popen(
+        [sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as starter:
+        assert starter.stdout is not None
+        worker = int(starter.stdout.readline())
+        starter.send_signal(signal.SIGINT)
+        ended = ends(starter.pid)
+        gone = ends(worker)
+    assert ended
     assert gone

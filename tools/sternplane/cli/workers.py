@@ -27,7 +27,7 @@ def end_with_parent() -> None:
 def workers(
     processes: int, console: Console, *columns: ProgressColumn, transient: bool = False
 ) -> Iterator[tuple[Progress, ProcessPoolExecutor]]:
-    """Start a progress bar and worker processes; on an exception, work that was not begun is cancelled.
+    """Start a progress bar and worker processes; on an exception, Ctrl-C among them, they are ended at once.
 
     Args:
         processes: how many.
@@ -36,6 +36,7 @@ def workers(
         transient: the bar is gone in the end.
     """
     times = (TimeElapsedColumn(), TimeRemainingColumn())
+    others = multiprocessing.active_children()
     with (
         Progress(*columns, *times, console=console, transient=transient, disable=not console.is_terminal) as bar,
         ProcessPoolExecutor(
@@ -46,4 +47,7 @@ def workers(
             yield bar, pool
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
+            for process in multiprocessing.active_children():
+                if process not in others:
+                    process.kill()  # what is begun would else be worked on to its end
             raise
