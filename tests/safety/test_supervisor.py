@@ -203,7 +203,7 @@ def test_events_name_the_station_that_ordered_or_was_refused() -> None:
     vehicle.tick(Order(mode=Mode.MISSION, asker=two))
     assert vehicle.events == ("MISSION refused to station 254/1: no mission is loaded",)
     vehicle.tick(Order(mode=Mode.MANUAL, asker=two), depth_ok=False)  # it is a rule that surfaces
-    assert vehicle.events == ("HOLD -> SURFACE: depth not heard for 1 s",)
+    assert vehicle.events == ("HOLD -> SURFACE: no good depth for 1 s",)
     vehicle.tick(replace(FORCE, asker=two))
     assert vehicle.events == ("SURFACE -> DISARMED: ordered by station 254/1",)
 
@@ -282,7 +282,7 @@ def test_all_reasons_to_refuse_are_told_at_once() -> None:
     vehicle = SupervisedVehicle()
     vehicle.tick(ARM, attitude_ok=False, depth_ok=False, leak=True)
     assert all(word in vehicle.events[0] for word in ("attitude", "depth", "water"))
-    assert vehicle.events[0].count("attitude not heard") == 1
+    assert vehicle.events[0].count("no good attitude") == 1
 
 
 def test_bounds_of_arming() -> None:
@@ -456,7 +456,7 @@ def test_attitude_that_stays_away_is_no_reason_to_disarm() -> None:
 def test_the_most_severe_rule_wins_and_further_reasons_are_told_once() -> None:
     vehicle = sailing(params=AT_ONCE)
     assert vehicle.tick(z=31.0, depth_ok=False) is Mode.SURFACE
-    assert vehicle.events == ("HOLD -> SURFACE: depth not heard for 1 s",)
+    assert vehicle.events == ("HOLD -> SURFACE: no good depth for 1 s",)
     told = []
     for _ in range(150):
         vehicle.tick(leak=True)

@@ -154,7 +154,7 @@ def test_the_causes_of_a_refusal_come_in_one_sentence_as_severe_as_the_worst() -
     other = event(EventKind.RULE_HOLDS)
     found = sentences([*parts, other])
     assert [sentence.text for sentence in found] == [
-        "arming refused to station 255/190: water in the hull; depth not heard for 1 s",
+        "arming refused to station 255/190: water in the hull; no good depth for 1 s",
         "water in the hull",
     ]
     assert {sentence.severity for sentence in found} == {Severity.WARNING}

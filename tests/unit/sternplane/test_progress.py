@@ -125,7 +125,7 @@ def test_a_heading_is_never_360(degrees: float, shown: str) -> None:
 @pytest.mark.parametrize("terminal", [False, True])
 def test_events_are_shown_at_once_and_stay(terminal: bool) -> None:
     out = io.StringIO()
-    said = ("MISSION -> SURFACE: depth not heard for 1 s", "waypoint 1 of 5 passed")
+    said = ("MISSION -> SURFACE: no good depth for 1 s", "waypoint 1 of 5 passed")
     lost = Event(
         *(EventKind.MODE_CHANGED, Severity.CRITICAL, Mode.MISSION, Mode.SURFACE, Cause.DEPTH_LOST), numbers=(1.0,)
     )
