@@ -14,7 +14,7 @@ from firmware_py.records.health import SensorHealth, SourceState
 
 DIVE = """
 description = "Dive to 12 m, straight ahead."
-duration_s = 45.0
+duration_s = 50.0
 completes = "time"
 
 [environment]
