@@ -254,5 +254,6 @@ class Link:
         self._queue.set_sticks(sticks(self.manual_control, message), tick.t)
 
     def _heartbeat_received(self, tick: Tick, message: Message) -> None:
-        if message.type == dialect.MAV_TYPE_GCS:  # other vehicles and components send heartbeats too
+        trusted = self._signed is None or message.get_signed()  # who has no key does not stand in for the station
+        if trusted and message.type == dialect.MAV_TYPE_GCS:  # other vehicles and components send heartbeats too
             self._queue.hear_station(tick.t)

@@ -195,3 +195,11 @@ def test_a_station_cannot_change_the_key() -> None:
     receive(vehicle, cycle().tick, Peer().pack(setup))
     assert not hears(vehicle, Peer(OTHER).arm())
     assert hears(vehicle, Peer(now=NOW + TICKS_PER_S).arm())
+
+
+def test_only_a_heartbeat_signed_with_the_key_says_that_a_station_is_there() -> None:
+    vehicle = node()
+    beat = mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 4, 3)
+    for peer, heard in ((Peer(key=None), False), (Peer(key=OTHER), False), (Peer(), True)):
+        receive(vehicle, cycle().tick, peer.pack(beat))
+        assert (vehicle.order().t_station == cycle().tick.t) is heard
