@@ -193,7 +193,7 @@ def _result(command: PendingCommand, cycle: Cycle) -> CommandResult:
         return CommandResult(command) if refusal is None else CommandResult(command, REJECTED, refusal)
     disarmed = mode is Mode.DISARMED
     if command.terminate:
-        granted = cycle.mode.drop
+        granted = cycle.mode.drop or mode is Mode.SURFACE  # without a drop weight it comes up all the same
     elif command.mode is not None:
         granted = (cycle.mode.chosen if disarmed and command.chooses else mode) is command.mode
     else:
