@@ -20,6 +20,11 @@ def contradictions(safety: SafetyParams, guidance: GuidanceParams, control: Cont
             f"safety.surface_depth_m = {safety.surface_depth:g} is not above depth_max_m = {safety.depth_max:g}: "
             "everywhere would be the surface"
         )
+    if not safety.surface_depth <= safety.submerged_depth:
+        yield (
+            f"safety.surface_depth_m = {safety.surface_depth:g} is over submerged_depth_m = "
+            f"{safety.submerged_depth:g}: what has surfaced would be under water"
+        )
     if 0.0 < safety.battery_arm <= safety.battery_min:
         yield (
             f"safety.battery_min_pct = {_percent(safety.battery_min)} is not below battery_arm_pct = "

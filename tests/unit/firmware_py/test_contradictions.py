@@ -15,6 +15,7 @@ SHIPPED = Path(__file__).resolve().parents[3] / "configs" / "npsauv2"
 CASES = [
     ({"safety.surface_depth_m": 0.0}, "surface_depth_m = 0.0: out of bounds"),
     ({"safety.surface_depth_m": 2.0, "safety.depth_max_m": 1.5}, "surface_depth_m = 2 is not above depth_max_m = 1.5"),
+    ({"safety.surface_depth_m": 1.2}, "surface_depth_m = 1.2 is over submerged_depth_m = 1"),
     ({"safety.altitude_min_m": 100.0}, "altitude_min_m = 100.0: out of bounds"),
     ({"safety.battery_min_pct": 50.0}, "battery_min_pct = 50 is not below battery_arm_pct = 20"),
     ({"safety.attitude_timeout_s": 5.0}, "attitude_timeout_s = 5 is over gate.ahrs_timeout_s = 0.5"),
