@@ -58,6 +58,10 @@ class Kind(NamedTuple):
             return CHANNELS[target].unit
         return _BALLAST_UNITS[target] if self.unit == _BALLAST else self.unit
 
+    def unit_text(self, target: str) -> str:
+        """Return the same for an error: "1" of a number without a unit."""
+        return (self.unit_of(target) or "1") + (" per second" if self.unit == _CHANNEL_RATE else "")
+
 
 # fmt: off
 KINDS: tuple[Kind, ...] = (

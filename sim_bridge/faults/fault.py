@@ -70,7 +70,7 @@ def _value(text: str, kind: Kind, target: str, written: str | None) -> float:
     if written is None:
         if kind.needs_value:
             raise ParamError(
-                f"fault {quoted(text)}: how much? write {kind.name}:{target}=VALUE@T, VALUE in {unit or '1'}"
+                f"fault {quoted(text)}: how much? write {kind.name}:{target}=VALUE@T, VALUE in {kind.unit_text(target)}"
             )
         return math.nan
     if not unit:

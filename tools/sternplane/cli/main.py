@@ -211,7 +211,8 @@ def _add_fault(command: argparse.ArgumentParser) -> None:
         "--fault", action="append", default=[], metavar="FAULT", help=f"{FORM}; may be repeated; see below"
     )
     command.formatter_class = argparse.RawDescriptionHelpFormatter
-    command.epilog = f"{command.epilog}\n\nfaults, {FORM} (s):\n{help_text()}"
+    before = f"{command.epilog}\n\n" if command.epilog else ""
+    command.epilog = f"{before}faults, {FORM} (s):\n{help_text()}"
 
 
 def _lazily(
