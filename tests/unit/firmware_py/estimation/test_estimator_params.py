@@ -18,12 +18,12 @@ from tests.estimation.flights import Moment, flown, hears, moments
 
 HERE, THERE = Origin(0.6, -2.1), Origin(0.7, -2.1)
 TEN_METRES = 101_325.0 + 1000.0 * 9.81 * 10.0
-PARAMS = EstimationParams(coefficients=CoefficientParams(iteration_times=(4.0,)))
+PARAMS = EstimationParams(coefficients=CoefficientParams(iteration_times=(4.0, 10.0)))
 COURSE = [
     moment._replace(frame=hears(moment.frame, pressure=Heard(TEN_METRES, moment.t, True, True)))
-    for moment in moments(flown(16.0))
+    for moment in moments(flown(22.0))
 ]
-CHANGED = 900
+CHANGED = 1850
 """The tick of the change: something has been learned and iterated by then."""
 
 
