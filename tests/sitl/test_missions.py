@@ -140,7 +140,7 @@ def test_an_ahrs_that_falls_silent_does_not_keep_the_vehicle_down(flown: Flights
     fault = 'faults = ["off:ahrs@20"]'
     outcome, log = flown(FAULT.format(start=8.0, depth=8.0, bottom=60.0, fault=fault))
     c = log.columns
-    assert outcome.reason.startswith("aborted: HOLD -> SURFACE: attitude")
+    assert outcome.reason.startswith("aborted: HOLD -> SURFACE: no good attitude")
     blind = c["mode.ascent"] == AscentStage.BLIND
     assert blind.any()
     assert (c["demand.delta_s"][blind] < 0.0).all()
