@@ -58,6 +58,8 @@ def refuse_other_scale(vehicle: Vehicle, devices: DevicesParams, vehicle_file: s
 def refuse_mission(scenario: Scenario, where: str, configuration: Configuration) -> None:
     """Refuse a scenario's mission that no station could upload; one that a station has sent takes its place.
 
+    Where a station has changed parameters, which were kept, it is not refused: the vehicle must start again.
+
     Args:
         scenario: with the mission and the bottom.
         where: its file.
@@ -67,7 +69,7 @@ def refuse_mission(scenario: Scenario, where: str, configuration: Configuration)
         ParamError: names the file, the item and the limit.
     """
     mission, params = scenario.mission, autopilot_params(configuration)
-    if configuration["mission"] != mission_to_plain(mission):
+    if configuration["mission"] != mission_to_plain(mission) or configuration.get("changed"):
         return
     key, fence = "waypoints" if scenario.waypoints else "items", fence_from_plain(configuration.get("fence", {}))
     mission_check.refuse_mission(mission, params, fence, where, key)
