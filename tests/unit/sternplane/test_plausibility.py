@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from pathlib import Path
 
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from sternplane.sitl import plausibility
 from sternplane.sitl.flight import FlightRequest, prepare
 
 from firmware_py import config_files
+from firmware_py.marine import Origin
+from firmware_py.mavlink.base.water_frame import WaterFrame
+from firmware_py.mavlink.plans.items import UNLIMITED, PlanItem
+from firmware_py.mavlink.plans.plan_builder import FENCE, FILES, PlanBuilder
+from firmware_py.params import ParamError
 
 
 def test_actuators_that_the_simulated_vehicle_does_not_have_are_named_with_both_files() -> None:
@@ -21,3 +30,23 @@ def test_actuators_that_the_simulated_vehicle_does_not_have_are_named_with_both_
     assert said[0] == "v.toml: fins[0]: delta_max_deg = 23, but servo.limit_deg = 11.4592 in t.toml"
     assert said[1] == "v.toml: fins[0]: rate_max_deg_s = 60, but servo.rate_deg_s = 5.72958 in t.toml"
     assert said[-1] == "v.toml: propeller.n_max_rpm = 1000, but shaft.limit_rpm = 600 in t.toml"
+
+
+def test_limits_that_stations_have_sent_do_not_refuse_the_mission_of_the_next_start(tmp_path: Path) -> None:
+    (tmp_path / "parameters.toml").write_text("[safety]\ndepth_max_m = 3.0\n")
+    origin = prepare(FlightRequest(), {}).params.origin
+    fence = PlanBuilder(FENCE, WaterFrame(Origin(origin.latitude, origin.longitude), 0.0), UNLIMITED)
+    x, y = round(math.degrees(origin.latitude) * 1e7), round(math.degrees(origin.longitude) * 1e7)
+    fence.add(PlanItem(mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION, 0, 1, 5000.0, 0.0, 0.0, 0.0, x, y, 0.0))
+    (tmp_path / FILES[FENCE]).write_bytes(fence.file_content)
+    flight = prepare(FlightRequest(state=tmp_path), {})
+    assert flight.params.safety.depth_max == 3.0
+    assert len(flight.configuration["fence"]["without"]) == 1
+
+
+def test_a_mission_beyond_the_limits_of_the_files_is_refused(tmp_path: Path) -> None:
+    brief = 'description = "Too deep."\nduration_s = 60.0\ncompletes = "time"\n'
+    place = "x_m = 100.0\ny_m = 0.0\nspeed_m_s = 1.5\ndepth_m = 900.0\n"
+    (tmp_path / "deep.toml").write_text(f"{brief}[[waypoints]]\n{place}")
+    with pytest.raises(ParamError, match=r"deep.toml: waypoints\[0\]: depth 900.0 m, limit 30 m"):
+        prepare(FlightRequest(scenario=str(tmp_path / "deep.toml")), {})

@@ -156,6 +156,8 @@ def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
     if parse_hil_link(request.link):
         refuse_faults(scenario)
     over = laid_over(request, scenario)
+    by_files = config_files.autopilot_params(config_files.read_configuration(request.config, over))
+    plausibility.refuse_mission(scenario, str(scenario_path(request.scenario, SCENARIOS)), by_files)
     configuration = with_kept_plans(
         {
             **config_files.read_configuration(request.config, over, request.state),
@@ -164,7 +166,6 @@ def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
         },
         request.state,
     )
-    plausibility.refuse_mission(scenario, str(scenario_path(request.scenario, SCENARIOS)), configuration)
     autopilot, truth = app.build(configuration), _load(Truth, request.config / "truth.toml")
     believed = len(autopilot.applied.fins)
     refuse_other_fins(truth, str(request.config / "truth.toml"), believed, configuration["files"]["vehicle"])

@@ -6,11 +6,9 @@ import math
 from collections.abc import Iterator
 
 from firmware_py import mission_check
-from firmware_py.config_files import Configuration, autopilot_params
 from firmware_py.params import ParamError
 from firmware_py.reconfiguration import AutopilotParams
-from firmware_py.records.fence import fence_from_plain
-from firmware_py.records.mission_tables import mission_to_plain
+from firmware_py.records.fence import NO_FENCE
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.plant.truth import Truth
@@ -55,25 +53,22 @@ def refuse_other_scale(vehicle: Vehicle, devices: DevicesParams, vehicle_file: s
     raise ParamError(f"{sensors}: {keys} in {vehicle_file}: over mavlink-hil a command is a share of it")
 
 
-def refuse_mission(scenario: Scenario, where: str, configuration: Configuration) -> None:
-    """Refuse a scenario's mission that no station could upload; one that a station has sent takes its place.
+def refuse_mission(scenario: Scenario, where: str, params: AutopilotParams) -> None:
+    """Refuse a scenario's mission that no station could upload.
 
-    Where a station has changed parameters, which were kept, it is not refused: the vehicle must start again.
+    Limits and fences that stations have sent, and that were kept, do not count: a vehicle that starts again must start.
 
     Args:
         scenario: with the mission and the bottom.
         where: its file.
-        configuration: with the limits, the fence, and the mission that will be flown.
+        params: of the files alone.
 
     Raises:
         ParamError: names the file, the item and the limit.
     """
-    mission, params = scenario.mission, autopilot_params(configuration)
-    if configuration["mission"] != mission_to_plain(mission) or configuration.get("changed"):
-        return
-    key, fence = "waypoints" if scenario.waypoints else "items", fence_from_plain(configuration.get("fence", {}))
-    mission_check.refuse_mission(mission, params, fence, where, key)
-    mission_check.refuse_near_bottom(mission, scenario.bottoms, params.safety.altitude_min, where, key)
+    key = "waypoints" if scenario.waypoints else "items"
+    mission_check.refuse_mission(scenario.mission, params, NO_FENCE, where, key)
+    mission_check.refuse_near_bottom(scenario.mission, scenario.bottoms, params.safety.altitude_min, where, key)
 
 
 def doubts(vehicle: Vehicle, truth: Truth, vehicle_file: str, truth_file: str) -> Iterator[str]:
