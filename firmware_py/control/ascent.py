@@ -80,8 +80,7 @@ class PitchControl:
         (u, _, w, *_), z, m = state.nu, state.eta.z, self._memory
         pitch, delta_s = m.pitch, -pitch_d / _PITCHING
         if state.velocity_ok and state.depth_ok and u > _SLOW and m.z == m.z:
-            seen = math.asin(clip((w - (z - m.z) / dt) / u, -1.0, 1.0))
-            pitch += dt / (_TAU + dt) * (seen - pitch)
+            pitch += dt / (_TAU + dt) * (_pitch_seen(u, w, (z - m.z) / dt) - pitch)
             delta_s -= _BLIND_GAIN * (pitch_d - pitch)
         self._memory = AscentControlMemory(0.0, z if state.depth_ok else math.nan, pitch)
         return clip(delta_s, -_BLIND_MAX, 0.0)
@@ -97,3 +96,11 @@ class PitchControl:
     def thaw(self, memory: AscentControlMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self._memory = memory
+
+
+def _pitch_seen(u: float, w: float, z_dot: float) -> float:
+    """Return the pitch, rad, at which u and w make the depth grow by z_dot, m/s; small angles, no roll.
+
+    A z_dot beyond u is noise of the pressure: +-90 deg then, for noise to even out.
+    """
+    return math.asin(clip((w - z_dot) / u, -1.0, 1.0))

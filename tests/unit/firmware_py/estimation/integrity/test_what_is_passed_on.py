@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from firmware_py.estimation.integrity.pitch_witness import pitch_from_velocity
-from firmware_py.marine import body_to_ned, wrap
+from firmware_py.marine import wrap
 from firmware_py.records.health import ALL_GOOD, SourceState
 from firmware_py.records.sensing import Fix
 
@@ -159,11 +158,3 @@ def test_memory_taken_over_goes_on_as_if_nothing_had_happened() -> None:
     again = new()
     again.thaw(halves.freeze())
     assert again.freeze() == whole.freeze()
-
-
-@pytest.mark.parametrize("theta", [-40.0, -5.0, 0.0, 12.0, 30.0])
-def test_pitch_follows_from_velocity_and_rate_of_depth(theta: float) -> None:
-    phi, u, v, w = 0.1, 1.5, 0.2, -0.05
-    _, _, z_dot = body_to_ned(phi, theta * DEG, 0.7, u, v, w)
-    assert pitch_from_velocity(phi, u, v, w, z_dot) == pytest.approx(theta * DEG, abs=1e-9)
-    assert math.isnan(pitch_from_velocity(0.0, 0.5, 0.0, 0.0, 0.6))
