@@ -5,7 +5,6 @@ Both kinds of law use them, so that sliding mode and PID track the same states w
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 from firmware_py.marine import clip, euler_rates, wrap
@@ -75,10 +74,7 @@ def unmodelled_climb(model: LinearModel, state: StateEstimate) -> float:
     It comes from heave, from large pitch angles and from vertical current.
     """
     _, _, (_, minus_u, _) = model.A
-    phi, theta = state.eta.phi, state.eta.theta
-    u, v, w, *_ = state.nu
-    z_dot = -u * math.sin(theta) + math.cos(theta) * (v * math.sin(phi) + w * math.cos(phi))
-    return clip(z_dot - minus_u * theta, -CLIMB_BIAS_MAX, CLIMB_BIAS_MAX)
+    return clip(state.z_dot - minus_u * state.eta.theta, -CLIMB_BIAS_MAX, CLIMB_BIAS_MAX)
 
 
 class SwayState(NamedTuple):

@@ -81,3 +81,10 @@ class StateEstimate:
     leak: bool
     sensors: SensorHealth = ALL_GOOD
     learned: Learned = NOTHING_LEARNED
+
+    @property
+    def z_dot(self) -> float:
+        """Return the vertical velocity, m/s, down positive (third row of R_zyx, Fossen 2011, Eq. 2.18)."""
+        _, _, _, phi, theta, _ = self.eta
+        u, v, w, _, _, _ = self.nu
+        return -u * math.sin(theta) + math.cos(theta) * (v * math.sin(phi) + w * math.cos(phi))

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 from firmware_py.records.estimate import StateEstimate
+from firmware_py.safety.conditions import Conditions
 from firmware_py.safety.plane_jam import PlaneJam
 from firmware_py.tick import Tick
 
@@ -32,11 +32,8 @@ class AscentView(NamedTuple):
     jam: PlaneJam
 
 
-def view_of(
-    tick: Tick, state: StateEstimate, jam: PlaneJam, attitude_ok: bool, depth_ok: bool, fix: bool
-) -> AscentView:
-    """Return the view of a tick; `attitude_ok`, `depth_ok` and `fix` as the supervisor judges them."""
-    (_, _, z, phi, theta, _), (u, v, w, _, _, _) = state.eta, state.nu
-    z_dot = math.cos(theta) * (math.sin(phi) * v + math.cos(phi) * w) - math.sin(theta) * u
-    seen = (attitude_ok, depth_ok, state.velocity_ok, z, z_dot, phi, theta, u, state.altitude, fix, jam)
-    return AscentView(tick.t, tick.dt, *seen)
+def view_of(tick: Tick, state: StateEstimate, jam: PlaneJam, c: Conditions) -> AscentView:
+    """Return the view of a tick, in which `c` is what the rules look at."""
+    ok = c.attitude_ok, c.depth_ok, state.velocity_ok
+    seen = c.depth, c.z_dot, state.eta.phi, state.eta.theta, state.nu.u, c.altitude
+    return AscentView(tick.t, tick.dt, *ok, *seen, c.fix_heard, jam)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from firmware_py.marine import body_to_ned
 from firmware_py.records.command import Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.fence import WITHIN, Fence
@@ -50,7 +49,7 @@ def conditions(
         depth_ok=state.depth_ok and t - frame.pressure.t_valid <= params.depth_timeout,
         depth=eta.z,
         altitude=state.altitude,
-        z_dot=body_to_ned(eta.phi, eta.theta, eta.psi, *state.nu[:3])[2],
+        z_dot=state.z_dot,
         fix_heard=sensors.fix.state is _GOOD and frame.fix.usable(t, params.fix_timeout),
         leak=state.leak,
         charge=charge,

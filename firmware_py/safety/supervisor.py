@@ -145,8 +145,7 @@ class Supervisor:
             self.events += told
         if wanted is Mode.SURFACE:
             jam = self._planes.jam(actuators.fins, frame.fins)
-            view = view_of(tick, state, jam, c.attitude_ok, c.depth_ok, c.fix_heard)
-            ascent, told = self._ascent.update(ascent, view)
+            ascent, told = self._ascent.update(ascent, view_of(tick, state, jam, c))
             self.events += told
         progress = was.progress
         if reference is not None and tick.every(Rate.HZ_1):

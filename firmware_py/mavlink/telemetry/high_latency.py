@@ -67,7 +67,7 @@ class HighLatency:
             whole(state.position_std, _DM, _BYTE, unknown=255),
             whole(state.depth_std, _DM, _BYTE, unknown=255),
             0,
-            whole(-_climb(cycle), _DM_S, _SIGNED_BYTE),
+            whole(-state.z_dot, _DM_S, _SIGNED_BYTE),
             whole(charge, 0.01, (0, 100), unknown=-1),
             max(reference.waypoint, 0),
             self._failures(cycle),
@@ -96,15 +96,6 @@ class HighLatency:
 def _half_circle(angle: float) -> int:
     """Return an angle in units of 2 deg, 0 to 179; 0 if it is unknown."""
     return whole(wrap(angle) % math.tau, _TWO_DEG, (0, 180)) % 180
-
-
-def _climb(cycle: Cycle) -> float:
-    """Return z_dot, m/s."""
-    _, _, _, phi, theta, _ = cycle.state.eta
-    u, v, w, *_ = cycle.state.nu
-    if not math.isfinite(phi + theta):
-        return math.nan
-    return -u * math.sin(theta) + math.cos(theta) * (v * math.sin(phi) + w * math.cos(phi))
 
 
 def _signed(byte: int) -> int:

@@ -1,0 +1,15 @@
+"""The estimated state: what follows from its numbers."""
+
+from __future__ import annotations
+
+import pytest
+
+from firmware_py.marine import Eta, Nu, body_to_ned
+from firmware_py.records.estimate import StateEstimate
+
+
+@pytest.mark.parametrize(("phi", "theta"), [(0.0, 0.0), (0.0, -0.7), (0.9, 0.2), (-3.0, 1.4)])
+def test_the_vertical_velocity_is_that_of_the_whole_rotation(phi: float, theta: float) -> None:
+    nu = Nu(1.5, 0.2, -0.3, 0.0, 0.0, 0.0)
+    state = StateEstimate(Eta(0, 0, 9, phi, theta, 2.0), nu, 1.0, 0.1, 0.01, 50.0, True, True, True, False)
+    assert state.z_dot == pytest.approx(body_to_ned(phi, theta, 2.0, *nu[:3])[2], abs=1e-12)
