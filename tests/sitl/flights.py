@@ -14,6 +14,15 @@ from sternplane.sitl.flight import SCENARIOS, FlightRequest, Outcome, fly, prepa
 LEARNING_OFF = "\n[autopilot.estimation.learning]\nenabled = false\n"
 """At the end of a scenario. Learning only looks on (test_learning.py shows it), and costs four fifths of a flight."""
 
+BRIEF = """
+description = "A second at the surface."
+duration_s = 1.0
+completes = "time"
+[[orders]]
+t_s = 0.2
+arming = "arm"
+"""
+
 
 class Flights:
     """The flights of a run of the tests, as logs in a folder that its workers share."""

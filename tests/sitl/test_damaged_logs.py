@@ -8,15 +8,8 @@ from pathlib import Path
 import pytest
 
 from tests.command import called
+from tests.sitl.flights import BRIEF
 
-BRIEF = """
-description = "A second at the surface."
-duration_s = 1.0
-completes = "time"
-[[orders]]
-t_s = 0.2
-arming = "arm"
-"""
 KINDS = ("cut", "bit", "zeros", "hole", "doubled", "header", "tail", "noise", "empty", "text", "folder")
 
 

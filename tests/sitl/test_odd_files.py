@@ -12,15 +12,8 @@ from sternplane.cli.progress import Progress
 from firmware_py.adapters import kernel_compile
 from firmware_py.records.cycle import Cycle
 from tests.command import called
+from tests.sitl.flights import BRIEF
 
-BRIEF = """
-description = "A second at the surface."
-duration_s = 1.0
-completes = "time"
-[[orders]]
-t_s = 0.2
-arming = "arm"
-"""
 STATE = ("navigation.json", "parameters.toml", "mission.json", "fence.json", "rally.json")
 
 

@@ -40,24 +40,11 @@ class Sources:
         self.battery = SourceWatch(slow, math.inf, 9, 0)
         self.leak = SourceWatch(slow, math.inf, 10)  # wet through, it repeats 100 %
         self.dvl_altitude = SourceWatch(math.inf, math.inf, 9, 0)
-        self._all = (
-            self.ahrs,
-            self.dvl,
-            self.pressure,
-            self.altimeter,
-            self.fix,
-            self.battery,
-            self.leak,
-            self.dvl_altitude,
-        )
-        nodes = {
-            "ahrs": self.ahrs,
-            "pressure": self.pressure,
-            "altimeter": self.altimeter,
-            "fix": self.fix,
-            "battery": self.battery,
-        }
-        self._bits = (*((node_bit(name), watch) for name, watch in nodes.items()), (node_bit("battery"), self.leak))
+        slowly = (self.fix, self.battery, self.leak)
+        self._all = (self.ahrs, self.dvl, self.pressure, self.altimeter, *slowly, self.dvl_altitude)
+        nodes = ("ahrs", "pressure", "altimeter", "fix", "battery", "battery")  # the last one measures humidity too
+        on_nodes = (self.ahrs, self.pressure, self.altimeter, *slowly)
+        self._bits = tuple(zip(map(node_bit, nodes), on_nodes, strict=True))
         self._nodes = 0
         self.health = ALL_GOOD
 
