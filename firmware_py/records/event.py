@@ -65,8 +65,8 @@ class Cause(enum.IntEnum):
     # The rules, which end a mode.
     ATTITUDE_DEAD = 2  # limit, s; in older logs
     SURFACED = 3
-    ATTITUDE_LOST = 4  # limit, s
-    DEPTH_LOST = 5  # limit, s
+    ATTITUDE_LOST = 4  # limit, s; `SourceFault` of the AHRS
+    DEPTH_LOST = 5  # limit, s; `SourceFault` of the pressure sensor
     LEAK = 6
     BATTERY_LOW = 7  # charge and limit, in [0, 1]; NaN is not known
     DEPTH_LIMIT = 8  # depth and limit, m
@@ -107,7 +107,7 @@ class Cause(enum.IntEnum):
     ENERGY = 38  # charge, and what the way home needs, in [0, 1]
     SURFACING_LONG = 39  # s
     AHRS_SUSPECT = 40  # `SourceFault`
-    PRESSURE_SUSPECT = 41  # `SourceFault`
+    PRESSURE_SUSPECT = 41  # `SourceFault`; in older logs
     DVL_BAD = 42  # `SourceFault`
     ALTIMETER_BAD = 43  # `SourceFault`
     BOTTOM_UNSEEN = 44

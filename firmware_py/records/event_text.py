@@ -82,6 +82,8 @@ _SOURCES: Mapping[Cause, str] = {
     Cause.DVL_BAD: "DVL",
     Cause.ALTIMETER_BAD: "altimeter",
 }
+_LOST: Mapping[Cause, str] = {Cause.ATTITUDE_LOST: "AHRS", Cause.DEPTH_LOST: "pressure sensor"}
+"""The sensor that is wanting."""
 _ACTUATORS: Mapping[Cause, str] = {
     Cause.PLANE_FAULT: "plane",
     Cause.RUDDER_FAULT: "rudder",
@@ -150,6 +152,9 @@ def _cause(event: Event, skip: int = 0) -> str:
         return f"{_battery(numbers[0])}, needs {numbers[1]:.0%}"
     if cause is Cause.FENCE:
         return breach_text(int(numbers[0]))
+    if cause in _LOST:
+        why = f" ({_LOST[cause]}: {source_fault_text(numbers[1])})" if any(numbers[1:]) else ""
+        return _CAUSES[cause].format(*numbers) + why
     if cause in _ANGLES:
         return _ANGLES[cause].format(*map(math.degrees, numbers))
     if cause in _SOURCES:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import Any
 
 from firmware_py.records.command import Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.fence import WITHIN, Fence
-from firmware_py.records.health import ActuatorFault, ActuatorHealth, SourceState
+from firmware_py.records.health import ActuatorFault, ActuatorHealth, SourceFault, SourceHealth, SourceState
 from firmware_py.records.order import Mode, Order
-from firmware_py.records.sensing import SensorFrame
+from firmware_py.records.sensing import Heard, SensorFrame
 from firmware_py.safety.conditions import NO_FAULTS, ActuatorFaults, Conditions
 from firmware_py.safety.safety_params import SafetyParams
 from firmware_py.safety.supervisor_memory import SupervisorMemory
@@ -18,7 +19,7 @@ from firmware_py.tick import Tick
 
 _RECENT = 5.0
 """What was last heard longer ago, s, of battery and leak sensor is not heard; they report about once a second."""
-_GOOD, _NONE = SourceState.GOOD, ActuatorFault.NONE
+_GOOD, _NONE, _NO_FAULT = SourceState.GOOD, ActuatorFault.NONE, SourceFault.NONE
 _STUCK = (ActuatorFault.JAMMED, ActuatorFault.HARD_OVER, ActuatorFault.LOST)
 _WORN = (ActuatorFault.WEAK, ActuatorFault.SLOW, ActuatorFault.LOOSE)
 
@@ -42,11 +43,13 @@ def conditions(
     sensors, battery, leak = state.sensors, frame.battery, frame.leak
     charge = battery.value.remaining if battery.ok else math.nan
     breach = fence.breach_at(eta.x, eta.y)
-    attitude_age = t - frame.ahrs.t_valid
+    attitude_age, depth_age = t - frame.ahrs.t_valid, t - frame.pressure.t_valid
+    attitude_ok = state.attitude_ok and attitude_age <= params.attitude_timeout
+    depth_ok = state.depth_ok and depth_age <= params.depth_timeout
     return Conditions(
         wanted=wanted,
-        attitude_ok=state.attitude_ok and attitude_age <= params.attitude_timeout,
-        depth_ok=state.depth_ok and t - frame.pressure.t_valid <= params.depth_timeout,
+        attitude_ok=attitude_ok,
+        depth_ok=depth_ok,
         depth=eta.z,
         altitude=state.altitude,
         z_dot=state.z_dot,
@@ -70,10 +73,19 @@ def conditions(
         charge_home=was.progress.charge_home,
         surfacing=was.surfacing * tick.dt,
         sensors=sensors,
+        attitude_fault=_NO_FAULT if attitude_ok else _lost_by(sensors.ahrs, frame.ahrs, t, params.attitude_timeout),
+        depth_fault=_NO_FAULT if depth_ok else _lost_by(sensors.pressure, frame.pressure, t, params.depth_timeout),
         faults=faults,
         station_silence=t - order.t_station if order.t_station > -math.inf else math.nan,
         sticks_silence=t - order.t_sticks,
     )
+
+
+def _lost_by(health: SourceHealth, heard: Heard[Any], t: float, timeout: float) -> SourceFault:
+    """Return what is wrong with a sensor whose quantity is lost; the integrity may take a moment longer to say so."""
+    if health.fault is not _NO_FAULT or t - heard.t_valid <= timeout:
+        return health.fault
+    return SourceFault.SILENT if heard.ok or heard.t_valid == -math.inf else SourceFault.UNHEALTHY
 
 
 def fins_heard(tick: Tick, frame: SensorFrame, params: SafetyParams) -> bool:

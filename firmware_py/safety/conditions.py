@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from firmware_py.records.fence import WITHIN
-from firmware_py.records.health import ALL_GOOD, ActuatorFault, SensorHealth
+from firmware_py.records.health import ALL_GOOD, ActuatorFault, SensorHealth, SourceFault
 from firmware_py.records.order import Mode
 
 
@@ -65,6 +65,10 @@ class Conditions(NamedTuple):
     surfacing: float = 0.0
     """For how long the mode has been SURFACE."""
     sensors: SensorHealth = ALL_GOOD
+    attitude_fault: SourceFault = SourceFault.NONE
+    """What is wrong with the AHRS while the attitude is lost, as far as it is known, and"""
+    depth_fault: SourceFault = SourceFault.NONE
+    """with the pressure sensor while the depth is."""
     faults: ActuatorFaults = NO_FAULTS
     station_silence: float = math.nan
     """Since when no station has been heard; NaN if none ever was."""

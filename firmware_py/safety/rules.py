@@ -57,9 +57,9 @@ _FLOWN = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN)
 """Modes in which a depth is flown."""
 
 
-def _unused(health: SourceHealth) -> bool:
-    """Return whether a sensor is not used; outliers are left out one by one, and enough good values are left."""
-    return health.state is _SUSPECT and health.fault is not SourceFault.OUTLIERS
+def _carried_on(health: SourceHealth) -> bool:
+    """Return whether gyros carry on the tilt of an AHRS; outliers are left out one by one, enough values are left."""
+    return health.state is _SUSPECT and health.fault not in (SourceFault.OUTLIERS, SourceFault.HEADING)
 
 
 def _blind(c: Conditions) -> bool:
@@ -95,9 +95,9 @@ RULES: tuple[Rule, ...] = (
     Rule(Cause.SURFACED,         lambda c, _: c.wanted is SURFACE and c.surfaced, "surface_time", DISARMED),
     # The vehicle cannot be steered as it should.
     Rule(Cause.ATTITUDE_LOST,    lambda c, _: not c.attitude_ok, "", "attitude_action",
-         lambda _, p: (p.attitude_timeout,)),
+         lambda c, p: (p.attitude_timeout, float(c.attitude_fault))),
     Rule(Cause.DEPTH_LOST,       lambda c, _: not c.depth_ok, "", "depth_action",
-         lambda _, p: (p.depth_timeout,)),
+         lambda c, p: (p.depth_timeout, float(c.depth_fault))),
     Rule(Cause.PROPELLER_FAULT,  lambda c, _: c.faults.propeller != 0, "actuator_time", "propeller_action",
          lambda c, _: (float(c.faults.propeller),)),
     Rule(Cause.PLANE_FAULT,      lambda c, _: c.faults.plane != 0, "actuator_time", "plane_action",
@@ -136,14 +136,11 @@ RULES: tuple[Rule, ...] = (
     Rule(Cause.SURFACING_LONG,   _surfacing_long, "", "surfacing_action",
          lambda c, _: (c.surfacing,), at_arming=False),
     # What sensors and actuators are worth.
-    Rule(Cause.AHRS_SUSPECT,
-         lambda c, _: _unused(c.sensors.ahrs) and c.sensors.ahrs.fault is not SourceFault.HEADING,
+    Rule(Cause.AHRS_SUSPECT,     lambda c, _: c.attitude_ok and _carried_on(c.sensors.ahrs),
          "sensor_time", "ahrs_action",
          lambda c, _: (float(c.sensors.ahrs.fault),)),
     Rule(Cause.HEADING_SUSPECT,  lambda c, _: c.sensors.ahrs.fault is SourceFault.HEADING,
          "sensor_time", "heading_action"),
-    Rule(Cause.PRESSURE_SUSPECT, lambda c, _: _unused(c.sensors.pressure), "sensor_time", "pressure_action",
-         lambda c, _: (float(c.sensors.pressure.fault),)),
     Rule(Cause.BOTTOM_UNSEEN,    lambda c, _: _blind(c), "sensor_time", "bottom_action"),
     Rule(Cause.DVL_BAD,          lambda c, _: c.sensors.dvl.state is not _GOOD, "sensor_time", "dvl_action",
          lambda c, _: (float(c.sensors.dvl.fault),)),
@@ -172,7 +169,7 @@ RULES: tuple[Rule, ...] = (
 
 ARMING: tuple[Rule, ...] = (
     Rule(Cause.ATTITUDE_LOST,  lambda c, _: not c.attitude_ok, "", DISARMED,
-         lambda _, p: (p.attitude_timeout,)),
+         lambda c, p: (p.attitude_timeout, float(c.attitude_fault))),
     Rule(Cause.FINS_NOT_HEARD, lambda c, p: p.fin_needed and not c.fins_heard, "", DISARMED,
          lambda _, p: (p.fin_timeout,)),
     Rule(Cause.TILT,           lambda c, p: max(c.roll, c.pitch) > p.tilt_max, "", DISARMED,

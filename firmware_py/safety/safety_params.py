@@ -21,7 +21,6 @@ _NO_HOLD = (
     "roll_action",
     "surfacing_action",
     "ahrs_action",
-    "pressure_action",
     "plane_action",
     "propeller_action",
     "bus_action",
@@ -92,12 +91,13 @@ class SafetyParams:
     energy_action: Action = param(_WARN, doc="The charge above battery_min does not bring it home.", mav="ENERGY_ACT")
     surfacing_time: float = param(600.0, unit="s", low=30.0, high=36000.0, doc="Surfacing, so far.", mav="SURFG_TIME")
     surfacing_action: Action = param(_WARN, doc="Surfacing for so long, and again.", mav="SURFG_ACT")
-    sensor_time: float = param(2.0, unit="s", low=0.0, high=600.0, doc="Not believed for so long.", mav="SENS_TIME")
-    ahrs_action: Action = param(_SURFACE, doc="The AHRS is not believed.", mav="AHRS_ACT")
+    sensor_time: float = param(
+        2.0, unit="s", low=0.0, high=600.0, doc="Lost or not believed for so long.", mav="SENS_TIME"
+    )
+    ahrs_action: Action = param(_SURFACE, doc="The AHRS's tilt is not believed; gyros carry it on.", mav="AHRS_ACT")
     heading_action: Action = param(
         _WARN, doc="The AHRS's heading is not believed; gyros carry it on.", mav="HEADING_ACT"
     )
-    pressure_action: Action = param(_SURFACE, doc="The pressure sensor is not believed.", mav="PRES_ACT")
     dvl_action: Action = param(_WARN, doc="The DVL is lost or not believed.", mav="DVL_ACT")
     altimeter_action: Action = param(_WARN, doc="The altimeter is lost or not believed.", mav="ALTIM_ACT")
     bottom_action: Action = param(_WARN, doc="Both: the bottom is not seen.", mav="BOTTOM_ACT")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -9,10 +10,11 @@ import pytest
 from firmware_py.records.command import ModeState
 from firmware_py.records.event import Cause, Event, Severity
 from firmware_py.records.fence import WITHIN, Disc, Fence
+from firmware_py.records.health import ALL_GOOD, SourceFault, SourceHealth, SourceState
 from firmware_py.records.order import NO_ORDER, NOBODY, Asker, Mode, Order
 from firmware_py.safety.supervisor import Supervisor
 
-from .test_supervisor import FORCE, PARAMS, STATE, sailing
+from .test_supervisor import FORCE, PARAMS, STATE, old, sailing
 
 STATION = Asker(0, 255, 190, 0)
 RULED = {
@@ -102,6 +104,46 @@ def test_a_breach_is_said_at_once_and_by_its_place_and_surfacing_for_it_is_a_fai
 def test_the_event_of_a_rule_is_critical_and_nobody_asked_for_it() -> None:
     (event,) = events_of(NO_ORDER, depth_ok=False)
     assert (event.severity, event.cause, event.asker) == (Severity.CRITICAL, Cause.DEPTH_LOST, NOBODY)
+
+
+LOST = {
+    "pressure frozen": ({"depth_ok": False}, "pressure", SourceFault.FROZEN, "no good depth for 1 s", "frozen"),
+    "AHRS contradicted": (
+        *({"attitude_ok": False}, "ahrs", SourceFault.CONTRADICTED),
+        *("no good attitude for 0.5 s", "contradicted by the other sensors"),
+    ),
+}
+
+
+@pytest.mark.parametrize(("inputs", "sensor", "fault", "what", "why"), LOST.values(), ids=LOST)
+def test_a_lost_attitude_or_depth_is_told_with_what_is_wrong_with_its_sensor(
+    inputs: dict[str, Any], sensor: str, fault: SourceFault, what: str, why: str
+) -> None:
+    sensors = ALL_GOOD._replace(**{sensor: SourceHealth(SourceState.SUSPECT, fault)})
+    name = {"pressure": "pressure sensor", "ahrs": "AHRS"}[sensor]
+    vehicle = sailing(Mode.HOLD)
+    vehicle.tick(sensors=sensors, **inputs)
+    assert vehicle.events[-1] == f"HOLD -> SURFACE: {what} ({name}: {why})"
+    assert not any(f"{name}" in text for _ in range(400) for text in said(vehicle, sensors=sensors, **inputs))
+
+
+def said(vehicle: Any, **inputs: Any) -> tuple[str, ...]:
+    vehicle.tick(**inputs)
+    events: tuple[str, ...] = vehicle.events
+    return events
+
+
+def test_silence_is_named_before_the_integrity_calls_the_sensor_lost() -> None:
+    vehicle = sailing(Mode.HOLD)
+    k = next(k for k in range(200) if vehicle.tick(frame={"pressure": old(k * 0.01, 1.5e5, vehicle.k)}) is Mode.SURFACE)
+    assert k == 101
+    assert vehicle.events == ("HOLD -> SURFACE: no good depth for 1 s (pressure sensor: silent)",)
+    broken = sailing(Mode.HOLD)
+    broken.tick(depth_ok=False, frame={"pressure": replace(old(1.1, 1.5e5, broken.k), ok=False)})
+    assert broken.events[0].endswith("(pressure sensor: it reports that it does not work)")
+    estimated = sailing(Mode.HOLD)
+    estimated.tick(depth_ok=False)  # the estimator has its own reasons
+    assert estimated.events == ("HOLD -> SURFACE: no good depth for 1 s",)
 
 
 def events_of(order: Order, **state: Any) -> tuple[Event, ...]:

@@ -74,7 +74,6 @@ CASES = (
     Case(Cause.DEPTH_ERROR, "depth_error_action", 2001, {"reference": replace(AT_PLACE, z_d=10.1)}),
     Case(Cause.AHRS_SUSPECT, "ahrs_action", 201, suspect("ahrs")),
     Case(Cause.HEADING_SUSPECT, "heading_action", 201, suspect("ahrs", fault=SourceFault.HEADING)),
-    Case(Cause.PRESSURE_SUSPECT, "pressure_action", 201, suspect("pressure")),
     Case(Cause.DVL_BAD, "dvl_action", 201, suspect("dvl")),
     Case(Cause.DVL_BAD, "dvl_action", 201, suspect("dvl", SourceState.LOST)),
     Case(Cause.ALTIMETER_BAD, "altimeter_action", 201, suspect("altitude", SourceState.LOST)),
