@@ -17,8 +17,8 @@ _SURFACE = 1.0
 class Completion:
     """Watches every cycle.
 
-    To surface by order, or at the end of a mission, is one thing; to be brought up by a rule is another, and no
-    completed mission however well it ends.
+    To surface by order, or at the end of a mission, is one thing; to be brought up by a rule is another: no completed
+    mission, though it may end well (`surfaced`).
 
     Args:
         completes: what the scenario meant.
@@ -35,6 +35,8 @@ class Completion:
         self._armed = False
         self._aborted = ""
         self._said = ""
+        self._last = ""
+        self._up = self._dropped = False
 
     @property
     def completed(self) -> bool:
@@ -46,6 +48,11 @@ class Completion:
         return self._mode not in (Mode.DISARMED, Mode.SURFACE)
 
     @property
+    def surfaced(self) -> bool:
+        """True if a rule ended what was meant, and the vehicle has come up and lies disarmed at the surface."""
+        return bool(self._aborted) and self._up
+
+    @property
     def judged_by(self) -> str:
         """Return what says that the vehicle has come up: "truth" or "estimate"."""
         return "estimate" if self._true_depth is None else "truth"
@@ -53,8 +60,13 @@ class Completion:
     @property
     def reason(self) -> str:
         """Why it is not completed, as the vehicle said it."""
+        if self.surfaced:
+            without = ", without its drop weight," if self._dropped else ""
+            return f"surfaced safely{without} because of a rule: {self._aborted.partition(': ')[2] or self._aborted}"
         if self._aborted:
-            return f"aborted: {self._aborted}"
+            later = "" if self._last in ("", self._aborted) else f", then {self._last}"
+            under_way = "" if self._mode is Mode.DISARMED else f"; in mode {self._mode.name.lower()} at the end"
+            return f"aborted: {self._aborted}{later}{under_way}"
         if not self._armed:
             return f"never armed: {self._said or 'nobody asked for it'}"
         if self._completes is Completes.SURFACED:
@@ -69,15 +81,16 @@ class Completion:
             self._said = sentences(changes or cycle.events)[-1].text
         if mode is before:
             return
-        self._mode = mode
+        self._mode, self._up = mode, False
+        self._dropped = self._dropped or cycle.mode.drop
         self._armed = self._armed or mode is not Mode.DISARMED
         if cycle.mode.failsafe:
             self._abort()
         elif mode is Mode.DISARMED:
-            came_up = self._came_up(cycle)
-            if before is not Mode.SURFACE or not came_up:
+            self._up = self._came_up(cycle) and before is Mode.SURFACE
+            if not self._up:
                 self._abort()
-            self.done = self._completes is Completes.SURFACED and before is Mode.SURFACE and came_up
+            self.done = self._completes is Completes.SURFACED and self._up
 
     def _came_up(self, cycle: Cycle) -> bool:
         if self._true_depth is None:
@@ -88,4 +101,5 @@ class Completion:
         return depth < _SURFACE
 
     def _abort(self) -> None:
-        self._aborted = self._aborted or self._said or "nobody said why"
+        self._last = self._said or "nobody said why"
+        self._aborted = self._aborted or self._last

@@ -165,6 +165,8 @@ def test_the_table_shows_what_is_known(flown: Path) -> None:
         assert words in out.getvalue()
     for judge, words in (("truth", "completed"), ("estimate", "completed, by the vehicle's own estimate")):
         assert outcome({**summary, "judged_by": judge}) == words
+    rule = {**summary, "completed": False, "surfaced": True, "reason": "surfaced safely because of a rule: a leak"}
+    assert outcome(rule) == "not completed, but surfaced safely because of a rule: a leak"
     reason = "it had not surfaced [/] when the time was over"
     Console(file=out, width=80).print(summary_table({**summary, "completed": False, "reason": reason}))
     assert f"  not completed: {reason}  " in out.getvalue()

@@ -128,7 +128,8 @@ def test_what_the_first_rules_find_brings_the_vehicle_up_by_itself(
 ) -> None:
     outcome, log = flown(FAULT.format(start=start, depth=depth, bottom=bottom, fault=fault))
     assert not outcome.completed  # it came up, but nobody had meant it to
-    assert outcome.reason.startswith("aborted: HOLD -> SURFACE")
+    assert outcome.surfaced
+    assert outcome.reason.startswith("surfaced safely")
     assert cause in outcome.reason
     assert log.columns["mode.mode"][-1] == Mode.DISARMED
     assert log.truth["eta.z"][-1] < 0.6
@@ -140,7 +141,7 @@ def test_an_ahrs_that_falls_silent_does_not_keep_the_vehicle_down(flown: Flights
     fault = 'faults = ["off:ahrs@20"]'
     outcome, log = flown(FAULT.format(start=8.0, depth=8.0, bottom=60.0, fault=fault))
     c = log.columns
-    assert outcome.reason.startswith("aborted: HOLD -> SURFACE: no good attitude")
+    assert outcome.reason.startswith("surfaced safely because of a rule: no good attitude")
     blind = c["mode.ascent"] == AscentStage.BLIND
     assert blind.any()
     assert (c["demand.delta_s"][blind] < 0.0).all()

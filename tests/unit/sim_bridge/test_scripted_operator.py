@@ -24,11 +24,11 @@ def operator(**table):
     )
 
 
-def cycle(psi=0.0, mode=Mode.MANUAL, z=0.2, fix=False, failsafe=False, events=()):
+def cycle(psi=0.0, mode=Mode.MANUAL, z=0.2, fix=False, failsafe=False, drop=False, events=()):
     return SimpleNamespace(
         state=SimpleNamespace(eta=SimpleNamespace(psi=psi, z=z)),
         frame=SimpleNamespace(fix=SimpleNamespace(ok=fix)),
-        mode=SimpleNamespace(mode=mode, failsafe=failsafe),
+        mode=SimpleNamespace(mode=mode, failsafe=failsafe, drop=drop),
         events=events,
     )
 
@@ -156,7 +156,38 @@ def test_a_vehicle_that_a_rule_surfaces_has_not_completed_its_mission_and_the_ru
     ground.write(cycle(mode=Mode.SURFACE, failsafe=True, events=(changed(Mode.SURFACE, Cause.DEPTH_LIMIT, 7.0, 7.0),)))
     ground.write(cycle(mode=Mode.DISARMED, events=(changed(Mode.DISARMED, Cause.SURFACED),)))
     assert (ground.completion.done, ground.completion.completed) == (True, False)
-    assert ground.completion.reason == "aborted: MISSION -> SURFACE: depth 7.00 m, limit 7 m"
+    assert ground.completion.surfaced
+    assert ground.completion.reason == "surfaced safely because of a rule: depth 7.00 m, limit 7 m"
+
+
+def test_a_weight_that_it_cost_is_told():
+    ground = operator(completes="surfaced")
+    ground.write(cycle(mode=Mode.MISSION))
+    ground.write(cycle(mode=Mode.SURFACE, failsafe=True, events=(changed(Mode.SURFACE, Cause.LEAK),)))
+    ground.write(cycle(mode=Mode.DISARMED, drop=True, events=(changed(Mode.DISARMED, Cause.SURFACED),)))
+    expected = "surfaced safely, without its drop weight, because of a rule: water in the hull"
+    assert ground.completion.reason == expected
+
+
+def test_a_vehicle_that_says_surfaced_in_the_deep_has_not_surfaced_safely_and_both_are_told():
+    scenario = parse({"description": "x.", "duration_s": 100.0, "completes": "surfaced"}, "here")
+    ground = ScriptedOperator(scenario, lambda: 42.4)
+    ground.write(cycle(mode=Mode.MISSION))
+    ground.write(cycle(mode=Mode.SURFACE, failsafe=True, events=(changed(Mode.SURFACE, Cause.LEAK),)))
+    ground.write(cycle(mode=Mode.DISARMED, events=(changed(Mode.DISARMED, Cause.SURFACED),)))
+    assert not ground.completion.surfaced
+    assert ground.completion.reason == (
+        "aborted: MISSION -> SURFACE: water in the hull, then "
+        "SURFACE -> DISARMED: surfaced, at a depth of 42.4 m in truth"
+    )
+
+
+def test_to_be_disarmed_by_hand_at_the_surface_is_no_rule_that_brought_it_up():
+    ground = operator(completes="surfaced")
+    for mode in (Mode.MISSION, Mode.DISARMED):
+        ground.write(cycle(mode=mode, z=0.3))
+    assert not ground.completion.surfaced
+    assert ground.completion.reason.startswith("aborted: ")
 
 
 def test_the_reason_is_the_change_of_mode_whatever_else_happened_in_its_tick():
@@ -166,7 +197,8 @@ def test_the_reason_is_the_change_of_mode_whatever_else_happened_in_its_tick():
         EventKind.LEARNING_REPORT, Severity.INFO, cause=Cause.LEARNED_ALL, numbers=(1.0, 0.02), names=("N_r",)
     )
     ground.write(cycle(mode=Mode.SURFACE, failsafe=True, events=(changed(Mode.SURFACE, Cause.LEAK), report)))
-    assert ground.completion.reason == "aborted: MISSION -> SURFACE: water in the hull"
+    assert not ground.completion.surfaced
+    assert ground.completion.reason == "aborted: MISSION -> SURFACE: water in the hull; in mode surface at the end"
 
 
 def test_the_end_of_a_mission_is_meant_and_its_end_by_a_rule_is_not():

@@ -49,7 +49,8 @@ def summarise(log: Run) -> Summary:
     """Return the figures of a run; None where the log cannot say.
 
     completed, reason: from the log's end record, as the run's scenario judged; None where there was
-    none to judge; False for a log that was cut off. judged_by: "truth", or "estimate" where the plant was elsewhere.
+    none to judge; False for a log that was cut off. surfaced: True if it was not, but a rule brought the vehicle safely
+    to the surface, where it lies disarmed. judged_by: "truth", or "estimate" where the plant was elsewhere.
     vehicle_time_s: time of the last cycle plus one step. wall_time_s: from the end record. speed_up: their quotient.
     distance_m: length of the path over the ground, x, y and z. depth_max_m, depth_max_at_s: greatest z, and when;
     depth_max_estimate_m: greatest estimated z, which a sensor at fault may hold far from the truth.
@@ -88,6 +89,7 @@ def summarise(log: Run) -> Summary:
     summary: Summary = {
         "completed": log.end.get("completed", False),
         "reason": reason,
+        "surfaced": log.end.get("surfaced", False),
         "judged_by": log.end.get("judged_by"),
         "vehicle_time_s": figures.t_end,
         "wall_time_s": wall,
@@ -229,12 +231,13 @@ def summary_table(summary: Summary) -> Group:
 
 
 def outcome(summary: Summary) -> str:
-    """Return one phrase: whether the run was completed, and if not, why."""
+    """Return one phrase: whether the run was completed, and if not, why, and whether it ended safely all the same."""
     if summary["completed"] is None:
         return str(summary["reason"])
-    if not summary["completed"]:
-        return f"not completed: {summary['reason']}"
-    return "completed, by the vehicle's own estimate" if summary.get("judged_by") == "estimate" else "completed"
+    believed = ", by the vehicle's own estimate" if summary.get("judged_by") == "estimate" else ""
+    if summary.get("surfaced"):
+        return f"not completed, but {summary['reason']}{believed}"
+    return f"completed{believed}" if summary["completed"] else f"not completed: {summary['reason']}"
 
 
 def key_figures(summary: Summary) -> list[tuple[str, str]]:

@@ -44,7 +44,7 @@ def flight_page(log: Run, summary: Summary) -> str:
     page = Page(
         title=str(header.get("scenario", "run")),
         status=outcome(summary),
-        mood={True: "good", False: "bad"}.get(summary["completed"], "neutral"),
+        mood="warn" if summary["surfaced"] else {True: "good", False: "bad"}.get(summary["completed"], "neutral"),
         description=str(header.get("description", "")),
         identity=[line for line in (_identity(header), _law(header)) if line],
         warnings=[f"The log is {log.lost}."] if log.lost else (),

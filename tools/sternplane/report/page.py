@@ -85,7 +85,7 @@ class Page:
 
     Attributes:
         title: of the page.
-        status: one phrase beside the title, in the colour of `mood`: "good", "bad" or "neutral".
+        status: one phrase beside the title, in the colour of `mood`: "good", "warn", "bad" or "neutral".
         mood: see status.
         sections: the boxes, in order.
         description: a sentence or two below the title.

@@ -72,10 +72,11 @@ class FlightRequest:
 
 
 class Outcome(NamedTuple):
-    """How a flight went."""
+    """How a flight went; `surfaced`: not completed, but a rule brought it safely to the surface."""
 
     completed: bool
     reason: str
+    surfaced: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,7 +267,9 @@ def outcome_of(completion: Completion, interrupted: bool) -> Outcome:
     """Return the outcome of a flight that ended by itself or by Ctrl-C."""
     if interrupted:
         return Outcome(False, "interrupted")
-    return Outcome(True, "completed") if completion.completed else Outcome(False, completion.reason)
+    if completion.completed:
+        return Outcome(True, "completed")
+    return Outcome(False, completion.reason, completion.surfaced)
 
 
 def _load(cls: type[Any], path: Path, over: Mapping[str, Any] = MappingProxyType({})) -> Any:
