@@ -101,7 +101,10 @@ def test_places_are_where_the_fixes_were(log: Log, found: dict[str, list[Any]]) 
 
 def test_modes_events_parameters_and_what_was_learned_are_there(log: Log, found: dict[str, list[Any]]) -> None:
     assert [(m.TimeUS, m.Mode) for m in found["MODE"]] == [(0, 19), (500_000, 2)]  # manual, depth hold
-    assert [(m.TimeUS, m.Message) for m in found["MSG"]] == [(round(t * 1e6), text[:64]) for t, text in log.sentences]
+    said = [(m.TimeUS, m.Message) for m in found["MSG"]]
+    assert [(t, word) for t, line in said for word in line.split()] == [
+        (round(t * 1e6), word) for t, text in log.sentences for word in text.split()
+    ]
     assert {m.Name: m.Value for m in found["PARM"] if m.TimeUS == 0}["SAF_DEPTH_MAX"] == 30.0
     last = [m for m in found["LRN"] if m.TimeUS == found["LRN"][-1].TimeUS]
     i = last[0].TimeUS // 10_000
@@ -111,6 +114,19 @@ def test_modes_events_parameters_and_what_was_learned_are_there(log: Log, found:
     assert [m.Name for m in last] == names
     np.testing.assert_allclose([m.Value for m in last], log.columns["state.learned.value"][i], rtol=1e-6)
     np.testing.assert_allclose([m.Std for m in last], log.columns["state.learned.std"][i], rtol=1e-6)
+
+
+def test_a_sentence_that_is_too_long_is_broken_between_words(
+    log: Log, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    long = "arming refused: " + "; ".join(f"reason {i} of many" for i in range(9))
+    monkeypatch.setattr(Log, "sentences", [(2.0, long)])
+    write_export(log, tmp_path / "log.bin", "bin")
+    reader, lines = DFReader.DFReader_binary(str(tmp_path / "log.bin")), []
+    while (message := reader.recv_match(type="MSG")) is not None:
+        lines.append(message.Message)
+    assert " ".join(lines) == long
+    assert len(lines) == 3
 
 
 def test_health_is_said_at_first_and_whenever_it_changes(
@@ -124,14 +140,14 @@ def test_health_is_said_at_first_and_whenever_it_changes(
     write_export(log, tmp_path / "log.bin", "bin")
     reader, said = DFReader.DFReader_binary(str(tmp_path / "log.bin")), []
     while (message := reader.recv_msg()) is not None:
-        if message.get_type() == "HLTH" and message.Name in ("pressure", "stern starboard"):
+        if message.get_type() == "HLTH" and message.Name in ("pressure", "stern_starboard"):
             said.append((message.TimeUS, message.Name, message.State, message.Fault))
     assert said == [
         (0, "pressure", 0, 0),
-        (0, "stern starboard", 0, 0),
+        (0, "stern_starboard", 0, 0),
         (3_010_000, "pressure", 1, 6),
         (4_000_000, "pressure", 0, 0),
-        (5_010_000, "stern starboard", 2, 2),
+        (5_010_000, "stern_starboard", 2, 2),
     ]
 
 

@@ -122,7 +122,7 @@ def actuator_values(header: Mapping[str, Any], c: Columns) -> dict[str, Array]:
     for path in c:
         part, _, name = path.partition(".")
         if part == "actuators" and name != "fins":
-            found[name.replace("_", " ")] = c[path]
+            found[name] = c[path]
     return found
 
 
@@ -150,7 +150,7 @@ def stage_words(value: int) -> str:
 def fin_names(header: Mapping[str, Any], count: int) -> list[str]:
     """Return the names of the vehicle file's fins; numbers where it has others."""
     fins = header.get("configuration", {}).get("vehicle", {}).get("fins", ())
-    names = [str(fin["name"]).replace("_", " ") for fin in fins if "name" in fin]
+    names = [str(fin["name"]) for fin in fins if "name" in fin]
     return names if len(names) == count else [f"fin {i + 1}" for i in range(count)]
 
 

@@ -1,14 +1,15 @@
 """A log's cycles as DataFlash messages: under ArduPilot's names where it has them, and our own beside.
 
-PARM, MSG, MODE, ATT, POS and BAT are ArduPilot's; a parameter that a station changed in flight has one more PARM at the
-time from which it held. HLTH is the health of a sensor (State as `SourceState`, Fault as `SourceFault`) or an actuator
-(State 0, or 2 at fault; Fault as `ActuatorFault`), at first and whenever it changes. NED is position and velocity over
-the ground in the local frame, DEP what concerns depth, FIN and FINR the fins as commanded and as reported, PROP the
-propeller, and LRN what is known of a coefficient.
+PARM, MSG, MODE, ATT, POS and BAT are ArduPilot's; a sentence that is too long for one MSG has several, and a parameter
+that a station changed in flight has one more PARM at the time from which it held. HLTH is the health of a sensor
+(State as `SourceState`, Fault as `SourceFault`) or an actuator (State 0, or 2 at fault; Fault as `ActuatorFault`), at
+first and whenever it changes. NED is position and velocity over the ground in the local frame, DEP what concerns
+depth, FIN and FINR the fins as commanded and as reported, PROP the propeller, and LRN what is known of a coefficient.
 """
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable, Mapping
 from typing import IO, Any
 
@@ -57,7 +58,8 @@ def export(log: Run, file: IO[bytes], step: Callable[[int], None] = lambda _: No
             while changed and changed[-1][0] <= t:
                 writer.write("PARM", changed.pop())
             while events and events[-1][0] <= t:
-                writer.write("MSG", (t, events.pop()[1].encode()[:_TEXT]))
+                for line in textwrap.wrap(events.pop()[1], _TEXT):
+                    writer.write("MSG", (t, line.encode()[:_TEXT]))
             for name, (_, row) in tables.items():
                 writer.write(name, (t, *row(i)))
             for values in health.changes(i):
