@@ -58,7 +58,7 @@ class EventKind(enum.IntEnum):
 
 
 class Cause(enum.IntEnum):
-    """Why it happened; the comment says what its numbers are."""
+    """Why it happened; the comment says what its numbers and names are."""
 
     NONE = 0
     ORDERED = 1  # by `Event.asker`
@@ -111,11 +111,11 @@ class Cause(enum.IntEnum):
     DVL_BAD = 42  # `SourceFault`
     ALTIMETER_BAD = 43  # `SourceFault`
     BOTTOM_UNSEEN = 44
-    PLANE_FAULT = 45  # `ActuatorFault`
-    RUDDER_FAULT = 46  # `ActuatorFault`
-    PROPELLER_FAULT = 47  # `ActuatorFault`
-    ACTUATOR_SILENT = 48
-    ACTUATOR_WORN = 49  # `ActuatorFault`
+    PLANE_FAULT = 45  # `ActuatorFault`; names: whose
+    RUDDER_FAULT = 46  # `ActuatorFault`; names: whose
+    PROPELLER_FAULT = 47  # `ActuatorFault`; names: whose
+    ACTUATOR_SILENT = 48  # `ActuatorFault`; names: whose
+    ACTUATOR_WORN = 49  # `ActuatorFault`; names: whose
     BUS_SILENT = 50  # limit, s
     STATION_LOST = 51  # limit, s
     STICKS_LOST = 52  # limit, s
@@ -130,6 +130,8 @@ class Cause(enum.IntEnum):
     ROLLED_OVER = 64  # roll, rad
     NO_DROP_WEIGHT = 65
     NOT_TOLD = 66  # time since SURFACE began, s
+    # Why the end of the flight is refused.
+    NOTHING_TO_END = 70
 
 
 INTENDED_CAUSES = (Cause.ORDERED, Cause.MISSION_DONE, Cause.RETURN_DONE, Cause.SURFACED)

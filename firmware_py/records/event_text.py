@@ -43,7 +43,6 @@ _CAUSES: Mapping[Cause, str] = {
     Cause.SURFACING_LONG: "surfacing for {0:.0f} s, and not known to be up",
     Cause.HEADING_SUSPECT: "the AHRS's heading is not believed, and carried on by its gyros",
     Cause.BOTTOM_UNSEEN: "neither altimeter nor DVL sees the bottom",
-    Cause.ACTUATOR_SILENT: "a fin or the propeller reports nothing",
     Cause.BUS_SILENT: "no device heard for {0:g} s",
     Cause.STATION_LOST: "no ground station heard for {0:g} s",
     Cause.STICKS_LOST: "no sticks heard for {0:g} s",
@@ -51,6 +50,7 @@ _CAUSES: Mapping[Cause, str] = {
     Cause.RETURN_DONE: "return done",
     Cause.FINS_NOT_HEARD: "not every fin heard within {0:g} s",
     Cause.DISARMED: "disarmed; arm first",
+    Cause.NOTHING_TO_END: "disarmed, and not under water",
     Cause.SURFACING: "surfacing, which only disarming ends",
     Cause.NO_MISSION: "no mission is loaded",
     Cause.MANOEUVRE_DEPTH: "depth {0:.1f} m, soon {1:.1f} m, limits {2:.1f} and {3:.1f} m",
@@ -84,12 +84,10 @@ _SOURCES: Mapping[Cause, str] = {
 }
 _LOST: Mapping[Cause, str] = {Cause.ATTITUDE_LOST: "AHRS", Cause.DEPTH_LOST: "pressure sensor"}
 """The sensor that is wanting."""
-_ACTUATORS: Mapping[Cause, str] = {
-    Cause.PLANE_FAULT: "plane",
-    Cause.RUDDER_FAULT: "rudder",
-    Cause.PROPELLER_FAULT: "propeller",
-    Cause.ACTUATOR_WORN: "fin or propeller",
-}
+_ACTUATORS = (
+    *(Cause.PLANE_FAULT, Cause.RUDDER_FAULT, Cause.PROPELLER_FAULT),
+    *(Cause.ACTUATOR_SILENT, Cause.ACTUATOR_WORN),
+)
 
 
 def sentences(events: Iterable[Event], name: ModeName = lambda mode: mode.name) -> list[Sentence]:
@@ -160,7 +158,7 @@ def _cause(event: Event, skip: int = 0) -> str:
     if cause in _SOURCES:
         return f"{_SOURCES[cause]} not to be relied on: {source_fault_text(numbers[0])}"
     if cause in _ACTUATORS:
-        return f"{_ACTUATORS[cause]}: {actuator_fault_text(numbers[0])}"
+        return f"{event.names[0] if event.names else 'an actuator'}: {actuator_fault_text(numbers[0])}"
     if cause is Cause.UNDER_WATER:
         depth = "depth not known" if math.isnan(numbers[0]) else f"under water, at {numbers[0]:.1f} m"
         return f"{depth}; surface first, or force it (param2 = 21196)"
@@ -230,6 +228,8 @@ def _mode_changed(event: Event, name: ModeName) -> str:
 
 def _mode_refused(event: Event, name: ModeName) -> str:
     asked = name(event.after) if event.after is not None else "?"
+    if event.cause is Cause.NOTHING_TO_END:
+        asked = "flight termination"
     return f"{asked} refused{_station(' to', event.asker)}: {_cause(event)}"
 
 

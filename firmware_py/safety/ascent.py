@@ -124,13 +124,18 @@ class Ascent:
         return m, events
 
     def release(
-        self, m: AscentMemory, stage: AscentStage, cause: Cause, numbers: tuple[float, ...]
+        self,
+        m: AscentMemory,
+        stage: AscentStage,
+        cause: Cause,
+        numbers: tuple[float, ...] = (),
+        names: tuple[str, ...] = (),
     ) -> tuple[AscentMemory, tuple[Event, ...]]:
         """Release the weight for `cause`, or without one say so; the one place that does. Told once, at `stage`."""
         if m.asked or m.drop:
             return m, ()
         if self._weight:
-            return m._replace(asked=True, drop=True), (_event(EventKind.WEIGHT_RELEASED, cause, numbers),)
+            return m._replace(asked=True, drop=True), (_event(EventKind.WEIGHT_RELEASED, cause, numbers, names),)
         return m._replace(asked=True), (_event(EventKind.ASCENT_STAGE, Cause.NO_DROP_WEIGHT, (float(stage),)),)
 
     def is_surfaced(self, m: AscentMemory, depth_ok: bool, z: float, fix: bool, altitude: float, limit: float) -> bool:
@@ -272,5 +277,5 @@ def _enter(m: AscentMemory, stage: AscentStage, v: AscentView) -> AscentMemory:
     return m
 
 
-def _event(kind: EventKind, cause: Cause, numbers: tuple[float, ...]) -> Event:
-    return Event(kind, severity_of(kind, cause), cause=cause, numbers=numbers)
+def _event(kind: EventKind, cause: Cause, numbers: tuple[float, ...], names: tuple[str, ...] = ()) -> Event:
+    return Event(kind, severity_of(kind, cause), cause=cause, numbers=numbers, names=names)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from firmware_py.records.command import Reference
@@ -12,14 +12,14 @@ from firmware_py.records.fence import WITHIN, Fence
 from firmware_py.records.health import ActuatorFault, ActuatorHealth, SourceFault, SourceHealth, SourceState
 from firmware_py.records.order import Mode, Order
 from firmware_py.records.sensing import Heard, SensorFrame
-from firmware_py.safety.conditions import NO_FAULTS, ActuatorFaults, Conditions
+from firmware_py.safety.conditions import NO_FAULTS, ActuatorFaults, Conditions, Faulty
 from firmware_py.safety.safety_params import SafetyParams
-from firmware_py.safety.supervisor_memory import SupervisorMemory
+from firmware_py.safety.supervisor_memory import SupervisorMemory, VehicleFin
 from firmware_py.tick import Tick
 
 _RECENT = 5.0
 """What was last heard longer ago, s, of battery and leak sensor is not heard; they report about once a second."""
-_GOOD, _NONE, _NO_FAULT = SourceState.GOOD, ActuatorFault.NONE, SourceFault.NONE
+_GOOD, _NO_FAULT = SourceState.GOOD, SourceFault.NONE
 _STUCK = (ActuatorFault.JAMMED, ActuatorFault.HARD_OVER, ActuatorFault.LOST)
 _WORN = (ActuatorFault.WEAK, ActuatorFault.SLOW, ActuatorFault.LOOSE)
 
@@ -93,24 +93,26 @@ def fins_heard(tick: Tick, frame: SensorFrame, params: SafetyParams) -> bool:
     return all(fin.usable(tick.t, params.fin_timeout) and math.isfinite(fin.value) for fin in frame.fins)
 
 
-def actuator_faults(health: ActuatorHealth, rudders: tuple[bool, ...]) -> ActuatorFaults:
-    """Return the faults by kind; `rudders` has for each fin whether it acts on yaw alone."""
-    fins = health.fins
-    if health.propeller is _NONE and not any(fins):
+def actuator_faults(health: ActuatorHealth, vehicle_fins: Sequence[VehicleFin]) -> ActuatorFaults:
+    """Return the faults by kind."""
+    if health.faultless:
         return NO_FAULTS
-    everything = (*fins, health.propeller)
-    planes = [fin for fin, rudder in zip(fins, rudders, strict=True) if not rudder]
+    planes, rudders = list[Faulty](), list[Faulty]()
+    for fault, fin in zip(health.fins, vehicle_fins, strict=True):
+        (rudders if fin.rudder else planes).append(Faulty(fault, fin.name))
+    propeller = [Faulty(health.propeller, "propeller")]
+    everything = [*planes, *rudders, *propeller]
     return ActuatorFaults(
         plane=_first(planes, _STUCK),
-        rudder=_first([fin for fin, rudder in zip(fins, rudders, strict=True) if rudder], _STUCK),
-        propeller=_first([health.propeller], _STUCK),
+        rudder=_first(rudders, _STUCK),
+        propeller=_first(propeller, _STUCK),
         silent=_first(everything, (ActuatorFault.SILENT,)),
         worn=_first(everything, _WORN),
     )
 
 
-def _first(faults: Iterable[ActuatorFault], of: tuple[ActuatorFault, ...]) -> ActuatorFault:
-    return next((fault for fault in faults if fault in of), _NONE)
+def _first(actuators: Iterable[Faulty], of: tuple[ActuatorFault, ...]) -> Faulty | None:
+    return next((actuator for actuator in actuators if actuator.fault in of), None)
 
 
 def _newest(frame: SensorFrame) -> float:

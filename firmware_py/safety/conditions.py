@@ -10,21 +10,27 @@ from firmware_py.records.health import ALL_GOOD, ActuatorFault, SensorHealth, So
 from firmware_py.records.order import Mode
 
 
+class Faulty(NamedTuple):
+    """A fault, and the name of the actuator that has it."""
+
+    fault: ActuatorFault
+    name: str
+
+
 class ActuatorFaults(NamedTuple):
-    """The first fault of each kind that is found; NONE of `ActuatorFault` where there is none.
+    """The first actuator with a fault of each kind; None where there is none.
 
     `plane`, `rudder` and `propeller` are jammed or without force; `silent` and `worn` (weak, slow, loose) are any.
     """
 
-    plane: ActuatorFault
-    rudder: ActuatorFault
-    propeller: ActuatorFault
-    silent: ActuatorFault
-    worn: ActuatorFault
+    plane: Faulty | None = None
+    rudder: Faulty | None = None
+    propeller: Faulty | None = None
+    silent: Faulty | None = None
+    worn: Faulty | None = None
 
 
-_NONE = ActuatorFault.NONE
-NO_FAULTS = ActuatorFaults(_NONE, _NONE, _NONE, _NONE, _NONE)
+NO_FAULTS = ActuatorFaults()
 
 
 class Conditions(NamedTuple):

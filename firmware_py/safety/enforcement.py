@@ -8,14 +8,12 @@ from typing import NamedTuple
 from firmware_py.records.event import Cause, Event, EventKind, severity_of
 from firmware_py.records.order import Mode
 from firmware_py.safety.action import MODE_OF, Action, safer
-from firmware_py.safety.rules import ARMING, RULES, Conditions, Rule, SafetyParams
+from firmware_py.safety.rules import ARMING, RULES, Conditions, Reason, Rule, SafetyParams
 from firmware_py.tick import NS_PER_S
 
 _WARN_AGAIN_NS = 60 * NS_PER_S
 """A rule that warns does so again no sooner than after this."""
 _NEVER_WARNED = -_WARN_AGAIN_NS
-Obstacle = tuple[Cause, tuple[float, ...]]
-"""Why arming is refused: a cause and its numbers."""
 
 
 class Held(NamedTuple):
@@ -72,7 +70,7 @@ class Enforcement:
         params = self._params
         return tuple([n + 1 if holds and holds(c, params) else 0 for holds, n in zip(self._holds, before, strict=True)])
 
-    def obstacles(self, c: Conditions, ticks: tuple[int, ...]) -> list[Obstacle]:
+    def obstacles(self, c: Conditions, ticks: tuple[int, ...]) -> list[Reason]:
         """Return why arming is refused: checks of `ARMING`, and rules that hold and ask for a safer mode.
 
         Beyond the fence MANUAL is allowed, to steer back.
@@ -83,7 +81,7 @@ class Enforcement:
             steers_back = rule.cause is Cause.FENCE and c.wanted is Mode.MANUAL
             if n and rule.at_arming and mode is not None and safer(mode, c.wanted) and not steers_back:
                 found.append(rule)
-        return list(dict.fromkeys((rule.cause, rule.numbers(c, params)) for rule in found))
+        return list(dict.fromkeys(rule.reason(c, params) for rule in found))
 
     def judge(self, before: Mode, c: Conditions, held: Held, t_ns: int, dt_ns: int) -> Verdict:
         """Return what follows from what holds; `before` is the mode in force, `c.wanted` the one that is wanted."""
@@ -121,4 +119,5 @@ def _answer(rule: Rule, params: SafetyParams) -> _Answer:
 
 
 def _event(kind: EventKind, rule: Rule, c: Conditions, params: SafetyParams) -> Event:
-    return Event(kind, severity_of(kind, rule.cause), cause=rule.cause, numbers=rule.numbers(c, params))
+    cause, numbers, names = rule.reason(c, params)
+    return Event(kind, severity_of(kind, cause), cause=cause, numbers=numbers, names=names)

@@ -23,12 +23,20 @@ from firmware_py.records.fence import WITHIN
 from firmware_py.records.health import SourceFault, SourceHealth, SourceState
 from firmware_py.records.order import Mode
 from firmware_py.safety.action import safer
-from firmware_py.safety.conditions import Conditions
+from firmware_py.safety.conditions import Conditions, Faulty
 from firmware_py.safety.safety_params import SafetyParams
 
-__all__ = ["ARMING", "RULES", "Conditions", "Rule", "SafetyParams", "safer"]
+__all__ = ["ARMING", "RULES", "Conditions", "Reason", "Rule", "SafetyParams", "safer"]
 
 _Numbers = Callable[[Conditions, SafetyParams], tuple[float, ...]]
+
+
+class Reason(NamedTuple):
+    """Why something is done: a cause with its numbers and names."""
+
+    cause: Cause
+    numbers: tuple[float, ...] = ()
+    names: tuple[str, ...] = ()
 
 
 class Rule(NamedTuple):
@@ -41,6 +49,7 @@ class Rule(NamedTuple):
         answer: the name of the parameter that says what is done; or a mode, in which the present one simply ends.
         numbers: of the cause, for its event.
         at_arming: whether a vehicle is not armed while the condition holds.
+        faulty: the actuator that the cause is about, if it is about one.
     """
 
     cause: Cause
@@ -49,6 +58,14 @@ class Rule(NamedTuple):
     answer: str | Mode
     numbers: _Numbers = lambda *_: ()
     at_arming: bool = True
+    faulty: Callable[[Conditions], Faulty | None] = lambda _: None
+
+    def reason(self, c: Conditions, params: SafetyParams) -> Reason:
+        """Return why it answers, while it holds."""
+        faulty = self.faulty(c)
+        if faulty is not None:
+            return Reason(self.cause, (float(faulty.fault),), (faulty.name,))
+        return Reason(self.cause, self.numbers(c, params))
 
 
 DISARMED, SURFACE = Mode.DISARMED, Mode.SURFACE
@@ -78,6 +95,11 @@ def _surfacing_long(c: Conditions, p: SafetyParams) -> bool:
     return c.surfacing >= p.surfacing_time and c.surfacing % p.surfacing_time < 1.0  # and again after as long
 
 
+def _actuator_fault(cause: Cause, faulty: Callable[[Conditions], Faulty | None], action: str) -> Rule:
+    """Return the rule of one kind of faults."""
+    return Rule(cause, lambda c, _: faulty(c) is not None, "actuator_time", action, faulty=faulty)
+
+
 def _station_lost(mode: Mode, time: str, action: str) -> Rule:
     """Return the rule of one mode on the silence of stations."""
     return Rule(
@@ -98,12 +120,9 @@ RULES: tuple[Rule, ...] = (
          lambda c, p: (p.attitude_timeout, float(c.attitude_fault))),
     Rule(Cause.DEPTH_LOST,       lambda c, _: not c.depth_ok, "", "depth_action",
          lambda c, p: (p.depth_timeout, float(c.depth_fault))),
-    Rule(Cause.PROPELLER_FAULT,  lambda c, _: c.faults.propeller != 0, "actuator_time", "propeller_action",
-         lambda c, _: (float(c.faults.propeller),)),
-    Rule(Cause.PLANE_FAULT,      lambda c, _: c.faults.plane != 0, "actuator_time", "plane_action",
-         lambda c, _: (float(c.faults.plane),)),
-    Rule(Cause.RUDDER_FAULT,     lambda c, _: c.faults.rudder != 0, "actuator_time", "rudder_action",
-         lambda c, _: (float(c.faults.rudder),)),
+    _actuator_fault(Cause.PROPELLER_FAULT, lambda c: c.faults.propeller, "propeller_action"),
+    _actuator_fault(Cause.PLANE_FAULT,     lambda c: c.faults.plane, "plane_action"),
+    _actuator_fault(Cause.RUDDER_FAULT,    lambda c: c.faults.rudder, "rudder_action"),
     Rule(Cause.BUS_SILENT,       lambda c, _: c.bus_silent, "", "bus_action",
          lambda _, p: (p.bus_time,)),
     # The hull and its energy.
@@ -146,9 +165,8 @@ RULES: tuple[Rule, ...] = (
          lambda c, _: (float(c.sensors.dvl.fault),)),
     Rule(Cause.ALTIMETER_BAD,    lambda c, _: c.sensors.altitude.state is not _GOOD, "sensor_time", "altimeter_action",
          lambda c, _: (float(c.sensors.altitude.fault),)),
-    Rule(Cause.ACTUATOR_SILENT,  lambda c, _: c.faults.silent != 0, "actuator_time", "actuator_silent_action"),
-    Rule(Cause.ACTUATOR_WORN,    lambda c, _: c.faults.worn != 0, "actuator_time", "actuator_worn_action",
-         lambda c, _: (float(c.faults.worn),)),
+    _actuator_fault(Cause.ACTUATOR_SILENT, lambda c: c.faults.silent, "actuator_silent_action"),
+    _actuator_fault(Cause.ACTUATOR_WORN,   lambda c: c.faults.worn, "actuator_worn_action"),
     Rule(Cause.LATE_CYCLES,      lambda c, p: c.late > p.late_max, "", "late_action",
          lambda c, p: (float(c.late), float(p.late_max))),
     # Who watches it.

@@ -20,10 +20,10 @@ from firmware_py.safety.ascent import Ascent, AscentMemory
 from firmware_py.safety.ascent_view import view_of
 from firmware_py.safety.assessment import actuator_faults, conditions, fins_heard
 from firmware_py.safety.conditions import NO_FAULTS
-from firmware_py.safety.enforcement import NOTHING_HELD, Enforcement, Held, Obstacle
+from firmware_py.safety.enforcement import NOTHING_HELD, Enforcement, Held
 from firmware_py.safety.health_events import actuator_events, node_events, sensor_events
 from firmware_py.safety.plane_jam import Planes
-from firmware_py.safety.rules import SafetyParams
+from firmware_py.safety.rules import Reason, SafetyParams
 from firmware_py.safety.supervisor_memory import SupervisorMemory, VehicleFin, beginning
 from firmware_py.tick import NS_PER_S, Rate, Tick
 
@@ -52,8 +52,8 @@ class Supervisor:
         self._fence = fence
         self._has_mission = has_mission
         self._home = rally or _ORIGIN
-        self._fins = tuple(fin.name for fin in fins)
-        self._rudders = tuple(fin.rudder for fin in fins)
+        self._fins = fins
+        self._fin_names = tuple(fin.name for fin in fins)
         self._sound = sound(len(fins))
         self._ascent = Ascent(params.ascent, params.depth_max, params.altitude_min, drop_weight)
         self._planes = Planes([fin.share for fin in fins], [fin.limit for fin in fins])
@@ -85,13 +85,13 @@ class Supervisor:
         params, was, rules = self._params, self._memory, self._enforcement
         late = (was.late << 1 | (tick.late_ns > tick.dt_ns)) & ((1 << NS_PER_S // tick.dt_ns) - 1)
         self.events = sensor_events(was.sensors, state.sensors)
-        self.events += actuator_events(was.actuators, actuators, self._fins)
+        self.events += actuator_events(was.actuators, actuators, self._fin_names)
         nodes = frame.two_senders, frame.unhealthy
         self.events += node_events(was.nodes, nodes)
         submerged = self._submerged(tick, frame, state)
         wanted, ruled = self._mode_asked_for(was.mode, order, state, submerged), None
         chosen = self._chosen(order) if wanted is Mode.DISARMED else Mode.MANUAL
-        faults = NO_FAULTS if actuators == self._sound else actuator_faults(actuators, self._rudders)
+        faults = NO_FAULTS if actuators == self._sound else actuator_faults(actuators, self._fins)
         done = mission_done and was.mode is wanted
         seen = (tick, frame, state, faults, order, reference)
         c = conditions(params, self._fence, was, *seen, wanted, late.bit_count(), done)
@@ -101,9 +101,9 @@ class Supervisor:
             )
             c = c._replace(surfaced=surfaced)
         held = Held(rules.ticks(c, was.held.ticks), was.held.warned_ns)
-        release: tuple[Cause, tuple[float, ...]] | None = None
+        release: Reason | None = None
         if order.terminate and (submerged or was.mode is not Mode.DISARMED):
-            release = Cause.ORDERED, ()
+            release = Reason(Cause.ORDERED)
         ready, returning = True, c.returning
         if wanted is not Mode.DISARMED:
             if was.mode is Mode.DISARMED:
@@ -120,7 +120,7 @@ class Supervisor:
                 wanted, ruled, held = verdict.mode, verdict.rule, verdict.held
                 self.events += verdict.events
                 if release is None and verdict.drop is not None:
-                    release = verdict.drop.cause, verdict.drop.numbers(c, params)
+                    release = verdict.drop.reason(c, params)
         if wanted is Mode.DISARMED:
             ahead = c._replace(wanted=chosen, mission_done=False, fins_heard=fins_heard(tick, frame, params))
             refusals = rules.obstacles(ahead, held.ticks)
@@ -131,12 +131,13 @@ class Supervisor:
                     self._add_event(EventKind.ARMING_CHECK_PASSED, asker=order.asker)
         cause, failsafe = was.cause, was.failsafe
         if wanted is not was.mode:
-            cause = ruled.cause if ruled else Cause.ORDERED
+            cause, numbers, names = ruled.reason(c, params) if ruled else Reason(Cause.ORDERED)
             failsafe = ruled is not None and (failsafe or cause not in INTENDED_CAUSES)
             self._add_event(
                 EventKind.MODE_CHANGED,
                 *(was.mode, wanted, cause, NOBODY if ruled else order.asker),
-                numbers=ruled.numbers(c, params) if ruled else (),
+                numbers=numbers,
+                names=names,
             )
         failsafe = failsafe and wanted is not Mode.DISARMED
         ascent = was.ascent if wanted is Mode.SURFACE else AscentMemory(drop=was.drop)
@@ -187,12 +188,13 @@ class Supervisor:
         cause: Cause = Cause.NONE,
         asker: Asker = NOBODY,
         numbers: tuple[float, ...] = (),
+        names: tuple[str, ...] = (),
     ) -> None:
-        self.events += (Event(kind, severity_of(kind, cause), before, after, cause, asker, numbers=numbers),)
+        self.events += (Event(kind, severity_of(kind, cause), before, after, cause, asker, None, numbers, names),)
 
-    def _refuse(self, kind: EventKind, refusals: list[Obstacle], asker: Asker) -> None:
-        for cause, numbers in refusals:
-            self._add_event(kind, cause=cause, asker=asker, numbers=numbers)
+    def _refuse(self, kind: EventKind, refusals: list[Reason], asker: Asker) -> None:
+        for cause, numbers, names in refusals:
+            self._add_event(kind, cause=cause, asker=asker, numbers=numbers, names=names)
 
     def _submerged(self, tick: Tick, frame: SensorFrame, state: StateEstimate) -> bool:
         """Return whether the vehicle is under water; while the depth is not known, unless a fix tells otherwise."""
@@ -206,7 +208,7 @@ class Supervisor:
         if order.terminate:
             asked = Mode.SURFACE if mode is not Mode.DISARMED else mode
             if asked is Mode.DISARMED and not submerged:
-                asked, why = Mode.SURFACE, Cause.DISARMED
+                asked, why = Mode.SURFACE, Cause.NOTHING_TO_END
         elif order.arming in _DISARM or asked is Mode.DISARMED:
             asked = Mode.DISARMED
             if mode is not Mode.DISARMED and submerged and order.arming is not Arming.FORCE_DISARM:

@@ -259,6 +259,16 @@ def test_what_a_rule_held_may_be_ordered_away_when_it_ended() -> None:
     assert not vehicle.answer.failsafe
 
 
+def test_the_actuator_that_a_rule_is_about_is_named_in_its_event() -> None:
+    vehicle = sailing(Mode.MISSION, replace(PARAMS, plane_action=Action.SURFACE_AND_DROP), FINS)
+    vehicle.ticks_until(Mode.SURFACE, 30, **faulty(ActuatorFault.JAMMED, 1))
+    assert vehicle.events[:2] == ("MISSION -> SURFACE: starboard: jammed", "drop weight released: starboard: jammed")
+    worn = sailing(Mode.MISSION, PARAMS, FINS)
+    for _ in range(21):
+        worn.tick(**faulty(ActuatorFault.SLOW, 3))
+    assert worn.events == ("lower: too slow",)
+
+
 def test_neither_altimeter_nor_dvl() -> None:
     vehicle = sailing(Mode.MISSION, replace(PARAMS, **{**QUIET, "bottom_action": Action.SURFACE}))
     assert vehicle.ticks_until(Mode.SURFACE, 300, sensors=BLIND) == 201
@@ -413,7 +423,7 @@ def test_the_end_of_the_flight_is_the_surface_without_the_weight(mode: Mode) -> 
 def test_a_disarmed_vehicle_drops_its_weight_under_water_only() -> None:
     vehicle = SupervisedVehicle()
     assert vehicle.tick(Order(terminate=True), z=0.2) is Mode.DISARMED
-    assert vehicle.events == ("SURFACE refused: disarmed; arm first",)
+    assert vehicle.events == ("flight termination refused: disarmed, and not under water",)
     assert not vehicle.answer.drop
     assert vehicle.tick(Order(terminate=True), z=5.0) is Mode.DISARMED
     assert vehicle.answer.drop

@@ -51,6 +51,7 @@ NUMBERS: dict[Cause, tuple[float, ...]] = {
     Cause.PLANE_FAULT: (float(ActuatorFault.JAMMED),),
     Cause.RUDDER_FAULT: (float(ActuatorFault.HARD_OVER),),
     Cause.PROPELLER_FAULT: (float(ActuatorFault.LOST),),
+    Cause.ACTUATOR_SILENT: (float(ActuatorFault.SILENT),),
     Cause.ACTUATOR_WORN: (float(ActuatorFault.SLOW),),
     Cause.BUS_SILENT: (2.0,),
     Cause.STATION_LOST: (20.0,),
@@ -59,7 +60,7 @@ NUMBERS: dict[Cause, tuple[float, ...]] = {
 }
 OF_FAULTS = (
     *(Cause.AHRS_SUSPECT, Cause.PRESSURE_SUSPECT, Cause.DVL_BAD, Cause.ALTIMETER_BAD),
-    *(Cause.PLANE_FAULT, Cause.RUDDER_FAULT, Cause.PROPELLER_FAULT, Cause.ACTUATOR_WORN),
+    *(Cause.PLANE_FAULT, Cause.RUDDER_FAULT, Cause.PROPELLER_FAULT, Cause.ACTUATOR_SILENT, Cause.ACTUATOR_WORN),
 )
 """Causes whose number is a `SourceFault` (the first four) or an `ActuatorFault`."""
 REPORTED: dict[Cause, tuple[tuple[float, ...], tuple[str, ...]]] = {
