@@ -118,6 +118,9 @@ def fly(options: argparse.Namespace) -> FlightResult:
             if not recorder.broken:
                 end = {"completed": None, "reason": reason, "wall_s": time.monotonic() - began}
                 log.close({**end, "losses": losses.totals()})
+            elif recorder.last is not None:
+                t = recorder.last.tick.t
+                say(f"sternplane: {log.path} is not complete; the flight went on without it to {t:.1f} s: {reason}")
     kept = _leave(log.path, options.state, autopilot.parts.estimator.keep(), keeper.speed)
     point_latest(folder)
     status = _LOST if lost else _AGAIN if ground.node.end_request == "reboot" else 0 if kept else BAD

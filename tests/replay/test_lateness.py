@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from sternplane.logs import lateness_histogram
 from sternplane.logs.reading import Log, read
-from sternplane.logs.summary import key_figures, summarise
+from sternplane.logs.summary import summarise
+from sternplane.logs.summary_text import key_figures
 from sternplane.report.drawing import Plot
 from sternplane.report.figures import Figures
 from sternplane.report.flight_page import flight_page

@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from sternplane.logs.learned import LearnedFigures, coefficients
 from sternplane.logs.reading import Log, read
-from sternplane.logs.summary import key_figures, summarise
+from sternplane.logs.summary import summarise
+from sternplane.logs.summary_text import key_figures
 from sternplane.report import flight_page
 from sternplane.report.coefficient_plots import SECTION
 from sternplane.report.figures import Figures

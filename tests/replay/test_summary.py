@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 from sternplane.logs.reading import read
-from sternplane.logs.summary import key_figures, outcome, summarise, summary_table
+from sternplane.logs.summary import summarise
+from sternplane.logs.summary_text import key_figures, outcome, summary_table
 from sternplane.logs.tracking import path_error, true_columns
 
 from firmware_py.records.order import Mode

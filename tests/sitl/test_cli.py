@@ -198,6 +198,16 @@ def test_a_disk_that_is_full_by_a_fault_ends_the_log_and_not_the_flight(tmp_path
     log = read(tmp_path / "run" / "log.mcap")
     assert not log.complete
     assert 60 <= len(log.cycle_bytes) <= 120  # at most half a second is lost with it
+    words = " ".join(result.stdout.split())
+    assert "completed; the log ends at 1." in words
+    assert "because the disk was full: the vehicle flew on for" in words
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    assert summary["completed"]
+    assert summary["judged_by"] == "truth"
+    assert summary["after_log"]["mode"] == "manual"
+    assert summary["vehicle_time_s"] == pytest.approx(2.0)
+    assert 0.6 <= summary["logged_s"] <= 1.2
+    assert "of a part of the flight alone" in (tmp_path / "run" / "report.html").read_text()
 
 
 def test_faults_aboard_the_vehicle_are_refused_where_they_mean_nothing(tmp_path: Path, brief: Path) -> None:

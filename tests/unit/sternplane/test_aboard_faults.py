@@ -6,10 +6,12 @@ import time
 from types import SimpleNamespace
 
 import pytest
+from sternplane.logs.after_log import after_log
 from sternplane.sitl.aboard_faults import AboardFaults
 
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.params import ParamError
+from firmware_py.records.event import Event, EventKind, Severity
 from firmware_py.records.order import Mode, Order, Sticks
 from firmware_py.tick import Tick
 from sim_bridge.faults.fault import parse_fault
@@ -77,6 +79,40 @@ def test_a_full_disk_ends_the_log_and_not_the_flight(tmp_path, capsys):
         f"sternplane: {tmp_path / 'log.mcap'}: the log cannot be written (No space left on device); choose another "
         "--out; the flight goes on without a log"
     ]
+
+
+def test_what_the_log_cannot_tell_lies_beside_it(tmp_path):
+    def seen(t, z, mode, *events):
+        state = SimpleNamespace(eta=SimpleNamespace(z=z + 1.0))
+        tick, mode = SimpleNamespace(t=t, dt_ns=DT_NS), SimpleNamespace(mode=mode)
+        faults.unlogged.see(SimpleNamespace(tick=tick, state=state, mode=mode, events=events), z)
+
+    faults = aboard("full:disk@10")
+    log = faults.log(tmp_path / "log.mcap", {})
+    keep, passed = faults.recorded(lambda c: log.write("/x", round(c.tick.t * 1e9), None)), EventKind.WAYPOINT_PASSED
+    seen(5.0, 9.0, Mode.MISSION, Event(passed, Severity.INFO, numbers=(1.0, 3.0)))
+    seen(9.5, 2.0, Mode.MISSION, Event(EventKind.LOITER_DONE, Severity.INFO, numbers=(1.0,)))
+    keep(cycle(10.0))
+    seen(20.0, 5.0, Mode.MISSION, Event(passed, Severity.INFO, numbers=(2.0, 3.0)))
+    seen(30.0, 0.5, Mode.DISARMED)
+    faults.close(log, {"completed": True})
+    run = SimpleNamespace(path=tmp_path / "log.mcap", lost="cut off")
+    after = after_log(run)
+    assert after == after._replace(
+        why="the disk was full", end={"completed": True}, t_end=30.01, mode="disarmed", depth=0.5, waypoints_passed=2
+    )
+    figures = {"logged_s": 9.8, "depth_max_m": 4.0, "depth_max_at_s": 6.0, "depth_max_estimate_m": 4.5}
+    told = after.in_summary([(9.5, "loiter done at item 1")], figures)
+    assert (told["depth_max_m"], told["depth_max_at_s"], told["depth_max_estimate_m"]) == (5.0, 20.0, 6.0)
+    assert told["events"] == [[9.5, "loiter done at item 1"], [20.0, "waypoint 2 of 3 passed"]]
+    assert after_log(SimpleNamespace(path=run.path, lost="")) is None
+
+
+def test_a_disk_that_was_not_full_by_the_end_leaves_nothing_beside_the_log(tmp_path):
+    faults = aboard("full:disk@10")
+    log = faults.log(tmp_path / "log.mcap", {})
+    faults.close(log, {})
+    assert [path.name for path in tmp_path.iterdir()] == ["log.mcap"]
 
 
 def test_a_log_that_fails_by_itself_ends_a_simulated_flight_though_the_clock_jumps():

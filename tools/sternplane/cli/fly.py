@@ -17,7 +17,7 @@ def command(options: argparse.Namespace) -> int:
     if options.report and flown.cycles:
         from rich.console import Console
 
-        from sternplane.logs.summary import summary_table
+        from sternplane.logs.summary_text import summary_table
         from sternplane.report import report
 
         Console().print(summary_table(report.write_report_of_file(flown.folder / LOG_FILE, flown.folder)))

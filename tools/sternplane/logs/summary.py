@@ -1,4 +1,4 @@
-"""A run in a dozen figures, for people: degrees, percent and rpm where they think in them."""
+"""A run in a dozen figures: degrees, percent and rpm where people think in them."""
 
 from __future__ import annotations
 
@@ -6,13 +6,9 @@ import math
 from typing import Any
 
 import numpy as np
-from rich.console import Group
-from rich.padding import Padding
-from rich.table import Table
-from rich.text import Text
 
 from firmware_py.records.order import Mode
-from sternplane.logs import health_record, lateness_histogram, losses, standard_manoeuvres
+from sternplane.logs import after_log, health_record, lateness_histogram, losses, standard_manoeuvres
 from sternplane.logs.learned import LearnedFigures
 from sternplane.logs.reading import Piece
 from sternplane.logs.run import Run
@@ -22,28 +18,6 @@ Summary = dict[str, Any]
 
 _HELD = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN)
 
-_ROWS: tuple[tuple[str, str, str], ...] = (
-    # key, label, format with the unit
-    ("vehicle_time_s", "vehicle time", "{:.1f} s"),
-    ("wall_time_s", "wall time", "{:.1f} s"),
-    ("speed_up", "speed-up", "{:.1f} ×"),
-    ("distance_m", "distance travelled", "{:.0f} m"),
-    ("depth_max_m", "greatest depth", "{:.2f} m"),
-    ("depth_error_rms_m", "depth error, RMS", "{:.3f} m"),
-    ("heading_error_rms_deg", "heading error, RMS", "{:.2f}°"),
-    ("path_error_rms_m", "path error, RMS", "{:.2f} m"),
-    ("path_error_max_m", "path error, greatest", "{:.2f} m"),
-    ("navigation_error_end_m", "navigation error, at the end", "{:.2f} m"),
-    ("navigation_error_max_m", "navigation error, greatest", "{:.2f} m"),
-    ("turning_diameter_m", "turning diameter, steady", "{:.1f} m"),
-    ("turning_rate_deg_s", "turning rate, steady", "{:.2f} °/s"),
-    ("overshoot_first_deg", "first overshoot", "{:.1f}°"),
-    ("overshoot_second_deg", "second overshoot", "{:.1f}°"),
-    ("zigzag_period_s", "zigzag period", "{:.1f} s"),
-    ("fin_travel_deg_s", "fin travel", "{:.2f} °/s"),
-    ("late_cycles", "late cycles", "{:d}"),
-)
-
 
 def summarise(log: Run) -> Summary:
     """Return the figures of a run; None where the log cannot say.
@@ -51,7 +25,11 @@ def summarise(log: Run) -> Summary:
     completed, reason: from the log's end record, as the run's scenario judged; None where there was
     none to judge; False for a log that was cut off. surfaced: True if it was not, but a rule brought the vehicle safely
     to the surface, where it lies disarmed. judged_by: "truth", or "estimate" where the plant was elsewhere.
-    vehicle_time_s: time of the last cycle plus one step. wall_time_s: from the end record. speed_up: their quotient.
+    after_log: None; of a flight that went on when its log had ended (`after_log.AfterLog`): why it ended, and in which
+    mode and depth_m the flight. Then what is said above and vehicle_time_s, depth_max_*, waypoints_passed, losses and
+    events are of the whole flight; all else is of the `logged_s` in the log.
+    vehicle_time_s: time of the last cycle plus one step; logged_s: of the last in the log. wall_time_s: from the end
+    record. speed_up: their quotient.
     distance_m: length of the path over the ground, x, y and z. depth_max_m, depth_max_at_s: greatest z, and when;
     depth_max_estimate_m: greatest estimated z, which a sensor at fault may hold far from the truth.
     depth_error_rms_m, heading_error_rms_deg: of z_d - z and psi_d - psi (the short way) over all armed cycles in which
@@ -83,17 +61,20 @@ def summarise(log: Run) -> Summary:
     for piece in log.pieces():
         for part in parts:
             part.add(piece)
-    wall, lateness = log.end.get("wall_s"), late.histogram()
+    after = after_log.after_log(log)
+    end = log.end if after is None else after.end
+    t_end = figures.t_end if after is None else after.t_end
+    wall, lateness = end.get("wall_s"), late.histogram()
     circle, zigzag = manoeuvres.circle(), manoeuvres.zigzag()
-    reason = log.end.get("reason") or (f"the log is {log.lost}" if log.lost else "the run was ended")
+    reason = end.get("reason") or (f"the log is {log.lost}" if log.lost else "the run was ended")
     summary: Summary = {
-        "completed": log.end.get("completed", False),
+        "completed": end.get("completed", False),
         "reason": reason,
-        "surfaced": log.end.get("surfaced", False),
-        "judged_by": log.end.get("judged_by"),
-        "vehicle_time_s": figures.t_end,
+        "surfaced": end.get("surfaced", False),
+        "judged_by": end.get("judged_by"),
+        "vehicle_time_s": t_end,
         "wall_time_s": wall,
-        "speed_up": figures.t_end / wall if wall else None,
+        "speed_up": t_end / wall if wall else None,
         **figures.document(),
         "turning_diameter_m": circle.diameter if circle else None,
         "turning_rate_deg_s": math.degrees(circle.rate) if circle else None,
@@ -101,15 +82,17 @@ def summarise(log: Run) -> Summary:
         "overshoot_second_deg": math.degrees(zigzag.second_overshoot) if zigzag else None,
         "zigzag_period_s": zigzag.period if zigzag else None,
         "lateness": lateness._asdict() if lateness else None,
-        "losses": losses.losses(log),
+        "losses": {**losses.losses(log), **end.get("losses", {})},
         "losses_seen_s": losses.times(log),
         "health": health.document(),
         "learned": learned.summary,
+        "after_log": None,
         "complete": log.complete,
         "lost": log.lost,
         "faults": log.header.get("faults", []),
         "notes": log.header.get("notes", []),
         "events": [[t, text] for t, text in log.sentences],
+        **({} if after is None else after.in_summary(log.sentences, figures.document())),
     }
     return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in summary.items()}
 
@@ -158,6 +141,7 @@ class _Figures:
         passed, total = self._missions.passed
         travel = self._travel.mean
         return {
+            "logged_s": self.t_end,
             "distance_m": self._distance,
             "depth_max_m": self._deepest.z,
             "depth_max_at_s": self._deepest.t,
@@ -218,46 +202,3 @@ class _Deepest:
         at = int(np.argmax(z))  # of a NaN, if there is one
         if not z[at] <= self.z and not math.isnan(self.z):
             self.z, self.t = float(z[at]), float(t[at])
-
-
-def summary_table(summary: Summary) -> Group:
-    """The summary as the terminal shows it: the outcome in a line of its own, then the figures."""
-    rows = Table(show_header=False, box=None, padding=(0, 2))
-    for label, value in key_figures(summary):
-        rows.add_row(label, value)
-    if summary["faults"]:
-        rows.add_row("faults", ", ".join(summary["faults"]))
-    return Group(Padding(Text(outcome(summary)), (0, 2)), rows)
-
-
-def outcome(summary: Summary) -> str:
-    """Return one phrase: whether the run was completed, and if not, why, and whether it ended safely all the same."""
-    if summary["completed"] is None:
-        return str(summary["reason"])
-    believed = ", by the vehicle's own estimate" if summary.get("judged_by") == "estimate" else ""
-    if summary.get("surfaced"):
-        return f"not completed, but {summary['reason']}{believed}"
-    return f"completed{believed}" if summary["completed"] else f"not completed: {summary['reason']}"
-
-
-def key_figures(summary: Summary) -> list[tuple[str, str]]:
-    """Return (label, figure with its unit), without what the log cannot say."""
-    found = [(label, form.format(summary[key])) for key, label, form in _ROWS if summary[key] is not None]
-    if summary["waypoints_total"]:
-        found.append(("waypoints", f"{summary['waypoints_passed']} of {summary['waypoints_total']}"))
-    if late := summary["lateness"]:
-        found.append(("lateness, median", lateness_histogram.with_unit(late["median_us"])))
-        found.append(("lateness, 99 % within", lateness_histogram.with_unit(late["p99_us"])))
-        found.append(("lateness, greatest", lateness_histogram.with_unit(late["max_us"])))
-    if learned := summary["learned"]:
-        valid = {name: one for name, one in learned["coefficients"].items() if one["valid"]}
-        found.append(("coefficients valid", f"{len(valid)} of {len(learned['coefficients'])}"))
-        errors = {name: one["error_pct"] for name, one in valid.items() if one["error_pct"] is not None}
-        if errors:
-            worst = max(errors, key=lambda name: abs(errors[name]))
-            sigmas = abs(valid[worst]["error_sigmas"])
-            text = f"{worst} {errors[worst]:+.2g} % ({sigmas:.1f} σ)"
-            found.append(("largest error of the valid coefficients", text))
-    found += health_record.key_figures(summary["health"])
-    found += [(str(name).replace("_", " "), str(count)) for name, count in summary["losses"].items() if count]
-    return found

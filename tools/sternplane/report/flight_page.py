@@ -10,7 +10,8 @@ from firmware_py.control.control import LawKind
 from firmware_py.control.sliding_mode_params import PAPER_DEPTH_GAINS, PAPER_HEADING_GAINS, GainSet
 from firmware_py.params import ParamError, dump
 from sternplane.logs.run import Run
-from sternplane.logs.summary import Summary, key_figures, outcome
+from sternplane.logs.summary import Summary
+from sternplane.logs.summary_text import key_figures, outcome, unlogged
 from sternplane.report import health_plot
 from sternplane.report.figures import Figures, mode_colours
 from sternplane.report.page import Heading, Page, Section, Table, plot_section, render, rows_of
@@ -23,7 +24,7 @@ _IDENTITY = (("seed", "seed"), ("faults", "faults"), ("revision", "git"), ("reco
 def flight_page(log: Run, summary: Summary) -> str:
     """Return the report of a flight as HTML."""
     header, figures = log.header, Figures(log)
-    events = [(f"{t:.2f} s", text) for t, text in log.sentences] or [("", "none")]
+    events = [(f"{t:.2f} s", text) for t, text in summary["events"]] or [("", "none")]
     if len(events) > 2 * _MOST_EVENTS:
         left_out = ("", f"{len(events) - 2 * _MOST_EVENTS} more: see summary.json")
         events = [*events[:_MOST_EVENTS], left_out, *events[-_MOST_EVENTS:]]
@@ -47,13 +48,19 @@ def flight_page(log: Run, summary: Summary) -> str:
         mood="warn" if summary["surfaced"] else {True: "good", False: "bad"}.get(summary["completed"], "neutral"),
         description=str(header.get("description", "")),
         identity=[line for line in (_identity(header), _law(header)) if line],
-        warnings=[f"The log is {log.lost}."] if log.lost else (),
+        warnings=_warnings(log, summary),
         key_figures=key_figures(summary),
         colours=mode_colours(figures.bands),
         sections=sections,
         footnote=_footnote(figures),
     )
     return render(page)
+
+
+def _warnings(log: Run, summary: Summary) -> list[str]:
+    if summary["after_log"]:
+        return [f"Plots and figures are of a part of the flight alone: {unlogged(summary)}. Events are of all of it."]
+    return [f"The log is {log.lost}."] if log.lost else []
 
 
 def _identity(header: Mapping[str, Any]) -> str:

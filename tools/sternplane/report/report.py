@@ -14,7 +14,8 @@ from sternplane.logs.documents import write_document
 from sternplane.logs.reading import find
 from sternplane.logs.run import Run
 from sternplane.logs.streaming import stream
-from sternplane.logs.summary import Summary, summarise, summary_table
+from sternplane.logs.summary import Summary, summarise
+from sternplane.logs.summary_text import summary_table
 from sternplane.report.flight_page import flight_page
 
 _LARGE = 10_000_000

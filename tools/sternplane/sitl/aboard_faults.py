@@ -19,6 +19,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import NO_ORDER, Order
 from firmware_py.tick import NS_PER_S, Tick
 from sim_bridge.faults.fault import Fault
+from sternplane.sitl.unlogged_flight import UnloggedFlight
 
 Outage = tuple[float, float]
 """From when to when no station is heard, s."""
@@ -26,6 +27,9 @@ Outage = tuple[float, float]
 
 class AboardFaults:
     """The faults of a run that strike the vehicle's computer and its links.
+
+    Attributes:
+        unlogged: the witness of what comes after the disk is full; None if it never is.
 
     Args:
         faults: of the run; those of the plant are left to the plant.
@@ -40,6 +44,9 @@ class AboardFaults:
         self._outages = [(fault.t, fault.t + fault.duration) for fault in aboard if fault.target == "station"]
         self._jumps = sorted((fault.t, fault.value) for fault in aboard if fault.target == "clock")
         self._full_at = min((fault.t for fault in aboard if fault.target == "disk"), default=math.inf)
+        fills = not math.isinf(self._full_at)
+        self.unlogged = UnloggedFlight(self._full_at, "the disk was full") if fills else None
+        self._full = False
         if self._jumps and not realtime:
             text = next(fault.text for fault in aboard if fault.target == "clock")
             raise ParamError(f"fault {text}: ticks are counted here, and no clock can jump; add --pace realtime")
@@ -52,6 +59,20 @@ class AboardFaults:
         """Return the log of the run, on its disk."""
         return LogWriter(path, header) if math.isinf(self._full_at) else _FillingLog(path, header, self._full_at)
 
+    def close(self, log: LogWriter, end: Mapping[str, Any]) -> None:
+        """Close the log of the run; beside one that is cut off, say how the flight went on.
+
+        Raises:
+            LogError: it cannot be written.
+        """
+        log.close(end)
+        if self.unlogged is None or not self._full:
+            return
+        try:
+            self.unlogged.leave(log.path, end)
+        except OSError as error:
+            raise LogError(f"{log.path.parent}: cannot be written ({error.strerror})") from None
+
     def recorded(self, keep: Callable[[Cycle], None]) -> Callable[[Cycle], None]:
         """Return what keeps a cycle, until the disk is full, and lets the clock jump between two ticks.
 
@@ -59,20 +80,18 @@ class AboardFaults:
         """
         if math.isinf(self._full_at) and not self._jumps:
             return keep
-        full = False
 
         def kept(cycle: Cycle) -> None:
-            nonlocal full
             while self._jumps and self._jumps[0][0] <= cycle.tick.t:
                 time.sleep(self._jumps.pop(0)[1])  # who counts ticks finds the clock so much later at once
-            if full:
+            if self._full:
                 return
             try:
                 keep(cycle)
             except LogError as error:
                 if math.isinf(self._full_at):
                     raise
-                full = True
+                self._full = True
                 print(f"sternplane: {error}; the flight goes on without a log", file=sys.stderr)
 
         return kept

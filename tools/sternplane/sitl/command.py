@@ -19,10 +19,12 @@ from firmware_py.run.run_folders import LOG_FILE, flight_folder, point_latest
 from firmware_py.run.usage_error import UsageError
 from sternplane.cli import extras
 from sternplane.cli.progress import Progress
+from sternplane.logs import after_log
 from sternplane.logs.documents import write_document
 from sternplane.logs.reading import TRUTH_FILE
 from sternplane.logs.streaming import stream
-from sternplane.logs.summary import Summary, summarise, summary_table
+from sternplane.logs.summary import Summary, summarise
+from sternplane.logs.summary_text import summary_table
 from sternplane.sitl.flight import FlightRequest, fly
 from sternplane.sitl.resumed_flight import prepare_to_resume
 from sternplane.sitl.two_process import fly_two_processes
@@ -60,7 +62,8 @@ def command(options: argparse.Namespace) -> int:
             )
         stations.save_changes_in(options.state, folder)
         _claim(folder / LOG_FILE)
-        (folder / TRUTH_FILE).unlink(missing_ok=True)
+        for left in (folder / TRUTH_FILE, after_log.place_of(folder / LOG_FILE)):
+            left.unlink(missing_ok=True)
         for note in flight.notes:
             stations.ground.say(note)
         scenario, log = flight.scenario, folder / LOG_FILE

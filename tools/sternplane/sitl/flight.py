@@ -259,7 +259,7 @@ def fly(
         lines = {"lines_of_the_dvl_lost": line.lost, "lines_of_the_dvl_late": line.late}
         end = {**outcome._asdict(), "judged_by": operator.completion.judged_by}
         lost = {**losses.totals(), **lines}
-        log.close({**end, "wall_s": time.monotonic() - began, "losses": lost})
+        aboard.close(log, {**end, "wall_s": time.monotonic() - began, "losses": lost})
     return outcome
 
 

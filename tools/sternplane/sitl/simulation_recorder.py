@@ -38,6 +38,7 @@ class SimulationRecorder:
         self._log = log
         self._bridge = bridge
         self._keep = aboard.recorded(self._write)
+        self._unlogged = aboard.unlogged
         self._watch = watch
         self._witness = witness
         log.channel(TRUTH_TOPIC, bridge.truth())
@@ -46,6 +47,8 @@ class SimulationRecorder:
         """Keep one cycle and the truth at its tick, and show them."""
         self._keep(cycle)
         self._watch(cycle)
+        if self._unlogged is not None:
+            self._unlogged.see(cycle, self._bridge.truth().eta.z)
         if self._witness is not None:
             self._witness.see(cycle, self._bridge.truth())
 

@@ -39,6 +39,7 @@ class _VehicleRecorder:
         self, log: LogWriter, aboard: AboardFaults, watch: Callable[[Cycle], None], ticks: int, losses: LossWatch
     ) -> None:
         self._keep = aboard.recorded(LogRecorder(log, losses).write)
+        self._unlogged = aboard.unlogged
         self._watch = watch
         self._left = ticks
         self._began = 0.0
@@ -56,6 +57,8 @@ class _VehicleRecorder:
         self._began = self._began or time.monotonic()
         self._keep(cycle)
         self._watch(cycle)
+        if self._unlogged is not None:
+            self._unlogged.see(cycle)
         self._left -= 1
 
 
@@ -126,7 +129,7 @@ def fly_two_processes(
             why = f"killed by signal {-child.returncode}" if killed else _last_words(folder)
             outcome = Outcome(False, f"the plant has ended: {why}")
         end = {**outcome._asdict(), "judged_by": operator.completion.judged_by}
-        log.close({**end, "wall_s": recorder.seconds, "losses": losses.totals()})
+        aboard.close(log, {**end, "wall_s": recorder.seconds, "losses": losses.totals()})
     return outcome
 
 

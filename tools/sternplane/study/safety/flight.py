@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from firmware_py import app
+from sternplane.logs.after_log import place_of
 from sternplane.logs.reading import read
 from sternplane.logs.replay import replay
 from sternplane.sitl.flight import Flight, FlightRequest, fly, prepare
@@ -38,6 +39,7 @@ def run(job: Job, logs: str, revision: str) -> dict[str, Any]:
     kept = job.keep or ending.unsafe or replayed not in ("", "equal") or (not job.trial and bool(found.said))
     if not kept:
         log.unlink()
+        place_of(log).unlink(missing_ok=True)
     return {
         "key": job.key,
         "trial": job.trial,
