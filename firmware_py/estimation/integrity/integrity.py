@@ -129,7 +129,8 @@ class SensorIntegrity:
         dt = heard.t_valid - before
         if not (watch.memory.passed and 0.0 < dt <= _GAP):
             return
-        phi, theta, _, _, _, _ = out.value
+        phi, theta, _, p, q, r = out.value
+        self._velocity.turn(p, q, r)
         s, c = math.sin(theta), math.cos(theta)
         velocity = self._velocity.memory
         model = raw = -velocity.likely * s
@@ -150,13 +151,24 @@ class SensorIntegrity:
         if not watch.hear(heard, t):
             echo.silence()
             return
-        if self._velocity.check(heard, t, watch):
+        if self._velocity.check(heard, t, watch, self._vertical.depth, self._attitude.memory.theta):
+            self._catch_up(heard, t)
             self._ping = (t, *heard.value[:3])
             watch.take(heard)
         echo.memory.t_ok = t
         carried = self._vertical.memory.carried
         if self._altitude.check(1, t, heard.value.altitude, carried, echo, self._sources.altimeter):
             echo.take(heard)
+
+    def _catch_up(self, heard: Heard[Dvl], t: float) -> None:
+        """Carry the depth by what the velocity changed by since the last ping, which was held until now."""
+        t_ping, u, v, w = self._ping
+        if t - t_ping > _PING_AGE or not (self._velocity.memory.measured and self._sources.attitude_used):
+            return
+        attitude, ping = self._attitude.memory, heard.value
+        aside = (ping.v - v) * math.sin(attitude.phi) + (ping.w - w) * math.cos(attitude.phi)
+        z_dot = -(ping.u - u) * math.sin(attitude.theta) + aside * math.cos(attitude.theta)
+        self._vertical.carry_late(z_dot * (0.5 * (t - t_ping) + t - heard.t_valid))
 
     def _hear_altitude(self, heard: Heard[float], t: float) -> None:
         watch, carried = self._sources.altimeter, self._vertical.memory.carried

@@ -20,6 +20,14 @@ class IntegrityParams:
         doc="A suspect sensor is good again when nothing spoke against it for so long.",
         mav="RECOVER",
     )
+    steady: float = param(
+        5.0,
+        unit="s",
+        low=0.0,
+        high=600.0,
+        doc="A lost sensor is good again when heard for so long, without a gap of half its time-out.",
+        mav="STEADY",
+    )
     frozen: float = param(
         0.4,
         unit="s",

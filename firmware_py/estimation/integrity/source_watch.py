@@ -25,13 +25,14 @@ class SourceMemory:
     """What is remembered of one sensor; times in s.
 
     `held` is the last measurement that was passed on, `passed` whether the newest was. `fault` is what spoke against it
-    last, at `t_bad`; `lost` why it is lost, if it is.
+    last, at `t_bad`; `lost` why it is lost, if it is. `t_steady` is since when it is heard without a long gap.
     """
 
     held: Heard[Any]
     passed: bool = True
     t_heard: float = -math.inf
     t_ok: float = -math.inf
+    t_steady: float = -math.inf
     fault: SourceFault = SourceFault.NONE
     t_bad: float = -math.inf
     lost: SourceFault = SourceFault.NONE
@@ -54,6 +55,8 @@ class SourceWatch:
         least_repeats: int,
         channel: int | None = None,
         out_of_reach: Callable[[Any], bool] = lambda _: False,
+        steady: float = 0.0,
+        gap: float = math.inf,
     ) -> None:
         """Take the limits.
 
@@ -63,9 +66,12 @@ class SourceWatch:
             least_repeats: at least so many of them, mean a frozen sensor.
             channel: which number of its value shows its noise; None: the value is a number.
             out_of_reach: whether a value that is not ok only says that there is nothing to measure.
+            steady: one that was lost is heard for so long, s,
+            gap: without a longer gap than this, s, before it is good again.
         """
         self._timeout, self._frozen, self._repeats = timeout, frozen, least_repeats
         self._channel, self._out_of_reach = channel, out_of_reach
+        self._steady, self._gap = steady, gap
         self.memory = SourceMemory(never(None))
         self.news = False
         """Whether the health has to be told anew."""
@@ -79,7 +85,7 @@ class SourceWatch:
         if not heard.ok:
             self.silence()  # it says itself that this is nothing
             if self._out_of_reach(heard.value):
-                memory.t_ok = t
+                self._alive(t)
             return False
         value = heard.value
         if value != memory.value:
@@ -100,8 +106,14 @@ class SourceWatch:
                 and t - memory.t_value >= self._frozen - _TICK
             ):
                 self.accuse(SourceFault.FROZEN, t)
-        memory.t_ok = t
+        self._alive(t)
         return True
+
+    def _alive(self, t: float) -> None:
+        memory = self.memory
+        if t - memory.t_ok > self._gap:
+            memory.t_steady = t
+        memory.t_ok = t
 
     def take(self, heard: Heard[Any]) -> None:
         """Pass a value on."""
@@ -127,7 +139,7 @@ class SourceWatch:
 
     def excuse(self, t: float) -> None:
         """Note that there is nothing to be heard where the vehicle is."""
-        self.memory.t_ok = t
+        self._alive(t)
 
     def hold(self) -> None:
         """Leave a value out that waits for the next one to confirm it."""
@@ -160,7 +172,8 @@ class SourceWatch:
             self.clean = memory.passed
         since = memory.t_ok if memory.t_ok > -math.inf else max(0.0, start - self._timeout)
         if t - since <= self._timeout + _TICK:
-            memory.lost = SourceFault.NONE
+            if memory.lost is SourceFault.NONE or not t - memory.t_steady < self._steady - _TICK:
+                memory.lost = SourceFault.NONE
         elif t - memory.t_heard <= self._timeout:
             memory.lost = SourceFault.UNHEALTHY
         else:

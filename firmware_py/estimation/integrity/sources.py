@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.source_watch import SourceMemory, SourceWatch
@@ -31,14 +33,14 @@ class Sources:
 
     def __init__(self, params: IntegrityParams, navigation: NavigationParams) -> None:
         frozen, slow = params.frozen, params.slow_timeout
-        self._recovery, self._start = params.recovery, params.start_time
-        self.ahrs = SourceWatch(navigation.attitude.timeout, frozen, 9, 4)
-        self.dvl = SourceWatch(navigation.velocity.timeout, frozen, 2, 0, _no_lock)
-        self.pressure = SourceWatch(navigation.depth.timeout, frozen, 4)
-        self.altimeter = SourceWatch(navigation.altitude_timeout, params.altimeter_frozen, 9, None, _no_echo)
+        self._recovery, self._start, self._steady = params.recovery, params.start_time, params.steady
+        self.ahrs = self._fast(navigation.attitude.timeout, frozen, 9, 4)
+        self.dvl = self._fast(navigation.velocity.timeout, frozen, 2, 0, _no_lock)
+        self.pressure = self._fast(navigation.depth.timeout, frozen, 4)
+        self.altimeter = self._fast(navigation.altitude_timeout, params.altimeter_frozen, 9, None, _no_echo)
         self.fix = SourceWatch(slow, 4.0, 4, 0, _no_fix)
-        self.battery = SourceWatch(slow, math.inf, 9, 0)
-        self.leak = SourceWatch(slow, math.inf, 10)  # wet through, it repeats 100 %
+        self.battery = SourceWatch(slow, math.inf, 9, 0, steady=params.steady, gap=slow)
+        self.leak = SourceWatch(slow, math.inf, 10, steady=params.steady, gap=slow)  # wet through, it repeats 100 %
         self.dvl_altitude = SourceWatch(math.inf, math.inf, 9, 0)
         slowly = (self.fix, self.battery, self.leak)
         self._all = (self.ahrs, self.dvl, self.pressure, self.altimeter, *slowly, self.dvl_altitude)
@@ -47,6 +49,17 @@ class Sources:
         self._bits = tuple(zip(map(node_bit, nodes), on_nodes, strict=True))
         self._nodes = 0
         self.health = ALL_GOOD
+
+    def _fast(
+        self,
+        timeout: float,
+        frozen: float,
+        repeats: int,
+        channel: int | None = None,
+        out_of_reach: Callable[[Any], bool] = lambda _: False,
+    ) -> SourceWatch:
+        """Return the watch of a sensor that measures several times in its time-out."""
+        return SourceWatch(timeout, frozen, repeats, channel, out_of_reach, self._steady, 0.5 * timeout)
 
     @property
     def believed(self) -> tuple[bool, ...]:

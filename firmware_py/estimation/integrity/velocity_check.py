@@ -24,12 +24,20 @@ _ASIDE = 0.8
 _DRIVEN = 0.5
 """Thrust and drag tell the speed while the propeller drives for this, m/s, or more. Astern or at rest, and without the
 drop weight, a hull glides by its buoyancy as fast as `IntegrityParams.speed`."""
+_SURFACING = 5.0
+"""The same while the bow leaves the water, m/s^2."""
 _GAP = 2.0
+_LEVER, _LAG = 0.2, 0.1
+"""A DVL sits within so much of the length from the middle, and its pings may be so much older than they say, s: while
+the vehicle turns, it sees other velocities than the navigation."""
 
 
 @dataclass(slots=True)
 class VelocityCheckMemory:
-    """The last ping that was believed, the likely speed (m/s), and whether thrust and drag tell it."""
+    """The last ping that was believed, the likely speed (m/s), and whether thrust and drag tell it.
+
+    `turning` is the square of the greatest rate of turn since then, rad^2/s^2.
+    """
 
     t: float = -math.inf
     u: float = 0.0
@@ -38,6 +46,7 @@ class VelocityCheckMemory:
     likely: float = 0.0
     holds: bool = False
     measured: bool = False
+    turning: float = 0.0
 
 
 class VelocityCheck:
@@ -48,6 +57,7 @@ class VelocityCheck:
         hull, propeller = vehicle.hull, vehicle.propeller
         self._ratio = propeller.u_trim / propeller.n_trim
         mass = vehicle.body.mass - 0.5 * hull.density * hull.length**3 * vehicle.coefficients.X_udot
+        self._half, self._lever = 0.5 * hull.length, _LEVER * hull.length
         self._drag = 0.5 * hull.density * hull.length**2 * propeller.C_d0 / mass
         self.memory = VelocityCheckMemory()
 
@@ -58,8 +68,17 @@ class VelocityCheck:
         memory.holds = pull >= _DRIVEN and not dropped
         memory.likely = likely + dt * self._drag * (pull * abs(pull) - likely * abs(likely))
 
-    def check(self, heard: Heard[Dvl], t: float, watch: SourceWatch) -> bool:
-        """Return whether the velocity of a ping may be used; what speaks against it is noted in `watch`."""
+    def turn(self, p: float, q: float, r: float) -> None:
+        """Take note of body rates, rad/s."""
+        squared = p * p + q * q + r * r
+        if squared > self.memory.turning:
+            self.memory.turning = squared
+
+    def check(self, heard: Heard[Dvl], t: float, watch: SourceWatch, depth: float, theta: float) -> bool:
+        """Return whether the velocity of a ping may be used; what speaks against it is noted in `watch`.
+
+        The bow is out of the water where depth (m) and pitch (rad) say so: then the vehicle is soon slowed down.
+        """
         params, memory = self._params, self.memory
         u, v, w, _, _ = heard.value
         if t - heard.t_valid > params.delay:
@@ -76,14 +95,19 @@ class VelocityCheck:
                 off = abs(u - memory.likely) > params.speed
             else:
                 off = watch.memory.fault in (SourceFault.DRIFT, SourceFault.STEP)  # nothing clears it now
-            if off or abs(v) > _ASIDE or abs(w) > _ASIDE:
+            aside = _ASIDE + math.sqrt(memory.turning) * self._lever
+            if off or abs(v) > aside or abs(w) > aside:
                 watch.accuse(SourceFault.STEP, t)
-            memory.measured = False
+            memory.measured, memory.turning = False, 0.0
             return True
         if not memory.measured or gap > _GAP:
             self._take(heard, True)
             return True
-        step = params.speed_step + _ACCELERATION * max(0.0, gap - 0.2)
+        if depth < self._half * abs(math.sin(theta)):
+            step = params.speed_step + _SURFACING * gap
+        else:
+            step = params.speed_step + _ACCELERATION * max(0.0, gap - 0.2)
+        step += math.sqrt(memory.turning) * (self._lever + math.hypot(memory.u, memory.v, memory.w) * (gap + _LAG))
         if abs(u - memory.u) > step or abs(v - memory.v) > step or abs(w - memory.w) > step:
             if watch.refuse(t) >= _REAL:
                 watch.accuse(SourceFault.STEP, t)
@@ -102,6 +126,7 @@ class VelocityCheck:
         else:
             memory.likely += (u - memory.likely) * min(1.0, (heard.t_valid - memory.t) / _FOLLOW)
         memory.t, memory.u, memory.v, memory.w, memory.measured = heard.t_valid, u, v, w, True
+        memory.turning = 0.0
 
     def freeze(self) -> VelocityCheckMemory:
         """Return the whole memory."""

@@ -114,6 +114,13 @@ class VerticalCheck:
         if known:
             memory.t_carried = t
 
+    def carry_late(self, moved: float) -> None:
+        """Carry the depths on by what a ping shows that the ones before it did not, m."""
+        memory = self.memory
+        memory.carried += moved
+        memory.raw += moved
+        memory.stand_in += moved
+
     def carry_raw(self, dt: float, raw: float) -> None:
         """Carry on only what DVL and pitch say, for the pitch is not believed."""
         self.memory.raw += raw * dt

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +12,7 @@ from firmware_py.records.command import Applied
 from firmware_py.records.health import ALL_GOOD, SourceFault, SourceState
 from firmware_py.records.sensing import Dvl, SensorFrame, never, node_bit
 
-from .voyage import DEG, Fault, after, frozen, named, voyage
+from .voyage import DEG, SPEED, Fault, after, frozen, named, voyage
 
 G = 9806.65
 SUSPECT, LOST = SourceState.SUSPECT, SourceState.LOST
@@ -112,7 +113,7 @@ def test_a_stopped_vehicle_still_names_a_pressure_that_freezes_or_steps() -> Non
     ("field", "sensor", "timeout"),
     [("ahrs", "ahrs", 0.5), ("pressure", "pressure", 1.0), ("dvl", "dvl", 2.0), ("altitude", "altitude", 2.0)],
 )
-def test_silence_is_named_at_the_timeout_and_forgotten_when_it_is_heard_again(
+def test_silence_is_named_at_the_timeout_and_forgotten_when_it_was_heard_again_for_5_s(
     field: str, sensor: str, timeout: float
 ) -> None:
     def cut(t: float, frame: SensorFrame) -> SensorFrame:
@@ -124,12 +125,50 @@ def test_silence_is_named_at_the_timeout_and_forgotten_when_it_is_heard_again(
         before = held.setdefault(name, replace(getattr(frame, name), fresh=False))
         return replace(frame, **{name: before})
 
-    changes = [(t, health) for t, name, health in named(voyage(12.0, change=cut)) if name == sensor]
+    changes = [(t, health) for t, name, health in named(voyage(15.0, change=cut)) if name == sensor]
     (lost, first), (back, last), *_ = changes
     assert first == (LOST, F.SILENT)
     assert timeout <= lost - held[field].t_valid <= timeout + 0.12
     assert last.state is SourceState.GOOD
-    assert 9.0 <= back <= 9.6
+    assert 14.0 <= back <= 14.6
+
+
+@pytest.mark.parametrize(("field", "sensor", "gap"), [("dvl", "dvl", 2.4), ("altitude", "altitude", 2.4)])
+def test_a_sensor_that_comes_and_goes_is_lost_once_and_not_at_every_gap(field: str, sensor: str, gap: float) -> None:
+    def now_and_then(t: float, frame: SensorFrame) -> SensorFrame:
+        heard = getattr(frame, field)
+        through = t < 5.0 or (t % gap < 0.25 and heard.fresh)
+        held[field] = heard if through else replace(held[field], fresh=False)
+        return replace(frame, **{field: held[field]})
+
+    held: dict[str, Any] = {}
+    changes = [health for _, name, health in named(voyage(25.0, change=now_and_then)) if name == sensor]
+    assert changes == [(LOST, F.SILENT)]
+
+
+def spinning(t: float, frame: SensorFrame) -> SensorFrame:
+    """Turn the vehicle to port at 40 deg/s from 10 s to 11 s, while its way is kept; the DVL is 1 m astern."""
+    if t < 10.0:
+        return frame
+    turned, r = -40.0 * DEG * min(t - 10.0, 1.0), -40.0 * DEG if t < 11.0 else 0.0
+    u, v = SPEED * math.cos(turned), -SPEED * math.sin(turned) - r * 1.0
+    if frame.ahrs.fresh:
+        said = frame.ahrs.value
+        frame = replace(frame, ahrs=replace(frame.ahrs, value=said._replace(psi=said.psi + turned, r=said.r + r)))
+    if frame.dvl.fresh:
+        frame = replace(frame, dvl=replace(frame.dvl, value=frame.dvl.value._replace(u=u, v=v)))
+    return frame
+
+
+def test_a_dvl_of_a_vehicle_that_spins_has_made_no_step() -> None:
+    assert not [health for t, name, health in named(voyage(13.0, change=spinning)) if name == "dvl" and t < 11.5]
+
+
+def test_the_same_velocities_without_rotation_are_a_step() -> None:
+    def without(t: float, frame: SensorFrame) -> SensorFrame:
+        return replace(spinning(t, frame), ahrs=frame.ahrs)
+
+    assert (SUSPECT, F.STEP) in [health for t, _, health in named(voyage(13.0, change=without)) if t < 11.5]
 
 
 def test_a_sensor_that_was_never_heard_is_lost_5_s_after_the_start() -> None:
