@@ -111,6 +111,36 @@ def test_it_shows_what_the_log_holds(page: str, flown: Path) -> None:
     assert "every 10th cycle (10 Hz)" in page
 
 
+def test_roll_and_pitch_are_drawn_in_truth_too(page: str, flown: Path) -> None:
+    drawn, log = plots(page)["Attitude"], read(flown)
+    every = slice(None, None, 10)
+    for name, path in (("roll", "eta.phi"), ("pitch", "eta.theta")):
+        truth, estimate = np.degrees(log.truth[path][every]), np.degrees(log.columns[f"state.{path}"][every])
+        assert numbers(drawn[f"{name}, truth"]["y"]) == pytest.approx(truth, abs=1e-5)
+        assert numbers(drawn[name]["y"]) == pytest.approx(estimate, abs=1e-5)
+
+
+def test_faults_are_marked_where_they_begin_and_end_in_every_plot_over_time(flown: Path) -> None:
+    log = read(flown)
+    log.header["faults"] = ["jam:a=5@1+0.5", "jam:b=5@1+7", "off:fix@1.5", "off:ahrs@60", "of another version@1"]
+    over_time = over_time_of(log)
+    assert len(over_time) > 5
+    for plot in over_time:
+        lines = [shape for shape in plot.figure.layout.shapes if shape.type == "line"]
+        found = [(shape.x0, shape.x1, shape.label.text, shape.name, shape.showlegend) for shape in lines]
+        assert found == [
+            (1.0, 1.0, "jam:a=5 +1", "fault begins", True),
+            (1.5, 1.5, "off:fix +1", "fault begins", False),
+        ]
+    log.header["faults"] = ["freeze:pressure@1+1"]
+    (end,) = [shape for shape in over_time_of(log)[0].figure.layout.shapes if shape.name == "fault ends"]
+    assert (end.x0, end.label.text, end.line.dash) == (2.0, "freeze:pressure ends", "dot")
+
+
+def over_time_of(log: Log) -> list[Plot]:
+    return [plot for plot in figures.Figures(log) if plot.over_time]
+
+
 def test_the_depth_limit_is_drawn_and_the_law_is_named(flown: Path) -> None:
     log = read(flown)
     paths = {name: f"{name}.toml" for name in ("autopilot", "vehicle")}

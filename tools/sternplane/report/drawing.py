@@ -14,7 +14,7 @@ TRUTH, ESTIMATE, REFERENCE = "#0f172a", "#2563eb", "#f59e0b"
 class Plot(NamedTuple):
     """A figure with its title and a sentence on what is in it; `over_time` if its x axis is the vehicle's time.
 
-    Plots of one `section` stand together under that heading.
+    Plots of one `section` stand together under that heading. `height`: in pixels; None is that of the page.
     """
 
     title: str
@@ -22,6 +22,7 @@ class Plot(NamedTuple):
     figure: Any
     over_time: bool = True
     section: str = ""
+    height: int | None = None
 
 
 def line(

@@ -14,7 +14,7 @@ from firmware_py.records.order import Mode
 from sternplane.logs.health_record import Timeline, fin_names
 from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array
-from sternplane.report import areas
+from sternplane.report import areas, fault_marks
 from sternplane.report.coefficient_plots import plots
 from sternplane.report.drawing import ESTIMATE, REFERENCE, TRUTH, Plot, band, line, minimum_height
 from sternplane.report.health_plot import health_plot
@@ -60,6 +60,13 @@ class Figures:
         self._t = self._c["t"].astype(np.float32)
 
     def __iter__(self) -> Iterator[Plot]:
+        marks = fault_marks.fault_marks(self._log.header, self.bands[-1].end)
+        for plot in self._plots():
+            if plot.over_time:
+                fault_marks.draw(plot.figure, marks)
+            yield plot
+
+    def _plots(self) -> Iterator[Plot]:
         c, truth, drawn = self._c, self._truth, self._drawn
         yield self.plan()
         yield self.depth()
@@ -141,13 +148,17 @@ class Figures:
         )
 
     def attitude(self) -> Plot:
-        """Roll and pitch."""
+        """Roll and pitch: the estimates, and the truth where it was logged."""
         figure = self._figure("angle, degrees")
-        for name, colour in (("phi", "#059669"), ("theta", ESTIMATE)):
-            label = {"phi": "roll", "theta": "pitch"}[name]
-            line(figure, self._t, np.degrees(self._c[f"state.eta.{name}"]), label, colour)
+        for name, label, colour, pale in (
+            ("eta.phi", "roll", "#059669", "#a7f3d0"),
+            ("eta.theta", "pitch", ESTIMATE, "#bfdbfe"),
+        ):
+            if self._truth:
+                line(figure, self._t, np.degrees(self._truth[name]), f"{label}, truth", pale, width=4)
+            line(figure, self._t, np.degrees(self._c[f"state.{name}"]), label, colour)
         minimum_height(figure, 2.0)
-        return Plot("Attitude", "Estimates; bow up and starboard down are positive.", figure)
+        return Plot("Attitude", "Bow up and starboard down are positive.", figure)
 
     def fins(self) -> Plot:
         """Every fin: commanded and reported."""

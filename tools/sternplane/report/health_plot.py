@@ -19,6 +19,8 @@ from sternplane.report.drawing import Plot
 
 TITLE = "Health"
 _GOOD, _SUSPECT, _BAD, _STAGE, _RELEASED = "#86efac", "#fbbf24", "#fca5a5", "#93c5fd", "#c4b5fd"
+_ROW_PX, _AROUND_PX = 26, 100
+"""Height of a row, and of the legend and the axis around them, pixels."""
 _WORDS = "#111827"
 """Dark in a dark page too, as what it stands on is light."""
 
@@ -64,7 +66,8 @@ def health_plot(health: HealthRecord, figure: Any) -> Plot | None:
     figure.update_layout(barmode="overlay", hovermode="closest", uniformtext={"minsize": 10, "mode": "hide"})
     rows = [strip.name for strip in strips]
     figure.update_yaxes(autorange="reversed", type="category", categoryorder="array", categoryarray=rows)
-    return Plot(TITLE, "What was ever not good, and the ascent. All else was good throughout.", figure)
+    note = "What was ever not good, and the ascent. All else was good throughout."
+    return Plot(TITLE, note, figure, height=_AROUND_PX + _ROW_PX * len(rows))
 
 
 def _strips(health: HealthRecord) -> Iterator[_Strip]:

@@ -3,6 +3,7 @@ const config = {responsive: true, displaylogo: false, displayModeBar: "hover", m
 const darkColours = {  // what is drawn for a light page -> the same for a dark one
   "#0f172a": "#f8fafc", "#334155": "#cbd5e1", "#e2e8f0": "#334155", "#cbd5e1": "#475569", "#94a3b8": "#64748b",
   "#ffffff": "#1e293b", "#2563eb": "#60a5fa", "#dc2626": "#f87171", "#059669": "#34d399", "#9333ea": "#c084fc",
+  "#bfdbfe": "#1e40af", "#a7f3d0": "#065f46",
   "#be185d": "#f472b6", "#4d7c0f": "#a3e635", "#15803d": "#4ade80", "#7c3aed": "#a78bfa", "#475569": "#94a3b8",
 };
 const scheme = window.matchMedia("(prefers-color-scheme: dark)");

@@ -30,6 +30,7 @@ _PLAN_FINER, _LONG = 4, 40
 _REFERENCES = ("reference.z_d", "reference.psi_d", "reference.u_d")
 """What is a reference only while somebody steers by it; in MANUAL and DISARMED it goes along with the vehicle."""
 _LINES = ("state.eta.z", "state.eta.phi", "state.eta.theta", "state.nu.u", "reference.z_d", "reference.u_d")
+_TRUE_LINES = ("eta.z", "eta.phi", "eta.theta", "nu.u")
 _ACTUATORS = ("applied.fins", "frame.fins.value", "applied.n", "frame.n.value")
 _SAMPLED = ("t", "mode.mode", "state.position_std", "state.depth_std")
 _PLACE = ("eta.x", "eta.y")
@@ -127,7 +128,7 @@ class Drawn:
         }
         if truth:
             lines |= {"away": navigation_error(piece), "depth_off": c["state.eta.z"] - truth["eta.z"]}
-            points.lines("truth", {name: truth[name] for name in ("eta.z", "nu.u")})
+            points.lines("truth", {name: truth[name] for name in _TRUE_LINES})
             points.samples("truth", {"current": truth["current"]})
             points.plan("plan_truth", {name: truth[name] for name in _PLACE})
         points.lines("c", lines)
