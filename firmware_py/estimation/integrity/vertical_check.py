@@ -106,6 +106,8 @@ class VerticalCheck:
         memory.carried += moved
         memory.raw += raw * dt
         memory.stand_in += moved
+        if memory.stand_in < 0.0:
+            memory.stand_in = 0.0  # it floats; nothing carries it higher
         if by_dvl:
             memory.aged += _AGED * dt
         else:

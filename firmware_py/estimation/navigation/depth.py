@@ -99,6 +99,8 @@ def update(
             reading = depth_of_pressure(pressure, zero, params.density) + z_dot * (t - heard.t_valid)
             z += (gap / (params.tau + gap) if known else 1.0) * (reading - z)
             t_last = heard.t_valid
+    elif z < 0.0 and t - t_last > params.timeout:
+        z = 0.0  # it floats; nothing carries it higher
     return DepthMemory(t_last, z, zero, zeroing)
 
 

@@ -295,6 +295,20 @@ def test_without_pressure_depth_goes_on_by_dead_reckoning() -> None:
     assert answers[-1].depth_std > 10.0 * answers[900].depth_std
 
 
+def test_without_pressure_depth_is_carried_no_higher_than_the_surface_and_deeper_again_from_there() -> None:
+    def surfacing(t: Any) -> tuple[Any, ...]:
+        nil = 0.0 * t
+        return nil, np.where(t < 15.0, 0.3, -0.3), nil, 1.8 + nil, nil, nil
+
+    def without(k: int, frame: SensorFrame) -> SensorFrame:
+        return frame if k < 200 else replace(frame, pressure=replace(frame.pressure, ok=False))
+
+    depths = column(sail(truth_of(surfacing, 20.0), change=without), "z")
+    assert depths.min() >= 0.0
+    assert depths[1490] == 0.0
+    assert depths[-1] > 1.5
+
+
 def test_sigma_of_the_depth_grows_from_the_time_out_up_to_the_range() -> None:
     navigation = afloat()
     stds = [hear(navigation, k, ASHORE).depth_std for k in (50, 100, 200, 300, 10**9)]
