@@ -127,6 +127,7 @@ def flown(title, steps, onset=0, seed=1000):
         "revision": "r",
         "ending": found.ending(DEPTH_MAX).value,
         "log": "",
+        "keep": False,
         "replay": "",
         "outcome": "",
         "cpu_s": 10.0,
@@ -286,9 +287,53 @@ def test_a_line_that_a_killed_study_had_begun_is_flown_again(tmp_path):
     assert [json.loads(line)["onset"] for line in store.path.read_text().splitlines()] == [0, 1]
 
 
+def test_one_log_is_kept_for_each_cell_and_every_one_that_must_be(tmp_path):
+    def add(seed, steps, keep=False):
+        flight = flown("off:fix", steps, 0, seed) | {"log": f"logs/{seed}.mcap", "keep": keep}
+        (tmp_path / flight["log"]).touch()
+        store.add(flight)
+
+    store = Store(tmp_path)
+    for seed, steps, keep in ((1, SAFE, False), (2, SAFE, False), (3, SAFE, True)):
+        add(seed, steps, keep)
+    store.close()
+    store = Store(tmp_path)
+    deep = [SAFE[0], (50.0, 9.0, Mode.MISSION, Cause.ORDERED)]
+    for seed, steps in ((4, deep), (5, deep), (6, SAFE)):
+        add(seed, steps)
+    store.close()
+    assert [path.name for path in sorted((tmp_path / "logs").iterdir())] == ["1.mcap", "3.mcap", "4.mcap"]
+    assert [flight["log"] for flight in store.flights.values()] == [
+        f"logs/{seed}.mcap" if seed in (1, 3, 4) else "" for seed in range(1, 7)
+    ]
+
+
 def test_flights_of_another_revision_are_named(tmp_path, few):
     study(tmp_path)
     assert "2 of 2 flights were made by another revision: r." in (tmp_path / "report.html").read_text()
+
+
+def test_what_is_not_as_it_should_be_stands_on_top_with_its_log_and_leads_to_its_line():
+    fine, deep = (
+        flown("off:leak", SAFE),
+        flown("off:fix", [SAFE[0], (50.0, 39.0, Mode.SURFACE, Cause.DEPTH_LIMIT, RULE)], 1),
+    )
+    deep["log"] = "logs/deep.mcap"
+    html = page([fine, deep], rows([fine, deep]), ["one"], [])
+    assert (
+        '<li><a href="#off_fix"><code>off:fix</code></a>: 1 unsafe at 9 m (52 s): too deep · '
+        '<a href="logs/deep.mcap">log</a></li>'
+    ) in html
+    assert '<a href="#off_leak"><code>off:leak</code></a>: named in time in 0 of 1 flights' in html
+    assert html.count('<tr id="off_fix">') == html.count('<tr id="off_leak">') == 1
+    assert "All is as it should be" not in html
+
+
+def test_a_range_of_one_number_is_one_number():
+    found = [flown("off:fix", SAFE, seed=seed) for seed in (1000, 1001)]
+    html = page(found, rows(found), ["one"], [])
+    assert " … " not in html[html.index('<tr id="off_fix">') : html.index("</table>")]
+    assert "All is as it should be" in html
 
 
 def test_a_cell_links_to_a_log_and_shows_what_is_excused():
@@ -297,6 +342,8 @@ def test_a_cell_links_to_a_log_and_shows_what_is_excused():
     deep["log"] = "logs/jam.2.1000.mcap"
     html = page([deep], rows([deep]), ["one"], [])
     assert '<a href="logs/jam.2.1000.mcap">(1)</a>' in html
+    assert 'title="25 m: too deep (1)">(▼)</span>' in html
+    assert "5 m: not flown" in html
     assert "0 of 1 flights unsafe" in html
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from firmware_py import app
-from sternplane.logs.after_log import place_of
 from sternplane.logs.reading import read
 from sternplane.logs.replay import replay
 from sternplane.sitl.flight import Flight, FlightRequest, fly, prepare
@@ -18,7 +17,7 @@ from sternplane.study.safety.mission import DEPTH_MAX, ONSETS, quiet_scenario, s
 
 
 def run(job: Job, logs: str, revision: str) -> dict[str, Any]:
-    """Fly one job and return what is kept of it; its log stays in `logs` if it is unsafe, or to be kept."""
+    """Fly one job, leave its log in `logs`, and return what is known of it; `keep`: its log is not to be deleted."""
     began = time.process_time()
     with tempfile.TemporaryDirectory() as name:
         file = Path(name) / "study.toml"
@@ -36,10 +35,7 @@ def run(job: Job, logs: str, revision: str) -> dict[str, Any]:
         if not job.trial and ending is Ending.LOST:
             ending = Ending.FLOWN  # it flies to its last second, and has no need to come up
         replayed = _replayed(log) if job.replay else ""
-    kept = job.keep or ending.unsafe or replayed not in ("", "equal") or (not job.trial and bool(found.said))
-    if not kept:
-        log.unlink()
-        place_of(log).unlink(missing_ok=True)
+    keep = job.keep or ending.unsafe or replayed not in ("", "equal") or (not job.trial and bool(found.said))
     return {
         "key": job.key,
         "trial": job.trial,
@@ -49,7 +45,8 @@ def run(job: Job, logs: str, revision: str) -> dict[str, Any]:
         "learning": job.learning,
         "revision": revision,
         "ending": ending.value,
-        "log": f"{log.parent.name}/{log.name}" if kept else "",
+        "log": f"{log.parent.name}/{log.name}",
+        "keep": keep,
         "replay": replayed,
         "outcome": outcome.reason,
         "cpu_s": round(time.process_time() - began, 2),

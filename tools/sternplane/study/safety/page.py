@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from statistics import median
-from typing import Any, NamedTuple
+from typing import Any
 
 from markupsafe import Markup
 
@@ -17,52 +17,14 @@ from sternplane.report.page import Cell, Page, Section, Table, environment, rend
 from sternplane.study.page import target_text
 from sternplane.study.rows import Row
 from sternplane.study.safety.campaign import GROUPS, LEFT_OUT
-from sternplane.study.safety.judge import SURFACE, TOO_DEEP, Ending
+from sternplane.study.safety.columns import COLUMNS, Column
+from sternplane.study.safety.judge import SURFACE, TOO_DEEP
 from sternplane.study.safety.mission import BOTTOM, DEPTH_MAX, ONSETS, PLACES
+from sternplane.study.safety.overview import named_enough, overview
 from sternplane.study.safety.trial import Trial
 from sternplane.study.safety.verdict import Verdict, by_trial, judge
 
 _STATE = {True: "good", False: "bad", None: ""}
-
-
-class Column(NamedTuple):
-    """An outcome in the matrix."""
-
-    ending: Ending
-    symbol: str
-    head: str
-    mood: str
-    meaning: str
-
-
-COLUMNS = (
-    Column(Ending.FLOWN, "✓", "mission flown", "good", "the mission was flown to its end, and the vehicle came up"),
-    Column(Ending.UP, "▲", "came up", "good", "a rule brought it up, with its weight"),
-    Column(Ending.DROPPED, "△", "up, weight dropped", "fair", "it came up without its drop weight"),
-    Column(
-        Ending.BELOW,
-        "◐",
-        "below, told",
-        "warn",
-        "below the surface at the end; the weight is released, or a rule says why",
-    ),
-    Column(
-        Ending.LOST,
-        "?",
-        "below, not told",
-        "bad",
-        "unsafe: below the surface at the end, and it does not say why, or says that it has surfaced",
-    ),
-    Column(
-        Ending.DEEP,
-        "▼",
-        "too deep",
-        "bad",
-        f"unsafe: deeper than {DEPTH_MAX + TOO_DEEP:g} m, the limit and {TOO_DEEP:g} m",
-    ),
-    Column(Ending.AGROUND, "⊥", "aground", "bad", "unsafe: it touched the bottom"),
-    Column(Ending.NOT_FINITE, "∞", "not finite", "bad", "unsafe: a command was no number"),
-)
 
 
 def page(
@@ -97,6 +59,7 @@ def page(
                 ("deepest", f"{max((v.flight['found']['deepest'] for v in verdicts), default=math.nan):.1f} m"),
             ),
             sections=[
+                Section("At a glance", text=overview(verdicts), wide=True, anchor="overview"),
                 Section("Faults and outcomes", text=_matrix(verdicts), wide=True, anchor="matrix"),
                 Section("Targets", tables=(_targets(rows),), wide=True, anchor="targets"),
                 Section(
@@ -135,17 +98,24 @@ def _line(trial: Trial, those: Sequence[Verdict]) -> dict[str, Any]:
     within = f" ({wanted.within:g})" if wanted and wanted.within is not None else ""
     return {
         "title": trial.title,
+        "anchor": trial.name,
         "cells": [_cell(column, those) for column in COLUMNS],
         "deepest": f"{deepest:.1f}",
         "deep_mood": "" if deepest <= DEPTH_MAX + TOO_DEEP else "bad",
         "bottom": f"{min(f['bottom'] for f in found):.1f}",
         "pitch": f"{max(f['pitch'] for f in found):.0f}",
-        "climb": f"{median(up):.0f} … {max(up):.0f}" if up else "never",
+        "climb": _range(up, ".0f") if up else "never",
         "named": f"{in_time} of {len(those)}" if wanted else "–",
-        "named_mood": "note" if wanted is None else "good" if in_time >= 0.95 * len(those) else "bad",
-        "after": (f"{median(times):.2f} … {max(times):.2f}{within}" if times else f"never{within}") if wanted else "",
+        "named_mood": {None: "note", True: "good", False: "bad"}[named_enough(those)],
+        "after": (f"{_range(times, '.2f')}{within}" if times else f"never{within}") if wanted else "",
         "words": [words for words in (_labelled("named", said), _labelled("done", done), note) if words],
     }
+
+
+def _range(values: Sequence[float], form: str) -> str:
+    """Return median and greatest; one number where they read the same."""
+    low, high = f"{median(values):{form}}", f"{max(values):{form}}"
+    return low if low == high else f"{low} … {high}"
 
 
 def _labelled(label: str, words: str) -> str:

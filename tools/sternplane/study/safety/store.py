@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from firmware_py.run.usage_error import UsageError
+from sternplane.logs.after_log import place_of
 from sternplane.study.safety.campaign import Job
 
 FILE = "flights.jsonl"
@@ -41,7 +42,13 @@ class Store:
         self._file.truncate()  # a line that a killed study had begun
 
     def add(self, flight: dict[str, Any]) -> None:
-        """Keep a flight."""
+        """Keep a flight; of logs that need not be kept one for each cell of the matrix, the first."""
+        keep = flight.pop("keep")
+        if not keep and _cell(flight) in {_cell(other) for other in self.flights.values() if other["log"]}:
+            log = self.logs.parent / flight["log"]
+            for path in (log, place_of(log)):
+                path.unlink(missing_ok=True)
+            flight["log"] = ""
         self.flights[flight["key"]] = flight
         self._file.write(json.dumps(flight, allow_nan=False).encode() + b"\n")
         self._file.flush()
@@ -57,3 +64,7 @@ class Store:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
+
+
+def _cell(flight: Mapping[str, Any]) -> tuple[str, int, str]:
+    return flight["trial"], flight["onset"], flight["ending"]

@@ -1,0 +1,96 @@
+"""The campaign at a glance: what is not as it should be, and a square for each fault and place."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from markupsafe import Markup
+
+from sternplane.report.page import environment
+from sternplane.study.safety.campaign import GROUPS
+from sternplane.study.safety.columns import COLUMNS
+from sternplane.study.safety.judge import Ending
+from sternplane.study.safety.mission import ONSETS, PLACES
+from sternplane.study.safety.trial import Trial
+from sternplane.study.safety.verdict import SHARE, Verdict, by_trial
+
+_OF = {column.ending: column for column in COLUMNS}
+_WORSE = tuple(Ending)
+"""From the best to the worst."""
+_MOST = 20
+"""So many lines say what is not as it should be."""
+
+
+def overview(verdicts: Sequence[Verdict]) -> Markup:
+    """Return it as HTML; its names lead to the lines of the matrix."""
+    found = by_trial(verdicts)
+    groups = [
+        (group.title, [_entry(trial, found[trial.title]) for trial in group.trials if trial.title in found])
+        for group in GROUPS
+    ]
+    template = environment(Path(__file__).parent).get_template("overview.html")
+    return Markup(
+        template.render(
+            columns=COLUMNS,
+            groups=[group for group in groups if group[1]],
+            places=", ".join(PLACES),
+            wrong=[line for of in (_unsafe, _unnamed) for those in found.values() for line in of(those)],
+            most=_MOST,
+        )
+    )
+
+
+def named_enough(those: Sequence[Verdict]) -> bool | None:
+    """Return whether enough flights of a trial named its fault in time; None where it need not be named."""
+    if those[0].trial.named is None:
+        return None
+    return 100.0 * sum(v.in_time for v in those) >= SHARE * len(those)
+
+
+def _entry(trial: Trial, those: Sequence[Verdict]) -> dict[str, Any]:
+    return {
+        "title": trial.title,
+        "anchor": trial.name,
+        "squares": [_square(place, [v for v in those if v.flight["onset"] == i]) for i, place in enumerate(PLACES)],
+        "named": named_enough(those),
+    }
+
+
+def _square(place: str, those: Sequence[Verdict]) -> Mapping[str, str]:
+    """Return the worst that came of a fault at a place; physics excuses it."""
+    if not those:
+        return {"symbol": "", "mood": "", "words": f"{place}: not flown"}
+    worst = max(those, key=lambda v: (v.unsafe, _WORSE.index(v.ending)))
+    column, counts = _OF[worst.ending], Counter(_OF[v.ending].head for v in those)
+    excused = worst.ending.unsafe and not worst.unsafe
+    words = ", ".join(f"{head} ({n})" for head, n in counts.most_common())
+    return {
+        "symbol": f"({column.symbol})" if excused else column.symbol,
+        "mood": "note" if excused else column.mood,
+        "words": f"{place}: {words}",
+    }
+
+
+def _unsafe(those: Sequence[Verdict]) -> Iterator[dict[str, str]]:
+    """Yield the onsets of a trial with unsafe flights, each with a log."""
+    for i, t in enumerate(ONSETS):
+        unsafe = [v for v in those if v.flight["onset"] == i and v.unsafe]
+        if unsafe:
+            heads = ", ".join(dict.fromkeys(_OF[v.ending].head for v in unsafe))
+            yield _linked(those[0].trial, f"{len(unsafe)} unsafe at {PLACES[i]} ({t:g} s): {heads}", unsafe)
+
+
+def _unnamed(those: Sequence[Verdict]) -> Iterator[dict[str, str]]:
+    """Yield a trial whose fault is not named often enough, with a log."""
+    if named_enough(those) is False:
+        missed = [v for v in those if not v.in_time]
+        text = f"named in time in {len(those) - len(missed)} of {len(those)} flights"
+        yield _linked(those[0].trial, text, missed)
+
+
+def _linked(trial: Trial, text: str, those: Sequence[Verdict]) -> dict[str, str]:
+    log = next((v.flight["log"] for v in those if v.flight["log"]), "")
+    return {"title": trial.title, "anchor": trial.name, "text": text, "log": log}
