@@ -145,7 +145,8 @@ def _cause(event: Event, skip: int = 0) -> str:
     if cause is Cause.BATTERY_LOW or cause is Cause.BATTERY_WARNING:
         return f"{_battery(numbers[0])}, less than {numbers[1]:.0%}"
     if cause is Cause.ENERGY:
-        return f"{_battery(numbers[0])}, the way home needs {numbers[1]:.0%}"
+        needs = f"the way home needs {numbers[1]:.0%}" if numbers[1] < 1.0 else "not enough for the way home"
+        return f"{_battery(numbers[0])}, {needs}"
     if cause is Cause.CHARGE_NEEDED:
         return f"{_battery(numbers[0])}, needs {numbers[1]:.0%}"
     if cause is Cause.FENCE:

@@ -150,7 +150,8 @@ class Supervisor:
             self.events += told
         progress = was.progress
         if reference is not None and tick.every(Rate.HZ_1):
-            progress = progress.after_a_second(wanted, reference, state, c.charge, self._home, params)
+            charge = math.nan if c.charge_silent else c.charge
+            progress = progress.after_a_second(wanted, reference, state, charge, self._home, params)
         self._memory = SupervisorMemory(
             *(wanted, cause, failsafe, chosen, ascent.drop, returning and wanted is Mode.MANUAL, held, late),
             was.surfacing + 1 if wanted is Mode.SURFACE else 0,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -18,6 +19,7 @@ from firmware_py.records.sensing import Battery, Heard
 from firmware_py.safety.action import MODE_OF, Action
 from firmware_py.safety.rules import RULES, SafetyParams
 from firmware_py.safety.supervisor import VehicleFin
+from firmware_py.tick import Tick
 
 from .test_supervisor import DT_NS, FORCE, PARAMS, STATE, SupervisedVehicle, old, sailing
 
@@ -332,18 +334,58 @@ def test_the_next_leg_has_its_own_time() -> None:
             assert vehicle.tick(reference=on_leg(100.0, item)) is Mode.MISSION
 
 
+def driven(vehicle: SupervisedVehicle, charges: Iterable[float], u: float = 20.0) -> list[str]:
+    """Drive 1000 m away from home, with another charge each second (NaN: not heard); return what is told."""
+    told = []
+    for charge in charges:
+        for _ in range(100):
+            heard = {} if math.isnan(charge) else battery(charge)["frame"]
+            if not heard:
+                heard = {"battery": old(9.0, Battery(48.0, 1.0, math.nan), vehicle.k)}
+            else:
+                heard = {"battery": replace(heard["battery"], t_valid=Tick(vehicle.k, DT_NS).t)}
+            nu = STATE.nu._replace(u=u)
+            vehicle.tick(eta=STATE.eta._replace(x=1000.0), nu=nu, reference=AT_PLACE, frame=heard)
+            told += vehicle.events
+    return told
+
+
+def falling(charge: float, to: float, seconds: int) -> list[float]:
+    return [charge + (to - charge) * k / seconds for k in range(1, seconds + 1)]
+
+
 @pytest.mark.parametrize(("charge", "warns"), [(0.62, False), (0.30, True)])
 def test_the_charge_that_brings_it_home(charge: float, warns: bool) -> None:
-    """More than 1000 m for 0.8 - charge, and 1000 m back with half as much again."""
+    """1000 m for 0.8 - charge, and 1000 m back with half as much again."""
     vehicle = sailing(Mode.MISSION)
-    away, nu = STATE.eta._replace(x=1000.0), STATE.nu._replace(u=100.0)
-    for _ in range(1100):
-        vehicle.tick(eta=away, nu=nu, reference=AT_PLACE)
-    warned = []
-    for _ in range(1000):
-        vehicle.tick(eta=away, nu=nu, reference=AT_PLACE, **battery(charge))
-        warned += [event.cause for event in vehicle.supervisor.events]
-    assert warned == [Cause.ENERGY] * warns
+    told = driven(vehicle, [*falling(0.8, charge, 50), *[charge] * 10])
+    assert any("the way home needs" in text for text in told) is warns
+
+
+@pytest.mark.parametrize("gauge", ["swapped", "silent for a while", "in whole percents"])
+def test_a_step_of_the_gauge_is_no_charge_used(gauge: str) -> None:
+    charges = falling(0.8, 0.74, 50)
+    after = [charge - 0.35 for charge in falling(0.74, 0.68, 50)]
+    if gauge == "silent for a while":
+        charges += [math.nan] * 20
+    elif gauge == "in whole percents":
+        charges, after = ([round(charge, 2) for charge in part] for part in (charges, falling(0.74, 0.68, 50)))
+    vehicle = sailing(Mode.MISSION, replace(PARAMS, battery_silent_action=Action.NONE))
+    assert driven(vehicle, [*charges, *after]) == []
+    progress = vehicle.supervisor.freeze().progress
+    assert progress.used / progress.way == pytest.approx(0.06 / 1000.0, rel=0.1)
+
+
+def test_a_charge_that_rises_is_taken_off_what_was_used() -> None:
+    vehicle = sailing(Mode.MISSION)
+    driven(vehicle, [0.8 + 0.01 * (k % 2) for k in range(100)])
+    assert abs(vehicle.supervisor.freeze().progress.used) <= 0.011
+
+
+def test_a_charge_that_is_beyond_a_full_battery_is_told_in_words() -> None:
+    vehicle = sailing(Mode.MISSION)
+    told = driven(vehicle, falling(0.8, 0.25, 50), u=8.0)
+    assert [text for text in told if "home" in text] == ["battery at 44%, not enough for the way home"]
 
 
 def test_surfacing_that_does_not_end_is_told_again_and_again() -> None:
