@@ -18,7 +18,7 @@ from firmware_py.mavlink.settings import MavlinkParams, NodeSettings
 from firmware_py.parameter_tree import with_values
 from firmware_py.params import ParamError, param, prefix_errors, table
 from firmware_py.records.event import Event, EventKind, severity_of
-from firmware_py.records.fence import NO_FENCE, Fence, Place
+from firmware_py.records.fence import HOME, NO_FENCE, Fence, Place
 from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.mission import Mission
 from firmware_py.records.order import Change, FenceChange, MissionChange, ParameterChange
@@ -214,6 +214,12 @@ class PartsFactory:
     def _origin(self) -> Origin:
         return Origin(self.params.origin.latitude, self.params.origin.longitude)
 
+    @property
+    def _returns(self) -> tuple[Place, ...]:
+        """Return the places that RETURN goes to: rally points, home without any, or home too."""
+        rally = self._now.rally
+        return rally if rally and not self.params.safety.rally_home else (*rally, HOME)
+
     def _actuator_watch(self) -> ActuatorWatch:
         safety = self.params.safety
         with prefix_errors(self._files["vehicle"]):
@@ -230,13 +236,14 @@ class PartsFactory:
             )
             has_mission = bool(self._now.mission.items)
             weight = self._vehicle.drop_weight is not None
-            return Supervisor(self.params.safety, has_mission, self._now.fence, fins, self._now.rally, weight)
+            return Supervisor(self.params.safety, has_mission, self._now.fence, fins, self._returns, weight)
 
     def _guidance(self) -> Guidance:
         safety, now = self.params.safety, self._now
         with prefix_errors(self._files["autopilot"]):
             return Guidance(
-                now.params.guidance, now.mission, safety.depth_max, safety.altitude_min, now.rally, now.fence
+                *(now.params.guidance, now.mission, safety.depth_max, safety.altitude_min),
+                *(now.rally, now.fence, self._returns),
             )
 
     def _control(self) -> Control:

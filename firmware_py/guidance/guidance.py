@@ -13,12 +13,13 @@ from firmware_py.guidance.guidance_params import GuidanceParams
 from firmware_py.guidance.held_setpoint import held, under_way
 from firmware_py.guidance.line_of_sight import Leg, LineOfSight
 from firmware_py.guidance.manoeuvre import NO_EXCITATION, Excitation, ManoeuvreGuidance
+from firmware_py.guidance.rally_point import home_not_known, unreachable
 from firmware_py.guidance.reference_shaper import ReferenceShaper
 from firmware_py.guidance.route import Route, heading_towards
 from firmware_py.records.command import AscentStage, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Event, EventKind, severity_of
-from firmware_py.records.fence import NO_FENCE, NOWHERE, Fence, Place
+from firmware_py.records.fence import HOME, NO_FENCE, NOWHERE, Fence, Place
 from firmware_py.records.mission import Loiter, Manoeuvre, Mission, Surface, Waypoint
 from firmware_py.records.order import Mode, Order, Setpoint
 from firmware_py.tick import Tick
@@ -26,15 +27,16 @@ from firmware_py.tick import Tick
 __all__ = ["Guidance", "GuidanceParams"]
 
 _CLEAR = 1.0  # distance, m, that flight above the bottom keeps from the supervisor's limits
+_RETURN = Mission((Surface(rally=True),))
 _JOINED = 0.25  # share of its radius within which a circle is joined
-_UNREACHABLE = Event(EventKind.RALLY_POINT_UNREACHABLE, severity_of(EventKind.RALLY_POINT_UNREACHABLE))
 
 
 class Guidance:
     """Guidance of all modes: one reference per tick; `events` are those of this tick.
 
     `depth_max` and `altitude_min` are the supervisor's limits, m: learning manoeuvres keep away from them, and so does
-    what is flown above the bottom. RETURN and SURFACE go to the `nearest_rally_point`, chosen on entering the mode.
+    what is flown above the bottom. SURFACE goes to the `nearest_rally_point`, chosen on entering the mode; RETURN and
+    the return of a mission to the nearest of `returns`, which are the rally points unless others are given.
     """
 
     def __init__(
@@ -45,13 +47,16 @@ class Guidance:
         altitude_min: float = 0.0,
         rally: Sequence[Place] = (),
         fence: Fence = NO_FENCE,
+        returns: Sequence[Place] | None = None,
     ) -> None:
+        returns = rally if returns is None else returns
         self._params, self._turning = params, params.turning
         self._shaper = ReferenceShaper(params)
         self._depth, self._heading = self._shaper.depth, self._shaper.heading
         self._sight = LineOfSight(params.line_of_sight)
-        self._route = Route(mission, rally, fence)
-        self._home = Route(Mission((Surface(rally=True),)), rally, fence)
+        self._route = Route(mission, returns, fence)
+        self._ways = {Mode.RETURN: Route(_RETURN, returns, fence), Mode.SURFACE: Route(_RETURN, rally, fence)}
+        self._unreachable = unreachable(returns)
         self._bottom = Bottom(depth_max - _CLEAR, altitude_min + _CLEAR)
         self._learning = ManoeuvreGuidance(params.learning, depth_max, altitude_min)
         self._mode = Mode.DISARMED
@@ -66,13 +71,13 @@ class Guidance:
     def finished(self) -> bool:
         """Whether the mission (in RETURN: the return) is flown, or was removed meanwhile; disarming starts it anew."""
         if self._mode is Mode.RETURN:
-            return self._home.finished
+            return self._flown.finished
         flown = self._mode is Mode.MISSION or not self._route.empty
         return self._mode is not Mode.DISARMED and self._route.finished and flown
 
     @property
     def _flown(self) -> Route:
-        return self._home if self._mode is Mode.RETURN else self._route
+        return self._ways.get(self._mode, self._route)
 
     def update(self, tick: Tick, mode: ModeState, order: Order, state: StateEstimate) -> Reference:
         """Return the reference of this tick; while the state is not finite, the last one without excitation."""
@@ -91,7 +96,8 @@ class Guidance:
             self._learning.reset()
             if mode.mode is Mode.DISARMED:
                 self._route.reset()
-            self._home.reset()
+            for way in self._ways.values():
+                way.reset()
             self._place = None
         if order.jump >= 0:
             self._learning.reset()
@@ -114,12 +120,16 @@ class Guidance:
             across = self._guide(entered, order.setpoint, state, tick.dt)
         elif mode.mode is Mode.SURFACE:
             if entered:
-                self._home.enter(eta.x, eta.y, self._depth.command)
+                self._flown.enter(eta.x, eta.y, self._depth.command)
             self._wanted = self._surface(state, mode.ascent)
         else:
-            unreachable = self._flown.rally_unreachable
+            flown = self._flown
+            rally, stays = flown.rally, flown.rally_unreachable
             across, dither = self._proceed(entered, order.setpoint.u_d, state, tick.dt)
-            self.events += (_UNREACHABLE,) * (self._flown.rally_unreachable and not unreachable)
+            self.events += (self._unreachable,) * (flown.rally_unreachable and not stays)
+            if flown.rally == HOME and rally is None and (lost := home_not_known(eta.x, eta.y, state.position_std)):
+                flown.abandon()
+                self.events += lost
         self.last = self._shape(state, across, dither, tick.dt)
         return self.last
 
@@ -165,7 +175,7 @@ class Guidance:
     def _surface(self, state: StateEstimate, stage: AscentStage) -> Setpoint:
         """Return the setpoint of SURFACE: up and towards the rally point; there, or without one, hold the heading."""
         z_d, speed = 0.0 if state.depth_ok else -self._params.blind_climb, self._params.surfacing_speed(stage)
-        psi_d = heading_towards(self._home.rally, state.eta.x, state.eta.y, self._turning.tightest(speed))
+        psi_d = heading_towards(self._flown.rally, state.eta.x, state.eta.y, self._turning.tightest(speed))
         return Setpoint(z_d, self._wanted.psi_d if math.isnan(psi_d) else psi_d, speed)
 
     def _proceed(self, entered: bool, u_d: float, state: StateEstimate, dt: float) -> tuple[float, Excitation]:
@@ -248,13 +258,10 @@ class Guidance:
 
     @property
     def _rally(self) -> Place | None:
-        """The rally point that the vehicle goes to, if any."""
-        if self._mode is Mode.MISSION:
-            return self._route.rally
-        if self._mode is Mode.RETURN or self._mode is Mode.SURFACE:
-            reached = self.last.rally if self._home.finished and self.last.rally.x == self.last.rally.x else None
-            return self._home.rally or reached  # it stays the target of the tick in which it is reached
-        return None
+        """The rally point that the vehicle goes to, or home, if any."""
+        if self._mode is Mode.RETURN and self._flown.finished and self.last.rally.x == self.last.rally.x:
+            return self.last.rally  # it stays the target of the tick in which it is reached
+        return self._flown.rally if self._mode in (Mode.MISSION, *self._ways) else None
 
     @property
     def _target(self) -> Place | None:
@@ -274,8 +281,9 @@ class Guidance:
     def freeze(self) -> GuidanceMemory:
         """Return the whole memory."""
         shaped = (self._mode, self._wanted, self.last, *self._shaper.freeze(), self._sight.freeze())
+        home = tuple(way.freeze() for way in self._ways.values())
         flown = (self._route.freeze(), self._learning.freeze(), self._circle, self._place)
-        return GuidanceMemory(*shaped, *flown, self._speed_override, self._bottom.z, self._home.freeze())
+        return GuidanceMemory(*shaped, *flown, self._speed_override, self._bottom.z, home)
 
     def thaw(self, memory: GuidanceMemory) -> None:
         """Restore the memory that `freeze` returned."""
@@ -287,4 +295,5 @@ class Guidance:
         self._circle, self._place = memory.circle, memory.place
         self._speed_override = memory.pace
         self._bottom.z = memory.bottom
-        self._home.thaw(memory.home)
+        for way, progress in zip(self._ways.values(), memory.home, strict=True):
+            way.thaw(progress)

@@ -18,7 +18,7 @@ class GuidanceMemory(NamedTuple):
     """The memory of guidance: `wanted` is the setpoint of the mode, `last` the last reference.
 
     `circle` is that of LOITER and GUIDED, `place` its centre if a station gave one; `pace` is an ordered speed, m/s,
-    that overrides those of the mission; `bottom` the depth of the bottom, m.
+    that overrides those of the mission; `bottom` the depth of the bottom, m; `home` the ways of RETURN and SURFACE.
     """
 
     mode: Mode
@@ -33,7 +33,7 @@ class GuidanceMemory(NamedTuple):
     place: Place | None
     pace: float
     bottom: float
-    home: RouteProgress
+    home: tuple[RouteProgress, ...]
 
 
 AT_REST = Reference(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, math.nan)

@@ -1,11 +1,15 @@
-"""The choice of a rally point: the nearest one that can be reached within the fence."""
+"""The choice of a rally point: the nearest one that can be reached within the fence. And when home is not known."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
 
-from firmware_py.records.fence import WITHIN, Fence, Place
+from firmware_py.records.event import Event, EventKind, severity_of
+from firmware_py.records.fence import HOME, WITHIN, Fence, Place
+
+_NEAR = 30.0
+"""A position that is known so well, m, is good enough for every way home."""
 
 
 def nearest_rally_point(places: Iterable[Place], fence: Fence, x: float, y: float) -> Place | None:
@@ -18,3 +22,20 @@ def nearest_rally_point(places: Iterable[Place], fence: Fence, x: float, y: floa
         if not (fence.breach_at(*place) if outside else fence.leg_problem(x, y, *place)):
             return place
     return None
+
+
+def home_not_known(x: float, y: float, std: float) -> tuple[Event, ...]:
+    """Return the event that nothing is gained by going home from (x, y), m, which are known to `std`, m; or none.
+
+    So it is where the position is farther off than home is away.
+    """
+    distance = math.hypot(x - HOME.x, y - HOME.y)
+    if std <= max(distance, _NEAR):
+        return ()
+    return (Event(EventKind.HOME_NOT_KNOWN, severity_of(EventKind.HOME_NOT_KNOWN), numbers=(distance, std)),)
+
+
+def unreachable(places: Iterable[Place]) -> Event:
+    """Return the event that no straight leg within the fence leads to any of the places."""
+    kind = EventKind.HOME_UNREACHABLE if tuple(places) == (HOME,) else EventKind.RALLY_POINT_UNREACHABLE
+    return Event(kind, severity_of(kind))

@@ -12,7 +12,7 @@ from firmware_py.guidance.rally_point import nearest_rally_point
 from firmware_py.guidance.waypoint_reach import Reach, Spiral, begin_spiral
 from firmware_py.marine import wrap
 from firmware_py.records.event import Event, EventKind, severity_of
-from firmware_py.records.fence import NO_FENCE, Fence, Place
+from firmware_py.records.fence import HOME, NO_FENCE, Fence, Place
 from firmware_py.records.mission import Jump, Loiter, Mission, MissionItem, Surface, Waypoint
 
 
@@ -165,7 +165,8 @@ class Route:
         if self._memory.next == before.next:
             return ()
         if before.rally is not None:
-            return (Event(EventKind.RALLY_POINT_REACHED, severity_of(EventKind.RALLY_POINT_REACHED)),)
+            reached = EventKind.HOME_REACHED if before.rally == HOME else EventKind.RALLY_POINT_REACHED
+            return (Event(reached, severity_of(reached)),)
         first = self._before[before.next]
         last = max(self.index, first + 1)  # a jump may lead back
         kind, missed = EventKind.WAYPOINT_PASSED, EventKind.WAYPOINT_MISSED
@@ -195,6 +196,10 @@ class Route:
         """Return the depth, m, on the straight line from the leg's start to its end."""
         start = self._memory.start
         return end.z if start is None or start.above else start.z + way.share * (end.z - start.z)
+
+    def abandon(self) -> None:
+        """End the mission here."""
+        self._memory = RouteProgress(len(self._items))
 
     def reset(self) -> None:
         """Return to the first item."""

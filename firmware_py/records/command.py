@@ -65,7 +65,7 @@ class Reference:
 
     `target` is the place that is flown to (NaN: none), `target_distance` (m) how far it is and `target_bearing` (rad)
     where. Without a place they are the distance to the circle that is flown, 0 off one, and the heading that is wanted.
-    `rally` is the rally point that was chosen (NaN: none).
+    `rally` is the rally point that was chosen, or home (NaN: none).
     """
 
     z_d: float

@@ -55,6 +55,9 @@ class EventKind(enum.IntEnum):
     NODE_FAULT = 26  # numbers: its `SourceFault`, TWO_SENDERS or UNHEALTHY; names: the node
     WAYPOINT_MISSED = 27  # its depth was not reached in time; numbers: which, of how many, how much too shallow, m
     MODE_CHOSEN = 28  # while disarmed: arming leads to `after`
+    HOME_REACHED = 29
+    HOME_UNREACHABLE = 30  # it has no straight way within the fence
+    HOME_NOT_KNOWN = 31  # numbers: distance, m, and 1 sigma of the position, m
 
 
 class Cause(enum.IntEnum):
@@ -187,6 +190,9 @@ _SEVERITIES: Mapping[EventKind, Severity] = {
     EventKind.NODE_FAULT: Severity.CRITICAL,
     EventKind.WAYPOINT_MISSED: Severity.WARNING,
     EventKind.MODE_CHOSEN: Severity.INFO,
+    EventKind.HOME_REACHED: Severity.INFO,
+    EventKind.HOME_UNREACHABLE: Severity.WARNING,
+    EventKind.HOME_NOT_KNOWN: Severity.WARNING,
 }
 _BY_CAUSE: Mapping[tuple[EventKind, Cause], Severity] = {
     **{(EventKind.MODE_CHANGED, cause): Severity.INFO for cause in INTENDED_CAUSES},

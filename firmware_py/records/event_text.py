@@ -282,4 +282,9 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     EventKind.NODE_FAULT: lambda event, _: f"node {event.names[0]}: {source_fault_text(event.numbers[0])}",
     EventKind.WAYPOINT_MISSED: lambda event, _: _missed(*event.numbers),
     EventKind.MODE_CHOSEN: _mode_chosen,
+    EventKind.HOME_REACHED: lambda *_: "home reached",
+    EventKind.HOME_UNREACHABLE: lambda *_: "home has no straight way within the fence",
+    EventKind.HOME_NOT_KNOWN: lambda event, _: (
+        "where home lies is not known: {:.0f} m away by a position to {:.0f} m".format(*event.numbers)
+    ),
 }

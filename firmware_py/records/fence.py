@@ -170,6 +170,8 @@ class Place(NamedTuple):
 
 
 NOWHERE = Place(math.nan, math.nan)
+HOME = Place(0.0, 0.0)
+"""The origin of the local frame, as stations are told (HOME_POSITION)."""
 
 
 def fence_to_plain(fence: Fence) -> dict[str, Any]:

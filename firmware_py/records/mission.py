@@ -47,7 +47,7 @@ class Jump(NamedTuple):
 
 
 class Surface(NamedTuple):
-    """The end of the mission, whatever comes behind it; `rally`: first to the nearest rally point, if there is one."""
+    """The end of the mission, whatever comes behind it; `rally`: first where RETURN goes."""
 
     rally: bool = False
 

@@ -68,7 +68,7 @@ class JumpTable:
 class SurfaceTable:
     """The end of the mission."""
 
-    rally: bool = param(False, doc="First to the nearest rally point.")
+    rally: bool = param(False, doc="First to the nearest rally point, home without one.")
 
     @property
     def item(self) -> Surface:

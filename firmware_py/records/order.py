@@ -30,7 +30,7 @@ class Mode(enum.IntEnum):
     GUIDED = 6
     """As a station says it, setpoint by setpoint: to a place and around it, or on a heading."""
     RETURN = 7
-    """To the `nearest_rally_point` at the present depth, then up; up at once without one."""
+    """To the `nearest_rally_point`, home without one, at the present depth, then up."""
 
 
 class Arming(enum.IntEnum):

@@ -17,7 +17,7 @@ class Action(enum.IntEnum):
     HOLD = 2
     """Mode HOLD: depth and heading as they are, slowly."""
     RETURN = 3
-    """Mode RETURN: to the nearest rally point, then up; up at once without one."""
+    """Mode RETURN: to the nearest rally point, home without one, then up."""
     SURFACE = 4
     SURFACE_AND_DROP = 5
     """Mode SURFACE, and release the drop weight."""

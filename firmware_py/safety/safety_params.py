@@ -113,6 +113,7 @@ class SafetyParams:
         2.0, unit="s", low=0.2, high=60.0, doc="Nothing at all is heard for so long.", mav="BUS_TIME"
     )
     bus_action: Action = param(_SURFACE, doc="No device is heard.", mav="BUS_ACT")
+    rally_home: bool = param(False, doc="Home is a rally point too, not only without any.", mav="RALLY_HOME")
     station: StationParams = table(StationParams, mav="GCS_")
     surface_depth: float = param(
         0.5, unit="m", low=0.1, high=5.0, doc="Less deep than this is the surface.", mav="SURF_DEPTH"

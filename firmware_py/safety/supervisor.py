@@ -12,7 +12,7 @@ import math
 from firmware_py.records.command import AscentStage, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import INTENDED_CAUSES, Cause, Event, EventKind, severity_of
-from firmware_py.records.fence import NO_FENCE, WITHIN, Fence, Place
+from firmware_py.records.fence import HOME, NO_FENCE, WITHIN, Fence, Place
 from firmware_py.records.health import ActuatorHealth, sound
 from firmware_py.records.order import NOBODY, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import SensorFrame
@@ -30,7 +30,6 @@ from firmware_py.tick import NS_PER_S, Rate, Tick
 __all__ = ["SafetyParams", "Supervisor", "SupervisorMemory", "VehicleFin"]
 
 _DISARM = (Arming.DISARM, Arming.FORCE_DISARM)
-_ORIGIN = (Place(0.0, 0.0),)
 
 
 class Supervisor:
@@ -44,14 +43,14 @@ class Supervisor:
         has_mission: bool = True,
         fence: Fence = NO_FENCE,
         fins: tuple[VehicleFin, ...] = (),
-        rally: tuple[Place, ...] = (),
+        home: tuple[Place, ...] = (HOME,),
         drop_weight: bool = False,
     ) -> None:
-        """`rally` are the places that count as home; without any it is the origin."""
+        """`home` are the places that RETURN may go to."""
         self._params = params
         self._fence = fence
         self._has_mission = has_mission
-        self._home = rally or _ORIGIN
+        self._home = home
         self._fins = fins
         self._fin_names = tuple(fin.name for fin in fins)
         self._sound = sound(len(fins))

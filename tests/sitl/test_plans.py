@@ -121,9 +121,9 @@ class Planner:
         return len(found) > 10
 
 
-def flown(folder: Path, planner: Planner, duration: float, completes: str) -> Log:
+def flown(folder: Path, planner: Planner, duration: float, completes: str, more: str = "") -> Log:
     scenario = folder / "plans.toml"
-    scenario.write_text(SCENARIO.format(duration=duration, completes=completes))
+    scenario.write_text(SCENARIO.format(duration=duration, completes=completes) + more)
     fly(prepare(FlightRequest(scenario=str(scenario)), {}), folder / "log.mcap", command=lambda p: Grounds(p, planner))
     return read(folder / "log.mcap")
 
@@ -212,6 +212,21 @@ def test_return_to_launch_is_to_the_nearest_rally_point_that_no_exclusion_is_bef
     assert c["state.eta.z"][-1] < 1.0
     assert not c["mode.mission_done"].any()
     assert replay(log, build).equal
+
+
+def test_return_to_launch_without_a_rally_point_is_home_and_then_up(tmp_path: Path) -> None:
+    planner = Planner({30.0: command(RETURN)})
+    log = flown(tmp_path, planner, 150.0, "surfaced", "[autopilot.estimation.position]\nstd_start_m = 5.0\n")
+    assert log.end["completed"], log.end
+    assert planner.results == [(RETURN, 0)]
+    assert planner.seen(Mode.RETURN, -1, 0, 0)
+    assert [text for _, text in log.sentences if "home" in text] == ["home reached"]
+    x, y, z = (log.truth[f"eta.{axis}"] for axis in "xyz")
+    up = log.columns["t"][log.columns["mode.mode"] == Mode.SURFACE][0]
+    k = np.searchsorted(log.truth["t"], up)
+    assert math.hypot(x[k], y[k]) < 8.0
+    assert z[k] == pytest.approx(6.0, abs=0.5)
+    assert z[-1] < 1.0
 
 
 def test_beyond_the_fence_it_surfaces_says_why_and_turns_to_the_rally_point(tmp_path: Path) -> None:

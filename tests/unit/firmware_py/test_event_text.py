@@ -79,6 +79,7 @@ BY_KIND: dict[EventKind, tuple[float, ...]] = {
     EventKind.LOITER_DONE: (2.0,),
     EventKind.MANOEUVRE_BEGUN: (120.0, 30.0),
     EventKind.MANOEUVRE_DONE: (120.0, 4.5),
+    EventKind.HOME_NOT_KNOWN: (120.0, 150.0),
 }
 OF_HEALTH: dict[EventKind, type[enum.IntEnum]] = {
     EventKind.SENSOR_GOOD: SourceFault,
@@ -181,6 +182,7 @@ def test_what_nobody_has_to_act_on_is_information(kind: EventKind) -> None:
         EventKind.MANOEUVRE_RESUMED,
         EventKind.MANOEUVRE_DONE,
         EventKind.MODE_CHOSEN,
+        EventKind.HOME_REACHED,
     }
     assert (severity_of(kind) is Severity.INFO) == (kind in normal)
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.guidance.route import Route
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.fence import NO_FENCE, Fence, Place, Polygon
+from firmware_py.records.fence import HOME, NO_FENCE, Fence, Place, Polygon
 from firmware_py.records.mission import Jump, Loiter, Manoeuvre, ManoeuvreKind, Mission, Surface, Waypoint
 from firmware_py.records.order import Mode, Order
 
@@ -173,15 +173,70 @@ def test_returning_is_to_the_nearest_rally_point_at_the_depth_that_is_with_a_mis
     assert vehicle.events == ["rally point reached"]
 
 
-def test_returning_without_a_rally_point_is_over_at_once() -> None:
-    vehicle = kinematic(at(900.0))
-    vehicle.run(Mode.MISSION, 5.0)
-    vehicle.step(Mode.RETURN)
-    assert vehicle.guidance.finished
-
-
 WALL = Fence((), (Polygon(((40.0, -20.0), (40.0, 200.0), (50.0, 200.0), (50.0, -20.0))),))
 """North of the vehicle, which starts at the origin."""
+
+
+def homing(*items, x: float = 150.0, y: float = 90.0, std: float = 1.0, **given) -> Kinematic:
+    """Return a vehicle that goes home, from (x, y)."""
+
+    class Homing(Kinematic):
+        @property
+        def state(self) -> StateEstimate:
+            return dataclasses.replace(super().state, position_std=std)
+
+    vehicle = Homing(Guidance(PARAMS, Mission(items), returns=(HOME,), **given), x=x, y=y, z=8.0, u=1.8)
+    vehicle.run(Mode.MANUAL, 0.1)
+    return vehicle
+
+
+@pytest.mark.parametrize(("x", "std"), [(150.0, 1.0), (150.0, 120.0), (0.0, 20.0)])
+def test_returning_without_a_rally_point_is_home_at_the_depth_that_is(x: float, std: float) -> None:
+    vehicle = homing(at(900.0), x=x, y=0.0, std=std)
+    reference = vehicle.step(Mode.RETURN)
+    assert vehicle.guidance.finished or (reference.rally, reference.target) == (HOME, HOME)
+    for _ in range(20 * 300):
+        if vehicle.guidance.finished:
+            break
+        vehicle.step(Mode.RETURN)
+    assert math.hypot(vehicle.x, vehicle.y) < PARAMS.line_of_sight.acceptance + 0.1
+    assert vehicle.z == pytest.approx(8.0, abs=0.01)
+    assert vehicle.events == ["home reached"]
+
+
+@pytest.mark.parametrize("items", [(), (at(160.0, 90.0), Surface(rally=True))])
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        ({"fence": WALL}, "home has no straight way within the fence"),
+        ({"std": 300.0}, "where home lies is not known: "),
+    ],
+)
+def test_home_that_cannot_be_gone_to_is_told_and_the_return_is_over(items: tuple, given: dict, why: str) -> None:
+    vehicle = homing(*items, **given)
+    mode = Mode.MISSION if items else Mode.RETURN
+    for _ in range(400):
+        vehicle.step(mode)
+        if vehicle.guidance.finished:
+            break
+    (said,) = [text for text in vehicle.events if "waypoint" not in text]
+    assert said.startswith(why)
+    assert math.hypot(vehicle.x, vehicle.y) > 160.0
+    vehicle.step(Mode.SURFACE)
+    assert math.isnan(vehicle.guidance.last.rally.x)
+
+
+def test_surfacing_does_not_steer_for_home() -> None:
+    vehicle = homing()
+    assert vehicle.run(Mode.SURFACE, 30.0)[-1].psi_d == pytest.approx(0.0, abs=1e-6)
+
+
+def test_of_rally_points_and_home_the_nearest_is_returned_to() -> None:
+    guidance = Guidance(PARAMS, Mission(), rally=(Place(300.0, 0.0),), returns=(Place(300.0, 0.0), HOME))
+    for x, place in ((200.0, Place(300.0, 0.0)), (100.0, HOME)):
+        vehicle = Kinematic(guidance, x=x, z=5.0, u=1.8)
+        vehicle.run(Mode.MANUAL, 0.1)
+        assert vehicle.step(Mode.RETURN).rally == place
 
 
 @pytest.mark.parametrize("items", [(), (at(10.0), Surface(rally=True))])
