@@ -75,7 +75,7 @@ class Bridge:
     def truth(self) -> TruthSample:
         """Return the true state at the last tick."""
         plant = self._plant
-        return TruthSample(plant.eta, plant.nu, plant.current_ned, plant.fins, plant.n)
+        return TruthSample(plant.eta, plant.nu, plant.current_ned, plant.fins, plant.n, plant.drop_weight)
 
 
 class PlantSchedule:

@@ -11,6 +11,7 @@ from firmware_py.marine import clip
 from firmware_py.params import param
 from firmware_py.wire.dronecan.equipment_messages import (
     ActuatorStatus,
+    ArmingStatus,
     ArrayCommand,
     EscStatus,
     HardpointCommand,
@@ -27,6 +28,8 @@ DROP_WEIGHT = 0
 """Hardpoint id of the drop weight."""
 RELEASE, HOLD = 0, 1
 """Commands and states of a hardpoint."""
+ARMED = 255
+"""Of ArmingStatus."""
 
 
 class TimeoutAction(enum.Enum):
@@ -56,6 +59,20 @@ class EscParams:
     n_max: float = param(unit="rpm", low=1, high=1e5, doc="Where commands saturate, ahead and astern.")
     silence: float = param(unit="s", low=0.02, high=3600, doc="Without a command for longer, the propeller stops.")
     status: int = param(unit="Hz", low=1, high=200, doc="Feedback; above the base rate: every tick.")
+
+
+@dataclass(frozen=True, slots=True)
+class HardpointParams:
+    """What holds the drop weight."""
+
+    status: int = param(5, unit="Hz", low=1, high=200, doc="Reports; above the base rate: every tick.")
+    release_on_silence: float = param(
+        0.0,
+        unit="s",
+        low=0,
+        high=3600,
+        doc="Without a command for longer, it lets go, if it was last told that the vehicle is armed; 0: never.",
+    )
 
 
 class ServoHub:
@@ -134,15 +151,34 @@ class Esc:
 
 
 class Hardpoint:
-    """Holds the drop weight. Receives Command, sends Status; what is released stays so."""
+    """Holds the drop weight. Receives Command and ArmingStatus, sends Status; what is released stays so.
 
-    def __init__(self, node: DeviceNode) -> None:
+    One that lets go on silence needs to have heard a command, and that the vehicle is armed: neither on deck with the
+    autopilot off nor before a flight anything falls.
+    """
+
+    def __init__(self, params: HardpointParams, node: DeviceNode) -> None:
         self.node = node
         self.released = False
+        self._silence = params.release_on_silence or math.inf
+        self._t_command = math.inf
+        self._armed = False
 
-    def accept_command(self, command: HardpointCommand) -> None:
+    def accept_command(self, command: HardpointCommand, t: float) -> None:
         """Open when told so, with power."""
-        if command.hardpoint_id == DROP_WEIGHT and command.command == RELEASE and self.node.powered:
+        if command.hardpoint_id != DROP_WEIGHT or not self.node.powered:
+            return
+        self._t_command = t
+        if command.command == RELEASE:
+            self.released = True
+
+    def accept_arming(self, status: ArmingStatus) -> None:
+        """Take what the vehicle says of its arming."""
+        self._armed = status.status == ARMED
+
+    def watch(self, t: float) -> None:
+        """Let go if no command came for too long."""
+        if self._armed and t - self._t_command > self._silence and self.node.powered:
             self.released = True
 
     def publish_status(self, weight: float) -> None:

@@ -9,10 +9,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 
 from firmware_py.adapters.buses.can_bus import FramePort, NodeIds
+from firmware_py.params import table
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.transfer import Reassembler, Transfer
-from sim_bridge.devices.actuator_nodes import Esc, EscParams, Hardpoint, ServoHub, ServoHubParams
+from sim_bridge.devices.actuator_nodes import Esc, EscParams, Hardpoint, HardpointParams, ServoHub, ServoHubParams
 from sim_bridge.devices.faulty_bus import FaultyBus
 from sim_bridge.devices.instrument_nodes import publishers
 from sim_bridge.devices.instruments import Instruments, InstrumentsParams
@@ -33,6 +34,7 @@ class DevicesParams(InstrumentsParams):
 
     servo_hub: ServoHubParams
     esc: EscParams
+    hardpoint: HardpointParams = table(HardpointParams)
 
     def within(self, base_hz: int) -> DevicesParams:
         """Return the same with no device faster than the base rate: a faster one sends once every tick."""
@@ -66,16 +68,17 @@ class Devices:
         self.malformed = 0
         self._hub = ServoHub(params.servo_hub, self.nodes["servo_hub"], fins)
         self._esc = Esc(params.esc, self.nodes["esc"])
-        self._hardpoint = Hardpoint(self.nodes["hardpoint"])
+        self._hardpoint = Hardpoint(params.hardpoint, self.nodes["hardpoint"])
         self._dvl = dvl
         self._instruments = instruments
         self._autopilot_id = autopilot_id
         self._others: list[DeviceNode] = []
         self._publishers = publishers(params, instruments, self.nodes)
-        self._commands = Reassembler([m.ARRAY_COMMAND, m.RPM_COMMAND, m.HARDPOINT_COMMAND])
+        self._commands = Reassembler([m.ARRAY_COMMAND, m.RPM_COMMAND, m.HARDPOINT_COMMAND, m.ARMING_STATUS])
         self._by_id = {node.node_id: node for node in self.nodes.values()}
         self._base_hz = base_hz
         self._hub_rate, self._esc_rate = params.servo_hub.status, params.esc.status
+        self._hardpoint_rate = params.hardpoint.status
 
     def initialise(self, plant: Plant) -> None:
         """Sample before tick 0, so that readings delayed by latency arrive from tick 0 on."""
@@ -94,6 +97,7 @@ class Devices:
                 transfer = self._commands.accept(can_id, data, t)
                 if transfer is not None:
                     self._accept_command(transfer, t)
+        self._hardpoint.watch(t)
         self._dvl.receive()
 
     def commands(self, t: float, fins: Sequence[float]) -> tuple[Sequence[float], float]:
@@ -113,8 +117,9 @@ class Devices:
             self._hub.publish_status(plant.fins, plant.servos if self._hub.by_servo else ())
         if due(k, self._esc_rate, self._base_hz):
             self._esc.publish_status(plant.n)
-        if due(k, 1, self._base_hz):
+        if due(k, self._hardpoint_rate, self._base_hz):
             self._hardpoint.publish_status(plant.drop_weight)
+        if due(k, 1, self._base_hz):
             for node in (*self.nodes.values(), *self._others):
                 node.publish_status(t)
         self._dvl.update(k, t, plant)
@@ -159,7 +164,9 @@ class Devices:
                 self._hub.accept_command(m.ARRAY_COMMAND.decode(command.payload), t)
             elif command.kind is m.RPM_COMMAND:
                 self._esc.accept_command(m.RPM_COMMAND.decode(command.payload), t)
+            elif command.kind is m.HARDPOINT_COMMAND:
+                self._hardpoint.accept_command(m.HARDPOINT_COMMAND.decode(command.payload), t)
             else:
-                self._hardpoint.accept_command(m.HARDPOINT_COMMAND.decode(command.payload))
+                self._hardpoint.accept_arming(m.ARMING_STATUS.decode(command.payload))
         except DecodeError:
             self.malformed += 1

@@ -185,6 +185,20 @@ def test_a_hardpoint_without_power_holds(launch):
     assert not simulated.devices.released
 
 
+@pytest.mark.parametrize(("seconds", "armed", "lets_go"), [(5.0, 255, True), (5.0, 0, False), (0.0, 255, False)])
+def test_a_hardpoint_that_lets_go_on_silence_does_so_while_armed_alone(launch, seconds, armed, lets_go):
+    simulated, peer = launch(hardpoint={"release_on_silence_s": seconds})
+    simulated.commanded(100.0)
+    assert not simulated.devices.released  # it has never heard anybody
+    for k in range(20):
+        peer.send(dronecan.uavcan.equipment.hardpoint.Command(hardpoint_id=0, command=1))
+        peer.send(dronecan.uavcan.equipment.safety.ArmingStatus(status=armed))
+        simulated.commanded(100.0 + 4.0 * k)
+        assert not simulated.devices.released
+    simulated.commanded(181.2)
+    assert simulated.devices.released is lets_go
+
+
 def test_a_hardpoint_reports_what_hangs_on_it(launch):
     simulated, peer = launch()
     for k, (weight, status) in enumerate(((1335.0, 1), (0.0, 0))):
