@@ -101,6 +101,11 @@ def leak(humidity: float, time_ms: int) -> Any:
     return dialect.MAVLink_named_value_float_message(time_ms, b"LEAK", humidity)
 
 
+def drop_weight(load: float, time_ms: int) -> Any:
+    """Return NAMED_VALUE_FLOAT: PX4's interface has no hardpoint."""
+    return dialect.MAVLink_named_value_float_message(time_ms, b"WEIGHT", load)
+
+
 def battery_status(battery: Battery) -> Any:
     """Return BATTERY_STATUS."""
     whole = round(1e3 * battery.voltage)  # what exceeds one field continues in the next

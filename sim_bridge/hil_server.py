@@ -87,9 +87,11 @@ class HilDevices:
         self._off: set[str] = set()
         self.released = False
         """Whether the drop weight was let go."""
+        self._holds_weight = False
 
     def initialise(self, plant: Plant) -> None:
         """Sample before tick 0, so that readings delayed by latency arrive from tick 0 on."""
+        self._holds_weight = plant.drop_weight > 0.0
         for sensor in self._instruments.by_name.values():
             for k in range(-sensor.delay, 0):
                 sensor.update(k, plant)
@@ -139,6 +141,8 @@ class HilDevices:
         leak = read.leak.update(k, plant)
         if leak is not None and "leak" not in self._off:
             messages.append(hil_messages.leak(leak.value, time_at(leak.t_valid) // 1000))
+        if self._holds_weight and due(k, self._params.hardpoint.status, self._base_hz):
+            messages.append(hil_messages.drop_weight(plant.drop_weight, time_us // 1000))
         messages.append(self._sensor(k, plant, time_us))
         self._link.send(*messages)
 

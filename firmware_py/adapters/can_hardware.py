@@ -15,7 +15,7 @@ from firmware_py.adapters.own_status import OwnStatus
 from firmware_py.marine import euler_from_quaternion
 from firmware_py.records.command import Applied
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.sensing import Ahrs, Battery, Fix, Heard, SensorFrame, node_bit, silence
+from firmware_py.records.sensing import Ahrs, Battery, Fix, Hardpoint, Heard, SensorFrame, node_bit, silence
 from firmware_py.tick import Rate, Tick
 from firmware_py.wire.dronecan import equipment_messages as eq
 from firmware_py.wire.dronecan import message_table as m
@@ -32,7 +32,7 @@ VALID_RANGE = 1
 DROP_WEIGHT = 0
 """Hardpoint id of the drop weight."""
 RELEASE, HOLD = 0, 1
-"""Commands of a hardpoint."""
+"""Commands of a hardpoint; a status that is not RELEASE holds."""
 FIX_3D = 3
 _SERVO_HUB = node_bit("servo_hub")
 
@@ -74,6 +74,7 @@ class CanHardware:
             (m.ESC_STATUS, nodes.esc): (self._esc, latency.esc),
             (m.BATTERY_INFO, nodes.battery): (self._battery, 0.0),
             (m.HYGROMETER, nodes.battery): (self._hygrometer, 0.0),
+            (m.HARDPOINT_STATUS, nodes.hardpoint): (self._hardpoint, 0.0),
         }
         wanted = [*{kind for kind, _ in self._handlers}, m.NODE_STATUS, m.GET_NODE_INFO]
         self._roles = frozenset(self._nodes.names)
@@ -227,6 +228,11 @@ class CanHardware:
     def _hygrometer(self, message: eq.Hygrometer, t: float) -> None:
         value = message.humidity / 100.0
         self._heard["leak"] = Heard(value, t, True, math.isfinite(value))
+
+    def _hardpoint(self, message: eq.HardpointStatus, t: float) -> None:
+        if message.hardpoint_id == DROP_WEIGHT:
+            value = Hardpoint(message.status != RELEASE, message.payload_weight)
+            self._heard["hardpoint"] = Heard(value, t, True, True)
 
 
 def _not_ok(heard: Heard[Any]) -> Heard[Any]:

@@ -23,6 +23,7 @@ MEASURES: Mapping[str, tuple[str, ...]] = {
     "fix": ("fix",),
     "battery": ("battery", "leak"),
     "esc": ("n",),
+    "hardpoint": ("hardpoint",),
 }
 """The fields of `SensorFrame` that a node measures; the servo hub measures `fins`."""
 

@@ -49,6 +49,5 @@ class OwnStatus:
             and not cycle.mode.late
             and not frame.two_senders | frame.unhealthy
             and all(sensor.state is SourceState.GOOD for sensor in state.sensors)
-            and not any(cycle.actuators.fins)
-            and not cycle.actuators.propeller
+            and cycle.actuators.faultless
         )

@@ -119,7 +119,8 @@ class CoefficientEstimator:
     def update(self, tick: Tick, frame: SensorFrame, applied: Applied, state: StateEstimate) -> Learned:
         """Return what is known after the tick; `state` is what navigation makes of the same frame."""
         params, buffer = self._params, self._buffer
-        self._whole = not applied.drop  # without its drop weight it is another vehicle, of which nothing is learned
+        gone = applied.drop or (frame.hardpoint.ok and not frame.hardpoint.value.holds)
+        self._whole = not gone  # without its drop weight it is another vehicle, of which nothing is learned
         buffer.hear(tick.t, frame, applied)
         deep = state.eta.z - DEPTH_SIGMAS * state.depth_std >= params.depth_min
         may = deep and state.attitude_ok and self._whole

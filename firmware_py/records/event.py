@@ -49,7 +49,7 @@ class EventKind(enum.IntEnum):
     ACTUATOR_GOOD = 20  # numbers: NONE of `ActuatorFault`; names: the actuator
     ACTUATOR_FAULT = 21  # numbers: its `ActuatorFault`; names: the actuator
     ASCENT_STAGE = 22  # numbers: the `AscentStage`; the cause's
-    WEIGHT_RELEASED = 23  # numbers: the cause's
+    WEIGHT_RELEASED = 23  # numbers: the cause's; told when its hardpoint says so, or as it is commanded if it is silent
     RULE_WARNS = 24  # a rule holds whose action is to warn; numbers: the cause's
     NODE_GOOD = 25  # of the bus; numbers: NONE of `SourceFault`; names: the node
     NODE_FAULT = 26  # numbers: its `SourceFault`, TWO_SENDERS or UNHEALTHY; names: the node
@@ -58,6 +58,10 @@ class EventKind(enum.IntEnum):
     HOME_REACHED = 29
     HOME_UNREACHABLE = 30  # it has no straight way within the fence
     HOME_NOT_KNOWN = 31  # numbers: distance, m, and 1 sigma of the position, m
+    WEIGHT_COMMANDED = 32  # to be released; numbers: the cause's
+    WEIGHT_NOT_RELEASED = 33  # though it was commanded; numbers: the cause's
+    WEIGHT_HELD = 34  # its hardpoint says so again
+    WEIGHT_SILENT = 35  # its hardpoint says nothing any longer
 
 
 class Cause(enum.IntEnum):
@@ -135,6 +139,11 @@ class Cause(enum.IntEnum):
     NOT_TOLD = 66  # time since SURFACE began, s
     # Why the end of the flight is refused.
     NOTHING_TO_END = 70
+    # What the drop weight's hardpoint says.
+    HARDPOINT_OPEN = 71
+    HARDPOINT_HOLDS = 72  # limit, s
+    HARDPOINT_SILENT = 73  # limit, s
+    BY_ITSELF = 74
 
 
 INTENDED_CAUSES = (Cause.ORDERED, Cause.MISSION_DONE, Cause.RETURN_DONE, Cause.SURFACED)
@@ -193,6 +202,10 @@ _SEVERITIES: Mapping[EventKind, Severity] = {
     EventKind.HOME_REACHED: Severity.INFO,
     EventKind.HOME_UNREACHABLE: Severity.WARNING,
     EventKind.HOME_NOT_KNOWN: Severity.WARNING,
+    EventKind.WEIGHT_COMMANDED: Severity.CRITICAL,
+    EventKind.WEIGHT_NOT_RELEASED: Severity.ALERT,
+    EventKind.WEIGHT_HELD: Severity.NOTICE,
+    EventKind.WEIGHT_SILENT: Severity.WARNING,
 }
 _BY_CAUSE: Mapping[tuple[EventKind, Cause], Severity] = {
     **{(EventKind.MODE_CHANGED, cause): Severity.INFO for cause in INTENDED_CAUSES},

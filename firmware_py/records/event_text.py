@@ -59,6 +59,10 @@ _CAUSES: Mapping[Cause, str] = {
     Cause.NO_CLIMB: "nothing gained in {0:.0f} s",
     Cause.NO_DROP_WEIGHT: "no drop weight to release",
     Cause.NOT_TOLD: "nothing tells of the surface, {0:.0f} s after surfacing began",
+    Cause.HARDPOINT_OPEN: "its hardpoint says so",
+    Cause.HARDPOINT_HOLDS: "its hardpoint still holds it {0:g} s after the command",
+    Cause.HARDPOINT_SILENT: "not confirmed {0:g} s after the command, its hardpoint says nothing",
+    Cause.BY_ITSELF: "its hardpoint says so, without a command",
     Cause.MANOEUVRE_ALTITUDE: "altitude {0:.1f} m, soon {1:.1f} m, limit {2:.1f} m",
 }
 """Of causes whose sentence is made of their numbers as they stand."""
@@ -287,4 +291,8 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     EventKind.HOME_NOT_KNOWN: lambda event, _: (
         "where home lies is not known: {:.0f} m away by a position to {:.0f} m".format(*event.numbers)
     ),
+    EventKind.WEIGHT_COMMANDED: lambda event, _: f"release of the drop weight commanded{_because(event)}",
+    EventKind.WEIGHT_NOT_RELEASED: lambda event, _: f"drop weight not released{_because(event)}",
+    EventKind.WEIGHT_HELD: lambda *_: "drop weight held: its hardpoint says so",
+    EventKind.WEIGHT_SILENT: lambda *_: "drop weight: its hardpoint says nothing any longer",
 }

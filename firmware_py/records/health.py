@@ -60,7 +60,7 @@ class SensorHealth(NamedTuple):
 
 
 class ActuatorFault(enum.IntEnum):
-    """What is wrong with a fin, with the propeller or with the drop weight."""
+    """What is wrong with a fin or with the propeller."""
 
     NONE = 0
     SILENT = 1  # it reports nothing; whether it moves is not known
@@ -72,19 +72,42 @@ class ActuatorFault(enum.IntEnum):
     LOOSE = 7  # it has play
 
 
+class WeightState(enum.IntEnum):
+    """Where the drop weight is, by what was commanded and what its hardpoint says."""
+
+    UNREPORTED = 0
+    """The hardpoint has never said anything, as a relay does not; or there is none. What is commanded counts."""
+    HELD = 1
+    SILENT = 2
+    """The hardpoint says nothing any longer; the release is not commanded."""
+    COMMANDED = 3
+    """The release is commanded; the hardpoint is given the time to say so."""
+    RELEASED = 4
+    """The release was commanded, and the hardpoint says that it is done."""
+    STUCK = 5
+    """The release was commanded, and the hardpoint still says that it holds the weight."""
+    NOT_CONFIRMED = 6
+    """The release was commanded, and the hardpoint says nothing."""
+    GONE = 7
+    """The hardpoint says that it holds nothing, though no release was commanded."""
+
+
 @dataclass(frozen=True, slots=True)
 class ActuatorHealth:
-    """Fins, in the order of the vehicle's fin list, and the propeller."""
+    """Fins, in the order of the vehicle's fin list, the propeller, and the drop weight."""
 
     fins: tuple[ActuatorFault, ...]
     propeller: ActuatorFault
+    drop_weight: WeightState = WeightState.UNREPORTED
 
     @property
     def faultless(self) -> bool:
         """True if nothing was found."""
-        return not (self.propeller or any(self.fins))
+        return not (self.propeller or any(self.fins) or self.drop_weight in WEIGHT_FAULTS)
 
 
+WEIGHT_FAULTS = (WeightState.SILENT, WeightState.STUCK, WeightState.NOT_CONFIRMED, WeightState.GONE)
+"""States of the drop weight in which something is wrong with it."""
 GOOD = SourceHealth(SourceState.GOOD, SourceFault.NONE)
 ALL_GOOD = SensorHealth(GOOD, GOOD, GOOD, GOOD, GOOD, GOOD, GOOD)
 

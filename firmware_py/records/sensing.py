@@ -60,6 +60,13 @@ class Fix(NamedTuple):
     std: float
 
 
+class Hardpoint(NamedTuple):
+    """What holds the drop weight: whether it says that it holds, and the load that it measures, N; NaN: unknown."""
+
+    holds: bool
+    load: float
+
+
 class Battery(NamedTuple):
     """Volts, amperes, and what is left in [0, 1]."""
 
@@ -68,6 +75,12 @@ class Battery(NamedTuple):
     remaining: float
 
 
+def never(value: T) -> Heard[T]:
+    """What has not been heard yet."""
+    return Heard(value, -math.inf, False, False)
+
+
+NO_HARDPOINT = never(Hardpoint(True, math.nan))
 NODES = ("autopilot", "servo_hub", "esc", "ahrs", "pressure", "altimeter", "fix", "battery", "hardpoint")
 """The nodes of the bus by their role; bit i of `SensorFrame.two_senders` and `unhealthy` is about the i-th."""
 
@@ -78,7 +91,7 @@ class SensorFrame:
 
     `fins` are the angles the servos report, rad, in the order of the vehicle's fin list; `n` is the propeller speed
     that its controller reports, rev/s; `pressure` is absolute, Pa; `altitude` the altimeter's distance to the bottom,
-    m; `leak` the humidity inside the hull in [0, 1].
+    m; `leak` the humidity inside the hull in [0, 1]; `hardpoint` is never heard where a relay holds the drop weight.
 
     `two_senders` has a bit for each of NODES under whose id two nodes speak (for the autopilot: another one than this),
     `unhealthy` for each that reports itself that it does not work. What such a node measures is not ok.
@@ -93,6 +106,7 @@ class SensorFrame:
     n: Heard[float]
     battery: Heard[Battery]
     leak: Heard[float]
+    hardpoint: Heard[Hardpoint] = NO_HARDPOINT
     two_senders: int = 0
     unhealthy: int = 0
 
@@ -100,11 +114,6 @@ class SensorFrame:
 def node_bit(name: str) -> int:
     """Return the bit of a node of NODES."""
     return 1 << NODES.index(name)
-
-
-def never(value: T) -> Heard[T]:
-    """What has not been heard yet."""
-    return Heard(value, -math.inf, False, False)
 
 
 def silence(fins: int) -> SensorFrame:

@@ -10,6 +10,7 @@ from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.health import ActuatorFault, ActuatorHealth, SourceState, sound
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
+from firmware_py.safety.actuators.drop_weight import DropWeightMemory, DropWeightWatch
 from firmware_py.safety.actuators.feedback import PERIOD, FeedbackLimits, FeedbackMemory, FeedbackWatch
 from firmware_py.safety.actuators.hull_watch import HullMemory, HullWatch
 from firmware_py.safety.actuators.thrust import ThrustMemory, ThrustWatch
@@ -33,11 +34,12 @@ class ActuatorWatchMemory(NamedTuple):
     """Of the fins, then of the propeller."""
     hull: HullMemory
     thrust: ThrustMemory
+    drop_weight: DropWeightMemory
     health: ActuatorHealth
 
 
 class ActuatorWatch:
-    """Names what is wrong with each fin and with the propeller."""
+    """Names what is wrong with each fin and with the propeller, and says where the drop weight is."""
 
     def __init__(self, params: ActuatorParams, vehicle: Vehicle, n_rate: float) -> None:
         """`n_rate` is the rate limit of the propeller's commands, rev/s^2.
@@ -55,10 +57,12 @@ class ActuatorWatch:
         self._feedback = tuple([FeedbackWatch(limit) for limit in limits])
         self._hull = HullWatch(params, vehicle)
         self._thrust = ThrustWatch(vehicle, params.evidence)
+        weight = vehicle.drop_weight
+        self._drop_weight = DropWeightWatch(params, weight.weight if weight is not None else math.nan)
         self._health = sound(len(fins))
 
     def update(self, tick: Tick, frame: SensorFrame, applied: Applied, state: StateEstimate) -> ActuatorHealth:
-        """Return the health of fins and propeller at this tick; `applied` is what was commanded one tick ago."""
+        """Return the health of all actuators at this tick; `applied` is what was commanded one tick ago."""
         t, feedback = tick.t, self._feedback
         turns = max(1, round(PERIOD / tick.dt))
         count = len(feedback)
@@ -70,6 +74,8 @@ class ActuatorWatch:
             changed |= watch.update(t, heard, command, applied.armed) is not before
         if frame.dvl.fresh:
             changed |= self._judge_thrust(t, frame, applied, state)
+        where = self._drop_weight.state
+        changed |= self._drop_weight.update(t, frame.hardpoint, applied.drop) is not where
         if changed:
             self._health = self._judged()
         return self._health
@@ -77,7 +83,8 @@ class ActuatorWatch:
     def freeze(self) -> ActuatorWatchMemory:
         """Return the whole memory."""
         feedback = tuple([watch.freeze() for watch in self._feedback])
-        return ActuatorWatchMemory(feedback, self._hull.freeze(), self._thrust.freeze(), self._health)
+        hull, thrust = self._hull.freeze(), self._thrust.freeze()
+        return ActuatorWatchMemory(feedback, hull, thrust, self._drop_weight.memory, self._health)
 
     def thaw(self, memory: ActuatorWatchMemory) -> None:
         """Restore the memory that `freeze` returned."""
@@ -85,6 +92,7 @@ class ActuatorWatch:
             watch.thaw(remembered)
         self._hull.thaw(memory.hull)
         self._thrust.thaw(memory.thrust)
+        self._drop_weight.memory = memory.drop_weight
         self._health = memory.health
 
     def _judge_thrust(self, t: float, frame: SensorFrame, applied: Applied, state: StateEstimate) -> bool:
@@ -115,4 +123,4 @@ class ActuatorWatch:
             if fault in _UNSEEN and acts is not ActuatorFault.NONE:
                 stands = acts is ActuatorFault.LOST and not watch.reports
                 fins[i] = ActuatorFault.JAMMED if stands else acts
-        return ActuatorHealth(tuple(fins), propeller)
+        return ActuatorHealth(tuple(fins), propeller, self._drop_weight.state)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from firmware_py.marine import clip
 from firmware_py.records.command import AscentStage
 from firmware_py.records.event import Cause, Event, EventKind, severity_of
+from firmware_py.records.health import WeightState
 from firmware_py.safety.ascent_params import AscentParams
 from firmware_py.safety.ascent_view import AscentView
 from firmware_py.safety.plane_jam import PlaneJam
@@ -106,7 +107,7 @@ class Ascent:
         events: tuple[Event, ...] = ()
         if step is not None:
             if step.drop:
-                m, events = self.release(m, step.stage, step.cause, step.numbers)
+                m, events = self.release(m, step.stage, v.weight, step.cause, step.numbers)
             if step.stage is not was.stage:
                 if step.cause is not Cause.NONE or step.stage is STOPPED:  # the others go without saying
                     events += (_event(EventKind.ASCENT_STAGE, step.cause, (float(step.stage), *step.numbers)),)
@@ -127,15 +128,21 @@ class Ascent:
         self,
         m: AscentMemory,
         stage: AscentStage,
+        weight: WeightState,
         cause: Cause,
         numbers: tuple[float, ...] = (),
         names: tuple[str, ...] = (),
     ) -> tuple[AscentMemory, tuple[Event, ...]]:
-        """Release the weight for `cause`, or without one say so; the one place that does. Told once, at `stage`."""
+        """Command the release for `cause`, or without a weight say so; the one place that does. Told once, at `stage`.
+
+        Where no hardpoint says what becomes of it (`weight`), what is commanded counts as released.
+        """
         if m.asked or m.drop:
             return m, ()
         if self._weight:
-            return m._replace(asked=True, drop=True), (_event(EventKind.WEIGHT_RELEASED, cause, numbers, names),)
+            reported = weight is not WeightState.UNREPORTED
+            kind = EventKind.WEIGHT_COMMANDED if reported else EventKind.WEIGHT_RELEASED
+            return m._replace(asked=True, drop=True), (_event(kind, cause, numbers, names),)
         return m._replace(asked=True), (_event(EventKind.ASCENT_STAGE, Cause.NO_DROP_WEIGHT, (float(stage),)),)
 
     def is_surfaced(self, m: AscentMemory, depth_ok: bool, z: float, fix: bool, altitude: float, limit: float) -> bool:

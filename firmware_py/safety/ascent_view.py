@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.health import WeightState
 from firmware_py.safety.conditions import Conditions
 from firmware_py.safety.plane_jam import PlaneJam
 from firmware_py.tick import Tick
@@ -14,7 +15,8 @@ class AscentView(NamedTuple):
     """What the procedure looks at in one tick (s, m, rad, m/s).
 
     `z`, `z_dot` and `altitude` as estimated; `depth_ok`, `attitude_ok` and `speed_ok` say whether depth, attitude and
-    `u` rest on measurements; `fix` that a position fix is heard; `jam` what the planes do that are known to be stuck.
+    `u` rest on measurements; `fix` that a position fix is heard; `jam` what the planes do that are known to be stuck,
+    `weight` where the drop weight is.
     """
 
     t: float
@@ -30,10 +32,11 @@ class AscentView(NamedTuple):
     altitude: float
     fix: bool
     jam: PlaneJam
+    weight: WeightState = WeightState.UNREPORTED
 
 
-def view_of(tick: Tick, state: StateEstimate, jam: PlaneJam, c: Conditions) -> AscentView:
+def view_of(tick: Tick, state: StateEstimate, jam: PlaneJam, weight: WeightState, c: Conditions) -> AscentView:
     """Return the view of a tick, in which `c` is what the rules look at."""
     ok = c.attitude_ok, c.depth_ok, state.velocity_ok
     seen = c.depth, c.z_dot, state.eta.phi, state.eta.theta, state.nu.u, c.altitude
-    return AscentView(tick.t, tick.dt, *ok, *seen, c.fix_heard, jam)
+    return AscentView(tick.t, tick.dt, *ok, *seen, c.fix_heard, jam, weight)

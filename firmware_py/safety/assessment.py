@@ -9,7 +9,14 @@ from typing import Any
 from firmware_py.records.command import Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.fence import WITHIN, Fence
-from firmware_py.records.health import ActuatorFault, ActuatorHealth, SourceFault, SourceHealth, SourceState
+from firmware_py.records.health import (
+    ActuatorFault,
+    ActuatorHealth,
+    SourceFault,
+    SourceHealth,
+    SourceState,
+    WeightState,
+)
 from firmware_py.records.order import Mode, Order
 from firmware_py.records.sensing import Heard, SensorFrame
 from firmware_py.safety.conditions import NO_FAULTS, ActuatorFaults, Conditions, Faulty
@@ -102,6 +109,8 @@ def actuator_faults(health: ActuatorHealth, vehicle_fins: Sequence[VehicleFin]) 
         (rudders if fin.rudder else planes).append(Faulty(fault, fin.name))
     propeller = [Faulty(health.propeller, "propeller")]
     everything = [*planes, *rudders, *propeller]
+    if health.drop_weight is WeightState.SILENT:
+        everything.append(Faulty(ActuatorFault.SILENT, "drop weight"))
     return ActuatorFaults(
         plane=_first(planes, _STUCK),
         rudder=_first(rudders, _STUCK),
@@ -118,5 +127,5 @@ def _first(actuators: Iterable[Faulty], of: tuple[ActuatorFault, ...]) -> Faulty
 def _newest(frame: SensorFrame) -> float:
     """Return when the newest measurement of any device was true, s."""
     sensors = (frame.ahrs.t_valid, frame.dvl.t_valid, frame.pressure.t_valid, frame.altitude.t_valid)
-    others = (frame.fix.t_valid, frame.n.t_valid, frame.battery.t_valid, frame.leak.t_valid)
+    others = (frame.fix.t_valid, frame.n.t_valid, frame.battery.t_valid, frame.leak.t_valid, frame.hardpoint.t_valid)
     return max(*sensors, *others, *(fin.t_valid for fin in frame.fins))

@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from firmware_py.records.event import Event, EventKind, severity_of
-from firmware_py.records.health import ActuatorFault, ActuatorHealth, SensorHealth, SourceFault, SourceState
+from firmware_py.records.event import Cause, Event, EventKind, severity_of
+from firmware_py.records.health import (
+    ActuatorFault,
+    ActuatorHealth,
+    SensorHealth,
+    SourceFault,
+    SourceState,
+    WeightState,
+)
 from firmware_py.records.sensing import NODES
 
 _SOURCE_KINDS = {
     SourceState.GOOD: EventKind.SENSOR_GOOD,
     SourceState.SUSPECT: EventKind.SENSOR_SUSPECT,
     SourceState.LOST: EventKind.SENSOR_LOST,
+}
+_WEIGHT: Mapping[WeightState, tuple[EventKind, Cause]] = {
+    WeightState.HELD: (EventKind.WEIGHT_HELD, Cause.NONE),
+    WeightState.SILENT: (EventKind.WEIGHT_SILENT, Cause.NONE),
+    WeightState.RELEASED: (EventKind.WEIGHT_RELEASED, Cause.HARDPOINT_OPEN),
+    WeightState.STUCK: (EventKind.WEIGHT_NOT_RELEASED, Cause.HARDPOINT_HOLDS),
+    WeightState.NOT_CONFIRMED: (EventKind.WEIGHT_NOT_RELEASED, Cause.HARDPOINT_SILENT),
+    WeightState.GONE: (EventKind.WEIGHT_RELEASED, Cause.BY_ITSELF),
 }
 
 
@@ -36,6 +51,18 @@ def actuator_events(before: ActuatorHealth, now: ActuatorHealth, fins: Sequence[
         for name, old, new in zip(names, olds, news, strict=True)
         if new is not old
     )
+
+
+def weight_events(before: WeightState, now: WeightState, limit: float) -> tuple[Event, ...]:
+    """Return an event if the drop weight is in another state now; `limit` is the time to confirm its release, s.
+
+    The command is told where it is given, and that a weight is held at the start goes without saying.
+    """
+    if now is before or now not in _WEIGHT or (now, before) == (WeightState.HELD, WeightState.UNREPORTED):
+        return ()
+    kind, cause = _WEIGHT[now]
+    numbers = (limit,) if cause in (Cause.HARDPOINT_HOLDS, Cause.HARDPOINT_SILENT) else ()
+    return (Event(kind, severity_of(kind, cause), cause=cause, numbers=numbers),)
 
 
 def node_events(before: tuple[int, int], now: tuple[int, int]) -> tuple[Event, ...]:

@@ -107,7 +107,9 @@ class SafetyParams:
     plane_action: Action = param(_SURFACE, doc="A plane is jammed or lost.", mav="PLANE_ACT")
     rudder_action: Action = param(_SURFACE, doc="A rudder is jammed or lost.", mav="RUDDER_ACT")
     propeller_action: Action = param(_DROP, doc="The propeller is jammed or lost.", mav="PROP_ACT")
-    actuator_silent_action: Action = param(_WARN, doc="A fin or the propeller reports nothing.", mav="ACTR_SIL_ACT")
+    actuator_silent_action: Action = param(
+        _WARN, doc="A fin, the propeller or the hardpoint reports nothing.", mav="ACTR_SIL_ACT"
+    )
     actuator_worn_action: Action = param(_WARN, doc="One is weak, slow or loose.", mav="ACTR_WRN_ACT")
     bus_time: float = param(
         2.0, unit="s", low=0.2, high=60.0, doc="Nothing at all is heard for so long.", mav="BUS_TIME"

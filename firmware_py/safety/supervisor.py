@@ -21,7 +21,7 @@ from firmware_py.safety.ascent_view import view_of
 from firmware_py.safety.assessment import actuator_faults, conditions, fins_heard
 from firmware_py.safety.conditions import NO_FAULTS
 from firmware_py.safety.enforcement import NOTHING_HELD, Enforcement, Held
-from firmware_py.safety.health_events import actuator_events, node_events, sensor_events
+from firmware_py.safety.health_events import actuator_events, node_events, sensor_events, weight_events
 from firmware_py.safety.plane_jam import Planes
 from firmware_py.safety.rules import Reason, SafetyParams
 from firmware_py.safety.supervisor_memory import SupervisorMemory, VehicleFin, beginning
@@ -85,6 +85,8 @@ class Supervisor:
         late = (was.late << 1 | (tick.late_ns > tick.dt_ns)) & ((1 << NS_PER_S // tick.dt_ns) - 1)
         self.events = sensor_events(was.sensors, state.sensors)
         self.events += actuator_events(was.actuators, actuators, self._fin_names)
+        limit = params.actuators.release_time
+        self.events += weight_events(was.actuators.drop_weight, actuators.drop_weight, limit)
         nodes = frame.two_senders, frame.unhealthy
         self.events += node_events(was.nodes, nodes)
         submerged = self._submerged(tick, frame, state)
@@ -141,11 +143,11 @@ class Supervisor:
         failsafe = failsafe and wanted is not Mode.DISARMED
         ascent = was.ascent if wanted is Mode.SURFACE else AscentMemory(drop=was.drop)
         if release is not None:
-            ascent, told = self._ascent.release(ascent, ascent.stage, *release)
+            ascent, told = self._ascent.release(ascent, ascent.stage, actuators.drop_weight, *release)
             self.events += told
         if wanted is Mode.SURFACE:
             jam = self._planes.jam(actuators.fins, frame.fins)
-            ascent, told = self._ascent.update(ascent, view_of(tick, state, jam, c))
+            ascent, told = self._ascent.update(ascent, view_of(tick, state, jam, actuators.drop_weight, c))
             self.events += told
         progress = was.progress
         if reference is not None and tick.every(Rate.HZ_1):

@@ -7,7 +7,7 @@ import math
 
 import dronecan
 
-from firmware_py.records.sensing import Ahrs, Battery, Fix, SensorFrame, silence
+from firmware_py.records.sensing import Ahrs, Battery, Fix, Hardpoint, SensorFrame, silence
 
 from .vehicle import FINS
 
@@ -51,6 +51,10 @@ def battery(voltage=48.0, current=3.0, charge=90):
     return UAVCAN.power.BatteryInfo(voltage=voltage, current=current, state_of_charge_pct=charge)
 
 
+def hardpoint(status, load=NAN, which=0):
+    return UAVCAN.hardpoint.Status(hardpoint_id=which, payload_weight=load, payload_weight_variance=NAN, status=status)
+
+
 def humidity(percent):
     return dronecan.dronecan.sensors.hygrometer.Hygrometer(temperature=20.0, humidity=percent)
 
@@ -87,6 +91,8 @@ GOOD = {
     "propeller ahead": ("esc", lambda: propeller(500), "n", 500 / 60),
     "propeller astern": ("esc", lambda: propeller(-600), "n", -10.0),
     "battery": ("battery", battery, "battery", Battery(48.0, 3.0, 0.9)),
+    "hardpoint that holds": ("hardpoint", lambda: hardpoint(2, 1335.0), "hardpoint", Hardpoint(True, 1335.0)),
+    "hardpoint that is open": ("hardpoint", lambda: hardpoint(0, 0.0), "hardpoint", Hardpoint(False, 0.0)),
     "hygrometer": ("battery", lambda: humidity(35.0), "leak", 0.35),
 }
 

@@ -7,7 +7,21 @@ import math
 
 import pytest
 
-from .devices import GOOD, NAN, NOTHING, battery, distance, fields, fin, fix, humidity, pressure, propeller, solution
+from .devices import (
+    GOOD,
+    NAN,
+    NOTHING,
+    battery,
+    distance,
+    fields,
+    fin,
+    fix,
+    hardpoint,
+    humidity,
+    pressure,
+    propeller,
+    solution,
+)
 from .vehicle import LATENCY, NODES, Vehicle, frames
 
 T7 = 0.07
@@ -55,6 +69,18 @@ def test_each_fin_has_its_place_and_actuators_beyond_the_fins_have_none():
         later = vehicle.read(8).fins
         assert [heard.fresh for heard in later] == [False, True, False, False]
         assert [heard.value for heard in later] == [-0.125, 0.0625, 0.5, 0.25]
+
+
+def test_only_the_hardpoint_of_the_drop_weight_is_ours():
+    with Vehicle() as vehicle:
+        vehicle.node("hardpoint").send(hardpoint(0, which=1))
+        vehicle.node("battery").send(hardpoint(0))
+        assert fields(vehicle.read(0)) == NOTHING
+        vehicle.node("hardpoint").send(hardpoint(1))
+        heard = vehicle.read(1).hardpoint
+        assert heard.ok
+        assert heard.value.holds
+        assert math.isnan(heard.value.load)
 
 
 def test_only_the_first_propeller_is_ours():

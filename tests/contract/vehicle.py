@@ -20,7 +20,16 @@ from sim_bridge.devices.serial_line import SerialLine
 from .conftest import Peer
 
 OWN = 10
-NODES = {"servo_hub": 21, "esc": 22, "ahrs": 23, "pressure": 24, "altimeter": 25, "fix": 26, "battery": 27}
+NODES = {
+    "servo_hub": 21,
+    "esc": 22,
+    "ahrs": 23,
+    "pressure": 24,
+    "altimeter": 25,
+    "fix": 26,
+    "battery": 27,
+    "hardpoint": 28,
+}
 LATENCY = {"ahrs": 0.02, "pressure": 0.03, "altimeter": 0.04, "fix": 0.5, "servo_hub": 0.06, "esc": 0.07}
 FINS = 4
 DT_NS = 10_000_000

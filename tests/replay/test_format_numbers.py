@@ -17,7 +17,7 @@ from firmware_py.records.command import AscentStage
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import Cause, EventKind, Severity
 from firmware_py.records.fence import Disc, Fence, Place, Polygon
-from firmware_py.records.health import ActuatorFault, SourceFault, SourceState
+from firmware_py.records.health import ActuatorFault, SourceFault, SourceState, WeightState
 from firmware_py.records.mission import Jump, Loiter, Manoeuvre, ManoeuvreKind, Mission, Surface, Waypoint
 from firmware_py.records.order import Arming, Change, FenceChange, MissionChange, Mode, ParameterChange, RallyChange
 from firmware_py.wire.log.cdr_codec import CdrCodec
@@ -33,7 +33,8 @@ NUMBERS: dict[type[enum.IntEnum], str] = {
         "MANOEUVRE_BEGUN=11 MANOEUVRE_WAITS=12 MANOEUVRE_RESUMED=13 MANOEUVRE_DONE=14 MANOEUVRE_GIVEN_UP=15 "
         "LEARNING_REPORT=16 SENSOR_GOOD=17 SENSOR_SUSPECT=18 SENSOR_LOST=19 ACTUATOR_GOOD=20 ACTUATOR_FAULT=21 "
         "ASCENT_STAGE=22 WEIGHT_RELEASED=23 RULE_WARNS=24 NODE_GOOD=25 NODE_FAULT=26 WAYPOINT_MISSED=27 MODE_CHOSEN=28 "
-        "HOME_REACHED=29 HOME_UNREACHABLE=30 HOME_NOT_KNOWN=31"
+        "HOME_REACHED=29 HOME_UNREACHABLE=30 HOME_NOT_KNOWN=31 "
+        "WEIGHT_COMMANDED=32 WEIGHT_NOT_RELEASED=33 WEIGHT_HELD=34 WEIGHT_SILENT=35"
     ),
     Cause: (
         "NONE=0 ORDERED=1 ATTITUDE_DEAD=2 SURFACED=3 ATTITUDE_LOST=4 DEPTH_LOST=5 LEAK=6 BATTERY_LOW=7 "
@@ -46,7 +47,7 @@ NUMBERS: dict[type[enum.IntEnum], str] = {
         "BOTTOM_UNSEEN=44 PLANE_FAULT=45 RUDDER_FAULT=46 PROPELLER_FAULT=47 ACTUATOR_SILENT=48 ACTUATOR_WORN=49 "
         "BUS_SILENT=50 STATION_LOST=51 STICKS_LOST=52 HEADING_SUSPECT=54 UNDER_WATER=53 "
         "PLANES_STUCK=60 DEEPER=61 PITCH_OFF=62 NO_CLIMB=63 ROLLED_OVER=64 NO_DROP_WEIGHT=65 NOT_TOLD=66 "
-        "NOTHING_TO_END=70"
+        "NOTHING_TO_END=70 HARDPOINT_OPEN=71 HARDPOINT_HOLDS=72 HARDPOINT_SILENT=73 BY_ITSELF=74"
     ),
     SourceState: "GOOD=0 SUSPECT=1 LOST=2",
     SourceFault: (
@@ -54,6 +55,7 @@ NUMBERS: dict[type[enum.IntEnum], str] = {
         "TWO_SENDERS=10 HEADING=11"
     ),
     ActuatorFault: "NONE=0 SILENT=1 JAMMED=2 HARD_OVER=3 LOST=4 WEAK=5 SLOW=6 LOOSE=7",
+    WeightState: "UNREPORTED=0 HELD=1 SILENT=2 COMMANDED=3 RELEASED=4 STUCK=5 NOT_CONFIRMED=6 GONE=7",
     AscentStage: "NONE=0 POWERED=1 BLIND=2 LEVEL=3 REVERSE=4 STOPPED=5 WAITING=6",
     ManoeuvreKind: "ZIGZAG=1 DOUBLETS=2 PRBS=3",
     ChangeKind: "PARAMETERS=0 MISSION=1 FENCE=2 RALLY=3",

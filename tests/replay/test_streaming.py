@@ -128,7 +128,7 @@ def test_what_was_not_good_is_in_the_summary_and_drawn(eventful: Log) -> None:
     }
     assert health["actuators"]["fin 2"]["faults_s"] == {"jammed": pytest.approx(9.99)}
     assert health["ascent_s"] == {"reverse": pytest.approx(4.99)}
-    assert health["weight_released_s"] == pytest.approx(47.01)
+    assert health["weight_commanded_s"] == health["weight_released_s"] == pytest.approx(47.01)
     (plot,) = [plot for plot in figures.Figures(eventful) if plot.title == "Health"]
     bars = {bar.name: bar for bar in plot.figure.data}
     assert list(plot.figure.layout.yaxis.categoryarray) == ["dvl", "fin 2", "ascent", "drop weight"]
@@ -140,7 +140,13 @@ def test_what_was_not_good_is_in_the_summary_and_drawn(eventful: Log) -> None:
 
 def test_where_all_was_well_nothing_is_drawn_of_it(flown: Path) -> None:
     log = read(flown)
-    assert summarise(log)["health"] == {"sensors": {}, "actuators": {}, "ascent_s": {}, "weight_released_s": None}
+    assert summarise(log)["health"] == {
+        "sensors": {},
+        "actuators": {},
+        "ascent_s": {},
+        "weight_commanded_s": None,
+        "weight_released_s": None,
+    }
     assert set(SensorHealth._fields) <= {name.split(".")[2] for name in log.columns if name.startswith("state.sensors")}
     assert "Health" not in [plot.title for plot in figures.Figures(log)]
 

@@ -13,7 +13,16 @@ from firmware_py.params import ParamError, dump, load
 from firmware_py.records.command import Reference
 from firmware_py.records.event import Cause, EventKind, Severity
 from firmware_py.records.fence import Place
-from firmware_py.records.health import ALL_GOOD, ActuatorFault, ActuatorHealth, SourceFault, SourceHealth, SourceState
+from firmware_py.records.health import (
+    ALL_GOOD,
+    ActuatorFault,
+    ActuatorHealth,
+    SourceFault,
+    SourceHealth,
+    SourceState,
+    WeightState,
+    sound,
+)
 from firmware_py.records.order import Arming, Mode, Order, Sticks
 from firmware_py.records.sensing import Battery, Heard
 from firmware_py.safety.action import MODE_OF, Action
@@ -470,3 +479,53 @@ def test_a_disarmed_vehicle_drops_its_weight_under_water_only() -> None:
     assert vehicle.tick(Order(terminate=True), z=5.0) is Mode.DISARMED
     assert vehicle.answer.drop
     assert vehicle.events == ("drop weight released: ordered",)
+
+
+# The drop weight, by what its hardpoint says.
+
+
+def with_weight(vehicle: SupervisedVehicle, state: WeightState) -> tuple[str, ...]:
+    """Return what is told when the actuator watch finds the drop weight in a state."""
+    vehicle.tick(actuators=replace(sound(len(vehicle.fins)), drop_weight=state))
+    return vehicle.events
+
+
+@pytest.mark.parametrize(
+    ("end", "told"),
+    [
+        (WeightState.RELEASED, "drop weight released: its hardpoint says so"),
+        (WeightState.STUCK, "drop weight not released: its hardpoint still holds it 3 s after the command"),
+        (
+            WeightState.NOT_CONFIRMED,
+            "drop weight not released: not confirmed 3 s after the command, its hardpoint says nothing",
+        ),
+    ],
+)
+def test_a_release_is_commanded_first_and_told_as_done_when_the_hardpoint_says_so(end: WeightState, told: str) -> None:
+    vehicle = SupervisedVehicle()
+    assert with_weight(vehicle, WeightState.HELD) == ()
+    held = replace(sound(0), drop_weight=WeightState.HELD)
+    vehicle.tick(Order(terminate=True), actuators=held)
+    assert vehicle.answer.drop
+    assert vehicle.events == ("release of the drop weight commanded: ordered",)
+    assert with_weight(vehicle, WeightState.COMMANDED) == ()
+    assert with_weight(vehicle, end) == (told,)
+    assert with_weight(vehicle, end) == ()
+
+
+def test_a_weight_that_goes_by_itself_is_told_and_not_commanded() -> None:
+    vehicle = SupervisedVehicle()
+    with_weight(vehicle, WeightState.HELD)
+    assert with_weight(vehicle, WeightState.GONE) == ("drop weight released: its hardpoint says so, without a command",)
+    assert not vehicle.answer.drop
+
+
+def test_a_hardpoint_that_falls_silent_is_told_and_a_rule_warns() -> None:
+    vehicle = sailing()
+    with_weight(vehicle, WeightState.HELD)
+    told = [text for _ in range(25) for text in with_weight(vehicle, WeightState.SILENT)]
+    assert told == [
+        "drop weight: its hardpoint says nothing any longer",
+        "drop weight: reports nothing",
+    ]
+    assert with_weight(vehicle, WeightState.HELD) == ("drop weight held: its hardpoint says so",)

@@ -6,7 +6,8 @@ simulator's truth, so they have no errors of an AHRS or a DVL. The velocity is r
 five times a second, as a DVL does; its field is in whole cm/s. There is no feedback of fins and propeller: the
 estimator uses the commands. There is no leak sensor either: our own simulator says the humidity by name.
 
-The control after the propeller's is 1 from when the drop weight is to be released.
+The control after the propeller's is 1 from when the drop weight is to be released. The interface does not say what
+becomes of it; our own simulator says by name which load still hangs.
 
 Steering does not suffer from that, learning does: the lag of the servos is attributed to the hull, and an attitude
 without noise contradicts the noise that the filter expects, so that no coefficient becomes valid.
@@ -24,7 +25,7 @@ from firmware_py.adapters.lockstep.lockstep_link import TIMEOUT, LockstepError
 from firmware_py.marine import euler_from_quaternion, ned_to_body
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.records.command import Applied
-from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame, silence
+from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Hardpoint, Heard, SensorFrame, silence
 from firmware_py.tick import Rate, Tick
 
 DVL_PERIOD_US = 200_000
@@ -39,6 +40,8 @@ _INVALID_SIGNAL = 1
 _DOWN = dialect.MAV_SENSOR_ROTATION_PITCH_270
 LEAK = "LEAK"
 """Name of the humidity inside the hull, in [0, 1]: the interface has no message for it, ours says it by name."""
+WEIGHT = "WEIGHT"
+"""Name of the drop weight that still hangs, N, of our own simulator."""
 
 _USED: dict[int, Callable[[Message], bool]] = {
     # Which messages are used, and of which instance: simulators may send several.
@@ -47,7 +50,7 @@ _USED: dict[int, Callable[[Message], bool]] = {
     dialect.MAVLINK_MSG_ID_HIL_STATE_QUATERNION: lambda _: True,
     dialect.MAVLINK_MSG_ID_DISTANCE_SENSOR: lambda message: message.orientation == _DOWN,
     dialect.MAVLINK_MSG_ID_BATTERY_STATUS: lambda message: message.id == 0,
-    dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: lambda message: message.name == LEAK,
+    dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: lambda message: message.name in (LEAK, WEIGHT),
 }
 
 
@@ -69,7 +72,8 @@ class HilHardware:
             for field in fields(nothing)
             if isinstance(getattr(nothing, field.name), Heard)  # neither fins nor what is known of a bus alone
         }
-        self._received: dict[int, Message] = {}
+        self._received: dict[int | str, Message] = {}
+        """By id; named values by name."""
         self._epoch_us = 0
         self._velocity_us = -math.inf
         self._attitude: tuple[tuple[float, float, float], float] | None = None
@@ -83,7 +87,8 @@ class HilHardware:
         kind = message.get_msgId()
         ours = _USED.get(kind)
         if ours is not None and ours(message):
-            self._received[kind] = message
+            named = kind == dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT
+            self._received[message.name if named else kind] = message
 
     def read(self, tick: Tick) -> SensorFrame:
         """Return what was received since the last tick; a channel without a new value keeps its value and its time."""
@@ -107,9 +112,13 @@ class HilHardware:
         battery = received.get(dialect.MAVLINK_MSG_ID_BATTERY_STATUS)
         if battery is not None:
             heard["battery"] = _battery(battery, tick.t)
-        leak = received.get(dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT)
+        leak = received.get(LEAK)
         if leak is not None:
             heard["leak"] = Heard(leak.value, tick.t, True, math.isfinite(leak.value))
+        weight = received.get(WEIGHT)
+        if weight is not None:
+            load = Hardpoint(weight.value > 0.0, weight.value)
+            heard["hardpoint"] = Heard(load, tick.t, True, math.isfinite(weight.value))
         received.clear()
         return SensorFrame(two_senders=0, unhealthy=0, fins=self._fins, **heard)
 

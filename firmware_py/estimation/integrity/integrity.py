@@ -247,7 +247,8 @@ class SensorIntegrity:
         """Look at what takes time: silence, recovery, whether what was accused still differs."""
         sources = self._sources
         n = frame.n.value if frame.n.ok and t - frame.n.t_valid <= 1.0 else applied.n
-        self._velocity.step(0.1, n if math.isfinite(n) else 0.0, applied.drop)
+        gone = applied.drop or (frame.hardpoint.ok and not frame.hardpoint.value.holds)
+        self._velocity.step(0.1, n if math.isfinite(n) else 0.0, gone)
         if self._vertical.raw_differs:
             if sources.dvl.memory.fault is SourceFault.DRIFT and sources.pressure.believed:
                 sources.dvl.accuse(SourceFault.DRIFT, t)

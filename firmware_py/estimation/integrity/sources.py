@@ -137,6 +137,7 @@ class Sources:
             n=frame.n,
             battery=self.battery.screen(frame.battery),
             leak=self.leak.screen(frame.leak),
+            hardpoint=frame.hardpoint,
             two_senders=frame.two_senders,
             unhealthy=frame.unhealthy,
         )

@@ -15,6 +15,7 @@ from firmware_py.mavlink.telemetry.pose import Encoder
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import Learned
 from firmware_py.records.fence import NO_FENCE
+from firmware_py.records.health import WeightState
 from firmware_py.tick import NS_PER_S
 
 _RECENT = 2.0
@@ -69,7 +70,7 @@ class HealthTelemetry:
         """Encode SYS_STATUS: errors_count1 counts late cycles of the last second; the DVL has the x-y control bit.
 
         `Communication` has drop_rate_comm and errors_count2 (bus), 3 (serial) and 4 (stations); the link errors_comm.
-        "Motor outputs" are fins and propeller: healthy while all fins report, and the actuator watch names no fault. A
+        "Motor outputs" are all actuators: healthy while all fins report, and the actuator watch names no fault. A
         sensor is healthy while it is heard and believed; without the altimeter the DVL still may measure the altitude.
         """
         frame, state, t = cycle.frame, cycle.state, cycle.tick.t
@@ -198,7 +199,10 @@ class HealthTelemetry:
 
 
 class NamedValues:
-    """Encoder of the learned values as NAMED_VALUE_FLOAT, one name after the other; each link has its own."""
+    """Encoder of the learned values and of the drop weight's state as NAMED_VALUE_FLOAT; each link has its own.
+
+    One name comes after the other: those of the coefficients, then "weight" (`WeightState`) if a hardpoint reports.
+    """
 
     def __init__(self, coefficients: Sequence[str]) -> None:
         """`coefficients` are the names of the estimated coefficients, in the order of the records."""
@@ -211,11 +215,15 @@ class NamedValues:
 
     def next(self, cycle: Cycle) -> Message | None:
         """Encode the next value, with 10 characters of its name at most; None if nothing is estimated."""
-        learned = cycle.state.learned
-        if not learned.value:
+        learned, weight = cycle.state.learned, cycle.actuators.drop_weight
+        named: list[tuple[str, float]] = []
+        if learned.value:
+            others = (*learned.nis, *learned.current, learned.turbulence)
+            named += [*zip(self._coefficients, learned.value, strict=False), *zip(_OTHERS, others, strict=True)]
+        if weight is not WeightState.UNREPORTED:
+            named.append(("weight", float(weight)))
+        if not named:
             return None
-        others = (*learned.nis, *learned.current, learned.turbulence)
-        named = [*zip(self._coefficients, learned.value, strict=False), *zip(_OTHERS, others, strict=True)]
         self._index = (self._index + 1) % len(named)
         name, value = named[self._index]
         return dialect.MAVLink_named_value_float_message(boot_ms(cycle.tick), name.encode()[:10], value)

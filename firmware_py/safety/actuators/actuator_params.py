@@ -39,6 +39,17 @@ class ActuatorParams:
         doc="Log-likelihood ratio at which what the vehicle does names a fault. Higher: later, fewer false alarms.",
         mav="EVIDENCE",
     )
+    release_time: float = param(
+        3.0,
+        unit="s",
+        low=0.5,
+        high=30.0,
+        doc="A drop weight that its hardpoint reports as held for so long after the command is stuck.",
+        mav="DROP_T",
+    )
+    weight_timeout: float = param(
+        3.0, unit="s", low=0.5, high=60.0, doc="A hardpoint that reported and no longer does is silent.", mav="DROP_TO"
+    )
     eddies: float = param(
         0.15,
         unit="m/s",

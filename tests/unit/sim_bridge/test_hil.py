@@ -83,6 +83,7 @@ class Simulator:
             nu_dot=(0.0,) * 6,
             n=0.0,
             altitude=20.0,
+            drop_weight=0.0,
         )
         self.instruments = Instruments(params, Water(1000.0, 101_325.0, ORIGIN), 1, BASE_HZ)
         self.devices = HilDevices(params, self.instruments, ORIGIN, self.link, 4, BASE_HZ)
@@ -279,6 +280,15 @@ def test_a_dvl_cannot_be_switched_off_where_there_is_none() -> None:
     for fault in ("off:dvl@10", "late:dvl=1@10", "late:ahrs=1@10", "babble:bus=100@10", "jump:clock=1@10"):
         with pytest.raises(ParamError, match=f"fault {fault}: mavlink-hil has no"):
             refuse_faults(dataclasses.replace(scenario(), faults=(fault,)))
+
+
+def test_a_simulator_with_a_drop_weight_says_what_hangs(simulator: Simulator) -> None:
+    assert "WEIGHT" not in {value.name for value in simulator.says().get("NAMED_VALUE_FLOAT", ())}
+    simulator.plant.drop_weight = 1335.0
+    simulator.devices.initialise(simulator.plant)
+    for left in (1335.0, 0.0):
+        simulator.plant.drop_weight = left
+        assert [m.value for m in simulator.says()["NAMED_VALUE_FLOAT"] if m.name == "WEIGHT"] == [left]
 
 
 def test_leak_and_battery_at_a_time_are_told(simulator: Simulator) -> None:

@@ -35,14 +35,14 @@ def event(kind, *numbers, cause=Cause.NONE, name=""):
     return Event(kind, Severity.WARNING, cause=cause, numbers=numbers, names=(name,) if name else ())
 
 
-def cycle(t, z, mode, cause, events=(), fins=(0.0,) * 4, drop=False, fix=False):
+def cycle(t, z, mode, cause, events=(), fins=(0.0,) * 4, fix=False):
     heard = SimpleNamespace(ok=fix, age=lambda _t: 0.0)
     return SimpleNamespace(
         tick=SimpleNamespace(t=t),
         state=SimpleNamespace(eta=SimpleNamespace(z=z)),
         frame=SimpleNamespace(fix=heard),
         mode=SimpleNamespace(mode=mode, cause=cause),
-        applied=SimpleNamespace(fins=fins, n=5.0, drop=drop),
+        applied=SimpleNamespace(fins=fins, n=5.0),
         events=events,
     )
 
@@ -51,8 +51,11 @@ def seen(steps, theta=0.0):
     """Return the judge after (t, true depth, mode, cause, how the cycle differs)."""
     found = Judge(SEA, ONSET, 5.3, 0.5)
     for t, z, mode, cause, *more in steps:
-        truth = SimpleNamespace(eta=Eta(0.0, 0.0, z, 0.0, theta, 0.0))
-        found.see(cycle(t, z, mode, cause, **(more[0] if more else {})), truth)
+        how = dict(more[0]) if more else {}
+        truth = SimpleNamespace(
+            eta=Eta(0.0, 0.0, z, 0.0, theta, 0.0), drop_weight=0.0 if how.pop("drop", 0) else 1335.0
+        )
+        found.see(cycle(t, z, mode, cause, **how), truth)
     return found
 
 

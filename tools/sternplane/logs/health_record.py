@@ -8,12 +8,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from firmware_py.records.command import AscentStage
-from firmware_py.records.health import ActuatorFault, SensorHealth, SourceFault, SourceState
+from firmware_py.records.health import ActuatorFault, SensorHealth, SourceFault, SourceState, WeightState
 from firmware_py.records.health_text import actuator_fault_text, source_fault_text, stage_text
 from sternplane.logs.reading import Columns, Piece
 from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array
 
+_RELEASED = (WeightState.RELEASED, WeightState.GONE)
+_WEIGHT = {
+    WeightState.HELD: "held",
+    WeightState.SILENT: "not reported",
+    WeightState.COMMANDED: "release commanded",
+    WeightState.RELEASED: "released",
+    WeightState.STUCK: "stuck",
+    WeightState.NOT_CONFIRMED: "release not confirmed",
+    WeightState.GONE: "gone without a command",
+}
 _SPANS = 500
 """More changes of one thing than these are counted, but no longer kept one by one."""
 _PER_STATE = 100
@@ -70,14 +80,15 @@ class HealthRecord:
         sensors: by name in the records; values are made of state and fault (`sensor_state`).
         actuators: by name in the vehicle file; values are `ActuatorFault`.
         ascent: values are `AscentStage`.
-        drop: 1 from when the drop weight is released.
+        drop: of the drop weight; values are `WeightState`, 0 while it is held. Without reports the command counts.
+        commanded: 1 from when its release is commanded.
     """
 
     def __init__(self, log: Run) -> None:
         self._header = log.header
         self.sensors: dict[str, Timeline] = {}
         self.actuators: dict[str, Timeline] = {}
-        self.ascent, self.drop = Timeline(), Timeline()
+        self.ascent, self.drop, self.commanded = Timeline(), Timeline(), Timeline()
 
     def add(self, piece: Piece) -> None:
         """Take a piece in; a log that knows nothing of health has none."""
@@ -86,22 +97,26 @@ class HealthRecord:
         for timelines, found in ((self.sensors, sensor_values(c)), (self.actuators, actuator_values(self._header, c))):
             for name, values in found.items():
                 timelines.setdefault(name, Timeline()).add(t, values, dt)
-        for path, timeline in (("mode.ascent", self.ascent), ("applied.drop", self.drop)):
+        for path, timeline in (("mode.ascent", self.ascent), ("applied.drop", self.commanded)):
             if path in c:
                 timeline.add(t, c[path], dt)
+        if "applied.drop" in c:
+            self.drop.add(t, weight_values(c), dt)
 
     def document(self) -> dict[str, Any]:
         """Return what summary.json says of it: those that were ever not good, for how long, s, and since when.
 
         sensors: by name suspect_s, lost_s, first_s and faults_s by fault; actuators: by name faulty_s, first_s
-        and faults_s; ascent_s: by stage; weight_released_s: when, None if it was not.
+        and faults_s; ascent_s: by stage; weight_commanded_s, weight_released_s: when, None if it was not.
         """
-        released = [span.begin for span in self.drop.spans if span.value]
+        commanded = [span.begin for span in self.commanded.spans if span.value]
+        released = [span.begin for span in self.drop.spans if span.value in _RELEASED]
         stages = {AscentStage(value): s for value, s in sorted(self.ascent.durations.items()) if value}
         return {
             "sensors": {name: _sensor(line) for name, line in self.sensors.items() if not line.quiet},
             "actuators": {name: _actuator(line) for name, line in self.actuators.items() if not line.quiet},
             "ascent_s": {stage.name.lower(): round(s, 6) for stage, s in stages.items()},
+            "weight_commanded_s": commanded[0] if commanded else None,
             "weight_released_s": released[0] if released else None,
         }
 
@@ -121,9 +136,16 @@ def actuator_values(header: Mapping[str, Any], c: Columns) -> dict[str, Array]:
     found = dict(zip(fin_names(header, faults.shape[1]), faults.T, strict=True))
     for path in c:
         part, _, name = path.partition(".")
-        if part == "actuators" and name != "fins":
+        if part == "actuators" and name not in ("fins", "drop_weight"):
             found[name] = c[path]
     return found
+
+
+def weight_values(c: Columns) -> Array:
+    """Return the `WeightState` in each cycle, 0 while it is held; without reports what was commanded counts."""
+    told = WeightState.RELEASED * c["applied.drop"].astype(np.int64)
+    states = c.get("actuators.drop_weight", np.zeros_like(told))
+    return np.where(states == WeightState.UNREPORTED, told, np.where(states == WeightState.HELD, 0, states))
 
 
 def sensor_state(value: int) -> tuple[SourceState, SourceFault]:
@@ -140,6 +162,11 @@ def sensor_words(value: int) -> str:
 def actuator_words(value: int) -> str:
     """Return words such as "jammed"; "good" for no fault."""
     return actuator_fault_text(value) if value else "good"
+
+
+def weight_words(value: int) -> str:
+    """Return words for a state of the drop weight, and "" while it is held."""
+    return _WEIGHT[WeightState(value)] if value else ""
 
 
 def stage_words(value: int) -> str:
@@ -163,6 +190,8 @@ def key_figures(health: Mapping[str, Any]) -> list[tuple[str, str]]:
     for name, one in health["actuators"].items():
         faults = ", ".join(actuator_fault_text(ActuatorFault[fault.upper()]) for fault in one["faults_s"])
         found.append((name, f"{faults}, from {one['first_s']:.1f} s"))
+    if health["weight_commanded_s"] is not None and health["weight_released_s"] is None:
+        found.append(("drop weight not released", f"commanded at {health['weight_commanded_s']:.1f} s"))
     if health["weight_released_s"] is not None:
         found.append(("drop weight released", f"at {health['weight_released_s']:.1f} s"))
     return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from firmware_py.records.health import SourceState
+from firmware_py.records.health import WEIGHT_FAULTS, SourceState
 from sternplane.logs.health_record import (
     HealthRecord,
     Span,
@@ -14,6 +14,7 @@ from sternplane.logs.health_record import (
     sensor_state,
     sensor_words,
     stage_words,
+    weight_words,
 )
 from sternplane.report.drawing import Plot
 
@@ -80,7 +81,7 @@ def _strips(health: HealthRecord) -> Iterator[_Strip]:
     if not health.ascent.quiet:
         yield _Strip("ascent", health.ascent, stage_words, lambda _: ("ascent", _STAGE))
     if not health.drop.quiet:
-        yield _Strip("drop weight", health.drop, lambda value: "released" if value else "", _drop)
+        yield _Strip("drop weight", health.drop, weight_words, _drop)
 
 
 def _sensor(value: int) -> tuple[str, str]:
@@ -96,5 +97,5 @@ def _actuator(value: int) -> tuple[str, str]:
     return ("fault", _BAD) if value else ("good", _GOOD)
 
 
-def _drop(_: int) -> tuple[str, str]:
-    return "weight released", _RELEASED
+def _drop(value: int) -> tuple[str, str]:
+    return ("fault", _BAD) if value in WEIGHT_FAULTS else ("weight released", _RELEASED)

@@ -258,6 +258,13 @@ def test_humidity_is_heard_by_its_name(pair: Pair) -> None:
     assert (frame.leak.value, frame.leak.fresh, frame.leak.ok) == (0.875, True, True)
 
 
+def test_the_weight_that_still_hangs_is_heard_by_its_name_beside_the_leak_sensor(pair: Pair) -> None:
+    assert not pair.frame(state(), sensor()).hardpoint.ok
+    frame = pair.frame(state(1), humidity(0.875), humidity(1335.0, b"WEIGHT"), sensor(1))
+    assert (frame.leak.value, frame.hardpoint.value) == (0.875, (True, 1335.0))
+    assert pair.frame(state(2), humidity(0.0, b"WEIGHT"), sensor(2)).hardpoint.value == (False, 0.0)
+
+
 def test_what_looks_elsewhere_or_is_another_instance_is_not_heard(pair: Pair) -> None:
     frame = pair.frame(state(), distance(500), distance(200, orientation=0), gps(), gps(eph=900, which=1), sensor())
     assert frame.altitude.value == pytest.approx(5.0)

@@ -23,6 +23,7 @@ _REST = 60.0
 """A vehicle that has been disarmed for so long, s, and does not rise, does nothing more."""
 _RISE = 0.2
 _SOURCES = (EventKind.SENSOR_SUSPECT, EventKind.SENSOR_LOST)
+_WEIGHT = (EventKind.WEIGHT_NOT_RELEASED, EventKind.WEIGHT_SILENT)
 _RULES = (EventKind.MODE_CHANGED, EventKind.RULE_HOLDS, EventKind.RULE_WARNS)
 
 
@@ -67,7 +68,7 @@ class Found:
         rules: (t, cause) of each rule that took hold or warned.
         modes: (t, mode, cause).
         stages: (t, stage) of coming up.
-        t_drop: when the weight was released; infinite if it was not.
+        t_drop: when the weight fell; infinite if it did not.
         t_surfacing: when SURFACE began for the last time; infinite if it never did.
         t_up: since when it has been at the surface; infinite if it is not.
         end_depth: true depth at the end.
@@ -160,7 +161,7 @@ class Judge:
             found.depth_error = max(found.depth_error, abs(cycle.state.eta.z - eta.z))
         applied = cycle.applied
         found.not_finite += not math.isfinite(sum(applied.fins) + applied.n)
-        if applied.drop:
+        if not truth.drop_weight:
             found.t_drop = min(found.t_drop, t)
         if not eta.z < SURFACE:
             found.t_up = math.inf
@@ -181,6 +182,10 @@ class Judge:
             found.said.append((t, event.names[0], ActuatorFault(int(event.numbers[0])).name))
         elif kind is EventKind.ASCENT_STAGE:
             found.stages.append((t, AscentStage(int(event.numbers[0])).name))
+        elif kind in _WEIGHT:
+            found.said.append((t, "drop weight", event.cause.name if event.cause is not Cause.NONE else kind.name))
+            if kind is EventKind.WEIGHT_NOT_RELEASED:
+                found.rules.append((t, event.cause.name))
         elif kind in _RULES and event.cause not in (*INTENDED_CAUSES, Cause.NONE):
             found.rules.append((t, event.cause.name))
 

@@ -83,6 +83,18 @@ ACTUATORS = Group(
             _JAM,
             bound=Bound("with both planes jammed down and no weight to drop nothing brings it up"),
         ),
+        Trial(
+            "stuck:weight, off:esc",
+            ("stuck:weight@{early}", "off:esc@{t}"),
+            Named(("drop weight",), None, ("HARDPOINT_HOLDS",)),
+            bound=Bound("without propeller and without a weight to drop nothing brings it up"),
+        ),
+        Trial("silent:hardpoint", ("silent:hardpoint@{t}",), Named(("drop weight",), 3.5, ("WEIGHT_SILENT",))),
+        Trial(
+            "silent:hardpoint, off:esc",
+            ("silent:hardpoint@{early}", "off:esc@{t}"),
+            Named(("drop weight",), None, ("HARDPOINT_SILENT",)),
+        ),
         Trial("stuck:propeller", ("stuck:propeller@{t}",), Named(("propeller",), _FEEDBACK)),
     ),
 )
