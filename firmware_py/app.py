@@ -49,7 +49,8 @@ def vehicle_description(configuration: Configuration) -> VehicleDescription:
     params, hull = autopilot_params(configuration), vehicle(configuration)
     actuators = Actuators(tuple(fin.delta_max for fin in hull.fins), hull.propeller.n_max)
     estimated = params.estimation.coefficients.names if params.estimation.learning.enabled else ()
-    return VehicleDescription(Origin(params.origin.latitude, params.origin.longitude), actuators, estimated)
+    origin = Origin(params.origin.latitude, params.origin.longitude)
+    return VehicleDescription(origin, actuators, estimated, hull.drop_weight is not None)
 
 
 def build(configuration: Configuration) -> Autopilot:

@@ -15,6 +15,7 @@ from firmware_py.mavlink.base.service import MessageHandler, Service
 from firmware_py.mavlink.base.signing import SignedMavlink, Signing
 from firmware_py.mavlink.base.statustext import StatusTexts
 from firmware_py.mavlink.commands.dispatch import CommandDispatch
+from firmware_py.mavlink.commands.gripper_commands import GripperCommands
 from firmware_py.mavlink.commands.manual_control import ManualControlParams, sticks
 from firmware_py.mavlink.commands.mode_commands import ModeCommands
 from firmware_py.mavlink.commands.preflight_commands import PreflightCommands
@@ -45,6 +46,8 @@ class Shared(NamedTuple):
     queue: CommandQueue
     plan_store: PlanStore
     signing: Signing | None = None
+    drop_weight: bool = False
+    """Whether the vehicle has one."""
 
 
 class Link:
@@ -59,7 +62,7 @@ class Link:
         encoders: Mapping[int, Encoder],
     ) -> None:
         """`encoders` has, by message id, what can be sent of a cycle."""
-        system, queue, plan_store, signing = shared
+        system, queue, plan_store, signing, drop_weight = shared
         self._configuration = configuration
         self._system = system
         self._queue = queue
@@ -76,6 +79,7 @@ class Link:
         self.plan_upload = PlanUpload(number, plan_store, self, queue, configuration.identity)
         handlers = requests.command_handlers() | setpoints.command_handlers() | preflight.command_handlers()
         handlers |= self.plan_upload.command_handlers()
+        handlers |= GripperCommands(number, queue, drop_weight).command_handlers()
         modes = ModeCommands(number, queue, self.plan_upload.mission_refusal)
         self._dispatch = CommandDispatch(self, modes, handlers)
         self.handlers: dict[int, MessageHandler] = {

@@ -48,12 +48,14 @@ STATE_FILES = (store.FILE, *plan_builder.FILES.values())
 class VehicleDescription(NamedTuple):
     """What a node must know of the vehicle: the local frame's origin, the actuators, and the names of the coefficients.
 
-    `coefficients` are those that are estimated, in the order of the records; empty if none are.
+    `coefficients` are those that are estimated, in the order of the records; empty if none are. `drop_weight` says
+    whether there is one.
     """
 
     origin: Origin
     actuators: Actuators
     coefficients: Sequence[str] = ()
+    drop_weight: bool = False
 
 
 class SharedState(NamedTuple):
@@ -96,7 +98,7 @@ class Node:
         encoders |= OdometryTelemetry(water_frame.surface).encoders() | calendar.encoders()
         if parameters is not None:
             encoders[metadata.MESSAGE_ID] = metadata.encoder(self.files)
-        shared = Shared(params.system, self._queue, self._plan_store, state.signing)
+        shared = Shared(params.system, self._queue, self._plan_store, state.signing, vehicle.drop_weight)
         self.links = tuple(
             Link(
                 *(i, configuration, shared, params.manual_control),

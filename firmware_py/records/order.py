@@ -82,10 +82,10 @@ class Order:
     """What was asked in one tick. `mode` None asks for no change; `t_sticks` is when the sticks were last heard, s.
 
     `t_station` is when a ground station was last heard, s, -inf if none ever was. `terminate` asks to end the flight:
-    to surface, and to release the drop weight. `chooses` says that a disarmed vehicle takes `mode` as the one that
-    arming leads to, and does not refuse it. `jump` is the mission's item to fly next, -1 none; `asker` is who asked for
-    mode, arming or setpoint. `changes` are what is changed for good, made in their order before anything else. A log
-    keeps them in a topic of their own, for they have no fixed length.
+    to surface, and to release the drop weight; `release` asks for the latter alone. `chooses` says that a disarmed
+    vehicle takes `mode` as the one that arming leads to, and does not refuse it. `jump` is the mission's item to fly
+    next, -1 none; `asker` is who asked for mode, arming or setpoint. `changes` are what is changed for good, made in
+    their order before anything else. A log keeps them in a topic of their own, for they have no fixed length.
     """
 
     arming: Arming = Arming.KEEP
@@ -97,6 +97,7 @@ class Order:
     asker: Asker = NOBODY
     t_station: float = -math.inf
     terminate: bool = False
+    release: bool = False
     chooses: bool = True
     changes: tuple[Change, ...] = field(default=(), metadata={BESIDE: True})
 

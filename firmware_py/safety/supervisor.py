@@ -8,6 +8,7 @@ Under water nothing would bring a disarmed vehicle up, so there disarming must b
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from firmware_py.records.command import AscentStage, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
@@ -102,9 +103,8 @@ class Supervisor:
             )
             c = c._replace(surfaced=surfaced)
         held = Held(rules.ticks(c, was.held.ticks), was.held.warned_ns)
-        release: Reason | None = None
-        if order.terminate and (submerged or was.mode is not Mode.DISARMED):
-            release = Reason(Cause.ORDERED)
+        asked = order.release or (order.terminate and (submerged or was.mode is not Mode.DISARMED))
+        release: Reason | None = Reason(Cause.ORDERED) if asked else None
         ready, returning = True, c.returning
         if wanted is not Mode.DISARMED:
             if was.mode is Mode.DISARMED:
@@ -144,7 +144,7 @@ class Supervisor:
         ascent = was.ascent if wanted is Mode.SURFACE else AscentMemory(drop=was.drop)
         if release is not None:
             ascent, told = self._ascent.release(ascent, ascent.stage, actuators.drop_weight, *release)
-            self.events += told
+            self.events += tuple(replace(event, asker=order.asker) for event in told) if asked else told
         if wanted is Mode.SURFACE:
             jam = self._planes.jam(actuators.fins, frame.fins)
             ascent, told = self._ascent.update(ascent, view_of(tick, state, jam, actuators.drop_weight, c))

@@ -23,7 +23,7 @@ from firmware_py.records.health import (
     WeightState,
     sound,
 )
-from firmware_py.records.order import Arming, Mode, Order, Sticks
+from firmware_py.records.order import Arming, Asker, Mode, Order, Sticks
 from firmware_py.records.sensing import Battery, Heard
 from firmware_py.safety.action import MODE_OF, Action
 from firmware_py.safety.rules import RULES, SafetyParams
@@ -529,3 +529,14 @@ def test_a_hardpoint_that_falls_silent_is_told_and_a_rule_warns() -> None:
         "drop weight: reports nothing",
     ]
     assert with_weight(vehicle, WeightState.HELD) == ("drop weight held: its hardpoint says so",)
+
+
+@pytest.mark.parametrize("mode", [Mode.DISARMED, Mode.MANUAL, Mode.MISSION, Mode.SURFACE])
+@pytest.mark.parametrize("z", [0.2, 5.0])
+def test_the_weight_alone_is_released_in_any_mode_which_stays_and_who_asked_is_told(mode: Mode, z: float) -> None:
+    vehicle = SupervisedVehicle() if mode is Mode.DISARMED else sailing(mode)
+    assert vehicle.tick(Order(release=True, asker=Asker(0, 255, 190, 211)), z=z) is mode
+    assert vehicle.answer.drop
+    assert vehicle.events == ("drop weight released: ordered by station 255/190",)
+    assert vehicle.tick(z=z) is mode
+    assert vehicle.answer.drop

@@ -187,5 +187,5 @@ def merge_orders(orders: Sequence[Order]) -> Order:
     )
     asker = decisive[-1].asker if decisive else NOBODY
     sticks, t_station = (latest.sticks, latest.t_sticks), max(order.t_station for order in given)
-    terminate = any(order.terminate for order in given)
-    return Order(arming, mode, setpoint, *sticks, jump, asker, t_station, terminate, chooses, changes)
+    terminate, release = any(order.terminate for order in given), any(order.release for order in given)
+    return Order(arming, mode, setpoint, *sticks, jump, asker, t_station, terminate, release, chooses, changes)

@@ -1,7 +1,7 @@
 """COMMAND_LONG, COMMAND_INT and SET_MODE: every command gets one COMMAND_ACK, refusals with a sentence.
 
 What a command does is in its handler's file: `ModeCommands` (arming, modes, pause), `SetpointCommands` (speed, depth,
-heading, places), `PreflightCommands`, `MessageRequests` and `PlanUpload`.
+heading, places), `GripperCommands` (drop weight), `PreflightCommands`, `MessageRequests` and `PlanUpload`.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ from firmware_py.mavlink.base.link_output import (
 )
 from firmware_py.mavlink.base.service import MessageHandler
 from firmware_py.mavlink.commands.mode_commands import ModeCommands
-from firmware_py.mavlink.commands.queue import CommandResult
+from firmware_py.mavlink.commands.queue import IN_PROGRESS, CommandResult
 from firmware_py.tick import Tick
 
 _SET_MODE: int = dialect.MAVLINK_MSG_ID_SET_MODE
+_UNKNOWN_PROGRESS = 255
 _NAMES = {
     **{number: entry.name.removeprefix("MAV_CMD_") for number, entry in dialect.enums["MAV_CMD"].items()},
     0: "MISSION_SET_CURRENT",
@@ -80,7 +81,8 @@ class CommandDispatch:
             self._acknowledge(command.number, result, command.system, command.component)
 
     def _acknowledge(self, number: int, result: int, system: int, component: int) -> None:
-        self._output.send(dialect.MAVLink_command_ack_message(number, result, 0, 0, system, component))
+        progress = _UNKNOWN_PROGRESS if result == IN_PROGRESS else 0
+        self._output.send(dialect.MAVLink_command_ack_message(number, result, progress, 0, system, component))
 
     def _old_set_mode(self, tick: Tick, m: Message) -> None:
         """Execute SET_MODE. The standard has no answer to it; as ArduPilot does, answer with the message's id."""

@@ -3,6 +3,8 @@
 A command that is repeated while it waits counts once. If it is repeated because its result was lost, and was its
 sender's last, it gets the same result again and is not executed again: a vehicle that has disarmed itself in between
 must not be armed by an old command. A command to disarm is executed each time.
+
+A command to release the drop weight is in progress until its hardpoint says that it is done, or that it is not.
 """
 
 from __future__ import annotations
@@ -16,10 +18,14 @@ from firmware_py.mavlink.base.codec import dialect
 from firmware_py.mavlink.base.refusal import ModeReason, ModeRefusal, Refusal
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import EventKind
+from firmware_py.records.health import WeightState
 from firmware_py.records.order import KEEP_SETPOINT, NO_ORDER, Arming, Asker, Mode, Order, Setpoint, Sticks
 from firmware_py.tick import NS_PER_S
 
-ACCEPTED, REJECTED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_TEMPORARILY_REJECTED
+ACCEPTED: int = dialect.MAV_RESULT_ACCEPTED
+REJECTED: int = dialect.MAV_RESULT_TEMPORARILY_REJECTED
+FAILED: int = dialect.MAV_RESULT_FAILED
+IN_PROGRESS: int = dialect.MAV_RESULT_IN_PROGRESS
 MAX_WAITING = 8
 _MAX_SENDERS = 32
 _RESULT_VALID_NS = 10 * NS_PER_S
@@ -33,7 +39,7 @@ class PendingCommand(NamedTuple):
     """A command that waits for its tick: sender, command number, and what it asks for.
 
     `chooses` says that a disarmed vehicle takes the mode as the one that arming leads to; `terminate` asks for the end
-    of the flight.
+    of the flight, `release` for the drop weight.
     """
 
     link: int
@@ -46,6 +52,7 @@ class PendingCommand(NamedTuple):
     jump: int = NO_ORDER.jump
     chooses: bool = False
     terminate: bool = False
+    release: bool = False
 
     @property
     def sender(self) -> tuple[int, int, int]:
@@ -57,7 +64,7 @@ class PendingCommand(NamedTuple):
         """The order that executes it."""
         asker = Asker(self.link, self.system, self.component, self.command)
         order = Order(self.arming, self.mode, self.setpoint, jump=self.jump, asker=asker)
-        return replace(order, terminate=self.terminate, chooses=self.chooses)
+        return replace(order, terminate=self.terminate, release=self.release, chooses=self.chooses)
 
 
 class CommandResult(NamedTuple):
@@ -77,6 +84,8 @@ class CommandQueue:
     def __init__(self) -> None:
         self._waiting: deque[PendingCommand] = deque()
         self._executing: PendingCommand | None = None
+        self._releasing: list[PendingCommand] = []
+        """Commands to release the drop weight that are in progress."""
         self._results: list[CommandResult] = []
         self._last: dict[tuple[int, int, int], tuple[CommandResult, int]] = {}
         """The last result of each sender, and when it was sent, ns."""
@@ -119,6 +128,9 @@ class CommandQueue:
         """Put a command into the queue; `again` if its sender marks it as a retransmission."""
         if command == self._executing or command in self._waiting:
             return
+        if command in self._releasing:
+            self._results.append(CommandResult(command, IN_PROGRESS))
+            return
         last = self._last.get(command.sender)
         if command.arming in _DISARM:
             cancelled = [waiting for waiting in self._waiting if waiting.arming not in _DISARM]
@@ -146,7 +158,13 @@ class CommandQueue:
         command = self._executing
         if command is not None:
             self._executing = None
-            self._results.append(_result(command, cycle))
+            result = _result(command, cycle)
+            self._results.append(result)
+            if result.result == IN_PROGRESS:
+                self._releasing.append(command)
+        elif self._releasing and (done := _release_result(cycle)) != IN_PROGRESS:
+            self._results += [CommandResult(released, done) for released in self._releasing]
+            self._releasing = []
         if not self._results:
             return []
         results, self._results = self._results, []
@@ -183,11 +201,24 @@ def setpoint_refusal(mode: Mode, setpoint: Setpoint) -> ModeRefusal | None:
     return ModeRefusal(reason, mode, (Mode.HOLD, Mode.LOITER, Mode.GUIDED))
 
 
+def _release_result(cycle: Cycle) -> int:
+    """Return what has become of a release of the drop weight; an event says why it failed."""
+    weight = cycle.actuators.drop_weight
+    if not cycle.mode.drop:
+        return REJECTED
+    if weight in (WeightState.UNREPORTED, WeightState.RELEASED, WeightState.GONE):
+        return ACCEPTED
+    return FAILED if weight in (WeightState.STUCK, WeightState.NOT_CONFIRMED) else IN_PROGRESS
+
+
 def _result(command: PendingCommand, cycle: Cycle) -> CommandResult:
     mode = cycle.mode.mode
     if command.arming is Arming.CHECK:
         why = "" if mode is Mode.DISARMED else "the vehicle is armed: there is nothing to check"
         return CommandResult(command, REJECTED if why else ACCEPTED, why)
+    if command.release:
+        result = _release_result(cycle)
+        return CommandResult(command, result, "nothing was released" if result == REJECTED else "")
     if command.mode is None and command.arming is Arming.KEEP and not command.terminate:
         refusal = None if command.setpoint is KEEP_SETPOINT else setpoint_refusal(mode, command.setpoint)
         return CommandResult(command) if refusal is None else CommandResult(command, REJECTED, refusal)

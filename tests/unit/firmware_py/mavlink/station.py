@@ -125,13 +125,14 @@ def node(
     identities: Iterable[Identity] = (Identity.ARDUSUB,),
     system: int = 1,
     coefficients: Sequence[str] = (),
+    drop_weight: bool = True,
     limits: OperatingLimits = FREE,
     configurations: Sequence[LinkConfiguration] = (),
     **state,
 ) -> Node:
     """A node on links of these identities or configurations; `state` are fields of `SharedState`."""
     params = MavlinkParams(system=system, telemetry=TelemetryParams(surface_altitude=surface))
-    vehicle = VehicleDescription(ORIGIN, ACTUATORS, coefficients)
+    vehicle = VehicleDescription(ORIGIN, ACTUATORS, coefficients, drop_weight)
     links = configurations or tuple(map(LinkConfiguration, identities))
     return Node(NodeSettings(params, limits), vehicle, links, SharedState(**state))
 
@@ -179,7 +180,7 @@ def easy_supervisor(mode: Mode, order: Order) -> tuple[Mode, tuple[Event, ...], 
     """Does what it is told, as far as a disarmed vehicle can; the last is what else it decided."""
     if order.arming in (Arming.DISARM, Arming.FORCE_DISARM):
         return Mode.DISARMED, (), {"chosen": Mode.MANUAL}
-    if mode is Mode.DISARMED:
+    if mode is Mode.DISARMED and not order.release:
         return (
             (Mode.MANUAL if order.arming is Arming.ARM else mode),
             (),
@@ -187,6 +188,8 @@ def easy_supervisor(mode: Mode, order: Order) -> tuple[Mode, tuple[Event, ...], 
         )
     if order.terminate:
         return Mode.SURFACE, (), {"drop": True}
+    if order.release:
+        return mode, (), {"drop": True}
     return order.mode or mode, (), {}
 
 
