@@ -167,6 +167,25 @@ class Ascent:
             return risen or shallow
         return not self._params.fix_needed and depth_ok and (risen or m.climbed >= 0.8 * m.z_begun - limit)
 
+    def climbs(self, m: AscentMemory, t: float, z: float, z_dot: float, altitude: float) -> bool:
+        """Return whether the drop weight may wait: it gains height, or has been given no time to yet.
+
+        Args:
+            m: what `update` returned last.
+            t: now, s.
+            z: a good depth, m.
+            z_dot: its rate of change, m/s.
+            altitude: above the bottom, m; NaN if unknown.
+        """
+        p = self._params
+        if z_dot > _SINKS and (z > self._deepest - p.drop_margin or altitude < self._lowest + p.drop_margin):
+            return False
+        if m.stage is NONE:
+            return True
+        if m.t_near == m.t_near:  # no progress can be made here
+            return t - m.t_near <= p.climb_time
+        return t - max(m.begun, m.t_best) <= p.drop_time
+
     def _begin(self, v: AscentView, was: AscentMemory) -> AscentMemory:
         stage = POWERED if v.attitude_ok else BLIND
         pitch = clip(v.theta, _STEEPEST, self._params.pitch) if v.attitude_ok else 0.0

@@ -39,6 +39,17 @@ class AscentParams:
     climb_time: float = param(
         45.0, unit="s", low=5.0, high=600.0, doc="Without progress for so long: release the weight.", mav="CLIMB_T"
     )
+    drop_time: float = param(
+        10.0,
+        unit="s",
+        low=1.0,
+        high=600.0,
+        doc="Without progress for so long a vehicle without propeller releases the weight.",
+        mav="DROP_T",
+    )
+    drop_margin: float = param(
+        3.0, unit="m", low=0.0, high=50.0, doc="And at once if it sinks so near to a limit.", mav="DROP_M"
+    )
     rest_speed: float = param(
         0.1, unit="m/s", low=0.02, high=1.0, doc="Slower than this the way is off.", mav="REST_SPD"
     )

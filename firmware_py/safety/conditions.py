@@ -56,6 +56,8 @@ class Conditions(NamedTuple):
     """What is wrong with the place, as `Fence.breach_at` has it."""
     surfaced: bool = False
     """What tells of the surface does so; it means something in SURFACE alone."""
+    climbs: bool = True
+    """It gains height, or is given the time to, and is not about to pass a limit: the drop weight may wait."""
     returning: bool = False
     """Armed in MANUAL beyond the fence, to be steered back, and not yet within it."""
     charge_silent: bool = False

@@ -96,7 +96,7 @@ class Enforcement:
             if (n - 1) * dt_ns < after_ns:
                 continue
             begins = (n - 2) * dt_ns < after_ns
-            if drops:
+            if drops and rule.drops(c):
                 drop = drop or rule
             if warns:
                 if t_ns - warned[i] >= _WARN_AGAIN_NS and (begins or warned[i] < t_ns - n * dt_ns):

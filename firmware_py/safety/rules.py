@@ -9,6 +9,7 @@ Why the table says what it says:
   fix, which is not to be had under water, shows that it came up.
 - Beyond the fence it surfaces too: the way back could lead through what the fence is there for. Its depth is
   `depth_max`. One that lies beyond the fence may be armed in MANUAL, and steered back.
+- Without propeller a vehicle may still coast up, or float: the drop weight goes when it does not.
 - No rule acts on one sample: a condition must hold for a time, or is itself one.
 - A mission is flown without a station; every other mode has somebody who watches it, and is not to go on without.
 """
@@ -50,6 +51,7 @@ class Rule(NamedTuple):
         numbers: of the cause, for its event.
         at_arming: whether a vehicle is not armed while the condition holds.
         faulty: the actuator that the cause is about, if it is about one.
+        drops: whether the drop weight goes now, if that is what is done.
     """
 
     cause: Cause
@@ -59,6 +61,7 @@ class Rule(NamedTuple):
     numbers: _Numbers = lambda *_: ()
     at_arming: bool = True
     faulty: Callable[[Conditions], Faulty | None] = lambda _: None
+    drops: Callable[[Conditions], bool] = lambda _: True
 
     def reason(self, c: Conditions, params: SafetyParams) -> Reason:
         """Return why it answers, while it holds."""
@@ -120,7 +123,8 @@ RULES: tuple[Rule, ...] = (
          lambda c, p: (p.attitude_timeout, float(c.attitude_fault))),
     Rule(Cause.DEPTH_LOST,       lambda c, _: not c.depth_ok, "", "depth_action",
          lambda c, p: (p.depth_timeout, float(c.depth_fault))),
-    _actuator_fault(Cause.PROPELLER_FAULT, lambda c: c.faults.propeller, "propeller_action"),
+    _actuator_fault(Cause.PROPELLER_FAULT, lambda c: c.faults.propeller, "propeller_action")._replace(
+         drops=lambda c: not c.climbs),
     _actuator_fault(Cause.PLANE_FAULT,     lambda c: c.faults.plane, "plane_action"),
     _actuator_fault(Cause.RUDDER_FAULT,    lambda c: c.faults.rudder, "rudder_action"),
     Rule(Cause.BUS_SILENT,       lambda c, _: c.bus_silent, "", "bus_action",

@@ -102,6 +102,10 @@ class Supervisor:
                 was.ascent, c.depth_ok, c.depth, c.fix_heard, c.altitude, params.surface_depth
             )
             c = c._replace(surfaced=surfaced)
+        if faults is not NO_FAULTS:
+            up = c.depth < params.surface_depth
+            climbs = up or self._ascent.climbs(was.ascent, tick.t, c.depth, c.z_dot, c.altitude)
+            c = c._replace(climbs=c.depth_ok and climbs)
         held = Held(rules.ticks(c, was.held.ticks), was.held.warned_ns)
         asked = order.release or (order.terminate and (submerged or was.mode is not Mode.DISARMED))
         release: Reason | None = Reason(Cause.ORDERED) if asked else None

@@ -165,11 +165,12 @@ def test_a_rule_does_after_its_time_what_it_is_told_and_not_before(case: Case, a
     assert vehicle.mode is case.mode
     assert answers(vehicle, case, 1) == ([] if action is Action.NONE else [case.cause])
     assert vehicle.mode is MODE_OF.get(action, case.mode)
-    assert vehicle.answer.drop is (action is Action.SURFACE_AND_DROP)
+    drops = action is Action.SURFACE_AND_DROP and case.cause is not Cause.PROPELLER_FAULT  # which waits: below
+    assert vehicle.answer.drop is drops
     assert releases(vehicle) == ([case.cause] if vehicle.answer.drop else [])
     assert vehicle.answer.failsafe is (action in MODE_OF)
     vehicle.tick()
-    assert vehicle.answer.drop is (action is Action.SURFACE_AND_DROP)  # what is dropped is dropped
+    assert vehicle.answer.drop is drops  # what is dropped is dropped
     assert releases(vehicle) == []  # and told once
 
 
@@ -540,3 +541,46 @@ def test_the_weight_alone_is_released_in_any_mode_which_stays_and_who_asked_is_t
     assert vehicle.events == ("drop weight released: ordered by station 255/190",)
     assert vehicle.tick(z=z) is mode
     assert vehicle.answer.drop
+
+
+# A propeller without thrust: the weight goes when it is needed.
+
+
+def without_propeller(z: float, rate: float, seconds: float, **inputs: Any) -> tuple[bool, float]:
+    """Return whether the weight was released, and when, s, of a vehicle that sinks at `rate` from z, m."""
+    vehicle = sailing(Mode.MISSION, fins=FINS)
+    nu = STATE.nu._replace(u=0.0, w=rate)
+    for k in range(round(seconds / 0.01)):
+        vehicle.tick(z=z + rate * 0.01 * k, nu=nu, **faulty(ActuatorFault.LOST, 4) | inputs)
+        if vehicle.answer.drop:
+            return True, 0.01 * k
+    return False, seconds
+
+
+def test_a_vehicle_without_propeller_that_does_not_climb_releases_its_weight_after_its_time() -> None:
+    dropped, t = without_propeller(10.0, 0.0, 20.0)
+    assert dropped
+    assert t == pytest.approx(10.2, abs=0.05)
+    assert without_propeller(10.0, 0.2, 20.0) == (True, pytest.approx(10.2, abs=0.05))
+
+
+def test_a_vehicle_without_propeller_that_coasts_up_keeps_its_weight() -> None:
+    assert without_propeller(10.0, -0.2, 30.0) == (False, 30.0)
+    assert without_propeller(10.0, -0.05, 30.0)[0]
+
+
+def test_near_a_limit_and_sinking_the_weight_goes_at_once_and_level_it_does_not() -> None:
+    assert without_propeller(28.5, 0.2, 5.0) == (True, pytest.approx(0.2, abs=0.02))
+    assert without_propeller(10.0, 0.2, 5.0, altitude=3.5) == (True, pytest.approx(0.2, abs=0.02))
+    assert not without_propeller(28.5, 0.0, 5.0)[0]
+
+
+def test_without_depth_the_weight_goes_at_once() -> None:
+    assert without_propeller(10.0, 0.0, 5.0, depth_ok=False) == (True, pytest.approx(0.2, abs=0.02))
+
+
+def test_near_the_surface_no_weight_is_released_until_it_is_plain_that_it_stays_under() -> None:
+    assert without_propeller(0.3, 0.0, 100.0) == (False, 100.0)
+    dropped, t = without_propeller(1.2, 0.0, 100.0)
+    assert dropped
+    assert t > 40.0
