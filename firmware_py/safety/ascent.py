@@ -15,6 +15,7 @@ from firmware_py.marine import clip
 from firmware_py.records.command import AscentStage
 from firmware_py.records.event import Cause, Event, EventKind, severity_of
 from firmware_py.records.health import WeightState
+from firmware_py.safety.ascent_memory import AscentMemory
 from firmware_py.safety.ascent_params import AscentParams
 from firmware_py.safety.ascent_view import AscentView
 from firmware_py.safety.plane_jam import PlaneJam
@@ -37,50 +38,6 @@ _HYSTERESIS = 1.0
 """So much deeper, m, than where a stage near the surface begins, it ends."""
 NONE, POWERED, BLIND, LEVEL = AscentStage.NONE, AscentStage.POWERED, AscentStage.BLIND, AscentStage.LEVEL
 REVERSE, STOPPED, WAITING = AscentStage.REVERSE, AscentStage.STOPPED, AscentStage.WAITING
-
-
-class AscentMemory(NamedTuple):
-    """What the procedure remembers.
-
-    Attributes:
-        stage: the present one.
-        begun: when SURFACE was entered, s.
-        since: when the stage began, s.
-        pitch: the desired pitch, rad.
-        z: depth in the last tick, m.
-        z_dot: its low-passed rate of change, m/s.
-        least: the depth from which "deeper" counts: the least since SURFACE or a new attempt began, m.
-        best: the least depth that counted as progress, m.
-        t_best: when it was reached, s.
-        off: for how long the pitch has been off, s.
-        rolled: for how long the roll has been large, s.
-        z_begun: depth when SURFACE was entered, m.
-        altitude_begun: altitude then, m; NaN if it was unknown.
-        climbed: height made since then by attitude and velocity, m.
-        t_near: since when it has been near the surface, s; NaN while it is not.
-        t_told: when it was last told that the vehicle waits, s.
-        asked: whether the release was asked for; without a weight that is said once in each SURFACE.
-        drop: whether the weight is released, for good.
-    """
-
-    stage: AscentStage = NONE
-    begun: float = 0.0
-    since: float = 0.0
-    pitch: float = 0.0
-    z: float = 0.0
-    z_dot: float = 0.0
-    least: float = math.inf
-    best: float = math.inf
-    t_best: float = 0.0
-    off: float = 0.0
-    rolled: float = 0.0
-    z_begun: float = 0.0
-    altitude_begun: float = math.nan
-    climbed: float = 0.0
-    t_near: float = math.nan
-    t_told: float = 0.0
-    asked: bool = False
-    drop: bool = False
 
 
 class Step(NamedTuple):

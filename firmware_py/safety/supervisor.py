@@ -17,7 +17,8 @@ from firmware_py.records.fence import HOME, NO_FENCE, WITHIN, Fence, Place
 from firmware_py.records.health import ActuatorHealth, sound
 from firmware_py.records.order import NOBODY, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import SensorFrame
-from firmware_py.safety.ascent import Ascent, AscentMemory
+from firmware_py.safety.ascent import Ascent
+from firmware_py.safety.ascent_memory import AscentMemory
 from firmware_py.safety.ascent_view import view_of
 from firmware_py.safety.assessment import actuator_faults, conditions, fins_heard
 from firmware_py.safety.conditions import NO_FAULTS
