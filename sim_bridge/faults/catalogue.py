@@ -124,16 +124,21 @@ def _described(group: str) -> str:
     return ", ".join(members) if members else "a fin" if group == "FIN" else group
 
 
-def help_text() -> str:
-    """Return the catalogue as lines of text."""
+def help_text(aboard: bool = True) -> str:
+    """Return the catalogue as lines of text; without `aboard` that of the plant alone."""
     lines = []
     for kind in KINDS:
+        if kind.aboard and not aboard:
+            continue
         value = f"={'VALUE' if kind.needs_value else '[VALUE]'}" if kind.unit else ""
         unit = f" ({kind.unit})" if kind.unit else ""
         lines.append(f"  {kind.name + ':' + kind.group + value:<28} {kind.doc}{unit}")
     lines.append("")
     for name, members in GROUPS.items():
         lines.append(f"  {name}: {', '.join(members) or 'a name of [[fins]] in truth.toml'}")
+    lines.append(
+        "  battery and leak sensor are one node: off, silent, critical of battery strike both; off:leak only one"
+    )
     units: dict[str, list[str]] = {}
     for name, channel in CHANNELS.items():
         units.setdefault(channel.unit, []).append(name)

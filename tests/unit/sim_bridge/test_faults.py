@@ -67,6 +67,10 @@ def test_every_kind_has_an_effect_and_stands_in_the_help():
         assert f"{kind.name}:{kind.group}" in text
     for members in GROUPS.values():
         assert all(member in text for member in members)
+    assert "off, silent, critical of battery strike both" in text
+    of_plant = help_text(aboard=False)
+    for kind in KINDS:
+        assert (f"{kind.name}:{kind.group}" in of_plant) is not kind.aboard
 
 
 class Still:

@@ -103,7 +103,7 @@ def parser() -> argparse.ArgumentParser:
     plant.add_argument(
         "--wait", type=float, metavar="S", help="how long a vehicle may take to come [60; in real time 0, for none]"
     )
-    _add_fault(plant)
+    _add_fault(plant, aboard=False)
     plant.set_defaults(run=_lazily("sternplane.sitl.plant"))
 
     replay = commands.add_parser(
@@ -206,13 +206,14 @@ def _add_seed(command: argparse.ArgumentParser) -> None:
     command.add_argument("--seed", type=int, default=1, metavar="N", help="of noise, bias, dropout and turbulence [1]")
 
 
-def _add_fault(command: argparse.ArgumentParser) -> None:
+def _add_fault(command: argparse.ArgumentParser, aboard: bool = True) -> None:
+    """Add --fault; `aboard` whether the command takes faults aboard the vehicle too."""
     command.add_argument(
         "--fault", action="append", default=[], metavar="FAULT", help=f"{FORM}; may be repeated; see below"
     )
     command.formatter_class = argparse.RawDescriptionHelpFormatter
     before = f"{command.epilog}\n\n" if command.epilog else ""
-    command.epilog = f"{before}faults, {FORM} (s):\n{help_text()}"
+    command.epilog = f"{before}faults, {FORM} (s):\n{help_text(aboard)}"
 
 
 def _lazily(
