@@ -63,6 +63,8 @@ def build(configuration: Configuration) -> Autopilot:
     with prefix_errors(configuration["files"]["vehicle"]):
         allocator = Allocator(vehicle(configuration))
     parts = factory.parts()
-    if configuration["kept"]:
-        parts.estimator.resume(KeptNavigation(**configuration["kept"]))
+    kept = dict(configuration["kept"])
+    parts.supervisor.resume(weight_gone=bool(kept.pop("weight_gone", 0.0)))
+    if kept:
+        parts.estimator.resume(KeptNavigation(**kept))
     return Autopilot(parts, allocator, factory)

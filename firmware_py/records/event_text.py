@@ -57,6 +57,7 @@ _CAUSES: Mapping[Cause, str] = {
     Cause.PLANES_STUCK: "planes stuck, which the others cannot oppose",
     Cause.DEEPER: "{0:.1f} m deeper than before",
     Cause.NO_CLIMB: "nothing gained in {0:.0f} s",
+    Cause.WEIGHT_GONE: "the drop weight is released already",
     Cause.NO_DROP_WEIGHT: "no drop weight to release",
     Cause.NOT_TOLD: "nothing tells of the surface, {0:.0f} s after surfacing began",
     Cause.HARDPOINT_OPEN: "its hardpoint says so",

@@ -47,7 +47,7 @@ class Stations(NamedTuple):
 
 
 def _refuse_earlier_state(folder: Path) -> None:
-    for name in (*STATE_FILES, signing.STATE_FILE, kept_navigation.FILE):
+    for name in (*STATE_FILES, signing.STATE_FILE, kept_navigation.FILE, kept_navigation.WEIGHT_FILE):
         if os.path.lexists(folder / name):
             raise UsageError(
                 f"{folder / name} is of an earlier run; use it with --state {folder}, or choose another --out"

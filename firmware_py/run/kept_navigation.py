@@ -1,4 +1,5 @@
 """Navigation saved from one run to the next: position, its sigma, the pressure at the surface; and when that was.
+Beside it a file says that the drop weight was released, until somebody who fits another one removes it.
 
 It is saved at intervals in flight, so that a program that is killed finds it again. Where the vehicle went since nobody
 knows; so sigma grows with the time between the runs, and the more if the vehicle was under way.
@@ -23,7 +24,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.run.usage_error import UsageError
 from firmware_py.tick import NS_PER_S
 
-FILE = "navigation.json"
+FILE, WEIGHT_FILE = "navigation.json", "weight_released.txt"
 BOUNDS = {"x": (-1e7, 1e7), "y": (-1e7, 1e7), "position_std": (1e-6, 1e7), "surface_pressure": (3e4, 1.3e5)}
 """Bounds of the saved values, m and Pa: wider than at the end of any run, and safe to start from."""
 _TIMES = {"utc_s": (0.0, 1e11), "uptime_s": (0.0, 1e11), "speed": (0.0, 100.0), "age_s": (0.0, 1e6)}
@@ -155,7 +156,7 @@ def save(folder: Path, kept: KeptNavigation, speed: float = 0.0) -> None:
 
 
 class NavigationKeeper:
-    """Saves the navigation at intervals, after a cycle.
+    """Saves the navigation at intervals, after a cycle, and once that the drop weight is released.
 
     Args:
         save: takes name and content of a file, and does not wait.
@@ -168,6 +169,7 @@ class NavigationKeeper:
         self._interval_ns = round(interval * NS_PER_S)
         self._next_ns = 0
         self._last: Cycle | None = None
+        self._dropped = False
 
     @property
     def speed(self) -> float:
@@ -180,6 +182,9 @@ class NavigationKeeper:
     def update(self, cycle: Cycle) -> None:
         """Save if the interval is over."""
         self._last = cycle
+        if cycle.applied.drop and not self._dropped:
+            self._dropped = True
+            self._save(WEIGHT_FILE, f"{cycle.mode.cause.name}, at {cycle.tick.t:.2f} s\n".encode())
         if cycle.tick.t_ns >= self._next_ns:
             self._next_ns = cycle.tick.t_ns + self._interval_ns
             self._save(FILE, encode(self._keep(), self.speed, self._interval, moment()))

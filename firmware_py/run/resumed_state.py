@@ -23,7 +23,7 @@ _LONGEST = 300
 def resume_state(
     folder: Path, over: Mapping[str, Any] | None, state: Path | None, params: StateParams
 ) -> tuple[dict[str, float], list[str]]:
-    """Set aside what cannot be used; return the navigation to start from, and sentences for people.
+    """Set aside what cannot be used; return navigation and drop weight to start from, and sentences for people.
 
     Args:
         folder: the configuration.
@@ -38,7 +38,12 @@ def resume_state(
         return {}, []
     notes = set_aside_unusable(folder, over, state)
     kept, sentence = kept_navigation.resume(kept_navigation.load_navigation(state), params, kept_navigation.moment())
-    return kept, [*notes, sentence] if sentence else notes
+    notes += [sentence] if sentence else []
+    weight = state / kept_navigation.WEIGHT_FILE
+    if weight.exists():
+        kept["weight_gone"] = 1.0
+        notes.append(f"the drop weight was released in an earlier run: fit another one, and remove {weight}")
+    return kept, notes
 
 
 def set_aside_unusable(folder: Path, over: Mapping[str, Any] | None, state: Path) -> list[str]:

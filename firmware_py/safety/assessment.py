@@ -85,6 +85,7 @@ def conditions(
         faults=faults,
         station_silence=t - order.t_station if order.t_station > -math.inf else math.nan,
         sticks_silence=t - order.t_sticks,
+        weight_gone=was.drop or was.weight_gone,
     )
 
 

@@ -81,3 +81,5 @@ class Conditions(NamedTuple):
     station_silence: float = math.nan
     """Since when no station has been heard; NaN if none ever was."""
     sticks_silence: float = 0.0
+    weight_gone: bool = False
+    """The drop weight is released, in this run or in an earlier one."""

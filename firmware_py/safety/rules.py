@@ -196,9 +196,12 @@ ARMING: tuple[Rule, ...] = (
          lambda _, p: (p.fin_timeout,)),
     Rule(Cause.TILT,           lambda c, p: max(c.roll, c.pitch) > p.tilt_max, "", DISARMED,
          lambda c, p: (max(c.roll, c.pitch), p.tilt_max)),
+    Rule(Cause.WEIGHT_GONE,
+         lambda c, p: c.wanted is not SURFACE and p.weight_needed and c.weight_gone, "", DISARMED),
     Rule(Cause.CHARGE_NEEDED,
          lambda c, p: c.wanted is not SURFACE and p.battery_arm > 0.0 and not c.charge >= p.battery_arm, "", DISARMED,
          lambda c, p: (c.charge, p.battery_arm)),
 )
-"""What arming asks beyond the rules; to come up from where it lies, a vehicle may be armed with what charge is left."""
+"""What arming asks beyond the rules; to come up from where it lies, a vehicle may be armed with what charge is left,
+and without a weight."""
 # fmt: on

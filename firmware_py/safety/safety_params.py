@@ -135,6 +135,9 @@ class SafetyParams:
     fin_timeout: float = param(
         1.0, unit="s", low=0.1, high=10.0, doc="Arming needs every fin heard within; see fin_needed.", mav="FIN_TIMEOUT"
     )
+    weight_needed: bool = param(
+        False, doc="Arming is refused once the drop weight was released; else it warns.", mav="WGHT_NEEDED"
+    )
     fin_needed: bool = param(True, doc="False for fins that report no angle.", mav="FIN_NEEDED")
     gate: GateParams = table(GateParams, mav="GATE_")
     ascent: AscentParams = table(AscentParams, mav="ASC_")

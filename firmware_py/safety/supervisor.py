@@ -121,6 +121,8 @@ class Supervisor:
                     returning = c.breach != WITHIN and wanted is Mode.MANUAL
                     if returning:
                         self._add_event(EventKind.RULE_WARNS, cause=Cause.FENCE, numbers=(float(c.breach),))
+                    if c.weight_gone:
+                        self._add_event(EventKind.RULE_WARNS, cause=Cause.WEIGHT_GONE)
             elif any(held.ticks):
                 verdict = rules.judge(was.mode, c, held, tick.t_ns, tick.dt_ns)
                 wanted, ruled, held = verdict.mode, verdict.rule, verdict.held
@@ -135,6 +137,8 @@ class Supervisor:
                 self._refuse(EventKind.ARMING_CHECK_FAILED, refusals, order.asker)
                 if ready:
                     self._add_event(EventKind.ARMING_CHECK_PASSED, asker=order.asker)
+                    if c.weight_gone:
+                        self._add_event(EventKind.RULE_WARNS, cause=Cause.WEIGHT_GONE)
         cause, failsafe = was.cause, was.failsafe
         if wanted is not was.mode:
             cause, numbers, names = ruled.reason(c, params) if ruled else Reason(Cause.ORDERED)
@@ -162,7 +166,7 @@ class Supervisor:
             *(wanted, cause, failsafe, chosen, ascent.drop, returning and wanted is Mode.MANUAL, held, late),
             was.surfacing + 1 if wanted is Mode.SURFACE else 0,
             was.charge_known or c.charge == c.charge,
-            *(progress, state.sensors, actuators, nodes, ascent),
+            *(progress, state.sensors, actuators, nodes, ascent, was.weight_gone),
         )
         return ModeState(
             mode=wanted,
@@ -178,6 +182,10 @@ class Supervisor:
             ascent=ascent.stage,
             pitch=ascent.pitch,
         )
+
+    def resume(self, weight_gone: bool) -> None:
+        """Go on after an earlier run: `weight_gone` is whether it released the drop weight."""
+        self._memory = self._memory._replace(weight_gone=weight_gone)
 
     def freeze(self) -> SupervisorMemory:
         """Return the whole memory."""

@@ -40,6 +40,7 @@ class SupervisorMemory(NamedTuple):
         actuators: theirs, and
         nodes: that of the nodes of the bus (`two_senders` and `unhealthy` of the frame).
         ascent: how the vehicle comes up.
+        weight_gone: whether the drop weight was released in an earlier run.
     """
 
     mode: Mode
@@ -57,6 +58,7 @@ class SupervisorMemory(NamedTuple):
     actuators: ActuatorHealth
     nodes: tuple[int, int] = (0, 0)
     ascent: AscentMemory = AscentMemory()
+    weight_gone: bool = False
 
 
 def beginning(actuators: ActuatorHealth) -> SupervisorMemory:

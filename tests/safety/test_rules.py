@@ -27,7 +27,7 @@ from firmware_py.records.order import Arming, Asker, Mode, Order, Sticks
 from firmware_py.records.sensing import Battery, Heard
 from firmware_py.safety.action import MODE_OF, Action
 from firmware_py.safety.rules import RULES, SafetyParams
-from firmware_py.safety.supervisor import VehicleFin
+from firmware_py.safety.supervisor import Supervisor, VehicleFin
 from firmware_py.tick import Tick
 
 from .test_supervisor import DT_NS, FORCE, PARAMS, STATE, SupervisedVehicle, old, sailing
@@ -470,6 +470,38 @@ def test_the_end_of_the_flight_is_the_surface_without_the_weight(mode: Mode) -> 
     assert releases(vehicle) == []
     vehicle.tick(FORCE)
     assert vehicle.answer.drop
+
+
+GONE = "the drop weight is released already"
+
+
+@pytest.mark.parametrize("earlier", [False, True])
+def test_who_arms_without_a_drop_weight_is_told(earlier: bool) -> None:
+    vehicle = SupervisedVehicle()
+    if earlier:
+        vehicle.supervisor.resume(weight_gone=True)
+    else:
+        vehicle.tick(Order(terminate=True))
+    vehicle.tick(Order(arming=Arming.CHECK))
+    assert vehicle.events == ("ready to be armed", GONE)
+    assert vehicle.tick(Order(arming=Arming.ARM)) is Mode.MANUAL
+    assert vehicle.events == (GONE, "DISARMED -> MANUAL: ordered")
+    assert vehicle.answer.drop is not earlier  # what is fitted since is not released
+    vehicle.tick(FORCE)
+    needed = Supervisor(replace(PARAMS, weight_needed=True), drop_weight=True)
+    needed.thaw(vehicle.supervisor.freeze())
+    vehicle.supervisor = needed
+    assert vehicle.tick(Order(arming=Arming.ARM)) is Mode.DISARMED
+    assert vehicle.events == (f"arming refused: {GONE}",)
+    assert vehicle.tick(Order(arming=Arming.ARM, mode=Mode.SURFACE)) is Mode.SURFACE
+
+
+def test_who_has_a_drop_weight_or_never_had_one_is_told_nothing() -> None:
+    for weight in (True, False):
+        vehicle = SupervisedVehicle(weight=weight)
+        vehicle.tick(Order(terminate=True) if not weight else Order())
+        vehicle.tick(Order(arming=Arming.ARM))
+        assert vehicle.events == ("DISARMED -> MANUAL: ordered",)
 
 
 def test_a_disarmed_vehicle_drops_its_weight_under_water_only() -> None:

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from firmware_py.adapters.io_params import StateParams
 from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.marine import Nu
+from firmware_py.records.event import Cause
 from firmware_py.run import kept_navigation
 from firmware_py.run.kept_navigation import Moment, NavigationKeeper
 from firmware_py.run.usage_error import UsageError
@@ -200,6 +201,17 @@ def test_the_keeper_saves_at_its_interval_with_the_age_that_this_may_reach():
     assert keeper.speed == pytest.approx(1.7)
 
 
-def cycle(k: int) -> SimpleNamespace:
+def test_that_the_weight_is_released_is_saved_at_once_and_once():
+    saved: list[tuple[int, str, bytes]] = []
+    k = 0
+    keeper = NavigationKeeper(lambda name, content: saved.append((k, name, content)), lambda: KEPT, 5.0)
+    for k in range(400):
+        keeper.update(cycle(k, drop=k >= 120))
+    assert saved[1:] == [(120, kept_navigation.WEIGHT_FILE, b"PROPELLER_FAULT, at 1.20 s\n")]
+
+
+def cycle(k: int, drop: bool = False) -> SimpleNamespace:
     """As much of a cycle as the keeper looks at."""
-    return SimpleNamespace(tick=Tick(k, 10_000_000), state=SimpleNamespace(nu=Nu(1.5, 0, 0, 0, 0, 0), velocity_std=0.2))
+    state = SimpleNamespace(nu=Nu(1.5, 0, 0, 0, 0, 0), velocity_std=0.2)
+    decided = {"applied": SimpleNamespace(drop=drop), "mode": SimpleNamespace(cause=Cause.PROPELLER_FAULT)}
+    return SimpleNamespace(tick=Tick(k, 10_000_000), state=state, **decided)

@@ -8,13 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from firmware_py import config_files
+from firmware_py import app, config_files
 from firmware_py.adapters.installation import configs
+from firmware_py.adapters.io_params import StateParams
 from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.params import ParamError
 from firmware_py.run import kept_navigation
 from firmware_py.run.kept_plans import with_kept_plans
-from firmware_py.run.resumed_state import set_aside_unusable
+from firmware_py.run.resumed_state import resume_state, set_aside_unusable
 from firmware_py.run.usage_error import UsageError
 
 CONFIG = configs() / "npsauv2"
@@ -54,6 +55,17 @@ def test_none_displaces_another_and_none_is_told_twice(tmp_path: Path) -> None:
         assert len(set_aside_unusable(CONFIG, None, tmp_path)) == 2
         assert set_aside_unusable(CONFIG, None, tmp_path) == []
         assert (tmp_path / f"navigation.json.corrupt-{n}").read_text() == f"{{ {n}"
+
+
+def test_a_weight_that_was_released_is_remembered_until_the_file_is_removed(tmp_path: Path) -> None:
+    (tmp_path / kept_navigation.WEIGHT_FILE).write_text("LEAK, at 30.00 s\n")
+    kept, (note,) = resume_state(CONFIG, None, tmp_path, StateParams())
+    assert kept == {"weight_gone": 1.0}
+    assert note.endswith(f"fit another one, and remove {tmp_path / kept_navigation.WEIGHT_FILE}")
+    configuration = {**config_files.read_configuration(CONFIG), "mission": {"waypoints": []}, "kept": kept}
+    assert app.build(configuration).parts.supervisor.freeze().weight_gone
+    (tmp_path / kept_navigation.WEIGHT_FILE).unlink()
+    assert resume_state(CONFIG, None, tmp_path, StateParams()) == ({}, [])
 
 
 def test_what_can_be_used_stays(tmp_path: Path) -> None:
