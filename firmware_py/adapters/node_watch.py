@@ -8,6 +8,7 @@ from dataclasses import asdict, fields
 from firmware_py.adapters.buses.can_bus import NodeIds
 from firmware_py.adapters.sender_watch import SenderWatch
 from firmware_py.records.sensing import NODES, node_bit
+from firmware_py.wire.dronecan.message_table import NODE_STATUS
 from firmware_py.wire.dronecan.node_messages import NodeStatus
 from firmware_py.wire.dronecan.transfer import Dropped, Transfer
 
@@ -94,18 +95,27 @@ class NodeWatch:
         return bits
 
     def losses(self, dropped_from: Mapping[int, Dropped]) -> dict[str, int]:
-        """Return what was lost of each node, by its role and the cause, without what did not happen."""
+        """Return what was lost of each node, by its role and the cause, without what did not happen.
+
+        missed: messages with measurements that did not come, or were not believed, by their ids; the other counts are
+        of frames and of what was received.
+        """
         found: dict[str, int] = {}
         for node_id, name in self.names.items():
             dropped = asdict(dropped_from[node_id]) if node_id in dropped_from else {}
             counts = {
                 **dropped,
+                "missed": self._missed(node_id),
                 "malformed": self.malformed[node_id],
                 "strays": self.strays[node_id],
                 "restarts": self.restarts[node_id],
             }
             found |= {f"{name}_{cause}": count for cause, count in counts.items() if count}
         return found
+
+    def _missed(self, node_id: int) -> int:
+        watches = self._watches.items()
+        return sum(w.missed for (source, kind), w in watches if source == node_id and kind != NODE_STATUS.data_type_id)
 
 
 def fields_of(bits: int) -> list[str]:

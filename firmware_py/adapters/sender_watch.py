@@ -23,7 +23,7 @@ class SenderWatch:
     began to count anew.
     """
 
-    __slots__ = ("_answered", "_last", "_met", "_period", "_stray", "_t", "_t_stray")
+    __slots__ = ("_answered", "_last", "_met", "_period", "_stray", "_t", "_t_stray", "missed")
 
     def __init__(self) -> None:
         self._last = -1
@@ -33,6 +33,8 @@ class SenderWatch:
         self._t_stray = -math.inf
         self._answered = False
         self._met = 0
+        self.missed = 0
+        """Transfers of the stream that did not come, by their ids; whole rounds of ids are not seen."""
 
     def accept(self, transfer_id: int, t: float) -> tuple[bool, bool]:
         """Take the next transfer.
@@ -59,6 +61,8 @@ class SenderWatch:
             self._met = self._met + 1 if continued else 0
             self._stray, self._t_stray, self._answered = transfer_id, t, False
             return False, self._met >= _ENOUGH
+        if self._last >= 0 and step:
+            self.missed += step - 1
         self._last, self._t = transfer_id, t
         return True, False
 

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from rich.console import Console
+from sternplane.logs.losses import told
 from sternplane.logs.reading import read
 from sternplane.logs.summary import summarise
 from sternplane.logs.summary_text import key_figures, outcome, summary_table
@@ -122,8 +123,47 @@ def test_losses_are_shown_where_there_are_some(flown: Path) -> None:
     log.end["losses"] = {"transfers_malformed": 3, "dvl_broken": 0}
     summary = summarise(log)
     assert summary["losses"] == {"transfers_malformed": 3, "dvl_broken": 0}
-    assert key_figures(summary)[-1] == ("transfers malformed", "3")
-    assert "dvl broken" not in dict(key_figures(summary))
+    assert key_figures(summary)[-1] == ("other nodes of the bus", "3 frames or messages dropped")
+    assert "DVL" not in dict(key_figures(summary))
+
+
+def test_losses_are_told_by_source_with_their_share_the_worst_first() -> None:
+    counts = {
+        "transfers_lost_start": 170,
+        "transfers_bad_crc": 9,
+        "ahrs_lost_start": 160,
+        "ahrs_bad_crc": 9,
+        "ahrs_missed": 50,
+        "battery_missed": 30,
+        "pressure_strays": 40,
+        "pressure_missed": 1,
+        "pressure_contradicted": 4,
+        "dvl_bad_checksum": 2,
+        "lines_of_the_dvl_lost": 3,
+        "bus_not_sent": 12,
+        "gcs_2_malformed": 7,
+        "dvl_broken": 0,
+    }
+    received = {"ahrs": 950, "battery": 70, "pressure": 999, "dvl": 995}
+    assert [(loss.source, loss.text) for loss in told(counts, received)] == [
+        ("battery and leak sensor", "30 of 100 messages lost (30 %)"),
+        ("AHRS", "50 of 1000 messages lost (5 %)"),
+        ("DVL", "5 of 1000 lines lost (0.5 %)"),
+        ("pressure sensor", "1 of 1000 messages lost (0.1 %)"),
+        ("pressure sensor", "40 messages out of sequence, not believed"),
+        ("CAN bus", "12 frames that could not be sent"),
+        ("other nodes of the bus", "10 frames or messages dropped"),
+        ("station 2", "7 malformed messages"),
+        ("pressure sensor", "4 contradicted by a second sender"),
+    ]
+
+
+def test_no_more_than_ten_lines_tell_of_losses(flown: Path) -> None:
+    summary = summarise(read(flown))
+    before = len(key_figures(summary))
+    summary["losses"] = {f"gcs_{i}_malformed": i for i in range(1, 16)}
+    assert key_figures(summary)[-1] == ("other losses", "and 5 more: see the report")
+    assert len(key_figures(summary)) == before + 11
 
 
 def test_a_zigzag_has_its_figures(tmp_path: Path, toy: SimpleNamespace) -> None:

@@ -1,8 +1,98 @@
-"""What was lost on wires and links in a run, and when."""
+"""What was lost on wires and links in a run, and when; for people, as messages and shares."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from sternplane.logs.reading import Piece
 from sternplane.logs.run import Run
+
+_FIELDS: Mapping[str, tuple[str, ...]] = {
+    "ahrs": ("ahrs",),
+    "pressure": ("pressure",),
+    "altimeter": ("altitude",),
+    "fix": ("fix",),
+    "battery": ("battery", "leak"),
+    "esc": ("n",),
+    "servo_hub": ("fins",),
+    "dvl": ("dvl",),
+    "hardpoint": (),
+}
+"""What each source measures, by the fields of a frame; nodes, and the DVL."""
+_NAMES = {
+    "ahrs": "AHRS",
+    "pressure": "pressure sensor",
+    "fix": "fix receiver",
+    "battery": "battery and leak sensor",
+    "esc": "propeller controller",
+    "servo_hub": "servo hub",
+    "dvl": "DVL",
+    "bus": "CAN bus",
+    "transfers": "other nodes of the bus",
+    "hil": "simulator's link",
+}
+_OF_LINES = ("dvl_bad_checksum", "dvl_malformed", "dvl_too_long", "lines_of_the_dvl_lost")
+_NOT_BELIEVED = {
+    "contradicted": "contradicted by a second sender",
+    "restarts": "restarts",
+}
+_OF_MESSAGES = (
+    *("missed", "malformed", "strays", "duplicate", "lost_start", "unfinished", "wrong_toggle", "bad_crc"),
+    *("timed_out", "too_long", "crowded_out"),
+)
+"""Counts of a node that are told by its messages missed."""
+_WORDS = {
+    "bus_not_sent": "frames that could not be sent",
+    "bus_overrun": "frames overrun in the kernel",
+    "bus_failed_drains": "times that it could not be read",
+    "dvl_broken": "serial line broken at the end",
+    "dvl_breaks": "breaks of the serial line",
+    "dvl_line_errors": "bytes with errors on the serial line",
+    "lines_of_the_dvl_late": "lines late",
+    "not_taken": "messages not taken for want of room",
+    "queue_full": "messages not sent, the queue was full",
+    "flooding": "messages over the limit of a tick",
+    "unsigned": "messages without a valid signature",
+    "malformed": "malformed messages",
+    "overrun": "datagrams left for later",
+}
+
+
+class Loss(NamedTuple):
+    """What a source lost: how many of what, and `of` so many that were sent; None where nobody knows."""
+
+    source: str
+    what: str
+    lost: int
+    of: int | None = None
+
+    @property
+    def share(self) -> float:
+        """Lost of those that were sent, in [0, 1]; NaN where nobody knows."""
+        return self.lost / self.of if self.of else math.nan
+
+    @property
+    def text(self) -> str:
+        """Return it as a phrase."""
+        if self.of is None:
+            return f"{self.lost} {self.what}"
+        return f"{self.lost} of {self.of} {self.what} ({100.0 * self.share:.2g} %)"
+
+
+class Received:
+    """How many messages of each source came; it is shown the pieces of a log one after the other."""
+
+    def __init__(self) -> None:
+        self.counts = dict.fromkeys(_FIELDS, 0)
+
+    def add(self, piece: Piece) -> None:
+        """Take a piece in."""
+        for source, fields in _FIELDS.items():
+            for field in fields:
+                fresh = piece.columns.get(f"frame.{field}.fresh")
+                self.counts[source] += 0 if fresh is None else int(fresh.sum())
 
 
 def losses(log: Run) -> dict[str, int]:
@@ -20,3 +110,47 @@ def times(log: Run) -> dict[str, list[float]]:
         for name in counts:
             seen.setdefault(name, [t, t])[1] = t
     return seen
+
+
+def told(counts: Mapping[str, int], received: Mapping[str, int]) -> list[Loss]:
+    """Return what was lost by source, the greatest share first; then what has none, the greatest count first.
+
+    Args:
+        counts: as `losses` returns them.
+        received: as `Received` counts them.
+    """
+    found = [loss for loss in _found({name: count for name, count in counts.items() if count}, received) if loss.lost]
+    return sorted(found, key=lambda loss: (not loss.of, -loss.share if loss.of else -loss.lost))
+
+
+def _found(counts: dict[str, int], received: Mapping[str, int]) -> Iterator[Loss]:
+    lines = sum(counts.pop(name, 0) for name in _OF_LINES)
+    yield Loss(_NAMES["dvl"], "lines lost", lines, lines + received.get("dvl", 0))
+    for source in _FIELDS:
+        own = {name: counts.pop(f"{source}_{name}", 0) for name in _OF_MESSAGES}
+        missed = own["missed"]
+        yield Loss(_named(source), "messages lost", missed, missed + received.get(source, 0))
+        if own["strays"] > missed:
+            yield Loss(_named(source), "messages out of sequence, not believed", own["strays"])
+        elif not missed:
+            yield Loss(_named(source), "frames or messages dropped", sum(own.values()))
+        for name, count in own.items():
+            total = f"transfers_{name}"
+            counts[total] = counts.get(total, 0) - count
+        for name, words in _NOT_BELIEVED.items():
+            yield Loss(_named(source), words, counts.pop(f"{source}_{name}", 0))
+    counts.pop("transfers_contradicted", None)
+    rest = sum(max(counts.pop(name), 0) for name in [*counts] if name.startswith("transfers_"))
+    yield Loss(_NAMES["transfers"], "frames or messages dropped", rest)
+    for name, count in counts.items():
+        source, _, cause = name.partition("_")
+        if source == "gcs":
+            number, _, cause = cause.partition("_")
+            yield Loss(f"station {number}", _WORDS.get(cause, cause.replace("_", " ")), count)
+        else:
+            source = "dvl" if name.startswith("lines_of_the_dvl") else source
+            yield Loss(_named(source), _WORDS.get(name, cause.replace("_", " ")), count)
+
+
+def _named(source: str) -> str:
+    return _NAMES.get(source, source.replace("_", " "))

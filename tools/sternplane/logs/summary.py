@@ -46,6 +46,7 @@ def summarise(log: Run) -> Summary:
     late_cycles: those that began more than one step after their deadline. lateness: `LatenessHistogram` by
     name, None for a run that was not in real time. losses: by name, what was lost, as the log's end record counts, or
     as was logged last; losses_seen_s: by name, the times at which a count was first and last seen to have risen;
+    NODE_missed: messages of a node that did not come, or were not believed; received: those that did, by source;
     gcs_N_*: of the N-th link to ground stations, what came unsigned, malformed or too fast (flooding, overrun), what
     was not taken for want of room, and what was not said or sent to them.
     health: sensors and actuators that were ever not good, and the ascent: see `HealthRecord.document`.
@@ -57,7 +58,8 @@ def summarise(log: Run) -> Summary:
     """
     figures, learned, late = _Figures(log), LearnedFigures(log), lateness_histogram.LatenessRecord()
     manoeuvres, health = standard_manoeuvres.StandardManoeuvres(), health_record.HealthRecord(log)
-    parts = (figures, learned, late, manoeuvres, health)
+    received = losses.Received()
+    parts = (figures, learned, late, manoeuvres, health, received)
     for piece in log.pieces():
         for part in parts:
             part.add(piece)
@@ -84,6 +86,7 @@ def summarise(log: Run) -> Summary:
         "lateness": lateness._asdict() if lateness else None,
         "losses": {**losses.losses(log), **end.get("losses", {})},
         "losses_seen_s": losses.times(log),
+        "received": received.counts,
         "health": health.document(),
         "learned": learned.summary,
         "after_log": None,

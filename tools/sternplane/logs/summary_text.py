@@ -7,9 +7,11 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from sternplane.logs import health_record, lateness_histogram
+from sternplane.logs import health_record, lateness_histogram, losses
 from sternplane.logs.summary import Summary
 
+_MOST_LOSSES = 10
+"""So many lines tell of what was lost."""
 _WHOLE: tuple[tuple[str, str, str], ...] = (
     # key, label, format with the unit; of the whole flight, also where it went on without a log
     ("vehicle_time_s", "vehicle time", "{:.1f} s"),
@@ -81,8 +83,15 @@ def key_figures(summary: Summary) -> list[tuple[str, str]]:
         whole.append(("logged", f"{summary['logged_s']:.1f} s"))
     logged = [*_rows(summary, _LOGGED), *_lateness(summary), *_learned(summary)]
     logged += health_record.key_figures(summary["health"])
-    lost = [(str(name).replace("_", " "), str(count)) for name, count in summary["losses"].items() if count]
-    return [*whole, *((f"{label}{part}", text) for label, text in logged), *lost]
+    return [*whole, *((f"{label}{part}", text) for label, text in logged), *_lost(summary)]
+
+
+def _lost(summary: Summary) -> list[tuple[str, str]]:
+    """Return what was lost, the worst first."""
+    told = losses.told(summary["losses"], summary["received"])
+    found = [(loss.source, loss.text) for loss in told[:_MOST_LOSSES]]
+    more = len(told) - _MOST_LOSSES
+    return [*found, ("other losses", f"and {more} more: see the report")] if more > 0 else found
 
 
 def _rows(summary: Summary, rows: tuple[tuple[str, str, str], ...]) -> list[tuple[str, str]]:

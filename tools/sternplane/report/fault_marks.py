@@ -9,6 +9,8 @@ from firmware_py.params import ParamError
 from sim_bridge.faults.fault import parse_fault
 
 _COLOUR = "#dc2626"
+_NEAR = 0.04
+"""Nearer to the begin of a plot than this share of it there is no room for words before a line."""
 _MOST = 40
 """More lines than these hide what they cross."""
 
@@ -43,6 +45,7 @@ def fault_marks(header: Mapping[str, Any], t_end: float) -> list[Mark]:
 def draw(figure: Any, marks: Iterable[Mark]) -> None:
     """Draw them into a plot over time, each with its name; the legend has one entry for all that begin or end."""
     in_legend: set[bool] = set()
+    begin, end = figure.layout.xaxis.range
     for mark in marks:
         group = "fault ends" if mark.ends else "fault begins"
         figure.add_shape(
@@ -58,7 +61,7 @@ def draw(figure: Any, marks: Iterable[Mark]) -> None:
                 "textangle": -90,
                 "textposition": "end",
                 "xanchor": "right",
-                "yanchor": "bottom",
+                "yanchor": "top" if mark.t - begin < _NEAR * (end - begin) else "bottom",
                 "font": {"size": 9, "color": _COLOUR},
             },
             name=group,

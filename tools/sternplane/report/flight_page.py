@@ -9,6 +9,7 @@ from firmware_py import config_files
 from firmware_py.control.control import LawKind
 from firmware_py.control.sliding_mode_params import PAPER_DEPTH_GAINS, PAPER_HEADING_GAINS, GainSet
 from firmware_py.params import ParamError, dump
+from sternplane.logs import losses
 from sternplane.logs.run import Run
 from sternplane.logs.summary import Summary
 from sternplane.logs.summary_text import key_figures, outcome, unlogged
@@ -37,6 +38,7 @@ def flight_page(log: Run, summary: Summary) -> str:
             group = plot.section
             sections.append(Heading(group, anchor=group.lower()))
         sections.append(plot_section(plot, wide=i == 0 or plot.title == health_plot.TITLE))
+    sections += _losses(summary)
     sections.append(Heading("Set-up", anchor="setup"))
     if settings := [*_settings(header)]:
         sections.append(Section("Law, gains and configuration", tables=(Table(settings, style="log"),)))
@@ -55,6 +57,24 @@ def flight_page(log: Run, summary: Summary) -> str:
         footnote=_footnote(figures),
     )
     return render(page)
+
+
+def _losses(summary: Summary) -> Iterator[Section]:
+    """Yield what was lost on wires and links, for people, and every count."""
+    told = losses.told(summary["losses"], summary["received"])
+    if not told:
+        return
+    seen = summary["losses_seen_s"]
+    counts = [
+        [name.replace("_", " "), str(count), *(f"{t:.1f}" for t in seen.get(name, ()))]
+        for name, count in summary["losses"].items()
+        if count
+    ]
+    tables = (
+        Table([[loss.source, loss.text] for loss in told], style="words"),
+        Table(counts, head=("count", "", "first, s", "last, s"), style="numbers"),
+    )
+    yield Section("Losses", tables=tables, wide=True, anchor="losses")
 
 
 def _warnings(log: Run, summary: Summary) -> list[str]:

@@ -39,6 +39,16 @@ def test_one_sender_on_a_lossy_bus_is_not_two_and_mostly_believed(rate: float, l
     assert sum(believed for believed, _ in heard) > (0.95 if lost < 0.9 else 0.6) * len(heard)
 
 
+@pytest.mark.parametrize("lost", [0.0, 0.1, 0.5])
+def test_what_was_lost_is_counted_by_its_ids(lost: float) -> None:
+    rng, watch = random.Random(1), SenderWatch()
+    sent = stream(20.0, 300.0)
+    come = [one for one in sent if one[0] == len(sent) - 1 or rng.random() >= lost]
+    doubted = sum(not watch.accept(transfer_id % 32, t)[0] for transfer_id, t in come)
+    assert watch.missed == pytest.approx(come[-1][0] - come[0][0] + 1 - len(come) + doubted, abs=64)
+    assert watch.missed == 0 or lost > 0.0
+
+
 def test_a_sender_that_counts_anew_is_believed_from_its_second_transfer_on() -> None:
     heard = fed(stream(20.0, 10.3) + stream(20.0, 10.0, start=10.5))
     doubted = [i for i, (believed, _) in enumerate(heard) if not believed]
