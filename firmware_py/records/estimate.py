@@ -84,7 +84,9 @@ class StateEstimate:
 
     @property
     def z_dot(self) -> float:
-        """Return the vertical velocity, m/s, down positive (third row of R_zyx, Fossen 2011, Eq. 2.18)."""
+        """Return the vertical velocity, m/s, down positive (Fossen 2011, third row of Eq. 2.18); NaN: unknown."""
         _, _, _, phi, theta, _ = self.eta
+        if not math.isfinite(phi + theta):
+            return math.nan
         u, v, w, _, _, _ = self.nu
         return -u * math.sin(theta) + math.cos(theta) * (v * math.sin(phi) + w * math.cos(phi))

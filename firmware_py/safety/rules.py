@@ -91,7 +91,7 @@ def _off_depth(c: Conditions, p: SafetyParams) -> bool:
 
 
 def _too_low(c: Conditions, p: SafetyParams) -> bool:
-    return c.altitude - max(c.z_dot, 0.0) * p.altitude_ahead < p.altitude_min  # a dive does not end at once
+    return c.altitude - max(0.0, c.z_dot) * p.altitude_ahead < p.altitude_min  # a dive does not end at once
 
 
 def _surfacing_long(c: Conditions, p: SafetyParams) -> bool:

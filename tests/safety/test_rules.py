@@ -80,6 +80,7 @@ CASES = (
     Case(Cause.DEPTH_LIMIT, "depth_max_action", 31, {"z": 30.1}),
     Case(Cause.ALTITUDE_LIMIT, "altitude_action", 101, {"altitude": 1.9}),
     Case(Cause.ALTITUDE_LIMIT, "altitude_action", 101, {"altitude": 3.9, "nu": SINKING}),
+    Case(Cause.ALTITUDE_LIMIT, "altitude_action", 101, {"altitude": 1.9, "eta": STATE.eta._replace(theta=math.nan)}),
     Case(Cause.PITCH, "pitch_action", 201, {"eta": STATE.eta._replace(theta=-0.8)}),
     Case(Cause.ROLL, "roll_action", 1001, {"eta": STATE.eta._replace(phi=1.1)}),
     Case(Cause.DEPTH_ERROR, "depth_error_action", 2001, {"reference": replace(AT_PLACE, z_d=10.1)}),

@@ -57,6 +57,8 @@ NUMBERS: dict[Cause, tuple[float, ...]] = {
     Cause.STATION_LOST: (20.0,),
     Cause.STICKS_LOST: (10.0,),
     Cause.UNDER_WATER: (5.0,),
+    Cause.HARDPOINT_HOLDS: (3.0,),
+    Cause.HARDPOINT_SILENT: (3.0,),
 }
 OF_FAULTS = (
     *(Cause.AHRS_SUSPECT, Cause.PRESSURE_SUSPECT, Cause.DVL_BAD, Cause.ALTIMETER_BAD),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from firmware_py.marine import Eta, Nu, body_to_ned
@@ -13,3 +15,9 @@ def test_the_vertical_velocity_is_that_of_the_whole_rotation(phi: float, theta: 
     nu = Nu(1.5, 0.2, -0.3, 0.0, 0.0, 0.0)
     state = StateEstimate(Eta(0, 0, 9, phi, theta, 2.0), nu, 1.0, 0.1, 0.01, 50.0, True, True, True, False)
     assert state.z_dot == pytest.approx(body_to_ned(phi, theta, 2.0, *nu[:3])[2], abs=1e-12)
+
+
+@pytest.mark.parametrize("angle", [math.nan, math.inf])
+def test_without_attitude_the_vertical_velocity_is_not_known(angle: float) -> None:
+    eta, nu = Eta(0, 0, 9, 0.0, angle, 2.0), Nu(1.5, 0.2, -0.3, 0.0, 0.0, 0.0)
+    assert math.isnan(StateEstimate(eta, nu, 1.0, 0.1, 0.01, 50.0, False, True, True, False).z_dot)
