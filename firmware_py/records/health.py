@@ -12,7 +12,10 @@ class SourceState(enum.IntEnum):
 
     GOOD = 0
     SUSPECT = 1
-    """Its values arrive, but are not used; it becomes good again when they agree with the others."""
+    """Its values arrive, but are not used; it becomes good again when they agree with the others.
+
+    Of two that are UNDECIDED the safer ones are used.
+    """
     LOST = 2
     """It is silent, or reports itself that it does not work."""
 
@@ -32,6 +35,7 @@ class SourceFault(enum.IntEnum):
     CONTRADICTED = 9  # by other sensors or the model of the vehicle
     TWO_SENDERS = 10  # under one node id
     HEADING = 11  # of the AHRS, steps or drifts against the gyros, which carry it on
+    UNDECIDED = 12  # contradicts another sensor, and nothing tells which of the two is wrong: the safer reading holds
 
 
 class SourceHealth(NamedTuple):

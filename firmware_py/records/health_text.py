@@ -20,6 +20,7 @@ _SOURCE_FAULTS: Mapping[SourceFault, str] = {
     SourceFault.CONTRADICTED: "contradicted by the other sensors",
     SourceFault.TWO_SENDERS: "two senders under one node id",
     SourceFault.HEADING: "its heading leaves the gyros, which carry it on",
+    SourceFault.UNDECIDED: "it or another sensor is wrong; the safer reading holds",
 }
 _ACTUATOR_FAULTS: Mapping[ActuatorFault, str] = {
     ActuatorFault.NONE: "no fault",

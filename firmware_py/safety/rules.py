@@ -73,17 +73,22 @@ class Rule(NamedTuple):
 
 DISARMED, SURFACE = Mode.DISARMED, Mode.SURFACE
 _GOOD, _SUSPECT = SourceState.GOOD, SourceState.SUSPECT
+_TILT_HOLDS = (SourceFault.OUTLIERS, SourceFault.HEADING, SourceFault.UNDECIDED)
 _FLOWN = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN)
 """Modes in which a depth is flown."""
 
 
 def _carried_on(health: SourceHealth) -> bool:
     """Return whether gyros carry on the tilt of an AHRS; outliers are left out one by one, enough values are left."""
-    return health.state is _SUSPECT and health.fault not in (SourceFault.OUTLIERS, SourceFault.HEADING)
+    return health.state is _SUSPECT and health.fault not in _TILT_HOLDS
+
+
+def _unseen(health: SourceHealth) -> bool:
+    return health.state is not _GOOD and health.fault is not SourceFault.UNDECIDED  # then the nearer bottom holds
 
 
 def _blind(c: Conditions) -> bool:
-    return c.sensors.altitude.state is not _GOOD and c.sensors.dvl.state is not _GOOD
+    return _unseen(c.sensors.altitude) and _unseen(c.sensors.dvl)
 
 
 def _off_depth(c: Conditions, p: SafetyParams) -> bool:

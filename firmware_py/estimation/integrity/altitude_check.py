@@ -1,8 +1,9 @@
 """Two altitudes against each other and against the motion: altimeter and DVL.
 
 Altitude + carried depth is the depth of the bottom. A reading in which it jumps is left out until the next ones confirm
-it; if the other sensor does not, the one that jumped is suspect. If both wander apart, the one whose bottom wandered
-farther is suspect; if that cannot tell, the one that is farther from the bottom.
+it; if the other sensor does not, the one that jumped is suspect. If both wander apart while the vehicle rises or dives,
+the one whose bottom went along is suspect. At one depth the bottom may rise as well as a sensor fail: then it is not
+decided, and the nearer one holds.
 """
 
 from __future__ import annotations
@@ -25,12 +26,16 @@ _MEAN, _MEAN_NOW = 0.2, 0.5
 """Shares of a reading in the running means: that for the other sensor, and that for the pressure."""
 _HISTORY, _STEP = 10, 1.0
 """Entries of the history, and their interval, s."""
-_CLEAR = 0.5
+_CLEAR, _MOVED = 0.5, 2.0
+"""The bottom of a sound sensor stays, to this share of the other's, while the depth changes by so many thresholds."""
 
 
 @dataclass(slots=True)
 class EchoMemory:
-    """One sensor: its bottom (m, below the carried depth's zero) at t, running means, the last outlier, history."""
+    """One sensor: its bottom (m, below the carried depth's zero) at t, running means, the last outlier.
+
+    `history` has the mean and the carried depth, m, second by second.
+    """
 
     t: float = -math.inf
     bottom: float = math.nan
@@ -38,7 +43,7 @@ class EchoMemory:
     now: float = math.nan
     outlier: float = math.nan
     t_entry: float = -math.inf
-    history: tuple[float, ...] = ()
+    history: tuple[tuple[float, float], ...] = ()
 
 
 class AltitudeCheck:
@@ -66,7 +71,7 @@ class AltitudeCheck:
             echo.outlier = bottom
             return False
         if echo.bottom != echo.bottom or gap > 5.0:
-            self._begin(echo, t, bottom)
+            self._begin(echo, t, bottom, carried)
             return True
         if abs(bottom - echo.bottom) > params.altitude_step + _SLOPE * gap:
             alike = abs(bottom - echo.outlier) <= params.altitude_step
@@ -76,16 +81,16 @@ class AltitudeCheck:
             if abs(against) > params.altitude:  # it jumped, the other did not
                 watch.accuse(SourceFault.STEP, t)
                 return False
-            self._begin(echo, t, bottom)
+            self._begin(echo, t, bottom, carried)
             return True
         echo.t, echo.bottom = t, bottom
         echo.mean += _MEAN * (bottom - echo.mean)
         echo.now += _MEAN_NOW * (bottom - echo.now)
         if t - echo.t_entry >= _STEP - 1e-6:
-            echo.t_entry, echo.history = t, (*echo.history[-_HISTORY + 1 :], echo.mean)
-        if abs(echo.mean - witness.mean) > params.altitude and heard_witness:
-            self._arbitrate(echo, witness, t, watch, other)
-        return watch.believed
+            echo.t_entry, echo.history = t, (*echo.history[-_HISTORY + 1 :], (echo.mean, carried))
+        if abs(echo.mean - witness.mean) > params.altitude and heard_witness and not other.memory.in_row:
+            return self._arbitrate(echo, witness, t, carried, watch, other)
+        return True
 
     @staticmethod
     def _agrees(echo: EchoMemory, bottom: float, gap: float, against: float) -> bool:
@@ -93,22 +98,33 @@ class AltitudeCheck:
         return against != against and abs(bottom - echo.bottom) <= 1.0 + _SLOPE * min(gap, 10.0)
 
     def _arbitrate(
-        self, echo: EchoMemory, witness: EchoMemory, t: float, watch: SourceWatch, other: SourceWatch
-    ) -> None:
+        self, echo: EchoMemory, witness: EchoMemory, t: float, carried: float, watch: SourceWatch, other: SourceWatch
+    ) -> bool:
+        """Accuse who is wrong, or both; return whether a reading of the first may be used."""
         size = min(len(echo.history), len(witness.history))
-        own = abs(echo.mean - echo.history[-size]) if size else math.nan
-        its = abs(witness.mean - witness.history[-size]) if size else math.nan
-        if own < _CLEAR * its:
-            other.accuse(SourceFault.CONTRADICTED, t)
-        elif its < _CLEAR * own or echo.mean > witness.mean:
-            watch.accuse(SourceFault.CONTRADICTED, t)
-        else:
-            other.accuse(SourceFault.CONTRADICTED, t)
+        if size:
+            mean, before = echo.history[-size]
+            own, its = abs(echo.mean - mean), abs(witness.mean - witness.history[-size][0])
+            if abs(carried - before) > _MOVED * self._params.altitude:
+                if own < _CLEAR * its:
+                    other.accuse(SourceFault.CONTRADICTED, t)
+                    watch.acquit()
+                    return True
+                if its < _CLEAR * own:
+                    watch.accuse(SourceFault.CONTRADICTED, t)
+                    other.acquit()
+                    return False
+        watch.accuse(SourceFault.UNDECIDED, t)
+        other.accuse(SourceFault.UNDECIDED, t)
+        if echo.mean > witness.mean:
+            watch.hold()
+            return False
+        return True
 
     @staticmethod
-    def _begin(echo: EchoMemory, t: float, bottom: float) -> None:
+    def _begin(echo: EchoMemory, t: float, bottom: float, carried: float) -> None:
         echo.t, echo.bottom, echo.mean, echo.now = t, bottom, bottom, bottom
-        echo.history, echo.t_entry = (bottom,), t
+        echo.history, echo.t_entry = ((bottom, carried),), t
 
     def forget(self, which: int) -> None:
         """Begin anew with the next reading of a sensor; called when it is believed again."""

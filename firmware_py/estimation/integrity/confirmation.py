@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from firmware_py.estimation.integrity.source_watch import SourceWatch
 from firmware_py.marine import EARTH_RADIUS, wrap
 from firmware_py.records.health import SourceFault
-from firmware_py.records.sensing import Fix, Heard
+from firmware_py.records.sensing import Battery, Fix, Heard
 
 _RECENT = 5.0
 """After longer than this, s, the first fix has to be confirmed."""
@@ -19,7 +19,28 @@ _STEADY = 5
 """So many fixes in a row that agree before one jumps make the jump a step."""
 
 
-def confirmed(value: float, before: float, most: float, watch: SourceWatch, t: float) -> bool:
+_BATTERY_JUMP, _LEAK_JUMP = 0.05, 0.1
+"""What charge and humidity do not change by in a second, share."""
+
+
+def hear_battery(heard: Heard[Battery], t: float, watch: SourceWatch) -> None:
+    """Take a report of the battery, if it is confirmed."""
+    if watch.hear(heard, t):
+        held = watch.memory.held.value
+        before = math.nan if held is None else held.remaining
+        if _confirmed(heard.value.remaining, before, _BATTERY_JUMP, watch, t):
+            watch.take(heard)
+
+
+def hear_leak(heard: Heard[float], t: float, watch: SourceWatch) -> None:
+    """Take a humidity, if it is confirmed."""
+    if watch.hear(heard, t):
+        held = watch.memory.held.value
+        if _confirmed(heard.value, math.nan if held is None else held, _LEAK_JUMP, watch, t):
+            watch.take(heard)
+
+
+def _confirmed(value: float, before: float, most: float, watch: SourceWatch, t: float) -> bool:
     """Return whether a value is within `most` of the last one that was used, or not the first beyond that."""
     if abs(value - before) <= most or before != before:
         return True

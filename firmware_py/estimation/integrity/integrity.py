@@ -7,17 +7,18 @@ from typing import NamedTuple
 
 from firmware_py.estimation.integrity.altitude_check import AltitudeCheck, EchoMemory
 from firmware_py.estimation.integrity.attitude_check import AttitudeCheck, AttitudeCheckMemory
-from firmware_py.estimation.integrity.confirmation import FixCheck, FixCheckMemory, confirmed
+from firmware_py.estimation.integrity.confirmation import FixCheck, FixCheckMemory, hear_battery, hear_leak
+from firmware_py.estimation.integrity.depth_arbitration import Accused, accuse_carried
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.source_watch import SourceMemory
 from firmware_py.estimation.integrity.sources import Sources
 from firmware_py.estimation.integrity.velocity_check import VelocityCheck, VelocityCheckMemory
-from firmware_py.estimation.integrity.vertical_check import Accused, VerticalCheck, VerticalCheckMemory
+from firmware_py.estimation.integrity.vertical_check import VerticalCheck, VerticalCheckMemory
 from firmware_py.estimation.navigation.navigation import NavigationParams
 from firmware_py.marine import depth_of_pressure
 from firmware_py.records.command import Applied
 from firmware_py.records.health import SensorHealth, SourceFault
-from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame
+from firmware_py.records.sensing import Ahrs, Dvl, Fix, Heard, SensorFrame
 from firmware_py.tick import Rate, Tick
 from firmware_py.vehicle.vehicle import Vehicle
 
@@ -25,16 +26,12 @@ _AIR_LEAST = -1.5
 """No pressure under the air's: a reading that stands for less depth than this, m, is impossible."""
 _IMPOSSIBLE = 5
 """So many impossible values in a row are no accident."""
-_GYRO_OFF = math.radians(1.3)
-"""Pitch that is as far from the gyros is what is wrong, if DVL and pitch are contradicted."""
 _PROVEN = 15.0
-"""After so long with DVL, pitch and pressure in agreement, s, the DVL is wrong when they differ, not the pitch."""
+"""After so long with DVL, pitch and pressure in agreement, s, none of them was wrong from the start."""
 _UNDER_WAY = 0.5
 """Only above this speed, m/s, pitch shows in the rate of depth."""
 _STEEP, _ROLLED = math.radians(45.0), math.radians(60.0)
 """Pitched or rolled farther, pitch and speed do not tell the rate of depth."""
-_BATTERY_JUMP, _LEAK_JUMP = 0.05, 0.1
-"""What charge and humidity do not change by in a second, share."""
 _PRESSURE_PERIOD = 0.05
 """What one reading adds to that time, s."""
 _BACK = 4
@@ -107,9 +104,9 @@ class SensorIntegrity:
         if frame.fix.fresh:
             self._hear_fix(frame.fix, t)
         if frame.battery.fresh:
-            self._hear_battery(frame.battery, t)
+            hear_battery(frame.battery, t, self._sources.battery)
         if frame.leak.fresh:
-            self._hear_leak(frame.leak, t)
+            hear_leak(frame.leak, t, self._sources.leak)
         if tick.every(Rate.HZ_10):
             self._judge(t, frame, applied)
         self._sources.tell(frame)
@@ -141,8 +138,8 @@ class SensorIntegrity:
         if sources.attitude_used:
             by_dvl = pinged and velocity.measured and sources.dvl.believed
             tilted = abs(theta) > _STEEP or abs(phi) > _ROLLED
-            known = by_dvl or (velocity.holds and velocity.likely > _UNDER_WAY and not tilted)
-            self._vertical.carry(t, dt, raw if by_dvl else model, raw, by_dvl, known)
+            modelled = velocity.holds and velocity.likely > _UNDER_WAY and not tilted
+            self._vertical.carry(t, dt, model, raw, by_dvl, modelled, by_dvl or modelled)
         else:
             self._vertical.carry_raw(dt, raw)
 
@@ -176,8 +173,8 @@ class SensorIntegrity:
             watch.take(heard)
 
     def _hear_pressure(self, heard: Heard[float], t: float) -> None:
-        watch, water = self._sources.pressure, self._water
-        before = watch.believed
+        watch, water, vertical = self._sources.pressure, self._water, self._vertical
+        before, accused = watch.believed, Accused.NOBODY
         if not watch.hear(heard, t):
             return
         depth = depth_of_pressure(heard.value, water.surface_pressure, water.density)
@@ -185,47 +182,48 @@ class SensorIntegrity:
             if watch.refuse(t) >= _IMPOSSIBLE:
                 watch.accuse(SourceFault.IMPOSSIBLE, t)
         else:
-            used, accused = self._vertical.check(t, depth, self._altitude_now(t))
-            if accused is Accused.CARRIED:
-                self._accuse_carried(t)
-            elif accused is not Accused.NOBODY:
-                watch.accuse(SourceFault.STEP if accused is Accused.PRESSURE_STEP else SourceFault.DRIFT, t)
+            used, accused = vertical.check(t, depth, self._altitude_now(t))
+            if accused is not Accused.NOBODY:
+                self._accuse(accused, t)
             elif used and self._under_way and self._agreed < _PROVEN:
                 self._agreed += _PRESSURE_PERIOD
             if used and watch.believed:
                 watch.take(heard)
+            elif accused is Accused.SHALLOW_PRESSURE or (vertical.stands_in and before):
+                watch.hold()
             elif not used and before:
                 watch.refuse(t)
-        if before and not watch.believed:
-            entries = self._vertical.window if watch.memory.fault is SourceFault.DRIFT else _BACK
-            self.correction = self.correction._replace(depth=self._vertical.distrust(entries))
+        undecided = accused is Accused.SHALLOW_PRESSURE
+        if (undecided or (before and not watch.believed)) and not vertical.stands_in:
+            changed = undecided or watch.memory.fault is SourceFault.DRIFT
+            depth = vertical.distrust(vertical.memory.window if changed else _BACK, not undecided)
+            self.correction = self.correction._replace(depth=depth)
 
     def _hear_fix(self, heard: Heard[Fix], t: float) -> None:
         watch = self._sources.fix
         if watch.hear(heard, t) and self._fixes.check(heard, t, self._depth, watch):
             watch.take(heard)
 
-    def _hear_battery(self, heard: Heard[Battery], t: float) -> None:
-        watch = self._sources.battery
-        if watch.hear(heard, t):
-            held = watch.memory.held.value
-            before = math.nan if held is None else held.remaining
-            if confirmed(heard.value.remaining, before, _BATTERY_JUMP, watch, t):
-                watch.take(heard)
-
-    def _hear_leak(self, heard: Heard[float], t: float) -> None:
-        watch = self._sources.leak
-        if watch.hear(heard, t):
-            held = watch.memory.held.value
-            if confirmed(heard.value, math.nan if held is None else held, _LEAK_JUMP, watch, t):
-                watch.take(heard)
-
-    def _accuse_carried(self, t: float) -> None:
-        """Accuse DVL or pitch: the pitch if the gyros are against it too, or if the two never agreed under way."""
-        if abs(self._attitude.memory.off_theta) > _GYRO_OFF or (self._under_way and self._agreed < _PROVEN):
-            self._sources.ahrs.accuse(SourceFault.CONTRADICTED, t)
+    def _accuse(self, accused: Accused, t: float) -> None:
+        """Note what pressure and carried depth say against each other."""
+        pressure, dvl, vertical = self._sources.pressure, self._sources.dvl, self._vertical
+        if accused is Accused.CARRIED:
+            if vertical.stands_in:
+                vertical.trust()
+            pressure.acquit()
+            proven = self._agreed >= _PROVEN or not self._under_way
+            off, velocity = abs(self._attitude.memory.off_theta), self._velocity.memory
+            implied = vertical.sudden / max(velocity.u, _UNDER_WAY)
+            accuse_carried(t, self._sources.ahrs, dvl, off, velocity.heave, implied, proven)
+        elif accused in (Accused.PRESSURE_STEP, Accused.PRESSURE_DRIFT):
+            pressure.accuse(SourceFault.STEP if accused is Accused.PRESSURE_STEP else SourceFault.DRIFT, t)
+            dvl.acquit()
         else:
-            self._sources.dvl.accuse(SourceFault.DRIFT, t)
+            pressure.accuse(SourceFault.UNDECIDED, t)
+            if dvl.believed and t - self._ping[0] <= _PING_AGE:
+                dvl.accuse(SourceFault.UNDECIDED, t)
+            if accused is Accused.SHALLOW_CARRIED and vertical.stands_in:
+                vertical.trust()
 
     @property
     def _under_way(self) -> bool:
@@ -258,13 +256,13 @@ class SensorIntegrity:
             sources.fix.excuse(t)
         were = sources.believed
         sources.judge(t, frame)
+        if self._vertical.stands_in and sources.pressure.memory.fault is SourceFault.NONE:
+            self._vertical.trust()
         now = sources.believed
         if were != now:
-            ahrs, _, pressure, altimeter, *_, echo = [is_now and not was for was, is_now in zip(were, now, strict=True)]
+            ahrs, _, _, altimeter, *_, echo = [is_now and not was for was, is_now in zip(were, now, strict=True)]
             if ahrs:
                 self._attitude.recover()
-            if pressure:
-                self._vertical.trust()
             if altimeter:
                 self._altitude.forget(0)
             if echo:

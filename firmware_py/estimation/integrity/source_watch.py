@@ -16,6 +16,9 @@ _NOISY, _NOISY_MOST, _SMOOTH = 10.0, 40.0, 0.1
 takes _SMOOTH away; above _NOISY the sensor has noise. One that has none repeats its value where it rests."""
 _OUTLIERS, _FORGOTTEN = 4.0, 5.0
 """So many outliers in about so many seconds are more than now and then."""
+_MILD = (SourceFault.HEADING, SourceFault.UNDECIDED)
+_MILDEST = (SourceFault.OUTLIERS, SourceFault.UNDECIDED)
+_USED = (SourceFault.NONE, SourceFault.OUTLIERS, SourceFault.UNDECIDED)
 _TICK = 1e-3
 """Times may be rounded by so much, s."""
 
@@ -148,15 +151,21 @@ class SourceWatch:
     def accuse(self, fault: SourceFault, t: float) -> None:
         """Say what speaks against it now. The first accusation names the fault, until it is believed again.
 
-        Outliers and a wrong heading, which stop nothing, give way to a later accusation.
+        Outliers, a wrong heading and what is not decided, which stop nothing, give way to a later accusation.
         """
         memory, first = self.memory, self.memory.fault
-        mild = first is SourceFault.HEADING and fault is not SourceFault.OUTLIERS
+        mild = first in _MILD and fault not in _MILDEST
         if first in (SourceFault.NONE, SourceFault.OUTLIERS) or mild or fault is SourceFault.FROZEN:
             self.news = self.news or memory.fault is not fault
             memory.fault = fault
         memory.t_bad = t
         self.clean = False
+
+    def acquit(self) -> None:
+        """Take back what is not decided, for another sensor is to blame."""
+        if self.memory.fault is SourceFault.UNDECIDED:
+            self.memory.fault, self.news = SourceFault.NONE, True
+            self.clean = self.memory.passed
 
     def lose(self, fault: SourceFault) -> None:
         """Call it lost, until `judge` finds otherwise."""
@@ -181,8 +190,8 @@ class SourceWatch:
 
     @property
     def believed(self) -> bool:
-        """Return whether its values are used; outliers are left out one by one."""
-        return self.memory.fault in (SourceFault.NONE, SourceFault.OUTLIERS)
+        """Return whether its values are used; outliers, and what is less safe, are left out one by one."""
+        return self.memory.fault in _USED
 
     @property
     def health(self) -> SourceHealth:

@@ -26,6 +26,8 @@ _DRIVEN = 0.5
 drop weight, a hull glides by its buoyancy as fast as `IntegrityParams.speed`."""
 _SURFACING = 5.0
 """The same while the bow leaves the water, m/s^2."""
+_MEAN = 0.2
+"""Share of a ping in the running mean of w: about a second."""
 _GAP = 2.0
 _LEVER, _LAG = 0.2, 0.1
 """A DVL sits within so much of the length from the middle, and its pings may be so much older than they say, s: while
@@ -36,7 +38,7 @@ the vehicle turns, it sees other velocities than the navigation."""
 class VelocityCheckMemory:
     """The last ping that was believed, the likely speed (m/s), and whether thrust and drag tell it.
 
-    `turning` is the square of the greatest rate of turn since then, rad^2/s^2.
+    `turning` is the square of the greatest rate of turn since then, rad^2/s^2; `heave` the running mean of w, m/s.
     """
 
     t: float = -math.inf
@@ -47,6 +49,7 @@ class VelocityCheckMemory:
     holds: bool = False
     measured: bool = False
     turning: float = 0.0
+    heave: float = 0.0
 
 
 class VelocityCheck:
@@ -127,6 +130,7 @@ class VelocityCheck:
             memory.likely += (u - memory.likely) * min(1.0, (heard.t_valid - memory.t) / _FOLLOW)
         memory.t, memory.u, memory.v, memory.w, memory.measured = heard.t_valid, u, v, w, True
         memory.turning = 0.0
+        memory.heave += _MEAN * (w - memory.heave)
 
     def freeze(self) -> VelocityCheckMemory:
         """Return the whole memory."""

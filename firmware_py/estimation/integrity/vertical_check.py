@@ -4,18 +4,16 @@ The vertical velocity, by DVL and AHRS, or without DVL by pitch and the speed th
 integrated to a carried depth D. The residual r = depth - D is constant while all is well, whatever it is. Its change
 over 5, 10 and 40 s is compared with thresholds; a single reading with the residual's running mean.
 
-The change of r says that pressure or D is wrong. The altitude says which: altitude + depth, or altitude + D, is the
-depth of the bottom, and the one that changes less is believed. If that cannot tell, the deeper one is.
+The change of r says that pressure or D is wrong; `depth_arbitration` says which. Until it can, the deeper one holds.
 """
 
 from __future__ import annotations
 
 import copy
-import enum
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
+from firmware_py.estimation.integrity.depth_arbitration import Accused, Entry, arbitrate
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 
 _MEAN = 0.3
@@ -35,45 +33,28 @@ _CARRIED_AGE = 0.3
 """When nothing is known to carry the depth on for longer than this, s, pressure is not judged by it."""
 _GAP = 30.0
 """After a longer silence of the pressure, s, it is taken as it comes."""
-_CLEAR = 0.5
-"""The altitude tells which is wrong, if one of the two changed less than this share of the other."""
+_BEFORE = 0.4
+"""A change is sudden, if this share of it, or less, came before the last second."""
 _AGED, _AGED_BLIND, _AGED_MOST = 0.02, 0.4, 3.0
 """How far a carried depth may be off: growth with DVL and without, m/s, and the most, m."""
-
-
-class Accused(enum.Enum):
-    """Who is wrong when pressure and carried depth differ."""
-
-    NOBODY = enum.auto()
-    PRESSURE_STEP = enum.auto()
-    PRESSURE_DRIFT = enum.auto()
-    CARRIED = enum.auto()
-    """DVL or pitch."""
-
-
-class Entry(NamedTuple):
-    """Residual, carried depth (m), altitude (m, NaN if unknown), time (s) that D was carried without DVL; depth, and
-    the depth that the DVL alone carries, believed or not (m).
-    """
-
-    residual: float
-    carried: float
-    altitude: float
-    blind: float
-    depth: float
-    raw: float
 
 
 @dataclass(slots=True)
 class VerticalCheckMemory:
     """Carried depths, mean residual and history.
 
-    `known` is whether they can be carried on; `stand_in` the depth in place of a suspect pressure.
+    `known` is whether they can be carried on; `stand_in` the depth in place of a suspect pressure; `since` the entry
+    from which pressure and carried depth went apart, where the pressure is suspect and it is not decided; `window`
+    how many entries of the history before its end that was.
     """
 
     carried: float = 0.0
     raw: float = 0.0
     blind: float = 0.0
+    model: float = 0.0
+    vague: float = 0.0
+    since: Entry | None = None
+    window: int = _WINDOWS[0]
     t_carried: float = -math.inf
     t: float = -math.inf
     known: bool = False
@@ -93,18 +74,21 @@ class VerticalCheck:
         self._params = params
         self._limits = (params.depth_5s, params.depth_10s, params.depth_40s)
         self.memory = VerticalCheckMemory()
-        self.window = _WINDOWS[0]
-        """Entries of the history over which a change was found."""
 
-    def carry(self, t: float, dt: float, z_dot: float, raw: float, by_dvl: bool, known: bool = True) -> None:
-        """Carry the depth on by dt, s, at z_dot, m/s.
+    def carry(
+        self, t: float, dt: float, model: float, raw: float, by_dvl: bool, modelled: bool, known: bool = True
+    ) -> None:
+        """Carry the depth on by dt, s, at `raw` m/s, which DVL and pitch say, if `by_dvl`, else at `model`.
 
-        `raw` is what the DVL says of it, `by_dvl` that it is z_dot; not `known`: pressure cannot be judged by it.
+        `modelled` is whether propeller and pitch tell of it; not `known`: pressure cannot be judged by either.
         """
         memory = self.memory
-        moved = z_dot * dt
+        moved = (raw if by_dvl else model) * dt
         memory.carried += moved
         memory.raw += raw * dt
+        memory.model += model * dt
+        if not modelled:
+            memory.vague += dt
         memory.stand_in += moved
         if memory.stand_in < 0.0:
             memory.stand_in = 0.0  # it floats; nothing carries it higher
@@ -141,8 +125,11 @@ class VerticalCheck:
         if memory.stand_in == memory.stand_in:  # it is suspect already
             memory.residual += _MEAN * (depth - carried - memory.residual)
             allowed = min(params.depth_step + memory.aged, _AGED_MOST)
-            agrees = abs(memory.residual + carried - memory.stand_in) <= allowed
-            return False, Accused.NOBODY if agrees else Accused.PRESSURE_DRIFT
+            if abs(memory.residual + carried - memory.stand_in) <= allowed:
+                return False, Accused.NOBODY
+            if memory.since is None:
+                return False, Accused.PRESSURE_DRIFT
+            return False, self._decide(self._entry(t, depth, altitude), memory.since)
         predicted = carried + memory.residual
         if predicted < params.surface and depth < params.surface:
             self._begin(depth)
@@ -157,20 +144,25 @@ class VerticalCheck:
         else:
             memory.carried += off  # for the altitudes, which are compared by the depth that is carried
         history = memory.history
-        now = Entry(memory.residual, carried, altitude, memory.blind, depth, memory.raw)
+        now = self._entry(t, depth, altitude)
         accused = self._changed(now, history) if known else Accused.NOBODY
         if t - memory.t_entry >= _STEP - 1e-6:
             memory.t_entry = t
             memory.history = (*history[-_LENGTH + 1 :], now)
-        return True, accused
+        return accused is not Accused.SHALLOW_PRESSURE, accused
 
-    def distrust(self, entries: int) -> float:
+    def _entry(self, t: float, depth: float, altitude: float) -> Entry:
+        m = self.memory
+        return Entry(m.residual, m.carried, altitude, m.blind, depth, m.raw, m.model, m.vague, t)
+
+    def distrust(self, entries: int, decided: bool = True) -> float:
         """Let the carried depth stand in for the pressure from `entries` of the history ago; return it, m."""
         memory = self.memory
         history = memory.history
-        residual = history[-min(entries, len(history))].residual if history else memory.residual
-        memory.stand_in = memory.carried + residual
+        then = history[-min(entries, len(history))] if history else None
+        memory.stand_in = memory.carried + (memory.residual if then is None else then.residual)
         memory.aged = 0.0
+        memory.since = None if decided else then
         return memory.stand_in
 
     def trust(self) -> None:
@@ -178,12 +170,27 @@ class VerticalCheck:
         memory = self.memory
         memory.stand_in, memory.residual = math.nan, math.nan
         memory.outliers = memory.held = 0
+        memory.since = None
 
     @property
     def depth(self) -> float:
         """Return the depth, carried on where the pressure is not believed, m; NaN if it was never known."""
         memory = self.memory
         return memory.stand_in if memory.stand_in == memory.stand_in else memory.carried + memory.residual
+
+    @property
+    def stands_in(self) -> bool:
+        """Return whether the carried depth stands in for the pressure."""
+        return self.memory.stand_in == self.memory.stand_in
+
+    @property
+    def sudden(self) -> float:
+        """Return how fast the residual changed in the last second, m/s; 0 if it had changed about as much before."""
+        history = self.memory.history
+        if len(history) < _WINDOWS[0]:
+            return 0.0
+        late, early = self.memory.residual - history[-4].residual, history[-4].residual - history[-_WINDOWS[0]].residual
+        return abs(late) if abs(early) < _BEFORE * abs(late) else 0.0
 
     @property
     def raw_differs(self) -> bool:
@@ -209,21 +216,13 @@ class VerticalCheck:
                 memory.held += 1
                 if memory.held < _HELD:
                     return Accused.NOBODY
-                self.window = window
-                return self._arbitrate(change, now, then)
+                memory.window = window
+                return self._decide(now, then)
         memory.held = 0
         return Accused.NOBODY
 
-    def _arbitrate(self, change: float, now: Entry, then: Entry) -> Accused:
-        if now.blind - then.blind > 0.3:
-            return Accused.PRESSURE_DRIFT  # speed and pitch are no sensor of their own
-        by_carried = abs(now.altitude + now.carried - then.altitude - then.carried)
-        by_pressure = abs(now.altitude + now.depth - then.altitude - then.depth)
-        if by_carried < _CLEAR * by_pressure:
-            return Accused.PRESSURE_DRIFT
-        if by_pressure < _CLEAR * by_carried:
-            return Accused.CARRIED
-        return Accused.PRESSURE_DRIFT if change < 0.0 else Accused.CARRIED
+    def _decide(self, now: Entry, then: Entry) -> Accused:
+        return arbitrate(now, then, self.memory.history, self.memory.window, self._params.depth_blind)
 
     def _begin(self, depth: float) -> None:
         memory = self.memory

@@ -1,0 +1,136 @@
+"""Two sensors contradict each other: both are suspect, and the safer reading holds until something decides."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from firmware_py.records.health import SourceFault, SourceState
+from firmware_py.records.sensing import Dvl, SensorFrame, never
+
+from .voyage import BOTTOM, Fault, Seen, after, named, voyage
+
+G = 9806.65
+F = SourceFault
+UNDECIDED = (SourceState.SUSPECT, F.UNDECIDED)
+LEVEL = (90.0, 95.0)
+
+
+def bottomless(t: float, frame: SensorFrame) -> SensorFrame:
+    """Take away both altitudes: no bottom in reach."""
+    dvl = replace(frame.dvl, value=frame.dvl.value._replace(altitude=math.nan))
+    return replace(frame, altitude=never(math.nan), dvl=dvl)
+
+
+def rough(t: float, frame: SensorFrame) -> SensorFrame:
+    """Let the bottom rise and fall by a metre."""
+    hill = math.sin(0.5 * t)
+    dvl = replace(frame.dvl, value=frame.dvl.value._replace(altitude=frame.dvl.value.altitude + hill))
+    return replace(frame, altitude=replace(frame.altitude, value=frame.altitude.value + hill), dvl=dvl)
+
+
+def drifting(rate: float) -> Fault:
+    return after(20.0, lambda age, p: p + rate * age * G)
+
+
+def sinking_dvl(rate: float) -> Fault:
+    """A DVL whose w is off, so that the depth that it carries leaves the pressure."""
+    return after(20.0, lambda _, v: v._replace(w=v.w + rate))
+
+
+def suspects(seen: list[Seen]) -> set[tuple[str, SourceFault]]:
+    return {(name, health.fault) for _, name, health in named(iter(seen)) if health.state is SourceState.SUSPECT}
+
+
+@pytest.mark.parametrize("water", [bottomless, rough])
+@pytest.mark.parametrize(
+    ("faults", "pressure_used"),
+    [
+        ({"pressure": drifting(-0.15)}, False),
+        ({"dvl": sinking_dvl(0.15)}, False),
+        ({"pressure": drifting(0.15)}, True),
+        ({"dvl": sinking_dvl(-0.15)}, True),
+    ],
+    ids=["pressure shallower", "DVL deeper", "pressure deeper", "DVL shallower"],
+)
+def test_pressure_and_dvl_are_both_suspect_and_the_deeper_one_holds_whichever_is_wrong(
+    faults: dict[str, Fault], pressure_used: bool, water: Callable[[float, SensorFrame], SensorFrame]
+) -> None:
+    seen = list(voyage(27.0, faults, dive=LEVEL, change=water))
+    assert suspects(seen) == {("pressure", F.UNDECIDED), ("dvl", F.UNDECIDED)}
+    first = next(s.t for s in seen if s.health.pressure.state is SourceState.SUSPECT)
+    after_it = [s for s in seen if s.t >= first]
+    assert {s.believed.pressure.fresh for s in after_it if s.heard.pressure.fresh} == {pressure_used}
+    assert all(s.believed.dvl.ok for s in after_it)
+    corrected = [s.depth_corrected - s.z for s in after_it if not math.isnan(s.depth_corrected)]
+    assert len(corrected) == (not pressure_used)
+    assert all(error > -0.1 for error in corrected)  # never believed less deep than it is
+
+
+@pytest.mark.parametrize(
+    ("fault", "kind", "guilty"),
+    [("pressure", drifting(-0.15), "pressure"), ("dvl", sinking_dvl(0.4), "dvl")],
+    ids=["pressure", "DVL"],
+)
+def test_a_flat_bottom_tells_which_is_wrong(fault: str, kind: Fault, guilty: str) -> None:
+    assert suspects(list(voyage(26.0, {fault: kind}, dive=LEVEL))) == {(guilty, F.DRIFT)}
+
+
+@pytest.mark.parametrize(
+    ("faults", "guilty"),
+    [
+        ({"pressure": drifting(-0.6)}, "pressure"),
+        ({"dvl": after(20.0, lambda age, v: v._replace(w=v.w + min(0.25 * age, 0.6)))}, "dvl"),
+    ],
+    ids=["pressure", "DVL"],
+)
+def test_without_a_bottom_propeller_and_pitch_tell_it_when_it_has_become_much(
+    faults: dict[str, Fault], guilty: str
+) -> None:
+    changes = named(voyage(30.0, faults, dive=LEVEL, change=bottomless))
+    undecided = [(name, health) for _, name, health in changes if health == UNDECIDED]
+    assert {name for name, _ in undecided} == {"pressure", "dvl"}
+    told = [(t, name) for t, name, health in changes if health == (SourceState.SUSPECT, F.DRIFT)]
+    assert [name for _, name in told] == [guilty]
+    assert told[0][0] < 30.0
+
+
+def test_a_pitch_that_was_off_from_the_start_is_not_laid_upon_the_dvl_alone() -> None:
+    fault = after(0.0, lambda _, a: a._replace(theta=a.theta + 0.08))
+    assert suspects(list(voyage(20.0, {"ahrs": fault}, dive=LEVEL))) >= {("ahrs", F.UNDECIDED), ("dvl", F.UNDECIDED)}
+
+
+def wandering(which: str, rate: float) -> dict[str, Fault]:
+    """One of the two altitudes drifts."""
+    if which == "altitude":
+        return {"altitude": after(20.0, lambda age, a: a + rate * age)}
+    return {"dvl": after(20.0, lambda age, v: v._replace(altitude=v.altitude + rate * age))}
+
+
+@pytest.mark.parametrize("which", ["altitude", "dvl"])
+@pytest.mark.parametrize("rate", [-0.3, 0.3])
+def test_altitudes_that_part_at_one_depth_are_both_suspect_and_the_nearer_one_holds(which: str, rate: float) -> None:
+    seen = list(voyage(25.0, wandering(which, rate), dive=LEVEL))
+    assert suspects(seen) == {("altitude", F.UNDECIDED), ("dvl", F.UNDECIDED)}
+    last = seen[-1]
+    said = {"altitude": last.heard.altitude.value, "dvl": last.heard.dvl.value.altitude}
+    nearer = min(said, key=lambda name: said[name])
+    for s in seen[-20:]:
+        altimeter, ping = s.believed.altitude, s.believed.dvl.value
+        assert (altimeter.fresh or not s.heard.altitude.fresh) is (nearer == "altitude") or not s.heard.altitude.fresh
+        assert math.isnan(ping.altitude) is (nearer == "altitude")
+        assert math.isfinite(ping.u)
+
+
+@pytest.mark.parametrize("which", ["altitude", "dvl"])
+def test_of_two_altitudes_the_one_that_stays_while_the_vehicle_dives_is_suspect(which: str) -> None:
+    def stuck(age: float, value: Any) -> Any:
+        altitude = 30.0 + 0.03 * math.sin(37.0 * age)
+        return value._replace(altitude=altitude) if isinstance(value, Dvl) else altitude
+
+    changes = named(voyage(18.0, {which: after(9.0, stuck)}, start=BOTTOM - 30.0, dive=(9.0, 30.0)))
+    assert (which, F.CONTRADICTED) in {(name, health.fault) for _, name, health in changes}
