@@ -27,6 +27,7 @@ from firmware_py.tick import Tick
 _RECENT = 5.0
 """What was last heard longer ago, s, of battery and leak sensor is not heard; they report about once a second."""
 _GOOD, _NO_FAULT = SourceState.GOOD, SourceFault.NONE
+_HANGS = (WeightState.HELD, WeightState.STUCK)
 _STUCK = (ActuatorFault.JAMMED, ActuatorFault.HARD_OVER, ActuatorFault.LOST)
 _WORN = (ActuatorFault.WEAK, ActuatorFault.SLOW, ActuatorFault.LOOSE)
 
@@ -49,7 +50,7 @@ def conditions(
     t, eta = tick.t, state.eta
     sensors, battery, leak = state.sensors, frame.battery, frame.leak
     charge = battery.value.remaining if battery.ok else math.nan
-    breach = fence.breach_at(eta.x, eta.y)
+    breach, weight = fence.breach_at(eta.x, eta.y), was.actuators.drop_weight
     attitude_age, depth_age = t - frame.ahrs.t_valid, t - frame.pressure.t_valid
     attitude_ok = state.attitude_ok and attitude_age <= params.attitude_timeout
     depth_ok = state.depth_ok and depth_age <= params.depth_timeout
@@ -85,7 +86,7 @@ def conditions(
         faults=faults,
         station_silence=t - order.t_station if order.t_station > -math.inf else math.nan,
         sticks_silence=t - order.t_sticks,
-        weight_gone=was.drop or was.weight_gone,
+        weight_gone=weight not in _HANGS and (was.drop or was.weight_gone or weight is WeightState.GONE),
     )
 
 

@@ -82,4 +82,4 @@ class Conditions(NamedTuple):
     """Since when no station has been heard; NaN if none ever was."""
     sticks_silence: float = 0.0
     weight_gone: bool = False
-    """The drop weight is released, in this run or in an earlier one."""
+    """The drop weight is released, in this run or in an earlier one, and no hardpoint says that it holds one."""

@@ -497,6 +497,16 @@ def test_who_arms_without_a_drop_weight_is_told(earlier: bool) -> None:
     assert vehicle.tick(Order(arming=Arming.ARM, mode=Mode.SURFACE)) is Mode.SURFACE
 
 
+@pytest.mark.parametrize(("state", "gone"), [(WeightState.HELD, False), (WeightState.GONE, True)])
+def test_a_hardpoint_knows_better_whether_a_weight_is_fitted(state: WeightState, gone: bool) -> None:
+    vehicle = SupervisedVehicle()
+    vehicle.supervisor.resume(weight_gone=not gone)
+    reports = replace(sound(0), drop_weight=state)
+    vehicle.tick(actuators=reports)
+    vehicle.tick(Order(arming=Arming.ARM), actuators=reports)
+    assert (GONE in vehicle.events) is gone
+
+
 def test_who_has_a_drop_weight_or_never_had_one_is_told_nothing() -> None:
     for weight in (True, False):
         vehicle = SupervisedVehicle(weight=weight)
