@@ -276,3 +276,28 @@ def test_a_link_to_a_regular_file_is_followed(log: Log, tmp_path: Path) -> None:
 def test_a_log_that_is_none_is_refused_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main.main(["export", str(tmp_path)]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.fixture(scope="module")
+def unlearned(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A log of a vehicle that does not learn."""
+    folder = tmp_path_factory.mktemp("unlearned")
+    (folder / "scenario.toml").write_text(f"{DIVE}[autopilot.estimation.learning]\nenabled = false\n")
+    fly(prepare(FlightRequest(scenario=str(folder / "scenario.toml")), {}), folder / "log.mcap")
+    return folder
+
+
+def test_a_vehicle_that_does_not_learn_has_all_but_what_is_learned(unlearned: Path) -> None:
+    assert main.main(["export", str(unlearned), "--format", "bin"]) == 0
+    reader, found = DFReader.DFReader_binary(str(unlearned / "log.bin")), set()
+    while (message := reader.recv_msg()) is not None:
+        found.add(message.get_type())
+    assert found >= {"ATT", "POS", "NED", "DEP", "FIN", "FINR", "PROP", "BAT", "HLTH", "PARM", "MSG", "MODE"}
+    assert "LRN" not in found
+
+
+@pytest.mark.parametrize("words", [["export", "--format", "csv"], ["report"], ["replay"]])
+def test_a_log_of_a_vehicle_that_does_not_learn_is_read(
+    unlearned: Path, words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main.main([words[0], str(unlearned), *words[1:]]) == 0, capsys.readouterr().err

@@ -172,6 +172,9 @@ def _tables(c: Columns, configuration: Mapping[str, Any]) -> dict[str, _Table]:
 
 
 def _learned(c: Columns, configuration: Mapping[str, Any]) -> Callable[[int], list[tuple[Any, ...]]]:
+    """Return the function that makes the rows of a cycle; there are none in a log of a vehicle that does not learn."""
+    if "state.learned.value" not in c:
+        return lambda _: []
     names = [name.encode()[:16] for name in config_files.autopilot_params(configuration).estimation.coefficients.names]
     value, std, valid, excited = (c[f"state.learned.{name}"] for name in ("value", "std", "valid", "excited"))
 
