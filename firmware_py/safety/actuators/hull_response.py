@@ -25,6 +25,9 @@ _LEARNING_TIME, _PRIOR_STD = 200.0, 0.3
 _SNAPSHOT, _SNAPSHOTS = 20.0, 3
 """What was learned is noted so often, s; the oldest of so many notes counts."""
 _VARIANCE_TIME = 10.0
+_LEAST_VARIANCE = 0.4 * _GYRO_STD**2 * 0.01 / PERIOD
+"""Gyros may be quieter than this (rad^2/s^2, over a step); the model is not. When a fin begins to move, the vehicle
+answers a little after its report, and against no noise at all that would be evidence."""
 _SETTLING_TIME = 2.0
 """After a start the filter finds the disturbance, s."""
 _LEAST, _MOST = 0.3, 0.8
@@ -153,7 +156,8 @@ class AxisWatch:
             return m.fault
 
         variance = m.variance + (e * e - m.variance) * (dt / _VARIANCE_TIME)
-        eg, gg = e * g / variance, g * g / variance
+        counted = max(variance, _LEAST_VARIANCE)
+        eg, gg = e * g / counted, g * g / counted
         fault, enough = m.fault, self._evidence
         weight = m.learned[0][1] + _PRIOR_STD**-2
         usual, usual_std = 1.0 + m.learned[0][0] / weight, 1.0 / math.sqrt(weight)

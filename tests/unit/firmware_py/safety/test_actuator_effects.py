@@ -167,3 +167,18 @@ def test_a_turn_is_no_loss_of_thrust() -> None:
     watch = ThrustWatch(VEHICLE, EVIDENCE)
     for i in range(600):
         assert watch.update(0.2 * i, 1.8 - 0.005 * i, 8.333, math.radians(5.0), True) is NONE
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+def test_gyros_without_noise_make_no_fault_of_a_step(noise: float) -> None:
+    """A minute of quiet, then a step of the planes: the vehicle answers a step of the filter after their report."""
+    axis = pitch_axis(VEHICLE)
+    watch, random = AxisWatch(EVIDENCE, axis.eddies(0.15), PERIOD), np.random.default_rng(1)
+    u, rate, most = 1.8, 0.0, 0.0
+    for k in range(round(70.0 / PERIOD)):
+        angle = math.radians(10.0) * min(max(0.0, k * PERIOD - 60.0) / 0.25, 1.0)  # 40 deg/s
+        fins = u * u * sum(axis.fins) * angle
+        assert watch.update(rate + noise * random.standard_normal(), u * axis.damping, 0.0, fins, 0.0) is NONE
+        rate += PERIOD * (u * axis.damping * rate + fins)
+        most = max(most, watch.freeze().lost)
+    assert most < 0.5 * EVIDENCE
