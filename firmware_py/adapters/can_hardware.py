@@ -20,7 +20,12 @@ from firmware_py.tick import Rate, Tick
 from firmware_py.wire.dronecan import equipment_messages as eq
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
-from firmware_py.wire.dronecan.node_messages import GetNodeInfoResponse, HardwareVersion, SoftwareVersion
+from firmware_py.wire.dronecan.node_messages import (
+    GetNodeInfoRequest,
+    GetNodeInfoResponse,
+    HardwareVersion,
+    SoftwareVersion,
+)
 from firmware_py.wire.dronecan.transfer import Reassembler, Transfer, TransferSender
 
 NAME = b"org.sternplane.autopilot"
@@ -76,7 +81,7 @@ class CanHardware:
             (m.HYGROMETER, nodes.battery): (self._hygrometer, 0.0),
             (m.HARDPOINT_STATUS, nodes.hardpoint): (self._hardpoint, 0.0),
         }
-        wanted = [*{kind for kind, _ in self._handlers}, m.NODE_STATUS, m.GET_NODE_INFO]
+        wanted = [*{kind for kind, _ in self._handlers}, m.NODE_STATUS, m.GET_NODE_INFO, m.GET_NODE_INFO_RESPONSE]
         self._roles = frozenset(self._nodes.names)
         # Room for every node: no flood of other transfers displaces one of ours.
         self._reassembler = Reassembler(wanted, params.can.node_id, most_open=127 * len(wanted))
@@ -103,10 +108,18 @@ class CanHardware:
         if dvl is not None:
             heard["dvl"] = dvl
         self._nodes.hear_dropped(self._reassembler.dropped_from, t)
-        two_senders, unhealthy = self._nodes.two_senders(t), self._nodes.unhealthy
-        if two_senders | unhealthy:
-            self._withhold(two_senders | unhealthy)
-        return SensorFrame(fins=tuple(fins), **heard, two_senders=two_senders, unhealthy=unhealthy)
+        nodes = self._nodes
+        two_senders, unhealthy, replaced = nodes.two_senders(t), nodes.unhealthy, nodes.replaced
+        if two_senders | unhealthy | replaced:
+            self._withhold(two_senders | unhealthy | replaced)
+        return SensorFrame(
+            fins=tuple(fins),
+            **heard,
+            two_senders=two_senders,
+            unhealthy=unhealthy,
+            replaced=replaced,
+            restarted=nodes.restarted(t),
+        )
 
     def write(self, tick: Tick, applied: Applied) -> None:
         """Send commands, arming and status, each at its rate. Disarmed, zeros are sent: no device times out.
@@ -126,6 +139,8 @@ class CanHardware:
             out(send(m.NODE_STATUS, self._status.message(tick)))
         if self._requests:  # one answer a tick: requests do not delay the commands
             self._send_node_info(tick, self._requests.pop(next(iter(self._requests))))
+        elif (node_id := self._nodes.identities.next_request(tick.t)) is not None:
+            out(send(m.GET_NODE_INFO, GetNodeInfoRequest(), destination=node_id))
 
     def note(self, cycle: Cycle) -> None:
         """Take from a cycle what the next NodeStatus says."""
@@ -165,6 +180,9 @@ class CanHardware:
         if kind is m.NODE_STATUS and transfer.source not in self._roles:
             return
         entry = self._handlers.get((kind, transfer.source))
+        if kind is m.GET_NODE_INFO_RESPONSE and transfer.source in self._roles:
+            self._hear_info(transfer)
+            return
         if (entry is None and kind is not m.NODE_STATUS) or not self._nodes.accept(transfer):
             return
         try:
@@ -174,10 +192,19 @@ class CanHardware:
             self._nodes.malformed[transfer.source] += 1
             return
         if entry is None:
-            self._nodes.hear_status(transfer.source, message)
+            self._nodes.hear_status(transfer.source, message, transfer.t)
         else:
             handle, latency = entry
             handle(message, transfer.t - latency)
+
+    def _hear_info(self, transfer: Transfer) -> None:
+        try:
+            info = m.GET_NODE_INFO_RESPONSE.decode(transfer.payload)
+        except DecodeError:
+            self.malformed += 1
+            self._nodes.malformed[transfer.source] += 1
+            return
+        self._nodes.identities.hear_info(transfer.source, info.hardware_version.unique_id, transfer.t)
 
     def _withhold(self, bits: int) -> None:
         """Take away the `ok` of what these nodes measure."""

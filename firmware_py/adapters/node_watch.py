@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, fields
 
 from firmware_py.adapters.buses.can_bus import NodeIds
+from firmware_py.adapters.node_identity import NodeIdentities
 from firmware_py.adapters.sender_watch import SenderWatch
 from firmware_py.records.sensing import NODES, node_bit
 from firmware_py.wire.dronecan.message_table import NODE_STATUS
@@ -53,6 +54,7 @@ class NodeWatch:
         self.malformed = dict.fromkeys(ids, 0)
         """Transfers by node id whose payload did not fit their type."""
         self.names = ids
+        self.identities = NodeIdentities()
 
     def accept(self, transfer: Transfer) -> bool:
         """Take a transfer of a node with a role; return whether to believe it."""
@@ -71,10 +73,11 @@ class NodeWatch:
         """Take note of a frame under the autopilot's own id."""
         self._noticed[self._bits[node_id]] = t
 
-    def hear_status(self, source: int, status: NodeStatus) -> None:
+    def hear_status(self, source: int, status: NodeStatus, t: float) -> None:
         """Take the NodeStatus of a node with a role."""
-        if status.uptime_sec < self._uptime.get(source, 0):
-            self.restarts[source] += 1
+        went_back = status.uptime_sec < self._uptime.get(source, 0)
+        self.restarts[source] += went_back
+        self.identities.hear_status(source, went_back, t)
         self._uptime[source] = status.uptime_sec
         bit = self._bits[source]
         works = status.health < CRITICAL and status.mode == OPERATIONAL
@@ -93,6 +96,19 @@ class NodeWatch:
         for bit, noticed in self._noticed.items():
             bits |= bit if t - noticed <= HOLD else 0
         return bits
+
+    @property
+    def replaced(self) -> int:
+        """Return the bits of the nodes under whose ids another device answers than at first."""
+        return self._bits_of(self.identities.replaced)
+
+    def restarted(self, t: float) -> int:
+        """Return the bits of the nodes that have restarted within HOLD before t, s."""
+        told = self.identities.restarted_within
+        return self._bits_of([node_id for node_id in self.names if told(node_id, HOLD, t)])
+
+    def _bits_of(self, node_ids: Iterable[int]) -> int:
+        return sum(self._bits[node_id] for node_id in node_ids)
 
     def losses(self, dropped_from: Mapping[int, Dropped]) -> dict[str, int]:
         """Return what was lost of each node, by its role and the cause, without what did not happen.

@@ -47,7 +47,7 @@ class OwnStatus:
             and state.velocity_ok
             and not state.leak
             and not cycle.mode.late
-            and not frame.two_senders | frame.unhealthy
+            and not (frame.two_senders | frame.unhealthy | frame.replaced)
             and all(sensor.state is SourceState.GOOD for sensor in state.sensors)
             and cycle.actuators.faultless
         )

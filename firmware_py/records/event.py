@@ -52,7 +52,7 @@ class EventKind(enum.IntEnum):
     WEIGHT_RELEASED = 23  # numbers: the cause's; told when its hardpoint says so, or as it is commanded if it is silent
     RULE_WARNS = 24  # a rule holds whose action is to warn; numbers: the cause's
     NODE_GOOD = 25  # of the bus; numbers: NONE of `SourceFault`; names: the node
-    NODE_FAULT = 26  # numbers: its `SourceFault`, TWO_SENDERS or UNHEALTHY; names: the node
+    NODE_FAULT = 26  # numbers: its `SourceFault`, TWO_SENDERS, OTHER_DEVICE or UNHEALTHY; names: the node
     WAYPOINT_MISSED = 27  # its depth was not reached in time; numbers: which, of how many, how much too shallow, m
     MODE_CHOSEN = 28  # while disarmed: arming leads to `after`
     HOME_REACHED = 29
@@ -62,6 +62,7 @@ class EventKind(enum.IntEnum):
     WEIGHT_NOT_RELEASED = 33  # though it was commanded; numbers: the cause's
     WEIGHT_HELD = 34  # its hardpoint says so again
     WEIGHT_SILENT = 35  # its hardpoint says nothing any longer
+    NODE_RESTARTED = 36  # names: the node
 
 
 class Cause(enum.IntEnum):
@@ -207,6 +208,7 @@ _SEVERITIES: Mapping[EventKind, Severity] = {
     EventKind.WEIGHT_NOT_RELEASED: Severity.ALERT,
     EventKind.WEIGHT_HELD: Severity.NOTICE,
     EventKind.WEIGHT_SILENT: Severity.WARNING,
+    EventKind.NODE_RESTARTED: Severity.WARNING,
 }
 _BY_CAUSE: Mapping[tuple[EventKind, Cause], Severity] = {
     **{(EventKind.MODE_CHANGED, cause): Severity.INFO for cause in INTENDED_CAUSES},

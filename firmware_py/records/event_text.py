@@ -292,6 +292,7 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     EventKind.HOME_NOT_KNOWN: lambda event, _: (
         "where home lies is not known: {:.0f} m away by a position to {:.0f} m".format(*event.numbers)
     ),
+    EventKind.NODE_RESTARTED: lambda event, _: f"node {event.names[0]} has restarted",
     EventKind.WEIGHT_COMMANDED: lambda event, _: f"release of the drop weight commanded{_because(event)}",
     EventKind.WEIGHT_NOT_RELEASED: lambda event, _: f"drop weight not released{_because(event)}",
     EventKind.WEIGHT_HELD: lambda *_: "drop weight held: its hardpoint says so",

@@ -36,6 +36,7 @@ class SourceFault(enum.IntEnum):
     TWO_SENDERS = 10  # under one node id
     HEADING = 11  # of the AHRS, steps or drifts against the gyros, which carry it on
     UNDECIDED = 12  # contradicts another sensor, and nothing tells which of the two is wrong: the safer reading holds
+    OTHER_DEVICE = 13  # answers under its node id
 
 
 class SourceHealth(NamedTuple):

@@ -19,6 +19,7 @@ _SOURCE_FAULTS: Mapping[SourceFault, str] = {
     SourceFault.LATE: "its values come too late",
     SourceFault.CONTRADICTED: "contradicted by the other sensors",
     SourceFault.TWO_SENDERS: "two senders under one node id",
+    SourceFault.OTHER_DEVICE: "another device answers under its node id",
     SourceFault.HEADING: "its heading leaves the gyros, which carry it on",
     SourceFault.UNDECIDED: "it or another sensor is wrong; the safer reading holds",
 }

@@ -94,7 +94,8 @@ class SensorFrame:
     m; `leak` the humidity inside the hull in [0, 1]; `hardpoint` is never heard where a relay holds the drop weight.
 
     `two_senders` has a bit for each of NODES under whose id two nodes speak (for the autopilot: another one than this),
-    `unhealthy` for each that reports itself that it does not work. What such a node measures is not ok.
+    `unhealthy` for each that reports itself that it does not work, `replaced` for each under whose id another device
+    answers than at first. What such a node measures is not ok. `restarted` has a bit for each that has just restarted.
     """
 
     ahrs: Heard[Ahrs]
@@ -109,6 +110,8 @@ class SensorFrame:
     hardpoint: Heard[Hardpoint] = NO_HARDPOINT
     two_senders: int = 0
     unhealthy: int = 0
+    replaced: int = 0
+    restarted: int = 0
 
 
 def node_bit(name: str) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from firmware_py.records.event import Cause, Event, EventKind, severity_of
 from firmware_py.records.health import (
@@ -28,6 +29,15 @@ _WEIGHT: Mapping[WeightState, tuple[EventKind, Cause]] = {
     WeightState.NOT_CONFIRMED: (EventKind.WEIGHT_NOT_RELEASED, Cause.HARDPOINT_SILENT),
     WeightState.GONE: (EventKind.WEIGHT_RELEASED, Cause.BY_ITSELF),
 }
+
+
+class NodeBits(NamedTuple):
+    """The fields of `SensorFrame` of these names: a bit for each node."""
+
+    two_senders: int = 0
+    unhealthy: int = 0
+    replaced: int = 0
+    restarted: int = 0
 
 
 def sensor_events(before: SensorHealth, now: SensorHealth) -> tuple[Event, ...]:
@@ -65,10 +75,17 @@ def weight_events(before: WeightState, now: WeightState, limit: float) -> tuple[
     return (Event(kind, severity_of(kind, cause), cause=cause, numbers=numbers),)
 
 
-def node_events(before: tuple[int, int], now: tuple[int, int]) -> tuple[Event, ...]:
-    """Return an event for each node whose bits are others now: those of (two_senders, unhealthy) of `SensorFrame`."""
+def node_events(before: NodeBits, now: NodeBits) -> tuple[Event, ...]:
+    """Return an event for each node whose bits are others now."""
     if now == before:
         return ()
+    begun = now.restarted & ~before.restarted
+    restarts = [name for i, name in enumerate(NODES) if begun >> i & 1]
+    kind = EventKind.NODE_RESTARTED
+    return tuple([Event(kind, severity_of(kind), names=(name,)) for name in restarts]) + _node_faults(before, now)
+
+
+def _node_faults(before: NodeBits, now: NodeBits) -> tuple[Event, ...]:
     olds, news = ([_node_fault(bits, i) for i in range(len(NODES))] for bits in (before, now))
     return tuple(
         _event(EventKind.NODE_FAULT if new is not SourceFault.NONE else EventKind.NODE_GOOD, name, float(new))
@@ -77,10 +94,12 @@ def node_events(before: tuple[int, int], now: tuple[int, int]) -> tuple[Event, .
     )
 
 
-def _node_fault(bits: tuple[int, int], i: int) -> SourceFault:
-    two_senders, unhealthy = bits
+def _node_fault(bits: NodeBits, i: int) -> SourceFault:
+    two_senders, unhealthy, replaced, _ = bits
     if two_senders >> i & 1:
         return SourceFault.TWO_SENDERS
+    if replaced >> i & 1:
+        return SourceFault.OTHER_DEVICE
     return SourceFault.UNHEALTHY if unhealthy >> i & 1 else SourceFault.NONE
 
 

@@ -23,7 +23,7 @@ from firmware_py.safety.ascent_view import view_of
 from firmware_py.safety.assessment import actuator_faults, conditions, fins_heard
 from firmware_py.safety.conditions import NO_FAULTS
 from firmware_py.safety.enforcement import NOTHING_HELD, Enforcement, Held
-from firmware_py.safety.health_events import actuator_events, node_events, sensor_events, weight_events
+from firmware_py.safety.health_events import NodeBits, actuator_events, node_events, sensor_events, weight_events
 from firmware_py.safety.plane_jam import Planes
 from firmware_py.safety.rules import Reason, SafetyParams
 from firmware_py.safety.supervisor_memory import SupervisorMemory, VehicleFin, beginning
@@ -89,7 +89,7 @@ class Supervisor:
         self.events += actuator_events(was.actuators, actuators, self._fin_names)
         limit = params.actuators.release_time
         self.events += weight_events(was.actuators.drop_weight, actuators.drop_weight, limit)
-        nodes = frame.two_senders, frame.unhealthy
+        nodes = NodeBits(frame.two_senders, frame.unhealthy, frame.replaced, frame.restarted)
         self.events += node_events(was.nodes, nodes)
         submerged = self._submerged(tick, frame, state)
         wanted, ruled = self._mode_asked_for(was.mode, order, state, submerged), None

@@ -9,6 +9,7 @@ from firmware_py.records.health import ALL_GOOD, ActuatorHealth, SensorHealth
 from firmware_py.records.order import Mode
 from firmware_py.safety.ascent_memory import AscentMemory
 from firmware_py.safety.enforcement import NOTHING_HELD, Held
+from firmware_py.safety.health_events import NodeBits
 from firmware_py.safety.progress import NO_PROGRESS, Progress
 
 
@@ -38,7 +39,7 @@ class SupervisorMemory(NamedTuple):
         progress: of the way.
         sensors: their health, and
         actuators: theirs, and
-        nodes: that of the nodes of the bus (`two_senders` and `unhealthy` of the frame).
+        nodes: what is wrong with the nodes of the bus.
         ascent: how the vehicle comes up.
         weight_gone: whether the drop weight was released in an earlier run.
     """
@@ -56,7 +57,7 @@ class SupervisorMemory(NamedTuple):
     progress: Progress
     sensors: SensorHealth
     actuators: ActuatorHealth
-    nodes: tuple[int, int] = (0, 0)
+    nodes: NodeBits = NodeBits()
     ascent: AscentMemory = AscentMemory()
     weight_gone: bool = False
 

@@ -131,9 +131,12 @@ class Devices:
             hygrometer = self._publishers["leak"]
             hygrometer.muted = True
             return lambda: setattr(hygrometer, "muted", False)
-        node = self._dvl if device == "dvl" else self.nodes[device]
+        if device == "dvl":
+            self._dvl.powered = False
+            return lambda: setattr(self._dvl, "powered", True)
+        node = self.nodes[device]
         node.powered = False
-        return lambda: setattr(node, "powered", True)
+        return node.restart
 
     def silence_fin(self, fin: int) -> Callable[[], None]:
         """Leave one fin out of the servo hub's reports."""

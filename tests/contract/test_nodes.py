@@ -8,11 +8,12 @@ from types import SimpleNamespace
 
 import dronecan
 import pytest
+from dronecan.transport import Transfer
 
 from firmware_py.adapters.buses.can_bus import NodeIds
 from firmware_py.adapters.node_watch import HOLD
 from firmware_py.records.sensing import NODES as NODE_NAMES
-from firmware_py.records.sensing import node_bit
+from firmware_py.records.sensing import SensorFrame, node_bit
 
 from .devices import pressure, solution
 from .vehicle import NODES, OWN, Vehicle, frames
@@ -117,6 +118,111 @@ def test_a_restart_is_counted() -> None:
             send(vehicle, NODES["ahrs"], status(uptime), k)
             vehicle.read(100 * k)
         assert vehicle.hardware.losses()["ahrs_restarts"] == 1
+
+
+class Device:
+    """A foreign node that says its uptime once a second, and its unique id when it is asked."""
+
+    def __init__(self, vehicle: Vehicle, role: str, unique_id: bytes, answers: bool = True) -> None:
+        self.vehicle, self.node, self.role = vehicle, vehicle.node(role), role
+        self.unique_id, self.answers = unique_id, answers
+        self.begun, self.count, self.asked = 0, 0, 0
+
+    def restart(self, k: int, unique_id: bytes | None = None) -> None:
+        self.begun, self.count = k, 0
+        self.unique_id = unique_id or self.unique_id
+
+    def live(self, first: int, last: int) -> list[SensorFrame]:
+        """The frames of these tenths of a second."""
+        found = []
+        for k in range(first, last):
+            if k % 10 == self.begun % 10:
+                send(self.vehicle, NODES[self.role], status((k - self.begun) // 10), self.count)
+                self.count += 1
+            if self.role == "pressure":
+                send(self.vehicle, NODES[self.role], pressure(DEEP), k - self.begun)
+            found.append(self.vehicle.read(10 * k))
+            self.vehicle.write(10 * k)
+            for request in self.node.listen():
+                if request.service_not_message and request.dest_node_id == NODES[self.role]:
+                    self.asked += 1
+                    self.answer(request)
+        return found
+
+    def answer(self, request) -> None:
+        info = dronecan.uavcan.protocol.GetNodeInfo.Response()
+        info.hardware_version.unique_id = list(self.unique_id)
+        info.name = "org.example.sensor"
+        response = Transfer(
+            transfer_id=request.transfer_id,
+            source_node_id=NODES[self.role],
+            dest_node_id=OWN,
+            payload=info,
+            service_not_message=True,
+        )
+        for frame in response.to_frames() if self.answers else ():
+            self.node.raw(frame.message_id, bytes(frame.bytes))
+
+
+ONE, OTHER = bytes(range(16)), bytes(range(1, 17))
+
+
+def test_a_device_is_asked_once_for_its_unique_id() -> None:
+    with Vehicle() as vehicle:
+        device = Device(vehicle, "pressure", ONE)
+        frame = device.live(0, 200)[-1]
+        assert device.asked == 1
+        assert (frame.replaced, frame.restarted, frame.pressure.ok) == (0, 0, True)
+
+
+def test_a_device_that_restarts_is_told_for_a_time_and_believed() -> None:
+    with Vehicle() as vehicle:
+        device = Device(vehicle, "pressure", ONE)
+        device.live(0, 100)
+        device.restart(130)
+        frames = device.live(130, 230)
+        assert device.asked == 2
+        assert [frame.restarted for frame in frames].count(node_bit("pressure")) in range(45, 55)
+        assert not any(frame.replaced for frame in frames)
+        assert frames[-1].pressure.ok
+
+
+def test_another_device_under_the_id_is_not_believed_until_the_first_one_is_back() -> None:
+    bit = node_bit("pressure")
+    with Vehicle() as vehicle:
+        device = Device(vehicle, "pressure", ONE)
+        device.live(0, 100)
+        device.restart(130, OTHER)
+        frames = device.live(130, 230)
+        assert [frame.replaced for frame in frames[12:]] == [bit] * 88
+        assert not any(frame.pressure.ok for frame in frames[12:])
+        assert not any(frame.restarted for frame in frames)
+        device.restart(260, ONE)
+        frame = device.live(260, 300)[-1]
+        assert (frame.replaced, frame.restarted, frame.pressure.ok) == (0, bit, True)
+
+
+def test_a_device_that_never_answers_is_asked_three_times_and_counts_as_restarted() -> None:
+    with Vehicle() as vehicle:
+        device = Device(vehicle, "pressure", ONE, answers=False)
+        assert device.live(0, 100)[-1].restarted == 0
+        assert device.asked == 3
+        device.restart(130)
+        frames = device.live(130, 200)
+        assert device.asked == 6
+        assert any(frame.restarted for frame in frames)
+        assert frames[-1].pressure.ok
+
+
+def test_answers_that_nobody_asked_for_change_nothing() -> None:
+    with Vehicle() as vehicle:
+        device = Device(vehicle, "pressure", ONE)
+        device.live(0, 100)
+        device.unique_id = OTHER
+        for i in range(40):
+            device.answer(SimpleNamespace(transfer_id=i % 32))
+        frame = device.live(100, 110)[-1]
+        assert (frame.replaced, frame.pressure.ok) == (0, True)
 
 
 def test_every_node_of_the_io_file_has_a_bit() -> None:

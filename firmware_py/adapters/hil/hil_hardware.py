@@ -120,7 +120,7 @@ class HilHardware:
             load = Hardpoint(weight.value > 0.0, weight.value)
             heard["hardpoint"] = Heard(load, tick.t, True, math.isfinite(weight.value))
         received.clear()
-        return SensorFrame(two_senders=0, unhealthy=0, fins=self._fins, **heard)
+        return SensorFrame(two_senders=0, unhealthy=0, replaced=0, restarted=0, fins=self._fins, **heard)
 
     def write(self, tick: Tick, applied: Applied) -> None:
         """Answer the tick; send a heartbeat before it once a second."""

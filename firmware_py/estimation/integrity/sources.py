@@ -80,8 +80,9 @@ class Sources:
 
     def tell(self, frame: SensorFrame) -> None:
         """Tell the health anew if anything has changed in this tick."""
-        if frame.two_senders | frame.unhealthy != self._nodes:
-            self._nodes = frame.two_senders | frame.unhealthy
+        nodes = frame.two_senders | frame.unhealthy | frame.replaced
+        if nodes != self._nodes:
+            self._nodes = nodes
             self._ask_nodes(frame)
         for watch in self._all:
             if watch.news:
@@ -95,6 +96,8 @@ class Sources:
         for bit, watch in self._bits:
             if frame.two_senders & bit:
                 watch.lose(SourceFault.TWO_SENDERS)
+            elif frame.replaced & bit:
+                watch.lose(SourceFault.OTHER_DEVICE)
             elif frame.unhealthy & bit:
                 watch.lose(SourceFault.UNHEALTHY)
 
@@ -140,6 +143,8 @@ class Sources:
             hardpoint=frame.hardpoint,
             two_senders=frame.two_senders,
             unhealthy=frame.unhealthy,
+            replaced=frame.replaced,
+            restarted=frame.restarted,
         )
 
     def _screened_dvl(self, heard: Heard[Dvl]) -> Heard[Dvl]:

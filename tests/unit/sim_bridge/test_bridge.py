@@ -16,7 +16,7 @@ from firmware_py.adapters.buses.can_bus import NodeIds, open_bus
 from firmware_py.params import ParamError, load
 from firmware_py.wire.dronecan import equipment_messages as eq
 from firmware_py.wire.dronecan import message_table as m
-from firmware_py.wire.dronecan.transfer import TransferSender
+from firmware_py.wire.dronecan.transfer import Reassembler, TransferSender
 from sim_bridge.bridge import PlantSchedule
 from sim_bridge.build import build_bridge
 from sim_bridge.devices.devices import DevicesParams
@@ -198,6 +198,19 @@ def test_the_drop_weight_is_released_on_command_unless_it_is_stuck(rig, faults, 
     simulated.bus.send(simulated.sender.send(m.HARDPOINT_COMMAND, eq.HardpointCommand(0, 0)))
     simulated.bridge.step(3)
     assert plant.drop_weight == left
+
+
+def test_a_node_whose_power_comes_back_begins_anew(rig):
+    simulated = rig({"faults": ["off:pressure@1.5+1"]})
+    reassembler = Reassembler([m.NODE_STATUS])
+    uptimes = []
+    for k in range(501):
+        simulated.bridge.step(k)
+        for can_id, data in simulated.received()[0]:
+            transfer = reassembler.accept(can_id, data, 0.01 * k)
+            if transfer is not None and transfer.source == 24:
+                uptimes.append((k, m.NODE_STATUS.decode(transfer.payload).uptime_sec, transfer.transfer_id))
+    assert uptimes == [(0, 0, 0), (100, 1, 1), (300, 0, 0), (400, 1, 1), (500, 2, 2)]
 
 
 def test_a_fault_that_strikes_what_is_not_there_is_refused_before_the_run(rig):

@@ -19,7 +19,7 @@ LOST = SourceHealth(SourceState.LOST, SourceFault.SILENT)
 def cycle(**parts: Any) -> SimpleNamespace:
     state = {"attitude_ok": True, "depth_ok": True, "velocity_ok": True, "leak": False, "sensors": ALL_GOOD}
     mode = {"mode": Mode.HOLD, "cause": Cause.ORDERED, "failsafe": False, "late": 0}
-    frame = {"two_senders": 0, "unhealthy": 0}
+    frame = {"two_senders": 0, "unhealthy": 0, "replaced": 0}
     tables = [{key: parts.get(key, value) for key, value in table.items()} for table in (state, mode, frame)]
     of_state, of_mode, of_frame = (SimpleNamespace(**table) for table in tables)
     actuators = parts.get("actuators", sound(4))

@@ -1,0 +1,66 @@
+"""Which device speaks under a node id, by the unique id of GetNodeInfo: a node that restarted, or another device."""
+
+from __future__ import annotations
+
+_TRIES, _RETRY = 3, 1.0
+"""So many requests, this far apart, s, go to a node that does not answer."""
+
+
+class NodeIdentities:
+    """Asks each node for its 16-byte unique id when it is first heard, and again when its uptime went back.
+
+    Who answers with the id that was heard first has restarted; so has, as far as can be told, who does not answer.
+    Another id is another device.
+    """
+
+    def __init__(self) -> None:
+        self.unique_ids: dict[int, bytes] = {}
+        """By node id: those heard first."""
+        self.replaced: set[int] = set()
+        """Node ids under which another device answered last."""
+        self._restarted: dict[int, float] = {}
+        self._wanted: dict[int, tuple[float, int]] = {}
+        self._began_anew: set[int] = set()
+        self._seen: set[int] = set()
+
+    def hear_status(self, node_id: int, went_back: bool, t: float) -> None:
+        """Take note of a NodeStatus; `went_back` says that its uptime is less than before."""
+        if went_back:
+            self._began_anew.add(node_id)
+        if went_back or node_id not in self._seen:
+            self._seen.add(node_id)
+            self._wanted[node_id] = t, _TRIES
+
+    def next_request(self, t: float) -> int | None:
+        """Return the node that is to be asked now, if any."""
+        for node_id, (due, tries) in self._wanted.items():
+            if t >= due:
+                if tries:
+                    self._wanted[node_id] = t + _RETRY, tries - 1
+                    return node_id
+                del self._wanted[node_id]
+                if node_id in self._began_anew:
+                    self._restart(node_id, t)
+                return None
+        return None
+
+    def hear_info(self, node_id: int, unique_id: bytes, t: float) -> None:
+        """Take the answer of a node."""
+        if self._wanted.pop(node_id, None) is None:
+            return
+        if self.unique_ids.setdefault(node_id, unique_id) != unique_id:
+            self.replaced.add(node_id)
+            self._began_anew.discard(node_id)
+            return
+        self.replaced.discard(node_id)
+        if node_id in self._began_anew:
+            self._restart(node_id, t)
+
+    def restarted_within(self, node_id: int, seconds: float, t: float) -> bool:
+        """Return whether a restart of a node was told in the last seconds."""
+        told = self._restarted.get(node_id)
+        return told is not None and t - told <= seconds
+
+    def _restart(self, node_id: int, t: float) -> None:
+        self._began_anew.discard(node_id)
+        self._restarted[node_id] = t
