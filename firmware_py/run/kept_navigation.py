@@ -21,9 +21,13 @@ from firmware_py.adapters.storage.state_store import write_atomically
 from firmware_py.error_text import quoted
 from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.health import WeightState
 from firmware_py.run.usage_error import UsageError
 from firmware_py.tick import NS_PER_S
 
+_GONE = (WeightState.RELEASED, WeightState.GONE)
+_NOT_TOLD = (WeightState.UNREPORTED, WeightState.NOT_CONFIRMED)
+"""States of the drop weight in which what was commanded counts."""
 FILE, WEIGHT_FILE = "navigation.json", "weight_released.txt"
 BOUNDS = {"x": (-1e7, 1e7), "y": (-1e7, 1e7), "position_std": (1e-6, 1e7), "surface_pressure": (3e4, 1.3e5)}
 """Bounds of the saved values, m and Pa: wider than at the end of any run, and safe to start from."""
@@ -182,7 +186,9 @@ class NavigationKeeper:
     def update(self, cycle: Cycle) -> None:
         """Save if the interval is over."""
         self._last = cycle
-        if cycle.applied.drop and not self._dropped:
+        weight = cycle.actuators.drop_weight
+        dropped = weight in _GONE or (cycle.applied.drop and weight in _NOT_TOLD)
+        if dropped and not self._dropped:
             self._dropped = True
             self._save(WEIGHT_FILE, f"{cycle.mode.cause.name}, at {cycle.tick.t:.2f} s\n".encode())
         if cycle.tick.t_ns >= self._next_ns:

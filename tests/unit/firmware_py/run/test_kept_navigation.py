@@ -15,6 +15,7 @@ from firmware_py.adapters.io_params import StateParams
 from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.marine import Nu
 from firmware_py.records.event import Cause
+from firmware_py.records.health import WeightState
 from firmware_py.run import kept_navigation
 from firmware_py.run.kept_navigation import Moment, NavigationKeeper
 from firmware_py.run.usage_error import UsageError
@@ -210,8 +211,28 @@ def test_that_the_weight_is_released_is_saved_at_once_and_once():
     assert saved[1:] == [(120, kept_navigation.WEIGHT_FILE, b"PROPELLER_FAULT, at 1.20 s\n")]
 
 
-def cycle(k: int, drop: bool = False) -> SimpleNamespace:
+@pytest.mark.parametrize(
+    ("state", "commanded", "kept"),
+    [
+        (WeightState.HELD, False, False),
+        (WeightState.COMMANDED, True, False),
+        (WeightState.STUCK, True, False),
+        (WeightState.NOT_CONFIRMED, True, True),
+        (WeightState.RELEASED, True, True),
+        (WeightState.GONE, False, True),
+    ],
+)
+def test_a_weight_is_kept_as_released_when_its_hardpoint_says_so_or_nothing(state, commanded, kept) -> None:
+    saved: dict[str, bytes] = {}
+    keeper = NavigationKeeper(saved.__setitem__, lambda: KEPT, 10.0)
+    for k in range(10):
+        keeper.update(cycle(k, commanded, state))
+    assert (kept_navigation.WEIGHT_FILE in saved) is kept
+
+
+def cycle(k: int, drop: bool = False, weight: WeightState = WeightState.UNREPORTED) -> SimpleNamespace:
     """As much of a cycle as the keeper looks at."""
     state = SimpleNamespace(nu=Nu(1.5, 0, 0, 0, 0, 0), velocity_std=0.2)
     decided = {"applied": SimpleNamespace(drop=drop), "mode": SimpleNamespace(cause=Cause.PROPELLER_FAULT)}
+    decided["actuators"] = SimpleNamespace(drop_weight=weight)
     return SimpleNamespace(tick=Tick(k, 10_000_000), state=state, **decided)
