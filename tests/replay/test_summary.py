@@ -28,8 +28,10 @@ def test_figures_of_a_run_with_truth(flown: Path) -> None:
     assert (s["completed"], s["reason"], s["against"]) == (True, "surfaced", "truth")
     assert (s["vehicle_time_s"], s["wall_time_s"], s["speed_up"]) == pytest.approx((3.0, 0.5, 6.0))
     assert (s["cycles"], s["complete"], s["lost"]) == (300, True, "")
-    assert s["depth_error_rms_m"] == pytest.approx(4.0 * math.sqrt(np.mean(np.exp(-HELD / 6.0) ** 2)), rel=1e-9)
-    assert s["heading_error_rms_deg"] == pytest.approx(0.0, abs=1e-9)
+    assert s["depth_tracking_error_rms_m"] == pytest.approx(
+        4.0 * math.sqrt(np.mean(np.exp(-HELD / 6.0) ** 2)), rel=1e-9
+    )
+    assert s["heading_tracking_error_rms_deg"] == pytest.approx(0.0, abs=1e-9)
     # From where it is at 2 s straight to (60, 0); it sails to starboard of that.
     x, y = 1.8 * HELD, 2.0 * np.sin(0.02 * HELD) + 0.01 * HELD
     course = math.atan2(-y[0], 60.0 - x[0])
@@ -41,6 +43,28 @@ def test_figures_of_a_run_with_truth(flown: Path) -> None:
     ahead = 0.25 * (1.0 - math.cos(0.02 * 2.99)) / 0.02
     assert s["navigation_error_end_m"] == pytest.approx(math.hypot(ahead, 0.0299), abs=2e-3)
     assert s["navigation_error_max_m"] >= s["navigation_error_end_m"]
+    # The estimate comes down with 5 s, the truth with 6 s.
+    t = 0.01 * np.arange(300)
+    misjudged = 4.0 * (np.exp(-t / 6.0) - np.exp(-t / 5.0))
+    assert s["depth_estimate_error_max_m"] == pytest.approx(misjudged.max(), rel=1e-9)
+    assert s["depth_estimate_error_rms_m"] == pytest.approx(math.sqrt(np.mean(misjudged**2)), rel=1e-9)
+
+
+def test_a_depth_that_is_held_well_and_estimated_badly_is_told_as_such(tmp_path: Path, toy: SimpleNamespace) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap"))
+    log.columns["reference.z_d"] = log.truth["eta.z"] + 0.38
+    log.columns["state.eta.z"] = log.truth["eta.z"] - 30.0
+    rows = dict(key_figures(summarise(log)))
+    assert rows["depth off its reference, RMS"] == "0.380 m"
+    assert rows["error of the depth estimate, RMS"] == "30.000 m"
+    assert rows["error of the depth estimate, greatest"] == "30.00 m"
+
+
+def test_without_truth_what_is_off_its_reference_is_the_estimate(tmp_path: Path, toy: SimpleNamespace) -> None:
+    rows = dict(key_figures(summarise(read(toy.fly(tmp_path / "log.mcap", truth=False)))))
+    assert "depth off its reference, RMS, by the estimate" in rows
+    assert "heading off its reference, RMS, by the estimate" in rows
+    assert not [label for label in rows if label.startswith("error of the")]
 
 
 def test_fin_travel_is_the_total_variation_over_the_time_armed(flown: Path) -> None:
@@ -59,7 +83,9 @@ def test_a_sea_log_has_no_truth_and_says_so(tmp_path: Path, toy: SimpleNamespace
     assert s["against"] == "estimate"
     assert s["navigation_error_end_m"] is None
     assert s["navigation_error_max_m"] is None
-    assert s["depth_error_rms_m"] == pytest.approx(4.0 * math.sqrt(np.mean(np.exp(-HELD / 5.0) ** 2)), rel=1e-9)
+    assert s["depth_tracking_error_rms_m"] == pytest.approx(
+        4.0 * math.sqrt(np.mean(np.exp(-HELD / 5.0) ** 2)), rel=1e-9
+    )
 
 
 def test_a_truth_that_is_logged_less_often_is_held(tmp_path: Path, toy: SimpleNamespace) -> None:
@@ -69,7 +95,7 @@ def test_a_truth_that_is_logged_less_often_is_held(tmp_path: Path, toy: SimpleNa
     s = summarise(log)
     assert s["against"] == "truth"
     z = 4.0 - 4.0 * np.exp(-np.floor(HELD / 0.02 + 1e-9) * 0.02 / 6.0)
-    assert s["depth_error_rms_m"] == pytest.approx(math.sqrt(np.mean((4.0 - z) ** 2)), rel=1e-9)
+    assert s["depth_tracking_error_rms_m"] == pytest.approx(math.sqrt(np.mean((4.0 - z) ** 2)), rel=1e-9)
 
 
 def test_late_cycles_are_those_more_than_a_step_late(tmp_path: Path, toy: SimpleNamespace) -> None:
@@ -194,7 +220,7 @@ def test_a_log_that_was_cut_off_is_not_completed(flown: Path, tmp_path: Path) ->
 def test_one_cycle_and_no_order_are_enough(tmp_path: Path, toy: SimpleNamespace) -> None:
     s = summarise(read(toy.fly(tmp_path / "log.mcap", 0.01)))
     assert s["cycles"] == 1
-    assert s["depth_error_rms_m"] is None
+    assert s["depth_tracking_error_rms_m"] is None
     assert s["fin_travel_deg_s"] is None
 
 

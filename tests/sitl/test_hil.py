@@ -73,10 +73,10 @@ def test_the_demonstration_tracks_as_over_can(flown: Flights, tmp_path: Path, li
     assert hil["waypoints_passed"] == can["waypoints_passed"] == waypoints
     assert hil["against"] == "truth"
     # The attitude has no error over this link, and the velocity half a cm/s: it may be better than over CAN, not worse.
-    assert hil["depth_error_rms_m"] < min(0.05, 1.1 * can["depth_error_rms_m"])
+    assert hil["depth_tracking_error_rms_m"] < min(0.05, 1.1 * can["depth_tracking_error_rms_m"])
     assert hil["path_error_rms_m"] < min(2.0, 1.1 * can["path_error_rms_m"])
     assert hil["path_error_rms_m"] > 0.5 * can["path_error_rms_m"]  # corners are cut alike
-    assert hil["heading_error_rms_deg"] == pytest.approx(can["heading_error_rms_deg"], rel=0.1)
+    assert hil["heading_tracking_error_rms_deg"] == pytest.approx(can["heading_tracking_error_rms_deg"], rel=0.1)
     assert abs(hil["vehicle_time_s"] - can["vehicle_time_s"]) < 3.0
     last = list(log.cycles)[-1]
     assert not any(fin.ok for fin in last.frame.fins)  # nothing reports them, and it flew

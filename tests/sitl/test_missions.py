@@ -154,7 +154,7 @@ def test_an_ahrs_that_falls_silent_does_not_keep_the_vehicle_down(flown: Flights
 def test_the_pid_baseline_flies_to_the_waypoints_of_the_demonstration_too(flown: Flights) -> None:
     outcome, log = flown(demonstration(2) + '\n[autopilot.control]\nlaw = "pid"\n')
     assert outcome.completed
-    assert summarise(log)["depth_error_rms_m"] < 0.1
+    assert summarise(log)["depth_tracking_error_rms_m"] < 0.1
 
 
 @pytest.mark.parametrize("rate", [50, 200])

@@ -12,7 +12,15 @@ from sternplane.logs import after_log, health_record, lateness_histogram, losses
 from sternplane.logs.learned import LearnedFigures
 from sternplane.logs.reading import Piece
 from sternplane.logs.run import Run
-from sternplane.logs.tracking import Array, FlownMissions, PathError, navigation_error, pose_of, wrapped_deg
+from sternplane.logs.tracking import (
+    Array,
+    FlownMissions,
+    PathError,
+    depth_estimate_error,
+    navigation_error,
+    pose_of,
+    wrapped_deg,
+)
 
 Summary = dict[str, Any]
 
@@ -32,9 +40,11 @@ def summarise(log: Run) -> Summary:
     record. speed_up: their quotient.
     distance_m: length of the path over the ground, x, y and z. depth_max_m, depth_max_at_s: greatest z, and when;
     depth_max_estimate_m: greatest estimated z, which a sensor at fault may hold far from the truth.
-    depth_error_rms_m, heading_error_rms_deg: of z_d - z and psi_d - psi (the short way) over all armed cycles in which
-    depth and heading are held: hold, mission, loiter, guided, return. z and psi are the truth where it was logged,
-    else the estimate; `against` says which.
+    depth_tracking_error_rms_m, heading_tracking_error_rms_deg: how far the vehicle is off its reference, z_d - z and
+    psi_d - psi (the short way), over all armed cycles in which depth and heading are held: hold, mission, loiter,
+    guided, return. z and psi are the truth where it was logged, else the estimate; `against` says which.
+    depth_estimate_error_rms_m, depth_estimate_error_max_m: of the distance from the estimated depth to the true one
+    over all cycles, armed or not. None without a logged truth.
     path_error_rms_m, path_error_max_m: of the horizontal distance from the vehicle (truth or estimate, as above) to the
     planned path over the cycles in MISSION; the path is the straight lines from where MISSION was entered through the
     waypoints, the last of them without an end (`tracking.PathError`). None if no mission was flown.
@@ -107,7 +117,7 @@ class _Figures:
         self._path, self._missions = PathError(log), FlownMissions(log)
         self._depth, self._heading, self._off = _Mean(), _Mean(), _Mean()
         self._travel = _Mean()
-        self._away = _Mean()
+        self._away, self._misjudged = _Mean(), _Mean()
         self._before: tuple[Array, Array] | None = None
         self._distance, self._late, self._cycles, self._true = 0.0, 0, 0, False
         self._deepest, self._deepest_estimate = _Deepest(), _Deepest()
@@ -127,6 +137,7 @@ class _Figures:
         off = self._path.of(piece)
         self._off.add(off[np.isfinite(off)])
         self._away.add(navigation_error(piece))
+        self._misjudged.add(depth_estimate_error(piece))
         self._missions.add(piece)
         self._late += int(np.sum(c["tick.late_ns"] > c["tick.dt_ns"]))
         self._deepest.add(c["t"], pose["eta.z"])
@@ -150,10 +161,12 @@ class _Figures:
             "depth_max_at_s": self._deepest.t,
             "depth_max_estimate_m": self._deepest_estimate.z,
             "against": "truth" if self._true else "estimate",
-            "depth_error_rms_m": self._depth.rms,
-            "heading_error_rms_deg": self._heading.rms,
+            "depth_tracking_error_rms_m": self._depth.rms,
+            "heading_tracking_error_rms_deg": self._heading.rms,
             "path_error_rms_m": self._off.rms,
             "path_error_max_m": self._off.greatest,
+            "depth_estimate_error_rms_m": self._misjudged.rms,
+            "depth_estimate_error_max_m": self._misjudged.greatest,
             "navigation_error_end_m": self._away.last,
             "navigation_error_max_m": self._away.greatest,
             "fin_travel_deg_s": None if travel is None else math.degrees(travel) / self._dt,

@@ -12,6 +12,8 @@ from sternplane.logs.summary import Summary
 
 _MOST_LOSSES = 10
 """So many lines tell of what was lost."""
+_TRACKED = ("depth_tracking_error", "heading_tracking_error", "path_error")
+"""How the keys begin whose figures are of the true vehicle, or of the estimated one where the truth is not known."""
 _WHOLE: tuple[tuple[str, str, str], ...] = (
     # key, label, format with the unit; of the whole flight, also where it went on without a log
     ("vehicle_time_s", "vehicle time", "{:.1f} s"),
@@ -21,12 +23,14 @@ _WHOLE: tuple[tuple[str, str, str], ...] = (
 )
 _LOGGED: tuple[tuple[str, str, str], ...] = (
     ("distance_m", "distance travelled", "{:.0f} m"),
-    ("depth_error_rms_m", "depth error, RMS", "{:.3f} m"),
-    ("heading_error_rms_deg", "heading error, RMS", "{:.2f}°"),
-    ("path_error_rms_m", "path error, RMS", "{:.2f} m"),
-    ("path_error_max_m", "path error, greatest", "{:.2f} m"),
-    ("navigation_error_end_m", "navigation error, at the end", "{:.2f} m"),
-    ("navigation_error_max_m", "navigation error, greatest", "{:.2f} m"),
+    ("depth_tracking_error_rms_m", "depth off its reference, RMS", "{:.3f} m"),
+    ("heading_tracking_error_rms_deg", "heading off its reference, RMS", "{:.2f}°"),
+    ("path_error_rms_m", "off the planned path, RMS", "{:.2f} m"),
+    ("path_error_max_m", "off the planned path, greatest", "{:.2f} m"),
+    ("depth_estimate_error_rms_m", "error of the depth estimate, RMS", "{:.3f} m"),
+    ("depth_estimate_error_max_m", "error of the depth estimate, greatest", "{:.2f} m"),
+    ("navigation_error_end_m", "error of the horizontal position estimate, at the end", "{:.2f} m"),
+    ("navigation_error_max_m", "error of the horizontal position estimate, greatest", "{:.2f} m"),
     ("turning_diameter_m", "turning diameter, steady", "{:.1f} m"),
     ("turning_rate_deg_s", "turning rate, steady", "{:.2f} °/s"),
     ("overshoot_first_deg", "first overshoot", "{:.1f}°"),
@@ -95,7 +99,12 @@ def _lost(summary: Summary) -> list[tuple[str, str]]:
 
 
 def _rows(summary: Summary, rows: tuple[tuple[str, str, str], ...]) -> list[tuple[str, str]]:
-    return [(label, form.format(summary[key])) for key, label, form in rows if summary[key] is not None]
+    believed = ", by the estimate" if summary["against"] == "estimate" else ""
+    return [
+        (f"{label}{believed if key.startswith(_TRACKED) else ''}", form.format(summary[key]))
+        for key, label, form in rows
+        if summary[key] is not None
+    ]
 
 
 def _lateness(summary: Summary) -> list[tuple[str, str]]:

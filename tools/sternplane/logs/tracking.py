@@ -88,6 +88,14 @@ def navigation_error(piece: Piece) -> Array:
     return away
 
 
+def depth_estimate_error(piece: Piece) -> Array:
+    """Distance from the estimated depth to the true one, m, at each cycle; empty without truth."""
+    if not piece.truth:
+        return np.empty(0)
+    off: Array = np.abs(piece.columns["state.eta.z"] - piece.truth["eta.z"])
+    return off
+
+
 class PathError:
     """The horizontal distance to the planned path, of one piece of a log after the other.
 
