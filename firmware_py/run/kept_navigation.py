@@ -29,7 +29,7 @@ _GONE = (WeightState.RELEASED, WeightState.GONE)
 _NOT_TOLD = (WeightState.UNREPORTED, WeightState.NOT_CONFIRMED)
 """States of the drop weight in which what was commanded counts."""
 FILE, WEIGHT_FILE = "navigation.json", "weight_released.txt"
-BOUNDS = {"x": (-1e7, 1e7), "y": (-1e7, 1e7), "position_std": (1e-6, 1e7), "surface_pressure": (3e4, 1.3e5)}
+BOUNDS = {"x": (-1e7, 1e7), "y": (-1e7, 1e7), "position_std": (1e-6, 1e7), "surface_pressure": (4e4, 1.2e5)}
 """Bounds of the saved values, m and Pa: wider than at the end of any run, and safe to start from."""
 _TIMES = {"utc_s": (0.0, 1e11), "uptime_s": (0.0, 1e11), "speed": (0.0, 100.0), "age_s": (0.0, 1e6)}
 """Bounds of what says when it was saved, and how fast the vehicle was."""

@@ -9,6 +9,8 @@ from typing import Any
 
 from firmware_py import app, config_files
 from firmware_py.adapters.io_params import StateParams
+from firmware_py.estimation.navigation.depth import DepthParams
+from firmware_py.marine import depth_of_pressure
 from firmware_py.mavlink.parameters import store
 from firmware_py.mavlink.plans import plan_builder
 from firmware_py.params import ParamError
@@ -16,6 +18,8 @@ from firmware_py.run import kept_navigation, kept_plans
 from firmware_py.run.usage_error import UsageError
 
 _UNUSABLE = (ParamError, UsageError, OSError, ValueError, RecursionError)
+_ROUNDING = 1.0
+"""Pa."""
 _LONGEST = 300
 """Of the reason in a sentence, characters."""
 
@@ -39,11 +43,34 @@ def resume_state(
     notes = set_aside_unusable(folder, over, state)
     kept, sentence = kept_navigation.resume(kept_navigation.load_navigation(state), params, kept_navigation.moment())
     notes += [sentence] if sentence else []
+    if kept:
+        params_now = config_files.autopilot_params(config_files.read_configuration(folder, over, state))
+        air, doubt = usable_air(kept["surface_pressure"], params_now.estimation.depth)
+        kept["surface_pressure"] = air
+        notes += [doubt] if doubt else []
     weight = state / kept_navigation.WEIGHT_FILE
     if weight.exists():
         kept["weight_gone"] = 1.0
         notes.append(f"the drop weight was released in an earlier run: fit another one, and remove {weight}")
     return kept, notes
+
+
+def usable_air(kept: float, params: DepthParams) -> tuple[float, str]:
+    """Return the air pressure to start from, Pa, and a sentence if it is not the one that was kept.
+
+    A run keeps what it took for the air, which lies within `zero_window` of the configured pressure. What lies beyond
+    was kept by a vehicle with another configuration, or elsewhere; who starts under water would believe it for good.
+    """
+    expected, window = params.surface_pressure, params.zero_window
+    if abs(kept - expected) <= window + _ROUNDING:
+        return kept, ""
+    off = depth_of_pressure(kept, expected, params.density)
+    sigma = depth_of_pressure(expected + window, expected, params.density)
+    return expected, (
+        f"air pressure kept, {kept:.0f} Pa, is {abs(kept - expected):.0f} Pa off surface_pressure_pa, more than "
+        f"zero_window_pa, and set aside: depths would be {abs(off):.1f} m too {'small' if off > 0 else 'great'}; "
+        f"{expected:.0f} Pa holds, to {sigma:.1f} m of depth"
+    )
 
 
 def set_aside_unusable(folder: Path, over: Mapping[str, Any] | None, state: Path) -> list[str]:

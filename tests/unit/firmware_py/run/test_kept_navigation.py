@@ -119,7 +119,7 @@ def test_a_file_that_is_not_what_was_saved_is_refused_and_named(tmp_path, conten
 
 def test_the_number_that_is_wrong_is_named_with_its_bounds(tmp_path):
     (tmp_path / kept_navigation.FILE).write_text(json.dumps(GOOD | {"surface_pressure": 2e5}))
-    with pytest.raises(UsageError, match=r"surface_pressure = 200000\.0: must be a number in \[30000, 130000\]$"):
+    with pytest.raises(UsageError, match=r"surface_pressure = 200000\.0: must be a number in \[40000, 120000\]$"):
         kept_navigation.load_navigation(tmp_path)
 
 

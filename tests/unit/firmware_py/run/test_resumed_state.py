@@ -68,6 +68,34 @@ def test_a_weight_that_was_released_is_remembered_until_the_file_is_removed(tmp_
     assert resume_state(CONFIG, None, tmp_path, StateParams()) == ({}, [])
 
 
+@pytest.mark.parametrize(
+    ("air", "taken"),
+    [(101_325.0, True), (103_325.0, True), (99_325.0, True), (103_500.0, False), (99_000.0, False), (115_000.0, False)],
+)
+def test_an_air_pressure_is_taken_over_within_the_window_in_which_it_is_zeroed(
+    tmp_path: Path, air: float, taken: bool
+) -> None:
+    kept_navigation.save(tmp_path, KeptNavigation(1.0, 2.0, 3.0, air))
+    kept, (place, *doubts) = resume_state(CONFIG, None, tmp_path, StateParams())
+    assert place.startswith("position kept")
+    assert (kept["x"], kept["y"]) == (1.0, 2.0)
+    assert kept["surface_pressure"] == (air if taken else 101_325.0)
+    assert len(doubts) == (not taken)
+    if air == 115_000.0:
+        assert doubts == [
+            "air pressure kept, 115000 Pa, is 13675 Pa off surface_pressure_pa, more than zero_window_pa, and set "
+            "aside: depths would be 1.4 m too small; 101325 Pa holds, to 0.2 m of depth"
+        ]
+
+
+def test_on_a_mountain_lake_the_air_is_that_of_the_configuration(tmp_path: Path) -> None:
+    lake = {"estimation": {"depth": {"surface_pressure_pa": 82_000.0}}}
+    kept_navigation.save(tmp_path, KeptNavigation(1.0, 2.0, 3.0, 81_500.0))
+    assert resume_state(CONFIG, lake, tmp_path, StateParams())[0]["surface_pressure"] == 81_500.0
+    kept_navigation.save(tmp_path, KeptNavigation(1.0, 2.0, 3.0, 101_325.0))
+    assert resume_state(CONFIG, lake, tmp_path, StateParams())[0]["surface_pressure"] == 82_000.0
+
+
 def test_what_can_be_used_stays(tmp_path: Path) -> None:
     kept_navigation.save(tmp_path, KeptNavigation(1.0, 2.0, 3.0, 101_325.0))
     (tmp_path / "parameters.toml").write_text("[safety]\ndepth_max_m = 25.0\n")
