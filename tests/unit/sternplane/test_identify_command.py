@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import json
 import shutil
 import tomllib
@@ -14,6 +15,7 @@ import pytest
 from sternplane.cli import main
 from sternplane.identification import command, vehicle_file
 from sternplane.identification.recording import record
+from sternplane.logs import streaming
 from sternplane.logs.reading import Log, read
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 
@@ -211,7 +213,7 @@ def test_a_mass_matrix_that_is_not_positive_definite_is_refused_by_the_file_s_na
     log = read(excited)
     header = copy.deepcopy(log.header)
     header["configuration"]["vehicle"]["coefficients"]["M_qdot"] = 0.5
-    monkeypatch.setattr(command, "read", lambda path: Log(path, header, log.end, log.topics, log.lost))
+    monkeypatch.setattr(command, "stream", lambda path: Log(path, header, log.end, log.topics, log.lost))
     assert main.main(["identify", str(excited), "--out", str(tmp_path)]) == 2
     assert (
         "config/vehicle.toml: body, coefficients: the mass matrix is not positive definite" in capsys.readouterr().err
@@ -247,6 +249,15 @@ def test_measurements_stand_in_the_row_in_which_they_were_true(tmp_path: Path) -
         slope, off = np.gradient(true, recording.h), true - recording.z[:, i]
         came = np.isfinite(off)
         assert abs(off[came] @ slope[came]) / (slope[came] @ slope[came]) < seconds, motion
+
+
+def test_a_log_read_in_pieces_is_recorded_as_one_read_whole(excited: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = record(read(excited))
+    monkeypatch.setattr(streaming, "ROWS", 257)
+    pieces = record(streaming.stream(excited))
+    for field in dataclasses.fields(whole):
+        one, other = getattr(whole, field.name), getattr(pieces, field.name)
+        assert np.array_equal(one, other, equal_nan=True) if isinstance(one, np.ndarray) else one == other, field.name
 
 
 def test_nan_of_a_sensor_is_left_out_and_counted(excited: Path) -> None:

@@ -22,7 +22,8 @@ from sternplane.identification.assessment import assess, learned_table
 from sternplane.identification.estimate import identify
 from sternplane.identification.recording import record
 from sternplane.logs.documents import write_document
-from sternplane.logs.reading import find, read
+from sternplane.logs.reading import find
+from sternplane.logs.streaming import stream
 
 ORIGIN = "Learned by `sternplane identify`"
 """What the vehicle files begin with that may be replaced."""
@@ -33,7 +34,7 @@ def command(options: argparse.Namespace) -> int:
     path = find(options.log)
     folder = options.out or path.parent
     _refuse_to_replace(folder / "vehicle.toml")
-    log = read(path)
+    log = stream(path)
     recording = record(log, options.begin, options.end)
     params = requested_params(recording.params, options)
     with prefix_errors(str(log.header["configuration"]["files"]["vehicle"])):

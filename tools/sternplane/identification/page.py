@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 
 from sternplane.identification.estimate import Identification
 from sternplane.identification.recording import Recording
-from sternplane.logs.reading import Log
+from sternplane.logs.run import Run
 from sternplane.report.drawing import ESTIMATE, REFERENCE, TRUTH, Plot, line
 from sternplane.report.page import Heading, Page, Section, Table, plot_section, render, rows_of
 
@@ -18,7 +18,7 @@ POINTS = 1500
 """So many are drawn of a line over time."""
 
 
-def page(log: Log, recording: Recording, found: Identification, document: dict[str, Any]) -> str:
+def page(log: Run, recording: Recording, found: Identification, document: dict[str, Any]) -> str:
     """Return the page; `document` is what `results.result_document` made."""
     weak = [(f"{100.0 * one['sigma']:.2g} %", one["direction"]) for one in document["weak"]]
     events = [(f"{t:.2f} s", text) for t, text in log.sentences if document["from"] <= t <= document["to"]]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,8 @@ from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.fixed_lag_buffer import MAGNITUDE_MAX
 from firmware_py.estimation.model.state import MOTIONS
 from firmware_py.vehicle.vehicle import Vehicle
-from sternplane.logs.reading import Log
+from sternplane.logs.reading import Columns
+from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array
 
 SPAN_MIN = 5.0
@@ -59,27 +60,42 @@ class Recording:
     std: Array
 
 
-def record(log: Log, begin: float | None = None, end: float | None = None) -> Recording:
+class _Heard(NamedTuple):
+    """The fresh values of one channel, (n,) each but `values` (n, ...): when they came, and of when they are, s."""
+
+    t: Array
+    t_valid: Array
+    values: Array
+    ok: Array
+
+
+class _Channels(NamedTuple):
+    """What is needed of a log: time, s, and estimated depth, m, of every cycle; what came on each channel."""
+
+    t: Array
+    depth: Array
+    ahrs: _Heard
+    dvl: _Heard
+    fins: tuple[_Heard, ...]
+    shaft: _Heard
+
+
+def record(log: Run, begin: float | None = None, end: float | None = None) -> Recording:
     """The log between two vehicle times (s), by default the longest time that the hull was wholly under water.
 
     Raises:
         LogError: a channel is missing or was silent, or too little is left.
         ParamError: the log's vehicle cannot be one.
     """
-    configuration, c = _configuration(log), log.columns
+    configuration = _configuration(log)
     vehicle, autopilot = config_files.vehicle(configuration), config_files.autopilot_params(configuration)
     h, estimation, sensors = 1.0 / autopilot.rate, autopilot.estimation, autopilot.estimation.learning.horizon
-    begin, end = _span(log, begin, end, 0.5 * vehicle.hull.length)
-    keys = ("t_valid", "value", "fresh", "ok")
-    fins = [
-        _reports(log, f"fin {fin.name!r}", *(c[f"frame.fins.{key}"][:, i] for key in keys))
-        for i, fin in enumerate(vehicle.fins)
-    ]
-    shaft = _reports(log, "the propeller", *(c[f"frame.n.{key}"] for key in keys))
-    heard = {
-        "ahrs": _readings(log, "ahrs", ("p", "q", "r", "phi", "theta", "psi"), begin, end),
-        "dvl": _readings(log, "dvl", ("u", "v", "w"), begin, end),
-    }
+    channels = _channels(log, len(vehicle.fins))
+    begin, end = _span(log, channels, begin, end, 0.5 * vehicle.hull.length)
+    named = zip(vehicle.fins, channels.fins, strict=True)
+    fins = [_reports(log, f"fin {fin.name!r}", heard) for fin, heard in named]
+    shaft = _reports(log, "the propeller", channels.shaft)
+    heard = {name: _readings(log, name, getattr(channels, name), begin, end) for name in ("ahrs", "dvl")}
     first = max(begin, heard["dvl"][0][0], *(times[0] for times, _ in (*fins, shaft)))
     last = min(end, heard["ahrs"][0][-1], *(times[-1] for times, _ in (*fins, shaft)))
     ahrs = heard["ahrs"][0]
@@ -113,19 +129,55 @@ def record(log: Log, begin: float | None = None, end: float | None = None) -> Re
     )
 
 
-def _configuration(log: Log) -> Mapping[str, Any]:
-    """The header's; with it, every column that is read here is known to be there."""
-    needed = ("state.eta.z", *(f"frame.{name}.t_valid" for name in ("ahrs", "dvl", "fins", "n")))
-    missing = [name for name in needed if name not in log.columns]
-    if missing or "configuration" not in log.header:
-        raise LogError(f"{log.path}: the log has no {missing[0] if missing else 'configuration'}; give a vehicle's log")
+def _configuration(log: Run) -> Mapping[str, Any]:
+    """The header's."""
+    if "configuration" not in log.header:
+        raise LogError(f"{log.path}: the log has no configuration; give a vehicle's log")
     configuration: Mapping[str, Any] = log.header["configuration"]
     return configuration
 
 
-def _span(log: Log, begin: float | None, end: float | None, depth: float) -> tuple[float, float]:
+def _channels(log: Run, fins: int) -> _Channels:
+    """Gather them piece by piece: a tenth of the log's bytes."""
+    t, depth = [], []
+    parts: dict[str, list[_Heard]] = {}
+    for piece in log.pieces():
+        c = piece.columns
+        _refuse_without(log, c)
+        t.append(c["t"])
+        depth.append(c["state.eta.z"].copy())
+        for name, values in (("ahrs", ("p", "q", "r", "phi", "theta", "psi")), ("dvl", ("u", "v", "w"))):
+            table = [c[f"frame.{name}.value.{value}"] for value in values]
+            parts.setdefault(name, []).append(_fresh(c, name, table))
+        parts.setdefault("n", []).append(_fresh(c, "n", [c["frame.n.value"]]))
+        for i in range(fins):
+            parts.setdefault(f"fin {i}", []).append(_fresh(c, "fins", [c["frame.fins.value"][:, i]], i))
+    heard = {}
+    while parts:  # none twice in memory
+        name, those = parts.popitem()
+        heard[name] = _Heard(*map(np.concatenate, zip(*those, strict=True)))
+    of_fins = tuple(heard[f"fin {i}"] for i in range(fins))
+    return _Channels(np.concatenate(t), np.concatenate(depth), heard["ahrs"], heard["dvl"], of_fins, heard["n"])
+
+
+def _fresh(c: Columns, name: str, values: list[Array], place: int | None = None) -> _Heard:
+    t_valid, fresh, ok = (c[f"frame.{name}.{key}"] for key in ("t_valid", "fresh", "ok"))
+    if place is not None:
+        t_valid, fresh, ok = t_valid[:, place], fresh[:, place], ok[:, place]
+    return _Heard(c["t"][fresh], t_valid[fresh], np.column_stack([one[fresh] for one in values]), ok[fresh])
+
+
+def _refuse_without(log: Run, c: Columns) -> None:
+    """Raise LogError if a column is missing without which nothing can be read here."""
+    needed = ("state.eta.z", *(f"frame.{name}.t_valid" for name in ("ahrs", "dvl", "fins", "n")))
+    missing = [name for name in needed if name not in c]
+    if missing:
+        raise LogError(f"{log.path}: the log has no {missing[0]}; give a vehicle's log")
+
+
+def _span(log: Run, channels: _Channels, begin: float | None, end: float | None, depth: float) -> tuple[float, float]:
     """What was asked for; where nothing was, the ends of the longest time spent deeper than `depth`, m."""
-    t, z = log.columns["t"], log.columns["state.eta.z"]
+    t, z = channels.t, channels.depth
     if begin is not None and end is not None and not begin < end:
         raise LogError(f"--from {begin:g} --to {end:g}: the span must begin before it ends")
     inside = (t >= (t[0] if begin is None else begin)) & (t <= (t[-1] if end is None else end))
@@ -143,33 +195,31 @@ def _span(log: Log, begin: float | None, end: float | None, depth: float) -> tup
     return float(t[a]), float(t[b - 1])
 
 
-def _readings(log: Log, name: str, values: tuple[str, ...], begin: float, end: float) -> tuple[Array, Array, int]:
-    """Times (n,) and values (n, len(values)) of a sensor's good readings in the span, and how many were not good."""
-    c = log.columns
-    times = c[f"frame.{name}.t_valid"]
-    table = np.column_stack([c[f"frame.{name}.value.{value}"] for value in values])
-    fresh = c[f"frame.{name}.fresh"] & (c["t"] >= begin) & (c["t"] <= end)
+def _readings(log: Run, name: str, heard: _Heard, begin: float, end: float) -> tuple[Array, Array, int]:
+    """Times (n,), rising, and values (n, ...) of a sensor's good readings in the span; how many were not good."""
+    came, times, table, ok = heard
+    inside = (came >= begin) & (came <= end)
     sane = (np.abs(table) <= MAGNITUDE_MAX).all(axis=1)  # false of NaN
-    good = fresh & c[f"frame.{name}.ok"] & sane & (times <= c["t"] + SLACK)
+    good = inside & ok & sane & (times <= came + SLACK)
     newest = np.maximum.accumulate(np.where(good, times, -np.inf))
     good[1:] &= times[1:] > newest[:-1]
     if not good.any():
-        heard = f"{fresh.sum()} readings, none of them usable" if fresh.any() else "silent"
-        raise LogError(f"{log.path}: {name} is {heard} from {begin:g} to {end:g} s; AHRS and DVL are both needed")
-    order = np.argsort(times[good], kind="stable")
-    return times[good][order], table[good][order], int(fresh.sum() - good.sum())
+        said = f"{inside.sum()} readings, none of them usable" if inside.any() else "silent"
+        raise LogError(f"{log.path}: {name} is {said} from {begin:g} to {end:g} s; AHRS and DVL are both needed")
+    return times[good], table[good], int(inside.sum() - good.sum())
 
 
-def _reports(log: Log, name: str, times: Array, values: Array, fresh: Array, ok: Array) -> tuple[Array, Array]:
+def _reports(log: Run, name: str, heard: _Heard) -> tuple[Array, Array]:
     """Times and values of what an actuator reported of itself, in order of time."""
-    good = fresh & ok & np.isfinite(values) & np.isfinite(times)
+    times, values = heard.t_valid, heard.values[:, 0]
+    good = heard.ok & np.isfinite(values) & np.isfinite(times)
     if not good.any():
         raise LogError(f"{log.path}: {name} never reported what it did, and what was commanded is not what was done")
     times, rows = np.unique(times[good], return_index=True)
     return times, values[good][rows]
 
 
-def _mean(log: Log, name: str, times: Array, values: Array, t: Array) -> Array:
+def _mean(log: Run, name: str, times: Array, values: Array, t: Array) -> Array:
     """The mean over each step of t, (K,), of a value that runs straight between its reports."""
     inside = slice(*np.searchsorted(times, (t[0], t[-1]), side="left").tolist())
     longest = np.diff(times[inside], prepend=t[0], append=t[-1])

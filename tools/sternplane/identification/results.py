@@ -14,7 +14,7 @@ from sternplane.identification.assessment import Assessment
 from sternplane.identification.estimate import LARGE, WHITE, Estimated, Identification
 from sternplane.identification.recording import Recording
 from sternplane.logs.learned import believed, truth
-from sternplane.logs.reading import Log
+from sternplane.logs.run import Run
 
 DIRECTIONS = 3
 """So many of the weakest directions are document."""
@@ -24,7 +24,7 @@ CONSISTENT = (0.8, 1.2)
 """The filter's mean NIS, were its model right."""
 
 
-def result_document(log: Log, recording: Recording, found: Identification, assessment: Assessment) -> dict[str, Any]:
+def result_document(log: Run, recording: Recording, found: Identification, assessment: Assessment) -> dict[str, Any]:
     """All of it in plain numbers; None where there is none."""
     true, names = truth(log.header, believed(log.header)), found.names
     by_name = {}
