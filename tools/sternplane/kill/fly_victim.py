@@ -2,28 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import random
 import time
 from pathlib import Path
 from typing import Any
 
-from sternplane.kill.processes import (
-    LOST_MAX,
-    PLANT,
-    SIGMAS_MAX,
-    VEHICLE,
-    Clock,
-    Process,
-    Station,
-    configuration,
-    ended,
-    last_time,
-    place,
-    read_log,
-    replays,
-    scenario,
-)
+from sternplane.kill.judgement import distance, last_time, no_start, read_log, wrong
+from sternplane.kill.processes import PLANT, VEHICLE, OnBus, Station, ended
 from sternplane.logs.reading import TRUTH_FILE, read
 
 _CHECKED_S = 1.0
@@ -35,21 +20,15 @@ def trial(folder: Path, bus: str, rng: random.Random, longest: float = 30.0) -> 
 
     It is killed at a random time, at most `longest` (s) after it is armed.
     """
-    written, config = scenario(folder), configuration(folder)
-    seconds, pause, wrong = rng.uniform(0.5, longest), rng.uniform(0.0, 5.0), []
-    on_bus = ("--bus", bus, "--dvl", folder / "dvl")
-    seed = str(rng.randrange(1000, 2000))
-    fly = ("fly", *on_bus, "--config", config, "--state", config / "state")
-    clock, station, other = Clock(bus), Station(commands=True), Station(commands=False)
-    processes: list[Process] = []
-    with ended(processes, station, other, clock):
+    seconds, pause = rng.uniform(0.5, longest), rng.uniform(0.0, 5.0)
+    met = OnBus(folder, bus, rng.randrange(1000, 2000))
+    clock, station, other = met.clock, Station(commands=True), Station(commands=False)
+    with ended(met.processes, station, other, clock):
         for thread in (clock, station, other):
             thread.start()
-        of_plant = ("--scenario", written, "--pace", "realtime", "--seed", seed, "--out", folder / "plant")
-        processes.append(Process(folder / "plant", "plant", *on_bus, *of_plant))
+        met.plant("plant")
         plant_zero = clock.zero(PLANT)
-        first = Process(folder / "1", *fly, "--out", folder / "1", "--gcs", station.address)
-        processes.append(first)
+        first = met.fly("1", station)
         station.until_heard()
         end = time.monotonic() + 10.0
         while not station.armed and time.monotonic() < end:
@@ -60,28 +39,20 @@ def trial(folder: Path, bus: str, rng: random.Random, longest: float = 30.0) -> 
         commanded = clock.commanded(VEHICLE)
         clock.forget(VEHICLE)
         time.sleep(pause)
-        second = Process(folder / "2", *fly, "--out", folder / "2", "--gcs", other.address)
-        processes.append(second)
+        second = met.fly("2", other)
         try:
             other.until_heard(_CHECKED_S + 1.0)
             next_zero = clock.zero(VEHICLE)
         except TimeoutError:
-            return {"wrong": ["the next start does not work"], "said": second.said}
+            return no_start(second)
     log, after, truth = read_log(folder / "1"), read_log(folder / "2"), read(folder / "plant" / TRUTH_FILE)
     t, columns = last_time(log), after.columns
     lost, worst = max(commanded - t, 0.0), (0.0, 0.0, 0.0)
     for k in range(min(len(columns["t"]), round(_CHECKED_S * 100))):
-        x, y = place(truth.truth, next_zero + columns["t"][k] - plant_zero)
-        off = math.hypot(columns["state.eta.x"][k] - x, columns["state.eta.y"][k] - y)
+        x, y = float(columns["state.eta.x"][k]), float(columns["state.eta.y"][k])
+        off = distance(truth.truth, next_zero + columns["t"][k] - plant_zero, x, y)
         sigma = float(columns["state.position_std"][k])
         worst = max(worst, (off / sigma, off, sigma))
-    if worst[0] > SIGMAS_MAX:
-        wrong.append("confidently lost")
-    if lost > LOST_MAX:
-        wrong.append("more of the log is lost")
-    for one in (log, after):
-        if said := replays(one):
-            wrong.append(said)
     return {
         "armed": armed,
         "killed_at_s": round(t, 2),
@@ -91,5 +62,5 @@ def trial(folder: Path, bus: str, rng: random.Random, longest: float = 30.0) -> 
         "error_m": round(worst[1], 2),
         "sigma_m": round(worst[2], 2),
         "sigmas": round(worst[0], 3),
-        "wrong": wrong,
+        "wrong": wrong(log, after, lost=lost, sigmas=worst[0]),
     }

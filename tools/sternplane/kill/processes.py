@@ -1,10 +1,9 @@
-"""The processes of a trial, what is heard of them, and how their logs are judged."""
+"""The processes of a trial, and what is heard of them."""
 
 from __future__ import annotations
 
 import contextlib
 import math
-import os
 import shutil
 import signal
 import subprocess
@@ -15,15 +14,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from pymavlink import mavutil  # type: ignore[import-untyped]
 
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.installation import configs
-from firmware_py.app import build
 from firmware_py.wire.dronecan.message_table import ARRAY_COMMAND, NODE_STATUS
-from sternplane.logs.reading import Log, read
-from sternplane.logs.replay import replay
 
 mavlink = mavutil.mavlink
 VEHICLE, PLANT = 10, 23
@@ -31,8 +26,6 @@ VEHICLE, PLANT = 10, 23
 COMMANDS_HZ = 50
 CURRENT = (0.06, 0.08)
 """North and east, m/s."""
-LOST_MAX = 1.0
-SIGMAS_MAX = 3.0
 _COMES_S = 60.0
 _MISSION = """
 [[waypoints]]
@@ -241,29 +234,35 @@ def scenario(folder: Path) -> Path:
     return path
 
 
-def replays(log: Log) -> str:
-    """Return what is wrong with the replay of a log; empty for nothing."""
-    result = replay(log, build)
-    return "" if result.equal else str(result)
+class OnBus:
+    """Vehicles and plants of a trial that meet on a bus, with one scenario and one state folder.
 
+    Attributes:
+        processes: all that were started.
+        clock: listens to the bus.
 
-def place(truth: Any, t: float) -> tuple[float, float]:
-    """Return the true position at a time of the plant, s."""
-    columns = truth.columns if hasattr(truth, "columns") else truth
-    return tuple(float(np.interp(t, columns["t"], columns[f"eta.{axis}"])) for axis in "xy")  # type: ignore[return-value]
+    Args:
+        folder: of the trial; each process leaves its files in a folder of its name in it.
+        bus: as the command line has it.
+        seed: of the plants.
+    """
 
+    def __init__(self, folder: Path, bus: str, seed: int) -> None:
+        self.processes: list[Process] = []
+        self.clock = Clock(bus)
+        self._folder, self._scenario, self._config, self._seed = folder, scenario(folder), configuration(folder), seed
+        self._words = ("--bus", bus, "--dvl", folder / "dvl")
 
-def logs_below(folder: Path) -> list[Path]:
-    """Return the logs below a folder, the oldest first."""
-    return sorted(folder.rglob("log.mcap"), key=os.path.getmtime)
+    def plant(self, name: str) -> Process:
+        """Start a plant."""
+        return self._start(name, "plant", "--scenario", self._scenario, "--pace", "realtime", "--seed", str(self._seed))
 
+    def fly(self, name: str, station: Station) -> Process:
+        """Start a vehicle that a station hears."""
+        state = self._config / "state"
+        return self._start(name, "fly", "--config", self._config, "--state", state, "--gcs", station.address)
 
-def last_time(log: Log) -> float:
-    """Return the time of the last cycle, s."""
-    return float(log.columns["t"][-1])
-
-
-def read_log(folder: Path) -> Log:
-    """Read the only log below a folder."""
-    (path,) = logs_below(folder)
-    return read(path)
+    def _start(self, name: str, command: str, *words: str | Path) -> Process:
+        folder = self._folder / name
+        self.processes.append(Process(folder, command, *self._words, *words, "--out", folder))
+        return self.processes[-1]

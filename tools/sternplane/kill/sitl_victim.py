@@ -2,25 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import random
 import time
 from pathlib import Path
 from typing import Any
 
-from sternplane.kill.processes import (
-    CURRENT,
-    LOST_MAX,
-    SIGMAS_MAX,
-    Process,
-    Station,
-    ended,
-    last_time,
-    place,
-    read_log,
-    replays,
-    scenario,
-)
+from sternplane.kill.judgement import distance, last_time, no_start, read_log, wrong
+from sternplane.kill.processes import CURRENT, Process, Station, ended, scenario
 
 
 def trial(folder: Path, _bus: str, rng: random.Random, longest: float = 8.0) -> dict[str, Any]:
@@ -31,7 +19,7 @@ def trial(folder: Path, _bus: str, rng: random.Random, longest: float = 8.0) -> 
     current for the time between.
     """
     written, state = scenario(folder), folder / "state"
-    pace, seconds, wrong = rng.choice(("max", "realtime")), rng.uniform(0.2, longest), []
+    pace, seconds = rng.choice(("max", "realtime")), rng.uniform(0.2, longest)
     words = ("sitl", "--scenario", written, "--state", state, "--pace", pace, "--seed", str(rng.randrange(1000, 2000)))
     station, other = Station(commands=False), Station(commands=False)
     processes: list[Process] = []
@@ -49,19 +37,12 @@ def trial(folder: Path, _bus: str, rng: random.Random, longest: float = 8.0) -> 
         try:
             other.until_heard(0.5)
         except TimeoutError:
-            return {"wrong": ["the next start does not work"], "said": second.said}
+            return no_start(second)
         gap = time.time() - killed
     log, resumed = read_log(folder / "1"), read_log(folder / "2").header["configuration"]["kept"]
     t = last_time(log)
-    x, y = place(log.truth, t)
-    off = math.hypot(resumed["x"] - x - CURRENT[0] * gap, resumed["y"] - y - CURRENT[1] * gap)
+    off = distance(log.truth, t, resumed["x"] - CURRENT[0] * gap, resumed["y"] - CURRENT[1] * gap)
     sigmas, lost = off / resumed["position_std"], max(heard - t, 0.0)
-    if sigmas > SIGMAS_MAX:
-        wrong.append("confidently lost")
-    if lost > LOST_MAX:
-        wrong.append("more of the log is lost")
-    if said := replays(log):
-        wrong.append(said)
     return {
         "pace": pace,
         "killed_at_s": round(t, 2),
@@ -69,5 +50,5 @@ def trial(folder: Path, _bus: str, rng: random.Random, longest: float = 8.0) -> 
         "error_m": round(off, 2),
         "sigma_m": round(resumed["position_std"], 2),
         "sigmas": round(sigmas, 3),
-        "wrong": wrong,
+        "wrong": wrong(log, lost=lost, sigmas=sigmas),
     }

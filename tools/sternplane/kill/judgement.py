@@ -1,0 +1,55 @@
+"""What is wrong after a kill: with the next start, its position, the logs that are left."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from firmware_py.app import build
+from sternplane.kill.processes import Process
+from sternplane.logs.reading import Columns, Log, read
+from sternplane.logs.replay import replay
+
+_LOST_MAX = 1.0
+"""So much of a log may be lost, s."""
+_SIGMAS_MAX = 3.0
+
+
+def no_start(process: Process) -> dict[str, Any]:
+    """Return the figures of a trial whose next process does not work."""
+    return {"wrong": ["the next start does not work"], "said": process.said}
+
+
+def wrong(*logs: Log, lost: float, sigmas: float = 0.0) -> list[str]:
+    """Return what is wrong; nothing for a trial as it should be.
+
+    Args:
+        logs: each must replay to the bit.
+        lost: how much of the killed one's log is lost, s.
+        sigmas: how far off the next one believes itself, in its own sigma; 0 where that is not judged.
+    """
+    found = ["confidently lost"] if sigmas > _SIGMAS_MAX else []
+    if lost > _LOST_MAX:
+        found.append("more of the log is lost")
+    results = [replay(log, build) for log in logs]
+    return found + [str(result) for result in results if not result.equal]
+
+
+def distance(truth: Columns, t: float, x: float, y: float) -> float:
+    """Return how far a place is from the true one at a time of the plant, s."""
+    true_x, true_y = (float(np.interp(t, truth["t"], truth[f"eta.{axis}"])) for axis in "xy")
+    return math.hypot(x - true_x, y - true_y)
+
+
+def last_time(log: Log) -> float:
+    """Return the time of the last cycle, s."""
+    return float(log.columns["t"][-1])
+
+
+def read_log(folder: Path) -> Log:
+    """Read the only log below a folder."""
+    (path,) = folder.rglob("log.mcap")
+    return read(path)
