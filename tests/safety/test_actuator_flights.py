@@ -11,27 +11,8 @@ from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py.records.event import EventKind
 from firmware_py.records.health import ActuatorFault
+from tests.straight_run import hold, under_way
 
-SCENARIO = """
-description = "Straight ahead at 10 m, in eddies."
-duration_s = {duration}
-completes = "time"
-[environment]
-bottom_depth_m = 45.0
-turbulence_m_s = {eddies}
-[start]
-depth_m = 10.0
-u_m_s = 1.8
-n_rpm = 500.0
-[[orders]]
-t_s = 0.5
-arming = "arm"
-mode = "hold"
-depth_m = 10.0
-speed_m_s = 1.8
-[autopilot.estimation.learning]
-enabled = false
-"""
 FINS = ("stern_port", "stern_starboard", "rudder_upper", "rudder_lower")
 Named = dict[str, list[tuple[float, ActuatorFault]]]
 
@@ -39,7 +20,7 @@ Named = dict[str, list[tuple[float, ActuatorFault]]]
 def flight(folder: Path, faults: list[str], duration: float, eddies: float = 0.1, seed: int = 1000):
     """Return what was named, by actuator, and the truth."""
     scenario, log = folder / "scenario.toml", folder / "log.mcap"
-    scenario.write_text(SCENARIO.format(duration=duration, eddies=eddies))
+    scenario.write_text(under_way(duration, 10.0, hold(10.0, heading=None), bottom=45.0, eddies=eddies))
     fly(prepare(FlightRequest(scenario=str(scenario), faults=tuple(faults), seed=seed), {}), log)
     flown = reading.read(log)
     named: Named = {}

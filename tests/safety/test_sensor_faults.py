@@ -11,43 +11,9 @@ from sternplane.logs.reading import Log, read
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py.records.health import SensorHealth, SourceState
+from tests.straight_run import mission, under_way
 
-DIVE = """
-description = "Dive to 12 m, straight ahead."
-duration_s = 50.0
-completes = "time"
-
-[environment]
-bottom_depth_m = 40.0
-
-[start]
-depth_m = 8.0
-u_m_s = 1.8
-n_rpm = 500.0
-
-[[orders]]
-t_s = 0.5
-arming = "arm"
-
-[[orders]]
-t_s = 1.0
-mode = "mission"
-
-[[waypoints]]
-x_m = 30.0
-y_m = 0.0
-depth_m = 8.0
-speed_m_s = 1.8
-
-[[waypoints]]
-x_m = 400.0
-y_m = 0.0
-depth_m = 12.0
-speed_m_s = 1.8
-
-[autopilot.estimation.learning]
-enabled = false
-"""
+DIVE = under_way(50.0, 8.0, mission([(30.0, 8.0), (400.0, 12.0)]))
 SPIKES = (
     "spike:pressure=29@18",
     "spike:ahrs.yaw=90@20",

@@ -10,39 +10,14 @@ from sternplane.logs.run import Run
 from firmware_py.records.command import AscentStage
 from firmware_py.records.event import EventKind
 from firmware_py.records.order import Mode
-from tests.sitl.flights import LEARNING_OFF, Flights
-
-SCENARIO = (
-    """
-description = "Something breaks at 5 s; SURFACE is ordered, unless a rule does it before."
-duration_s = {duration}
-completes = "surfaced"
-faults = {faults}
-[environment]
-bottom_depth_m = 60.0
-turbulence_m_s = 0.1
-[start]
-depth_m = {depth}
-u_m_s = 1.8
-n_rpm = 492.0
-[[orders]]
-t_s = 0.5
-arming = "arm"
-mode = "hold"
-depth_m = {dive}
-heading_deg = 0.0
-speed_m_s = 1.8
-[[orders]]
-t_s = {surface}
-mode = "surface"
-"""
-    + LEARNING_OFF
-)
+from tests.sitl.flights import Flights
+from tests.straight_run import hold, surface, under_way
 
 
-def text(*faults: str, depth: float = 15.0, dive: float = 15.0, surface: float = 12.0, duration: float = 150.0) -> str:
-    listed = "[" + ", ".join(f'"{fault}"' for fault in faults) + "]"
-    return SCENARIO.format(faults=listed, depth=depth, dive=dive, surface=surface, duration=duration)
+def text(*faults: str, depth: float = 15.0, dive: float = 15.0, at: float = 12.0) -> str:
+    """Return a flight in which something breaks; SURFACE is ordered at a time, s, unless a rule does it before."""
+    orders = hold(dive), surface(at)
+    return under_way(150.0, depth, *orders, completes="surfaced", faults=faults, bottom=60.0, eddies=0.1, rpm=492.0)
 
 
 def accused(log: Run) -> set[str]:
@@ -67,7 +42,7 @@ def test_planes_jammed_unreported_are_told_by_their_consequence_and_depth_stays_
     flown: Flights,
 ) -> None:
     jam = ("silent:servo_hub@3", "jam:stern_port=23@10", "jam:stern_starboard=23@10")
-    _, log = flown(text(*jam, surface=140.0), seed=1001)
+    _, log = flown(text(*jam, at=140.0), seed=1001)
     assert log.columns["mode.drop"][-1]
     assert log.truth["eta.z"].max() < 21.0
     assert log.columns["mode.mode"][-1] == Mode.DISARMED
@@ -77,7 +52,7 @@ def test_planes_jammed_unreported_are_told_by_their_consequence_and_depth_stays_
 
 
 def test_a_vehicle_that_rolls_over_stops_at_once_and_comes_up_without_its_weight(flown: Flights) -> None:
-    _, log = flown(text("ballast:z_G=-0.081@5", surface=140.0), seed=1001)  # 6.1 cm below the middle before
+    _, log = flown(text("ballast:z_G=-0.081@5", at=140.0), seed=1001)  # 6.1 cm below the middle before
     c = log.columns
     over = abs(log.truth["eta.phi"]) > math.radians(100.0)
     assert over.any()

@@ -10,35 +10,14 @@ from sternplane.logs.reading import Log
 
 from firmware_py.records.event import EventKind
 from firmware_py.records.health import SourceFault
-from tests.sitl.flights import LEARNING_OFF, Flights
+from tests.sitl.flights import Flights
+from tests.straight_run import hold, under_way
 
 STRUCK = 12.0
-CRUISE = """
-description = "Straight ahead at 8 m, with a second speaker."
-duration_s = 24.0
-completes = "time"
-faults = ["{fault}"]
-
-[environment]
-bottom_depth_m = 40.0
-
-[start]
-depth_m = 8.0
-u_m_s = 1.8
-n_rpm = 500.0
-
-[[orders]]
-t_s = 0.5
-arming = "arm"
-mode = "hold"
-depth_m = 8.0
-heading_deg = 0.0
-speed_m_s = 1.8
-"""
 
 
 def flight(flown: Flights, fault: str) -> Log:
-    return flown(CRUISE.format(fault=f"{fault}@{STRUCK:g}") + LEARNING_OFF)[1]
+    return flown(under_way(24.0, 8.0, hold(8.0), faults=[f"{fault}@{STRUCK:g}"]))[1]
 
 
 def named(log: Log) -> list[tuple[float, str, SourceFault]]:
