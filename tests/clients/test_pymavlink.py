@@ -14,6 +14,7 @@ from pymavlink import mavftp, mavparm, mavutil, mavwp
 from pymavlink.dialects.v20 import all as mavlink
 
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.health import WeightState
 
 from .vehicle import SURFACE, flying, free_port
 
@@ -113,6 +114,8 @@ def flown(place: Path, earlier: bytes) -> Flown:
         said["turn"] = station.asks(mavlink.MAV_CMD_NAV_TAKEOFF)
         said["disarm"] = station.asks(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0)  # it lies under water
         said["disarm, forced"] = station.asks(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 21196)
+        released = [station.asks(mavlink.MAV_CMD_DO_GRIPPER, 1, mavlink.GRIPPER_ACTION_RELEASE)]
+        said["release"] = [*released, station.hears("COMMAND_ACK").result]
 
         route, fence = mavwp.MAVWPLoader(1, 1), mavwp.MissionItemProtocol_Fence(1, 1)
         for place_and_depth in PLACES:
@@ -184,6 +187,13 @@ def test_every_command_is_answered(flown: Flown) -> None:
     answers = [flown.said[name] for name in ("arm", "turn", "disarm", "disarm, forced")]
     accepted, refused = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_TEMPORARILY_REJECTED
     assert answers == [accepted, mavlink.MAV_RESULT_UNSUPPORTED, refused, accepted]
+
+
+def test_the_drop_weight_is_released_when_the_hardpoint_has_said_so(flown: Flown) -> None:
+    assert flown.said["release"] == [mavlink.MAV_RESULT_IN_PROGRESS, mavlink.MAV_RESULT_ACCEPTED]
+    states = [cycle.actuators.drop_weight for cycle in flown.cycles.values()]
+    assert WeightState.HELD in states
+    assert states[-1] is WeightState.RELEASED
 
 
 def test_mission_and_fence_of_mavwp_are_still_there_after_a_restart(flown: Flown) -> None:
