@@ -103,7 +103,10 @@ def report(known: LearnedState) -> tuple[Event, ...]:
         sizes = np.sqrt(known.covariance.diagonal()) / np.abs(known.believed)
     if not (np.isfinite(scaled).all() and np.isfinite(sizes).all()):
         return (reported(Cause.NOT_FINITE, (float(count),)),)
-    weak = identifiability(scaled, names, np.ones(count))
+    try:
+        weak = identifiability(scaled, names, np.ones(count))
+    except np.linalg.LinAlgError:  # finite, but as good as not: 1e195 beside 1
+        return (reported(Cause.NOT_FINITE, (float(count),)),)
     learned = [i for i, name in enumerate(names) if name not in weak.unknown]
     calm = [names[i] for i in learned if not known.excited[i]]
     valid = sum(bool(known.valid[i]) for i in learned)
