@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from firmware_py.estimation.coefficient_estimator import CoefficientEstimator, LearningParams
@@ -102,6 +102,7 @@ number = st.one_of(st.floats(-10.0, 10.0), st.floats(), st.sampled_from([0.0, 1e
 
 
 @given(st.lists(number, min_size=10, max_size=10), st.lists(st.booleans(), min_size=12, max_size=12))
+@example([0.0, 9.79875758637326e194, 0.0, 7.154009031347334e118, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0], [False] * 12)
 def test_whatever_the_covariance_a_sentence_comes_of_it_without_a_number_that_is_none(
     numbers: list[float], flag: list[bool]
 ) -> None:
