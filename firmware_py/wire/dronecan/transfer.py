@@ -44,11 +44,11 @@ def frames_of(identifier: int, payload: bytes, transfer_id: int, crc_seed: int) 
     if len(payload) < 8:
         return [(identifier, payload + _TAILS[_START | _END | transfer_id & 31])]
     payload = binascii.crc_hqx(payload, crc_seed).to_bytes(2, "little") + payload
-    last = (len(payload) - 1) // 7
-    frames = []
-    for i in range(last + 1):
-        tail = (i == 0 and _START) | (i == last and _END) | (i & 1 and _TOGGLE) | transfer_id & 31
-        frames.append((identifier, payload[7 * i : 7 * i + 7] + _TAILS[tail]))
+    frames, tail = [], _START | transfer_id & 31
+    for begin in range(0, len(payload) - 7, 7):
+        frames.append((identifier, payload[begin : begin + 7] + _TAILS[tail]))
+        tail = (tail & ~_START) ^ _TOGGLE
+    frames.append((identifier, payload[7 * len(frames) :] + _TAILS[tail | _END]))
     return frames
 
 
@@ -65,19 +65,16 @@ class TransferSender:
 
     def send(self, kind: MessageType[R], value: R, priority: int = 16, destination: int = 0) -> list[Frame]:
         """Return the frames of a message, or of a request to `destination`."""
-        return self._frames(can_id(kind, self.node_id, priority, destination), kind, value)
+        identifier = can_id(kind, self.node_id, priority, destination)
+        port = identifier & 0xFFFFFF
+        transfer_id = self._next.get(port, 0)
+        self._next[port] = transfer_id + 1 & 31
+        return frames_of(identifier, kind.encode(value), transfer_id, kind.crc_seed)
 
     def respond(self, request: Transfer, kind: MessageType[R], value: R) -> list[Frame]:
         """Return the frames of the response to a request, with its transfer id and priority."""
         identifier = can_id(kind, self.node_id, request.priority, request.source)
         return frames_of(identifier, kind.encode(value), request.transfer_id, kind.crc_seed)
-
-    def _frames(self, identifier: int, kind: MessageType[R], value: R) -> list[Frame]:
-        payload = kind.encode(value)
-        port = identifier & 0xFFFFFF
-        transfer_id = self._next.get(port, 0)
-        self._next[port] = transfer_id + 1 & 31
-        return frames_of(identifier, payload, transfer_id, kind.crc_seed)
 
 
 class Transfer(NamedTuple):
@@ -116,13 +113,12 @@ class Dropped:
 class _Open:
     """A transfer that is not complete yet."""
 
-    __slots__ = ("first", "kind", "pieces", "size", "t", "t_last", "tail")
+    __slots__ = ("first", "payload", "t", "t_last", "tail")
 
-    def __init__(self, kind: MessageType[Any], data: bytes, t: float) -> None:
-        self.kind = kind
-        self.first = bytes(data)
-        self.pieces = [bytes(data[:7])]
-        self.size = 7
+    def __init__(self, data: bytes, t: float) -> None:
+        self.first = data
+        self.payload = data[:7]
+        """What has come of it, with the CRC in front."""
         self.t = self.t_last = t
         self.tail = (data[7] & 31) | _TOGGLE
         """Transfer id and toggle of the frame that must come next."""
@@ -171,53 +167,54 @@ class Reassembler:
             return None
         key = identifier & 0xFFFFFF
         tail = data[-1]
-        if tail & 0xE0 != _START | _END:
-            return self._accept_part(kind, key, identifier >> 24, data, t)
+        if not tail & _START:
+            return self._go_on(kind, key, identifier >> 24, data, t)
+        if tail & (_END | _TOGGLE) != _END:
+            self._start(key, data, t)
+            return None
         last_id = self._last_ids.get(key)
         if last_id is not None and last_id[0] == tail & 31 and t - last_id[1] <= TIMEOUT:
             self._drop_repeated(key, last_id[2] == data)
             return None
         if key in self._open:
             self._drop_open(key, t)
-        self._last_ids[key] = (tail & 31, t, bytes(data))
-        return Transfer(kind, identifier & 0x7F, tail & 31, identifier >> 24, bytes(data[:-1]), t)
+        self._last_ids[key] = (tail & 31, t, data)
+        return Transfer(kind, identifier & 0x7F, tail & 31, identifier >> 24, data[:-1], t)
 
-    def _accept_part(self, kind: MessageType[Any], key: int, priority: int, data: bytes, t: float) -> Transfer | None:
-        tail = data[-1]
-        if tail & _START:
-            self._start(kind, key, data, t)
-            return None
+    def _go_on(self, kind: MessageType[Any], key: int, priority: int, data: bytes, t: float) -> Transfer | None:
+        """Take a frame that is not the first of its transfer."""
         transfer = self._open.get(key)
         if transfer is not None and t - transfer.t_last > TIMEOUT:
             self._drop_open(key, t)
             transfer = None
+        tail = data[-1]
         if transfer is None or (tail ^ transfer.tail) & 31:
             self._from(key).lost_start += 1
             return None
         if (tail ^ transfer.tail) & _TOGGLE or (len(data) < 8 and not tail & _END):
             self._from(key).wrong_toggle += 1
             return None
-        transfer.pieces.append(bytes(data[:-1]))
-        transfer.size += len(data) - 1
+        transfer.payload += data[:-1]
         transfer.tail ^= _TOGGLE
         transfer.t_last = t
-        if transfer.size > kind.max_bytes + 2:
+        if len(transfer.payload) > kind.max_bytes + 2:
             del self._open[key]
             self._from(key).too_long += 1
             return None
         if not tail & _END:
             return None
         del self._open[key]
-        payload = b"".join(transfer.pieces)
-        if binascii.crc_hqx(payload[2:], kind.crc_seed) != payload[0] | payload[1] << 8:
+        payload = transfer.payload[2:]
+        if binascii.crc_hqx(payload, kind.crc_seed).to_bytes(2, "little") != transfer.payload[:2]:
             self._from(key).bad_crc += 1
             return None
         self._last_ids[key] = (tail & 31, transfer.t, transfer.first)
-        return Transfer(kind, key & 0x7F, tail & 31, priority, payload[2:], transfer.t)
+        return Transfer(kind, key & 0x7F, tail & 31, priority, payload, transfer.t)
 
-    def _start(self, kind: MessageType[Any], key: int, data: bytes, t: float) -> None:
+    def _start(self, key: int, data: bytes, t: float) -> None:
+        """Take the first frame of several."""
         tail = data[-1]
-        if tail & (_TOGGLE | _END) or len(data) < 8:
+        if tail & (_END | _TOGGLE) or len(data) < 8:
             self._from(key).wrong_toggle += 1
             return
         last_id = self._last_ids.get(key)
@@ -230,7 +227,7 @@ class Reassembler:
             oldest = next(iter(self._open))
             del self._open[oldest]
             self._from(oldest).crowded_out += 1
-        self._open[key] = _Open(kind, data, t)
+        self._open[key] = _Open(data, t)
 
     def _drop_open(self, key: int, t: float) -> None:
         transfer = self._open.pop(key)
