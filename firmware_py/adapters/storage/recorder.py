@@ -20,6 +20,7 @@ from mcap.writer import CompressionType, Writer
 
 from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.adapters.storage.chunk_index import ChunkIndexes
+from firmware_py.adapters.storage.message_chunk import MessageChunk
 from firmware_py.records.cycle import Cycle
 from firmware_py.wire.log import changes
 from firmware_py.wire.log.cdr_codec import CdrCodec
@@ -103,6 +104,7 @@ class LogWriter:
         writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=compression, enable_data_crcs=True)
         self._writer = cast(Any, writer)  # mcap's Writer is not typed throughout
         self._writer._Writer__chunk_indices = ChunkIndexes()  # the library's list takes 5 MB an hour
+        self._writer._Writer__chunk_builder = MessageChunk()  # and its chunk three times as long for a message
         try:
             self._writer.start(profile="ros2", library="sternplane")
             self._writer.add_metadata(HEADER, {"format": str(FORMAT), "header": to_json(header)})
