@@ -68,11 +68,7 @@ def sources(layout: Struct) -> tuple[str, str, Names]:
 
 _FORMATS = tuple((struct.Struct(f"<{n}f"), struct.Struct(f"<{n}e"), struct.Struct(f"<{n}H")) for n in range(256))
 _INFINITE, _FRACTION = 0x7C00, 0x03FF
-
-
-def _non_finite(half: int) -> int:
-    """Return what is sent for NaN (all bits set but the sign) and for an infinity (the largest); see `half`."""
-    return half | _INFINITE | _FRACTION if half & _FRACTION else half - 1
+_NAN = _INFINITE | _FRACTION
 
 
 def _halves(values: Sequence[float], nudge: float = bitwise_codec.NUDGE) -> Sequence[int]:
@@ -85,8 +81,8 @@ def _halves(values: Sequence[float], nudge: float = bitwise_codec.NUDGE) -> Sequ
     rounded = singles.unpack(singles.pack(*values))
     total = sum(rounded)
     found = integers.unpack(halves.pack(*[value * nudge for value in rounded]))
-    if total - total:  # not finite
-        return [half if half & _INFINITE != _INFINITE else _non_finite(half) for half in found]
+    if total - total:  # not finite: NaN has all bits set but its sign, and an infinity is the largest (see `half`)
+        return [h if h & _INFINITE != _INFINITE else h | _NAN if h & _FRACTION else h - 1 for h in found]
     return found
 
 

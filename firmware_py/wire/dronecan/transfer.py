@@ -8,6 +8,7 @@ signature seeds. The caller passes in the time, s.
 from __future__ import annotations
 
 import binascii
+import functools
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple, TypeAlias, TypeVar
@@ -19,10 +20,17 @@ Frame: TypeAlias = tuple[int, bytes]
 
 TIMEOUT = 2.0
 """A transfer that is not complete after this time is given up, s; so is the memory of the last transfer id."""
+_SOURCE = 0x7F
+"""Bits of an id: the node that sends."""
+_PORT = ~(0x1F << 24 | _SOURCE)
+"""All others but the priority: type and destination, and any bits that no id of ours has."""
+_STREAM = 0xFFFFFF
+"""All of an id but the priority."""
 _START, _END, _TOGGLE = 0x80, 0x40, 0x20
 _TAILS = tuple(bytes((tail,)) for tail in range(256))
 
 
+@functools.lru_cache(maxsize=1024)
 def can_id(kind: MessageType[Any], source: int, priority: int = 16, destination: int = 0) -> int:
     """Return the 29-bit id of a transfer's frames; priority 0 is the highest of 32; services have a destination.
 
@@ -66,7 +74,7 @@ class TransferSender:
     def send(self, kind: MessageType[R], value: R, priority: int = 16, destination: int = 0) -> list[Frame]:
         """Return the frames of a message, or of a request to `destination`."""
         identifier = can_id(kind, self.node_id, priority, destination)
-        port = identifier & 0xFFFFFF
+        port = identifier & _STREAM
         transfer_id = self._next.get(port, 0)
         self._next[port] = transfer_id + 1 & 31
         return frames_of(identifier, kind.encode(value), transfer_id, kind.crc_seed)
@@ -136,13 +144,9 @@ class Reassembler:
     __slots__ = ("_foreign", "_last_ids", "_most_open", "_open", "_ports", "dropped_from")
 
     def __init__(self, wanted: Iterable[MessageType[Any]], node_id: int = 0, most_open: int = 64) -> None:
-        # A port is the part of the id that says type and destination: bits 7 to 23.
         self._ports: dict[int, MessageType[Any]] = {}
         for kind in wanted:
-            if kind.kind is TransferKind.MESSAGE:
-                self._ports[kind.data_type_id << 1] = kind
-            else:
-                self._ports[can_id(kind, 1, 0, node_id) >> 7] = kind
+            self._ports[can_id(kind, 1, 0, node_id) & _PORT] = kind
         self._most_open = most_open
         self._open: dict[int, _Open] = {}
         self._last_ids: dict[int, tuple[int, float, bytes]] = {}
@@ -161,14 +165,14 @@ class Reassembler:
 
     def accept(self, identifier: int, data: bytes, t: float) -> Transfer | None:
         """Take one frame; return the transfer that it completes, if any."""
-        kind = self._ports.get(identifier >> 7 & 0x1FFFF)
-        if kind is None or not identifier & 0x7F or identifier >> 29 or not 1 <= len(data) <= 8:
+        kind = self._ports.get(identifier & _PORT)
+        if kind is None or not identifier & _SOURCE or not 1 <= len(data) <= 8:
             self._foreign += 1
             return None
-        key = identifier & 0xFFFFFF
         tail = data[-1]
         if not tail & _START:
-            return self._go_on(kind, key, identifier >> 24, data, t)
+            return self._go_on(kind, identifier, data, t)
+        key = identifier & _STREAM
         if tail & (_END | _TOGGLE) != _END:
             self._start(key, data, t)
             return None
@@ -179,37 +183,33 @@ class Reassembler:
         if key in self._open:
             self._drop_open(key, t)
         self._last_ids[key] = (tail & 31, t, data)
-        return Transfer(kind, identifier & 0x7F, tail & 31, identifier >> 24, data[:-1], t)
+        return Transfer(kind, identifier & _SOURCE, tail & 31, identifier >> 24, data[:-1], t)
 
-    def _go_on(self, kind: MessageType[Any], key: int, priority: int, data: bytes, t: float) -> Transfer | None:
+    def _go_on(self, kind: MessageType[Any], identifier: int, data: bytes, t: float) -> Transfer | None:
         """Take a frame that is not the first of its transfer."""
+        key, tail = identifier & _STREAM, data[-1]
         transfer = self._open.get(key)
-        if transfer is not None and t - transfer.t_last > TIMEOUT:
-            self._drop_open(key, t)
-            transfer = None
-        tail = data[-1]
-        if transfer is None or (tail ^ transfer.tail) & 31:
-            self._from(key).lost_start += 1
+        if transfer is None or t - transfer.t_last > TIMEOUT or (tail ^ transfer.tail) & 31:
+            self._drop_end(key, transfer, t)
             return None
-        if (tail ^ transfer.tail) & _TOGGLE or (len(data) < 8 and not tail & _END):
+        last = tail & _END
+        if (tail ^ transfer.tail) & _TOGGLE or not (last or len(data) == 8):
             self._from(key).wrong_toggle += 1
             return None
-        transfer.payload += data[:-1]
-        transfer.tail ^= _TOGGLE
-        transfer.t_last = t
-        if len(transfer.payload) > kind.max_bytes + 2:
+        payload = transfer.payload = transfer.payload + data[:-1]
+        if len(payload) > kind.max_bytes + 2:
             del self._open[key]
             self._from(key).too_long += 1
             return None
-        if not tail & _END:
+        if not last:
+            transfer.tail, transfer.t_last = tail ^ _TOGGLE, t
             return None
         del self._open[key]
-        payload = transfer.payload[2:]
-        if binascii.crc_hqx(payload, kind.crc_seed).to_bytes(2, "little") != transfer.payload[:2]:
+        if binascii.crc_hqx(payload[2:], kind.crc_seed) != payload[0] | payload[1] << 8:
             self._from(key).bad_crc += 1
             return None
         self._last_ids[key] = (tail & 31, transfer.t, transfer.first)
-        return Transfer(kind, key & 0x7F, tail & 31, priority, payload, transfer.t)
+        return Transfer(kind, identifier & _SOURCE, tail & 31, identifier >> 24, payload[2:], transfer.t)
 
     def _start(self, key: int, data: bytes, t: float) -> None:
         """Take the first frame of several."""
@@ -229,6 +229,12 @@ class Reassembler:
             self._from(oldest).crowded_out += 1
         self._open[key] = _Open(data, t)
 
+    def _drop_end(self, key: int, transfer: _Open | None, t: float) -> None:
+        """Drop a frame that goes on with no transfer; one that has waited for too long is given up."""
+        if transfer is not None and t - transfer.t_last > TIMEOUT:
+            self._drop_open(key, t)
+        self._from(key).lost_start += 1
+
     def _drop_open(self, key: int, t: float) -> None:
         transfer = self._open.pop(key)
         if t - transfer.t_last > TIMEOUT:
@@ -244,4 +250,4 @@ class Reassembler:
             dropped.contradicted += 1
 
     def _from(self, key: int) -> Dropped:
-        return self.dropped_from.setdefault(key & 0x7F, Dropped())
+        return self.dropped_from.setdefault(key & _SOURCE, Dropped())
