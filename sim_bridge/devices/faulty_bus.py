@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection
 
 from firmware_py.adapters.buses.can_bus import FramePort
 
@@ -42,7 +42,7 @@ class FaultyBus:
             return []
         return frames if self.lost is None else self._kept(frames, self.lost)
 
-    def send(self, frames: Iterable[tuple[int, bytes]]) -> None:
+    def send(self, frames: Collection[tuple[int, bytes]]) -> None:
         """Send the frames that are not lost."""
         if not self.down:
             self._bus.send(frames if self.lost is None else self._kept(frames, self.lost))
@@ -56,5 +56,5 @@ class FaultyBus:
         self._bus.close()
 
     @staticmethod
-    def _kept(frames: Iterable[tuple[int, bytes]], lost: Callable[[], bool]) -> list[tuple[int, bytes]]:
+    def _kept(frames: Collection[tuple[int, bytes]], lost: Callable[[], bool]) -> list[tuple[int, bytes]]:
         return [frame for frame in frames if not lost()]

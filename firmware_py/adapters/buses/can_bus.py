@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import select
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, fields
 from typing import Protocol, TypeAlias
 
@@ -20,7 +20,7 @@ from firmware_py.error_text import quoted
 from firmware_py.params import ParamError, param
 
 FrameBus: TypeAlias = McastBus | SocketCanFrameBus | VirtualFrameBus
-"""A python-can bus that also sends and receives bare frames: `send_frame`, `receive_frames`, `overrun`."""
+"""A python-can bus that also sends and receives bare frames: `send_frames`, `receive_frames`, `overrun`."""
 
 
 class BusError(Exception):
@@ -64,7 +64,7 @@ class FramePort(Protocol):
     def drain(self, limit: int) -> list[tuple[int, bytes]]:
         """Return the frames (id, data) that have arrived, at most `limit`."""
 
-    def send(self, frames: Iterable[tuple[int, bytes]]) -> None:
+    def send(self, frames: Collection[tuple[int, bytes]]) -> None:
         """Send frames (id, data) in order."""
 
     def losses(self) -> dict[str, int]:
@@ -83,7 +83,7 @@ class CanBus:
 
     def __init__(self, bus: FrameBus) -> None:
         self._bus = bus
-        self._send = bus.send_frame
+        self._send = bus.send_frames
         self._receive = bus.receive_frames
         self._arrival = select.poll()
         if bus.fileno() >= 0:
@@ -107,14 +107,9 @@ class CanBus:
             self._failed_drains += 1
         return frames
 
-    def send(self, frames: Iterable[tuple[int, bytes]]) -> None:
+    def send(self, frames: Collection[tuple[int, bytes]]) -> None:
         """Send frames (id, data) in order; count one that the bus does not take, raise nothing."""
-        send = self._send
-        for can_id, data in frames:
-            try:
-                send(can_id, data)
-            except OSError:
-                self._not_sent += 1
+        self._not_sent += self._send(frames)
 
     @property
     def name(self) -> str:

@@ -16,7 +16,7 @@ import socket
 import struct
 import time
 from binascii import crc_hqx
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Any
 
 import can
@@ -86,9 +86,15 @@ class McastBus(can.BusABC):
         """Return how many datagrams were no frames, if any."""
         return {"malformed": self.bad} if self.bad else {}
 
-    def send_frame(self, can_id: int, data: bytes) -> None:
-        """Send a frame with an extended id; raise OSError if the kernel does not take it."""
-        self._sender.send(encode(can_id | _EXTENDED, data))
+    def send_frames(self, frames: Collection[tuple[int, bytes]]) -> int:
+        """Send frames with extended ids; return how many the kernel did not take."""
+        not_taken = 0
+        for can_id, data in frames:
+            try:
+                self._sender.send(encode(can_id | _EXTENDED, data))
+            except OSError:
+                not_taken += 1
+        return not_taken
 
     def receive_frames(self, frames: list[tuple[int, bytes]], limit: int) -> None:
         """Append the frames with extended ids that have arrived; examine at most `limit` datagrams of other nodes."""

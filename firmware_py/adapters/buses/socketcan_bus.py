@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import socket
 import struct
+from collections.abc import Collection
 
 import can
 from can.interfaces.socketcan import SocketcanBus
@@ -72,9 +73,15 @@ class SocketCanFrameBus(SocketcanBus):
         """Return how many frames, one's own included, the kernel had no room for."""
         return receive_buffer.overrun(self.socket)
 
-    def send_frame(self, can_id: int, data: bytes) -> None:
-        """Send a frame with an extended id; raise OSError if the kernel does not take it at once."""
-        self.socket.send(_FRAME.pack(can_id | _EXTENDED, len(data), data), socket.MSG_DONTWAIT)
+    def send_frames(self, frames: Collection[tuple[int, bytes]]) -> int:
+        """Send frames with extended ids; return how many the kernel did not take at once."""
+        not_taken = 0
+        for can_id, data in frames:
+            try:
+                self.socket.send(_FRAME.pack(can_id | _EXTENDED, len(data), data), socket.MSG_DONTWAIT)
+            except OSError:
+                not_taken += 1
+        return not_taken
 
     def receive_frames(self, frames: list[tuple[int, bytes]], limit: int) -> None:
         """Append the frames with extended ids that have arrived; examine at most `limit`.

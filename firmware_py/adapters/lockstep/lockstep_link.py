@@ -8,7 +8,7 @@ sent before it. Before tick 0 the plant sends `Tick(HELLO)`, with its step, unti
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import TypeVar
 
 from firmware_py.adapters.buses.can_bus import CanBus
@@ -60,9 +60,8 @@ class LockstepLink:
         frames, self._step_frames = self._step_frames[:limit], self._step_frames[limit:]
         return frames
 
-    def send(self, frames: Iterable[tuple[int, bytes]]) -> None:
+    def send(self, frames: Collection[tuple[int, bytes]]) -> None:
         """Send frames, and count them."""
-        frames = list(frames)
         self.frames_sent += len(frames)
         self._bus.send(frames)
 

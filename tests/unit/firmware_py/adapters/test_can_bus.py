@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.adapters.buses.can_bus import CanBus, NodeIds, open_bus
+from firmware_py.adapters.buses.multicast_bus import McastBus
 from firmware_py.adapters.buses.virtual_bus import VirtualFrameBus
 from firmware_py.params import ParamError, load
 
@@ -74,21 +75,37 @@ def test_what_is_not_an_extended_data_frame_is_skipped_and_costs_its_share_of_th
     assert pair.a.drain(2) == [(3, b"")]
 
 
-def test_a_bus_that_does_not_take_a_frame_costs_that_frame_alone(pair):
-    class Full(VirtualFrameBus):
-        def send_frame(self, can_id, data):
-            if can_id == 2:
+def test_a_frame_that_the_kernel_does_not_take_costs_that_frame_alone(monkeypatch):
+    taken = []
+
+    class Kernel:
+        def send(self, datagram):
+            taken.append(datagram)
+            if len(taken) == 2:
                 raise OSError(errno.ENOBUFS, "no buffer")
-            super().send_frame(can_id, data)
+
+    with McastBus(9) as bus:
+        monkeypatch.setattr(bus, "_sender", Kernel())
+        node = CanBus(bus)
+        node.send([(1, b""), (2, b""), (3, b"")])
+        assert len(taken) == 3
+        assert node.losses()["not_sent"] == 1
+        monkeypatch.undo()
+
+
+def test_a_bus_that_fails_is_silent_and_is_counted(pair):
+    class Failing(VirtualFrameBus):
+        def send_frames(self, frames):
+            return super().send_frames(frames[:1]) + len(frames[1:])
 
         def receive_frames(self, frames, limit):
             raise OSError(errno.ENETDOWN, "network is down")
 
-    node = CanBus(Full(pair.plain.channel_id))
+    node = CanBus(Failing(pair.plain.channel_id))
     node.send([(1, b""), (2, b""), (3, b"")])
-    assert pair.a.drain(9) == [(1, b""), (3, b"")]
+    assert pair.a.drain(9) == [(1, b"")]
     assert node.drain(10) == []
-    assert node.losses() == {"not_sent": 1, "overrun": 0, "failed_drains": 1}
+    assert node.losses() == {"not_sent": 2, "overrun": 0, "failed_drains": 1}
     node.close()
 
 
