@@ -87,7 +87,7 @@ class Devices:
                 sensor.update(k, plant)
 
     def receive(self, t: float) -> None:
-        """Take the commands and requests on the bus at `t`; the DVL takes what came over its line."""
+        """Take the commands and requests on the bus at `t`."""
         for can_id, data in self.bus.drain(FRAMES_PER_TICK):
             if can_id & SERVICE:
                 node = self._by_id.get(can_id >> 8 & 0x7F)
@@ -98,7 +98,6 @@ class Devices:
                 if transfer is not None:
                     self._accept_command(transfer, t)
         self._hardpoint.watch(t)
-        self._dvl.receive()
 
     def commands(self, t: float, fins: Sequence[float]) -> tuple[Sequence[float], float]:
         """Return the commands to servos (rad) and shaft (rev/s) at `t`; `fins` are the true angles."""

@@ -27,11 +27,8 @@ class SerialDvl:
         """Send what is ready at tick `k`, at time `t`, s; return when the autopilot can read it."""
         reading = self._sensor.update(k, plant)
         if reading is not None and self.powered:
+            self._line.receive()  # and ignore what the autopilot wrote, so that its writes never block
             self._line.send(self._sentence(reading.value, _clock(reading.t_valid), _clock(t)))
-
-    def receive(self) -> None:
-        """Read and ignore what the autopilot wrote, so that its writes never block."""
-        self._line.receive()
 
     def _sentence(self, dvl: Dvl | None, valid_us: int, sent_us: int) -> bytes:
         u, v, w, fom, altitude = dvl or UNLOCKED
