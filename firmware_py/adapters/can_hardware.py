@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import asdict, fields
+from functools import partial
 from typing import Any
 
 from firmware_py.adapters.buses.can_bus import FramePort
@@ -80,9 +81,9 @@ class CanHardware:
             (m.BATTERY_INFO, nodes.battery): (self._battery, 0.0),
             (m.HYGROMETER, nodes.battery): (self._hygrometer, 0.0),
             (m.HARDPOINT_STATUS, nodes.hardpoint): (self._hardpoint, 0.0),
+            **{(m.NODE_STATUS, node): (partial(self._nodes.hear_status, node), 0.0) for node in self._nodes.names},
         }
-        wanted = [*{kind for kind, _ in self._handlers}, m.NODE_STATUS, m.GET_NODE_INFO, m.GET_NODE_INFO_RESPONSE]
-        self._roles = frozenset(self._nodes.names)
+        wanted = [*{kind for kind, _ in self._handlers}, m.GET_NODE_INFO, m.GET_NODE_INFO_RESPONSE]
         # Room for every node: no flood of other transfers displaces one of ours.
         self._reassembler = Reassembler(wanted, params.can.node_id, most_open=127 * len(wanted))
         self._requests: dict[int, Transfer] = {}
@@ -173,29 +174,24 @@ class CanHardware:
         self._dvl.close()
 
     def _dispatch(self, transfer: Transfer) -> None:
-        kind = transfer.kind
-        if kind is m.GET_NODE_INFO:
-            self._requests[transfer.source] = transfer
+        kind, source, _, _, payload, t = transfer
+        entry = self._handlers.get((kind, source))
+        if entry is None:
+            if kind is m.GET_NODE_INFO:
+                self._requests[source] = transfer
+            elif kind is m.GET_NODE_INFO_RESPONSE and source in self._nodes.names:
+                self._hear_info(transfer)
             return
-        if kind is m.NODE_STATUS and transfer.source not in self._roles:
-            return
-        entry = self._handlers.get((kind, transfer.source))
-        if kind is m.GET_NODE_INFO_RESPONSE and transfer.source in self._roles:
-            self._hear_info(transfer)
-            return
-        if (entry is None and kind is not m.NODE_STATUS) or not self._nodes.accept(transfer):
+        if not self._nodes.accept(transfer):
             return
         try:
-            message = kind.decode(transfer.payload)
+            message = kind.decode(payload)
         except DecodeError:
             self.malformed += 1
-            self._nodes.malformed[transfer.source] += 1
+            self._nodes.malformed[source] += 1
             return
-        if entry is None:
-            self._nodes.hear_status(transfer.source, message, transfer.t)
-        else:
-            handle, latency = entry
-            handle(message, transfer.t - latency)
+        handle, latency = entry
+        handle(message, t - latency)
 
     def _hear_info(self, transfer: Transfer) -> None:
         try:

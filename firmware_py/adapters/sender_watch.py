@@ -49,7 +49,7 @@ class SenderWatch:
         step, gap = (transfer_id - self._last) % _IDS, t - self._t
         if self._last < 0 or gap > max(_GAP, 4.0 * self._period):
             self._stray, self._met = -1, 0
-        elif 0 < step <= self._most(gap):
+        elif step == 1 or 1 < step <= self._most(gap):
             if step == 1:
                 self._learn(gap)
             self._answered = True
