@@ -141,6 +141,8 @@ class PartsFactory:
 
     def apply(self, changes: tuple[Change, ...], parts: Parts) -> tuple[Parts, tuple[Event, ...]]:
         """See `autopilot.Reconfigurator`. Orders were checked before; a change that fails leaves all as it was."""
+        if not changes:
+            return parts, ()
         kind, failed = EventKind.CHANGE_FAILED, list[Event]()
         for change in changes:
             before = self._now

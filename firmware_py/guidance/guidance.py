@@ -196,7 +196,7 @@ class Guidance:
     def _fly(self, end: Waypoint, state: StateEstimate, dt: float) -> float:
         """Set the setpoint of a leg; return the cross-track distance, m."""
         route, eta, command = self._flown, state.eta, self._depth.command
-        before, reach = route.freeze(), self._params.reach(self._speed(end.u), state.nu.u)
+        before, reach = route.freeze(), self._params.reach(self._turning, self._speed(end.u), state.nu.u)
         way = route.follow(eta.x, eta.y, reach, lambda end: self._bottom.depth_of(end, command) - eta.z, dt)
         self.events = route.events_since(before)
         after = route.current
@@ -270,7 +270,7 @@ class Guidance:
             return self._place
         if self._mode is Mode.MISSION:
             item = self._route.current
-            return Place(item.x, item.y) if isinstance(item, Waypoint | Loiter) else None
+            return Place(item.x, item.y) if isinstance(item, (Waypoint, Loiter)) else None
         return self._rally
 
     def restart(self) -> None:

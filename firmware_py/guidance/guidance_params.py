@@ -76,10 +76,10 @@ class GuidanceParams:
         """Way that is made in all lags of the heading's reference model, m."""
         return _LAGS * self.heading_way
 
-    def reach(self, u_d: float, u: float) -> Reach:
+    def reach(self, turning: Turning, u_d: float, u: float) -> Reach:
         """Return what is near enough to a waypoint that is flown to with u_d, m/s, at a speed of u, m/s."""
         sight, radius = self.line_of_sight, max(self.turn_radius, u / self.turn_rate_max)
-        circle = self.turning.radius(0.0, u_d)
+        circle = turning.radius(0.0, u_d)
         return Reach(sight.acceptance, sight.depth_acceptance, sight.depth_time, circle, radius, self.heading_lag)
 
     @property

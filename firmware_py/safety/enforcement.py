@@ -61,14 +61,16 @@ class Enforcement:
         self._params = params
         self._answers = tuple(_answer(rule, params) for rule in RULES)
         self._holds = tuple(
-            rule.holds if answer.mode is not None or answer.warns else None
-            for rule, answer in zip(RULES, self._answers, strict=True)
+            (i, answer.rule.holds) for i, answer in enumerate(self._answers) if answer.mode is not None or answer.warns
         )
 
     def ticks(self, c: Conditions, before: tuple[int, ...]) -> tuple[int, ...]:
         """Return for how many ticks each condition has held, this one included."""
-        params = self._params
-        return tuple([n + 1 if holds and holds(c, params) else 0 for holds, n in zip(self._holds, before, strict=True)])
+        params, ticks = self._params, [0] * len(before)
+        for i, holds in self._holds:
+            if holds(c, params):
+                ticks[i] = before[i] + 1
+        return tuple(ticks)
 
     def obstacles(self, c: Conditions, ticks: tuple[int, ...]) -> list[Reason]:
         """Return why arming is refused: checks of `ARMING`, and rules that hold and ask for a safer mode.

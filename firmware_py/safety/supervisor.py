@@ -219,7 +219,8 @@ class Supervisor:
 
     def _mode_asked_for(self, mode: Mode, order: Order, state: StateEstimate, submerged: bool) -> Mode:
         """Return the mode that an order asks for if it is allowed, else the present one."""
-        asked, why, numbers = order.mode, Cause.NONE, tuple[float, ...]()
+        asked, why = order.mode, Cause.NONE
+        numbers: tuple[float, ...] = ()
         if order.terminate:
             asked = Mode.SURFACE if mode is not Mode.DISARMED else mode
             if asked is Mode.DISARMED and not submerged:
