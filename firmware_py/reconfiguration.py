@@ -72,7 +72,7 @@ _MADE_OF: dict[str, tuple[str, ...]] = {
     "origin": ("estimator",),
     "estimation": ("estimator",),
     "safety": ("actuator_watch", "supervisor", "guidance", "gate"),
-    "guidance": ("guidance",),
+    "guidance": ("guidance", "supervisor"),
     "control": ("control",),
     "mavlink": (),
 }
@@ -238,7 +238,8 @@ class PartsFactory:
             )
             has_mission = bool(self._now.mission.items)
             weight = self._vehicle.drop_weight is not None
-            return Supervisor(self.params.safety, has_mission, self._now.fence, fins, self._returns, weight)
+            speed = self.params.guidance.surface_speed
+            return Supervisor(self.params.safety, has_mission, self._now.fence, fins, self._returns, weight, speed)
 
     def _guidance(self) -> Guidance:
         safety, now = self.params.safety, self._now

@@ -76,10 +76,11 @@ class PitchControl:
         return clip(delta_s, -self._limit, self._limit)
 
     def update_blind(self, pitch_d: float, state: StateEstimate, dt: float) -> float:
-        """Return delta_s, rad, without attitude: fixed, corrected by what DVL and pressure tell of the pitch."""
-        (u, _, w, *_), z, m = state.nu, state.eta.z, self._memory
+        """Return delta_s, rad, without attitude: fixed, corrected by the pitch that a good DVL and pressure tell."""
+        (u, _, w, *_), z, m, sensors = state.nu, state.eta.z, self._memory, state.sensors
+        good = sensors.dvl.believed and sensors.pressure.believed
         pitch, delta_s = m.pitch, -pitch_d / _PITCHING
-        if state.velocity_ok and state.depth_ok and u > _SLOW and m.z == m.z:
+        if good and state.velocity_ok and state.depth_ok and u > _SLOW and m.z == m.z:
             pitch += dt / (_TAU + dt) * (_pitch_seen(u, w, (z - m.z) / dt) - pitch)
             delta_s -= _BLIND_GAIN * (pitch_d - pitch)
         self._memory = AscentControlMemory(0.0, z if state.depth_ok else math.nan, pitch)

@@ -192,16 +192,17 @@ class Control:
         fade: float,
         dt: float,
     ) -> Demand:
-        """Return the demand of a stage of SURFACE; without attitude the rudder is centred."""
+        """Return the demand of a stage of SURFACE; a tilt that is doubted is not used, without attitude no heading."""
         u, drives = state.nu.u, mode.ascent not in (AscentStage.REVERSE, AscentStage.STOPPED)
         n = self._speed.update(reference.u_d if drives else 0.0, u, state.velocity_ok, dt)
         if mode.ascent is AscentStage.REVERSE:
             n = -min(self._params.ascent.n_reverse, self._n_max)
-        if not state.attitude_ok:
-            return Demand(self._pitch.update_blind(mode.pitch, state, dt) if drives else 0.0, 0.0, n, 0.0, 0.0)
-        design = clip(u, self._params.u_min, self._params.u_max)
-        delta_s = fade * self._pitch.update(mode.pitch, state, theta_dot, design, dt)
-        if not drives:
+        if not state.attitude_ok or state.sensors.ahrs.tilt_doubted:
+            delta_s = self._pitch.update_blind(mode.pitch, state, dt) if drives else 0.0
+        else:
+            design = clip(u, self._params.u_min, self._params.u_max)
+            delta_s = fade * self._pitch.update(mode.pitch, state, theta_dot, design, dt)
+        if not (drives and state.attitude_ok):
             return Demand(delta_s, 0.0, n, 0.0, 0.0)
         delta_r, sigma_psi = self._heading.update(reference, state, psi_dot, fade, dt)
         return Demand(delta_s, delta_r, n, 0.0, sigma_psi)

@@ -139,6 +139,7 @@ class Cause(enum.IntEnum):
     ROLLED_OVER = 64  # roll, rad
     NO_DROP_WEIGHT = 65
     NOT_TOLD = 66  # time since SURFACE began, s
+    NOT_UP = 67  # time since SURFACE began, s
     # Why the end of the flight is refused.
     NOTHING_TO_END = 70
     # What the drop weight's hardpoint says.

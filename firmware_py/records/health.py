@@ -50,6 +50,12 @@ class SourceHealth(NamedTuple):
         """True if its values are used."""
         return self.state is SourceState.GOOD
 
+    @property
+    def tilt_doubted(self) -> bool:
+        """True of an AHRS whose tilt, or the gyros that carry it on, may be wrong; outliers are left out singly."""
+        others = (SourceFault.OUTLIERS, SourceFault.HEADING)
+        return self.state is SourceState.SUSPECT and self.fault not in others
+
 
 class SensorHealth(NamedTuple):
     """Every sensor of `SensorFrame` that is no actuator."""

@@ -1,8 +1,8 @@
 """Coming up: the stages of SURFACE, judged by whether the vehicle climbs.
 
 Powered, it pitches up and drives. If that leads down, or far from the desired pitch, the propeller goes astern until
-the way is off, with the planes still opposing; then it rests, and the drop weight is released. Pure: memory in, memory
-out.
+the way is off, with the planes still opposing; then it rests, and the drop weight is released. Whatever the stages do,
+a clock over the whole of SURFACE releases it too. Pure: memory in, memory out.
 `firmware_py/README.md` has the table of the stages.
 """
 
@@ -16,9 +16,10 @@ from firmware_py.records.command import AscentStage
 from firmware_py.records.event import Cause, Event, EventKind, severity_of
 from firmware_py.records.health import WeightState
 from firmware_py.safety.ascent_memory import AscentMemory
-from firmware_py.safety.ascent_params import AscentParams
 from firmware_py.safety.ascent_view import AscentView
+from firmware_py.safety.ascent_witness import SurfaceWitness
 from firmware_py.safety.plane_jam import PlaneJam
+from firmware_py.safety.safety_params import SafetyParams
 
 _TAU = 1.0
 """Time constant of the vertical velocity, s."""
@@ -32,8 +33,8 @@ _SETTLES = 3.0
 """A vehicle at rest is given so long, s, to show that it rises."""
 _ENTRY = 8.0
 """Without attitude the end of a dive cannot be seen; it takes at most so long, s."""
-_SLOWEST = 0.2
-"""Who climbs, climbs faster than this, m/s."""
+_FELL = 0.5
+"""Without depth, so much less altitude, m, than there was is sinking."""
 _HYSTERESIS = 1.0
 """So much deeper, m, than where a stage near the surface begins, it ends."""
 NONE, POWERED, BLIND, LEVEL = AscentStage.NONE, AscentStage.POWERED, AscentStage.BLIND, AscentStage.LEVEL
@@ -50,12 +51,14 @@ class Step(NamedTuple):
 
 
 class Ascent:
-    """The procedure of one vehicle: `depth_max` is the supervisor's limit, m, `weight` whether it has a drop weight."""
+    """The procedure of one vehicle: `weight` is whether it has a drop weight, `speed` that of coming up, m/s."""
 
-    def __init__(self, params: AscentParams, depth_max: float, altitude_min: float, weight: bool) -> None:
-        self._params = params
-        self._deepest, self._lowest = depth_max + params.limit_margin, 0.5 * altitude_min
+    def __init__(self, params: SafetyParams, weight: bool, speed: float) -> None:
+        self._params = params.ascent
+        self._deepest, self._lowest = params.depth_max + params.ascent.limit_margin, 0.5 * params.altitude_min
+        self._surface = params.surface_depth
         self._weight = weight
+        self.witness = SurfaceWitness(params, speed)
 
     def update(self, was: AscentMemory, v: AscentView) -> tuple[AscentMemory, tuple[Event, ...]]:
         """Return what is remembered after a tick in SURFACE, and what is to be told."""
@@ -64,12 +67,12 @@ class Ascent:
         events: tuple[Event, ...] = ()
         if step is not None:
             if step.drop:
-                m, events = self.release(m, step.stage, v.weight, step.cause, step.numbers)
+                m, events = self.release(m._replace(t_told=v.t), step.stage, v.weight, step.cause, step.numbers)
             if step.stage is not was.stage:
                 if step.cause is not Cause.NONE or step.stage is STOPPED:  # the others go without saying
                     events += (_event(EventKind.ASCENT_STAGE, step.cause, (float(step.stage), *step.numbers)),)
                 m = _enter(m, step.stage, v)
-        waits = m.stage is WAITING or (m.stage is STOPPED and m.t_near == m.t_near)
+        waits = m.stage is WAITING or (m.stage is STOPPED and m.t_near == m.t_near) or self.witness.is_overdue(m, v)
         began = m.since if m.stage is WAITING else m.t_near
         if waits and v.t - max(m.t_told, began) >= self._params.tell_period:
             events += (_event(EventKind.ASCENT_STAGE, Cause.NOT_TOLD, (float(m.stage), v.t - m.begun)),)
@@ -101,28 +104,6 @@ class Ascent:
             kind = EventKind.WEIGHT_COMMANDED if reported else EventKind.WEIGHT_RELEASED
             return m._replace(asked=True, drop=True), (_event(kind, cause, numbers, names),)
         return m._replace(asked=True), (_event(EventKind.ASCENT_STAGE, Cause.NO_DROP_WEIGHT, (float(stage),)),)
-
-    def is_surfaced(self, m: AscentMemory, depth_ok: bool, z: float, fix: bool, altitude: float, limit: float) -> bool:
-        """Return whether a fix and a second witness, or without a receiver two witnesses, tell of the surface.
-
-        Time without change of depth is no witness: a neutral hull rests anywhere. A fix is not believed against a good
-        pressure that says deep.
-
-        Args:
-            m: what `update` returned last.
-            depth_ok: whether the pressure is good.
-            z: the depth, m, without pressure by dead reckoning.
-            fix: whether a fix is heard.
-            altitude: above the bottom, m; NaN if unknown.
-            limit: less deep than this is the surface, m.
-        """
-        shallow = z < limit
-        if depth_ok and (not shallow or fix):
-            return shallow
-        risen = m.z_begun < limit or altitude - m.altitude_begun >= 0.9 * m.z_begun - limit
-        if fix:
-            return risen or shallow
-        return not self._params.fix_needed and depth_ok and (risen or m.climbed >= 0.8 * m.z_begun - limit)
 
     def climbs(self, m: AscentMemory, t: float, z: float, z_dot: float, altitude: float) -> bool:
         """Return whether the drop weight may wait: it gains height, or has been given no time to yet.
@@ -162,7 +143,10 @@ class Ascent:
         z_dot = m.z_dot + dt / (_TAU + dt) * ((v.z - m.z) / dt - m.z_dot) if v.depth_ok else v.z_dot
         ends_dive = pitch < 0.0 if v.attitude_ok else v.t - m.begun < _ENTRY
         least = v.z if ends_dive else min(m.least, v.z)
+        most = v.altitude if ends_dive or not m.most >= v.altitude else m.most
         best, t_best = (v.z, v.t) if v.z <= m.best - p.progress else (m.best, m.t_best)
+        if v.depth_ok and v.z < self._surface:
+            t_best = v.t
         here = p.level_depth + (_HYSTERESIS if m.t_near == m.t_near else 0.0)
         near = v.z < here if v.depth_ok else v.fix
         return m._replace(
@@ -176,10 +160,14 @@ class Ascent:
             rolled=m.rolled + dt if v.attitude_ok and abs(v.phi) > p.roll else 0.0,
             climbed=m.climbed - v.z_dot * dt if v.attitude_ok else m.climbed,
             t_near=(m.t_near if m.t_near == m.t_near else v.t) if near else math.nan,
+            t_fix=(m.t_fix if m.t_fix == m.t_fix else v.t) if v.fix else math.nan,
+            most=most,
         )
 
     def _step(self, m: AscentMemory, v: AscentView) -> Step | None:
         """Return where to go from here, or None to stay."""
+        if not m.asked and not m.drop and self.witness.is_overdue(m, v):
+            return Step(REVERSE if m.stage is REVERSE else STOPPED, True, Cause.NOT_UP, (v.t - m.begun,))
         if m.stage is STOPPED:
             return self._from_rest(m, v)
         trouble = self._trouble(m, v)
@@ -187,14 +175,15 @@ class Ascent:
             if trouble is not None and trouble.drop and not m.asked:
                 return trouble._replace(stage=REVERSE)
             stopped = v.u <= self._params.rest_speed if v.speed_ok else False
-            rises = v.attitude_ok and v.theta > 0.0 and m.z_dot < -_SINKS
+            rises = v.attitude_ok and v.theta > 0.0 and m.z_dot < -_SINKS and not _fell(m, v) > _FELL
             late = v.t - m.since > self._params.reverse_time
             return Step(STOPPED, False, Cause.NONE) if stopped or rises or late else None
         return trouble or self._drive(m, v)
 
     def _trouble(self, m: AscentMemory, v: AscentView) -> Step | None:
         """Return what is to be done about what goes wrong while the propeller drives."""
-        p, sinks = self._params, m.z_dot > _SINKS
+        p, fell = self._params, _fell(m, v)
+        sinks = m.z_dot > _SINKS or fell > _FELL
         down = sinks or (v.attitude_ok and v.theta < 0.0)
         brake = REVERSE if down and (v.u > p.rest_speed or not v.speed_ok) else STOPPED
         if v.jam is PlaneJam.DOWN:
@@ -207,16 +196,13 @@ class Ascent:
             return Step(brake, True, Cause.DEPTH_LIMIT, (v.z, self._deepest))
         if sinks and v.altitude < self._lowest:
             return Step(brake, True, Cause.ALTITUDE_LIMIT, (v.altitude, self._lowest))
-        if m.stage in (LEVEL, WAITING):
-            return None
-        if v.depth_ok and sinks and v.z - m.least > p.deeper:
-            return Step(brake, False, Cause.DEEPER, (v.z - m.least,))
-        if m.off > p.pitch_error_time:
+        deeper = v.z - m.least if v.depth_ok else fell
+        if sinks and deeper > p.deeper:
+            return Step(brake, False, Cause.DEEPER, (deeper,))
+        if m.off > p.pitch_error_time and m.stage not in (LEVEL, WAITING):
             return Step(brake, False, Cause.PITCH_OFF, (v.theta, m.pitch))
-        if v.depth_ok and v.z > p.level_depth + _HYSTERESIS and v.t - max(m.t_best, m.since) > p.climb_time:
+        if v.depth_ok and v.t - m.t_best > p.climb_time:
             return Step(STOPPED, True, Cause.NO_CLIMB, (p.climb_time,))
-        if not v.depth_ok and not v.fix and not m.drop and v.t - m.begun > p.lost_time + m.z_begun / _SLOWEST:
-            return Step(WAITING, True, Cause.NOT_TOLD, (v.t - m.begun,))
         return None
 
     def _drive(self, m: AscentMemory, v: AscentView) -> Step | None:
@@ -232,7 +218,8 @@ class Ascent:
         if v.depth_ok or near:
             wanted = LEVEL if near else POWERED
         elif v.t - m.since > p.turn_time:  # the surface is somewhere here: by turns up to it, and level to be heard
-            wanted = POWERED if stage is LEVEL or v.z > p.level_depth else LEVEL
+            below = v.z > p.level_depth and v.t - m.begun < self.witness.climb_time(m)
+            wanted = POWERED if stage is LEVEL or below else LEVEL
         else:
             wanted = POWERED if stage is BLIND else stage
         return None if wanted is stage else Step(wanted, False, Cause.NONE)
@@ -251,12 +238,19 @@ class Ascent:
         return None
 
 
+def _fell(m: AscentMemory, v: AscentView) -> float:
+    """Return how much altitude was lost, m, if nothing better tells that it sinks; NaN if that is not known either."""
+    return 0.0 if v.depth_ok else m.most - v.altitude
+
+
 def _enter(m: AscentMemory, stage: AscentStage, v: AscentView) -> AscentMemory:
     """Begin a stage; a new attempt is judged from where it begins."""
-    again = m.stage in (STOPPED, LEVEL, WAITING)
+    before = m.stage
     m = m._replace(stage=stage, since=v.t, off=0.0, rolled=0.0)
-    if again and stage in (POWERED, BLIND):
-        m = m._replace(least=v.z, best=v.z, t_best=v.t, pitch=v.theta if v.attitude_ok else 0.0)
+    if before in (STOPPED, LEVEL, WAITING) and stage in (POWERED, BLIND):
+        m = m._replace(least=v.z, most=v.altitude, pitch=v.theta if v.attitude_ok else 0.0)
+    if before is STOPPED:
+        m = m._replace(best=v.z, t_best=v.t)  # from near the surface and back again is no progress
     return m
 
 

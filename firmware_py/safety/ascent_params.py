@@ -13,10 +13,10 @@ class AscentParams:
 
     pitch: float = param(12.0, unit="deg", low=2.0, high=30.0, doc="Pitch on the way up.", mav="PITCH")
     level_pitch: float = param(
-        3.0, unit="deg", low=0.0, high=12.0, doc="Pitch near the surface: steeper, the bow hangs out.", mav="LVL_PIT"
+        3.0, unit="deg", low=0.5, high=12.0, doc="Pitch near the surface: steeper, the bow hangs out.", mav="LVL_PIT"
     )
     level_depth: float = param(
-        1.5, unit="m", low=0.2, high=20.0, doc="Less deep than this is near the surface.", mav="LVL_DEP"
+        1.5, unit="m", low=0.2, high=3.0, doc="Less deep than this is near the surface.", mav="LVL_DEP"
     )
     pitch_rate: float = param(
         4.0, unit="deg/s", low=0.2, high=30.0, doc="Change of the desired pitch; as fast as the fins can.", mav="RATE"
@@ -37,7 +37,7 @@ class AscentParams:
     )
     progress: float = param(1.0, unit="m", low=0.1, high=10.0, doc="Rising by so much is progress.", mav="PROGRESS")
     climb_time: float = param(
-        45.0, unit="s", low=5.0, high=600.0, doc="Without progress for so long: release the weight.", mav="CLIMB_T"
+        45.0, unit="s", low=5.0, high=300.0, doc="Without progress for so long: release the weight.", mav="CLIMB_T"
     )
     drop_time: float = param(
         10.0,
@@ -58,13 +58,26 @@ class AscentParams:
         20.0, unit="s", low=5.0, high=120.0, doc="Without depth: up to the surface and level, so long each.", mav="TURN"
     )
     wait_time: float = param(
-        60.0, unit="s", low=5.0, high=3600.0, doc="Near the surface for so long: slowly, and say so.", mav="WAIT_T"
+        60.0, unit="s", low=5.0, high=300.0, doc="Near the surface for so long: slowly, and say so.", mav="WAIT_T"
     )
     tell_period: float = param(
-        30.0, unit="s", low=5.0, high=3600.0, doc="That nothing tells of the surface is said so often.", mav="TELL"
+        30.0, unit="s", low=5.0, high=300.0, doc="That nothing tells of the surface is said so often.", mav="TELL"
     )
-    lost_time: float = param(
-        300.0, unit="s", low=30.0, high=3600.0, doc="Without depth for so long: release the weight.", mav="LOST_T"
+    up_time: float = param(
+        120.0,
+        unit="s",
+        low=30.0,
+        high=600.0,
+        doc="Not known to be up so long after a good climb from there would have been: release the weight.",
+        mav="UP_T",
+    )
+    fix_time: float = param(
+        30.0,
+        unit="s",
+        low=10.0,
+        high=300.0,
+        doc="A fix held for so long tells of the surface where the pressure says no more than submerged_depth.",
+        mav="FIX_T",
     )
     fix_needed: bool = param(
         True, doc="False without a receiver: depth and a second witness tell of the surface.", mav="FIX_NEED"

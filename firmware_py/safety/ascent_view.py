@@ -15,8 +15,8 @@ class AscentView(NamedTuple):
     """What the procedure looks at in one tick (s, m, rad, m/s).
 
     `z`, `z_dot` and `altitude` as estimated; `depth_ok`, `attitude_ok` and `speed_ok` say whether depth, attitude and
-    `u` rest on measurements; `fix` that a position fix is heard; `jam` what the planes do that are known to be stuck,
-    `weight` where the drop weight is.
+    `u` rest on measurements, and the attitude on such as nothing contradicts; `fix` that a position fix is heard; `jam`
+    what the planes do that are known to be stuck, `weight` where the drop weight is.
     """
 
     t: float
@@ -37,6 +37,6 @@ class AscentView(NamedTuple):
 
 def view_of(tick: Tick, state: StateEstimate, jam: PlaneJam, weight: WeightState, c: Conditions) -> AscentView:
     """Return the view of a tick, in which `c` is what the rules look at."""
-    ok = c.attitude_ok, c.depth_ok, state.velocity_ok
+    ok = c.attitude_ok and not c.sensors.ahrs.tilt_doubted, c.depth_ok, state.velocity_ok
     seen = c.depth, c.z_dot, state.eta.phi, state.eta.theta, state.nu.u, c.altitude
     return AscentView(tick.t, tick.dt, *ok, *seen, c.fix_heard, jam, weight)

@@ -47,8 +47,9 @@ class Supervisor:
         fins: tuple[VehicleFin, ...] = (),
         home: tuple[Place, ...] = (HOME,),
         drop_weight: bool = False,
+        surface_speed: float = 1.5,
     ) -> None:
-        """`home` are the places that RETURN may go to."""
+        """`home` are the places that RETURN may go to, `surface_speed` that of SURFACE, m/s."""
         self._params = params
         self._fence = fence
         self._has_mission = has_mission
@@ -56,7 +57,7 @@ class Supervisor:
         self._fins = fins
         self._fin_names = tuple(fin.name for fin in fins)
         self._sound = sound(len(fins))
-        self._ascent = Ascent(params.ascent, params.depth_max, params.altitude_min, drop_weight)
+        self._ascent = Ascent(params, drop_weight, surface_speed)
         self._planes = Planes([fin.share for fin in fins], [fin.limit for fin in fins])
         self._enforcement = Enforcement(params)
         self._memory = beginning(self._sound)
@@ -99,10 +100,8 @@ class Supervisor:
         seen = (tick, frame, state, faults, order, reference)
         c = conditions(params, self._fence, was, *seen, wanted, late.bit_count(), done)
         if was.ascent.stage is not AscentStage.NONE:
-            surfaced = self._ascent.is_surfaced(
-                was.ascent, c.depth_ok, c.depth, c.fix_heard, c.altitude, params.surface_depth
-            )
-            c = c._replace(surfaced=surfaced)
+            seen_now = c.depth_ok, c.depth, c.fix_heard, c.altitude
+            c = c._replace(surfaced=self._ascent.witness.is_surfaced(was.ascent, tick.t, *seen_now))
         if faults is not NO_FAULTS:
             up = c.depth < params.surface_depth
             climbs = up or self._ascent.climbs(was.ascent, tick.t, c.depth, c.z_dot, c.altitude)

@@ -15,6 +15,7 @@ from firmware_py.safety.ascent import Ascent, AscentMemory
 from firmware_py.safety.ascent_params import AscentParams
 from firmware_py.safety.ascent_view import AscentView
 from firmware_py.safety.plane_jam import PlaneJam, Planes
+from firmware_py.safety.safety_params import SafetyParams
 
 DT = 0.1
 PARAMS = AscentParams()
@@ -26,7 +27,7 @@ class Rising:
     """A vehicle in SURFACE whose motion is told; it keeps the events."""
 
     def __init__(self, weight: bool = True, params: AscentParams = PARAMS, **view: Any) -> None:
-        self.ascent = Ascent(params, 30.0, 2.0, weight)
+        self.ascent = Ascent(SafetyParams(ascent=params), weight, 1.5)
         self.memory = AscentMemory()
         self.events: list[Event] = []
         self.t = 0.0
@@ -194,7 +195,7 @@ def test_without_attitude_it_goes_blind_and_comes_back() -> None:
 def test_without_depth_it_comes_level_by_turns_where_the_surface_should_be() -> None:
     vehicle = Rising(depth_ok=False)
     assert vehicle.go(30.0, -0.2) is POWERED
-    stages = [vehicle.go(10.0, -0.1) for _ in range(13)]
+    stages = [vehicle.go(10.0, -0.1) for _ in range(12)]
     assert {POWERED, LEVEL} == set(stages)
     assert vehicle.go(10.0, fix=True) is LEVEL
     assert not vehicle.memory.drop
@@ -202,18 +203,113 @@ def test_without_depth_it_comes_level_by_turns_where_the_surface_should_be() -> 
 
 def test_without_depth_attitude_and_fix_the_weight_goes_in_the_end() -> None:
     vehicle = Rising(depth_ok=False, attitude_ok=False)
-    assert vehicle.go(349.0) is BLIND
-    assert vehicle.go(2.0) is WAITING
+    assert vehicle.go(167.0) is BLIND
+    assert vehicle.go(2.0) is STOPPED
     assert vehicle.memory.drop
+    assert vehicle.causes == [Cause.NOT_UP] * 2
+    vehicle.go(120.0)
+    assert vehicle.causes.count(Cause.NOT_TOLD) == 4
+
+
+def test_a_carried_depth_that_ran_away_neither_holds_the_clock_nor_the_turns_up() -> None:
+    vehicle = Rising(depth_ok=False, z=190.0)
+    stages = {vehicle.go(5.0, 0.5) for _ in range(52)}
+    assert LEVEL in stages
+    assert not vehicle.memory.drop
+    vehicle.go(20.0)
+    assert vehicle.memory.drop
+    assert Cause.NOT_UP in vehicle.causes
+
+
+def test_without_depth_an_altitude_that_falls_is_sinking() -> None:
+    vehicle = Rising(depth_ok=False, altitude=20.0)
+    vehicle.go(10.0, -0.3, altitude=23.0)
+    assert vehicle.go(2.0, -0.3, altitude=21.1) is POWERED
+    assert vehicle.go(0.5, -0.3, altitude=20.9) is REVERSE
+    assert vehicle.causes == [Cause.DEEPER]
+    vehicle.go(1.0, -0.3, u=0.0)
+    vehicle.go(4.0, -0.3)
+    assert vehicle.memory.drop
+    near = Rising(depth_ok=False, altitude=1.6)
+    near.go(10.0, -0.3, altitude=0.9)
+    assert near.events[0].cause is Cause.ALTITUDE_LIMIT
+
+
+@pytest.mark.parametrize("top", [0.6, 0.4])
+def test_who_hangs_below_the_surface_releases_the_weight_and_says_so(top: float) -> None:
+    """Heavy by a little, or told a depth that is wrong by a little: level it sinks, powered it climbs."""
+    vehicle = Rising()
+    vehicle.go(30.0, -0.3)
+    while not vehicle.memory.drop and vehicle.t < 300.0:
+        vehicle.go(10.0, (2.0 - vehicle.view["z"]) / 10.0, theta=0.05)
+        vehicle.go(5.0, (2.0 + top - vehicle.view["z"]) / 5.0)
+        vehicle.go(10.0, (top - vehicle.view["z"]) / 10.0, theta=0.2)
+    assert vehicle.memory.drop
+    released = [event.cause for event in vehicle.events if event.kind is EventKind.WEIGHT_RELEASED]
+    assert released == [Cause.NO_CLIMB if top > 0.5 else Cause.NOT_UP]
+    assert vehicle.t < 200.0
+    told = len(vehicle.events)
+    vehicle.go(95.0, 0.0, z=1.0)
+    assert vehicle.causes[told:].count(Cause.NOT_TOLD) >= 3
+
+
+def test_near_the_surface_and_not_told_the_weight_goes_unless_two_other_witnesses_see_it_up() -> None:
+    for altitude, drop in ((29.6, False), (22.0, True), (math.nan, True)):
+        vehicle = Rising(altitude=20.0)
+        vehicle.go(32.0, -0.3, altitude=altitude)  # the height that velocity and pitch make is 9.6 m ...
+        vehicle.memory = vehicle.memory._replace(climbed=5.0)  # ... if they are right
+        vehicle.go(130.0, 0.0, theta=0.05)
+        assert vehicle.memory.drop is drop
+        assert Cause.NOT_TOLD in vehicle.causes
 
 
 def test_near_the_surface_it_waits_and_goes_on_saying_so() -> None:
-    vehicle = Rising(z=1.0, theta=0.05)
+    vehicle = Rising(z=0.3, theta=0.05)
     assert vehicle.go(58.0) is LEVEL
     assert vehicle.go(100.0) is WAITING
     assert vehicle.causes == [Cause.NOT_TOLD] * 4
-    assert vehicle.go(DT, z=2.6) is POWERED
     assert not vehicle.memory.drop
+    vehicle.go(8.0, 0.1)
+    assert not vehicle.memory.drop  # it may dip
+    vehicle.go(5.0)
+    assert vehicle.causes[-1] is Cause.NOT_UP
+
+
+def test_who_is_pressed_down_from_the_surface_brakes() -> None:
+    vehicle = Rising(z=0.3, theta=0.05)
+    vehicle.go(20.0)
+    assert vehicle.go(6.0, 0.4, theta=-0.05) is REVERSE
+    assert vehicle.causes == [Cause.DEEPER]
+
+
+@pytest.mark.parametrize(("z", "seconds", "told"), [(0.7, 29.0, False), (0.7, 31.0, True), (1.1, 40.0, False)])
+def test_a_pressure_that_is_off_by_a_little_does_not_keep_a_fix_that_is_held_from_telling(
+    z: float, seconds: float, told: bool
+) -> None:
+    vehicle = Rising()
+    vehicle.go(30.0, (z - 10.0) / 30.0)
+    vehicle.go(seconds, fix=True)
+    assert surfaced(vehicle) is told
+    vehicle.go(DT, fix=False)  # a break begins it anew
+    vehicle.go(20.0, fix=True)
+    assert not surfaced(vehicle)
+
+
+@pytest.mark.parametrize("depth_ok", [True, False])
+def test_who_rests_without_its_weight_and_does_not_rise_floats_if_a_fix_is_held(depth_ok: bool) -> None:
+    vehicle = Rising(depth_ok=depth_ok, z=20.0)
+    vehicle.go(250.0)
+    assert vehicle.memory.drop
+    vehicle.memory = vehicle.memory._replace(stage=STOPPED, since=vehicle.t, t_best=vehicle.t)
+    told = [vehicle.go(1.0, fix=True) and surfaced(vehicle) for _ in range(40)]
+    assert told.index(True) in range(29, 32)
+    vehicle.memory = vehicle.memory._replace(z_dot=-0.1)
+    assert not surfaced(vehicle)
+
+
+def surfaced(vehicle: Rising) -> bool:
+    v = vehicle.view
+    return vehicle.ascent.witness.is_surfaced(vehicle.memory, vehicle.t, v["depth_ok"], v["z"], v["fix"], v["altitude"])
 
 
 def test_the_weight_stays_released() -> None:
