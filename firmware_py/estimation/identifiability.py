@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from firmware_py.estimation.model.jacobians import Array
 from firmware_py.records.event import Cause, Event, EventKind, severity_of
-from firmware_py.records.event_text import combination
+from firmware_py.records.learning_text import combination
 
 NOT_LEARNED = 0.95
 """A direction whose sigma is more than this part of what it was before has not been learned."""

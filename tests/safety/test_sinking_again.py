@@ -1,0 +1,79 @@
+"""A vehicle that surfaced and disarmed itself, and sinks again; and one that leaks as it surfaces."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from firmware_py.records.event import Cause, EventKind
+from firmware_py.records.order import NO_ORDER, Arming, Mode, Order
+from tests.safety.test_supervisor import DISARM, FORCE, SupervisedVehicle, heard_fix, sailing
+
+SUNK = "DISARMED -> SURFACE: sunk again, to 1.5 m, after it had surfaced"
+RELEASED = "drop weight released: sunk again, to 1.5 m, after it had surfaced"
+
+
+def surfaced(**state: Any) -> SupervisedVehicle:
+    """Return a vehicle that came up by order and has just disarmed itself."""
+    vehicle = sailing(Mode.SURFACE)
+    for _ in range(1000):
+        vehicle.tick(z=0.2, frame=heard_fix(vehicle), **state)
+        if vehicle.mode is Mode.DISARMED:
+            return vehicle
+    raise AssertionError("still armed")
+
+
+def after(vehicle: SupervisedVehicle, seconds: float, order: Order = NO_ORDER, **state: Any) -> list[str]:
+    """Let time pass after an order, and return what was said."""
+    said: list[str] = []
+    for k in range(round(seconds / 0.01)):
+        vehicle.tick(order if k == 0 else NO_ORDER, **state)
+        said += vehicle.events
+    return said
+
+
+def test_who_sinks_after_it_disarmed_itself_surfaces_again_and_releases_the_weight() -> None:
+    vehicle = surfaced()
+    assert not after(vehicle, 60.0, z=0.9)
+    assert not after(vehicle, 9.9, z=1.5)
+    assert not after(vehicle, 1.0, z=0.9)
+    assert after(vehicle, 10.1, z=1.5)[:2] == [SUNK, RELEASED]
+    assert vehicle.mode is Mode.SURFACE
+    assert vehicle.answer.drop
+    assert vehicle.answer.failsafe
+
+
+@pytest.mark.parametrize("order", [DISARM, FORCE, Order(mode=Mode.DISARMED), Order(arming=Arming.ARM)])
+def test_an_order_to_arm_or_to_disarm_ends_the_watch(order: Order) -> None:
+    vehicle = surfaced()
+    refused = {"attitude_ok": False} if order.arming is Arming.ARM else {}
+    after(vehicle, 1.0, order, z=0.2, **refused)
+    assert vehicle.mode is Mode.DISARMED
+    assert not after(vehicle, 60.0, z=1.5)
+    assert vehicle.mode is Mode.DISARMED
+
+
+def test_a_vehicle_that_was_disarmed_by_order_or_never_armed_is_lowered_in_peace() -> None:
+    vehicle = sailing(Mode.HOLD)
+    assert vehicle.tick(DISARM, z=0.2) is Mode.DISARMED
+    assert not after(vehicle, 60.0, z=5.0)
+    fresh = SupervisedVehicle()
+    assert not after(fresh, 60.0, z=5.0)
+
+
+def test_a_depth_that_is_not_good_or_that_a_fix_contradicts_is_no_sinking() -> None:
+    vehicle = surfaced()
+    assert not after(vehicle, 30.0, z=1.5, depth_ok=False)
+    for _ in range(3000):
+        assert vehicle.tick(z=1.5, frame=heard_fix(vehicle)) is Mode.DISARMED
+
+
+def test_who_surfaced_with_a_leak_releases_the_weight_as_it_disarms() -> None:
+    vehicle = surfaced(leak=True)
+    assert vehicle.events[0] == "SURFACE -> DISARMED: surfaced"
+    kinds = [(event.kind, event.cause) for event in vehicle.supervisor.events]
+    assert kinds[-1] == (EventKind.WEIGHT_RELEASED, Cause.LEAK)
+    assert vehicle.answer.drop
+    dry = surfaced()
+    assert not dry.answer.drop
