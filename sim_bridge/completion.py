@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from firmware_py.records.cycle import Cycle
@@ -22,15 +23,18 @@ class Completion:
 
     Args:
         completes: what the scenario meant.
+        watch: for how long it must have lain disarmed at the surface to be done, s; it may sink again.
         true_depth: the plant's, m. Where the plant is out of reach (another process, the sea) the vehicle's own word
             counts: a fix, or its estimate of the depth.
     """
 
-    def __init__(self, completes: Completes, true_depth: Callable[[], float] | None = None) -> None:
+    def __init__(self, completes: Completes, true_depth: Callable[[], float] | None = None, watch: float = 0.0) -> None:
         self.done = False
         """True when nothing more can come: a vehicle that was to surface has disarmed itself."""
         self._completes = completes
         self._true_depth = true_depth
+        self._watch = watch
+        self._t_up = math.inf
         self._mode = Mode.DISARMED
         self._armed = False
         self._aborted = ""
@@ -80,8 +84,9 @@ class Completion:
             changes = [event for event in cycle.events if event.kind is EventKind.MODE_CHANGED]
             self._said = sentences(changes or cycle.events)[-1].text
         if mode is before:
+            self.done = self.done or (self._t_up < math.inf and cycle.tick.t - self._t_up >= self._watch)
             return
-        self._mode, self._up = mode, False
+        self._mode, self._up, self._t_up = mode, False, math.inf
         self._dropped = self._dropped or cycle.mode.drop
         self._armed = self._armed or mode is not Mode.DISARMED
         if cycle.mode.failsafe:
@@ -90,7 +95,9 @@ class Completion:
             self._up = self._came_up(cycle) and before is Mode.SURFACE
             if not self._up:
                 self._abort()
-            self.done = self._completes is Completes.SURFACED and self._up
+            if self._completes is Completes.SURFACED and self._up:
+                self.done = self._watch == 0.0
+                self._t_up = math.inf if self.done else cycle.tick.t
 
     def _came_up(self, cycle: Cycle) -> bool:
         if self._true_depth is None:

@@ -93,6 +93,9 @@ class Scenario:
     start: InitialState = field(default_factory=InitialState)
     orders: tuple[ScenarioOrder, ...] = ()
     zigzag: Zigzag | None = None
+    watch: float = param(
+        0.0, unit="s", low=0, high=3600, doc="For so long a vehicle that surfaced and disarmed itself is watched."
+    )
     waypoints: tuple[WaypointTable, ...] = ()
     items: tuple[ItemTable, ...] = ()
     faults: tuple[str, ...] = param((), doc=f"What fails, each {FORM}.")

@@ -129,6 +129,7 @@ class Cause(enum.IntEnum):
     STICKS_LOST = 52  # limit, s
     HEADING_SUSPECT = 54
     WEIGHT_GONE = 55
+    SUNK = 57  # depth, m
     # Why disarming is refused.
     UNDER_WATER = 53  # depth, m; NaN is not known
     # Why coming up goes on in another stage, and why the drop weight is released.

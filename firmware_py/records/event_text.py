@@ -61,6 +61,7 @@ _CAUSES: Mapping[Cause, str] = {
     Cause.WEIGHT_GONE: "the drop weight is released already",
     Cause.NO_DROP_WEIGHT: "no drop weight to release",
     Cause.NOT_TOLD: "nothing tells of the surface, {0:.0f} s after surfacing began",
+    Cause.SUNK: "sunk again, to {0:.1f} m, after it had surfaced",
     Cause.NOT_UP: "not known to be up {0:.0f} s after surfacing began",
     Cause.HARDPOINT_OPEN: "its hardpoint says so",
     Cause.HARDPOINT_HOLDS: "its hardpoint still holds it {0:g} s after the command",

@@ -126,6 +126,14 @@ class SafetyParams:
     submerged_depth: float = param(
         1.0, unit="m", low=0.1, high=10.0, doc="Deeper, it is not disarmed unless forced.", mav="SUBM_DEPTH"
     )
+    sunk_time: float = param(
+        10.0,
+        unit="s",
+        low=1.0,
+        high=300.0,
+        doc="Surfaced, disarmed by itself, and submerged again for so long: SURFACE, and release the weight.",
+        mav="SUNK_TIME",
+    )
     fix_timeout: float = param(
         2.0, unit="s", low=0.2, high=60.0, doc="An older position fix does not tell of the surface.", mav="FIX_TIMEOUT"
     )

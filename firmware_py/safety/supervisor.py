@@ -26,6 +26,7 @@ from firmware_py.safety.enforcement import NOTHING_HELD, Enforcement, Held
 from firmware_py.safety.health_events import NodeBits, actuator_events, node_events, sensor_events, weight_events
 from firmware_py.safety.plane_jam import Planes
 from firmware_py.safety.rules import Reason, SafetyParams
+from firmware_py.safety.sink_watch import SinkWatch, leaks
 from firmware_py.safety.supervisor_memory import SupervisorMemory, VehicleFin, beginning
 from firmware_py.tick import NS_PER_S, Rate, Tick
 
@@ -138,13 +139,21 @@ class Supervisor:
                     self._add_event(EventKind.ARMING_CHECK_PASSED, asker=order.asker)
                     if c.weight_gone:
                         self._add_event(EventKind.RULE_WARNS, cause=Cause.WEIGHT_GONE)
+        sinking, sunk = was.sinking.after(c, order, params), None
+        if wanted is Mode.DISARMED and sinking.is_sunk(tick.dt, params):
+            wanted, held, sunk = Mode.SURFACE, Held(NOTHING_HELD.ticks, held.warned_ns), Reason(Cause.SUNK, (c.depth,))
+            release = release or sunk
         cause, failsafe = was.cause, was.failsafe
         if wanted is not was.mode:
-            cause, numbers, names = ruled.reason(c, params) if ruled else Reason(Cause.ORDERED)
-            failsafe = ruled is not None and (failsafe or cause not in INTENDED_CAUSES)
+            cause, numbers, names = sunk or (ruled.reason(c, params) if ruled else Reason(Cause.ORDERED))
+            if cause is Cause.SURFACED and leaks(c, was.cause):
+                release = release or Reason(Cause.LEAK)
+            sinking = SinkWatch(cause is Cause.SURFACED)
+            by_itself = sunk is not None or ruled is not None
+            failsafe = by_itself and (failsafe or cause not in INTENDED_CAUSES)
             self._add_event(
                 EventKind.MODE_CHANGED,
-                *(was.mode, wanted, cause, NOBODY if ruled else order.asker),
+                *(was.mode, wanted, cause, NOBODY if by_itself else order.asker),
                 numbers=numbers,
                 names=names,
             )
@@ -165,7 +174,7 @@ class Supervisor:
             *(wanted, cause, failsafe, chosen, ascent.drop, returning and wanted is Mode.MANUAL, held, late),
             was.surfacing + 1 if wanted is Mode.SURFACE else 0,
             was.charge_known or c.charge == c.charge,
-            *(progress, state.sensors, actuators, nodes, ascent, was.weight_gone),
+            *(progress, state.sensors, actuators, nodes, ascent, was.weight_gone, sinking),
         )
         return ModeState(
             mode=wanted,

@@ -11,6 +11,7 @@ from firmware_py.safety.ascent_memory import AscentMemory
 from firmware_py.safety.enforcement import NOTHING_HELD, Held
 from firmware_py.safety.health_events import NodeBits
 from firmware_py.safety.progress import NO_PROGRESS, Progress
+from firmware_py.safety.sink_watch import SinkWatch
 
 
 class VehicleFin(NamedTuple):
@@ -42,6 +43,7 @@ class SupervisorMemory(NamedTuple):
         nodes: what is wrong with the nodes of the bus.
         ascent: how the vehicle comes up.
         weight_gone: whether the drop weight was released in an earlier run.
+        sinking: the watch over a vehicle that surfaced and disarmed itself.
     """
 
     mode: Mode
@@ -60,6 +62,7 @@ class SupervisorMemory(NamedTuple):
     nodes: NodeBits = NodeBits()
     ascent: AscentMemory = AscentMemory()
     weight_gone: bool = False
+    sinking: SinkWatch = SinkWatch()
 
 
 def beginning(actuators: ActuatorHealth) -> SupervisorMemory:

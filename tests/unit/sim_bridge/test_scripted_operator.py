@@ -24,8 +24,9 @@ def operator(**table):
     )
 
 
-def cycle(psi=0.0, mode=Mode.MANUAL, z=0.2, fix=False, failsafe=False, drop=False, events=()):
+def cycle(psi=0.0, mode=Mode.MANUAL, z=0.2, fix=False, failsafe=False, drop=False, events=(), t=0.0):
     return SimpleNamespace(
+        tick=SimpleNamespace(t=t),
         state=SimpleNamespace(eta=SimpleNamespace(psi=psi, z=z)),
         frame=SimpleNamespace(fix=SimpleNamespace(ok=fix)),
         mode=SimpleNamespace(mode=mode, failsafe=failsafe, drop=drop),
@@ -214,3 +215,19 @@ def test_a_vehicle_that_was_never_armed_has_the_refusal_as_reason():
     refusal = Event(EventKind.ARMING_REFUSED, Severity.WARNING, cause=Cause.CHARGE_NEEDED, numbers=(0.03, 0.2))
     ground.write(cycle(mode=Mode.DISARMED, events=(refusal,)))
     assert ground.completion.reason == "never armed: arming refused: battery at 3%, needs 20%"
+
+
+def test_a_vehicle_that_is_watched_is_done_when_it_has_lain_at_the_surface_for_so_long():
+    ground = operator(completes="surfaced", watch_s=60.0)
+    for t, mode, done in (
+        (9.0, Mode.MISSION, False),
+        (10.0, Mode.SURFACE, False),
+        (20.0, Mode.DISARMED, False),
+        (79.0, Mode.DISARMED, False),
+        (79.5, Mode.SURFACE, False),  # it sank again
+        (90.0, Mode.DISARMED, False),
+        (149.0, Mode.DISARMED, False),
+        (150.0, Mode.DISARMED, True),
+    ):
+        ground.write(cycle(mode=mode, t=t))
+        assert ground.completion.done is done

@@ -47,9 +47,9 @@ def cycle(t, z, mode, cause, events=(), fins=(0.0,) * 4, fix=False):
     )
 
 
-def seen(steps, theta=0.0):
+def seen(steps, theta=0.0, watch=0.0):
     """Return the judge after (t, true depth, mode, cause, how the cycle differs)."""
-    found = Judge(SEA, ONSET, 5.3, 0.5)
+    found = Judge(SEA, ONSET, 5.3, 0.5, watch)
     for t, z, mode, cause, *more in steps:
         how = dict(more[0]) if more else {}
         truth = SimpleNamespace(
@@ -117,6 +117,16 @@ def test_a_flight_ends_when_the_vehicle_is_up_and_disarmed_or_lies_disarmed_for_
     assert seen([*lies, (90.0, 9.0, Mode.DISARMED, Cause.ATTITUDE_DEAD)]).done
     rises = [armed, *((t, 9.0 - 0.1 * t, Mode.DISARMED, Cause.ATTITUDE_DEAD) for t in (10.0, 40.0, 70.0))]
     assert not seen(rises).done
+
+
+def test_a_vehicle_that_may_sink_again_is_watched_after_it_disarmed_itself():
+    up = [SAFE[0], *((t, 0.3, Mode.DISARMED, Cause.SURFACED) for t in (100.0, 101.5, 159.0))]
+    assert seen(up).done
+    assert not seen(up, watch=60.0).done
+    assert seen([*up, (160.0, 0.3, Mode.DISARMED, Cause.SURFACED)], watch=60.0).done
+    sinks = seen([*up, (159.5, 1.2, Mode.DISARMED, Cause.SURFACED)], watch=60.0)
+    assert not sinks.done
+    assert sinks.found.ending(DEPTH_MAX) is Ending.LOST
 
 
 def flown(title, steps, onset=0, seed=1000):

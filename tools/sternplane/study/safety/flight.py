@@ -59,12 +59,14 @@ def written(job: Job) -> str:
     if not job.trial:
         return quiet_scenario(job.duration, eddies=job.eddies, learning=job.learning)
     trial = TRIALS[job.trial]
-    return scenario(trial.at(job.onset), eddies=job.eddies, learning=job.learning, profile=trial.profile)
+    return scenario(
+        trial.at(job.onset), eddies=job.eddies, learning=job.learning, profile=trial.profile, watch=trial.watch
+    )
 
 
 def _judge(flight: Flight, job: Job) -> Judge:
     hull, onset = flight.truth.hull, ONSETS[job.onset] if job.trial else 0.0
-    return Judge(flight.scenario.environment, onset, hull.L, hull.height)
+    return Judge(flight.scenario.environment, onset, hull.L, hull.height, flight.scenario.watch)
 
 
 def _replayed(log: Path) -> str:

@@ -22,6 +22,8 @@ TOO_DEEP = 3.0
 _REST = 60.0
 """A vehicle that has been disarmed for so long, s, and does not rise, does nothing more."""
 _RISE = 0.2
+_AT_REST = 1.0
+"""A vehicle that has been disarmed at the surface for so long, s, is up."""
 _SOURCES = (EventKind.SENSOR_SUSPECT, EventKind.SENSOR_LOST)
 _WEIGHT = (EventKind.WEIGHT_NOT_RELEASED, EventKind.WEIGHT_SILENT)
 _RULES = (EventKind.MODE_CHANGED, EventKind.RULE_HOLDS, EventKind.RULE_WARNS)
@@ -136,13 +138,15 @@ class Judge:
         onset: when the fault begins, s.
         length: of the hull, m.
         height: of the hull, m.
+        watch: for so long it is watched once it lies disarmed at the surface, s: it may sink again.
     """
 
-    def __init__(self, sea: EnvironmentParams, onset: float, length: float, height: float) -> None:
+    def __init__(self, sea: EnvironmentParams, onset: float, length: float, height: float, watch: float = 0.0) -> None:
         self.found = Found()
         self.done = False
         self._sea = sea
         self._onset = onset
+        self._watch = max(watch, _AT_REST)
         self._half_length, self._half_height = 0.5 * length, 0.5 * height
         self._mode: Mode | None = None
         self._armed = False
@@ -204,7 +208,7 @@ class Judge:
         if t < since:
             return False
         if depth < SURFACE:
-            return t - since >= 1.0
+            return t - since >= self._watch
         if abs(depth - before) > _RISE:
             self._rest = t, depth
         return t - since >= _REST

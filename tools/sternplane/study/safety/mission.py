@@ -61,6 +61,7 @@ def scenario(
     eddies: float = 0.0,
     learning: bool = True,
     profile: Sequence[tuple[float, float]] = (),
+    watch: float = 0.0,
 ) -> str:
     """Return the scenario of one flight with faults.
 
@@ -69,8 +70,9 @@ def scenario(
         eddies: 1 sigma, m/s.
         learning: whether the coefficients are learned on the way.
         profile: (north, depth) of the bottom, m; none is flat.
+        watch: for how long it is watched after it surfaced and disarmed itself, s.
     """
-    return _head(faults, LONGEST, eddies, learning, profile) + "".join(map(_leg, _LEGS))
+    return f"watch_s = {watch}\n" + _head(faults, LONGEST, eddies, learning, profile) + "".join(map(_leg, _LEGS))
 
 
 def quiet_scenario(duration: float, *, eddies: float, learning: bool = True) -> str:

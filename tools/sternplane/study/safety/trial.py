@@ -46,6 +46,7 @@ class Trial(NamedTuple):
         profile: (north, depth) of the bottom, m; empty is flat.
         onsets: the numbers of the onsets at which it strikes.
         short: whether the short form has it.
+        watch: for how long it is watched after it surfaced and disarmed itself, s: it may sink again.
     """
 
     title: str
@@ -57,6 +58,7 @@ class Trial(NamedTuple):
     profile: tuple[tuple[float, float], ...] = ()
     onsets: tuple[int, ...] = (0, 1, 2)
     short: bool = False
+    watch: float = 0.0
 
     @property
     def name(self) -> str:

@@ -12,6 +12,8 @@ _FEEDBACK = 1.0
 """A servo that reports its angle is found out within this, s."""
 _CONSEQUENCE = 15.0
 _SILENT = 1.1
+WATCH = 60.0
+"""What may sink again is watched for so long after it disarmed itself at the surface, s."""
 _DEEP = Bound(
     "without servo feedback a jam is found by what follows; only from 15 m depth or less that leaves room to "
     "turn round above the limit",
@@ -109,7 +111,13 @@ WATER = Group(
         Trial("set:current.east=1", ("set:current.east=1@{t}",), note="the way made good is corrected for it"),
         Trial("set:current.east=2", ("set:current.east=2@{t}",), note="the hull rolls, and drives on"),
         Trial("set:current.north=-1", ("set:current.north=-1@{t}",), note="it takes longer"),
-        Trial("ballast:weight=1", ("ballast:weight=1@{t}",), note="trimmed by the depth law"),
+        Trial("ballast:weight=1", ("ballast:weight=1@{t}",), note="trimmed by the depth law", watch=WATCH),
+        Trial(
+            "ballast:weight=2",
+            ("ballast:weight=2@{t}",),
+            note="trimmed by the depth law; it stays up without the weight alone",
+            watch=WATCH,
+        ),
         Trial("ballast:weight=-1", ("ballast:weight=-1@{t}",), note="trimmed by the depth law"),
         Trial("ballast:x_G=0.02", ("ballast:x_G=0.02@{t}",), note="trimmed by the stern planes"),
         Trial(
@@ -162,7 +170,14 @@ WIRES = Group(
         Trial("lost:station", ("lost:station@{t}",), note="a mission is flown to its end without a station"),
         Trial("full:disk", ("full:disk@{t}",), note="said on the spot; the flight goes on without a log"),
         Trial("set:battery=5", ("set:battery=5@{t}",), Named((), 7.0, rules=("BATTERY_LOW",)), short=True),
-        Trial("set:leak=100", ("set:leak=100@{t}",), Named((), 3.0, rules=("LEAK",)), short=True),
+        Trial("set:leak=100", ("set:leak=100@{t}",), Named((), 3.0, rules=("LEAK",)), short=True, watch=WATCH),
+        Trial(
+            "set:leak=100, ballast:weight=0.5",
+            ("set:leak=100@{t}", "ballast:weight=0.5@{t}"),
+            Named((), 3.0, rules=("LEAK",)),
+            "what came in pulls it down once it lies disarmed",
+            watch=WATCH,
+        ),
     ),
 )
 GROUPS = (ACTUATORS, WATER, WIRES)
