@@ -24,12 +24,13 @@ _BATTERY_JUMP, _LEAK_JUMP = 0.05, 0.1
 
 
 def hear_battery(heard: Heard[Battery], t: float, watch: SourceWatch) -> None:
-    """Take a report of the battery, if it is confirmed."""
-    if watch.hear(heard, t):
-        held = watch.memory.held.value
-        before = math.nan if held is None else held.remaining
-        if _confirmed(heard.value.remaining, before, _BATTERY_JUMP, watch, t):
-            watch.take(heard)
+    """Take a report of the battery, if it is confirmed. One without a charge, where there was one, is no report."""
+    held = watch.memory.held.value
+    before = math.nan if held is None else held.remaining
+    if math.isnan(heard.value.remaining) and not math.isnan(before):
+        heard = Heard(heard.value, heard.t_valid, heard.fresh, ok=False)
+    if watch.hear(heard, t) and _confirmed(heard.value.remaining, before, _BATTERY_JUMP, watch, t):
+        watch.take(heard)
 
 
 def hear_leak(heard: Heard[float], t: float, watch: SourceWatch) -> None:

@@ -11,9 +11,10 @@ from typing import Any
 from firmware_py.records.health import GOOD, SourceFault, SourceHealth, SourceState
 from firmware_py.records.sensing import Heard, never
 
-_NOISY, _NOISY_MOST, _SMOOTH = 10.0, 40.0, 0.1
-"""Noise reverses two of three changes from value to value. Each reversal counts 1, up to _NOISY_MOST, each other change
-takes _SMOOTH away; above _NOISY the sensor has noise. One that has none repeats its value where it rests."""
+_NOISY, _NOISY_MOST, _SMOOTH = 10.0, 40.0, 0.05
+"""Noise reverses two of three changes from value to value, in a steep dive one of eight. Each reversal counts 1, up to
+_NOISY_MOST, each other change takes _SMOOTH away; above _NOISY the sensor has noise. One that has none repeats its
+value where it rests."""
 _OUTLIERS, _FORGOTTEN = 4.0, 5.0
 """So many outliers in about so many seconds are more than now and then."""
 _MILD = (SourceFault.HEADING, SourceFault.UNDECIDED)

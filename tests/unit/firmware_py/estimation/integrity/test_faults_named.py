@@ -72,6 +72,20 @@ def test_a_vehicle_that_rests_is_sound_whether_its_sensors_have_noise_or_none() 
         assert not named(voyage(20.0, noise=noise, speed=0.0, start=0.0))
 
 
+def test_a_pressure_that_freezes_late_in_a_steep_dive_is_named_in_half_a_second() -> None:
+    """Its noise, by which a frozen sensor is told from one without any, does not reverse its changes in a dive."""
+    (t, sensor, health), *_ = named(voyage(39.0, {"pressure": frozen(38.0)}, noise=0.3, dive=(10.0, 60.0)))
+    assert (sensor, health) == ("pressure", (SUSPECT, F.FROZEN))
+    assert t - 38.0 <= 0.5
+
+
+def test_a_battery_that_no_longer_knows_its_charge_is_lost_at_the_timeout() -> None:
+    unknown = after(5.0, lambda _, battery: battery._replace(remaining=math.nan))
+    changes = named(voyage(10.0, {"battery": unknown}))
+    assert [(name, health) for _, name, health in changes] == [("battery", (LOST, F.UNHEALTHY))]
+    assert changes[0][0] <= 4.0 + 3.1
+
+
 def test_without_dvl_a_drift_of_half_a_metre_a_second_is_named_within_6_s() -> None:
     def without(t: float, frame: SensorFrame) -> SensorFrame:
         return frame if t < 5.0 else replace(frame, dvl=never(frame.dvl.value))
