@@ -15,8 +15,9 @@ from firmware_py.estimation.coefficient_estimator import (
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_validity import ValidityParams
 from firmware_py.estimation.filter.bank_arrays import BankArrays
-from firmware_py.estimation.integrity.integrity import NO_CORRECTION, IntegrityMemory, SensorIntegrity
+from firmware_py.estimation.integrity.integrity import SensorIntegrity
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
+from firmware_py.estimation.integrity.integrity_records import NO_CORRECTION, IntegrityMemory
 from firmware_py.estimation.navigation.navigation import KeptNavigation, Navigation, NavigationMemory, NavigationParams
 from firmware_py.marine import Origin
 from firmware_py.params import table

@@ -37,6 +37,11 @@ class SourceFault(enum.IntEnum):
     HEADING = 11  # of the AHRS, steps or drifts against the gyros, which carry it on
     UNDECIDED = 12  # contradicts another sensor, and nothing tells which of the two is wrong: the safer reading holds
     OTHER_DEVICE = 13  # answers under its node id
+    STEERING = 14  # of the AHRS: heading and gyro together turn otherwise than the rudder turns the vehicle
+
+
+HEADING_FAULTS = (SourceFault.HEADING, SourceFault.STEERING)
+"""Of the AHRS: roll and pitch hold, and the heading may be off by more than usual."""
 
 
 class SourceHealth(NamedTuple):

@@ -21,6 +21,7 @@ _SOURCE_FAULTS: Mapping[SourceFault, str] = {
     SourceFault.TWO_SENDERS: "two senders under one node id",
     SourceFault.OTHER_DEVICE: "another device answers under its node id",
     SourceFault.HEADING: "its heading leaves the gyros, which carry it on",
+    SourceFault.STEERING: "its heading turns otherwise than the rudder turns the vehicle",
     SourceFault.UNDECIDED: "it or another sensor is wrong; the safer reading holds",
 }
 _ACTUATOR_FAULTS: Mapping[ActuatorFault, str] = {

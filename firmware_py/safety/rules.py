@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from firmware_py.records.event import Cause
 from firmware_py.records.fence import WITHIN
-from firmware_py.records.health import SourceFault, SourceHealth, SourceState
+from firmware_py.records.health import HEADING_FAULTS, SourceFault, SourceHealth, SourceState
 from firmware_py.records.order import Mode
 from firmware_py.safety.action import safer
 from firmware_py.safety.conditions import Conditions, Faulty
@@ -73,7 +73,7 @@ class Rule(NamedTuple):
 
 DISARMED, SURFACE = Mode.DISARMED, Mode.SURFACE
 _GOOD, _SUSPECT = SourceState.GOOD, SourceState.SUSPECT
-_TILT_HOLDS = (SourceFault.OUTLIERS, SourceFault.HEADING, SourceFault.UNDECIDED)
+_TILT_HOLDS = (SourceFault.OUTLIERS, SourceFault.UNDECIDED, *HEADING_FAULTS)
 _FLOWN = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN)
 """Modes in which a depth is flown."""
 
@@ -167,7 +167,7 @@ RULES: tuple[Rule, ...] = (
     Rule(Cause.AHRS_SUSPECT,     lambda c, _: c.attitude_ok and _carried_on(c.sensors.ahrs),
          "sensor_time", "ahrs_action",
          lambda c, _: (float(c.sensors.ahrs.fault),)),
-    Rule(Cause.HEADING_SUSPECT,  lambda c, _: c.sensors.ahrs.fault is SourceFault.HEADING,
+    Rule(Cause.HEADING_SUSPECT,  lambda c, _: c.sensors.ahrs.fault in HEADING_FAULTS,
          "sensor_time", "heading_action"),
     Rule(Cause.BOTTOM_UNSEEN,    lambda c, _: _blind(c), "sensor_time", "bottom_action"),
     Rule(Cause.DVL_BAD,          lambda c, _: c.sensors.dvl.state is not _GOOD, "sensor_time", "dvl_action",

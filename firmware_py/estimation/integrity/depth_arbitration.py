@@ -26,6 +26,8 @@ _BLIND = 0.3
 """So much longer without DVL, or without the model, s, and a window does not count as carried by it."""
 _SUDDEN, _HEAVE = math.radians(2.5), 0.35
 """A pitch off by more than this, rad, cannot come in a second without the gyros; eddies heave a hull by less, m/s."""
+_SLIP = 0.4
+"""Of two that differ it is the DVL, if its u has left model and current by more than this, m/s."""
 _GYRO_OFF = math.radians(1.3)
 """A pitch that is as far from the gyros is what is wrong, if DVL and pitch are contradicted."""
 _MODEL_TIME = 5.0
@@ -118,7 +120,7 @@ def _flat(history: Sequence[Entry], window: int, change: float) -> bool:
 
 
 def accuse_carried(
-    t: float, ahrs: SourceWatch, dvl: SourceWatch, off: float, heave: float, implied: float, proven: bool
+    t: float, ahrs: SourceWatch, dvl: SourceWatch, off: float, heave: float, slip: float, implied: float, proven: bool
 ) -> None:
     """Accuse DVL or pitch, or both where nothing tells; the depth is by the pressure then, and needs neither.
 
@@ -128,13 +130,14 @@ def accuse_carried(
         dvl: the watch of the DVL.
         off: what the pitch is off by the gyros, rad: a pitch that leaves them is wrong.
         heave: running mean of the DVL's w, m/s.
+        slip: what its u leaves model and current by, m/s.
         implied: what the pitch would have had to change by in a second, rad; gyros would show it.
         proven: whether they agreed before: what was there from the start the gyros cannot show.
     """
     if off > _GYRO_OFF:
         ahrs.accuse(SourceFault.CONTRADICTED, t)
         dvl.acquit()
-    elif not dvl.believed or abs(heave) > _HEAVE or (proven and implied > _SUDDEN + 2.0 * off):
+    elif not dvl.believed or abs(heave) > _HEAVE or abs(slip) > _SLIP or (proven and implied > _SUDDEN + 2.0 * off):
         dvl.accuse(SourceFault.DRIFT, t)
         ahrs.acquit()
     else:

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
-from firmware_py.estimation.integrity.altitude_check import AltitudeCheck, EchoMemory
-from firmware_py.estimation.integrity.attitude_check import AttitudeCheck, AttitudeCheckMemory
-from firmware_py.estimation.integrity.confirmation import FixCheck, FixCheckMemory, hear_battery, hear_leak
+from firmware_py.estimation.integrity.altitude_check import AltitudeCheck
+from firmware_py.estimation.integrity.attitude_check import AttitudeCheck
+from firmware_py.estimation.integrity.confirmation import FixCheck, hear_battery, hear_leak
 from firmware_py.estimation.integrity.depth_arbitration import Accused, accuse_carried
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
-from firmware_py.estimation.integrity.source_watch import SourceMemory
+from firmware_py.estimation.integrity.integrity_records import NO_CORRECTION, IntegrityMemory
+from firmware_py.estimation.integrity.model_check import ModelCheck
 from firmware_py.estimation.integrity.sources import Sources
-from firmware_py.estimation.integrity.velocity_check import VelocityCheck, VelocityCheckMemory
-from firmware_py.estimation.integrity.vertical_check import VerticalCheck, VerticalCheckMemory
+from firmware_py.estimation.integrity.velocity_check import VelocityCheck
+from firmware_py.estimation.integrity.vertical_check import VerticalCheck
 from firmware_py.estimation.navigation.navigation import NavigationParams
 from firmware_py.marine import depth_of_pressure
 from firmware_py.records.command import Applied
@@ -42,30 +42,6 @@ _PING_AGE = 1.0
 """An older ping no longer carries the depth, s."""
 
 
-class Correction(NamedTuple):
-    """What navigation has to put right in this tick, for it took in what is now known to be wrong; NaN: nothing."""
-
-    depth: float
-    heading: float
-
-
-NO_CORRECTION = Correction(math.nan, math.nan)
-
-
-class IntegrityMemory(NamedTuple):
-    """Everything that is remembered."""
-
-    sources: tuple[tuple[SourceMemory, ...], int, SensorHealth]
-    vertical: VerticalCheckMemory
-    attitude: AttitudeCheckMemory
-    velocity: VelocityCheckMemory
-    echoes: tuple[EchoMemory, EchoMemory]
-    fix: FixCheckMemory
-    ahrs: Heard[Ahrs] | None
-    ping: tuple[float, float, float, float]
-    agreed: float
-
-
 class SensorIntegrity:
     """Watches every sensor. After `update`, `correction` is what was wrongly taken in before."""
 
@@ -75,6 +51,7 @@ class SensorIntegrity:
         self._vertical = VerticalCheck(params)
         self._attitude = AttitudeCheck(params)
         self._velocity = VelocityCheck(params, vehicle)
+        self._model = ModelCheck(params, vehicle)
         self._altitude = AltitudeCheck(params)
         self._fixes = FixCheck(params.fix_sigmas, params.fix_deep)
         self._stand_in: Heard[Ahrs] | None = None
@@ -128,6 +105,7 @@ class SensorIntegrity:
             return
         phi, theta, _, p, q, r = out.value
         self._velocity.turn(p, q, r)
+        self._model.hear_rate(r)
         s, c = math.sin(theta), math.cos(theta)
         velocity = self._velocity.memory
         model = raw = -velocity.likely * s
@@ -150,6 +128,7 @@ class SensorIntegrity:
             return
         if self._velocity.check(heard, t, watch, self._vertical.depth, self._attitude.memory.theta):
             self._catch_up(heard, t)
+            self._model.hear_ping(heard.value, t, self._attitude.memory.psi)
             self._ping = (t, *heard.value[:3])
             watch.take(heard)
         echo.memory.t_ok = t
@@ -214,7 +193,8 @@ class SensorIntegrity:
             proven = self._agreed >= _PROVEN or not self._under_way
             off, velocity = abs(self._attitude.memory.off_theta), self._velocity.memory
             implied = vertical.sudden / max(velocity.u, _UNDER_WAY)
-            accuse_carried(t, self._sources.ahrs, dvl, off, velocity.heave, implied, proven)
+            slip = self._model.memory.slip
+            accuse_carried(t, self._sources.ahrs, dvl, off, velocity.heave, slip, implied, proven)
         elif accused in (Accused.PRESSURE_STEP, Accused.PRESSURE_DRIFT):
             pressure.accuse(SourceFault.STEP if accused is Accused.PRESSURE_STEP else SourceFault.DRIFT, t)
             dvl.acquit()
@@ -246,7 +226,7 @@ class SensorIntegrity:
         sources = self._sources
         n = frame.n.value if frame.n.ok and t - frame.n.t_valid <= 1.0 else applied.n
         gone = applied.drop or (frame.hardpoint.ok and not frame.hardpoint.value.holds)
-        self._velocity.step(0.1, n if math.isfinite(n) else 0.0, gone)
+        self._ask_model(t, n if math.isfinite(n) else 0.0, gone, frame, applied)
         if self._vertical.raw_differs:
             if sources.dvl.memory.fault is SourceFault.DRIFT and sources.pressure.believed:
                 sources.dvl.accuse(SourceFault.DRIFT, t)
@@ -268,6 +248,22 @@ class SensorIntegrity:
             if echo:
                 self._altitude.forget(1)
 
+    def _ask_model(self, t: float, n: float, gone: bool, frame: SensorFrame, applied: Applied) -> None:
+        """Let propeller and fins drive the models, and compare heading and DVL with them."""
+        attitude, model = self._attitude.memory, self._model
+        self._velocity.step(0.1, n, gone)
+        velocity = self._velocity.memory
+        reported = all(fin.usable(t, 1.0) and math.isfinite(fin.value) for fin in frame.fins)
+        fins = [fin.value for fin in frame.fins] if reported else list(applied.fins)
+        steered = reported and velocity.holds and velocity.likely > _UNDER_WAY
+        driven = n >= 0.0 and not gone and self._vertical.depth > self._params.surface
+        driven = driven and abs(attitude.theta) < _STEEP and abs(attitude.phi) < _ROLLED
+        model.step(0.1, n, fins, steered, driven, velocity.likely)
+        if model.heading_drifts:
+            self._sources.ahrs.accuse(SourceFault.STEERING, t)
+        if model.dvl_creeps:
+            self._sources.dvl.accuse(SourceFault.DRIFT, t)
+
     def freeze(self) -> IntegrityMemory:
         """Return the whole memory."""
         return IntegrityMemory(
@@ -275,6 +271,7 @@ class SensorIntegrity:
             self._vertical.freeze(),
             self._attitude.freeze(),
             self._velocity.freeze(),
+            self._model.freeze(),
             self._altitude.freeze(),
             self._fixes.freeze(),
             self._stand_in,
@@ -288,6 +285,7 @@ class SensorIntegrity:
         self._vertical.thaw(memory.vertical)
         self._attitude.thaw(memory.attitude)
         self._velocity.thaw(memory.velocity)
+        self._model.thaw(memory.model)
         self._altitude.thaw(memory.echoes)
         self._fixes.thaw(memory.fix)
         self._stand_in, self._ping, self._agreed = memory.ahrs, memory.ping, memory.agreed

@@ -135,6 +135,22 @@ class IntegrityParams:
         mav="V_STEP",
     )
     speed: float = param(0.6, unit="m/s", low=0.1, high=10.0, doc="DVL against thrust and drag.", mav="V_MODEL")
+    current_change: float = param(
+        1.2,
+        unit="m/s",
+        low=0.1,
+        high=10.0,
+        doc="Most that the current along the hull changes by in ten minutes: a DVL that creeps farther is wrong.",
+        mav="CURRENT",
+    )
+    turn_drift: float = param(
+        0.4,
+        unit="deg/s",
+        low=0.05,
+        high=20.0,
+        doc="Heading and gyro against the rudder's model; a rudder 1 deg off its zero looks the same.",
+        mav="TURN_DRF",
+    )
     delay: float = param(
         1.0, unit="s", low=0.1, high=10.0, doc="A DVL ping that is older when it arrives is late.", mav="LATE"
     )

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from firmware_py.records.health import GOOD, SourceFault, SourceHealth, SourceState
+from firmware_py.records.health import GOOD, HEADING_FAULTS, SourceFault, SourceHealth, SourceState
 from firmware_py.records.sensing import Heard, never
 
 _NOISY, _NOISY_MOST, _SMOOTH = 10.0, 40.0, 0.05
@@ -17,8 +17,8 @@ _NOISY_MOST, each other change takes _SMOOTH away; above _NOISY the sensor has n
 value where it rests."""
 _OUTLIERS, _FORGOTTEN = 4.0, 5.0
 """So many outliers in about so many seconds are more than now and then."""
-_MILD = (SourceFault.HEADING, SourceFault.UNDECIDED)
-_MILDEST = (SourceFault.OUTLIERS, SourceFault.UNDECIDED)
+_MILD = (SourceFault.UNDECIDED, *HEADING_FAULTS)
+_MILDEST = (SourceFault.OUTLIERS, SourceFault.UNDECIDED, SourceFault.STEERING)
 _USED = (SourceFault.NONE, SourceFault.OUTLIERS, SourceFault.UNDECIDED)
 _TICK = 1e-3
 """Times may be rounded by so much, s."""

@@ -17,7 +17,7 @@ from firmware_py.marine import Eta, Nu, Origin, body_to_ned
 from firmware_py.params import param, table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate
-from firmware_py.records.health import ALL_GOOD, SensorHealth, SourceFault
+from firmware_py.records.health import ALL_GOOD, HEADING_FAULTS, SensorHealth
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Tick
 
@@ -105,7 +105,7 @@ class Navigation:
         depth_ok = t - dep.t <= params.depth.timeout
 
         x, y, walk, drift, t_fix = was.position
-        carried = sensors.ahrs.fault is SourceFault.HEADING
+        carried = sensors.ahrs.fault in HEADING_FAULTS
         rate = dead_reckoning.drift_rate(params.position, math.hypot(x_dot, y_dot), attitude_ok, carried)
         if not velocity_ok:
             rate += math.sqrt(2.0) * velocity_std

@@ -1,0 +1,147 @@
+"""Heading and DVL u against the hull's model: what drifts with its own gyro, and what creeps farther than a current.
+
+**Heading.** A yaw that drifts together with its gyro shows in how the hull answers the rudder. The measured rate of
+turn is regressed on that of the model, over 100 s: the slope is the gain that the rudder really has, the intercept is
+what the gyro says beyond the rudder. As far as the slope is not known, for the rudder rests, the intercept is not.
+
+**DVL.** What u and v differ by from the model is the current, north and east, averaged over ten minutes. What u leaves
+that by is a current that changes, or a DVL that creeps.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from dataclasses import dataclass
+
+from firmware_py.estimation.integrity.integrity_params import IntegrityParams
+from firmware_py.estimation.integrity.motion_model import MotionMemory, MotionModel
+from firmware_py.records.sensing import Dvl
+from firmware_py.vehicle.vehicle import Vehicle
+
+_TIME = 100.0
+"""Time constant of the regression, s."""
+_PART = 0.3
+"""It tells when so much of its weight is there: after 36 s."""
+_ACTIVITY = math.radians(0.3) ** 2
+"""Variance of the model's rate of turn, rad^2/s^2, at which half of the gain is known."""
+_GAIN_STD = 0.06
+"""What the gain is off by where it is known: eddies, cross-flow."""
+_SETTLES = 15.0
+"""So long after it began to drive the model has forgotten where it started, s."""
+_CURRENT_TIME = 600.0
+_SLIP_TIME = 20.0
+_LEARNS = 60.0
+"""For so long the current is only averaged, s."""
+
+
+@dataclass(slots=True)
+class ModelCheckMemory:
+    """The model's motion; what was heard since its last step; regression; current (m/s), and what u leaves it by.
+
+    `driven` and `pinged` are for how long, s, propeller and DVL have told of it; `weight` and what follows are running
+    means of 1, r, the model's r, its square and their product.
+    """
+
+    motion: MotionMemory
+    driven: float = 0.0
+    turned: float = 0.0
+    reports: int = 0
+    weight: float = 0.0
+    r: float = 0.0
+    model: float = 0.0
+    square: float = 0.0
+    product: float = 0.0
+    pinged: float = 0.0
+    t_ping: float = -math.inf
+    north: float = 0.0
+    east: float = 0.0
+    slip: float = 0.0
+
+
+class ModelCheck:
+    """Follows the model beside the sensors."""
+
+    def __init__(self, params: IntegrityParams, vehicle: Vehicle) -> None:
+        self._params = params
+        self._motion = MotionModel(vehicle)
+        self.memory = ModelCheckMemory(self._motion.memory)
+
+    def hear_rate(self, r: float) -> None:
+        """Take a rate of turn, rad/s."""
+        self.memory.turned += r
+        self.memory.reports += 1
+
+    def hear_ping(self, ping: Dvl, t: float, psi: float) -> None:
+        """Take the velocities of a ping at t, s, under the heading psi, rad."""
+        m, motion = self.memory, self._motion.memory
+        gap, m.t_ping = t - m.t_ping, t
+        if m.driven < _SETTLES or gap > 1.0:
+            return
+        s, c = math.sin(psi), math.cos(psi)
+        ahead, aside = ping.u - motion.u, ping.v - motion.v
+        m.pinged += gap
+        share = gap / min(m.pinged, _CURRENT_TIME)
+        if not self.dvl_creeps:
+            m.north += share * (ahead * c - aside * s - m.north)
+            m.east += share * (ahead * s + aside * c - m.east)
+        if m.pinged > _LEARNS:
+            m.slip += gap / _SLIP_TIME * (ahead - m.north * c - m.east * s - m.slip)
+
+    def step(self, dt: float, n: float, fins: list[float], steered: bool, driven: bool, u: float) -> None:
+        """Go on by dt, s, at the propeller speed n, rev/s, and the fin angles, rad.
+
+        `steered` is whether the rudder is known and turns the hull; `driven` whether thrust and drag make its speed,
+        a glide of less than `current_change` apart. Without that, and at first, the model moves at u, m/s.
+        """
+        m, motion = self.memory, self._motion
+        rate, heard = (m.turned / m.reports, steered) if m.reports else (0.0, False)
+        m.turned, m.reports = 0.0, 0
+        if not driven:
+            motion.memory.u, motion.memory.v, motion.memory.r, m.driven, m.slip = u, 0.0, 0.0, 0.0, 0.0
+            return
+        m.driven += dt
+        if m.driven < _SETTLES:
+            motion.memory.u = u
+        motion.step(dt, n, *motion.deflections(fins))
+        if m.driven < _SETTLES or not heard:
+            return
+        share, modelled = dt / _TIME, motion.memory.r
+        m.weight += share * (1.0 - m.weight)
+        m.r += share * (rate - m.r)
+        m.model += share * (modelled - m.model)
+        m.square += share * (modelled * modelled - m.square)
+        m.product += share * (modelled * rate - m.product)
+
+    @property
+    def turning(self) -> float:
+        """Return how fast the heading surely turns beyond what the rudder does, rad/s, to either side."""
+        m, weight = self.memory, self.memory.weight
+        if weight < _PART:
+            return 0.0
+        mean, model = m.r / weight, m.model / weight
+        variance = m.square / weight - model * model + _ACTIVITY
+        gain = (m.product / weight - mean * model + _ACTIVITY) / variance
+        return abs(mean - gain * model) - (_ACTIVITY / variance + _GAIN_STD) * abs(model)
+
+    @property
+    def heading_drifts(self) -> bool:
+        """Return whether heading and gyro turn otherwise than the rudder turns the hull."""
+        return self.turning > self._params.turn_drift
+
+    @property
+    def dvl_creeps(self) -> bool:
+        """Return whether no current explains what u is off by."""
+        return abs(self.memory.slip) > self._params.current_change
+
+    def freeze(self) -> ModelCheckMemory:
+        """Return the whole memory."""
+        memory = copy.copy(self.memory)
+        memory.motion = self._motion.freeze()
+        return memory
+
+    def thaw(self, memory: ModelCheckMemory) -> None:
+        """Restore the memory that `freeze` returned."""
+        self._motion.thaw(memory.motion)
+        self.memory = copy.copy(memory)
+        self.memory.motion = self._motion.memory

@@ -1,0 +1,108 @@
+"""Heading and DVL against the hull's model: what drifts with its gyro, and what creeps, is told."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from firmware_py.estimation.integrity.integrity_params import IntegrityParams
+from firmware_py.estimation.integrity.model_check import ModelCheck
+from firmware_py.estimation.integrity.motion_model import MotionModel
+from firmware_py.records.sensing import Dvl
+from firmware_py.vehicle.vehicle import Vehicle
+
+from .voyage import DEG, VEHICLE
+
+N, U = 492.0 / 60.0, 1.8
+STEERING = ("Y_r", "Y_v", "Y_dr", "N_r", "N_v", "N_dr")
+
+
+def weaving(t: float) -> float:
+    return 4.0 * DEG * (1.0 if t % 50.0 < 25.0 else -1.0) if t % 25.0 < 6.0 else 0.0
+
+
+def scaled(by: float, *names: str) -> Vehicle:
+    c = VEHICLE.coefficients
+    return replace(VEHICLE, coefficients=replace(c, **{name: by * getattr(c, name) for name in names}))
+
+
+def swim(
+    seconds: float,
+    *,
+    vehicle: Vehicle = VEHICLE,
+    drift: Callable[[float], float] = lambda _: 0.0,
+    creep: Callable[[float], float] = lambda _: 0.0,
+    current: tuple[float, float] = (0.0, 0.0),
+    rudder: Callable[[float], float] = weaving,
+    check: ModelCheck | None = None,
+) -> tuple[ModelCheck, float, float]:
+    """Swim by the file's hull, watched by the model of `vehicle`; return when heading and DVL were named, s."""
+    rng = np.random.default_rng(3)
+    hull, psi, water = MotionModel(VEHICLE), 0.0, np.zeros(2)
+    check = check or ModelCheck(IntegrityParams(), vehicle)
+    hull.memory.u = check.memory.motion.u = U
+    heading = dvl = math.inf
+    for k in range(round(seconds * 10)):
+        t = 0.1 * k
+        fins = [0.0, 0.0, rudder(t), rudder(t)]
+        hull.step(0.1, N, *hull.deflections(fins))
+        psi += 0.1 * hull.memory.r
+        water += -water * 0.01 + 0.1 * math.sqrt(0.02) * rng.standard_normal(2)
+        check.hear_rate(hull.memory.r + drift(t) + 0.1 * DEG * rng.standard_normal())
+        if k % 2 == 0:
+            s, c = math.sin(psi), math.cos(psi)
+            u = hull.memory.u + current[0] * c + current[1] * s + creep(t) + water[0]
+            v = hull.memory.v - current[0] * s + current[1] * c + water[1]
+            check.hear_ping(Dvl(u, v, 0.0, 0.01, 20.0), t, psi)
+        check.step(0.1, N, fins, True, True, U)
+        heading = min(heading, t) if check.heading_drifts else heading
+        dvl = min(dvl, t) if check.dvl_creeps else dvl
+    return check, heading, dvl
+
+
+@pytest.mark.parametrize(
+    "vehicle",
+    [VEHICLE, *(scaled(by, *names) for by in (0.5, 1.5) for names in (STEERING, ("Y_dr", "N_dr"), ("N_r",)))],
+    ids=["exact", "all 0.5", "rudder 0.5", "N_r 0.5", "all 1.5", "rudder 1.5", "N_r 1.5"],
+)
+def test_a_heading_that_drifts_with_its_gyro_is_told_and_a_vehicle_file_that_is_half_wrong_is_not(
+    vehicle: Vehicle,
+) -> None:
+    _, sound, dvl = swim(300.0, vehicle=vehicle)
+    assert (sound, dvl) == (math.inf, math.inf)
+    _, named, _ = swim(300.0, vehicle=vehicle, drift=lambda t: 1.0 * DEG if t > 150.0 else 0.0)
+    assert 150.0 < named < 250.0
+
+
+def test_a_rudder_that_holds_a_drift_is_no_proof_as_long_as_it_rests() -> None:
+    """Without a turn a heading that drifts, and a rudder that has no effect, look the same."""
+    _, named, _ = swim(300.0, rudder=lambda _: 2.0 * DEG, drift=lambda _: 0.4 * DEG)
+    assert named == math.inf
+
+
+@pytest.mark.parametrize("rate", [0.03, -0.03, 0.01])
+def test_a_dvl_that_creeps_is_told_when_no_current_explains_it(rate: float) -> None:
+    _, _, named = swim(350.0, creep=lambda t: rate * max(0.0, t - 120.0))
+    bound = 1.2 / abs(rate)
+    assert 120.0 + bound < named < 120.0 + 1.35 * bound + 40.0
+
+
+@pytest.mark.parametrize("current", [(1.0, 0.0), (-0.6, 0.8)])
+def test_a_current_is_no_creep_on_any_heading(current: tuple[float, float]) -> None:
+    _, heading, dvl = swim(300.0, current=current, rudder=lambda t: 3.0 * DEG if t % 100.0 < 30.0 else 0.0)
+    assert (heading, dvl) == (math.inf, math.inf)
+
+
+def test_memory_taken_over_goes_on_as_if_nothing_had_happened() -> None:
+    check, _, _ = swim(50.0)
+    other = ModelCheck(IntegrityParams(), VEHICLE)
+    other.thaw(check.freeze())
+    for one in (check, other):
+        for _ in range(20):
+            one.hear_rate(0.01)
+            one.step(0.1, N, [0.0, 0.0, 0.1, 0.1], True, True, U)
+    assert check.freeze() == other.freeze()
