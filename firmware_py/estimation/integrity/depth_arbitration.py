@@ -27,7 +27,7 @@ _BLIND = 0.3
 _SUDDEN, _HEAVE = math.radians(2.5), 0.35
 """A pitch off by more than this, rad, cannot come in a second without the gyros; eddies heave a hull by less, m/s."""
 _SLIP = 0.4
-"""Of two that differ it is the DVL, if its u has left model and current by more than this, m/s."""
+"""Of two that differ it is the DVL, if its u is above model and current by more than this, m/s."""
 _GYRO_OFF = math.radians(1.3)
 """A pitch that is as far from the gyros is what is wrong, if DVL and pitch are contradicted."""
 _MODEL_TIME = 5.0
@@ -137,7 +137,7 @@ def accuse_carried(
     if off > _GYRO_OFF:
         ahrs.accuse(SourceFault.CONTRADICTED, t)
         dvl.acquit()
-    elif not dvl.believed or abs(heave) > _HEAVE or abs(slip) > _SLIP or (proven and implied > _SUDDEN + 2.0 * off):
+    elif not dvl.believed or abs(heave) > _HEAVE or slip > _SLIP or (proven and implied > _SUDDEN + 2.0 * off):
         dvl.accuse(SourceFault.DRIFT, t)
         ahrs.acquit()
     else:

@@ -131,8 +131,9 @@ class ModelCheck:
 
     @property
     def dvl_creeps(self) -> bool:
-        """Return whether no current explains what u is off by."""
-        return abs(self.memory.slip) > self._params.current_change
+        """Return whether no current explains what u is off by; between 0 and the model thrust may be lost."""
+        slip, limit = self.memory.slip, self._params.current_change
+        return slip > limit or slip < -max(limit, self._motion.memory.u)
 
     def freeze(self) -> ModelCheckMemory:
         """Return the whole memory."""

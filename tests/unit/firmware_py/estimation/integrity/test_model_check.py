@@ -87,7 +87,7 @@ def test_a_rudder_that_holds_a_drift_is_no_proof_as_long_as_it_rests() -> None:
 @pytest.mark.parametrize("rate", [0.03, -0.03, 0.01])
 def test_a_dvl_that_creeps_is_told_when_no_current_explains_it(rate: float) -> None:
     _, _, named = swim(350.0, creep=lambda t: rate * max(0.0, t - 120.0))
-    bound = 1.2 / abs(rate)
+    bound = (1.2 if rate > 0.0 else 1.7) / abs(rate)  # where u is less than the model's, thrust may be lost
     assert 120.0 + bound < named < 120.0 + 1.35 * bound + 40.0
 
 
