@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -15,8 +16,11 @@ EXPLAINED = [path for path in READMES if path.is_relative_to(ROOT / "firmware_py
 MADE_BY_A_RUN = {"runs/"}
 """Folders that are in no checkout."""
 CODE = re.compile(r"`([^`\n]+)`")
+WORD = re.compile(r"\w+")
 LINK = re.compile(r"\]\((?!https?:|#)([^)#\s]+)")
 FENCED = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
+SYMBOL = re.compile(r"_[a-z]\w*|[A-Z][a-z]+(?:[A-Z]\w*)?")
+"""What code calls a class, or a name of its own."""
 ENTRY = re.compile(r"^(?:\|([^|]*)\||- (`[^:]*):)", re.MULTILINE)
 """The first cell of a row of a table, or what a list explains."""
 
@@ -40,10 +44,19 @@ def found(readme: Path, name: str) -> Path | None:
     return next(((root / name).resolve() for root in roots if (root / name).exists()), None)
 
 
+@cache
+def words() -> set[str]:
+    """Return every word of the code."""
+    return {
+        word for folder in FOLDERS for path in (ROOT / folder).rglob("*.py") for word in WORD.findall(path.read_text())
+    }
+
+
 def dead_names(readme: Path) -> list[str]:
     """Return what a README names and nobody has."""
     text = prose(readme)
     dead = [name for name in paths_in(text) if name not in MADE_BY_A_RUN and found(readme, name) is None]
+    dead += [code for code in CODE.findall(text) if SYMBOL.fullmatch(code) and code not in words()]
     return dead + [link for link in LINK.findall(text) if not (readme.parent / link).exists()]
 
 
@@ -101,9 +114,11 @@ def test_a_dead_name_and_a_missing_row_are_found(tmp_path: Path) -> None:
     (tmp_path / "inner").mkdir()
     for name in ("one.py", "two.py", "inner/__init__.py", "inner/three.py"):
         (tmp_path / name).touch()
-    readme = tmp_path / "README.md"
-    readme.write_text("| file | content |\n|---|---|\n| `one.py` | 1 |\n\nSee `gone.py` and [there](away.md).\n")
-    assert dead_names(readme) == ["gone.py", "away.md"]
+    readme, private = tmp_path / "README.md", "_" + "gone"  # in two, for words() reads this file too
+    readme.write_text(
+        f"| file | content |\n|---|---|\n| `one.py` | 1 |\n\n`gone.py`, `{private}` of `Vehicle`, [there](away.md).\n"
+    )
+    assert dead_names(readme) == ["gone.py", private, "away.md"]
     assert omitted(readme) == ["two.py", "inner"]
     readme.write_text("- `{one,two}.py`: 1, 2\n- `inner/`: 3\n")
     assert dead_names(readme) == omitted(readme) == []
