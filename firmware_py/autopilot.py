@@ -69,7 +69,7 @@ class Reconfigurator(Protocol):
     """Interface of what makes an autopilot's parts anew for an order's changes; see `reconfiguration`."""
 
     def apply(self, changes: tuple[Change, ...], parts: Parts) -> tuple[Parts, tuple[Event, ...]]:
-        """Return the parts to go on with, which remember what the old ones did, and what could not be changed."""
+        """Return the parts to go on with, which remember what the old ones did, and what is to be told of it."""
 
     def freeze(self) -> Any:
         """Return all that was changed."""
@@ -98,7 +98,7 @@ class Autopilot:
 
     def step(self, tick: Tick, frame: SensorFrame, order: Order) -> Cycle:
         """Compute one cycle: make changes, estimate, watch, supervise, guide, control, allocate, limit."""
-        self.parts, failed = self.reconfigurator.apply(order.changes, self.parts)  # parameters, mission, fence, rally
+        self.parts, changed = self.reconfigurator.apply(order.changes, self.parts)  # parameters, mission, fence, rally
         estimator, actuator_watch, supervisor, guidance, control, gate = self.parts
         state = estimator.update(tick, frame, self.applied)
         actuators = actuator_watch.update(tick, frame, self.applied, state)
@@ -108,7 +108,7 @@ class Autopilot:
         demand = control.update(tick, mode, order, reference, state)
         fins = self.allocator.allocate(demand)
         self.applied = gate.limit(tick, mode, frame, fins, self.applied)  # last word; knows no law
-        events = failed + supervisor.events + guidance.events
+        events = changed + supervisor.events + guidance.events
         return Cycle(tick, frame, order, state, actuators, mode, reference, demand, fins, self.applied, events)
 
     def freeze(self) -> Memory:

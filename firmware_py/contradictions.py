@@ -12,6 +12,9 @@ from firmware_py.control.control import ControlParams
 from firmware_py.guidance.guidance_params import GuidanceParams
 from firmware_py.safety.rules import SafetyParams
 
+_CLIMB = 0.1
+"""Slower than this, m/s, the way up is no way up: faster eddies are everywhere."""
+
 
 def contradictions(safety: SafetyParams, guidance: GuidanceParams, control: ControlParams) -> Iterator[str]:
     """Yield what contradicts what, with the keys of autopilot.toml."""
@@ -40,6 +43,11 @@ def contradictions(safety: SafetyParams, guidance: GuidanceParams, control: Cont
             f"safety.ascent.level_pitch_deg = {math.degrees(safety.ascent.level_pitch):g} is over pitch_deg = "
             f"{math.degrees(safety.ascent.pitch):g}: near the surface it would be steeper than below"
         )
+    if safety.ascent.level_depth < safety.surface_depth:
+        yield (
+            f"safety.ascent.level_depth_m = {safety.ascent.level_depth:g} is less than surface_depth_m = "
+            f"{safety.surface_depth:g}: it would be up before it comes near the surface"
+        )
     slowest = control.u_min
     for key, speed in (("surface_speed_m_s", guidance.surface_speed), ("speed_max_m_s", guidance.speed_max)):
         if speed < slowest:
@@ -47,6 +55,12 @@ def contradictions(safety: SafetyParams, guidance: GuidanceParams, control: Cont
                 f"guidance.{key} = {speed:g} is under control.u_min_m_s = {slowest:g}, "
                 "the lowest speed at which the fins hold depth and heading"
             )
+    climb = guidance.surface_speed * math.sin(safety.ascent.pitch)
+    if climb < _CLIMB:
+        yield (
+            f"guidance.surface_speed_m_s = {guidance.surface_speed:g} at safety.ascent.pitch_deg = "
+            f"{math.degrees(safety.ascent.pitch):g} comes up by {climb:.2f} m/s: {_CLIMB:g} m/s is needed"
+        )
 
 
 def _percent(share: float) -> str:

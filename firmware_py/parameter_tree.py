@@ -105,6 +105,17 @@ def with_values(record: T, values: Mapping[str, Any], where: str) -> T:
     return changed
 
 
+def value_text(record: Any, dotted: str) -> str:
+    """Return the value of a dotted key as TOML has it, a number to six digits."""
+    key, _, rest = dotted.partition(".")
+    field = next(f for f in dataclasses.fields(record) if toml_key(f) == key)
+    value, declaration = getattr(record, field.name), declaration_of(field)
+    if rest:
+        return value_text(value, rest)
+    value = to_toml_value(value, UNITS[declaration.unit][1] if declaration else 1.0)
+    return str(value).lower() if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else str(value)
+
+
 @dataclass(frozen=True, slots=True)
 class Parameter:
     """A number, truth value or choice that a ground station may see and change.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -15,7 +15,7 @@ from firmware_py.estimation.model.observer_model import refuse_no_inertia
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.marine import Origin
 from firmware_py.mavlink.settings import MavlinkParams, NodeSettings
-from firmware_py.parameter_tree import with_values
+from firmware_py.parameter_tree import value_text, with_values
 from firmware_py.params import ParamError, param, prefix_errors, table
 from firmware_py.records.event import Event, EventKind, severity_of
 from firmware_py.records.fence import HOME, NO_FENCE, Fence, Place
@@ -70,13 +70,15 @@ class ActiveConfiguration(NamedTuple):
 
 _MADE_OF: dict[str, tuple[str, ...]] = {
     "origin": ("estimator",),
-    "estimation": ("estimator",),
+    "estimation": ("estimator", "supervisor"),
     "safety": ("actuator_watch", "supervisor", "guidance", "gate"),
     "guidance": ("guidance", "supervisor"),
     "control": ("control",),
     "mavlink": (),
 }
 """The parts that depend on each table of autopilot.toml."""
+_TOLD = ("safety.", "estimation.integrity.")
+"""Tables whose changes are told as events; all changes are in the log."""
 
 
 def node_settings(params: AutopilotParams) -> NodeSettings:
@@ -143,7 +145,7 @@ class PartsFactory:
         """See `autopilot.Reconfigurator`. Orders were checked before; a change that fails leaves all as it was."""
         if not changes:
             return parts, ()
-        kind, failed = EventKind.CHANGE_FAILED, list[Event]()
+        kind, told = EventKind.CHANGE_FAILED, list[Event]()
         for change in changes:
             before = self._now
             try:
@@ -151,8 +153,10 @@ class PartsFactory:
             except (ValueError, LookupError, TypeError) as error:
                 self._now = before
                 why = " ".join(str(error).split())
-                failed.append(Event(kind, severity_of(kind), names=(why,)))
-        return parts, tuple(failed)
+                told.append(Event(kind, severity_of(kind), names=(why,)))
+            else:
+                told += _told(change, before.params, self.params)
+        return parts, tuple(told)
 
     def freeze(self) -> ActiveConfiguration:
         """Return the active configuration."""
@@ -238,8 +242,9 @@ class PartsFactory:
             )
             has_mission = bool(self._now.mission.items)
             weight = self._vehicle.drop_weight is not None
-            speed = self.params.guidance.surface_speed
-            return Supervisor(self.params.safety, has_mission, self._now.fence, fins, self._returns, weight, speed)
+            params, now = self.params, self._now
+            how = params.guidance.surface_speed, params.estimation.integrity.enabled
+            return Supervisor(params.safety, has_mission, now.fence, fins, self._returns, weight, *how)
 
     def _guidance(self) -> Guidance:
         safety, now = self.params.safety, self._now
@@ -262,6 +267,16 @@ class PartsFactory:
                 rate_max=tuple(fin.rate_max for fin in vehicle.fins),
                 n_max=vehicle.propeller.n_max,
             )
+
+
+def _told(change: Change, before: AutopilotParams, after: AutopilotParams) -> Iterator[Event]:
+    """Yield an event for each parameter that safety rests on and that a change made another."""
+    kind = EventKind.PARAMETER_CHANGED
+    for key in dict(change.values) if isinstance(change, ParameterChange) else ():
+        if key.startswith(_TOLD):
+            texts = value_text(before, key), value_text(after, key)
+            if texts[0] != texts[1]:
+                yield Event(kind, severity_of(kind), names=(key, *texts))
 
 
 def _parts_of(values: Mapping[str, Any]) -> tuple[str, ...]:

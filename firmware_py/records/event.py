@@ -63,6 +63,7 @@ class EventKind(enum.IntEnum):
     WEIGHT_HELD = 34  # its hardpoint says so again
     WEIGHT_SILENT = 35  # its hardpoint says nothing any longer
     NODE_RESTARTED = 36  # names: the node
+    PARAMETER_CHANGED = 37  # one that safety rests on; names: its key, the value before, the value from now on
 
 
 class Cause(enum.IntEnum):
@@ -130,6 +131,7 @@ class Cause(enum.IntEnum):
     HEADING_SUSPECT = 54
     WEIGHT_GONE = 55
     SUNK = 57  # depth, m
+    RULES_OFF = 58  # names: keys of what is switched off
     # Why disarming is refused.
     UNDER_WATER = 53  # depth, m; NaN is not known
     # Why coming up goes on in another stage, and why the drop weight is released.
@@ -211,6 +213,7 @@ _SEVERITIES: Mapping[EventKind, Severity] = {
     EventKind.WEIGHT_HELD: Severity.NOTICE,
     EventKind.WEIGHT_SILENT: Severity.WARNING,
     EventKind.NODE_RESTARTED: Severity.WARNING,
+    EventKind.PARAMETER_CHANGED: Severity.NOTICE,
 }
 _BY_CAUSE: Mapping[tuple[EventKind, Cause], Severity] = {
     **{(EventKind.MODE_CHANGED, cause): Severity.INFO for cause in INTENDED_CAUSES},

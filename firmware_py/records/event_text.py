@@ -161,6 +161,8 @@ def _cause(event: Event, skip: int = 0) -> str:
         return f"{_SOURCES[cause]} not to be relied on: {source_fault_text(numbers[0])}"
     if cause in _ACTUATORS:
         return f"{event.names[0] if event.names else 'an actuator'}: {actuator_fault_text(numbers[0])}"
+    if cause is Cause.RULES_OFF:
+        return f"switched off, so that it is not brought up: {', '.join(event.names)}"
     if cause is Cause.UNDER_WATER:
         depth = "depth not known" if math.isnan(numbers[0]) else f"under water, at {numbers[0]:.1f} m"
         return f"{depth}; surface first, or force it (param2 = 21196)"
@@ -254,6 +256,7 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
         "where home lies is not known: {:.0f} m away by a position to {:.0f} m".format(*event.numbers)
     ),
     EventKind.NODE_RESTARTED: lambda event, _: f"node {event.names[0]} has restarted",
+    EventKind.PARAMETER_CHANGED: lambda event, _: f"{event.names[0]} changed from {' to '.join(event.names[1:])}",
     EventKind.WEIGHT_COMMANDED: lambda event, _: f"release of the drop weight commanded{_because(event)}",
     EventKind.WEIGHT_NOT_RELEASED: lambda event, _: f"drop weight not released{_because(event)}",
     EventKind.WEIGHT_HELD: lambda *_: "drop weight held: its hardpoint says so",

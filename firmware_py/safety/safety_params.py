@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any
 
 from firmware_py.params import ParamError, param, table
 from firmware_py.safety.action import Action
@@ -26,6 +28,7 @@ _NO_HOLD = (
     "bus_action",
 )
 """Actions of rules under which neither HOLD nor RETURN can be flown, or would keep what is wrong."""
+_UP = (_SURFACE, _DROP)
 
 
 @dataclass(frozen=True)
@@ -118,13 +121,13 @@ class SafetyParams:
     rally_home: bool = param(False, doc="Home is a rally point too, not only without any.", mav="RALLY_HOME")
     station: StationParams = table(StationParams, mav="GCS_")
     surface_depth: float = param(
-        0.5, unit="m", low=0.1, high=5.0, doc="Less deep than this is the surface.", mav="SURF_DEPTH"
+        0.5, unit="m", low=0.1, high=1.5, doc="Less deep than this is the surface.", mav="SURF_DEPTH"
     )
     surface_time: float = param(
         2.0, unit="s", low=0.0, high=60.0, doc="At the surface for so long: surfacing is done.", mav="SURF_TIME"
     )
     submerged_depth: float = param(
-        1.0, unit="m", low=0.1, high=10.0, doc="Deeper, it is not disarmed unless forced.", mav="SUBM_DEPTH"
+        1.0, unit="m", low=0.1, high=3.0, doc="Deeper, it is not disarmed unless forced.", mav="SUBM_DEPTH"
     )
     sunk_time: float = param(
         10.0,
@@ -160,3 +163,13 @@ class SafetyParams:
                     f'{name} = "{action.name.lower()}": neither hold nor return can be flown then; '
                     'write "none", "warn", "surface" or "surface_and_drop"'
                 )
+
+
+def switched_off(params: Any, table: str = "safety.") -> Iterator[str]:
+    """Yield the keys of actions that are "none", where the rule would bring the vehicle up unless told otherwise."""
+    for field in fields(params):
+        value = getattr(params, field.name)
+        if is_dataclass(value):
+            yield from switched_off(value, f"{table}{field.name}.")
+        elif value is Action.NONE and field.default in _UP:
+            yield f"{table}{field.name}"

@@ -21,11 +21,12 @@ from firmware_py.safety.ascent import Ascent
 from firmware_py.safety.ascent_memory import AscentMemory
 from firmware_py.safety.ascent_view import view_of
 from firmware_py.safety.assessment import actuator_faults, conditions, fins_heard
-from firmware_py.safety.conditions import NO_FAULTS
+from firmware_py.safety.conditions import NO_FAULTS, Conditions
 from firmware_py.safety.enforcement import NOTHING_HELD, Enforcement, Held
 from firmware_py.safety.health_events import NodeBits, actuator_events, node_events, sensor_events, weight_events
 from firmware_py.safety.plane_jam import Planes
 from firmware_py.safety.rules import Reason, SafetyParams
+from firmware_py.safety.safety_params import switched_off
 from firmware_py.safety.sink_watch import SinkWatch, leaks
 from firmware_py.safety.supervisor_memory import SupervisorMemory, VehicleFin, beginning
 from firmware_py.tick import NS_PER_S, Rate, Tick
@@ -49,8 +50,9 @@ class Supervisor:
         home: tuple[Place, ...] = (HOME,),
         drop_weight: bool = False,
         surface_speed: float = 1.5,
+        integrity: bool = True,
     ) -> None:
-        """`home` are the places that RETURN may go to, `surface_speed` that of SURFACE, m/s."""
+        """`home`: where RETURN may go to; `surface_speed`: of SURFACE, m/s; `integrity`: whether sensors are judged."""
         self._params = params
         self._fence = fence
         self._has_mission = has_mission
@@ -61,6 +63,7 @@ class Supervisor:
         self._ascent = Ascent(params, drop_weight, surface_speed)
         self._planes = Planes([fin.share for fin in fins], [fin.limit for fin in fins])
         self._enforcement = Enforcement(params)
+        self._off = tuple(switched_off(params)) + (() if integrity else ("estimation.integrity.enabled",))
         self._memory = beginning(self._sound)
         self.events = ()
 
@@ -121,8 +124,7 @@ class Supervisor:
                     returning = c.breach != WITHIN and wanted is Mode.MANUAL
                     if returning:
                         self._add_event(EventKind.RULE_WARNS, cause=Cause.FENCE, numbers=(float(c.breach),))
-                    if c.weight_gone:
-                        self._add_event(EventKind.RULE_WARNS, cause=Cause.WEIGHT_GONE)
+                    self._warn_at_arming(c)
             elif any(held.ticks):
                 verdict = rules.judge(was.mode, c, held, tick.t_ns, tick.dt_ns)
                 wanted, ruled, held = verdict.mode, verdict.rule, verdict.held
@@ -137,8 +139,7 @@ class Supervisor:
                 self._refuse(EventKind.ARMING_CHECK_FAILED, refusals, order.asker)
                 if ready:
                     self._add_event(EventKind.ARMING_CHECK_PASSED, asker=order.asker)
-                    if c.weight_gone:
-                        self._add_event(EventKind.RULE_WARNS, cause=Cause.WEIGHT_GONE)
+                    self._warn_at_arming(c)
         sinking, sunk = was.sinking.after(c, order, params), None
         if wanted is Mode.DISARMED and sinking.is_sunk(tick.dt, params):
             wanted, held, sunk = Mode.SURFACE, Held(NOTHING_HELD.ticks, held.warned_ns), Reason(Cause.SUNK, (c.depth,))
@@ -214,6 +215,12 @@ class Supervisor:
         names: tuple[str, ...] = (),
     ) -> None:
         self.events += (Event(kind, severity_of(kind, cause), before, after, cause, asker, None, numbers, names),)
+
+    def _warn_at_arming(self, c: Conditions) -> None:
+        if c.weight_gone:
+            self._add_event(EventKind.RULE_WARNS, cause=Cause.WEIGHT_GONE)
+        if self._off:
+            self._add_event(EventKind.RULE_WARNS, cause=Cause.RULES_OFF, names=self._off)
 
     def _refuse(self, kind: EventKind, refusals: list[Reason], asker: Asker) -> None:
         for cause, numbers, names in refusals:

@@ -14,7 +14,22 @@ SHIPPED = Path(__file__).resolve().parents[3] / "configs" / "npsauv2"
 
 CASES = [
     ({"safety.surface_depth_m": 0.0}, "surface_depth_m = 0.0: out of bounds"),
-    ({"safety.surface_depth_m": 2.0, "safety.depth_max_m": 1.5}, "surface_depth_m = 2 is not above depth_max_m = 1.5"),
+    (
+        {"safety.surface_depth_m": 1.4, "safety.depth_max_m": 1.2},
+        "surface_depth_m = 1.4 is not above depth_max_m = 1.2",
+    ),
+    ({"safety.surface_depth_m": 1.6}, "surface_depth_m = 1.6: out of bounds"),
+    ({"safety.submerged_depth_m": 10.0}, "submerged_depth_m = 10.0: out of bounds"),
+    (
+        {"safety.surface_depth_m": 0.9, "safety.ascent.level_depth_m": 0.8},
+        "level_depth_m = 0.8 is less than surface_depth_m = 0.9",
+    ),
+    ({"safety.ascent.level_depth_m": 20.0}, "level_depth_m = 20.0: out of bounds"),
+    ({"safety.ascent.level_pitch_deg": 0.0}, "level_pitch_deg = 0.0: out of bounds"),
+    ({"safety.ascent.climb_time_s": 600.0}, "climb_time_s = 600.0: out of bounds"),
+    ({"safety.ascent.wait_time_s": 3600.0}, "wait_time_s = 3600.0: out of bounds"),
+    ({"safety.ascent.tell_period_s": 3600.0}, "tell_period_s = 3600.0: out of bounds"),
+    ({"safety.ascent.pitch_deg": 3.0}, "at safety.ascent.pitch_deg = 3 comes up by 0.08 m/s"),
     ({"safety.surface_depth_m": 1.2}, "surface_depth_m = 1.2 is over submerged_depth_m = 1"),
     ({"safety.altitude_min_m": 100.0}, "altitude_min_m = 100.0: out of bounds"),
     ({"safety.battery_min_pct": 50.0}, "battery_min_pct = 50 is not below battery_arm_pct = 20"),

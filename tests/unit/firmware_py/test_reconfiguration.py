@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -15,10 +16,12 @@ from firmware_py.marine import Eta, Nu
 from firmware_py.reconfiguration import PartsFactory
 from firmware_py.records.command import Applied, FinCommand, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.event_text import texts
 from firmware_py.records.fence import Disc, Fence
+from firmware_py.records.health import sound
 from firmware_py.records.mission import Mission, Waypoint
-from firmware_py.records.order import FenceChange, MissionChange, Mode, Order, ParameterChange
-from firmware_py.records.sensing import Ahrs, Heard, silence
+from firmware_py.records.order import Arming, FenceChange, MissionChange, Mode, Order, ParameterChange
+from firmware_py.records.sensing import Ahrs, Battery, Heard, silence
 from firmware_py.tick import Tick
 
 SHIPPED = Path(__file__).resolve().parents[3] / "configs" / "npsauv2"
@@ -50,8 +53,8 @@ def speed_up(parts: Parts, k: int, heard: bool = True) -> Applied:
 def test_a_limit_of_the_gate_that_is_changed_in_flight_holds_from_then_on() -> None:
     factory, parts = made()
     assert speed_up(parts, 0).n == pytest.approx(500.0 / 60.0 * 0.01)
-    parts, failed = factory.apply((ParameterChange((("safety.gate.n_rate_rpm_s", 60.0),)),), parts)
-    assert not failed
+    parts, told = factory.apply((ParameterChange((("safety.gate.n_rate_rpm_s", 60.0),)),), parts)
+    assert texts(told) == ["safety.gate.n_rate_rpm_s changed from 500 to 60"]
     assert speed_up(parts, 1).n == pytest.approx(0.01)
     assert speed_up(parts, 40, heard=False).n == pytest.approx(0.01)  # it still knows when the AHRS was last heard
     assert speed_up(parts, 60, heard=False).n == 0.0
@@ -73,3 +76,32 @@ def test_a_new_mission_is_flown_from_its_first_item_and_a_new_fence_goes_on_with
     assert (reference.item, reference.waypoint) == (0, 0)
     assert reference.target_distance == pytest.approx(100.0)
     assert reference.target_bearing == pytest.approx(0.5 * math.pi)
+
+
+def test_a_changed_parameter_that_safety_rests_on_is_told_with_both_values_and_others_are_not() -> None:
+    factory, parts = made()
+    changes = (
+        ("safety.ascent.level_depth_m", 2.0),
+        ("safety.ahrs_action", "none"),
+        ("safety.ascent.pitch_deg", 12.0),  # as it is
+        ("estimation.integrity.enabled", False),
+        ("guidance.surface_speed_m_s", 1.2),
+    )
+    estimator = SimpleNamespace(with_params=lambda *_: estimator)
+    parts, told = factory.apply((ParameterChange(changes),), parts._replace(estimator=estimator))
+    assert texts(told) == [
+        "safety.ascent.level_depth_m changed from 1.5 to 2",
+        "safety.ahrs_action changed from surface to none",
+        "estimation.integrity.enabled changed from true to false",
+    ]
+    t = 0.0
+    frame = dataclasses.replace(
+        silence(4),
+        ahrs=Heard(Ahrs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), t, True, True),
+        pressure=Heard(1.5e5, t, True, True),
+        battery=Heard(Battery(48.0, 1.0, 0.9), t, True, True),
+        fins=(Heard(0.0, t, True, True),) * 4,
+    )
+    parts.supervisor.update(Tick(0, 10_000_000), frame, STATE, sound(4), Order(arming=Arming.CHECK), False)
+    said = texts(parts.supervisor.events)
+    assert said[-1] == "switched off, so that it is not brought up: safety.ahrs_action, estimation.integrity.enabled"
