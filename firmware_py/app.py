@@ -15,6 +15,8 @@ from firmware_py.params import prefix_errors
 from firmware_py.reconfiguration import ActiveConfiguration, PartsFactory
 from firmware_py.records.fence import fence_from_plain, rally_from_plain
 from firmware_py.records.mission_tables import mission_from_plain
+from firmware_py.records.order import Mode
+from firmware_py.safety.start import KeptMode
 
 
 def parts_factory(configuration: Configuration) -> PartsFactory:
@@ -64,7 +66,8 @@ def build(configuration: Configuration) -> Autopilot:
         allocator = Allocator(vehicle(configuration))
     parts = factory.parts()
     kept = dict(configuration["kept"])
-    parts.supervisor.resume(weight_gone=bool(kept.pop("weight_gone", 0.0)))
+    mode = KeptMode(Mode(int(kept.pop("mode", Mode.DISARMED))), kept.pop("mode_ago", 0.0))
+    parts.supervisor.resume(bool(kept.pop("weight_gone", 0.0)), mode)
     if kept:
         parts.estimator.resume(KeptNavigation(**kept))
     return Autopilot(parts, allocator, factory)

@@ -52,6 +52,13 @@ class StateParams:
         high=1e7,
         doc="1 sigma of the position after an unknown time, and after any time at most.",
     )
+    armed_time: float = param(
+        3600.0,
+        unit="s",
+        low=0.0,
+        high=1e6,
+        doc="A vehicle that was armed so long ago at most, by a known time, may come up by itself.",
+    )
     clock_kept: bool = param(True, doc="Whether the computer's clock goes on without power.")
 
 

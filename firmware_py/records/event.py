@@ -132,6 +132,8 @@ class Cause(enum.IntEnum):
     WEIGHT_GONE = 55
     SUNK = 57  # depth, m
     RULES_OFF = 58  # names: keys of what is switched off
+    RESTARTED = 56  # depth, m; `Mode` in which the program ended before; time since, s
+    STARTED_UNDER_WATER = 59  # depth, m; NaN is not known
     # Why disarming is refused.
     UNDER_WATER = 53  # depth, m; NaN is not known
     # Why coming up goes on in another stage, and why the drop weight is released.

@@ -163,6 +163,12 @@ def _cause(event: Event, skip: int = 0) -> str:
         return f"{event.names[0] if event.names else 'an actuator'}: {actuator_fault_text(numbers[0])}"
     if cause is Cause.RULES_OFF:
         return f"switched off, so that it is not brought up: {', '.join(event.names)}"
+    if cause is Cause.RESTARTED:
+        mode = Mode(int(numbers[1])).name
+        return f"started again {numbers[0]:.1f} m under water, {numbers[2]:.0f} s after its program ended in {mode}"
+    if cause is Cause.STARTED_UNDER_WATER:
+        where = "where the depth is not known" if math.isnan(numbers[0]) else f"{numbers[0]:.1f} m under water"
+        return f"started {where}; arm it in SURFACE to bring it up"
     if cause is Cause.UNDER_WATER:
         depth = "depth not known" if math.isnan(numbers[0]) else f"under water, at {numbers[0]:.1f} m"
         return f"{depth}; surface first, or force it (param2 = 21196)"

@@ -87,7 +87,10 @@ def fly(options: argparse.Namespace) -> FlightResult:
         log = LogWriter(folder / LOG_FILE, header, exclusive=True)
         ground = stations.ground
         keeper = kept_navigation.NavigationKeeper(
-            ground.save, lambda: autopilot.parts.estimator.keep(), io.state.interval
+            ground.save,
+            lambda: autopilot.parts.estimator.keep(),
+            io.state.interval,
+            lambda t: autopilot.parts.supervisor.keep(t),
         )
         losses = stations.losses
         losses.tell = _to_all(say, ground.say)
@@ -121,14 +124,14 @@ def fly(options: argparse.Namespace) -> FlightResult:
             elif recorder.last is not None:
                 t = recorder.last.tick.t
                 say(f"sternplane: {log.path} is not complete; the flight went on without it to {t:.1f} s: {reason}")
-    kept = _leave(log.path, options.state, autopilot.parts.estimator.keep(), keeper.speed)
+    kept = _leave(log.path, options.state, autopilot.parts.estimator.keep(), keeper)
     point_latest(folder)
     status = _LOST if lost else _AGAIN if ground.node.end_request == "reboot" else 0 if kept else BAD
     return FlightResult(status, folder, recorder.cycles)
 
 
-def _leave(log: Path, state: Path | None, navigation: KeptNavigation, speed: float) -> bool:
-    """Save the navigation, and print the run's folder; return False, and print why, if data is lost."""
+def _leave(log: Path, state: Path | None, navigation: KeptNavigation, keeper: kept_navigation.NavigationKeeper) -> bool:
+    """Save navigation and mode, and print the run's folder; return False, and print why, if data is lost."""
     there = log.exists()
     if there:
         say(f"  {log.parent}")
@@ -137,7 +140,7 @@ def _leave(log: Path, state: Path | None, navigation: KeptNavigation, speed: flo
     if state is None and not there:
         return False
     try:
-        kept_navigation.save(state or log.parent / "state", navigation, speed)
+        kept_navigation.save(state or log.parent / "state", navigation, keeper.speed, keeper.mode)
     except UsageError as error:
         say(f"sternplane: {error}")
         return False

@@ -1,4 +1,4 @@
-"""Navigation saved from one run to the next: position, its sigma, the pressure at the surface; and when that was.
+"""Navigation and mode saved from one run to the next: position, its sigma, the pressure at the surface; and the time.
 Beside it a file says that the drop weight was released, until somebody who fits another one removes it.
 
 It is saved at intervals in flight, so that a program that is killed finds it again. Where the vehicle went since nobody
@@ -22,7 +22,9 @@ from firmware_py.error_text import quoted
 from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.health import WeightState
+from firmware_py.records.order import Mode
 from firmware_py.run.usage_error import UsageError
+from firmware_py.safety.start import NOT_ARMED, KeptMode
 from firmware_py.tick import NS_PER_S
 
 _GONE = (WeightState.RELEASED, WeightState.GONE)
@@ -32,6 +34,7 @@ FILE, WEIGHT_FILE = "navigation.json", "weight_released.txt"
 BOUNDS = {"x": (-1e7, 1e7), "y": (-1e7, 1e7), "position_std": (1e-6, 1e7), "surface_pressure": (4e4, 1.2e5)}
 """Bounds of the saved values, m and Pa: wider than at the end of any run, and safe to start from."""
 _TIMES = {"utc_s": (0.0, 1e11), "uptime_s": (0.0, 1e11), "speed": (0.0, 100.0), "age_s": (0.0, 1e6)}
+_MODE, _MODES = {"mode_ago_s": (0.0, 1e11)}, {mode.name.lower(): mode for mode in Mode}
 """Bounds of what says when it was saved, and how fast the vehicle was."""
 _BOOT = "boot"
 _CLOCK_SET = 1_704_067_200.0
@@ -82,15 +85,18 @@ def load_navigation(folder: Path) -> dict[str, Any]:
     except (OSError, ValueError, RecursionError) as error:
         raise UsageError(f"--state: {path} cannot be read ({error})") from None
     timed = {*BOUNDS, *_TIMES, _BOOT}
-    if not isinstance(found, Mapping) or set(found) not in (set(BOUNDS), timed):
+    if not isinstance(found, Mapping) or set(found) not in (set(BOUNDS), timed, {*timed, *_MODE, "mode"}):
         raise UsageError(f"--state: {path} must hold a number for each of {', '.join(BOUNDS)}")
-    for name, (low, high) in {**BOUNDS, **(_TIMES if _BOOT in found else {})}.items():
+    bounds = {**BOUNDS, **(_TIMES if _BOOT in found else {}), **(_MODE if "mode" in found else {})}
+    for name, (low, high) in bounds.items():
         if not (isinstance(found[name], float) and low <= found[name] <= high):
             raise UsageError(
                 f"--state: {path}: {name} = {quoted(found[name])}: must be a number in [{low:g}, {high:g}]"
             )
     if not isinstance(found.get(_BOOT, ""), str):
         raise UsageError(f"--state: {path}: {_BOOT} = {quoted(found[_BOOT])}: must be a text")
+    if found.get("mode", "manual") not in [*_MODES]:
+        raise UsageError(f"--state: {path}: mode = {quoted(found['mode'])}: must be one of {', '.join(_MODES)}")
     return dict(found)
 
 
@@ -115,7 +121,14 @@ def resume(found: Mapping[str, Any], params: StateParams, now: Moment) -> Resume
         went = found["speed"] * (found["age_s"] + min(gap, params.coast_time))
         there, when = min(was + went + params.drift_std * gap, params.unknown_std), f"{gap:.0f} s ago"
     kept["position_std"] = max(was, there)
-    return Resumed(kept, f"position kept {when}: sigma {was:.1f} m then, {kept['position_std']:.1f} m now")
+    said = f"position kept {when}: sigma {was:.1f} m then, {kept['position_std']:.1f} m now"
+    mode = found.get("mode", "disarmed")
+    if _MODES[mode] is Mode.DISARMED:
+        return Resumed(kept, said)
+    ago = gap + found["mode_ago_s"]
+    if not ago <= params.armed_time:
+        return Resumed(kept, f"{said}; it was armed then, in {mode}; too long ago for it to come up by itself")
+    return Resumed({**kept, "mode": float(_MODES[mode]), "mode_ago": ago}, f"{said}; it was armed then, in {mode}")
 
 
 def _gap(found: Mapping[str, Any], params: StateParams, now: Moment) -> float:
@@ -130,11 +143,12 @@ def _gap(found: Mapping[str, Any], params: StateParams, now: Moment) -> float:
     return gap if params.clock_kept and found["utc_s"] > _CLOCK_SET else math.nan
 
 
-def encode(kept: KeptNavigation, speed: float, age: float, now: Moment) -> bytes:
+def encode(kept: KeptNavigation, speed: float, age: float, now: Moment, mode: KeptMode = NOT_ARMED) -> bytes:
     """Return the content of the file.
 
     Args:
         kept: what to start from.
+        mode: in which the vehicle is, or was when an earlier run ended.
         speed: of the vehicle over the bottom, m/s.
         age: how much later than now the program may end before this is saved again, s.
         now: the present moment.
@@ -142,11 +156,12 @@ def encode(kept: KeptNavigation, speed: float, age: float, now: Moment) -> bytes
     Raises:
         ValueError: a number is not finite.
     """
-    document = {**kept._asdict(), "speed": speed, "age_s": age, **now._asdict()}
+    ended = {"mode": mode.mode.name.lower(), "mode_ago_s": mode.ago}
+    document = {**kept._asdict(), "speed": speed, "age_s": age, **now._asdict(), **ended}
     return (json.dumps(document, indent=2, allow_nan=False) + "\n").encode()
 
 
-def save(folder: Path, kept: KeptNavigation, speed: float = 0.0) -> None:
+def save(folder: Path, kept: KeptNavigation, speed: float = 0.0, mode: KeptMode = NOT_ARMED) -> None:
     """Save the navigation at the end of a run, atomically.
 
     Raises:
@@ -154,22 +169,30 @@ def save(folder: Path, kept: KeptNavigation, speed: float = 0.0) -> None:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        write_atomically(folder, FILE, encode(kept, speed, 0.0, moment()))
+        write_atomically(folder, FILE, encode(kept, speed, 0.0, moment(), mode))
     except OSError as error:
         raise UsageError(f"--state {folder}: cannot be written ({error.strerror}); choose another folder") from None
 
 
 class NavigationKeeper:
-    """Saves the navigation at intervals, after a cycle, and once that the drop weight is released.
+    """Saves navigation and mode at intervals and when the mode changes; once, that the drop weight is released.
 
     Args:
         save: takes name and content of a file, and does not wait.
         keep: the estimator's.
         interval: s.
+        mode: the supervisor's.
     """
 
-    def __init__(self, save: Callable[[str, bytes], None], keep: Callable[[], KeptNavigation], interval: float) -> None:
-        self._save, self._keep, self._interval = save, keep, interval
+    def __init__(
+        self,
+        save: Callable[[str, bytes], None],
+        keep: Callable[[], KeptNavigation],
+        interval: float,
+        mode: Callable[[float], KeptMode],
+    ) -> None:
+        self._save, self._keep, self._interval, self._mode = save, keep, interval, mode
+        self._saved: Mode | None = None
         self._interval_ns = round(interval * NS_PER_S)
         self._next_ns = 0
         self._last: Cycle | None = None
@@ -183,6 +206,11 @@ class NavigationKeeper:
         nu = self._last.state.nu
         return min(math.hypot(nu.u, nu.v, nu.w) + self._last.state.velocity_std, 100.0)
 
+    @property
+    def mode(self) -> KeptMode:
+        """Return the mode that the next run is to know of."""
+        return self._mode(0.0 if self._last is None else self._last.tick.t)
+
     def update(self, cycle: Cycle) -> None:
         """Save if the interval is over."""
         self._last = cycle
@@ -191,6 +219,7 @@ class NavigationKeeper:
         if dropped and not self._dropped:
             self._dropped = True
             self._save(WEIGHT_FILE, f"{cycle.mode.cause.name}, at {cycle.tick.t:.2f} s\n".encode())
-        if cycle.tick.t_ns >= self._next_ns:
-            self._next_ns = cycle.tick.t_ns + self._interval_ns
-            self._save(FILE, encode(self._keep(), self.speed, self._interval, moment()))
+        mode = self.mode
+        if cycle.tick.t_ns >= self._next_ns or mode.mode is not self._saved:
+            self._next_ns, self._saved = cycle.tick.t_ns + self._interval_ns, mode.mode
+            self._save(FILE, encode(self._keep(), self.speed, self._interval, moment(), mode))

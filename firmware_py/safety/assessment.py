@@ -86,6 +86,7 @@ def conditions(
         faults=faults,
         station_silence=t - order.t_station if order.t_station > -math.inf else math.nan,
         sticks_silence=t - order.t_sticks,
+        start=was.start,
         weight_gone=weight not in _HANGS and (was.drop or was.weight_gone or weight is WeightState.GONE),
     )
 

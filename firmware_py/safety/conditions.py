@@ -8,6 +8,7 @@ from typing import NamedTuple
 from firmware_py.records.fence import WITHIN
 from firmware_py.records.health import ALL_GOOD, ActuatorFault, SensorHealth, SourceFault
 from firmware_py.records.order import Mode
+from firmware_py.safety.start import OVER, Start
 
 
 class Faulty(NamedTuple):
@@ -83,3 +84,5 @@ class Conditions(NamedTuple):
     sticks_silence: float = 0.0
     weight_gone: bool = False
     """The drop weight is released, in this run or in an earlier one, and no hardpoint says that it holds one."""
+    start: Start = OVER
+    """How it began, while nobody has armed it since."""

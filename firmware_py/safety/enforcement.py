@@ -23,6 +23,7 @@ class Held(NamedTuple):
     warned_ns: tuple[int, ...]
 
 
+_OF_START = tuple(rule.cause in (Cause.RESTARTED, Cause.STARTED_UNDER_WATER) for rule in RULES)
 NOTHING_HELD = Held((0,) * len(RULES), (_NEVER_WARNED,) * len(RULES))
 
 
@@ -84,6 +85,12 @@ class Enforcement:
             if n and rule.at_arming and mode is not None and safer(mode, c.wanted) and not steers_back:
                 found.append(rule)
         return list(dict.fromkeys(rule.reason(c, params) for rule in found))
+
+    def judge_start(self, c: Conditions, held: Held, t_ns: int, dt_ns: int) -> Verdict:
+        """Return what follows, for a disarmed vehicle, from how it began."""
+        ticks = tuple([n if counts else 0 for n, counts in zip(held.ticks, _OF_START, strict=True)])
+        verdict = self.judge(Mode.MANUAL, c._replace(wanted=Mode.MANUAL), Held(ticks, held.warned_ns), t_ns, dt_ns)
+        return verdict._replace(held=Held(held.ticks, verdict.held.warned_ns))
 
     def judge(self, before: Mode, c: Conditions, held: Held, t_ns: int, dt_ns: int) -> Verdict:
         """Return what follows from what holds; `before` is the mode in force, `c.wanted` the one that is wanted."""

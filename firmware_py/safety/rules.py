@@ -16,6 +16,7 @@ Why the table says what it says:
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -103,6 +104,22 @@ def _surfacing_long(c: Conditions, p: SafetyParams) -> bool:
     return c.surfacing >= p.surfacing_time and c.surfacing % p.surfacing_time < 1.0  # and again after as long
 
 
+def _surely_under_water(c: Conditions, p: SafetyParams) -> bool:
+    """Return whether a good depth says so, and no fix says otherwise, which would be one of air."""
+    aboard = c.sensors.pressure.state is _GOOD and c.sensors.fix.state is not _SUSPECT
+    return c.depth_ok and aboard and c.depth > p.submerged_depth and not c.fix_heard
+
+
+def _restarted(c: Conditions, p: SafetyParams) -> bool:
+    return c.start.was_armed and _surely_under_water(c, p)
+
+
+def _begun_under_water(c: Conditions, p: SafetyParams) -> bool:
+    if not c.start.open or _restarted(c, p):
+        return False
+    return c.depth > p.submerged_depth if c.depth_ok else c.start.was_armed
+
+
 def _actuator_fault(cause: Cause, faulty: Callable[[Conditions], Faulty | None], action: str) -> Rule:
     """Return the rule of one kind of faults."""
     return Rule(cause, lambda c, _: faulty(c) is not None, "actuator_time", action, faulty=faulty)
@@ -188,6 +205,11 @@ RULES: tuple[Rule, ...] = (
     _station_lost(Mode.LOITER,  "loiter_time",  "loiter_action"),
     _station_lost(Mode.GUIDED,  "guided_time",  "guided_action"),
     _station_lost(Mode.MISSION, "mission_time", "mission_action"),
+    # How the program began; these alone count while it is disarmed.
+    Rule(Cause.RESTARTED,        _restarted, "restart_time", "restart_action",
+         lambda c, _: (c.depth, float(c.start.kept.mode), c.start.kept.ago), at_arming=False),
+    Rule(Cause.STARTED_UNDER_WATER, _begun_under_water, "restart_time", "start_action",
+         lambda c, _: (c.depth if c.depth_ok else math.nan,), at_arming=False),
     # What was ordered is done.
     Rule(Cause.MISSION_DONE,     lambda c, _: c.mission_done and c.wanted is Mode.MISSION, "", SURFACE),
     Rule(Cause.RETURN_DONE,      lambda c, _: c.mission_done and c.wanted is Mode.RETURN, "", SURFACE),

@@ -26,6 +26,8 @@ _NO_HOLD = (
     "plane_action",
     "propeller_action",
     "bus_action",
+    "restart_action",
+    "start_action",
 )
 """Actions of rules under which neither HOLD nor RETURN can be flown, or would keep what is wrong."""
 _UP = (_SURFACE, _DROP)
@@ -118,6 +120,13 @@ class SafetyParams:
         2.0, unit="s", low=0.2, high=60.0, doc="Nothing at all is heard for so long.", mav="BUS_TIME"
     )
     bus_action: Action = param(_SURFACE, doc="No device is heard.", mav="BUS_ACT")
+    restart_time: float = param(
+        5.0, unit="s", low=0.5, high=600.0, doc="Under water for so long after the program began.", mav="RESTART_T"
+    )
+    restart_action: Action = param(
+        _SURFACE, doc="Begun again under water, a short time after it was armed.", mav="RESTART_ACT"
+    )
+    start_action: Action = param(_WARN, doc="Begun under water otherwise.", mav="START_ACT")
     rally_home: bool = param(False, doc="Home is a rally point too, not only without any.", mav="RALLY_HOME")
     station: StationParams = table(StationParams, mav="GCS_")
     surface_depth: float = param(

@@ -28,6 +28,7 @@ from firmware_py.safety.plane_jam import Planes
 from firmware_py.safety.rules import Reason, SafetyParams
 from firmware_py.safety.safety_params import switched_off
 from firmware_py.safety.sink_watch import SinkWatch, leaks
+from firmware_py.safety.start import NOT_ARMED, KeptMode, Start
 from firmware_py.safety.supervisor_memory import SupervisorMemory, VehicleFin, beginning
 from firmware_py.tick import NS_PER_S, Rate, Tick
 
@@ -131,6 +132,13 @@ class Supervisor:
                 self.events += verdict.events
                 if release is None and verdict.drop is not None:
                     release = verdict.drop.reason(c, params)
+        elif was.mode is Mode.DISARMED and was.start.open and order.arming not in _DISARM:
+            verdict = rules.judge_start(c, held, tick.t_ns, tick.dt_ns)
+            held, self.events = verdict.held, self.events + verdict.events
+            if verdict.rule is not None:
+                wanted, ruled, chosen, held = verdict.mode, verdict.rule, Mode.MANUAL, NOTHING_HELD
+                if release is None and verdict.drop is not None:
+                    release = verdict.drop.reason(c, params)
         if wanted is Mode.DISARMED:
             ahead = c._replace(wanted=chosen, mission_done=False, fins_heard=fins_heard(tick, frame, params))
             refusals = rules.obstacles(ahead, held.ticks)
@@ -171,11 +179,14 @@ class Supervisor:
         if reference is not None and tick.every(Rate.HZ_1):
             charge = math.nan if c.charge_silent else c.charge
             progress = progress.after_a_second(wanted, reference, state, charge, self._home, params)
+        settled, shallow = wanted is not Mode.DISARMED or order.arming in _DISARM, c.depth <= params.submerged_depth
+        ticks = round(params.restart_time * NS_PER_S / tick.dt_ns)
+        start = was.start.after_a_tick(settled, c.depth_ok and shallow, ticks)
         self._memory = SupervisorMemory(
             *(wanted, cause, failsafe, chosen, ascent.drop, returning and wanted is Mode.MANUAL, held, late),
             was.surfacing + 1 if wanted is Mode.SURFACE else 0,
             was.charge_known or c.charge == c.charge,
-            *(progress, state.sensors, actuators, nodes, ascent, was.weight_gone, sinking),
+            *(progress, state.sensors, actuators, nodes, ascent, was.weight_gone, sinking, start),
         )
         return ModeState(
             mode=wanted,
@@ -192,9 +203,14 @@ class Supervisor:
             pitch=ascent.pitch,
         )
 
-    def resume(self, weight_gone: bool) -> None:
-        """Go on after an earlier run: `weight_gone` is whether it released the drop weight."""
-        self._memory = self._memory._replace(weight_gone=weight_gone)
+    def keep(self, t: float) -> KeptMode:
+        """Return the mode that a later run is to know of: that of an earlier one while it may still have to come up."""
+        start = self._memory.start
+        return KeptMode(start.kept.mode, start.kept.ago + t) if start.was_armed else KeptMode(self._memory.mode)
+
+    def resume(self, weight_gone: bool, kept: KeptMode = NOT_ARMED) -> None:
+        """Go on after an earlier run: whether it released the drop weight, and in which mode it ended."""
+        self._memory = self._memory._replace(weight_gone=weight_gone, start=Start(kept))
 
     def freeze(self) -> SupervisorMemory:
         """Return the whole memory."""

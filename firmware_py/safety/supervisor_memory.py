@@ -12,6 +12,7 @@ from firmware_py.safety.enforcement import NOTHING_HELD, Held
 from firmware_py.safety.health_events import NodeBits
 from firmware_py.safety.progress import NO_PROGRESS, Progress
 from firmware_py.safety.sink_watch import SinkWatch
+from firmware_py.safety.start import Start
 
 
 class VehicleFin(NamedTuple):
@@ -42,6 +43,7 @@ class SupervisorMemory(NamedTuple):
         actuators: theirs, and
         nodes: what is wrong with the nodes of the bus.
         ascent: how the vehicle comes up.
+        start: whether it began under water, and how the earlier run ended.
         weight_gone: whether the drop weight was released in an earlier run.
         sinking: the watch over a vehicle that surfaced and disarmed itself.
     """
@@ -63,6 +65,7 @@ class SupervisorMemory(NamedTuple):
     ascent: AscentMemory = AscentMemory()
     weight_gone: bool = False
     sinking: SinkWatch = SinkWatch()
+    start: Start = Start()
 
 
 def beginning(actuators: ActuatorHealth) -> SupervisorMemory:

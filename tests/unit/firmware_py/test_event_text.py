@@ -59,6 +59,8 @@ NUMBERS: dict[Cause, tuple[float, ...]] = {
     Cause.STATION_LOST: (20.0,),
     Cause.STICKS_LOST: (10.0,),
     Cause.UNDER_WATER: (5.0,),
+    Cause.RESTARTED: (15.0, float(Mode.MISSION), 12.0),
+    Cause.STARTED_UNDER_WATER: (15.0,),
     Cause.HARDPOINT_HOLDS: (3.0,),
     Cause.HARDPOINT_SILENT: (3.0,),
 }

@@ -1,7 +1,7 @@
 """`python -m sternplane.kill`: kill -9 of `fly`, `sitl` and `plant` at random times, and the start after it.
 
-Judged by the truth, for each kill: the next start works; its position is within 3 sigma of where the vehicle is; at
-most a second of the log is lost; what is left of it replays to the bit.
+Judged by the truth, for each kill: the next start works; its position is within 3 sigma of where the vehicle is; from
+under water it comes up by itself; at most a second of the log is lost; what is left of it replays to the bit.
 """
 
 from __future__ import annotations
@@ -12,7 +12,9 @@ import json
 import random
 import sys
 import tempfile
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from firmware_py.adapters import kernel_cache
 
@@ -33,7 +35,12 @@ def main(arguments: list[str] | None = None) -> int:
     kernel_cache.use()
     from sternplane.kill import fly_victim, plant_victim, sitl_victim
 
-    victims = {"fly": fly_victim.trial, "sitl": sitl_victim.trial, "plant": plant_victim.trial}
+    victims: Mapping[str, Callable[..., dict[str, Any]]]
+    victims = {
+        "fly": fly_victim.trial,
+        "sitl": sitl_victim.trial,
+        "plant": plant_victim.trial,
+    }
     order = itertools.cycle((options.victim,) if options.victim else _ORDER)
     failed = 0
     for i, victim in zip(range(options.kills), order, strict=False):

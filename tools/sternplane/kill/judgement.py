@@ -12,10 +12,15 @@ from firmware_py.app import build
 from sternplane.kill.processes import Process
 from sternplane.logs.reading import Columns, Log, read
 from sternplane.logs.replay import replay
+from sternplane.logs.tracking import Array
 
 _LOST_MAX = 1.0
 """So much of a log may be lost, s."""
 _SIGMAS_MAX = 3.0
+_RESTART_S = 6.0
+"""A vehicle that is under water for so long after the next start comes up by itself, if it was armed before."""
+_SURELY_UNDER, _UP = 1.5, 1.0
+"""Depths, m: one that is surely under water, and one less than which is up."""
 
 
 def no_start(process: Process) -> dict[str, Any]:
@@ -36,6 +41,21 @@ def wrong(*logs: Log, lost: float, sigmas: float = 0.0) -> list[str]:
         found.append("more of the log is lost")
     results = [replay(log, build) for log in logs]
     return found + [str(result) for result in results if not result.equal]
+
+
+def left_down(armed: bool, t: Array, z: Array, moved: bool) -> list[str]:
+    """Return what is wrong with where the next start leaves the vehicle.
+
+    Args:
+        armed: whether it was, when its program was killed.
+        t: since the next start, s.
+        z: true depths then, m.
+        moved: whether the vehicle armed itself.
+    """
+    begun = z[t <= _RESTART_S]
+    if armed and begun.min() > _SURELY_UNDER:
+        return [] if moved and z[-1] < _UP else [f"stays under water, at {z[-1]:.1f} m"]
+    return ["moves at the surface"] if moved and begun.max() < _UP else []
 
 
 def distance(truth: Columns, t: float, x: float, y: float) -> float:

@@ -186,6 +186,11 @@ class Process:
         """Return what it has written."""
         return self._said.read_text(encoding="utf-8", errors="replace")
 
+    def wait(self, longest: float) -> None:
+        """Wait until it has ended by itself, at most so long, s of wall time."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(longest)
+
     def kill(self) -> float:
         """End it by SIGKILL; return the wall time."""
         now = time.time()
@@ -227,10 +232,10 @@ def configuration(folder: Path) -> Path:
     return made
 
 
-def scenario(folder: Path) -> Path:
-    """Write the scenario; return its file."""
+def scenario(folder: Path, depth: float = 0.0) -> Path:
+    """Write the scenario, which begins at a depth, m; return its file."""
     path = folder / "killed.toml"
-    path.write_text(SCENARIO, encoding="utf-8")
+    path.write_text(f"{SCENARIO}\n[start]\ndepth_m = {depth}\n", encoding="utf-8")
     return path
 
 
@@ -245,12 +250,14 @@ class OnBus:
         folder: of the trial; each process leaves its files in a folder of its name in it.
         bus: as the command line has it.
         seed: of the plants.
+        depth: at which the plants begin, m.
     """
 
-    def __init__(self, folder: Path, bus: str, seed: int) -> None:
+    def __init__(self, folder: Path, bus: str, seed: int, depth: float = 0.0) -> None:
         self.processes: list[Process] = []
         self.clock = Clock(bus)
-        self._folder, self._scenario, self._config, self._seed = folder, scenario(folder), configuration(folder), seed
+        self._folder, self._seed = folder, seed
+        self._scenario, self._config = scenario(folder, depth), configuration(folder)
         self._words = ("--bus", bus, "--dvl", folder / "dvl")
 
     def plant(self, name: str) -> Process:

@@ -68,7 +68,10 @@ def command(options: argparse.Namespace) -> int:
             stations.ground.say(note)
         scenario, log = flight.scenario, folder / LOG_FILE
         keeper = kept_navigation.NavigationKeeper(
-            stations.ground.save, lambda: flight.autopilot.parts.estimator.keep(), flight.io.state.interval
+            stations.ground.save,
+            lambda: flight.autopilot.parts.estimator.keep(),
+            flight.io.state.interval,
+            lambda t: flight.autopilot.parts.supervisor.keep(t),
         )
         with Progress(scenario.duration, len(scenario.mission.waypoints), Console(stderr=True)) as progress:
 
@@ -80,7 +83,8 @@ def command(options: argparse.Namespace) -> int:
                 outcome = fly(flight, log, watch, stations.merged_with, stations.losses)
             else:
                 outcome = fly_two_processes(flight, folder, watch, stations.merged_with, stations.losses)
-    kept_navigation.save(options.state or folder / "state", flight.autopilot.parts.estimator.keep(), keeper.speed)
+    navigation = flight.autopilot.parts.estimator.keep()
+    kept_navigation.save(options.state or folder / "state", navigation, keeper.speed, keeper.mode)
     point_latest(folder)
     console = Console()
     console.print(summary_table(_leave(log, folder)))

@@ -16,9 +16,11 @@ from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.marine import Nu
 from firmware_py.records.event import Cause
 from firmware_py.records.health import WeightState
+from firmware_py.records.order import Mode
 from firmware_py.run import kept_navigation
 from firmware_py.run.kept_navigation import Moment, NavigationKeeper
 from firmware_py.run.usage_error import UsageError
+from firmware_py.safety.start import KeptMode
 from firmware_py.tick import Tick
 
 NOW = Moment(1.8e9, "this start", 1e4)
@@ -193,7 +195,9 @@ def test_no_time_makes_sigma_less():
 def test_the_keeper_saves_at_its_interval_with_the_age_that_this_may_reach():
     saved: list[tuple[int, dict]] = []
     k = 0
-    keeper = NavigationKeeper(lambda _, content: saved.append((k, json.loads(content))), lambda: KEPT, 5.0)
+    keeper = NavigationKeeper(
+        lambda _, content: saved.append((k, json.loads(content))), lambda: KEPT, 5.0, lambda _: KeptMode()
+    )
     for k in range(1201):
         keeper.update(cycle(k))
     assert [k for k, _ in saved] == [0, 500, 1000]
@@ -205,7 +209,9 @@ def test_the_keeper_saves_at_its_interval_with_the_age_that_this_may_reach():
 def test_that_the_weight_is_released_is_saved_at_once_and_once():
     saved: list[tuple[int, str, bytes]] = []
     k = 0
-    keeper = NavigationKeeper(lambda name, content: saved.append((k, name, content)), lambda: KEPT, 5.0)
+    keeper = NavigationKeeper(
+        lambda name, content: saved.append((k, name, content)), lambda: KEPT, 5.0, lambda _: KeptMode()
+    )
     for k in range(400):
         keeper.update(cycle(k, drop=k >= 120))
     assert saved[1:] == [(120, kept_navigation.WEIGHT_FILE, b"PROPELLER_FAULT, at 1.20 s\n")]
@@ -224,7 +230,7 @@ def test_that_the_weight_is_released_is_saved_at_once_and_once():
 )
 def test_a_weight_is_kept_as_released_when_its_hardpoint_says_so_or_nothing(state, commanded, kept) -> None:
     saved: dict[str, bytes] = {}
-    keeper = NavigationKeeper(saved.__setitem__, lambda: KEPT, 10.0)
+    keeper = NavigationKeeper(saved.__setitem__, lambda: KEPT, 10.0, lambda _: KeptMode())
     for k in range(10):
         keeper.update(cycle(k, commanded, state))
     assert (kept_navigation.WEIGHT_FILE in saved) is kept
@@ -236,3 +242,55 @@ def cycle(k: int, drop: bool = False, weight: WeightState = WeightState.UNREPORT
     decided = {"applied": SimpleNamespace(drop=drop), "mode": SimpleNamespace(cause=Cause.PROPELLER_FAULT)}
     decided["actuators"] = SimpleNamespace(drop_weight=weight)
     return SimpleNamespace(tick=Tick(k, 10_000_000), state=state, **decided)
+
+
+ARMED = KeptMode(Mode.MISSION)
+
+
+def test_a_mode_comes_back_with_the_time_since():
+    kept = kept_navigation.encode(KEPT, 1.5, 5.0, NOW, KeptMode(Mode.HOLD, 40.0))
+    found = kept_navigation.resume(json.loads(kept), StateParams(), later(60.0))
+    assert (found.kept["mode"], found.kept["mode_ago"]) == (float(Mode.HOLD), 100.0)
+    assert found.sentence.endswith("; it was armed then, in hold")
+
+
+@pytest.mark.parametrize("mode", [KeptMode(), KeptMode(Mode.DISARMED, 40.0)])
+def test_a_vehicle_that_was_not_armed_leaves_no_mode(mode):
+    found = kept_navigation.resume(json.loads(kept_navigation.encode(KEPT, 1.5, 5.0, NOW, mode)), StateParams(), NOW)
+    assert "mode" not in found.kept
+    assert "armed" not in found.sentence
+
+
+@pytest.mark.parametrize(("seconds", "params"), [(3601.0, {}), (11.0, {"armed_time": 10.0}), (-60.0, {})])
+def test_a_mode_of_long_ago_or_of_an_unknown_time_ago_is_told_and_brings_nothing_up(seconds, params):
+    kept = json.loads(kept_navigation.encode(KEPT, 1.5, 5.0, NOW, ARMED))
+    found = kept_navigation.resume(kept, StateParams(**params), later(seconds))
+    assert "mode" not in found.kept
+    assert found.sentence.endswith("; it was armed then, in mission; too long ago for it to come up by itself")
+
+
+@pytest.mark.parametrize("wrong", [{"mode": "swim"}, {"mode": 3.0}, {"mode": ["hold"]}, {"mode_ago_s": -1.0}])
+def test_a_mode_that_is_none_is_refused(tmp_path, wrong):
+    (tmp_path / kept_navigation.FILE).write_text(json.dumps(TIMED | wrong))
+    with pytest.raises(UsageError, match="mode"):
+        kept_navigation.load_navigation(tmp_path)
+
+
+def test_a_file_of_an_earlier_version_has_no_mode_and_is_taken(tmp_path):
+    old = {name: value for name, value in TIMED.items() if not name.startswith("mode")}
+    (tmp_path / kept_navigation.FILE).write_text(json.dumps(old))
+    assert kept_navigation.load_navigation(tmp_path) == old
+
+
+def test_the_keeper_saves_a_mode_at_once_when_it_changes():
+    saved: list[tuple[int, str]] = []
+    k = 0
+    keeper = NavigationKeeper(
+        lambda _, content: saved.append((k, json.loads(content)["mode"])),
+        lambda: KEPT,
+        5.0,
+        lambda t: KeptMode(Mode.DISARMED if t < 1.0 else Mode.HOLD if t < 2.0 else Mode.MISSION),
+    )
+    for k in range(800):
+        keeper.update(cycle(k))
+    assert saved == [(0, "disarmed"), (100, "hold"), (200, "mission"), (700, "mission")]
