@@ -16,6 +16,7 @@ def under_way(
     bottom: float = 40.0,
     eddies: float = 0.0,
     rpm: float = 500.0,
+    watch: float = 0.0,
 ) -> str:
     """Return a scenario of so many seconds that begins in `depth`, m, at 1.8 m/s; learning is off.
 
@@ -28,12 +29,14 @@ def under_way(
         bottom: depth of the water, m.
         eddies: 1 sigma, m/s.
         rpm: of the propeller at the start.
+        watch: for how long it is watched after it surfaced and disarmed itself, s.
     """
     listed = ", ".join(f'"{fault}"' for fault in faults)
     return f"""
 description = "Straight ahead."
 duration_s = {duration}
 completes = "{completes}"
+watch_s = {watch}
 faults = [{listed}]
 [environment]
 bottom_depth_m = {bottom}

@@ -145,7 +145,8 @@ class Ascent:
         least = v.z if ends_dive else min(m.least, v.z)
         most = v.altitude if ends_dive or not m.most >= v.altitude else m.most
         best, t_best = (v.z, v.t) if v.z <= m.best - p.progress else (m.best, m.t_best)
-        if v.depth_ok and v.z < self._surface:
+        shallow = v.depth_ok and v.z < self._surface
+        if shallow or v.fix:
             t_best = v.t
         here = p.level_depth + (_HYSTERESIS if m.t_near == m.t_near else 0.0)
         near = v.z < here if v.depth_ok else v.fix
@@ -160,6 +161,7 @@ class Ascent:
             rolled=m.rolled + dt if v.attitude_ok and abs(v.phi) > p.roll else 0.0,
             climbed=m.climbed - v.z_dot * dt if v.attitude_ok else m.climbed,
             t_near=(m.t_near if m.t_near == m.t_near else v.t) if near else math.nan,
+            t_up=v.t if shallow else m.t_up,
             t_fix=(m.t_fix if m.t_fix == m.t_fix else v.t) if v.fix else math.nan,
             most=most,
         )

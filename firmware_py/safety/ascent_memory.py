@@ -20,13 +20,14 @@ class AscentMemory(NamedTuple):
         z_dot: its low-passed rate of change, m/s.
         least: the depth from which "deeper" counts: the least since SURFACE or a new attempt began, m.
         best: the least depth that counted as progress, m.
-        t_best: when it was reached, or the vehicle was last at the surface, s.
+        t_best: when it was reached, or depth or a fix last told of the surface, s.
         off: for how long the pitch has been off, s.
         rolled: for how long the roll has been large, s.
         z_begun: depth when SURFACE was entered, m.
         altitude_begun: altitude then, m; NaN if it was unknown.
         climbed: height made since then by attitude and velocity, m.
         t_near: since when it has been near the surface, s; NaN while it is not.
+        t_up: when a good depth was last less than `surface_depth`, s.
         t_fix: since when a fix has been heard, s; NaN while none is.
         most: the altitude from which less counts: the greatest since SURFACE or a new attempt began, m.
         t_told: when it was last told that the vehicle waits, s.
@@ -49,6 +50,7 @@ class AscentMemory(NamedTuple):
     altitude_begun: float = math.nan
     climbed: float = 0.0
     t_near: float = math.nan
+    t_up: float = -math.inf
     t_fix: float = math.nan
     most: float = math.nan
     t_told: float = 0.0

@@ -47,12 +47,7 @@ class SurfaceWitness:
         """
         shallow, p = z < self._surface, self._params
         held = fix and t - m.t_fix >= p.fix_time
-        rests = (
-            m.drop
-            and m.stage is AscentStage.STOPPED
-            and t - max(m.since, m.t_best) >= p.fix_time
-            and abs(m.z_dot) <= _STEADY
-        )
+        rests = m.drop and m.stage is AscentStage.STOPPED and t - m.since >= p.fix_time and abs(m.z_dot) <= _STEADY
         if depth_ok and (not shallow or fix):
             return shallow or (held and (z < self._submerged or rests))
         if fix:
@@ -63,7 +58,7 @@ class SurfaceWitness:
         """Return whether it should have been told to be at the surface, and two other witnesses do not put it there."""
         late = v.t - m.begun > self._params.up_time + self.climb_time(m)
         late = late or v.t - m.t_near > _WAITS * self._params.wait_time
-        return late and not (v.depth_ok and v.t - m.t_best <= _DIPS and self._made(m, v.altitude))
+        return late and not (v.depth_ok and v.t - m.t_up <= _DIPS and self._made(m, v.altitude))
 
     def climb_time(self, m: AscentMemory) -> float:
         """Return what a climb takes at most, s; a depth beyond the limit is one that ran away."""

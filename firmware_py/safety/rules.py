@@ -28,7 +28,7 @@ from firmware_py.safety.action import safer
 from firmware_py.safety.conditions import Conditions, Faulty
 from firmware_py.safety.safety_params import SafetyParams
 
-__all__ = ["ARMING", "RULES", "Conditions", "Reason", "Rule", "SafetyParams", "safer"]
+__all__ = ["ARMING", "RULES", "Conditions", "Reason", "Rule", "SafetyParams", "safer", "surely_under_water"]
 
 _Numbers = Callable[[Conditions, SafetyParams], tuple[float, ...]]
 
@@ -104,14 +104,14 @@ def _surfacing_long(c: Conditions, p: SafetyParams) -> bool:
     return c.surfacing >= p.surfacing_time and c.surfacing % p.surfacing_time < 1.0  # and again after as long
 
 
-def _surely_under_water(c: Conditions, p: SafetyParams) -> bool:
+def surely_under_water(c: Conditions, p: SafetyParams) -> bool:
     """Return whether a good depth says so, and no fix says otherwise, which would be one of air."""
     aboard = c.sensors.pressure.state is _GOOD and c.sensors.fix.state is not _SUSPECT
     return c.depth_ok and aboard and c.depth > p.submerged_depth and not c.fix_heard
 
 
 def _restarted(c: Conditions, p: SafetyParams) -> bool:
-    return c.start.was_armed and _surely_under_water(c, p)
+    return c.start.was_armed and surely_under_water(c, p)
 
 
 def _begun_under_water(c: Conditions, p: SafetyParams) -> bool:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from firmware_py.records.event import Cause
 from firmware_py.records.order import Arming, Mode, Order
 from firmware_py.safety.conditions import Conditions
+from firmware_py.safety.rules import surely_under_water
 from firmware_py.safety.safety_params import SafetyParams
 
 
@@ -22,13 +23,10 @@ class SinkWatch(NamedTuple):
     ticks: int = 0
 
     def after(self, c: Conditions, order: Order, params: SafetyParams) -> SinkWatch:
-        """Return the watch after a tick.
-
-        A depth counts that is good, and that no fix contradicts: under water none is heard.
-        """
+        """Return the watch after a tick."""
         if order.arming in (Arming.ARM, Arming.DISARM, Arming.FORCE_DISARM) or order.mode is Mode.DISARMED:
             return SinkWatch()
-        under = self.on and c.depth_ok and not c.fix_heard and c.depth > params.submerged_depth
+        under = self.on and surely_under_water(c, params)
         return SinkWatch(self.on, self.ticks + 1 if under else 0)
 
     def is_sunk(self, dt: float, params: SafetyParams) -> bool:

@@ -59,6 +59,7 @@ def test_a_vehicle_that_was_disarmed_by_order_or_never_armed_is_lowered_in_peace
     assert vehicle.tick(DISARM, z=0.2) is Mode.DISARMED
     assert not after(vehicle, 60.0, z=5.0)
     fresh = SupervisedVehicle()
+    assert not after(fresh, 10.0, z=0.2)
     assert not after(fresh, 60.0, z=5.0)
 
 

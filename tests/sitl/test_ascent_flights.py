@@ -14,10 +14,14 @@ from tests.sitl.flights import Flights
 from tests.straight_run import hold, surface, under_way
 
 
-def text(*faults: str, depth: float = 15.0, dive: float = 15.0, at: float = 12.0) -> str:
+def text(
+    *faults: str, depth: float = 15.0, dive: float = 15.0, at: float = 12.0, time: float = 150.0, watch: float = 0.0
+) -> str:
     """Return a flight in which something breaks; SURFACE is ordered at a time, s, unless a rule does it before."""
     orders = hold(dive), surface(at)
-    return under_way(150.0, depth, *orders, completes="surfaced", faults=faults, bottom=60.0, eddies=0.1, rpm=492.0)
+    return under_way(
+        time, depth, *orders, completes="surfaced", faults=faults, bottom=60.0, eddies=0.1, rpm=492.0, watch=watch
+    )
 
 
 def accused(log: Run) -> set[str]:
@@ -74,4 +78,48 @@ def test_without_depth_a_fix_tells_of_the_surface_and_the_bow_does_not_hang_out(
     c = log.columns
     assert not c["mode.drop"][-1]
     assert c["mode.mode"][-1] == Mode.DISARMED
+    assert log.truth["eta.z"][-1] < 0.6
+
+
+def test_a_pitch_that_follows_its_own_wrong_gyro_is_not_flown_up_by(flown: Flights) -> None:
+    wrong = ("drift:ahrs.pitch=0.5@5", "bias:ahrs.q=0.5@5")
+    _, log = flown(text(*wrong, depth=12.0, dive=12.0, at=30.0, time=250.0), seed=1001)
+    assert log.truth["eta.z"].max() < 20.0
+    assert log.columns["mode.mode"][-1] == Mode.DISARMED
+    assert log.truth["eta.z"][-1] < 0.6
+
+
+def test_who_hangs_below_the_surface_comes_up_without_its_weight(flown: Flights) -> None:
+    _, log = flown(text("ballast:weight=2@5", depth=5.0, dive=5.0, time=200.0), seed=1001)
+    c = log.columns
+    assert c["mode.drop"][-1]
+    assert c["mode.mode"][-1] == Mode.DISARMED
+    assert log.truth["eta.z"][-1] < 0.6
+
+
+def test_a_leak_costs_the_weight_at_the_surface_and_what_came_in_does_not_pull_it_down_again(flown: Flights) -> None:
+    faults = ("set:leak=100@5", "ballast:weight=0.8@5")
+    _, log = flown(text(*faults, depth=4.0, dive=4.0, time=200.0, watch=60.0), seed=1000)
+    c = log.columns
+    disarmed = c["t"][(c["mode.mode"] == Mode.DISARMED) & (c["t"] > 5.0)]
+    assert disarmed[-1] - disarmed[0] >= 59.9
+    assert c["mode.drop"][-1]
+    assert log.truth["eta.z"][-1] < 0.6
+
+
+def test_who_sinks_after_it_disarmed_itself_comes_up_again(flown: Flights) -> None:
+    _, log = flown(text("ballast:weight=0.8@5", depth=4.0, dive=4.0, time=250.0, watch=60.0), seed=1000)
+    c, z = log.columns, log.truth["eta.z"]
+    modes = [m for m, before in zip(c["mode.mode"][1:], c["mode.mode"][:-1], strict=True) if m != before]
+    assert modes[-4:] == [Mode.SURFACE, Mode.DISARMED, Mode.SURFACE, Mode.DISARMED]
+    assert c["mode.drop"][-1]
+    assert z[c["t"] > 40.0].max() < 3.0
+    assert z[-1] < 0.6
+
+
+def test_at_the_surface_a_pressure_that_is_off_from_the_start_does_not_keep_it_from_being_done(flown: Flights) -> None:
+    off = ("bias:pressure=0.3@0", "bias:pressure=0.3@1")
+    _, log = flown(under_way(120.0, 3.0, hold(3.0), surface(12.0), completes="surfaced", faults=off), seed=1000)
+    assert log.columns["mode.mode"][-1] == Mode.DISARMED
+    assert not log.columns["mode.drop"][-1]
     assert log.truth["eta.z"][-1] < 0.6

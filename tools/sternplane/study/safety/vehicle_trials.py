@@ -113,8 +113,8 @@ WATER = Group(
         Trial("set:current.north=-1", ("set:current.north=-1@{t}",), note="it takes longer"),
         Trial("ballast:weight=1", ("ballast:weight=1@{t}",), note="trimmed by the depth law", watch=WATCH),
         Trial(
-            "ballast:weight=2",
-            ("ballast:weight=2@{t}",),
+            "ballast:weight=1.5",
+            ("ballast:weight=1.5@{t}",),
             note="trimmed by the depth law; it stays up without the weight alone",
             watch=WATCH,
         ),
