@@ -1,18 +1,20 @@
-"""Who is wrong when pressure and carried depth went apart: what decides it is the bottom, and propeller and pitch.
+"""Who is wrong when pressure and carried depth went apart: what decides it is the bottom, the propeller, and the hull.
 
 - **Bottom**: altitude + depth, or altitude + D, is the depth of the bottom; of the two the one that changed is wrong,
   if the bottom was flat before.
-- **Model**: propeller and pitch make a vertical velocity likely; the one that left it is wrong. Heave, eddies, and what
-  u is off by, are a metre or two in 5 s.
+- **Propeller and pitch** make a vertical velocity likely; the one that left it is wrong. Heave, eddies, and what u is
+  off by, are a metre or two in 5 s.
+- **Hull**: it heaves little. If D is wrong, the DVL is, when w explains what D is off by; and the pitch is, when the
+  heave that would explain it is more than a hull has, and w shows none. That the gyros agree with the pitch proves
+  nothing: both come from one AHRS.
 
-Where neither tells, the deeper one is the safer.
+Where none of them tells, the deeper one is the safer.
 """
 
 from __future__ import annotations
 
 import enum
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from firmware_py.estimation.integrity.source_watch import SourceWatch
@@ -24,12 +26,13 @@ _ROUGH = 0.2
 """The bottom is no witness, where it rose or fell by more than this before, m, or by more than _CLEAR of the change."""
 _BLIND = 0.3
 """So much longer without DVL, or without the model, s, and a window does not count as carried by it."""
-_SUDDEN, _HEAVE = math.radians(2.5), 0.35
-"""A pitch off by more than this, rad, cannot come in a second without the gyros; eddies heave a hull by less, m/s."""
 _SLIP = 0.4
 """Of two that differ it is the DVL, if its u is above model and current by more than this, m/s."""
-_GYRO_OFF = math.radians(1.3)
-"""A pitch that is as far from the gyros is what is wrong, if DVL and pitch are contradicted."""
+_SECOND = 4
+"""Entries of the history in a second."""
+_HEAVE = ((_SECOND, 0.2), (20, 0.25), (40, 0.2), (160, 0.15))
+"""Entries, and the mean heave over them that no eddies of 0.1 m/s give, with what u may be off by in a dive, m/s; in
+the first second only the DVL's own w is judged: it cannot leap while the pitch drifts."""
 _MODEL_TIME = 5.0
 """The model's threshold is for so long, s, and grows from there in proportion to the time."""
 
@@ -42,6 +45,8 @@ class Accused(enum.Enum):
     PRESSURE_DRIFT = enum.auto()
     CARRIED = enum.auto()
     """DVL or pitch."""
+    DVL = enum.auto()
+    PITCH = enum.auto()
     SHALLOW_PRESSURE = enum.auto()
     """Not decided, and the pressure is less deep: the carried depth holds."""
     SHALLOW_CARRIED = enum.auto()
@@ -57,7 +62,8 @@ class Entry(NamedTuple):
         altitude: m; NaN if unknown.
         blind: time that it was carried without DVL, s.
         depth: by the pressure, m.
-        raw: depth that the DVL alone carries, believed or not, m.
+        raw: depth that DVL and pitch carry, believed or not, m.
+        heave: the part of it that sway and heave make, m.
         model: depth that propeller and pitch alone carry, m.
         vague: time for which these could not tell, s.
         t: the time, s.
@@ -69,6 +75,7 @@ class Entry(NamedTuple):
     blind: float
     depth: float
     raw: float
+    heave: float
     model: float
     vague: float
     t: float
@@ -86,15 +93,15 @@ def arbitrate(now: Entry, then: Entry, history: Sequence[Entry], window: int, mo
     """
     change = now.residual - then.residual
     blind = now.blind - then.blind > _BLIND
-    if blind:
-        return Accused.PRESSURE_DRIFT if change < 0.0 else Accused.SHALLOW_CARRIED
     if _flat(history, window, change):
         by_carried = abs(now.altitude + now.carried - then.altitude - then.carried)
         by_pressure = abs(now.altitude + now.depth - then.altitude - then.depth)
         if by_carried < _CLEAR * by_pressure:
             return Accused.PRESSURE_DRIFT
         if by_pressure < _CLEAR * by_carried:
-            return Accused.CARRIED
+            return Accused.NOBODY if blind else Accused.CARRIED  # eddies carry what the model does not know
+    if blind:
+        return Accused.PRESSURE_DRIFT if change < 0.0 else Accused.SHALLOW_CARRIED
     if now.vague - then.vague <= _BLIND:
         limit = model_limit * max(1.0, (now.t - then.t) / _MODEL_TIME)
         modelled = now.model - then.model
@@ -119,27 +126,71 @@ def _flat(history: Sequence[Entry], window: int, change: float) -> bool:
     return True
 
 
-def accuse_carried(
-    t: float, ahrs: SourceWatch, dvl: SourceWatch, off: float, heave: float, slip: float, implied: float, proven: bool
-) -> None:
+def dvl_or_pitch(now: Entry, history: Sequence[Entry], since: float) -> Accused:
+    """Return which of the two is wrong, if the pressure is right; CARRIED if the hull cannot tell.
+
+    Args:
+        now: the newest entry.
+        history: those before.
+        since: without a gap in the pings, s.
+    """
+    for entries, heave in _HEAVE:
+        if len(history) < entries or history[-entries].t < since:
+            break
+        then = history[-entries]
+        limit = heave * (now.t - then.t)
+        by_dvl = now.heave - then.heave
+        implied = by_dvl + now.depth - then.depth - (now.raw - then.raw)
+        if abs(by_dvl) > limit and abs(implied) < _CLEAR * abs(by_dvl):
+            return Accused.DVL
+        if entries > _SECOND and abs(implied) > limit and abs(by_dvl) < _CLEAR * abs(implied):
+            return Accused.PITCH
+    return Accused.CARRIED
+
+
+def accuse_carried(t: float, which: Accused, slip: float, ahrs: SourceWatch, dvl: SourceWatch) -> None:
     """Accuse DVL or pitch, or both where nothing tells; the depth is by the pressure then, and needs neither.
 
     Args:
         t: the time, s.
+        which: what `dvl_or_pitch` says.
+        slip: what the DVL's u leaves model and current by, m/s.
         ahrs: the watch of the pitch.
         dvl: the watch of the DVL.
-        off: what the pitch is off by the gyros, rad: a pitch that leaves them is wrong.
-        heave: running mean of the DVL's w, m/s.
-        slip: what its u leaves model and current by, m/s.
-        implied: what the pitch would have had to change by in a second, rad; gyros would show it.
-        proven: whether they agreed before: what was there from the start the gyros cannot show.
     """
-    if off > _GYRO_OFF:
+    if which is Accused.PITCH and slip <= _SLIP:
         ahrs.accuse(SourceFault.CONTRADICTED, t)
         dvl.acquit()
-    elif not dvl.believed or abs(heave) > _HEAVE or slip > _SLIP or (proven and implied > _SUDDEN + 2.0 * off):
+    elif which is Accused.DVL or slip > _SLIP:
         dvl.accuse(SourceFault.DRIFT, t)
         ahrs.acquit()
     else:
         dvl.accuse(SourceFault.UNDECIDED, t)
         ahrs.accuse(SourceFault.UNDECIDED, t)
+
+
+def judge_again(
+    t: float, slip: float, ahrs: SourceWatch, dvl: SourceWatch, judge_raw: Callable[[], tuple[bool | None, Accused]]
+) -> None:
+    """Keep pitch and DVL under suspicion until a good pressure agrees with them: to be steady proves nothing.
+
+    Args:
+        t: the time, s.
+        slip: as for `accuse_carried`.
+        ahrs: the watch of the pitch; where nothing tells, it stays suspect.
+        dvl: the watch of the DVL.
+        judge_raw: that of the `VerticalCheck`.
+    """
+    pitch = ahrs.memory.fault in (SourceFault.CONTRADICTED, SourceFault.UNDECIDED)
+    velocity = dvl.memory.fault in (SourceFault.DRIFT, SourceFault.STEP, SourceFault.UNDECIDED)
+    if not (pitch or velocity):
+        return
+    differs, which = judge_raw()
+    if differs is False:
+        return
+    if differs and pitch and velocity:
+        accuse_carried(t, which, slip, ahrs, dvl)
+    elif pitch:
+        ahrs.accuse(ahrs.memory.fault, t)
+    elif differs:
+        dvl.accuse(dvl.memory.fault, t)

@@ -7,7 +7,7 @@ import math
 from firmware_py.estimation.integrity.altitude_check import AltitudeCheck
 from firmware_py.estimation.integrity.attitude_check import AttitudeCheck
 from firmware_py.estimation.integrity.confirmation import FixCheck, hear_battery, hear_leak
-from firmware_py.estimation.integrity.depth_arbitration import Accused, accuse_carried
+from firmware_py.estimation.integrity.depth_arbitration import Accused, accuse_carried, judge_again
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.integrity_records import NO_CORRECTION, IntegrityMemory
 from firmware_py.estimation.integrity.model_check import ModelCheck
@@ -17,7 +17,7 @@ from firmware_py.estimation.integrity.vertical_check import VerticalCheck
 from firmware_py.estimation.navigation.navigation import NavigationParams
 from firmware_py.marine import depth_of_pressure
 from firmware_py.records.command import Applied
-from firmware_py.records.health import SensorHealth, SourceFault
+from firmware_py.records.health import HEADING_FAULTS, SensorHealth, SourceFault
 from firmware_py.records.sensing import Ahrs, Dvl, Fix, Heard, SensorFrame
 from firmware_py.tick import Rate, Tick
 from firmware_py.vehicle.vehicle import Vehicle
@@ -26,20 +26,18 @@ _AIR_LEAST = -1.5
 """No pressure under the air's: a reading that stands for less depth than this, m, is impossible."""
 _IMPOSSIBLE = 5
 """So many impossible values in a row are no accident."""
-_PROVEN = 15.0
-"""After so long with DVL, pitch and pressure in agreement, s, none of them was wrong from the start."""
 _UNDER_WAY = 0.5
 """Only above this speed, m/s, pitch shows in the rate of depth."""
 _STEEP, _ROLLED = math.radians(45.0), math.radians(60.0)
 """Pitched or rolled farther, pitch and speed do not tell the rate of depth."""
-_PRESSURE_PERIOD = 0.05
-"""What one reading adds to that time, s."""
 _BACK = 4
 """What froze, or stepped, is taken back by so many entries of the history of depth."""
 _GAP = 0.5
 """Longer than this, s, nothing is carried on from one AHRS report to the next."""
 _PING_AGE = 1.0
 """An older ping no longer carries the depth, s."""
+_PITCH_HOLDS = (SourceFault.NONE, SourceFault.OUTLIERS, *HEADING_FAULTS)
+"""Under any other suspicion, a pitch convicts no other sensor: its gyro is no second witness."""
 
 
 class SensorIntegrity:
@@ -56,7 +54,6 @@ class SensorIntegrity:
         self._fixes = FixCheck(params.fix_sigmas, params.fix_deep)
         self._stand_in: Heard[Ahrs] | None = None
         self._ping = (-math.inf, 0.0, 0.0, 0.0)
-        self._agreed = 0.0
         self.correction = NO_CORRECTION
 
     @property
@@ -110,16 +107,17 @@ class SensorIntegrity:
         velocity = self._velocity.memory
         model = raw = -velocity.likely * s
         t_ping, u, v, w = self._ping
-        pinged = t - t_ping <= _PING_AGE
+        pinged, heave = t - t_ping <= _PING_AGE, 0.0
         if pinged:
-            raw = -u * s + (v * math.sin(phi) + w * math.cos(phi)) * c
+            heave = (v * math.sin(phi) + w * math.cos(phi)) * c
+            raw = -u * s + heave
+        self._vertical.carry_raw(t, dt, raw, heave, pinged)
         if sources.attitude_used:
             by_dvl = pinged and velocity.measured and sources.dvl.believed
             tilted = abs(theta) > _STEEP or abs(phi) > _ROLLED
             modelled = velocity.holds and velocity.likely > _UNDER_WAY and not tilted
-            self._vertical.carry(t, dt, model, raw, by_dvl, modelled, by_dvl or modelled)
-        else:
-            self._vertical.carry_raw(dt, raw)
+            known = (by_dvl or modelled) and sources.ahrs.memory.fault in _PITCH_HOLDS
+            self._vertical.carry(t, dt, model, raw, by_dvl, modelled, known)
 
     def _hear_dvl(self, heard: Heard[Dvl], t: float) -> None:
         watch, echo = self._sources.dvl, self._sources.dvl_altitude
@@ -143,8 +141,8 @@ class SensorIntegrity:
             return
         attitude, ping = self._attitude.memory, heard.value
         aside = (ping.v - v) * math.sin(attitude.phi) + (ping.w - w) * math.cos(attitude.phi)
-        z_dot = -(ping.u - u) * math.sin(attitude.theta) + aside * math.cos(attitude.theta)
-        self._vertical.carry_late(z_dot * (0.5 * (t - t_ping) + t - heard.t_valid))
+        heave, late = aside * math.cos(attitude.theta), 0.5 * (t - t_ping) + t - heard.t_valid
+        self._vertical.carry_late((heave - (ping.u - u) * math.sin(attitude.theta)) * late, heave * late)
 
     def _hear_altitude(self, heard: Heard[float], t: float) -> None:
         watch, carried = self._sources.altimeter, self._vertical.memory.carried
@@ -164,8 +162,6 @@ class SensorIntegrity:
             used, accused = vertical.check(t, depth, self._altitude_now(t))
             if accused is not Accused.NOBODY:
                 self._accuse(accused, t)
-            elif used and self._under_way and self._agreed < _PROVEN:
-                self._agreed += _PRESSURE_PERIOD
             if used and watch.believed:
                 watch.take(heard)
             elif accused is Accused.SHALLOW_PRESSURE or (vertical.stands_in and before):
@@ -190,11 +186,7 @@ class SensorIntegrity:
             if vertical.stands_in:
                 vertical.trust()
             pressure.acquit()
-            proven = self._agreed >= _PROVEN or not self._under_way
-            off, velocity = abs(self._attitude.memory.off_theta), self._velocity.memory
-            implied = vertical.sudden / max(velocity.u, _UNDER_WAY)
-            slip = self._model.memory.slip
-            accuse_carried(t, self._sources.ahrs, dvl, off, velocity.heave, slip, implied, proven)
+            accuse_carried(t, vertical.judge_raw()[1], self._model.memory.slip, self._sources.ahrs, dvl)
         elif accused in (Accused.PRESSURE_STEP, Accused.PRESSURE_DRIFT):
             pressure.accuse(SourceFault.STEP if accused is Accused.PRESSURE_STEP else SourceFault.DRIFT, t)
             dvl.acquit()
@@ -204,10 +196,6 @@ class SensorIntegrity:
                 dvl.accuse(SourceFault.UNDECIDED, t)
             if accused is Accused.SHALLOW_CARRIED and vertical.stands_in:
                 vertical.trust()
-
-    @property
-    def _under_way(self) -> bool:
-        return self._velocity.memory.u > _UNDER_WAY
 
     @property
     def _depth(self) -> float:
@@ -227,11 +215,8 @@ class SensorIntegrity:
         n = frame.n.value if frame.n.ok and t - frame.n.t_valid <= 1.0 else applied.n
         gone = applied.drop or (frame.hardpoint.ok and not frame.hardpoint.value.holds)
         self._ask_model(t, n if math.isfinite(n) else 0.0, gone, frame, applied)
-        if self._vertical.raw_differs:
-            if sources.dvl.memory.fault is SourceFault.DRIFT and sources.pressure.believed:
-                sources.dvl.accuse(SourceFault.DRIFT, t)
-            if sources.ahrs.memory.fault is SourceFault.CONTRADICTED:
-                sources.ahrs.accuse(SourceFault.CONTRADICTED, t)
+        if applied.armed and sources.pressure.memory.fault is SourceFault.NONE:
+            judge_again(t, self._model.memory.slip, sources.ahrs, sources.dvl, self._vertical.judge_raw)
         if self._vertical.depth > self._params.fix_deep:
             sources.fix.excuse(t)
         were = sources.believed
@@ -276,7 +261,6 @@ class SensorIntegrity:
             self._fixes.freeze(),
             self._stand_in,
             self._ping,
-            self._agreed,
         )
 
     def thaw(self, memory: IntegrityMemory) -> None:
@@ -288,4 +272,4 @@ class SensorIntegrity:
         self._model.thaw(memory.model)
         self._altitude.thaw(memory.echoes)
         self._fixes.thaw(memory.fix)
-        self._stand_in, self._ping, self._agreed = memory.ahrs, memory.ping, memory.agreed
+        self._stand_in, self._ping = memory.ahrs, memory.ping

@@ -86,6 +86,22 @@ class IntegrityParams:
         doc="Pressure against pitch times speed, without DVL, over 5 s.",
         mav="Z_BLIND",
     )
+    depth_blind_20s: float = param(
+        2.0,
+        unit="m",
+        low=0.1,
+        high=100.0,
+        doc="The same over 20 s in still water, with 3 deg of pitch bias, or a speed 15 % off in a dive of 20 deg.",
+        mav="Z_BLIND_20S",
+    )
+    depth_blind_60s: float = param(
+        4.0,
+        unit="m",
+        low=0.1,
+        high=100.0,
+        doc="The same over 60 s, with 2 deg of pitch bias; in eddies more, by how unsteady it is.",
+        mav="Z_BLIND_60S",
+    )
     surface: float = param(
         1.0,
         unit="m",

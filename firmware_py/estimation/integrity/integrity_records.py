@@ -38,4 +38,3 @@ class IntegrityMemory(NamedTuple):
     fix: FixCheckMemory
     ahrs: Heard[Ahrs] | None
     ping: tuple[float, float, float, float]
-    agreed: float

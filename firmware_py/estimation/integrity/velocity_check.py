@@ -19,15 +19,13 @@ _ACCELERATION = 0.3
 """What the velocity may change by in a gap between pings, m/s^2."""
 _FOLLOW = 15.0
 """Time constant with which the likely speed follows the measured one, s: current, and a model that is not right."""
-_ASIDE = 0.8
-"""Most that a DVL which was suspect may show of sway and heave, m/s."""
+_ASIDE, _HEAVE = 0.8, 0.35
+"""Most that a DVL which was suspect may show of sway, and of heave, m/s."""
 _DRIVEN = 0.5
 """Thrust and drag tell the speed while the propeller drives for this, m/s, or more. Astern or at rest, and without the
 drop weight, a hull glides by its buoyancy as fast as `IntegrityParams.speed`."""
 _SURFACING = 5.0
 """The same while the bow leaves the water, m/s^2."""
-_MEAN = 0.2
-"""Share of a ping in the running mean of w: about a second."""
 _GAP = 2.0
 _LEVER, _LAG = 0.2, 0.1
 """A DVL sits within so much of the length from the middle, and its pings may be so much older than they say, s: while
@@ -38,7 +36,7 @@ the vehicle turns, it sees other velocities than the navigation."""
 class VelocityCheckMemory:
     """The last ping that was believed, the likely speed (m/s), and whether thrust and drag tell it.
 
-    `turning` is the square of the greatest rate of turn since then, rad^2/s^2; `heave` the running mean of w, m/s.
+    `turning` is the square of the greatest rate of turn since then, rad^2/s^2.
     """
 
     t: float = -math.inf
@@ -49,7 +47,6 @@ class VelocityCheckMemory:
     holds: bool = False
     measured: bool = False
     turning: float = 0.0
-    heave: float = 0.0
 
 
 class VelocityCheck:
@@ -98,8 +95,8 @@ class VelocityCheck:
                 off = abs(u - memory.likely) > params.speed
             else:
                 off = watch.memory.fault in (SourceFault.DRIFT, SourceFault.STEP)  # nothing clears it now
-            aside = _ASIDE + math.sqrt(memory.turning) * self._lever
-            if off or abs(v) > aside or abs(w) > aside:
+            turning = math.sqrt(memory.turning) * self._lever
+            if off or abs(v) > _ASIDE + turning or abs(w) > _HEAVE + turning:
                 watch.accuse(SourceFault.STEP, t)
             memory.measured, memory.turning = False, 0.0
             return True
@@ -130,7 +127,6 @@ class VelocityCheck:
             memory.likely += (u - memory.likely) * min(1.0, (heard.t_valid - memory.t) / _FOLLOW)
         memory.t, memory.u, memory.v, memory.w, memory.measured = heard.t_valid, u, v, w, True
         memory.turning = 0.0
-        memory.heave += _MEAN * (w - memory.heave)
 
     def freeze(self) -> VelocityCheckMemory:
         """Return the whole memory."""

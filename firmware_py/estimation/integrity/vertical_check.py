@@ -2,7 +2,8 @@
 
 The vertical velocity, by DVL and AHRS, or without DVL by pitch and the speed that the propeller makes likely, is
 integrated to a carried depth D. The residual r = depth - D is constant while all is well, whatever it is. Its change
-over 5, 10 and 40 s is compared with thresholds; a single reading with the residual's running mean.
+over 5, 10 and 40 s, without DVL 5, 20 and 60 s, is compared with thresholds; a single reading with the residual's
+running mean.
 
 The change of r says that pressure or D is wrong; `depth_arbitration` says which. Until it can, the deeper one holds.
 """
@@ -11,18 +12,25 @@ from __future__ import annotations
 
 import copy
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from firmware_py.estimation.integrity.depth_arbitration import Accused, Entry, arbitrate
+from firmware_py.estimation.integrity.depth_arbitration import Accused, Entry, arbitrate, dvl_or_pitch
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 
 _MEAN = 0.3
 """Share of a reading in the running mean of the residual."""
 _STEP = 0.25
 """Interval of the history, s."""
-_LENGTH = 160
-"""Entries of the history: 40 s."""
+_LENGTH = 240
+"""Entries of the history: 60 s."""
 _WINDOWS = (20, 40, 160)
+"""Entries over which pressure and DVL are compared: 5, 10, 40 s; without DVL the first of them, and"""
+_BLIND_WINDOWS = (80, 240)
+"""these: 20 and 60 s."""
+_WANDER = (28.0, 64.0)
+"""Eddies carry a hull in 20 and 60 s by so much more, 3.5 sigma, than the median of what its drift changes by from 5 s
+to the next 5 s: flights in eddies of 0.1 m/s have 0.26, 2.0 and 4.9 m."""
 _HELD = 3
 """So many readings in a row must show a change."""
 _REAL = 5
@@ -33,10 +41,12 @@ _CARRIED_AGE = 0.3
 """When nothing is known to carry the depth on for longer than this, s, pressure is not judged by it."""
 _GAP = 30.0
 """After a longer silence of the pressure, s, it is taken as it comes."""
-_BEFORE = 0.4
-"""A change is sudden, if this share of it, or less, came before the last second."""
 _AGED, _AGED_BLIND, _AGED_MOST = 0.02, 0.4, 3.0
 """How far a carried depth may be off: growth with DVL and without, m/s, and the most, m."""
+_BACK = 0.5
+"""A pressure that is suspect must come back from the farthest that it was off, to less than this share of it."""
+_PING_GAP = 1.0
+"""Without a ping for longer, s, what the DVL alone carries begins anew."""
 
 
 @dataclass(slots=True)
@@ -45,11 +55,17 @@ class VerticalCheckMemory:
 
     `known` is whether they can be carried on; `stand_in` the depth in place of a suspect pressure; `since` the entry
     from which pressure and carried depth went apart, where the pressure is suspect and it is not decided; `window`
-    how many entries of the history before its end that was.
+    how many entries of the history before its end that was. Residuals are comparable since `began`, `raw` since
+    `t_raw`; `lie` is the farthest that a suspect pressure was from `stand_in`, m.
     """
 
     carried: float = 0.0
     raw: float = 0.0
+    heave: float = 0.0
+    began: float = -math.inf
+    t_raw: float = -math.inf
+    t_pinged: float = -math.inf
+    lie: float = 0.0
     blind: float = 0.0
     model: float = 0.0
     vague: float = 0.0
@@ -73,11 +89,25 @@ class VerticalCheck:
     def __init__(self, params: IntegrityParams) -> None:
         self._params = params
         self._limits = (params.depth_5s, params.depth_10s, params.depth_40s)
+        self._blind_limits = (params.depth_blind_20s, params.depth_blind_60s)
         self.memory = VerticalCheckMemory()
 
-    def carry(
-        self, t: float, dt: float, model: float, raw: float, by_dvl: bool, modelled: bool, known: bool = True
-    ) -> None:
+    def carry_raw(self, t: float, dt: float, raw: float, heave: float, pinged: bool) -> None:
+        """Carry on by dt, s, at `raw` m/s what DVL and pitch say, believed or not, with the part that `heave` is.
+
+        Not `pinged`: they say nothing.
+        """
+        memory = self.memory
+        memory.raw += raw * dt
+        memory.heave += heave * dt
+        if not pinged:
+            memory.t_pinged = -math.inf
+        elif t - memory.t_pinged > _PING_GAP:
+            memory.t_raw = memory.t_pinged = t
+        else:
+            memory.t_pinged = t
+
+    def carry(self, t: float, dt: float, model: float, raw: float, by_dvl: bool, modelled: bool, known: bool) -> None:
         """Carry the depth on by dt, s, at `raw` m/s, which DVL and pitch say, if `by_dvl`, else at `model`.
 
         `modelled` is whether propeller and pitch tell of it; not `known`: pressure cannot be judged by either.
@@ -85,7 +115,6 @@ class VerticalCheck:
         memory = self.memory
         moved = (raw if by_dvl else model) * dt
         memory.carried += moved
-        memory.raw += raw * dt
         memory.model += model * dt
         if not modelled:
             memory.vague += dt
@@ -100,16 +129,13 @@ class VerticalCheck:
         if known:
             memory.t_carried = t
 
-    def carry_late(self, moved: float) -> None:
-        """Carry the depths on by what a ping shows that the ones before it did not, m."""
+    def carry_late(self, moved: float, heave: float) -> None:
+        """Carry the depths on by what a ping shows that the ones before it did not, m; `heave` is part of it."""
         memory = self.memory
         memory.carried += moved
         memory.raw += moved
+        memory.heave += heave
         memory.stand_in += moved
-
-    def carry_raw(self, dt: float, raw: float) -> None:
-        """Carry on only what DVL and pitch say, for the pitch is not believed."""
-        self.memory.raw += raw * dt
 
     def check(self, t: float, depth: float, altitude: float) -> tuple[bool, Accused]:
         """Return whether a reading may be used, and who is accused; altitude in m, NaN if not known."""
@@ -118,21 +144,26 @@ class VerticalCheck:
         gap, memory.t = t - memory.t, t
         known = t - memory.t_carried <= _CARRIED_AGE
         if memory.residual != memory.residual or gap > _GAP or known is not memory.known:
+            if memory.residual != memory.residual or gap > _GAP:
+                memory.history = ()
             memory.known = known
             if memory.stand_in != memory.stand_in:
-                self._begin(depth)
+                self._begin(t, depth)
                 return True, Accused.NOBODY
         if memory.stand_in == memory.stand_in:  # it is suspect already
             memory.residual += _MEAN * (depth - carried - memory.residual)
-            allowed = min(params.depth_step + memory.aged, _AGED_MOST)
-            if abs(memory.residual + carried - memory.stand_in) <= allowed:
+            off = abs(memory.residual + carried - memory.stand_in)
+            memory.lie = max(memory.lie, off)
+            allowed = min(params.depth_step + memory.aged, _AGED_MOST, max(params.depth_step, _BACK * memory.lie))
+            if off <= allowed:
                 return False, Accused.NOBODY
             if memory.since is None:
                 return False, Accused.PRESSURE_DRIFT
             return False, self._decide(self._entry(t, depth, altitude), memory.since)
         predicted = carried + memory.residual
         if predicted < params.surface and depth < params.surface:
-            self._begin(depth)
+            memory.history = ()
+            self._begin(t, depth)
             return True, Accused.NOBODY
         off = depth - predicted
         if abs(off) > params.depth_step + (_RATE if known else _RATE_UNKNOWN) * gap:
@@ -147,13 +178,15 @@ class VerticalCheck:
         now = self._entry(t, depth, altitude)
         accused = self._changed(now, history) if known else Accused.NOBODY
         if t - memory.t_entry >= _STEP - 1e-6:
+            if known and accused is Accused.NOBODY:
+                accused = self._wandered(now, history)
             memory.t_entry = t
             memory.history = (*history[-_LENGTH + 1 :], now)
         return accused is not Accused.SHALLOW_PRESSURE, accused
 
     def _entry(self, t: float, depth: float, altitude: float) -> Entry:
         m = self.memory
-        return Entry(m.residual, m.carried, altitude, m.blind, depth, m.raw, m.model, m.vague, t)
+        return Entry(m.residual, m.carried, altitude, m.blind, depth, m.raw, m.heave, m.model, m.vague, t)
 
     def distrust(self, entries: int, decided: bool = True) -> float:
         """Let the carried depth stand in for the pressure from `entries` of the history ago; return it, m."""
@@ -161,7 +194,7 @@ class VerticalCheck:
         history = memory.history
         then = history[-min(entries, len(history))] if history else None
         memory.stand_in = memory.carried + (memory.residual if then is None else then.residual)
-        memory.aged = 0.0
+        memory.aged = memory.lie = 0.0
         memory.since = None if decided else then
         return memory.stand_in
 
@@ -183,28 +216,26 @@ class VerticalCheck:
         """Return whether the carried depth stands in for the pressure."""
         return self.memory.stand_in == self.memory.stand_in
 
-    @property
-    def sudden(self) -> float:
-        """Return how fast the residual changed in the last second, m/s; 0 if it had changed about as much before."""
-        history = self.memory.history
-        if len(history) < _WINDOWS[0]:
-            return 0.0
-        late, early = self.memory.residual - history[-4].residual, history[-4].residual - history[-_WINDOWS[0]].residual
-        return abs(late) if abs(early) < _BEFORE * abs(late) else 0.0
-
-    @property
-    def raw_differs(self) -> bool:
-        """Return whether the depth and what DVL and pitch alone say of it went apart over the last 5 s."""
-        history = self.memory.history
-        if len(history) < _WINDOWS[0]:
-            return False
-        then, now = history[-_WINDOWS[0]], history[-1]
-        return abs(now.depth - then.depth - (now.raw - then.raw)) > self._params.depth_5s
+    def judge_raw(self) -> tuple[bool | None, Accused]:
+        """Return whether DVL and pitch contradict the depth over 5, 10 or 40 s, None if that is not known; and who is
+        wrong then, if the pressure is right.
+        """
+        memory, history = self.memory, self.memory.history
+        differs: bool | None = None
+        for window, limit in zip(_WINDOWS, self._limits, strict=True):
+            if len(history) < window or history[-window].t < memory.t_raw:
+                break
+            then, now = history[-window], history[-1]
+            differs = abs(now.depth - then.depth - (now.raw - then.raw)) > limit
+            if differs:
+                break
+        return differs, dvl_or_pitch(history[-1], history, memory.t_raw) if differs else Accused.NOBODY
 
     def _changed(self, now: Entry, history: tuple[Entry, ...]) -> Accused:
-        memory, size = self.memory, len(history)
+        memory = self.memory
+        size = min(len(history), round((now.t - memory.began) / _STEP))
         for window, limit in zip(_WINDOWS, self._limits, strict=True):
-            if size == 0 or (size < window and window > _WINDOWS[0]):
+            if size <= 0 or (size < window and window > _WINDOWS[0]):
                 break
             then = history[-min(window, size)]
             change = now.residual - then.residual
@@ -221,13 +252,27 @@ class VerticalCheck:
         memory.held = 0
         return Accused.NOBODY
 
+    def _wandered(self, now: Entry, history: tuple[Entry, ...]) -> Accused:
+        """Compare pressure with pitch and speed over 20 and 60 s without DVL, in which eddies carry a hull far."""
+        memory = self.memory
+        size = min(len(history), round((now.t - memory.began) / _STEP))
+        for window, floor, wander in zip(_BLIND_WINDOWS, self._blind_limits, _WANDER, strict=True):
+            if size < window:
+                break
+            then = history[-window]
+            change = abs(now.residual - then.residual)
+            if now.blind - then.blind > 0.3 and change > floor and change > floor + wander * _unsteady(history):
+                memory.window = window
+                return self._decide(now, then)
+        return Accused.NOBODY
+
     def _decide(self, now: Entry, then: Entry) -> Accused:
         return arbitrate(now, then, self.memory.history, self.memory.window, self._params.depth_blind)
 
-    def _begin(self, depth: float) -> None:
+    def _begin(self, t: float, depth: float) -> None:
         memory = self.memory
-        memory.residual = depth - memory.carried
-        memory.history, memory.outliers, memory.held = (), 0, 0
+        memory.residual, memory.began = depth - memory.carried, t
+        memory.outliers = memory.held = 0
 
     def freeze(self) -> VerticalCheckMemory:
         """Return the whole memory."""
@@ -236,3 +281,13 @@ class VerticalCheck:
     def thaw(self, memory: VerticalCheckMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self.memory = copy.copy(memory)
+
+
+def _unsteady(history: Sequence[Entry]) -> float:
+    """Return the median of what the change of the residual in 5 s differs by from that in the 5 s before, m."""
+    lag = _WINDOWS[0]
+    changes = sorted(
+        abs(history[i].residual - 2.0 * history[i + lag].residual + history[i + 2 * lag].residual)
+        for i in range(0, len(history) - 2 * lag, 4)
+    )
+    return changes[len(changes) // 2]

@@ -80,6 +80,12 @@ WRONG = Group(
             note=_NEVER,
             bound=Bound(_NEVER),
         ),
+        Trial(
+            "drift:ahrs.pitch=0.3, bias:ahrs.q=0.3",
+            ("drift:ahrs.pitch=0.3@{t}", "bias:ahrs.q=0.3@{t}"),
+            Named(("ahrs",), 20.0),
+            "its own gyro confirms it; DVL and pressure do not",
+        ),
         Trial("drift:ahrs.pitch=0.5", ("drift:ahrs.pitch=0.5@{t}",), Named(("ahrs",))),
         Trial("bias:ahrs.roll=20", ("bias:ahrs.roll=20@{t}",), Named(("ahrs",))),
         Trial("bias:ahrs.yaw=20", ("bias:ahrs.yaw=20@{t}",), Named(("ahrs",), 0.2), short=True),
@@ -110,6 +116,15 @@ WRONG = Group(
         Trial("drift:pressure=-0.1", ("drift:pressure=-0.1@{t}",), Named(_DEPTHS, 3.5)),
         Trial("drift:pressure=0.1", ("drift:pressure=0.1@{t}",), Named(_DEPTHS, 3.5)),
         Trial("drift:pressure=-0.5, no DVL", ("off:dvl@{early}", "drift:pressure=-0.5@{t}"), Named(("pressure",), 6.0)),
+        Trial(
+            "drift:pressure=-0.3, no DVL", ("off:dvl@{early}", "drift:pressure=-0.3@{t}"), Named(("pressure",), 25.0)
+        ),
+        Trial(
+            "drift:pressure=-0.15, no bottom",
+            ("drift:pressure=-0.15@{t}",),
+            Named(("pressure",)),
+            profile=((-1000.0, 200.0), (2000.0, 200.0)),
+        ),
         Trial("set:pressure=-3.6", ("set:pressure=-3.6@{t}",), Named(("pressure",))),
         Trial("set:pressure=37.65", ("set:pressure=37.65@{t}",), Named(("pressure",))),
         Trial("set:altimeter=1", ("set:altimeter=1@{t}",), Named(("altitude", "dvl"), rules=("ALTITUDE_LIMIT",))),
