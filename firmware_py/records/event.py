@@ -152,6 +152,8 @@ class Cause(enum.IntEnum):
     HARDPOINT_HOLDS = 72  # limit, s
     HARDPOINT_SILENT = 73  # limit, s
     BY_ITSELF = 74
+    # One more rule.
+    DEPTH_UNCHECKED = 75  # limit, s
 
 
 INTENDED_CAUSES = (Cause.ORDERED, Cause.MISSION_DONE, Cause.RETURN_DONE, Cause.SURFACED)

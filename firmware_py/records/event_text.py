@@ -43,6 +43,7 @@ _CAUSES: Mapping[Cause, str] = {
     Cause.NO_WAY_MADE: "waypoint {0:.0f} m away, and no nearer for {1:g} s",
     Cause.SURFACING_LONG: "surfacing for {0:.0f} s, and not known to be up",
     Cause.HEADING_SUSPECT: "the AHRS's heading is not believed, and carried on by its gyros",
+    Cause.DEPTH_UNCHECKED: "pressure alone tells the depth, for {0:g} s",
     Cause.BOTTOM_UNSEEN: "neither altimeter nor DVL sees the bottom",
     Cause.BUS_SILENT: "no device heard for {0:g} s",
     Cause.STATION_LOST: "no ground station heard for {0:g} s",

@@ -92,6 +92,10 @@ def _blind(c: Conditions) -> bool:
     return _unseen(c.sensors.altitude) and _unseen(c.sensors.dvl)
 
 
+def _unchecked(c: Conditions, p: SafetyParams) -> bool:
+    return c.depth_ok and c.altitude != c.altitude and c.depth > p.submerged_depth
+
+
 def _off_depth(c: Conditions, p: SafetyParams) -> bool:
     return c.wanted in _FLOWN and abs(c.depth - c.wanted_depth) > p.depth_error_max
 
@@ -187,6 +191,8 @@ RULES: tuple[Rule, ...] = (
     Rule(Cause.HEADING_SUSPECT,  lambda c, _: c.sensors.ahrs.fault in HEADING_FAULTS,
          "sensor_time", "heading_action"),
     Rule(Cause.BOTTOM_UNSEEN,    lambda c, _: _blind(c), "sensor_time", "bottom_action"),
+    Rule(Cause.DEPTH_UNCHECKED,  _unchecked, "unchecked_time", "unchecked_action",
+         lambda _, p: (p.unchecked_time,), at_arming=False),
     Rule(Cause.DVL_BAD,          lambda c, _: c.sensors.dvl.state is not _GOOD, "sensor_time", "dvl_action",
          lambda c, _: (float(c.sensors.dvl.fault),)),
     Rule(Cause.ALTIMETER_BAD,    lambda c, _: c.sensors.altitude.state is not _GOOD, "sensor_time", "altimeter_action",

@@ -106,6 +106,15 @@ class SafetyParams:
     dvl_action: Action = param(_WARN, doc="The DVL is lost or not believed.", mav="DVL_ACT")
     altimeter_action: Action = param(_WARN, doc="The altimeter is lost or not believed.", mav="ALTIM_ACT")
     bottom_action: Action = param(_WARN, doc="Both: the bottom is not seen.", mav="BOTTOM_ACT")
+    unchecked_time: float = param(
+        60.0,
+        unit="s",
+        low=1.0,
+        high=36000.0,
+        doc="No bottom in reach of altimeter and DVL for so long: a slow drift of the pressure is hardly seen.",
+        mav="UNCHECK_TIME",
+    )
+    unchecked_action: Action = param(_WARN, doc="The same: pressure alone tells the depth.", mav="UNCHECK_ACT")
     actuator_time: float = param(
         0.2, unit="s", low=0.0, high=60.0, doc="A fault of an actuator for so long.", mav="ACTR_TIME"
     )

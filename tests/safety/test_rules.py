@@ -89,6 +89,7 @@ CASES = (
     Case(Cause.DVL_BAD, "dvl_action", 201, suspect("dvl")),
     Case(Cause.DVL_BAD, "dvl_action", 201, suspect("dvl", SourceState.LOST)),
     Case(Cause.ALTIMETER_BAD, "altimeter_action", 201, suspect("altitude", SourceState.LOST)),
+    Case(Cause.DEPTH_UNCHECKED, "unchecked_action", 6001, {"altitude": math.nan}),
     Case(Cause.PLANE_FAULT, "plane_action", 21, faulty(ActuatorFault.JAMMED, 0)),
     Case(Cause.PLANE_FAULT, "plane_action", 21, faulty(ActuatorFault.HARD_OVER, 1)),
     Case(Cause.RUDDER_FAULT, "rudder_action", 21, faulty(ActuatorFault.LOST, 3)),

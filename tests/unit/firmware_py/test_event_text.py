@@ -48,6 +48,7 @@ NUMBERS: dict[Cause, tuple[float, ...]] = {
     Cause.SURFACING_LONG: (600.0,),
     Cause.AHRS_SUSPECT: (float(SourceFault.STEP),),
     Cause.PRESSURE_SUSPECT: (float(SourceFault.FROZEN),),
+    Cause.DEPTH_UNCHECKED: (60.0,),
     Cause.DVL_BAD: (float(SourceFault.SILENT),),
     Cause.ALTIMETER_BAD: (float(SourceFault.SILENT),),
     Cause.PLANE_FAULT: (float(ActuatorFault.JAMMED),),
