@@ -4,6 +4,9 @@ Altitude + carried depth is the depth of the bottom. A reading in which it jumps
 it; if the other sensor does not, the one that jumped is suspect. If both wander apart while the vehicle rises or dives,
 the one whose bottom went along is suspect. At one depth the bottom may rise as well as a sensor fail: then it is not
 decided, and the nearer one holds.
+
+A bottom that leaps away while no other sensor sees it is a cliff, or a lie: the nearer bottom holds for
+`altitude_hold`. If the farther one stays all that time, it is taken on; the altitude follows it slowly.
 """
 
 from __future__ import annotations
@@ -30,11 +33,18 @@ _CLEAR, _MOVED = 0.5, 2.0
 """The bottom of a sound sensor stays, to this share of the other's, while the depth changes by so many thresholds."""
 
 
+_AWAY = 2.0
+"""Leaps away by so many steps are no rough bottom."""
+_FOLLOWS = 0.2
+"""So fast the bottom that held goes down to one that was farther all the time, m/s."""
+
+
 @dataclass(slots=True)
 class EchoMemory:
     """One sensor: its bottom (m, below the carried depth's zero) at t, running means, the last outlier.
 
-    `history` has the mean and the carried depth, m, second by second.
+    `history` has the mean and the carried depth, m, second by second; `held` is the nearer bottom that holds, NaN if
+    none does, since `t_held`, and `t_last` when the last reading came.
     """
 
     t: float = -math.inf
@@ -44,6 +54,9 @@ class EchoMemory:
     outlier: float = math.nan
     t_entry: float = -math.inf
     history: tuple[tuple[float, float], ...] = ()
+    held: float = math.nan
+    t_held: float = -math.inf
+    t_last: float = -math.inf
 
 
 class AltitudeCheck:
@@ -53,10 +66,31 @@ class AltitudeCheck:
         self._params = params
         self.memory = (EchoMemory(), EchoMemory())
 
+    @property
+    def held(self) -> bool:
+        """Return whether a nearer bottom holds than the altimeter measures."""
+        return self.memory[0].held == self.memory[0].held
+
     def check(
         self, which: int, t: float, altitude: float, carried: float, watch: SourceWatch, other: SourceWatch
     ) -> bool:
         """Return whether a reading may be used; `carried` is the carried depth, m. What speaks against it is noted."""
+        echo = self.memory[which]
+        used = self._judge(which, t, altitude, carried, watch, other)
+        if echo.held == echo.held and watch.believed:
+            echo.held += _FOLLOWS * min(t - echo.t_last, _RECENT)
+            if not altitude + carried > echo.held:
+                echo.held = math.nan
+            elif used:
+                watch.hold()
+                used = False
+        echo.t_last = t
+        return used
+
+    def _judge(
+        self, which: int, t: float, altitude: float, carried: float, watch: SourceWatch, other: SourceWatch
+    ) -> bool:
+        """Judge a reading by the other sensor and by those before."""
         params = self._params
         echo, witness = self.memory[which], self.memory[1 - which]
         if not 0.0 <= altitude < math.inf:
@@ -66,7 +100,9 @@ class AltitudeCheck:
         seen = witness.outlier if other.memory.in_row else witness.mean  # one that jumps alike bears it out
         against = bottom - seen if heard_witness else math.nan
         if not watch.believed:
-            if not abs(against) <= params.altitude and not self._agrees(echo, bottom, gap, against):
+            if echo.held == echo.held:
+                self._judge_held(echo, t, bottom, against, watch)
+            elif not abs(against) <= params.altitude and not self._agrees(echo, bottom, gap, against):
                 watch.accuse(SourceFault.CONTRADICTED, t)
             echo.outlier = bottom
             return False
@@ -81,6 +117,10 @@ class AltitudeCheck:
             if abs(against) > params.altitude:  # it jumped, the other did not
                 watch.accuse(SourceFault.STEP, t)
                 return False
+            if against != against and bottom - echo.bottom > _AWAY * params.altitude_step:
+                echo.held, echo.t_held = echo.bottom, t
+                watch.accuse(SourceFault.STEP, t)
+                return False
             self._begin(echo, t, bottom, carried)
             return True
         echo.t, echo.bottom = t, bottom
@@ -91,6 +131,16 @@ class AltitudeCheck:
         if abs(echo.mean - witness.mean) > params.altitude and heard_witness and not other.memory.in_row:
             return self._arbitrate(echo, witness, t, carried, watch, other)
         return True
+
+    def _judge_held(self, echo: EchoMemory, t: float, bottom: float, against: float, watch: SourceWatch) -> None:
+        """Say whether a bottom that leapt away is back, or seen by the other sensor, or has stayed for long enough."""
+        params = self._params
+        if bottom <= echo.held + params.altitude_step or abs(against) <= params.altitude:
+            return
+        if abs(bottom - echo.outlier) > params.altitude_step:
+            echo.t_held = t
+        if against == against or t - echo.t_held < params.altitude_hold:
+            watch.accuse(SourceFault.STEP, t)
 
     @staticmethod
     def _agrees(echo: EchoMemory, bottom: float, gap: float, against: float) -> bool:

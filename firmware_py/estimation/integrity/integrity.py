@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from firmware_py.estimation.integrity.altitude_check import AltitudeCheck
 from firmware_py.estimation.integrity.attitude_check import AttitudeCheck
@@ -146,8 +147,12 @@ class SensorIntegrity:
 
     def _hear_altitude(self, heard: Heard[float], t: float) -> None:
         watch, carried = self._sources.altimeter, self._vertical.memory.carried
-        if watch.hear(heard, t) and self._altitude.check(0, t, heard.value, carried, watch, self._sources.dvl_altitude):
+        if not watch.hear(heard, t):
+            return
+        if self._altitude.check(0, t, heard.value, carried, watch, self._sources.dvl_altitude):
             watch.take(heard)
+        elif watch.believed and self._altitude.held:
+            watch.substitute(replace(heard, value=self._altitude.memory[0].held - carried))
 
     def _hear_pressure(self, heard: Heard[float], t: float) -> None:
         watch, water, vertical = self._sources.pressure, self._water, self._vertical

@@ -179,6 +179,14 @@ class IntegrityParams:
         doc="Most that the altitude changes in one reading, beside the motion.",
         mav="ALT_STEP",
     )
+    altitude_hold: float = param(
+        60.0,
+        unit="s",
+        low=0.0,
+        high=3600.0,
+        doc="A bottom that leaps away, seen by one sensor alone, must stay there for so long.",
+        mav="ALT_HOLD",
+    )
     fix_sigmas: float = param(
         6.0, low=2.0, high=100.0, doc="A fix so many of its sigmas from the one before is not used.", mav="FIX_SIG"
     )

@@ -125,6 +125,11 @@ class SourceWatch:
         memory.held, memory.passed, memory.in_row = heard, True, 0
         self.clean = memory.fault is SourceFault.NONE
 
+    def substitute(self, heard: Heard[Any]) -> None:
+        """Pass another value on in place of what was heard."""
+        self.hold()
+        self.memory.held, self.memory.in_row = heard, 0
+
     def refuse(self, t: float) -> int:
         """Leave a value out; return how many were left out in a row."""
         memory = self.memory

@@ -129,6 +129,7 @@ WRONG = Group(
         Trial("set:pressure=37.65", ("set:pressure=37.65@{t}",), Named(("pressure",))),
         Trial("set:altimeter=1", ("set:altimeter=1@{t}",), Named(("altitude", "dvl"), rules=("ALTITUDE_LIMIT",))),
         Trial("set:altimeter=30", ("set:altimeter=30@{t}",), note="the DVL's altitude is the nearer one, and counts"),
+        Trial("bias:altimeter=10, no DVL", ("off:dvl@{early}", "bias:altimeter=10@{t}"), Named(("altitude",), 0.5)),
         Trial("set:dvl.altitude=1", ("set:dvl.altitude=1@{t}",), Named(("altitude", "dvl"), rules=("ALTITUDE_LIMIT",))),
         Trial("noise:pressure=1", ("noise:pressure=1@{t}",), note=_NOISY),
         Trial("noise:ahrs.pitch=5", ("noise:ahrs.pitch=5@{t}",), note=_NOISY),

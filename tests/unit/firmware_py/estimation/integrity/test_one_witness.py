@@ -94,3 +94,29 @@ def test_without_dvl_a_slow_drift_of_the_pressure_is_seen_over_20_and_60_s(rate,
     t, name, health = next(change for change in named(iter(seen)) if change[1] == "pressure")
     assert (name, health.state) == ("pressure", SourceState.SUSPECT)
     assert 0.0 < t - 40.0 <= within
+
+
+def test_a_bottom_that_leaps_away_from_the_only_altimeter_holds_for_a_minute_and_is_followed_slowly() -> None:
+    leapt = after(20.0, lambda _, a: a + 10.0)
+    seen = list(voyage(100.0, {"altitude": leapt}, dive=LEVEL, silent=("dvl",)))
+    (t, _, first), (t_back, _, last) = [change for change in named(iter(seen)) if change[1] == "altitude"]
+    assert (first.state, first.fault) == (SourceState.SUSPECT, F.STEP)
+    assert 0.0 < t - 20.0 <= 0.5
+    assert last.state is SourceState.GOOD
+    assert 80.0 <= t_back <= 87.0
+    held = [one for one in seen if t_back + 0.2 < one.t]
+    truth = [one.heard.altitude.value - 10.0 for one in held]
+    above = [one.believed.altitude.value - z for one, z in zip(held, truth, strict=True)]
+    assert all(one.believed.altitude.ok for one in held)
+    assert -0.3 < above[0] < 0.5
+    assert above[-1] == pytest.approx(0.2 * (held[-1].t - t_back), abs=0.4)
+
+
+def test_a_bottom_that_leaps_away_and_back_is_used_again_after_5_s() -> None:
+    leapt = after(20.0, lambda _, a: a + 10.0, until=26.0)
+    changes = named(voyage(40.0, {"altitude": leapt}, dive=LEVEL, silent=("dvl",)))
+    assert [health.state for _, name, health in changes if name == "altitude"] == [
+        SourceState.SUSPECT,
+        SourceState.GOOD,
+    ]
+    assert changes[-1][0] == pytest.approx(31.0, abs=0.3)
