@@ -93,13 +93,9 @@ def arbitrate(now: Entry, then: Entry, history: Sequence[Entry], window: int, mo
     """
     change = now.residual - then.residual
     blind = now.blind - then.blind > _BLIND
-    if _flat(history, window, change):
-        by_carried = abs(now.altitude + now.carried - then.altitude - then.carried)
-        by_pressure = abs(now.altitude + now.depth - then.altitude - then.depth)
-        if by_carried < _CLEAR * by_pressure:
-            return Accused.PRESSURE_DRIFT
-        if by_pressure < _CLEAR * by_carried:
-            return Accused.NOBODY if blind else Accused.CARRIED  # eddies carry what the model does not know
+    wrong = bottom_says(now, then, history, window)
+    if wrong is not Accused.NOBODY:
+        return Accused.NOBODY if blind and wrong is Accused.CARRIED else wrong  # eddies carry what no model knows
     if blind:
         return Accused.PRESSURE_DRIFT if change < 0.0 else Accused.SHALLOW_CARRIED
     if now.vague - then.vague <= _BLIND:
@@ -113,15 +109,32 @@ def arbitrate(now: Entry, then: Entry, history: Sequence[Entry], window: int, mo
     return Accused.SHALLOW_PRESSURE if change < 0.0 else Accused.SHALLOW_CARRIED
 
 
-def _flat(history: Sequence[Entry], window: int, change: float) -> bool:
-    """Return whether the bottom lay flat before the last `window` entries, over as long a time at least."""
+def bottom_says(now: Entry, then: Entry, history: Sequence[Entry], window: int) -> Accused:
+    """Return which of pressure and carried depth left a flat bottom; NOBODY if that is not known. See `arbitrate`."""
+    if not _flat(history, window, now.residual - then.residual, now.blind - then.blind > _BLIND):
+        return Accused.NOBODY
+    by_carried = abs(now.altitude + now.carried - then.altitude - then.carried)
+    by_pressure = abs(now.altitude + now.depth - then.altitude - then.depth)
+    if by_carried < _CLEAR * by_pressure:
+        return Accused.PRESSURE_DRIFT
+    return Accused.CARRIED if by_pressure < _CLEAR * by_carried else Accused.NOBODY
+
+
+def _flat(history: Sequence[Entry], window: int, change: float, blind: bool) -> bool:
+    """Return whether the bottom lay flat before the last `window` entries, over as long a time at least.
+
+    `blind` is without DVL: then the pressure may tell it too, for eddies move the carried depth.
+    """
     before = len(history) - window
     if before < window:
         return False
     rough = max(_ROUGH, _CLEAR * abs(change))
     for i in range(0, before - window, max(1, window // 2)):
         one, other = history[i], history[i + window]
-        if not abs(other.altitude + other.carried - one.altitude - one.carried) <= rough:
+        rose = abs(other.altitude + other.carried - one.altitude - one.carried)
+        if blind:
+            rose = min(rose, abs(other.altitude + other.depth - one.altitude - one.depth))
+        if not rose <= rough:
             return False
     return True
 

@@ -15,7 +15,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from firmware_py.estimation.integrity.depth_arbitration import Accused, Entry, arbitrate, dvl_or_pitch
+from firmware_py.estimation.integrity.depth_arbitration import Accused, Entry, arbitrate, bottom_says, dvl_or_pitch
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 
 _MEAN = 0.3
@@ -261,9 +261,13 @@ class VerticalCheck:
                 break
             then = history[-window]
             change = abs(now.residual - then.residual)
-            if now.blind - then.blind > 0.3 and change > floor and change > floor + wander * _unsteady(history):
-                memory.window = window
+            if now.blind - then.blind <= 0.3 or change <= floor:
+                continue
+            memory.window = window
+            if change > floor + wander * _unsteady(history):
                 return self._decide(now, then)
+            if bottom_says(now, then, history, window) is Accused.PRESSURE_DRIFT:
+                return Accused.PRESSURE_DRIFT
         return Accused.NOBODY
 
     def _decide(self, now: Entry, then: Entry) -> Accused:
