@@ -10,7 +10,7 @@ import pytest
 from sternplane.logs.reading import Log, read
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 
-from firmware_py.records.health import SensorHealth, SourceState
+from firmware_py.records.health import SensorHealth, SourceFault, SourceState
 from tests.straight_run import mission, under_way
 
 DIVE = under_way(50.0, 8.0, mission([(30.0, 8.0), (400.0, 12.0)]))
@@ -70,3 +70,31 @@ def test_a_step_of_the_heading_is_named_at_once_and_not_followed(tmp_path: Path)
     assert suspect_at(log, "ahrs") - 15.0 <= 0.2
     assert np.abs(log.truth["eta.psi"]).max() < math.radians(5.0)
     assert np.abs(log.truth["eta.y"]).max() < 3.0
+
+
+def ended(folder: Path, duration: float, *faults: str, bottom: float = 40.0) -> Log:
+    """Fly level at 8 m, under faults from the start on."""
+    place = folder / "level.toml"
+    place.write_text(under_way(duration, 8.0, mission([(30.0, 8.0), (400.0, 8.0)]), bottom=bottom))
+    fly(prepare(FlightRequest(scenario=str(place), faults=faults, seed=1000), {}), folder / "log.mcap")
+    return read(folder / "log.mcap")
+
+
+def test_a_pitch_that_follows_its_own_wrong_gyro_is_what_is_wrong_and_the_vehicle_comes_up(tmp_path: Path) -> None:
+    log = ended(tmp_path, 70.0, "drift:ahrs.pitch=1@15", "bias:ahrs.q=1@15")
+    t, z = log.columns["t"], log.truth["eta.z"]
+    faults = {cycle.state.sensors.ahrs.fault for cycle in log.cycles}
+    assert SourceFault.CONTRADICTED in faults
+    assert suspect_at(log, "ahrs") - 15.0 <= 10.0
+    assert {cycle.state.sensors.pressure.state for cycle in log.cycles} == {SourceState.GOOD}
+    assert {cycle.state.sensors.dvl.fault for cycle in log.cycles} <= {SourceFault.NONE, SourceFault.UNDECIDED}
+    assert z.max() < 14.0
+    assert z[-1] < 2.0
+    assert np.abs(log.columns["state.eta.z"] - z)[t > 5.0].max() < 0.5
+
+
+def test_a_pressure_that_drifts_without_dvl_is_not_followed_far(tmp_path: Path) -> None:
+    log = ended(tmp_path, 80.0, "off:dvl@3", "drift:pressure=-0.3@20")
+    assert suspect_at(log, "pressure") - 20.0 <= 25.0
+    assert log.truth["eta.z"].max() < 16.0
+    assert log.truth["eta.z"][-1] < 2.0

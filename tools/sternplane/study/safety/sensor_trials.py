@@ -13,6 +13,10 @@ _STILL = "a steady value may repeat"
 _NOISY = "values are lost or scatter, and enough good ones are left"
 _SPIKE = "one value is thrown away; nothing is wrong afterwards"
 _NO_FIX = "there is no fix under water, and none is missed before the surface"
+_CARRIED_OFF = (
+    "no DVL, no altitude: eddies of 0.1 m/s carry a hull by 5 m in a minute, as the drift does its depth; "
+    "that pressure alone tells the depth is said after a minute"
+)
 _NEVER = (
     "without a DVL a pitch that drifts slower than 0.08 deg/s, as a gyro's bias may, is not seen: trim, ballast and "
     "heave explain as much; with one it is seen from 0.7 deg"
@@ -122,7 +126,8 @@ WRONG = Group(
         Trial(
             "drift:pressure=-0.15, no bottom",
             ("drift:pressure=-0.15@{t}",),
-            Named(("pressure",)),
+            note=_CARRIED_OFF,
+            bound=Bound(_CARRIED_OFF),
             profile=((-1000.0, 200.0), (2000.0, 200.0)),
         ),
         Trial("set:pressure=-3.6", ("set:pressure=-3.6@{t}",), Named(("pressure",))),
