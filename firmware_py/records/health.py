@@ -86,6 +86,7 @@ class ActuatorFault(enum.IntEnum):
     WEAK = 5  # it makes less force than it should
     SLOW = 6
     LOOSE = 7  # it has play
+    RUNAWAY = 8  # of the propeller, which turns faster than it is told
 
 
 class WeightState(enum.IntEnum):

@@ -33,6 +33,7 @@ _ACTUATOR_FAULTS: Mapping[ActuatorFault, str] = {
     ActuatorFault.WEAK: "makes less force than it should",
     ActuatorFault.SLOW: "too slow",
     ActuatorFault.LOOSE: "has play",
+    ActuatorFault.RUNAWAY: "runs away: it drives faster than it is told",
 }
 _STAGES: Mapping[AscentStage, str] = {
     AscentStage.NONE: "ended",

@@ -56,7 +56,7 @@ class ActuatorWatch:
         self._params = params
         self._feedback = tuple([FeedbackWatch(limit) for limit in limits])
         self._hull = HullWatch(params, vehicle)
-        self._thrust = ThrustWatch(vehicle, params.evidence)
+        self._thrust = ThrustWatch(vehicle, params.evidence, params.current)
         weight = vehicle.drop_weight
         self._drop_weight = DropWeightWatch(params, weight.weight if weight is not None else math.nan)
         self._health = sound(len(fins))
@@ -97,7 +97,8 @@ class ActuatorWatch:
 
     def _judge_thrust(self, t: float, frame: SensorFrame, applied: Applied, state: StateEstimate) -> bool:
         dvl, n, thrust = frame.dvl, frame.n, self._thrust
-        turns = n.value if n.usable(t, self._params.timeout) else applied.n
+        reported = n.usable(t, self._params.timeout)
+        turns = n.value if reported else applied.n
         judged = (
             applied.armed
             and dvl.ok
@@ -107,11 +108,12 @@ class ActuatorWatch:
             and state.eta.z > _DEPTH_MIN
             and abs(state.eta.theta) < _PITCH_MAX
             and dvl.value.u > _SPEED_MIN
-            and turns > 0.0
+            and (turns > 0.0 or (turns == 0.0 and not reported))
         )
         before = thrust.fault
         turning = max(abs(state.nu.q), abs(state.nu.r))
-        return thrust.update(dvl.t_valid, dvl.value.u, turns, turning, judged) is not before
+        judged = judged and (reported or not applied.drop)  # without its weight it is driven by buoyancy too
+        return thrust.update(dvl.t_valid, dvl.value.u, turns, turning, judged, reported) is not before
 
     def _judged(self) -> ActuatorHealth:
         """Return the health: what reports show comes first; what moves and has no effect is lost, or weak."""

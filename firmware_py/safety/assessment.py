@@ -118,6 +118,7 @@ def actuator_faults(health: ActuatorHealth, vehicle_fins: Sequence[VehicleFin]) 
         plane=_first(planes, _STUCK),
         rudder=_first(rudders, _STUCK),
         propeller=_first(propeller, _STUCK),
+        runaway=_first(propeller, (ActuatorFault.RUNAWAY,)),
         silent=_first(everything, (ActuatorFault.SILENT,)),
         worn=_first(everything, _WORN),
     )

@@ -21,12 +21,14 @@ class Faulty(NamedTuple):
 class ActuatorFaults(NamedTuple):
     """The first actuator with a fault of each kind; None where there is none.
 
-    `plane`, `rudder` and `propeller` are jammed or without force; `silent` and `worn` (weak, slow, loose) are any.
+    `plane`, `rudder` and `propeller` are jammed or without force; `runaway` is the propeller too; `silent` and `worn`
+    (weak, slow, loose) are any.
     """
 
     plane: Faulty | None = None
     rudder: Faulty | None = None
     propeller: Faulty | None = None
+    runaway: Faulty | None = None
     silent: Faulty | None = None
     worn: Faulty | None = None
 

@@ -151,6 +151,7 @@ RULES: tuple[Rule, ...] = (
          lambda c, p: (p.depth_timeout, float(c.depth_fault))),
     _actuator_fault(Cause.PROPELLER_FAULT, lambda c: c.faults.propeller, "propeller_action")._replace(
          drops=lambda c: not c.climbs),
+    _actuator_fault(Cause.PROPELLER_FAULT, lambda c: c.faults.runaway, "runaway_action"),
     _actuator_fault(Cause.PLANE_FAULT,     lambda c: c.faults.plane, "plane_action"),
     _actuator_fault(Cause.RUDDER_FAULT,    lambda c: c.faults.rudder, "rudder_action"),
     Rule(Cause.BUS_SILENT,       lambda c, _: c.bus_silent, "", "bus_action",

@@ -121,6 +121,7 @@ class SafetyParams:
     plane_action: Action = param(_SURFACE, doc="A plane is jammed or lost.", mav="PLANE_ACT")
     rudder_action: Action = param(_SURFACE, doc="A rudder is jammed or lost.", mav="RUDDER_ACT")
     propeller_action: Action = param(_DROP, doc="The propeller is jammed or lost.", mav="PROP_ACT")
+    runaway_action: Action = param(_SURFACE, doc="The propeller drives faster than it is told.", mav="RUNAWAY_ACT")
     actuator_silent_action: Action = param(
         _WARN, doc="A fin, the propeller or the hardpoint reports nothing.", mav="ACTR_SIL_ACT"
     )

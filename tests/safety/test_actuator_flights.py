@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,8 @@ from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py.records.event import EventKind
 from firmware_py.records.health import ActuatorFault
+from sim_bridge.faults import effects
+from sim_bridge.faults.target import FaultTarget, Strike
 from tests.straight_run import hold, under_way
 
 FINS = ("stern_port", "stern_starboard", "rudder_upper", "rudder_lower")
@@ -70,3 +73,18 @@ def test_a_propeller_that_lost_its_thrust_is_named_within_half_a_minute(tmp_path
     assert (named, fault) == ({}, ActuatorFault.LOST)
     assert 10.0 < t <= 40.0
     assert truth["nu.u"][truth["t"] < t][-1] < 1.5  # what is done about it follows
+
+
+def test_a_propeller_that_runs_away_unreported_is_named_by_the_speed_it_makes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full_ahead(run: FaultTarget, _: Strike) -> Callable[[], None]:
+        run.shaft_override = 1000.0 / 60.0
+        return lambda: None
+
+    monkeypatch.setitem(effects.EFFECTS, ("stuck", "propeller"), full_ahead)
+    named, truth = flight(tmp_path, ["silent:esc@3", "stuck:propeller@10"], 60.0)
+    (_, silent), (t, fault) = named.pop("propeller")
+    assert (named, silent, fault) == ({}, ActuatorFault.SILENT, ActuatorFault.RUNAWAY)
+    assert 10.0 < t < 28.0
+    assert truth["eta.z"][-1] < 3.0  # it comes up

@@ -94,6 +94,7 @@ CASES = (
     Case(Cause.PLANE_FAULT, "plane_action", 21, faulty(ActuatorFault.HARD_OVER, 1)),
     Case(Cause.RUDDER_FAULT, "rudder_action", 21, faulty(ActuatorFault.LOST, 3)),
     Case(Cause.PROPELLER_FAULT, "propeller_action", 21, faulty(ActuatorFault.JAMMED, 4)),
+    Case(Cause.PROPELLER_FAULT, "runaway_action", 21, faulty(ActuatorFault.RUNAWAY, 4)),
     Case(Cause.ACTUATOR_SILENT, "actuator_silent_action", 21, faulty(ActuatorFault.SILENT, 2)),
     Case(Cause.ACTUATOR_WORN, "actuator_worn_action", 21, faulty(ActuatorFault.SLOW, 0)),
     Case(Cause.STICKS_LOST, "sticks_action", 1001, mode=Mode.MANUAL),
@@ -167,7 +168,7 @@ def test_a_rule_does_after_its_time_what_it_is_told_and_not_before(case: Case, a
     assert vehicle.mode is case.mode
     assert answers(vehicle, case, 1) == ([] if action is Action.NONE else [case.cause])
     assert vehicle.mode is MODE_OF.get(action, case.mode)
-    drops = action is Action.SURFACE_AND_DROP and case.cause is not Cause.PROPELLER_FAULT  # which waits: below
+    drops = action is Action.SURFACE_AND_DROP and case.action != "propeller_action"  # which waits: below
     assert vehicle.answer.drop is drops
     assert releases(vehicle) == ([case.cause] if vehicle.answer.drop else [])
     assert vehicle.answer.failsafe is (action in MODE_OF)

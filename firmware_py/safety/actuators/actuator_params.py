@@ -58,3 +58,11 @@ class ActuatorParams:
         doc="Strongest eddies, 1 sigma. Lower: fins without force are named sooner; in stronger eddies sound ones too.",
         mav="EDDIES",
     )
+    current: float = param(
+        1.0,
+        unit="m/s",
+        low=0.0,
+        high=5.0,
+        doc="Strongest following current; a propeller that reports nothing and drives faster than with it runs away.",
+        mav="CURRENT",
+    )

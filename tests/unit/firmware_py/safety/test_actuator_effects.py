@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pytest
@@ -167,6 +168,39 @@ def test_a_turn_is_no_loss_of_thrust() -> None:
     watch = ThrustWatch(VEHICLE, EVIDENCE)
     for i in range(600):
         assert watch.update(0.2 * i, 1.8 - 0.005 * i, 8.333, math.radians(5.0), True) is NONE
+
+
+def runaway_flight(
+    watch: ThrustWatch, n: float, true: float, current: float = 0.0, reported: bool = False
+) -> list[Any]:
+    """Return what is named, and when, of a propeller that turns at `true` from 60 s on, rev/s; `n` is commanded."""
+    random = np.random.default_rng(1000)
+    advance, named = 1.8288 / 8.3333, []
+    u = advance * n + current
+    for i in range(1000):
+        t, water = 0.2 * i, u - current
+        u += 0.2 * 0.00898 * ((advance * (true if t > 60.0 else n)) ** 2 - water * abs(water))
+        was = watch.fault
+        if watch.update(t, u + 0.02 * random.standard_normal(), n, 0.0, True, reported) is not was:
+            named.append((t, watch.fault))
+    return named
+
+
+@pytest.mark.parametrize(("n", "true", "within"), [(8.333, 16.667, 40.0), (4.0, 16.667, 40.0), (0.0, 10.0, 60.0)])
+def test_a_propeller_that_runs_away_is_named_by_the_speed_it_makes(n: float, true: float, within: float) -> None:
+    ((t, fault),) = runaway_flight(ThrustWatch(VEHICLE, EVIDENCE, 1.0), n, true)
+    assert fault is ActuatorFault.RUNAWAY
+    assert 60.0 < t < 60.0 + within
+
+
+def test_a_propeller_that_reports_its_speed_does_not_run_away_unseen() -> None:
+    assert runaway_flight(ThrustWatch(VEHICLE, EVIDENCE, 1.0), 8.333, 16.667, reported=True) == []
+
+
+@pytest.mark.parametrize("n", [2.0, 4.0, 8.333, 14.0])
+@pytest.mark.parametrize("current", [-0.5, 0.5, 1.0])
+def test_a_following_current_is_no_propeller_that_runs_away(n: float, current: float) -> None:
+    assert runaway_flight(ThrustWatch(VEHICLE, EVIDENCE, 1.0), n, n, current) == []
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-4])
