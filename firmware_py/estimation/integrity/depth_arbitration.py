@@ -32,7 +32,9 @@ _SECOND = 4
 """Entries of the history in a second."""
 _HEAVE = ((_SECOND, 0.2), (20, 0.25), (40, 0.2), (160, 0.15))
 """Entries, and the mean heave over them that no eddies of 0.1 m/s give, with what u may be off by in a dive, m/s; in
-the first second only the DVL's own w is judged: it cannot leap while the pitch drifts."""
+the last second only a leap of the DVL's own w is judged."""
+_SUDDEN = 0.6
+"""It is a leap, if so much of what came in 5 s came in the last second: a pitch drifts, while eddies heave the hull."""
 _MODEL_TIME = 5.0
 """The model's threshold is for so long, s, and grows from there in proportion to the time."""
 
@@ -154,11 +156,18 @@ def dvl_or_pitch(now: Entry, history: Sequence[Entry], since: float) -> Accused:
         limit = heave * (now.t - then.t)
         by_dvl = now.heave - then.heave
         implied = by_dvl + now.depth - then.depth - (now.raw - then.raw)
-        if abs(by_dvl) > limit and abs(implied) < _CLEAR * abs(by_dvl):
+        explained = abs(by_dvl) > limit and abs(implied) < _CLEAR * abs(by_dvl)
+        if explained and (entries > _SECOND or abs(implied - by_dvl) > _SUDDEN * _went_apart(now, history)):
             return Accused.DVL
         if entries > _SECOND and abs(implied) > limit and abs(by_dvl) < _CLEAR * abs(implied):
             return Accused.PITCH
     return Accused.CARRIED
+
+
+def _went_apart(now: Entry, history: Sequence[Entry]) -> float:
+    """Return by how much the depth and what DVL and pitch carry went apart in the last 5 s, m."""
+    then = history[-min(len(history), _HEAVE[1][0])]
+    return abs(now.depth - then.depth - (now.raw - then.raw))
 
 
 def accuse_carried(t: float, which: Accused, slip: float, ahrs: SourceWatch, dvl: SourceWatch) -> None:
