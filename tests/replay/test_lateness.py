@@ -38,9 +38,10 @@ def test_the_summary_tells_it_as_plain_json(late: Log) -> None:
 
 
 def test_the_report_draws_every_cycle_not_only_the_thinned(late: Log) -> None:
-    title, note, figure, over_time, _ = plot(late)
+    drawn = plot(late)
+    title, note, figure = drawn[:3]
     bars, step = figure.data
-    assert not over_time
+    assert not drawn.over_time
     assert {text: n for text, n in zip(bars.customdata, bars.y, strict=True) if n} == {
         "50 µs to 70 µs": 297,
         "300 µs to 500 µs": 1,

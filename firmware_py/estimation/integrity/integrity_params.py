@@ -92,7 +92,7 @@ class IntegrityParams:
         low=0.1,
         high=100.0,
         doc="The same over 20 s in still water, with 3 deg of pitch bias, or a speed 15 % off in a dive of 20 deg.",
-        mav="Z_BLIND_20S",
+        mav="Z_BLD_20",
     )
     depth_blind_60s: float = param(
         4.0,
@@ -100,7 +100,7 @@ class IntegrityParams:
         low=0.1,
         high=100.0,
         doc="The same over 60 s, with 2 deg of pitch bias; in eddies more, by how unsteady it is.",
-        mav="Z_BLIND_60S",
+        mav="Z_BLD_60",
     )
     surface: float = param(
         1.0,

@@ -157,7 +157,8 @@ def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
     if parse_hil_link(request.link):
         refuse_faults(scenario)
     over = laid_over(request, scenario)
-    by_files = config_files.autopilot_params(config_files.read_configuration(request.config, over))
+    shipped = config_files.read_configuration(request.config, over)
+    by_files = config_files.autopilot_params(shipped)
     plausibility.refuse_mission(scenario, str(scenario_path(request.scenario, SCENARIOS)), by_files)
     configuration = with_kept_plans(
         {
@@ -184,7 +185,7 @@ def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
     files, sensors = configuration["files"], str(request.config / "sensors.toml")
     if parse_hil_link(request.link):
         plausibility.refuse_other_scale(config_files.vehicle(configuration), flight.devices, files["vehicle"], sensors)
-    plausibility.refuse_slow_sensors(flight.params, flight.devices, files["autopilot"], sensors)
+    plausibility.refuse_slow_sensors(by_files, flight.devices, shipped["files"]["autopilot"], sensors)
     return flight
 
 

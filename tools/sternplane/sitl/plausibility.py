@@ -21,6 +21,8 @@ _RATE_SLACK = 2.0
 def refuse_slow_sensors(params: AutopilotParams, devices: DevicesParams, autopilot: str, sensors: str) -> None:
     """Refuse a sensor that is given up before its next reading; `autopilot` and `sensors` name the files.
 
+    `params` are those of the files alone: what stations have changed does not keep a vehicle from starting again.
+
     Raises:
         ParamError: names both files and both keys.
     """
