@@ -73,12 +73,18 @@ def read_configuration(
         "autopilot": read_table(AutopilotParams, files["autopilot"], over or {}),
         "changed": {},
     }
-    changes = state / store.FILE if state is not None else None
-    return _under(configuration, changes) if changes is not None and changes.exists() else configuration
+    return with_kept_changes(configuration, state)
 
 
-def _under(configuration: Configuration, path: Path) -> dict[str, Any]:
-    """The configuration under a file of changes."""
+def with_kept_changes(configuration: Configuration, state: Path | None) -> dict[str, Any]:
+    """The configuration with what stations changed in an earlier run laid upon it.
+
+    Raises:
+        ParamError: the changes cannot be used; the error names their file.
+    """
+    path = state / store.FILE if state is not None else None
+    if path is None or not path.exists():
+        return dict(configuration)
     base = configuration["autopilot"]
     try:
         changes = read_toml(path)

@@ -162,7 +162,7 @@ def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
     plausibility.refuse_mission(scenario, str(scenario_path(request.scenario, SCENARIOS)), by_files)
     configuration = with_kept_plans(
         {
-            **config_files.read_configuration(request.config, over, request.state),
+            **config_files.with_kept_changes(shipped, request.state),
             "mission": mission_to_plain(scenario.mission),
             "kept": dict(kept),
         },
