@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from firmware_py.records.command import Reference
 from firmware_py.records.estimate import StateEstimate
@@ -20,6 +20,7 @@ from firmware_py.records.health import (
 from firmware_py.records.order import Mode, Order
 from firmware_py.records.sensing import Heard, SensorFrame
 from firmware_py.safety.conditions import NO_FAULTS, ActuatorFaults, Conditions, Faulty
+from firmware_py.safety.mode_orders import in_hand
 from firmware_py.safety.safety_params import SafetyParams
 from firmware_py.safety.supervisor_memory import SupervisorMemory, VehicleFin
 from firmware_py.tick import Tick
@@ -32,21 +33,29 @@ _STUCK = (ActuatorFault.JAMMED, ActuatorFault.HARD_OVER, ActuatorFault.LOST)
 _WORN = (ActuatorFault.WEAK, ActuatorFault.SLOW, ActuatorFault.LOOSE)
 
 
+class Seen(NamedTuple):
+    """What the supervisor is given in one tick; `reference` is of the last one, None before the first."""
+
+    tick: Tick
+    frame: SensorFrame
+    state: StateEstimate
+    actuators: ActuatorHealth
+    order: Order
+    reference: Reference | None
+
+
 def conditions(
     params: SafetyParams,
     fence: Fence,
     was: SupervisorMemory,
-    tick: Tick,
-    frame: SensorFrame,
-    state: StateEstimate,
+    seen: Seen,
     faults: ActuatorFaults,
-    order: Order,
-    reference: Reference | None,
     wanted: Mode,
     late: int,
     mission_done: bool,
 ) -> Conditions:
     """Return what the rules look at in this tick, in which the mode `wanted` is in force or ordered."""
+    tick, frame, state, _, order, reference = seen
     t, eta = tick.t, state.eta
     sensors, battery, leak = state.sensors, frame.battery, frame.leak
     charge = battery.value.remaining if battery.ok else math.nan
@@ -86,6 +95,7 @@ def conditions(
         faults=faults,
         station_silence=t - order.t_station if order.t_station > -math.inf else math.nan,
         sticks_silence=t - order.t_sticks,
+        watched=was.watched and not in_hand(order),
         start=was.start,
         weight_gone=weight not in _HANGS and (was.drop or was.weight_gone or weight is WeightState.GONE),
     )

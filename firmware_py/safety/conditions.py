@@ -86,5 +86,7 @@ class Conditions(NamedTuple):
     sticks_silence: float = 0.0
     weight_gone: bool = False
     """The drop weight is released, in this run or in an earlier one, and no hardpoint says that it holds one."""
+    watched: bool = False
+    """It surfaced and disarmed itself, and nobody has armed or disarmed it since."""
     start: Start = OVER
     """How it began, while nobody has armed it since."""

@@ -23,7 +23,7 @@ class Held(NamedTuple):
     warned_ns: tuple[int, ...]
 
 
-_OF_START = tuple(rule.cause in (Cause.RESTARTED, Cause.STARTED_UNDER_WATER) for rule in RULES)
+_WHILE_DISARMED = tuple(rule.while_disarmed for rule in RULES)
 NOTHING_HELD = Held((0,) * len(RULES), (_NEVER_WARNED,) * len(RULES))
 
 
@@ -59,7 +59,7 @@ class Enforcement:
     """All rules under one set of parameters; it remembers nothing."""
 
     def __init__(self, params: SafetyParams) -> None:
-        self._params = params
+        self.params = params
         self._answers = tuple(_answer(rule, params) for rule in RULES)
         self._holds = tuple(
             (i, answer.rule.holds) for i, answer in enumerate(self._answers) if answer.mode is not None or answer.warns
@@ -67,7 +67,7 @@ class Enforcement:
 
     def ticks(self, c: Conditions, before: tuple[int, ...]) -> tuple[int, ...]:
         """Return for how many ticks each condition has held, this one included."""
-        params, ticks = self._params, [0] * len(before)
+        params, ticks = self.params, [0] * len(before)
         for i, holds in self._holds:
             if holds(c, params):
                 ticks[i] = before[i] + 1
@@ -78,7 +78,7 @@ class Enforcement:
 
         Beyond the fence MANUAL is allowed, to steer back.
         """
-        params = self._params
+        params = self.params
         found = [rule for rule in ARMING if rule.holds(c, params)]
         for (rule, _, mode, _, _), n in zip(self._answers, ticks, strict=True):
             steers_back = rule.cause is Cause.FENCE and c.wanted is Mode.MANUAL
@@ -86,15 +86,15 @@ class Enforcement:
                 found.append(rule)
         return list(dict.fromkeys(rule.reason(c, params) for rule in found))
 
-    def judge_start(self, c: Conditions, held: Held, t_ns: int, dt_ns: int) -> Verdict:
-        """Return what follows, for a disarmed vehicle, from how it began."""
-        ticks = tuple([n if counts else 0 for n, counts in zip(held.ticks, _OF_START, strict=True)])
+    def judge_disarmed(self, c: Conditions, held: Held, t_ns: int, dt_ns: int) -> Verdict:
+        """Return what follows for a disarmed vehicle, which only the rules that count then bring up."""
+        ticks = tuple([n if counts else 0 for n, counts in zip(held.ticks, _WHILE_DISARMED, strict=True)])
         verdict = self.judge(Mode.MANUAL, c._replace(wanted=Mode.MANUAL), Held(ticks, held.warned_ns), t_ns, dt_ns)
         return verdict._replace(held=Held(held.ticks, verdict.held.warned_ns))
 
     def judge(self, before: Mode, c: Conditions, held: Held, t_ns: int, dt_ns: int) -> Verdict:
         """Return what follows from what holds; `before` is the mode in force, `c.wanted` the one that is wanted."""
-        mode, params, (ticks, warned) = c.wanted, self._params, held
+        mode, params, (ticks, warned) = c.wanted, self.params, held
         ruled: Rule | None = None
         drop: Rule | None = None
         events: tuple[Event, ...] = ()

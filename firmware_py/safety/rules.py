@@ -53,6 +53,7 @@ class Rule(NamedTuple):
         at_arming: whether a vehicle is not armed while the condition holds.
         faulty: the actuator that the cause is about, if it is about one.
         drops: whether the drop weight goes now, if that is what is done.
+        while_disarmed: whether it counts of a disarmed vehicle too.
     """
 
     cause: Cause
@@ -63,6 +64,7 @@ class Rule(NamedTuple):
     at_arming: bool = True
     faulty: Callable[[Conditions], Faulty | None] = lambda _: None
     drops: Callable[[Conditions], bool] = lambda _: True
+    while_disarmed: bool = False
 
     def reason(self, c: Conditions, params: SafetyParams) -> Reason:
         """Return why it answers, while it holds."""
@@ -212,11 +214,13 @@ RULES: tuple[Rule, ...] = (
     _station_lost(Mode.LOITER,  "loiter_time",  "loiter_action"),
     _station_lost(Mode.GUIDED,  "guided_time",  "guided_action"),
     _station_lost(Mode.MISSION, "mission_time", "mission_action"),
-    # How the program began; these alone count while it is disarmed.
+    # What brings up a vehicle that is disarmed.
+    Rule(Cause.SUNK,             lambda c, p: c.watched and surely_under_water(c, p), "sunk_time", "sunk_action",
+         lambda c, _: (c.depth,), at_arming=False, while_disarmed=True),
     Rule(Cause.RESTARTED,        _restarted, "restart_time", "restart_action",
-         lambda c, _: (c.depth, float(c.start.kept.mode), c.start.kept.ago), at_arming=False),
+         lambda c, _: (c.depth, float(c.start.kept.mode), c.start.kept.ago), at_arming=False, while_disarmed=True),
     Rule(Cause.STARTED_UNDER_WATER, _begun_under_water, "restart_time", "start_action",
-         lambda c, _: (c.depth if c.depth_ok else math.nan,), at_arming=False),
+         lambda c, _: (c.depth if c.depth_ok else math.nan,), at_arming=False, while_disarmed=True),
     # What was ordered is done.
     Rule(Cause.MISSION_DONE,     lambda c, _: c.mission_done and c.wanted is Mode.MISSION, "", SURFACE),
     Rule(Cause.RETURN_DONE,      lambda c, _: c.mission_done and c.wanted is Mode.RETURN, "", SURFACE),

@@ -27,6 +27,7 @@ _NO_HOLD = (
     "propeller_action",
     "bus_action",
     "restart_action",
+    "sunk_action",
     "start_action",
 )
 """Actions of rules under which neither HOLD nor RETURN can be flown, or would keep what is wrong."""
@@ -153,9 +154,10 @@ class SafetyParams:
         unit="s",
         low=1.0,
         high=300.0,
-        doc="Surfaced, disarmed by itself, and submerged again for so long: SURFACE, and release the weight.",
+        doc="Surfaced, disarmed by itself, and submerged again for so long.",
         mav="SUNK_TIME",
     )
+    sunk_action: Action = param(_DROP, doc="It sank again.", mav="SUNK_ACT")
     fix_timeout: float = param(
         2.0, unit="s", low=0.2, high=60.0, doc="An older position fix does not tell of the surface.", mav="FIX_TIMEOUT"
     )

@@ -11,7 +11,6 @@ from firmware_py.safety.ascent_memory import AscentMemory
 from firmware_py.safety.enforcement import NOTHING_HELD, Held
 from firmware_py.safety.health_events import NodeBits
 from firmware_py.safety.progress import NO_PROGRESS, Progress
-from firmware_py.safety.sink_watch import SinkWatch
 from firmware_py.safety.start import Start
 
 
@@ -45,7 +44,7 @@ class SupervisorMemory(NamedTuple):
         ascent: how the vehicle comes up.
         start: whether it began under water, and how the earlier run ended.
         weight_gone: whether the drop weight was released in an earlier run.
-        sinking: the watch over a vehicle that surfaced and disarmed itself.
+        watched: whether it surfaced and disarmed itself, and nobody has it in hand since: it may sink again.
     """
 
     mode: Mode
@@ -64,7 +63,7 @@ class SupervisorMemory(NamedTuple):
     nodes: NodeBits = NodeBits()
     ascent: AscentMemory = AscentMemory()
     weight_gone: bool = False
-    sinking: SinkWatch = SinkWatch()
+    watched: bool = False
     start: Start = Start()
 
 

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from firmware_py.records.event import Cause, EventKind
 from firmware_py.records.order import NO_ORDER, Arming, Mode, Order
-from tests.safety.test_supervisor import DISARM, FORCE, SupervisedVehicle, heard_fix, sailing
+from firmware_py.safety.action import Action
+from firmware_py.safety.safety_params import SafetyParams
+from tests.safety.test_supervisor import DISARM, FORCE, PARAMS, SupervisedVehicle, heard_fix, sailing
 
 SUNK = "DISARMED -> SURFACE: sunk again, to 1.5 m, after it had surfaced"
+WARNED = "sunk again, to 1.5 m, after it had surfaced"
 RELEASED = "drop weight released: sunk again, to 1.5 m, after it had surfaced"
 
 
-def surfaced(**state: Any) -> SupervisedVehicle:
+def surfaced(params: SafetyParams = PARAMS, **state: Any) -> SupervisedVehicle:
     """Return a vehicle that came up by order and has just disarmed itself."""
-    vehicle = sailing(Mode.SURFACE)
+    vehicle = sailing(Mode.SURFACE, params)
     for _ in range(1000):
         vehicle.tick(z=0.2, frame=heard_fix(vehicle), **state)
         if vehicle.mode is Mode.DISARMED:
@@ -42,6 +46,21 @@ def test_who_sinks_after_it_disarmed_itself_surfaces_again_and_releases_the_weig
     assert vehicle.mode is Mode.SURFACE
     assert vehicle.answer.drop
     assert vehicle.answer.failsafe
+
+
+@pytest.mark.parametrize(
+    ("action", "mode", "drop", "said"),
+    [
+        (Action.NONE, Mode.DISARMED, False, []),
+        (Action.WARN, Mode.DISARMED, False, [WARNED]),
+        (Action.SURFACE, Mode.SURFACE, False, [SUNK]),
+        (Action.SURFACE_AND_DROP, Mode.SURFACE, True, [SUNK, RELEASED]),
+    ],
+)
+def test_each_action_does_what_it_says(action: Action, mode: Mode, drop: bool, said: list[str]) -> None:
+    vehicle = surfaced(replace(PARAMS, sunk_action=action))
+    assert after(vehicle, 10.1, z=1.5)[: len(said) or 1] == said
+    assert (vehicle.mode, vehicle.answer.drop) == (mode, drop)
 
 
 @pytest.mark.parametrize("order", [DISARM, FORCE, Order(mode=Mode.DISARMED), Order(arming=Arming.ARM)])

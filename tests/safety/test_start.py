@@ -140,7 +140,7 @@ def test_each_action_does_what_it_says(action: Action, mode: Mode, drop: bool, c
     assert (vehicle.mode, vehicle.answer.drop) == (mode, drop)
 
 
-@pytest.mark.parametrize("name", ["restart_action", "start_action"])
+@pytest.mark.parametrize("name", ["restart_action", "start_action", "sunk_action"])
 def test_it_cannot_be_told_to_stay_there(name: str) -> None:
     with pytest.raises(ParamError, match=name):
         load(SafetyParams, {**dump(SafetyParams()), name: "hold"}, "autopilot.toml")
