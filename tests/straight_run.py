@@ -17,6 +17,7 @@ def under_way(
     eddies: float = 0.0,
     rpm: float = 500.0,
     watch: float = 0.0,
+    current: tuple[float, float] = (0.0, 0.0),
 ) -> str:
     """Return a scenario of so many seconds that begins in `depth`, m, at 1.8 m/s; learning is off.
 
@@ -30,6 +31,7 @@ def under_way(
         eddies: 1 sigma, m/s.
         rpm: of the propeller at the start.
         watch: for how long it is watched after it surfaced and disarmed itself, s.
+        current: north and east, m/s.
     """
     listed = ", ".join(f'"{fault}"' for fault in faults)
     return f"""
@@ -41,6 +43,7 @@ faults = [{listed}]
 [environment]
 bottom_depth_m = {bottom}
 turbulence_m_s = {eddies}
+current_ned_m_s = [{current[0]}, {current[1]}, 0.0]
 [start]
 depth_m = {depth}
 u_m_s = 1.8

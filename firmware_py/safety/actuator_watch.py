@@ -13,14 +13,14 @@ from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.drop_weight import DropWeightMemory, DropWeightWatch
 from firmware_py.safety.actuators.feedback import PERIOD, FeedbackLimits, FeedbackMemory, FeedbackWatch
 from firmware_py.safety.actuators.hull_watch import HullMemory, HullWatch
-from firmware_py.safety.actuators.thrust import ThrustMemory, ThrustWatch
+from firmware_py.safety.actuators.thrust import Ping, ThrustMemory, ThrustWatch
 from firmware_py.tick import Tick
 from firmware_py.vehicle.vehicle import Vehicle
 
 __all__ = ["ActuatorParams", "ActuatorWatch", "ActuatorWatchMemory"]
 
-_DEPTH_MIN, _SPEED_MIN = 2.5, 0.3
-"""Nearer to the surface (m), where it may be out of the water, and slower (m/s), the propeller is not judged."""
+_DEPTH_MIN = 2.5
+"""Nearer to the surface, where it may be out of the water, m, the propeller is not judged."""
 _PITCH_MAX = math.radians(30.0)
 """Nor is it in a steeper dive, which slows the vehicle."""
 _UNSEEN = (ActuatorFault.NONE, ActuatorFault.SILENT)
@@ -56,7 +56,8 @@ class ActuatorWatch:
         self._params = params
         self._feedback = tuple([FeedbackWatch(limit) for limit in limits])
         self._hull = HullWatch(params, vehicle)
-        self._thrust = ThrustWatch(vehicle, params.evidence, params.current)
+        self._thrust = ThrustWatch(vehicle, params.evidence, params.current, params.eddies)
+        self._rudders = vehicle.deflection_rows[1]
         weight = vehicle.drop_weight
         self._drop_weight = DropWeightWatch(params, weight.weight if weight is not None else math.nan)
         self._health = sound(len(fins))
@@ -66,14 +67,14 @@ class ActuatorWatch:
         t, feedback = tick.t, self._feedback
         turns = max(1, round(PERIOD / tick.dt))
         count = len(feedback)
-        changed = self._hull.update(tick, frame, applied, state)
+        changed = self._hull.update(tick, frame, applied, state, self._thrust.water(t))
         for i in range(tick.k % turns, count, turns):  # each in its own tick, so that all ticks cost the same
             heard, command = (frame.fins[i], applied.fins[i]) if i < count - 1 else (frame.n, applied.n)
             watch = feedback[i]
             before = watch.fault
             changed |= watch.update(t, heard, command, applied.armed) is not before
         if frame.dvl.fresh:
-            changed |= self._judge_thrust(t, frame, applied, state)
+            changed |= self._judge_thrust(frame, applied, state, t)
         where = self._drop_weight.state
         changed |= self._drop_weight.update(t, frame.hardpoint, applied.drop) is not where
         if changed:
@@ -95,25 +96,27 @@ class ActuatorWatch:
         self._drop_weight.memory = memory.drop_weight
         self._health = memory.health
 
-    def _judge_thrust(self, t: float, frame: SensorFrame, applied: Applied, state: StateEstimate) -> bool:
-        dvl, n, thrust = frame.dvl, frame.n, self._thrust
+    def _judge_thrust(self, frame: SensorFrame, applied: Applied, state: StateEstimate, t: float) -> bool:
+        dvl, n, thrust, eta, nu = frame.dvl, frame.n, self._thrust, state.eta, state.nu
+        if not (dvl.ok and state.velocity_ok and state.sensors.dvl.state is SourceState.GOOD and state.attitude_ok):
+            return False
         reported = n.usable(t, self._params.timeout)
         turns = n.value if reported else applied.n
         judged = (
             applied.armed
-            and dvl.ok
-            and state.velocity_ok
-            and state.sensors.dvl.state is SourceState.GOOD
             and state.depth_ok
-            and state.eta.z > _DEPTH_MIN
-            and abs(state.eta.theta) < _PITCH_MAX
-            and dvl.value.u > _SPEED_MIN
+            and eta.z > _DEPTH_MIN
+            and abs(eta.theta) < _PITCH_MAX
             and (turns > 0.0 or (turns == 0.0 and not reported))
+            and (reported or not applied.drop)  # without its weight it is driven by buoyancy too
         )
+        rudder = 0.0
+        for share, heard, told in zip(self._rudders, frame.fins, applied.fins, strict=True):
+            rudder += share * (heard.value if heard.usable(t, self._params.timeout) else told)
+        u, v = dvl.value.u, dvl.value.v
         before = thrust.fault
-        turning = max(abs(state.nu.q), abs(state.nu.r))
-        judged = judged and (reported or not applied.drop)  # without its weight it is driven by buoyancy too
-        return thrust.update(dvl.t_valid, dvl.value.u, turns, turning, judged, reported) is not before
+        ping = Ping(dvl.t_valid, u, v, eta.psi, eta.theta, nu.q, nu.r, rudder, turns, reported, judged)
+        return thrust.update(ping) is not before
 
     def _judged(self) -> ActuatorHealth:
         """Return the health: what reports show comes first; what moves and has no effect is lost, or weak."""

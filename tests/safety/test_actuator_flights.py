@@ -14,16 +14,25 @@ from firmware_py.records.event import EventKind
 from firmware_py.records.health import ActuatorFault
 from sim_bridge.faults import effects
 from sim_bridge.faults.target import FaultTarget, Strike
-from tests.straight_run import hold, under_way
+from tests.straight_run import hold, mission, under_way
 
 FINS = ("stern_port", "stern_starboard", "rudder_upper", "rudder_lower")
 Named = dict[str, list[tuple[float, ActuatorFault]]]
 
 
-def flight(folder: Path, faults: list[str], duration: float, eddies: float = 0.1, seed: int = 1000):
+def flight(
+    folder: Path,
+    faults: list[str],
+    duration: float,
+    eddies: float = 0.1,
+    seed: int = 1000,
+    orders: str = "",
+    current: tuple[float, float] = (0.0, 0.0),
+):
     """Return what was named, by actuator, and the truth."""
+    orders = orders or hold(10.0, heading=None)
     scenario, log = folder / "scenario.toml", folder / "log.mcap"
-    scenario.write_text(under_way(duration, 10.0, hold(10.0, heading=None), bottom=45.0, eddies=eddies))
+    scenario.write_text(under_way(duration, 10.0, orders, bottom=45.0, eddies=eddies, current=current))
     fly(prepare(FlightRequest(scenario=str(scenario), faults=tuple(faults), seed=seed), {}), log)
     flown = reading.read(log)
     named: Named = {}
@@ -88,3 +97,13 @@ def test_a_propeller_that_runs_away_unreported_is_named_by_the_speed_it_makes(
     assert (named, silent, fault) == ({}, ActuatorFault.SILENT, ActuatorFault.RUNAWAY)
     assert 10.0 < t < 28.0
     assert truth["eta.z"][-1] < 3.0  # it comes up
+
+
+@pytest.mark.parametrize("current", [(0.0, 1.0), (0.7, -0.7), (-1.0, 0.0)])
+def test_sound_fins_and_a_sound_propeller_are_not_named_in_a_strong_current(
+    tmp_path: Path, current: tuple[float, float]
+) -> None:
+    ahead = mission([(60.0, 10.0), (120.0, 10.0)])
+    named, truth = flight(tmp_path, [], 12.0, orders=ahead, current=current)
+    assert named == {}
+    assert truth["nu.u"][-1] > 1.3

@@ -63,6 +63,6 @@ class ActuatorParams:
         unit="m/s",
         low=0.0,
         high=5.0,
-        doc="Strongest following current; a propeller that reports nothing and drives faster than with it runs away.",
+        doc="Strongest current: what it explains, along the hull or across it, is no fault of fins or propeller.",
         mav="CURRENT",
     )

@@ -28,10 +28,15 @@ _VARIANCE_TIME = 10.0
 _LEAST_VARIANCE = 0.4 * _GYRO_STD**2 * 0.01 / PERIOD
 """Gyros may be quieter than this (rad^2/s^2, over a step); the model is not. When a fin begins to move, the vehicle
 answers a little after its report, and against no noise at all that would be evidence."""
+_PUSHED = 4.0
+"""An innovation greater than the whole signature by so many sigma is none that fins make, whatever is left of them:
+something else pushed the vehicle, as where a current begins. It tells nothing of them."""
 _SETTLING_TIME = 2.0
 """After a start the filter finds the disturbance, s."""
 _LEAST, _MOST = 0.3, 0.8
 """Bounds of the effectiveness that sound fins have at least."""
+_SWIFTER, _SWIFTEST = 0.25, 4.0
+"""Gains are designed for eddies that turn the vehicle up to so much more than at cruise, in such steps."""
 _HALF = 0.5
 _KNOWN = 0.75
 """WEAK is tested where sound fins have more than this share of what was learned, by 1 sigma."""
@@ -108,11 +113,13 @@ class AxisWatch:
 
         Args:
             evidence: log-likelihood ratio at which a fault is named, nats.
-            eddies: angular acceleration of the water as a random walk, rad/s^2/sqrt(s).
+            eddies: angular acceleration of the water at cruise as a random walk, rad/s^2/sqrt(s).
             dt: step, s.
         """
         self._evidence, self._dt = evidence, dt
-        self._gains = _gains(eddies, dt)
+        self._gains = [
+            _gains((1.0 + i * _SWIFTER) * eddies, dt) for i in range(round((_SWIFTEST - 1.0) / _SWIFTER) + 1)
+        ]
         self._snapshot = max(1.0, round(_SNAPSHOT / dt)) * dt
         self._memory = _FRESH
 
@@ -129,7 +136,9 @@ class AxisWatch:
                 fault=m.fault, variance=m.variance, product=m.product, energy=m.energy, learned=m.learned
             )
 
-    def update(self, rate: float, damping: float, hull: float, fins: float, over: float) -> ActuatorFault:
+    def update(
+        self, rate: float, damping: float, hull: float, fins: float, over: float, swift: float = 1.0
+    ) -> ActuatorFault:
         """Return the fault of the axis after one more step.
 
         Args:
@@ -138,8 +147,10 @@ class AxisWatch:
             hull: known angular acceleration but for the fins', rad/s^2.
             fins: angular acceleration that the fins should make, rad/s^2.
             over: share of their travel at which the fins are, the least of them.
+            swift: how fast the vehicle is, of cruise: so much more do eddies turn it.
         """
-        m, dt, (gain, gain_d) = self._memory, self._dt, self._gains
+        m, dt, table = self._memory, self._dt, self._gains
+        gain, gain_d = table[min(max(0, math.ceil((swift - 1.0) / _SWIFTER)), len(table) - 1)]
         if m.running == 0.0:
             self._memory = m._replace(rate=rate, running=dt)
             return m.fault
@@ -158,6 +169,8 @@ class AxisWatch:
         variance = m.variance + (e * e - m.variance) * (dt / _VARIANCE_TIME)
         counted = max(variance, _LEAST_VARIANCE)
         eg, gg = e * g / counted, g * g / counted
+        if abs(e) > abs(g) + _PUSHED * math.sqrt(counted):
+            eg = gg = 0.0
         fault, enough = m.fault, self._evidence
         weight = m.learned[0][1] + _PRIOR_STD**-2
         usual, usual_std = 1.0 + m.learned[0][0] / weight, 1.0 / math.sqrt(weight)

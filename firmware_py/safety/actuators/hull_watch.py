@@ -11,7 +11,8 @@ from firmware_py.records.health import ActuatorFault, SourceState
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.hull_response import PERIOD, AxisMemory, AxisWatch
-from firmware_py.safety.actuators.turning_model import pitch_axis, yaw_axis
+from firmware_py.safety.actuators.turning_model import CRUISE, pitch_axis, yaw_axis
+from firmware_py.safety.actuators.water_speed import WaterSpeed
 from firmware_py.tick import Tick
 from firmware_py.vehicle.vehicle import Vehicle
 
@@ -23,15 +24,28 @@ _PITCH_MAX = math.radians(45.0)
 """Nor does it in a steeper dive."""
 _ROLL_MAX = math.radians(30.0)
 """Rolled over farther, planes steer and rudders dive."""
+_ACROSS_STD = 0.3
+"""Nor is yaw judged while the current across the hull is not known better than this, m/s."""
+_SPEED_RATE = 0.2
+"""What speed may be can change at once, when the propeller is in doubt; fins are held to one that changes slowly, by so
+much, m/s^2: else a step of it would look like an effect that the fins do not have."""
 _STALE = 0.1
 """An older attitude, s, is none."""
 
 
 class HullMemory(NamedTuple):
-    """What is remembered: the axes, the sums of their gyros with the numbers of samples, and modelled fin angles."""
+    """What is remembered.
+
+    Attributes:
+        axes: of both axes.
+        sums: of their gyros, with the numbers of samples.
+        speeds: to which their fins were held in the last step, m/s; NaN if it was left out.
+        modelled: fin angles, rad.
+    """
 
     axes: tuple[AxisMemory, ...]
     sums: tuple[tuple[float, int], ...]
+    speeds: tuple[float, ...]
     modelled: tuple[float, ...]
 
 
@@ -51,10 +65,21 @@ class HullWatch:
         self._fins = tuple([[i for i, b in enumerate(model.fins) if b] for model in self._models])
         self._axes = tuple([AxisWatch(params.evidence, model.eddies(params.eddies), PERIOD) for model in self._models])
         self._sums = [(0.0, 0), (0.0, 0)]
+        self._speeds = [math.nan, math.nan]
         self._modelled = [0.0] * len(vehicle.fins)
 
-    def update(self, tick: Tick, frame: SensorFrame, applied: Applied, state: StateEstimate) -> bool:
-        """Take what one tick tells; return whether the fault of an axis is another one now."""
+    def update(
+        self,
+        tick: Tick,
+        frame: SensorFrame,
+        applied: Applied,
+        state: StateEstimate,
+        water: tuple[WaterSpeed, ...],
+    ) -> bool:
+        """Take what one tick tells; return whether the fault of an axis is another one now.
+
+        `water` is what speed and current may be (`ThrustWatch.water`): fins are held to the least speed of them.
+        """
         ahrs, sums = frame.ahrs, self._sums
         if ahrs.fresh and ahrs.ok:
             (q, i), (r, j) = sums
@@ -64,9 +89,9 @@ class HullWatch:
         axis = 0 if phase == 0 else 1
         if axis and phase != steps // 2:
             return False
-        changed = self._judge(axis, tick, frame, applied, state)
+        changed = self._judge(axis, tick, frame, applied, state, water)
         if steps == 1:
-            changed |= self._judge(1, tick, frame, applied, state)
+            changed |= self._judge(1, tick, frame, applied, state, water)
         return changed
 
     def fault(self, fin: int) -> ActuatorFault:
@@ -76,23 +101,41 @@ class HullWatch:
 
     def freeze(self) -> HullMemory:
         """Return the whole memory."""
-        return HullMemory(tuple([axis.freeze() for axis in self._axes]), tuple(self._sums), tuple(self._modelled))
+        axes = tuple([axis.freeze() for axis in self._axes])
+        return HullMemory(axes, tuple(self._sums), tuple(self._speeds), tuple(self._modelled))
 
     def thaw(self, memory: HullMemory) -> None:
         """Restore the memory that `freeze` returned."""
         for axis, remembered in zip(self._axes, memory.axes, strict=True):
             axis.thaw(remembered)
-        self._sums, self._modelled = list(memory.sums), list(memory.modelled)
+        self._sums, self._speeds, self._modelled = list(memory.sums), list(memory.speeds), list(memory.modelled)
 
-    def _judge(self, axis: int, tick: Tick, frame: SensorFrame, applied: Applied, state: StateEstimate) -> bool:
+    def _judge(
+        self,
+        axis: int,
+        tick: Tick,
+        frame: SensorFrame,
+        applied: Applied,
+        state: StateEstimate,
+        water: tuple[WaterSpeed, ...],
+    ) -> bool:
         watch, model, t, nu = self._axes[axis], self._models[axis], tick.t, state.nu
         total, count = self._sums[axis]
         self._sums[axis] = (0.0, 0)
         angles, over = self._angles(axis, t, frame, applied)
         n = frame.n.value if frame.n.usable(t, self._params.timeout) else applied.n
-        u = min(nu.u, self._advance * n)
+        u = min(self._advance * n, *([x.least for x in water] or [nu.u]))
+        before, self._speeds[axis] = self._speeds[axis], math.nan
+        if before == before:
+            u = min(max(u, before - _SPEED_RATE * PERIOD), before + _SPEED_RATE * PERIOD)
+        cross = (nu.v if axis else nu.w) if state.velocity_ok else 0.0
+        steady = True
+        if axis and water:
+            cross -= water[0].across(state.eta.psi)
+            steady = water[0].across_std(state.eta.psi) < _ACROSS_STD
         if not (
             count
+            and steady
             and applied.armed
             and u > _SPEED_MIN
             and state.depth_ok
@@ -105,10 +148,10 @@ class HullWatch:
         ):
             watch.pause()
             return False
-        before = watch.fault
-        cross = (nu.v if axis else nu.w) if state.velocity_ok else 0.0
+        self._speeds[axis] = u
+        was = watch.fault
         hull = u * cross * model.crosswise + model.restoring * math.sin(state.eta.theta)
-        return watch.update(total / count, u * model.damping, hull, u * u * angles, over) is not before
+        return watch.update(total / count, u * model.damping, hull, u * u * angles, over, u / CRUISE) is not was
 
     def _angles(self, axis: int, t: float, frame: SensorFrame, applied: Applied) -> tuple[float, float]:
         """Return the fins' angles times their effect, and the least share of their travel."""

@@ -1,12 +1,13 @@
-"""The propeller's thrust: does the vehicle gain speed as its propeller's speed says?
+"""The propeller's thrust: does the vehicle's speed follow what its propeller does, whatever the current?
 
-Along the hull, u_dot = k (u_n |u_n| - u |u|), where u_n is the speed that belongs to the propeller's. Over each window
-the DVL tells u_dot; what is not drag is thrust. The cumulative sum of the log-likelihood ratio of "no thrust" against
-"what is left at least" decides.
+Three filters follow the speed through the water and the current (`water_speed`). One believes what was found out so
+far: that the propeller pulls, or that it does not. From it two others set out, again and again: one that believes the
+contrary, and one that believes the same of a current that has just changed by as much as it may. While the second
+explains the pings of the DVL no worse than the first, both are begun anew; else the sum of the log-likelihood ratio
+grows, and at `evidence` the contrary is true.
 
-A propeller that reports nothing may also turn faster than it is told. Then the thrust is that of a speed far above the
-commanded one, as a following current makes it seem too, for the DVL measures over the bottom. So the same sum decides
-between a speed that is higher by the strongest current and one that is higher by half a metre per second more.
+So no current within the bound, and no jump of it, is a lost propeller: for a while both slow the vehicle down alike,
+but a sound propeller drives it faster when it turns faster, as it is soon told to.
 """
 
 from __future__ import annotations
@@ -15,127 +16,164 @@ import math
 from typing import NamedTuple
 
 from firmware_py.records.health import ActuatorFault
+from firmware_py.safety.actuators.runaway import RunawayMemory, RunawayWatch
+from firmware_py.safety.actuators.water_speed import Surge, WaterSpeed, WaterSpeedFilter
 from firmware_py.vehicle.vehicle import Vehicle
 
-_WINDOW = 2.0
-"""s"""
-_STD = 0.025
-"""1 sigma of a gain of speed over a window that thrust and drag do not explain, m/s: DVL, eddies."""
-_LEAST = 0.6
-"""Share of the thrust that a sound propeller makes at least, also in a turn or a current."""
-_EXCESS = 0.5
-"""What a propeller that runs away adds to the strongest current, m/s; more is seen sooner."""
 _CLIP = 2.0
-"""No window counts for more, nats."""
-_STRAIGHT = math.radians(4.0)
-"""In faster turns the hull brakes, rad/s."""
+"""No ping counts for more, nats."""
+_LIKELY = 0.4
+"""With this share of the evidence the contrary is likely."""
 _GAP = 1.0
 """Between two pings at most, s."""
+_VAGUE = 0.5
+"""Where the model does not hold, thrust and drag are off by this share of the thrust, and by"""
+_PUSHED = 0.05
+"""this, m/s^2, for about a second at a time: weight, waves, a propeller astern."""
+
+
+class Ping(NamedTuple):
+    """What the vehicle did at a ping.
+
+    Attributes:
+        t: time of validity, s.
+        u: speed over the bottom ahead, m/s.
+        v: to starboard, m/s.
+        psi: heading, rad.
+        theta: pitch, rad.
+        q: rate of pitch, rad/s.
+        r: rate of turn, rad/s.
+        rudder: rad, positive to port.
+        n: speed of the propeller, rev/s: as reported, else as commanded.
+        reported: whether `n` is; if not, it may turn faster.
+        judged: False where the model of thrust and drag does not hold.
+    """
+
+    t: float
+    u: float
+    v: float
+    psi: float
+    theta: float
+    q: float
+    r: float
+    rudder: float
+    n: float
+    reported: bool
+    judged: bool
 
 
 class ThrustMemory(NamedTuple):
     """What is remembered.
 
     Attributes:
-        fault: NONE, LOST or RUNAWAY.
+        lost: whether the propeller makes no thrust.
         t_last: time of validity of the last ping, s.
-        u_first: speed at the begin of the window, m/s.
-        duration: of the window so far, s.
-        drag: speed that drag took in it, m/s.
-        thrust: speed that a sound propeller would have added, m/s.
-        lost: evidence for LOST, nats.
-        good: evidence that it is over.
-        runaway: evidence for RUNAWAY, nats.
+        sway: through the water, m/s, by rate of turn and rudder.
+        water: what is believed.
+        other: the same if the contrary is true of the propeller; None: the same.
+        changed: the same if the current has just changed.
+        evidence: for the contrary, nats.
+        runaway: of the watch for a propeller that turns too fast.
     """
 
-    fault: ActuatorFault
+    lost: bool
     t_last: float
-    u_first: float
-    duration: float
-    drag: float
-    thrust: float
-    lost: float
-    good: float
-    runaway: float = 0.0
+    sway: float
+    water: WaterSpeed | None
+    other: WaterSpeed | None
+    changed: WaterSpeed | None
+    evidence: float
+    runaway: RunawayMemory | None = None
 
 
-_FRESH = ThrustMemory(ActuatorFault.NONE, -math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+_FRESH = ThrustMemory(False, -math.inf, 0.0, None, None, None, 0.0)
 
 
 class ThrustWatch:
     """Judges the propeller by the vehicle's speed."""
 
-    def __init__(self, vehicle: Vehicle, evidence: float, current: float = math.inf) -> None:
+    def __init__(self, vehicle: Vehicle, evidence: float, current: float, eddies: float) -> None:
         """Make a watch.
 
         Args:
             vehicle: its hull and its propeller.
             evidence: the log-likelihood ratio, nats, at which a fault is named.
-            current: how much faster than through the water a following current makes the vehicle at most, m/s.
+            current: the strongest current, m/s.
+            eddies: the strongest eddies, 1 sigma, m/s.
+
+        Raises:
+            ParamError: the vehicle has no inertia in sway and yaw.
         """
-        hull, body, propeller = vehicle.hull, vehicle.body, vehicle.propeller
-        inertia = body.mass - 0.5 * hull.density * hull.length**3 * vehicle.coefficients.X_udot
-        self._k = 0.5 * hull.density * hull.length**2 * propeller.C_d0 / inertia
-        self._advance = propeller.u_trim / propeller.n_trim
+        self._filter = WaterSpeedFilter(vehicle, current, eddies)
+        self._advance = vehicle.propeller.u_trim / vehicle.propeller.n_trim
         self._evidence = evidence
-        self._current = current
+        self._runaway = RunawayWatch(self._filter.k, evidence, current)
         self._memory = _FRESH
 
     @property
     def fault(self) -> ActuatorFault:
         """NONE, LOST or RUNAWAY."""
-        return self._memory.fault
+        if self._memory.lost:
+            return ActuatorFault.LOST
+        return ActuatorFault.RUNAWAY if self._runaway.fast else ActuatorFault.NONE
 
-    def update(
-        self, t: float, u: float, n: float, turning: float, judged: bool, reported: bool = True
-    ) -> ActuatorFault:
-        """Return the propeller's fault after a ping of the DVL.
+    def water(self, t: float) -> tuple[WaterSpeed, ...]:
+        """Return what speed and current may be: as is believed, and as the contrary says if it is likely.
 
-        Args:
-            t: its time of validity, s.
-            u: speed over the bottom ahead, m/s.
-            n: speed of the propeller, rev/s: as reported, else as commanded.
-            turning: rate of turn, rad/s.
-            judged: False where the model does not hold.
-            reported: whether `n` is; if not, it may turn faster.
+        Nothing, if no ping has told of it within a second of t, s.
         """
-        m, dt = self._memory, t - self._memory.t_last
-        if not judged or turning > _STRAIGHT or not 0.0 < dt <= _GAP:
-            self._memory = m._replace(t_last=t, u_first=u, duration=0.0, drag=0.0, thrust=0.0)
-            return m.fault
-        u_n = self._advance * n
-        drag, thrust = m.drag + self._k * dt * u * abs(u), m.thrust + self._k * dt * u_n * abs(u_n)
-        if m.duration + dt < _WINDOW:
-            self._memory = m._replace(t_last=t, duration=m.duration + dt, drag=drag, thrust=thrust)
-            return m.fault
-        made, duration = u - m.u_first + drag, m.duration + dt
-        ratio = _LEAST * thrust * (0.5 * _LEAST * thrust - made) / (_STD * _STD)
-        ratio = min(max(ratio, -_CLIP), _CLIP)
-        faster = -_CLIP if reported else self._ratio_of_runaway(made, thrust, duration)
-        fault, lost, runaway = m.fault, max(0.0, m.lost + ratio), max(0.0, m.runaway + faster)
-        good = max(0.0, m.good - (faster if fault is ActuatorFault.RUNAWAY else ratio))
-        if fault is ActuatorFault.NONE and max(lost, runaway) > self._evidence:
-            fault, good = ActuatorFault.LOST if lost > runaway else ActuatorFault.RUNAWAY, 0.0
-        elif fault is not ActuatorFault.NONE and good > self._evidence:
-            fault, lost, runaway = ActuatorFault.NONE, 0.0, 0.0
-        lost, good, runaway = (min(sum_, self._evidence) for sum_ in (lost, good, runaway))
-        self._memory = ThrustMemory(fault, t, u, 0.0, 0.0, 0.0, lost, good, runaway)
-        return fault
+        m = self._memory
+        if m.water is None or t - m.t_last > _GAP:
+            return ()
+        return (m.water,) if m.other is None or m.evidence < _LIKELY * self._evidence else (m.water, m.other)
 
-    def _ratio_of_runaway(self, made: float, thrust: float, duration: float) -> float:
-        """Return the log-likelihood ratio of a propeller that runs away to one in a following current, nats."""
-        if self._current == math.inf:
-            return -_CLIP
-        k = self._k * duration
-        u = math.sqrt(max(thrust, 0.0) / k) + self._current
-        sound, fast = k * u * u, k * (u + _EXCESS) ** 2
-        ratio = (fast - sound) * (made - 0.5 * (fast + sound)) / (_STD * _STD)
-        return min(max(ratio, -_CLIP), _CLIP)
+    def update(self, ping: Ping) -> ActuatorFault:
+        """Return the propeller's fault after a ping of the DVL."""
+        m, filter_, psi = self._memory, self._filter, ping.psi
+        t, dt = ping.t, ping.t - self._memory.t_last
+        if m.water is None or not 0.0 < dt <= _GAP:
+            water = filter_.begin(ping.u, psi) if m.water is None else filter_.again(m.water, ping.u, psi, dt)
+            self._memory = ThrustMemory(m.lost, t, 0.0, water, None, None, 0.0)
+            self._runaway.pause(ping.u)
+            return self.fault
+        u_n = self._advance * ping.n
+        sway = filter_.sway(m.sway, m.water.u, ping.r, ping.rudder, dt)
+        surge = Surge(u_n * abs(u_n), filter_.braking(sway, ping.r), dt)
+        if not ping.judged:
+            surge = surge._replace(off=_PUSHED + _VAGUE * filter_.k * abs(surge.thrust))
+        pulls = 0.0 if m.lost else 1.0
+        water, _ = self._follow(m.water, surge, pulls, ping, sway)
+        if not ping.judged:
+            self._memory = ThrustMemory(m.lost, t, sway, water, None, None, 0.0)
+            self._runaway.pause(ping.u)
+            return self.fault
+        other, is_other = self._follow(m.other or m.water, surge, 1.0 - pulls, ping, sway)
+        changed = m.changed or filter_.widened(m.water)
+        changed, is_changed = self._follow(changed, surge, pulls, ping, sway)
+        evidence = m.evidence + min(max(is_other - is_changed, -_CLIP), _CLIP)
+        if evidence > self._evidence:
+            self._memory = ThrustMemory(not m.lost, t, sway, other, None, None, 0.0)
+        elif evidence > 0.0:
+            self._memory = ThrustMemory(m.lost, t, sway, water, other, changed, evidence)
+        else:
+            self._memory = ThrustMemory(m.lost, t, sway, water, None, None, 0.0)
+        self._runaway.update(dt, ping.u, u_n, max(abs(ping.q), abs(ping.r)), ping.reported)
+        return self.fault
+
+    def _follow(
+        self, water: WaterSpeed, surge: Surge, share: float, ping: Ping, sway: float
+    ) -> tuple[WaterSpeed, float]:
+        """Return speed and current after a ping, and the log-likelihood of its u."""
+        filter_ = self._filter
+        water, likelihood = filter_.hear_ahead(filter_.predict(water, surge, share), ping.u, ping.psi, ping.theta)
+        return filter_.hear_aside(water, ping.v - sway, ping.psi, surge.dt), likelihood
 
     def freeze(self) -> ThrustMemory:
         """Return the whole memory."""
-        return self._memory
+        return self._memory._replace(runaway=self._runaway.freeze())
 
     def thaw(self, memory: ThrustMemory) -> None:
         """Restore the memory that `freeze` returned."""
-        self._memory = memory
+        self._memory = memory._replace(runaway=None)
+        if memory.runaway is not None:
+            self._runaway.thaw(memory.runaway)

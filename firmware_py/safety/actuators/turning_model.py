@@ -9,8 +9,8 @@ from firmware_py.vehicle.fins import deflection_rows
 from firmware_py.vehicle.linear_models import diving_model, steering_model
 from firmware_py.vehicle.vehicle import Vehicle
 
-_CRUISE = 1.8
-"""Speed for which the eddies' moment is computed, m/s."""
+CRUISE = 1.8
+"""Speed for which the eddies' moment is computed, m/s; it grows in proportion."""
 _EDDY_TIME = 10.0
 """Correlation time of eddies, s."""
 
@@ -32,7 +32,7 @@ class Axis(NamedTuple):
 
     def eddies(self, speed: float) -> float:
         """Return what eddies of that speed (1 sigma, m/s) do, as a random walk, rad/s^2/sqrt(s)."""
-        return abs(self.crosswise) * _CRUISE * speed * math.sqrt(2.0 / _EDDY_TIME)
+        return abs(self.crosswise) * CRUISE * speed * math.sqrt(2.0 / _EDDY_TIME)
 
 
 def pitch_axis(vehicle: Vehicle) -> Axis:

@@ -11,7 +11,7 @@ import pytest
 
 from firmware_py.records.health import ActuatorFault
 from firmware_py.safety.actuators.hull_response import PERIOD, AxisWatch
-from firmware_py.safety.actuators.thrust import ThrustWatch
+from firmware_py.safety.actuators.thrust import Ping, ThrustWatch
 from firmware_py.safety.actuators.turning_model import pitch_axis, yaw_axis
 from tests.unit.firmware_py.safety.actuator_bench import VEHICLE
 
@@ -133,41 +133,86 @@ def test_the_axes_turn_as_the_coefficients_say() -> None:
     assert yaw.fins[2] == yaw.fins[3] < 0.0
 
 
-def thrust_flight(watch: ThrustWatch, thrust, current=lambda _t: 0.0, n=lambda _t: 8.333, seconds=120.0, seed=1000):
-    """Return the times of changes: `thrust` is the share that the propeller makes, by time."""
+K, ADVANCE = 0.00898, 1.8288 / 8.3333
+
+
+def thrust_watch() -> ThrustWatch:
+    return ThrustWatch(VEHICLE, EVIDENCE, current=1.0, eddies=0.15)
+
+
+def ping(t: float, u: float, n: float, reported: bool = True, v: float = 0.0, psi: float = 0.0) -> Ping:
+    return Ping(t, u, v, psi, 0.0, 0.0, 0.0, 0.0, n, reported, True)
+
+
+def thrust_flight(watch: ThrustWatch, thrust, current=lambda _t: 0.0, seconds=120.0, seed=1000, ordered=1.8):
+    """Return the times of changes: `thrust` is the share that the propeller makes, by time.
+
+    The propeller's speed follows the error of the speed over the bottom, as the speed law has it.
+    """
     random = np.random.default_rng(seed)
-    u, named = 1.8288, []
-    k, advance = 0.00898, 1.8288 / 8.3333
+    u, n, named = ordered, ordered / ADVANCE, []
     for i in range(round(seconds * 5)):
         t = 0.2 * i
         water = u - current(t)
-        u += 0.2 * k * (thrust(t) * (advance * n(t)) ** 2 - water * abs(water))
+        told = min(max(ordered + 4.0 * (ordered - u), 0.0), 3.66) / ADVANCE
+        n += min(max(told - n, -1.6), 1.6)
+        u += 0.2 * K * (thrust(t) * (ADVANCE * n) ** 2 - water * abs(water))
         was = watch.fault
-        if watch.update(t, u + 0.02 * random.standard_normal(), n(t), 0.0, True) is not was:
+        if watch.update(ping(t, u + 0.02 * random.standard_normal(), n)) is not was:
             named.append((t, watch.fault))
     return named
 
 
 @pytest.mark.parametrize("seed", [1000, 1001, 1002])
-def test_a_propeller_without_thrust_is_lost_within_half_a_minute_and_good_when_it_pulls_again(seed: int) -> None:
-    watch = ThrustWatch(VEHICLE, EVIDENCE)
-    (lost, fault), (_, good) = thrust_flight(
-        watch, lambda t: 0.0 if 40.0 < t < 80.0 else 1.0, n=lambda t: 8.333 if t < 45.0 else 12.0, seed=seed
-    )
+@pytest.mark.parametrize("current", [-0.5, 0.0])
+def test_a_propeller_without_thrust_is_lost_within_half_a_minute_and_good_when_it_pulls_again(
+    current: float, seed: int
+) -> None:
+    thrust = thrust_flight(thrust_watch(), lambda t: 0.0 if 40.0 < t < 80.0 else 1.0, lambda _t: current, seed=seed)
+    (lost, fault), (back, good) = thrust
     assert (fault, good) == (LOST, NONE)
+    assert 40.0 < lost < 60.0
+    assert 80.0 < back < 90.0
+
+
+@pytest.mark.parametrize("seed", [1000, 1001, 1002])
+def test_in_a_following_current_it_is_lost_within_half_a_minute(seed: int) -> None:
+    ((lost, fault),) = thrust_flight(thrust_watch(), lambda t: float(t < 40.0), lambda _t: 0.5, seed=seed)
+    assert fault is LOST
     assert 40.0 < lost < 70.0
 
 
-@pytest.mark.parametrize("current", [-0.5, 0.5, 1.0])
+@pytest.mark.parametrize("current", [-1.0, -0.5, 0.5, 1.0])
 def test_a_current_is_no_loss_of_thrust(current: float) -> None:
-    watch = ThrustWatch(VEHICLE, EVIDENCE)
-    assert thrust_flight(watch, lambda _t: 1.0, lambda _t: current, seconds=600.0) == []
+    assert thrust_flight(thrust_watch(), lambda _t: 1.0, lambda _t: current, seconds=600.0) == []
 
 
-def test_a_turn_is_no_loss_of_thrust() -> None:
-    watch = ThrustWatch(VEHICLE, EVIDENCE)
-    for i in range(600):
-        assert watch.update(0.2 * i, 1.8 - 0.005 * i, 8.333, math.radians(5.0), True) is NONE
+@pytest.mark.parametrize("jump", [-1.0, -0.75, 0.75, 1.0])
+@pytest.mark.parametrize("seed", range(1000, 1004))
+def test_nor_is_a_current_that_jumps(jump: float, seed: int) -> None:
+    named = thrust_flight(thrust_watch(), lambda _t: 1.0, lambda t: jump if t > 60.0 else 0.0, 300.0, seed)
+    assert named == []
+
+
+@pytest.mark.parametrize("current", [-1.0, 1.0])
+def test_speed_through_the_water_and_current_are_told_apart_within_half_a_minute(current: float) -> None:
+    watch = thrust_watch()
+    thrust_flight(watch, lambda _t: 1.0, lambda _t: current, seconds=30.0)
+    (water,) = watch.water(29.9)
+    assert water.north == pytest.approx(current, abs=0.3)
+    assert abs(water.east) < 0.1
+    assert watch.water(32.0) == ()
+
+
+def test_after_a_turn_the_current_is_known_along_the_new_heading() -> None:
+    watch = thrust_watch()
+    for i in range(300):
+        psi = 0.0 if i < 200 else math.pi / 2.0
+        u, v = (1.8, 0.6) if i < 200 else (2.4, 0.0)
+        watch.update(ping(0.2 * i, u, 1.8 / ADVANCE, v=v, psi=psi))
+    (water,) = watch.water(59.8)
+    assert water.along(math.pi / 2.0) == pytest.approx(0.6, abs=0.1)
+    assert water.u == pytest.approx(1.8, abs=0.1)
 
 
 def runaway_flight(
@@ -175,32 +220,32 @@ def runaway_flight(
 ) -> list[Any]:
     """Return what is named, and when, of a propeller that turns at `true` from 60 s on, rev/s; `n` is commanded."""
     random = np.random.default_rng(1000)
-    advance, named = 1.8288 / 8.3333, []
-    u = advance * n + current
+    named = []
+    u = ADVANCE * n + current
     for i in range(1000):
         t, water = 0.2 * i, u - current
-        u += 0.2 * 0.00898 * ((advance * (true if t > 60.0 else n)) ** 2 - water * abs(water))
+        u += 0.2 * K * ((ADVANCE * (true if t > 60.0 else n)) ** 2 - water * abs(water))
         was = watch.fault
-        if watch.update(t, u + 0.02 * random.standard_normal(), n, 0.0, True, reported) is not was:
+        if watch.update(ping(t, u + 0.02 * random.standard_normal(), n, reported)) is not was:
             named.append((t, watch.fault))
     return named
 
 
 @pytest.mark.parametrize(("n", "true", "within"), [(8.333, 16.667, 40.0), (4.0, 16.667, 40.0), (0.0, 10.0, 60.0)])
 def test_a_propeller_that_runs_away_is_named_by_the_speed_it_makes(n: float, true: float, within: float) -> None:
-    ((t, fault),) = runaway_flight(ThrustWatch(VEHICLE, EVIDENCE, 1.0), n, true)
+    ((t, fault),) = runaway_flight(thrust_watch(), n, true)
     assert fault is ActuatorFault.RUNAWAY
     assert 60.0 < t < 60.0 + within
 
 
 def test_a_propeller_that_reports_its_speed_does_not_run_away_unseen() -> None:
-    assert runaway_flight(ThrustWatch(VEHICLE, EVIDENCE, 1.0), 8.333, 16.667, reported=True) == []
+    assert runaway_flight(thrust_watch(), 8.333, 16.667, reported=True) == []
 
 
 @pytest.mark.parametrize("n", [2.0, 4.0, 8.333, 14.0])
 @pytest.mark.parametrize("current", [-0.5, 0.5, 1.0])
 def test_a_following_current_is_no_propeller_that_runs_away(n: float, current: float) -> None:
-    assert runaway_flight(ThrustWatch(VEHICLE, EVIDENCE, 1.0), n, n, current) == []
+    assert runaway_flight(thrust_watch(), n, n, current) == []
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-4])
