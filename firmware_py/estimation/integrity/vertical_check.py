@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from firmware_py.estimation.integrity.depth_arbitration import Accused, Entry, arbitrate, bottom_says, dvl_or_pitch
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
+from firmware_py.estimation.integrity.wander import look, wander_5s, wanders
 
 _MEAN = 0.3
 """Share of a reading in the running mean of the residual."""
@@ -28,9 +28,8 @@ _WINDOWS = (20, 40, 160)
 """Entries over which pressure and DVL are compared: 5, 10, 40 s; without DVL the first of them, and"""
 _BLIND_WINDOWS = (80, 240)
 """these: 20 and 60 s."""
-_WANDER = (28.0, 64.0)
-"""Eddies carry a hull in 20 and 60 s by so much more, 3.5 sigma, than the median of what its drift changes by from 5 s
-to the next 5 s: flights in eddies of 0.1 m/s have 0.26, 2.0 and 4.9 m."""
+_LOOK = 5.0
+"""How strong eddies are is looked at so often, s."""
 _HELD = 3
 """So many readings in a row must show a change."""
 _REAL = 5
@@ -56,7 +55,8 @@ class VerticalCheckMemory:
     `known` is whether they can be carried on; `stand_in` the depth in place of a suspect pressure; `since` the entry
     from which pressure and carried depth went apart, where the pressure is suspect and it is not decided; `window`
     how many entries of the history before its end that was. Residuals are comparable since `began`, `raw` since
-    `t_raw`; `lie` is the farthest that a suspect pressure was from `stand_in`, m.
+    `t_raw`; `lie` is the farthest that a suspect pressure was from `stand_in`, m. `unsteady` is how much the drift from
+    propeller and pitch changes in 5 s, m, as seen at `t_look`.
     """
 
     carried: float = 0.0
@@ -81,6 +81,8 @@ class VerticalCheckMemory:
     history: tuple[Entry, ...] = ()
     stand_in: float = math.nan
     aged: float = 0.0
+    unsteady: float = math.nan
+    t_look: float = -math.inf
 
 
 class VerticalCheck:
@@ -178,6 +180,8 @@ class VerticalCheck:
         now = self._entry(t, depth, altitude)
         accused = self._changed(now, history) if known else Accused.NOBODY
         if t - memory.t_entry >= _STEP - 1e-6:
+            if t - memory.t_look >= _LOOK - 1e-6:
+                memory.unsteady, memory.t_look = look(history, memory.unsteady), t
             if known and accused is Accused.NOBODY:
                 accused = self._wandered(now, history)
             memory.t_entry = t
@@ -240,7 +244,7 @@ class VerticalCheck:
             then = history[-min(window, size)]
             change = now.residual - then.residual
             if now.blind - then.blind > 0.3:
-                limit = self._params.depth_blind
+                limit = max(self._params.depth_blind, wander_5s(memory.unsteady))
                 if window > _WINDOWS[0]:
                     break
             if abs(change) > limit:
@@ -256,7 +260,7 @@ class VerticalCheck:
         """Compare pressure with pitch and speed over 20 and 60 s without DVL, in which eddies carry a hull far."""
         memory = self.memory
         size = min(len(history), round((now.t - memory.began) / _STEP))
-        for window, floor, wander in zip(_BLIND_WINDOWS, self._blind_limits, _WANDER, strict=True):
+        for window, floor, wander in zip(_BLIND_WINDOWS, self._blind_limits, wanders(memory.unsteady), strict=True):
             if size < window:
                 break
             then = history[-window]
@@ -264,7 +268,7 @@ class VerticalCheck:
             if now.blind - then.blind <= 0.3 or change <= floor:
                 continue
             memory.window = window
-            if change > floor + wander * _unsteady(history):
+            if change > floor + wander:
                 return self._decide(now, then)
             if bottom_says(now, then, history, window) is Accused.PRESSURE_DRIFT:
                 return Accused.PRESSURE_DRIFT
@@ -285,13 +289,3 @@ class VerticalCheck:
     def thaw(self, memory: VerticalCheckMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self.memory = copy.copy(memory)
-
-
-def _unsteady(history: Sequence[Entry]) -> float:
-    """Return the median of what the change of the residual in 5 s differs by from that in the 5 s before, m."""
-    lag = _WINDOWS[0]
-    changes = sorted(
-        abs(history[i].residual - 2.0 * history[i + lag].residual + history[i + 2 * lag].residual)
-        for i in range(0, len(history) - 2 * lag, 4)
-    )
-    return changes[len(changes) // 2]

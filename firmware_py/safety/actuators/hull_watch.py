@@ -29,6 +29,8 @@ _ACROSS_STD = 0.3
 _SPEED_RATE = 0.2
 """What speed may be can change at once, when the propeller is in doubt; fins are held to one that changes slowly, by so
 much, m/s^2: else a step of it would look like an effect that the fins do not have."""
+_BRAKED = 0.7
+"""Without DVL nothing tells how much the hull brakes in its turns: at full rudder it keeps this share of its speed."""
 _STALE = 0.1
 """An older attitude, s, is none."""
 
@@ -124,7 +126,7 @@ class HullWatch:
         self._sums[axis] = (0.0, 0)
         angles, over = self._angles(axis, t, frame, applied)
         n = frame.n.value if frame.n.usable(t, self._params.timeout) else applied.n
-        u = min(self._advance * n, *([x.least for x in water] or [nu.u]))
+        u = min([self._advance * n, *[x.least for x in water]]) if water else _BRAKED * min(self._advance * n, nu.u)
         before, self._speeds[axis] = self._speeds[axis], math.nan
         if before == before:
             u = min(max(u, before - _SPEED_RATE * PERIOD), before + _SPEED_RATE * PERIOD)

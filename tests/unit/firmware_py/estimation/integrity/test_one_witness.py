@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from firmware_py.records.health import SourceFault, SourceState
@@ -120,3 +122,23 @@ def test_a_bottom_that_leaps_away_and_back_is_used_again_after_5_s() -> None:
         SourceState.GOOD,
     ]
     assert changes[-1][0] == pytest.approx(31.0, abs=0.3)
+
+
+def eddies(strength: float, seed: int) -> Callable[[float, float], float]:
+    """Return a pressure, Pa, of a hull that eddies of so many m/s (1 sigma) carry up and down from 5 s on."""
+    random, step, now, carried, t_last = np.random.default_rng(seed), 0.05, 0.0, 0.0, 5.0
+
+    def carry(t: float, pressure: float) -> float:
+        nonlocal now, carried, t_last
+        while t_last < t:
+            now += -step * now / 10.0 + strength * math.sqrt(2.0 * step / 10.0) * random.standard_normal()
+            carried, t_last = carried + now * step, t_last + step
+        return pressure + carried * G
+
+    return carry
+
+
+@pytest.mark.parametrize("seed", [1001, 1006, 1011])
+def test_without_dvl_or_bottom_eddies_of_0_2_m_s_are_no_drift_of_the_pressure(seed: int) -> None:
+    seen = list(voyage(120.0, {"pressure": eddies(0.2, seed)}, start=40.0, dive=LEVEL, change=bottomless))
+    assert faults(seen, "pressure") == {F.NONE}
