@@ -5,6 +5,10 @@ it; if the other sensor does not, the one that jumped is suspect. If both wander
 the one whose bottom went along is suspect. At one depth the bottom may rise as well as a sensor fail: then it is not
 decided, and the nearer one holds.
 
+Over a rough bottom two sensors that look at different places, or at different times, may differ by what the bottom
+rises and falls by: as much as it did for both of them in the last ten seconds is no contradiction, nor is a jump to a
+bottom that the other saw in that time. A jump is judged when the other has had the time to see it too.
+
 A bottom that leaps away while no other sensor sees it is a cliff, or a lie: the nearer bottom holds for
 `altitude_hold`. If the farther one stays all that time, it is taken on; the altitude follows it slowly.
 """
@@ -21,12 +25,19 @@ from firmware_py.records.health import SourceFault
 
 _REAL = 3
 """So many readings in a row that jump alike are the bottom, if the other sensor does not object."""
+_SEEN = 0.4
+"""The other sensor has seen what a jump is by then, s: two pings of 5 Hz, 0.1 s late."""
 _SLOPE = 1.5
 """What the bottom may rise by on the way, m/s."""
 _RECENT = 1.0
 """An older altitude is no witness, s."""
-_MEAN, _MEAN_NOW = 0.2, 0.5
-"""Shares of a reading in the running means: that for the other sensor, and that for the pressure."""
+_MEAN_TIME, _MEAN_NOW = 0.8, 0.5
+"""Time constant of the running mean that is held against the other sensor's, s, the same for both: over a slope means
+that lag differently part. Share of a reading in that for the pressure."""
+_JUST = 2.0
+"""For so long, s, a jump that one sensor saw explains one of the other, and running means may differ after it."""
+_ROUGH_TIME = 10.0
+"""For about so long it counts how far the bottom rose and fell, s."""
 _HISTORY, _STEP = 10, 1.0
 """Entries of the history, and their interval, s."""
 _CLEAR, _MOVED = 0.5, 2.0
@@ -43,8 +54,10 @@ _FOLLOWS = 0.2
 class EchoMemory:
     """One sensor: its bottom (m, below the carried depth's zero) at t, running means, the last outlier.
 
-    `history` has the mean and the carried depth, m, second by second; `held` is the nearer bottom that holds, NaN if
-    none does, since `t_held`, and `t_last` when the last reading came.
+    `low` and `high` are how far its bottom went up and down lately, `t_jump` since when readings jump, `t_outlier` when
+    one did last; `t_begun` when a new bottom was taken on. `history` has the mean and the carried depth, m, second by
+    second; `held` is the nearer bottom that holds, NaN if none does, since `t_held`, and `t_last` when the last reading
+    came.
     """
 
     t: float = -math.inf
@@ -52,6 +65,11 @@ class EchoMemory:
     mean: float = math.nan
     now: float = math.nan
     outlier: float = math.nan
+    low: float = math.nan
+    high: float = math.nan
+    t_jump: float = -math.inf
+    t_outlier: float = -math.inf
+    t_begun: float = -math.inf
     t_entry: float = -math.inf
     history: tuple[tuple[float, float], ...] = ()
     held: float = math.nan
@@ -98,11 +116,12 @@ class AltitudeCheck:
         bottom = altitude + carried
         gap, heard_witness = t - echo.t, other.believed and t - witness.t <= _RECENT
         seen = witness.outlier if other.memory.in_row else witness.mean  # one that jumps alike bears it out
-        against = bottom - seen if heard_witness else math.nan
+        against = _nearest(t, bottom, seen, witness) if heard_witness else math.nan
+        limit = max(params.altitude, _rough(echo, witness))
         if not watch.believed:
             if echo.held == echo.held:
                 self._judge_held(echo, t, bottom, against, watch)
-            elif not abs(against) <= params.altitude and not self._agrees(echo, bottom, gap, against):
+            elif not abs(against) <= limit and not self._agrees(echo, bottom, gap, against):
                 watch.accuse(SourceFault.CONTRADICTED, t)
             echo.outlier = bottom
             return False
@@ -111,10 +130,13 @@ class AltitudeCheck:
             return True
         if abs(bottom - echo.bottom) > params.altitude_step + _SLOPE * gap:
             alike = abs(bottom - echo.outlier) <= params.altitude_step
-            echo.outlier = bottom
-            if watch.refuse(t) < _REAL or not alike:
+            echo.outlier, echo.t_outlier = bottom, t
+            in_row = watch.refuse(t)
+            if in_row == 1:
+                echo.t_jump = t
+            if in_row < _REAL or not alike or (heard_witness and t - echo.t_jump < _SEEN - 1e-6):
                 return False
-            if abs(against) > params.altitude:  # it jumped, the other did not
+            if abs(against) > limit:  # it jumped, the other did not
                 watch.accuse(SourceFault.STEP, t)
                 return False
             if against != against and bottom - echo.bottom > _AWAY * params.altitude_step:
@@ -124,11 +146,13 @@ class AltitudeCheck:
             self._begin(echo, t, bottom, carried)
             return True
         echo.t, echo.bottom = t, bottom
-        echo.mean += _MEAN * (bottom - echo.mean)
+        echo.mean += gap / (_MEAN_TIME + gap) * (bottom - echo.mean)
+        self._fade(echo, gap / (_ROUGH_TIME + gap))
         echo.now += _MEAN_NOW * (bottom - echo.now)
         if t - echo.t_entry >= _STEP - 1e-6:
             echo.t_entry, echo.history = t, (*echo.history[-_HISTORY + 1 :], (echo.mean, carried))
-        if abs(echo.mean - witness.mean) > params.altitude and heard_witness and not other.memory.in_row:
+        settled = t - max(echo.t_begun, witness.t_begun) > _JUST
+        if settled and abs(echo.mean - witness.mean) > limit and heard_witness and not other.memory.in_row:
             return self._arbitrate(echo, witness, t, carried, watch, other)
         return True
 
@@ -175,10 +199,20 @@ class AltitudeCheck:
     def _begin(echo: EchoMemory, t: float, bottom: float, carried: float) -> None:
         echo.t, echo.bottom, echo.mean, echo.now = t, bottom, bottom, bottom
         echo.history, echo.t_entry = ((bottom, carried),), t
+        echo.t_begun = t
+        AltitudeCheck._fade(echo, 0.0)
+
+    @staticmethod
+    def _fade(echo: EchoMemory, share: float) -> None:
+        """Take the bottom into how far it went up and down, and let a share of what is beyond it fade."""
+        now = echo.bottom
+        echo.low = now if not echo.low < now else echo.low + share * (now - echo.low)
+        echo.high = now if not echo.high > now else echo.high + share * (now - echo.high)
 
     def forget(self, which: int) -> None:
         """Begin anew with the next reading of a sensor; called when it is believed again."""
-        self.memory[which].bottom = math.nan
+        echo = self.memory[which]
+        echo.bottom = echo.low = echo.high = math.nan
 
     def altitude(self, t: float, carried: float, believed: tuple[bool, bool]) -> float:
         """Return the altitude by a sensor that is believed, m; NaN if there is none."""
@@ -194,3 +228,19 @@ class AltitudeCheck:
     def thaw(self, memory: tuple[EchoMemory, EchoMemory]) -> None:
         """Restore the memory that `freeze` returned."""
         self.memory = copy.copy(memory[0]), copy.copy(memory[1])
+
+
+def _nearest(t: float, bottom: float, seen: float, witness: EchoMemory) -> float:
+    """Return what a bottom is off by, m: from what the other sensor sees, or from all that it saw lately."""
+    low, high = min(witness.low, seen), max(witness.high, seen)
+    if t - witness.t_outlier <= _JUST:
+        low, high = min(low, witness.outlier), max(high, witness.outlier)
+    if low <= bottom <= high:
+        return 0.0
+    return bottom - low if bottom < low else bottom - high
+
+
+def _rough(one: EchoMemory, other: EchoMemory) -> float:
+    """Return by how much the bottom of both sensors rose and fell lately, m: that of the one for which it did less."""
+    rough = min(one.high - one.low, other.high - other.low)
+    return rough if rough > 0.0 else 0.0

@@ -134,3 +134,44 @@ def test_of_two_altitudes_the_one_that_stays_while_the_vehicle_dives_is_suspect(
 
     changes = named(voyage(18.0, {which: after(9.0, stuck)}, start=BOTTOM - 30.0, dive=(9.0, 30.0)))
     assert (which, F.CONTRADICTED) in {(name, health.fault) for _, name, health in changes}
+
+
+def over(bottom: Callable[[float], float], behind: float) -> dict[str, Fault]:
+    """Return what both altitudes measure over a bottom that rises by so many m, by time; the DVL sees it later."""
+    return {
+        "altitude": lambda t, a: a - bottom(t),
+        "dvl": lambda t, v: v._replace(altitude=v.altitude - bottom(t - behind)),
+    }
+
+
+def sawtooth(period: float) -> Callable[[float], float]:
+    return lambda t: 12.0 * abs((t / period) % 1.0 - 0.5)
+
+
+def boulders(t: float) -> float:
+    return max(0.0, min(3.2, 9.0 * (0.55 - abs((t % 9.0) - 4.0))))
+
+
+UNEVEN = {
+    "teeth of 6 m every 5 m": (sawtooth(2.8), 0.0),
+    "teeth of 6 m every 10 m": (sawtooth(5.6), 0.0),
+    "the same, 2 m apart": (sawtooth(5.6), 1.1),
+    "teeth of 6 m every 20 m": (sawtooth(11.1), 0.0),
+    "up by 8 m": (lambda t: 8.0 * (t > 20.0), 0.25),
+    "down by 8 m": (lambda t: -8.0 * (t > 20.0), 0.25),
+    "a slope of 30 deg": (lambda t: 1.04 * min(max(t - 12.0, 0.0), 10.0), 0.25),
+    "boulders of 3 m": (boulders, 0.2),
+}
+
+
+@pytest.mark.parametrize(("bottom", "behind"), UNEVEN.values(), ids=UNEVEN)
+def test_over_an_uneven_bottom_no_altitude_is_suspect(bottom: Callable[[float], float], behind: float) -> None:
+    seen = list(voyage(40.0, over(bottom, behind), dive=LEVEL))
+    assert suspects(seen) == set()
+
+
+def test_over_an_uneven_bottom_an_altimeter_that_shows_1_m_is_still_named() -> None:
+    teeth = over(sawtooth(5.6), 0.0)
+    false = {**teeth, "altitude": after(20.0, lambda _, a: 1.0)}
+    seen = list(voyage(25.0, {**false, "dvl": teeth["dvl"]}, dive=LEVEL))
+    assert ("altitude", F.STEP) in suspects(seen)
