@@ -57,7 +57,7 @@ class ActuatorWatch:
         self._feedback = tuple([FeedbackWatch(limit) for limit in limits])
         self._hull = HullWatch(params, vehicle)
         self._thrust = ThrustWatch(vehicle, params.evidence, params.current, params.eddies)
-        self._rudders = vehicle.deflection_rows[1]
+        self._rows = vehicle.deflection_rows
         weight = vehicle.drop_weight
         self._drop_weight = DropWeightWatch(params, weight.weight if weight is not None else math.nan)
         self._health = sound(len(fins))
@@ -110,12 +110,13 @@ class ActuatorWatch:
             and (turns > 0.0 or (turns == 0.0 and not reported))
             and (reported or not applied.drop)  # without its weight it is driven by buoyancy too
         )
-        rudder = 0.0
-        for share, heard, told in zip(self._rudders, frame.fins, applied.fins, strict=True):
-            rudder += share * (heard.value if heard.usable(t, self._params.timeout) else told)
+        rudder = planes = 0.0
+        for i, (heard, told) in enumerate(zip(frame.fins, applied.fins, strict=True)):
+            angle = heard.value if heard.usable(t, self._params.timeout) else told
+            planes, rudder = planes + self._rows[0][i] * angle, rudder + self._rows[1][i] * angle
         u, v = dvl.value.u, dvl.value.v
         before = thrust.fault
-        ping = Ping(dvl.t_valid, u, v, eta.psi, eta.theta, nu.q, nu.r, rudder, turns, reported, judged)
+        ping = Ping(dvl.t_valid, u, v, eta.psi, eta.theta, nu.q, nu.r, rudder, planes, turns, reported, judged)
         return thrust.update(ping) is not before
 
     def _judged(self) -> ActuatorHealth:

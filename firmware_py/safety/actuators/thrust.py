@@ -26,6 +26,8 @@ _LIKELY = 0.4
 """With this share of the evidence the contrary is likely."""
 _GAP = 1.0
 """Between two pings at most, s."""
+_PITCHED = 1.0
+"""Pitching at q a hull is braked or pushed by q times this, m/s: (m - X_wq) / (m - X_udot), heaving by 0.3 m/s."""
 _VAGUE = 0.5
 """Where the model does not hold, thrust and drag are off by this share of the thrust, and by"""
 _PUSHED = 0.05
@@ -44,6 +46,7 @@ class Ping(NamedTuple):
         q: rate of pitch, rad/s.
         r: rate of turn, rad/s.
         rudder: rad, positive to port.
+        planes: stern planes, rad.
         n: speed of the propeller, rev/s: as reported, else as commanded.
         reported: whether `n` is; if not, it may turn faster.
         judged: False where the model of thrust and drag does not hold.
@@ -57,6 +60,7 @@ class Ping(NamedTuple):
     q: float
     r: float
     rudder: float
+    planes: float
     n: float
     reported: bool
     judged: bool
@@ -138,9 +142,10 @@ class ThrustWatch:
             return self.fault
         u_n = self._advance * ping.n
         sway = filter_.sway(m.sway, m.water.u, ping.r, ping.rudder, dt)
-        surge = Surge(u_n * abs(u_n), filter_.braking(sway, ping.r), dt)
+        off = _PITCHED * abs(ping.q) + filter_.fin_drag(m.water.u, ping.rudder, ping.planes)
+        surge = Surge(u_n * abs(u_n), filter_.braking(sway, ping.r), dt, off)
         if not ping.judged:
-            surge = surge._replace(off=_PUSHED + _VAGUE * filter_.k * abs(surge.thrust))
+            surge = surge._replace(off=off + _PUSHED + _VAGUE * filter_.k * abs(surge.thrust))
         pulls = 0.0 if m.lost else 1.0
         water, _ = self._follow(m.water, surge, pulls, ping, sway)
         if not ping.judged:

@@ -99,6 +99,7 @@ class WaterSpeedFilter:
         self._turn = (body.mass + half * hull.length * c.X_vr) / inertia
         ((damping, turning, _), *_), (rudder, *_) = steering_model(vehicle, 1.0)
         self._sway = damping, turning, rudder
+        self._fin_drag = abs(c.X_drdr) / propeller.C_d0, abs(c.X_dsds) / propeller.C_d0
         self._surge_noise = (2.0 * self.k * _CRUISE * eddies) ** 2 * 2.0 * _EDDY_TIME
         self._sway_noise = eddies * eddies * 2.0 * _EDDY_TIME
 
@@ -128,6 +129,10 @@ class WaterSpeedFilter:
     def braking(self, v: float, r: float) -> float:
         """Return the acceleration that sway v and rate of turn r make ahead, m/s^2."""
         return self._turn * v * r
+
+    def fin_drag(self, u: float, rudder: float, planes: float) -> float:
+        """Return the deceleration that fins make at these angles, rad, m/s^2."""
+        return self.k * u * u * (self._fin_drag[0] * rudder * rudder + self._fin_drag[1] * planes * planes)
 
     def predict(self, x: WaterSpeed, surge: Surge, share: float) -> WaterSpeed:
         """Return the estimate a time later; `share` is that of its thrust which the propeller has."""

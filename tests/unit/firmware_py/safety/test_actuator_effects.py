@@ -141,7 +141,7 @@ def thrust_watch() -> ThrustWatch:
 
 
 def ping(t: float, u: float, n: float, reported: bool = True, v: float = 0.0, psi: float = 0.0) -> Ping:
-    return Ping(t, u, v, psi, 0.0, 0.0, 0.0, 0.0, n, reported, True)
+    return Ping(t, u, v, psi, 0.0, 0.0, 0.0, 0.0, 0.0, n, reported, True)
 
 
 def thrust_flight(watch: ThrustWatch, thrust, current=lambda _t: 0.0, seconds=120.0, seed=1000, ordered=1.8):
@@ -202,6 +202,17 @@ def test_speed_through_the_water_and_current_are_told_apart_within_half_a_minute
     assert water.north == pytest.approx(current, abs=0.3)
     assert abs(water.east) < 0.1
     assert watch.water(32.0) == ()
+
+
+@pytest.mark.parametrize(("q", "fault"), [(0.0, LOST), (math.radians(4.0), NONE)])
+def test_what_slows_a_hull_that_pitches_hard_is_no_loss_of_thrust(q: float, fault: ActuatorFault) -> None:
+    watch = thrust_watch()
+    for i in range(165):
+        t = 0.2 * i
+        slowed = max(0.0, t - 16.0)
+        n = (1.8 + 0.15 * slowed) / ADVANCE
+        watch.update(ping(t, 1.8 - 0.03 * slowed, n)._replace(q=q if slowed else 0.0, planes=5.0 * q))
+    assert watch.fault is fault
 
 
 def test_after_a_turn_the_current_is_known_along_the_new_heading() -> None:
