@@ -23,9 +23,10 @@ from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import EkfMemory, Estimate, History
 from firmware_py.estimation.filter import bank
 from firmware_py.estimation.filter.bank_arrays import BankArrays
-from firmware_py.estimation.filter.consistency import diverged
+from firmware_py.estimation.filter.consistency import BURST_PAUSE, WAIT, bursts, diverged
 from firmware_py.estimation.filter.kernel_arguments import Given, Monitor, Output
 from firmware_py.estimation.filter.start_up import schedule
+from firmware_py.estimation.iteration.acceptance import Verdict
 from firmware_py.estimation.iteration.iterated_filter import IteratedFilter
 from firmware_py.estimation.model.jacobians import Array
 from firmware_py.estimation.model.observer_model import Floats
@@ -52,7 +53,8 @@ class CoefficientEkf:
         rejected: how many measurements were rejected, (9,).
         resets: how often it diverged and began anew.
         iteration: goes through the flight again.
-        iterated: which of the learned coefficients a pass of it has confirmed, (names,); all, if there is no iteration.
+        iterated: which of the learned coefficients a pass of it has confirmed, and none has rejected since, (names,);
+            all, if there is no iteration.
     """
 
     def __init__(self, vehicle: Vehicle, params: CoefficientParams) -> None:
@@ -66,12 +68,15 @@ class CoefficientEkf:
         self.model, self.prior, self.tuning = filters.model, filters.prior, filters.tuning
         self.x, self.P = filters.x, filters.P
         self.log_likelihood, self.intensity = filters.log_likelihood, filters.intensity
-        self._monitor = Monitor(age=np.zeros(1), window=np.zeros((3, 3)), rejected=np.zeros(MOVING, dtype=np.int64))
+        self._monitor = Monitor(
+            age=np.zeros(1), window=np.zeros((3, 3)), rejected=np.zeros(MOVING, dtype=np.int64), burst=np.zeros(3)
+        )
         self.age, self.rejected = self._monitor.age, self._monitor.rejected
         self._begun = np.zeros(len(params.names), dtype=np.bool_)
         self._believed = np.array(self.model.believed)
         """What parameters begin with."""
         self._since_reset, self.resets = math.inf, 0
+        self._boost = self._boost_variance()
         self.nis = np.full(MOVING, math.nan)
         schedule(self.tuning, self.age, self.model.first, 0.0, filters.kernel.settings)
         self.iteration = IteratedFilter(BankArrays(vehicle, params), params)
@@ -100,7 +105,7 @@ class CoefficientEkf:
         self.age[:] = 0.0
         self._begun[:] = False
         self.iterated[:] = not self.params.iteration_times
-        self._monitor.window[:], self._since_reset = 0.0, math.inf
+        self._monitor.window[:], self._monitor.burst[:], self._since_reset = 0.0, 0.0, math.inf
         self.resume(nu, angles, std)
         self.iteration.begin(self.bank, 0.0)
 
@@ -127,10 +132,31 @@ class CoefficientEkf:
             self.age[:] = 0.0
             self.iterated[:] = not self.params.iteration_times
         self._since_reset = 0.0
-        self._monitor.window[:] = 0.0
+        self._monitor.window[:], self._monitor.burst[:] = 0.0, 0.0
+        self.iteration.evidence_reset(float(self.log_likelihood.max()))
         self.log_likelihood[:] = 0.0
         self.bank.reset_motion(mean[:MOVING], np.square(RESET_STD))
         if settled:
+            self.iteration.begin(self.bank, self.age[0])
+
+    def _boost_variance(self) -> Array:
+        """What a boost adds to each parameter: the learned, and what fins do besides, of their believed size."""
+        params, names = self.params, self.model.names
+        learning = self.tuning.may_learn[self.model.first : self.model.size] > 0.0
+        chosen = [
+            name in params.names or (learns and by_fins(name)) for name, learns in zip(names, learning, strict=True)
+        ]
+        return np.where(chosen, np.square(params.boost_std * np.array(self.model.believed)), 0.0)
+
+    def _heed_burst(self) -> None:
+        """The gyros contradict the filter: the vehicle has changed, by damage most likely, before the filter is lost.
+
+        Coefficients become less certain at once, and what was recorded before is of another vehicle.
+        """
+        self._monitor.burst[WAIT] = BURST_PAUSE
+        if self.params.boost_std > 0.0 and self.iteration.settled(self.age[0]):
+            parameters = np.arange(self.model.first, self.model.size)
+            self.P[:, parameters, parameters] += self._boost
             self.iteration.begin(self.bank, self.age[0])
 
     def reset_current(self) -> None:
@@ -192,13 +218,24 @@ class CoefficientEkf:
             self._since_reset += h * (came - begin)
             if diverged(monitor.window):
                 self._reset()
+            elif bursts(monitor.burst):
+                self._heed_burst()
             elif came < end:
                 return came
-            elif iteration.follow(self.bank, came - begin, h, self.age, self._begun):
-                monitor.window[:] = 0.0
-                self.iterated |= iteration.permitted(len(self._begun))
+            else:
+                self._heed(iteration.follow(self.bank, came - begin, h, self.age, self._begun))
             begin = came
         return begin
+
+    def _heed(self, verdict: Verdict) -> None:
+        """What a pass confirmed may be relied on, what one rejected no longer. Where none is left, they begin anew."""
+        if verdict is Verdict.ACCEPTED:
+            self._monitor.window[:] = 0.0
+            self.iterated |= self.iteration.permitted(len(self._begun))
+        elif verdict is Verdict.REJECTED:
+            self.iterated[:] = False
+        if self.iteration.gave_up:
+            self.iteration.begin_again(self.bank, self.age[0], self._believed)
 
     def combine(self) -> tuple[Array, Array, Array]:
         """Mean and 1 sigma of the whole state, (n,), and the probabilities of the filters: `estimate` in short."""
@@ -236,6 +273,7 @@ class CoefficientEkf:
             age=float(self.age[0]),
             begun=self._begun.copy(),
             window=self._monitor.window.copy(),
+            burst=self._monitor.burst.copy(),
             since_reset=self._since_reset,
             resets=self.resets,
             iteration=self.iteration.freeze(),
@@ -247,6 +285,12 @@ class CoefficientEkf:
         self.bank.take(memory.x, memory.P, memory.log_likelihood)
         self.rejected[:] = memory.rejected
         self.age[:], self._begun[:] = memory.age, memory.begun
-        self._monitor.window[:], self._since_reset, self.resets = memory.window, memory.since_reset, memory.resets
+        self._monitor.window[:], self._monitor.burst[:] = memory.window, memory.burst
+        self._since_reset, self.resets = memory.since_reset, memory.resets
         self.iteration.thaw(memory.iteration)
         self.iterated[:] = memory.iterated
+
+
+def by_fins(name: str) -> bool:
+    """Whether a coefficient's force is made by a fin."""
+    return any(fin in name for fin in ("ds", "dr", "db"))

@@ -99,6 +99,8 @@ class CoefficientEstimator:
         self._variances = [P.diagonal()[self._learned] for P in self.ekf.P]
         """Of the coefficients, by filter: views of the covariances."""
         self._std, self._ever = np.zeros(count), np.zeros(count, dtype=np.bool_)
+        self._low = self.ekf.tuning.lower[self._learned].tolist()
+        self._high = self.ekf.tuning.upper[self._learned].tolist()
         self._intensities = coefficients.turbulence
         self._bounds = unbounded(count)
         self._forget()
@@ -185,7 +187,7 @@ class CoefficientEstimator:
         if not self._bounds.hold(value):  # it was not to be relied on: consistency is to be earned anew
             self._health.reset()
             self._bounds = unbounded(self._count)
-        valid = self._valid
+        valid = self._valid(value, sigma)
         self._bounds = self._bounds.after(value, sigma, valid)
         current = slice(CURRENT_NORTH, CURRENT_EAST + 1)
         flows = self.ekf.model.water != STILL
@@ -206,26 +208,29 @@ class CoefficientEstimator:
             report=report,
         )
 
-    @property
-    def _valid(self) -> tuple[bool, ...]:
-        """What may be relied on: what is valid, was confirmed by a pass over the whole flight, and still holds."""
+    def _valid(self, value: list[float], sigma: list[float]) -> tuple[bool, ...]:
+        """Return what may be relied on: what is valid, was confirmed by a pass over the whole flight, and still holds.
+
+        A value that its bound has stopped is no estimate: it has to be a sigma away.
+        """
         valid, iterated = self._health.verdict.valid, self.ekf.iterated.tolist()
         known = self._begun and self._whole
-        return tuple([a and b and known for a, b in zip(valid, iterated, strict=True)])
+        each = zip(valid, iterated, self._low, value, self._high, sigma, strict=True)
+        return tuple([known and a and b and low + s < x < high - s for a, b, low, x, high, s in each])
 
     def _report(self) -> tuple[Event, ...]:
         """Return what was learned and what was not."""
         model, count, learned = self.ekf.model, self._count, self._learned
         if not self._begun:
             return (reported(Cause.NOT_BEGUN, (float(count),)),)
-        excited = self._health.verdict.excited
+        excited, known = self._health.verdict.excited, self.ekf.estimate()
         return report(
             LearnedState(
                 model.names[:count],
-                self.ekf.estimate().covariance[learned, learned],
+                known.covariance[learned, learned],
                 self.ekf.prior[learned],
                 np.array(model.believed[:count]),
-                np.array(self._valid),
+                np.array(self._valid(known.values.tolist(), known.std.tolist())),
                 np.array(excited) & self._running,
                 self._ever,
             )

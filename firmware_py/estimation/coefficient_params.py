@@ -108,6 +108,25 @@ class CoefficientParams:
     rate_noise: float = param(
         1e-4, unit="deg/s", low=1e-9, high=10.0, doc="Random walk of p, q, r, by sqrt(s).", mav="R_NOISE"
     )
+    fin_resolution: float = param(
+        0.0,
+        unit="deg",
+        low=0.0,
+        high=5.0,
+        doc="Steps in which fin angles are reported; float16 has 0.014 deg from 14 deg on.",
+        mav="FIN_STEP",
+        when=TakesEffect.RESTART,
+    )
+    surge_noise: float = param(
+        0.0,
+        low=0.0,
+        high=10.0,
+        doc="More random walk of u, over U sqrt(U / L): what wrong drag, of which nothing is learned, does to it.",
+        mav="X_NOISE",
+    )
+    roll_noise: float = param(
+        0.0, low=0.0, high=10.0, doc="The same of p, over (U / L)^1.5: nothing is learned from roll.", mav="K_NOISE"
+    )
     learning_delay: float = param(
         0.0,
         unit="s",
@@ -126,21 +145,25 @@ class CoefficientParams:
     )
     startup_speed_noise: float = param(
         0.0,
-        unit="m/s",
         low=0.0,
-        high=1.0,
-        doc="Start-up noise: random walk of u, v, w as learning begins, by sqrt(s).",
+        high=10.0,
+        doc="Start-up noise: random walk of u, v, w as learning begins, by sqrt(s), over U sqrt(U / L) of the vehicle.",
         mav="U_START",
     )
-    startup_rate_noise: float = param(0.0, unit="deg/s", low=0.0, high=10.0, doc="The same of p, q, r.", mav="R_START")
+    startup_rate_noise: float = param(
+        0.0, low=0.0, high=10.0, doc="The same of p, q, r, over (U / L)^1.5.", mav="R_START"
+    )
     eddy_speed_noise: float = param(
         0.0,
         low=0.0,
         high=10.0,
-        doc="More of it from the start: over the geometric mean of a filter's eddies and the 1 sigma of the water.",
+        doc="More of it from the start, over sqrt(U / L) and the geometric mean of a filter's eddies and the water's 1 "
+        "sigma.",
         mav="U_EDDY",
     )
-    eddy_rate_noise: float = param(0.0, unit="deg/m", low=0.0, high=100.0, doc="The same of p, q, r.", mav="R_EDDY")
+    eddy_rate_noise: float = param(
+        0.0, low=0.0, high=10.0, doc="The same of p, q, r, over sqrt(U) / L^1.5.", mav="R_EDDY"
+    )
     iteration_times: tuple[float, ...] = param(
         (),
         unit="s",
@@ -176,6 +199,14 @@ class CoefficientParams:
         doc="1 sigma of roll's and pitch's bias; 0: none.",
         mav="A_BIAS",
         when=TakesEffect.RESTART,
+    )
+    boost_std: float = param(
+        0.0,
+        unit="%",
+        low=0.0,
+        high=1000.0,
+        doc="1 sigma that is added to a coefficient where the gyros suddenly contradict the filter; 0: never.",
+        mav="BOOST",
     )
     gate: float = param(5.0, low=2.0, high=100.0, doc="A measurement more sigmas away is rejected.", mav="GATE")
 

@@ -71,6 +71,8 @@ class IterationMemory(NamedTuple):
     learned: bool
     running: bool
     accepted: int
+    rejected: int
+    lost: float
 
 
 class EkfMemory(NamedTuple):
@@ -83,6 +85,7 @@ class EkfMemory(NamedTuple):
     age: float
     begun: Flags
     window: Array
+    burst: Array
     since_reset: float
     resets: int
     iteration: IterationMemory

@@ -27,6 +27,9 @@ COUNT_MIN = 30.0
 """So many recent measurements tell how a sensor's innovations are; fewer do not."""
 STAY, ENTER = 3.2905, 1.96
 """Normal quantiles: of the two-sided 99.9 % band, in which consistency stays, and of the 95 % one, where it begins."""
+CAREFUL = 2.0
+"""A mean may be less by this factor besides: process noise in surge and roll stands for what is not learned there, and
+makes the filter careful on purpose. Where it is more than need be sigma is too large, which misleads no law."""
 EXCITATION_END = 0.25
 """An excitation ends at this share of the mean square that it begins at: half the acceleration."""
 
@@ -197,7 +200,8 @@ def band(freedom: float, z: float) -> tuple[float, float]:
 def inside(window: Matrix, z: float, slack: float) -> bool:
     """Whether the mean of every sensor that is heard lies in its band, and one is heard.
 
-    A weighted mean has the variance of one over COUNT^2 / SQUARES measurements that count alike.
+    A weighted mean has the variance of one over COUNT^2 / SQUARES measurements that count alike. See CAREFUL for its
+    lower edge.
     """
     heard = False
     for sensor in range(3):
@@ -205,7 +209,7 @@ def inside(window: Matrix, z: float, slack: float) -> bool:
         if count >= COUNT_MIN:
             heard = True
             low, high = band(count * count / window[sensor, SQUARES], z)
-            if not low / slack <= window[sensor, SUM] / count <= high * slack:
+            if not low / (slack * CAREFUL) <= window[sensor, SUM] / count <= high * slack:
                 return False
     return heard
 

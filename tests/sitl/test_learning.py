@@ -178,7 +178,7 @@ def test_a_rudder_at_rest_is_named_in_log_and_report_until_it_has_moved(flown: F
     first, second = (text for _, text in log.sentences if ": learned " in text)
     assert first.startswith("doublets: learned 4 of 10, 4 valid, ")
     lost = first.partition("; not identifiable: ")[2]  # eddies move a little of it: by themselves or in combinations
-    assert all(name in lost for name in ("N_r", "N_dr", "N_v", "Y_dr (never excited)", "Y_r", "Y_v")), lost
+    assert all(name in lost for name in ("N_r", "N_dr", "N_v", "Y_dr", "(never excited)", "Y_r", "Y_v")), lost
     assert second.startswith("prbs: learned ")
     assert "identifiable" not in second
     assert [text for _, text in summarise(log)["learned"]["taught"]] == [first, second]

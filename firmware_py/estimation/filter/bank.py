@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from firmware_py.compiled import Indices, Vector, kernel
-from firmware_py.estimation.filter.consistency import NIS_WINDOW, add_nis, diverged
+from firmware_py.estimation.filter.consistency import NIS_WINDOW, add_burst, add_nis, bursts, diverged
 from firmware_py.estimation.filter.kernel_arguments import FilterBank, Given, Monitor, Output
 from firmware_py.estimation.filter.measurement_history import MeasurementHistory, record
 from firmware_py.estimation.filter.measurement_update import start_nis, update
@@ -95,7 +95,8 @@ def run(
         output: out.
 
     Returns:
-        The row it came to: less than `end` if a number was not finite, or the filter diverged (the window tells).
+        The row it came to: less than `end` if a number was not finite, or the filter diverged or the gyros contradict
+        it (the windows tell).
     """
     h, window, settings = given.h, monitor.window, bank.settings
     for k in range(begin, end):
@@ -110,6 +111,7 @@ def run(
             row = k // output.every
             combine(bank, output.weights[row], output.mean[row], output.std[row])
         add_nis(nis, math.exp(-h / NIS_WINDOW), window)
-        if diverged(window):
+        add_burst(nis, h, monitor.burst)
+        if diverged(window) or bursts(monitor.burst):
             return k + 1
     return end

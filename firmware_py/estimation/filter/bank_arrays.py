@@ -16,13 +16,17 @@ from firmware_py.estimation.coefficient_params import (
 )
 from firmware_py.estimation.filter.bank import reset_motion
 from firmware_py.estimation.filter.kernel_arguments import FilterBank, Settings, Tuning, new_scratch, padded
+from firmware_py.estimation.filter.vehicle_scales import VehicleScales, vehicle_scales
 from firmware_py.estimation.filter.weighting import combine
 from firmware_py.estimation.model.jacobians import Array
 from firmware_py.estimation.model.observer_model import GROUPS, ObserverModel
-from firmware_py.estimation.model.state import ANGULAR, CURRENT, EDDIES, LINEAR, MOVING, STILL
+from firmware_py.estimation.model.state import ANGULAR, CURRENT, EDDIES, LINEAR, MOTIONS, MOVING, STILL
 from firmware_py.params import ParamError
 from firmware_py.vehicle.vehicle import Vehicle
 
+FIN_DRIVEN = tuple(MOTIONS.index(name) for name in "vwqr")
+"""The motion states that fins drive, as `VehicleScales.fin_noise` has them."""
+U, P_RATE = MOTIONS.index("u"), MOTIONS.index("p")
 INTENSITY_MIN = 1e-6
 """Intensity of the eddies of a filter that assumes none, m/s: so that its covariance has an inverse too."""
 
@@ -32,6 +36,7 @@ class BankArrays:
 
     Attributes:
         model: theirs; a step leaves in it how it was linearised.
+        scales: of the vehicle, by which process noise is told.
         prior: 1 sigma of each state before anything is measured, (n,); 0 for those that a start is told of.
         width: of a row of states, padded to whole vectors.
         kernel: what the kernels take; the next six are views of it.
@@ -74,7 +79,8 @@ class BankArrays:
         self.prior[MOVING + water : first] = [bias[name] for name in biases]
         self.prior[first:] = shares * scale
         self.width = width = padded(n)
-        self.tuning = _tuning(model, params, self.prior, len(nuisances), width)
+        self.scales = vehicle_scales(vehicle)
+        self.tuning = _tuning(model, params, self.scales, self.prior, len(nuisances), width)
         bias_state = np.full(MOVING, -1, dtype=np.int64)
         for k, state in enumerate(model.biases):
             bias_state[state] = MOVING + water + k
@@ -122,16 +128,23 @@ class BankArrays:
         return mean, std, weights
 
 
-def _tuning(model: ObserverModel, params: CoefficientParams, prior: Array, nuisances: int, width: int) -> Tuning:
+def _tuning(
+    model: ObserverModel, params: CoefficientParams, scales: VehicleScales, prior: Array, nuisances: int, width: int
+) -> Tuning:
     """The tuning at the start: what learns, its process noise, and its bounds."""
     n, first, count = model.size, model.first, len(params.names)
     believed = np.array(model.believed)
     tuning = Tuning(*np.zeros((len(Tuning._fields), width)))
     tuning.Q_final[LINEAR], tuning.Q_final[ANGULAR] = params.speed_noise**2, params.rate_noise**2
     tuning.Q_final[first : first + count] = (params.walk * np.abs(believed)[:count]) ** 2
-    tuning.Q_startup[LINEAR], tuning.Q_startup[ANGULAR] = params.startup_speed_noise**2, params.startup_rate_noise**2
-    tuning.Q_eddy_startup[LINEAR] = params.eddy_speed_noise**2
-    tuning.Q_eddy_startup[ANGULAR] = params.eddy_rate_noise**2
+    for state, noise in zip(FIN_DRIVEN, scales.fin_noise(params.fin_resolution), strict=True):
+        tuning.Q_final[state] += noise**2
+    tuning.Q_final[U] += (params.surge_noise * scales.speed_noise) ** 2
+    tuning.Q_final[P_RATE] += (params.roll_noise * scales.rate_noise) ** 2
+    tuning.Q_startup[LINEAR] = (params.startup_speed_noise * scales.speed_noise) ** 2
+    tuning.Q_startup[ANGULAR] = (params.startup_rate_noise * scales.rate_noise) ** 2
+    tuning.Q_eddy_startup[LINEAR] = (params.eddy_speed_noise * scales.eddy_speed_noise) ** 2
+    tuning.Q_eddy_startup[ANGULAR] = (params.eddy_rate_noise * scales.eddy_rate_noise) ** 2
     tuning.may_learn[:] = 1.0
     tuning.may_learn[first + count + nuisances :] = 0.0
     tuning.lower[:], tuning.upper[:] = -math.inf, math.inf

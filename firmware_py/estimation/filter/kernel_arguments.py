@@ -132,11 +132,13 @@ class Monitor(NamedTuple):
         age: how far the start-up is, s, (1,); see `start_up.schedule`.
         window: exponential windows over the NIS, (3, 3); see `consistency.add_nis`.
         rejected: how many measurements the most likely filter rejected, (9,).
+        burst: of the gyros, (3,); see `consistency.add_burst`.
     """
 
     age: Vector
     window: Matrix
     rejected: Indices
+    burst: Vector
 
 
 class Given(NamedTuple):

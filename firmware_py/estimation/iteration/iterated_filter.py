@@ -9,6 +9,10 @@ moves nothing: a few rows of the history with every step, until it has caught up
 
 The first pass does not trust the filter. It begins with what was believed in the beginning, and with so much process
 noise on the velocities that wrong slopes do little harm; then with less and less of it (continuation).
+
+A pass may diverge and converge all the same, on something that is far from the measurements. So it has to explain the
+flight about as well as the running bank does (`EVIDENCE_LOST`), else it is rejected: the bank goes on, nothing that was
+learned counts as confirmed any longer, and the iteration begins with its first stage again.
 """
 
 from __future__ import annotations
@@ -22,10 +26,11 @@ from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import IterationMemory
 from firmware_py.estimation.filter.bank_arrays import BankArrays
 from firmware_py.estimation.filter.measurement_history import MeasurementHistory, new_history, record
+from firmware_py.estimation.iteration.acceptance import Evidence, Verdict
 from firmware_py.estimation.iteration.relinearised_pass import relinearised_pass
 from firmware_py.estimation.iteration.smoother_pass import SmootherPass
+from firmware_py.estimation.iteration.stages import FIRST_INTENSITY, LAST, set_noise
 from firmware_py.estimation.model.jacobians import Array
-from firmware_py.estimation.model.state import ANGULAR, LINEAR
 
 ROWS_PER_STEP = 8
 """Rows of the history that are gone through with every step made."""
@@ -38,18 +43,6 @@ CONVERGED = 4.0
 what was recorded meanwhile alone, one of ten moves by 2 or 3."""
 STARTUP_TIMES = 50.0
 """So many of its time constants after its beginning, a bank's start-up is over."""
-STAGES = (1.0, 0.3, 0.1, 0.03, 0.0)
-"""Parts of the next two that a pass assumes, one after the other, each until it converges: far from the truth."""
-STAGE_SPEED_NOISE, STAGE_RATE_NOISE = 0.05, math.radians(1.0)
-"""Random walk of velocities by sqrt(s), m/s and rad/s: about what slopes of coefficients that are half wrong leave."""
-LAST = len(STAGES) - 1
-FIRST_INTENSITY = 0.05
-"""Eddies that the reference of such a pass assumes, m/s: those of the filter that is nearest. While coefficients are
-half wrong the most intense filter is the most likely, in still water too, and its motion follows all their errors: with
-0.2 m/s one flight of fifty was not converged after a minute."""
-EDDY_NOISE_LEFT = 0.1
-"""Of the start-up noise by eddies, so much is left even about the smoothed motion, whose eddies are a sixth of them
-off."""
 ENDLESS = 1 << 40
 NO_INPUTS = np.zeros(4)
 
@@ -62,6 +55,7 @@ class IteratedFilter:
         used: rows of it that are recorded.
         running: whether it records.
         accepted: how often its bank took over.
+        rejected: how often it did not.
     """
 
     def __init__(self, filters: BankArrays, params: CoefficientParams) -> None:
@@ -79,11 +73,12 @@ class IteratedFilter:
         self._window, self._contradicted = np.zeros((3, 3)), np.zeros(1)
         self._stage, self._accepted_last = LAST, False
         """Of STAGES, where the iteration is; and whether the last one took over."""
+        self._evidence = Evidence(params.likelihood_memory)
         self._deviation = np.zeros((count, filters.width))
         self._nis, self._rejected = np.zeros(9), np.zeros(9, dtype=np.int64)
         self.used, self._span, self._turn, self._row = 0, 0.0, 0, -1
         """Row -1: no pass is under way."""
-        self._age, self._learned, self.running, self.accepted = 0.0, False, False, 0
+        self._age, self._learned, self.running, self.accepted, self.rejected = 0.0, False, False, 0, 0
 
     @property
     def recording(self) -> MeasurementHistory:
@@ -100,7 +95,23 @@ class IteratedFilter:
         if self.running:
             self._start = bank.copy()
         self.used, self._span, self._turn, self._row = 0, 0.0, 0, -1
-        self._age, self._learned, self._accepted_last = age, False, False
+        self._age, self._learned, self._accepted_last, self._evidence.lost = age, False, False, 0.0
+
+    def begin_again(self, bank: BankArrays, age: float, believed: Array) -> None:
+        """As `begin`, but the parameters are as `believed`, (parameters,), and as uncertain, as in the very beginning.
+
+        For a bank that no pass has confirmed: it goes on, and stays unconfirmed.
+        """
+        self.begin(bank, age)
+        x, P, _ = self._start
+        first, size = bank.model.first, bank.model.size
+        x[:, first:] = believed
+        P[:, first:, :], P[:, :, first:] = 0.0, 0.0
+        P[:, range(first, size), range(first, size)] = bank.prior[first:] ** 2
+
+    def evidence_reset(self, log_likelihood: float) -> None:
+        """The running bank's log-likelihoods begin at 0 again; the greatest of them was `log_likelihood`."""
+        self._evidence.lost += log_likelihood
 
     def learning(self, bank: BankArrays, age: float) -> None:
         """A coefficient may learn for the first time: a history is wanted, if there is none."""
@@ -124,7 +135,7 @@ class IteratedFilter:
         mark = self._times[self._turn] if self._learned else self._delay + PATIENCE
         return max(math.ceil((mark - self._span) / h - 1e-6), 1)
 
-    def follow(self, bank: BankArrays, steps: int, h: float, age: Array, begun: Flags) -> bool:
+    def follow(self, bank: BankArrays, steps: int, h: float, age: Array, begun: Flags) -> Verdict:
         """Follows `steps` steps of h (s), no more than were free.
 
         Args:
@@ -135,12 +146,13 @@ class IteratedFilter:
             begun: which of the learned coefficients have had cause to learn, (names,).
 
         Returns:
-            Whether the bank was changed.
+            ACCEPTED if the bank was changed.
         """
         if not self.running:
-            return False
+            return Verdict.NONE
         self.used += steps
         self._span += steps * h
+        self._evidence.fade(steps * h)
         if self.used > len(self.history.h):
             self.running = False
         elif self._row >= 0:
@@ -155,9 +167,13 @@ class IteratedFilter:
                 self._stage = LAST
                 self._rewind(bank.combine()[0], int(bank.log_likelihood.argmax()), begun)
             else:
-                self._stage = 0
-                self._rewind(self._start[0][0], int(np.abs(bank.intensity - FIRST_INTENSITY).argmin()), begun)
-        return False
+                self._rewind_to_first_stage(bank, begun)
+        return Verdict.NONE
+
+    @property
+    def gave_up(self) -> bool:
+        """Whether it records no longer, and its last word was no confirmation."""
+        return len(self.history.h) > 0 and not self.running and not self._accepted_last
 
     def permitted(self, count: int) -> Flags:
         """Which of the first `count` coefficients the last pass let learn, (count,)."""
@@ -165,7 +181,7 @@ class IteratedFilter:
         permitted: Flags = self._bank.tuning.may_learn[first : first + count] > 0.0
         return permitted
 
-    def _catch_up(self, bank: BankArrays, steps: int, age: Array, begun: Flags) -> bool:
+    def _catch_up(self, bank: BankArrays, steps: int, age: Array, begun: Flags) -> Verdict:
         """Goes on; at the end of the history, takes over or begins another pass."""
         own, ref, far = self._bank, self._reference, ROWS_PER_STEP * steps
         finite = self._advance(min(self._row + far, ref.smoothed_to))
@@ -176,7 +192,7 @@ class IteratedFilter:
             if self.used - self._row <= ROWS_PER_STEP:
                 finite = self._advance(self.used)
         if finite and self._row < self.used:
-            return False
+            return Verdict.NONE
         if finite:
             mean, std, _ = own.combine()
             first = own.model.first
@@ -185,18 +201,25 @@ class IteratedFilter:
             if not converged or self._stage < LAST:
                 self._stage += converged
                 self._rewind(mean, int(own.log_likelihood.argmax()), begun)
-                return False
-        accepted = bool(finite and self._contradicted[0] == 0.0)
-        if accepted:
+                return Verdict.NONE
+        again = self._accepted_last
+        explains = self._evidence.enough(own.log_likelihood, bank.log_likelihood)
+        self._accepted_last = bool(finite and self._contradicted[0] == 0.0 and explains)
+        if self._accepted_last:
             bank.take(own.x, own.P, own.log_likelihood)
+            self._evidence.lost = 0.0
             age[0] = max(age[0], self._startup_over)
             self.accepted += 1
-        self._accepted_last = accepted
+        else:
+            self.rejected += 1
+            if again:  # it began with what was known; now with what was believed in the beginning
+                self._rewind_to_first_stage(bank, begun)
+                return Verdict.REJECTED
         self._row = -1
         while self._turn < len(self._times) and self._times[self._turn] <= self._span:
             self._turn += 1
         self.running = self._turn < len(self._times)
-        return accepted
+        return Verdict.ACCEPTED if self._accepted_last else Verdict.REJECTED
 
     def _advance(self, to: int) -> bool:
         """Takes the bank to that row, up to which the reference is known; False if it cannot go on."""
@@ -204,6 +227,11 @@ class IteratedFilter:
         rest = (ref.path, ref.reference, self._deviation, self._nis, self._rejected, self._window, self._contradicted)
         finite: bool = relinearised_pass(self._bank.kernel, self.history, begin, to, *rest)
         return finite
+
+    def _rewind_to_first_stage(self, bank: BankArrays, begun: Flags) -> None:
+        """Starts a pass about what was believed where the history begins, with all the noise of the first stage."""
+        self._stage = 0
+        self._rewind(self._start[0][0], int(np.abs(bank.intensity - FIRST_INTENSITY).argmin()), begun)
 
     def _rewind(self, mean: Array, most_likely: int, begun: Flags) -> None:
         """Starts a pass: slopes about the `mean`, (n,), in the eddies of that filter."""
@@ -213,10 +241,7 @@ class IteratedFilter:
         tuning.may_learn[:] = self._may_learn
         tuning.may_learn[names] = np.maximum(self._may_learn[names], begun)
         tuning.learns[:] = tuning.may_learn
-        tuning.Q[:] = tuning.Q_final * tuning.may_learn
-        tuning.Q_eddy[:] = EDDY_NOISE_LEFT**2 * tuning.Q_eddy_startup
-        tuning.Q[LINEAR] += (STAGES[self._stage] * STAGE_SPEED_NOISE) ** 2
-        tuning.Q[ANGULAR] += (STAGES[self._stage] * STAGE_RATE_NOISE) ** 2
+        set_noise(tuning, own.scales, self._stage)
         self._reference.start(mean, most_likely)
         self._mean[:] = mean
         self._window[:], self._contradicted[:] = 0.0, 0.0
@@ -244,6 +269,8 @@ class IteratedFilter:
             learned=self._learned,
             running=self.running,
             accepted=self.accepted,
+            rejected=self.rejected,
+            lost=self._evidence.lost,
         )
 
     def thaw(self, memory: IterationMemory) -> None:
@@ -260,6 +287,7 @@ class IteratedFilter:
         self._stage, self._accepted_last = memory.stage, memory.accepted_last
         self._age, self._learned = memory.age, memory.learned
         self.running, self.accepted = memory.running, memory.accepted
+        self.rejected, self._evidence.lost = memory.rejected, memory.lost
 
 
 def _steps(rows: int, pace: int) -> int:

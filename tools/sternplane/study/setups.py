@@ -33,14 +33,13 @@ PAPER_EKF = dict(zip(TEN, (0.12, 0.26, 0.33, 0.58, 0.13, 0.05, 0.09, 14.53, 9.61
 PAPER_SMO = dict(zip(TEN, (1.10, 1.46, 24.67, 17.78, 30.35, 3.07, 2.48, 49.34, 102.57, 44.22), strict=True))
 """The same of its sliding-mode observer."""
 AMPLITUDE, CLOCK = math.radians(20.0), 4.0
-"""Of the PRBS, rad and s: chosen by the bound alone, which after 900 s is then 0.72 of the tightest target (Z_ds); at
-17 deg and 2.5 s it is 0.96 (N_v). Pitch stays below 30 deg."""
+"""Of the PRBS, rad and s: chosen by the bound, which after 900 s is then 0.72 of the tightest target; at 17 deg and
+2.5 s 0.96. Pitch stays below 30 deg."""
 WRONG = 0.5
 """How far off every coefficient starts; it is also the filter's prior sigma."""
 START_UP_TIMES = 3.5
 """After so many of its time constants a start-up noise is left with exp(-7) = 0.1 % of its variance."""
-FIXED_SEED = 1000
-"""Of runs without noise: they and their rows are the same whatever seeds the study is given."""
+FIXED_SEED = 1000  # of runs without noise: the same whatever seeds the study is given
 MARGIN = 1.25
 """The target of a row without noise over what was reached when the target was written."""
 POINTS = 24
@@ -70,18 +69,19 @@ def shipped() -> CoefficientParams:
 
 
 def flying(**changes: Any) -> CoefficientParams:
-    """Return the shipped settings as the flights of the study need them.
+    """Return the shipped settings as the study's flights need them.
 
-    Its sensors have no bias, and coefficients are known to `WRONG` before.
+    Sensors have no bias, fin angles are exact, coefficients are known to `WRONG` before, and all but the ten is known.
     """
     unbiased = {"std": WRONG, "speed_bias": 0.0, "rate_bias": 0.0, "angle_bias": 0.0}
-    return dataclasses.replace(shipped(), **{**unbiased, **changes})
+    known: dict[str, Any] = {"nuisances": (), "stds": {}, "surge_noise": 0.0, "roll_noise": 0.0, "fin_resolution": 0.0}
+    return dataclasses.replace(shipped(), **{**unbiased, **known, **changes})
 
 
 def start_up_over() -> float:
     """Return the age, s, from which the start-up noise is less than 0.1 % of its variance.
 
-    Until then the filter says more uncertainty than it has, on purpose: NIS and NEES stay below 1 and judge nothing.
+    Until then NIS and NEES stay below 1, on purpose.
     """
     return shipped().learning_delay + START_UP_TIMES * shipped().startup_time
 

@@ -10,7 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.estimation.coefficient_validity import ENTER, STAY, CoefficientValidity, Validity, ValidityParams, band
+from firmware_py.estimation.coefficient_validity import (
+    CAREFUL,
+    ENTER,
+    STAY,
+    CoefficientValidity,
+    Validity,
+    ValidityParams,
+    band,
+)
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.params import ParamError
 from tests.estimation.cases import TEN, VEHICLE
@@ -136,7 +144,7 @@ def test_a_reset_takes_all_validity_and_gives_none_before_it_has_settled() -> No
 
 
 @pytest.mark.parametrize("sensor", [0, 1, 2])
-@pytest.mark.parametrize("factor", [0.5, 2.0])
+@pytest.mark.parametrize("factor", [0.0, 2.0])
 def test_one_inconsistent_sensor_takes_all_validity(sensor: int, factor: float) -> None:
     judge = health()
     last(judge, 30.0)
@@ -150,7 +158,7 @@ def test_one_inconsistent_sensor_takes_all_validity(sensor: int, factor: float) 
 def test_the_slack_lets_variances_be_known_no_better() -> None:
     for slack, valid in ((0.0, False), (0.2, True)):
         assert all(last(health(nis_slack=slack), 30.0, nis=1.15 * FINE).valid) == valid
-        assert all(last(health(nis_slack=slack), 30.0, nis=0.87 * FINE).valid) == valid
+        assert all(last(health(nis_slack=slack), 30.0, nis=0.87 / CAREFUL * FINE).valid) == valid
 
 
 def test_innovations_that_are_chance_are_consistent_and_twice_as_much_is_seen_at_once() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sternplane.study.cases import consistency, exact, misaligned, noisy, sitl, sliding, wrong
+from sternplane.study.cases import consistency, exact, honesty, misaligned, noisy, sitl, sliding, wrong
 from sternplane.study.rows import Case
 
 CASES: tuple[Case, ...] = (
@@ -12,5 +12,6 @@ CASES: tuple[Case, ...] = (
     *wrong.CASES,
     *consistency.CASES,
     *sitl.CASES,
+    *honesty.CASES,
     *misaligned.CASES,
 )

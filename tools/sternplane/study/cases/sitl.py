@@ -1,4 +1,7 @@
-"""Through the bus: whole flights in SITL, with float16 on the wires, real rates, latency, dropouts, biases."""
+"""Through the bus: whole flights in SITL, with float16 on the wires, real rates, latency, dropouts, biases.
+
+The vehicle file is right but for the ten, and the filter is told so; `honesty` flies files that are wrong in the rest.
+"""
 
 from __future__ import annotations
 
@@ -41,6 +44,10 @@ u_m_s = 1.8
 n_rpm = 492.0
 [autopilot.safety]
 depth_max_m = 80.0
+[autopilot.estimation.coefficients]
+nuisances = []
+surge_noise = 0.0
+roll_noise = 0.0
 [[orders]]
 t_s = 0.5
 arming = "arm"

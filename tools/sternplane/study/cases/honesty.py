@@ -1,0 +1,201 @@
+"""Is a value right that is called valid: two hulls, whole flights, vehicle files that are wrong in one thing each.
+
+What a law may rely on is `valid`, so this alone is judged: how many valid values are off by more than `FAR` of their
+own sigmas. The file of a flight is off to sides that are drawn by its seed.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from firmware_py.adapters.installation import configs
+from firmware_py.adapters.storage.toml_files import read_toml
+from firmware_py.estimation.coefficient_params import TEN
+from firmware_py.estimation.model.observer_model import GROUPS
+from firmware_py.guidance.excitation import PERIOD
+from sternplane.identification.vehicle_file import write
+from sternplane.logs.reading import read
+from sternplane.sitl.flight import FlightRequest, fly, prepare
+from sternplane.study.chance import share_of
+from sternplane.study.rows import Case, Results, Row, RunArrays
+
+FAR, SHARE = 4.0, 0.01
+"""A valid value is off if it is so many sigmas from the truth; and the share of such that is allowed."""
+DURATION = 80.0
+"""s; the first pass through the flight takes over at some 30 s."""
+UNKNOWN_MAX = 3.0
+"""Coefficients of a flight, of ten, that are not valid at its end, on average: honesty by silence is none."""
+SCENARIO = """
+description = "The estimation study: is valid right."
+duration_s = {duration}
+completes = "time"
+[environment]
+current_ned_m_s = [0.06, 0.08, 0.0]
+bottom_depth_m = 70.0
+[start]
+depth_m = 30.0
+u_m_s = {u}
+n_rpm = {n}
+[autopilot.safety]
+depth_max_m = 50.0
+[[orders]]
+t_s = 0.5
+arming = "arm"
+mode = "mission"
+[[items]]
+manoeuvre = {{ kind = "prbs", {fins}, register = {register} }}
+"""
+
+Tables = dict[str, Any]
+Signs = Callable[[], float]
+
+
+class Hull(NamedTuple):
+    """A configuration, and how it is flown."""
+
+    folder: str
+    u: float
+    n: float
+    fins: str
+
+
+class Wrong(NamedTuple):
+    """One way in which a vehicle file is wrong."""
+
+    hull: Hull
+    label: str
+    spoil: Callable[[Tables, Signs], None]
+    unknown_max: float | None = UNKNOWN_MAX
+
+
+NPS = Hull("npsauv2", 1.8, 492.0, "delta_s_deg = 15.0, delta_r_deg = 15.0")
+REMUS = Hull("remus100", 1.5, 1461.0, "delta_s_deg = 3.0, delta_r_deg = 5.0, clock_s = 1.0")
+
+
+def _scale(table: dict[str, Any], names: Sequence[str], share: float, sign: Signs) -> None:
+    for name in names:
+        table[name] *= 1.0 + share * sign()
+
+
+def nothing(tables: Tables, sign: Signs) -> None:
+    """Leave the file as it is."""
+
+
+def ten(share: float) -> Callable[[Tables, Signs], None]:
+    """Return what makes the ten wrong by a share of each."""
+    return lambda tables, sign: _scale(tables["coefficients"], TEN, share, sign)
+
+
+def added_mass(tables: Tables, sign: Signs) -> None:
+    """Make the added mass wrong by 20 %, to one side in each equation."""
+    for members in GROUPS.values():
+        side = sign()
+        _scale(tables["coefficients"], members, 0.2, lambda side=side: side)  # type: ignore[misc]
+
+
+def rest(tables: Tables, sign: Signs) -> None:
+    """Make every coefficient wrong by 20 % that is neither one of the ten nor added mass."""
+    names = [name for name in tables["coefficients"] if name not in TEN and not name.endswith("dot")]
+    _scale(tables["coefficients"], names, 0.2, sign)
+
+
+def drag(tables: Tables, sign: Signs) -> None:
+    """Make the drag wrong by 20 %: along, across, and that of the fins."""
+    _scale(tables["propeller"], ("C_d0",), 0.2, sign)
+    _scale(tables["hull"], ("C_dy", "C_dz"), 0.2, sign)
+    _scale(tables["coefficients"], ("X_dsds", "X_drdr"), 0.2, sign)
+
+
+def buoyancy(tables: Tables, sign: Signs) -> None:
+    """Make the buoyancy wrong by 1 %."""
+    _scale(tables["body"], ("buoyancy_n",), 0.01, sign)
+
+
+WAYS = (
+    Wrong(NPS, "the rest +-20 %", rest),
+    Wrong(REMUS, "the ten +-30 %", ten(0.3)),
+    Wrong(NPS, "added mass +-20 %", added_mass),
+    Wrong(REMUS, "right", nothing),
+    Wrong(NPS, "drag +-20 %", drag),
+    Wrong(NPS, "the ten +-50 %", ten(0.5)),
+    Wrong(REMUS, "the rest +-20 %", rest),
+    Wrong(NPS, "the ten +-30 %", ten(0.3)),
+    Wrong(REMUS, "added mass +-20 %", added_mass),
+    Wrong(REMUS, "drag +-20 %", drag),
+    Wrong(NPS, "right", nothing),
+    Wrong(NPS, "buoyancy +-1 %", buoyancy, None),
+    Wrong(REMUS, "buoyancy +-1 %", buoyancy, None),
+)
+
+
+def _run(seed: int, k: int) -> RunArrays:
+    way = WAYS[k % len(WAYS)]
+    hull, shipped = way.hull, configs() / way.hull.folder
+    sides = np.random.default_rng([seed, *b"file"])
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        shutil.copytree(shipped, folder / "config")
+        table = read_toml(shipped / "vehicle.toml")
+        true = dict(table["coefficients"])
+        way.spoil(table, lambda: float(sides.choice((-1.0, 1.0))))
+        write(folder / "config" / "vehicle.toml", table, "Wrong on purpose.")
+        scenario = folder / "study.toml"
+        fields = {"duration": DURATION, "u": hull.u, "n": hull.n, "fins": hull.fins, "register": 1 + seed % PERIOD}
+        scenario.write_text(SCENARIO.format(**fields))
+        flight = prepare(FlightRequest(scenario=str(scenario), config=folder / "config", seed=seed), {})
+        outcome = fly(flight, folder / "log.mcap")
+        c = read(folder / "log.mcap").columns
+    off = (c["state.learned.value"] - np.array([true[name] for name in TEN])) / c["state.learned.std"]
+    valid = c["state.learned.valid"].astype(bool)
+    return {
+        "way": np.array(k % len(WAYS)),
+        "completed": np.array(outcome.completed),
+        "z": np.abs(off[-1]),
+        "valid": valid[-1],
+        "ever": np.nanmax(np.where(valid, np.abs(off), 0.0), axis=0),
+    }
+
+
+def far(runs: Sequence[Mapping[str, np.ndarray]]) -> tuple[int, int]:
+    """Return how many values are valid at the end, and how many of these are off by more than FAR sigmas."""
+    valid = [run["valid"] for run in runs]
+    return int(np.sum(valid)), int(np.sum([(run["z"] > FAR) & run["valid"] for run in runs]))
+
+
+def _evaluate(runs: Sequence[RunArrays]) -> Results:
+    case = f"valid values, two hulls, SITL on virtual, PRBS, current 0.1 m/s, {DURATION:g} s"
+    count, wrong = far(runs)
+    failed = sum(not run["completed"] for run in runs)
+    share, most = wrong / max(count, 1), share_of(max(count, 1), SHARE)
+    rows = [
+        Row(case, f"share of the valid values beyond {FAR:g} sigma, all flights", share, most, len(runs)),
+        Row(case, "flights that were not completed", float(failed), 0.0),
+    ]
+    for i, way in enumerate(WAYS):
+        of_way = [run for run in runs if int(run["way"]) == i]
+        if not of_way:
+            continue
+        name, n = f"{way.hull.folder}, {way.label}", len(of_way)
+        z = [float((run["z"] * run["valid"]).max()) for run in of_way]
+        unknown = 10.0 - far(of_way)[0] / n
+        rows.append(Row(case, f"{name}: coefficients that are not valid, of ten", unknown, way.unknown_max, n))
+        rows.append(Row(case, f"{name}: greatest valid value off, sigmas", max(z)))
+        ever = max(float(run["ever"].max()) for run in of_way)
+        rows.append(Row(case, f"{name}: the same at any time of the flights", ever))
+    return Results(rows)
+
+
+CASES = (
+    Case(
+        "valid is right",
+        "Whole flights of two hulls, NPS AUV II and REMUS 100, with vehicle files that are wrong in the ten, in added "
+        "mass, in drag, in buoyancy, or in everything else; what is called valid is held against the truth.",
+        *(_run, _evaluate, 10 * len(WAYS), 5),
+    ),
+)
