@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple, Protocol
 
 from firmware_py.allocation import Allocator
+from firmware_py.control.adoption import Adoption
 from firmware_py.guidance.guidance import Guidance
+from firmware_py.records.adoption import Adopted
 from firmware_py.records.command import Applied, Demand, ModeState, Reference
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import StateEstimate
@@ -44,7 +46,9 @@ class StateEstimator(Protocol):
 class ControlLaw(Protocol):
     """Interface of the control laws: reference to demand."""
 
-    def update(self, tick: Tick, mode: ModeState, order: Order, reference: Reference, state: StateEstimate) -> Demand:
+    def update(
+        self, tick: Tick, mode: ModeState, order: Order, reference: Reference, state: StateEstimate, adopted: Adopted
+    ) -> Demand:
         """Return the demand of stern planes, rudder and propeller for this tick."""
 
     def freeze(self) -> Any:
@@ -59,6 +63,7 @@ class Parts(NamedTuple):
 
     estimator: StateEstimator
     actuator_watch: ActuatorWatch
+    adoption: Adoption
     supervisor: Supervisor
     guidance: Guidance
     control: ControlLaw
@@ -99,17 +104,20 @@ class Autopilot:
     def step(self, tick: Tick, frame: SensorFrame, order: Order) -> Cycle:
         """Compute one cycle: make changes, estimate, watch, supervise, guide, control, allocate, limit."""
         self.parts, changed = self.reconfigurator.apply(order.changes, self.parts)  # parameters, mission, fence, rally
-        estimator, actuator_watch, supervisor, guidance, control, gate = self.parts
+        estimator, actuator_watch, adoption, supervisor, guidance, control, gate = self.parts
         state = estimator.update(tick, frame, self.applied)
         actuators = actuator_watch.update(tick, frame, self.applied, state)
+        adopted = adoption.update(tick, frame, state, self.applied)
         flown = guidance.finished, guidance.last
         mode = supervisor.update(tick, estimator.believed, state, actuators, order, *flown)  # may only make it safer
-        reference = guidance.update(tick, mode, order, state)
-        demand = control.update(tick, mode, order, reference, state)
+        reference = guidance.update(tick, mode, order, state, adopted.caution)
+        demand = control.update(tick, mode, order, reference, state, adopted)
         fins = self.allocator.allocate(demand)
         self.applied = gate.limit(tick, mode, frame, fins, self.applied)  # last word; knows no law
-        events = changed + supervisor.events + guidance.events
-        return Cycle(tick, frame, order, state, actuators, mode, reference, demand, fins, self.applied, events)
+        events = changed + adoption.events + supervisor.events + guidance.events
+        return Cycle(
+            *(tick, frame, order, state, actuators, adopted, mode, reference, demand, fins, self.applied, events)
+        )
 
     def freeze(self) -> Memory:
         """Return the whole memory, so that a replay can start in the middle of a log."""

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from firmware_py.autopilot import Parts
 from firmware_py.contradictions import contradictions
+from firmware_py.control.adoption import Adoption
 from firmware_py.control.control import Control, ControlParams
 from firmware_py.estimation.estimator import EstimationParams, Estimator, refuse_no_filter, same_filter
 from firmware_py.estimation.model.observer_model import refuse_no_inertia
@@ -73,7 +74,7 @@ _MADE_OF: dict[str, tuple[str, ...]] = {
     "estimation": ("estimator", "supervisor"),
     "safety": ("actuator_watch", "supervisor", "guidance", "gate"),
     "guidance": ("guidance", "supervisor"),
-    "control": ("control",),
+    "control": ("control", "adoption"),
     "mavlink": (),
 }
 """The parts that depend on each table of autopilot.toml."""
@@ -120,6 +121,7 @@ class PartsFactory:
             "supervisor": self._supervisor,
             "guidance": self._guidance,
             "control": self._control,
+            "adoption": self._adoption,
             "gate": self._gate,
             "estimator": self._estimator,
         }
@@ -257,6 +259,16 @@ class PartsFactory:
     def _control(self) -> Control:
         with prefix_errors(self._files["vehicle"]):
             return Control(self.params.control, self._vehicle)
+
+    def _adoption(self) -> Adoption:
+        with prefix_errors(self._files["vehicle"]):
+            return Adoption(self.params.control.adoption, self.params.control.poles, self._names, self._vehicle)
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        """Return the names of what is learned."""
+        estimation = self.params.estimation
+        return estimation.coefficients.names if estimation.learning.enabled else ()
 
     def _gate(self) -> Gate:
         vehicle = self._vehicle

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from firmware_py.marine import clip
 from firmware_py.params import param
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.vehicle.linear_models import diving_model
+from firmware_py.vehicle.linear_models import DivingCoefficients, diving_coefficients, diving_model
 from firmware_py.vehicle.vehicle import Vehicle
 
 _INTEGRAL_SHARE = 0.1
@@ -54,9 +54,14 @@ class PitchControl:
     def __init__(self, params: AscentControlParams, vehicle: Vehicle) -> None:
         self._bandwidth = params.bandwidth
         self._limit = vehicle.effectiveness.delta_s_max
-        model = diving_model(vehicle, 1.0)
-        (self._damping, self._restoring, _), self._control = model.A[0], model.b[0]
+        self._vehicle = vehicle
+        self.adopt(diving_coefficients(vehicle))
         self._memory = AscentControlMemory()
+
+    def adopt(self, coefficients: DivingCoefficients) -> None:
+        """Design from other coefficients."""
+        model = diving_model(self._vehicle, 1.0, coefficients)
+        (self._damping, self._restoring, _), self._control = model.A[0], model.b[0]
 
     def update(self, pitch_d: float, state: StateEstimate, theta_dot: float, u: float, dt: float) -> float:
         """Return delta_s, rad, for the desired pitch, rad; `u` is the speed that is designed for, m/s.

@@ -10,12 +10,13 @@ from firmware_py.vehicle.linear_models import LinearModel, Vector3
 class AxisLaw(Protocol):
     """A law with one input: sliding mode or PID."""
 
-    def schedule(self, model: LinearModel, speed_ratio: float) -> None:
+    def schedule(self, model: LinearModel, speed_ratio: float, caution: float) -> None:
         """Adapt the law to another speed.
 
         Args:
             model: the linear model at that speed.
             speed_ratio: that speed over the trim speed, > 0.
+            caution: in [0, 1], how little is known of the model.
         """
 
     def update(self, error: Vector3, delta_ff: float, limit: float, dt: float) -> tuple[float, float]:

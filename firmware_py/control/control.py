@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from firmware_py.control.ascent import AscentControlMemory, AscentControlParams, PitchControl
+from firmware_py.control.axis_adoption import AdoptionParams
 from firmware_py.control.axis_law import AxisLaw
 from firmware_py.control.depth import DepthControl, DepthControlMemory
 from firmware_py.control.feed_forward import attitude_rates
@@ -17,6 +18,8 @@ from firmware_py.control.sliding_mode_law import SlidingModeLaw
 from firmware_py.control.sliding_mode_params import (
     PAPER_DEPTH_GAINS,
     PAPER_HEADING_GAINS,
+    S_LAST_DEPTH,
+    S_LAST_HEADING,
     DepthSlidingGains,
     GainSet,
     HeadingSlidingGains,
@@ -24,17 +27,14 @@ from firmware_py.control.sliding_mode_params import (
 from firmware_py.control.speed import SpeedControl, SpeedParams
 from firmware_py.marine import clip
 from firmware_py.params import ParamError, TakesEffect, param, table
+from firmware_py.records.adoption import Adopted
 from firmware_py.records.command import AscentStage, Demand, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.order import Mode, Order
 from firmware_py.tick import Rate, Tick
-from firmware_py.vehicle.linear_models import diving_model, steering_model
+from firmware_py.vehicle.linear_models import DivingCoefficients, SteeringCoefficients, diving_model, steering_model
 from firmware_py.vehicle.vehicle import Vehicle
 
-S_LAST_DEPTH = -1.0
-"""Last entry of the depth surface s: sigma_z grows as the vehicle gets shallower, as in Eq. 28."""
-S_LAST_HEADING = 1.0
-"""Last entry of the heading surface s: sigma_psi grows as the vehicle turns to starboard, as in Eq. 32."""
 NO_DEMAND = Demand(delta_s=0.0, delta_r=0.0, n=0.0, sigma_z=0.0, sigma_psi=0.0)
 
 
@@ -92,6 +92,14 @@ class ControlParams:
     heading_pid: PidGains = table(PidGains, mav="PPID_")
     speed: SpeedParams = table(SpeedParams, mav="SPD_")
     ascent: AscentControlParams = table(AscentControlParams, mav="ASC_")
+    adoption: AdoptionParams = table(AdoptionParams, mav="ADO_")
+
+    @property
+    def poles(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Return the poles of the sliding-mode laws of depth and heading at the trim speed, 1/s."""
+        if self.gains is GainSet.PAPER:
+            return PAPER_DEPTH_GAINS.poles, PAPER_HEADING_GAINS.poles
+        return self.depth.poles, self.heading.poles
 
     def __post_init__(self) -> None:
         if not self.u_min < self.u_max:
@@ -128,7 +136,15 @@ class Control:
         self._speed = SpeedControl(params.speed, vehicle.propeller)
         self._pitch = PitchControl(params.ascent, vehicle)
 
-    def update(self, tick: Tick, mode: ModeState, order: Order, reference: Reference, state: StateEstimate) -> Demand:
+    def update(
+        self,
+        tick: Tick,
+        mode: ModeState,
+        order: Order,
+        reference: Reference,
+        state: StateEstimate,
+        adopted: Adopted | None = None,
+    ) -> Demand:
         """Return the demand of this tick: delta_s and delta_r (rad), n (rev/s), sigma_z (m), sigma_psi (rad).
 
         DISARMED: all zero; the memory is cleared. MANUAL: the sticks, limited; zero when they are too old.
@@ -144,7 +160,7 @@ class Control:
         eta, nu = state.eta, state.nu
         finite = math.isfinite(sum(nu) + eta.z + eta.phi + eta.theta + eta.psi)
         if finite and tick.every(Rate.HZ_10):
-            self._schedule(nu.u)
+            self._schedule(nu.u, adopted)
         if mode.mode is Mode.MANUAL:
             return self._manual(tick, order, state if finite else None)
         if not finite:
@@ -168,10 +184,16 @@ class Control:
         self._depth.thaw(memory.depth)
         self._heading.thaw(memory.heading)
         self._speed.thaw(memory.speed)
+        self._pitch.adopt(memory.depth.coefficients)
         self._pitch.thaw(memory.pitch)
 
-    def _schedule(self, u: float) -> None:
-        """Redesign depth and heading for the speed u, m/s, kept in [u_min, u_max]."""
+    def _schedule(self, u: float, adopted: Adopted | None) -> None:
+        """Redesign depth and heading for the speed u, m/s, kept in [u_min, u_max], from what is adopted."""
+        if adopted is not None:
+            diving = DivingCoefficients(*adopted.diving)
+            self._depth.adopt(diving, adopted.caution)
+            self._heading.adopt(SteeringCoefficients(*adopted.steering), adopted.caution)
+            self._pitch.adopt(diving)
         u = clip(u, self._params.u_min, self._params.u_max)
         self._depth.schedule(u)
         self._heading.schedule(u)

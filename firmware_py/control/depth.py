@@ -15,7 +15,7 @@ from firmware_py.control.feed_forward import track_depth, unmodelled_climb
 from firmware_py.control.fin_demand import fin_demand
 from firmware_py.records.command import Reference
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.vehicle.linear_models import diving_model
+from firmware_py.vehicle.linear_models import DivingCoefficients, diving_coefficients, diving_model
 from firmware_py.vehicle.vehicle import Vehicle
 
 
@@ -24,11 +24,15 @@ class DepthControlMemory(NamedTuple):
 
     Attributes:
         u: speed that the law is designed for, m/s.
+        coefficients: those that it is designed from, and
+        caution: how little is known of them.
         climb_bias: low-passed vertical velocity that the diving model leaves out, m/s, down positive.
         law: memory of the axis law.
     """
 
     u: float
+    coefficients: DivingCoefficients
+    caution: float
     climb_bias: float
     law: float
 
@@ -44,13 +48,18 @@ class DepthControl:
         self._law, self._vehicle, self._climb_bias_time = law, vehicle, climb_bias_time
         self._limit = vehicle.effectiveness.delta_s_max
         self._climb_bias = 0.0
+        self._coefficients, self._caution = diving_coefficients(vehicle), 0.0
         self.schedule(vehicle.propeller.u_trim)
+
+    def adopt(self, coefficients: DivingCoefficients, caution: float) -> None:
+        """Take other coefficients, and how little is known of them; the next `schedule` designs from them."""
+        self._coefficients, self._caution = coefficients, caution
 
     def schedule(self, u: float) -> None:
         """Redesign the law for the speed u, m/s, > 0."""
         self._u = u
-        self._model = diving_model(self._vehicle, u)
-        self._law.schedule(self._model, u / self._vehicle.propeller.u_trim)
+        self._model = diving_model(self._vehicle, u, self._coefficients)
+        self._law.schedule(self._model, u / self._vehicle.propeller.u_trim, self._caution)
 
     def update(
         self, reference: Reference, state: StateEstimate, theta_dot: float, fade: float, dt: float
@@ -75,10 +84,11 @@ class DepthControl:
 
     def freeze(self) -> DepthControlMemory:
         """Return the whole memory."""
-        return DepthControlMemory(self._u, self._climb_bias, self._law.freeze())
+        return DepthControlMemory(self._u, self._coefficients, self._caution, self._climb_bias, self._law.freeze())
 
     def thaw(self, memory: DepthControlMemory) -> None:
         """Restore the memory that `freeze` returned."""
+        self._coefficients, self._caution = memory.coefficients, memory.caution
         self.schedule(memory.u)
         self._climb_bias = memory.climb_bias
         self._law.thaw(memory.law)

@@ -16,7 +16,7 @@ from firmware_py.control.fin_demand import fin_demand
 from firmware_py.marine import clip
 from firmware_py.records.command import Reference
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.vehicle.linear_models import steering_model
+from firmware_py.vehicle.linear_models import SteeringCoefficients, steering_coefficients, steering_model
 from firmware_py.vehicle.vehicle import Vehicle
 
 NO_SWAY = SwayState(0.0, 0.0)
@@ -27,11 +27,15 @@ class HeadingControlMemory(NamedTuple):
 
     Attributes:
         u: speed that the law is designed for, m/s.
+        coefficients: those that it is designed from, and
+        caution: how little is known of them.
         sway: sway of the steering model.
         law: memory of the axis law.
     """
 
     u: float
+    coefficients: SteeringCoefficients
+    caution: float
     sway: SwayState
     law: float
 
@@ -47,13 +51,18 @@ class HeadingControl:
         self._law, self._vehicle = law, vehicle
         self._limit = vehicle.effectiveness.delta_r_max
         self._sway = NO_SWAY
+        self._coefficients, self._caution = steering_coefficients(vehicle), 0.0
         self.schedule(vehicle.propeller.u_trim)
+
+    def adopt(self, coefficients: SteeringCoefficients, caution: float) -> None:
+        """Take other coefficients, and how little is known of them; the next `schedule` designs from them."""
+        self._coefficients, self._caution = coefficients, caution
 
     def schedule(self, u: float) -> None:
         """Redesign the law for the speed u, m/s, > 0."""
         self._u = u
-        self._model = steering_model(self._vehicle, u)
-        self._law.schedule(self._model, u / self._vehicle.propeller.u_trim)
+        self._model = steering_model(self._vehicle, u, self._coefficients)
+        self._law.schedule(self._model, u / self._vehicle.propeller.u_trim, self._caution)
 
     def update(
         self, reference: Reference, state: StateEstimate, psi_dot: float, fade: float, dt: float
@@ -85,10 +94,11 @@ class HeadingControl:
 
     def freeze(self) -> HeadingControlMemory:
         """Return the whole memory."""
-        return HeadingControlMemory(self._u, self._sway, self._law.freeze())
+        return HeadingControlMemory(self._u, self._coefficients, self._caution, self._sway, self._law.freeze())
 
     def thaw(self, memory: HeadingControlMemory) -> None:
         """Restore the memory that `freeze` returned."""
+        self._coefficients, self._caution = memory.coefficients, memory.caution
         self.schedule(memory.u)
         self._sway = memory.sway
         self._law.thaw(memory.law)

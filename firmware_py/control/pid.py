@@ -77,7 +77,7 @@ class HeadingPidLaw:
         self._speed_ratio = 1.0
         self._integral = 0.0
 
-    def schedule(self, model: LinearModel, speed_ratio: float) -> None:  # noqa: ARG002
+    def schedule(self, model: LinearModel, speed_ratio: float, caution: float) -> None:  # noqa: ARG002
         """Scale the gains for `speed_ratio` times the trim speed."""
         self._speed_ratio = speed_ratio
 
@@ -116,7 +116,7 @@ class DepthPidLaw:
         self._speed_ratio = 1.0
         self._integral = 0.0
 
-    def schedule(self, model: LinearModel, speed_ratio: float) -> None:  # noqa: ARG002
+    def schedule(self, model: LinearModel, speed_ratio: float, caution: float) -> None:  # noqa: ARG002
         """Scale the gains for `speed_ratio` times the trim speed."""
         self._speed_ratio = speed_ratio
 

@@ -69,6 +69,19 @@ def sliding_surface(model: LinearModel, poles: tuple[float, float], s_last: floa
     return (s[0] * scale, s[1] * scale, s[2] * scale), _times_matrix(s, A), scale
 
 
+def cautious_poles(model: LinearModel, poles: tuple[float, float], caution: float) -> tuple[float, float]:
+    """Return poles that are, with all the caution, so fast that the gain takes no damping away.
+
+    b'k is trace(A) - p1 - p2, the third pole being 0. Poles that are slower than the model's own make it negative: the
+    feedback drives the motion. Where the true damping is less than believed, or the fins do more, that is unstable. In
+    between the poles change in proportion to `caution`, in [0, 1].
+    """
+    A, _ = model
+    trace = A[0][0] + A[1][1] + A[2][2]
+    scale = 1.0 + caution * max(0.0, trace / (poles[0] + poles[1]) - 1.0)
+    return poles[0] * scale, poles[1] * scale
+
+
 def design_sliding_mode(
     model: LinearModel, poles: tuple[float, float], s_last: float, delta_sw: float, phi_b: float
 ) -> SlidingDesign:

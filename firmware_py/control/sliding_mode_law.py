@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from firmware_py.control.sliding_mode_design import DesignError, SlidingDesign, control_law, design_sliding_mode
+from firmware_py.control.sliding_mode_design import (
+    DesignError,
+    SlidingDesign,
+    cautious_poles,
+    control_law,
+    design_sliding_mode,
+)
 from firmware_py.control.sliding_mode_params import SlidingGains
 from firmware_py.marine import clip
 from firmware_py.params import ParamError
@@ -20,15 +26,15 @@ class SlidingModeLaw:
         """Design for `model`, the one at the trim speed; `s_last` is the last entry of s, which scales sigma."""
         self._gains, self._s_last = gains, s_last
         try:
-            self._design = self._design_for(model, 1.0)
+            self._design = self._design_for(model, 1.0, 0.0)
         except DesignError as error:
             raise ParamError(f"coefficients: {error}") from None
         self._trim = 0.0
 
-    def schedule(self, model: LinearModel, speed_ratio: float) -> None:
+    def schedule(self, model: LinearModel, speed_ratio: float, caution: float) -> None:
         """Redesign for the model at `speed_ratio` times the trim speed; keep the old design if there is none for it."""
         try:
-            self._design = self._design_for(model, speed_ratio)
+            self._design = self._design_for(model, speed_ratio, caution)
         except DesignError:
             return
 
@@ -46,11 +52,12 @@ class SlidingModeLaw:
             self._trim = clip(self._trim + dt * slope * sigma, -gains.trim_max, gains.trim_max)
         return clip(delta, -limit, limit), sigma
 
-    def _design_for(self, model: LinearModel, speed_ratio: float) -> SlidingDesign:
+    def _design_for(self, model: LinearModel, speed_ratio: float, caution: float) -> SlidingDesign:
         gains = self._gains
         scale = speed_ratio if gains.scaled else 1.0
         p1, p2 = gains.poles
-        design = design_sliding_mode(model, (p1 * scale, p2 * scale), self._s_last, gains.delta_sw, gains.phi_b)
+        poles = cautious_poles(model, (p1 * scale, p2 * scale), caution)
+        design = design_sliding_mode(model, poles, self._s_last, gains.delta_sw, gains.phi_b)
         if gains.phi_b > 0.0:
             return design
         return design._replace(phi_b=design.eta / (gains.bandwidth * scale))

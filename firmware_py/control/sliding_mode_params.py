@@ -7,6 +7,11 @@ from dataclasses import dataclass
 
 from firmware_py.params import param
 
+S_LAST_DEPTH = -1.0
+"""Last entry of the depth surface s: sigma_z grows as the vehicle gets shallower, as in Eq. 28."""
+S_LAST_HEADING = 1.0
+"""Last entry of the heading surface s: sigma_psi grows as the vehicle turns to starboard, as in Eq. 32."""
+
 
 class GainSet(enum.Enum):
     """Gains of the sliding-mode laws."""

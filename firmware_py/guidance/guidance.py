@@ -79,9 +79,9 @@ class Guidance:
     def _flown(self) -> Route:
         return self._ways.get(self._mode, self._route)
 
-    def update(self, tick: Tick, mode: ModeState, order: Order, state: StateEstimate) -> Reference:
-        """Return the reference of this tick; while the state is not finite, the last one without excitation."""
-        self.events = ()
+    def update(self, tick: Tick, mode: ModeState, order: Order, state: StateEstimate, caution: float = 0) -> Reference:
+        """Return this tick's reference, slower with `caution`; of a state that is not finite, the last, undisturbed."""
+        self.events, self._shaper.caution = (), caution
         reference = self._update(tick, mode, order, state)
         self.events += self._learning.report_events(state.learned.report)
         return reference

@@ -31,6 +31,14 @@ class GuidanceParams:
     )
     turn_rate_max: float = param(4.0, unit="deg/s", low=0.1, high=90.0, doc="Fastest turn.", mav="TURN_RATE")
     turn_radius: float = param(20.0, unit="m", low=0.1, high=1000.0, doc="Tightest turn.", mav="TURN_RADIUS")
+    cautious: float = param(
+        50.0,
+        unit="%",
+        low=10.0,
+        high=100.0,
+        doc="Share of these rates while little is known of the vehicle, until enough is learned.",
+        mav="CAUTIOUS",
+    )
     acceleration: float = param(
         0.05, unit="m/s^2", low=0.001, high=10.0, doc="Change of the speed that is asked for.", mav="ACCEL"
     )

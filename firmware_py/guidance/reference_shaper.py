@@ -41,6 +41,8 @@ class ReferenceShaper:
         self.depth = ReferenceModel(params.shape)
         self.heading = ReferenceModel(params.shape, angle=True)
         self._climb_share = math.sin(params.pitch_max)
+        self.caution = 0.0
+        """How little is known of the vehicle, in [0, 1]; at 1 it climbs and turns at a share of its rates."""
 
     def follow(self, state: StateEstimate) -> ShapedReference:
         """Return the vehicle's own depth, heading and speed, so that holding them begins without a bump."""
@@ -52,8 +54,9 @@ class ReferenceShaper:
     def update(self, wanted: Setpoint, u_d: float, u: float, dt: float) -> ShapedReference:
         """Move the reference towards what is wanted, from the speed reference `u_d` at the speed `u`, both m/s."""
         params, u = self._params, max(u, 0.0)
-        climb = min(params.climb_max, self._climb_share * u)
-        turn = min(params.turn_rate_max, u / params.turn_radius)
+        share = 1.0 - self.caution * (1.0 - params.cautious)
+        climb = share * min(params.climb_max, self._climb_share * u)
+        turn = share * min(params.turn_rate_max, u / params.turn_radius)
         z_d, z_d_dot, z_d_ddot, z_d_dddot = self.depth.update(wanted.z_d, climb, u / params.depth_way, dt)
         psi_d, psi_d_dot, psi_d_ddot, _ = self.heading.update(wanted.psi_d, turn, u / params.heading_way, dt)
         step = params.acceleration * dt

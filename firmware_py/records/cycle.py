@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from firmware_py.records.adoption import Adopted
 from firmware_py.records.command import Applied, Demand, FinCommand, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Event
@@ -22,6 +23,7 @@ class Cycle:
     order: Order
     state: StateEstimate
     actuators: ActuatorHealth
+    adopted: Adopted
     mode: ModeState
     reference: Reference
     demand: Demand

@@ -64,6 +64,7 @@ class EventKind(enum.IntEnum):
     WEIGHT_SILENT = 35  # its hardpoint says nothing any longer
     NODE_RESTARTED = 36  # names: the node
     PARAMETER_CHANGED = 37  # one that safety rests on; names: its key, the value before, the value from now on
+    DESIGN_CHANGED = 38  # of a law; numbers: `Source` of its coefficients, `Refusal`; names: the law
 
 
 class Cause(enum.IntEnum):
@@ -218,6 +219,7 @@ _SEVERITIES: Mapping[EventKind, Severity] = {
     EventKind.WEIGHT_SILENT: Severity.WARNING,
     EventKind.NODE_RESTARTED: Severity.WARNING,
     EventKind.PARAMETER_CHANGED: Severity.NOTICE,
+    EventKind.DESIGN_CHANGED: Severity.NOTICE,
 }
 _BY_CAUSE: Mapping[tuple[EventKind, Cause], Severity] = {
     **{(EventKind.MODE_CHANGED, cause): Severity.INFO for cause in INTENDED_CAUSES},

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
+from firmware_py.records.adoption import design_text
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.fence import breach_text
 from firmware_py.records.health_text import actuator_fault_text, source_fault_text, stage_text
@@ -264,6 +265,7 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     ),
     EventKind.NODE_RESTARTED: lambda event, _: f"node {event.names[0]} has restarted",
     EventKind.PARAMETER_CHANGED: lambda event, _: f"{event.names[0]} changed from {' to '.join(event.names[1:])}",
+    EventKind.DESIGN_CHANGED: lambda event, _: f"{event.names[0]} law: {design_text(*event.numbers)}",
     EventKind.WEIGHT_COMMANDED: lambda event, _: f"release of the drop weight commanded{_because(event)}",
     EventKind.WEIGHT_NOT_RELEASED: lambda event, _: f"drop weight not released{_because(event)}",
     EventKind.WEIGHT_HELD: lambda *_: "drop weight held: its hardpoint says so",

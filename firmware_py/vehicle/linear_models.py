@@ -14,6 +14,24 @@ from firmware_py.vehicle.vehicle import Vehicle
 Vector3 = tuple[float, float, float]
 
 
+class DivingCoefficients(NamedTuple):
+    """What the diving model (Eq. 26) is made of beyond hull, body and added mass."""
+
+    M_q: float
+    M_ds: float
+
+
+class SteeringCoefficients(NamedTuple):
+    """What the steering model (Eq. 30) is made of beyond these."""
+
+    Y_v: float
+    Y_r: float
+    Y_dr: float
+    N_v: float
+    N_r: float
+    N_dr: float
+
+
 class LinearModel(NamedTuple):
     """x_dot = A x + b delta: A has shape (3, 3), b shape (3,), delta is one fin angle, rad. Plain floats."""
 
@@ -21,8 +39,20 @@ class LinearModel(NamedTuple):
     b: Vector3
 
 
-def diving_model(vehicle: Vehicle, u: float) -> LinearModel:
-    """Return the diving model at speed u, m/s (paper Eq. 26).
+def diving_coefficients(vehicle: Vehicle) -> DivingCoefficients:
+    """Return the coefficients of the diving model as vehicle.toml has them."""
+    c = vehicle.coefficients
+    return DivingCoefficients(c.M_q, c.M_ds)
+
+
+def steering_coefficients(vehicle: Vehicle) -> SteeringCoefficients:
+    """Return the coefficients of the steering model as vehicle.toml has them."""
+    c = vehicle.coefficients
+    return SteeringCoefficients(c.Y_v, c.Y_r, c.Y_dr, c.N_v, c.N_r, c.N_dr)
+
+
+def diving_model(vehicle: Vehicle, u: float, other: DivingCoefficients | None = None) -> LinearModel:
+    """Return the diving model at speed u, m/s (paper Eq. 26), with `other` coefficients than those of the vehicle.
 
     x = (q, theta, z) in rad/s, rad, m; the input is delta_s, rad, positive bow down (M_ds < 0); z_dot = -u theta.
 
@@ -35,17 +65,18 @@ def diving_model(vehicle: Vehicle, u: float) -> LinearModel:
     inertia = body.I_y - scale * L**2 * c.M_qdot
     if not inertia > 0.0:
         raise ParamError(f"coefficients: M_qdot = {c.M_qdot:g} leaves no inertia in pitch; it should be negative")
-    damping = scale * L * u * c.M_q
+    M_q, M_ds = other or (c.M_q, c.M_ds)
+    damping = scale * L * u * M_q
     restoring = -(body.z_G - body.z_B) * body.weight
-    control = scale * u * u * c.M_ds
+    control = scale * u * u * M_ds
     return LinearModel(
         ((damping / inertia, restoring / inertia, 0.0), (1.0, 0.0, 0.0), (0.0, -u, 0.0)),
         (control / inertia, 0.0, 0.0),
     )
 
 
-def steering_model(vehicle: Vehicle, u: float) -> LinearModel:
-    """Return the steering model at speed u, m/s (paper Eq. 30).
+def steering_model(vehicle: Vehicle, u: float, other: SteeringCoefficients | None = None) -> LinearModel:
+    """Return the steering model at speed u, m/s (paper Eq. 30), with `other` coefficients than those of the vehicle.
 
     x = (v, r, psi) in m/s, rad/s, rad; the input is delta_r, rad, positive to port (N_dr < 0); psi_dot = r.
 
@@ -69,7 +100,8 @@ def steering_model(vehicle: Vehicle, u: float) -> LinearModel:
         """Return (v_dot, r_dot) under a sway force, N, and a yaw moment, N m."""
         return (m_rr * force - m_vr * moment) / det, (m_vv * moment - m_rv * force) / det
 
-    a_vv, a_rv = accelerations(scale * u * c.Y_v, scale * L * u * c.N_v)
-    a_vr, a_rr = accelerations(scale * L * u * c.Y_r - body.mass * u, scale * L**2 * u * c.N_r)
-    b_v, b_r = accelerations(scale * u * u * c.Y_dr, scale * L * u * u * c.N_dr)
+    Y_v, Y_r, Y_dr, N_v, N_r, N_dr = other or steering_coefficients(vehicle)
+    a_vv, a_rv = accelerations(scale * u * Y_v, scale * L * u * N_v)
+    a_vr, a_rr = accelerations(scale * L * u * Y_r - body.mass * u, scale * L**2 * u * N_r)
+    b_v, b_r = accelerations(scale * u * u * Y_dr, scale * L * u * u * N_dr)
     return LinearModel(((a_vv, a_vr, 0.0), (a_rv, a_rr, 0.0), (0.0, 1.0, 0.0)), (b_v, b_r, 0.0))

@@ -25,6 +25,7 @@ from firmware_py.records.sensing import Ahrs, Heard, SensorFrame, silence
 from firmware_py.run import provenance
 from firmware_py.tick import Tick
 from sim_bridge.truth_sample import TruthSample
+from tests.designs import NOTHING_ADOPTED
 
 STEP_NS = 10_000_000
 EVENTS = {
@@ -67,6 +68,7 @@ class ToyAutopilot:
                 eta, Nu(1.8, 0, 0, p, q, r), 0.3 + 0.02 * t, 0.05, 0.01, 40 - eta.z, True, True, True, False
             ),
             actuators=sound(4),
+            adopted=NOTHING_ADOPTED,
             mode=ModeState(mode, mode is Mode.SURFACE, 0),
             reference=reference,
             demand=Demand(self.total, 0.0, 8.0, 0.1, 0.2),

@@ -13,6 +13,7 @@ import typing
 from typing import Any
 
 from firmware_py.adapters.storage import recorder
+from firmware_py.records.adoption import Refusal, Source
 from firmware_py.records.command import AscentStage
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import Cause, EventKind, Severity
@@ -35,7 +36,7 @@ NUMBERS: dict[type[enum.IntEnum], str] = {
         "ASCENT_STAGE=22 WEIGHT_RELEASED=23 RULE_WARNS=24 NODE_GOOD=25 NODE_FAULT=26 WAYPOINT_MISSED=27 MODE_CHOSEN=28 "
         "HOME_REACHED=29 HOME_UNREACHABLE=30 HOME_NOT_KNOWN=31 "
         "WEIGHT_COMMANDED=32 WEIGHT_NOT_RELEASED=33 WEIGHT_HELD=34 WEIGHT_SILENT=35 "
-        "NODE_RESTARTED=36 PARAMETER_CHANGED=37"
+        "NODE_RESTARTED=36 PARAMETER_CHANGED=37 DESIGN_CHANGED=38"
     ),
     Cause: (
         "NONE=0 ORDERED=1 ATTITUDE_DEAD=2 SURFACED=3 ATTITUDE_LOST=4 DEPTH_LOST=5 LEAK=6 BATTERY_LOW=7 "
@@ -52,6 +53,8 @@ NUMBERS: dict[type[enum.IntEnum], str] = {
         "NOT_TOLD=66 NOT_UP=67 NOTHING_TO_END=70 HARDPOINT_OPEN=71 HARDPOINT_HOLDS=72 HARDPOINT_SILENT=73 BY_ITSELF=74 "
         "DEPTH_UNCHECKED=75"
     ),
+    Source: "FILE=0 PASSPORT=1 LEARNED=2 LAST_GOOD=3 NOMINAL=4",
+    Refusal: "NONE=0 OFF=1 UNCERTAIN=2 BOUND=3 DESIGN=4 RESIDUALS=5",
     SourceState: "GOOD=0 SUSPECT=1 LOST=2",
     SourceFault: (
         "NONE=0 SILENT=1 UNHEALTHY=2 IMPOSSIBLE=3 FROZEN=4 STEP=5 DRIFT=6 OUTLIERS=7 LATE=8 CONTRADICTED=9 "
@@ -125,7 +128,7 @@ def enumerations(hint: Any) -> set[type[enum.IntEnum]]:
 
 
 def test_what_the_numbers_of_a_log_stand_for_changes_only_with_its_format() -> None:
-    assert recorder.FORMAT == 3
+    assert recorder.FORMAT == 4
     assert enumerations(Cycle) | enumerations(LoggedChanges) == set(NUMBERS)
     assert {cls: " ".join(f"{x.name}={int(x)}" for x in cls) for cls in NUMBERS} == NUMBERS
 

@@ -158,7 +158,7 @@ def test_another_format_is_refused(tmp_path: Path, toy: SimpleNamespace, monkeyp
     monkeypatch.setattr(recorder, "FORMAT", 99)
     toy.fly(tmp_path / "log.mcap", 0.1)
     monkeypatch.undo()
-    with pytest.raises(LogError, match="format 99, and this program reads format 3; read it"):
+    with pytest.raises(LogError, match="format 99, and this program reads format 4; read it"):
         read(tmp_path / "log.mcap")
 
 
@@ -170,7 +170,7 @@ AAAxBgAAAGhlYWRlcj4AAAB7ImdpdCI6ICJiMDkyODQ2ZGFhMWY1NmNiOWU1MTIyMDA5NjcyNGYwNDNh
 def test_a_log_of_the_first_format_is_refused_with_the_version_that_wrote_it(tmp_path: Path) -> None:
     path = tmp_path / "log.mcap"
     path.write_bytes(base64.b64decode(FORMAT_1))
-    words = "revision b092846daa1f56cb9e51220096724f043a84c7b2 wrote it in format 1, and this program reads format 3"
+    words = "revision b092846daa1f56cb9e51220096724f043a84c7b2 wrote it in format 1, and this program reads format 4"
     with pytest.raises(LogError, match=f"log of another version: {words}; read it with that revision"):
         read(path)
 

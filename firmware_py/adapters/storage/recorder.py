@@ -28,7 +28,7 @@ from firmware_py.wire.log.losses import LoggedLoss, LoggedLosses
 
 R = TypeVar("R")
 
-FORMAT = 3
+FORMAT = 4
 """Version of what is written here; a reader refuses others."""
 HEADER = "sternplane"
 END = "sternplane.end"

@@ -12,6 +12,7 @@ from firmware_py.mavlink.plans.plan_store import KNOWN_POSITION, PlanStore
 from firmware_py.mavlink.telemetry.communication import Communication
 from firmware_py.mavlink.telemetry.lateness import Lateness
 from firmware_py.mavlink.telemetry.pose import Encoder
+from firmware_py.records.adoption import Adopted
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import Learned
 from firmware_py.records.fence import NO_FENCE
@@ -29,7 +30,7 @@ _AHRS, _BATTERY = dialect.MAV_SYS_STATUS_AHRS, dialect.MAV_SYS_STATUS_SENSOR_BAT
 _GPS, _DVL = dialect.MAV_SYS_STATUS_SENSOR_GPS, dialect.MAV_SYS_STATUS_SENSOR_XY_POSITION_CONTROL
 _ALTIMETER, _FINS = dialect.MAV_SYS_STATUS_SENSOR_LASER_POSITION, dialect.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
 _EXTENDED, _LEAK = dialect.MAV_SYS_STATUS_EXTENSION_USED, dialect.MAV_SYS_STATUS_SENSOR_LEAK
-_FINS_ARRAY, _VALUE_ARRAY, _STD_ARRAY, _STATE_ARRAY = 0, 2, 3, 4
+_FINS_ARRAY, _VALUE_ARRAY, _STD_ARRAY, _STATE_ARRAY, _DESIGN_ARRAY = 0, 2, 3, 4, 5
 """Array ids, by which stations tell arrays apart; 1 is the lateness."""
 _RATIO = 9.0
 """A test ratio of 1 stands for innovations of 3 sigma (root mean square); a consistent filter has 1/9."""
@@ -140,10 +141,12 @@ class HealthTelemetry:
         return dialect.MAVLink_servo_output_raw_message(boot_us32(cycle.tick), 0, *pulses)
 
     def arrays(self, cycle: Cycle) -> Message:
-        """Encode DEBUG_FLOAT_ARRAY by tenths of a second: 0 lateness; 1, 3, 5 learned coefficients; else fin angles.
+        """Encode DEBUG_FLOAT_ARRAY by tenths of a second: 0 lateness; 1, 3, 5, 7 what is learned; else fin angles.
 
         "xi" are the coefficients, "xi_std" their 1 sigma; "xi_state" is 1 for valid, 2 for excited, 3 for both. Their
-        order is that of the configuration's estimation.coefficients.names; at most 58 are sent.
+        order is that of the configuration's estimation.coefficients.names; at most 58 are sent. "design" is what the
+        laws are designed from: M_q, M_ds, Y_v, Y_r, Y_dr, N_v, N_r, N_dr; then of the depth law and of the heading law
+        `Source`, `Refusal`, s'b and the fins' authority, rad/s^2, at the trim speed; then the caution.
         """
         tenth, learned = cycle.tick.t_ns % NS_PER_S // (NS_PER_S // 10), cycle.state.learned
         if tenth == 0:
@@ -155,6 +158,8 @@ class HealthTelemetry:
                 return _array(cycle, b"xi_std", _STD_ARRAY, learned.std)
             if tenth == 5:
                 return _array(cycle, b"xi_state", _STATE_ARRAY, _states(learned))
+            if tenth == 7:
+                return _array(cycle, b"design", _DESIGN_ARRAY, _design(cycle.adopted))
         return self.fins(cycle)
 
     def fins(self, cycle: Cycle) -> Message:
@@ -237,6 +242,12 @@ def _array(cycle: Cycle, name: bytes, number: int, values: Iterable[float]) -> M
 
 def _states(learned: Learned) -> Iterable[float]:
     return (valid + 2.0 * excited for valid, excited in zip(learned.valid, learned.excited, strict=True))
+
+
+def _design(adopted: Adopted) -> Iterable[float]:
+    laws = adopted.depth, adopted.heading
+    said = [float(one) for law in laws for one in (law.source, law.refusal, law.s_b, law.authority)]
+    return (*adopted.diving, *adopted.steering, *said, adopted.caution)
 
 
 def _cells(voltage: float) -> list[int]:

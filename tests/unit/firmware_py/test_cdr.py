@@ -92,6 +92,7 @@ def codec() -> CdrCodec[Cycle]:
         frame=silence(FINS),
         state=SimpleNamespace(learned=learned),
         actuators=sound(FINS),
+        adopted=SimpleNamespace(diving=fins, steering=fins),
         fins=FinCommand(fins, 0.0),
         applied=Applied(fins, 0.0, False, False),
         events=(),

@@ -7,6 +7,7 @@ import math
 
 import pytest
 
+from firmware_py.records.adoption import Refusal, Source
 from firmware_py.records.command import AscentStage
 from firmware_py.records.event import INTENDED_CAUSES, Cause, Event, EventKind, Severity, severity_of
 from firmware_py.records.event_text import sentences, texts
@@ -106,12 +107,23 @@ def event(kind: EventKind, cause: Cause = Cause.LEAK, numbers: tuple[float, ...]
     return Event(kind, Severity.WARNING, Mode.HOLD, Mode.SURFACE, cause, STATION, ManoeuvreKind.PRBS, numbers, ("why",))
 
 
-@pytest.mark.parametrize("kind", sorted(set(EventKind) - {EventKind.LEARNING_REPORT} - set(OF_HEALTH)))
+@pytest.mark.parametrize(
+    "kind", sorted(set(EventKind) - {EventKind.LEARNING_REPORT, EventKind.DESIGN_CHANGED} - set(OF_HEALTH))
+)
 def test_every_kind_has_a_sentence(kind: EventKind) -> None:
     numbers = (4.0,) if kind is EventKind.MANOEUVRE_GIVEN_UP else None
     (text,) = texts([event(kind, numbers=numbers)])
     assert len(text) > 5
     assert all(f"{number:g}" in text for number in event(kind).numbers)
+
+
+@pytest.mark.parametrize("source", Source)
+@pytest.mark.parametrize("refusal", Refusal)
+def test_every_design_and_what_is_against_it_have_words(source: Source, refusal: Refusal) -> None:
+    (text,) = texts([event(EventKind.DESIGN_CHANGED, Cause.NONE, (float(source), float(refusal)))])
+    assert text.startswith("why law: ")
+    assert source.name not in text
+    assert refusal.name not in text
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from firmware_py.estimation.model.observer_model import GROUPS
 from firmware_py.params import ParamError, load
 from firmware_py.records.event import EventKind
 from firmware_py.records.event_text import texts
+from firmware_py.vehicle.linear_models import DivingCoefficients, SteeringCoefficients
 from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.logs.reading import Columns, Piece
 from sternplane.logs.run import Run
@@ -66,6 +67,15 @@ def coefficients(header: Mapping[str, Any], c: Columns, begun: bool = False) -> 
         )
         for i, name in enumerate(_names(header, value.shape[1]))
     ]
+
+
+def adopted(c: Columns) -> dict[str, Array]:
+    """Return what the laws were designed from, by the coefficient's name; nothing for a log that does not tell."""
+    found: dict[str, Array] = {}
+    for part, names in (("diving", DivingCoefficients._fields), ("steering", SteeringCoefficients._fields)):
+        if f"adopted.{part}" in c:
+            found |= {name: c[f"adopted.{part}"][:, i] for i, name in enumerate(names)}
+    return found
 
 
 class LearnedFigures:

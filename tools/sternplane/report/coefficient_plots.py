@@ -8,15 +8,16 @@ from typing import Any
 import numpy as np
 
 from firmware_py.estimation.coefficient_validity import SENSORS
-from sternplane.logs.learned import Coefficient, LearnedFigures, coefficients, manoeuvre_results
+from sternplane.logs.learned import Coefficient, LearnedFigures, adopted, coefficients, manoeuvre_results
 from sternplane.logs.reading import Columns
 from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array
+from sternplane.report.design_plot import design_plot
 from sternplane.report.drawing import ESTIMATE, REFERENCE, TRUTH, Plot, band, line, minimum_height
 
 SECTION = "Coefficients"
 _SENSORS = dict(zip(SENSORS, (("DVL", ESTIMATE), ("gyros", "#059669"), ("attitude", "#be185d")), strict=True))
-_UNSURE = "#94a3b8"
+_UNSURE, _IN_FORCE = "#94a3b8", "#be185d"
 _STATES = ("#e2e8f0", "#a5b4fc", "#bbf7d0", "#16a34a")
 """Of the timeline: neither, excited, valid, both."""
 
@@ -34,9 +35,12 @@ def plots(
         figure: makes an empty plot over time with a y axis of that name.
     """
     last, t = figures.last, c["t"].astype(np.float32)
-    learned = coefficients(log.header, c) if last else []
+    learned, in_force = coefficients(log.header, c) if last else [], adopted(c)
+    if learned and (design := design_plot(c, SECTION, figure("ratio"))):
+        yield design
     for coefficient, end in zip(learned, last, strict=False):
-        yield _coefficient(coefficient, end, t, figure(f"{coefficient.name}, nondimensional"))
+        name = coefficient.name
+        yield _coefficient(coefficient, end, in_force.get(name), t, figure(f"{name}, nondimensional"))
     if not learned:
         return
     yield _timeline(learned, manoeuvre_results(log), t, figure(""))
@@ -50,7 +54,7 @@ def plots(
     yield _turbulence(np.where(running, c["state.learned.turbulence"], np.nan), t, figure("intensity, m/s"))
 
 
-def _coefficient(one: Coefficient, end: Coefficient, t: Array, figure: Any) -> Plot:
+def _coefficient(one: Coefficient, end: Coefficient, in_force: Array | None, t: Array, figure: Any) -> Plot:
     """The estimate in its band. What is valid makes the height of the axis, not what was tried at first."""
     value, reach, valid = one.value, 3.0 * one.std, one.valid
     band(figure, t, value - reach, value + reach, "±3 σ")
@@ -61,6 +65,8 @@ def _coefficient(one: Coefficient, end: Coefficient, t: Array, figure: Any) -> P
         line(figure, t[[0, -1]], np.full(2, level), name, colour, dash=dash)
     line(figure, t, value, "estimate", _UNSURE)
     line(figure, t, np.where(valid, value, np.nan), "estimate, valid", ESTIMATE, width=2.2)
+    if in_force is not None:
+        line(figure, t, in_force, "in force", _IN_FORCE, dash="dash")
     ends = [*value[valid if valid.any() else slice(None)], value[-1] - reach[-1], value[-1] + reach[-1]]
     _fit(figure, [*ends, one.believed, one.truth], 0.1 * abs(value[-1]))
     return Plot(one.name, _note(end), figure, section=SECTION)

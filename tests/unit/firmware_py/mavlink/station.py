@@ -27,6 +27,7 @@ from firmware_py.records.order import NO_ORDER, Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame
 from firmware_py.records.turning import AS_ASKED
 from firmware_py.tick import Tick
+from tests.designs import NOTHING_ADOPTED
 
 DT_NS = 10_000_000
 ORIGIN = Origin(math.radians(46.5), math.radians(6.6))
@@ -108,6 +109,7 @@ def cycle(
         order=order,
         state=dataclasses.replace(STATE, **state) if state else STATE,
         actuators=actuators,
+        adopted=NOTHING_ADOPTED,
         mode=ModeState(mode, mission_done, late, **(decided or {})),
         reference=REFERENCE,
         demand=DEMAND,

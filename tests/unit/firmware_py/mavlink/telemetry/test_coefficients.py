@@ -10,6 +10,7 @@ from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from firmware_py.mavlink.base.identity import Identity
+from firmware_py.records.adoption import Adopted, AxisDesign, Refusal, Source
 from firmware_py.records.estimate import NOTHING_LEARNED, Learned
 from tests.unit.firmware_py.mavlink.station import LEARNED, NAMES, LinkedVehicle, cycle, frame, node, parse, told
 
@@ -33,7 +34,7 @@ def arrays(learned: Learned) -> dict[str, list]:
 def test_values_sigmas_and_states_are_arrays_in_the_order_of_the_names() -> None:
     found = arrays(LEARNED)
     assert {name: len(messages) for name, messages in found.items()} == {
-        "late_us": 1, "xi": 1, "xi_std": 1, "xi_state": 1, "fins": 6
+        "late_us": 1, "xi": 1, "xi_std": 1, "xi_state": 1, "design": 1, "fins": 5
     }  # fmt: skip
     assert found["xi"][0].data[:4] == [-0.0625, 0.03125, 1.25, 0.0]
     assert found["xi_std"][0].data[:4] == [0.0078125, 0.015625, 0.5, 0.0]
@@ -41,10 +42,22 @@ def test_values_sigmas_and_states_are_arrays_in_the_order_of_the_names() -> None
     assert found["xi"][0].time_usec == 150_000
 
 
+def test_the_design_in_force_is_an_array() -> None:
+    depth = AxisDesign(Source.LEARNED, Refusal.NONE, -2.0, 0.0625, (-0.4, -0.5), 3.0)
+    heading = AxisDesign(Source.NOMINAL, Refusal.RESIDUALS, -0.5, 0.125, (-0.4, -0.5), -20.0)
+    adopted = Adopted((-0.0625, -0.5), (1.0, 2.0, 3.0, 4.0, 5.0, 6.0), depth, heading, 0.25)
+    vehicle = node(coefficients=NAMES)
+    ticks = [dataclasses.replace(cycle(k, learned=LEARNED), adopted=adopted) for k in range(100)]
+    heard = [message for one in ticks for message in parse(vehicle.report(one)[0])]
+    (design,) = [m for m in heard if m.get_type() == "DEBUG_FLOAT_ARRAY" and m.name == "design"]
+    laws = [2.0, 0.0, -2.0, 0.0625, 4.0, 5.0, -0.5, 0.125]
+    assert design.data[:18] == [-0.0625, -0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, *laws, 0.25, 0.0]
+
+
 def test_every_array_has_a_number_of_its_own() -> None:
     """Stations tell arrays apart by their numbers, not by their names."""
     numbers = {name: {message.array_id for message in messages} for name, messages in arrays(LEARNED).items()}
-    assert sorted(number for found in numbers.values() for number in found) == [0, 1, 2, 3, 4]
+    assert sorted(number for found in numbers.values() for number in found) == [0, 1, 2, 3, 4, 5]
 
 
 def test_more_coefficients_than_an_array_holds_are_cut_off() -> None:

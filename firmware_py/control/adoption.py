@@ -1,0 +1,201 @@
+"""Adoption: the laws are designed from what the vehicle has learned of itself, as far as that can be trusted.
+
+At 10 Hz the coefficients in force move towards the learned ones, at most by a share of their size each second, so that
+no law jumps. Each coefficient is adopted by itself once its 1 sigma is small enough. What is far from vehicle.toml,
+what no law can be designed from, and what the vehicle's motion contradicts (`model_evidence`) is refused, for an axis
+as a whole: then the last good values hold, or vehicle.toml where these are contradicted too.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from firmware_py.control.axis_adoption import AdoptionParams, AxisAdoption, AxisMemory, AxisModel, Values, chosen
+from firmware_py.control.model_evidence import PERIOD, Motion, UnitSpeedAxis, pitch_axis, stationary_gains, yaw_axis
+from firmware_py.control.sliding_mode_params import S_LAST_DEPTH, S_LAST_HEADING
+from firmware_py.marine import clip
+from firmware_py.records.adoption import Adopted, Refusal, Source
+from firmware_py.records.command import Applied
+from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.event import Event, EventKind, severity_of
+from firmware_py.records.sensing import SensorFrame
+from firmware_py.tick import Rate, Tick
+from firmware_py.vehicle.linear_models import (
+    DivingCoefficients,
+    LinearModel,
+    SteeringCoefficients,
+    diving_coefficients,
+    diving_model,
+    steering_coefficients,
+    steering_model,
+)
+from firmware_py.vehicle.vehicle import Vehicle
+
+__all__ = ["Adoption", "AdoptionParams"]
+
+Poles = tuple[float, float]
+_DEPTH_MIN, _SPEED_MIN = 2.5, 0.8
+"""Near the surface, m, and slower, m/s, the linear models do not hold."""
+_ANGLE_MAX = math.radians(30.0)
+"""Nor do they in a steeper dive, or rolled over farther."""
+_CERTAIN, _UNCERTAIN = 0.2, 0.5
+"""1 sigma of what turns the vehicle, of its size: below the one no caution is needed, above the other all of it."""
+_TURNS = ("M_q", "M_ds", "N_r", "N_dr")
+"""What turns the vehicle first of all: damping and fins."""
+_EDDIES = 0.05 * math.sqrt(2.0 / 10.0)
+"""Eddies of 0.05 m/s and 10 s as a random walk, m/s by sqrt(s): what they do is no evidence."""
+
+
+class AdoptionMemory(NamedTuple):
+    """What is remembered: of both axes, the caution, and what was told of each axis.
+
+    `sums` are of q and r over the ticks of a period, and how many ticks these are.
+    """
+
+    depth: AxisMemory
+    heading: AxisMemory
+    caution: float
+    told: tuple[tuple[Source, Refusal], ...]
+    sums: tuple[float, float, int]
+
+
+class Adoption:
+    """Decides what the laws are designed from; `events` are what the last update changed."""
+
+    events: tuple[Event, ...]
+
+    def __init__(self, params: AdoptionParams, poles: tuple[Poles, Poles], names: tuple[str, ...], vehicle: Vehicle):
+        """Begin with vehicle.toml.
+
+        Args:
+            params: when and how fast.
+            poles: of the laws of depth and heading at the trim speed, 1/s.
+            names: what is learned, in the order of `Learned`; nothing where nobody learns.
+            vehicle: vehicle.toml.
+
+        Raises:
+            ParamError: no inertia is left.
+        """
+        models = _depth(vehicle, poles[0]), _heading(vehicle, poles[1])
+        self._axes = [AxisAdoption(params, model, bool(set(model.names) & set(names))) for model in models]
+        self._chosen = [chosen(model.names, names) for model in models]
+        self._turns = chosen(_TURNS, names)
+        self._sizes = [abs(getattr(vehicle.coefficients, name)) for name in _TURNS]
+        self._on = params.enabled and bool(names)
+        self._caution = 1.0 if self._on else 0.0
+        self._told = tuple([(axis.source, axis.refusal) for axis in self._axes])
+        self._sums = 0.0, 0.0, 0
+        self._adopted = self._in_force()
+        self.events = ()
+
+    def update(self, tick: Tick, frame: SensorFrame, state: StateEstimate, applied: Applied) -> Adopted:
+        """Return what the laws are designed from; at 10 Hz anew.
+
+        Args:
+            tick: now.
+            frame: what was heard, for the fins' angles.
+            state: the state with what was learned.
+            applied: what was commanded in the last tick.
+        """
+        self.events = ()
+        if self._on:
+            self._weigh(tick, frame, state, applied)
+        if tick.every(Rate.HZ_10):
+            learned = state.learned
+            for axis, select in zip(self._axes, self._chosen, strict=True):
+                axis.update(select(learned.value), select(learned.std))
+            self._caution = self._caution_now(self._turns(learned.std))
+            self._adopted = self._in_force()
+            self._tell()
+        return self._adopted
+
+    def freeze(self) -> AdoptionMemory:
+        """Return the whole memory."""
+        depth, heading = self._axes
+        return AdoptionMemory(depth.freeze(), heading.freeze(), self._caution, self._told, self._sums)
+
+    def thaw(self, memory: AdoptionMemory) -> None:
+        """Restore the memory that `freeze` returned."""
+        for axis, remembered in zip(self._axes, memory[:2], strict=True):
+            axis.thaw(remembered)
+        self._caution, self._told, self._sums = memory.caution, memory.told, memory.sums
+        self._adopted = self._in_force()
+
+    def _weigh(self, tick: Tick, frame: SensorFrame, state: StateEstimate, applied: Applied) -> None:
+        nu, eta = state.nu, state.eta
+        q, r, ticks = self._sums
+        self._sums = q, r, ticks = q + nu.q, r + nu.r, ticks + 1
+        if tick.k % max(1, round(PERIOD / tick.dt)):
+            return
+        self._sums = 0.0, 0.0, 0
+        judged = (
+            applied.armed
+            and state.attitude_ok
+            and state.depth_ok
+            and state.velocity_ok
+            and not state.sensors.ahrs.tilt_doubted
+            and nu.u > _SPEED_MIN
+            and eta.z > _DEPTH_MIN
+            and max(abs(eta.theta), abs(eta.phi)) < _ANGLE_MAX
+        )
+        for axis, rate in zip(self._axes, (q, r), strict=True):
+            if judged:
+                axis.weigh(tick.t, frame, applied, Motion(nu.u, rate / ticks, eta.theta, nu.w, 0.0))
+            else:
+                axis.pause()
+
+    def _caution_now(self, std: list[float]) -> float:
+        """Return the caution: it grows only where learned values are given up."""
+        if not self._on:
+            return 0.0
+        sources = [axis.source for axis in self._axes]
+        if Source.NOMINAL in sources:
+            return 1.0
+        worst = max([s / size if s == s else 1.0 for s, size in zip(std, self._sizes, strict=True)])
+        now = clip((worst - _CERTAIN) / (_UNCERTAIN - _CERTAIN), 0.0, 1.0)
+        return min(self._caution, now)
+
+    def _in_force(self) -> Adopted:
+        depth, heading = self._axes
+        return Adopted(depth.values, heading.values, depth.design, heading.design, self._caution)
+
+    def _tell(self) -> None:
+        """Tell what changed of where the coefficients come from."""
+        now = tuple([(axis.source, axis.refusal) for axis in self._axes])
+        kind = EventKind.DESIGN_CHANGED
+        for law, before, after in zip(("depth", "heading"), self._told, now, strict=True):
+            if before != after:
+                numbers = tuple(map(float, after))
+                self.events += (Event(kind, severity_of(kind), numbers=numbers, names=(law,)),)
+        self._told = now
+
+
+def _depth(vehicle: Vehicle, poles: Poles) -> AxisModel:
+    """Return the axis of the stern planes."""
+    u, effectiveness, file = vehicle.propeller.u_trim, vehicle.effectiveness, diving_coefficients(vehicle)
+    heave = diving_model(vehicle, 1.0).b[0] * vehicle.coefficients.M_w / file.M_ds
+
+    def linear(values: Values) -> LinearModel:
+        return diving_model(vehicle, u, DivingCoefficients(*values))
+
+    def unit(values: Values) -> UnitSpeedAxis:
+        return pitch_axis(diving_model(vehicle, 1.0, DivingCoefficients(*values)), heave)
+
+    gains, limit = stationary_gains(abs(heave) * u * _EDDIES), effectiveness.delta_s_max
+    return AxisModel(file._fields, file, linear, unit, 0, S_LAST_DEPTH, poles, effectiveness.s, limit, gains)
+
+
+def _heading(vehicle: Vehicle, poles: Poles) -> AxisModel:
+    """Return the axis of the rudders."""
+    u, effectiveness, file = vehicle.propeller.u_trim, vehicle.effectiveness, steering_coefficients(vehicle)
+
+    def linear(values: Values) -> LinearModel:
+        return steering_model(vehicle, u, SteeringCoefficients(*values))
+
+    def unit(values: Values) -> UnitSpeedAxis:
+        return yaw_axis(steering_model(vehicle, 1.0, SteeringCoefficients(*values)))
+
+    gains = stationary_gains(abs(unit(file).crosswise) * u * _EDDIES)
+    limit = effectiveness.delta_r_max
+    return AxisModel(file._fields, file, linear, unit, 1, S_LAST_HEADING, poles, effectiveness.r, limit, gains)

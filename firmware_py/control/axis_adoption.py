@@ -1,0 +1,259 @@
+"""Adoption of one axis: which of the learned coefficients its law is designed from, and what is against them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from firmware_py.control.model_evidence import EvidenceMemory, Motion, UnitSpeedAxis, no_evidence, pause, step
+from firmware_py.control.sliding_mode_design import DesignError, sliding_surface
+from firmware_py.marine import clip
+from firmware_py.params import param
+from firmware_py.records.adoption import AxisDesign, Refusal, Source
+from firmware_py.records.command import Applied
+from firmware_py.records.sensing import SensorFrame
+from firmware_py.tick import Rate
+from firmware_py.vehicle.linear_models import LinearModel
+
+Values = tuple[float, ...]
+_HOLD = 20.0
+"""Values that the motion did not contradict for so long, s, are good ones."""
+_STALE = 0.2
+"""An older report of a fin angle, s, is none: what was commanded counts."""
+_STAYS = 1.2
+"""What is certain enough stays so up to this share of the limit: a filter that begins anew is less certain."""
+_CLEARED = 0.25
+"""What the motion contradicts is refused until so little of the evidence against it is left."""
+_CANDIDATE, _IN_FORCE = 0, 1
+
+
+@dataclass(frozen=True, slots=True)
+class AdoptionParams:
+    """When the laws use what was learned, and how fast."""
+
+    enabled: bool = param(True, doc="The laws use what was learned; false: vehicle.toml alone.", mav="ENABLE")
+    std: float = param(
+        50.0,
+        unit="%",
+        low=1.0,
+        high=100.0,
+        doc="A coefficient is adopted below this 1 sigma, of its size in vehicle.toml, and no longer above 1.2 of it.",
+        mav="STD",
+    )
+    rate: float = param(
+        50.0, unit="%", low=0.1, high=1000.0, doc="It moves by at most this in a second, of that size.", mav="RATE"
+    )
+    bound: float = param(
+        5.0, low=1.1, high=20.0, doc="It is held at this multiple of that size, or its inverse.", mav="BOUND"
+    )
+    evidence: float = param(
+        16.0,
+        low=3.0,
+        high=50.0,
+        doc="It is refused if vehicle.toml explains the motion better by this log-likelihood ratio, nats.",
+        mav="EVIDENCE",
+    )
+
+
+class AxisModel(NamedTuple):
+    """What distinguishes the axes.
+
+    Attributes:
+        names: the coefficients that are adopted.
+        file: their values in vehicle.toml.
+        linear: the linear model with other values, at the trim speed.
+        unit: the axis with these at 1 m/s, for the evidence.
+        row: the entry of the linear model's b that turns the vehicle.
+        s_last: last entry of the law's s.
+        poles: of the law at the trim speed, 1/s.
+        shares: what each fin's angle adds to the axis' fin angle.
+        limit: that angle with all fins at their limits, rad.
+        gains: of the evidence's filters.
+    """
+
+    names: tuple[str, ...]
+    file: Values
+    linear: Callable[[Values], LinearModel]
+    unit: Callable[[Values], UnitSpeedAxis]
+    row: int
+    s_last: float
+    poles: tuple[float, float]
+    shares: tuple[float, ...]
+    limit: float
+    gains: tuple[float, float]
+
+
+class AxisMemory(NamedTuple):
+    """What is remembered.
+
+    Attributes:
+        values: the coefficients in force.
+        candidate: what would be in force if nothing were refused.
+        sure: which of these are certain enough.
+        source: where the values in force come from.
+        refusal: what is against the candidate.
+        good: values that held for a while: the last good ones come first, then those that may follow them.
+        held: for how long the values in force have held, s.
+        evidence: of the candidate, and of what is in force, against vehicle.toml.
+        delta: the fin angle of the last period, rad.
+    """
+
+    values: Values
+    candidate: Values
+    sure: tuple[bool, ...]
+    source: Source
+    refusal: Refusal
+    good: tuple[Values, ...]
+    held: float
+    evidence: EvidenceMemory
+    delta: float
+
+
+class AxisAdoption:
+    """The coefficients that the law of one axis is designed from."""
+
+    def __init__(self, params: AdoptionParams, model: AxisModel, learns: bool) -> None:
+        """Begin with vehicle.toml; `learns` says whether anything of the axis is learned."""
+        self._params, self._model, self._on = params, model, params.enabled and learns
+        self._nominal = model.unit(model.file)
+        self._nominal_strength = self._strength(model.file)
+        values, refusal = model.file, Refusal.UNCERTAIN if self._on else Refusal.OFF
+        unsure, evidence = (False,) * len(values), no_evidence(2)
+        self._memory = AxisMemory(values, values, unsure, Source.FILE, refusal, (), 0.0, evidence, 0.0)
+        self._evidence, self._delta = evidence, 0.0
+        self._derive()
+
+    @property
+    def source(self) -> Source:
+        """Return where the values in force come from."""
+        return self._memory.source
+
+    @property
+    def refusal(self) -> Refusal:
+        """Return what is against what is learned."""
+        return self._memory.refusal
+
+    @property
+    def values(self) -> Values:
+        """Return the coefficients in force."""
+        return self._memory.values
+
+    @property
+    def design(self) -> AxisDesign:
+        """Return the design in force."""
+        m, (s_b, authority) = self._memory, self._strength_in_force
+        return AxisDesign(m.source, m.refusal, s_b, authority, self._model.poles, self._evidence.evidence[_IN_FORCE])
+
+    def weigh(self, t: float, frame: SensorFrame, applied: Applied, motion: Motion) -> None:
+        """Weigh the models by a period's motion; its fin angle is found here, from reports or from commands."""
+        delta = 0.0
+        for share, heard, commanded in zip(self._model.shares, frame.fins, applied.fins, strict=True):
+            if share:
+                delta += share * (heard.value if heard.usable(t, _STALE) else commanded)
+        before, self._delta = self._delta, delta
+        motion = motion._replace(delta=0.5 * (before + delta))  # the mean over the period
+        self._evidence = step(self._evidence, self._nominal, self._others, self._model.gains, motion)
+
+    def pause(self) -> None:
+        """Weigh nothing: the models do not hold where the vehicle is."""
+        self._evidence = pause(self._evidence)
+
+    def update(self, learned: Sequence[float], std: Sequence[float]) -> None:
+        """Move what is in force, 10 times a second, towards what was learned with 1 sigma `std`; NaN is not learned."""
+        m, file = self._memory, self._model.file
+        if not self._on:
+            self._memory = m._replace(values=self._moved(file), source=Source.FILE, refusal=Refusal.OFF)
+            self._derive()
+            return
+        limit = self._params.std
+        sure = tuple(
+            [s <= (_STAYS if was else 1.0) * limit * abs(f) for s, was, f in zip(std, m.sure, file, strict=True)]
+        )
+        wanted = tuple([new if yes else old for new, yes, old in zip(learned, sure, m.candidate, strict=True)])
+        candidate = self._bounded(wanted)
+        refusal = self._refusal(candidate, sure, candidate != wanted)
+        if refusal is Refusal.DESIGN:
+            candidate = m.candidate
+        m = m._replace(candidate=candidate, sure=sure, refusal=refusal)
+        source, target = self._target(m)
+        holds = source is Source.LEARNED and self._evidence.evidence[_IN_FORCE] >= 0.0
+        self._memory = m = m._replace(
+            source=source, values=self._moved(target), held=m.held + 1.0 / Rate.HZ_10 if holds else 0.0
+        )
+        if m.held >= _HOLD:
+            self._memory = m._replace(good=(*m.good[-1:], m.values), held=0.0)
+        self._derive()
+
+    def freeze(self) -> AxisMemory:
+        """Return the whole memory."""
+        return self._memory._replace(evidence=self._evidence, delta=self._delta)
+
+    def thaw(self, memory: AxisMemory) -> None:
+        """Restore the memory that `freeze` returned."""
+        self._memory, self._evidence, self._delta = memory, memory.evidence, memory.delta
+        self._derive()
+
+    def _bounded(self, values: Values) -> Values:
+        bound = self._params.bound
+        limits = [sorted((f * bound, f / bound)) for f in self._model.file]
+        return tuple([clip(value, *limit) for value, limit in zip(values, limits, strict=True)])
+
+    def _refusal(self, candidate: Values, sure: Sequence[bool], bounded: bool) -> Refusal:
+        """Return what is against a candidate."""
+        params, m = self._params, self._memory
+        if not any(sure):
+            return Refusal.UNCERTAIN
+        most = params.bound * params.bound  # the file's own design may be a poor one
+        strength = zip(self._strength(candidate), self._nominal_strength, strict=True)
+        if not all(1.0 / most <= ours / file <= most for ours, file in strength):
+            return Refusal.DESIGN
+        share = _CLEARED if m.refusal is Refusal.RESIDUALS else 1.0
+        if self._evidence.evidence[_CANDIDATE] < -share * params.evidence:
+            return Refusal.RESIDUALS
+        if bounded:
+            return Refusal.BOUND
+        return Refusal.NONE if all(sure) else Refusal.UNCERTAIN
+
+    def _target(self, m: AxisMemory) -> tuple[Source, Values]:
+        """Return where the values in force come from now, and towards what they move."""
+        if any(m.sure) and m.refusal not in (Refusal.DESIGN, Refusal.RESIDUALS):
+            return Source.LEARNED, m.candidate
+        if m.refusal is Refusal.UNCERTAIN:  # the filter began anew, or has not learned anything yet
+            return (Source.LAST_GOOD if m.source is Source.LEARNED else m.source), m.values
+        if m.source in (Source.FILE, Source.NOMINAL):
+            return m.source, self._model.file
+        holds = self._evidence.evidence[_IN_FORCE] >= -self._params.evidence
+        if m.good and (holds or m.source is Source.LEARNED):
+            return Source.LAST_GOOD, m.good[0]
+        return Source.NOMINAL, self._model.file
+
+    def _moved(self, target: Values) -> Values:
+        share = self._params.rate / Rate.HZ_10
+        return tuple(
+            [
+                value + clip(to - value, -share * abs(file), share * abs(file))
+                for value, to, file in zip(self._memory.values, target, self._model.file, strict=True)
+            ]
+        )
+
+    def _derive(self) -> None:
+        m = self._memory
+        self._others = [self._model.unit(m.candidate), self._model.unit(m.values)]
+        self._strength_in_force = self._strength(m.values)
+
+    def _strength(self, values: Values) -> tuple[float, float]:
+        """Return s'b and the fins' authority, rad/s^2, at the trim speed; zeros where no law can be designed."""
+        model = self._model
+        linear = model.linear(values)
+        try:
+            _, _, s_b = sliding_surface(linear, model.poles, model.s_last)
+        except DesignError:
+            return 0.0, 0.0
+        return s_b, -linear.b[model.row] * model.limit
+
+
+def chosen(names: Sequence[str], learned: Sequence[str]) -> Callable[[Sequence[Any]], list[Any]]:
+    """Return a function that takes the entries of `names` out of what is sorted by `learned`; NaN where one is not."""
+    where = [learned.index(name) if name in learned else -1 for name in names]
+    return lambda values: [values[i] if i >= 0 else float("nan") for i in where]

@@ -1,0 +1,237 @@
+"""Adoption: what the laws are designed from, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from sternplane.study.setups import vehicle
+
+from firmware_py.control.adoption import Adoption, AdoptionParams
+from firmware_py.control.sliding_mode_design import cautious_poles, sliding_surface
+from firmware_py.estimation.coefficient_params import TEN
+from firmware_py.marine import Eta, Nu
+from firmware_py.records.adoption import Adopted, Refusal, Source
+from firmware_py.records.command import Applied
+from firmware_py.records.estimate import NOTHING_LEARNED, Learned, StateEstimate
+from firmware_py.records.event_text import texts
+from firmware_py.records.sensing import Heard, silence
+from firmware_py.tick import Tick
+from firmware_py.vehicle.linear_models import DivingCoefficients, SteeringCoefficients, diving_model, steering_model
+
+VEHICLE = vehicle()
+FILE = {name: getattr(VEHICLE.coefficients, name) for name in TEN}
+DEPTH = DivingCoefficients._fields
+HEADING = SteeringCoefficients._fields
+POLES = ((-0.4, -0.45), (-0.45, -0.5))
+DT_NS, DT, U = 10_000_000, 0.01, 1.8
+SURE, UNSURE = 0.02, 0.7
+"""1 sigma of what is learned, of its size in the file."""
+
+
+class AdoptingVehicle:
+    """A vehicle that moves as the linear models with the `true` coefficients say, under fins that swing."""
+
+    def __init__(self, true: dict[str, float] | None = None, **params: Any) -> None:
+        self.adoption = Adoption(AdoptionParams(**params), POLES, TEN, VEHICLE)
+        coefficients = {**FILE, **(true or {})}
+        self.diving = diving_model(VEHICLE, U, DivingCoefficients(*[coefficients[n] for n in DEPTH]))
+        self.steering = steering_model(VEHICLE, U, SteeringCoefficients(*[coefficients[n] for n in HEADING]))
+        self.x, self.y = np.zeros(3), np.zeros(3)
+        self.k = 0
+        self.noise = np.random.default_rng(7)
+        self.events: list[Any] = []
+        self.adopted: Adopted | None = None
+
+    def fly(self, seconds: float, learned: Learned) -> Adopted:
+        """Let time pass while this is learned."""
+        for _ in range(round(seconds / DT)):
+            t = self.k * DT
+            delta = 0.15 * math.copysign(1.0, math.sin(t / 1.7)), 0.15 * math.copysign(1.0, math.sin(t / 2.3))
+            self.x += DT * (np.array(self.diving.A) @ self.x + np.array(self.diving.b) * delta[0])
+            self.y += DT * (np.array(self.steering.A) @ self.y + np.array(self.steering.b) * delta[1])
+            noise = self.noise.normal(0.0, 1e-3, 2)
+            q, r = float(self.x[0] + noise[0]), float(self.y[1] + noise[1])
+            eta = Eta(0.0, 0.0, 10.0, 0.0, float(self.x[1]), 0.0)
+            flags = {"attitude_ok": True, "depth_ok": True, "velocity_ok": True, "leak": False}
+            state = StateEstimate(eta, Nu(U, 0.0, 0.0, 0.0, q, r), 0.0, 0.0, 0.0, 30.0, **flags, learned=learned)
+            fins = (delta[0], delta[0], delta[1], delta[1])
+            frame = replace(silence(4), fins=tuple(Heard(angle, t, True, True) for angle in fins))
+            self.adopted = self.adoption.update(Tick(self.k, DT_NS), frame, state, Applied(fins, 8.0, True, False))
+            self.events += self.adoption.events
+            self.k += 1
+        assert self.adopted is not None
+        return self.adopted
+
+
+def learned(std: float | dict[str, float] = SURE, **factors: float) -> Learned:
+    """Return what is learned: factors of the file, and 1 sigma as shares of it."""
+    value = tuple(FILE[name] * factors.get(name, 1.0) for name in TEN)
+    share = std if isinstance(std, dict) else {}
+    sigma = tuple(abs(FILE[n]) * (share.get(n, UNSURE) if isinstance(std, dict) else std) for n in TEN)
+    return replace(NOTHING_LEARNED, value=value, std=sigma, valid=(True,) * 10, excited=(True,) * 10)
+
+
+def true(**factors: float) -> dict[str, float]:
+    return {name: FILE[name] * factor for name, factor in factors.items()}
+
+
+def values(adopted: Adopted) -> dict[str, float]:
+    return {**dict(zip(DEPTH, adopted.diving, strict=True)), **dict(zip(HEADING, adopted.steering, strict=True))}
+
+
+def test_what_is_not_certain_is_not_adopted() -> None:
+    adopted = AdoptingVehicle().fly(5.0, learned(UNSURE, M_ds=2.0, N_dr=2.0))
+    assert values(adopted) == {name: FILE[name] for name in (*DEPTH, *HEADING)}
+    assert (adopted.depth.source, adopted.heading.source) == (Source.FILE, Source.FILE)
+    assert adopted.depth.refusal is Refusal.UNCERTAIN
+    assert adopted.caution == 1.0
+
+
+def test_what_is_certain_comes_into_force_without_a_jump() -> None:
+    vehicle = AdoptingVehicle(true(M_ds=1.5, N_dr=0.6))
+    what, before = learned(M_ds=1.5, N_dr=0.6), FILE
+    for _ in range(30):
+        now = values(vehicle.fly(0.1, what))
+        for name, value in now.items():
+            assert abs(value - before[name]) <= 0.5 * 0.1 * abs(FILE[name]) * (1.0 + 1e-9)
+        before = {**FILE, **now}
+    assert now == pytest.approx({**values(vehicle.fly(0.1, what)), **true(M_ds=1.5, N_dr=0.6)})
+    adopted = vehicle.fly(0.1, what)
+    assert adopted.depth.source is adopted.heading.source is Source.LEARNED
+    assert adopted.depth.authority / vehicle_authority() == pytest.approx(1.5)
+    assert adopted.caution == 0.0
+    assert texts(vehicle.events) == [
+        "depth law: designed from what is learned; all of it is certain",
+        "heading law: designed from what is learned; all of it is certain",
+    ]
+
+
+def vehicle_authority() -> float:
+    """Return the pitch acceleration by the file, rad/s^2, at the trim speed with all planes over."""
+    u, limit = VEHICLE.propeller.u_trim, VEHICLE.effectiveness.delta_s_max
+    return -diving_model(VEHICLE, u).b[0] * limit
+
+
+def test_each_coefficient_is_adopted_by_itself_and_kept_until_it_is_far_less_certain() -> None:
+    vehicle = AdoptingVehicle(true(M_ds=1.4))
+    adopted = vehicle.fly(3.0, learned({"M_ds": 0.45}, M_ds=1.4, M_q=3.0))
+    assert values(adopted)["M_ds"] == pytest.approx(1.4 * FILE["M_ds"])
+    assert values(adopted)["M_q"] == FILE["M_q"]
+    adopted = vehicle.fly(3.0, learned({"M_ds": 0.55}, M_ds=1.3))
+    assert values(adopted)["M_ds"] == pytest.approx(1.3 * FILE["M_ds"])
+    adopted = vehicle.fly(3.0, learned({"M_ds": 0.65}, M_ds=1.2))
+    assert values(adopted)["M_ds"] == pytest.approx(1.3 * FILE["M_ds"])
+    assert adopted.depth.source is Source.LAST_GOOD
+
+
+def test_what_is_beyond_the_bound_is_held_at_it() -> None:
+    adopted = AdoptingVehicle(true(M_ds=8.0)).fly(15.0, learned(M_ds=8.0))
+    assert values(adopted)["M_ds"] == pytest.approx(5.0 * FILE["M_ds"])
+    assert adopted.depth.refusal is Refusal.BOUND
+    sign = AdoptingVehicle().fly(15.0, learned(N_dr=-1.0))
+    assert values(sign)["N_dr"] / FILE["N_dr"] >= 0.2
+
+
+def test_what_leaves_the_fins_without_effect_is_refused() -> None:
+    """The rudder turns the vehicle by its moment and, through the coupled inertia, by its side force."""
+    force = replace(VEHICLE, coefficients=replace(VEHICLE.coefficients, Y_dr=4.0 * FILE["Y_dr"]))
+    vehicle = AdoptingVehicle()
+    vehicle.adoption = Adoption(AdoptionParams(), POLES, TEN, force)
+    adopted = vehicle.fly(5.0, learned(N_dr=0.21, Y_dr=19.0))
+    assert adopted.heading.refusal is Refusal.DESIGN
+    assert values(adopted)["N_dr"] == FILE["N_dr"]
+
+
+@pytest.mark.parametrize("wrong", [{"M_ds": 2.5}, {"M_ds": 0.4}, {"M_q": 0.4}])
+def test_what_the_motion_contradicts_is_refused_though_it_is_certain(wrong: dict[str, float]) -> None:
+    vehicle = AdoptingVehicle()
+    adopted = vehicle.fly(30.0, learned(**wrong))
+    assert adopted.depth.refusal is Refusal.RESIDUALS
+    assert adopted.depth.source is Source.NOMINAL
+    assert values(adopted) == pytest.approx({name: FILE[name] for name in (*DEPTH, *HEADING)})
+    assert adopted.heading.refusal is Refusal.NONE
+    assert adopted.caution == 1.0
+    adopted = vehicle.fly(30.0, learned(M_ds=1.01))
+    assert adopted.depth.source is Source.LEARNED
+
+
+@pytest.mark.parametrize("wrong", [{"N_dr": 2.5}, {"N_dr": 0.4}, {"N_r": 0.3}])
+def test_so_it_is_in_yaw(wrong: dict[str, float]) -> None:
+    adopted = AdoptingVehicle().fly(30.0, learned(**wrong))
+    assert adopted.heading.refusal is Refusal.RESIDUALS
+    assert adopted.heading.source is Source.NOMINAL
+
+
+def test_what_held_before_holds_when_what_is_learned_then_does_not() -> None:
+    vehicle = AdoptingVehicle(true(M_ds=0.5, N_dr=0.5))
+    vehicle.fly(45.0, learned(M_ds=0.5, N_dr=0.5))
+    adopted = vehicle.fly(30.0, learned(M_ds=4.0, N_dr=0.5))
+    assert adopted.depth.source is Source.LAST_GOOD
+    assert adopted.depth.refusal is Refusal.RESIDUALS
+    assert values(adopted)["M_ds"] == pytest.approx(0.5 * FILE["M_ds"])
+    assert adopted.caution == 0.0
+
+
+def test_a_filter_that_begins_anew_leaves_what_was_adopted() -> None:
+    vehicle = AdoptingVehicle(true(M_ds=0.5))
+    vehicle.fly(10.0, learned(M_ds=0.5))
+    adopted = vehicle.fly(10.0, learned(UNSURE))
+    assert values(adopted)["M_ds"] == pytest.approx(0.5 * FILE["M_ds"])
+    assert adopted.depth.source is Source.LAST_GOOD
+    assert adopted.caution == 0.0
+
+
+def test_switched_off_it_goes_back_to_the_file_without_a_jump() -> None:
+    vehicle = AdoptingVehicle(true(M_ds=1.5))
+    vehicle.fly(10.0, learned(M_ds=1.5))
+    remembered = vehicle.adoption.freeze()
+    vehicle.adoption = Adoption(AdoptionParams(enabled=False), POLES, TEN, VEHICLE)
+    vehicle.adoption.thaw(remembered)
+    adopted = vehicle.fly(0.1, learned(M_ds=1.5))
+    assert values(adopted)["M_ds"] == pytest.approx(1.45 * FILE["M_ds"], rel=1e-3)
+    adopted = vehicle.fly(5.0, learned(M_ds=1.5))
+    assert values(adopted)["M_ds"] == FILE["M_ds"]
+    assert (adopted.depth.source, adopted.depth.refusal) == (Source.FILE, Refusal.OFF)
+    assert adopted.caution == 0.0
+    assert texts(vehicle.events)[-1] == "heading law: designed from the vehicle file; adoption is off"
+
+
+def test_where_nothing_is_learned_the_file_holds_and_no_caution_is_needed() -> None:
+    adoption = Adoption(AdoptionParams(), POLES, (), VEHICLE)
+    vehicle = AdoptingVehicle()
+    vehicle.adoption = adoption
+    adopted = vehicle.fly(1.0, NOTHING_LEARNED)
+    assert values(adopted) == {name: FILE[name] for name in (*DEPTH, *HEADING)}
+    assert (adopted.depth.refusal, adopted.caution) == (Refusal.OFF, 0.0)
+
+
+def test_it_goes_on_from_what_it_remembers() -> None:
+    one, other = AdoptingVehicle(true(M_ds=0.6)), AdoptingVehicle(true(M_ds=0.6))
+    what = learned(M_ds=0.6, N_dr=1.2)
+    one.fly(7.03, what)
+    other.fly(7.03, what)
+    fresh = Adoption(AdoptionParams(), POLES, TEN, VEHICLE)
+    fresh.thaw(other.adoption.freeze())
+    other.adoption = fresh
+    for _ in range(20):
+        assert one.fly(0.37, what) == other.fly(0.37, what)
+    assert one.adoption.freeze() == other.adoption.freeze()
+
+
+@given(st.floats(0.3, 1.7), st.floats(0.3, 1.7), st.floats(0.6, 2.5), st.sampled_from([(-0.4, -0.45), (-2.0, -3.0)]))
+def test_with_all_the_caution_the_gain_takes_no_damping_away(
+    damping: float, fins: float, u: float, poles: tuple[float, float]
+) -> None:
+    model = diving_model(VEHICLE, u, DivingCoefficients(damping * FILE["M_q"], fins * FILE["M_ds"]))
+    _, k, _ = sliding_surface(model, cautious_poles(model, poles, 1.0), -1.0)
+    assert sum(b * gain for b, gain in zip(model.b, k, strict=True)) >= -1e-9
+    assert cautious_poles(model, poles, 0.0) == poles
+    half = cautious_poles(model, poles, 0.5)
+    whole = cautious_poles(model, poles, 1.0)
+    assert half == pytest.approx([0.5 * (a + b) for a, b in zip(poles, whole, strict=True)])
