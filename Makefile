@@ -5,7 +5,7 @@ BIN := .venv/bin
 LOCKS := tools/requirements
 PIP := $(BIN)/python $(LOCKS)/install.py
 
-.PHONY: help setup sitl gcs test test-vcan lint rooms bench fuzz kill load study study-safety paper lock clean
+.PHONY: help setup sitl gcs test test-vcan lint rooms bench fuzz kill load study study-safety study-adaptation paper lock clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -52,6 +52,9 @@ load: setup ## what cycles cost, and how late they are: alone, with three busy s
 
 study: setup ## the estimation study; ARGS=--short for its quick form
 	@$(BIN)/sternplane study estimation $(ARGS)
+
+study-adaptation: setup ## laws designed from what is learned; ARGS=--short for the quick form
+	@$(BIN)/sternplane study adaptation $(ARGS)
 
 study-safety: setup ## every fault, judged by the truth; ARGS=--short for the quick form, ARGS="--out DIR" to go on
 	@$(BIN)/sternplane study safety $(ARGS)

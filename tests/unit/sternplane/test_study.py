@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom, chi2, norm
 from sternplane.cli import main
-from sternplane.study import command, pool
+from sternplane.study import command
 from sternplane.study.cases import CASES, consistency, exact, noisy
 from sternplane.study.chance import K_SIGMA, MISS, chi_square_band, greatest_of, median_of, rms_band, share_of
 from sternplane.study.page import page
@@ -161,7 +161,7 @@ def test_every_case_is_known_by_its_name_and_makes_fewer_runs_in_the_short_form(
 
 
 def test_a_page_holds_every_row_and_loads_nothing(found: Results) -> None:
-    text = page([PAPER], [found], ["seed 1"])
+    text = page(command.ESTIMATION._replace(cases=[PAPER]), [found], ["seed 1"])
     assert "30 of 30 targets met" in text
     assert 'src="http' not in text
     assert text.count('class="plot"') == len(found.plots)
@@ -186,9 +186,7 @@ def test_seeds_count_from_1000_by_default() -> None:
 def test_the_whole_study_runs_in_processes_and_exits_by_its_targets(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    few = exact.CASES
-    monkeypatch.setattr(command, "CASES", few)
-    monkeypatch.setattr(pool, "CASES", few)
+    monkeypatch.setattr(command, "ESTIMATION", command.ESTIMATION._replace(cases=exact.CASES))
     assert main.main(["study", "estimation", "--seeds", "0:1", "--short", "--out", str(tmp_path)]) == 0
     rows = json.loads((tmp_path / "results.json").read_text())
     assert {tuple(row) for row in rows} == {("case", "figure", "value", "target", "n", "margin", "ok")}

@@ -171,6 +171,20 @@ def parser() -> argparse.ArgumentParser:
     estimation.add_argument("--out", type=Path, metavar="DIR", help="where they are left [runs/<stamp>]")
     estimation.set_defaults(run=_lazily("sternplane.study.command", draws=True))
 
+    adaptation = studies.add_parser(
+        "adaptation",
+        help="laws designed from what is learned, beside laws that know the truth",
+        description="Flies vehicle files that are wrong, on all cores, with laws designed from the truth, from the "
+        "wrong file and from what is learned; judges them by the truth, and leaves report.html and results.json.",
+        epilog="Exit status 0 if every target is met, 1 if not (what is missed is named), 2 for bad input.",
+    )
+    adaptation.add_argument(
+        "--seeds", metavar="A:B", help="seeds A to B - 1; tune below 1000 [1000:1040, for the figures that count]"
+    )
+    adaptation.add_argument("--short", action="store_true", help="one or two seeds, same cases: the form for CI")
+    adaptation.add_argument("--out", type=Path, metavar="DIR", help="where they are left [runs/<stamp>]")
+    adaptation.set_defaults(run=_lazily("sternplane.study.adaptation.command", draws=True))
+
     safety = studies.add_parser(
         "safety",
         help="every fault at several depths, judged by the truth",

@@ -7,17 +7,17 @@ from collections.abc import Iterator, Sequence
 
 from firmware_py.estimation.coefficient_params import TEN
 from sternplane.report.page import Cell, Heading, Page, Section, Table, plot_section, render
-from sternplane.study.rows import Case, Results, Row
+from sternplane.study.rows import Results, Row, Study
 
 _STATE = {True: "good", False: "bad", None: ""}
 _COLUMNS = len(TEN) + 4
 """Of a table: the figure, the ten, target, number of seeds, margin."""
 
 
-def page(cases: Sequence[Case], results: Sequence[Results], identity: Sequence[str]) -> str:
+def page(study: Study, results: Sequence[Results], identity: Sequence[str]) -> str:
     """Return the report as HTML."""
     sections: list[Section | Heading] = []
-    for case, result in zip(cases, results, strict=True):
+    for case, result in zip(study.cases, results, strict=True):
         title = case.name[:1].upper() + case.name[1:]
         notes = (case.about, *result.notes)
         sections.append(Section(title, notes, tables=(_table(result.rows),), wide=True))
@@ -26,10 +26,10 @@ def page(cases: Sequence[Case], results: Sequence[Results], identity: Sequence[s
     missed, judged = sum(row.ok is False for row in rows), sum(row.ok is not None for row in rows)
     return render(
         Page(
-            title="Estimation study",
+            title=study.title,
             status=f"{judged - missed} of {judged} targets met",
             mood="bad" if missed else "good",
-            description="What the coefficient filter learns, beside the Cramér-Rao bound of what anybody can learn.",
+            description=study.description,
             identity=(
                 *identity,
                 "Green meets its target, red misses it; the rest is for information. n: seeds; a row without is the "
@@ -55,9 +55,13 @@ def _table(rows: Sequence[Row]) -> Table:
 
 def _lines(rows: Sequence[Row]) -> Iterator[list[Cell]]:
     """Yield the name of each case above its rows; a figure of each of the ten is one line with ten columns."""
-    for case, of_case in itertools.groupby(rows, lambda row: row.case):
+    for case, found in itertools.groupby(rows, lambda row: row.case):
         yield [Cell(case, "head", _COLUMNS)]
-        headed = False
+        of_case = [*found]
+        headed = not any(_figure(row) != row.figure for row in of_case)
+        if headed:
+            words = ("target", "n", "margin")
+            yield [Cell(""), Cell("value", "head"), Cell("", span=len(TEN) - 1), *[Cell(w, "head") for w in words]]
         for figure, group in itertools.groupby(of_case, _figure):
             same = list(group)
             if len(same) != len(TEN):

@@ -90,5 +90,13 @@ class Case(NamedTuple):
     """How many runs, and how many in the form for CI."""
 
 
+class Study(NamedTuple):
+    """Cases that are flown and shown together; `title` and `description` are those of the report."""
+
+    title: str
+    description: str
+    cases: Sequence[Case]
+
+
 def _finite(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None

@@ -1,0 +1,78 @@
+"""The adaptation study: what counts as a failure, and that its targets can be missed."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from sternplane.study.adaptation.cases import CASES
+from sternplane.study.adaptation.courses import demonstration, track
+from sternplane.study.adaptation.flight import Design, Errors, flown
+from sternplane.study.rows import RunArrays
+
+T = np.arange(0.0, 180.0, 0.01)
+
+
+def errors(depth: float = 0.0, heading: float = 0.0, begin: float = 100.0, end: float = 111.0) -> Errors:
+    """Return the errors of a flight that is off for a while: m, deg, s."""
+    there = (begin <= T) & (end > T)
+    return Errors(T, depth * there, math.radians(heading) * there, np.zeros_like(T), 40.0, completed=True)
+
+
+def test_an_error_that_is_too_large_for_too_long_after_the_first_minute_is_a_failure() -> None:
+    assert not errors().failed
+    assert errors(depth=2.1).failed
+    assert errors(heading=-31.0).failed
+    assert not errors(depth=1.9, heading=29.0).failed
+    assert not errors(depth=5.0, end=109.0).failed
+    assert not errors(depth=5.0, begin=0.0, end=59.0).failed
+    assert errors()._replace(completed=False).failed
+
+
+def test_the_heading_counts_about_its_mean_and_the_depth_as_it_is() -> None:
+    t = T[:1000]
+    bias = Errors(t, np.full(1000, 0.5), np.full(1000, 0.1), np.radians(2.0) * t, 1.0, completed=True)
+    figures = bias.figures(0.0)
+    assert figures["depth"] == pytest.approx(0.5)
+    assert figures["heading"] == pytest.approx(0.0, abs=1e-9)
+    assert figures["heading_most"] == pytest.approx(math.degrees(0.1))
+    assert figures["travel"] == pytest.approx(2.0)
+    assert math.isnan(bias.figures(50.0)["depth"])
+
+
+def run(depth: float, heading: float, failed: float = 0.0) -> RunArrays:
+    """Return a run whose adaptive laws have these ratios to the oracle."""
+    found = {}
+    for design in Design:
+        name, share = design.name.lower(), (depth, heading) if design is Design.ADAPTIVE else (1.0, 1.0)
+        late = [0.05 * share[0], 0.12 * share[1], 0.1, 0.5, 6.0]
+        found |= {f"{name} early": np.array([0.1, 1.0, 0.5, 10.0, 6.0]), f"{name} late": np.array(late)}
+        found |= {f"{name} failed": np.array(failed * (design is Design.ADAPTIVE)), f"{name} adopted": np.array(40.0)}
+    return found
+
+
+@pytest.mark.parametrize(
+    ("runs", "missed"),
+    [
+        ([run(1.0, 1.0)], 0),
+        ([run(1.0, 1.0), run(1.2, 1.0), run(1.0, 1.0)], 1),
+        ([run(1.1, 1.0)], 1),
+        ([run(1.0, 1.4)], 2),
+        ([run(1.0, 1.0, failed=1.0)], 1),
+        ([run(math.nan, 1.0)], 2),
+    ],
+)
+def test_what_is_worse_than_its_target_is_missed(runs: list[RunArrays], missed: int) -> None:
+    rows = CASES[0].evaluate(runs).rows
+    assert sum(row.ok is False for row in rows) == missed
+
+
+def test_the_courses_fly_and_a_wrong_file_is_adopted_away() -> None:
+    """Fifty seconds of the track with every coefficient 70 % off: fins that do three times what is believed."""
+    adaptive = flown(track(50.0), 108, 0.7, Design.ADAPTIVE)
+    assert adaptive.completed
+    assert adaptive.figures(5.0)["depth_most"] < 0.5
+    assert adaptive.figures(5.0)["heading_most"] < 15.0
+    assert "enabled = true" in demonstration().scenario.format(adoption="true")
+    assert "x_m" in demonstration().scenario

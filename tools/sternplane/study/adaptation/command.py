@@ -1,0 +1,22 @@
+"""`sternplane study adaptation`: flies wrong vehicle files with adoption and without, beside the truth."""
+
+from __future__ import annotations
+
+import argparse
+
+from sternplane.study.adaptation.cases import CASES
+from sternplane.study.command import run_study
+from sternplane.study.rows import Study
+
+SEEDS = 40
+"""How many seeds, unless told otherwise."""
+ADAPTATION = Study(
+    "Adaptation study",
+    "What a vehicle gains whose laws are designed from what it learns, beside one whose laws know the truth.",
+    CASES,
+)
+
+
+def command(options: argparse.Namespace) -> int:
+    """Run the study; return 0 if every target is met, 1 if one is missed."""
+    return run_study(ADAPTATION, options, SEEDS)

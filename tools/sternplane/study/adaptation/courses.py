@@ -1,0 +1,47 @@
+"""The courses of the adaptation study."""
+
+from __future__ import annotations
+
+from sternplane.sitl.flight import SCENARIOS
+from sternplane.study.adaptation.flight import Course
+
+_ADOPTION = "[autopilot.control.adoption]\nenabled = {adoption}\n"
+_STEP = 14.0
+_TRACK = """
+description = "The adaptation study: depth and heading up and down, left and right, in a current."
+duration_s = {duration}
+completes = "time"
+[environment]
+bottom_depth_m = 60.0
+current_ned_m_s = [0.06, 0.08, 0.0]
+[start]
+depth_m = 10.0
+u_m_s = 1.8
+n_rpm = 492.0
+"""
+_BEGIN = """
+[[orders]]
+t_s = 0.5
+arming = "arm"
+mode = "hold"
+depth_m = 10.0
+heading_deg = 0.0
+speed_m_s = 1.8
+"""
+
+
+def track(duration: float = 180.0) -> Course:
+    """Return the track: steps of 2 m every 14 s and, between them, of 25 deg."""
+    orders, t, there = [], 2.0, True
+    while t + _STEP / 2.0 < duration:
+        orders.append(f"[[orders]]\nt_s = {t}\ndepth_m = {12.0 if there else 10.0}\n")
+        orders.append(f"[[orders]]\nt_s = {t + _STEP / 2.0}\nheading_deg = {25.0 if there else 0.0}\n")
+        t, there = t + _STEP, not there
+    head = _TRACK.format(duration=duration)
+    return Course("track", head + _ADOPTION + _BEGIN + "".join(orders), 60.0)
+
+
+def demonstration() -> Course:
+    """Return the demonstration."""
+    text = (SCENARIOS / "demo.toml").read_text(encoding="utf-8").replace("{", "{{").replace("}", "}}")
+    return Course("demonstration", text.replace("[environment]", _ADOPTION + "\n[environment]", 1), 120.0)
