@@ -74,6 +74,7 @@ def requested_params(params: CoefficientParams, options: argparse.Namespace) -> 
     return dataclasses.replace(
         params,
         names=names,
+        nuisances=(),  # what is asked for is fitted, and nothing beside it
         considered=tuple(name for name in params.considered if name not in members),
         std=params.std if options.prior is None else options.prior / 100.0,
         current=options.current,
