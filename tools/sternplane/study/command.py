@@ -30,6 +30,7 @@ ESTIMATION = Study(
     "Estimation study",
     "What the coefficient filter learns, beside the Cramér-Rao bound of what anybody can learn.",
     CASES,
+    chance=True,
 )
 
 
@@ -52,8 +53,8 @@ def run_study(study: Study, options: argparse.Namespace, most: int) -> int:
     form = "short form" if options.short else "full form"
     identity = f"seeds {seeds.start} to {seeds.stop - 1} · {form} · revision {provenance.git_revision()}"
     write(folder / "results.json", json.dumps([row.plain() for row in rows], indent=1, allow_nan=False) + "\n")
-    write(folder / "report.html", page(study, results, (identity, chance_text(rows))))
-    _print(rows, folder)
+    write(folder / "report.html", page(study, results, (identity, *([chance_text(rows)] if study.chance else []))))
+    _print(rows, folder, study.chance)
     return 1 if any(row.ok is False for row in rows) else 0
 
 
@@ -79,7 +80,7 @@ def chance_text(rows: Sequence[Row]) -> str:
     return f"{moved} rows depend on chance: a right filter misses one of them in {moved * MISS:.1e} of all studies."
 
 
-def _print(rows: Sequence[Row], folder: Path) -> None:
+def _print(rows: Sequence[Row], folder: Path, chance: bool) -> None:
     """Print a line for each case, and each target that was missed."""
     console = Console()
     table = Table("case", "met", "of", "least margin", box=None)
@@ -89,7 +90,8 @@ def _print(rows: Sequence[Row], folder: Path) -> None:
             least = min(row.margin for row in judged if row.margin is not None)
             table.add_row(name, str(sum(bool(row.ok) for row in judged)), str(len(judged)), f"{100.0 * least:.0f} %")
     console.print(table)
-    console.print(chance_text(rows), highlight=False, soft_wrap=True)
+    if chance:
+        console.print(chance_text(rows), highlight=False, soft_wrap=True)
     for row in rows:
         if row.ok is False:
             seeds = f" (n = {row.n})" if row.n else ""

@@ -96,6 +96,8 @@ class Study(NamedTuple):
     title: str
     description: str
     cases: Sequence[Case]
+    chance: bool = False
+    """Whether its bands are such as chance alone hardly leaves; the page then says how hardly."""
 
 
 def _finite(value: float | None) -> float | None:

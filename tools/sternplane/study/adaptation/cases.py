@@ -47,7 +47,7 @@ def _run(seed: int, k: int, course: Callable[[], Course], wrong: float) -> RunAr
     return found
 
 
-def _evaluate(runs: Sequence[RunArrays], name: str, targets: Targets) -> Results:
+def _evaluate(runs: Sequence[RunArrays], name: str, targets: Targets, settled: float) -> Results:
     rows, n, late = [], len(runs), {}
     for design in Design:
         key = design.name.lower()
@@ -68,7 +68,7 @@ def _evaluate(runs: Sequence[RunArrays], name: str, targets: Targets) -> Results
         adaptive = key == "adaptive"
         for figure, unit, limit in (("depth", "m", targets.early_depth), ("heading", "deg", targets.early_heading)):
             most = float(np.max(early[:, _FIGURES.index(f"{figure}_most")]))
-            what = f"{key}: greatest {figure} error until then, worst, {unit}"
+            what = f"{key}: greatest {figure} error before {settled:g} s, worst flight, {unit}"
             rows.append(Row(name, what, most, limit if adaptive else None, n))
     for key in late:
         travel = float(np.median(late[key][:, _FIGURES.index("travel")]))
@@ -90,7 +90,7 @@ def _case(course: Callable[[], Course], wrong: float, targets: Targets, runs: in
         name,
         about,
         functools.partial(_run, course=course, wrong=wrong),
-        functools.partial(_evaluate, name=name, targets=targets),
+        functools.partial(_evaluate, name=name, targets=targets, settled=settled),
         runs,
         short,
     )
