@@ -189,7 +189,7 @@ def test_at_sea_there_is_no_truth_to_compare_with(log: Log) -> None:
     for one in learned["coefficients"].values():
         assert (one["truth"], one["error_pct"], one["error_sigmas"]) == (None, None, None)
     assert "largest error of the valid coefficients" not in dict(key_figures(summarise(log)))
-    assert set(traces(log, "M_q")) == {None, "±3 σ", "vehicle file", "estimate", "estimate, valid"}
+    assert set(traces(log, "M_q")) == {"in force", None, "±3 σ", "vehicle file", "estimate", "estimate, valid"}
     assert "truth" not in drawn(log)["M_q"].note
     assert "Errors in sigmas" not in drawn(log)
 

@@ -132,7 +132,7 @@ class Drawn:
             points.samples("truth", {"current": truth["current"]})
             points.plan("plan_truth", {name: truth[name] for name in _PLACE})
         points.lines("c", lines)
-        learned = [name for name in c if name.startswith("state.learned.")]
+        learned = [name for name in c if name.startswith(("state.learned.", "adopted."))]
         points.samples("c", {name: c[name] for name in (*_SAMPLED, *learned)})
         points.plan("plan", {name: c[f"state.{name}"] for name in _PLACE})
 
