@@ -12,7 +12,7 @@ import math
 from typing import NamedTuple
 
 from firmware_py.control.axis_adoption import AdoptionParams, AxisAdoption, AxisMemory, AxisModel, Values, chosen
-from firmware_py.control.model_evidence import PERIOD, Motion, UnitSpeedAxis, pitch_axis, stationary_gains, yaw_axis
+from firmware_py.control.model_evidence import PERIOD, Motion
 from firmware_py.control.sliding_mode_params import S_LAST_DEPTH, S_LAST_HEADING
 from firmware_py.marine import clip
 from firmware_py.records.adoption import Adopted, Refusal, Source
@@ -30,6 +30,7 @@ from firmware_py.vehicle.linear_models import (
     steering_coefficients,
     steering_model,
 )
+from firmware_py.vehicle.turning import TurningAxis, pitch_axis, stationary_gains, yaw_axis
 from firmware_py.vehicle.vehicle import Vehicle
 
 __all__ = ["Adoption", "AdoptionParams"]
@@ -43,8 +44,8 @@ _CERTAIN, _UNCERTAIN = 0.2, 0.5
 """1 sigma of what turns the vehicle, of its size: below the one no caution is needed, above the other all of it."""
 _TURNS = ("M_q", "M_ds", "N_r", "N_dr")
 """What turns the vehicle first of all: damping and fins."""
-_EDDIES = 0.05 * math.sqrt(2.0 / 10.0)
-"""Eddies of 0.05 m/s and 10 s as a random walk, m/s by sqrt(s): what they do is no evidence."""
+_EDDIES = 0.05
+"""What eddies of this, m/s, do is no evidence."""
 
 
 class AdoptionMemory(NamedTuple):
@@ -174,15 +175,14 @@ class Adoption:
 def _depth(vehicle: Vehicle, poles: Poles) -> AxisModel:
     """Return the axis of the stern planes."""
     u, effectiveness, file = vehicle.propeller.u_trim, vehicle.effectiveness, diving_coefficients(vehicle)
-    heave = diving_model(vehicle, 1.0).b[0] * vehicle.coefficients.M_w / file.M_ds
 
     def linear(values: Values) -> LinearModel:
         return diving_model(vehicle, u, DivingCoefficients(*values))
 
-    def unit(values: Values) -> UnitSpeedAxis:
-        return pitch_axis(diving_model(vehicle, 1.0, DivingCoefficients(*values)), heave)
+    def unit(values: Values) -> TurningAxis:
+        return pitch_axis(vehicle, DivingCoefficients(*values))
 
-    gains, limit = stationary_gains(abs(heave) * u * _EDDIES), effectiveness.delta_s_max
+    gains, limit = stationary_gains(pitch_axis(vehicle).eddies(u, _EDDIES), PERIOD), effectiveness.delta_s_max
     return AxisModel(file._fields, file, linear, unit, 0, S_LAST_DEPTH, poles, effectiveness.s, limit, gains)
 
 
@@ -193,9 +193,8 @@ def _heading(vehicle: Vehicle, poles: Poles) -> AxisModel:
     def linear(values: Values) -> LinearModel:
         return steering_model(vehicle, u, SteeringCoefficients(*values))
 
-    def unit(values: Values) -> UnitSpeedAxis:
-        return yaw_axis(steering_model(vehicle, 1.0, SteeringCoefficients(*values)))
+    def unit(values: Values) -> TurningAxis:
+        return yaw_axis(vehicle, SteeringCoefficients(*values))
 
-    gains = stationary_gains(abs(unit(file).crosswise) * u * _EDDIES)
-    limit = effectiveness.delta_r_max
+    gains, limit = stationary_gains(yaw_axis(vehicle).eddies(u, _EDDIES), PERIOD), effectiveness.delta_r_max
     return AxisModel(file._fields, file, linear, unit, 1, S_LAST_HEADING, poles, effectiveness.r, limit, gains)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from firmware_py.control.model_evidence import EvidenceMemory, Motion, UnitSpeedAxis, no_evidence, pause, step
+from firmware_py.control.model_evidence import EvidenceMemory, Motion, no_evidence, pause, step
 from firmware_py.control.sliding_mode_design import DesignError, sliding_surface
 from firmware_py.marine import clip
 from firmware_py.params import param
@@ -15,6 +15,7 @@ from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Rate
 from firmware_py.vehicle.linear_models import LinearModel
+from firmware_py.vehicle.turning import TurningAxis
 
 Values = tuple[float, ...]
 _HOLD = 20.0
@@ -75,7 +76,7 @@ class AxisModel(NamedTuple):
     names: tuple[str, ...]
     file: Values
     linear: Callable[[Values], LinearModel]
-    unit: Callable[[Values], UnitSpeedAxis]
+    unit: Callable[[Values], TurningAxis]
     row: int
     s_last: float
     poles: tuple[float, float]

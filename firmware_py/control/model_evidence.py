@@ -13,12 +13,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from firmware_py.marine import clip
-from firmware_py.vehicle.linear_models import LinearModel
+from firmware_py.vehicle.turning import GYRO_STD, TurningAxis
 
 PERIOD = 0.04
 """Step of the filters, s."""
-_GYRO_STD = 1e-3 * math.sqrt(0.01 / PERIOD)
-"""Noise of the mean rate over a period, rad/s: 1e-3 at 100 Hz."""
+_RATE_STD = GYRO_STD * math.sqrt(0.01 / PERIOD)
+"""Noise of the mean rate over a period, rad/s."""
 _FADING_TIME = 10.0
 """Time over which evidence fades, s."""
 _MOST = 50.0
@@ -27,36 +27,6 @@ _SETTLING_TIME = 2.0
 """After a start the filters find the disturbance, s."""
 _SWAY_MAX = 0.5
 """Bound of the modelled sway, of the speed."""
-
-
-class UnitSpeedAxis(NamedTuple):
-    """One axis at 1 m/s; with the speed u, damping and coupling grow by u, what fins and `crosswise` do by u^2 and u.
-
-    Attributes:
-        damping: of the rate.
-        restoring: by the pitch angle; 0 in yaw.
-        crosswise: by the crosswise velocity (w, or the modelled sway).
-        fins: by the fin angle.
-        sway: (damping, by the rate, by the fin angle) of the sway; zeros in pitch.
-    """
-
-    damping: float
-    restoring: float
-    crosswise: float
-    fins: float
-    sway: tuple[float, float, float]
-
-
-def pitch_axis(diving: LinearModel, heave: float) -> UnitSpeedAxis:
-    """Return the axis of the diving model at 1 m/s; `heave` is what the heave velocity does, 1/(m s)."""
-    (damping, restoring, _), *_ = diving.A
-    return UnitSpeedAxis(damping, restoring, heave, diving.b[0], (0.0, 0.0, 0.0))
-
-
-def yaw_axis(steering: LinearModel) -> UnitSpeedAxis:
-    """Return the axis of the steering model at 1 m/s."""
-    (a_vv, a_vr, _), (a_rv, a_rr, _), _ = steering.A
-    return UnitSpeedAxis(a_rr, 0.0, a_rv, steering.b[1], (a_vv, a_vr, steering.b[0]))
 
 
 class Prediction(NamedTuple):
@@ -90,7 +60,7 @@ _REST = Prediction(0.0, 0.0, 0.0)
 
 def no_evidence(count: int) -> EvidenceMemory:
     """Return what is remembered before the first step, of so many models beside vehicle.toml."""
-    return EvidenceMemory(_REST, (_REST,) * count, _GYRO_STD**2, (0.0,) * count, 0.0)
+    return EvidenceMemory(_REST, (_REST,) * count, _RATE_STD**2, (0.0,) * count, 0.0)
 
 
 class Motion(NamedTuple):
@@ -110,8 +80,8 @@ def pause(m: EvidenceMemory) -> EvidenceMemory:
 
 def step(
     m: EvidenceMemory,
-    nominal: UnitSpeedAxis,
-    others: Sequence[UnitSpeedAxis],
+    nominal: TurningAxis,
+    others: Sequence[TurningAxis],
     gains: tuple[float, float],
     motion: Motion,
 ) -> EvidenceMemory:
@@ -127,7 +97,7 @@ def step(
     square, squares = e_first * e_first, [e * e for _, e in followed]
     share = PERIOD / _FADING_TIME
     variance = m.variance + share * (min(square, *squares) - m.variance)
-    unit = 0.5 / max(variance, _GYRO_STD**2)
+    unit = 0.5 / max(variance, _RATE_STD**2)
     evidence = tuple(
         [
             clip((1.0 - share) * before + unit * (square - own), -_MOST, _MOST)
@@ -137,26 +107,14 @@ def step(
     return EvidenceMemory(first, predictions, variance, evidence, running)
 
 
-def _follow(p: Prediction, axis: UnitSpeedAxis, gains: tuple[float, float], motion: Motion) -> tuple[Prediction, float]:
+def _follow(p: Prediction, axis: TurningAxis, gains: tuple[float, float], motion: Motion) -> tuple[Prediction, float]:
     """Return a filter's memory after a period, and its innovation, rad/s."""
     u, rate, theta, w, delta = motion
     a_vv, a_vr, b_v = axis.sway
     cross = p.sway if a_vv else w
-    moment = axis.crosswise * u * cross + axis.restoring * math.sin(theta) + axis.fins * u * u * delta
+    moment = axis.crosswise * u * cross + axis.restoring * math.sin(theta) + axis.control * u * u * delta
     predicted = p.rate + PERIOD * (axis.damping * u * p.rate + moment + p.disturbance)
     e = rate - predicted
     sway = p.sway + PERIOD * (a_vv * u * p.sway + a_vr * u * rate + b_v * u * u * delta)
     bound = _SWAY_MAX * u
     return Prediction(predicted + gains[0] * e, p.disturbance + gains[1] * e, clip(sway, -bound, bound)), e
-
-
-def stationary_gains(walk: float) -> tuple[float, float]:
-    """Return the filter's gains of rate and disturbance for a disturbance that walks by `walk`, rad/s^2/sqrt(s)."""
-    noise, q = _GYRO_STD**2, walk * walk * PERIOD
-    p_rr, p_rd, p_dd = noise, 0.0, noise
-    gain = gain_d = 0.0
-    for _ in range(500):
-        p_rr, p_rd, p_dd = p_rr + 2.0 * PERIOD * p_rd + PERIOD**2 * p_dd, p_rd + PERIOD * p_dd, p_dd + q
-        gain, gain_d = p_rr / (p_rr + noise), p_rd / (p_rr + noise)
-        p_rr, p_rd, p_dd = (1.0 - gain) * p_rr, (1.0 - gain) * p_rd, p_dd - gain_d * p_rd
-    return gain, gain_d

@@ -16,16 +16,15 @@ import math
 from typing import NamedTuple
 
 from firmware_py.records.health import ActuatorFault
+from firmware_py.vehicle.turning import GYRO_STD, stationary_gains
 
 PERIOD = 0.04
 """Step of the filter, s."""
-_GYRO_STD = 1e-3
-"""Noise of the gyros for which the filter is designed, at 100 Hz, rad/s; what it is in flight is measured."""
 _LEARNING_TIME, _PRIOR_STD = 200.0, 0.3
 _SNAPSHOT, _SNAPSHOTS = 20.0, 3
 """What was learned is noted so often, s; the oldest of so many notes counts."""
 _VARIANCE_TIME = 10.0
-_LEAST_VARIANCE = 0.4 * _GYRO_STD**2 * 0.01 / PERIOD
+_LEAST_VARIANCE = 0.4 * GYRO_STD**2 * 0.01 / PERIOD
 """Gyros may be quieter than this (rad^2/s^2, over a step); the model is not. When a fin begins to move, the vehicle
 answers a little after its report, and against no noise at all that would be evidence."""
 _PUSHED = 4.0
@@ -92,7 +91,7 @@ _FRESH = AxisMemory(
     0.0,
     0.0,
     0.0,
-    _GYRO_STD**2 * 0.01 / PERIOD,
+    GYRO_STD**2 * 0.01 / PERIOD,
     0.0,
     0.0,
     ((0.0, 0.0),),
@@ -118,7 +117,7 @@ class AxisWatch:
         """
         self._evidence, self._dt = evidence, dt
         self._gains = [
-            _gains((1.0 + i * _SWIFTER) * eddies, dt) for i in range(round((_SWIFTEST - 1.0) / _SWIFTER) + 1)
+            stationary_gains((1.0 + i * _SWIFTER) * eddies, dt) for i in range(round((_SWIFTEST - 1.0) / _SWIFTER) + 1)
         ]
         self._snapshot = max(1.0, round(_SNAPSHOT / dt)) * dt
         self._memory = _FRESH
@@ -230,15 +229,3 @@ class AxisWatch:
 def _ratio(one: float, other: float, eg: float, gg: float) -> float:
     """Return the log-likelihood ratio of an effectiveness of `one` against `other`."""
     return (one - other) * eg + 0.5 * ((other - 1.0) ** 2 - (one - 1.0) ** 2) * gg
-
-
-def _gains(eddies: float, dt: float) -> tuple[float, float]:
-    """Return the stationary gains of rate and disturbance."""
-    noise, walk = _GYRO_STD**2 * 0.01 / dt, eddies * eddies * dt
-    p_rr, p_rd, p_dd = noise, 0.0, noise
-    gain = gain_d = 0.0
-    for _ in range(500):
-        p_rr, p_rd, p_dd = p_rr + 2.0 * dt * p_rd + dt * dt * p_dd, p_rd + dt * p_dd, p_dd + walk
-        gain, gain_d = p_rr / (p_rr + noise), p_rd / (p_rr + noise)
-        p_rr, p_rd, p_dd = (1.0 - gain) * p_rr, (1.0 - gain) * p_rd, p_dd - gain_d * p_rd
-    return gain, gain_d

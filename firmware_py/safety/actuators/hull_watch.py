@@ -11,11 +11,13 @@ from firmware_py.records.health import ActuatorFault, SourceState
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.hull_response import PERIOD, AxisMemory, AxisWatch
-from firmware_py.safety.actuators.turning_model import CRUISE, pitch_axis, yaw_axis
 from firmware_py.safety.actuators.water_speed import WaterSpeed
 from firmware_py.tick import Tick
+from firmware_py.vehicle.turning import pitch_axis, yaw_axis
 from firmware_py.vehicle.vehicle import Vehicle
 
+_CRUISE = 1.8
+"""Speed for which the eddies' moment is computed, m/s; it grows in proportion."""
 _SERVO_TIME = 0.12
 """Lag of a servo that reports nothing, s."""
 _DEPTH_MIN, _SPEED_MIN = 2.5, 0.8
@@ -64,8 +66,14 @@ class HullWatch:
         self._models = pitch_axis(vehicle), yaw_axis(vehicle)
         self._advance = vehicle.propeller.u_trim / vehicle.propeller.n_trim
         self._travel = tuple([fin.delta_max for fin in vehicle.fins])
-        self._fins = tuple([[i for i, b in enumerate(model.fins) if b] for model in self._models])
-        self._axes = tuple([AxisWatch(params.evidence, model.eddies(params.eddies), PERIOD) for model in self._models])
+        shares = vehicle.effectiveness.s, vehicle.effectiveness.r
+        self._effects = tuple(
+            [tuple([model.control * share for share in row]) for model, row in zip(self._models, shares, strict=True)]
+        )
+        self._fins = tuple([[i for i, share in enumerate(row) if share] for row in shares])
+        self._axes = tuple(
+            [AxisWatch(params.evidence, model.eddies(_CRUISE, params.eddies), PERIOD) for model in self._models]
+        )
         self._sums = [(0.0, 0), (0.0, 0)]
         self._speeds = [math.nan, math.nan]
         self._modelled = [0.0] * len(vehicle.fins)
@@ -153,11 +161,11 @@ class HullWatch:
         self._speeds[axis] = u
         was = watch.fault
         hull = u * cross * model.crosswise + model.restoring * math.sin(state.eta.theta)
-        return watch.update(total / count, u * model.damping, hull, u * u * angles, over, u / CRUISE) is not was
+        return watch.update(total / count, u * model.damping, hull, u * u * angles, over, u / _CRUISE) is not was
 
     def _angles(self, axis: int, t: float, frame: SensorFrame, applied: Applied) -> tuple[float, float]:
         """Return the fins' angles times their effect, and the least share of their travel."""
-        effects, latency, modelled = self._models[axis].fins, self._params.latency, self._modelled
+        effects, latency, modelled = self._effects[axis], self._params.latency, self._modelled
         total, over = 0.0, math.inf
         for i in self._fins[axis]:
             heard = frame.fins[i]

@@ -12,7 +12,7 @@ import pytest
 from firmware_py.records.health import ActuatorFault
 from firmware_py.safety.actuators.hull_response import PERIOD, AxisWatch
 from firmware_py.safety.actuators.thrust import Ping, ThrustWatch
-from firmware_py.safety.actuators.turning_model import pitch_axis, yaw_axis
+from firmware_py.vehicle.turning import pitch_axis
 from tests.unit.firmware_py.safety.actuator_bench import VEHICLE
 
 NONE, LOST, WEAK = ActuatorFault.NONE, ActuatorFault.LOST, ActuatorFault.WEAK
@@ -121,16 +121,6 @@ def test_a_pause_keeps_what_was_learned_and_the_fault() -> None:
     hull.run(60.0)
     hull.watch.pause()
     assert hull.watch.fault is LOST
-
-
-def test_the_axes_turn_as_the_coefficients_say() -> None:
-    pitch, yaw = pitch_axis(VEHICLE), yaw_axis(VEHICLE)
-    # 0.5 rho L^3 M_ds / (I_y - 0.5 rho L^5 M_qdot), and half of it for each plane.
-    assert pitch.fins == pytest.approx((-0.0311, -0.0311, 0.0, 0.0), rel=1e-2)
-    assert pitch.crosswise == pytest.approx(0.1515, rel=1e-2)
-    assert pitch.damping < 0.0 > yaw.damping
-    assert yaw.fins[:2] == (0.0, 0.0)
-    assert yaw.fins[2] == yaw.fins[3] < 0.0
 
 
 K, ADVANCE = 0.00898, 1.8288 / 8.3333
@@ -263,11 +253,11 @@ def test_a_following_current_is_no_propeller_that_runs_away(n: float, current: f
 def test_gyros_without_noise_make_no_fault_of_a_step(noise: float) -> None:
     """A minute of quiet, then a step of the planes: the vehicle answers a step of the filter after their report."""
     axis = pitch_axis(VEHICLE)
-    watch, random = AxisWatch(EVIDENCE, axis.eddies(0.15), PERIOD), np.random.default_rng(1)
+    watch, random = AxisWatch(EVIDENCE, axis.eddies(1.8, 0.15), PERIOD), np.random.default_rng(1)
     u, rate, most = 1.8, 0.0, 0.0
     for k in range(round(70.0 / PERIOD)):
         angle = math.radians(10.0) * min(max(0.0, k * PERIOD - 60.0) / 0.25, 1.0)  # 40 deg/s
-        fins = u * u * sum(axis.fins) * angle
+        fins = u * u * axis.control * angle
         assert watch.update(rate + noise * random.standard_normal(), u * axis.damping, 0.0, fins, 0.0) is NONE
         rate += PERIOD * (u * axis.damping * rate + fins)
         most = max(most, watch.freeze().lost)

@@ -1,0 +1,85 @@
+"""What turns the vehicle, in pitch and in yaw, at any speed; and the filter that follows a rate of turn by it.
+
+The linear models at 1 m/s say it for every speed: damping and coupling grow with u, what fins do grows with u^2.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from firmware_py.vehicle.linear_models import (
+    DivingCoefficients,
+    SteeringCoefficients,
+    diving_coefficients,
+    diving_model,
+    steering_model,
+)
+from firmware_py.vehicle.vehicle import Vehicle
+
+GYRO_STD = 1e-3
+"""Noise of the gyros for which the filter is designed, at 100 Hz, rad/s."""
+_EDDY_TIME = 10.0
+"""Correlation time of eddies, s."""
+_STEPS = 500
+"""By then the gains are stationary."""
+
+
+class TurningAxis(NamedTuple):
+    """One axis: its angular acceleration at speed u, with a crosswise velocity c (w in pitch, v in yaw).
+
+    Attributes:
+        damping: of the rate, by u, 1/m.
+        crosswise: by u c, 1/m^2.
+        restoring: by the sine of pitch, 1/s^2; 0 in yaw.
+        control: by u^2, of the fin angle of the axis (delta_s, delta_r), 1/m^2.
+        sway: what changes v: by u v, 1/m, by u r, and by u^2 delta_r, 1/m; zeros in pitch.
+    """
+
+    damping: float
+    crosswise: float
+    restoring: float
+    control: float
+    sway: tuple[float, float, float]
+
+    def eddies(self, u: float, std: float) -> float:
+        """Return what eddies of 1 sigma `std`, m/s, do at speed u, m/s, as a random walk, rad/s^2/sqrt(s)."""
+        return abs(self.crosswise) * u * std * math.sqrt(2.0 / _EDDY_TIME)
+
+
+def pitch_axis(vehicle: Vehicle, other: DivingCoefficients | None = None) -> TurningAxis:
+    """Return the axis of the stern planes and bow planes, with `other` coefficients than those of the vehicle.
+
+    Raises:
+        ParamError: the vehicle has no inertia in pitch.
+    """
+    ((damping, restoring, _), *_), (control, *_) = diving_model(vehicle, 1.0, other)
+    heave = control * vehicle.coefficients.M_w / (other or diving_coefficients(vehicle)).M_ds
+    return TurningAxis(damping, heave, restoring, control, (0.0, 0.0, 0.0))
+
+
+def yaw_axis(vehicle: Vehicle, other: SteeringCoefficients | None = None) -> TurningAxis:
+    """Return the axis of the rudders, with `other` coefficients than those of the vehicle.
+
+    Raises:
+        ParamError: the vehicle has no inertia in sway and yaw.
+    """
+    ((a_vv, a_vr, _), (a_rv, a_rr, _), _), (b_v, b_r, _) = steering_model(vehicle, 1.0, other)
+    return TurningAxis(a_rr, a_rv, 0.0, b_r, (a_vv, a_vr, b_v))
+
+
+def stationary_gains(walk: float, dt: float) -> tuple[float, float]:
+    """Return the gains of a Kalman filter that follows a rate of turn, and of the disturbance that it finds beside it.
+
+    Args:
+        walk: the disturbance, an angular acceleration, as a random walk, rad/s^2/sqrt(s).
+        dt: step of the filter, s; the rate is the mean of the gyro over it.
+    """
+    noise, q = GYRO_STD**2 * 0.01 / dt, walk * walk * dt
+    p_rr, p_rd, p_dd = noise, 0.0, noise
+    gain = gain_d = 0.0
+    for _ in range(_STEPS):
+        p_rr, p_rd, p_dd = p_rr + 2.0 * dt * p_rd + dt * dt * p_dd, p_rd + dt * p_dd, p_dd + q
+        gain, gain_d = p_rr / (p_rr + noise), p_rd / (p_rr + noise)
+        p_rr, p_rd, p_dd = (1.0 - gain) * p_rr, (1.0 - gain) * p_rd, p_dd - gain_d * p_rd
+    return gain, gain_d
