@@ -18,7 +18,7 @@ from firmware_py.marine import Origin
 from firmware_py.mavlink.settings import MavlinkParams, NodeSettings
 from firmware_py.parameter_tree import value_text, with_values
 from firmware_py.params import ParamError, param, prefix_errors, table
-from firmware_py.records.event import Event, EventKind, severity_of
+from firmware_py.records.event import Event, EventKind, event
 from firmware_py.records.fence import HOME, NO_FENCE, Fence, Place
 from firmware_py.records.limits import OperatingLimits
 from firmware_py.records.mission import Mission
@@ -147,7 +147,7 @@ class PartsFactory:
         """See `autopilot.Reconfigurator`. Orders were checked before; a change that fails leaves all as it was."""
         if not changes:
             return parts, ()
-        kind, told = EventKind.CHANGE_FAILED, list[Event]()
+        told = list[Event]()
         for change in changes:
             before = self._now
             try:
@@ -155,7 +155,7 @@ class PartsFactory:
             except (ValueError, LookupError, TypeError) as error:
                 self._now = before
                 why = " ".join(str(error).split())
-                told.append(Event(kind, severity_of(kind), names=(why,)))
+                told.append(event(EventKind.CHANGE_FAILED, names=(why,)))
             else:
                 told += _told(change, before.params, self.params)
         return parts, tuple(told)
@@ -283,12 +283,11 @@ class PartsFactory:
 
 def _told(change: Change, before: AutopilotParams, after: AutopilotParams) -> Iterator[Event]:
     """Yield an event for each parameter that safety rests on and that a change made another."""
-    kind = EventKind.PARAMETER_CHANGED
     for key in dict(change.values) if isinstance(change, ParameterChange) else ():
         if key.startswith(_TOLD):
             texts = value_text(before, key), value_text(after, key)
             if texts[0] != texts[1]:
-                yield Event(kind, severity_of(kind), names=(key, *texts))
+                yield event(EventKind.PARAMETER_CHANGED, names=(key, *texts))
 
 
 def _parts_of(values: Mapping[str, Any]) -> tuple[str, ...]:

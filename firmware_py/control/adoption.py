@@ -18,7 +18,7 @@ from firmware_py.marine import clip
 from firmware_py.records.adoption import Adopted, Refusal, Source
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.event import Event, EventKind, severity_of
+from firmware_py.records.event import Event, EventKind, event
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Rate, Tick
 from firmware_py.vehicle.linear_models import (
@@ -164,11 +164,9 @@ class Adoption:
     def _tell(self) -> None:
         """Tell what changed of where the coefficients come from."""
         now = tuple([(axis.source, axis.refusal) for axis in self._axes])
-        kind = EventKind.DESIGN_CHANGED
         for law, before, after in zip(("depth", "heading"), self._told, now, strict=True):
             if before != after:
-                numbers = tuple(map(float, after))
-                self.events += (Event(kind, severity_of(kind), numbers=numbers, names=(law,)),)
+                self.events += (event(EventKind.DESIGN_CHANGED, numbers=tuple(map(float, after)), names=(law,)),)
         self._told = now
 
 

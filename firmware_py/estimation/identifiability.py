@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_py.estimation.model.jacobians import Array
-from firmware_py.records.event import Cause, Event, EventKind, severity_of
+from firmware_py.records.event import Cause, Event, EventKind, event
 from firmware_py.records.learning_text import combination
 
 NOT_LEARNED = 0.95
@@ -130,8 +130,7 @@ def report(known: LearnedState) -> tuple[Event, ...]:
 
 def reported(cause: Cause, numbers: tuple[float, ...] = (), names: Sequence[str] = ()) -> Event:
     """Return one part of a learning report."""
-    kind = EventKind.LEARNING_REPORT
-    return Event(kind, severity_of(kind, cause), cause=cause, numbers=numbers, names=tuple(names))
+    return event(EventKind.LEARNING_REPORT, cause, numbers, tuple(names))
 
 
 def _principal(covariance: Array, scales: Sequence[float] | Array) -> list[tuple[float, Array]]:

@@ -18,7 +18,7 @@ from firmware_py.guidance.reference_shaper import ReferenceShaper
 from firmware_py.guidance.route import Route, heading_towards
 from firmware_py.records.command import AscentStage, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.event import Event, EventKind, severity_of
+from firmware_py.records.event import Event, EventKind, event
 from firmware_py.records.fence import HOME, NO_FENCE, NOWHERE, Fence, Place
 from firmware_py.records.mission import Loiter, Manoeuvre, Mission, Surface, Waypoint
 from firmware_py.records.order import Mode, Order, Setpoint
@@ -220,8 +220,7 @@ class Guidance:
         _, psi_d = self._round(circle, state, dt)
         self._wanted = Setpoint(max(self._bottom.depth_of(item, self._depth.command), 0.0), psi_d, u_d)
         if self._route.circle(x, y, circle, _JOINED * radius, dt):
-            kind, item_number = EventKind.LOITER_DONE, self._route.item + 1.0
-            self.events = (Event(kind, severity_of(kind), numbers=(item_number,)),)
+            self.events = (event(EventKind.LOITER_DONE, numbers=(self._route.item + 1.0,)),)
             self._route.leave(x, y, self._depth.command)
 
     def _learn(self, manoeuvre: Manoeuvre, state: StateEstimate, dt: float) -> Excitation:

@@ -15,7 +15,7 @@ from firmware_py.guidance.excitation import Sides, sides
 from firmware_py.marine import body_to_ned, euler_rates, wrap
 from firmware_py.params import param
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.event import Cause, Event, EventKind, severity_of
+from firmware_py.records.event import Cause, Event, EventKind, event
 from firmware_py.records.mission import Manoeuvre, ManoeuvreKind
 from firmware_py.records.order import Setpoint
 
@@ -184,5 +184,4 @@ class ManoeuvreGuidance:
     def _add_event(
         self, manoeuvre: Manoeuvre, kind: EventKind, cause: Cause = Cause.NONE, numbers: tuple[float, ...] = ()
     ) -> None:
-        event = Event(kind, severity_of(kind, cause), cause=cause, manoeuvre=manoeuvre.kind, numbers=numbers)
-        self.events = (*self.events, event)
+        self.events = (*self.events, event(kind, cause, numbers, manoeuvre=manoeuvre.kind))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from firmware_py.records.event import Event, EventKind, severity_of
+from firmware_py.records.event import Event, EventKind, event
 from firmware_py.records.fence import HOME, WITHIN, Fence, Place
 
 _NEAR = 30.0
@@ -32,10 +32,10 @@ def home_not_known(x: float, y: float, std: float) -> tuple[Event, ...]:
     distance = math.hypot(x - HOME.x, y - HOME.y)
     if std <= max(distance, _NEAR):
         return ()
-    return (Event(EventKind.HOME_NOT_KNOWN, severity_of(EventKind.HOME_NOT_KNOWN), numbers=(distance, std)),)
+    return (event(EventKind.HOME_NOT_KNOWN, numbers=(distance, std)),)
 
 
 def unreachable(places: Iterable[Place]) -> Event:
     """Return the event that no straight leg within the fence leads to any of the places."""
     kind = EventKind.HOME_UNREACHABLE if tuple(places) == (HOME,) else EventKind.RALLY_POINT_UNREACHABLE
-    return Event(kind, severity_of(kind))
+    return event(kind)

@@ -11,7 +11,7 @@ from firmware_py.guidance.line_of_sight import Leg, is_passed, leg
 from firmware_py.guidance.rally_point import nearest_rally_point
 from firmware_py.guidance.waypoint_reach import Reach, Spiral, begin_spiral
 from firmware_py.marine import wrap
-from firmware_py.records.event import Event, EventKind, severity_of
+from firmware_py.records.event import Event, EventKind, event
 from firmware_py.records.fence import HOME, NO_FENCE, Fence, Place
 from firmware_py.records.mission import Jump, Loiter, Mission, MissionItem, Surface, Waypoint
 
@@ -166,15 +166,13 @@ class Route:
             return ()
         if before.rally is not None:
             reached = EventKind.HOME_REACHED if before.rally == HOME else EventKind.RALLY_POINT_REACHED
-            return (Event(reached, severity_of(reached)),)
+            return (event(reached),)
         first = self._before[before.next]
         last = max(self.index, first + 1)  # a jump may lead back
-        kind, missed = EventKind.WAYPOINT_PASSED, EventKind.WAYPOINT_MISSED
-        events = [
-            Event(kind, severity_of(kind), numbers=(float(i), float(len(self)))) for i in range(first + 1, last + 1)
-        ]
+        passed, numbers = EventKind.WAYPOINT_PASSED, range(first + 1, last + 1)
+        events = [event(passed, numbers=(float(i), float(len(self)))) for i in numbers]
         if not math.isnan(self._missed):
-            events[0] = Event(missed, severity_of(missed), numbers=(first + 1.0, float(len(self)), self._missed))
+            events[0] = event(EventKind.WAYPOINT_MISSED, numbers=(first + 1.0, float(len(self)), self._missed))
         return tuple(events)
 
     def circle(self, x: float, y: float, circle: Circle, slack: float, dt: float) -> bool:

@@ -229,6 +229,17 @@ _BY_CAUSE: Mapping[tuple[EventKind, Cause], Severity] = {
 """Severities that differ from that of the kind."""
 
 
-def severity_of(kind: EventKind, cause: Cause = Cause.NONE) -> Severity:
-    """Return the severity of an event of that kind and cause."""
-    return _BY_CAUSE.get((kind, cause), _SEVERITIES[kind])
+def event(
+    kind: EventKind,
+    cause: Cause = Cause.NONE,
+    numbers: tuple[float, ...] = (),
+    names: tuple[str, ...] = (),
+    *,
+    before: Mode | None = None,
+    after: Mode | None = None,
+    asker: Asker = NOBODY,
+    manoeuvre: ManoeuvreKind | None = None,
+) -> Event:
+    """Return an event, as severe as its kind and its cause are."""
+    severity = _BY_CAUSE.get((kind, cause), _SEVERITIES[kind])
+    return Event(kind, severity, before, after, cause, asker, manoeuvre, numbers, names)

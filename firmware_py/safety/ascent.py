@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from firmware_py.marine import clip
 from firmware_py.records.command import AscentStage
-from firmware_py.records.event import Cause, Event, EventKind, severity_of
+from firmware_py.records.event import Cause, Event, EventKind, event
 from firmware_py.records.health import WeightState
 from firmware_py.safety.ascent_memory import AscentMemory
 from firmware_py.safety.ascent_view import AscentView
@@ -70,17 +70,17 @@ class Ascent:
                 m, events = self.release(m._replace(t_told=v.t), step.stage, v.weight, step.cause, step.numbers)
             if step.stage is not was.stage:
                 if step.cause is not Cause.NONE or step.stage is STOPPED:  # the others go without saying
-                    events += (_event(EventKind.ASCENT_STAGE, step.cause, (float(step.stage), *step.numbers)),)
+                    events += (event(EventKind.ASCENT_STAGE, step.cause, (float(step.stage), *step.numbers)),)
                 m = _enter(m, step.stage, v)
         waits = m.stage is WAITING or (m.stage is STOPPED and m.t_near == m.t_near) or self.witness.is_overdue(m, v)
         began = m.since if m.stage is WAITING else m.t_near
         if waits and v.t - max(m.t_told, began) >= self._params.tell_period:
-            events += (_event(EventKind.ASCENT_STAGE, Cause.NOT_TOLD, (float(m.stage), v.t - m.begun)),)
+            events += (event(EventKind.ASCENT_STAGE, Cause.NOT_TOLD, (float(m.stage), v.t - m.begun)),)
             m = m._replace(t_told=v.t)
         elif m.stage is STOPPED and m.asked and not waits:  # all is done that can be, unless it tries again
             gained, patience = max(m.t_best, m.since, m.t_told), self._params.climb_time
             if v.t - gained > patience and m.z_dot >= -_SINKS:
-                events += (_event(EventKind.ASCENT_STAGE, Cause.NO_CLIMB, (float(m.stage), patience)),)
+                events += (event(EventKind.ASCENT_STAGE, Cause.NO_CLIMB, (float(m.stage), patience)),)
                 m = m._replace(t_told=v.t)
         return m, events
 
@@ -102,8 +102,8 @@ class Ascent:
         if self._weight:
             reported = weight is not WeightState.UNREPORTED
             kind = EventKind.WEIGHT_COMMANDED if reported else EventKind.WEIGHT_RELEASED
-            return m._replace(asked=True, drop=True), (_event(kind, cause, numbers, names),)
-        return m._replace(asked=True), (_event(EventKind.ASCENT_STAGE, Cause.NO_DROP_WEIGHT, (float(stage),)),)
+            return m._replace(asked=True, drop=True), (event(kind, cause, numbers, names),)
+        return m._replace(asked=True), (event(EventKind.ASCENT_STAGE, Cause.NO_DROP_WEIGHT, (float(stage),)),)
 
     def climbs(self, m: AscentMemory, t: float, z: float, z_dot: float, altitude: float) -> bool:
         """Return whether the drop weight may wait: it gains height, or has been given no time to yet.
@@ -254,7 +254,3 @@ def _enter(m: AscentMemory, stage: AscentStage, v: AscentView) -> AscentMemory:
     if before is STOPPED:
         m = m._replace(best=v.z, t_best=v.t)  # from near the surface and back again is no progress
     return m
-
-
-def _event(kind: EventKind, cause: Cause, numbers: tuple[float, ...], names: tuple[str, ...] = ()) -> Event:
-    return Event(kind, severity_of(kind, cause), cause=cause, numbers=numbers, names=names)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from firmware_py.records.event import Cause, Event, EventKind, severity_of
+from firmware_py.records.event import Cause, Event, EventKind, event
 from firmware_py.records.fence import WITHIN
-from firmware_py.records.order import NOBODY, Arming, Asker, Mode
+from firmware_py.records.order import Arming, Asker, Mode
 from firmware_py.safety.assessment import Seen, fins_heard
 from firmware_py.safety.conditions import Conditions
 from firmware_py.safety.enforcement import NOTHING_HELD, Enforcement, Held
@@ -90,7 +90,7 @@ def _arming(
         return Decision(Mode.DISARMED, held, events, was.chosen)
     returning, events = c.breach != WITHIN and c.wanted is Mode.MANUAL, _warnings(c, off)
     if returning:
-        events = (_event(EventKind.RULE_WARNS, Reason(Cause.FENCE, (float(c.breach),))), *events)
+        events = (event(EventKind.RULE_WARNS, Cause.FENCE, (float(c.breach),)), *events)
     return Decision(c.wanted, _begun(held), events, returning=returning)
 
 
@@ -105,7 +105,7 @@ def _checked(
         if refusals:
             events += _refused(EventKind.ARMING_CHECK_FAILED, refusals, order.asker)
         else:
-            events += (_event(EventKind.ARMING_CHECK_PASSED, Reason(Cause.NONE), order.asker), *_warnings(c, off))
+            events += (event(EventKind.ARMING_CHECK_PASSED, asker=order.asker), *_warnings(c, off))
     return decision._replace(events=events, ready=not refusals)
 
 
@@ -116,14 +116,9 @@ def _begun(held: Held) -> Held:
 
 def _warnings(c: Conditions, off: tuple[str, ...]) -> tuple[Event, ...]:
     """Return what who arms the vehicle is to know."""
-    gone = (_event(EventKind.RULE_WARNS, Reason(Cause.WEIGHT_GONE)),) if c.weight_gone else ()
-    return (*gone, _event(EventKind.RULE_WARNS, Reason(Cause.RULES_OFF, (), off))) if off else gone
+    gone = (event(EventKind.RULE_WARNS, Cause.WEIGHT_GONE),) if c.weight_gone else ()
+    return (*gone, event(EventKind.RULE_WARNS, Cause.RULES_OFF, names=off)) if off else gone
 
 
 def _refused(kind: EventKind, refusals: list[Reason], asker: Asker) -> tuple[Event, ...]:
-    return tuple([_event(kind, reason, asker) for reason in refusals])
-
-
-def _event(kind: EventKind, reason: Reason, asker: Asker = NOBODY) -> Event:
-    cause, numbers, names = reason
-    return Event(kind, severity_of(kind, cause), None, None, cause, asker, None, numbers, names)
+    return tuple([event(kind, *reason, asker=asker) for reason in refusals])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from operator import attrgetter
 from typing import NamedTuple
 
-from firmware_py.records.event import Cause, Event, EventKind, severity_of
+from firmware_py.records.event import Cause, Event, EventKind, event
 from firmware_py.records.order import Mode
 from firmware_py.safety.action import MODE_OF, Action, safer
 from firmware_py.safety.rules import ARMING, RULES, Conditions, Reason, Rule, SafetyParams
@@ -110,11 +110,11 @@ class Enforcement:
             if warns:
                 if t_ns - warned[i] >= _WARN_AGAIN_NS and (begins or warned[i] < t_ns - n * dt_ns):
                     warned = (*warned[:i], t_ns, *warned[i + 1 :])
-                    events += (_event(EventKind.RULE_WARNS, rule, c, params),)
+                    events += (event(EventKind.RULE_WARNS, *rule.reason(c, params)),)
             elif target is not None and safer(target, mode):
                 mode, ruled = target, rule
             elif target is not None and begins and not safer(target, before):  # one more reason
-                events += (_event(EventKind.RULE_HOLDS, rule, c, params),)
+                events += (event(EventKind.RULE_HOLDS, *rule.reason(c, params)),)
         return Verdict(mode, ruled, drop, Held(ticks, warned), events)
 
 
@@ -125,8 +125,3 @@ def _answer(rule: Rule, params: SafetyParams) -> _Answer:
     action: Action = attrgetter(rule.answer)(params)
     drop, warns = action is Action.SURFACE_AND_DROP, action is Action.WARN
     return _Answer(rule, after_ns, MODE_OF.get(action), drop, warns)
-
-
-def _event(kind: EventKind, rule: Rule, c: Conditions, params: SafetyParams) -> Event:
-    cause, numbers, names = rule.reason(c, params)
-    return Event(kind, severity_of(kind, cause), cause=cause, numbers=numbers, names=names)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from firmware_py.records.event import Cause, Event, EventKind, severity_of
+from firmware_py.records.event import Cause, Event, EventKind, event
 from firmware_py.records.health import (
     ActuatorFault,
     ActuatorHealth,
@@ -45,7 +45,7 @@ def sensor_events(before: SensorHealth, now: SensorHealth) -> tuple[Event, ...]:
     if now == before:
         return ()
     return tuple(
-        _event(_SOURCE_KINDS[new.state], name, float(new.fault))
+        event(_SOURCE_KINDS[new.state], numbers=(float(new.fault),), names=(name,))
         for name, old, new in zip(SensorHealth._fields, before, now, strict=True)
         if new != old
     )
@@ -57,7 +57,11 @@ def actuator_events(before: ActuatorHealth, now: ActuatorHealth, fins: Sequence[
         return ()
     names, olds, news = (*fins, "propeller"), (*before.fins, before.propeller), (*now.fins, now.propeller)
     return tuple(
-        _event(EventKind.ACTUATOR_FAULT if new is not ActuatorFault.NONE else EventKind.ACTUATOR_GOOD, name, float(new))
+        event(
+            EventKind.ACTUATOR_FAULT if new is not ActuatorFault.NONE else EventKind.ACTUATOR_GOOD,
+            numbers=(float(new),),
+            names=(name,),
+        )
         for name, old, new in zip(names, olds, news, strict=True)
         if new is not old
     )
@@ -72,7 +76,7 @@ def weight_events(before: WeightState, now: WeightState, limit: float) -> tuple[
         return ()
     kind, cause = _WEIGHT[now]
     numbers = (limit,) if cause in (Cause.HARDPOINT_HOLDS, Cause.HARDPOINT_SILENT) else ()
-    return (Event(kind, severity_of(kind, cause), cause=cause, numbers=numbers),)
+    return (event(kind, cause, numbers),)
 
 
 def node_events(before: NodeBits, now: NodeBits) -> tuple[Event, ...]:
@@ -81,14 +85,18 @@ def node_events(before: NodeBits, now: NodeBits) -> tuple[Event, ...]:
         return ()
     begun = now.restarted & ~before.restarted
     restarts = [name for i, name in enumerate(NODES) if begun >> i & 1]
-    kind = EventKind.NODE_RESTARTED
-    return tuple([Event(kind, severity_of(kind), names=(name,)) for name in restarts]) + _node_faults(before, now)
+    begun_anew = tuple([event(EventKind.NODE_RESTARTED, names=(name,)) for name in restarts])
+    return begun_anew + _node_faults(before, now)
 
 
 def _node_faults(before: NodeBits, now: NodeBits) -> tuple[Event, ...]:
     olds, news = ([_node_fault(bits, i) for i in range(len(NODES))] for bits in (before, now))
     return tuple(
-        _event(EventKind.NODE_FAULT if new is not SourceFault.NONE else EventKind.NODE_GOOD, name, float(new))
+        event(
+            EventKind.NODE_FAULT if new is not SourceFault.NONE else EventKind.NODE_GOOD,
+            numbers=(float(new),),
+            names=(name,),
+        )
         for name, old, new in zip(NODES, olds, news, strict=True)
         if new is not old
     )
@@ -101,7 +109,3 @@ def _node_fault(bits: NodeBits, i: int) -> SourceFault:
     if replaced >> i & 1:
         return SourceFault.OTHER_DEVICE
     return SourceFault.UNHEALTHY if unhealthy >> i & 1 else SourceFault.NONE
-
-
-def _event(kind: EventKind, name: str, fault: float) -> Event:
-    return Event(kind, severity_of(kind), numbers=(fault,), names=(name,))

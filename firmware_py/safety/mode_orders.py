@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from firmware_py.records.event import Cause, Event, EventKind, severity_of
-from firmware_py.records.order import NOBODY, Arming, Asker, Mode, Order
+from firmware_py.records.event import Cause, Event, EventKind, event
+from firmware_py.records.order import Arming, Mode, Order
 
 DISARMS = (Arming.DISARM, Arming.FORCE_DISARM)
 
@@ -40,7 +40,7 @@ def mode_ordered(
     if asked is Mode.MISSION and not has_mission:
         why = why or Cause.NO_MISSION
     if why is not Cause.NONE:
-        return mode, (_event(EventKind.MODE_REFUSED, asked, why, order.asker, numbers),)
+        return mode, (event(EventKind.MODE_REFUSED, why, numbers, after=asked, asker=order.asker),)
     return asked, ()
 
 
@@ -58,14 +58,10 @@ def mode_chosen(order: Order, before: Mode, has_mission: bool) -> tuple[Mode, tu
     if not order.chooses:
         why = Cause.DISARMED
     if why is not Cause.NONE:
-        return before, (_event(EventKind.MODE_REFUSED, asked, why, order.asker),)
-    return asked, (_event(EventKind.MODE_CHOSEN, asked, Cause.NONE, order.asker),)
+        return before, (event(EventKind.MODE_REFUSED, why, after=asked, asker=order.asker),)
+    return asked, (event(EventKind.MODE_CHOSEN, after=asked, asker=order.asker),)
 
 
 def in_hand(order: Order) -> bool:
     """Return whether an order says that somebody has the vehicle in hand, who may lower it by crane."""
     return order.arming in (Arming.ARM, *DISARMS) or order.mode is Mode.DISARMED
-
-
-def _event(kind: EventKind, asked: Mode, why: Cause, asker: Asker = NOBODY, numbers: tuple[float, ...] = ()) -> Event:
-    return Event(kind, severity_of(kind, why), None, asked, why, asker, None, numbers)

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from firmware_py.records.command import AscentStage, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.event import INTENDED_CAUSES, Cause, Event, EventKind, severity_of
+from firmware_py.records.event import INTENDED_CAUSES, Cause, Event, EventKind, event
 from firmware_py.records.fence import HOME, NO_FENCE, Fence, Place
 from firmware_py.records.health import ActuatorHealth, SensorHealth, sound
 from firmware_py.records.order import NOBODY, Mode, Order
@@ -218,11 +218,10 @@ class Supervisor:
     def _change_mode(self, decision: Decision, c: Conditions, order: Order) -> Cause:
         """Say that the mode changes, and return why it does."""
         rule = decision.rule
-        cause, numbers, names = rule.reason(c, self._params) if rule else _ORDERED
-        modes, asker = (self._memory.mode, decision.mode), NOBODY if rule else order.asker
-        severity = severity_of(EventKind.MODE_CHANGED, cause)
-        self.events += (Event(EventKind.MODE_CHANGED, severity, *modes, cause, asker, None, numbers, names),)
-        return cause
+        reason, asker = (rule.reason(c, self._params), NOBODY) if rule else (_ORDERED, order.asker)
+        before, after = self._memory.mode, decision.mode
+        self.events += (event(EventKind.MODE_CHANGED, *reason, before=before, after=after, asker=asker),)
+        return reason.cause
 
     def _release_asked(self, order: Order, submerged: bool) -> Reason | None:
         """Return why the drop weight goes if an order says so: for itself, or as it ends the flight."""

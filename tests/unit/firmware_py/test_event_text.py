@@ -9,7 +9,7 @@ import pytest
 
 from firmware_py.records.adoption import Refusal, Source
 from firmware_py.records.command import AscentStage
-from firmware_py.records.event import INTENDED_CAUSES, Cause, Event, EventKind, Severity, severity_of
+from firmware_py.records.event import INTENDED_CAUSES, Cause, Event, EventKind, Severity, event
 from firmware_py.records.event_text import sentences, texts
 from firmware_py.records.health import ActuatorFault, SourceFault
 from firmware_py.records.mission import ManoeuvreKind
@@ -102,7 +102,7 @@ OF_HEALTH: dict[EventKind, type[enum.IntEnum]] = {
 """Kinds whose first number is a member of an enumeration."""
 
 
-def event(kind: EventKind, cause: Cause = Cause.LEAK, numbers: tuple[float, ...] | None = None) -> Event:
+def sample(kind: EventKind, cause: Cause = Cause.LEAK, numbers: tuple[float, ...] | None = None) -> Event:
     numbers = BY_KIND.get(kind, NUMBERS.get(cause, ())) if numbers is None else numbers
     return Event(kind, Severity.WARNING, Mode.HOLD, Mode.SURFACE, cause, STATION, ManoeuvreKind.PRBS, numbers, ("why",))
 
@@ -112,15 +112,15 @@ def event(kind: EventKind, cause: Cause = Cause.LEAK, numbers: tuple[float, ...]
 )
 def test_every_kind_has_a_sentence(kind: EventKind) -> None:
     numbers = (4.0,) if kind is EventKind.MANOEUVRE_GIVEN_UP else None
-    (text,) = texts([event(kind, numbers=numbers)])
+    (text,) = texts([sample(kind, numbers=numbers)])
     assert len(text) > 5
-    assert all(f"{number:g}" in text for number in event(kind).numbers)
+    assert all(f"{number:g}" in text for number in sample(kind).numbers)
 
 
 @pytest.mark.parametrize("source", Source)
 @pytest.mark.parametrize("refusal", Refusal)
 def test_every_design_and_what_is_against_it_have_words(source: Source, refusal: Refusal) -> None:
-    (text,) = texts([event(EventKind.DESIGN_CHANGED, Cause.NONE, (float(source), float(refusal)))])
+    (text,) = texts([sample(EventKind.DESIGN_CHANGED, Cause.NONE, (float(source), float(refusal)))])
     assert text.startswith("why law: ")
     assert source.name not in text
     assert refusal.name not in text
@@ -130,14 +130,14 @@ def test_every_design_and_what_is_against_it_have_words(source: Source, refusal:
     ("kind", "member"), [(kind, member) for kind, members in OF_HEALTH.items() for member in members]
 )
 def test_every_fault_and_every_stage_has_words(kind: EventKind, member: enum.IntEnum) -> None:
-    (text,) = texts([event(kind, Cause.NONE, (float(member),))])
+    (text,) = texts([sample(kind, Cause.NONE, (float(member),))])
     assert len(text) > 5
     assert member.name not in text
 
 
 @pytest.mark.parametrize("cause", [cause for cause in Cause if cause not in REPORTED])
 def test_every_cause_has_a_sentence_with_its_numbers(cause: Cause) -> None:
-    (text,) = texts([event(EventKind.MODE_CHANGED, cause)])
+    (text,) = texts([sample(EventKind.MODE_CHANGED, cause)])
     assert text.startswith("HOLD -> SURFACE: ")
     assert "{" not in text
     units = (" m", " s", "%", " deg", " rad", "cycles", "exclusion 2")
@@ -147,13 +147,13 @@ def test_every_cause_has_a_sentence_with_its_numbers(cause: Cause) -> None:
 @pytest.mark.parametrize("cause", OF_FAULTS)
 def test_a_fault_behind_a_rule_is_told_in_words(cause: Cause) -> None:
     members = SourceFault if cause in OF_FAULTS[:4] else ActuatorFault
-    said = {texts([event(EventKind.RULE_WARNS, cause, (float(member),))])[0] for member in members}
+    said = {texts([sample(EventKind.RULE_WARNS, cause, (float(member),))])[0] for member in members}
     assert len(said) == len(members)
 
 
 def test_angles_and_shares_are_told_as_people_think_of_them() -> None:
     pitch, battery, unknown = (
-        event(EventKind.RULE_HOLDS, cause) for cause in (Cause.MANOEUVRE_PITCH, Cause.BATTERY_LOW, Cause.CHARGE_NEEDED)
+        sample(EventKind.RULE_HOLDS, cause) for cause in (Cause.MANOEUVRE_PITCH, Cause.BATTERY_LOW, Cause.CHARGE_NEEDED)
     )
     assert texts([pitch]) == ["pitch 23 deg, soon 29 deg, limit 25 deg"]
     assert texts([battery]) == ["battery at 5%, less than 10%"]
@@ -171,8 +171,8 @@ def test_every_part_of_a_learning_report_is_told(cause: Cause) -> None:
 
 
 def test_the_causes_of_a_refusal_come_in_one_sentence_as_severe_as_the_worst() -> None:
-    parts = [event(EventKind.ARMING_REFUSED, cause) for cause in (Cause.LEAK, Cause.DEPTH_LOST)]
-    other = event(EventKind.RULE_HOLDS)
+    parts = [sample(EventKind.ARMING_REFUSED, cause) for cause in (Cause.LEAK, Cause.DEPTH_LOST)]
+    other = sample(EventKind.RULE_HOLDS)
     found = sentences([*parts, other])
     assert [sentence.text for sentence in found] == [
         "arming refused to station 255/190: water in the hull; no good depth for 1 s",
@@ -182,7 +182,7 @@ def test_the_causes_of_a_refusal_come_in_one_sentence_as_severe_as_the_worst() -
 
 
 def test_modes_are_called_what_the_reader_calls_them() -> None:
-    (sentence,) = sentences([event(EventKind.MODE_CHANGED, Cause.ORDERED)], lambda mode: mode.name.title())
+    (sentence,) = sentences([sample(EventKind.MODE_CHANGED, Cause.ORDERED)], lambda mode: mode.name.title())
     assert sentence.text == "Hold -> Surface: ordered by station 255/190"
 
 
@@ -203,18 +203,18 @@ def test_what_nobody_has_to_act_on_is_information(kind: EventKind) -> None:
         EventKind.MODE_CHOSEN,
         EventKind.HOME_REACHED,
     }
-    assert (severity_of(kind) is Severity.INFO) == (kind in normal)
+    assert (event(kind).severity is Severity.INFO) == (kind in normal)
 
 
 @pytest.mark.parametrize("cause", [cause for cause in Cause if cause not in REPORTED])
 def test_a_failsafe_is_critical_and_a_change_of_mode_that_was_meant_is_information(cause: Cause) -> None:
-    severity = severity_of(EventKind.MODE_CHANGED, cause)
+    severity = event(EventKind.MODE_CHANGED, cause).severity
     assert severity is (Severity.INFO if cause in INTENDED_CAUSES else Severity.CRITICAL)
-    assert severity_of(EventKind.RULE_HOLDS, cause) is Severity.CRITICAL
+    assert event(EventKind.RULE_HOLDS, cause).severity is Severity.CRITICAL
 
 
 def test_a_report_of_all_learned_is_information_and_one_that_is_not_finite_an_error() -> None:
     expected = {Cause.LEARNED_ALL: Severity.INFO, Cause.NOT_FINITE: Severity.ERROR}
-    assert {cause: severity_of(EventKind.LEARNING_REPORT, cause) for cause in REPORTED} == {
+    assert {cause: event(EventKind.LEARNING_REPORT, cause).severity for cause in REPORTED} == {
         cause: expected.get(cause, Severity.NOTICE) for cause in REPORTED
     }
