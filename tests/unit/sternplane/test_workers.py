@@ -7,6 +7,10 @@ import signal
 import subprocess
 import sys
 import time
+from io import StringIO
+
+from rich.console import Console
+from sternplane.cli.workers import complete
 
 STARTER = """
 import os, time
@@ -67,3 +71,10 @@ def test_an_interrupt_ends_workers_in_the_middle_of_their_work(tmp_path) -> None
         gone = ends(worker)
     assert ended
     assert gone
+
+
+def test_all_jobs_are_done_and_each_part_is_told() -> None:
+    told, found = Console(file=StringIO(), width=200), {}
+    complete(divmod, {k: (k, 3) for k in range(8)}, found.__setitem__, "divisions", 4, told)
+    assert found == {k: divmod(k, 3) for k in range(8)}
+    assert told.file.getvalue().splitlines() == [f"{k} of 8 divisions" for k in (2, 4, 6, 8)]

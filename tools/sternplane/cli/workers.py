@@ -5,13 +5,25 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import multiprocessing
+import os
 import signal
-from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from typing import Any, TypeVar
 
 from rich.console import Console
-from rich.progress import Progress, ProgressColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
+Job = TypeVar("Job")
+Result = TypeVar("Result")
 _PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 
 
@@ -51,3 +63,32 @@ def workers(
                 if process not in others:
                     process.kill()  # what is begun would else be worked on to its end
             raise
+
+
+def complete(
+    work: Callable[..., Result],
+    jobs: Mapping[Job, tuple[Any, ...]],
+    take: Callable[[Job, Result], None],
+    what: str,
+    parts: int,
+    console: Console,
+) -> None:
+    """Do all jobs on all cores.
+
+    Args:
+        work: a function of a module.
+        jobs: the arguments of each.
+        take: gets each job and what came of it, in the order in which they come to an end.
+        what: the jobs are, for the bar.
+        parts: where the console is no terminal, a line says each of so many parts.
+        console: where the bar is drawn.
+    """
+    columns, processes = (TextColumn(what), BarColumn(), MofNCompleteColumn()), len(os.sched_getaffinity(0))
+    with workers(min(processes, len(jobs)), console, *columns, transient=True) as (bar, pool):
+        task = bar.add_task(what, total=len(jobs))
+        waiting = {pool.submit(work, *arguments): job for job, arguments in jobs.items()}
+        for done, future in enumerate(as_completed(waiting), 1):
+            take(waiting[future], future.result())
+            bar.update(task, advance=1)
+            if not console.is_terminal and parts * done // len(jobs) > parts * (done - 1) // len(jobs):
+                console.print(f"{done} of {len(jobs)} {what}", highlight=False)

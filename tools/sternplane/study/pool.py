@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
+import operator
 from collections.abc import Sequence
-from concurrent.futures import as_completed
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 
-from sternplane.cli.workers import workers
+from sternplane.cli.workers import complete
 from sternplane.study.rows import Case, RunArrays
 
 
@@ -23,21 +21,11 @@ def run_all(cases: Sequence[Case], seeds: range, short: bool, console: Console) 
         short: the form for CI.
         console: where the bar is drawn; where it is no terminal, a line says each tenth.
     """
-    jobs = [
-        (index, seeds.start + k, k)
+    jobs = {
+        (index, k): (case.run, seeds.start + k, k)
         for index, case in enumerate(cases)
         for k in range(case.runs if case.runs == case.short else min(case.short if short else case.runs, len(seeds)))
-    ]
+    }
     found: dict[tuple[int, int], RunArrays] = {}
-    processes = min(len(os.sched_getaffinity(0)), len(jobs))
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with workers(processes, console, *columns, transient=True) as (bar, pool):
-        task = bar.add_task("study", total=len(jobs))
-        waiting = {pool.submit(cases[index].run, seed, k): (index, seed, k) for index, seed, k in jobs}
-        for tenth, future in enumerate(as_completed(waiting), 1):
-            index, _, k = waiting[future]
-            found[index, k] = future.result()
-            bar.update(task, advance=1, description=cases[index].name)
-            if not console.is_terminal and 10 * tenth // len(jobs) > 10 * (tenth - 1) // len(jobs):
-                console.print(f"{tenth} of {len(jobs)} runs", highlight=False)
-    return [[found[i, k] for j, _, k in jobs if j == i] for i in range(len(cases))]
+    complete(operator.call, jobs, found.__setitem__, "runs", 10, console)
+    return [[found[job] for job in jobs if job[0] == index] for index in range(len(cases))]

@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import enum
 import math
-import shutil
 import tempfile
-from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.marine import wrap
 from firmware_py.records.adoption import Refusal, Source
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode
 from sim_bridge.truth_sample import TruthSample
-from sternplane.identification.vehicle_file import write
 from sternplane.logs.tracking import Array
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 from sternplane.study.setups import CONFIG, starts
+from sternplane.study.wrong_vehicle import scaled, spoiled
 
 LONG_ERROR = 10.0
 """An error that is too large for so long, s, is a failure."""
@@ -130,7 +127,7 @@ def flown(course: Course, seed: int, wrong: float, design: Design) -> Errors:
     factors = starts(seed, wrong) if design is not Design.ORACLE else {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        _write_configuration(folder / "config", factors)
+        spoiled(CONFIG, folder / "config", scaled(factors))
         scenario = folder / "study.toml"
         scenario.write_text(course.scenario.format(adoption=str(design is Design.ADAPTIVE).lower()), encoding="utf-8")
         flight = prepare(FlightRequest(scenario=str(scenario), config=folder / "config", seed=seed), {})
@@ -139,14 +136,6 @@ def flown(course: Course, seed: int, wrong: float, design: Design) -> Errors:
         if outcome.reason == "interrupted":
             raise KeyboardInterrupt
         return witness.errors(outcome.completed)
-
-
-def _write_configuration(folder: Path, factors: Mapping[str, float]) -> None:
-    shutil.copytree(CONFIG, folder)
-    table = read_toml(CONFIG / "vehicle.toml")
-    for name, factor in factors.items():
-        table["coefficients"][name] *= factor
-    write(folder / "vehicle.toml", table, "Wrong on purpose.")
 
 
 def _longest(flags: Array) -> int:

@@ -6,7 +6,6 @@ own sigmas. The file of a flight is off to sides that are drawn by its seed.
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -19,11 +18,11 @@ from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.estimation.model.observer_model import GROUPS
 from firmware_py.guidance.excitation import PERIOD
-from sternplane.identification.vehicle_file import write
 from sternplane.logs.reading import read
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 from sternplane.study.chance import share_of
 from sternplane.study.rows import Case, Results, Row, RunArrays
+from sternplane.study.wrong_vehicle import spoiled
 
 FAR, SHARE = 4.0, 0.01
 """A valid value is off if it is so many sigmas from the truth; and the share of such that is allowed."""
@@ -137,14 +136,11 @@ WAYS = (
 def _run(seed: int, k: int) -> RunArrays:
     way = WAYS[k % len(WAYS)]
     hull, shipped = way.hull, configs() / way.hull.folder
+    true = read_toml(shipped / "vehicle.toml")["coefficients"]
     sides = np.random.default_rng([seed, *b"file"])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        shutil.copytree(shipped, folder / "config")
-        table = read_toml(shipped / "vehicle.toml")
-        true = dict(table["coefficients"])
-        way.spoil(table, lambda: float(sides.choice((-1.0, 1.0))))
-        write(folder / "config" / "vehicle.toml", table, "Wrong on purpose.")
+        spoiled(shipped, folder / "config", lambda table: way.spoil(table, lambda: float(sides.choice((-1.0, 1.0)))))
         scenario = folder / "study.toml"
         fields = {"duration": DURATION, "u": hull.u, "n": hull.n, "fins": hull.fins, "register": 1 + seed % PERIOD}
         scenario.write_text(SCENARIO.format(**fields))

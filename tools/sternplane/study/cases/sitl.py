@@ -6,14 +6,12 @@ The vehicle file is right but for the ten, and the filter is told so; `honesty` 
 from __future__ import annotations
 
 import dataclasses
-import shutil
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.estimation.model.state import MOVING
@@ -21,7 +19,6 @@ from firmware_py.guidance.excitation import PERIOD
 from firmware_py.params import load
 from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.identification.cramer_rao_bound import bound, true_states
-from sternplane.identification.vehicle_file import write
 from sternplane.logs.reading import Columns, Log, read
 from sternplane.logs.tracking import Array
 from sternplane.sitl.busless_flight import SENSOR_STD
@@ -29,6 +26,7 @@ from sternplane.sitl.flight import FlightRequest, fly, prepare
 from sternplane.study.figures import bars, over_bound, per_name, rms
 from sternplane.study.rows import Case, Results, RunArrays
 from sternplane.study.setups import CONFIG, WRONG, starts, true_vehicle
+from sternplane.study.wrong_vehicle import scaled, spoiled
 
 DURATION = 61.0
 """s; the vehicle dives with its fins moving from 0.5 s on."""
@@ -61,11 +59,7 @@ def _run(seed: int, k: int) -> RunArrays:
     del k
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        shutil.copytree(CONFIG, folder / "config")
-        table = read_toml(CONFIG / "vehicle.toml")
-        for coefficient, factor in starts(seed, WRONG).items():
-            table["coefficients"][coefficient] *= factor
-        write(folder / "config" / "vehicle.toml", table, "Wrong on purpose.")
+        table = spoiled(CONFIG, folder / "config", scaled(starts(seed, WRONG)))
         scenario = folder / "study.toml"
         scenario.write_text(SCENARIO.format(duration=DURATION, register=1 + seed % PERIOD))
         flight = prepare(FlightRequest(scenario=str(scenario), config=folder / "config", seed=seed), {})
