@@ -15,7 +15,7 @@ from firmware_py.control.axis_adoption import AdoptionParams, AxisAdoption, Axis
 from firmware_py.control.model_evidence import PERIOD, Motion
 from firmware_py.control.sliding_mode_params import S_LAST_DEPTH, S_LAST_HEADING
 from firmware_py.marine import clip
-from firmware_py.records.adoption import Adopted, Refusal, Source
+from firmware_py.records.adoption import Adopted, Source
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Event, EventKind, event
@@ -49,7 +49,7 @@ _EDDIES = 0.05
 
 
 class AdoptionMemory(NamedTuple):
-    """What is remembered: of both axes, the caution, and what was told of each axis.
+    """What is remembered: of both axes, and the caution.
 
     `sums` are of q and r over the ticks of a period, and how many ticks these are.
     """
@@ -57,7 +57,6 @@ class AdoptionMemory(NamedTuple):
     depth: AxisMemory
     heading: AxisMemory
     caution: float
-    told: tuple[tuple[Source, Refusal], ...]
     sums: tuple[float, float, int]
 
 
@@ -85,7 +84,6 @@ class Adoption:
         self._sizes = [abs(getattr(vehicle.coefficients, name)) for name in _TURNS]
         self._on = params.enabled and bool(names)
         self._caution = 1.0 if self._on else 0.0
-        self._told = tuple([(axis.source, axis.refusal) for axis in self._axes])
         self._sums = 0.0, 0.0, 0
         self._adopted = self._in_force()
         self.events = ()
@@ -107,20 +105,20 @@ class Adoption:
             for axis, select in zip(self._axes, self._chosen, strict=True):
                 axis.update(select(learned.value), select(learned.std))
             self._caution = self._caution_now(self._turns(learned.std))
-            self._adopted = self._in_force()
-            self._tell()
+            before, self._adopted = self._adopted, self._in_force()
+            self._tell(before)
         return self._adopted
 
     def freeze(self) -> AdoptionMemory:
         """Return the whole memory."""
         depth, heading = self._axes
-        return AdoptionMemory(depth.freeze(), heading.freeze(), self._caution, self._told, self._sums)
+        return AdoptionMemory(depth.freeze(), heading.freeze(), self._caution, self._sums)
 
     def thaw(self, memory: AdoptionMemory) -> None:
         """Restore the memory that `freeze` returned."""
         for axis, remembered in zip(self._axes, memory[:2], strict=True):
             axis.thaw(remembered)
-        self._caution, self._told, self._sums = memory.caution, memory.told, memory.sums
+        self._caution, self._sums = memory.caution, memory.sums
         self._adopted = self._in_force()
 
     def _weigh(self, tick: Tick, frame: SensorFrame, state: StateEstimate, applied: Applied) -> None:
@@ -150,8 +148,7 @@ class Adoption:
         """Return the caution: it grows only where learned values are given up."""
         if not self._on:
             return 0.0
-        sources = [axis.source for axis in self._axes]
-        if Source.NOMINAL in sources:
+        if any(axis.design.source is Source.NOMINAL for axis in self._axes):
             return 1.0
         worst = max([s / size if s == s else 1.0 for s, size in zip(std, self._sizes, strict=True)])
         now = clip((worst - _CERTAIN) / (_UNCERTAIN - _CERTAIN), 0.0, 1.0)
@@ -161,13 +158,13 @@ class Adoption:
         depth, heading = self._axes
         return Adopted(depth.values, heading.values, depth.design, heading.design, self._caution)
 
-    def _tell(self) -> None:
+    def _tell(self, before: Adopted) -> None:
         """Tell what changed of where the coefficients come from."""
-        now = tuple([(axis.source, axis.refusal) for axis in self._axes])
-        for law, before, after in zip(("depth", "heading"), self._told, now, strict=True):
-            if before != after:
-                self.events += (event(EventKind.DESIGN_CHANGED, numbers=tuple(map(float, after)), names=(law,)),)
-        self._told = now
+        for law in ("depth", "heading"):
+            old, new = getattr(before, law), getattr(self._adopted, law)
+            if (new.source, new.refusal) != (old.source, old.refusal):
+                numbers = float(new.source), float(new.refusal)
+                self.events += (event(EventKind.DESIGN_CHANGED, numbers=numbers, names=(law,)),)
 
 
 def _depth(vehicle: Vehicle, poles: Poles) -> AxisModel:

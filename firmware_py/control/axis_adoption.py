@@ -126,16 +126,6 @@ class AxisAdoption:
         self._derive()
 
     @property
-    def source(self) -> Source:
-        """Return where the values in force come from."""
-        return self._memory.source
-
-    @property
-    def refusal(self) -> Refusal:
-        """Return what is against what is learned."""
-        return self._memory.refusal
-
-    @property
     def values(self) -> Values:
         """Return the coefficients in force."""
         return self._memory.values
