@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from firmware_py.adapters.storage.toml_files import read_toml
+from firmware_py.error_text import quoted
 from firmware_py.mavlink.parameters import store
 from firmware_py.mission_check import refuse_mission
 from firmware_py.params import ParamError, dump, load
@@ -25,6 +26,7 @@ from firmware_py.records.mission_tables import ItemTable, WaypointTable, mission
 from firmware_py.vehicle.vehicle import Vehicle
 
 Configuration = Mapping[str, Any]
+_NUMBERS = (int, float)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,19 +59,29 @@ def read_mission(folder: Path) -> dict[str, Any]:
 
 
 def read_configuration(
-    folder: Path, over: Mapping[str, Any] | None = None, state: Path | None = None
+    folder: Path,
+    over: Mapping[str, Any] | None = None,
+    state: Path | None = None,
+    factors: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """The tables of a configuration folder; `over` is laid upon autopilot.toml, and what stations changed upon both.
+    """The tables of a configuration folder.
+
+    Args:
+        folder: with the files.
+        over: is laid upon autopilot.toml.
+        state: where what stations changed is kept, which is laid upon both.
+        factors: multiply numbers of vehicle.toml.
 
     Raises:
-        ParamError: a file is missing or is not TOML, or autopilot.toml, alone or under what is laid upon it, is wrong.
+        ParamError: a file is missing or is not TOML, or autopilot.toml, alone or under what is laid upon it, is wrong,
+            or vehicle.toml times its factors; vehicle.toml as it stands is checked later.
     """
     if not os.path.isdir(folder):
         raise ParamError(f"{folder}: there is no such configuration folder; configs/npsauv2 is an example")
     files = {name: folder / f"{name}.toml" for name in ("vehicle", "autopilot")}
     configuration = {
         "files": {name: str(path) for name, path in files.items()},
-        "vehicle": read_toml(files["vehicle"]),
+        "vehicle": _multiplied(files["vehicle"], factors) if factors else read_toml(files["vehicle"]),
         "autopilot": read_table(AutopilotParams, files["autopilot"], over or {}),
         "changed": {},
     }
@@ -125,6 +137,28 @@ def read_table(cls: type[Any], path: Path, over: Mapping[str, Any]) -> dict[str,
         table = merge(table, over)
         load(cls, table, f"{path} under the scenario's [{path.stem}]")
     return table
+
+
+def _multiplied(path: Path, factors: Mapping[str, Any]) -> dict[str, Any]:
+    """vehicle.toml with numbers multiplied, checked with and without."""
+    table, where = read_toml(path), f"{path} times the scenario's [vehicle_factors]"
+    load(Vehicle, table, str(path))
+    table = _times(table, factors, where)
+    load(Vehicle, table, where)
+    return table
+
+
+def _times(table: Mapping[str, Any], factors: Mapping[str, Any], where: str) -> dict[str, Any]:
+    product = dict(table)
+    for key, factor in factors.items():
+        value = table.get(key)
+        if isinstance(value, Mapping) and isinstance(factor, Mapping):
+            product[key] = _times(value, factor, f"{where}: {key}")
+        elif type(value) in _NUMBERS and type(factor) in _NUMBERS:
+            product[key] = value * factor
+        else:
+            raise ParamError(f"{where}: {quoted(key)} is no number of vehicle.toml with a factor for it")
+    return product
 
 
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:

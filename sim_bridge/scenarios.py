@@ -82,9 +82,15 @@ class Zigzag:
     heading: float = param(20.0, unit="deg", low=1, high=90, doc="Deviation at which the rudder is reversed.")
 
 
+_OVERRIDES = ("autopilot", "vehicle_factors", "sensors")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
-    """One scenario file. `autopilot` and `sensors` override values of autopilot.toml and sensors.toml."""
+    """One scenario file. `autopilot` and `sensors` override values of autopilot.toml and sensors.toml.
+
+    `vehicle_factors` multiply numbers of vehicle.toml: what the autopilot believes, not what is simulated.
+    """
 
     description: str = param(doc="What the scenario is for; `sternplane scenarios` and the report show it.")
     completes: Completes
@@ -100,6 +106,7 @@ class Scenario:
     items: tuple[ItemTable, ...] = ()
     faults: tuple[str, ...] = param((), doc=f"What fails, each {FORM}.")
     autopilot: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}), compare=False)
+    vehicle_factors: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}), compare=False)
     sensors: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}), compare=False)
 
     def __post_init__(self) -> None:
@@ -137,12 +144,12 @@ def parse(table: Mapping[str, Any], where: str) -> Scenario:
         ParamError: one line that names `where`, the key and what would be right.
     """
     table = dict(table)
-    overrides = {name: table.pop(name, {}) for name in ("autopilot", "sensors")}
+    overrides = {name: table.pop(name, {}) for name in _OVERRIDES}
     for name, values in overrides.items():
         if not isinstance(values, Mapping):
             raise ParamError(f"{where}: {name} must be a table")
-    autopilot, sensors = (MappingProxyType(dict(overrides[name])) for name in ("autopilot", "sensors"))
-    return dataclasses.replace(load(Scenario, table, where), autopilot=autopilot, sensors=sensors)
+    changes: dict[str, Any] = {name: MappingProxyType(dict(values)) for name, values in overrides.items()}
+    return dataclasses.replace(load(Scenario, table, where), **changes)
 
 
 def known(folder: Path) -> tuple[str, ...]:

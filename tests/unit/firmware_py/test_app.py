@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -123,6 +124,32 @@ def test_a_mistake_is_looked_for_in_the_file_first_and_then_in_what_is_laid_over
     edit(path, "depth_max_m = 30.0", "depth_max_m = -3.0")
     for laid in (over, {"control": {"law": "fuzzy"}}, {"safety": {"depth_max_m": 20.0}}, {}):
         assert refused(folder, laid).startswith(f"{path}: safety: depth_max_m = -3.0: out of bounds")
+
+
+def test_factors_multiply_numbers_of_the_vehicle_file(folder: Path) -> None:
+    table = tomllib.loads((folder / "vehicle.toml").read_text())
+    factors = {"coefficients": {"M_ds": 1.4}, "propeller": {"n_max_rpm": 0.5}}
+    made = config_files.read_configuration(folder, factors=factors)["vehicle"]
+    assert made["coefficients"]["M_ds"] == 1.4 * table["coefficients"]["M_ds"]
+    assert made["propeller"]["n_max_rpm"] == 0.5 * table["propeller"]["n_max_rpm"]
+    assert made["coefficients"]["M_q"] == table["coefficients"]["M_q"]
+
+
+@pytest.mark.parametrize(
+    ("factors", "words"),
+    [
+        ({"coefficients": {"M_dx": 1.4}}, "coefficients: 'M_dx' is no number of vehicle.toml"),
+        ({"coefficients": 1.4}, "'coefficients' is no number of vehicle.toml"),
+        ({"coefficients": {"M_ds": "much"}}, "coefficients: 'M_ds' is no number of vehicle.toml"),
+        ({"name": 2.0}, "'name' is no number of vehicle.toml"),
+        ({"propeller": {"n_max_rpm": -1.0}}, "propeller: n_max_rpm = -"),
+        ({"coefficients": {"M_ds": True}}, "coefficients: 'M_ds' is no number of vehicle.toml"),
+    ],
+)
+def test_a_factor_for_what_is_no_number_is_refused(folder: Path, factors: dict[str, Any], words: str) -> None:
+    with pytest.raises(ParamError) as caught:
+        config_files.read_configuration(folder, factors=factors)
+    assert str(caught.value).startswith(f"{folder / 'vehicle.toml'} times the scenario's [vehicle_factors]: {words}")
 
 
 @pytest.mark.parametrize("name", ["autopilot", "vehicle"])

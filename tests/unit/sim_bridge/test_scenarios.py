@@ -53,6 +53,7 @@ def test_everything_a_scenario_may_say_arrives_in_si():
             "waypoints": [{"x_m": 1.0, "y_m": 2.0, "depth_m": 3.0, "speed_m_s": 1.0}],
             "faults": ["jam:rudder_upper@5"],
             "autopilot": {"control": {"depth": {"anything": "paper"}}},
+            "vehicle_factors": {"coefficients": {"M_ds": 0.6}},
         },
         "here",
     )
@@ -64,6 +65,7 @@ def test_everything_a_scenario_may_say_arrives_in_si():
     assert scenario.orders[2].delta_r == pytest.approx(math.radians(-10))
     assert scenario.mission.waypoints == ((1.0, 2.0, 3.0, 1.0, False),)
     assert scenario.autopilot["control"] == {"depth": {"anything": "paper"}}
+    assert scenario.vehicle_factors == {"coefficients": {"M_ds": 0.6}}
 
 
 @pytest.mark.parametrize(

@@ -76,6 +76,7 @@ FILES: tuple[tuple[str, type[Any], str], ...] = (
         "scenarios/*.toml",
         Scenario,
         "What is flown in the simulation. A table [autopilot] overrides autopilot.toml, and [sensors] sensors.toml.\n"
+        "Factors in [vehicle_factors] multiply numbers of vehicle.toml, what the autopilot believes; not truth.toml.\n"
         f"Faults, for `faults` and `--fault`, are written {FORM}, with times in s:\n\n```\n{help_text()}\n```",
     ),
 )
@@ -94,7 +95,7 @@ def _table(cls: type[Any]) -> Iterator[str]:
     yield "| key | unit | bounds | default | meaning |" + (" MAVLink |" if known else "")
     yield "|---|---|---|---|---|" + ("---|" if known else "")
     for key, declaration, default in describe_keys(cls):
-        if key in ("autopilot", "sensors"):
+        if key in ("autopilot", "vehicle_factors", "sensors"):
             continue
         bounds = _bounds(declaration.low, declaration.high)
         name = f" {_name(declaration, default)} |" if known else ""

@@ -14,7 +14,6 @@ from firmware_py.estimation.model.observer_model import GROUPS
 from firmware_py.params import ParamError, load
 from firmware_py.records.event import EventKind
 from firmware_py.records.event_text import texts
-from firmware_py.vehicle.linear_models import DivingCoefficients, SteeringCoefficients
 from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.logs.reading import Columns, Piece
 from sternplane.logs.run import Run
@@ -69,15 +68,6 @@ def coefficients(header: Mapping[str, Any], c: Columns, begun: bool = False) -> 
     ]
 
 
-def adopted(c: Columns) -> dict[str, Array]:
-    """Return what the laws were designed from, by the coefficient's name; nothing for a log that does not tell."""
-    found: dict[str, Array] = {}
-    for part, names in (("diving", DivingCoefficients._fields), ("steering", SteeringCoefficients._fields)):
-        if f"adopted.{part}" in c:
-            found |= {name: c[f"adopted.{part}"][:, i] for i, name in enumerate(names)}
-    return found
-
-
 class LearnedFigures:
     """What summary and plots say of the end of a run; it is shown the pieces of the log one after the other."""
 
@@ -125,7 +115,7 @@ class LearnedFigures:
             return None
         last = {name: self._last[f"{_HERE}.{name}"][-1].tolist() for name in _BESIDE}
         squares = [c.error_sigmas[-1] ** 2 for c in learned if np.isfinite(c.error_sigmas[-1])]
-        said: dict[str, Any] = _with_none(
+        said: dict[str, Any] = with_none(
             {
                 "coefficients": {c.name: _figures(c) for c in learned},
                 "taught": [list(said) for said in manoeuvre_results(self._log)],
@@ -159,12 +149,12 @@ def _figures(c: Coefficient) -> dict[str, Any]:
     }
 
 
-def _with_none(value: Any) -> Any:
+def with_none(value: Any) -> Any:
     """None for numbers that JSON has no word for."""
     if isinstance(value, Mapping):
-        return {key: _with_none(inner) for key, inner in value.items()}
+        return {key: with_none(inner) for key, inner in value.items()}
     if isinstance(value, list):
-        return [_with_none(inner) for inner in value]
+        return [with_none(inner) for inner in value]
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 

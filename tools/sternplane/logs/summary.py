@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from firmware_py.records.order import Mode
 from sternplane.logs import after_log, health_record, lateness_histogram, losses, standard_manoeuvres
+from sternplane.logs.adoption import AdoptionFigures
 from sternplane.logs.learned import LearnedFigures
+from sternplane.logs.mean import Mean
 from sternplane.logs.reading import Piece
 from sternplane.logs.run import Run
 from sternplane.logs.tracking import (
@@ -17,14 +18,13 @@ from sternplane.logs.tracking import (
     FlownMissions,
     PathError,
     depth_estimate_error,
+    held_cycles,
     navigation_error,
     pose_of,
     wrapped_deg,
 )
 
 Summary = dict[str, Any]
-
-_HELD = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN)
 
 
 def summarise(log: Run) -> Summary:
@@ -64,12 +64,17 @@ def summarise(log: Run) -> Summary:
     error_pct and error_sigmas where the truth was logged; mean_square_error_sigmas over them, correlations left out;
     nis by sensor, current_m_s and current_std_m_s (north, east), turbulence_m_s, rejected, dropped, resets; and taught:
     when each learning manoeuvre was over (s), and the sentence on what it taught and what not.
+    adoption: None if no law ever used what was learned; else by law, depth and heading: adopted_s, from when its design
+    was of learned values alone (None: never), rms_before and rms_after, of the tracking errors as above (m, deg) up to
+    then and from then on, and the design by_file and in_force at the end; by coefficient: file, adopted_s (when its
+    value first left the file's), in_force at the end, and truth, error_before_pct and error_after_pct where the truth
+    was logged.
     cycles, complete, lost, events: of the log. notes: sentences on the state of an earlier run.
     """
     figures, learned, late = _Figures(log), LearnedFigures(log), lateness_histogram.LatenessRecord()
     manoeuvres, health = standard_manoeuvres.StandardManoeuvres(), health_record.HealthRecord(log)
-    received = losses.Received()
-    parts = (figures, learned, late, manoeuvres, health, received)
+    received, adoption = losses.Received(), AdoptionFigures(log)
+    parts = (figures, learned, adoption, late, manoeuvres, health, received)
     for piece in log.pieces():
         for part in parts:
             part.add(piece)
@@ -99,6 +104,7 @@ def summarise(log: Run) -> Summary:
         "received": received.counts,
         "health": health.document(),
         "learned": learned.summary,
+        "adoption": adoption.summary,
         "after_log": None,
         "complete": log.complete,
         "lost": log.lost,
@@ -115,9 +121,9 @@ class _Figures:
 
     def __init__(self, log: Run) -> None:
         self._path, self._missions = PathError(log), FlownMissions(log)
-        self._depth, self._heading, self._off = _Mean(), _Mean(), _Mean()
-        self._travel = _Mean()
-        self._away, self._misjudged = _Mean(), _Mean()
+        self._depth, self._heading, self._off = Mean(), Mean(), Mean()
+        self._travel = Mean()
+        self._away, self._misjudged = Mean(), Mean()
         self._before: tuple[Array, Array] | None = None
         self._distance, self._late, self._cycles, self._true = 0.0, 0, 0, False
         self._deepest, self._deepest_estimate = _Deepest(), _Deepest()
@@ -130,8 +136,7 @@ class _Figures:
         self._dt = float(c["tick.dt_ns"][-1]) * 1e-9
         self.t_end = float(c["t"][-1]) + self._dt
         self._cycles += len(c["t"])
-        armed = c["applied.armed"]
-        held = armed & np.isin(c["mode.mode"], _HELD)
+        armed, held = c["applied.armed"], held_cycles(c)
         self._depth.add((c["reference.z_d"] - pose["eta.z"])[held])
         self._heading.add(wrapped_deg(c["reference.psi_d"] - pose["eta.psi"])[held])
         off = self._path.of(piece)
@@ -175,36 +180,6 @@ class _Figures:
             "late_cycles": self._late,
             "cycles": self._cycles,
         }
-
-
-class _Mean:
-    """Mean, root mean square, greatest and last of numbers that come in parts; None where there was none."""
-
-    def __init__(self) -> None:
-        self._count, self._sum, self._squares = 0, 0.0, 0.0
-        self.greatest: float | None = None
-        self.last: float | None = None
-
-    def add(self, values: Array) -> None:
-        """Take some in."""
-        if not values.size:
-            return
-        self._count += values.size
-        self._sum += float(np.sum(values))
-        self._squares += float(np.sum(values**2))
-        greatest = float(np.max(values))
-        self.greatest = greatest if self.greatest is None else float(np.maximum(self.greatest, greatest))
-        self.last = float(values[-1])
-
-    @property
-    def mean(self) -> float | None:
-        """The mean."""
-        return self._sum / self._count if self._count else None
-
-    @property
-    def rms(self) -> float | None:
-        """The root mean square."""
-        return math.sqrt(self._squares / self._count) if self._count else None
 
 
 class _Deepest:

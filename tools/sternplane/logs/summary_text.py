@@ -85,7 +85,7 @@ def key_figures(summary: Summary) -> list[tuple[str, str]]:
         whole.append(("waypoints", f"{summary['waypoints_passed']} of {summary['waypoints_total']}"))
     if part:
         whole.append(("logged", f"{summary['logged_s']:.1f} s"))
-    logged = [*_rows(summary, _LOGGED), *_lateness(summary), *_learned(summary)]
+    logged = [*_rows(summary, _LOGGED), *_lateness(summary), *_learned(summary), *_adopted(summary)]
     logged += health_record.key_figures(summary["health"])
     return [*whole, *((f"{label}{part}", text) for label, text in logged), *_lost(summary)]
 
@@ -127,4 +127,24 @@ def _learned(summary: Summary) -> list[tuple[str, str]]:
         sigmas = abs(valid[worst]["error_sigmas"])
         text = f"{worst} {errors[worst]:+.2g} % ({sigmas:.1f} σ)"
         found.append(("largest error of the valid coefficients", text))
+    return found
+
+
+def _adopted(summary: Summary) -> list[tuple[str, str]]:
+    """Return from when the laws used what was learned, and errors before and after."""
+    adoption = summary["adoption"]
+    if not adoption:
+        return []
+    found = []
+    for (law, one), form in zip(adoption["laws"].items(), ("{:.3f} m", "{:.2f}°"), strict=True):
+        t, errors = one["adopted_s"], (one["rms_before"], one["rms_after"])
+        found.append((f"{law} law designed from what is learned alone", "never" if t is None else f"from {t:.1f} s"))
+        if None not in errors:
+            found.append((f"{law} off its reference, before and after that, RMS", ", ".join(map(form.format, errors))))
+    known = [one for one in adoption["coefficients"].values() if one["error_before_pct"] is not None]
+    if known:
+        worst = [max(abs(one[key]) for one in known) for key in ("error_before_pct", "error_after_pct")]
+        found.append(
+            ("coefficients of the laws, greatest error", "{:.2g} % by the file, {:.2g} % at the end".format(*worst))
+        )
     return found

@@ -74,6 +74,15 @@ class FlownMissions:
         return next((i for i in reversed(range(len(self._flown))) if self._flown[i]), len(self._planned) - 1)
 
 
+_HELD = (Mode.HOLD, Mode.MISSION, Mode.LOITER, Mode.GUIDED, Mode.RETURN)
+
+
+def held_cycles(c: Columns) -> Array:
+    """Return in which cycles the vehicle is armed, and depth and heading are held."""
+    held: Array = c["applied.armed"] & np.isin(c["mode.mode"], _HELD)
+    return held
+
+
 def pose_of(piece: Piece) -> Columns:
     """The true pose at each cycle, or where nobody knew it the estimated one by the names that the truth has."""
     return piece.truth or {name: piece.columns[f"state.{name}"] for name in ("eta.x", "eta.y", "eta.z", "eta.psi")}

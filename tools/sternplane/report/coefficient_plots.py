@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from firmware_py.estimation.coefficient_validity import SENSORS
-from sternplane.logs.learned import Coefficient, LearnedFigures, adopted, coefficients, manoeuvre_results
+from sternplane.logs.adoption import in_force
+from sternplane.logs.learned import Coefficient, LearnedFigures, coefficients, manoeuvre_results
 from sternplane.logs.reading import Columns
 from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array
@@ -35,12 +36,12 @@ def plots(
         figure: makes an empty plot over time with a y axis of that name.
     """
     last, t = figures.last, c["t"].astype(np.float32)
-    learned, in_force = coefficients(log.header, c) if last else [], adopted(c)
+    learned, adopted = coefficients(log.header, c) if last else [], in_force(c)
     if learned and (design := design_plot(c, SECTION, figure("ratio"))):
         yield design
     for coefficient, end in zip(learned, last, strict=False):
         name = coefficient.name
-        yield _coefficient(coefficient, end, in_force.get(name), t, figure(f"{name}, nondimensional"))
+        yield _coefficient(coefficient, end, adopted.get(name), t, figure(f"{name}, nondimensional"))
     if not learned:
         return
     yield _timeline(learned, manoeuvre_results(log), t, figure(""))

@@ -37,7 +37,10 @@ def design_plot(c: Columns, section: str, figure: Any) -> Plot | None:
         told.append(f"{law.capitalize()} law: {_history(t, sources[law])}")
     line(figure, t, c["adopted.caution"], "caution", _CAUTION, dash="dot")
     minimum_height(figure, 1.0)
-    note = "What the fins do to the vehicle's rate of turn, as the laws have it: 1 is the vehicle file. "
+    note = (
+        "What the fins do to the vehicle's rate of turn, as the laws have it: 1 is the vehicle file. "
+        "Caution slows references and widens turns. "
+    )
     return Plot(TITLE, note + ". ".join(told) + ".", figure, section=section)
 
 

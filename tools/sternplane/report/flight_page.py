@@ -14,6 +14,7 @@ from sternplane.logs.run import Run
 from sternplane.logs.summary import Summary
 from sternplane.logs.summary_text import key_figures, outcome, unlogged
 from sternplane.report import health_plot
+from sternplane.report.adoption_table import adoption_section
 from sternplane.report.figures import Figures, mode_colours
 from sternplane.report.page import Heading, Page, Section, Table, plot_section, render, rows_of
 
@@ -32,6 +33,7 @@ def flight_page(log: Run, summary: Summary) -> str:
     sections: list[Section | Heading] = [
         Section("Events", tables=(Table(rows_of(events), style="log"),), wide=True, anchor="events")
     ]
+    sections += adoption_section(summary)
     group = ""
     for i, plot in enumerate(figures):
         if plot.section != group:

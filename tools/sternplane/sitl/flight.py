@@ -157,7 +157,7 @@ def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
     if parse_hil_link(request.link):
         refuse_faults(scenario)
     over = laid_over(request, scenario)
-    shipped = config_files.read_configuration(request.config, over)
+    shipped = config_files.read_configuration(request.config, over, factors=scenario.vehicle_factors)
     by_files = config_files.autopilot_params(shipped)
     plausibility.refuse_mission(scenario, str(scenario_path(request.scenario, SCENARIOS)), by_files)
     configuration = with_kept_plans(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from sternplane.sitl.flight import SCENARIOS
 from sternplane.study.adaptation.flight import Course
 
@@ -42,6 +44,12 @@ def track(duration: float = 180.0) -> Course:
 
 
 def demonstration() -> Course:
-    """Return the demonstration."""
-    text = (SCENARIOS / "demo.toml").read_text(encoding="utf-8").replace("{", "{{").replace("}", "}}")
+    """Return the demonstration, whose vehicle file is as wrong as the flight makes it."""
+    text = (SCENARIOS / "demo.toml").read_text(encoding="utf-8")
+    text = without_factors(text).replace("{", "{{").replace("}", "}}")
     return Course("demonstration", text.replace("[environment]", _ADOPTION + "\n[environment]", 1), 120.0)
+
+
+def without_factors(scenario: str) -> str:
+    """Return the text of a scenario without its [vehicle_factors]: its autopilot believes what vehicle.toml has."""
+    return re.sub(r"(#[^\n]*\n)*\[vehicle_factors[^\n]*\n([^\[\n][^\n]*\n|\n)*", "", scenario)

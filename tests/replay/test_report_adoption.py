@@ -1,0 +1,101 @@
+"""What summary and report say of adoption, from a run of four cycles."""
+
+from __future__ import annotations
+
+import tomllib
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from sternplane.logs.adoption import AdoptionFigures
+from sternplane.logs.reading import Columns, Piece
+from sternplane.report.adoption_table import adoption_section
+
+from firmware_py.adapters.installation import configs
+from firmware_py.records.adoption import Refusal, Source
+from firmware_py.records.order import Mode
+
+VEHICLE = tomllib.loads((configs() / "npsauv2" / "vehicle.toml").read_text())
+FILE = VEHICLE["coefficients"]
+DIVING, STEERING = ("M_q", "M_ds"), ("Y_v", "Y_r", "Y_dr", "N_v", "N_r", "N_dr")
+
+
+def a_run(truth: bool = True) -> Any:
+    """Return a log whose simulated vehicle has half the M_ds of the file, and all else of it."""
+    header: dict[str, Any] = {"configuration": {"vehicle": VEHICLE}}
+    if truth:
+        hull, built = VEHICLE["hull"], {**FILE, "M_ds": 0.5 * FILE["M_ds"]}
+        header["truth"] = {"coefficients": built, "density": hull["density_kg_m3"], "length": hull["length_m"]}
+    return SimpleNamespace(header=header)
+
+
+def piece(sources: list[Source], m_ds: list[float], off: list[float], begin: int = 0) -> Piece:
+    """Return cycles with sources of the depth law, shares of the file's M_ds in force, and errors of depth, m."""
+    n = len(sources)
+    zeros = np.zeros(n)
+    c: Columns = {
+        "t": np.arange(begin, begin + n, dtype=float),
+        "applied.armed": np.ones(n, dtype=bool),
+        "mode.mode": np.full(n, int(Mode.MISSION)),
+        "reference.z_d": np.array(off),
+        "reference.psi_d": zeros,
+        "adopted.diving": np.array([[FILE["M_q"], share * FILE["M_ds"]] for share in m_ds]),
+        "adopted.steering": np.array([[FILE[name] for name in STEERING]] * n),
+    }
+    for law, source in (("depth", [int(s) for s in sources]), ("heading", [int(Source.FILE)] * n)):
+        c |= {
+            f"adopted.{law}.source": np.array(source),
+            f"adopted.{law}.refusal": np.full(n, int(Refusal.NONE if law == "depth" else Refusal.UNCERTAIN)),
+            f"adopted.{law}.poles": np.array([[-0.4, -0.5]] * n),
+            f"adopted.{law}.s_b": np.array(m_ds),
+            f"adopted.{law}.authority": 2.0 * np.array(m_ds),
+        }
+    return Piece(begin, c, {f"eta.{axis}": zeros for axis in ("x", "y", "z", "psi")})
+
+
+def figures(truth: bool = True) -> dict[str, Any] | None:
+    found = AdoptionFigures(a_run(truth))
+    found.add(piece([Source.FILE, Source.FILE], [1.0, 1.0], [0.4, -0.4]))
+    found.add(piece([Source.LEARNED, Source.LEARNED], [0.8, 0.55], [0.1, 0.1], begin=2))
+    return found.summary
+
+
+def test_errors_are_told_before_and_after_the_law_is_of_learned_values_alone() -> None:
+    summary = figures()
+    assert summary is not None
+    depth, heading = summary["laws"]["depth"], summary["laws"]["heading"]
+    assert (depth["adopted_s"], depth["rms_before"], depth["rms_after"]) == pytest.approx((2.0, 0.4, 0.1))
+    assert (depth["by_file"]["s_b"], depth["in_force"]["s_b"]) == (1.0, 0.55)
+    assert (heading["adopted_s"], heading["rms_after"]) == (None, None)
+
+
+def test_each_coefficient_is_told_with_the_moment_at_which_it_left_the_file() -> None:
+    summary = figures()
+    assert summary is not None
+    m_ds, m_q = summary["coefficients"]["M_ds"], summary["coefficients"]["M_q"]
+    assert m_ds["adopted_s"] == 2.0
+    assert (m_ds["error_before_pct"], m_ds["error_after_pct"]) == pytest.approx((100.0, 10.0))
+    assert (m_q["adopted_s"], m_q["error_after_pct"]) == (None, 0.0)
+
+
+def test_without_a_truth_no_error_is_told() -> None:
+    summary = figures(truth=False)
+    assert summary is not None
+    assert summary["coefficients"]["M_ds"]["error_after_pct"] is None
+
+
+def test_where_nothing_was_adopted_nothing_is_said() -> None:
+    found = AdoptionFigures(a_run())
+    found.add(piece([Source.FILE] * 2, [1.0, 1.0], [0.1, 0.1]))
+    assert found.summary is None
+    assert not list(adoption_section({"adoption": None}))
+
+
+def test_the_section_has_a_row_for_each_law_and_each_coefficient() -> None:
+    (section,) = adoption_section({"adoption": figures()})
+    laws, coefficients = section.tables
+    assert [row[0] for row in laws.rows] == ["depth", "heading"]
+    assert laws.rows[0][1:4] == ["2.0 s", "0.4 m", "0.1 m"]
+    assert [row[0] for row in coefficients.rows] == [*DIVING, *STEERING]
+    assert coefficients.rows[1][-2:] == ["+1e+02 %", "+10 %"]

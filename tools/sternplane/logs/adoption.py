@@ -1,0 +1,117 @@
+"""When the laws took what was learned, and what that changed: errors by the vehicle file and with what is in force."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from firmware_py.records.adoption import Refusal, Source
+from firmware_py.vehicle.linear_models import DivingCoefficients, SteeringCoefficients
+from sternplane.logs.learned import believed, truth, with_none
+from sternplane.logs.mean import Mean
+from sternplane.logs.reading import Columns, Piece
+from sternplane.logs.run import Run
+from sternplane.logs.tracking import Array, held_cycles, pose_of, wrapped_deg
+
+_LAWS = {"depth": ("diving", DivingCoefficients._fields), "heading": ("steering", SteeringCoefficients._fields)}
+_COMPLETE = (Refusal.NONE, Refusal.BOUND)
+"""What may be against what is learned while the law is designed from nothing else."""
+
+
+def in_force(c: Columns) -> dict[str, Array]:
+    """Return what the laws were designed from, by the coefficient's name; nothing for a log that does not tell."""
+    found: dict[str, Array] = {}
+    for part, names in _LAWS.values():
+        if f"adopted.{part}" in c:
+            found |= {name: c[f"adopted.{part}"][:, i] for i, name in enumerate(names)}
+    return found
+
+
+def designed_from(c: Columns, law: str) -> Array:
+    """Return in which cycles a law was designed from learned values alone."""
+    source, refusal = (c.get(f"adopted.{law}.{key}", np.empty(0)) for key in ("source", "refusal"))
+    learned: Array = (source == Source.LEARNED) & np.isin(refusal, _COMPLETE)
+    return learned
+
+
+class Design(NamedTuple):
+    """A law's poles at the trim speed, 1/s; s'b; and what all its fins can do, rad/s^2."""
+
+    poles: list[float]
+    s_b: float
+    authority: float
+
+
+class AdoptionFigures:
+    """What adoption did in a run; it is shown the pieces of the log one after the other."""
+
+    def __init__(self, log: Run) -> None:
+        self._believed = believed(log.header)
+        self._truth = truth(log.header, self._believed)
+        self._used = False
+        self._t: dict[str, float] = {}
+        self._moved: dict[str, float] = {}
+        self._last: dict[str, float] = {}
+        self._designs: dict[str, tuple[Design, Design]] = {}
+        self._errors = {law: (Mean(), Mean()) for law in _LAWS}
+
+    def add(self, piece: Piece) -> None:
+        """Take a piece in."""
+        c, pose, held = piece.columns, pose_of(piece), held_cycles(piece.columns)
+        for name, values in in_force(c).items():
+            other = np.flatnonzero(values != self._believed.get(name, values))
+            if other.size:
+                self._moved.setdefault(name, float(c["t"][other[0]]))
+            self._last[name] = float(values[-1])
+        errors = {
+            "depth": c["reference.z_d"] - pose["eta.z"],
+            "heading": wrapped_deg(c["reference.psi_d"] - pose["eta.psi"]),
+        }
+        for law, error in errors.items():
+            complete = designed_from(c, law)
+            self._used |= bool((c.get(f"adopted.{law}.source", complete) != Source.FILE).any())
+            if law not in self._t and complete.any():
+                self._t[law] = float(c["t"][int(np.argmax(complete))])
+            if f"adopted.{law}.s_b" in c:
+                first, last = (_design(c, law, row) for row in (0, -1))
+                self._designs[law] = self._designs.get(law, (first, last))[0], last
+            after = c["t"] >= self._t.get(law, np.inf)
+            for figures, when in zip(self._errors[law], (~after, after), strict=True):
+                figures.add(error[held & when])
+
+    @property
+    def summary(self) -> dict[str, Any] | None:
+        """What summary.json says of it, None where nothing was adopted: see `summary.summarise`."""
+        if not self._used:
+            return None
+        said: dict[str, Any] = {
+            "laws": {
+                law: {
+                    "adopted_s": self._t.get(law),
+                    "rms_before": before.rms,
+                    "rms_after": after.rms,
+                    "by_file": self._designs[law][0]._asdict(),
+                    "in_force": self._designs[law][1]._asdict(),
+                }
+                for law, (before, after) in self._errors.items()
+            },
+            "coefficients": {name: self._figures(name) for name in self._last},
+        }
+        return dict(with_none(said))
+
+    def _figures(self, name: str) -> dict[str, Any]:
+        file, value, true = self._believed.get(name), self._last[name], self._truth.get(name)
+        return {
+            "file": file,
+            "adopted_s": self._moved.get(name),
+            "in_force": value,
+            "truth": true,
+            "error_before_pct": 100.0 * (file / true - 1.0) if true and file is not None else None,
+            "error_after_pct": 100.0 * (value / true - 1.0) if true else None,
+        }
+
+
+def _design(c: Columns, law: str, row: int) -> Design:
+    poles, s_b, authority = (c[f"adopted.{law}.{key}"][row].tolist() for key in Design._fields)
+    return Design(poles, s_b, authority)

@@ -1,0 +1,60 @@
+"""The section of a report on what the laws were designed from: vehicle file and learned values, before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from sternplane.logs.summary import Summary
+from sternplane.report.page import Section, Table
+
+_UNITS = {"depth": "m", "heading": "°"}
+_LAWS = (
+    "law",
+    "all learned from",
+    "off its reference until then, RMS",
+    "from then on",
+    "poles, 1/s",
+    "s'b by the file",
+    "at the end",
+    "authority of the fins by the file, rad/s²",
+    "at the end",
+)
+_COEFFICIENTS = (
+    "coefficient",
+    "vehicle file",
+    "in force other than that from",
+    "at the end",
+    "truth",
+    "file off the truth by",
+    "at the end by",
+)
+
+
+def adoption_section(summary: Summary) -> Iterator[Section]:
+    """Yield the section, of a run whose laws used what was learned."""
+    adoption = summary["adoption"]
+    if not adoption:
+        return
+    laws = [_law(name, one) for name, one in adoption["laws"].items()]
+    coefficients = [_coefficient(name, one) for name, one in adoption["coefficients"].items()]
+    tables = (Table(laws, head=_LAWS, style="numbers"), Table(coefficients, head=_COEFFICIENTS, style="numbers"))
+    yield Section("Adoption: what the laws were designed from", tables=tables, wide=True, anchor="adoption")
+
+
+def _law(name: str, one: dict[str, Any]) -> list[str]:
+    errors = [_text(one[key], ".3g", f" {_UNITS[name]}".replace(" °", "°")) for key in ("rms_before", "rms_after")]
+    file, now = one["by_file"], one["in_force"]
+    poles = ", ".join(_text(pole, ".3g") for pole in now["poles"])
+    strengths = [_text(design[key], ".3g") for key in ("s_b", "authority") for design in (file, now)]
+    return [name, _text(one["adopted_s"], ".1f", " s"), *errors, poles, *strengths]
+
+
+def _coefficient(name: str, one: dict[str, Any]) -> list[str]:
+    values = [_text(one["file"], ".4g"), _text(one["adopted_s"], ".1f", " s"), _text(one["in_force"], ".4g")]
+    errors = [_text(one[key], "+.2g", " %") for key in ("error_before_pct", "error_after_pct")]
+    return [name, *values, _text(one["truth"], ".4g"), *errors]
+
+
+def _text(value: float | None, form: str, unit: str = "") -> str:
+    return "–" if value is None else f"{value:{form}}{unit}"
