@@ -15,7 +15,7 @@ from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.filter.kernel_arguments import BATCH, UpdateRows, new_scratch, padded
 from firmware_py.estimation.filter.measurement_update import update_covariance, update_state
 from firmware_py.estimation.filter.time_update import propagate
-from firmware_py.estimation.model.kernel_arguments import ForceTerms, Model, new_linearisation
+from firmware_py.estimation.model.kernel_arguments import ForceTerms, Model, grouped, new_linearisation
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.estimation.model.state import CURRENT, EDDIES, EQUATIONS, MOVING, STILL, WATER
 
@@ -76,7 +76,9 @@ def test_a_covariance_is_propagated_as_by_dense_matrices(seed: int, water: int, 
         full[:MOVING, first + parameter] += weight * step.regressors[regressor] * step.response[:, equation]
     wanted = full @ P[:, :n] @ full.T
 
-    propagate(P, Model(np.zeros(1), np.eye(6), terms, water, first, False), step, new_scratch(padded(n)))
+    propagate(
+        P, Model(np.zeros(1), np.eye(6), terms, grouped(terms), water, first, False), step, new_scratch(padded(n))
+    )
     np.testing.assert_allclose(P[:, :n], wanted, rtol=1e-11, atol=1e-12 * np.abs(wanted).max())
     np.testing.assert_array_equal(P[:, :n], P[:, :n].T)
     assert not P[:, n:].any()

@@ -64,7 +64,7 @@ def reset_motion(bank: FilterBank, motion: Vector, variance: Vector) -> None:
         for i in range(last):
             if i < MOVING or i >= EDDY_NORTH:
                 x[b, i] = motion[i] if i < MOVING else 0.0
-                for j in range(x.shape[1]):
+                for j in range(P.shape[2]):
                     P[b, i, j] = 0.0
                 for j in range(P.shape[1]):
                     P[b, j, i] = 0.0

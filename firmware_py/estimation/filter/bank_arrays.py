@@ -15,7 +15,7 @@ from firmware_py.estimation.coefficient_params import (
     relative_std,
 )
 from firmware_py.estimation.filter.bank import reset_motion
-from firmware_py.estimation.filter.kernel_arguments import FilterBank, Settings, Tuning, new_scratch, padded
+from firmware_py.estimation.filter.kernel_arguments import FilterBank, Settings, Tuning, new_scratch, padded, zeros
 from firmware_py.estimation.filter.vehicle_scales import VehicleScales, vehicle_scales
 from firmware_py.estimation.filter.weighting import combine
 from firmware_py.estimation.model.jacobians import Array
@@ -99,8 +99,8 @@ class BankArrays:
             ),
             bias_state=bias_state,
             intensity=np.maximum(np.array(params.turbulence), INTENSITY_MIN),
-            x=np.zeros((filters, width)),
-            P=np.zeros((filters, n, width)),
+            x=zeros(filters, width),
+            P=zeros(filters, n, width),
             log_likelihood=np.zeros(filters),
             weights=np.full(filters, 1.0 / filters),
             scratch=new_scratch(width),
@@ -134,7 +134,7 @@ def _tuning(
     """The tuning at the start: what learns, its process noise, and its bounds."""
     n, first, count = model.size, model.first, len(params.names)
     believed = np.array(model.believed)
-    tuning = Tuning(*np.zeros((len(Tuning._fields), width)))
+    tuning = Tuning(*zeros(len(Tuning._fields), width))
     tuning.Q_final[LINEAR], tuning.Q_final[ANGULAR] = params.speed_noise**2, params.rate_noise**2
     tuning.Q_final[first : first + count] = (params.walk * np.abs(believed)[:count]) ** 2
     for state, noise in zip(FIN_DRIVEN, scales.fin_noise(params.fin_resolution), strict=True):

@@ -65,7 +65,7 @@ def update_state(
         nis = innov^2 / S, S = H P H' + R, and whether the gate let the measurement in.
     """
     PHt, K = rows.PHt, rows.K
-    width = len(x)
+    width = P.shape[1]
     f_0, f_1 = PHt[0, i], PHt[1, i]
     if bias >= 0:
         f_0, f_1 = f_0 + PHt[0, bias], f_1 + PHt[1, bias]
@@ -94,17 +94,30 @@ def update_state(
 
 @kernel()
 def update_covariance(P: Matrix, learns: Vector, rows: UpdateRows) -> None:
-    """P = (I - K H) P for a batch (paper Eq. 18): P - K S K', and P - K H P for states that do not learn."""
+    """P = (I - K H) P for a batch (paper Eq. 18): P - K S K', and P - K H P for states that do not learn.
+
+    Of states that learn two rows are done at once: so what both need is read once.
+    """
     n, width = P.shape
     PHt, K = rows.PHt, rows.K
-    for a in range(n):
+    a = 0
+    while a < n:
         f_0, f_1, f_2 = PHt[0, a], PHt[1, a], PHt[2, a]
-        if learns[a] != 0.0:
-            for j in range(width):
-                P[a, j] -= f_0 * PHt[0, j] + f_1 * PHt[1, j] + f_2 * PHt[2, j]
-        else:
+        if learns[a] == 0.0:
             for j in range(width):
                 P[a, j] -= f_0 * K[0, j] + f_1 * K[1, j] + f_2 * K[2, j]
+            a += 1
+        elif a + 1 == n or learns[a + 1] == 0.0:
+            for j in range(width):
+                P[a, j] -= f_0 * PHt[0, j] + f_1 * PHt[1, j] + f_2 * PHt[2, j]
+            a += 1
+        else:
+            b = a + 1
+            g_0, g_1, g_2 = PHt[0, b], PHt[1, b], PHt[2, b]
+            for j in range(width):
+                P[a, j] -= f_0 * PHt[0, j] + f_1 * PHt[1, j] + f_2 * PHt[2, j]
+                P[b, j] -= g_0 * PHt[0, j] + g_1 * PHt[1, j] + g_2 * PHt[2, j]
+            a += 2
     clear(rows)
 
 

@@ -17,7 +17,7 @@ import math
 
 from firmware_py.compiled import Matrix, Vector, kernel
 from firmware_py.estimation.filter.kernel_arguments import CHANNEL_OF_WATER, CHANNELS, FilterBank, Scratch
-from firmware_py.estimation.model.kernel_arguments import Linearisation, Model
+from firmware_py.estimation.model.kernel_arguments import GROUP, Linearisation, Model
 from firmware_py.estimation.model.state import (
     CURRENT_EAST,
     CURRENT_NORTH,
@@ -42,16 +42,19 @@ def channel_covariance(P: Matrix, model: Model, step: Linearisation, width: int,
         width: how many states.
         channels: out, (CHANNELS, width).
     """
-    parameters, regressors, equations = model.terms.parameter, model.terms.regressor, model.terms.equation
-    weights, forces, first = model.terms.weight, step.regressors, model.first
+    groups, forces, first = model.groups, step.regressors, model.first
+    parameters, regressors, weights, equations = groups.parameter, groups.regressor, groups.weight, groups.equation
     for r in range(CHANNELS):
         for j in range(width):
             channels[r, j] = 0.0
-    for k in range(len(weights)):
-        force = weights[k] * forces[regressors[k]]
-        parameter, channel = first + parameters[k], equations[k]
+    for g in range(len(equations)):
+        k, channel = GROUP * g, equations[g]
+        f_0, f_1 = weights[k] * forces[regressors[k]], weights[k + 1] * forces[regressors[k + 1]]
+        f_2, f_3 = weights[k + 2] * forces[regressors[k + 2]], weights[k + 3] * forces[regressors[k + 3]]
+        a, b = first + parameters[k], first + parameters[k + 1]
+        c, d = first + parameters[k + 2], first + parameters[k + 3]
         for j in range(width):
-            channels[channel, j] += force * P[parameter, j]
+            channels[channel, j] += f_0 * P[a, j] + f_1 * P[b, j] + f_2 * P[c, j] + f_3 * P[d, j]
     for d in range(model.water):
         channel = CHANNEL_OF_WATER[d]
         for j in range(width):
@@ -150,6 +153,8 @@ def predict_covariance(bank: FilterBank, intensity: float, x: Vector, P: Matrix,
             x[i] *= decay
             for j in range(width):
                 P[i, j] *= decay
-            for j in range(n):
+        for j in range(n):
+            for i in range(EDDY_NORTH, WATER_END):
                 P[j, i] *= decay
+        for i in range(EDDY_NORTH, WATER_END):
             P[i, i] += (1.0 - decay * decay) * intensity * intensity

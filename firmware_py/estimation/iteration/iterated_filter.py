@@ -282,6 +282,7 @@ class IteratedFilter:
         self._bank.take(*memory.bank)
         for own, kept in zip(self._arrays, memory.arrays, strict=True):
             own[:] = kept
+        self._reference.load()
         self._span, self._turn, self._row = memory.span, memory.turn, memory.row
         self._reference.row, self._reference.smoothed_to = memory.reference
         self._stage, self._accepted_last = memory.stage, memory.accepted_last

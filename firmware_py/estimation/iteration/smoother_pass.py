@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from firmware_py.estimation.filter.bank_arrays import BankArrays
-from firmware_py.estimation.filter.kernel_arguments import FilterBank
+from firmware_py.estimation.filter.kernel_arguments import FilterBank, new_scratch, padded, zeros
 from firmware_py.estimation.filter.measurement_history import MeasurementHistory
 from firmware_py.estimation.iteration.rts_smoother import EDDY_STATES, reference_pass, smooth, smoothed
 from firmware_py.estimation.model.jacobians import Array
+from firmware_py.estimation.model.kernel_arguments import without_parameters
+from firmware_py.estimation.model.prediction import load_parameters
 from firmware_py.estimation.model.state import EDDIES, EDDY_NORTH, MOVING
 
 BLOCK = 256
@@ -19,6 +21,8 @@ RING = 3 * BLOCK
 class SmootherPass:
     """One filter to which coefficients, biases and the current are known; only motion and eddies are estimated.
 
+    So its covariance ends where the parameters begin, and these are loaded into the model once, as a pass starts.
+
     Attributes:
         row: of the history, where it is.
         smoothed_to: the row up to which motion is smoothed.
@@ -28,13 +32,15 @@ class SmootherPass:
 
     def __init__(self, filters: BankArrays) -> None:
         """Makes room for a reference of these filters."""
-        n, width, count = filters.model.size, filters.width, smoothed(filters.model.water)
-        self._filters = filters
+        n, width, count = filters.model.first, filters.width, smoothed(filters.model.water)
+        self._filters, self._loaded = filters, False
         self.bank: FilterBank = filters.kernel._replace(
+            model=without_parameters(filters.kernel.model),
             tuning=filters.tuning._replace(Q=np.zeros(width), learns=np.zeros(width)),
             intensity=np.zeros(1),
             x=np.zeros((1, width)),
-            P=np.zeros((1, n, width)),
+            P=zeros(1, n, padded(n)),
+            scratch=new_scratch(padded(n)),
             log_likelihood=np.zeros(1),
             weights=np.zeros(1),
         )
@@ -58,6 +64,7 @@ class SmootherPass:
         own.tuning.learns[MOVING:] = 0.0
         own.tuning.Q[MOVING:] = 0.0
         self.reference[: len(mean)] = mean
+        self.load()
         own.x[0] = self.reference
         own.P[:] = 0.0
         eddies = slice(EDDY_NORTH, EDDY_NORTH + EDDY_STATES)
@@ -69,12 +76,17 @@ class SmootherPass:
             own.tuning.learns[moving] = 1.0
         self.row = self.smoothed_to = 0
 
+    def load(self) -> None:
+        """Loads the parameters of the reference into the model, of these filters and its own."""
+        self._loaded = load_parameters(self._filters.kernel.model, self.reference, self.bank.step)
+
     def run(self, history: MeasurementHistory, to: int) -> bool:
-        """Goes on to that row of the history, no further than `row_max`; False if a number was not finite."""
+        """Goes on to that row of the history, no further than `row_max`; False if a number was not finite, or the
+        parameters give no mass matrix."""
         first, self.row = self.row, max(self.row, min(to, self.row_max))
         kept = (self._filtered, self._predicted, self._gains, self._scratch, self._nis, self._rejected)
         finite: bool = reference_pass(self.bank, history, first, self.row, *kept)
-        return finite
+        return finite and self._loaded
 
     def smooth_back(self, whole: bool) -> None:
         """Smooths what it went through: a block, or with `whole` all."""

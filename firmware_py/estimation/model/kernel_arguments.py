@@ -28,6 +28,41 @@ class ForceTerms(NamedTuple):
     weight: Vector
 
 
+GROUP = 4
+"""Forces of one equation that are added up together."""
+
+
+class ForceGroups(NamedTuple):
+    """The same entries by equation, GROUP together: what is missing of a group has the weight 0.
+
+    Attributes:
+        parameter: see `ForceTerms`, (groups * GROUP,); the next two likewise.
+        regressor: see parameter.
+        weight: see parameter.
+        equation: of each group, (groups,).
+    """
+
+    parameter: Indices
+    regressor: Indices
+    weight: Vector
+    equation: Indices
+
+
+def grouped(terms: ForceTerms) -> ForceGroups:
+    """Return the terms by equation."""
+    entries: list[int] = []
+    for equation in range(EQUATIONS):
+        mine = np.flatnonzero(terms.equation == equation).tolist()
+        entries += [*mine, *[-1] * (-len(mine) % GROUP)]
+    order = np.array(entries, dtype=np.int64)
+    return ForceGroups(
+        parameter=np.append(terms.parameter, 0)[order],
+        regressor=np.append(terms.regressor, 0)[order],
+        weight=np.append(terms.weight, 0.0)[order],
+        equation=terms.equation[order[::GROUP]],
+    )
+
+
 def first_terms(terms: ForceTerms, count: int) -> ForceTerms:
     """Those of the first `count` parameters."""
     mine = terms.parameter < count
@@ -47,6 +82,7 @@ class Model(NamedTuple):
         constants: see `equations.CONSTANTS`; the parameters are written into it before each step.
         inverse_mass: inverse of the mass matrix, (6, 6); computed anew if `added_mass`.
         terms: what the parameters scale.
+        groups: the same by equation.
         water: how many states the water has: STILL, CURRENT or EDDIES.
         first: place of the first parameter in the state.
         added_mass: whether a parameter is added mass.
@@ -55,9 +91,16 @@ class Model(NamedTuple):
     constants: Vector
     inverse_mass: Matrix
     terms: ForceTerms
+    groups: ForceGroups
     water: int
     first: int
     added_mass: bool
+
+
+def without_parameters(model: Model) -> Model:
+    """Return the same vehicle with its parameters as they were loaded last: nothing of it is uncertain."""
+    terms = first_terms(model.terms, 0)
+    return model._replace(terms=terms, groups=grouped(terms), added_mass=False)
 
 
 class Linearisation(NamedTuple):

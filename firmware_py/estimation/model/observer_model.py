@@ -11,7 +11,7 @@ import numpy as np
 from firmware_py.error_text import quoted, shortened
 from firmware_py.estimation.model.equations import AXES, BODY, COEFFICIENTS, CONSTANTS
 from firmware_py.estimation.model.jacobians import REGRESSORS, Array, mass
-from firmware_py.estimation.model.kernel_arguments import ForceTerms, Model, new_linearisation
+from firmware_py.estimation.model.kernel_arguments import ForceTerms, Model, grouped, new_linearisation
 from firmware_py.estimation.model.prediction import load_parameters, predict, rates, water_velocity
 from firmware_py.estimation.model.state import CURRENT, EQUATIONS, MOTIONS, MOVING, WATER, WATER_AXIS
 from firmware_py.estimation.model.transition import DRAG, Nine, invert
@@ -72,6 +72,7 @@ class ObserverModel:
             constants=values,
             inverse_mass=inverse_mass(values),
             terms=terms,
+            groups=grouped(terms),
             water=water,
             first=self.first,
             added_mass=any("dot" in name for name in self.names),

@@ -83,10 +83,12 @@ class Bank(ctypes.Structure):
     """The structure of this name in ekf_step.c."""
 
     _fields_ = (
-        *((name, ctypes.c_int64) for name in ("n", "width", "filters", "terms", "water", "first", "added_mass")),
+        *((name, ctypes.c_int64) for name in ("n", "width", "filters", "terms", "groups")),
+        *((name, ctypes.c_int64) for name in ("water", "first", "added_mass")),
         *((name, ctypes.c_double) for name in ("eddy_time", "likelihood_memory", "gate")),
         *((name, ctypes.c_void_p) for name in ("constants", "inverse_mass")),
         *((name, ctypes.c_void_p) for name in ("parameter", "regressor", "equation", "constant", "weight")),
+        *((f"group_{name}", ctypes.c_void_p) for name in ("parameter", "regressor", "weight", "equation")),
         *((name, ctypes.c_void_p) for name in ("regressors", "FP", "channels", "PHt", "K")),
         *((name, ctypes.c_void_p) for name in ("Q", "Q_eddy", "learns", "lower", "upper", "bias_state")),
         *((name, ctypes.c_void_p) for name in ("intensity", "x", "P", "log_likelihood", "weights", "rejected")),
@@ -103,13 +105,14 @@ class InC:
         model, tuning, scratch, settings = filters.model, filters.tuning, filters.scratch, filters.settings
         count, n, width = filters.P.shape
         arrays = (
-            *(model.constants, model.inverse_mass, *model.terms),
+            *(model.constants, model.inverse_mass, *model.terms, *model.groups),
             *(filters.step.regressors, scratch.FP, scratch.channels, *scratch.rows),
             *(tuning.Q, tuning.Q_eddy, tuning.learns, tuning.lower, tuning.upper, filters.bias_state),
             *(filters.intensity, filters.x, filters.P, filters.log_likelihood, filters.weights, ekf.rejected),
         )
         self._bank = Bank(
-            *(n, width, count, len(model.terms.weight), model.water, model.first, model.added_mass),
+            *(n, width, count, len(model.terms.weight), len(model.groups.equation)),
+            *(model.water, model.first, model.added_mass),
             *(settings.eddy_time, settings.likelihood_memory, settings.gate),
             *(array.ctypes.data for array in arrays),
         )

@@ -5,7 +5,7 @@
  */
 #include "ekf_step_model.h"
 
-enum { CHANNELS = 9, EQUATIONS = 6, BATCH = 3, EDDY_NORTH = MOVING + 2, PHI = 6, THETA = 7, PSI = 8 };
+enum { CHANNELS = 9, GROUP = 4, EQUATIONS = 6, BATCH = 3, EDDY_NORTH = MOVING + 2, PHI = 6, THETA = 7, PSI = 8 };
 
 static const double PI = 3.141592653589793, COS_STEEP = 0.1;
 
@@ -18,12 +18,16 @@ static void channel_covariance(const Bank *e, const double *restrict P, int64_t 
     for (int r = 0; r < CHANNELS; r++)
         for (int64_t j = 0; j < width; j++)
             channels[r * stride + j] = 0.0;
-    for (int64_t k = 0; k < e->terms; k++) {
-        const double force = e->weight[k] * e->regressors[e->regressor[k]];
-        const double *row = P + (e->first + e->parameter[k]) * stride;
-        double *channel = channels + e->equation[k] * stride;
+    for (int64_t g = 0; g < e->groups; g++) {
+        double force[GROUP];
+        const double *row[GROUP];
+        for (int64_t i = 0, k = GROUP * g; i < GROUP; i++, k++) {
+            force[i] = e->group_weight[k] * e->regressors[e->group_regressor[k]];
+            row[i] = P + (e->first + e->group_parameter[k]) * stride;
+        }
+        double *channel = channels + e->group_equation[g] * stride;
         for (int64_t j = 0; j < width; j++)
-            channel[j] += force * row[j];
+            channel[j] += force[0] * row[0][j] + force[1] * row[1][j] + force[2] * row[2][j] + force[3] * row[3][j];
     }
     for (int64_t d = 0; d < e->water; d++) {
         const double *row = P + (MOVING + d) * stride;

@@ -18,11 +18,14 @@ typedef double Row[WIDTH];
 
 /* A bank of filters: what bank.step takes, and the sizes of its arrays; bench/ekf.py has the same structure. */
 typedef struct {
-    int64_t n, width, filters, terms, water, first, added_mass;
+    int64_t n, width, filters, terms, groups, water, first, added_mass;
     double eddy_time, likelihood_memory, gate;
     double *constants, (*inverse_mass)[6];
     const int64_t *parameter, *regressor, *equation, *constant;
     const double *weight;
+    const int64_t *group_parameter, *group_regressor;
+    const double *group_weight;
+    const int64_t *group_equation;
     double *regressors, *FP, *channels, *PHt, *K;
     const double *Q, *Q_eddy, *learns, *lower, *upper;
     const int64_t *bias_state;
