@@ -33,18 +33,21 @@ class StateStoreError(Exception):
 def write_atomically(folder: Path, name: str, content: bytes) -> None:
     """Replace a file so that even after a power failure either the old or the new one is there, whole.
 
+    Of several processes that write into the folder one waits for the other.
+
     Raises:
         OSError: it cannot be written; the old one stays.
     """
     fresh = folder / f"{name}.new"
-    fresh.unlink(missing_ok=True)  # what a killed writer left, or a FIFO, which would wait for a reader
-    with fresh.open("xb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    fresh.replace(folder / name)
     entry = os.open(folder, os.O_RDONLY)
     try:
+        fcntl.flock(entry, fcntl.LOCK_EX)  # given up when the process ends, however it does
+        fresh.unlink(missing_ok=True)  # what a killed writer left, or a FIFO, which would wait for a reader
+        with fresh.open("xb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        fresh.replace(folder / name)
         os.fsync(entry)
     finally:
         os.close(entry)
