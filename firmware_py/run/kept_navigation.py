@@ -7,10 +7,8 @@ knows; so sigma grows with the time between the runs, and the more if the vehicl
 
 from __future__ import annotations
 
-import functools
 import json
 import math
-import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,6 +21,7 @@ from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.health import WeightState
 from firmware_py.records.order import Mode
+from firmware_py.run.moment import TIMES, Moment, moment, time_since
 from firmware_py.run.usage_error import UsageError
 from firmware_py.safety.start import NOT_ARMED, KeptMode
 from firmware_py.tick import NS_PER_S
@@ -33,20 +32,10 @@ _NOT_TOLD = (WeightState.UNREPORTED, WeightState.NOT_CONFIRMED)
 FILE, WEIGHT_FILE = "navigation.json", "weight_released.txt"
 BOUNDS = {"x": (-1e7, 1e7), "y": (-1e7, 1e7), "position_std": (1e-6, 1e7), "surface_pressure": (4e4, 1.2e5)}
 """Bounds of the saved values, m and Pa: wider than at the end of any run, and safe to start from."""
-_TIMES = {"utc_s": (0.0, 1e11), "uptime_s": (0.0, 1e11), "speed": (0.0, 100.0), "age_s": (0.0, 1e6)}
+_TIMES = {**TIMES, "speed": (0.0, 100.0), "age_s": (0.0, 1e6)}
 _MODE, _MODES = {"mode_ago_s": (0.0, 1e11)}, {mode.name.lower(): mode for mode in Mode}
 """Bounds of what says when it was saved, and how fast the vehicle was."""
 _BOOT = "boot"
-_CLOCK_SET = 1_704_067_200.0
-"""2024-01-01 in UTC; a clock that shows less was never set."""
-
-
-class Moment(NamedTuple):
-    """The time, as the computer's clocks tell it: UTC, s; which start of the computer this is; time since it, s."""
-
-    utc_s: float
-    boot: str
-    uptime_s: float
 
 
 class Resumed(NamedTuple):
@@ -54,19 +43,6 @@ class Resumed(NamedTuple):
 
     kept: dict[str, float]
     sentence: str
-
-
-def moment() -> Moment:
-    """Return the present moment."""
-    return Moment(time.time(), _boot(), time.clock_gettime(time.CLOCK_BOOTTIME))
-
-
-@functools.cache
-def _boot() -> str:
-    try:
-        return Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
-    except OSError:
-        return ""
 
 
 def load_navigation(folder: Path) -> dict[str, Any]:
@@ -114,7 +90,7 @@ def resume(found: Mapping[str, Any], params: StateParams, now: Moment) -> Resume
     if not found:
         return Resumed({}, "")
     kept = {name: found[name] for name in BOUNDS}
-    gap, was = _gap(found, params, now), found["position_std"]
+    gap, was = time_since(found, params.clock_kept, now), found["position_std"]
     if math.isnan(gap):
         there, when = params.unknown_std, "an unknown time ago"
     else:
@@ -129,18 +105,6 @@ def resume(found: Mapping[str, Any], params: StateParams, now: Moment) -> Resume
     if not ago <= params.armed_time:
         return Resumed(kept, f"{said}; it was armed then, in {mode}; too long ago for it to come up by itself")
     return Resumed({**kept, "mode": float(_MODES[mode]), "mode_ago": ago}, f"{said}; it was armed then, in {mode}")
-
-
-def _gap(found: Mapping[str, Any], params: StateParams, now: Moment) -> float:
-    """Return the time since, s; NaN if it is not known, as after a clock was set back."""
-    if _BOOT not in found:
-        return math.nan
-    gap: float = now.utc_s - found["utc_s"]
-    if gap < 0.0:
-        return math.nan
-    if now.boot and found[_BOOT] == now.boot:
-        return max(gap, float(now.uptime_s - found["uptime_s"]))
-    return gap if params.clock_kept and found["utc_s"] > _CLOCK_SET else math.nan
 
 
 def encode(kept: KeptNavigation, speed: float, age: float, now: Moment, mode: KeptMode = NOT_ARMED) -> bytes:
