@@ -16,6 +16,7 @@ from firmware_py.reconfiguration import ActiveConfiguration, PartsFactory
 from firmware_py.records.fence import fence_from_plain, rally_from_plain
 from firmware_py.records.mission_tables import mission_from_plain
 from firmware_py.records.order import Mode
+from firmware_py.records.passport import restored_of
 from firmware_py.safety.start import KeptMode
 
 
@@ -66,6 +67,10 @@ def build(configuration: Configuration) -> Autopilot:
         allocator = Allocator(vehicle(configuration))
     parts = factory.parts()
     kept = dict(configuration["kept"])
+    if passport := kept.pop("passport", None):
+        restored = restored_of(passport)
+        parts.estimator.restore(restored)
+        parts.adoption.begin(restored.model)
     mode = KeptMode(Mode(int(kept.pop("mode", Mode.DISARMED))), kept.pop("mode_ago", 0.0))
     parts.supervisor.resume(bool(kept.pop("weight_gone", 0.0)), mode)
     if kept:

@@ -12,12 +12,15 @@ from firmware_py.records.command import Applied, Demand, ModeState, Reference
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Event
-from firmware_py.records.order import Change, Order
+from firmware_py.records.order import Arming, Change, Order
+from firmware_py.records.passport import LearnedModel, Restored
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuator_watch import ActuatorWatch
 from firmware_py.safety.gate import Gate
 from firmware_py.safety.supervisor import Supervisor
 from firmware_py.tick import Tick
+
+_TO_ARM = (Arming.CHECK, Arming.ARM)
 
 
 class StateEstimator(Protocol):
@@ -35,6 +38,12 @@ class StateEstimator(Protocol):
 
     def resume(self, kept: Any) -> None:
         """Start from what an earlier run kept."""
+
+    def learned_model(self) -> LearnedModel | None:
+        """Return what is known of the vehicle, for a later run; None where nothing is learned."""
+
+    def restore(self, restored: Restored) -> None:
+        """Begin with what an earlier run learned of the vehicle."""
 
     def freeze(self) -> Any:
         """Return the whole memory."""
@@ -107,7 +116,7 @@ class Autopilot:
         estimator, actuator_watch, adoption, supervisor, guidance, control, gate = self.parts
         state = estimator.update(tick, frame, self.applied)
         actuators = actuator_watch.update(tick, frame, self.applied, state)
-        adopted = adoption.update(tick, frame, state, self.applied)
+        adopted = adoption.update(tick, frame, state, self.applied, order.arming in _TO_ARM)
         flown = guidance.finished, guidance.last
         mode = supervisor.update(tick, estimator.believed, state, actuators, order, *flown)  # may only make it safer
         reference = guidance.update(tick, mode, order, state, adopted.caution)

@@ -13,12 +13,14 @@ from typing import NamedTuple
 
 from firmware_py.control.axis_adoption import AdoptionParams, AxisAdoption, AxisMemory, AxisModel, Values, chosen
 from firmware_py.control.model_evidence import PERIOD, Motion
+from firmware_py.control.passport_watch import PassportMemory, PassportWatch
 from firmware_py.control.sliding_mode_params import S_LAST_DEPTH, S_LAST_HEADING
 from firmware_py.marine import clip
 from firmware_py.records.adoption import Adopted, Source
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Event, EventKind, event
+from firmware_py.records.passport import LearnedModel
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Rate, Tick
 from firmware_py.vehicle.linear_models import (
@@ -51,13 +53,15 @@ _EDDIES = 0.05
 class AdoptionMemory(NamedTuple):
     """What is remembered: of both axes, and the caution.
 
-    `sums` are of q and r over the ticks of a period, and how many ticks these are.
+    `sums` are of q and r over the ticks of a period, and how many ticks these are; `passport` is what was learned in an
+    earlier flight.
     """
 
     depth: AxisMemory
     heading: AxisMemory
     caution: float
     sums: tuple[float, float, int]
+    passport: PassportMemory
 
 
 class Adoption:
@@ -85,10 +89,19 @@ class Adoption:
         self._on = params.enabled and bool(names)
         self._caution = 1.0 if self._on else 0.0
         self._sums = 0.0, 0.0, 0
+        self._passport = PassportWatch(names)
         self._adopted = self._in_force()
         self.events = ()
 
-    def update(self, tick: Tick, frame: SensorFrame, state: StateEstimate, applied: Applied) -> Adopted:
+    def begin(self, earlier: LearnedModel) -> None:
+        """Begin with what an earlier flight of this vehicle learned, and the filter begins with; before any update."""
+        for axis in self._axes:
+            axis.begin(earlier.names)
+        self._passport.begin(earlier)
+
+    def update(
+        self, tick: Tick, frame: SensorFrame, state: StateEstimate, applied: Applied, asked: bool = False
+    ) -> Adopted:
         """Return what the laws are designed from; at 10 Hz anew.
 
         Args:
@@ -96,14 +109,16 @@ class Adoption:
             frame: what was heard, for the fins' angles.
             state: the state with what was learned.
             applied: what was commanded in the last tick.
+            asked: somebody wants to arm the vehicle, or to know whether that is possible.
         """
-        self.events = ()
+        self.events = self._passport.update(applied.armed, asked)
         if self._on:
             self._weigh(tick, frame, state, applied)
         if tick.every(Rate.HZ_10):
             learned = state.learned
             for axis, select in zip(self._axes, self._chosen, strict=True):
-                axis.update(select(learned.value), select(learned.std))
+                axis.update(select(learned.value), select(learned.std), select(learned.valid))
+            self._passport.heed(learned)
             self._caution = self._caution_now(self._turns(learned.std))
             before, self._adopted = self._adopted, self._in_force()
             self._tell(before)
@@ -112,13 +127,15 @@ class Adoption:
     def freeze(self) -> AdoptionMemory:
         """Return the whole memory."""
         depth, heading = self._axes
-        return AdoptionMemory(depth.freeze(), heading.freeze(), self._caution, self._sums)
+        passport = self._passport.freeze()
+        return AdoptionMemory(depth.freeze(), heading.freeze(), self._caution, self._sums, passport)
 
     def thaw(self, memory: AdoptionMemory) -> None:
         """Restore the memory that `freeze` returned."""
         for axis, remembered in zip(self._axes, memory[:2], strict=True):
             axis.thaw(remembered)
         self._caution, self._sums = memory.caution, memory.sums
+        self._passport.thaw(memory.passport)
         self._adopted = self._in_force()
 
     def _weigh(self, tick: Tick, frame: SensorFrame, state: StateEstimate, applied: Applied) -> None:

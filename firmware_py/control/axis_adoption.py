@@ -27,6 +27,8 @@ _STAYS = 1.2
 _CLEARED = 0.25
 """What the motion contradicts is refused until so little of the evidence against it is left."""
 _CANDIDATE, _IN_FORCE = 0, 1
+_AS_LEARNED = (Source.PASSPORT, Source.LEARNED)
+"""The filter's values are in force: those that it began with, or learned."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +100,7 @@ class AxisMemory(NamedTuple):
         held: for how long the values in force have held, s.
         evidence: of the candidate, and of what is in force, against vehicle.toml.
         delta: the fin angle of the last period, rad.
+        earlier: which coefficients are known from an earlier flight, and were not learned anew since.
     """
 
     values: Values
@@ -109,6 +112,7 @@ class AxisMemory(NamedTuple):
     held: float
     evidence: EvidenceMemory
     delta: float
+    earlier: tuple[bool, ...]
 
 
 class AxisAdoption:
@@ -121,9 +125,14 @@ class AxisAdoption:
         self._nominal_strength = self._strength(model.file)
         values, refusal = model.file, Refusal.UNCERTAIN if self._on else Refusal.OFF
         unsure, evidence = (False,) * len(values), no_evidence(2)
-        self._memory = AxisMemory(values, values, unsure, Source.FILE, refusal, (), 0.0, evidence, 0.0)
+        self._memory = AxisMemory(values, values, unsure, Source.FILE, refusal, (), 0.0, evidence, 0.0, unsure)
         self._evidence, self._delta = evidence, 0.0
         self._derive()
+
+    def begin(self, earlier: Sequence[str]) -> None:
+        """Begin with coefficients that an earlier flight learned: the filter knows them."""
+        known = tuple([self._on and name in earlier for name in self._model.names])
+        self._memory = self._memory._replace(earlier=known)
 
     @property
     def values(self) -> Values:
@@ -150,8 +159,11 @@ class AxisAdoption:
         """Weigh nothing: the models do not hold where the vehicle is."""
         self._evidence = pause(self._evidence)
 
-    def update(self, learned: Sequence[float], std: Sequence[float]) -> None:
-        """Move what is in force, 10 times a second, towards what was learned with 1 sigma `std`; NaN is not learned."""
+    def update(self, learned: Sequence[float], std: Sequence[float], valid: Sequence[bool]) -> None:
+        """Move what is in force, 10 times a second, towards what was learned with 1 sigma `std`; NaN is not learned.
+
+        What is known from an earlier flight counts as learned anew once it is `valid`.
+        """
         m, file = self._memory, self._model.file
         if not self._on:
             self._memory = m._replace(values=self._moved(file), source=Source.FILE, refusal=Refusal.OFF)
@@ -166,9 +178,11 @@ class AxisAdoption:
         refusal = self._refusal(candidate, sure, candidate != wanted)
         if refusal is Refusal.DESIGN:
             candidate = m.candidate
+        if True in m.earlier:
+            m = m._replace(earlier=tuple([was and not now for was, now in zip(m.earlier, valid, strict=True)]))
         m = m._replace(candidate=candidate, sure=sure, refusal=refusal)
         source, target = self._target(m)
-        holds = source is Source.LEARNED and self._evidence.evidence[_IN_FORCE] >= 0.0
+        holds = source in _AS_LEARNED and self._evidence.evidence[_IN_FORCE] >= 0.0
         self._memory = m = m._replace(
             source=source, values=self._moved(target), held=m.held + 1.0 / Rate.HZ_10 if holds else 0.0
         )
@@ -209,13 +223,13 @@ class AxisAdoption:
     def _target(self, m: AxisMemory) -> tuple[Source, Values]:
         """Return where the values in force come from now, and towards what they move."""
         if any(m.sure) and m.refusal not in (Refusal.DESIGN, Refusal.RESIDUALS):
-            return Source.LEARNED, m.candidate
+            return Source.PASSPORT if True in m.earlier else Source.LEARNED, m.candidate
         if m.refusal is Refusal.UNCERTAIN:  # the filter began anew, or has not learned anything yet
             return (Source.LAST_GOOD if m.source is Source.LEARNED else m.source), m.values
         if m.source in (Source.FILE, Source.NOMINAL):
             return m.source, self._model.file
         holds = self._evidence.evidence[_IN_FORCE] >= -self._params.evidence
-        if m.good and (holds or m.source is Source.LEARNED):
+        if m.good and (holds or m.source in _AS_LEARNED):
             return Source.LAST_GOOD, m.good[0]
         return Source.NOMINAL, self._model.file
 

@@ -19,7 +19,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from firmware_py.compiled import Flags
-from firmware_py.estimation.coefficient_params import CoefficientParams
+from firmware_py.estimation.coefficient_params import CoefficientParams, by_fins
 from firmware_py.estimation.coefficient_records import EkfMemory, Estimate, History
 from firmware_py.estimation.filter import bank
 from firmware_py.estimation.filter.bank_arrays import BankArrays
@@ -108,6 +108,14 @@ class CoefficientEkf:
         self._monitor.window[:], self._monitor.burst[:], self._since_reset = 0.0, 0.0, math.inf
         self.resume(nu, angles, std)
         self.iteration.begin(self.bank, 0.0)
+
+    def restore(self, names: tuple[str, ...], values: Array, covariance: Array) -> None:
+        """Begins with what an earlier flight learned, see `BankArrays.restore`; nothing of it counts as confirmed."""
+        self.start((0.0,) * 6, (0.0,) * 3, (1.0,) * MOVING)
+        near = self.bank.restore(names, values, covariance)
+        if near:  # slopes are about right: no start-up, and the first pass is the continuation's last stage
+            self.age[:], self._begun[:] = self.iteration.startup_over, True
+        self.iteration.begin(self.bank, self.age[0], near)
 
     def resume(self, nu: Floats, angles: Floats, std: Floats) -> None:
         """Begins anew in motion and in the eddies about it; current, biases and coefficients stay as they are known."""
@@ -289,8 +297,3 @@ class CoefficientEkf:
         self._since_reset, self.resets = memory.since_reset, memory.resets
         self.iteration.thaw(memory.iteration)
         self.iterated[:] = memory.iterated
-
-
-def by_fins(name: str) -> bool:
-    """Whether a coefficient's force is made by a fin."""
-    return any(fin in name for fin in ("ds", "dr", "db"))

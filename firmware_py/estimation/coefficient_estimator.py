@@ -16,12 +16,14 @@ from firmware_py.estimation.coefficient_records import EkfMemory
 from firmware_py.estimation.coefficient_validity import CoefficientValidity, ValidityMemory, ValidityParams
 from firmware_py.estimation.fixed_lag_buffer import FixedLagBuffer, FixedLagBufferMemory, FixedLagBufferParams, Span
 from firmware_py.estimation.identifiability import LearnedState, report, reported
+from firmware_py.estimation.inherited import learned_model, prior
 from firmware_py.estimation.model.state import CURRENT_EAST, CURRENT_NORTH, MOVING, STILL
 from firmware_py.estimation.value_bounds import ValueBounds, unbounded
 from firmware_py.params import TakesEffect, param, table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned, StateEstimate
 from firmware_py.records.event import Cause, Event
+from firmware_py.records.passport import LearnedModel, Restored
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Rate, Tick
 from firmware_py.vehicle.vehicle import Vehicle
@@ -137,6 +139,20 @@ class CoefficientEstimator:
         if tick.every(VALUES_RATE):
             self._last = self._learned_now(self._last, self._report() if tick.every(REPORT_RATE) else self._last.report)
         return self._last
+
+    def learned_model(self) -> LearnedModel:
+        """Return what is known of the vehicle, for a later flight."""
+        known = self.ekf.estimate()
+        return learned_model(self.ekf.bank, known.mean, known.covariance, self._last.valid)
+
+    def restore(self, restored: Restored) -> None:
+        """Begin with what an earlier flight learned; call before the first update.
+
+        Raises:
+            ParamError: see `inherited.prior`.
+        """
+        self.ekf.restore(*prior(restored, self.ekf.bank))
+        self._last = self._learned_now(None, self._report())
 
     def _begin(self, span: Span) -> None:
         """Begin with the motion of the last measurements; what was learned before stays."""

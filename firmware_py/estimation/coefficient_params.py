@@ -245,3 +245,8 @@ def relative_std(name: str, params: CoefficientParams) -> float:
     if name in GROUPS:
         return params.added_mass_std
     return params.drag_std if name in ("C_dy", "C_dz") else params.std
+
+
+def by_fins(name: str) -> bool:
+    """Whether a coefficient's force is made by a fin."""
+    return any(fin in name for fin in ("ds", "dr", "db"))

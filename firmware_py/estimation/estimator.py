@@ -23,6 +23,7 @@ from firmware_py.marine import Origin
 from firmware_py.params import table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.passport import LearnedModel, Restored
 from firmware_py.records.sensing import SensorFrame, silence
 from firmware_py.tick import Tick
 from firmware_py.vehicle.vehicle import Vehicle
@@ -125,6 +126,19 @@ class Estimator:
     def resume(self, kept: KeptNavigation) -> None:
         """Start from what an earlier run kept."""
         self._navigation.resume(kept)
+
+    def learned_model(self) -> LearnedModel | None:
+        """Return what is known of the vehicle, for a later flight; None where nothing is learned."""
+        return self._learning.learned_model() if self._learning is not None else None
+
+    def restore(self, restored: Restored) -> None:
+        """Begin with what an earlier flight learned; call before the first update.
+
+        Raises:
+            ParamError: see `inherited.prior`.
+        """
+        if self._learning is not None:
+            self._learning.restore(restored)
 
     def freeze(self) -> EstimatorMemory:
         """Return the whole memory."""

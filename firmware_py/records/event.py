@@ -65,6 +65,8 @@ class EventKind(enum.IntEnum):
     NODE_RESTARTED = 36  # names: the node
     PARAMETER_CHANGED = 37  # one that safety rests on; names: its key, the value before, the value from now on
     DESIGN_CHANGED = 38  # of a law; numbers: `Source` of its coefficients, `Refusal`; names: the law
+    MODEL_CHANGED = 39  # of what an earlier flight learned; numbers: 0 against vehicle.toml, 1 what this flight found
+    # against the earlier; share of the change, sigmas; names: what, and the coefficient that shows it best
 
 
 class Cause(enum.IntEnum):
@@ -220,6 +222,7 @@ _SEVERITIES: Mapping[EventKind, Severity] = {
     EventKind.NODE_RESTARTED: Severity.WARNING,
     EventKind.PARAMETER_CHANGED: Severity.NOTICE,
     EventKind.DESIGN_CHANGED: Severity.NOTICE,
+    EventKind.MODEL_CHANGED: Severity.NOTICE,
 }
 _BY_CAUSE: Mapping[tuple[EventKind, Cause], Severity] = {
     **{(EventKind.MODE_CHANGED, cause): Severity.INFO for cause in INTENDED_CAUSES},

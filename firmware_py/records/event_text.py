@@ -15,6 +15,7 @@ from firmware_py.records.fence import breach_text
 from firmware_py.records.health_text import actuator_fault_text, source_fault_text, stage_text
 from firmware_py.records.learning_text import report_text
 from firmware_py.records.order import NOBODY, Asker, Mode
+from firmware_py.records.passport import moved_text
 
 ModeName = Callable[[Mode], str]
 """What a mode is called."""
@@ -125,7 +126,10 @@ def texts(events: Iterable[Event]) -> list[str]:
     return [sentence.text for sentence in sentences(events)]
 
 
-_TOGETHER = (EventKind.ARMING_REFUSED, EventKind.ARMING_CHECK_FAILED, EventKind.LEARNING_REPORT)
+_TOGETHER = (
+    *(EventKind.ARMING_REFUSED, EventKind.ARMING_CHECK_FAILED),
+    *(EventKind.LEARNING_REPORT, EventKind.MODEL_CHANGED),
+)
 
 
 def _about(event: Event) -> tuple[object, ...]:
@@ -140,6 +144,9 @@ def _text(events: Sequence[Event], name: ModeName) -> str:
         return f"arming would be refused: {'; '.join(map(_obstacle, events))}"
     if first.kind is EventKind.LEARNING_REPORT:
         return f"{_manoeuvre(first)}: {report_text(events)}"
+    if first.kind is EventKind.MODEL_CHANGED:
+        what = "this flight against the earlier" if first.numbers[0] else "earlier flight against the vehicle file"
+        return f"{what}: {'; '.join(moved_text(event.names[0], *event.numbers[1:]) for event in events)}"
     return _ONE[first.kind](first, name)
 
 

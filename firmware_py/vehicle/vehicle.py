@@ -106,6 +106,7 @@ class Vehicle:
     """
 
     name: str = param(doc="Name of the vehicle, for logs and reports.")
+    serial: str = param("", doc="Serial number: what one vehicle learned of itself is not used by another.")
     hull: Hull
     body: Body
     propeller: Propeller

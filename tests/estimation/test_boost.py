@@ -6,7 +6,8 @@ import numpy as np
 from sternplane.sitl.busless_flight import SENSOR_STD, measure
 from sternplane.study.setups import Setup, fly_prbs, flying, run_filter, starts
 
-from firmware_py.estimation.coefficient_ekf import CoefficientEkf, by_fins
+from firmware_py.estimation.coefficient_ekf import CoefficientEkf
+from firmware_py.estimation.coefficient_params import by_fins
 from firmware_py.estimation.filter.consistency import BURST_PAUSE, COUNT, SUM, WAIT, add_burst, bursts
 
 from .cases import VEHICLE

@@ -27,6 +27,8 @@ from firmware_py.vehicle.vehicle import Vehicle
 FIN_DRIVEN = tuple(MOTIONS.index(name) for name in "vwqr")
 """The motion states that fins drive, as `VehicleScales.fin_noise` has them."""
 U, P_RATE = MOTIONS.index("u"), MOTIONS.index("p")
+NEAR = 0.5
+"""Of its sigma before anything is learned: what is known as well needs no start-up."""
 INTENSITY_MIN = 1e-6
 """Intensity of the eddies of a filter that assumes none, m/s: so that its covariance has an inverse too."""
 
@@ -38,6 +40,7 @@ class BankArrays:
         model: theirs; a step leaves in it how it was linearised.
         scales: of the vehicle, by which process noise is told.
         prior: 1 sigma of each state before anything is measured, (n,); 0 for those that a start is told of.
+        learned, learning: how many parameters are learned, and how many with the nuisances; they come first.
         width: of a row of states, padded to whole vectors.
         kernel: what the kernels take; the next six are views of it.
         tuning: process noise, learning and bounds, see `Tuning`.
@@ -68,6 +71,7 @@ class BankArrays:
             raise ParamError("turbulence needs current = true: eddies are added to a current")
         self.model = model = ObserverModel(vehicle, (*params.names, *nuisances, *considered), water, biases)
         n, first = model.size, model.first
+        self.learned, self.learning = len(params.names), len(params.names) + len(nuisances)
         scale = np.abs(np.array(model.believed))
         shares = np.array([relative_std(name, params) for name in model.names])
         for name, size in zip(model.names, scale, strict=True):
@@ -115,6 +119,24 @@ class BankArrays:
     def copy(self) -> tuple[Array, Array, Array]:
         """What `take` takes."""
         return self.x.copy(), self.P.copy(), self.log_likelihood.copy()
+
+    def restore(self, names: tuple[str, ...], values: Array, covariance: Array) -> bool:
+        """Gives every filter parameters that are known from elsewhere, without correlation with any other state.
+
+        Args:
+            names: theirs, (k,).
+            values: (k,).
+            covariance: (k, k), positive definite.
+
+        Returns:
+            Whether all that is learned is known to NEAR of its prior sigma.
+        """
+        places = [self.model.place(name) for name in names]
+        self.x[:, places] = values
+        self.P[:, places, :], self.P[:, :, places] = 0.0, 0.0
+        self.P[np.ix_(range(len(self.P)), places, places)] = covariance
+        learned = np.arange(self.model.first, self.model.first + self.learned)
+        return bool((np.sqrt(self.P[0, learned, learned]) <= NEAR * self.prior[learned]).all())
 
     def reset_motion(self, motion: Array, variance: Array) -> None:
         """See `bank.reset_motion`."""

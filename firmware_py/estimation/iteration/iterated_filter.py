@@ -62,7 +62,7 @@ class IteratedFilter:
         """Makes room; `filters` are its own, like those that it iterates."""
         self._bank, self._start = filters, filters.copy()
         self._times, self._delay = params.iteration_times, params.learning_delay
-        self._startup_over = params.learning_delay + STARTUP_TIMES * params.startup_time
+        self.startup_over = params.learning_delay + STARTUP_TIMES * params.startup_time
         longest = max(params.iteration_times, default=0.0) * ROWS_PER_STEP / (ROWS_PER_STEP - 1)
         self.history = new_history(math.ceil(longest * RATE_MAX))
         self._none = new_history(0)
@@ -87,15 +87,18 @@ class IteratedFilter:
 
     def settled(self, age: float) -> bool:
         """Whether a bank of that age (s) has been iterated, or never will be."""
-        return not self.running or age >= self._startup_over
+        return not self.running or age >= self.startup_over
 
-    def begin(self, bank: BankArrays, age: float) -> None:
-        """The history begins here; `age` (s) of the bank is that of `start_up.schedule`."""
+    def begin(self, bank: BankArrays, age: float, near: bool = False) -> None:
+        """The history begins here; `age` (s) of the bank is that of `start_up.schedule`.
+
+        `near` says that the coefficients are about right already, so that the first pass needs no continuation.
+        """
         self.running = len(self.history.h) > 0
         if self.running:
             self._start = bank.copy()
         self.used, self._span, self._turn, self._row = 0, 0.0, 0, -1
-        self._age, self._learned, self._accepted_last, self._evidence.lost = age, False, False, 0.0
+        self._age, self._learned, self._accepted_last, self._evidence.lost = age, False, near, 0.0
 
     def begin_again(self, bank: BankArrays, age: float, believed: Array) -> None:
         """As `begin`, but the parameters are as `believed`, (parameters,), and as uncertain, as in the very beginning.
@@ -208,7 +211,7 @@ class IteratedFilter:
         if self._accepted_last:
             bank.take(own.x, own.P, own.log_likelihood)
             self._evidence.lost = 0.0
-            age[0] = max(age[0], self._startup_over)
+            age[0] = max(age[0], self.startup_over)
             self.accepted += 1
         else:
             self.rejected += 1

@@ -107,8 +107,18 @@ def sample(kind: EventKind, cause: Cause = Cause.LEAK, numbers: tuple[float, ...
     return Event(kind, Severity.WARNING, Mode.HOLD, Mode.SURFACE, cause, STATION, ManoeuvreKind.PRBS, numbers, ("why",))
 
 
+def test_all_that_changed_of_a_vehicle_is_one_sentence() -> None:
+    kind = EventKind.MODEL_CHANGED
+    moved = [event(kind, numbers=(1.0, -0.22, 6.2), names=("rudder", "N_dr"))]
+    moved += [event(kind, numbers=(1.0, 0.117, 4.0), names=("yaw damping", "N_r"))]
+    assert texts(moved) == ["this flight against the earlier: rudder -22 %, 6 sigma; yaw damping +12 %, 4 sigma"]
+
+
 @pytest.mark.parametrize(
-    "kind", sorted(set(EventKind) - {EventKind.LEARNING_REPORT, EventKind.DESIGN_CHANGED} - set(OF_HEALTH))
+    "kind",
+    sorted(
+        set(EventKind) - {EventKind.LEARNING_REPORT, EventKind.DESIGN_CHANGED, EventKind.MODEL_CHANGED} - set(OF_HEALTH)
+    ),
 )
 def test_every_kind_has_a_sentence(kind: EventKind) -> None:
     numbers = (4.0,) if kind is EventKind.MANOEUVRE_GIVEN_UP else None

@@ -19,7 +19,9 @@ from firmware_py.marine import Eta, Nu
 from firmware_py.records.adoption import Adopted, Refusal, Source
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import NOTHING_LEARNED, Learned, StateEstimate
+from firmware_py.records.event import EventKind
 from firmware_py.records.event_text import texts
+from firmware_py.records.passport import LearnedModel
 from firmware_py.records.sensing import Heard, silence
 from firmware_py.tick import Tick
 from firmware_py.vehicle.linear_models import DivingCoefficients, SteeringCoefficients, diving_model, steering_model
@@ -67,6 +69,14 @@ class AdoptingVehicle:
             self.k += 1
         assert self.adopted is not None
         return self.adopted
+
+
+def earlier(**factors: float) -> LearnedModel:
+    """Return what an earlier flight learned: factors of the file."""
+    value = tuple(FILE[name] * factors.get(name, 1.0) for name in TEN)
+    variances = [(SURE * FILE[name]) ** 2 for name in TEN]
+    rows = tuple((0.0,) * i + (variance,) for i, variance in enumerate(variances))
+    return LearnedModel(TEN, tuple(FILE[name] for name in TEN), value, (True,) * 10, rows)
 
 
 def learned(std: float | dict[str, float] = SURE, **factors: float) -> Learned:
@@ -209,6 +219,57 @@ def test_where_nothing_is_learned_the_file_holds_and_no_caution_is_needed() -> N
     adopted = vehicle.fly(1.0, NOTHING_LEARNED)
     assert values(adopted) == {name: FILE[name] for name in (*DEPTH, *HEADING)}
     assert (adopted.depth.refusal, adopted.caution) == (Refusal.OFF, 0.0)
+
+
+def test_what_an_earlier_flight_learned_is_in_force_at_once_and_called_so_until_it_is_learned_anew() -> None:
+    vehicle = AdoptingVehicle(true(M_ds=1.5, N_dr=0.6))
+    vehicle.adoption.begin(earlier(M_ds=1.5, N_dr=0.6))
+    what = replace(learned(0.12, M_ds=1.5, N_dr=0.6), valid=(False,) * 10)
+    adopted = vehicle.fly(3.0, what)
+    assert adopted.depth.source is adopted.heading.source is Source.PASSPORT
+    assert values(adopted)["M_ds"] == pytest.approx(1.5 * FILE["M_ds"])
+    assert adopted.caution == 0.0
+    pitch = tuple(name in DEPTH for name in TEN)
+    adopted = vehicle.fly(0.2, replace(what, valid=pitch))
+    assert (adopted.depth.source, adopted.heading.source) == (Source.LEARNED, Source.PASSPORT)
+    adopted = vehicle.fly(0.2, replace(what, valid=tuple(not one for one in pitch)))
+    assert (adopted.depth.source, adopted.heading.source) == (Source.LEARNED, Source.LEARNED)
+
+
+def test_what_an_earlier_flight_learned_is_refused_if_the_vehicle_moves_otherwise() -> None:
+    vehicle = AdoptingVehicle()
+    vehicle.adoption.begin(earlier(M_ds=3.0))
+    what = replace(learned(0.12, M_ds=3.0), valid=(False,) * 10)
+    adopted = vehicle.fly(20.0, what)
+    assert (adopted.depth.source, adopted.depth.refusal) == (Source.NOMINAL, Refusal.RESIDUALS)
+    assert values(adopted)["M_ds"] == pytest.approx(FILE["M_ds"])
+    assert adopted.caution == 1.0
+
+
+def told(adoption: Adoption, ticks: int, what: Learned, armed: bool, asked: bool = False) -> list[str]:
+    """Return what is told of changes over ticks."""
+    state = StateEstimate(Eta(*[0.0] * 6), Nu(*[0.0] * 6), 0.0, 0.0, 0.0, 30.0, True, True, True, False, learned=what)
+    events: list[Any] = []
+    for k in range(ticks):
+        applied = Applied((0.0,) * 4, 0.0, armed, False)
+        adoption.update(Tick(k, DT_NS), silence(4), state, applied, asked)
+        events += [event for event in adoption.events if event.kind is EventKind.MODEL_CHANGED]
+    return texts(events)
+
+
+def test_what_changed_is_told_to_who_wants_to_arm_and_after_the_flight() -> None:
+    adoption = Adoption(AdoptionParams(), POLES, TEN, VEHICLE)
+    adoption.begin(earlier(N_dr=0.78, Y_dr=1.04, M_q=1.5))
+    before = "earlier flight against the vehicle file: pitch damping +50 %, 25 sigma; rudder -22 %, 11 sigma"
+    assert told(adoption, 11, replace(learned(), valid=(False,) * 10), armed=False) == []
+    assert told(adoption, 1, learned(), armed=False, asked=True) == [before]
+    assert told(adoption, 11, learned(N_dr=0.5, Y_dr=1.04, M_q=1.5), armed=True, asked=True) == []
+    fresh = Adoption(AdoptionParams(), POLES, TEN, VEHICLE)
+    fresh.thaw(adoption.freeze())
+    after = ["this flight against the earlier: rudder -36 %, 10 sigma"]
+    nothing = replace(learned(M_ds=9.0), valid=(False,) * 10)
+    assert told(fresh, 1, nothing, armed=False) == after == told(adoption, 1, nothing, armed=False)
+    assert told(adoption, 11, nothing, armed=False) == []
 
 
 def test_it_goes_on_from_what_it_remembers() -> None:
