@@ -59,6 +59,23 @@ class StateParams:
         high=1e6,
         doc="A vehicle that was armed so long ago at most, by a known time, may come up by itself.",
     )
+    passport_interval: float = param(
+        30.0,
+        unit="s",
+        low=1.0,
+        high=3600.0,
+        doc="How often what is learned is saved in flight; what it was so long before damage is found is good.",
+    )
+    passport_std: float = param(
+        15.0,
+        unit="%",
+        low=0.0,
+        high=1000.0,
+        doc="How much less certain it is in the next run, of its 1 sigma before any flight: trim, fins mounted anew.",
+    )
+    passport_year_std: float = param(
+        50.0, unit="%", low=0.0, high=1000.0, doc="The same for a year between, growing with the square root of time."
+    )
     clock_kept: bool = param(True, doc="Whether the computer's clock goes on without power.")
 
 

@@ -22,6 +22,7 @@ from firmware_py.run.command_line import BAD
 from firmware_py.run.flight_recorder import FlightRecorder, say
 from firmware_py.run.ground_links import open_ground
 from firmware_py.run.interrupt import interruptible
+from firmware_py.run.kept_passport import PassportChoice, PassportKeeper
 from firmware_py.run.kept_plans import with_kept_plans
 from firmware_py.run.resumed_state import resume_state
 from firmware_py.run.run_folders import LOG_FILE, flight_folder, point_latest
@@ -59,7 +60,8 @@ def fly(options: argparse.Namespace) -> FlightResult:
     over = over_hil.OVER_HIL if address else None
     config_files.read_configuration(options.config, over)  # what is wrong there is said before all else
     io = load(IoParams, read_toml(io_file), str(io_file))
-    resumed, notes = resume_state(options.config, over, options.state, io.state)
+    choice = PassportChoice(options.passport, options.no_passport)
+    resumed, notes = resume_state(options.config, over, options.state, io.state, choice)
     configuration = with_kept_plans(
         {
             **config_files.read_configuration(options.config, over, options.state),
@@ -92,9 +94,20 @@ def fly(options: argparse.Namespace) -> FlightResult:
             io.state.interval,
             lambda t: autopilot.parts.supervisor.keep(t),
         )
+        passports = PassportKeeper(
+            ground.save,
+            lambda: autopilot.parts.estimator.learned_model(),
+            configuration,
+            io.state.passport_interval,
+        )
+
+        def keep(cycle: Cycle) -> None:
+            keeper.update(cycle)
+            passports.update(cycle)
+
         losses = stations.losses
         losses.tell = _to_all(say, ground.say)
-        recorder = FlightRecorder(log, keeper.update, losses)
+        recorder = FlightRecorder(log, keep, losses)
         for note in notes:
             say(f"sternplane: {note}")
             ground.say(note)
@@ -124,14 +137,20 @@ def fly(options: argparse.Namespace) -> FlightResult:
             elif recorder.last is not None:
                 t = recorder.last.tick.t
                 say(f"sternplane: {log.path} is not complete; the flight went on without it to {t:.1f} s: {reason}")
-    kept = _leave(log.path, options.state, autopilot.parts.estimator.keep(), keeper)
+    kept = _leave(log.path, options.state, autopilot.parts.estimator.keep(), keeper, passports)
     point_latest(folder)
     status = _LOST if lost else _AGAIN if ground.node.end_request == "reboot" else 0 if kept else BAD
     return FlightResult(status, folder, recorder.cycles)
 
 
-def _leave(log: Path, state: Path | None, navigation: KeptNavigation, keeper: kept_navigation.NavigationKeeper) -> bool:
-    """Save navigation and mode, and print the run's folder; return False, and print why, if data is lost."""
+def _leave(
+    log: Path,
+    state: Path | None,
+    navigation: KeptNavigation,
+    keeper: kept_navigation.NavigationKeeper,
+    passports: PassportKeeper,
+) -> bool:
+    """Save navigation, mode and passport, and print the run's folder; return False, and print why, if data is lost."""
     there = log.exists()
     if there:
         say(f"  {log.parent}")
@@ -141,6 +160,7 @@ def _leave(log: Path, state: Path | None, navigation: KeptNavigation, keeper: ke
         return False
     try:
         kept_navigation.save(state or log.parent / "state", navigation, keeper.speed, keeper.mode)
+        passports.leave(state or log.parent / "state")
     except UsageError as error:
         say(f"sternplane: {error}")
         return False

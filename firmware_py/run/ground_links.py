@@ -16,7 +16,7 @@ from firmware_py.mavlink.base import signing
 from firmware_py.mavlink.node import STATE_FILES, SharedState
 from firmware_py.ports import Ground
 from firmware_py.reconfiguration import node_settings
-from firmware_py.run import kept_navigation, kept_plans
+from firmware_py.run import kept_navigation, kept_passport, kept_plans
 from firmware_py.run.usage_error import UsageError
 
 
@@ -47,7 +47,13 @@ class Stations(NamedTuple):
 
 
 def _refuse_earlier_state(folder: Path) -> None:
-    for name in (*STATE_FILES, signing.STATE_FILE, kept_navigation.FILE, kept_navigation.WEIGHT_FILE):
+    for name in (
+        *STATE_FILES,
+        signing.STATE_FILE,
+        kept_navigation.FILE,
+        kept_navigation.WEIGHT_FILE,
+        kept_passport.FILE,
+    ):
         if os.path.lexists(folder / name):
             raise UsageError(
                 f"{folder / name} is of an earlier run; use it with --state {folder}, or choose another --out"

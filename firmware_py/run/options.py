@@ -32,6 +32,7 @@ def add_fly(parser: argparse.ArgumentParser) -> None:
         help="folder of the log; DIR/<stamp> if DIR holds a log already [runs/<stamp>]",
     )
     parser.add_argument("--state", type=Path, metavar="DIR", help="folder of the state that is kept between runs")
+    add_passport(parser)
     add_ground(parser)
 
 
@@ -53,6 +54,17 @@ def add_link(parser: argparse.ArgumentParser) -> None:
         default="can",
         metavar="LINK",
         help="can, or mavlink-hil[:HOST:PORT]: PX4's simulator interface over TCP [can; 127.0.0.1:4560]",
+    )
+
+
+def add_passport(parser: argparse.ArgumentParser) -> None:
+    """Add the choice of the passport: what an earlier run learned of the vehicle."""
+    choice = parser.add_mutually_exclusive_group()
+    choice.add_argument(
+        "--passport", type=Path, metavar="FILE", help="begin with what this one says [that of the --state folder]"
+    )
+    choice.add_argument(
+        "--no-passport", action="store_true", help="begin with the vehicle file, whatever was learned before"
     )
 
 

@@ -14,7 +14,9 @@ from firmware_py.marine import depth_of_pressure
 from firmware_py.mavlink.parameters import store
 from firmware_py.mavlink.plans import plan_builder
 from firmware_py.params import ParamError
-from firmware_py.run import kept_navigation, kept_plans
+from firmware_py.run import kept_navigation, kept_passport, kept_plans
+from firmware_py.run.kept_passport import FROM_STATE, PassportChoice
+from firmware_py.run.moment import moment
 from firmware_py.run.usage_error import UsageError
 
 _UNUSABLE = (ParamError, UsageError, OSError, ValueError, RecursionError)
@@ -25,23 +27,41 @@ _LONGEST = 300
 
 
 def resume_state(
-    folder: Path, over: Mapping[str, Any] | None, state: Path | None, params: StateParams
-) -> tuple[dict[str, float], list[str]]:
-    """Set aside what cannot be used; return navigation and drop weight to start from, and sentences for people.
+    folder: Path,
+    over: Mapping[str, Any] | None,
+    state: Path | None,
+    params: StateParams,
+    choice: PassportChoice = FROM_STATE,
+) -> tuple[dict[str, Any], list[str]]:
+    """Set aside what cannot be used; return what to start from as a configuration has it, and sentences for people.
 
     Args:
         folder: the configuration.
         over: laid upon autopilot.toml, as for `config_files.read_configuration`.
         state: the state folder, if there is one.
         params: how sigma grows between runs.
+        choice: of the passport to start with.
 
     Raises:
-        ParamError, UsageError: as `set_aside_unusable`.
+        ParamError, UsageError: as `set_aside_unusable`; or the file of `choice` cannot be used.
     """
-    if state is None:
-        return {}, []
+    kept, notes = _navigation(folder, over, state, params) if state is not None else ({}, [])
+    path = choice.file or (state / kept_passport.FILE if state is not None else None)
+    if choice.refused or path is None or (choice.file is None and not path.exists()):
+        return kept, notes
+    configuration = config_files.read_configuration(folder, over, state)
+    try:
+        begins, said = kept_passport.resume_passport(path, configuration, params, moment())
+    except OSError as error:
+        raise UsageError(f"--passport {path}: cannot be read ({error.strerror})") from None
+    return {**kept, **({"passport": begins} if begins else {})}, [*notes, said]
+
+
+def _navigation(
+    folder: Path, over: Mapping[str, Any] | None, state: Path, params: StateParams
+) -> tuple[dict[str, Any], list[str]]:
     notes = set_aside_unusable(folder, over, state)
-    kept, sentence = kept_navigation.resume(kept_navigation.load_navigation(state), params, kept_navigation.moment())
+    kept, sentence = kept_navigation.resume(kept_navigation.load_navigation(state), params, moment())
     notes += [sentence] if sentence else []
     if kept:
         params_now = config_files.autopilot_params(config_files.read_configuration(folder, over, state))
@@ -95,6 +115,10 @@ def set_aside_unusable(folder: Path, over: Mapping[str, Any] | None, state: Path
     def changed() -> None:
         app.parts_factory({**plain, **config_files.read_configuration(folder, over, state)}).parts()
 
+    def passport() -> None:
+        configuration = config_files.read_configuration(folder, over, state)
+        kept_passport.resume_passport(state / kept_passport.FILE, configuration, StateParams(), moment())
+
     checks: dict[str, Callable[[], object]] = {
         kept_navigation.FILE: lambda: kept_navigation.load_navigation(state),
         store.FILE: changed,
@@ -102,6 +126,7 @@ def set_aside_unusable(folder: Path, over: Mapping[str, Any] | None, state: Path
             name: lambda kind=kind: kept_plans.read_kept(plain, state, kind)  # type: ignore[misc]
             for kind, name in plan_builder.FILES.items()
         },
+        kept_passport.FILE: passport,
     }
     sentences = []
     for name, check in checks.items():

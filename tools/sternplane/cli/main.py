@@ -64,6 +64,7 @@ def parser() -> argparse.ArgumentParser:
     sitl.add_argument(
         "--state", type=Path, metavar="DIR", help="what the vehicle keeps between runs [empty, in the run's folder]"
     )
+    vehicle.add_passport(sitl)
     vehicle.add_ground(sitl)
     _add_fault(sitl)
     sitl.set_defaults(run=_lazily("sternplane.sitl.command"))
@@ -131,6 +132,17 @@ def parser() -> argparse.ArgumentParser:
     export.add_argument("--format", choices=("bin", "csv"), default="bin", help="what it becomes [bin]")
     export.add_argument("--out", type=Path, metavar="FILE", help="where to leave it [beside the log]")
     export.set_defaults(run=_lazily("sternplane.logs.export.command"))
+
+    passport = commands.add_parser(
+        "passport",
+        help="what a vehicle has learned of itself, as it keeps it between runs",
+        description="Prints a passport: coefficients with their 1 sigma, beside the vehicle file of then, and what is "
+        "far from it. With --config also whether that vehicle would begin with it.",
+        epilog="Exit status 0; 1 if the vehicle of --config would not begin with it; 2 for bad input.",
+    )
+    passport.add_argument("file", type=Path, metavar="FILE", help="a passport.json, or a state folder")
+    passport.add_argument("--config", type=Path, metavar="DIR", help="vehicle and autopilot that are to begin with it")
+    passport.set_defaults(run=_lazily("sternplane.cli.passport", kernels=()))
 
     identify = commands.add_parser(
         "identify",

@@ -15,6 +15,7 @@ from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.records.cycle import Cycle
 from firmware_py.run import kept_navigation
 from firmware_py.run.ground_links import open_ground
+from firmware_py.run.kept_passport import PassportChoice, PassportKeeper
 from firmware_py.run.run_folders import LOG_FILE, flight_folder, point_latest
 from firmware_py.run.usage_error import UsageError
 from sternplane.cli import extras
@@ -47,6 +48,7 @@ def command(options: argparse.Namespace) -> int:
         faults,
         options.link,
         options.state,
+        PassportChoice(options.passport, options.no_passport),
     )
     flight = prepare_to_resume(request)
     for note in (*flight.notes, *(f"{doubt}; the flight goes on" for doubt in flight.doubts)):
@@ -73,11 +75,18 @@ def command(options: argparse.Namespace) -> int:
             flight.io.state.interval,
             lambda t: flight.autopilot.parts.supervisor.keep(t),
         )
+        passports = PassportKeeper(
+            stations.ground.save,
+            lambda: flight.autopilot.parts.estimator.learned_model(),
+            flight.configuration,
+            flight.io.state.passport_interval,
+        )
         with Progress(scenario.duration, len(scenario.mission.waypoints), Console(stderr=True)) as progress:
 
             def watch(cycle: Cycle) -> None:
                 progress.update(cycle)
                 keeper.update(cycle)
+                passports.update(cycle)
 
             if bus.startswith("virtual") and not address:
                 outcome = fly(flight, log, watch, stations.merged_with, stations.losses)
@@ -85,6 +94,7 @@ def command(options: argparse.Namespace) -> int:
                 outcome = fly_two_processes(flight, folder, watch, stations.merged_with, stations.losses)
     navigation = flight.autopilot.parts.estimator.keep()
     kept_navigation.save(options.state or folder / "state", navigation, keeper.speed, keeper.mode)
+    passports.leave(options.state or folder / "state")
     point_latest(folder)
     console = Console()
     console.print(summary_table(_leave(log, folder)))

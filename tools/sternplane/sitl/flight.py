@@ -30,6 +30,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.mission_tables import mission_to_plain
 from firmware_py.run import over_hil, provenance
 from firmware_py.run.interrupt import interruptible
+from firmware_py.run.kept_passport import FROM_STATE, PassportChoice
 from firmware_py.run.kept_plans import with_kept_plans
 from firmware_py.tick import step_ns
 from sim_bridge.bridge import PlantSchedule
@@ -69,6 +70,8 @@ class FlightRequest:
     """As `hil_link.parse_hil_link` reads it: the bus, or a PX4-compatible simulator's interface in its place."""
     state: Path | None = None
     """What the vehicle kept of an earlier run; None is nothing."""
+    passport: PassportChoice = FROM_STATE
+    """What it learned there, and begins with."""
 
 
 class Outcome(NamedTuple):
@@ -142,7 +145,7 @@ def read_io(request: FlightRequest) -> IoParams:
     return io
 
 
-def prepare(request: FlightRequest, kept: Mapping[str, float]) -> Flight:
+def prepare(request: FlightRequest, kept: Mapping[str, Any]) -> Flight:
     """Read and check all that a flight needs; write nothing.
 
     Args:

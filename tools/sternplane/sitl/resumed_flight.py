@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+from firmware_py.run.kept_passport import FROM_STATE
 from firmware_py.run.resumed_state import resume_state
 from sim_bridge.scenarios import load_scenario
 from sternplane.sitl.flight import SCENARIOS, Flight, FlightRequest, laid_over, prepare, read_io
@@ -15,8 +16,8 @@ def prepare_to_resume(request: FlightRequest) -> Flight:
     Raises:
         ParamError, UsageError: in one line, which file is wrong, and what would be right.
     """
-    if request.state is None:
+    if request.state is None and request.passport == FROM_STATE:
         return prepare(request, {})
-    scenario = load_scenario(request.scenario, SCENARIOS)
-    kept, notes = resume_state(request.config, laid_over(request, scenario), request.state, read_io(request).state)
+    over, io = laid_over(request, load_scenario(request.scenario, SCENARIOS)), read_io(request)
+    kept, notes = resume_state(request.config, over, request.state, io.state, request.passport)
     return dataclasses.replace(prepare(request, kept), notes=tuple(notes))

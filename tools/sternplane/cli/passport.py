@@ -1,0 +1,48 @@
+"""`sternplane passport`: what a vehicle has learned of itself, for people."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from firmware_py import config_files
+from firmware_py.adapters.io_params import StateParams
+from firmware_py.params import ParamError
+from firmware_py.records.passport import model_of
+from firmware_py.run.kept_passport import FILE, against_file, load_passport, resume_passport
+from firmware_py.run.moment import moment
+from firmware_py.run.usage_error import UsageError
+
+
+def command(options: argparse.Namespace) -> int:
+    """Print the passport; return 1 if the vehicle of --config would not begin with it."""
+    path = options.file / FILE if options.file.is_dir() else options.file
+    try:
+        for line in lines(load_passport(path)):
+            print(line)
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read ({error.strerror})") from None
+    if options.config is None:
+        return 0
+    configuration = config_files.read_configuration(options.config)
+    try:
+        used, said = resume_passport(path, configuration, StateParams(), moment())
+    except ParamError as error:
+        print(f"{options.config} does not begin with it: {error}")
+        return 1
+    print(f"{options.config} {'begins with it' if used else 'does not begin with it'}: {said}")
+    return 0 if used else 1
+
+
+def lines(found: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the lines of a passport."""
+    model, vehicle = model_of(found), found["vehicle"]
+    serial = f", serial number {vehicle['serial']}" if vehicle.get("serial") else ""
+    yield f"{vehicle['name']}{serial}, {vehicle['length_m']:g} m, {len(vehicle['fins'])} fins; kept {found['date']}"
+    yield f"{'':10}{'vehicle file':>14}{'learned':>14}{'change':>9}{'1 sigma':>9}"
+    for name, file, value, std, valid in zip(*model[:3], model.std, model.valid, strict=True):
+        share, sigma = (100.0 * (value / file - 1.0), 100.0 * std / abs(file)) if file else (0.0, 0.0)
+        word = "" if valid else "  not confirmed"
+        yield f"{name:10}{file:14.6g}{value:14.6g}{share:+8.1f}%{sigma:8.2f}%{word}"
+    yield f"changed against the vehicle file: {against_file(model) or 'nothing by more than 3 sigma and 5 %'}"
