@@ -12,6 +12,7 @@ import numpy as np
 from sternplane.logs.tracking import Array
 from sternplane.study.adaptation.courses import demonstration, track
 from sternplane.study.adaptation.flight import Course, Design, flown
+from sternplane.study.adaptation.second_dive import SECOND_DIVE
 from sternplane.study.rows import Case, Results, Row, RunArrays
 
 _EARLY = 5.0
@@ -101,4 +102,5 @@ CASES: tuple[Case, ...] = (
     _case(track, 0.7, Targets((1.05, 1.15), (1.3, 2.0), 1.0, 23.5), 40, 2),
     _case(demonstration, 0.5, Targets((1.05, 1.15), (1.1, 1.3)), 40, 1),
     _case(demonstration, 0.7, Targets((1.05, 1.15), (1.3, 2.0), 1.0, 23.5), 40, 1),
+    SECOND_DIVE,
 )
