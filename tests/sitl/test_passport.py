@@ -108,6 +108,12 @@ def test_it_leaves_one_that_nobody_reads_unless_told_to(place: Path) -> None:
     assert not (place / "plain" / "state" / FILE).exists()
 
 
+def test_its_report_says_what_it_began_with(place: Path) -> None:
+    page = (place / "dive" / "report.html").read_text(encoding="utf-8")
+    assert "2.0 h ago: 10 coefficients known; against the vehicle file: rudder -10 %" in page
+    assert '"name":"passport"' in page
+
+
 def test_people_can_read_it(place: Path) -> None:
     result = called("passport", "given.json", "--config", str(configs() / "npsauv2"), cwd=place)
     assert result.returncode == 0

@@ -26,7 +26,10 @@ _BESIDE = ("nis", "current", "current_std", "turbulence", "rejected", "dropped",
 
 @dataclass(frozen=True)
 class Coefficient:
-    """One coefficient: arrays over the cycles, NaN and False before the filter began; `truth` NaN where unknown."""
+    """One coefficient: arrays over the cycles, NaN and False before the filter began; `truth` NaN where unknown.
+
+    `earlier` is what the filter began with of an earlier flight, NaN if it began with what was believed.
+    """
 
     name: str
     value: Array
@@ -35,6 +38,7 @@ class Coefficient:
     excited: Array
     believed: float
     truth: float
+    earlier: float = float("nan")
 
     @property
     def error_sigmas(self) -> Array:
@@ -59,10 +63,11 @@ def coefficients(header: Mapping[str, Any], c: Columns, begun: bool = False) -> 
     value, std = (np.where(running[:, None], c[f"{_HERE}.{name}"], np.nan) for name in ("value", "std"))
     valid, excited = (c[f"{_HERE}.{name}"] & running[:, None] for name in ("valid", "excited"))
     known = believed(header)
-    true, nan = truth(header, known), float("nan")
+    true, earlier, nan = truth(header, known), _earlier(header), float("nan")
     return [
         Coefficient(
-            *(name, value[:, i], std[:, i], valid[:, i], excited[:, i]), known.get(name, nan), true.get(name, nan)
+            *(name, value[:, i], std[:, i], valid[:, i], excited[:, i]),
+            *(known.get(name, nan), true.get(name, nan), earlier.get(name, nan)),
         )
         for i, name in enumerate(_names(header, value.shape[1]))
     ]
@@ -170,6 +175,12 @@ def _params(cls: type[Any], header: Mapping[str, Any], name: str) -> Any:
 def _names(header: Mapping[str, Any], count: int) -> list[str]:
     names = _params(CoefficientParams, header, "coefficients").names
     return list(names) if len(names) == count else [f"coefficient {i + 1}" for i in range(count)]
+
+
+def _earlier(header: Mapping[str, Any]) -> dict[str, float]:
+    """What the vehicle began with of an earlier flight; nothing if it began with the vehicle file."""
+    kept = header.get("configuration", {}).get("kept", {}).get("passport", {})
+    return {name: one["value"] for name, one in kept.get("passport", {}).get("coefficients", {}).items()}
 
 
 def believed(header: Mapping[str, Any]) -> dict[str, float]:

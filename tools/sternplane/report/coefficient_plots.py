@@ -18,7 +18,7 @@ from sternplane.report.drawing import ESTIMATE, REFERENCE, TRUTH, Plot, band, li
 
 SECTION = "Coefficients"
 _SENSORS = dict(zip(SENSORS, (("DVL", ESTIMATE), ("gyros", "#059669"), ("attitude", "#be185d")), strict=True))
-_UNSURE, _IN_FORCE = "#94a3b8", "#be185d"
+_UNSURE, _IN_FORCE, _EARLIER = "#94a3b8", "#be185d", "#0891b2"
 _STATES = ("#e2e8f0", "#a5b4fc", "#bbf7d0", "#16a34a")
 """Of the timeline: neither, excited, valid, both."""
 
@@ -62,6 +62,7 @@ def _coefficient(one: Coefficient, end: Coefficient, in_force: Array | None, t: 
     for level, name, colour, dash in (
         (one.believed, "vehicle file", REFERENCE, "dot"),
         (one.truth, "truth", TRUTH, "solid"),
+        *([(one.earlier, "passport", _EARLIER, "dot")] if np.isfinite(one.earlier) else []),
     ):
         line(figure, t[[0, -1]], np.full(2, level), name, colour, dash=dash)
     line(figure, t, value, "estimate", _UNSURE)

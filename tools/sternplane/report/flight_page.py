@@ -106,9 +106,11 @@ def _law(header: Mapping[str, Any]) -> str:
 
 
 def _settings(header: Mapping[str, Any]) -> Iterator[list[str]]:
-    """Yield the files that the vehicle was made from, its laws and their gains, by the keys of the configuration."""
+    """Yield the files that the vehicle was made from, what it began with, its laws and their gains."""
     for name, path in header.get("configuration", {}).get("files", {}).items():
         yield [f"{name} file", str(path)]
+    for note in header.get("notes", []):
+        yield ["of an earlier run", str(note)]
     control = _control(header)
     if control is None:
         return
