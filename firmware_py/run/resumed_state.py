@@ -32,6 +32,7 @@ def resume_state(
     state: Path | None,
     params: StateParams,
     choice: PassportChoice = FROM_STATE,
+    factors: Mapping[str, Any] | None = None,
 ) -> tuple[dict[str, Any], list[str]]:
     """Set aside what cannot be used; return what to start from as a configuration has it, and sentences for people.
 
@@ -41,15 +42,16 @@ def resume_state(
         state: the state folder, if there is one.
         params: how sigma grows between runs.
         choice: of the passport to start with.
+        factors: of numbers of vehicle.toml, as for `config_files.read_configuration`.
 
     Raises:
         ParamError, UsageError: as `set_aside_unusable`; or the file of `choice` cannot be used.
     """
-    kept, notes = _navigation(folder, over, state, params) if state is not None else ({}, [])
+    kept, notes = _navigation(folder, over, state, params, factors) if state is not None else ({}, [])
     path = choice.file or (state / kept_passport.FILE if state is not None else None)
     if choice.refused or path is None or (choice.file is None and not path.exists()):
         return kept, notes
-    configuration = config_files.read_configuration(folder, over, state)
+    configuration = config_files.read_configuration(folder, over, state, factors)
     try:
         begins, said = kept_passport.resume_passport(path, configuration, params, moment())
     except OSError as error:
@@ -58,9 +60,13 @@ def resume_state(
 
 
 def _navigation(
-    folder: Path, over: Mapping[str, Any] | None, state: Path, params: StateParams
+    folder: Path,
+    over: Mapping[str, Any] | None,
+    state: Path,
+    params: StateParams,
+    factors: Mapping[str, Any] | None,
 ) -> tuple[dict[str, Any], list[str]]:
-    notes = set_aside_unusable(folder, over, state)
+    notes = set_aside_unusable(folder, over, state, factors)
     kept, sentence = kept_navigation.resume(kept_navigation.load_navigation(state), params, moment())
     notes += [sentence] if sentence else []
     if kept:
@@ -93,13 +99,16 @@ def usable_air(kept: float, params: DepthParams) -> tuple[float, str]:
     )
 
 
-def set_aside_unusable(folder: Path, over: Mapping[str, Any] | None, state: Path) -> list[str]:
+def set_aside_unusable(
+    folder: Path, over: Mapping[str, Any] | None, state: Path, factors: Mapping[str, Any] | None = None
+) -> list[str]:
     """Rename what an earlier run left and this one cannot start with; return a sentence on each such file.
 
     Args:
         folder: the configuration.
         over: laid upon autopilot.toml, as for `config_files.read_configuration`.
         state: the state folder; it need not be there.
+        factors: of numbers of vehicle.toml, likewise.
 
     Raises:
         ParamError: the configuration itself cannot be used, without any state.
@@ -116,7 +125,7 @@ def set_aside_unusable(folder: Path, over: Mapping[str, Any] | None, state: Path
         app.parts_factory({**plain, **config_files.read_configuration(folder, over, state)}).parts()
 
     def passport() -> None:
-        configuration = config_files.read_configuration(folder, over, state)
+        configuration = config_files.read_configuration(folder, over, state, factors)
         kept_passport.resume_passport(state / kept_passport.FILE, configuration, StateParams(), moment())
 
     checks: dict[str, Callable[[], object]] = {

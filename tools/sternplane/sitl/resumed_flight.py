@@ -18,6 +18,7 @@ def prepare_to_resume(request: FlightRequest) -> Flight:
     """
     if request.state is None and request.passport == FROM_STATE:
         return prepare(request, {})
-    over, io = laid_over(request, load_scenario(request.scenario, SCENARIOS)), read_io(request)
-    kept, notes = resume_state(request.config, over, request.state, io.state, request.passport)
+    scenario, io = load_scenario(request.scenario, SCENARIOS), read_io(request)
+    over, factors = laid_over(request, scenario), scenario.vehicle_factors
+    kept, notes = resume_state(request.config, over, request.state, io.state, request.passport, factors)
     return dataclasses.replace(prepare(request, kept), notes=tuple(notes))

@@ -136,6 +136,14 @@ def test_another_coefficient_in_the_vehicle_file_makes_no_other_vehicle_and_is_t
     assert said.endswith("the vehicle file or the filter's settings were changed since")
 
 
+def test_a_file_that_a_scenario_multiplies_is_the_same_in_the_next_run_of_it(tmp_path: Path) -> None:
+    factors = {"coefficients": {"M_q": 1.4}}
+    configuration = config_files.read_configuration(CONFIG, factors=factors)
+    put(tmp_path, encode(model(), identity(VEHICLE), configuration_hash(configuration), NOW))
+    for one, word in ((factors, "none far from the vehicle file"), (None, "settings were changed since")):
+        assert resume_state(CONFIG, None, tmp_path, PARAMS, factors=one)[1][0].endswith(word)
+
+
 def test_one_can_be_named_or_refused_and_is_not_touched_then(tmp_path: Path) -> None:
     state, elsewhere = tmp_path / "state", tmp_path / "elsewhere"
     state.mkdir()
