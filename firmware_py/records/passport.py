@@ -20,6 +20,8 @@ from firmware_py.params import ParamError
 VERSION = 1
 MOST = 200
 """More coefficients than any filter learns."""
+LONGEST = 64
+"""Of a name or another text in it, characters."""
 _GREATEST = 1e6
 """Of any number in it: nondimensional coefficients and scales are far below."""
 _STD_AGREES = 1e-6
@@ -167,7 +169,8 @@ def moved_text(group: str, share: float, sigmas: float) -> str:
 
 
 def _figures(name: Any, entry: Any) -> tuple[float, float, float, bool]:
-    if not (isinstance(name, str) and isinstance(entry, Mapping) and isinstance(entry.get("valid"), bool)):
+    named = isinstance(name, str) and len(name) <= LONGEST
+    if not (named and isinstance(entry, Mapping) and isinstance(entry.get("valid"), bool)):
         raise ParamError(f"coefficients: {quoted(name)} must be a table of file, value, std and valid")
     for key in _FIGURES:
         if not _is_number(entry.get(key)):

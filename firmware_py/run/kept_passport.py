@@ -65,8 +65,8 @@ def load_passport(path: Path) -> dict[str, Any]:
             if not (isinstance(found[key], float) and low <= found[key] <= high):
                 raise ParamError(f"{key} = {quoted(found[key])}: must be a number in [{low:g}, {high:g}]")
         for key in ("configuration", "date", "boot"):
-            if not isinstance(found[key], str):
-                raise ParamError(f"{key} = {quoted(found[key])}: must be a text")
+            if not (isinstance(found[key], str) and len(found[key]) <= passport.LONGEST):
+                raise ParamError(f"{key} = {quoted(found[key])}: must be a text of up to {passport.LONGEST} characters")
         return dict(found)
 
 

@@ -62,6 +62,7 @@ def changed(*path: Any, to: Any) -> dict[str, Any]:
         (changed("coefficients", "M_q", "std", to=0.5), "not that of the covariance"),
         (changed("coefficients", "M_q", "valid", to=1), "must be a table"),
         (changed("coefficients", "M_q", to=None), "must be a table"),
+        (changed("coefficients", to={"c" * 65: PLAIN["coefficients"]["M_q"]}), "must be a table"),
         (changed("coefficients", to={}), "1 to 200"),
         (changed("coefficients", to={f"c{i}": {} for i in range(201)}), "1 to 200"),
     ],

@@ -175,6 +175,7 @@ def test_one_can_be_named_or_refused_and_is_not_touched_then(tmp_path: Path) -> 
         lambda path: path.write_bytes(content().replace(b'"valid": true', b'"valid": NaN', 1)),
         lambda path: path.write_bytes(content().replace(b'"uptime_s": 1000.0', b'"uptime_s": -1.0')),
         lambda path: path.write_bytes(content().replace(b'"boot": "boot"', b'"boot": ["boot"]')),
+        lambda path: path.write_bytes(content().replace(b'"boot": "boot"', b'"boot": "' + b"b" * 65 + b'"')),
         lambda path: path.write_bytes(b"[" * 100_000),
         lambda path: path.write_bytes(b"9" * 100_000),
         lambda path: path.write_bytes(b" " * (1 << 24) + content()),
