@@ -1,20 +1,36 @@
-"""Control allocation: delta_s and delta_r to the fins of any layout.
+"""Control allocation: delta_s and delta_r to the fins of any layout, over what is left of them.
 
 The fin angles d minimise sum (d / delta_max)^2 under s . d = delta_s and r . d = delta_r (weighted pseudo-inverse;
 Fossen 2011, ch. 12.3). A fin that would exceed its limit is held there, and the others share the remainder (cascaded
-generalised inverse; Bordignon 1996).
+generalised inverse; Bordignon 1996). A fin that is stuck at a known angle is held there from the beginning, so that the
+others oppose it; it is still asked for what it would do sound, to show when it comes free. A fin that makes less force
+than others of its axis is asked for less of the axis' work; what all of an axis have lost, the laws know of.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from firmware_py.marine import clip
 from firmware_py.records.command import Demand, FinCommand
+from firmware_py.records.health import FinHealth
 from firmware_py.vehicle.vehicle import Vehicle
 
 _REGULARISATION = 1e-9
 """Relative; the free fins may all act along one line, which still has a least-squares solution."""
+_Row = tuple[float, ...]
+
+
+class _Layout(NamedTuple):
+    """Fins to allocate to: rows of the effects, the fins that move, their gains, and what stuck ones make."""
+
+    s: _Row
+    r: _Row
+    free: tuple[int, ...]
+    gains: tuple[tuple[float, float], ...]
+    stuck_s: float
+    stuck_r: float
 
 
 class Allocator:
@@ -25,35 +41,77 @@ class Allocator:
         self.size = len(vehicle.fins)
         self._s, self._r = effectiveness.s, effectiveness.r
         self._limits = tuple(fin.delta_max for fin in vehicle.fins)
-        self._gains = _pseudo_inverse(self._s, self._r, self._limits)
+        self._sound = self._layout(())
+        self._last: tuple[tuple[FinHealth, ...], _Layout] = (), self._sound
 
-    def allocate(self, demand: Demand) -> FinCommand:
+    def allocate(self, demand: Demand, left: tuple[FinHealth, ...] = ()) -> FinCommand:
         """Return one angle (rad) per fin, within its limit, and the propeller speed as demanded.
 
         A demand that is not finite gives angles that are not finite; the gate rejects them.
+
+        Args:
+            demand: delta_s and delta_r, rad.
+            left: what is left of each fin; empty: all are sound.
         """
         delta_s, delta_r = demand.delta_s, demand.delta_r
-        angles = tuple([from_s * delta_s + from_r * delta_r for from_s, from_r in self._gains])
-        for angle, limit in zip(angles, self._limits, strict=True):
-            if angle > limit or angle < -limit:
-                return FinCommand(self._redistribute(angles, delta_s, delta_r), demand.n)
-        return FinCommand(angles, demand.n)
+        sound = tuple([from_s * delta_s + from_r * delta_r for from_s, from_r in self._sound.gains])
+        if left != self._last[0]:  # what is computed depends on `left` alone
+            self._last = left, self._layout(left)
+        layout = self._last[1]
+        if layout is self._sound:
+            angles = list(sound)
+        else:
+            angles = [clip(angle, -most, most) for angle, most in zip(sound, self._limits, strict=True)]
+            rest_s, rest_r = delta_s - layout.stuck_s, delta_r - layout.stuck_r
+            for i, (from_s, from_r) in zip(layout.free, layout.gains, strict=True):
+                angles[i] = from_s * rest_s + from_r * rest_r
+        for i in layout.free:
+            if not -self._limits[i] <= angles[i] <= self._limits[i]:
+                return FinCommand(self._redistribute(layout, angles, delta_s, delta_r), demand.n)
+        return FinCommand(tuple(angles), demand.n)
 
-    def _redistribute(self, unlimited: tuple[float, ...], delta_s: float, delta_r: float) -> tuple[float, ...]:
+    def _layout(self, left: tuple[FinHealth, ...]) -> _Layout:
+        """Return the layout that is left."""
+        if all(fin.effect == 1.0 and not fin.is_stuck for fin in left):
+            if left:
+                return self._sound
+            fins = range(self.size)
+            gains = _pseudo_inverse(self._s, self._r, self._limits)
+            return _Layout(self._s, self._r, tuple(fins), tuple(gains), 0.0, 0.0)
+        free = tuple([i for i, fin in enumerate(left) if not fin.is_stuck])
+        s, r = (_weighted(row, left, free) for row in (self._s, self._r))
+        stuck = [fin.stuck if fin.is_stuck else 0.0 for fin in left]
+        gains = _pseudo_inverse(*([row[i] for i in free] for row in (s, r, self._limits)))
+        return _Layout(s, r, free, tuple(gains), _dot(self._s, stuck), _dot(self._r, stuck))
+
+    def _redistribute(
+        self, layout: _Layout, unlimited: Sequence[float], delta_s: float, delta_r: float
+    ) -> tuple[float, ...]:
         """Hold each fin beyond its limit there and allocate the remainder to the free fins, until none is beyond."""
         angles = list(unlimited)
-        free = set(range(self.size))
-        while saturated := {i for i in free if not -self._limits[i] <= angles[i] <= self._limits[i]}:
+        free, limits = set(layout.free), self._limits
+        moving = set(layout.free)
+        while saturated := {i for i in free if not -limits[i] <= angles[i] <= limits[i]}:
             for i in saturated:
-                angles[i] = clip(angles[i], -self._limits[i], self._limits[i])
+                angles[i] = clip(angles[i], -limits[i], limits[i])
             free -= saturated
-            held = [0.0 if i in free else angle for i, angle in enumerate(angles)]
-            rest_s, rest_r = delta_s - _dot(self._s, held), delta_r - _dot(self._r, held)
+            held = [angle if i in moving and i not in free else 0.0 for i, angle in enumerate(angles)]
+            rest_s = delta_s - layout.stuck_s - _dot(layout.s, held)
+            rest_r = delta_r - layout.stuck_r - _dot(layout.r, held)
             fins = sorted(free)
-            gains = _pseudo_inverse(*([row[i] for i in fins] for row in (self._s, self._r, self._limits)))
+            gains = _pseudo_inverse(*([row[i] for i in fins] for row in (layout.s, layout.r, limits)))
             for i, (from_s, from_r) in zip(fins, gains, strict=True):
                 angles[i] = from_s * rest_s + from_r * rest_r
         return tuple(angles)
+
+
+def _weighted(row: _Row, left: Sequence[FinHealth], free: Sequence[int]) -> _Row:
+    """Return the effects of fins that are not alike; those that move have together what they would have sound."""
+    whole = sum([abs(row[i]) for i in free])
+    part = sum([abs(row[i]) * left[i].effect for i in free])
+    if not part > 0.0:
+        return row
+    return tuple([a * fin.effect * (whole / part) for a, fin in zip(row, left, strict=True)])
 
 
 def _pseudo_inverse(s: Sequence[float], r: Sequence[float], limits: Sequence[float]) -> list[tuple[float, float]]:

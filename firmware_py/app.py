@@ -18,6 +18,7 @@ from firmware_py.records.mission_tables import mission_from_plain
 from firmware_py.records.order import Mode
 from firmware_py.records.passport import restored_of
 from firmware_py.safety.start import KeptMode
+from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel
 
 
 def parts_factory(configuration: Configuration) -> PartsFactory:
@@ -64,7 +65,8 @@ def build(configuration: Configuration) -> Autopilot:
     """
     factory = parts_factory(configuration)
     with prefix_errors(configuration["files"]["vehicle"]):
-        allocator = Allocator(vehicle(configuration))
+        model = vehicle(configuration)
+        allocator, abilities = Allocator(model), ManoeuvrabilityModel(model)
     parts = factory.parts()
     kept = dict(configuration["kept"])
     if passport := kept.pop("passport", None):
@@ -75,4 +77,4 @@ def build(configuration: Configuration) -> Autopilot:
     parts.supervisor.resume(bool(kept.pop("weight_gone", 0.0)), mode)
     if kept:
         parts.estimator.resume(KeptNavigation(**kept))
-    return Autopilot(parts, allocator, factory)
+    return Autopilot(parts, allocator, abilities, factory)

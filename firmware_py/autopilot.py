@@ -19,6 +19,7 @@ from firmware_py.safety.actuator_watch import ActuatorWatch
 from firmware_py.safety.gate import Gate
 from firmware_py.safety.supervisor import Supervisor
 from firmware_py.tick import Tick
+from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel
 
 _TO_ARM = (Arming.CHECK, Arming.ARM)
 
@@ -104,9 +105,12 @@ class Memory(NamedTuple):
 class Autopilot:
     """The whole vehicle's autopilot, one part per line of `step`."""
 
-    def __init__(self, parts: Parts, allocator: Allocator, reconfigurator: Reconfigurator) -> None:
+    def __init__(
+        self, parts: Parts, allocator: Allocator, abilities: ManoeuvrabilityModel, reconfigurator: Reconfigurator
+    ) -> None:
         self.parts = parts
         self.allocator = allocator
+        self.abilities = abilities
         self.reconfigurator = reconfigurator
         self.applied = Applied(fins=(0.0,) * allocator.size, n=0.0, armed=False, limited=False)
 
@@ -115,17 +119,19 @@ class Autopilot:
         self.parts, changed = self.reconfigurator.apply(order.changes, self.parts)  # parameters, mission, fence, rally
         estimator, actuator_watch, adoption, supervisor, guidance, control, gate = self.parts
         state = estimator.update(tick, frame, self.applied)
-        actuators = actuator_watch.update(tick, frame, self.applied, state)
+        actuators = actuator_watch.update(tick, frame, self.applied, state, adoption.last)
         adopted = adoption.update(tick, frame, state, self.applied, order.arming in _TO_ARM)
-        flown = guidance.finished, guidance.last
+        left = self.abilities.of(adopted, actuators.left)
+        flown = guidance.finished, guidance.last, left
         mode = supervisor.update(tick, estimator.believed, state, actuators, order, *flown)  # may only make it safer
-        reference = guidance.update(tick, mode, order, state, adopted.caution)
+        guidance.limit(left, adopted.caution)
+        reference = guidance.update(tick, mode, order, state)
         demand = control.update(tick, mode, order, reference, state, adopted)
-        fins = self.allocator.allocate(demand)
+        fins = self.allocator.allocate(demand, actuators.left)
         self.applied = gate.limit(tick, mode, frame, fins, self.applied)  # last word; knows no law
         events = changed + adoption.events + supervisor.events + guidance.events
         return Cycle(
-            *(tick, frame, order, state, actuators, adopted, mode, reference, demand, fins, self.applied, events)
+            *(tick, frame, order, state, actuators, adopted, left, mode, reference, demand, fins, self.applied, events)
         )
 
     def freeze(self) -> Memory:

@@ -124,6 +124,11 @@ class Adoption:
             self._tell(before)
         return self._adopted
 
+    @property
+    def last(self) -> Adopted:
+        """Return what the last update returned."""
+        return self._adopted
+
     def freeze(self) -> AdoptionMemory:
         """Return the whole memory."""
         depth, heading = self._axes
@@ -173,7 +178,10 @@ class Adoption:
 
     def _in_force(self) -> Adopted:
         depth, heading = self._axes
-        return Adopted(depth.values, heading.values, depth.design, heading.design, self._caution)
+        return Adopted(
+            *(depth.values, heading.values, depth.design, heading.design, self._caution),
+            *(depth.held, heading.held, (depth.refuted, heading.refuted)),
+        )
 
     def _tell(self, before: Adopted) -> None:
         """Tell what changed of where the coefficients come from."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -101,6 +102,7 @@ class AxisMemory(NamedTuple):
         evidence: of the candidate, and of what is in force, against vehicle.toml.
         delta: the fin angle of the last period, rad.
         earlier: which coefficients are known from an earlier flight, and were not learned anew since.
+        refuted: whether the motion has refuted vehicle.toml.
     """
 
     values: Values
@@ -113,6 +115,7 @@ class AxisMemory(NamedTuple):
     evidence: EvidenceMemory
     delta: float
     earlier: tuple[bool, ...]
+    refuted: bool
 
 
 class AxisAdoption:
@@ -125,7 +128,7 @@ class AxisAdoption:
         self._nominal_strength = self._strength(model.file)
         values, refusal = model.file, Refusal.UNCERTAIN if self._on else Refusal.OFF
         unsure, evidence = (False,) * len(values), no_evidence(2)
-        self._memory = AxisMemory(values, values, unsure, Source.FILE, refusal, (), 0.0, evidence, 0.0, unsure)
+        self._memory = AxisMemory(values, values, unsure, Source.FILE, refusal, (), 0.0, evidence, 0.0, unsure, False)
         self._evidence, self._delta = evidence, 0.0
         self._derive()
 
@@ -138,6 +141,16 @@ class AxisAdoption:
     def values(self) -> Values:
         """Return the coefficients in force."""
         return self._memory.values
+
+    @property
+    def held(self) -> Values:
+        """Return the coefficients that held for a while; not a number before any did."""
+        return self._memory.good[0] if self._memory.good else (math.nan,) * len(self._model.file)
+
+    @property
+    def refuted(self) -> bool:
+        """Return whether the motion has refuted vehicle.toml while nothing else has held."""
+        return self._memory.refuted and not self._memory.good
 
     @property
     def design(self) -> AxisDesign:
@@ -186,6 +199,8 @@ class AxisAdoption:
         self._memory = m = m._replace(
             source=source, values=self._moved(target), held=m.held + 1.0 / Rate.HZ_10 if holds else 0.0
         )
+        if max(self._evidence.evidence) >= self._params.evidence:
+            self._memory = m = m._replace(refuted=True)
         if m.held >= _HOLD:
             self._memory = m._replace(good=(*m.good[-1:], m.values), held=0.0)
         self._derive()

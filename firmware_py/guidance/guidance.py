@@ -13,7 +13,7 @@ from firmware_py.guidance.guidance_params import GuidanceParams
 from firmware_py.guidance.held_setpoint import held, under_way
 from firmware_py.guidance.line_of_sight import Leg, LineOfSight
 from firmware_py.guidance.manoeuvre import NO_EXCITATION, Excitation, ManoeuvreGuidance
-from firmware_py.guidance.rally_point import home_not_known, unreachable
+from firmware_py.guidance.rally_point import home_not_known, seen_from, unreachable
 from firmware_py.guidance.reference_shaper import ReferenceShaper
 from firmware_py.guidance.route import Route, heading_towards
 from firmware_py.records.command import AscentStage, ModeState, Reference
@@ -22,6 +22,7 @@ from firmware_py.records.event import Event, EventKind, event
 from firmware_py.records.fence import HOME, NO_FENCE, NOWHERE, Fence, Place
 from firmware_py.records.mission import Loiter, Manoeuvre, Mission, Surface, Waypoint
 from firmware_py.records.order import Mode, Order, Setpoint
+from firmware_py.records.turning import Turning
 from firmware_py.tick import Tick
 
 __all__ = ["Guidance", "GuidanceParams"]
@@ -50,8 +51,9 @@ class Guidance:
         returns: Sequence[Place] | None = None,
     ) -> None:
         returns = rally if returns is None else returns
-        self._params, self._turning = params, params.turning
+        self._params = params
         self._shaper = ReferenceShaper(params)
+        self.limit = self._shaper.limit
         self._depth, self._heading = self._shaper.depth, self._shaper.heading
         self._sight = LineOfSight(params.line_of_sight)
         self._route = Route(mission, returns, fence)
@@ -76,12 +78,16 @@ class Guidance:
         return self._mode is not Mode.DISARMED and self._route.finished and flown
 
     @property
+    def _turning(self) -> Turning:
+        return self._shaper.turning
+
+    @property
     def _flown(self) -> Route:
         return self._ways.get(self._mode, self._route)
 
-    def update(self, tick: Tick, mode: ModeState, order: Order, state: StateEstimate, caution: float = 0) -> Reference:
-        """Return this tick's reference, slower with `caution`; of a state that is not finite, the last, undisturbed."""
-        self.events, self._shaper.caution = (), caution
+    def update(self, tick: Tick, mode: ModeState, order: Order, state: StateEstimate) -> Reference:
+        """Return this tick's reference; of a state that is not finite, the last, undisturbed."""
+        self.events = ()
         reference = self._update(tick, mode, order, state)
         self.events += self._learning.report_events(state.learned.report)
         return reference
@@ -107,9 +113,7 @@ class Guidance:
             self.last = self._follow(mode.mode, state)
             return self.last
         if entered:
-            u_d = (
-                0.0 if before is Mode.DISARMED else self.last.u_d
-            )  # a vehicle that was disarmed does not start to move by itself
+            u_d = 0.0 if before is Mode.DISARMED else self.last.u_d  # a disarmed one does not start by itself
             if mode.failsafe:  # nobody sent it on: no rule's HOLD hurries
                 u_d = min(u_d, self._params.failsafe_speed)
             self._wanted = Setpoint(self._depth.command, self._heading.command, u_d)
@@ -247,11 +251,7 @@ class Guidance:
     def _shape(self, state: StateEstimate, across: float, dither: Excitation, dt: float) -> Reference:
         shaped = self._shaper.update(self._wanted, self.last.u_d, state.nu.u, dt)
         rally, target = self._rally, self._target
-        if target is not None:
-            north, east = target.x - state.eta.x, target.y - state.eta.y
-            distance, bearing = math.hypot(north, east), math.atan2(east, north)
-        else:
-            distance, bearing = abs(across) if math.isfinite(across) else 0.0, shaped.psi_d
+        distance, bearing = seen_from(target, state.eta.x, state.eta.y, across, shaped.psi_d)
         at, where = (self._route.index, across, *dither, self._route.item), target or NOWHERE
         return Reference(*shaped, *at, where, distance, bearing, rally or NOWHERE)
 

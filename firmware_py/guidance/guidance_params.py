@@ -86,7 +86,7 @@ class GuidanceParams:
 
     def reach(self, turning: Turning, u_d: float, u: float) -> Reach:
         """Return what is near enough to a waypoint that is flown to with u_d, m/s, at a speed of u, m/s."""
-        sight, radius = self.line_of_sight, max(self.turn_radius, u / self.turn_rate_max)
+        sight, radius = self.line_of_sight, max(turning.turn_radius, u / turning.turn_rate_max)
         circle = turning.radius(0.0, u_d)
         return Reach(sight.acceptance, sight.depth_acceptance, sight.depth_time, circle, radius, self.heading_lag)
 

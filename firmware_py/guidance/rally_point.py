@@ -39,3 +39,14 @@ def unreachable(places: Iterable[Place]) -> Event:
     """Return the event that no straight leg within the fence leads to any of the places."""
     kind = EventKind.HOME_UNREACHABLE if tuple(places) == (HOME,) else EventKind.RALLY_POINT_UNREACHABLE
     return event(kind)
+
+
+def seen_from(target: Place | None, x: float, y: float, across: float, psi: float) -> tuple[float, float]:
+    """Return distance, m, and bearing, rad, of a target from (x, y), m.
+
+    Without one: the distance `across` from the leg that is flown, m (NaN: from none), and the heading `psi`, rad.
+    """
+    if target is None:
+        return abs(across) if math.isfinite(across) else 0.0, psi
+    north, east = target.x - x, target.y - y
+    return math.hypot(north, east), math.atan2(east, north)

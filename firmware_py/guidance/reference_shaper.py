@@ -14,6 +14,7 @@ from firmware_py.guidance.guidance_params import GuidanceParams
 from firmware_py.guidance.reference_model import Lags, ReferenceModel
 from firmware_py.marine import clip
 from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.manoeuvrability import RESERVE, UNLIMITED, Manoeuvrability
 from firmware_py.records.order import Setpoint
 
 _AT_REST = 0.1
@@ -41,8 +42,20 @@ class ReferenceShaper:
         self.depth = ReferenceModel(params.shape)
         self.heading = ReferenceModel(params.shape, angle=True)
         self._climb_share = math.sin(params.pitch_max)
-        self.caution = 0.0
-        """How little is known of the vehicle, in [0, 1]; at 1 it climbs and turns at a share of its rates."""
+        self.turning, self._left, self._caution, self._dive_share = params.turning, UNLIMITED, 0.0, 1.0
+
+    def limit(self, left: Manoeuvrability, caution: float) -> None:
+        """Ask for no tighter turns, steeper dives or slower ways than the vehicle can make.
+
+        Args:
+            left: what it can do.
+            caution: how little is known of it, in [0, 1]; at 1 it climbs and turns at a share of its rates.
+        """
+        self._caution = caution
+        if left is self._left:
+            return
+        self._left, self.turning = left, self._params.turning.widened(left.turn_radius)
+        self._dive_share = math.sin(min(left.slope, 0.5 * math.pi)) if left.up < math.inf else 1.0
 
     def follow(self, state: StateEstimate) -> ShapedReference:
         """Return the vehicle's own depth, heading and speed, so that holding them begins without a bump."""
@@ -54,13 +67,14 @@ class ReferenceShaper:
     def update(self, wanted: Setpoint, u_d: float, u: float, dt: float) -> ShapedReference:
         """Move the reference towards what is wanted, from the speed reference `u_d` at the speed `u`, both m/s."""
         params, u = self._params, max(u, 0.0)
-        share = 1.0 - self.caution * (1.0 - params.cautious)
-        climb = share * min(params.climb_max, self._climb_share * u)
-        turn = share * min(params.turn_rate_max, u / params.turn_radius)
+        share = 1.0 - self._caution * (1.0 - params.cautious)
+        climb = share * min(params.climb_max, self._climb_share * u, self._dive_share * u)
+        turn = share * min(params.turn_rate_max, u / params.turn_radius, RESERVE * self._left.turn * u)
         z_d, z_d_dot, z_d_ddot, z_d_dddot = self.depth.update(wanted.z_d, climb, u / params.depth_way, dt)
         psi_d, psi_d_dot, psi_d_ddot, _ = self.heading.update(wanted.psi_d, turn, u / params.heading_way, dt)
         step = params.acceleration * dt
-        u_d += clip(wanted.u_d - u_d, -step, step)
+        asked = wanted.u_d if not 0.0 < wanted.u_d < self._left.speed else min(self._left.speed, params.speed_max)
+        u_d += clip(asked - u_d, -step, step)
         return ShapedReference(z_d, z_d_dot, z_d_ddot, z_d_dddot, psi_d, psi_d_dot, psi_d_ddot, u_d)
 
     def freeze(self) -> tuple[Lags, Lags]:

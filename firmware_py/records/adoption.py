@@ -72,6 +72,12 @@ class Adopted:
     depth: AxisDesign
     heading: AxisDesign
     caution: float
+    held_diving: tuple[float, ...] = ()
+    """What held of `diving` for a while, and"""
+    held_steering: tuple[float, ...] = ()
+    """of `steering`; not a number before anything did. What fins do is judged by it."""
+    refuted: tuple[bool, bool] = (False, False)
+    """Whether the motion has refuted vehicle.toml in pitch, in yaw, while nothing else has held."""
 
 
 _SOURCES = {

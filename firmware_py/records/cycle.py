@@ -9,6 +9,7 @@ from firmware_py.records.command import Applied, Demand, FinCommand, ModeState, 
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Event
 from firmware_py.records.health import ActuatorHealth
+from firmware_py.records.manoeuvrability import Manoeuvrability
 from firmware_py.records.order import ANY_LENGTH, Order
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Tick
@@ -24,6 +25,7 @@ class Cycle:
     state: StateEstimate
     actuators: ActuatorHealth
     adopted: Adopted
+    left: Manoeuvrability
     mode: ModeState
     reference: Reference
     demand: Demand

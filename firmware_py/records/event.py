@@ -157,6 +157,7 @@ class Cause(enum.IntEnum):
     BY_ITSELF = 74
     # One more rule.
     DEPTH_UNCHECKED = 75  # limit, s
+    DAMAGED = 76  # `ActuatorFault`; shares left of diving and of turning, in [0, 1]; names: whose
 
 
 INTENDED_CAUSES = (Cause.ORDERED, Cause.MISSION_DONE, Cause.RETURN_DONE, Cause.SURFACED)

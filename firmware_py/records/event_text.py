@@ -168,6 +168,9 @@ def _cause(event: Event, skip: int = 0) -> str:
         return _ANGLES[cause].format(*map(math.degrees, numbers))
     if cause in _SOURCES:
         return f"{_SOURCES[cause]} not to be relied on: {source_fault_text(numbers[0])}"
+    if cause is Cause.DAMAGED:
+        left = f"{numbers[1]:.0%} of diving and {numbers[2]:.0%} of turning are left"
+        return f"damage found: {event.names[0]}: {actuator_fault_text(numbers[0])}; {left}"
     if cause in _ACTUATORS:
         return f"{event.names[0] if event.names else 'an actuator'}: {actuator_fault_text(numbers[0])}"
     if cause is Cause.RULES_OFF:

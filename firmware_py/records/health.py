@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -89,6 +90,38 @@ class ActuatorFault(enum.IntEnum):
     RUNAWAY = 8  # of the propeller, which turns faster than it is told
 
 
+class FinEvidence(enum.IntEnum):
+    """What tells of a fin's damage."""
+
+    NONE = 0
+    FEEDBACK = 1
+    """What it reports."""
+    MOTION = 2
+    """What the vehicle does."""
+
+
+class FinHealth(NamedTuple):
+    """What is left of one fin.
+
+    Attributes:
+        effect: share of its effect, in [0, 1]; of fins that act alike each counts as what they have together.
+        stuck: angle at which it stays, rad; NaN: it moves, or nobody knows where it is.
+        source: what tells so.
+    """
+
+    effect: float = 1.0
+    stuck: float = math.nan
+    source: FinEvidence = FinEvidence.NONE
+
+    @property
+    def is_stuck(self) -> bool:
+        """Return whether it stays at a known angle."""
+        return self.stuck == self.stuck
+
+
+SOUND_FIN = FinHealth()
+
+
 class WeightState(enum.IntEnum):
     """Where the drop weight is, by what was commanded and what its hardpoint says."""
 
@@ -116,6 +149,8 @@ class ActuatorHealth:
     fins: tuple[ActuatorFault, ...]
     propeller: ActuatorFault
     drop_weight: WeightState = WeightState.UNREPORTED
+    left: tuple[FinHealth, ...] = ()
+    """Of each fin what is left of it; empty: nobody has said."""
 
     @property
     def faultless(self) -> bool:
@@ -131,4 +166,4 @@ ALL_GOOD = SensorHealth(GOOD, GOOD, GOOD, GOOD, GOOD, GOOD, GOOD)
 
 def sound(fins: int) -> ActuatorHealth:
     """Return the health of that many fins and a propeller in which nothing was found."""
-    return ActuatorHealth((ActuatorFault.NONE,) * fins, ActuatorFault.NONE)
+    return ActuatorHealth((ActuatorFault.NONE,) * fins, ActuatorFault.NONE, left=(SOUND_FIN,) * fins)

@@ -8,6 +8,9 @@ from typing import NamedTuple
 _ROOM = 1.25
 """Ratio of the smallest circle to the tightest turn, so that the vehicle can correct inwards."""
 
+_WIDEST = 1000.0
+"""m; a vehicle that cannot turn to one side is not asked for circles wider than this."""
+
 
 class Turning(NamedTuple):
     """Radius of a circle that gives none, m; tightest turn, m, fastest, rad/s; cruising speed and fastest, m/s."""
@@ -17,6 +20,10 @@ class Turning(NamedTuple):
     turn_rate_max: float
     cruise_speed: float
     speed_max: float
+
+    def widened(self, radius: float) -> Turning:
+        """Return the same for a vehicle that turns no tighter than this, m."""
+        return self._replace(turn_radius=min(max(self.turn_radius, radius), _WIDEST))
 
     def tightest(self, u: float) -> float:
         """Return the radius of the smallest circle at u, m/s, in m."""

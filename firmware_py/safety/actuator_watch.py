@@ -5,9 +5,18 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from firmware_py.records.adoption import Adopted
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.health import ActuatorFault, ActuatorHealth, SourceState, sound
+from firmware_py.records.health import (
+    SOUND_FIN,
+    ActuatorFault,
+    ActuatorHealth,
+    FinEvidence,
+    FinHealth,
+    SourceState,
+    sound,
+)
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.drop_weight import DropWeightMemory, DropWeightWatch
@@ -23,6 +32,9 @@ _DEPTH_MIN = 2.5
 """Nearer to the surface, where it may be out of the water, m, the propeller is not judged."""
 _PITCH_MAX = math.radians(30.0)
 """Nor is it in a steeper dive, which slows the vehicle."""
+_STUCK = (ActuatorFault.JAMMED, ActuatorFault.HARD_OVER)
+_CREPT = math.radians(0.25)
+"""A stuck fin is elsewhere when it reports an angle that differs by so much."""
 _UNSEEN = (ActuatorFault.NONE, ActuatorFault.SILENT)
 """What reports make of an actuator that works no longer, but does not show it."""
 
@@ -62,23 +74,32 @@ class ActuatorWatch:
         self._drop_weight = DropWeightWatch(params, weight.weight if weight is not None else math.nan)
         self._health = sound(len(fins))
 
-    def update(self, tick: Tick, frame: SensorFrame, applied: Applied, state: StateEstimate) -> ActuatorHealth:
-        """Return the health of all actuators at this tick; `applied` is what was commanded one tick ago."""
+    def update(
+        self,
+        tick: Tick,
+        frame: SensorFrame,
+        applied: Applied,
+        state: StateEstimate,
+        adopted: Adopted | None = None,
+    ) -> ActuatorHealth:
+        """Return the health of all actuators at this tick; `applied` and `adopted` are those of one tick ago."""
         t, feedback = tick.t, self._feedback
         turns = max(1, round(PERIOD / tick.dt))
         count = len(feedback)
-        changed = self._hull.update(tick, frame, applied, state, self._thrust.water(t))
+        changed = self._hull.update(tick, frame, applied, state, self._thrust.water(t), adopted)
         for i in range(tick.k % turns, count, turns):  # each in its own tick, so that all ticks cost the same
             heard, command = (frame.fins[i], applied.fins[i]) if i < count - 1 else (frame.n, applied.n)
             watch = feedback[i]
             before = watch.fault
             changed |= watch.update(t, heard, command, applied.armed) is not before
+            if i < count - 1 and watch.fault in _STUCK and heard.usable(t, self._params.timeout):
+                changed |= not abs(heard.value - self._health.left[i].stuck) < _CREPT
         if frame.dvl.fresh:
             changed |= self._judge_thrust(frame, applied, state, t)
         where = self._drop_weight.state
         changed |= self._drop_weight.update(t, frame.hardpoint, applied.drop) is not where
         if changed:
-            self._health = self._judged()
+            self._health = self._judged(frame)
         return self._health
 
     def freeze(self) -> ActuatorWatchMemory:
@@ -119,7 +140,7 @@ class ActuatorWatch:
         ping = Ping(dvl.t_valid, u, v, eta.psi, eta.theta, nu.q, nu.r, rudder, planes, turns, reported, judged)
         return thrust.update(ping) is not before
 
-    def _judged(self) -> ActuatorHealth:
+    def _judged(self, frame: SensorFrame) -> ActuatorHealth:
         """Return the health: what reports show comes first; what moves and has no effect is lost, or weak."""
         *fins, propeller = [watch.fault for watch in self._feedback]
         if propeller in _UNSEEN and self._thrust.fault is not ActuatorFault.NONE:
@@ -129,4 +150,13 @@ class ActuatorWatch:
             if fault in _UNSEEN and acts is not ActuatorFault.NONE:
                 stands = acts is ActuatorFault.LOST and not watch.reports
                 fins[i] = ActuatorFault.JAMMED if stands else acts
-        return ActuatorHealth(tuple(fins), propeller, self._drop_weight.state)
+        left = tuple([self._left(i, fault, frame) for i, fault in enumerate(fins)])
+        return ActuatorHealth(tuple(fins), propeller, self._drop_weight.state, left)
+
+    def _left(self, i: int, fault: ActuatorFault, frame: SensorFrame) -> FinHealth:
+        """Return what is left of a fin."""
+        if self._feedback[i].fault in _STUCK:
+            return FinHealth(1.0, frame.fins[i].value, FinEvidence.FEEDBACK)
+        if fault in (ActuatorFault.LOST, ActuatorFault.WEAK, ActuatorFault.JAMMED):
+            return FinHealth(self._hull.left(i), source=FinEvidence.MOTION)
+        return SOUND_FIN

@@ -17,6 +17,7 @@ from firmware_py.records.health import (
     SourceState,
     WeightState,
 )
+from firmware_py.records.manoeuvrability import UNLIMITED, Manoeuvrability
 from firmware_py.records.order import Mode, Order
 from firmware_py.records.sensing import Heard, SensorFrame
 from firmware_py.safety.conditions import NO_FAULTS, ActuatorFaults, Conditions, Faulty
@@ -30,7 +31,10 @@ _RECENT = 5.0
 _GOOD, _NO_FAULT = SourceState.GOOD, SourceFault.NONE
 _HANGS = (WeightState.HELD, WeightState.STUCK)
 _STUCK = (ActuatorFault.JAMMED, ActuatorFault.HARD_OVER, ActuatorFault.LOST)
-_WORN = (ActuatorFault.WEAK, ActuatorFault.SLOW, ActuatorFault.LOOSE)
+_DAMAGED = (*_STUCK, ActuatorFault.WEAK)
+_WORN = (ActuatorFault.SLOW, ActuatorFault.LOOSE)
+_SLOW = 0.5
+"""Slower than this, m/s, the way down is no dive that is pulled up from."""
 
 
 class Seen(NamedTuple):
@@ -42,6 +46,7 @@ class Seen(NamedTuple):
     actuators: ActuatorHealth
     order: Order
     reference: Reference | None
+    left: Manoeuvrability = UNLIMITED
 
 
 def conditions(
@@ -55,7 +60,7 @@ def conditions(
     mission_done: bool,
 ) -> Conditions:
     """Return what the rules look at in this tick, in which the mode `wanted` is in force or ordered."""
-    tick, frame, state, _, order, reference = seen
+    tick, frame, state, _, order, reference, left = seen
     t, eta = tick.t, state.eta
     sensors, battery, leak = state.sensors, frame.battery, frame.leak
     charge = battery.value.remaining if battery.ok else math.nan
@@ -96,6 +101,8 @@ def conditions(
         station_silence=t - order.t_station if order.t_station > -math.inf else math.nan,
         sticks_silence=t - order.t_sticks,
         watched=was.watched and not in_hand(order),
+        left=left,
+        slope=math.atan2(state.z_dot, max(state.nu.u, _SLOW)),
         start=was.start,
         weight_gone=weight not in _HANGS and (was.drop or was.weight_gone or weight is WeightState.GONE),
     )
@@ -113,24 +120,29 @@ def fins_heard(tick: Tick, frame: SensorFrame, params: SafetyParams) -> bool:
     return all(fin.usable(tick.t, params.fin_timeout) and math.isfinite(fin.value) for fin in frame.fins)
 
 
-def actuator_faults(health: ActuatorHealth, vehicle_fins: Sequence[VehicleFin]) -> ActuatorFaults:
-    """Return the faults by kind."""
+def actuator_faults(
+    health: ActuatorHealth, vehicle_fins: Sequence[VehicleFin], left: Manoeuvrability, reserve: float
+) -> ActuatorFaults:
+    """Return the faults by kind; fins are damaged while at least `reserve` of a sound vehicle's control is left."""
     if health.faultless:
         return NO_FAULTS
     planes, rudders = list[Faulty](), list[Faulty]()
     for fault, fin in zip(health.fins, vehicle_fins, strict=True):
         (rudders if fin.rudder else planes).append(Faulty(fault, fin.name))
+    dives, turns = left.dive_left >= reserve, left.turn_left >= reserve
+    damaged = [*(planes if dives else ()), *(rudders if turns else ())]
     propeller = [Faulty(health.propeller, "propeller")]
     everything = [*planes, *rudders, *propeller]
     if health.drop_weight is WeightState.SILENT:
         everything.append(Faulty(ActuatorFault.SILENT, "drop weight"))
     return ActuatorFaults(
-        plane=_first(planes, _STUCK),
-        rudder=_first(rudders, _STUCK),
+        plane=None if dives else _first(planes, _DAMAGED),
+        rudder=None if turns else _first(rudders, _DAMAGED),
         propeller=_first(propeller, _STUCK),
         runaway=_first(propeller, (ActuatorFault.RUNAWAY,)),
         silent=_first(everything, (ActuatorFault.SILENT,)),
-        worn=_first(everything, _WORN),
+        worn=_first(everything, _WORN) or _first(propeller, (ActuatorFault.WEAK,)),
+        damaged=_first(damaged, _DAMAGED),
     )
 
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from firmware_py.records.fence import WITHIN
 from firmware_py.records.health import ALL_GOOD, ActuatorFault, SensorHealth, SourceFault
+from firmware_py.records.manoeuvrability import UNLIMITED, Manoeuvrability
 from firmware_py.records.order import Mode
 from firmware_py.safety.start import OVER, Start
 
@@ -21,8 +22,9 @@ class Faulty(NamedTuple):
 class ActuatorFaults(NamedTuple):
     """The first actuator with a fault of each kind; None where there is none.
 
-    `plane`, `rudder` and `propeller` are jammed or without force; `runaway` is the propeller too; `silent` and `worn`
-    (weak, slow, loose) are any.
+    `plane`, `rudder` and `propeller` are jammed or without force; `damaged` is a fin that is so, or weak, while the
+    others still control the vehicle. `runaway` is the propeller too; `silent` and `worn` (slow, loose, a weak
+    propeller) are any.
     """
 
     plane: Faulty | None = None
@@ -31,6 +33,7 @@ class ActuatorFaults(NamedTuple):
     runaway: Faulty | None = None
     silent: Faulty | None = None
     worn: Faulty | None = None
+    damaged: Faulty | None = None
 
 
 NO_FAULTS = ActuatorFaults()
@@ -88,5 +91,9 @@ class Conditions(NamedTuple):
     """The drop weight is released, in this run or in an earlier one, and no hardpoint says that it holds one."""
     watched: bool = False
     """It surfaced and disarmed itself, and nobody has armed or disarmed it since."""
+    left: Manoeuvrability = UNLIMITED
+    """What the vehicle can still do, and"""
+    slope: float = 0.0
+    """how steeply it dives, rad."""
     start: Start = OVER
     """How it began, while nobody has armed it since."""

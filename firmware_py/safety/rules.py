@@ -70,7 +70,7 @@ class Rule(NamedTuple):
         """Return why it answers, while it holds."""
         faulty = self.faulty(c)
         if faulty is not None:
-            return Reason(self.cause, (float(faulty.fault),), (faulty.name,))
+            return Reason(self.cause, (float(faulty.fault), *self.numbers(c, params)), (faulty.name,))
         return Reason(self.cause, self.numbers(c, params))
 
 
@@ -102,8 +102,13 @@ def _off_depth(c: Conditions, p: SafetyParams) -> bool:
     return c.wanted in _FLOWN and abs(c.depth - c.wanted_depth) > p.depth_error_max
 
 
+def _too_deep(c: Conditions, p: SafetyParams) -> bool:
+    return c.depth + c.left.lost_height(c.slope) > p.depth_max  # a damaged vehicle pulls up later
+
+
 def _too_low(c: Conditions, p: SafetyParams) -> bool:
-    return c.altitude - max(0.0, c.z_dot) * p.altitude_ahead < p.altitude_min  # a dive does not end at once
+    ahead = max(max(0.0, c.z_dot) * p.altitude_ahead, c.left.pull_up(c.slope))  # a dive does not end at once
+    return c.altitude - ahead < p.altitude_min
 
 
 def _surfacing_long(c: Conditions, p: SafetyParams) -> bool:
@@ -156,6 +161,8 @@ RULES: tuple[Rule, ...] = (
     _actuator_fault(Cause.PROPELLER_FAULT, lambda c: c.faults.runaway, "runaway_action"),
     _actuator_fault(Cause.PLANE_FAULT,     lambda c: c.faults.plane, "plane_action"),
     _actuator_fault(Cause.RUDDER_FAULT,    lambda c: c.faults.rudder, "rudder_action"),
+    _actuator_fault(Cause.DAMAGED,         lambda c: c.faults.damaged, "damage_action")._replace(
+         numbers=lambda c, _: (c.left.dive_left, c.left.turn_left)),
     Rule(Cause.BUS_SILENT,       lambda c, _: c.bus_silent, "", "bus_action",
          lambda _, p: (p.bus_time,)),
     # The hull and its energy.
@@ -171,7 +178,7 @@ RULES: tuple[Rule, ...] = (
     Rule(Cause.ENERGY,           lambda c, _: c.charge < c.charge_home, "battery_time", "energy_action",
          lambda c, _: (c.charge, c.charge_home), at_arming=False),
     # Where it is, and how it lies there.
-    Rule(Cause.DEPTH_LIMIT,      lambda c, p: c.depth > p.depth_max, "depth_max_time", "depth_max_action",
+    Rule(Cause.DEPTH_LIMIT,      _too_deep, "depth_max_time", "depth_max_action",
          lambda c, p: (c.depth, p.depth_max)),
     Rule(Cause.ALTITUDE_LIMIT,   _too_low, "altitude_time", "altitude_action",
          lambda c, p: (c.altitude, p.altitude_min)),

@@ -119,14 +119,23 @@ class SafetyParams:
     actuator_time: float = param(
         0.2, unit="s", low=0.0, high=60.0, doc="A fault of an actuator for so long.", mav="ACTR_TIME"
     )
-    plane_action: Action = param(_SURFACE, doc="A plane is jammed or lost.", mav="PLANE_ACT")
-    rudder_action: Action = param(_SURFACE, doc="A rudder is jammed or lost.", mav="RUDDER_ACT")
+    reserve: float = param(
+        20.0,
+        unit="%",
+        low=0.0,
+        high=100.0,
+        doc="Share of a sound vehicle's pull-up, or turn, with which damaged fins still control it.",
+        mav="RESERVE",
+    )
+    damage_action: Action = param(_WARN, doc="A fin is damaged, and the rest controls the vehicle.", mav="DAMAGE_ACT")
+    plane_action: Action = param(_SURFACE, doc="Planes are jammed or lost, and the rest does not.", mav="PLANE_ACT")
+    rudder_action: Action = param(_SURFACE, doc="Rudders are jammed or lost, and the rest does not.", mav="RUDDER_ACT")
     propeller_action: Action = param(_DROP, doc="The propeller is jammed or lost.", mav="PROP_ACT")
     runaway_action: Action = param(_SURFACE, doc="The propeller drives faster than it is told.", mav="RUNAWAY_ACT")
     actuator_silent_action: Action = param(
         _WARN, doc="A fin, the propeller or the hardpoint reports nothing.", mav="ACTR_SIL_ACT"
     )
-    actuator_worn_action: Action = param(_WARN, doc="One is weak, slow or loose.", mav="ACTR_WRN_ACT")
+    actuator_worn_action: Action = param(_WARN, doc="One is slow or loose, or the propeller weak.", mav="ACTR_WRN_ACT")
     bus_time: float = param(
         2.0, unit="s", low=0.2, high=60.0, doc="Nothing at all is heard for so long.", mav="BUS_TIME"
     )

@@ -15,6 +15,7 @@ from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import INTENDED_CAUSES, Cause, Event, EventKind, event
 from firmware_py.records.fence import HOME, NO_FENCE, Fence, Place
 from firmware_py.records.health import ActuatorHealth, SensorHealth, sound
+from firmware_py.records.manoeuvrability import UNLIMITED, Manoeuvrability
 from firmware_py.records.order import NOBODY, Mode, Order
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.ascent import Ascent
@@ -78,6 +79,7 @@ class Supervisor:
         order: Order,
         mission_done: bool,
         reference: Reference | None = None,
+        left: Manoeuvrability = UNLIMITED,
     ) -> ModeState:
         """The mode of this tick.
 
@@ -89,9 +91,10 @@ class Supervisor:
             order: what was asked in this tick.
             mission_done: whether the guidance has passed the last waypoint, or come to where it was to return to.
             reference: what the guidance said in the last tick; None before the first.
+            left: what the vehicle can still do.
         """
         params, was = self._params, self._memory
-        seen = Seen(tick, frame, state, actuators, order, reference)
+        seen = Seen(tick, frame, state, actuators, order, reference, left)
         nodes = NodeBits(frame.two_senders, frame.unhealthy, frame.replaced, frame.restarted)
         self._tell_of_health(state.sensors, actuators, nodes)
         submerged = self._submerged(tick, frame, state)
@@ -204,7 +207,7 @@ class Supervisor:
         params, was, ascent = self._params, self._memory, self._ascent
         t, faults = seen.tick.t, NO_FAULTS
         if seen.actuators != self._sound:
-            faults = actuator_faults(seen.actuators, self._fins)
+            faults = actuator_faults(seen.actuators, self._fins, seen.left, params.reserve)
         c = conditions(params, self._fence, was, seen, faults, wanted, late, done)
         if was.ascent.stage is not AscentStage.NONE:
             place = c.depth_ok, c.depth, c.fix_heard, c.altitude

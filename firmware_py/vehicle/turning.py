@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from firmware_py.params import ParamError
 from firmware_py.vehicle.linear_models import (
     DivingCoefficients,
     SteeringCoefficients,
@@ -66,6 +67,34 @@ def yaw_axis(vehicle: Vehicle, other: SteeringCoefficients | None = None) -> Tur
     """
     ((a_vv, a_vr, _), (a_rv, a_rr, _), _), (b_v, b_r, _) = steering_model(vehicle, 1.0, other)
     return TurningAxis(a_rr, a_rv, 0.0, b_r, (a_vv, a_vr, b_v))
+
+
+class HeavedAxis(NamedTuple):
+    """How the hull heaves, and how it pitches while it turns.
+
+    Attributes:
+        heave: what changes w: by u w, 1/m, by u q, and by u^2 delta_s, 1/m.
+        turning: angular acceleration in pitch by r^2, by v r, 1/m, and by v^2, 1/m^2.
+    """
+
+    heave: tuple[float, float, float]
+    turning: tuple[float, float, float]
+
+
+def heaved_axis(vehicle: Vehicle) -> HeavedAxis:
+    """Return what vehicle.toml says of heave, and of pitch in turns (Eq. 1).
+
+    Raises:
+        ParamError: the vehicle has no inertia in pitch.
+    """
+    hull, body, c = vehicle.hull, vehicle.body, vehicle.coefficients
+    L, half = hull.length, 0.5 * hull.density * hull.length**2
+    mass, inertia = body.mass - half * L * c.Z_wdot, body.I_y - half * L**3 * c.M_qdot
+    if not (mass > 0.0 and inertia > 0.0):
+        raise ParamError("coefficients: Z_wdot, M_qdot leave no inertia in heave or pitch; they should be negative")
+    heave = half * c.Z_w / mass, (half * L * c.Z_q + body.mass) / mass, half * c.Z_ds / mass
+    moment = half * L / inertia
+    return HeavedAxis(heave, (moment * L * L * c.M_rr, moment * L * c.M_vr, moment * c.M_vv))
 
 
 def stationary_gains(walk: float, dt: float) -> tuple[float, float]:

@@ -20,6 +20,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.health import sound
+from firmware_py.records.manoeuvrability import UNLIMITED
 from firmware_py.records.order import Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Heard, SensorFrame, silence
 from firmware_py.run import provenance
@@ -69,6 +70,7 @@ class ToyAutopilot:
             ),
             actuators=sound(4),
             adopted=NOTHING_ADOPTED,
+            left=UNLIMITED,
             mode=ModeState(mode, mode is Mode.SURFACE, 0),
             reference=reference,
             demand=Demand(self.total, 0.0, 8.0, 0.1, 0.2),

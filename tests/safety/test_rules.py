@@ -23,6 +23,7 @@ from firmware_py.records.health import (
     WeightState,
     sound,
 )
+from firmware_py.records.manoeuvrability import UNLIMITED
 from firmware_py.records.order import Arming, Asker, Mode, Order, Sticks
 from firmware_py.records.sensing import Battery, Heard
 from firmware_py.safety.action import MODE_OF, Action
@@ -34,6 +35,8 @@ from .test_supervisor import DT_NS, FORCE, PARAMS, STATE, SupervisedVehicle, old
 
 FINS = (VehicleFin("port"), VehicleFin("starboard"), VehicleFin("upper", True), VehicleFin("lower", True))
 NONE = ActuatorFault.NONE
+HELPLESS = UNLIMITED._replace(turn=0.0, turn_left=0.0, up=0.0, up_left=0.0, dive_left=0.0)
+CRIPPLED = UNLIMITED._replace(up=0.02, up_left=0.3, dive_left=0.3)
 AT_PLACE = Reference(5.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0, math.nan)
 
 
@@ -50,7 +53,7 @@ def suspect(
 def faulty(fault: ActuatorFault, at: int) -> dict[str, Any]:
     health = [NONE] * 5
     health[at] = fault
-    return {"actuators": ActuatorHealth(tuple(health[:4]), health[4])}
+    return {"actuators": ActuatorHealth(tuple(health[:4]), health[4]), "left": HELPLESS}
 
 
 BLIND = ALL_GOOD._replace(
@@ -70,6 +73,7 @@ class Case:
 
 
 SINKING = STATE.nu._replace(w=0.5)
+STEEP = STATE.nu._replace(u=1.5, w=0.7)
 CASES = (
     Case(Cause.LEAK, "leak_action", 51, {"leak": True}),
     Case(Cause.BATTERY_LOW, "battery_action", 501, {**battery(0.09)}),
@@ -78,6 +82,8 @@ CASES = (
     Case(Cause.BATTERY_SILENT, "battery_silent_action", 3001, suspect("battery", SourceState.LOST)),
     Case(Cause.LEAK_SILENT, "leak_silent_action", 3001, {"frame": {"leak": Heard(math.nan, 0.0, True, True)}}),
     Case(Cause.DEPTH_LIMIT, "depth_max_action", 31, {"z": 30.1}),
+    Case(Cause.DEPTH_LIMIT, "depth_max_action", 31, {"z": 29.0, "nu": STEEP, "left": CRIPPLED}),
+    Case(Cause.ALTITUDE_LIMIT, "altitude_action", 101, {"altitude": 5.4, "nu": STEEP, "left": CRIPPLED}),
     Case(Cause.ALTITUDE_LIMIT, "altitude_action", 101, {"altitude": 1.9}),
     Case(Cause.ALTITUDE_LIMIT, "altitude_action", 101, {"altitude": 3.9, "nu": SINKING}),
     Case(Cause.ALTITUDE_LIMIT, "altitude_action", 101, {"altitude": 1.9, "eta": STATE.eta._replace(theta=math.nan)}),
@@ -93,6 +99,8 @@ CASES = (
     Case(Cause.PLANE_FAULT, "plane_action", 21, faulty(ActuatorFault.JAMMED, 0)),
     Case(Cause.PLANE_FAULT, "plane_action", 21, faulty(ActuatorFault.HARD_OVER, 1)),
     Case(Cause.RUDDER_FAULT, "rudder_action", 21, faulty(ActuatorFault.LOST, 3)),
+    Case(Cause.DAMAGED, "damage_action", 21, {**faulty(ActuatorFault.JAMMED, 0), "left": CRIPPLED}),
+    Case(Cause.DAMAGED, "damage_action", 21, {**faulty(ActuatorFault.WEAK, 3), "left": UNLIMITED}),
     Case(Cause.PROPELLER_FAULT, "propeller_action", 21, faulty(ActuatorFault.JAMMED, 4)),
     Case(Cause.PROPELLER_FAULT, "runaway_action", 21, faulty(ActuatorFault.RUNAWAY, 4)),
     Case(Cause.ACTUATOR_SILENT, "actuator_silent_action", 21, faulty(ActuatorFault.SILENT, 2)),

@@ -17,6 +17,7 @@ from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Cause
 from firmware_py.records.event_text import texts
 from firmware_py.records.health import sound
+from firmware_py.records.manoeuvrability import UNLIMITED
 from firmware_py.records.order import NO_ORDER, Arming, Asker, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame, never
 from firmware_py.safety.action import Action
@@ -74,11 +75,12 @@ class SupervisedVehicle:
     ) -> Mode:
         z = state.pop("z", 5.0)
         actuators, reference = state.pop("actuators", sound(len(self.fins))), state.pop("reference", None)
+        left = state.pop("left", UNLIMITED)
         eta = STATE.eta._replace(z=z, theta=state.pop("theta", 0.0))
         now = replace(STATE, eta=state.pop("eta", eta), **state)
         tick = Tick(self.k, DT_NS, late_ns)
         seen = tick, self.frame(**(frame or {})), now, actuators
-        self.answer = self.supervisor.update(*seen, order, done, reference)
+        self.answer = self.supervisor.update(*seen, order, done, reference, left)
         self.mode, self.k = self.answer.mode, self.k + 1
         self.events = tuple(texts(self.supervisor.events))
         return self.mode

@@ -41,6 +41,8 @@ _KNOWN = 0.75
 """WEAK is tested where sound fins have more than this share of what was learned, by 1 sigma."""
 _WEAK = 2.0
 """WEAK needs so many times the evidence: errors of the model look like weak fins sooner than like none."""
+_SUSPECT = 0.25
+"""With this share of the evidence a fault is likely enough for nothing to be learned from it."""
 _FULL = 0.75
 """Fins beyond this share of their travel hold against something."""
 _INERTIA_TIME, _TURNED = 3.0, math.radians(3.0)
@@ -66,6 +68,7 @@ class AxisMemory(NamedTuple):
         running: how long the filter has run, s.
         held: how long the fins have been held over, s; its sign is the side.
         turned: how far the vehicle turned the other way, rad.
+        prior: 1 sigma of what sound fins do, of what the model says, before anything is learned.
     """
 
     fault: ActuatorFault
@@ -83,6 +86,7 @@ class AxisMemory(NamedTuple):
     running: float
     held: float
     turned: float
+    prior: float
 
 
 _FRESH = AxisMemory(
@@ -101,6 +105,7 @@ _FRESH = AxisMemory(
     0.0,
     0.0,
     0.0,
+    _PRIOR_STD,
 )
 
 
@@ -127,12 +132,31 @@ class AxisWatch:
         """What is wrong with the fins of the axis together: NONE, WEAK or LOST."""
         return self._memory.fault
 
+    @property
+    def suspects(self) -> bool:
+        """Return whether something speaks for a fault by now."""
+        return max(self._memory.lost, self._memory.weak / _WEAK) > _SUSPECT * self._evidence
+
+    def begin(self, prior: float) -> None:
+        """Begin anew with another model, which says what sound fins do with 1 sigma `prior` of it."""
+        m = self._memory
+        self._memory = _FRESH._replace(fault=m.fault, variance=m.variance, prior=prior)
+
+    def give_up(self) -> None:
+        """Take the fins for LOST, as something else shows that they are."""
+        self._memory = self._memory._replace(fault=ActuatorFault.LOST)
+
     def pause(self) -> None:
         """Stop where the model does not hold or nothing is measured; what was learned, and a fault, are kept."""
         m = self._memory
         if m.running:
             self._memory = _FRESH._replace(
-                fault=m.fault, variance=m.variance, product=m.product, energy=m.energy, learned=m.learned
+                fault=m.fault,
+                variance=m.variance,
+                product=m.product,
+                energy=m.energy,
+                learned=m.learned,
+                prior=m.prior,
             )
 
     def update(
@@ -171,7 +195,7 @@ class AxisWatch:
         if abs(e) > abs(g) + _PUSHED * math.sqrt(counted):
             eg = gg = 0.0
         fault, enough = m.fault, self._evidence
-        weight = m.learned[0][1] + _PRIOR_STD**-2
+        weight = m.learned[0][1] + m.prior**-2
         usual, usual_std = 1.0 + m.learned[0][0] / weight, 1.0 / math.sqrt(weight)
         least = min(max(usual - usual_std, _LEAST), _MOST)
         lost, weak, good = m.lost, 0.0, 0.0
@@ -198,7 +222,7 @@ class AxisWatch:
             if running % self._snapshot < dt:
                 learned = (*learned, (product, energy))[-_SNAPSHOTS:]
         self._memory = AxisMemory(
-            fault, *after, variance, product, energy, learned, lost, weak, good, running, held, turned
+            *(fault, *after, variance, product, energy, learned, lost, weak, good, running, held, turned, m.prior)
         )
         return fault
 

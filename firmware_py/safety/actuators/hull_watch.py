@@ -5,15 +5,24 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from firmware_py.marine import clip
+from firmware_py.records.adoption import Adopted
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.health import ActuatorFault, SourceState
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.hull_response import PERIOD, AxisMemory, AxisWatch
+from firmware_py.safety.actuators.share_watch import ShareMemory, ShareWatch
 from firmware_py.safety.actuators.water_speed import WaterSpeed
 from firmware_py.tick import Tick
-from firmware_py.vehicle.turning import pitch_axis, yaw_axis
+from firmware_py.vehicle.linear_models import (
+    DivingCoefficients,
+    SteeringCoefficients,
+    diving_coefficients,
+    steering_coefficients,
+)
+from firmware_py.vehicle.turning import heaved_axis, pitch_axis, yaw_axis
 from firmware_py.vehicle.vehicle import Vehicle
 
 _CRUISE = 1.8
@@ -31,26 +40,45 @@ _ACROSS_STD = 0.3
 _SPEED_RATE = 0.2
 """What speed may be can change at once, when the propeller is in doubt; fins are held to one that changes slowly, by so
 much, m/s^2: else a step of it would look like an effect that the fins do not have."""
+_QUARTER = 0.25
+"""Fins that do less than this share of what vehicle.toml says make no force, however wrong the file is."""
+_HELD_STD = 0.1
+"""1 sigma of what fins do by coefficients that held in flight."""
+_FAR = 0.1
+"""Coefficients that differ by more than this share are others."""
+_CROSS_TIME, _CROSS_MAX = 2.0, 0.5
+"""The velocity across the hull follows the DVL in this time, s; it is at most this share of the speed."""
+_LEFT = {ActuatorFault.NONE: 1.0, ActuatorFault.WEAK: 0.5, ActuatorFault.LOST: 0.0}
+"""What each fault leaves of the fins' effect."""
 _BRAKED = 0.7
 """Without DVL nothing tells how much the hull brakes in its turns: at full rudder it keeps this share of its speed."""
 _STALE = 0.1
 """An older attitude, s, is none."""
 
 
+Values = tuple[float, ...]
+
+
 class HullMemory(NamedTuple):
     """What is remembered.
 
     Attributes:
+        references: the coefficients that each axis is judged by; empty is vehicle.toml.
         axes: of both axes.
         sums: of their gyros, with the numbers of samples.
         speeds: to which their fins were held in the last step, m/s; NaN if it was left out.
         modelled: fin angles, rad.
+        left: of what is left of the fins' effect.
+        cross: w and v through the water, m/s, by the model and the DVL together.
     """
 
+    references: tuple[Values, ...]
     axes: tuple[AxisMemory, ...]
     sums: tuple[tuple[float, int], ...]
     speeds: tuple[float, ...]
     modelled: tuple[float, ...]
+    left: tuple[ShareMemory, ...]
+    cross: tuple[float, ...]
 
 
 class HullWatch:
@@ -62,18 +90,21 @@ class HullWatch:
         Raises:
             ParamError: the vehicle has no inertia.
         """
-        self._params = params
-        self._models = pitch_axis(vehicle), yaw_axis(vehicle)
+        self._params, self._vehicle = params, vehicle
+        self._models = [pitch_axis(vehicle), yaw_axis(vehicle)]
+        self._references: list[Values] = [(), ()]
+        self._files = diving_coefficients(vehicle), steering_coefficients(vehicle)
         self._advance = vehicle.propeller.u_trim / vehicle.propeller.n_trim
         self._travel = tuple([fin.delta_max for fin in vehicle.fins])
-        shares = vehicle.effectiveness.s, vehicle.effectiveness.r
-        self._effects = tuple(
-            [tuple([model.control * share for share in row]) for model, row in zip(self._models, shares, strict=True)]
-        )
-        self._fins = tuple([[i for i, share in enumerate(row) if share] for row in shares])
+        self._shares = vehicle.effectiveness.s, vehicle.effectiveness.r
+        self._fins = tuple([[i for i, share in enumerate(row) if share] for row in self._shares])
         self._axes = tuple(
             [AxisWatch(params.evidence, model.eddies(_CRUISE, params.eddies), PERIOD) for model in self._models]
         )
+        self._left = [
+            ShareWatch(params.evidence, model.eddies(_CRUISE, params.eddies), PERIOD) for model in self._models
+        ]
+        self._heaved, self._cross = heaved_axis(vehicle), [0.0, 0.0]
         self._sums = [(0.0, 0), (0.0, 0)]
         self._speeds = [math.nan, math.nan]
         self._modelled = [0.0] * len(vehicle.fins)
@@ -85,10 +116,12 @@ class HullWatch:
         applied: Applied,
         state: StateEstimate,
         water: tuple[WaterSpeed, ...],
+        adopted: Adopted | None = None,
     ) -> bool:
         """Take what one tick tells; return whether the fault of an axis is another one now.
 
         `water` is what speed and current may be (`ThrustWatch.water`): fins are held to the least speed of them.
+        `adopted` says what held so far, by which they are judged; None: vehicle.toml does.
         """
         ahrs, sums = frame.ahrs, self._sums
         if ahrs.fresh and ahrs.ok:
@@ -99,26 +132,73 @@ class HullWatch:
         axis = 0 if phase == 0 else 1
         if axis and phase != steps // 2:
             return False
-        changed = self._judge(axis, tick, frame, applied, state, water)
+        changed = self._judge(axis, tick, frame, applied, state, water, adopted)
         if steps == 1:
-            changed |= self._judge(1, tick, frame, applied, state, water)
+            changed |= self._judge(1, tick, frame, applied, state, water, adopted)
         return changed
 
     def fault(self, fin: int) -> ActuatorFault:
         """Return the worst that is wrong with an axis that a fin acts on: LOST, WEAK or NONE."""
-        faults = [axis.fault for axis, fins in zip(self._axes, self._fins, strict=True) if fin in fins]
+        faults = [self._fault(axis) for axis, fins in enumerate(self._fins) if fin in fins]
         return next((f for f in (ActuatorFault.LOST, ActuatorFault.WEAK) if f in faults), ActuatorFault.NONE)
+
+    def left(self, fin: int) -> float:
+        """Return the share of its effect that a fin has left, as the worst axis that it acts on shows."""
+        shares = [_LEFT[self._fault(axis)] for axis, fins in enumerate(self._fins) if fin in fins]
+        return min(shares, default=1.0)
+
+    def _fault(self, axis: int) -> ActuatorFault:
+        """Return what is wrong with an axis, as either of its watches has found."""
+        fault, left = self._axes[axis].fault, self._left[axis].left
+        if fault is ActuatorFault.LOST or left == 0.0:
+            return ActuatorFault.LOST
+        return ActuatorFault.WEAK if left < 1.0 else fault
 
     def freeze(self) -> HullMemory:
         """Return the whole memory."""
-        axes = tuple([axis.freeze() for axis in self._axes])
-        return HullMemory(axes, tuple(self._sums), tuple(self._speeds), tuple(self._modelled))
+        axes, left = tuple([axis.freeze() for axis in self._axes]), tuple([left.freeze() for left in self._left])
+        held = tuple(self._sums), tuple(self._speeds), tuple(self._modelled)
+        return HullMemory(tuple(self._references), axes, *held, left, tuple(self._cross))
 
     def thaw(self, memory: HullMemory) -> None:
         """Restore the memory that `freeze` returned."""
-        for axis, remembered in zip(self._axes, memory.axes, strict=True):
-            axis.thaw(remembered)
+        for i, (values, remembered) in enumerate(zip(memory.references, memory.axes, strict=True)):
+            self._refer(i, values)
+            self._axes[i].thaw(remembered)
+            self._left[i].thaw(memory.left[i])
         self._sums, self._speeds, self._modelled = list(memory.sums), list(memory.speeds), list(memory.modelled)
+        self._cross = list(memory.cross)
+
+    def _refer(self, axis: int, values: Values) -> None:
+        """Judge an axis by these coefficients from now on; by vehicle.toml if there are none."""
+        self._references[axis] = values
+        if axis:
+            self._models[1] = yaw_axis(self._vehicle, SteeringCoefficients(*values) if values else None)
+        else:
+            self._models[0] = pitch_axis(self._vehicle, DivingCoefficients(*values) if values else None)
+
+    def _follow(self, axis: int, adopted: Adopted) -> bool:
+        """Judge an axis by what held in adoption; return whether it can be judged.
+
+        While fins are at fault what held before does, or a fault would become what is usual. Where nothing has held and
+        the motion refutes vehicle.toml nothing can be judged, but that the fins do hardly anything by what is learned.
+        """
+        watch, left = self._axes[axis], self._left[axis]
+        held = (adopted.held_diving, adopted.held_steering)[axis]
+        if held and held[0] == held[0]:
+            sound = self._fault(axis) is ActuatorFault.NONE and not (watch.suspects or left.suspects)
+            if held != self._references[axis] and sound:
+                if not self._references[axis] or _far(held, self._references[axis]):
+                    watch.begin(_HELD_STD)
+                    left.pause()
+                self._refer(axis, held)
+            return True
+        if not adopted.refuted[axis]:
+            return True
+        in_force = (adopted.diving, adopted.steering)[axis][-1]
+        if in_force / self._files[axis][-1] < _QUARTER:
+            watch.give_up()
+        return False
 
     def _judge(
         self,
@@ -128,8 +208,12 @@ class HullWatch:
         applied: Applied,
         state: StateEstimate,
         water: tuple[WaterSpeed, ...],
+        adopted: Adopted | None,
     ) -> bool:
-        watch, model, t, nu = self._axes[axis], self._models[axis], tick.t, state.nu
+        watch, t, nu = self._axes[axis], tick.t, state.nu
+        left, was = self._left[axis], self._fault(axis)
+        known = adopted is None or self._follow(axis, adopted)
+        model = self._models[axis]
         total, count = self._sums[axis]
         self._sums[axis] = (0.0, 0)
         angles, over = self._angles(axis, t, frame, applied)
@@ -138,13 +222,14 @@ class HullWatch:
         before, self._speeds[axis] = self._speeds[axis], math.nan
         if before == before:
             u = min(max(u, before - _SPEED_RATE * PERIOD), before + _SPEED_RATE * PERIOD)
-        cross = (nu.v if axis else nu.w) if state.velocity_ok else 0.0
+        cross, heard = (nu.v if axis else nu.w) if state.velocity_ok else 0.0, bool(state.velocity_ok and water)
         steady = True
         if axis and water:
             cross -= water[0].across(state.eta.psi)
             steady = water[0].across_std(state.eta.psi) < _ACROSS_STD
         if not (
             count
+            and known
             and steady
             and applied.armed
             and u > _SPEED_MIN
@@ -157,21 +242,52 @@ class HullWatch:
             and state.sensors.ahrs.state is SourceState.GOOD
         ):
             watch.pause()
-            return False
+            left.pause()
+            return self._fault(axis) is not was
         self._speeds[axis] = u
-        was = watch.fault
-        hull = u * cross * model.crosswise + model.restoring * math.sin(state.eta.theta)
-        return watch.update(total / count, u * model.damping, hull, u * u * angles, over, u / _CRUISE) is not was
+        rate, fins = total / count, u * u * angles
+        restoring = model.restoring * math.sin(state.eta.theta)
+        hull = u * cross * model.crosswise + restoring
+        watch.update(rate, u * model.damping, hull, fins, over, u / _CRUISE)
+        cross = self._carried(axis, u, rate, angles / model.control, cross if heard else math.nan)
+        if adopted is None or adopted.caution > 0.0 or not self._references[axis]:
+            left.pause()
+        else:
+            if axis == 0:
+                a, b, c = self._heaved.turning
+                v = self._cross[1]
+                restoring += a * nu.r * nu.r + b * v * nu.r + c * v * v
+            left.update(rate, u * model.damping, u * cross * model.crosswise + restoring, fins)
+        return self._fault(axis) is not was
+
+    def _carried(self, axis: int, u: float, rate: float, angle: float, measured: float) -> float:
+        """Return the velocity across the hull, m/s, that the model carries on, and a DVL corrects (NaN: it does not).
+
+        The noise of single pings would turn the modelled hull more than gyros are off.
+        """
+        by_cross, by_rate, by_fins = self._models[1].sway if axis else self._heaved.heave
+        cross = self._cross[axis]
+        cross += PERIOD * u * (by_cross * cross + by_rate * rate + u * by_fins * angle)
+        if measured == measured:
+            cross += (measured - cross) * (PERIOD / _CROSS_TIME)
+        self._cross[axis] = cross = clip(cross, -_CROSS_MAX * u, _CROSS_MAX * u)
+        return cross
 
     def _angles(self, axis: int, t: float, frame: SensorFrame, applied: Applied) -> tuple[float, float]:
         """Return the fins' angles times their effect, and the least share of their travel."""
-        effects, latency, modelled = self._effects[axis], self._params.latency, self._modelled
+        shares, control = self._shares[axis], self._models[axis].control
+        latency, modelled = self._params.latency, self._modelled
         total, over = 0.0, math.inf
         for i in self._fins[axis]:
             heard = frame.fins[i]
             angle = modelled[i] = modelled[i] + (applied.fins[i] - modelled[i]) * (PERIOD / _SERVO_TIME)
             if heard.ok and t - heard.t_valid <= latency:
                 angle = heard.value
-            total += effects[i] * angle
+            total += control * shares[i] * angle
             over = min(over, abs(angle) / self._travel[i])
         return total, over
+
+
+def _far(values: Values, others: Values) -> bool:
+    """Return whether what fins do, the last of the coefficients, differs."""
+    return abs(values[-1] - others[-1]) > _FAR * abs(others[-1])

@@ -21,6 +21,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import NOTHING_LEARNED
 from firmware_py.records.event import Event
 from firmware_py.records.health import sound
+from firmware_py.records.manoeuvrability import UNLIMITED
 from firmware_py.records.order import BESIDE, Mode, Order
 from firmware_py.records.sensing import Heard, silence
 from firmware_py.wire.log import ros2_schema
@@ -92,7 +93,8 @@ def codec() -> CdrCodec[Cycle]:
         frame=silence(FINS),
         state=SimpleNamespace(learned=learned),
         actuators=sound(FINS),
-        adopted=SimpleNamespace(diving=fins, steering=fins),
+        adopted=SimpleNamespace(diving=fins, steering=fins, held_diving=fins, held_steering=fins, refuted=flags[:2]),
+        left=UNLIMITED,
         fins=FinCommand(fins, 0.0),
         applied=Applied(fins, 0.0, False, False),
         events=(),

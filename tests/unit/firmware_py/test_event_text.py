@@ -56,6 +56,7 @@ NUMBERS: dict[Cause, tuple[float, ...]] = {
     Cause.RUDDER_FAULT: (float(ActuatorFault.HARD_OVER),),
     Cause.PROPELLER_FAULT: (float(ActuatorFault.LOST),),
     Cause.ACTUATOR_SILENT: (float(ActuatorFault.SILENT),),
+    Cause.DAMAGED: (float(ActuatorFault.JAMMED), 0.28, 1.0),
     Cause.ACTUATOR_WORN: (float(ActuatorFault.SLOW),),
     Cause.BUS_SILENT: (2.0,),
     Cause.STATION_LOST: (20.0,),

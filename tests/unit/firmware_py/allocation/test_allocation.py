@@ -3,6 +3,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 from firmware_py.allocation import Allocator
 from firmware_py.params import ParamError, load
 from firmware_py.records.command import Demand
+from firmware_py.records.health import SOUND_FIN, FinEvidence, FinHealth
 from firmware_py.vehicle.fins import Fin, FinStation
 from firmware_py.vehicle.vehicle import Vehicle
 
@@ -130,3 +132,78 @@ def test_what_is_not_finite_comes_out_so_for_the_gate_to_judge() -> None:
     fins = Allocator(LAYOUTS["plus"]).allocate(demand(math.nan, 0.1)).fins
     assert not any(math.isfinite(a) for a in fins[:2])
     assert len(Allocator(LAYOUTS["x"]).allocate(demand(math.inf, 0.1)).fins) == 4
+
+
+def damaged(vehicle: Vehicle, **fins: FinHealth) -> tuple[FinHealth, ...]:
+    return tuple(fins.get(fin.name, SOUND_FIN) for fin in vehicle.fins)
+
+
+def stuck_at(degrees: float) -> FinHealth:
+    return FinHealth(1.0, math.radians(degrees), FinEvidence.FEEDBACK)
+
+
+def made(vehicle: Vehicle, fins: Sequence[float], left: tuple[FinHealth, ...]) -> np.ndarray:
+    """What the fins make in truth: stuck ones what they do where they are, however they are commanded."""
+    angles = [one.stuck if one.is_stuck else angle for angle, one in zip(fins, left, strict=True)]
+    return rows(vehicle) @ (np.array(angles) * [one.effect for one in left])
+
+
+@pytest.mark.parametrize("name", ["plus", "x", "plus and bow"])
+@given(st.floats(-0.05, 0.05), st.floats(-0.05, 0.05), st.floats(-6, 6))
+def test_the_others_oppose_a_stuck_fin(name: str, delta_s: float, delta_r: float, angle: float) -> None:
+    vehicle = LAYOUTS[name]
+    left = damaged(vehicle, fin0=stuck_at(angle))
+    fins = Allocator(vehicle).allocate(demand(delta_s, delta_r), left).fins
+    assert made(vehicle, fins, left) == pytest.approx([delta_s, delta_r], abs=1e-9)
+
+
+def test_a_plane_stuck_at_10_deg_is_opposed_by_the_other_one() -> None:
+    left = damaged(LAYOUTS["plus"], fin0=stuck_at(10.0))
+    allocator = Allocator(LAYOUTS["plus"])
+    fins = allocator.allocate(demand(0.0, 0.1), left).fins
+    assert np.degrees(fins[1]) == pytest.approx(-10.0)
+    assert fins[2:] == pytest.approx((0.1, 0.1))
+    fins = allocator.allocate(demand(math.radians(-9.0), 0.0), left).fins
+    assert np.degrees(fins[1]) == pytest.approx(-23.0)  # 6.5 deg up is all that is left
+    assert allocator.allocate(demand(0.1, -0.2)).fins == pytest.approx((0.1, 0.1, -0.2, -0.2))
+
+
+def test_a_stuck_fin_is_asked_for_what_it_would_do_sound() -> None:
+    left = damaged(LAYOUTS["plus"], fin0=stuck_at(10.0))
+    assert Allocator(LAYOUTS["plus"]).allocate(demand(0.05, 0.0), left).fins[0] == pytest.approx(0.05)
+
+
+@everywhere
+@given(angle, angle, st.floats(-23, 23))
+def test_no_fin_goes_beyond_its_travel_against_a_stuck_one(
+    vehicle: Vehicle, delta_s: float, delta_r: float, at: float
+) -> None:
+    fins = Allocator(vehicle).allocate(demand(delta_s, delta_r), damaged(vehicle, fin1=stuck_at(at))).fins
+    assert all(abs(a) <= fin.delta_max for a, fin in zip(fins, vehicle.fins, strict=True))
+
+
+@everywhere
+@given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1))
+def test_what_all_fins_have_lost_is_left_to_the_laws(vehicle: Vehicle, delta_s: float, delta_r: float) -> None:
+    half = (FinHealth(0.5, source=FinEvidence.MOTION),) * len(vehicle.fins)
+    allocator = Allocator(vehicle)
+    assert allocator.allocate(demand(delta_s, delta_r), half).fins == pytest.approx(
+        allocator.allocate(demand(delta_s, delta_r)).fins
+    )
+
+
+def test_a_fin_that_is_known_to_be_lost_is_asked_for_nothing_and_costs_the_axis_its_share() -> None:
+    vehicle = LAYOUTS["x"]
+    left = damaged(vehicle, fin0=FinHealth(0.0, source=FinEvidence.MOTION))
+    fins = Allocator(vehicle).allocate(demand(0.1, 0.0), left).fins
+    delta_s, delta_r = made(vehicle, fins, left)
+    assert fins[0] == pytest.approx(0.0)
+    assert delta_r == pytest.approx(0.0)
+    assert delta_s == pytest.approx(0.075)
+
+
+def test_fifteen_fins_are_allocated_as_exactly() -> None:
+    vehicle = with_fins(*((360.0 * i / 15.0, STERN) for i in range(15)))
+    left = damaged(vehicle, fin3=stuck_at(20.0), fin7=stuck_at(-11.0))
+    fins = Allocator(vehicle).allocate(demand(0.3, -0.2), left).fins
+    assert made(vehicle, fins, left) == pytest.approx([0.3, -0.2])

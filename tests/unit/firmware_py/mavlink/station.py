@@ -23,6 +23,7 @@ from firmware_py.records.estimate import Learned, StateEstimate
 from firmware_py.records.event import Event
 from firmware_py.records.health import ActuatorHealth, sound
 from firmware_py.records.limits import OperatingLimits
+from firmware_py.records.manoeuvrability import UNLIMITED
 from firmware_py.records.order import NO_ORDER, Arming, Mode, Order
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix, Heard, SensorFrame
 from firmware_py.records.turning import AS_ASKED
@@ -110,6 +111,7 @@ def cycle(
         state=dataclasses.replace(STATE, **state) if state else STATE,
         actuators=actuators,
         adopted=NOTHING_ADOPTED,
+        left=UNLIMITED,
         mode=ModeState(mode, mission_done, late, **(decided or {})),
         reference=REFERENCE,
         demand=DEMAND,

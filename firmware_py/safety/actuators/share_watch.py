@@ -1,0 +1,170 @@
+"""How much of their effect the fins of one axis have left: all, half of it, none.
+
+What sound fins do is known: by coefficients that held in flight. For each strength of eddies that there may be, two
+filters of the rate of turn run side by side (`vehicle.turning`): one with the share that fins are believed to have, one
+with another share, which begins from the first one's state whenever nothing speaks for it. So the sum of their
+log-likelihood ratios is Page's cumulative sum for a change at an unknown time. That of the eddies which explain the
+last 20 s best decides: where the water moves the vehicle, nothing is laid to the fins.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from firmware_py.marine import clip
+from firmware_py.vehicle.turning import GYRO_STD, stationary_gains
+
+SHARES = (1.0, 0.5, 0.0)
+"""What may be left; one of two fins that act alike is a half."""
+_OTHERS = ((1,), (0, 2), (0, 1))
+"""Of each of these, which may follow: nothing is left only where half has been lost before."""
+_EDDIES = (0.1, 0.33, 0.67, 1.33)
+"""Strengths of eddies, of those that the actuator watch is told to expect."""
+_ENOUGH = 4.0 / 3.0
+"""Times the evidence of `safety.actuators.evidence`."""
+_CLIP = 4.0
+"""No step counts for more, nats."""
+_SETTLING_TIME = 2.0
+"""After a start the filters find the disturbance, s."""
+_SCORE_TIME = 20.0
+"""Over so long eddies are judged, s."""
+_STALE_TIME = 5.0
+"""What speaks for a change under eddies that are not the likeliest fades in this time, s."""
+_VARIANCE_TIME = 10.0
+
+Follower = tuple[float, float]
+"""A filter: rate, rad/s, and disturbance, rad/s^2."""
+
+
+class Change(NamedTuple):
+    """A filter with another share, and what speaks for it, nats."""
+
+    follower: Follower
+    evidence: float
+
+
+class Member(NamedTuple):
+    """The filters for one strength of eddies; `score` is their log-likelihood over the last time, nats."""
+
+    follower: Follower
+    score: float
+    changes: tuple[Change, ...]
+
+
+class ShareMemory(NamedTuple):
+    """What is remembered.
+
+    Attributes:
+        left: index of the share that the fins have, in `SHARES`.
+        members: by eddies.
+        variance: running mean of the least innovation squared, rad^2/s^2.
+        running: how long the filters have run, s.
+    """
+
+    left: int
+    members: tuple[Member, ...]
+    variance: float
+    running: float
+
+
+class ShareWatch:
+    """Judges the fins of one axis; `update` once a `dt`, s."""
+
+    def __init__(self, evidence: float, eddies: float, dt: float) -> None:
+        """Design the filters.
+
+        Args:
+            evidence: log-likelihood ratio, nats, on which a fault rests.
+            eddies: angular acceleration of the strongest eddies as a random walk, rad/s^2/sqrt(s).
+            dt: step, s.
+        """
+        self._enough, self._dt = _ENOUGH * evidence, dt
+        self._gains = tuple([stationary_gains(share * eddies, dt) for share in _EDDIES])
+        self._least = 0.4 * GYRO_STD**2 * 0.01 / dt
+        self._memory = ShareMemory(0, (), self._least, 0.0)
+
+    @property
+    def left(self) -> float:
+        """Return the share that the fins have left."""
+        return SHARES[self._memory.left]
+
+    @property
+    def suspects(self) -> bool:
+        """Return whether something speaks for a change by now."""
+        return any(change.evidence > 0.25 * self._enough for m in self._memory.members for change in m.changes)
+
+    def pause(self) -> None:
+        """Stop where nothing can be judged; what was found is kept."""
+        if self._memory.running:
+            self._memory = self._memory._replace(members=(), running=0.0)
+
+    def begin(self, left: float) -> None:
+        """Begin anew with a share that somebody else found."""
+        self._memory = ShareMemory(SHARES.index(left), (), self._memory.variance, 0.0)
+
+    def update(self, rate: float, damping: float, hull: float, fins: float) -> bool:
+        """Return whether the share is another one after one more step.
+
+        Args:
+            rate: mean of the measured rate of turn over the step, rad/s.
+            damping: of the rate, 1/s, negative.
+            hull: known angular acceleration but for the fins', rad/s^2.
+            fins: angular acceleration that sound fins would make, rad/s^2.
+        """
+        m, dt = self._memory, self._dt
+        others = _OTHERS[m.left]
+        if not m.running:
+            start = (rate, 0.0)
+            members = tuple([Member(start, 0.0, (Change(start, 0.0),) * len(others)) for _ in self._gains])
+            self._memory = m._replace(members=members, running=dt)
+            return False
+        settled, keep, stale = m.running >= _SETTLING_TIME, 1.0 - dt / _SCORE_TIME, 1.0 - dt / _STALE_TIME
+        unit, known, least = 0.5 / max(m.variance, self._least), hull + SHARES[m.left] * fins, float("inf")
+        best, top, found = 0, -float("inf"), []
+        for i, (gains, member) in enumerate(zip(self._gains, m.members, strict=True)):
+            e, now = _follow(member.follower, gains, rate, damping, known, dt)
+            square = e * e
+            least = min(least, square)
+            score, changes = keep * member.score - unit * square, []
+            if score > top:
+                best, top = i, score
+            for share, change in zip(others, member.changes, strict=True):
+                e, after = _follow(change.follower, gains, rate, damping, hull + SHARES[share] * fins, dt)
+                evidence = change.evidence + clip(unit * (square - e * e), -_CLIP, _CLIP)
+                changes.append(Change(after, evidence) if evidence > 0.0 and settled else Change(now, 0.0))
+            found.append((now, score, changes))
+        members = tuple(
+            [
+                Member(now, score, tuple(changes if i == best else [_faded(c, stale) for c in changes]))
+                for i, (now, score, changes) in enumerate(found)
+            ]
+        )
+        variance = m.variance + (least - m.variance) * (dt / _VARIANCE_TIME) if settled else m.variance
+        self._memory = ShareMemory(m.left, members, variance, m.running + dt)
+        evidence, share = max([(c.evidence, share) for c, share in zip(found[best][2], others, strict=True)])
+        if evidence < self._enough:
+            return False
+        self.begin(SHARES[share])
+        return True
+
+    def freeze(self) -> ShareMemory:
+        """Return the whole memory."""
+        return self._memory
+
+    def thaw(self, memory: ShareMemory) -> None:
+        """Restore the memory that `freeze` returned."""
+        self._memory = memory
+
+
+def _follow(
+    follower: Follower, gains: tuple[float, float], rate: float, damping: float, known: float, dt: float
+) -> tuple[float, Follower]:
+    """Return the innovation of a filter, rad/s, and the filter after it."""
+    before, disturbance = follower
+    predicted = before + dt * (damping * before + known + disturbance)
+    e = rate - predicted
+    return e, (predicted + gains[0] * e, disturbance + gains[1] * e)
+
+
+def _faded(change: Change, stale: float) -> Change:
+    return Change(change.follower, stale * change.evidence)

@@ -1,0 +1,162 @@
+"""What the vehicle can still do, by the coefficients in force and by what is known of its fins.
+
+Of one axis, fins reach what those that move make at their limits, beside those that are stuck, while the other axis is
+held in balance. For a vector of fin angles d, |d_i| <= L_i, that is the greatest s . d under r . d = 0: by duality the
+least sum_i |s_i - k r_i| L_i over k, which lies at some k = s_i / r_i (Boyd and Vandenberghe 2004, ch. 5).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from firmware_py.records.adoption import Adopted
+from firmware_py.records.health import FinHealth
+from firmware_py.records.manoeuvrability import UNLIMITED, Manoeuvrability
+from firmware_py.vehicle.linear_models import (
+    DivingCoefficients,
+    SteeringCoefficients,
+    diving_coefficients,
+    diving_model,
+    steering_coefficients,
+    steering_model,
+)
+from firmware_py.vehicle.vehicle import Vehicle
+
+_TRIM = math.radians(5.0)
+"""Pitch that planes must hold, rad."""
+_STABLE = 1e-6
+"""A hull that is hardly stable on its course turns as tightly as asked, 1/m^2."""
+_SPEED_MOST = 10.0
+"""m/s; a vehicle without planes can be steered at no speed."""
+
+_Row = Sequence[float]
+
+
+def reach(row: _Row, other: _Row, limits: _Row, left: Sequence[FinHealth]) -> tuple[float, float]:
+    """Return the greatest negative and positive row . d, rad, both >= 0, while other . d = 0.
+
+    Args:
+        row: what each fin adds to the axis.
+        other: what it adds to the axis that is held.
+        limits: travel of each fin, rad.
+        left: what is left of each fin; empty: all of them are sound.
+    """
+    left = left or [FinHealth()] * len(row)
+    stuck = [fin.stuck if fin.stuck == fin.stuck else 0.0 for fin in left]
+    travel = [0.0 if fin.stuck == fin.stuck else fin.effect * most for fin, most in zip(left, limits, strict=True)]
+    if abs(_dot(other, stuck)) > sum([abs(b) * most for b, most in zip(other, travel, strict=True)]) + 1e-9:
+        return 0.0, 0.0  # the other axis takes all of it
+    found = []
+    for side in (-1.0, 1.0):
+        ks = [0.0, *[a / b for a, b in zip(row, other, strict=True) if b]]
+        most = min([_bound(row, other, travel, stuck, side, side * k) for k in ks])
+        found.append(max(0.0, most))
+    return found[0], found[1]
+
+
+class ManoeuvrabilityModel:
+    """Computes `Manoeuvrability`; it keeps the last answer, which its arguments alone determine."""
+
+    def __init__(self, vehicle: Vehicle) -> None:
+        """Take the vehicle.
+
+        Raises:
+            ParamError: no inertia is left.
+        """
+        self._vehicle, effectiveness = vehicle, vehicle.effectiveness
+        self._s, self._r = effectiveness.s, effectiveness.r
+        self._limits = tuple([fin.delta_max for fin in vehicle.fins])
+        self._files = diving_coefficients(vehicle), steering_coefficients(vehicle)
+        self._sound = self._reaches(())
+        self._last: tuple[Adopted | None, tuple[FinHealth, ...]] = None, ()
+        self._found = self._computed(*self._files, *self._files, ())
+
+    def of(self, adopted: Adopted | None, left: tuple[FinHealth, ...]) -> Manoeuvrability:
+        """Return what it can do by the coefficients in force (None: vehicle.toml's) and what is left of its fins."""
+        last, fins = self._last
+        if adopted is last and (left is fins or left == fins):
+            return self._found
+        self._last = adopted, left
+        diving, steering = self._files
+        if adopted is not None:
+            diving, steering = DivingCoefficients(*adopted.diving), SteeringCoefficients(*adopted.steering)
+            held = adopted.held_diving or diving, adopted.held_steering or steering
+            files = [one if one[0] == one[0] else file for one, file in zip(held, self._files, strict=True)]
+            self._found = self._computed(
+                diving, steering, DivingCoefficients(*files[0]), SteeringCoefficients(*files[1]), left
+            )
+        else:
+            self._found = self._computed(diving, steering, diving, steering, left)
+        return self._found
+
+    def _reaches(self, left: Sequence[FinHealth]) -> tuple[tuple[float, float], tuple[float, float]]:
+        return reach(self._s, self._r, self._limits, left), reach(self._r, self._s, self._limits, left)
+
+    def _computed(
+        self,
+        diving: DivingCoefficients,
+        steering: SteeringCoefficients,
+        held_diving: DivingCoefficients,
+        held_steering: SteeringCoefficients,
+        left: Sequence[FinHealth],
+    ) -> Manoeuvrability:
+        """Return what is left: what fins lost may show in the coefficients in force, or not yet: the less counts."""
+        vehicle = self._vehicle
+        whole = tuple([fin._replace(effect=1.0) for fin in left])
+        damaged, moved = self._reaches(left), self._reaches(whole)
+        pitch, pitch_held = diving_model(vehicle, 1.0, diving), diving_model(vehicle, 1.0, held_diving)
+        damping = -pitch.A[0][0]
+        control, control_held = -pitch.b[0], -pitch_held.b[0]
+        up, down = (
+            min(control * whole_, control_held * part) for whole_, part in zip(moved[0], damaged[0], strict=True)
+        )
+        sound_up, sound_down = (max(control, control_held) * most for most in self._sound[0])
+        gain, gain_held = _turn_gain(vehicle, steering), _turn_gain(vehicle, held_steering)
+        turn = min([min(gain * a, gain_held * b) for a, b in zip(moved[1], damaged[1], strict=True)])
+        sound_turn = min(self._sound[1]) * max(gain, gain_held)
+        authority, restoring = min(up, down), -pitch.A[0][1]
+        up_left, down_left = _share(up, sound_up), _share(down, sound_down)
+        return Manoeuvrability(
+            turn,
+            _share(turn, sound_turn),
+            up / damping if damping > 0.0 else math.inf,
+            up_left,
+            min(up_left, down_left),
+            1.0 / damping if damping > 0.0 else 0.0,
+            _speed(restoring, authority),
+        )
+
+
+def _turn_gain(vehicle: Vehicle, steering: SteeringCoefficients) -> float:
+    """Return the curvature of a steady turn by the rudder angle, 1/(m rad); infinite if the hull is not stable."""
+    ((a_vv, a_vr, _), (a_rv, a_rr, _), _), (b_v, b_r, _) = steering_model(vehicle, 1.0, steering)
+    determinant = a_vv * a_rr - a_vr * a_rv
+    return abs(a_vv * b_r - a_rv * b_v) / determinant if determinant > _STABLE and a_vv < 0.0 else math.inf
+
+
+def _share(left: float, sound: float) -> float:
+    if sound == math.inf:
+        return 1.0 if left == math.inf else 0.0
+    return min(left / sound, 1.0) if sound > 0.0 else 0.0
+
+
+def _speed(restoring: float, authority: float) -> float:
+    """Return the speed at which planes of an authority at 1 m/s, 1/s^2, hold the trim, m/s."""
+    moment = restoring * math.sin(_TRIM)
+    if moment <= 0.0:
+        return 0.0
+    return min(math.sqrt(moment / authority), _SPEED_MOST) if authority > 0.0 else _SPEED_MOST
+
+
+def _bound(row: _Row, other: _Row, travel: _Row, stuck: _Row, side: float, k: float) -> float:
+    """Return the dual bound on side * row . d for one multiplier of the other axis."""
+    net = [side * (a - side * k * b) for a, b in zip(row, other, strict=True)]
+    return sum([abs(n) * most for n, most in zip(net, travel, strict=True)]) + _dot(net, stuck)
+
+
+def _dot(row: _Row, angles: _Row) -> float:
+    return sum([a * angle for a, angle in zip(row, angles, strict=True)])
+
+
+__all__ = ["UNLIMITED", "Manoeuvrability", "ManoeuvrabilityModel", "reach"]
