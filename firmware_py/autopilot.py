@@ -120,7 +120,8 @@ class Autopilot:
         estimator, actuator_watch, adoption, supervisor, guidance, control, gate = self.parts
         state = estimator.update(tick, frame, self.applied)
         actuators = actuator_watch.update(tick, frame, self.applied, state, adoption.last)
-        adopted = adoption.update(tick, frame, state, self.applied, order.arming in _TO_ARM)
+        told = actuators.left, order.arming in _TO_ARM
+        adopted = adoption.update(tick, frame, state, self.applied, *told)
         left = self.abilities.of(adopted, actuators.left)
         flown = guidance.finished, guidance.last, left
         mode = supervisor.update(tick, estimator.believed, state, actuators, order, *flown)  # may only make it safer

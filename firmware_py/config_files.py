@@ -23,6 +23,7 @@ from firmware_py.reconfiguration import AutopilotParams
 from firmware_py.records.fence import NO_FENCE
 from firmware_py.records.mission import Mission
 from firmware_py.records.mission_tables import ItemTable, WaypointTable, mission_of, mission_to_plain
+from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel
 from firmware_py.vehicle.vehicle import Vehicle
 
 Configuration = Mapping[str, Any]
@@ -54,7 +55,9 @@ def read_mission(folder: Path) -> dict[str, Any]:
         return mission_to_plain(Mission())
     tables = load(MissionParams, read_toml(path), str(path))
     mission, key = mission_of(tables.waypoints, tables.items), "waypoints" if tables.waypoints else "items"
-    refuse_mission(mission, autopilot_params(read_configuration(folder)), NO_FENCE, str(path), key)
+    configuration = read_configuration(folder)
+    able = ManoeuvrabilityModel(vehicle(configuration)).of(None, ())
+    refuse_mission(mission, autopilot_params(configuration), NO_FENCE, str(path), key, able)
     return mission_to_plain(mission)
 
 

@@ -9,11 +9,19 @@ from firmware_py.mavlink.plans.path_check import PathCheck
 from firmware_py.params import ParamError
 from firmware_py.reconfiguration import AutopilotParams, node_settings
 from firmware_py.records.fence import Fence
+from firmware_py.records.manoeuvrability import UNLIMITED, Manoeuvrability
 from firmware_py.records.mission import Loiter, Manoeuvre, Mission, MissionItem, Waypoint
 
 
-def refuse_mission(mission: Mission, params: AutopilotParams, fence: Fence, where: str, key: str) -> None:
-    """Refuse a mission that a station could not upload, or that asks for more speed than guidance gives.
+def refuse_mission(
+    mission: Mission,
+    params: AutopilotParams,
+    fence: Fence,
+    where: str,
+    key: str,
+    able: Manoeuvrability = UNLIMITED,
+) -> None:
+    """Refuse a mission that a station could not upload, or that asks for speeds that are not flown.
 
     Args:
         mission: the items.
@@ -21,11 +29,13 @@ def refuse_mission(mission: Mission, params: AutopilotParams, fence: Fence, wher
         fence: the areas that items and legs must keep to.
         where: file of the mission.
         key: name of its list of tables, "waypoints" or "items".
+        able: what the vehicle can do: circles are no tighter than its turns, and its planes need speed.
 
     Raises:
         ParamError: names the file, the item and the limit.
     """
-    limits = Limits(*node_settings(params).limits[:2], fence, params.guidance.turning)
+    turning = params.guidance.turning.widened(able.turn_radius)
+    limits = Limits(*node_settings(params).limits[:2], fence, turning)
     path_check = PathCheck(limits)
     for i, item in enumerate(mission.items):
         try:
@@ -35,6 +45,9 @@ def refuse_mission(mission: Mission, params: AutopilotParams, fence: Fence, wher
         if (speed := _speed(item)) > params.guidance.speed_max:
             limit = f"guidance.speed_max_m_s = {params.guidance.speed_max:g}"
             raise ParamError(f"{where}: {key}[{i}]: speed_m_s = {speed:g} is over {limit}")
+        if 0.0 < speed < able.speed:
+            least = f"{able.speed:.2f} m/s, below which planes do not hold the trim"
+            raise ParamError(f"{where}: {key}[{i}]: speed_m_s = {speed:g} is under {least}")
 
 
 def refuse_near_bottom(mission: Mission, bottoms: Sequence[float], altitude_min: float, where: str, key: str) -> None:

@@ -9,6 +9,7 @@ as a whole: then the last good values hold, or vehicle.toml where these are cont
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from firmware_py.control.axis_adoption import AdoptionParams, AxisAdoption, AxisMemory, AxisModel, Values, chosen
@@ -20,6 +21,7 @@ from firmware_py.records.adoption import Adopted, Source
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Event, EventKind, event
+from firmware_py.records.health import FinHealth
 from firmware_py.records.passport import LearnedModel
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Rate, Tick
@@ -100,7 +102,13 @@ class Adoption:
         self._passport.begin(earlier)
 
     def update(
-        self, tick: Tick, frame: SensorFrame, state: StateEstimate, applied: Applied, asked: bool = False
+        self,
+        tick: Tick,
+        frame: SensorFrame,
+        state: StateEstimate,
+        applied: Applied,
+        left: Sequence[FinHealth] = (),
+        asked: bool = False,
     ) -> Adopted:
         """Return what the laws are designed from; at 10 Hz anew.
 
@@ -109,6 +117,7 @@ class Adoption:
             frame: what was heard, for the fins' angles.
             state: the state with what was learned.
             applied: what was commanded in the last tick.
+            left: what is left of each fin; empty: all are sound.
             asked: somebody wants to arm the vehicle, or to know whether that is possible.
         """
         self.events = self._passport.update(applied.armed, asked)
@@ -117,7 +126,8 @@ class Adoption:
         if tick.every(Rate.HZ_10):
             learned = state.learned
             for axis, select in zip(self._axes, self._chosen, strict=True):
-                axis.update(select(learned.value), select(learned.std), select(learned.valid))
+                known = select(learned.value), select(learned.std), select(learned.valid)
+                axis.update(*known, left)
             self._passport.heed(learned)
             self._caution = self._caution_now(self._turns(learned.std))
             before, self._adopted = self._adopted, self._in_force()

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from firmware_py.control.lost_effect import share_left, with_share
 from firmware_py.control.model_evidence import EvidenceMemory, Motion, no_evidence, pause, step
 from firmware_py.control.sliding_mode_design import DesignError, sliding_surface
 from firmware_py.marine import clip
@@ -27,6 +28,9 @@ _STAYS = 1.2
 """What is certain enough stays so up to this share of the limit: a filter that begins anew is less certain."""
 _CLEARED = 0.25
 """What the motion contradicts is refused until so little of the evidence against it is left."""
+_RELEARNING = 5.0
+"""When fins have lost part of their effect, the filter takes so long, s, to learn it; until then the good values count,
+with what is left of the fins."""
 _CANDIDATE, _IN_FORCE = 0, 1
 _AS_LEARNED = (Source.PASSPORT, Source.LEARNED)
 """The filter's values are in force: those that it began with, or learned."""
@@ -103,6 +107,8 @@ class AxisMemory(NamedTuple):
         delta: the fin angle of the last period, rad.
         earlier: which coefficients are known from an earlier flight, and were not learned anew since.
         refuted: whether the motion has refuted vehicle.toml.
+        share: what is left of the fins' effect; `good` is that of sound fins.
+        since: for how long that has been so, s.
     """
 
     values: Values
@@ -116,6 +122,8 @@ class AxisMemory(NamedTuple):
     delta: float
     earlier: tuple[bool, ...]
     refuted: bool
+    share: float
+    since: float
 
 
 class AxisAdoption:
@@ -128,7 +136,8 @@ class AxisAdoption:
         self._nominal_strength = self._strength(model.file)
         values, refusal = model.file, Refusal.UNCERTAIN if self._on else Refusal.OFF
         unsure, evidence = (False,) * len(values), no_evidence(2)
-        self._memory = AxisMemory(values, values, unsure, Source.FILE, refusal, (), 0.0, evidence, 0.0, unsure, False)
+        fresh = Source.FILE, refusal, (), 0.0, evidence, 0.0, unsure, False, 1.0, math.inf
+        self._memory = AxisMemory(values, values, unsure, *fresh)
         self._evidence, self._delta = evidence, 0.0
         self._derive()
 
@@ -172,12 +181,18 @@ class AxisAdoption:
         """Weigh nothing: the models do not hold where the vehicle is."""
         self._evidence = pause(self._evidence)
 
-    def update(self, learned: Sequence[float], std: Sequence[float], valid: Sequence[bool]) -> None:
+    def update(self, learned: Sequence[float], std: Sequence[float], valid: Sequence[bool], share: float = 1.0) -> None:
         """Move what is in force, 10 times a second, towards what was learned with 1 sigma `std`; NaN is not learned.
 
-        What is known from an earlier flight counts as learned anew once it is `valid`.
+        What is known from an earlier flight counts as learned anew once it is `valid`. `left` is what is left of each
+        fin: when their effect changes, the good values are known to do so.
         """
         m, file = self._memory, self._model.file
+        share = share_left(self._model.shares, left)
+        if share != m.share:
+            m = self._memory = m._replace(share=share, since=0.0)
+            self._evidence = no_evidence(2)
+        m = self._memory = m._replace(since=m.since + 1.0 / Rate.HZ_10)
         if not self._on:
             self._memory = m._replace(values=self._moved(file), source=Source.FILE, refusal=Refusal.OFF)
             self._derive()
@@ -202,7 +217,9 @@ class AxisAdoption:
         if max(self._evidence.evidence) >= self._params.evidence:
             self._memory = m = m._replace(refuted=True)
         if m.held >= _HOLD:
-            self._memory = m._replace(good=(*m.good[-1:], m.values), held=0.0)
+            self._memory = m._replace(
+                good=(*m.good[-1:], with_share(self._model.names, m.values, 1.0 / m.share)), held=0.0
+            )
         self._derive()
 
     def freeze(self) -> AxisMemory:
@@ -237,6 +254,8 @@ class AxisAdoption:
 
     def _target(self, m: AxisMemory) -> tuple[Source, Values]:
         """Return where the values in force come from now, and towards what they move."""
+        if m.good and m.since < _RELEARNING:
+            return Source.LAST_GOOD, with_share(self._model.names, m.good[0], m.share)
         if any(m.sure) and m.refusal not in (Refusal.DESIGN, Refusal.RESIDUALS):
             return Source.PASSPORT if True in m.earlier else Source.LEARNED, m.candidate
         if m.refusal is Refusal.UNCERTAIN:  # the filter began anew, or has not learned anything yet
@@ -245,7 +264,7 @@ class AxisAdoption:
             return m.source, self._model.file
         holds = self._evidence.evidence[_IN_FORCE] >= -self._params.evidence
         if m.good and (holds or m.source in _AS_LEARNED):
-            return Source.LAST_GOOD, m.good[0]
+            return Source.LAST_GOOD, with_share(self._model.names, m.good[0], m.share)
         return Source.NOMINAL, self._model.file
 
     def _moved(self, target: Values) -> Values:

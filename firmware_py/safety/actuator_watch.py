@@ -22,6 +22,7 @@ from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.drop_weight import DropWeightMemory, DropWeightWatch
 from firmware_py.safety.actuators.feedback import PERIOD, FeedbackLimits, FeedbackMemory, FeedbackWatch
 from firmware_py.safety.actuators.hull_watch import HullMemory, HullWatch
+from firmware_py.safety.actuators.share_watch import ShareWatch
 from firmware_py.safety.actuators.thrust import Ping, ThrustMemory, ThrustWatch
 from firmware_py.tick import Tick
 from firmware_py.vehicle.vehicle import Vehicle
@@ -53,8 +54,10 @@ class ActuatorWatchMemory(NamedTuple):
 class ActuatorWatch:
     """Names what is wrong with each fin and with the propeller, and says where the drop weight is."""
 
-    def __init__(self, params: ActuatorParams, vehicle: Vehicle, n_rate: float) -> None:
-        """`n_rate` is the rate limit of the propeller's commands, rev/s^2.
+    def __init__(
+        self, params: ActuatorParams, vehicle: Vehicle, n_rate: float, watch: type[ShareWatch] = ShareWatch
+    ) -> None:
+        """`n_rate` is the rate limit of the propeller's commands, rev/s^2; `watch` says what is left of an axis.
 
         Raises:
             ParamError: the vehicle has no inertia.
@@ -67,7 +70,7 @@ class ActuatorWatch:
         limits.append(FeedbackLimits(n_rate, share * n_rate, params.n_tolerance, math.inf, *times, turns=True))
         self._params = params
         self._feedback = tuple([FeedbackWatch(limit) for limit in limits])
-        self._hull = HullWatch(params, vehicle)
+        self._hull = HullWatch(params, vehicle, watch)
         self._thrust = ThrustWatch(vehicle, params.evidence, params.current, params.eddies)
         self._rows = vehicle.deflection_rows
         weight = vehicle.drop_weight

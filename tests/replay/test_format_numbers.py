@@ -18,7 +18,7 @@ from firmware_py.records.command import AscentStage
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import Cause, EventKind, Severity
 from firmware_py.records.fence import Disc, Fence, Place, Polygon
-from firmware_py.records.health import ActuatorFault, SourceFault, SourceState, WeightState
+from firmware_py.records.health import ActuatorFault, FinEvidence, SourceFault, SourceState, WeightState
 from firmware_py.records.mission import Jump, Loiter, Manoeuvre, ManoeuvreKind, Mission, Surface, Waypoint
 from firmware_py.records.order import Arming, Change, FenceChange, MissionChange, Mode, ParameterChange, RallyChange
 from firmware_py.wire.log.cdr_codec import CdrCodec
@@ -61,6 +61,7 @@ NUMBERS: dict[type[enum.IntEnum], str] = {
         "TWO_SENDERS=10 HEADING=11 UNDECIDED=12 OTHER_DEVICE=13 STEERING=14"
     ),
     ActuatorFault: "NONE=0 SILENT=1 JAMMED=2 HARD_OVER=3 LOST=4 WEAK=5 SLOW=6 LOOSE=7 RUNAWAY=8",
+    FinEvidence: "NONE=0 FEEDBACK=1 MOTION=2",
     WeightState: "UNREPORTED=0 HELD=1 SILENT=2 COMMANDED=3 RELEASED=4 STUCK=5 NOT_CONFIRMED=6 GONE=7",
     AscentStage: "NONE=0 POWERED=1 BLIND=2 LEVEL=3 REVERSE=4 STOPPED=5 WAITING=6",
     ManoeuvreKind: "ZIGZAG=1 DOUBLETS=2 PRBS=3",

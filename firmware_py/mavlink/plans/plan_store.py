@@ -34,6 +34,9 @@ _JUMP = dialect.MAV_CMD_DO_JUMP
 _NO_MISSION, _NOT_STARTED, _ACTIVE, _PAUSED, _COMPLETE = 1, 2, 3, 4, 5
 """MISSION_STATE."""
 
+_STEADY = 0.8
+"""The tightest turn, by the model in force, is another one when it is wider, or tighter than this share."""
+
 
 class PlanStore:
     """The plans of all links. `busy` is who uploads a plan now (link, system, component); None for nobody."""
@@ -46,6 +49,7 @@ class PlanStore:
         self.plans = {kind: Plan() for kind in NAMES}
         self.revalidation = PlanRevalidation()
         self.limits = Limits(limits.depth_max, limits.altitude_min, NO_FENCE, limits.turning)
+        self._turning, self._radius = limits.turning, 0.0
         self.steps: Sequence[MissionItem] = ()
         self.rally: Sequence[Place] = ()
         self._here: Eta | None = None
@@ -68,7 +72,9 @@ class PlanStore:
 
     def set_limits(self, limits: OperatingLimits) -> None:
         """Apply the operating limits from now on."""
-        self._apply_limits(self.limits._replace(**limits._asdict()))
+        self._turning = limits.turning
+        now = limits._replace(turning=limits.turning.widened(self._radius))
+        self._apply_limits(self.limits._replace(**now._asdict()))
 
     @property
     def depth_max(self) -> float:
@@ -141,6 +147,10 @@ class PlanStore:
 
     def update(self, cycle: Cycle) -> None:
         """Note which items the cycle reached, and whether the vehicle is inside the fence."""
+        radius = cycle.left.turn_radius
+        if not _STEADY * self._radius <= radius <= self._radius:
+            self._radius = math.ceil(radius) if math.isfinite(radius) else radius
+            self._apply_limits(self.limits._replace(turning=self._turning.widened(self._radius)))
         step, before = cycle.reference.item, self._step
         mode = cycle.mode.mode
         self._step = step

@@ -16,7 +16,7 @@ from firmware_py.records.adoption import Adopted
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import Learned
 from firmware_py.records.fence import NO_FENCE
-from firmware_py.records.health import WeightState
+from firmware_py.records.health import FinEvidence, WeightState
 from firmware_py.tick import NS_PER_S
 
 _RECENT = 2.0
@@ -30,7 +30,7 @@ _AHRS, _BATTERY = dialect.MAV_SYS_STATUS_AHRS, dialect.MAV_SYS_STATUS_SENSOR_BAT
 _GPS, _DVL = dialect.MAV_SYS_STATUS_SENSOR_GPS, dialect.MAV_SYS_STATUS_SENSOR_XY_POSITION_CONTROL
 _ALTIMETER, _FINS = dialect.MAV_SYS_STATUS_SENSOR_LASER_POSITION, dialect.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
 _EXTENDED, _LEAK = dialect.MAV_SYS_STATUS_EXTENSION_USED, dialect.MAV_SYS_STATUS_SENSOR_LEAK
-_FINS_ARRAY, _VALUE_ARRAY, _STD_ARRAY, _STATE_ARRAY, _DESIGN_ARRAY = 0, 2, 3, 4, 5
+_FINS_ARRAY, _VALUE_ARRAY, _STD_ARRAY, _STATE_ARRAY, _DESIGN_ARRAY, _DAMAGE_ARRAY = 0, 2, 3, 4, 5, 6
 """Array ids, by which stations tell arrays apart; 1 is the lateness."""
 _RATIO = 9.0
 """A test ratio of 1 stands for innovations of 3 sigma (root mean square); a consistent filter has 1/9."""
@@ -141,16 +141,21 @@ class HealthTelemetry:
         return dialect.MAVLink_servo_output_raw_message(boot_us32(cycle.tick), 0, *pulses)
 
     def arrays(self, cycle: Cycle) -> Message:
-        """Encode DEBUG_FLOAT_ARRAY by tenths of a second: 0 lateness; 1, 3, 5, 7 what is learned; else fin angles.
+        """Encode DEBUG_FLOAT_ARRAY by tenths of a second: 0 lateness; 1, 3, 5, 7 what is learned; 9 damage; else fins.
 
         "xi" are the coefficients, "xi_std" their 1 sigma; "xi_state" is 1 for valid, 2 for excited, 3 for both. Their
         order is that of the configuration's estimation.coefficients.names; at most 58 are sent. "design" is what the
         laws are designed from: M_q, M_ds, Y_v, Y_r, Y_dr, N_v, N_r, N_dr; then of the depth law and of the heading law
-        `Source`, `Refusal`, s'b and the fins' authority, rad/s^2, at the trim speed; then the caution.
+        `Source`, `Refusal`, s'b and the fins' authority, rad/s^2, at the trim speed; then the caution. "damage" is 1 if
+        a fin is damaged, else 0; the shares of diving and of turning that are left; the radius of the tightest turn, m;
+        the least speed, m/s; then of each fin the share of its effect, and the angle at which it is stuck, rad (NaN: it
+        is not).
         """
         tenth, learned = cycle.tick.t_ns % NS_PER_S // (NS_PER_S // 10), cycle.state.learned
         if tenth == 0:
             return self._lateness.message(cycle)
+        if tenth == 9:
+            return _array(cycle, b"damage", _DAMAGE_ARRAY, _damage(cycle))
         if learned.value:
             if tenth == 1:
                 return _array(cycle, b"xi", _VALUE_ARRAY, learned.value)
@@ -248,6 +253,13 @@ def _design(adopted: Adopted) -> Iterable[float]:
     laws = adopted.depth, adopted.heading
     said = [float(one) for law in laws for one in (law.source, law.refusal, law.s_b, law.authority)]
     return (*adopted.diving, *adopted.steering, *said, adopted.caution)
+
+
+def _damage(cycle: Cycle) -> Iterable[float]:
+    left, fins = cycle.left, cycle.actuators.left
+    damaged = any(fin.source is not FinEvidence.NONE for fin in fins)
+    said = [one for fin in fins for one in (fin.effect, fin.stuck)]
+    return (float(damaged), left.dive_left, left.turn_left, left.turn_radius, left.speed, *said)
 
 
 def _cells(voltage: float) -> list[int]:

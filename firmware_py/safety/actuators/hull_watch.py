@@ -84,8 +84,8 @@ class HullMemory(NamedTuple):
 class HullWatch:
     """Judges pitch (axis 0) and yaw (axis 1), each once a period, in turns."""
 
-    def __init__(self, params: ActuatorParams, vehicle: Vehicle) -> None:
-        """Take the models of the vehicle.
+    def __init__(self, params: ActuatorParams, vehicle: Vehicle, watch: type[ShareWatch] = ShareWatch) -> None:
+        """Take the models of the vehicle; `watch` says what is left of each axis.
 
         Raises:
             ParamError: the vehicle has no inertia.
@@ -101,9 +101,7 @@ class HullWatch:
         self._axes = tuple(
             [AxisWatch(params.evidence, model.eddies(_CRUISE, params.eddies), PERIOD) for model in self._models]
         )
-        self._left = [
-            ShareWatch(params.evidence, model.eddies(_CRUISE, params.eddies), PERIOD) for model in self._models
-        ]
+        self._left = [watch(params.evidence, model.eddies(_CRUISE, params.eddies), PERIOD) for model in self._models]
         self._heaved, self._cross = heaved_axis(vehicle), [0.0, 0.0]
         self._sums = [(0.0, 0), (0.0, 0)]
         self._speeds = [math.nan, math.nan]
@@ -187,7 +185,7 @@ class HullWatch:
         held = (adopted.held_diving, adopted.held_steering)[axis]
         if held and held[0] == held[0]:
             sound = self._fault(axis) is ActuatorFault.NONE and not (watch.suspects or left.suspects)
-            if held != self._references[axis] and sound:
+            if held != self._references[axis] and sound and adopted.caution == 0.0:
                 if not self._references[axis] or _far(held, self._references[axis]):
                     watch.begin(_HELD_STD)
                     left.pause()
@@ -250,7 +248,7 @@ class HullWatch:
         hull = u * cross * model.crosswise + restoring
         watch.update(rate, u * model.damping, hull, fins, over, u / _CRUISE)
         cross = self._carried(axis, u, rate, angles / model.control, cross if heard else math.nan)
-        if adopted is None or adopted.caution > 0.0 or not self._references[axis]:
+        if not self._references[axis]:
             left.pause()
         else:
             if axis == 0:

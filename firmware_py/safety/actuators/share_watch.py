@@ -4,11 +4,13 @@ What sound fins do is known: by coefficients that held in flight. For each stren
 filters of the rate of turn run side by side (`vehicle.turning`): one with the share that fins are believed to have, one
 with another share, which begins from the first one's state whenever nothing speaks for it. So the sum of their
 log-likelihood ratios is Page's cumulative sum for a change at an unknown time. That of the eddies which explain the
-last 20 s best decides: where the water moves the vehicle, nothing is laid to the fins.
+last 20 s best decides, if no other eddies that have just begun explain the motion better: where the water moves the
+vehicle, nothing is laid to the fins.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from firmware_py.marine import clip
@@ -18,10 +20,14 @@ SHARES = (1.0, 0.5, 0.0)
 """What may be left; one of two fins that act alike is a half."""
 _OTHERS = ((1,), (0, 2), (0, 1))
 """Of each of these, which may follow: nothing is left only where half has been lost before."""
-_EDDIES = (0.1, 0.33, 0.67, 1.33)
+EDDIES = (0.1, 0.33, 0.67, 1.33)
 """Strengths of eddies, of those that the actuator watch is told to expect."""
 _ENOUGH = 4.0 / 3.0
 """Times the evidence of `safety.actuators.evidence`."""
+_OVER = 3.0
+"""So much, nats, must speak for a change and against eddies of any strength that have just begun."""
+_LEAST_TIME = 1.0
+"""What has spoken for a change for a shorter time, s, may be a gust."""
 _CLIP = 4.0
 """No step counts for more, nats."""
 _SETTLING_TIME = 2.0
@@ -37,10 +43,12 @@ Follower = tuple[float, float]
 
 
 class Change(NamedTuple):
-    """A filter with another share, and what speaks for it, nats."""
+    """A filter with another share; what speaks for it, and against each of the eddies instead, nats; since when, s."""
 
     follower: Follower
     evidence: float
+    over: tuple[float, ...] = ()
+    lasts: float = 0.0
 
 
 class Member(NamedTuple):
@@ -70,16 +78,17 @@ class ShareMemory(NamedTuple):
 class ShareWatch:
     """Judges the fins of one axis; `update` once a `dt`, s."""
 
-    def __init__(self, evidence: float, eddies: float, dt: float) -> None:
+    def __init__(self, evidence: float, eddies: float, dt: float, members: Sequence[float] = EDDIES) -> None:
         """Design the filters.
 
         Args:
             evidence: log-likelihood ratio, nats, on which a fault rests.
             eddies: angular acceleration of the strongest eddies as a random walk, rad/s^2/sqrt(s).
             dt: step, s.
+            members: shares of these eddies for which filters run.
         """
         self._enough, self._dt = _ENOUGH * evidence, dt
-        self._gains = tuple([stationary_gains(share * eddies, dt) for share in _EDDIES])
+        self._gains = tuple([stationary_gains(share * eddies, dt) for share in members])
         self._least = 0.4 * GYRO_STD**2 * 0.01 / dt
         self._memory = ShareMemory(0, (), self._least, 0.0)
 
@@ -119,19 +128,28 @@ class ShareWatch:
             self._memory = m._replace(members=members, running=dt)
             return False
         settled, keep, stale = m.running >= _SETTLING_TIME, 1.0 - dt / _SCORE_TIME, 1.0 - dt / _STALE_TIME
-        unit, known, least = 0.5 / max(m.variance, self._least), hull + SHARES[m.left] * fins, float("inf")
+        unit, known = 0.5 / max(m.variance, self._least), hull + SHARES[m.left] * fins
         best, top, found = 0, -float("inf"), []
+        followed = [
+            _follow(member.follower, gains, rate, damping, known, dt)
+            for gains, member in zip(self._gains, m.members, strict=True)
+        ]
+        squares = [e * e for e, _ in followed]
+        least = min(squares)
         for i, (gains, member) in enumerate(zip(self._gains, m.members, strict=True)):
-            e, now = _follow(member.follower, gains, rate, damping, known, dt)
-            square = e * e
-            least = min(least, square)
+            now, square = followed[i][1], squares[i]
             score, changes = keep * member.score - unit * square, []
             if score > top:
                 best, top = i, score
             for share, change in zip(others, member.changes, strict=True):
                 e, after = _follow(change.follower, gains, rate, damping, hull + SHARES[share] * fins, dt)
                 evidence = change.evidence + clip(unit * (square - e * e), -_CLIP, _CLIP)
-                changes.append(Change(after, evidence) if evidence > 0.0 and settled else Change(now, 0.0))
+                if evidence > 0.0 and settled:
+                    before = change.over or (0.0,) * len(squares)
+                    over = tuple([o + unit * (other - e * e) for o, other in zip(before, squares, strict=True)])
+                    changes.append(Change(after, evidence, over, change.lasts + dt))
+                else:
+                    changes.append(Change(now, 0.0))
             found.append((now, score, changes))
         members = tuple(
             [
@@ -141,8 +159,8 @@ class ShareWatch:
         )
         variance = m.variance + (least - m.variance) * (dt / _VARIANCE_TIME) if settled else m.variance
         self._memory = ShareMemory(m.left, members, variance, m.running + dt)
-        evidence, share = max([(c.evidence, share) for c, share in zip(found[best][2], others, strict=True)])
-        if evidence < self._enough:
+        change, share = max(zip(found[best][2], others, strict=True), key=lambda one: one[0].evidence)
+        if change.evidence < self._enough or change.lasts < _LEAST_TIME or min(change.over) < _OVER:
             return False
         self.begin(SHARES[share])
         return True
@@ -167,4 +185,4 @@ def _follow(
 
 
 def _faded(change: Change, stale: float) -> Change:
-    return Change(change.follower, stale * change.evidence)
+    return change._replace(evidence=stale * change.evidence)

@@ -12,6 +12,7 @@ from firmware_py import config_files
 from firmware_py.mission_check import refuse_mission, refuse_near_bottom
 from firmware_py.params import ParamError
 from firmware_py.records.fence import NO_FENCE, Disc, Fence
+from firmware_py.records.manoeuvrability import RESERVE, UNLIMITED
 from firmware_py.records.mission import Jump, Loiter, Manoeuvre, ManoeuvreKind, Mission, MissionItem, Surface, Waypoint
 
 SHIPPED = Path(__file__).resolve().parents[3] / "configs" / "npsauv2"
@@ -48,6 +49,17 @@ def test_a_mission_within_the_limits_is_taken() -> None:
 )
 def test_an_item_beyond_a_limit_is_named_with_file_and_limit(item: MissionItem, words: str) -> None:
     assert said(*GOOD, item) == words
+
+
+def test_a_mission_is_held_to_what_the_vehicle_can_do() -> None:
+    able = UNLIMITED._replace(turn=1.0 / (RESERVE * 80.0), speed=0.5)
+    near = Fence(within=(Disc(0.0, 0.0, 60.0),))
+    circle = Loiter(0.0, 0.0, 10.0, 1.0, False, 0.0, 1.0, 0.0)
+    refuse_mission(Mission((circle,)), PARAMS, near, "here.toml", "items")
+    with pytest.raises(ParamError, match="outside the fence"):
+        refuse_mission(Mission((circle,)), PARAMS, near, "here.toml", "items", able)
+    with pytest.raises(ParamError, match=r"speed_m_s = 0.4 is under 0.50 m/s, below which planes do not hold the trim"):
+        refuse_mission(Mission((GOOD[0]._replace(u=0.4),)), PARAMS, NO_FENCE, "here.toml", "items", able)
 
 
 def test_a_leg_through_the_fence_is_named_by_the_item_that_it_leads_to() -> None:

@@ -9,6 +9,8 @@ from firmware_py import config_files
 from firmware_py.control.control import LawKind
 from firmware_py.control.sliding_mode_params import PAPER_DEPTH_GAINS, PAPER_HEADING_GAINS, GainSet
 from firmware_py.params import ParamError, dump
+from firmware_py.records.event import Cause, Event
+from firmware_py.records.event_text import texts
 from sternplane.logs import losses
 from sternplane.logs.run import Run
 from sternplane.logs.summary import Summary
@@ -80,9 +82,15 @@ def _losses(summary: Summary) -> Iterator[Section]:
 
 
 def _warnings(log: Run, summary: Summary) -> list[str]:
+    damage = [f"At {t:.1f} s: {text}." for t, events in log.events for text in texts(filter(_of_damage, events))]
     if summary["after_log"]:
-        return [f"Plots and figures are of a part of the flight alone: {unlogged(summary)}. Events are of all of it."]
-    return [f"The log is {log.lost}."] if log.lost else []
+        part = f"Plots and figures are of a part of the flight alone: {unlogged(summary)}. Events are of all of it."
+        return [part, *damage]
+    return [f"The log is {log.lost}.", *damage] if log.lost else damage
+
+
+def _of_damage(event: Event) -> bool:
+    return event.cause is Cause.DAMAGED
 
 
 def _identity(header: Mapping[str, Any]) -> str:

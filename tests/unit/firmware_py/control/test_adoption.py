@@ -21,6 +21,7 @@ from firmware_py.records.command import Applied
 from firmware_py.records.estimate import NOTHING_LEARNED, Learned, StateEstimate
 from firmware_py.records.event import EventKind
 from firmware_py.records.event_text import texts
+from firmware_py.records.health import SOUND_FIN, FinEvidence, FinHealth
 from firmware_py.records.passport import LearnedModel
 from firmware_py.records.sensing import Heard, silence
 from firmware_py.tick import Tick
@@ -50,8 +51,8 @@ class AdoptingVehicle:
         self.events: list[Any] = []
         self.adopted: Adopted | None = None
 
-    def fly(self, seconds: float, learned: Learned) -> Adopted:
-        """Let time pass while this is learned."""
+    def fly(self, seconds: float, learned: Learned, left: tuple[FinHealth, ...] = ()) -> Adopted:
+        """Let time pass while this is learned, with what is left of the fins as it is known."""
         for _ in range(round(seconds / DT)):
             t = self.k * DT
             delta = 0.15 * math.copysign(1.0, math.sin(t / 1.7)), 0.15 * math.copysign(1.0, math.sin(t / 2.3))
@@ -64,7 +65,8 @@ class AdoptingVehicle:
             state = StateEstimate(eta, Nu(U, 0.0, 0.0, 0.0, q, r), 0.0, 0.0, 0.0, 30.0, **flags, learned=learned)
             fins = (delta[0], delta[0], delta[1], delta[1])
             frame = replace(silence(4), fins=tuple(Heard(angle, t, True, True) for angle in fins))
-            self.adopted = self.adoption.update(Tick(self.k, DT_NS), frame, state, Applied(fins, 8.0, True, False))
+            applied = Applied(fins, 8.0, True, False)
+            self.adopted = self.adoption.update(Tick(self.k, DT_NS), frame, state, applied, left)
             self.events += self.adoption.events
             self.k += 1
         assert self.adopted is not None
@@ -252,7 +254,7 @@ def told(adoption: Adoption, ticks: int, what: Learned, armed: bool, asked: bool
     events: list[Any] = []
     for k in range(ticks):
         applied = Applied((0.0,) * 4, 0.0, armed, False)
-        adoption.update(Tick(k, DT_NS), silence(4), state, applied, asked)
+        adoption.update(Tick(k, DT_NS), silence(4), state, applied, asked=asked)
         events += [event for event in adoption.events if event.kind is EventKind.MODEL_CHANGED]
     return texts(events)
 
@@ -296,3 +298,37 @@ def test_with_all_the_caution_the_gain_takes_no_damping_away(
     half = cautious_poles(model, poles, 0.5)
     whole = cautious_poles(model, poles, 1.0)
     assert half == pytest.approx([0.5 * (a + b) for a, b in zip(poles, whole, strict=True)])
+
+
+def test_what_held_is_told_once_it_has_held_and_lags_behind() -> None:
+    flown, good = AdoptingVehicle(true(M_ds=1.5, N_dr=0.6)), learned(M_ds=1.5, N_dr=0.6)
+    early = flown.fly(15.0, good)
+    assert math.isnan(early.held_diving[0])
+    assert math.isnan(early.held_steering[0])
+    late = flown.fly(30.0, good)
+    assert late.held_diving == pytest.approx((FILE["M_q"], 1.5 * FILE["M_ds"]))
+    assert late.held_steering[-1] == pytest.approx(0.6 * FILE["N_dr"])
+    lost = flown.fly(10.0, learned(M_ds=0.7, N_dr=0.6))
+    assert lost.held_diving[-1] == pytest.approx(1.5 * FILE["M_ds"])
+
+
+def test_the_motion_refutes_a_wrong_file_until_something_holds() -> None:
+    flown, good = AdoptingVehicle(true(M_ds=0.4, M_q=1.7)), learned(M_ds=0.4, M_q=1.7)
+    assert flown.fly(10.0, good).refuted[0]
+    assert not flown.fly(40.0, good).refuted[0]
+    assert not AdoptingVehicle().fly(10.0, learned()).refuted[0]
+
+
+def test_what_fins_have_lost_is_taken_from_what_held_before_the_filter_knows_it() -> None:
+    half = (FinHealth(0.5, source=FinEvidence.MOTION),) * 2 + (SOUND_FIN,) * 2
+    flown = AdoptingVehicle()
+    flown.fly(50.0, learned())
+    flown.diving = diving_model(VEHICLE, U, DivingCoefficients(FILE["M_q"], 0.5 * FILE["M_ds"]))
+    now = flown.fly(2.0, learned(), half)
+    assert now.diving[-1] == pytest.approx(0.5 * FILE["M_ds"], rel=0.05)
+    assert now.held_diving[-1] == pytest.approx(FILE["M_ds"])
+    assert now.steering[-1] == pytest.approx(FILE["N_dr"])
+    later = flown.fly(60.0, learned(M_ds=0.5), half)
+    assert later.depth.source is Source.LEARNED
+    assert later.diving[-1] == pytest.approx(0.5 * FILE["M_ds"])
+    assert later.held_diving[-1] == pytest.approx(FILE["M_ds"])  # what sound fins do

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from sternplane.study.adaptation.cases import CASES
+from sternplane.study.adaptation.damage import DAMAGE_CASES
 from sternplane.study.command import run_study
 from sternplane.study.rows import Study
 
@@ -13,7 +14,7 @@ SEEDS = 40
 ADAPTATION = Study(
     "Adaptation study",
     "What a vehicle gains whose laws are designed from what it learns, beside one whose laws know the truth.",
-    CASES,
+    (*CASES, *DAMAGE_CASES),
 )
 
 

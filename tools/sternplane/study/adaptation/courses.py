@@ -16,6 +16,7 @@ completes = "time"
 [environment]
 bottom_depth_m = 60.0
 current_ned_m_s = [0.06, 0.08, 0.0]
+turbulence_m_s = {eddies}
 [start]
 depth_m = 10.0
 u_m_s = 1.8
@@ -32,14 +33,14 @@ speed_m_s = 1.8
 """
 
 
-def track(duration: float = 180.0) -> Course:
-    """Return the track: steps of 2 m every 14 s and, between them, of 25 deg."""
+def track(duration: float = 180.0, eddies: float = 0.0) -> Course:
+    """Return the track: steps of 2 m every 14 s and, between them, of 25 deg; in eddies, 1 sigma, m/s."""
     orders, t, there = [], 2.0, True
     while t + _STEP / 2.0 < duration:
         orders.append(f"[[orders]]\nt_s = {t}\ndepth_m = {12.0 if there else 10.0}\n")
         orders.append(f"[[orders]]\nt_s = {t + _STEP / 2.0}\nheading_deg = {25.0 if there else 0.0}\n")
         t, there = t + _STEP, not there
-    head = _TRACK.format(duration=duration)
+    head = _TRACK.format(duration=duration, eddies=eddies)
     return Course("track", head + _ADOPTION + _BEGIN + "".join(orders), 60.0)
 
 

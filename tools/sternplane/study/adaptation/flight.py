@@ -122,16 +122,26 @@ class Witness:
         return Errors(t, depth, heading, np.array(self._travel), self.adopted, completed)
 
 
-def flown(course: Course, seed: int, wrong: float, design: Design) -> Errors:
-    """Fly a course with a vehicle file whose ten coefficients are off by `wrong`, to sides that the seed draws."""
+def flown(
+    course: Course,
+    seed: int,
+    wrong: float,
+    design: Design,
+    faults: tuple[str, ...] = (),
+    witness: Witness | None = None,
+) -> Errors:
+    """Fly a course with a vehicle file whose ten coefficients are off by `wrong`, to sides that the seed draws.
+
+    `faults` are as the command line takes them; a `witness` of one's own sees every cycle.
+    """
     factors = starts(seed, wrong) if design is not Design.ORACLE else {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         spoiled(CONFIG, folder / "config", scaled(factors))
         scenario = folder / "study.toml"
         scenario.write_text(course.scenario.format(adoption=str(design is Design.ADAPTIVE).lower()), encoding="utf-8")
-        flight = prepare(FlightRequest(scenario=str(scenario), config=folder / "config", seed=seed), {})
-        witness = Witness()
+        flight = prepare(FlightRequest(scenario=str(scenario), config=folder / "config", seed=seed, faults=faults), {})
+        witness = witness or Witness()
         outcome = fly(flight, folder / "log.mcap", witness=witness)
         if outcome.reason == "interrupted":
             raise KeyboardInterrupt

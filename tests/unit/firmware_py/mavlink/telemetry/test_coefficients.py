@@ -12,7 +12,9 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from firmware_py.mavlink.base.identity import Identity
 from firmware_py.records.adoption import Adopted, AxisDesign, Refusal, Source
 from firmware_py.records.estimate import NOTHING_LEARNED, Learned
-from tests.unit.firmware_py.mavlink.station import LEARNED, NAMES, LinkedVehicle, cycle, frame, node, parse, told
+from firmware_py.records.health import SOUND_FIN, FinEvidence, FinHealth
+from firmware_py.records.manoeuvrability import RESERVE, UNLIMITED
+from tests.unit.firmware_py.mavlink.station import LEARNED, NAMES, SOUND, LinkedVehicle, cycle, frame, node, parse, told
 
 BESIDE = ["nis_dvl", "nis_gyro", "nis_att", "current_n", "current_e", "turbulence"]
 
@@ -34,7 +36,7 @@ def arrays(learned: Learned) -> dict[str, list]:
 def test_values_sigmas_and_states_are_arrays_in_the_order_of_the_names() -> None:
     found = arrays(LEARNED)
     assert {name: len(messages) for name, messages in found.items()} == {
-        "late_us": 1, "xi": 1, "xi_std": 1, "xi_state": 1, "design": 1, "fins": 5
+        "late_us": 1, "xi": 1, "xi_std": 1, "xi_state": 1, "design": 1, "fins": 4, "damage": 1
     }  # fmt: skip
     assert found["xi"][0].data[:4] == [-0.0625, 0.03125, 1.25, 0.0]
     assert found["xi_std"][0].data[:4] == [0.0078125, 0.015625, 0.5, 0.0]
@@ -54,10 +56,26 @@ def test_the_design_in_force_is_an_array() -> None:
     assert design.data[:18] == [-0.0625, -0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, *laws, 0.25, 0.0]
 
 
+def test_damage_is_an_array() -> None:
+    left = (SOUND_FIN, FinHealth(1.0, 0.125, FinEvidence.FEEDBACK), *[FinHealth(0.5, source=FinEvidence.MOTION)] * 2)
+    able = UNLIMITED._replace(turn=0.0625, turn_left=0.5, dive_left=0.25, speed=0.75)
+    actuators = dataclasses.replace(SOUND, left=left)
+    for damaged, health in ((1.0, actuators), (0.0, SOUND)):
+        vehicle = node(coefficients=NAMES)
+        ticks = [dataclasses.replace(cycle(k, actuators=health), left=able) for k in range(100)]
+        heard = [message for one in ticks for message in parse(vehicle.report(one)[0])]
+        (damage,) = [m for m in heard if m.get_type() == "DEBUG_FLOAT_ARRAY" and m.name == "damage"]
+        assert damage.data[:3] == [damaged, 0.25, 0.5]
+        assert damage.data[3] == pytest.approx(16.0 / RESERVE)
+        assert damage.data[4] == 0.75
+        fins = [1.0, math.nan, 1.0, 0.125, 0.5, math.nan, 0.5, math.nan] if damaged else [1.0, math.nan] * 4
+        assert damage.data[5:13] == pytest.approx(fins, nan_ok=True)
+
+
 def test_every_array_has_a_number_of_its_own() -> None:
     """Stations tell arrays apart by their numbers, not by their names."""
     numbers = {name: {message.array_id for message in messages} for name, messages in arrays(LEARNED).items()}
-    assert sorted(number for found in numbers.values() for number in found) == [0, 1, 2, 3, 4, 5]
+    assert sorted(number for found in numbers.values() for number in found) == [0, 1, 2, 3, 4, 5, 6]
 
 
 def test_more_coefficients_than_an_array_holds_are_cut_off() -> None:
@@ -68,7 +86,7 @@ def test_more_coefficients_than_an_array_holds_are_cut_off() -> None:
 
 
 def test_a_vehicle_that_learns_nothing_says_nothing_of_it() -> None:
-    assert set(arrays(NOTHING_LEARNED)) == {"late_us", "fins"}
+    assert set(arrays(NOTHING_LEARNED)) == {"late_us", "fins", "damage"}
     assert "NAMED_VALUE_FLOAT" not in {message.get_type() for message in reports(NOTHING_LEARNED, 3.0)}
 
 

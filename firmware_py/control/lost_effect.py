@@ -1,0 +1,28 @@
+"""What an axis keeps of its fins' effect, and what that makes of coefficients."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from firmware_py.records.health import FinHealth
+
+_FIN_TERMS = ("M_ds", "Y_dr", "N_dr")
+
+
+def share_left(shares: Sequence[float], left: Sequence[FinHealth]) -> float:
+    """Return the share of their effect that the fins of an axis have left.
+
+    None left counts as all: no law flies then, and a rule brings the vehicle up.
+
+    Args:
+        shares: what each fin adds to the axis.
+        left: what is left of each; empty: all are sound.
+    """
+    fins = [(abs(share), fin.effect) for share, fin in zip(shares, left, strict=False)]
+    whole, part = sum([share for share, _ in fins]), sum([share * effect for share, effect in fins])
+    return part / whole if part > 0.0 else 1.0
+
+
+def with_share(names: Sequence[str], values: Sequence[float], share: float) -> tuple[float, ...]:
+    """Return the values of the named coefficients with this share of the fins' effect."""
+    return tuple([v * share if name in _FIN_TERMS else v for v, name in zip(values, names, strict=True)])
