@@ -14,6 +14,7 @@ from firmware_py.marine import clip
 from firmware_py.params import param
 from firmware_py.records.adoption import AxisDesign, Refusal, Source
 from firmware_py.records.command import Applied
+from firmware_py.records.health import FinHealth
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Rate
 from firmware_py.vehicle.linear_models import LinearModel
@@ -29,8 +30,7 @@ _STAYS = 1.2
 _CLEARED = 0.25
 """What the motion contradicts is refused until so little of the evidence against it is left."""
 _RELEARNING = 5.0
-"""When fins have lost part of their effect, the filter takes so long, s, to learn it; until then the good values count,
-with what is left of the fins."""
+"""When fins lose effect, good values with what is left of it count for so long, s, while the filter learns the same."""
 _CANDIDATE, _IN_FORCE = 0, 1
 _AS_LEARNED = (Source.PASSPORT, Source.LEARNED)
 """The filter's values are in force: those that it began with, or learned."""
@@ -181,11 +181,13 @@ class AxisAdoption:
         """Weigh nothing: the models do not hold where the vehicle is."""
         self._evidence = pause(self._evidence)
 
-    def update(self, learned: Sequence[float], std: Sequence[float], valid: Sequence[bool], share: float = 1.0) -> None:
+    def update(
+        self, learned: Sequence[float], std: Sequence[float], valid: Sequence[bool], left: Sequence[FinHealth] = ()
+    ) -> None:
         """Move what is in force, 10 times a second, towards what was learned with 1 sigma `std`; NaN is not learned.
 
-        What is known from an earlier flight counts as learned anew once it is `valid`. `left` is what is left of each
-        fin: when their effect changes, the good values are known to do so.
+        What is known from an earlier flight is learned anew once `valid`. When what is `left` of fins changes, so do
+        the good values.
         """
         m, file = self._memory, self._model.file
         share = share_left(self._model.shares, left)

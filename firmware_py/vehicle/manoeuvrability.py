@@ -111,18 +111,16 @@ class ManoeuvrabilityModel:
         up, down = (
             min(control * whole_, control_held * part) for whole_, part in zip(moved[0], damaged[0], strict=True)
         )
-        sound_up, sound_down = (max(control, control_held) * most for most in self._sound[0])
         gain, gain_held = _turn_gain(vehicle, steering), _turn_gain(vehicle, held_steering)
         turn = min([min(gain * a, gain_held * b) for a, b in zip(moved[1], damaged[1], strict=True)])
-        sound_turn = min(self._sound[1]) * max(gain, gain_held)
         authority, restoring = min(up, down), -pitch.A[0][1]
-        up_left, down_left = _share(up, sound_up), _share(down, sound_down)
+        up_left, down_left = (part / whole_ for part, whole_ in zip(damaged[0], self._sound[0], strict=True))
         return Manoeuvrability(
             turn,
-            _share(turn, sound_turn),
+            min([part / whole_ for part, whole_ in zip(damaged[1], self._sound[1], strict=True)]),
             up / damping if damping > 0.0 else math.inf,
-            up_left,
-            min(up_left, down_left),
+            min(up_left, 1.0),
+            min(up_left, down_left, 1.0),
             1.0 / damping if damping > 0.0 else 0.0,
             _speed(restoring, authority),
         )
@@ -133,12 +131,6 @@ def _turn_gain(vehicle: Vehicle, steering: SteeringCoefficients) -> float:
     ((a_vv, a_vr, _), (a_rv, a_rr, _), _), (b_v, b_r, _) = steering_model(vehicle, 1.0, steering)
     determinant = a_vv * a_rr - a_vr * a_rv
     return abs(a_vv * b_r - a_rv * b_v) / determinant if determinant > _STABLE and a_vv < 0.0 else math.inf
-
-
-def _share(left: float, sound: float) -> float:
-    if sound == math.inf:
-        return 1.0 if left == math.inf else 0.0
-    return min(left / sound, 1.0) if sound > 0.0 else 0.0
 
 
 def _speed(restoring: float, authority: float) -> float:
