@@ -119,6 +119,8 @@ def against_file(model: LearnedModel) -> str:
 class PassportKeeper:
     """Saves the passport at intervals and when the vehicle is disarmed.
 
+    It saves none while damage is named, and for an interval after.
+
     Args:
         save: takes name and content of a file, and does not wait.
         keep: the estimator's; None where nothing is learned.
@@ -137,20 +139,23 @@ class PassportKeeper:
         self._identity = identity(config_files.vehicle(configuration))
         self._hash = passport.configuration_hash(configuration)
         self._interval_ns = round(interval * NS_PER_S)
-        self._next_ns = self._interval_ns
+        self._next_ns, self._good_ns = self._interval_ns, 0
         self._earlier: tuple[LearnedModel, Moment] | None = None
         self._sound, self._armed, self._damaged = False, False, False
 
     def update(self, cycle: Cycle) -> None:
         """Save if the interval is over, or the vehicle was disarmed."""
         actuators, laws = cycle.actuators, (cycle.adopted.depth, cycle.adopted.heading)
-        if not self._damaged and any(fault not in _NO_DAMAGE for fault in (*actuators.fins, actuators.propeller)):
-            self._damaged, self._earlier = True, None  # it may have been learned already; what is saved is older
+        t_ns = cycle.tick.t_ns
+        if any(fault not in _NO_DAMAGE for fault in (*actuators.fins, actuators.propeller)):
+            self._earlier = None  # it may have been learned already; what is saved is older
+            self._good_ns = t_ns + self._interval_ns
+        self._damaged = t_ns < self._good_ns
         self._sound = True in cycle.state.learned.valid and not any(law.refusal is Refusal.RESIDUALS for law in laws)
         disarmed = self._armed and not cycle.applied.armed
         self._armed = cycle.applied.armed
-        if cycle.tick.t_ns >= self._next_ns or disarmed:
-            self._next_ns = cycle.tick.t_ns + self._interval_ns
+        if t_ns >= self._next_ns or disarmed:
+            self._next_ns = t_ns + self._interval_ns
             fresh = self._fresh()
             content = self._content(fresh if disarmed and fresh is not None else self._earlier)
             self._earlier = fresh or self._earlier

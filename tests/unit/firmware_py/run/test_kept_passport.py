@@ -275,11 +275,14 @@ def test_what_may_have_been_learned_of_damage_before_it_was_found_is_not_kept(tm
     saves = Saves()
     flown(saves.keeper, 65.0)  # learned at 30 s, saved at 60 s
     flown(saves.keeper, 66.0, begin=65.0, fault=ActuatorFault.LOST)
-    flown(saves.keeper, 200.0, begin=66.0)  # it works again, or is not told any longer
-    flown(saves.keeper, 200.2, begin=200.0, armed=False)
+    flown(saves.keeper, 90.0, begin=66.0)  # it works again, but for less than an interval
+    flown(saves.keeper, 90.2, begin=90.0, armed=False)
     saves.keeper.leave(tmp_path)
     assert saves.found == [0.99]
     assert list(tmp_path.iterdir()) == []
+    flown(saves.keeper, 200.0, begin=90.2)  # a false alarm: it goes on, with what is learned from now on
+    assert saves.found[1:]
+    assert max(saves.found[1:]) <= 0.97
 
 
 def test_what_held_before_the_filter_lost_its_way_is_kept_at_the_end(tmp_path: Path) -> None:

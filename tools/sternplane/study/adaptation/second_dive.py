@@ -13,6 +13,7 @@ import numpy as np
 
 from firmware_py import app, config_files
 from firmware_py.adapters.io_params import StateParams
+from firmware_py.adapters.storage.state_store import write_atomically
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.passport import LearnedModel, moved
 from firmware_py.run.kept_passport import FILE, PassportKeeper, resume_passport
@@ -91,7 +92,9 @@ def _dive(folder: Path, config: Path, seed: int, kept: Mapping[str, Any], again:
     log.unlink(missing_ok=True)
     if fly(flight, log, witness=witness).reason == "interrupted":
         raise KeyboardInterrupt
-    keeper.leave(folder / "state")
+    for name, content in saved.items():
+        write_atomically(folder, name, content)
+    keeper.leave(folder)
     left = keep()
     assert left is not None
     return _Dive(witness, left, replay(stream(log), app.build).differing if again else 0)
@@ -107,8 +110,10 @@ def _run(seed: int, k: int) -> RunArrays:
         truth.write_text(re.sub(r"(?m)^([NY]_dr) = (\S+)", _weaker, truth.read_text()), encoding="utf-8")
         first = _dive(folder, folder / "same", seed, {}, again=False)
         configuration = config_files.read_configuration(folder / "same")
-        begins, _ = resume_passport(folder / "state" / FILE, configuration, StateParams(), _tomorrow())
-        kept = {"passport": begins}
+        kept: dict[str, Any] = {}
+        if (folder / FILE).exists():  # else nothing of it was to be relied on, and the second begins as the first
+            begins, _ = resume_passport(folder / FILE, configuration, StateParams(), _tomorrow())
+            kept = {"passport": begins}
         second = _dive(folder, folder / "same", seed + _OTHER_NOISE, kept, again=True)
         changed = _dive(folder, folder / "changed", seed + _OTHER_NOISE, kept, again=False)
     found: dict[str, Any] = {"differing": np.array(float(second.differing))}
