@@ -14,10 +14,16 @@ def test_the_log_knows_the_true_vehicle_and_the_autopilot_does_not(tmp_path: Pat
     truth = (config / "truth.toml").read_text()
     assert "\nM_q = -6.8e-2" in truth
     (config / "truth.toml").write_text(truth.replace("\nM_q = -6.8e-2", "\nM_q = -9.9e-2"))
-    header = prepare(FlightRequest(config=config), {}).header()
+    header = prepare(FlightRequest(config=config, scenario="zigzag"), {}).header()
     built = header["truth"]
     assert built["coefficients"]["M_q"] == -0.099
     assert (built["coefficients"]["C_d0"], built["coefficients"]["C_dy"]) == (0.00385, 0.5)
     assert (built["density"], built["length"]) == (1000.0, 5.3)
     assert "-0.099" not in str(header["configuration"])
     assert header["configuration"]["vehicle"]["coefficients"]["M_q"] == -0.068
+
+
+def test_it_knows_the_vehicle_as_the_scenario_makes_the_autopilot_believe_it() -> None:
+    header = prepare(FlightRequest(scenario="demo"), {}).header()
+    assert header["truth"]["coefficients"]["M_q"] == -0.068
+    assert header["configuration"]["vehicle"]["coefficients"]["M_q"] == 0.6 * -0.068
