@@ -1,7 +1,9 @@
 """PID laws, the baseline: they get the same errors and the same feed-forward as the sliding-mode laws.
 
 The gains are those at the trim speed. At `speed_ratio` times that speed the rate gain is divided by the ratio and the
-integral gain multiplied by it, so that the loop answers over the same distance travelled.
+integral gain multiplied by it, so that the loop answers over the same distance travelled, as that of the sliding-mode
+laws does: the fins' forces go with u^2, and poles in proportion to u ask for accelerations that go with u^2 per angle,
+u per rate and u^3 per integrated angle.
 """
 
 from __future__ import annotations

@@ -117,6 +117,21 @@ def test_own_gains_answer_a_small_step_over_the_same_way_at_every_speed(u: float
     assert u * np.sum(1.0 - turn) * 0.01 == pytest.approx(1.8288 * lags, rel=0.05)
 
 
+def test_pid_gains_answer_a_small_step_over_the_same_way_at_every_speed() -> None:
+    """All but the righting moment of the hull, which does not go with the speed, is scaled."""
+    ways = []
+    for u in (1.2, 1.8288, 3.0):
+        flown = fly(LinearPlant(u), PID, STEP, Setpoint(10.02, 0.002, u), 60.0 / u)
+        at = np.linspace(0.0, 59.0, 60) / u
+        t = 0.01 * np.arange(len(flown["z"]))
+        ways.append([np.interp(at, t, (flown["z"] - 10.0) / 0.02), np.interp(at, t, flown["psi"] / 0.002)])
+    for way in (ways[0], ways[2]):
+        for axis, trim in zip(way, ways[1], strict=True):
+            assert np.abs(axis - trim).max() < 0.04
+    assert ways[1][0].max() > 0.95  # it arrives
+    assert ways[1][1].max() > 0.95
+
+
 @pytest.mark.parametrize("control", [PAPER, OWN, PID], ids=["paper", "own", "pid"])
 @pytest.mark.parametrize("u", [1.2, 1.8288])
 def test_feed_forward_keeps_the_model_on_a_smooth_reference(control: ControlParams, u: float) -> None:
