@@ -197,6 +197,15 @@ def parser() -> argparse.ArgumentParser:
     adaptation.add_argument("--out", type=Path, metavar="DIR", help="where they are left [runs/<stamp>]")
     adaptation.set_defaults(run=_lazily("sternplane.study.adaptation.command", draws=True))
 
+    tuning = studies.add_parser(
+        "tuning",
+        help="gains by an optimiser, for the laws that adaptation is compared with",
+        description="Searches the gains of PID and of sliding-mode laws on the nominal vehicle, in one process, and "
+        "leaves a file for each search, as the adaptation study reads them.",
+    )
+    tuning.add_argument("--out", type=Path, metavar="DIR", help="where they are left [runs/<stamp>]")
+    tuning.set_defaults(run=_lazily("sternplane.study.tuning.command"))
+
     safety = studies.add_parser(
         "safety",
         help="every fault at several depths, judged by the truth",

@@ -1,0 +1,74 @@
+"""`sternplane study tuning`: searches the gains of the rivals of the adaptation study, and leaves them as files."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from firmware_py.run.run_folders import run_folder
+from sternplane.study.command import write
+from sternplane.study.tuning.closed_loop import ClosedLoop
+from sternplane.study.tuning.search import (
+    BEGIN,
+    DURATION,
+    GENERATIONS,
+    SEARCHES,
+    SEEDS,
+    SIZE,
+    Figures,
+    Judge,
+    as_toml,
+    drawn,
+    recorded,
+    tuned,
+    words,
+)
+
+_SETS = 10
+"""So many sets of gains are flown both ways."""
+
+
+def command(options: argparse.Namespace) -> int:
+    """Search, write a file for each search, and show that both ways of flying rank gains alike; return 0."""
+    folder, console = run_folder(options.out), Console()
+    judge = Judge()
+    shipped = judge.figures(judge.shipped)
+
+    def tell(generation: int, figures: Figures) -> None:
+        """Say how far a search is."""
+        text = f"{generation + 1} of {GENERATIONS}: {'; '.join(words(figures, shipped))}"
+        console.print(text, highlight=False, soft_wrap=True)
+
+    for search in SEARCHES:
+        console.print(search.name)
+        params = tuned(search, judge, tell)
+        comments = (
+            "Found by `sternplane study tuning` on the nominal vehicle; beside the shipped sliding-mode laws:",
+            *words(judge.figures(params), shipped),
+            f"Track, {BEGIN:g} to {DURATION:g} s, seeds {SEEDS}; differential evolution, {SIZE} x {GENERATIONS}.",
+        )
+        write(folder / f"{search.name}.toml", as_toml(search, params, comments))
+    console.print(_ranking(judge))
+    console.print(str(folder), highlight=False, soft_wrap=True)
+    return 0
+
+
+def _ranking(judge: Judge) -> Table:
+    """Fly sets of PID gains whole, and as the search does; return how well the figures agree."""
+    search, both = SEARCHES[0], []
+    for params in drawn(search, judge.shipped, _SETS):
+        with tempfile.TemporaryDirectory() as name:
+            whole = ClosedLoop(*recorded(Path(name), SEEDS[0], f"\n{as_toml(search, params)}"), BEGIN).recorded()
+        both.append((np.ravel(judge.loops[0].fly(params)), np.ravel(whole)))
+    table = Table("figure", "correlation", "of ranks", "greatest difference", box=None)
+    found, true = np.array(both).transpose(1, 2, 0)
+    for name, a, b in zip(("depth RMS", "stern travel", "heading RMS", "rudder travel"), found, true, strict=True):
+        ranks = np.corrcoef(a.argsort().argsort(), b.argsort().argsort())[0, 1]
+        off = 100.0 * float(np.max(np.abs(a / b - 1.0)))
+        table.add_row(name, f"{np.corrcoef(a, b)[0, 1]:.4f}", f"{ranks:.4f}", f"{off:.2f} %")
+    return table
