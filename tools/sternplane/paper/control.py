@@ -75,7 +75,7 @@ def vehicles(folder: Path, estimates: Mapping[str, Mapping[str, float]], config:
 
 
 def fly_step(scenario: str, config: Path, folder: Path, watch: Callable[[Cycle], None]) -> StepFlight:
-    """Flies, leaving a log.
+    """Flies, leaving a log; the step is one of the path if the mission has such, else one of the depth.
 
     Raises:
         ParamError: a law that cannot be designed.
@@ -90,7 +90,8 @@ def fly_step(scenario: str, config: Path, folder: Path, watch: Callable[[Cycle],
         raise FlightError(f"{scenario} with {config}: {outcome.reason}")
     log = read(folder / "log.mcap")
     c, truth = log.columns, true_columns(log)
-    return _dive(c, truth) if scenario == SCENARIOS["fig9"] else _turn(c, truth, log.header["mission"]["waypoints"])
+    waypoints = log.header["mission"]["waypoints"]
+    return _turn(c, truth, waypoints) if len({y for _, y, _, _ in waypoints}) > 1 else _dive(c, truth)
 
 
 def _dive(c: Columns, truth: Columns) -> StepFlight:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from sternplane.study.adaptation import other_wrong, rivals, steps, straight
 from sternplane.study.adaptation.cases import CASES
 from sternplane.study.adaptation.damage import DAMAGE_CASES
 from sternplane.study.command import run_study
@@ -14,7 +15,7 @@ SEEDS = 40
 ADAPTATION = Study(
     "Adaptation study",
     "What a vehicle gains whose laws are designed from what it learns, beside one whose laws know the truth.",
-    (*CASES, *DAMAGE_CASES),
+    (*CASES, *DAMAGE_CASES, *rivals.CASES, *other_wrong.CASES, *steps.CASES, *straight.CASES),
 )
 
 

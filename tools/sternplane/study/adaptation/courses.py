@@ -8,6 +8,7 @@ from sternplane.sitl.flight import SCENARIOS
 from sternplane.study.adaptation.flight import Course
 
 _ADOPTION = "[autopilot.control.adoption]\nenabled = {adoption}\n"
+FINS = ("stern_port", "stern_starboard", "rudder_upper", "rudder_lower")
 _STEP = 14.0
 _TRACK = """
 description = "The adaptation study: depth and heading up and down, left and right, in a current."
@@ -42,6 +43,19 @@ def track(duration: float = 180.0, eddies: float = 0.0) -> Course:
         t, there = t + _STEP, not there
     head = _TRACK.format(duration=duration, eddies=eddies)
     return Course("track", head + _ADOPTION + _BEGIN + "".join(orders), 60.0)
+
+
+def halved(course: Course, at: float = 60.0, to_settle: float = 30.0) -> Course:
+    """Return a course on which all four fins lose half of their force."""
+    lost = ", ".join(f'"weak:{fin}=50@{at:g}"' for fin in FINS)
+    text = course.scenario.replace('completes = "time"', f'completes = "time"\nfaults = [{lost}]', 1)
+    return Course(f"{course.name}, fins halved at {at:g} s", text, at + to_settle)
+
+
+def slow_turns(course: Course) -> Course:
+    """Return a course with turns of 2 deg/s, which half a rudder can make too."""
+    text = course.scenario.replace("[[orders]]", "[autopilot.guidance]\nturn_rate_max_deg_s = 2.0\n[[orders]]", 1)
+    return course._replace(name=f"{course.name}, turns of 2 deg/s", scenario=text)
 
 
 def demonstration() -> Course:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import enum
 import math
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,6 +26,8 @@ LONG_ERROR = 10.0
 DEPTH_MOST, HEADING_MOST = 2.0, math.radians(30.0)
 """What is too large, m and rad."""
 FIRST_MINUTE = 60.0
+Spoil = Callable[[dict[str, Any]], None]
+"""Makes the tables of a vehicle file wrong."""
 
 
 class Design(enum.Enum):
@@ -135,11 +138,34 @@ def flown(
     `faults` are as the command line takes them; a `witness` of one's own sees every cycle.
     """
     factors = starts(seed, wrong) if design is not Design.ORACLE else {}
+    return flown_as(course, seed, scaled(factors), design is Design.ADAPTIVE, "", faults, witness)
+
+
+def flown_as(
+    course: Course,
+    seed: int,
+    spoil: Spoil,
+    adoption: bool,
+    laws: str = "",
+    faults: tuple[str, ...] = (),
+    witness: Witness | None = None,
+) -> Errors:
+    """Fly a course.
+
+    Args:
+        course: what is flown.
+        seed: of the noise.
+        spoil: makes the vehicle file wrong.
+        adoption: whether the laws are designed from what is learned.
+        laws: tables of the autopilot's configuration that are not as shipped, TOML.
+        faults: as the command line takes them.
+        witness: one's own, which sees every cycle; None makes one.
+    """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        spoiled(CONFIG, folder / "config", scaled(factors))
+        spoiled(CONFIG, folder / "config", spoil)
         scenario = folder / "study.toml"
-        scenario.write_text(course.scenario.format(adoption=str(design is Design.ADAPTIVE).lower()), encoding="utf-8")
+        scenario.write_text(course.scenario.format(adoption=str(adoption).lower()) + laws, encoding="utf-8")
         flight = prepare(FlightRequest(scenario=str(scenario), config=folder / "config", seed=seed, faults=faults), {})
         witness = witness or Witness()
         outcome = fly(flight, folder / "log.mcap", witness=witness)

@@ -1,0 +1,132 @@
+"""Rivals, damage, steps and straight lines of the adaptation study: what is flown, and that targets can be missed."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sternplane.study.adaptation import other_wrong, rivals, steps, straight
+from sternplane.study.adaptation.courses import FINS, halved, slow_turns, track
+from sternplane.study.adaptation.rivals import ADAPTIVE, FIXED, ORACLE, PID
+from sternplane.study.rows import RunArrays
+from sternplane.study.setups import CONFIG
+
+from firmware_py.adapters.storage.toml_files import read_toml
+from sim_bridge.scenarios import Scenario, load_scenario
+
+
+def loaded(folder: Path, text: str) -> Scenario:
+    path = folder / "scenario.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_scenario(str(path), folder)
+
+
+def test_all_fins_lose_half_of_their_force_and_turns_are_slow(tmp_path: Path) -> None:
+    course = slow_turns(halved(track()))
+    scenario = loaded(tmp_path, course.scenario.format(adoption="true"))
+    assert {fault.target for fault in scenario.injected} == set(FINS)
+    assert {(fault.kind.name, fault.value, fault.t) for fault in scenario.injected} == {("weak", 0.5, 60.0)}
+    assert set(FINS) == {fin["name"] for fin in read_toml(CONFIG / "truth.toml")["fins"]}
+    assert scenario.autopilot["guidance"] == {"turn_rate_max_deg_s": 2.0}
+    assert scenario.autopilot["control"] == {"adoption": {"enabled": True}}
+    assert course.settled == 90.0
+
+
+def test_a_rivals_gains_are_laid_over_the_configuration(tmp_path: Path) -> None:
+    scenario = loaded(tmp_path, track().scenario.format(adoption="false") + rivals.gains(PID.gains))
+    control = scenario.autopilot["control"]
+    assert control["law"] == "pid"
+    assert control["adoption"] == {"enabled": False}
+    assert set(control) == {"law", "adoption", "depth_pid", "heading_pid"}
+
+
+def test_every_rival_has_gains_of_the_law_that_it_is_named_for() -> None:
+    for rival in rivals.ALL:
+        assert ('law = "pid"' in rivals.gains(rival.gains)) == ("PID" in rival.name)
+
+
+def run(depth: dict[str, float], failed: float = 0.0) -> RunArrays:
+    """Return a run in which these rivals have these depth errors, and all others 1."""
+    return {
+        rival.name: np.array([failed * (rival is ADAPTIVE), depth.get(rival.name, 1.0), 1.0, 6.0])
+        for rival in rivals.ALL
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "depth", "missed"),
+    [
+        ("rivals, coefficients 50 % wrong", {PID.name: 2.0}, 0),
+        ("rivals, coefficients 50 % wrong", {PID.name: 1.4}, 1),
+        ("rivals, coefficients 50 % wrong", {PID.name: 1.0}, 2),
+        ("rivals, fins halved", {PID.name: 2.1}, 0),
+        ("rivals, fins halved", {PID.name: 1.9}, 1),
+        ("fins halved", {FIXED.name: 5.0}, 0),
+        ("fins halved", {FIXED.name: 3.0}, 1),
+        ("fins halved", {FIXED.name: 5.0, ORACLE.name: 0.8}, 1),
+        ("fins halved", {FIXED.name: math.nan}, 1),
+    ],
+)
+def test_an_adaptive_law_that_is_not_so_much_better_misses_its_target(
+    name: str, depth: dict[str, float], missed: int
+) -> None:
+    case = next(case for case in rivals.CASES if case.name == name)
+    assert sum(row.ok is False for row in case.evaluate([run(depth)]).rows) == missed
+    assert sum(row.ok is False for row in case.evaluate([run(depth, failed=1.0)]).rows) == missed + 1
+    assert not case.evaluate([]).rows
+
+
+@pytest.mark.parametrize("step", ["depth", "path"])
+def test_a_manoeuvre_teaches_before_the_papers_step_where_laws_are_to_have_learned(step: str, tmp_path: Path) -> None:
+    learned = loaded(tmp_path, steps.scenario(step, "learned"))
+    assert type(learned.mission.items[0]).__name__ == "Manoeuvre"
+    assert learned.autopilot["control"] == {"gains": "paper"}
+    assert learned.sensors["pressure"] == {"noise_pa": 0.0, "bias_pa": 0.0}
+    assert "gyro_noise_deg_s" not in learned.sensors["ahrs"]
+    first = loaded(tmp_path, steps.scenario(step, "true"))
+    assert first.autopilot["control"] == {"gains": "paper", "adoption": {"enabled": False}}
+    assert first.duration == 130.0
+
+
+def test_a_step_that_takes_long_or_goes_over_misses_its_target_where_laws_know_enough() -> None:
+    def flown(knows: int, settling: float, overshoot: float) -> RunArrays:
+        figures = np.array([20.0, settling, 1.0, overshoot])
+        return {"knows": np.array(knows), "depth": figures, "path": np.array([20.0, 20.0, 1.0, 1.0])}
+
+    def missed(*runs: RunArrays) -> int:
+        return sum(row.ok is False for row in steps.CASES[0].evaluate(runs).rows)
+
+    assert missed(flown(0, 20.0, 1.0), flown(1, 20.0, 1.0)) == 0
+    assert missed(flown(0, 26.0, 1.0)) == 1
+    assert missed(flown(1, math.inf, 5.0)) == 2
+    assert missed(flown(2, 26.0, 5.0)) == 0  # before anything is learned
+
+
+def test_what_moves_on_a_straight_line_misses_its_target(tmp_path: Path) -> None:
+    def flown(coefficient: float, gain: float) -> RunArrays:
+        errors = {"failed": np.array(0.0), "errors": np.array([0.01, 0.02])}
+        return {**errors, "coefficients": np.full(8, coefficient), "gains": np.full(6, gain)}
+
+    def missed(*runs: RunArrays) -> int:
+        return sum(row.ok is False for row in straight.CASES[0].evaluate(runs).rows)
+
+    assert missed(flown(0.01, 0.01)) == 0
+    assert missed(flown(0.01, 0.01), flown(0.03, 0.01)) == 1
+    assert missed(flown(0.01, 0.03)) == 1
+    scenario = loaded(tmp_path, straight.straight(300.0).scenario.format(adoption="true"))
+    assert scenario.duration == 420.0
+    assert scenario.orders[-1].t == 120.0
+
+
+def test_what_is_not_learned_is_wrong_and_the_ten_are_right() -> None:
+    right = read_toml(CONFIG / "vehicle.toml")
+    for name, way in other_wrong.WAYS.items():
+        first, again, other = (read_toml(CONFIG / "vehicle.toml") for _ in range(3))
+        other_wrong._spoiled(first, way, 1000)
+        other_wrong._spoiled(again, way, 1000)
+        other_wrong._spoiled(other, way, 1003)
+        assert first == again != right, name
+        assert first != other, name
+        assert first["coefficients"]["M_ds"] == right["coefficients"]["M_ds"], name
