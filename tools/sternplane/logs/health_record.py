@@ -131,13 +131,11 @@ def sensor_values(c: Columns) -> dict[str, Array]:
 
 
 def actuator_values(header: Mapping[str, Any], c: Columns) -> dict[str, Array]:
-    """Return by name the `ActuatorFault` of each fin and of what else there is, in each cycle."""
+    """Return by name the `ActuatorFault` of each fin and of the propeller, in each cycle."""
     faults = c.get("actuators.fins", np.empty((len(c["t"]), 0), np.int8))
     found = dict(zip(fin_names(header, faults.shape[1]), faults.T, strict=True))
-    for path in c:
-        part, _, name = path.partition(".")
-        if part == "actuators" and name not in ("fins", "drop_weight"):
-            found[name] = c[path]
+    if "actuators.propeller" in c:
+        found["propeller"] = c["actuators.propeller"]
     return found
 
 
