@@ -1,7 +1,7 @@
 """Surge, sway and yaw that propeller and rudder make: what the hull does by its model, whatever its sensors say.
 
-Thrust and drag drive the speed; the sway-yaw equations of the steering model (Fossen 2011, Sec. 7.2), with the vehicle
-file's coefficients and cross-flow drag, turn the hull; turning brakes it. All through the water.
+Thrust and drag drive the speed; the steering model (`vehicle.turning`), and cross-flow drag beside it, turns the hull;
+turning brakes it. All through the water.
 """
 
 from __future__ import annotations
@@ -9,6 +9,8 @@ from __future__ import annotations
 import copy
 from dataclasses import dataclass
 
+from firmware_py.vehicle.linear_models import SteeringCoefficients, steering_model
+from firmware_py.vehicle.turning import yaw_axis
 from firmware_py.vehicle.vehicle import Vehicle
 
 _SLOWEST = 0.1
@@ -27,25 +29,29 @@ class MotionMemory:
 
 
 class MotionModel:
-    """The model of one vehicle."""
+    """The model of one vehicle; `trim` is the speed at its propeller's trim point, m/s."""
 
     def __init__(self, vehicle: Vehicle) -> None:
-        hull, body, c, propeller = vehicle.hull, vehicle.body, vehicle.coefficients, vehicle.propeller
-        length, half = hull.length, 0.5 * hull.density
-        self._ratio = propeller.u_trim / propeller.n_trim
-        mass, inertia = body.mass / (half * length**3), body.I_z / (half * length**5)
-        m11, m12, m21, m22 = mass - c.Y_vdot, -c.Y_rdot, -c.N_vdot, inertia - c.N_rdot
-        det = m11 * m22 - m12 * m21
-        self._inverse = (m22 / det, -m12 / det, -m21 / det, m11 / det)
-        self._damping = (c.Y_v, c.Y_r - mass, c.N_v, c.N_r, c.Y_dr, c.N_dr)
-        self._length = length
+        hull, c, propeller = vehicle.hull, vehicle.coefficients, vehicle.propeller
+        length = hull.length
+        self._ratio, self.trim = propeller.u_trim / propeller.n_trim, propeller.u_trim
+        self._yaw, self._length = yaw_axis(vehicle), length
+        only_Y = SteeringCoefficients(0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+        only_N = SteeringCoefficients(0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+        self._by_force = steering_model(vehicle, 1.0, only_Y).b
+        self._by_moment = steering_model(vehicle, 1.0, only_N).b
         self._cross = -hull.C_dy * hull.height / (len(_STATIONS) * length)
+        mass = vehicle.body.mass / (0.5 * hull.density * length**3)
         surge = mass - c.X_udot
         self._drag, self._turn = propeller.C_d0 / (surge * length), (mass + c.X_vr) / surge
         brakes = (c.X_vv / length, c.X_rr * length, c.X_drdr / length, c.X_dsds / length, c.X_rdr, c.X_vdr / length)
         self._brakes = tuple(x / surge for x in brakes)
         self._fins = vehicle.deflection_rows
         self.memory = MotionMemory()
+
+    def speed(self, n: float) -> float:
+        """Return the speed that belongs to a propeller speed, rev/s, in the end, m/s."""
+        return n * self._ratio
 
     def deflections(self, fins: list[float]) -> tuple[float, float]:
         """Return delta_s and delta_r for fin angles, rad."""
@@ -54,26 +60,25 @@ class MotionModel:
 
     def step(self, dt: float, n: float, delta_s: float, delta_r: float) -> None:
         """Go on by dt, s, at the propeller speed n, rev/s, with stern planes and rudder at these angles, rad."""
-        m, length = self.memory, self._length
+        m, length, yaw = self.memory, self._length, self._yaw
         u, v, r = max(m.u, _SLOWEST), m.v, m.r
-        y_v, y_r, n_v, n_r, y_dr, n_dr = self._damping
-        side = moment = 0.0
+        force = moment = 0.0  # of cross-flow, over rho/2 L^2 and rho/2 L^3
         for x in _STATIONS:
             flow = v + x * length * r
             drag = self._cross * flow * abs(flow)
-            side += drag
+            force += drag
             moment += x * drag
-        # Force over rho/2 L^3, moment over rho/2 L^4: both accelerations, of v and of r L.
-        force = u * (y_v * v + y_r * r * length + y_dr * u * delta_r) / length + side
-        torque = u * (n_v * v + n_r * r * length + n_dr * u * delta_r) / length + moment
-        a, b, c, d = self._inverse
-        pull = n * self._ratio
+        v_dot = u * (yaw.sway[0] * v + yaw.sway[1] * r + yaw.sway[2] * u * delta_r)
+        r_dot = u * (yaw.crosswise * v + yaw.damping * r + yaw.control * u * delta_r)
+        v_dot += self._by_force[0] * force + self._by_moment[0] * moment
+        r_dot += self._by_force[1] * force + self._by_moment[1] * moment
+        pull = self.speed(n)
         vv, rr, drdr, dsds, rdr, vdr = self._brakes
         u_dot = self._drag * (pull * abs(pull) - m.u * abs(m.u)) + self._turn * v * r + vv * v * v + rr * r * r
         u_dot += u * (u * (drdr * delta_r * delta_r + dsds * delta_s * delta_s) + (rdr * r + vdr * v) * delta_r)
         m.u += dt * u_dot
-        m.v += dt * (a * force + b * torque)
-        m.r += dt * (c * force + d * torque) / length
+        m.v += dt * v_dot
+        m.r += dt * r_dot
 
     def freeze(self) -> MotionMemory:
         """Return the whole memory."""
