@@ -14,10 +14,12 @@ from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import EkfMemory
 from firmware_py.estimation.coefficient_validity import CoefficientValidity, ValidityMemory, ValidityParams
+from firmware_py.estimation.filter_velocity import filter_velocity
 from firmware_py.estimation.fixed_lag_buffer import FixedLagBuffer, FixedLagBufferMemory, FixedLagBufferParams, Span
 from firmware_py.estimation.identifiability import LearnedState, report, reported
 from firmware_py.estimation.inherited import learned_model, prior
 from firmware_py.estimation.model.state import CURRENT_EAST, CURRENT_NORTH, MOVING, STILL
+from firmware_py.estimation.navigation.velocity import FilterVelocity
 from firmware_py.estimation.value_bounds import ValueBounds, unbounded
 from firmware_py.params import TakesEffect, param, table
 from firmware_py.records.command import Applied
@@ -58,7 +60,12 @@ class LearningParams:
         0.3, unit="m/s", low=0.0, high=5.0, doc="Nothing is learned slower over ground.", mav="SPEED"
     )
     gap_max: float = param(
-        30.0, unit="s", low=0.5, high=600.0, doc="Nothing is learned after so long without DVL.", mav="GAP_MAX"
+        600.0,
+        unit="s",
+        low=0.5,
+        high=3600.0,
+        doc="After so long without DVL nothing is learned, and the filter tells no velocity.",
+        mav="GAP_MAX",
     )
     horizon: FixedLagBufferParams = table(FixedLagBufferParams)
 
@@ -76,10 +83,16 @@ class CoefficientEstimatorMemory(NamedTuple):
     ever: tuple[bool, ...]
     bounds: ValueBounds
     last: Learned
+    velocity: FilterVelocity | None
 
 
 class CoefficientEstimator:
-    """Follows the vehicle a lag behind, and reports what it has learned."""
+    """Follows the vehicle a lag behind, and reports what it has learned.
+
+    `velocity` is that of vehicle and water while the filter runs and its innovations are what they should be.
+    """
+
+    velocity: FilterVelocity | None = None
 
     def __init__(
         self, params: LearningParams, coefficients: CoefficientParams, health: ValidityParams, vehicle: Vehicle
@@ -203,6 +216,9 @@ class CoefficientEstimator:
         if not self._bounds.hold(value):  # it was not to be relied on: consistency is to be earned anew
             self._health.reset()
             self._bounds = unbounded(self._count)
+        turbulence, self.velocity = sum(map(mul, weights, self._intensities)), None
+        if self._running and self._health.trusted:
+            self.velocity = filter_velocity(self._buffer.t, mean, std, self.ekf.model.water, turbulence)
         valid = self._valid(value, sigma)
         self._bounds = self._bounds.after(value, sigma, valid)
         current = slice(CURRENT_NORTH, CURRENT_EAST + 1)
@@ -215,7 +231,7 @@ class CoefficientEstimator:
             excited=excited,
             current=(north, east),
             current_std=(north_std, east_std),
-            turbulence=sum(map(mul, weights, self._intensities)),
+            turbulence=turbulence,
             nis=nis,
             rejected=sum(self.ekf.rejected.tolist()),
             dropped=self._buffer.dropped,
@@ -265,6 +281,7 @@ class CoefficientEstimator:
             tuple(self._ever.tolist()),
             self._bounds,
             self._last,
+            self.velocity,
         )
 
     def thaw(self, memory: CoefficientEstimatorMemory) -> None:
@@ -274,6 +291,7 @@ class CoefficientEstimator:
         self._health.thaw(memory.health)
         self._running, self._begun = memory.running, memory.begun
         self._resets, self._bounds, self._last = memory.resets, memory.bounds, memory.last
+        self.velocity = memory.velocity
         self._filter_resets, self._iterations = self.ekf.resets, memory.iterations
         self._permit()
         self._ever[:] = memory.ever

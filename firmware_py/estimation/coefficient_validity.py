@@ -165,6 +165,11 @@ class CoefficientValidity:
         self._consistent, self._wait = False, self._params.settle
 
     @property
+    def trusted(self) -> bool:
+        """Return whether the filter has settled and its innovations are what they should be."""
+        return self._consistent and self._wait == 0.0
+
+    @property
     def verdict(self) -> Validity:
         """What is to be said of it."""
         dvl, gyro, attitude = (s / n if n >= COUNT_MIN else math.nan for s, n, _ in self._window.tolist())

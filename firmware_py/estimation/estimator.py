@@ -110,11 +110,12 @@ class Estimator:
 
     def update(self, tick: Tick, frame: SensorFrame, applied: Applied) -> StateEstimate:
         """Return the state at the tick, from what was received up to it and what was commanded one tick ago."""
-        believed = self.believed = self._integrity.update(tick, frame, applied)
+        known = self._learning.velocity if self._learning is not None else None
+        believed = self.believed = self._integrity.update(tick, frame, applied, known)
         correction = self._integrity.correction
         if correction is not NO_CORRECTION:
             self._navigation.correct(correction.depth, correction.heading)
-        state = self._navigation.update(tick, believed, applied, self._integrity.health)
+        state = self._navigation.update(tick, believed, applied, self._integrity.health, known, self._integrity.hull)
         if self._learning is None:
             return state
         return StateEstimate(*(*_NAVIGATED(state), self._learning.update(tick, believed, applied, state)))

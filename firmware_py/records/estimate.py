@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 import math
 from dataclasses import dataclass, field
 
@@ -59,14 +60,30 @@ NOTHING_LEARNED = Learned(
 """Of an estimator that does not learn."""
 
 
+class VelocitySource(enum.IntEnum):
+    """What the velocity over the ground rests on."""
+
+    NONE = 0
+    """Nothing: how fast the propeller turns, in water that stands still."""
+    DVL = 1
+    """Pings, the last one held."""
+    FILTER = 2
+    """The coefficient filter, which has the pings, as long as there are any, and the hull's model."""
+    HULL_MODEL = 3
+    """What propeller and rudder do to the hull by the vehicle file, and the current that was known last."""
+
+
 @dataclass(frozen=True, slots=True)
 class StateEstimate:
     """The estimators' answer for one tick.
 
     `eta` and `nu` as in SNAME (`nu` over the ground); `position_std` 1 sigma of (x, y) together, m; `depth_std`
     of z, m; `velocity_std` of u and v, m/s; `altitude` above the bottom, m, NaN when unknown. The `*_ok` flags say
-    whether attitude, depth and velocity rest on measurements that are fresh enough to steer by; `leak` that water was
-    found; `sensors` which sensors are believed; `learned` what is known of vehicle and water beyond their files.
+    whether attitude, depth and velocity rest on measurements that are fresh enough to steer by, the velocity also on
+    the coefficient filter where it goes on without DVL; `leak` that water was found; `sensors` which sensors are
+    believed; `learned` what is known of vehicle and water beyond their files. `velocity_source` is what the velocity
+    rests on, `water` the water's velocity north and east, eddies included, m/s, with 1 sigma `water_std` of each; NaN:
+    not known. `fix_jump` is by how much fixes that contradicted the position put it right in this tick, m.
     """
 
     eta: Eta
@@ -80,6 +97,10 @@ class StateEstimate:
     velocity_ok: bool
     leak: bool
     sensors: SensorHealth = ALL_GOOD
+    velocity_source: VelocitySource = VelocitySource.DVL
+    water: tuple[float, float] = (math.nan, math.nan)
+    water_std: float = math.nan
+    fix_jump: float = 0.0
     learned: Learned = NOTHING_LEARNED
 
     @property

@@ -67,6 +67,7 @@ class EventKind(enum.IntEnum):
     DESIGN_CHANGED = 38  # of a law; numbers: `Source` of its coefficients, `Refusal`; names: the law
     MODEL_CHANGED = 39  # of what an earlier flight learned; numbers: 0 against vehicle.toml, 1 what this flight found
     # against the earlier; share of the change, sigmas; names: what, and the coefficient that shows it best
+    POSITION_RESET = 40  # fixes that agree contradicted it; numbers: by how much, m
 
 
 class Cause(enum.IntEnum):
@@ -224,6 +225,7 @@ _SEVERITIES: Mapping[EventKind, Severity] = {
     EventKind.PARAMETER_CHANGED: Severity.NOTICE,
     EventKind.DESIGN_CHANGED: Severity.NOTICE,
     EventKind.MODEL_CHANGED: Severity.NOTICE,
+    EventKind.POSITION_RESET: Severity.WARNING,
 }
 _BY_CAUSE: Mapping[tuple[EventKind, Cause], Severity] = {
     **{(EventKind.MODE_CHANGED, cause): Severity.INFO for cause in INTENDED_CAUSES},

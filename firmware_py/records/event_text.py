@@ -276,6 +276,7 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     EventKind.NODE_RESTARTED: lambda event, _: f"node {event.names[0]} has restarted",
     EventKind.PARAMETER_CHANGED: lambda event, _: f"{event.names[0]} changed from {' to '.join(event.names[1:])}",
     EventKind.DESIGN_CHANGED: lambda event, _: f"{event.names[0]} law: {design_text(*event.numbers)}",
+    EventKind.POSITION_RESET: lambda event, _: f"position put right by {event.numbers[0]:.0f} m: fixes contradicted it",
     EventKind.WEIGHT_COMMANDED: lambda event, _: f"release of the drop weight commanded{_because(event)}",
     EventKind.WEIGHT_NOT_RELEASED: lambda event, _: f"drop weight not released{_because(event)}",
     EventKind.WEIGHT_HELD: lambda *_: "drop weight held: its hardpoint says so",

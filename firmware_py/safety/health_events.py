@@ -51,6 +51,11 @@ def sensor_events(before: SensorHealth, now: SensorHealth) -> tuple[Event, ...]:
     )
 
 
+def position_events(fix_jump: float) -> tuple[Event, ...]:
+    """Return an event if fixes put the position right by so much in this tick, m."""
+    return (event(EventKind.POSITION_RESET, numbers=(fix_jump,)),) if fix_jump > 0.0 else ()
+
+
 def actuator_events(before: ActuatorHealth, now: ActuatorHealth, fins: Sequence[str]) -> tuple[Event, ...]:
     """Return an event for each actuator whose fault is another one now; `fins` are their names."""
     if now == before:

@@ -25,7 +25,14 @@ from firmware_py.safety.assessment import Seen, actuator_faults, conditions
 from firmware_py.safety.conditions import NO_FAULTS, Conditions
 from firmware_py.safety.decision import Decision, decide
 from firmware_py.safety.enforcement import Enforcement
-from firmware_py.safety.health_events import NodeBits, actuator_events, node_events, sensor_events, weight_events
+from firmware_py.safety.health_events import (
+    NodeBits,
+    actuator_events,
+    node_events,
+    position_events,
+    sensor_events,
+    weight_events,
+)
 from firmware_py.safety.mode_orders import DISARMS, mode_chosen, mode_ordered
 from firmware_py.safety.plane_jam import Planes
 from firmware_py.safety.rules import Reason, SafetyParams
@@ -96,7 +103,7 @@ class Supervisor:
         params, was = self._params, self._memory
         seen = Seen(tick, frame, state, actuators, order, reference, left)
         nodes = NodeBits(frame.two_senders, frame.unhealthy, frame.replaced, frame.restarted)
-        self._tell_of_health(state.sensors, actuators, nodes)
+        self._tell_of_health(state.sensors, actuators, nodes, state.fix_jump)
         submerged = self._submerged(tick, frame, state)
         wanted, chosen = self._asked_for(seen, submerged)
         late = (was.late << 1 | (tick.late_ns > tick.dt_ns)) & ((1 << NS_PER_S // tick.dt_ns) - 1)
@@ -175,13 +182,16 @@ class Supervisor:
         """Restore the memory that `freeze` returned."""
         self._memory = memory
 
-    def _tell_of_health(self, sensors: SensorHealth, actuators: ActuatorHealth, nodes: NodeBits) -> None:
+    def _tell_of_health(
+        self, sensors: SensorHealth, actuators: ActuatorHealth, nodes: NodeBits, fix_jump: float
+    ) -> None:
         was, limit = self._memory, self._params.actuators.release_time
         self.events = (
             *sensor_events(was.sensors, sensors),
             *actuator_events(was.actuators, actuators, self._fin_names),
             *weight_events(was.actuators.drop_weight, actuators.drop_weight, limit),
             *node_events(was.nodes, nodes),
+            *position_events(fix_jump),
         )
 
     def _submerged(self, tick: Tick, frame: SensorFrame, state: StateEstimate) -> bool:

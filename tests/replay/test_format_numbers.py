@@ -16,6 +16,7 @@ from firmware_py.adapters.storage import recorder
 from firmware_py.records.adoption import Refusal, Source
 from firmware_py.records.command import AscentStage
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.estimate import VelocitySource
 from firmware_py.records.event import Cause, EventKind, Severity
 from firmware_py.records.fence import Disc, Fence, Place, Polygon
 from firmware_py.records.health import ActuatorFault, FinEvidence, SourceFault, SourceState, WeightState
@@ -36,8 +37,10 @@ NUMBERS: dict[type[enum.IntEnum], str] = {
         "ASCENT_STAGE=22 WEIGHT_RELEASED=23 RULE_WARNS=24 NODE_GOOD=25 NODE_FAULT=26 WAYPOINT_MISSED=27 MODE_CHOSEN=28 "
         "HOME_REACHED=29 HOME_UNREACHABLE=30 HOME_NOT_KNOWN=31 "
         "WEIGHT_COMMANDED=32 WEIGHT_NOT_RELEASED=33 WEIGHT_HELD=34 WEIGHT_SILENT=35 "
-        "NODE_RESTARTED=36 PARAMETER_CHANGED=37 DESIGN_CHANGED=38 MODEL_CHANGED=39"
+        "NODE_RESTARTED=36 PARAMETER_CHANGED=37 DESIGN_CHANGED=38 MODEL_CHANGED=39 "
+        "POSITION_RESET=40"
     ),
+    VelocitySource: "NONE=0 DVL=1 FILTER=2 HULL_MODEL=3",
     Cause: (
         "NONE=0 ORDERED=1 ATTITUDE_DEAD=2 SURFACED=3 ATTITUDE_LOST=4 DEPTH_LOST=5 LEAK=6 BATTERY_LOW=7 "
         "DEPTH_LIMIT=8 ALTITUDE_LIMIT=9 FENCE=10 LATE_CYCLES=11 MISSION_DONE=12 RETURN_DONE=13 FINS_NOT_HEARD=14 "

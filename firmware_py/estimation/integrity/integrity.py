@@ -16,6 +16,7 @@ from firmware_py.estimation.integrity.sources import Sources
 from firmware_py.estimation.integrity.velocity_check import VelocityCheck
 from firmware_py.estimation.integrity.vertical_check import VerticalCheck
 from firmware_py.estimation.navigation.navigation import NavigationParams
+from firmware_py.estimation.navigation.velocity import FilterVelocity, HullVelocity
 from firmware_py.marine import depth_of_pressure
 from firmware_py.records.command import Applied
 from firmware_py.records.health import HEADING_FAULTS, SensorHealth, SourceFault
@@ -62,8 +63,18 @@ class SensorIntegrity:
         """Return state and fault of every sensor."""
         return self._sources.health
 
-    def update(self, tick: Tick, frame: SensorFrame, applied: Applied) -> SensorFrame:
-        """Return the frame with everything left out that is not believed; what is good is in it as it was heard."""
+    @property
+    def hull(self) -> HullVelocity | None:
+        """Return what propeller and rudder do to the hull, and the current; None: no model holds now."""
+        return self._model.velocity if self._params.enabled else None
+
+    def update(
+        self, tick: Tick, frame: SensorFrame, applied: Applied, known: FilterVelocity | None = None
+    ) -> SensorFrame:
+        """Return the frame with everything left out that is not believed; what is good is in it as it was heard.
+
+        `known` is the velocity of the coefficient filter, None if it is not to be believed.
+        """
         self.correction = NO_CORRECTION
         if not self._params.enabled:
             return frame
@@ -83,7 +94,7 @@ class SensorIntegrity:
         if frame.leak.fresh:
             hear_leak(frame.leak, t, self._sources.leak)
         if tick.every(Rate.HZ_10):
-            self._judge(t, frame, applied)
+            self._judge(t, frame, applied, known)
         self._sources.tell(frame)
         return self._sources.screened(frame, self._stand_in)
 
@@ -214,11 +225,18 @@ class SensorIntegrity:
         believed = (self._sources.altimeter.believed, self._sources.dvl_altitude.believed)
         return self._altitude.altitude(t, self._vertical.memory.carried, believed)
 
-    def _judge(self, t: float, frame: SensorFrame, applied: Applied) -> None:
+    def _judge(self, t: float, frame: SensorFrame, applied: Applied, known: FilterVelocity | None) -> None:
         """Look at what takes time: silence, recovery, whether what was accused still differs."""
         sources = self._sources
         n = frame.n.value if frame.n.ok and t - frame.n.t_valid <= 1.0 else applied.n
         gone = applied.drop or (frame.hardpoint.ok and not frame.hardpoint.value.holds)
+        if not applied.armed and n == 0.0:
+            self._model.rest()
+        elif known is not None:
+            psi, level = self._attitude.memory.psi, math.cos(self._attitude.memory.theta)
+            s, c = math.sin(psi), math.cos(psi)
+            north, east = known.current.north + known.eddy[0], known.current.east + known.eddy[1]
+            self._model.hear_speed(known.u - (north * c + east * s) * level, known.v - east * c + north * s)
         self._ask_model(t, n if math.isfinite(n) else 0.0, gone, frame, applied)
         if applied.armed and sources.pressure.memory.fault is SourceFault.NONE:
             judge_again(t, self._model.memory.slip, sources.ahrs, sources.dvl, self._vertical.judge_raw)
@@ -246,9 +264,9 @@ class SensorIntegrity:
         reported = all(fin.usable(t, 1.0) and math.isfinite(fin.value) for fin in frame.fins)
         fins = [fin.value for fin in frame.fins] if reported else list(applied.fins)
         steered = reported and velocity.holds and velocity.likely > _UNDER_WAY
-        driven = n >= 0.0 and not gone and self._vertical.depth > self._params.surface
-        driven = driven and abs(attitude.theta) < _STEEP and abs(attitude.phi) < _ROLLED
-        model.step(0.1, n, fins, steered, driven, velocity.likely)
+        deep = self._vertical.depth > self._params.surface
+        driven = n >= 0.0 and not gone and abs(attitude.theta) < _STEEP and abs(attitude.phi) < _ROLLED
+        model.step(0.1, n, fins, steered, driven, deep)
         if model.heading_drifts:
             self._sources.ahrs.accuse(SourceFault.STEERING, t)
         if model.dvl_creeps:

@@ -3,6 +3,8 @@
 **Heading.** A yaw that drifts together with its gyro shows in how the hull answers the rudder. The measured rate of
 turn is regressed on that of the model, over 100 s: the slope is the gain that the rudder really has, the intercept is
 what the gyro says beyond the rudder. As far as the slope is not known, for the rudder rests, the intercept is not.
+The model's speed is that through the water: it begins at rest, or where the coefficient filter is when it is first
+believed; else with the DVL's, over the ground, and is asked nothing until drag has made it forget that.
 
 **DVL.** What u and v differ by from the model is the current, north and east, averaged over ten minutes. What u leaves
 that by is a current that changes, or a DVL that creeps.
@@ -16,6 +18,7 @@ from dataclasses import dataclass
 
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.motion_model import MotionMemory, MotionModel
+from firmware_py.estimation.navigation.velocity import Current, HullVelocity
 from firmware_py.records.sensing import Dvl
 from firmware_py.vehicle.vehicle import Vehicle
 
@@ -28,7 +31,11 @@ _ACTIVITY = math.radians(0.3) ** 2
 _GAIN_STD = 0.06
 """What the gain is off by where it is known: eddies, cross-flow."""
 _SETTLES = 15.0
-"""So long after it began to drive the model has forgotten where it started, s."""
+"""So long after it began to drive the model has forgotten its sway and its turn, s."""
+_FORGETS = 60.0
+"""And so long, at full speed, a speed that was not known, s: two time constants of its drag."""
+_STD, _FIRST_STD, _FIRST_TIME = 0.05, 0.3, 5.0
+"""1 sigma of the averaged current, m/s: in the end, and in the beginning, when it falls with the root of time (s)."""
 _CURRENT_TIME = 600.0
 _SLIP_TIME = 20.0
 _LEARNS = 60.0
@@ -39,12 +46,15 @@ _LEARNS = 60.0
 class ModelCheckMemory:
     """The model's motion; what was heard since its last step; regression; current (m/s), and what u leaves it by.
 
-    `driven` and `pinged` are for how long, s, propeller and DVL have told of it; `weight` and what follows are running
+    `unknown` is for how long, s, the model's speed is still not to be relied on; `deep` whether it is judged by;
+    `driven` and `pinged` are for how long propeller and DVL have told of it; `weight` and what follows are running
     means of 1, r, the model's r, its square and their product.
     """
 
     motion: MotionMemory
+    unknown: float = math.inf
     driven: float = 0.0
+    deep: bool = False
     turned: float = 0.0
     reports: int = 0
     weight: float = 0.0
@@ -76,7 +86,9 @@ class ModelCheck:
         """Take the velocities of a ping at t, s, under the heading psi, rad."""
         m, motion = self.memory, self._motion.memory
         gap, m.t_ping = t - m.t_ping, t
-        if m.driven < _SETTLES or gap > 1.0:
+        if m.unknown == math.inf:
+            motion.u, m.unknown = ping.u, _FORGETS
+        if not (self._settled and m.deep) or gap > 1.0:
             return
         s, c = math.sin(psi), math.cos(psi)
         ahead, aside = ping.u - motion.u, ping.v - motion.v
@@ -88,23 +100,41 @@ class ModelCheck:
         if m.pinged > _LEARNS:
             m.slip += gap / _SLIP_TIME * (ahead - m.north * c - m.east * s - m.slip)
 
-    def step(self, dt: float, n: float, fins: list[float], steered: bool, driven: bool, u: float) -> None:
+    @property
+    def _settled(self) -> bool:
+        return self.memory.driven >= _SETTLES and self.memory.unknown <= 0.0
+
+    def hear_speed(self, u: float, v: float) -> None:
+        """Take the speed and the sway through the water, m/s, that somebody else knows, if the model does not."""
+        m = self.memory
+        if m.unknown > 0.0:
+            m.motion.u, m.motion.v, m.unknown = u, v, 0.0
+
+    def rest(self) -> None:
+        """Take note that the vehicle drifts with the water."""
+        m = self.memory
+        m.motion.u, m.motion.v, m.motion.r, m.unknown = 0.0, 0.0, 0.0, 0.0
+
+    def step(self, dt: float, n: float, fins: list[float], steered: bool, driven: bool, deep: bool) -> None:
         """Go on by dt, s, at the propeller speed n, rev/s, and the fin angles, rad.
 
         `steered` is whether the rudder is known and turns the hull; `driven` whether thrust and drag make its speed,
-        a glide of less than `current_change` apart. Without that, and at first, the model moves at u, m/s.
+        a glide of less than `current_change` apart: without that the model moves straight on. Only `deep` under water
+        heading and DVL are judged by it.
         """
         m, motion = self.memory, self._motion
         rate, heard = (m.turned / m.reports, steered) if m.reports else (0.0, False)
-        m.turned, m.reports = 0.0, 0
+        m.turned, m.reports, m.deep = 0.0, 0, deep
+        if m.unknown == math.inf:
+            motion.memory.u, m.unknown = motion.speed(n), _FORGETS
         if not driven:
-            motion.memory.u, motion.memory.v, motion.memory.r, m.driven, m.slip = u, 0.0, 0.0, 0.0, 0.0
+            motion.memory.v, motion.memory.r, m.driven, m.slip = 0.0, 0.0, 0.0, 0.0
+            motion.step(dt, n, 0.0, 0.0)
             return
         m.driven += dt
-        if m.driven < _SETTLES:
-            motion.memory.u = u
+        m.unknown -= dt * motion.memory.u / motion.trim
         motion.step(dt, n, *motion.deflections(fins))
-        if m.driven < _SETTLES or not heard:
+        if not (self._settled and heard and deep):
             return
         share, modelled = dt / _TIME, motion.memory.r
         m.weight += share * (1.0 - m.weight)
@@ -112,6 +142,16 @@ class ModelCheck:
         m.model += share * (modelled - m.model)
         m.square += share * (modelled * modelled - m.square)
         m.product += share * (modelled * rate - m.product)
+
+    @property
+    def velocity(self) -> HullVelocity | None:
+        """Return the model's velocity through the water, and the current by pings; None: the model does not hold."""
+        m = self.memory
+        if m.driven <= 0.0 or m.unknown > 0.5 * _FORGETS:
+            return None
+        std = math.inf if m.pinged <= 0.0 else math.hypot(_STD, _FIRST_STD / math.sqrt(1.0 + m.pinged / _FIRST_TIME))
+        v = m.motion.v if m.deep else 0.0  # at the surface rudders do half of what they should
+        return HullVelocity(m.motion.u, v, Current(m.north, m.east, std, m.t_ping))
 
     @property
     def turning(self) -> float:

@@ -38,6 +38,13 @@ class PositionParams:
     fix_range: float = param(
         2e4, unit="m", low=100.0, high=1e5, doc="No fix farther from the origin is believed.", mav="FIX_RNG"
     )
+    fix_resets: int = param(
+        3,
+        low=1,
+        high=100,
+        doc="So many fixes that agree put a position right that they contradict.",
+        mav="FIX_N",
+    )
     fix_bias_std: float = param(
         0.5, unit="m", low=0.0, high=10.0, doc="What averaging fixes cannot take away.", mav="FIX_BIAS"
     )
@@ -47,16 +54,28 @@ _CARRIED = math.radians(5.0)
 """1 sigma of a heading that gyros carry, rad: their bias over ten minutes, and what was off when it was noticed."""
 OUTLIER_SIGMAS = 5.0
 """A fix so many sigmas away is not explained by chance."""
+EDDY_TIME = 10.0
+"""Correlation time of eddies, s."""
+_CARRIED_SPEED = 3.0
+"""Faster than this no vehicle is carried at the surface, m/s."""
 
 
 class PositionMemory(NamedTuple):
-    """North and east (m), the two kinds of error, and the time of validity of the last fix."""
+    """North and east (m), the two kinds of error, and the time of validity of the last fix.
+
+    `refused` is how many fixes in a row contradicted the position and agreed with each other; the last one was `off_x`
+    north and `off_y` east of it, m. `jump` is by how much such fixes put the position right in this tick, m.
+    """
 
     x: float
     y: float
     walk: float
     drift: float
     t_fix: float
+    refused: int = 0
+    off_x: float = 0.0
+    off_y: float = 0.0
+    jump: float = 0.0
 
 
 def start(params: PositionParams) -> PositionMemory:
@@ -64,13 +83,21 @@ def start(params: PositionParams) -> PositionMemory:
     return PositionMemory(0.0, 0.0, params.std_start**2, 0.0, -math.inf)
 
 
-def drift_rate(params: PositionParams, speed: float, heading_ok: bool, carried: bool = False) -> float:
+def drift_rate(
+    params: PositionParams, speed: float, heading_ok: bool, carried: bool = False, velocity_std: float = 0.0
+) -> float:
     """Growth of the drift, m/s, at a speed over the bottom, m/s; a lost heading may be off by a radian.
 
-    `carried` is whether gyros alone carry the heading.
+    `carried` is whether gyros alone carry the heading; `velocity_std` what the velocity is off by for long, 1 sigma,
+    m/s, where it is more than the DVL's bias.
     """
     heading = math.hypot(params.heading_std, _CARRIED if carried else 0.0) if heading_ok else 1.0
-    return speed * math.hypot(heading, params.scale_std) + math.sqrt(2.0) * params.bias_std
+    return speed * math.hypot(heading, params.scale_std) + math.sqrt(2.0) * max(params.bias_std, velocity_std)
+
+
+def wander_rate(turbulence: float) -> float:
+    """Growth of the walk, m^2/s, where eddies of an intensity, m/s, carry the vehicle unseen."""
+    return 4.0 * EDDY_TIME * turbulence * turbulence
 
 
 def take_fix(
@@ -83,7 +110,8 @@ def take_fix(
 ) -> PositionMemory:
     """Take a fix in by its scalar Kalman gain, moved from its time of validity to t with `velocity` (m/s, NED).
 
-    A fix more than OUTLIER_SIGMAS away shows that the vehicle was carried, or the estimate wrong: it is followed.
+    A fix more than OUTLIER_SIGMAS away is refused. `fix_resets` of them in a row that agree with each other, or the
+    first of a run, show that the vehicle was carried, or the estimate wrong: that fix is the position then.
     """
     if not is_fresh(heard, memory.t_fix, t):
         return memory
@@ -96,8 +124,16 @@ def take_fix(
     age = t - heard.t_valid
     dx, dy = x + velocity[0] * age - memory.x, y + velocity[1] * age - memory.y
     variance, off = memory.walk + memory.drift**2, dx * dx + dy * dy
-    if off > OUTLIER_SIGMAS**2 * (variance + 2.0 * std**2):
-        variance = off
+    jump = 0.0
+    beyond = off > OUTLIER_SIGMAS**2 * (variance + 2.0 * std**2)
+    if beyond and memory.t_fix > -math.inf:
+        near = OUTLIER_SIGMAS * 2.0 * std + _CARRIED_SPEED * (heard.t_valid - memory.t_fix)
+        agrees = memory.refused > 0 and math.hypot(dx - memory.off_x, dy - memory.off_y) <= near
+        refused = memory.refused + 1 if agrees else 1
+        if refused < params.fix_resets:
+            return memory._replace(t_fix=heard.t_valid, refused=refused, off_x=dx, off_y=dy)
+    if beyond:
+        variance, jump = off, math.sqrt(off)
     gain = variance / (variance + 2.0 * std**2)
     return PositionMemory(
         memory.x + gain * dx,
@@ -105,6 +141,7 @@ def take_fix(
         max((1.0 - gain) * variance, params.fix_bias_std**2),
         0.0,
         heard.t_valid,
+        jump=jump,
     )
 
 

@@ -16,7 +16,7 @@ from firmware_py.estimation.navigation import altitude, attitude, dead_reckoning
 from firmware_py.marine import Eta, Nu, Origin, body_to_ned
 from firmware_py.params import param, table
 from firmware_py.records.command import Applied
-from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate
+from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate, VelocitySource
 from firmware_py.records.health import ALL_GOOD, HEADING_FAULTS, SensorHealth
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Tick
@@ -84,11 +84,18 @@ class Navigation:
         self._memory = was
 
     def update(
-        self, tick: Tick, frame: SensorFrame, applied: Applied, sensors: SensorHealth = ALL_GOOD
+        self,
+        tick: Tick,
+        frame: SensorFrame,
+        applied: Applied,
+        sensors: SensorHealth = ALL_GOOD,
+        known: velocity.FilterVelocity | None = None,
+        hull: velocity.HullVelocity | None = None,
     ) -> StateEstimate:
         """Return the state at the tick, from what was received up to it and what was commanded one tick ago.
 
-        `sensors` is what is known of the sensors; what is not believed is not ok in the frame.
+        `sensors` is what is known of the sensors; what is not believed is not ok in the frame. `known` is the velocity
+        of the coefficient filter, `hull` that of the vehicle's model, each None if it is not to be believed.
         """
         params, was, t, dt = self._params, self._memory, tick.t, tick.dt
 
@@ -96,7 +103,8 @@ class Navigation:
         phi, theta, psi = attitude.angles(params.attitude, att, t)
         attitude_ok = t - att.t <= params.attitude.timeout
 
-        vel = velocity.update(params.velocity, was.velocity, frame.dvl, t, dt, self._propeller(frame, applied, t))
+        motion = velocity.Motion(phi, theta, psi, self._propeller(frame, applied, t), hull)
+        vel = velocity.update(params.velocity, was.velocity, frame.dvl, t, dt, motion, known)
         velocity_ok = t - vel.t <= params.velocity.timeout
         velocity_std = velocity.std(params.velocity, vel, t)
         x_dot, y_dot, z_dot = body_to_ned(phi, theta, psi, vel.u, vel.v, vel.w)
@@ -104,11 +112,12 @@ class Navigation:
         dep = depth.update(params.depth, was.depth, frame.pressure, t, dt, z_dot, applied.armed)
         depth_ok = t - dep.t <= params.depth.timeout
 
-        x, y, walk, drift, t_fix = was.position
+        x, y, walk, drift, *_ = was.position
         carried = sensors.ahrs.fault in HEADING_FAULTS
-        rate = dead_reckoning.drift_rate(params.position, math.hypot(x_dot, y_dot), attitude_ok, carried)
-        if not velocity_ok:
-            rate += math.sqrt(2.0) * velocity_std
+        lasting = velocity.lasting_std(params.velocity, vel, t)
+        rate = dead_reckoning.drift_rate(params.position, math.hypot(x_dot, y_dot), attitude_ok, carried, lasting)
+        if t - vel.t_ping > params.velocity.timeout:
+            walk += dead_reckoning.wander_rate(vel.turbulence) * dt
         x, y, drift = x + x_dot * dt, y + y_dot * dt, drift + rate * dt
         gap = vel.t - was.velocity.t
         if 0.0 < gap <= params.velocity.timeout:
@@ -116,10 +125,13 @@ class Navigation:
             late = 0.5 * gap + t - vel.t
             u, v, w = vel.u - was.velocity.u, vel.v - was.velocity.v, vel.w - was.velocity.w
             dx, dy, _ = body_to_ned(phi, theta, psi, u * late, v * late, w * late)
-            x, y, walk = x + dx, y + dy, walk + 2.0 * (vel.fom * gap) ** 2
-        pos = dead_reckoning.PositionMemory(x, y, walk, drift, t_fix)
+            x, y = x + dx, y + dy
+            if vel.source is VelocitySource.DVL:  # whose noise is new in every ping
+                walk += 2.0 * (vel.fom * gap) ** 2
+        pos = was.position._replace(x=x, y=y, walk=walk, drift=drift, jump=0.0)
         if not depth_ok or dep.z < params.position.fix_depth:
             pos = dead_reckoning.take_fix(params.position, pos, frame.fix, t, self._origin, (x_dot, y_dot))
+        north, east, water_std = velocity.water(params.velocity, vel, t)
 
         self._memory = NavigationMemory(att, vel, dep, pos)
         return StateEstimate(
@@ -134,6 +146,10 @@ class Navigation:
             velocity_ok=velocity_ok,
             leak=frame.leak.ok and frame.leak.value > params.humidity_max,
             sensors=sensors,
+            velocity_source=vel.source,
+            water=(north, east),
+            water_std=water_std,
+            fix_jump=pos.jump,
             learned=NOTHING_LEARNED,
         )
 

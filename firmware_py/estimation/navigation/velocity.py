@@ -1,4 +1,10 @@
-"""Velocity over the bottom: the DVL, held between its pings; without it, what the propeller's speed makes likely."""
+"""Velocity over the bottom: by the coefficient filter, else by the DVL, held between pings, else by the hull's model.
+
+The coefficient filter carries the velocity from ping to ping by thrust, drag and fins, and it knows the current. It is
+believed from when it agrees with the pings; then it goes on without them, for as long as its own 1 sigma is small.
+While it is not believed, pings are held. Without either, propeller and rudder tell the velocity through the water, and
+the current that was known last, by the filter or by the pings (`integrity.model_check`), is added.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +15,13 @@ from typing import NamedTuple
 from firmware_py.estimation.freshness import is_fresh
 from firmware_py.marine import clip
 from firmware_py.params import param
+from firmware_py.records.estimate import VelocitySource
 from firmware_py.records.sensing import Dvl, Heard
+
+_LEAVES = 3.0
+"""The filter is believed up to so many times the 1 sigma at which it began to be."""
+_LATE = 1.0
+"""A filter that is farther behind, s, has stopped."""
 
 
 @dataclass(frozen=True)
@@ -29,8 +41,27 @@ class VelocityParams:
     accel_std: float = param(
         0.05, unit="m/s^2", low=0.0, high=2.0, doc="How fast a held velocity becomes wrong, 1 sigma.", mav="ACC_STD"
     )
+    filter_std: float = param(
+        0.05,
+        unit="m/s",
+        low=0.0,
+        high=1.0,
+        doc="The coefficient filter's velocity is taken from this 1 sigma on, left at three times as much; 0: never.",
+        mav="FILT_STD",
+    )
+    current_walk: float = param(
+        0.003, unit="m/s", low=0.0, high=0.1, doc="How the current changes unseen, by sqrt(s).", mav="CUR_WALK"
+    )
+    hull_std: float = param(
+        0.1,
+        unit="m/s",
+        low=0.01,
+        high=5.0,
+        doc="1 sigma of the speed through the water by the vehicle file.",
+        mav="HULL_STD",
+    )
     lost_std: float = param(
-        0.3, unit="m/s", low=0.01, high=5.0, doc="1 sigma of the propeller's model, current included.", mav="LOST_STD"
+        0.3, unit="m/s", low=0.01, high=5.0, doc="1 sigma of it in a current that is not known.", mav="LOST_STD"
     )
     tau_lost: float = param(
         3.0, unit="s", low=0.1, high=60.0, doc="Time constant from the last ping to that model.", mav="TAU_LOST"
@@ -41,41 +72,197 @@ class VelocityParams:
     n_trim: float = param(500.0, unit="rpm", low=10.0, high=10000.0, doc="Propeller speed at that speed.", mav="N_TRIM")
 
 
+class Current(NamedTuple):
+    """The water's mean velocity, north and east, m/s, its 1 sigma on each axis, and when it was known, s."""
+
+    north: float
+    east: float
+    std: float
+    t: float
+
+    def std_at(self, params: VelocityParams, t: float) -> float:
+        """Return 1 sigma at the time t, m/s."""
+        return math.hypot(self.std, params.current_walk * math.sqrt(max(0.0, t - self.t)))
+
+
+UNKNOWN_CURRENT = Current(0.0, 0.0, math.inf, -math.inf)
+
+
+class FilterVelocity(NamedTuple):
+    """What the coefficient filter knows of the velocities at the time t, s.
+
+    Attributes:
+        t: time of validity, s.
+        u: over the ground, m/s.
+        v: see u.
+        w: see u.
+        std: 1 sigma of u and of v, m/s.
+        current: the water's mean velocity.
+        eddy: what eddies add to it now, north and east, m/s.
+        turbulence: their intensity, m/s.
+    """
+
+    t: float
+    u: float
+    v: float
+    w: float
+    std: float
+    current: Current
+    eddy: tuple[float, float]
+    turbulence: float
+
+
+class HullVelocity(NamedTuple):
+    """Speed ahead and sway through the water by the vehicle file, m/s, and the current that pings have left."""
+
+    u: float
+    v: float
+    current: Current
+
+
+class Motion(NamedTuple):
+    """What the vehicle does now: phi, theta, psi, rad; propeller speed n, rev/s; its model, None: it does not hold."""
+
+    phi: float
+    theta: float
+    psi: float
+    n: float
+    hull: HullVelocity | None = None
+
+
 class VelocityMemory(NamedTuple):
-    """Body velocity (m/s), the 1 sigma of the last good ping and its time of validity `t`."""
+    """What is remembered.
+
+    Attributes:
+        t: time of validity of the velocity that was taken last, s.
+        u: body velocity, m/s.
+        v: see u.
+        w: see u.
+        fom: 1 sigma that it had, m/s.
+        t_ping: time of validity of the last good ping, s.
+        source: what it rests on.
+        current: that was known last.
+        eddy: see `FilterVelocity`; 0 without it.
+        turbulence: see eddy.
+    """
 
     t: float
     u: float
     v: float
     w: float
     fom: float
+    t_ping: float
+    source: VelocitySource
+    current: Current
+    eddy: tuple[float, float] = (0.0, 0.0)
+    turbulence: float = 0.0
 
 
-START = VelocityMemory(-math.inf, 0.0, 0.0, 0.0, 0.0)
+START = VelocityMemory(-math.inf, 0.0, 0.0, 0.0, 0.0, -math.inf, VelocitySource.NONE, UNKNOWN_CURRENT)
 
 
 def update(
-    params: VelocityParams, memory: VelocityMemory, heard: Heard[Dvl], t: float, dt: float, n: float
+    params: VelocityParams,
+    memory: VelocityMemory,
+    heard: Heard[Dvl],
+    t: float,
+    dt: float,
+    motion: Motion,
+    known: FilterVelocity | None = None,
 ) -> VelocityMemory:
-    """One tick of dt, s: takes a good new ping, else holds the last; long without, follows the propeller (n, rev/s)."""
-    if is_fresh(heard, memory.t, t):
-        u, v, w, fom, _ = heard.value
+    """One tick of dt, s: takes what the filter knows, or a good new ping, else holds the last, else follows the hull.
+
+    Args:
+        params: parameters.
+        memory: of the tick before.
+        heard: the ping that was heard last.
+        t: time now, s.
+        dt: tick, s.
+        motion: what the vehicle does.
+        known: by the coefficient filter; None: nothing that can be believed.
+    """
+    ping = heard.value if is_fresh(heard, memory.t_ping, t) else None
+    fom = 0.0
+    if ping is not None:
+        u, v, w, fom, _ = ping
         fom = fom if math.isfinite(fom) and fom > 0.0 else params.std
         if abs(u) <= params.u_max and abs(v) <= params.u_max and abs(w) <= params.u_max and fom <= params.fom_max:
-            return VelocityMemory(heard.t_valid, u, v, w, fom)
+            memory = memory._replace(t_ping=heard.t_valid)
+        else:
+            ping = None
+    if known is not None and _believed(params, memory, known, t):
+        if known.t <= memory.t:
+            return memory._replace(source=VelocitySource.FILTER)
+        now = known.t, known.u, known.v, known.w, known.std, memory.t_ping, VelocitySource.FILTER
+        return VelocityMemory(*now, known.current, known.eddy, known.turbulence)
+    if ping is not None and heard.t_valid > memory.t:
+        now = heard.t_valid, *ping[:3], fom, heard.t_valid, VelocitySource.DVL
+        return VelocityMemory(*now, memory.current)
     if t - memory.t <= params.timeout:
         return memory
-    follow = dt / (params.tau_lost + dt)
-    u_model = clip(n * params.u_trim / params.n_trim, -params.u_max, params.u_max)
-    return VelocityMemory(
-        memory.t,
-        memory.u + follow * (u_model - memory.u),
-        memory.v - follow * memory.v,
-        memory.w - follow * memory.w,
-        memory.fom,
+    return _follow(params, memory, motion, t, dt)
+
+
+def _believed(params: VelocityParams, memory: VelocityMemory, known: FilterVelocity, t: float) -> bool:
+    """Return whether the filter tells the velocity: once it has agreed with pings, it may go on without."""
+    if memory.source is VelocitySource.FILTER:
+        return known.std <= _LEAVES * params.filter_std and t - known.t <= _LATE
+    return known.std <= params.filter_std and t - memory.t_ping <= params.timeout and t - known.t <= _LATE
+
+
+def _follow(params: VelocityParams, memory: VelocityMemory, motion: Motion, t: float, dt: float) -> VelocityMemory:
+    """Go over from the last velocity to the one that propeller, rudder and the last current make likely."""
+    hull, current, source = motion.hull, memory.current, VelocitySource.NONE
+    u, v, w = clip(motion.n * params.u_trim / params.n_trim, -params.u_max, params.u_max), 0.0, 0.0
+    if hull is not None:
+        u, v, source = hull.u, hull.v, VelocitySource.HULL_MODEL
+        if hull.current.std_at(params, t) < current.std_at(params, t):
+            current = hull.current
+    if current.std_at(params, t) < params.lost_std:
+        c, s = math.cos(motion.psi), math.sin(motion.psi)
+        along, aside = current.north * c + current.east * s, current.east * c - current.north * s
+        u, v, w = u + along * math.cos(motion.theta), v + aside, along * math.sin(motion.theta)
+    share = dt / (params.tau_lost + dt)
+    return memory._replace(
+        u=memory.u + share * (u - memory.u),
+        v=memory.v + share * (v - memory.v),
+        w=memory.w + share * (w - memory.w),
+        source=source,
+        current=current,
+        eddy=(0.0, 0.0),
+        turbulence=0.0,
     )
 
 
 def std(params: VelocityParams, memory: VelocityMemory, t: float) -> float:
-    """1 sigma of u and of v at the time t, m/s: the ping's, growing with its age up to that of the model."""
-    return min(math.hypot(memory.fom, params.accel_std * (t - memory.t)), params.lost_std)
+    """1 sigma of u and of v at the time t, m/s: of ping or filter, growing with its age up to that of the model."""
+    held = math.hypot(memory.fom, params.accel_std * (t - memory.t))
+    if memory.source is VelocitySource.FILTER:
+        return math.hypot(held, _unseen(params, memory, t))
+    if memory.source is VelocitySource.HULL_MODEL:
+        return min(held, params.lost_std, math.hypot(params.hull_std, memory.current.std_at(params, t)))
+    return min(held, params.lost_std)
+
+
+def lasting_std(params: VelocityParams, memory: VelocityMemory, t: float) -> float:
+    """1 sigma of what u and v are off by for long, m/s, where no ping shows it: without eddies, and without delay."""
+    if memory.source is not VelocitySource.FILTER:
+        return std(params, memory, t) if t - memory.t > params.timeout else 0.0
+    own = memory.fom
+    if t - memory.t_ping > params.timeout:
+        own = max(memory.current.std, math.sqrt(max(0.0, own * own - memory.turbulence * memory.turbulence)))
+    return math.hypot(own, _unseen(params, memory, t))
+
+
+def _unseen(params: VelocityParams, memory: VelocityMemory, t: float) -> float:
+    """1 sigma of how the current has changed since the last ping, m/s."""
+    gap = t - memory.t_ping
+    return params.current_walk * math.sqrt(gap) if gap > params.timeout else 0.0
+
+
+def water(params: VelocityParams, memory: VelocityMemory, t: float) -> tuple[float, float, float]:
+    """Return the water's velocity north and east, m/s, and its 1 sigma; NaN where pings alone tell the velocity."""
+    current, (north, east) = memory.current, memory.eddy
+    if memory.source in (VelocitySource.FILTER, VelocitySource.HULL_MODEL) and current.std < math.inf:
+        return current.north + north, current.east + east, current.std_at(params, t)
+    return math.nan, math.nan, math.nan

@@ -225,6 +225,9 @@ class HullWatch:
         if axis and water:
             cross -= water[0].across(state.eta.psi)
             steady = water[0].across_std(state.eta.psi) < _ACROSS_STD
+        elif axis and state.velocity_ok and state.water_std < _ACROSS_STD:
+            north, east = state.water
+            cross -= east * math.cos(state.eta.psi) - north * math.sin(state.eta.psi)
         if not (
             count
             and known

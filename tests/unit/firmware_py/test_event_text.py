@@ -89,6 +89,7 @@ BY_KIND: dict[EventKind, tuple[float, ...]] = {
     EventKind.MANOEUVRE_BEGUN: (120.0, 30.0),
     EventKind.MANOEUVRE_DONE: (120.0, 4.5),
     EventKind.HOME_NOT_KNOWN: (120.0, 150.0),
+    EventKind.POSITION_RESET: (148.0,),
 }
 OF_HEALTH: dict[EventKind, type[enum.IntEnum]] = {
     EventKind.SENSOR_GOOD: SourceFault,

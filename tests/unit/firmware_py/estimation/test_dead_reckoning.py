@@ -39,14 +39,32 @@ def test_a_fix_weighs_by_walk_and_drift_against_its_own_sigma() -> None:
     assert dead_reckoning.take_fix(PARAMS, now, fix(0.0, 0.0, 5.0, 2.0), 5.0, ORIGIN, (0.0, 0.0)) == now
 
 
-def test_a_vehicle_that_was_carried_since_follows_the_first_fix_and_a_wild_fix_is_left_with_the_next() -> None:
+def test_a_vehicle_that_was_carried_since_follows_the_first_fix_and_a_wild_fix_is_refused() -> None:
     was = dead_reckoning.PositionMemory(147.0, -20.0, 0.25, 0.0, -math.inf)  # kept from the last flight
     now = dead_reckoning.take_fix(PARAMS, was, fix(0.0, 0.0, 1.0, 2.0), 1.0, ORIGIN, (0.0, 0.0))
     assert math.hypot(now.x, now.y) < 0.1
     assert 2.5 < dead_reckoning.std(now) < math.sqrt(8.0)
     wild = dead_reckoning.take_fix(PARAMS, now, fix(500.0, 0.0, 2.0, 2.0), 2.0, ORIGIN, (0.0, 0.0))
+    assert (wild.x, wild.y) == (now.x, now.y)
     back = dead_reckoning.take_fix(PARAMS, wild, fix(0.0, 0.0, 3.0, 2.0), 3.0, ORIGIN, (0.0, 0.0))
     assert math.hypot(back.x, back.y) < 0.1
+    assert back.refused == 0
+
+
+def test_fixes_that_agree_put_right_a_position_that_they_contradict_and_others_do_not() -> None:
+    def after(*places: float) -> dead_reckoning.PositionMemory:
+        memory = dead_reckoning.PositionMemory(0.0, 0.0, 0.25, 0.0, 0.0)
+        for i, north in enumerate(places):
+            memory = dead_reckoning.take_fix(PARAMS, memory, fix(north, 0.0, i + 1.0, 2.0), i + 1.0, ORIGIN, (0, 0))
+        return memory
+
+    assert after(300.0, 303.0).x == 0.0
+    third = after(300.0, 303.0, 299.0)
+    assert third.x == pytest.approx(299.0, abs=0.1)
+    assert third.jump == pytest.approx(299.0, abs=0.1)
+    assert dead_reckoning.std(third) < 3.0
+    assert after(300.0, -200.0, 100.0, 500.0, -300.0).x == 0.0  # never two that agree
+    assert abs(after(300.0, 303.0, 1.0, 301.0, 300.0).x) < 1.0  # one that fits begins the count anew
 
 
 def test_a_late_fix_is_moved_along_both_axes() -> None:

@@ -39,12 +39,15 @@ def swim(
     current: tuple[float, float] = (0.0, 0.0),
     rudder: Callable[[float], float] = weaving,
     check: ModelCheck | None = None,
+    knows: bool = True,
 ) -> tuple[ModelCheck, float, float]:
     """Swim by the file's hull, watched by the model of `vehicle`; return when heading and DVL were named, s."""
     rng = np.random.default_rng(3)
     hull, psi, water = MotionModel(VEHICLE), 0.0, np.zeros(2)
     check = check or ModelCheck(IntegrityParams(), vehicle)
-    hull.memory.u = check.memory.motion.u = U
+    hull.memory.u = U
+    if knows:
+        check.hear_speed(U, 0.0)
     heading = dvl = math.inf
     for k in range(round(seconds * 10)):
         t = 0.1 * k
@@ -58,7 +61,7 @@ def swim(
             u = hull.memory.u + current[0] * c + current[1] * s + creep(t) + water[0]
             v = hull.memory.v - current[0] * s + current[1] * c + water[1]
             check.hear_ping(Dvl(u, v, 0.0, 0.01, 20.0), t, psi)
-        check.step(0.1, N, fins, True, True, U)
+        check.step(0.1, N, fins, True, True, True)
         heading = min(heading, t) if check.heading_drifts else heading
         dvl = min(dvl, t) if check.dvl_creeps else dvl
     return check, heading, dvl
@@ -97,6 +100,24 @@ def test_a_current_is_no_creep_on_any_heading(current: tuple[float, float]) -> N
     assert (heading, dvl) == (math.inf, math.inf)
 
 
+@pytest.mark.parametrize("current", [(1.2, 0.0), (-1.2, 0.0)])
+def test_a_speed_over_ground_in_a_strong_current_accuses_nobody_before_it_is_forgotten(
+    current: tuple[float, float],
+) -> None:
+    check, heading, dvl = swim(300.0, current=current, knows=False, rudder=lambda t: 8.0 * DEG if t % 60 < 30 else 0.0)
+    assert (heading, dvl) == (math.inf, math.inf)
+    assert check.velocity is not None
+    known = check.velocity.current
+    assert math.hypot(known.north - current[0], known.east - current[1]) < 3.0 * known.std
+
+
+def test_the_model_tells_no_speed_as_long_as_it_began_with_one_that_was_not_known() -> None:
+    check, _, _ = swim(20.0, knows=False)
+    assert check.velocity is None
+    check.hear_speed(U, 0.0)
+    assert check.velocity is not None
+
+
 def test_memory_taken_over_goes_on_as_if_nothing_had_happened() -> None:
     check, _, _ = swim(50.0)
     other = ModelCheck(IntegrityParams(), VEHICLE)
@@ -104,5 +125,5 @@ def test_memory_taken_over_goes_on_as_if_nothing_had_happened() -> None:
     for one in (check, other):
         for _ in range(20):
             one.hear_rate(0.01)
-            one.step(0.1, N, [0.0, 0.0, 0.1, 0.1], True, True, U)
+            one.step(0.1, N, [0.0, 0.0, 0.1, 0.1], True, True, True)
     assert check.freeze() == other.freeze()

@@ -1,0 +1,125 @@
+"""Which velocity navigation takes: the filter's, the DVL's or the hull's; what it says of its error, and adds up to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+
+from firmware_py.estimation.navigation import velocity
+from firmware_py.estimation.navigation.navigation import Navigation, NavigationParams
+from firmware_py.estimation.navigation.velocity import Current, FilterVelocity, HullVelocity, Motion, VelocityParams
+from firmware_py.marine import Origin
+from firmware_py.records.command import Applied
+from firmware_py.records.estimate import StateEstimate, VelocitySource
+from firmware_py.records.sensing import Ahrs, Dvl, Heard, never, silence
+from firmware_py.safety.health_events import position_events
+from firmware_py.tick import Tick
+
+PARAMS = VelocityParams()
+DT, DT_NS = 0.01, 10_000_000
+ARMED = Applied((0.0,) * 4, 8.0, True, False)
+STRAIGHT = Motion(0.0, 0.0, 0.0, 8.0)
+CURRENT = Current(0.1, 0.2, 0.004, 0.0)
+
+
+def known(t: float, std: float = 0.004, u: float = 1.8, turbulence: float = 0.0) -> FilterVelocity:
+    return FilterVelocity(t, u, 0.2, 0.0, std, CURRENT._replace(t=t), (0.0, 0.0), turbulence)
+
+
+def follow(
+    seconds: float,
+    *,
+    pinged: Callable[[float], bool] = lambda _: True,
+    learned: Callable[[float], FilterVelocity | None] = lambda _: None,
+    motion: Motion = STRAIGHT,
+) -> tuple[velocity.VelocityMemory, float]:
+    """Pings of 1.9 m/s at 5 Hz, 0.1 s late, and what the filter knows; return the memory, and the time, s."""
+    memory, ping, t = velocity.START, never(Dvl(*[math.nan] * 5)), 0.0
+    for k in range(1, round(seconds / DT) + 1):
+        t = k * DT
+        fresh = k % 20 == 0 and pinged(t)
+        ping = Heard(Dvl(1.9, 0.0, 0.0, 0.01, 20.0), t - 0.1, True, True) if fresh else replace(ping, fresh=False)
+        memory = velocity.update(PARAMS, memory, ping, t, DT, motion, learned(t))
+    return memory, t
+
+
+def test_the_filter_is_taken_where_it_is_certain_and_pings_are_heard() -> None:
+    memory, _ = follow(2.0, learned=lambda t: known(t - 0.2))
+    assert (memory.source, memory.u) == (VelocitySource.FILTER, 1.8)
+    uncertain, _ = follow(2.0, learned=lambda t: known(t - 0.2, std=0.06))
+    assert (uncertain.source, uncertain.u) == (VelocitySource.DVL, 1.9)
+    deaf, _ = follow(2.0, pinged=lambda _: False, learned=lambda t: known(t - 0.2))
+    assert deaf.source is not VelocitySource.FILTER
+
+
+def test_it_goes_on_without_dvl_until_it_is_lost_in_its_own_sigma() -> None:
+    memory, t = follow(30.0, pinged=lambda t: t < 5.0, learned=lambda t: known(t - 0.2, std=0.004 + 0.004 * t))
+    assert (memory.source, memory.u) == (VelocitySource.FILTER, 1.8)
+    assert velocity.std(PARAMS, memory, t) > 0.12
+    lost, t = follow(60.0, pinged=lambda t: t < 5.0, learned=lambda t: known(t - 0.2, std=0.004 + 0.004 * t))
+    assert lost.source is VelocitySource.NONE
+    assert velocity.std(PARAMS, lost, t) == PARAMS.lost_std
+
+
+def test_a_filter_that_stopped_is_left_for_the_next_ping() -> None:
+    memory, _ = follow(8.0, learned=lambda t: known(t - 0.2) if t < 6.0 else known(5.8))
+    assert (memory.source, memory.u) == (VelocitySource.DVL, 1.9)
+
+
+def test_without_both_the_hull_moves_through_the_current_that_was_known_last() -> None:
+    hull = HullVelocity(1.5, 0.05, Current(0.0, 0.0, 0.2, 0.0))
+    motion = Motion(0.0, 0.0, math.pi / 2.0, 8.0, hull)  # to the east: the current of 0.1, 0.2 m/s is ahead and aport
+    memory, t = follow(60.0, pinged=lambda t: t < 5.0, learned=lambda t: known(t) if t < 5.0 else None, motion=motion)
+    assert memory.source is VelocitySource.HULL_MODEL
+    assert (memory.u, memory.v) == (pytest.approx(1.7), pytest.approx(-0.05))
+    assert PARAMS.hull_std < velocity.std(PARAMS, memory, t) < 1.1 * PARAMS.hull_std
+    assert velocity.water(PARAMS, memory, t)[:2] == (0.1, 0.2)
+
+
+def test_eddies_that_carry_the_vehicle_unseen_are_a_walk_and_no_drift() -> None:
+    memory, t = follow(20.0, pinged=lambda t: t < 5.0, learned=lambda t: known(t - 0.2, std=0.05, turbulence=0.05))
+    assert velocity.lasting_std(PARAMS, memory, t) < 0.015
+    assert memory.turbulence == 0.05
+
+
+def flown(
+    dvl: Callable[[float], float | None], learned: Callable[[float], FilterVelocity | None]
+) -> list[StateEstimate]:
+    navigation, states = Navigation(NavigationParams(), Origin(0.9, 0.2)), []
+    frame = silence(4)
+    for k in range(1, 6001):
+        t = k * DT
+        u = dvl(t) if k % 20 == 0 else None
+        ping = (
+            Heard(Dvl(u, 0.0, 0.0, 0.01, 20.0), t - 0.1, True, True)
+            if u is not None
+            else replace(frame.dvl, fresh=False)
+        )
+        ahrs = Heard(Ahrs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), t, True, True)
+        frame = replace(frame, ahrs=ahrs, dvl=ping)
+        states.append(navigation.update(Tick(k, DT_NS), frame, ARMED, known=learned(t)))
+    return states
+
+
+def test_the_position_does_not_jump_when_the_dvl_is_lost_and_when_it_is_back() -> None:
+    states = flown(lambda t: 1.8 if t < 20.0 or t > 40.0 else None, lambda t: known(t - 0.2, u=1.81))
+    x = [state.eta.x for state in states]
+    assert max(abs(b - a) for a, b in pairwise(x)) < 0.03
+    assert all(state.velocity_ok for state in states[100:])
+    assert x[-1] - x[1999] == pytest.approx(1.81 * 40.0, abs=0.1)
+
+
+def test_the_sigma_of_the_position_grows_faster_without_dvl() -> None:
+    states = flown(lambda t: 1.8 if t < 30.0 else None, lambda t: known(t - 0.2))
+    before, at, after = (states[i].position_std for i in (5, 2999, -1))
+    assert after**2 - at**2 > at**2 - before**2
+
+
+def test_a_position_that_was_put_right_is_an_event() -> None:
+    assert position_events(0.0) == ()
+    (event,) = position_events(120.0)
+    assert event.numbers == (120.0,)
