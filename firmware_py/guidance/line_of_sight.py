@@ -1,9 +1,10 @@
 """Line of sight: steer for a point on the leg, a look-ahead distance in front of the vehicle (Fossen 2011, ch. 10.3).
 
 The course that is asked for is the leg's plus atan(-cross_track / look_ahead), with that error a `lead` ahead, since
-the heading reference lags. The heading is that course less the crab angle over ground: a current across the leg
-then leaves no offset. The crab angle is taken at the hull's pivot, where a turn shows no sway, and low-passed.
-All but the first is ours; with lead_s = 0 and crab_time_s = 0 this is the paper's line of sight.
+the heading reference lags. The heading is that course less the crab angle: a current across the leg then leaves no
+offset. Where the water's velocity is estimated, the crab angle is the one at which the hull's own speed makes up for
+what the water does across the course, at once. Else it is the angle over ground at the hull's pivot, where a turn shows
+no sway, low-passed. All but the first is ours; with lead_s = 0 and crab_time_s = 0 this is the paper's line of sight.
 """
 
 from __future__ import annotations
@@ -48,7 +49,12 @@ class LineOfSightParams:
         2.0, unit="s", low=0.0, high=60.0, doc="How far ahead in time the cross-track error is taken.", mav="LEAD"
     )
     crab_time: float = param(
-        10.0, unit="s", low=0.0, high=1000.0, doc="Time to learn the crab angle; 0: none.", mav="CRAB_TIME"
+        10.0,
+        unit="s",
+        low=0.0,
+        high=1000.0,
+        doc="Time to learn the crab angle if no current is known; 0: none.",
+        mav="CRAB_TIME",
     )
     crab_max: float = param(45.0, unit="deg", low=0.0, high=80.0, doc="Bound of the crab angle.", mav="CRAB_MAX")
     pivot: float = param(
@@ -57,6 +63,10 @@ class LineOfSightParams:
     u_min: float = param(
         0.3, unit="m/s", low=0.01, high=10.0, doc="Slower than this the crab angle is not learned.", mav="CRAB_U_MIN"
     )
+
+
+_KNOWN = 0.1
+"""1 sigma of a current that is known, m/s."""
 
 
 class Leg(NamedTuple):
@@ -107,12 +117,19 @@ class LineOfSight:
         """Return the heading to steer, rad, not wrapped."""
         params = self._params
         u, v = state.nu.u, state.nu.v + params.pivot * state.nu.r
-        if params.crab_time > 0.0 and state.velocity_ok and u > params.u_min:
-            crab = clip(math.atan2(v, u), -params.crab_max, params.crab_max)
-            self._memory += min(dt / params.crab_time, 1.0) * (crab - self._memory)
         off = state.eta.psi - way.course
         across = way.across + params.lead * (u * math.sin(off) + state.nu.v * math.cos(off))
-        return way.course - math.atan(across / params.look_ahead) - self._memory
+        course = way.course - math.atan(across / params.look_ahead)
+        if params.crab_time > 0.0 and u > params.u_min:
+            through = _through_water(state)
+            if through > params.u_min:
+                north, east = state.water
+                drift = east * math.cos(course) - north * math.sin(course)
+                self._memory = clip(math.asin(clip(drift / through, -1.0, 1.0)), -params.crab_max, params.crab_max)
+            elif state.velocity_ok:
+                crab = clip(math.atan2(v, u), -params.crab_max, params.crab_max)
+                self._memory += min(dt / params.crab_time, 1.0) * (crab - self._memory)
+        return course - self._memory
 
     def reset(self) -> None:
         """Clear the crab angle."""
@@ -125,3 +142,11 @@ class LineOfSight:
     def thaw(self, memory: float) -> None:
         """Restore the memory that `freeze` returned."""
         self._memory = memory
+
+
+def _through_water(state: StateEstimate) -> float:
+    """Return the speed ahead through the water, m/s; 0 where the water's velocity is not known."""
+    north, east = state.water
+    if not state.water_std <= _KNOWN:
+        return 0.0
+    return state.nu.u - (north * math.cos(state.eta.psi) + east * math.sin(state.eta.psi)) * math.cos(state.eta.theta)
