@@ -31,6 +31,10 @@ class StateEstimator(Protocol):
     def believed(self) -> SensorFrame:
         """Return the frame of the last update without the measurements that are not believed."""
 
+    @property
+    def placed(self) -> SensorFrame:
+        """Return the frame of the last update as sensors at the body's origin would have measured it."""
+
     def update(self, tick: Tick, frame: SensorFrame, applied: Applied) -> StateEstimate:
         """Return the state at `tick`; `applied` is what was commanded in the tick before."""
 
@@ -119,7 +123,7 @@ class Autopilot:
         self.parts, changed = self.reconfigurator.apply(order.changes, self.parts)  # parameters, mission, fence, rally
         estimator, actuator_watch, adoption, supervisor, guidance, control, gate = self.parts
         state = estimator.update(tick, frame, self.applied)
-        actuators = actuator_watch.update(tick, frame, self.applied, state, adoption.last)
+        actuators = actuator_watch.update(tick, estimator.placed, self.applied, state, adoption.last)
         told = actuators.left, order.arming in _TO_ARM
         adopted = adoption.update(tick, frame, state, self.applied, *told)
         left = self.abilities.of(adopted, actuators.left)

@@ -18,6 +18,7 @@ from firmware_py.estimation.filter.bank_arrays import BankArrays
 from firmware_py.estimation.integrity.integrity import SensorIntegrity
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.integrity_records import NO_CORRECTION, IntegrityMemory
+from firmware_py.estimation.lever_arms import LeverArms, LeverArmsMemory
 from firmware_py.estimation.navigation.navigation import KeptNavigation, Navigation, NavigationMemory, NavigationParams
 from firmware_py.marine import Origin
 from firmware_py.params import table
@@ -56,6 +57,7 @@ def refuse_no_filter(params: EstimationParams, vehicle: Vehicle) -> None:
 class EstimatorMemory(NamedTuple):
     """Everything that is remembered."""
 
+    arms: LeverArmsMemory
     integrity: IntegrityMemory
     navigation: NavigationMemory
     learning: CoefficientEstimatorMemory | None
@@ -64,9 +66,11 @@ class EstimatorMemory(NamedTuple):
 class Estimator:
     """An `autopilot.StateEstimator`. Steering rests on navigation; the coefficient estimator runs a lag behind.
 
-    `believed` is the last frame without what sensor integrity does not believe.
+    `placed` is the last frame as sensors at the body's origin would have measured it; `believed` the same without what
+    sensor integrity does not believe.
     """
 
+    placed: SensorFrame
     believed: SensorFrame
 
     def __init__(self, params: EstimationParams, origin: Origin, vehicle: Vehicle) -> None:
@@ -76,9 +80,10 @@ class Estimator:
             ParamError: a list of coefficients that the vehicle does not have, or that gives no scale.
         """
         self._params, self._vehicle = params, vehicle
+        self._arms = LeverArms(vehicle)
         self._integrity = SensorIntegrity(params.integrity, params, vehicle)
         self._navigation = Navigation(params, origin)
-        self.believed = silence(len(vehicle.fins))
+        self.placed = self.believed = silence(len(vehicle.fins))
         self._learning = (
             CoefficientEstimator(params.learning, params.coefficients, params.health, vehicle)
             if params.learning.enabled
@@ -111,6 +116,7 @@ class Estimator:
     def update(self, tick: Tick, frame: SensorFrame, applied: Applied) -> StateEstimate:
         """Return the state at the tick, from what was received up to it and what was commanded one tick ago."""
         known = self._learning.velocity if self._learning is not None else None
+        frame = self.placed = self._arms.at_origin(frame, tick.t)
         believed = self.believed = self._integrity.update(tick, frame, applied, known)
         correction = self._integrity.correction
         if correction is not NO_CORRECTION:
@@ -144,11 +150,15 @@ class Estimator:
     def freeze(self) -> EstimatorMemory:
         """Return the whole memory."""
         return EstimatorMemory(
-            self._integrity.freeze(), self._navigation.freeze(), self._learning.freeze() if self._learning else None
+            self._arms.freeze(),
+            self._integrity.freeze(),
+            self._navigation.freeze(),
+            self._learning.freeze() if self._learning else None,
         )
 
     def thaw(self, memory: EstimatorMemory) -> None:
         """Restore the memory that `freeze` returned."""
+        self._arms.thaw(memory.arms)
         self._integrity.thaw(memory.integrity)
         self._navigation.thaw(memory.navigation)
         if self._learning is not None and memory.learning is not None:

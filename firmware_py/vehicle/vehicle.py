@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 from firmware_py.marine import INERTIA_IMPOSSIBLE, is_inertia_tensor
 from firmware_py.params import ParamError, param
@@ -94,7 +94,21 @@ class DropWeight:
     x: float = param(unit="m", low=-100.0, high=100.0, doc="Position, forward; without it the bow rises.")
 
 
-_COEFFICIENTS = tuple(field.name for field in fields(Coefficients))
+Place = tuple[float, float, float]
+"""Forward, to starboard and down of the body's origin, m."""
+
+
+@dataclass(frozen=True, slots=True)
+class SensorPlaces:
+    """Where sensors sit, forward, to starboard and down of the body's origin; an AHRS may sit anywhere."""
+
+    dvl: Place = param((0.0, 0.0, 0.0), unit="m", low=-100.0, high=100.0, doc="The DVL's transducer.")
+    pressure: Place = param((0.0, 0.0, 0.0), unit="m", low=-100.0, high=100.0, doc="The pressure sensor's port.")
+    altimeter: Place = param((0.0, 0.0, 0.0), unit="m", low=-100.0, high=100.0, doc="The altimeter's transducer.")
+    fix: Place = param((0.0, 0.0, 0.0), unit="m", low=-100.0, high=100.0, doc="The antenna of the satellite receiver.")
+
+
+_COEFFICIENTS = tuple(each.name for each in fields(Coefficients))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,6 +127,7 @@ class Vehicle:
     coefficients: Coefficients
     fins: tuple[Fin, ...]
     drop_weight: DropWeight | None = None
+    sensors: SensorPlaces = field(default_factory=SensorPlaces)
 
     def __post_init__(self) -> None:
         for name in ("M_ds", "N_dr"):

@@ -1,7 +1,8 @@
 """The instruments: what each of them measures, and the numbers of its data sheet.
 
-Every `read` function takes the plant and the channel errors that `sensors.Sensor` draws for it. Instruments are at the
-body's origin and along its axes; their values are the records that the drivers of the autopilot produce.
+Every `read` function takes the plant and the channel errors that `sensors.Sensor` draws for it. Instruments are along
+the body's axes, and sit at its origin but for those that have another place (`Placed`); their values are the records
+that the drivers of the autopilot produce.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
-from firmware_py.marine import Eta, Nu, Origin, local_to_geodetic, pressure_of_depth, wrap
+from firmware_py.marine import Eta, Nu, Origin, body_to_ned, local_to_geodetic, pressure_of_depth, wrap
 from firmware_py.params import ParamError, param
 from firmware_py.records.sensing import Ahrs, Battery, Dvl, Fix
 from sim_bridge.devices.sensors import Sensor, Timing
@@ -45,6 +46,22 @@ class Water(NamedTuple):
     origin: Origin
 
 
+Place = tuple[float, float, float]
+"""Forward, to starboard and down of the body's origin, m."""
+
+
+def _offset(plant: MeasuredPlant, at: Place) -> tuple[float, float, float]:
+    """Return where a place in the body lies, north, east and down of its origin, m."""
+    return body_to_ned(plant.eta.phi, plant.eta.theta, plant.eta.psi, *at)
+
+
+@dataclass(frozen=True, slots=True)
+class Placed(Timing):
+    """What measures something that depends on its place in the body."""
+
+    at: Place = param((0.0, 0.0, 0.0), unit="m", low=-100, high=100, doc="Its place: forward, to starboard, down.")
+
+
 @dataclass(frozen=True, slots=True)
 class AhrsParams(Timing):
     """Attitude and heading reference with rate gyro."""
@@ -58,7 +75,7 @@ class AhrsParams(Timing):
 
 
 @dataclass(frozen=True, slots=True)
-class PressureParams(Timing):
+class PressureParams(Placed):
     """Water pressure sensor."""
 
     noise: float = param(50.0, unit="Pa", low=0, high=1e6, doc="White, 1 sigma.")
@@ -66,7 +83,7 @@ class PressureParams(Timing):
 
 
 @dataclass(frozen=True, slots=True)
-class DvlParams(Timing):
+class DvlParams(Placed):
     """Doppler velocity log looking down."""
 
     noise: float = param(
@@ -79,7 +96,7 @@ class DvlParams(Timing):
 
 
 @dataclass(frozen=True, slots=True)
-class AltimeterParams(Timing):
+class AltimeterParams(Placed):
     """Single-beam echo sounder looking down."""
 
     noise: float = param(0.03, unit="m", low=0, high=10, doc="White, 1 sigma.")
@@ -89,7 +106,7 @@ class AltimeterParams(Timing):
 
 
 @dataclass(frozen=True, slots=True)
-class FixParams(Timing):
+class FixParams(Placed):
     """Satellite receiver; it receives only at the surface."""
 
     noise: float = param(2.0, unit="m", low=0, high=100, doc="North and east, white, 1 sigma; also reported.")
@@ -176,7 +193,7 @@ class Instruments:
         )
         p = params.pressure
         self.pressure = Sensor[MeasuredPlant, float](
-            "pressure", p, _pressure(water), (p.noise,), (p.bias,), seed, base_hz
+            "pressure", p, _pressure(p, water), (p.noise,), (p.bias,), seed, base_hz
         )
         t = params.altimeter
         self.altimeter = Sensor[MeasuredPlant, float](
@@ -210,10 +227,12 @@ def _attitude(plant: MeasuredPlant, e: Sequence[float]) -> Ahrs:
     return Ahrs(phi + e[0], theta + e[1], wrap(psi + e[2]), p + e[3], q + e[4], r + e[5])
 
 
-def _pressure(water: Water) -> Callable[[MeasuredPlant, Sequence[float]], float]:
+def _pressure(params: PressureParams, water: Water) -> Callable[[MeasuredPlant, Sequence[float]], float]:
     def read(plant: MeasuredPlant, e: Sequence[float]) -> float:
         """Return the absolute pressure, Pa."""
-        return pressure_of_depth(plant.eta.z, water.surface_pressure, water.density) + e[0]
+        return (
+            pressure_of_depth(plant.eta.z + _offset(plant, params.at)[2], water.surface_pressure, water.density) + e[0]
+        )
 
     return read
 
@@ -221,10 +240,12 @@ def _pressure(water: Water) -> Callable[[MeasuredPlant, Sequence[float]], float]
 def _velocity(params: DvlParams) -> Callable[[MeasuredPlant, Sequence[float]], Dvl | None]:
     def read(plant: MeasuredPlant, e: Sequence[float]) -> Dvl | None:
         """Return None without bottom lock."""
-        altitude = plant.altitude
+        altitude = plant.altitude - _offset(plant, params.at)[2]
         if not params.range_min <= altitude <= params.range_max:
             return None
-        u, v, w, _, _, _ = plant.nu
+        x, y, z = params.at
+        u, v, w, p, q, r = plant.nu
+        u, v, w = u + q * z - r * y, v + r * x - p * z, w + p * y - q * x
         return Dvl(u + e[0], v + e[1], w + e[2], params.noise, altitude + e[3])
 
     return read
@@ -233,7 +254,7 @@ def _velocity(params: DvlParams) -> Callable[[MeasuredPlant, Sequence[float]], D
 def _altitude(params: AltimeterParams) -> Callable[[MeasuredPlant, Sequence[float]], float]:
     def read(plant: MeasuredPlant, e: Sequence[float]) -> float:
         """Return 0 when too near, inf without an echo."""
-        altitude = plant.altitude
+        altitude = plant.altitude - _offset(plant, params.at)[2]
         if altitude < params.range_min:
             return 0.0
         return math.inf if altitude > params.range_max else altitude + e[0]
@@ -244,9 +265,10 @@ def _altitude(params: AltimeterParams) -> Callable[[MeasuredPlant, Sequence[floa
 def _position(params: FixParams, origin: Origin) -> Callable[[MeasuredPlant, Sequence[float]], Fix | None]:
     def read(plant: MeasuredPlant, e: Sequence[float]) -> Fix | None:
         """Return None under water."""
-        if plant.eta.z > params.depth_max:
+        north, east, down = _offset(plant, params.at)
+        if plant.eta.z + down > params.depth_max:
             return None
-        latitude, longitude = local_to_geodetic(origin, plant.eta.x + e[0], plant.eta.y + e[1])
+        latitude, longitude = local_to_geodetic(origin, plant.eta.x + north + e[0], plant.eta.y + east + e[1])
         return Fix(latitude, longitude, params.noise)
 
     return read

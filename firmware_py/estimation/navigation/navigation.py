@@ -3,7 +3,7 @@
 Each quantity has its own small filter (`attitude`, `velocity`, `depth`, `altitude`, `dead_reckoning`): pure functions
 from memory to memory. Here they are put in order. A value that is not finite, out of range or from the future counts as
 not received, so the answer is always finite (but `altitude`, NaN when unknown). Sensors are taken to sit at the body's
-origin.
+origin: `lever_arms` has brought there what they measure.
 """
 
 from __future__ import annotations

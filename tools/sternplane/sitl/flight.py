@@ -102,7 +102,9 @@ class Flight:
     def doubts(self) -> tuple[str, ...]:
         """Return what the vehicle file believes that the simulated vehicle does not have, a sentence each."""
         files = self.configuration["files"]["vehicle"], str(self.request.config / "truth.toml")
-        return tuple(plausibility.doubts(config_files.vehicle(self.configuration), self.truth, *files))
+        vehicle, sensors = config_files.vehicle(self.configuration), str(self.request.config / "sensors.toml")
+        placed = plausibility.misplaced(vehicle, self.devices, files[0], sensors)
+        return (*plausibility.doubts(vehicle, self.truth, *files), *placed)
 
     @property
     def rate(self) -> int:

@@ -73,6 +73,14 @@ def refuse_mission(scenario: Scenario, where: str, params: AutopilotParams) -> N
     mission_check.refuse_near_bottom(scenario.mission, scenario.bottoms, params.safety.altitude_min, where, key)
 
 
+def misplaced(vehicle: Vehicle, devices: DevicesParams, vehicle_file: str, sensors: str) -> Iterator[str]:
+    """Yield the sensors that sit elsewhere than the vehicle file believes."""
+    for name in ("dvl", "pressure", "altimeter", "fix"):
+        believed, true = getattr(vehicle.sensors, name), getattr(devices, name).at
+        if believed != true:
+            yield f"{vehicle_file}: sensors.{name}_m = {list(believed)}, but {name}.at_m = {list(true)} in {sensors}"
+
+
 def doubts(vehicle: Vehicle, truth: Truth, vehicle_file: str, truth_file: str) -> Iterator[str]:
     """Yield what the vehicle file believes of its actuators that the simulated ones do not have."""
     servo = truth.servo
