@@ -7,6 +7,7 @@ import argparse
 from sternplane.study.adaptation import other_wrong, rivals, steps, straight
 from sternplane.study.adaptation.cases import CASES
 from sternplane.study.adaptation.damage import DAMAGE_CASES
+from sternplane.study.adaptation.navigation import NAVIGATION_CASES
 from sternplane.study.command import run_study
 from sternplane.study.rows import Study
 
@@ -15,7 +16,7 @@ SEEDS = 40
 ADAPTATION = Study(
     "Adaptation study",
     "What a vehicle gains whose laws are designed from what it learns, beside one whose laws know the truth.",
-    (*CASES, *DAMAGE_CASES, *rivals.CASES, *other_wrong.CASES, *steps.CASES, *straight.CASES),
+    (*CASES, *DAMAGE_CASES, *NAVIGATION_CASES, *rivals.CASES, *other_wrong.CASES, *steps.CASES, *straight.CASES),
 )
 
 

@@ -23,6 +23,31 @@ depth_m = 10.0
 u_m_s = 1.8
 n_rpm = 492.0
 """
+_LEG = """
+description = "The adaptation study: a straight leg across a current of 0.2 m/s."
+duration_s = 160.0
+completes = "time"
+[environment]
+bottom_depth_m = 40.0
+current_ned_m_s = [0.0, 0.2, 0.0]
+[start]
+depth_m = 10.0
+u_m_s = 1.8
+n_rpm = 492.0
+[sensors.ahrs]
+yaw_bias_deg = {yaw_bias}
+[sensors.dvl]
+bias_m_s = 0.0
+[[orders]]
+t_s = 0.5
+arming = "arm"
+mode = "mission"
+[[waypoints]]
+x_m = 400.0
+y_m = 0.0
+depth_m = 10.0
+speed_m_s = 1.8
+"""
 _BEGIN = """
 [[orders]]
 t_s = 0.5
@@ -63,6 +88,11 @@ def demonstration() -> Course:
     text = (SCENARIOS / "demo.toml").read_text(encoding="utf-8")
     text = without_factors(text).replace("{", "{{").replace("}", "}}")
     return Course("demonstration", text.replace("[environment]", _ADOPTION + "\n[environment]", 1), 120.0)
+
+
+def straight_leg() -> Course:
+    """Return a leg to the north in a current to the east, without bias of the DVL; {yaw_bias}: of the AHRS, deg."""
+    return Course("straight leg", _LEG + _ADOPTION, 60.0)
 
 
 def without_factors(scenario: str) -> str:

@@ -1,0 +1,186 @@
+"""Navigation with the model: a DVL that is lost for two minutes, and a straight leg across a current."""
+
+from __future__ import annotations
+
+import functools
+import math
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from firmware_py.adapters.storage.toml_files import read_toml
+from firmware_py.marine import wrap
+from firmware_py.records.cycle import Cycle
+from sim_bridge.truth_sample import TruthSample
+from sternplane.logs.tracking import Array
+from sternplane.sitl.flight import FlightRequest, fly, prepare
+from sternplane.study.adaptation.courses import demonstration, straight_leg, track
+from sternplane.study.adaptation.flight import Course
+from sternplane.study.rows import Case, Results, Row, RunArrays
+from sternplane.study.setups import CONFIG
+
+_WITHOUT = "[autopilot.estimation.velocity]\nfilter_std_m_s = 0.0\n"
+"""Laid upon a scenario: the velocity of the coefficient filter is never taken."""
+_LOST = 120.0
+"""The DVL is silent for so long, s."""
+_SLACK = 1.0
+"""What the position may be off by besides the heading's bias, m."""
+
+
+class Voyage(NamedTuple):
+    """Columns over the ticks of a flight, s, m and rad, (ticks,): the truth, the estimate, and the desired depth."""
+
+    t: Array
+    x: Array
+    y: Array
+    z: Array
+    psi: Array
+    est_x: Array
+    est_y: Array
+    est_psi: Array
+    std: Array
+    z_d: Array
+
+    @property
+    def yaw_bias(self) -> float:
+        """Return what the estimated heading is off by in the mean, rad."""
+        return float(np.mean([wrap(off) for off in (self.est_psi - self.psi)[100:].tolist()]))
+
+    def since(self, begin: float, end: float) -> Voyage:
+        """Return the part between two times, s."""
+        part = (self.t >= begin) & (self.t < end)
+        return Voyage(*[column[part] for column in self])
+
+    @property
+    def path(self) -> float:
+        """Return the way over the ground, m."""
+        return float(np.sum(np.hypot(np.diff(self.x), np.diff(self.y))))
+
+
+class _Witness:
+    done = False
+
+    def __init__(self) -> None:
+        self.rows: list[tuple[float, ...]] = []
+
+    def see(self, cycle: Cycle, truth: TruthSample) -> None:
+        state, eta = cycle.state, truth.eta
+        seen = state.eta.x, state.eta.y, state.eta.psi, state.position_std, cycle.reference.z_d
+        self.rows.append((cycle.tick.t, eta.x, eta.y, eta.z, eta.psi, *seen))
+
+
+def voyage(scenario: str, seed: int, faults: Sequence[str] = ()) -> Voyage:
+    """Fly a scenario with the vehicle file as it is."""
+    with tempfile.TemporaryDirectory() as name:
+        path, witness = Path(name) / "study.toml", _Witness()
+        path.write_text(scenario, encoding="utf-8")
+        flight = prepare(FlightRequest(scenario=str(path), seed=seed, faults=tuple(faults)), {})
+        if fly(flight, Path(name) / "log.mcap", witness=witness).reason == "interrupted":
+            raise KeyboardInterrupt
+        return Voyage(*np.array(witness.rows).T)
+
+
+def lost(voyage: Voyage) -> Array:
+    """Return figures of a flight without DVL.
+
+    Its path, m; what the position is off by more than at its beginning, at most, m; the same beyond what the heading's
+    bias explains; the same over 1 sigma of the position; RMS of the depth error, m.
+    """
+    off_x, off_y = voyage.est_x - voyage.x, voyage.est_y - voyage.y
+    grown = np.hypot(off_x - off_x[0], off_y - off_y[0])
+    allowed = voyage.path * abs(voyage.yaw_bias)
+    off = np.hypot(off_x, off_y) / voyage.std
+    depth = math.sqrt(float(np.mean((voyage.z - voyage.z_d) ** 2)))
+    return np.array([voyage.path, np.max(grown), np.max(grown) - allowed, np.max(off), depth])
+
+
+def _lose(seed: int, k: int, course: Callable[[], Course], begin: float) -> RunArrays:
+    del k
+    scenario = course().scenario.format(adoption="true")
+    silent, end = (f"off:dvl@{begin:g}+{_LOST:g}",), begin + _LOST
+    flights = {"filter": (scenario, silent), "without": (_with(scenario, _WITHOUT), silent), "oracle": (scenario, ())}
+    return {name: lost(voyage(text, seed, faults).since(begin, end)) for name, (text, faults) in flights.items()}
+
+
+def _judge_loss(runs: Sequence[RunArrays], name: str) -> Results:
+    figures = {key: np.array([run[key] for run in runs]) for key in ("filter", "without", "oracle")}
+    rows, n = [Row(name, "way over the ground, median, m", float(np.median(figures["filter"][:, 0])), None)], len(runs)
+    for key, words in (("filter", "by the filter"), ("without", "by pings and the hull's model alone")):
+        _, grown, beyond, off, depth = figures[key].T
+        limits = (_SLACK, 3.0, 1.2) if key == "filter" else (None, None, None)
+        rows += [
+            Row(name, f"{words}: position, median, m", float(np.median(grown)), None, n),
+            Row(name, f"{words}: position less way times yaw bias, worst, m", float(np.max(beyond)), limits[0], n),
+            Row(name, f"{words}: position over its sigma, worst", float(np.max(off)), limits[1], n),
+            Row(
+                name,
+                f"{words}: depth RMS over that with DVL, worst",
+                float(np.max(depth / figures["oracle"][:, 4])),
+                limits[2],
+                n,
+            ),
+        ]
+    return Results(rows)
+
+
+def _cross(seed: int, k: int, biased: bool) -> RunArrays:
+    del k
+    leg = straight_leg()
+    scenario, begin = leg.scenario.format(adoption="true", yaw_bias="0.5" if biased else "0.0"), leg.settled
+    found = {}
+    for name, text in (("filter", scenario), ("without", _with(scenario, _WITHOUT))):
+        flown = voyage(text, seed)
+        part = flown.since(begin, math.inf)
+        aside = part.y + part.x * flown.yaw_bias  # the leg leads north; the heading's bias leads off it
+        found[name] = np.array([math.sqrt(float(np.mean(aside**2))), abs(flown.yaw_bias)])
+    return found
+
+
+def _judge_cross(runs: Sequence[RunArrays], name: str, biased: bool, look_ahead: float) -> Results:
+    rows, n = [], len(runs)
+    for key, words in (("filter", "current by the filter"), ("without", "crab angle low-passed")):
+        aside, bias = np.array([run[key] for run in runs]).T
+        rows.append(Row(name, f"{words}: off the leg, RMS, median, m", float(np.median(aside)), None, n))
+        worst, limit = (float(np.max(aside - look_ahead * bias)), 0.03) if biased else (float(np.max(aside)), 0.05)
+        less = f" less {look_ahead:g} m times yaw bias" if biased else ""
+        rows.append(
+            Row(name, f"{words}: off the leg, RMS{less}, worst, m", worst, limit if key == "filter" else None, n)
+        )
+    return Results(rows)
+
+
+def _with(scenario: str, over: str) -> str:
+    return scenario.replace("[environment]", f"{over}\n[environment]", 1)
+
+
+def _loss_case(course: Callable[[], Course], begin: float, short: int) -> Case:
+    name = f"{course().name}, DVL lost from {begin:g} s"
+    about = (
+        f"The DVL is silent for {_LOST:g} s. Position: what it is off by more than when the DVL was lost, at most, by "
+        "the truth. Three flights of each seed: with the velocity of the coefficient filter, without it, with a DVL."
+    )
+    run = functools.partial(_lose, course=course, begin=begin)
+    return Case(name, about, run, functools.partial(_judge_loss, name=name), 40, short)
+
+
+def _cross_case(biased: bool, short: int) -> Case:
+    look_ahead = float(read_toml(CONFIG / "autopilot.toml")["guidance"]["line_of_sight"]["look_ahead_m"])
+    name = f"straight leg across 0.2 m/s, {'with' if biased else 'without'} yaw bias"
+    about = (
+        "A leg to the north in a current to the east, by a DVL without bias. Off the leg: the true path from "
+        f"{straight_leg().settled:g} s on, less what dead reckoning itself leads off by the bias of the AHRS's heading "
+        "(way times bias)."
+    )
+    judge = functools.partial(_judge_cross, name=name, biased=biased, look_ahead=look_ahead)
+    return Case(name, about, functools.partial(_cross, biased=biased), judge, 40, short)
+
+
+NAVIGATION_CASES: tuple[Case, ...] = (
+    _loss_case(functools.partial(track, 170.0), 45.0, 1),
+    _loss_case(demonstration, 120.0, 1),
+    _cross_case(True, 1),
+    _cross_case(False, 1),
+)
