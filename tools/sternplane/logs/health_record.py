@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from firmware_py.records.command import AscentStage
+from firmware_py.records.estimate import VelocitySource
 from firmware_py.records.health import ActuatorFault, SensorHealth, SourceFault, SourceState, WeightState
 from firmware_py.records.health_text import actuator_fault_text, source_fault_text, stage_text
 from sternplane.logs.reading import Columns, Piece
@@ -23,6 +24,12 @@ _WEIGHT = {
     WeightState.STUCK: "stuck",
     WeightState.NOT_CONFIRMED: "release not confirmed",
     WeightState.GONE: "gone without a command",
+}
+_VELOCITY = {
+    VelocitySource.NONE: "propeller alone",
+    VelocitySource.DVL: "pings",
+    VelocitySource.FILTER: "coefficient filter",
+    VelocitySource.HULL_MODEL: "hull's model",
 }
 _SPANS = 500
 """More changes of one thing than these are counted, but no longer kept one by one."""
@@ -78,6 +85,7 @@ class HealthRecord:
 
     Attributes:
         sensors: by name in the records; values are made of state and fault (`sensor_state`).
+        velocity: what it rests on; values are `VelocitySource`.
         actuators: by name in the vehicle file; values are `ActuatorFault`.
         ascent: values are `AscentStage`.
         drop: of the drop weight; values are `WeightState`, 0 while it is held. Without reports the command counts.
@@ -88,7 +96,7 @@ class HealthRecord:
         self._header = log.header
         self.sensors: dict[str, Timeline] = {}
         self.actuators: dict[str, Timeline] = {}
-        self.ascent, self.drop, self.commanded = Timeline(), Timeline(), Timeline()
+        self.ascent, self.drop, self.commanded, self.velocity = Timeline(), Timeline(), Timeline(), Timeline()
 
     def add(self, piece: Piece) -> None:
         """Take a piece in; a log that knows nothing of health has none."""
@@ -97,7 +105,8 @@ class HealthRecord:
         for timelines, found in ((self.sensors, sensor_values(c)), (self.actuators, actuator_values(self._header, c))):
             for name, values in found.items():
                 timelines.setdefault(name, Timeline()).add(t, values, dt)
-        for path, timeline in (("mode.ascent", self.ascent), ("applied.drop", self.commanded)):
+        followed = ("mode.ascent", "applied.drop", "state.velocity_source")
+        for path, timeline in zip(followed, (self.ascent, self.commanded, self.velocity), strict=True):
             if path in c:
                 timeline.add(t, c[path], dt)
         if "applied.drop" in c:
@@ -160,6 +169,11 @@ def sensor_words(value: int) -> str:
 def actuator_words(value: int) -> str:
     """Return words such as "jammed"; "good" for no fault."""
     return actuator_fault_text(value) if value else "good"
+
+
+def velocity_words(value: int) -> str:
+    """Return words for what the velocity rests on."""
+    return _VELOCITY[VelocitySource(value)]
 
 
 def weight_words(value: int) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
+from firmware_py.records.estimate import VelocitySource
 from firmware_py.records.health import WEIGHT_FAULTS, SourceState
 from sternplane.logs.health_record import (
     HealthRecord,
@@ -14,6 +15,7 @@ from sternplane.logs.health_record import (
     sensor_state,
     sensor_words,
     stage_words,
+    velocity_words,
     weight_words,
 )
 from sternplane.report.drawing import Plot
@@ -36,7 +38,10 @@ class _Strip(NamedTuple):
 
 
 def health_plot(health: HealthRecord, figure: Any) -> Plot | None:
-    """Return the strips of what was ever not good, of the ascent and the drop weight; None where all was well."""
+    """Return the strips of what was ever not good, of the ascent and the drop weight; None where all was well.
+
+    Beside a DVL that was not believed stands what the velocity rested on.
+    """
     strips = list(_strips(health))
     if not strips:
         return None
@@ -75,6 +80,8 @@ def _strips(health: HealthRecord) -> Iterator[_Strip]:
     for name, line in health.sensors.items():
         if not line.quiet:
             yield _Strip(name, line, sensor_words, _sensor)
+    if "dvl" in health.sensors and not (health.sensors["dvl"].quiet or health.velocity.quiet):
+        yield _Strip("velocity", health.velocity, velocity_words, _velocity)
     for name, line in health.actuators.items():
         if not line.quiet:
             yield _Strip(name, line, actuator_words, _actuator)
@@ -91,6 +98,11 @@ def _sensor(value: int) -> tuple[str, str]:
         SourceState.SUSPECT: ("suspect", _SUSPECT),
         SourceState.LOST: ("lost", _BAD),
     }[state]
+
+
+def _velocity(value: int) -> tuple[str, str]:
+    known = value in (VelocitySource.DVL, VelocitySource.FILTER)
+    return ("good", _GOOD) if known else ("suspect", _SUSPECT)
 
 
 def _actuator(value: int) -> tuple[str, str]:

@@ -13,8 +13,8 @@ from sternplane.logs.run import Run
 _ROWS = 2000
 _BY_UNIT = {
     "s": "t t_valid t_sticks horizon",
-    "m": "x y z z_d altitude fix.value.std position_std depth_std cross_track sigma_z",
-    "m_s": "u v w fom u_d z_d_dot velocity_std current current_std turbulence",
+    "m": "x y z z_d altitude fix.value.std position_std depth_std fix_jump cross_track sigma_z",
+    "m_s": "u v w fom u_d z_d_dot velocity_std current current_std turbulence water water_std",
     "m_s2": "z_d_ddot",
     "m_s3": "z_d_dddot",
     "rad": "phi theta psi psi_d latitude longitude delta_s delta_r fins frame.fins.value",
