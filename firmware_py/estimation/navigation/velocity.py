@@ -20,6 +20,9 @@ from firmware_py.records.sensing import Dvl, Heard
 
 _LEAVES = 3.0
 """The filter is believed up to so many times the 1 sigma at which it began to be."""
+_PROBATION = 120.0
+"""A filter that pings contradicted, and that agrees with them again, may have taken in the fault of a DVL. For so long,
+s, it is not believed without them, and its sigma is no less than the change of the current that it tells."""
 _LATE = 1.0
 """A filter that is farther behind, s, has stopped."""
 
@@ -144,6 +147,8 @@ class VelocityMemory(NamedTuple):
         current: that was known last.
         eddy: see `FilterVelocity`; 0 without it.
         turbulence: see eddy.
+        anchor: the current that the filter knew before pings contradicted it.
+        t_broken: when they did, s.
     """
 
     t: float
@@ -156,6 +161,8 @@ class VelocityMemory(NamedTuple):
     current: Current
     eddy: tuple[float, float] = (0.0, 0.0)
     turbulence: float = 0.0
+    anchor: Current = UNKNOWN_CURRENT
+    t_broken: float = -math.inf
 
 
 START = VelocityMemory(-math.inf, 0.0, 0.0, 0.0, 0.0, -math.inf, VelocitySource.NONE, UNKNOWN_CURRENT)
@@ -194,10 +201,14 @@ def update(
         if known.t <= memory.t:
             return memory._replace(source=VelocitySource.FILTER)
         now = known.t, known.u, known.v, known.w, known.std, memory.t_ping, VelocitySource.FILTER
-        return VelocityMemory(*now, known.current, known.eddy, known.turbulence)
+        return VelocityMemory(*now, known.current, known.eddy, known.turbulence, memory.anchor, memory.t_broken)
+    if memory.source is VelocitySource.FILTER and t - memory.t_ping <= params.timeout:
+        # What pings contradict is no longer believed. The current before the first of several such is the one to keep.
+        anchor = memory.anchor if t - memory.t_broken <= _PROBATION else memory.current
+        memory = memory._replace(source=VelocitySource.DVL, anchor=anchor, current=anchor, t_broken=t)
     if ping is not None and heard.t_valid > memory.t:
         now = heard.t_valid, *ping[:3], fom, heard.t_valid, VelocitySource.DVL
-        return VelocityMemory(*now, memory.current)
+        return VelocityMemory(*now, memory.current, anchor=memory.anchor, t_broken=memory.t_broken)
     if t - memory.t <= params.timeout:
         return memory
     return _follow(params, memory, motion, t, dt)
@@ -206,6 +217,8 @@ def update(
 def _believed(params: VelocityParams, memory: VelocityMemory, known: FilterVelocity, t: float) -> bool:
     """Return whether the filter tells the velocity: once it has agreed with pings, it may go on without."""
     if memory.source is VelocitySource.FILTER:
+        if t - memory.t_ping > params.timeout and memory.t_ping - memory.t_broken <= _PROBATION:
+            return False
         return known.std <= _LEAVES * params.filter_std and t - known.t <= _LATE
     return known.std <= params.filter_std and t - memory.t_ping <= params.timeout and t - known.t <= _LATE
 
@@ -213,10 +226,13 @@ def _believed(params: VelocityParams, memory: VelocityMemory, known: FilterVeloc
 def _follow(params: VelocityParams, memory: VelocityMemory, motion: Motion, t: float, dt: float) -> VelocityMemory:
     """Go over from the last velocity to the one that propeller, rudder and the last current make likely."""
     hull, current, source = motion.hull, memory.current, VelocitySource.NONE
+    doubted = memory.t_ping - memory.t_broken <= _PROBATION
+    if doubted:
+        current = memory.anchor
     u, v, w = clip(motion.n * params.u_trim / params.n_trim, -params.u_max, params.u_max), 0.0, 0.0
     if hull is not None:
         u, v, source = hull.u, hull.v, VelocitySource.HULL_MODEL
-        if hull.current.std_at(params, t) < current.std_at(params, t):
+        if not doubted and hull.current.std_at(params, t) < current.std_at(params, t):
             current = hull.current
     if current.std_at(params, t) < params.lost_std:
         c, s = math.cos(motion.psi), math.sin(motion.psi)
@@ -248,10 +264,12 @@ def lasting_std(params: VelocityParams, memory: VelocityMemory, t: float) -> flo
     """1 sigma of what u and v are off by for long, m/s, where no ping shows it: without eddies, and without delay."""
     if memory.source is not VelocitySource.FILTER:
         return std(params, memory, t) if t - memory.t > params.timeout else 0.0
-    own = memory.fom
+    own, change = memory.fom, 0.0
+    if t - memory.t_broken <= _PROBATION:
+        change = math.hypot(memory.current.north - memory.anchor.north, memory.current.east - memory.anchor.east)
     if t - memory.t_ping > params.timeout:
         own = max(memory.current.std, math.sqrt(max(0.0, own * own - memory.turbulence * memory.turbulence)))
-    return math.hypot(own, _unseen(params, memory, t))
+    return math.hypot(own, _unseen(params, memory, t), change)
 
 
 def _unseen(params: VelocityParams, memory: VelocityMemory, t: float) -> float:

@@ -80,6 +80,26 @@ def test_without_both_the_hull_moves_through_the_current_that_was_known_last() -
     assert velocity.water(PARAMS, memory, t)[:2] == (0.1, 0.2)
 
 
+def test_a_filter_that_took_in_the_fault_of_a_dvl_is_not_believed_without_it() -> None:
+    """It knew the current for 20 s, pings contradicted it for 8 s, and then it tells of another current."""
+
+    def learned(t: float) -> FilterVelocity | None:
+        if t < 20.0:
+            return known(t - 0.2)
+        other = known(t - 0.2)
+        return other._replace(current=Current(0.9, 0.2, 0.004, t)) if t > 28.0 else None
+
+    motion = STRAIGHT._replace(hull=HullVelocity(1.5, 0.0, Current(0.9, 0.2, 0.05, 30.0)))
+    heard, t = follow(38.0, learned=learned, motion=motion)
+    assert heard.source is VelocitySource.FILTER
+    assert velocity.lasting_std(PARAMS, heard, t) > 0.8  # the current that changed may be a fault
+    memory, t = follow(80.0, pinged=lambda t: t < 40.0, learned=learned, motion=motion)
+    assert memory.source is VelocitySource.HULL_MODEL
+    assert memory.u == pytest.approx(1.6, abs=0.01)  # 1.5 through the current of 0.1 that was known before
+    later, _ = follow(260.0, pinged=lambda t: t < 200.0, learned=learned, motion=motion)
+    assert later.source is VelocitySource.FILTER
+
+
 def test_eddies_that_carry_the_vehicle_unseen_are_a_walk_and_no_drift() -> None:
     memory, t = follow(20.0, pinged=lambda t: t < 5.0, learned=lambda t: known(t - 0.2, std=0.05, turbulence=0.05))
     assert velocity.lasting_std(PARAMS, memory, t) < 0.015
