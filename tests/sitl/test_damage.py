@@ -1,0 +1,40 @@
+"""Damaged fins, judged by where the plant really is: the vehicle flies on with what is left."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from firmware_py.records.event import Cause, EventKind
+from firmware_py.records.order import Mode
+from tests.sitl.flights import Flights
+from tests.straight_run import hold, under_way
+
+
+def test_a_plane_that_jams_at_10_deg_is_opposed_and_the_flight_goes_on(flown: Flights) -> None:
+    text = under_way(40.0, 10.0, hold(10.0), completes="time", faults=("jam:stern_port=10@10",), rpm=492.0)
+    _, log = flown(text, seed=1001)
+    c, t = log.columns, log.columns["t"]
+    late = t > 25.0
+    assert (c["mode.mode"][late] == Mode.HOLD).all()
+    assert np.abs(log.truth["eta.z"] - c["reference.z_d"])[late].max() < 0.4
+    assert np.degrees(np.median(c["applied.fins"][late, 1])) < -7.0  # it opposes the other one
+    warned = [(s, e) for s, events in log.events for e in events if e.cause is Cause.DAMAGED]
+    ((since, event),) = warned
+    assert since < 11.3
+    assert event.kind is EventKind.RULE_WARNS
+    assert event.names == ("stern_port",)
+    assert 0.2 < event.numbers[1] < 0.35
+    assert event.numbers[2] == 1.0
+    left = c["actuators.left.stuck"][-1]
+    assert math.isclose(left[0], math.radians(10.0), abs_tol=math.radians(0.3))
+    assert np.isnan(left[1:]).all()
+
+
+def test_a_rudder_that_jams_at_20_deg_leaves_too_little_and_brings_the_vehicle_up(flown: Flights) -> None:
+    text = under_way(25.0, 6.0, hold(6.0), completes="time", faults=("jam:rudder_upper=20@8",), rpm=492.0)
+    _, log = flown(text, seed=1001)
+    assert log.columns["mode.mode"][-1] in (Mode.SURFACE, Mode.DISARMED)
+    causes = [e.cause for _, events in log.events for e in events if e.kind is EventKind.MODE_CHANGED]
+    assert Cause.RUDDER_FAULT in causes
