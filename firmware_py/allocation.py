@@ -55,7 +55,7 @@ class Allocator:
         """
         delta_s, delta_r = demand.delta_s, demand.delta_r
         sound = tuple([from_s * delta_s + from_r * delta_r for from_s, from_r in self._sound.gains])
-        if left != self._last[0]:  # what is computed depends on `left` alone
+        if left is not self._last[0] and left != self._last[0]:  # what is computed depends on `left` alone
             self._last = left, self._layout(left)
         layout = self._last[1]
         if layout is self._sound:

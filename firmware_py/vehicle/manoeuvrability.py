@@ -69,6 +69,8 @@ class ManoeuvrabilityModel:
         self._limits = tuple([fin.delta_max for fin in vehicle.fins])
         self._files = diving_coefficients(vehicle), steering_coefficients(vehicle)
         self._sound = self._reaches(())
+        self._fins: tuple[FinHealth, ...] = ()
+        self._damaged = self._moved = self._sound
         self._last: tuple[Adopted | None, tuple[FinHealth, ...]] = None, ()
         self._found = self._computed(*self._files, *self._files, ())
 
@@ -99,19 +101,23 @@ class ManoeuvrabilityModel:
         steering: SteeringCoefficients,
         held_diving: DivingCoefficients,
         held_steering: SteeringCoefficients,
-        left: Sequence[FinHealth],
+        left: tuple[FinHealth, ...],
     ) -> Manoeuvrability:
         """Return what is left: what fins lost may show in the coefficients in force, or not yet: the less counts."""
         vehicle = self._vehicle
-        whole = tuple([fin._replace(effect=1.0) for fin in left])
-        damaged, moved = self._reaches(left), self._reaches(whole)
-        pitch, pitch_held = diving_model(vehicle, 1.0, diving), diving_model(vehicle, 1.0, held_diving)
+        if left is not self._fins:
+            self._fins, self._damaged = left, self._reaches(left)
+            self._moved = self._reaches([fin._replace(effect=1.0) for fin in left])
+        damaged, moved = self._damaged, self._moved
+        pitch = diving_model(vehicle, 1.0, diving)
+        pitch_held = pitch if held_diving == diving else diving_model(vehicle, 1.0, held_diving)
         damping = -pitch.A[0][0]
         control, control_held = -pitch.b[0], -pitch_held.b[0]
         up, down = (
             min(control * whole_, control_held * part) for whole_, part in zip(moved[0], damaged[0], strict=True)
         )
-        gain, gain_held = _turn_gain(vehicle, steering), _turn_gain(vehicle, held_steering)
+        gain = _turn_gain(vehicle, steering)
+        gain_held = gain if held_steering == steering else _turn_gain(vehicle, held_steering)
         turn = min([min(gain * a, gain_held * b) for a, b in zip(moved[1], damaged[1], strict=True)])
         authority, restoring = min(up, down), -pitch.A[0][1]
         up_left, down_left = (part / whole_ for part, whole_ in zip(damaged[0], self._sound[0], strict=True))
