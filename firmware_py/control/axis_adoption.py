@@ -28,7 +28,7 @@ _STALE = 0.2
 _STAYS = 1.2
 """What is certain enough stays so up to this share of the limit: a filter that begins anew is less certain."""
 _CLEARED = 0.25
-"""What the motion contradicts is refused until so little of the evidence against it is left."""
+"""What the motion contradicts is refused until so little of the evidence against it is left, which is none."""
 _RELEARNING = 5.0
 """When fins lose effect, good values with what is left of it count for so long, s, while the filter learns the same."""
 _CANDIDATE, _IN_FORCE = 0, 1
@@ -212,7 +212,7 @@ class AxisAdoption:
             m = m._replace(earlier=tuple([was and not now for was, now in zip(m.earlier, valid, strict=True)]))
         m = m._replace(candidate=candidate, sure=sure, refusal=refusal)
         source, target = self._target(m)
-        holds = source in _AS_LEARNED and self._evidence.evidence[_IN_FORCE] >= 0.0
+        holds = source in _AS_LEARNED and self._evidence.evidence[_IN_FORCE] >= -_CLEARED * self._params.evidence
         self._memory = m = m._replace(
             source=source, values=self._moved(target), held=m.held + 1.0 / Rate.HZ_10 if holds else 0.0
         )
