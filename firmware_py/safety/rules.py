@@ -102,13 +102,14 @@ def _off_depth(c: Conditions, p: SafetyParams) -> bool:
     return c.wanted in _FLOWN and abs(c.depth - c.wanted_depth) > p.depth_error_max
 
 
-def _too_deep(c: Conditions, p: SafetyParams) -> bool:
-    return c.depth + c.left.lost_height(c.slope) > p.depth_max  # a damaged vehicle pulls up later
+def _depth_reached(c: Conditions) -> float:
+    """Return the depth, m, with what a damaged vehicle loses more than a sound one until it has pulled up."""
+    return c.depth if c.faults.plane else c.depth + c.left.lost_height(c.slope)
 
 
 def _too_low(c: Conditions, p: SafetyParams) -> bool:
-    ahead = max(max(0.0, c.z_dot) * p.altitude_ahead, c.left.pull_up(c.slope))  # a dive does not end at once
-    return c.altitude - ahead < p.altitude_min
+    pull_up = 0.0 if c.faults.plane else c.left.pull_up(c.slope)
+    return c.altitude - max(max(0.0, c.z_dot) * p.altitude_ahead, pull_up) < p.altitude_min  # a dive ends later
 
 
 def _surfacing_long(c: Conditions, p: SafetyParams) -> bool:
@@ -178,8 +179,8 @@ RULES: tuple[Rule, ...] = (
     Rule(Cause.ENERGY,           lambda c, _: c.charge < c.charge_home, "battery_time", "energy_action",
          lambda c, _: (c.charge, c.charge_home), at_arming=False),
     # Where it is, and how it lies there.
-    Rule(Cause.DEPTH_LIMIT,      _too_deep, "depth_max_time", "depth_max_action",
-         lambda c, p: (c.depth, p.depth_max)),
+    Rule(Cause.DEPTH_LIMIT,      lambda c, p: _depth_reached(c) > p.depth_max, "depth_max_time", "depth_max_action",
+         lambda c, p: (_depth_reached(c), p.depth_max)),
     Rule(Cause.ALTITUDE_LIMIT,   _too_low, "altitude_time", "altitude_action",
          lambda c, p: (c.altitude, p.altitude_min)),
     Rule(Cause.FENCE,            lambda c, _: c.breach != WITHIN and not c.returning, "fence_time", "fence_action",

@@ -34,7 +34,7 @@ _Row = Sequence[float]
 
 
 def reach(row: _Row, other: _Row, limits: _Row, left: Sequence[FinHealth]) -> tuple[float, float]:
-    """Return the greatest negative and positive row . d, rad, both >= 0, while other . d = 0.
+    """Return the greatest negative and positive row . d, rad, both >= 0, while other . d = 0, if that can be.
 
     Args:
         row: what each fin adds to the axis.
@@ -45,12 +45,11 @@ def reach(row: _Row, other: _Row, limits: _Row, left: Sequence[FinHealth]) -> tu
     left = left or [FinHealth()] * len(row)
     stuck = [fin.stuck if fin.stuck == fin.stuck else 0.0 for fin in left]
     travel = [0.0 if fin.stuck == fin.stuck else fin.effect * most for fin, most in zip(left, limits, strict=True)]
-    if abs(_dot(other, stuck)) > sum([abs(b) * most for b, most in zip(other, travel, strict=True)]) + 1e-9:
-        return 0.0, 0.0  # the other axis takes all of it
+    balanced = abs(_dot(other, stuck)) <= sum([abs(b) * most for b, most in zip(other, travel, strict=True)]) + 1e-9
+    multipliers = [a / b for a, b in zip(row, other, strict=True) if b] if balanced else []
     found = []
     for side in (-1.0, 1.0):
-        ks = [0.0, *[a / b for a, b in zip(row, other, strict=True) if b]]
-        most = min([_bound(row, other, travel, stuck, side, side * k) for k in ks])
+        most = min([_bound(row, other, travel, stuck, side, side * k) for k in (0.0, *multipliers)])
         found.append(max(0.0, most))
     return found[0], found[1]
 

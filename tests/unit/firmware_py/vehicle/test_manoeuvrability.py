@@ -60,6 +60,13 @@ def test_a_stuck_plane_leaves_less_to_one_side_and_more_to_the_other() -> None:
     assert np.degrees((up, down)) == pytest.approx((6.5, 16.5))
 
 
+def test_rudders_that_are_both_stuck_leave_the_planes_what_they_do() -> None:
+    s, r = VEHICLE.effectiveness.s, VEHICLE.effectiveness.r
+    left = plus(upper=stuck(HARD_OVER), lower=stuck(HARD_OVER))
+    assert np.degrees(reach(s, r, [HARD_OVER] * 4, left)) == pytest.approx((23.0, 23.0))
+    assert reach(r, s, [HARD_OVER] * 4, left)[0] == 0.0
+
+
 def test_a_sound_vehicle_is_limited_by_nothing_that_it_is_asked_for_today() -> None:
     able = ManoeuvrabilityModel(VEHICLE).of(FILE, ())
     assert (able.turn_left, able.up_left, able.dive_left) == (1.0, 1.0, 1.0)
