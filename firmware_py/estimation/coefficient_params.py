@@ -13,6 +13,7 @@ from firmware_py.vehicle.vehicle import Vehicle
 
 TEN = ("M_q", "M_ds", "N_r", "N_dr", "N_v", "Z_ds", "Z_q", "Y_dr", "Y_r", "Y_v")
 """The paper's ten, in its order."""
+BUOYANCY = "buoyancy"
 EVERY_OTHER = "rest"
 """Among the considered: every coefficient that is not named."""
 SPEEDS, RATES, ANGLES = MOTIONS[:3], MOTIONS[3:6], MOTIONS[6:8]
@@ -25,7 +26,7 @@ class CoefficientParams:
     names: tuple[str, ...] = param(
         TEN,
         doc="What is learned: coefficients of vehicle.toml, C_d0, C_dy, C_dz, or X_dot, Y_dot, Z_dot, K_dot, M_dot, "
-        "N_dot, the scale of all added mass in an equation.",
+        "N_dot, the scale of all added mass in an equation; or buoyancy, its scale.",
     )
     considered: tuple[str, ...] = param(
         (),
@@ -68,6 +69,15 @@ class CoefficientParams:
         high=100.0,
         doc="1 sigma of what is only considered.",
         mav="STD_REST",
+        when=TakesEffect.RESTART,
+    )
+    buoyancy_std: float = param(
+        1.0,
+        unit="%",
+        low=0.001,
+        high=100.0,
+        doc="1 sigma of the buoyancy, where it is learned or considered.",
+        mav="STD_BUOY",
         when=TakesEffect.RESTART,
     )
     stds: Mapping[str, float] = named_numbers("1 sigma of single coefficients, by name, as share of their size.")
@@ -240,6 +250,8 @@ def relative_std(name: str, params: CoefficientParams) -> float:
     """1 sigma of a parameter, of its size."""
     if name in params.stds:
         return params.stds[name]
+    if name == BUOYANCY:
+        return params.buoyancy_std
     if name not in params.names:
         return params.considered_std
     if name in GROUPS:

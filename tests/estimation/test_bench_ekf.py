@@ -15,6 +15,7 @@ from firmware_py.estimation.coefficient_params import CoefficientParams
 
 MORE = {
     "considered": CoefficientParams(considered=("rest",), names=("M_q", "N_r", "M_dot"), walk=0.01),
+    "not neutral": CoefficientParams(nuisances=("Z_w", "buoyancy")),
     "biased": CoefficientParams(turbulence=(0.05, 0.2), rate_bias=1e-3, angle_bias=0.02, speed_bias=0.02),
 }
 STRICT = ("-Wall", "-Wextra", "-Wpedantic", "-Werror")

@@ -123,6 +123,23 @@ def test_a_group_is_the_sum_of_its_members_at_their_believed_size() -> None:
     assert together[:, 11] == pytest.approx(each[:, 11:14] @ np.array(many.believed), rel=1e-12)
 
 
+def test_the_buoyancy_lifts_and_turns_a_hull_whose_centre_of_buoyancy_is_off() -> None:
+    """The scale's column of the slopes against differences of the vehicle's own buoyancy, nose up and rolled."""
+    at = case(7)
+    body = dataclasses.replace(VEHICLE.body, x_B=0.1, y_B=0.02, z_B=-0.03)
+    vehicle = dataclasses.replace(VEHICLE, body=body)
+    model = ObserverModel(vehicle, ("buoyancy",))
+    assert model.believed == (1.0,)
+    x, h = state(model, at), 1e-3
+    moved = []
+    for scale in (1.0 + h, 1.0 - h):
+        other = dataclasses.replace(vehicle, body=dataclasses.replace(body, buoyancy=scale * body.buoyancy))
+        moved.append(ObserverModel(other, ()).rates(x[: model.first], at.inputs))
+    wanted = np.subtract(*moved)[:6] / (2.0 * h)
+    assert abs(wanted[2]) > 1.0
+    assert slopes(model, x, at.inputs)[:6, -1] == pytest.approx(wanted, rel=1e-6, abs=1e-9)
+
+
 @pytest.mark.parametrize(
     ("names", "message"),
     [

@@ -819,6 +819,26 @@ def regressors(
     y[92] = scale*(jet - t17)
 
 
+@kernel("UniTuple(f8,6)(f8[::1],f8,f8,f8,f8)")
+def buoyancy(
+    c: Array, s_phi: float, c_phi: float, s_theta: float, c_theta: float,
+) -> tuple[float, float, float, float, float, float]:
+    """What the buoyancy multiplies in X Y Z K M N, 1 and m."""
+    x_B = c[10]
+    y_B = c[11]
+    z_B = c[12]
+    t0 = c_theta*s_phi
+    t1 = c_phi*c_theta
+    return (
+        s_theta,
+        -t0,
+        -t1,
+        c_theta*s_phi*z_B - t1*y_B,
+        s_theta*z_B + t1*x_B,
+        -s_theta*y_B - t0*x_B,
+    )
+
+
 @kernel("UniTuple(f8,9)(f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8,f8)")
 def kinematics(
     p: float, q: float, r: float, s_phi: float, c_phi: float, s_theta: float, c_theta: float, s_psi: float,

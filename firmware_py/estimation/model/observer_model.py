@@ -14,7 +14,7 @@ from firmware_py.estimation.model.jacobians import REGRESSORS, Array, mass
 from firmware_py.estimation.model.kernel_arguments import ForceTerms, Model, grouped, new_linearisation
 from firmware_py.estimation.model.prediction import load_parameters, predict, rates, water_velocity
 from firmware_py.estimation.model.state import CURRENT, EQUATIONS, MOTIONS, MOVING, WATER, WATER_AXIS
-from firmware_py.estimation.model.transition import DRAG, Nine, invert
+from firmware_py.estimation.model.transition import BUOYANCY, DRAG, Nine, invert
 from firmware_py.params import ParamError
 from firmware_py.vehicle.vehicle import Vehicle
 
@@ -24,6 +24,8 @@ GROUPS = {
     for axis in AXES
 }
 """One scale, 1 as believed, for all added mass of an equation: estimated in the place of its members."""
+SCALED = {**GROUPS, "buoyancy": ("B",)}
+"""All that is estimated as a scale, and what of the constants it scales."""
 _CROSS_FLOW = tuple(AXES.index(axis) for axis in "YZMN")
 """The equations that cross-flow drag acts in."""
 _PLACES = {
@@ -32,16 +34,17 @@ _PLACES = {
         name: tuple((DRAG + len(_CROSS_FLOW) * i + j, equation) for j, equation in enumerate(_CROSS_FLOW))
         for i, name in enumerate(("C_dy", "C_dz"))
     },
+    "B": tuple((BUOYANCY + i, i) for i in range(EQUATIONS)),
 }
 """Where the regressors of a coefficient stand, and the equations that they act in."""
-_REGRESSORS = DRAG + 2 * len(_CROSS_FLOW)
+_REGRESSORS = BUOYANCY + EQUATIONS
 
 
 class ObserverModel:
     """x_dot = f(x, inputs) of one vehicle; it keeps the arrays that the kernels work on.
 
     Attributes:
-        names: the parameters: nondimensional coefficients, or scales of groups.
+        names: the parameters: nondimensional coefficients, or scales of groups and of the buoyancy.
         water: how many states the water has: STILL, CURRENT or EDDIES.
         biases: motion states whose sensors have a bias.
         believed: the parameters as the vehicle file has them.
@@ -56,7 +59,7 @@ class ObserverModel:
     def __init__(
         self, vehicle: Vehicle, names: Sequence[str], water: int = CURRENT, biases: Sequence[str] = ()
     ) -> None:
-        """Packs the vehicle, with `names` as parameters: any of COEFFICIENTS or GROUPS.
+        """Packs the vehicle, with `names` as parameters: any of COEFFICIENTS or SCALED.
 
         Raises:
             ParamError: a name is unknown, or occurs twice, or the mass matrix is not positive definite.
@@ -65,7 +68,7 @@ class ObserverModel:
         self.biases = tuple(MOTIONS.index(name) for name in biases)
         values = constants(vehicle)
         terms = _force_terms(self.names, values)
-        self.believed = tuple(1.0 if name in GROUPS else float(values[CONSTANTS.index(name)]) for name in self.names)
+        self.believed = tuple(1.0 if name in SCALED else float(values[CONSTANTS.index(name)]) for name in self.names)
         self.first = MOVING + water + len(self.biases)
         self.size = self.first + len(self.names)
         self.arrays = Model(
@@ -185,12 +188,12 @@ def _members(names: tuple[str, ...]) -> list[tuple[str, ...]]:
     owner: dict[str, str] = {}
     members = []
     for name in names:
-        if name not in COEFFICIENTS and name not in GROUPS:
-            near = difflib.get_close_matches(shortened(name), (*COEFFICIENTS, *GROUPS), 3, 0.5)
-            known = "the names are those of [coefficients], C_d0, C_dy, C_dz, X_dot to N_dot"
+        if name not in COEFFICIENTS and name not in SCALED:
+            near = difflib.get_close_matches(shortened(name), (*COEFFICIENTS, *SCALED), 3, 0.5)
+            known = "the names are those of [coefficients], C_d0, C_dy, C_dz, buoyancy, X_dot to N_dot"
             hint = f"did you mean {', '.join(near)}?" if near else known
             raise ParamError(f"no coefficient is called {quoted(name)}; {hint}")
-        members.append(GROUPS.get(name, (name,)))
+        members.append(SCALED.get(name, (name,)))
         for member in members[-1]:
             if member in owner:
                 twice = (

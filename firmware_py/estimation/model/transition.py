@@ -11,7 +11,14 @@ import math
 
 from firmware_py.compiled import Matrix, Vector, kernel
 from firmware_py.estimation.model.flow import cross_flow_slopes, race, race_slopes, turn
-from firmware_py.estimation.model.jacobians import REGRESSORS, kinematic_slopes, kinematics, regressors, slopes
+from firmware_py.estimation.model.jacobians import (
+    REGRESSORS,
+    buoyancy,
+    kinematic_slopes,
+    kinematics,
+    regressors,
+    slopes,
+)
 from firmware_py.estimation.model.kernel_arguments import Linearisation, Model
 from firmware_py.estimation.model.state import EQUATIONS, MOVING, WIDTH
 
@@ -20,6 +27,8 @@ Three = tuple[float, float, float]
 
 DRAG = len(REGRESSORS)
 """Where the regressors of cross-flow drag begin, behind the others."""
+BUOYANCY = DRAG + 8
+"""Where those of the buoyancy begin, in the order of the equations."""
 
 
 @kernel()
@@ -81,6 +90,9 @@ def linearise(model: Model, inputs: Vector, x: Nine, x_dot: Nine, water: Three, 
             D[i, j] = 0.0
     slopes(c, u, v, w, p, q, r, t[0], t[1], t[2], t[3], ds, dr, db, s, e, s_u, e_u, D)
     cross_flow_slopes(c, v, w, q, r, D, step.regressors, DRAG)
+    lift = buoyancy(c, t[0], t[1], t[2], t[3])
+    for i in range(EQUATIONS):
+        step.regressors[BUOYANCY + i] = lift[i]
     for i in range(MOVING):
         for j in range(WIDTH):
             A[i, j] = 0.0

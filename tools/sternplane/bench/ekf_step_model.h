@@ -158,6 +158,7 @@ static void linearise(const double *restrict c, double (*restrict inverse)[6], c
             D[i][j] = 0.0;
     slopes(c, u, v, w, p, q, r, t[0], t[1], t[2], t[3], ds, dr, db, s[0], s[1], s_u, e_u, D);
     cross_flow_slopes(c, v, w, q, r, D, y + DRAG);
+    buoyancy(c, t[0], t[1], t[2], t[3], y + BUOYANCY);
     for (int i = 0; i < 9; i++)
         for (int j = 0; j < WIDTH; j++)
             A[i][j] = 0.0;

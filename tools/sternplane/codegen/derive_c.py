@@ -6,8 +6,8 @@ What returns a tuple in Python fills `out` in C. The expressions are the same, l
 from __future__ import annotations
 
 from firmware_py.estimation.model.equations import CONSTANTS
-from firmware_py.estimation.model.jacobians import REGRESSORS
 from firmware_py.estimation.model.state import WIDTH
+from firmware_py.estimation.model.transition import BUOYANCY, DRAG
 from sternplane.codegen.derive_jacobians import kernels
 from sternplane.codegen.kernel_text import Kernel, body
 
@@ -20,7 +20,7 @@ NAMED = {"scale": "SCALE", "L": "LENGTH", "advance": "ADVANCE", "k_race": "K_RAC
 def generate() -> str:
     """The whole text of jacobians.h."""
     places = [f"{NAMED[name]} = {CONSTANTS.index(name)}" for name in NAMED]
-    head = f"enum {{ {', '.join([*places, f'WIDTH = {WIDTH}', f'DRAG = {len(REGRESSORS)}'])} }};"
+    head = f"enum {{ {', '.join([*places, f'WIDTH = {WIDTH}', f'DRAG = {DRAG}', f'BUOYANCY = {BUOYANCY}'])} }};"
     return "\n\n".join([head, *map(_function, kernels()), ""])
 
 

@@ -98,6 +98,12 @@ def _dynamics() -> list[Kernel]:
             y,
             ("y",),
         ),
+        Kernel(
+            "buoyancy",
+            "What the buoyancy multiplies in X Y Z K M N, 1 and m.",
+            ("c", *LEVEL),
+            _numbers(sympy.diff(t, C.B) for t in equations.restoring(ATTITUDE, C)),
+        ),
     ]
 
 

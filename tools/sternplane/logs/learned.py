@@ -10,7 +10,7 @@ import numpy as np
 
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_validity import SENSORS, STAY, ValidityParams, band
-from firmware_py.estimation.model.observer_model import GROUPS
+from firmware_py.estimation.model.observer_model import GROUPS, SCALED
 from firmware_py.params import ParamError, load
 from firmware_py.records.event import EventKind
 from firmware_py.records.event_text import texts
@@ -190,7 +190,7 @@ def believed(header: Mapping[str, Any]) -> dict[str, float]:
     except ParamError:
         return {}
     size = {"density": vehicle.hull.density, "length": vehicle.hull.length}
-    return {**vehicle.force_coefficients, **size, **dict.fromkeys(GROUPS, 1.0)}
+    return {**vehicle.force_coefficients, **size, **dict.fromkeys(SCALED, 1.0)}
 
 
 def truth(header: Mapping[str, Any], believed: Mapping[str, float]) -> dict[str, float]:
