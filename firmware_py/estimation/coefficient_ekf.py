@@ -19,10 +19,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from firmware_py.compiled import Flags
-from firmware_py.estimation.coefficient_params import CoefficientParams, by_fins
+from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import EkfMemory, Estimate, History
 from firmware_py.estimation.filter import bank
 from firmware_py.estimation.filter.bank_arrays import BankArrays
+from firmware_py.estimation.filter.boost import boost_covariance
 from firmware_py.estimation.filter.consistency import BURST_PAUSE, WAIT, bursts, diverged
 from firmware_py.estimation.filter.kernel_arguments import Given, Monitor, Output
 from firmware_py.estimation.filter.start_up import schedule
@@ -76,7 +77,8 @@ class CoefficientEkf:
         self._believed = np.array(self.model.believed)
         """What parameters begin with."""
         self._since_reset, self.resets = math.inf, 0
-        self._boost = self._boost_variance()
+        learns = self.tuning.may_learn[self.model.first : self.model.size] > 0.0
+        self._boost = boost_covariance(self.model, params.names, learns, params.boost_std)
         self.nis = np.full(MOVING, math.nan)
         schedule(self.tuning, self.age, self.model.first, 0.0, filters.kernel.settings)
         self.iteration = IteratedFilter(BankArrays(vehicle, params), params)
@@ -147,15 +149,6 @@ class CoefficientEkf:
         if settled:
             self.iteration.begin(self.bank, self.age[0])
 
-    def _boost_variance(self) -> Array:
-        """What a boost adds to each parameter: the learned, and what fins do besides, of their believed size."""
-        params, names = self.params, self.model.names
-        learning = self.tuning.may_learn[self.model.first : self.model.size] > 0.0
-        chosen = [
-            name in params.names or (learns and by_fins(name)) for name, learns in zip(names, learning, strict=True)
-        ]
-        return np.where(chosen, np.square(params.boost_std * np.array(self.model.believed)), 0.0)
-
     def _heed_burst(self) -> None:
         """The gyros contradict the filter: the vehicle has changed, by damage most likely, before the filter is lost.
 
@@ -163,7 +156,7 @@ class CoefficientEkf:
         """
         self._monitor.burst[WAIT] = BURST_PAUSE
         if self.params.boost_std > 0.0 and self.iteration.settled(self.age[0]):
-            parameters = np.arange(self.model.first, self.model.size)
+            parameters = slice(self.model.first, self.model.size)
             self.P[:, parameters, parameters] += self._boost
             self.iteration.begin(self.bank, self.age[0])
 

@@ -215,7 +215,8 @@ class CoefficientParams:
         unit="%",
         low=0.0,
         high=1000.0,
-        doc="1 sigma that is added to a coefficient where the gyros suddenly contradict the filter; 0: never.",
+        doc="1 sigma of a factor on all that the fins of an axis make, where the gyros suddenly contradict the filter; "
+        "0: never.",
         mav="BOOST",
     )
     gate: float = param(5.0, low=2.0, high=100.0, doc="A measurement more sigmas away is rejected.", mav="GATE")
@@ -257,8 +258,3 @@ def relative_std(name: str, params: CoefficientParams) -> float:
     if name in GROUPS:
         return params.added_mass_std
     return params.drag_std if name in ("C_dy", "C_dz") else params.std
-
-
-def by_fins(name: str) -> bool:
-    """Whether a coefficient's force is made by a fin."""
-    return any(fin in name for fin in ("ds", "dr", "db"))
