@@ -6,6 +6,7 @@ A gyro's bias b stays as b gyro_time.
 
 An angle that steps, or drifts slowly, is wrong: the carried one takes its place. One that runs away from its gyro
 faster shows that the gyro is wrong, or not which of them is: the measured one is kept, for a gyro's error would add up.
+So it is with a heading of which the rudder's model says later that it was right (`refute_gyro`).
 """
 
 from __future__ import annotations
@@ -42,6 +43,7 @@ class AttitudeCheckMemory:
     """Angles that the gyros carried to the time t, since `began`; what the AHRS was off by: two averages of each.
 
     `carry_tilt` and `carry_heading` are whether the carried angle stands in for the measured one, since `t_carry`;
+    `parted` is how far the heading was off its gyros then, and `left` how far it has left them since, rad.
     `t_jump` is when a body rate jumped, `gyro_off` that the gyros are not believed.
     """
 
@@ -62,6 +64,8 @@ class AttitudeCheckMemory:
     carry_tilt: bool = False
     carry_heading: bool = False
     t_carry: float = 0.0
+    parted: float = 0.0
+    left: float = 0.0
     t_jump: float = -math.inf
     gyro_off: bool = False
 
@@ -102,6 +106,8 @@ class AttitudeCheck:
         off_phi, off_theta, off_psi = wrap(phi - phi_c), theta - theta_c, wrap(psi - psi_c)
 
         spike = params.angle_spike
+        if memory.carry_heading:
+            memory.left = wrap(off_psi - memory.parted)
         refused = abs(off_phi) > spike or abs(off_theta) > spike or abs(off_psi) > spike
         off_phi, off_theta, off_psi = _limit(off_phi, spike), _limit(off_theta, spike), _limit(off_psi, spike)
         fast, slow = dt / (_TAU + dt), dt / (_TAU_SLOW + dt)
@@ -119,7 +125,7 @@ class AttitudeCheck:
             psi_c += gain * off_psi
         memory.phi, memory.theta, memory.psi = wrap(phi_c), theta_c, wrap(psi_c)
         memory.t, memory.p, memory.q, memory.r = heard.t_valid, p, q, r
-        if self._differs(t, watch):
+        if self._differs(t, psi, watch):
             self._begin(heard)
             refused = False
         if refused and not (memory.carry_tilt or memory.carry_heading):
@@ -132,7 +138,7 @@ class AttitudeCheck:
             return Heard(value, heard.t_valid, heard.fresh, heard.ok)
         return heard
 
-    def _differs(self, t: float, watch: SourceWatch) -> bool:
+    def _differs(self, t: float, psi: float, watch: SourceWatch) -> bool:
         """Accuse the AHRS if an angle is off; return whether it is the gyros that are not believed."""
         params, memory = self._params, self.memory
         tilt, heading = params.tilt, params.heading
@@ -168,8 +174,15 @@ class AttitudeCheck:
             memory.carry_tilt = True
         else:
             memory.carry_heading = True
+            memory.parted, memory.left = wrap(psi - memory.psi), 0.0
             self.stepped_heading = memory.psi
         return False
+
+    def refute_gyro(self, heard: Heard[Ahrs], t: float, watch: SourceWatch) -> None:
+        """Take the measured heading again, for it is the gyro that is wrong."""
+        watch.accuse(SourceFault.DRIFT, t)
+        self.memory.gyro_off, self.stepped_heading = True, heard.value.psi
+        self._begin(heard)
 
     def recover(self) -> None:
         """Take the measured angles again; called when the AHRS is believed again."""

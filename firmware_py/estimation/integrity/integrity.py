@@ -104,7 +104,14 @@ class SensorIntegrity:
             self._stand_in = None
             return
         before = self._attitude.memory.t
+        carried = self._attitude.memory.carry_heading
         out = self._attitude.check(heard, t, watch)
+        if self._attitude.memory.carry_heading:
+            if not carried:
+                self._model.part()
+            if self._model.refutes_gyro(self._attitude.memory.left):
+                self._attitude.refute_gyro(heard, t, watch)
+                out = heard
         self._stand_in = out if out is not heard else None
         if not math.isnan(self._attitude.stepped_heading):
             self.correction = self.correction._replace(heading=self._attitude.stepped_heading)

@@ -3,6 +3,7 @@
 **Heading.** A yaw that drifts together with its gyro shows in how the hull answers the rudder. The measured rate of
 turn is regressed on that of the model, over 100 s: the slope is the gain that the rudder really has, the intercept is
 what the gyro says beyond the rudder. As far as the slope is not known, for the rudder rests, the intercept is not.
+Where heading and gyro contradict each other, the one is believed that has turned as the rudder since.
 The model's speed is that through the water: it begins at rest, or where the coefficient filter is when it is first
 believed; else with the DVL's, over the ground, and is asked nothing until drag has made it forget that.
 
@@ -48,7 +49,8 @@ class ModelCheckMemory:
 
     `unknown` is for how long, s, the model's speed is still not to be relied on; `deep` whether it is judged by;
     `driven` and `pinged` are for how long propeller and DVL have told of it; `weight` and what follows are running
-    means of 1, r, the model's r, its square and their product.
+    means of 1, r, the model's r, its square and their product. `gyro`, `rudder` and `way` are how far, rad, gyro and
+    model have turned since the heading contradicts its gyro, and the model to and fro.
     """
 
     motion: MotionMemory
@@ -62,6 +64,9 @@ class ModelCheckMemory:
     model: float = 0.0
     square: float = 0.0
     product: float = 0.0
+    gyro: float = 0.0
+    rudder: float = 0.0
+    way: float = 0.0
     pinged: float = 0.0
     t_ping: float = -math.inf
     north: float = 0.0
@@ -137,6 +142,9 @@ class ModelCheck:
         if not (self._settled and heard and deep):
             return
         share, modelled = dt / _TIME, motion.memory.r
+        m.gyro += dt * rate
+        m.rudder += dt * modelled
+        m.way += dt * abs(modelled)
         m.weight += share * (1.0 - m.weight)
         m.r += share * (rate - m.r)
         m.model += share * (modelled - m.model)
@@ -153,16 +161,38 @@ class ModelCheck:
         v = m.motion.v if m.deep else 0.0  # at the surface rudders do half of what they should
         return HullVelocity(m.motion.u, v, Current(m.north, m.east, std, m.t_ping))
 
-    @property
-    def turning(self) -> float:
-        """Return how fast the heading surely turns beyond what the rudder does, rad/s, to either side."""
+    def _regression(self) -> tuple[float, float, float, float]:
+        """Return the means of the measured rate and of the model's, rad/s, the gain, and what that is off by."""
         m, weight = self.memory, self.memory.weight
-        if weight < _PART:
-            return 0.0
         mean, model = m.r / weight, m.model / weight
         variance = m.square / weight - model * model + _ACTIVITY
         gain = (m.product / weight - mean * model + _ACTIVITY) / variance
-        return abs(mean - gain * model) - (_ACTIVITY / variance + _GAIN_STD) * abs(model)
+        return mean, model, gain, _ACTIVITY / variance + _GAIN_STD
+
+    @property
+    def turning(self) -> float:
+        """Return how fast the heading surely turns beyond what the rudder does, rad/s, to either side."""
+        if self.memory.weight < _PART:
+            return 0.0
+        mean, model, gain, off = self._regression()
+        return abs(mean - gain * model) - off * abs(model)
+
+    def part(self) -> None:
+        """Take note that from now on the heading contradicts its gyro."""
+        m = self.memory
+        m.gyro = m.rudder = m.way = 0.0
+
+    def refutes_gyro(self, off: float) -> bool:
+        """Return whether the heading has turned as the rudder turns the hull, and not the gyro.
+
+        `off` is how far, rad, the heading has left the gyro since `part`.
+        """
+        m = self.memory
+        if m.weight <= 0.0:
+            return False
+        _, _, gain, unsure = self._regression()
+        beyond, slack = m.gyro - gain * m.rudder, unsure * m.way
+        return abs(beyond) - slack > abs(beyond + off) + slack + self._params.heading
 
     @property
     def heading_drifts(self) -> bool:

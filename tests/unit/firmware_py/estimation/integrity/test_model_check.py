@@ -127,3 +127,16 @@ def test_memory_taken_over_goes_on_as_if_nothing_had_happened() -> None:
             one.hear_rate(0.01)
             one.step(0.1, N, [0.0, 0.0, 0.1, 0.1], True, True, True)
     assert check.freeze() == other.freeze()
+
+
+@pytest.mark.parametrize("zero", [0.0, 0.3])
+@pytest.mark.parametrize(("gyro", "heading"), [(0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, 0.0)])
+def test_of_heading_and_gyro_the_one_is_believed_that_turned_as_the_rudder(
+    gyro: float, heading: float, zero: float
+) -> None:
+    """`gyro` and `heading`: how fast each drifts, deg/s; `zero`: how far the rudder is off its own, deg."""
+    bias, check = gyro * DEG, ModelCheck(IntegrityParams(), VEHICLE)
+    swim(100.0, check=check, rudder=lambda t: weaving(t) + zero * DEG)
+    check.part()
+    swim(40.0, check=check, drift=lambda _: bias)
+    assert check.refutes_gyro(40.0 * (heading * DEG - bias)) is (gyro != 0.0)
