@@ -27,7 +27,7 @@ SIZE, GENERATIONS = 16, 24
 _PENALTY = 10.0
 """Weight of the fins' travel beyond the limit, both as parts of what they are limited to."""
 _QUIET = "\n[autopilot.estimation.learning]\nenabled = false\n"
-"""Nobody reads the coefficient filter: without it a flight is the same, and costs half as much."""
+"""Without the coefficient filter a flight costs half as much; no law here is designed from what it learns."""
 
 Figures = tuple[AxisFigures, AxisFigures]
 
