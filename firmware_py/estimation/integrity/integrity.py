@@ -237,7 +237,7 @@ class SensorIntegrity:
         sources = self._sources
         n = frame.n.value if frame.n.ok and t - frame.n.t_valid <= 1.0 else applied.n
         gone = applied.drop or (frame.hardpoint.ok and not frame.hardpoint.value.holds)
-        if not applied.armed and n == 0.0:
+        if frame.n.usable(t, 1.0) and not applied.armed and n == 0.0:
             self._model.rest()
         elif known is not None:
             psi, level = self._attitude.memory.psi, math.cos(self._attitude.memory.theta)
