@@ -26,6 +26,8 @@ _WITHOUT = "[autopilot.estimation.velocity]\nfilter_std_m_s = 0.0\n"
 """Laid upon a scenario: the velocity of the coefficient filter is never taken."""
 _LOST = 120.0
 """The DVL is silent for so long, s."""
+_SETTLED = 5.0
+"""After so long, s, what the position is off by is no noise of the last pings."""
 _SLACK = 1.0
 """What the position may be off by besides the heading's bias, m."""
 
@@ -87,12 +89,14 @@ def lost(voyage: Voyage) -> Array:
     """Return figures of a flight without DVL.
 
     Its path, m; what the position is off by more than at its beginning, at most, m; the same beyond what the heading's
-    bias explains; the same over 1 sigma of the position; RMS of the depth error, m.
+    bias explains; it over what 1 sigma has grown by;
+    RMS of the depth error, m.
     """
     off_x, off_y = voyage.est_x - voyage.x, voyage.est_y - voyage.y
     grown = np.hypot(off_x - off_x[0], off_y - off_y[0])
     allowed = voyage.path * abs(voyage.yaw_bias)
-    off = np.hypot(off_x, off_y) / voyage.std
+    sigma = np.sqrt(np.maximum(voyage.std**2 - voyage.std[0] ** 2, 0.0))  # of what it is off by since
+    off = (grown / np.maximum(sigma, 1e-9))[voyage.t > voyage.t[0] + _SETTLED]
     depth = math.sqrt(float(np.mean((voyage.z - voyage.z_d) ** 2)))
     return np.array([voyage.path, np.max(grown), np.max(grown) - allowed, np.max(off), depth])
 
