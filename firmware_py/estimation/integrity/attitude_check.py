@@ -6,7 +6,7 @@ A gyro's bias b stays as b gyro_time.
 
 An angle that steps, or drifts slowly, is wrong: the carried one takes its place. One that runs away from its gyro
 faster shows that the gyro is wrong, or not which of them is: the measured one is kept, for a gyro's error would add up.
-So it is with a heading of which the rudder's model says later that it was right (`refute_gyro`).
+So it is with a heading of which the rudder's model says later that it was right.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import math
 from dataclasses import dataclass
 
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
+from firmware_py.estimation.integrity.model_check import ModelCheck
 from firmware_py.estimation.integrity.source_watch import SourceWatch
 from firmware_py.marine import wrap
 from firmware_py.records.health import SourceFault
@@ -43,7 +44,7 @@ class AttitudeCheckMemory:
     """Angles that the gyros carried to the time t, since `began`; what the AHRS was off by: two averages of each.
 
     `carry_tilt` and `carry_heading` are whether the carried angle stands in for the measured one, since `t_carry`;
-    `parted` is how far the heading was off its gyros then, and `left` how far it has left them since, rad.
+    `parted` is how far the heading was off its gyros then, rad.
     `t_jump` is when a body rate jumped, `gyro_off` that the gyros are not believed.
     """
 
@@ -65,7 +66,6 @@ class AttitudeCheckMemory:
     carry_heading: bool = False
     t_carry: float = 0.0
     parted: float = 0.0
-    left: float = 0.0
     t_jump: float = -math.inf
     gyro_off: bool = False
 
@@ -73,8 +73,9 @@ class AttitudeCheckMemory:
 class AttitudeCheck:
     """Checks AHRS reports."""
 
-    def __init__(self, params: IntegrityParams) -> None:
-        self._params = params
+    def __init__(self, params: IntegrityParams, model: ModelCheck) -> None:
+        """Take the limits, and the model that is asked where heading and gyro contradict each other."""
+        self._params, self._model = params, model
         self.memory = AttitudeCheckMemory()
         self.stepped_heading = math.nan
         """Heading, rad, to put in place of what was wrongly taken in; NaN but in the tick of a step."""
@@ -106,8 +107,8 @@ class AttitudeCheck:
         off_phi, off_theta, off_psi = wrap(phi - phi_c), theta - theta_c, wrap(psi - psi_c)
 
         spike = params.angle_spike
-        if memory.carry_heading:
-            memory.left = wrap(off_psi - memory.parted)
+        if memory.carry_heading and self._model.refutes_gyro(wrap(off_psi - memory.parted)):
+            return self._refute_gyro(heard, t, watch)
         refused = abs(off_phi) > spike or abs(off_theta) > spike or abs(off_psi) > spike
         off_phi, off_theta, off_psi = _limit(off_phi, spike), _limit(off_theta, spike), _limit(off_psi, spike)
         fast, slow = dt / (_TAU + dt), dt / (_TAU_SLOW + dt)
@@ -174,15 +175,18 @@ class AttitudeCheck:
             memory.carry_tilt = True
         else:
             memory.carry_heading = True
-            memory.parted, memory.left = wrap(psi - memory.psi), 0.0
+            memory.parted = wrap(psi - memory.psi)
+            self._model.part()
             self.stepped_heading = memory.psi
         return False
 
-    def refute_gyro(self, heard: Heard[Ahrs], t: float, watch: SourceWatch) -> None:
-        """Take the measured heading again, for it is the gyro that is wrong."""
+    def _refute_gyro(self, heard: Heard[Ahrs], t: float, watch: SourceWatch) -> Heard[Ahrs]:
+        """Take the measured heading again, for it is the gyro that is wrong; return the report."""
         watch.accuse(SourceFault.DRIFT, t)
         self.memory.gyro_off, self.stepped_heading = True, heard.value.psi
         self._begin(heard)
+        watch.take(heard)
+        return heard
 
     def recover(self) -> None:
         """Take the measured angles again; called when the AHRS is believed again."""

@@ -49,9 +49,9 @@ class SensorIntegrity:
         self._params, self._water = params, navigation.depth
         self._sources = Sources(params, navigation)
         self._vertical = VerticalCheck(params)
-        self._attitude = AttitudeCheck(params)
         self._velocity = VelocityCheck(params, vehicle)
         self._model = ModelCheck(params, vehicle)
+        self._attitude = AttitudeCheck(params, self._model)
         self._altitude = AltitudeCheck(params)
         self._fixes = FixCheck(params.fix_sigmas, params.fix_deep)
         self._stand_in: Heard[Ahrs] | None = None
@@ -104,14 +104,7 @@ class SensorIntegrity:
             self._stand_in = None
             return
         before = self._attitude.memory.t
-        carried = self._attitude.memory.carry_heading
         out = self._attitude.check(heard, t, watch)
-        if self._attitude.memory.carry_heading:
-            if not carried:
-                self._model.part()
-            if self._model.refutes_gyro(self._attitude.memory.left):
-                self._attitude.refute_gyro(heard, t, watch)
-                out = heard
         self._stand_in = out if out is not heard else None
         if not math.isnan(self._attitude.stepped_heading):
             self.correction = self.correction._replace(heading=self._attitude.stepped_heading)
