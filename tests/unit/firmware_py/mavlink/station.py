@@ -174,10 +174,10 @@ def put_together(messages) -> list[str]:
 
 
 def told(surface: float = 0.0, **changes) -> dict[str, object]:
-    """Every message of one whole second in which nothing changes, by name; the last of each."""
+    """Every message of one whole second in which nothing changes, by name; the last of each. Arrays have their own."""
     vehicle = node(surface)
     messages = [m for k in range(100) for m in parse(vehicle.report(cycle(k, **changes))[0])]
-    return {message.get_type(): message for message in messages}
+    return {getattr(message, "name", message.get_type()): message for message in messages}
 
 
 def easy_supervisor(mode: Mode, order: Order) -> tuple[Mode, tuple[Event, ...], dict[str, Any]]:

@@ -15,7 +15,8 @@ def test_the_histogram_of_lateness_is_told_once_a_second_and_counts_every_cycle(
         arrays += [m for m in parse(vehicle.report(seen)[0]) if m.get_type() == "DEBUG_FLOAT_ARRAY"]
     told = [m for m in arrays if m.name == "late_us"]
     assert len(told) == 3
-    assert sum(m.name == "fins" for m in arrays) == 27
+    assert sum(m.name == "damage" for m in arrays) == 3
+    assert sum(m.name == "fins" for m in arrays) == 24
     counts = told[-1].data[:16]
     assert sum(counts) == 206  # the cycles up to 2.05 s
     assert counts[0] == sum(late_us[k % 7] < 16 for k in range(206))  # below 16 us

@@ -80,8 +80,7 @@ def test_fins_and_propeller_are_commanded_in_pulses_and_reported_in_radians() ->
     assert [servo.servo1_raw, servo.servo2_raw, servo.servo3_raw, servo.servo4_raw] == [2000, 1000, 1750, 1500]
     assert servo.servo5_raw == 1250
     assert (servo.servo6_raw, servo.servo16_raw) == (0, 0)
-    assert said["DEBUG_FLOAT_ARRAY"].name == "fins"
-    assert said["DEBUG_FLOAT_ARRAY"].data[:4] == pytest.approx((0.1, -0.1, 0.2, -0.2))
+    assert said["fins"].data[:4] == pytest.approx((0.1, -0.1, 0.2, -0.2))
     assert said["RPM"].rpm1 == 300.0
     assert said["VFR_HUD"].throttle == 50
 
@@ -90,7 +89,7 @@ def test_a_fin_that_fell_silent_is_unknown_and_makes_the_motors_unhealthy() -> N
     sensors = frame(1.0)
     sensors = dataclasses.replace(sensors, fins=(heard(0.1, -5.0), *sensors.fins[1:]))
     said = told(sensors=sensors)
-    angles = said["DEBUG_FLOAT_ARRAY"].data
+    angles = said["fins"].data
     assert math.isnan(angles[0])
     assert angles[1] == pytest.approx(-0.1)
     assert not said["SYS_STATUS"].onboard_control_sensors_health & mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
