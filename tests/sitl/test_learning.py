@@ -74,8 +74,8 @@ def test_the_fins_move_both_ways_and_the_vehicle_with_them(flown: Flights, name:
     assert np.std(log.truth["nu.r"][while_learning]) > math.radians(0.5)
 
 
-def test_unless_what_is_learned_is_adopted_learning_only_looks_on(flown: Flights) -> None:
-    off = "[autopilot.control.adoption]\nenabled = false\n"
+def test_unless_laws_and_navigation_use_it_learning_only_looks_on(flown: Flights) -> None:
+    off = "[autopilot.control.adoption]\nenabled = false\n[autopilot.estimation.velocity]\nfilter_std_m_s = 0.0\n"
     scenario = written('[[items]]\nmanoeuvre = { kind = "prbs" }', duration=12.0) + off
     learned, without = (flown(text)[1].columns for text in (scenario, scenario + LEARNING_OFF))
     assert learned["state.learned.excited"].any()
