@@ -10,6 +10,7 @@ import pytest
 from firmware_py import app, config_files
 from firmware_py.adapters.installation import configs
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
+from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.estimation.inherited import learned_model, prior
 from firmware_py.params import ParamError
 from firmware_py.records.passport import LearnedModel, Restored
@@ -31,10 +32,11 @@ def known(std: float = 0.05, factor: float = 1.2) -> LearnedModel:
     bank = ekf().bank
     first, count = bank.model.first, bank.learning
     mean, P = np.zeros(bank.model.size), np.diag(np.maximum(bank.prior, 1e-9) ** 2)
-    mean[first:] = np.array(bank.model.believed) * factor
+    bounds = bank.tuning.lower[first : bank.model.size], bank.tuning.upper[first : bank.model.size]
+    mean[first:] = np.clip(np.array(bank.model.believed) * factor, *bounds)
     P[first:, first:] *= std**2
     P[first, first + 1] = P[first + 1, first] = 0.9 * np.sqrt(P[first, first] * P[first + 1, first + 1])
-    assert count == 37
+    assert count > len(TEN)  # nuisances are inherited too
     return learned_model(bank, mean, P, (True,) * 10)
 
 

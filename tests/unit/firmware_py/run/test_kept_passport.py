@@ -294,7 +294,8 @@ def test_what_held_before_the_filter_lost_its_way_is_kept_at_the_end(tmp_path: P
 
 
 def test_numbers_that_are_not_finite_are_not_kept(tmp_path: Path) -> None:
-    broken = model()._replace(value=(float("nan"),) * 37)
+    whole = model()
+    broken = whole._replace(value=(float("nan"),) * len(whole.value))
     flown(PassportKeeper({}.__setitem__, lambda: broken, CONFIGURATION, 30.0), 10.0).leave(tmp_path)
     assert list(tmp_path.iterdir()) == []
 
