@@ -64,8 +64,13 @@ def run(depth: float, heading: float, failed: float = 0.0) -> RunArrays:
     ],
 )
 def test_what_is_worse_than_its_target_is_missed(runs: list[RunArrays], missed: int) -> None:
-    rows = CASES[0].evaluate(runs).rows
+    rows = CASES[0].evaluate(3 * runs).rows
     assert sum(row.ok is False for row in rows) == missed
+
+
+def test_the_median_of_few_flights_is_held_to_the_target_of_the_worst() -> None:
+    assert all(row.ok is not False for row in CASES[0].evaluate([run(1.1, 1.0)]).rows)
+    assert any(row.ok is False for row in CASES[0].evaluate([run(1.2, 1.0)]).rows)
 
 
 def test_the_courses_fly_and_a_wrong_file_is_adopted_away() -> None:

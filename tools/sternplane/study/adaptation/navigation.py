@@ -185,6 +185,6 @@ def _cross_case(biased: bool, short: int) -> Case:
 NAVIGATION_CASES: tuple[Case, ...] = (
     _loss_case(functools.partial(track, 170.0), 45.0, 1),
     _loss_case(demonstration, 120.0, 1),
-    _cross_case(True, 1),
-    _cross_case(False, 1),
+    _cross_case(True, 0),
+    _cross_case(False, 0),
 )

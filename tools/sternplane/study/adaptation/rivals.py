@@ -185,7 +185,7 @@ CASES = tuple(
             HALVED,
             ALL[:3],
             {("heading", ORACLE): (1.2, None)},
-            (40, 1),
+            (40, 0),
         ),
         Condition(
             "rivals, nominal vehicle",
