@@ -26,6 +26,28 @@ if __name__ == "__main__":
 
 INTERRUPTED = STARTER.replace("print(pool", "pool.submit(time.sleep, 600.0); print(pool").replace("(1, Con", "(2, Con")
 
+INTERRUPTED_WHILE_STARTING = """
+import multiprocessing.popen_spawn_posix as popen, os, signal, time
+from rich.console import Console
+from sternplane.cli.workers import workers
+
+start = popen.Popen._launch
+
+def interrupted(self, process):
+    start(self, process)
+    print(self.pid, flush=True)
+    os.kill(os.getpid(), signal.SIGINT)
+
+if __name__ == "__main__":
+    try:
+        with workers(2, Console(stderr=True)) as (_, pool):
+            pool.submit(time.sleep, 600.0)
+            popen.Popen._launch = interrupted
+            pool.submit(time.sleep, 600.0)
+    except KeyboardInterrupt:
+        time.sleep(600.0)
+"""
+
 
 def is_running(pid: int) -> bool:
     try:
@@ -56,6 +78,18 @@ def test_a_worker_ends_when_its_starter_is_killed(tmp_path) -> None:
         starter.send_signal(signal.SIGKILL)
         gone = ends(worker)
     assert gone
+
+
+def test_an_interrupt_ends_a_worker_that_is_being_started(tmp_path) -> None:
+    script = tmp_path / "starter.py"
+    script.write_text(INTERRUPTED_WHILE_STARTING)
+    with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True) as starter:
+        assert starter.stdout is not None
+        gone = ends(int(starter.stdout.readline()))
+        going_on = is_running(starter.pid)
+        starter.kill()
+    assert gone
+    assert going_on
 
 
 def test_an_interrupt_ends_workers_in_the_middle_of_their_work(tmp_path) -> None:

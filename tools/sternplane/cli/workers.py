@@ -7,8 +7,9 @@ import ctypes
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from typing import Any, TypeVar
 
 from rich.console import Console
@@ -36,6 +37,30 @@ def end_with_parent() -> None:
 
 
 @contextlib.contextmanager
+def _interrupt_held() -> Iterator[None]:
+    """Let an interrupt wait for the end of the block: only the main thread gets any."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    held: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: held.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if held:
+            signal.raise_signal(signal.SIGINT)
+
+
+class _Workers(ProcessPoolExecutor):
+    """Starts no process that nobody knows: an interrupt between its start and its entry would leave it to work on."""
+
+    def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
+        with _interrupt_held():
+            return super().submit(fn, *args, **kwargs)
+
+
+@contextlib.contextmanager
 def workers(
     processes: int, console: Console, *columns: ProgressColumn, transient: bool = False
 ) -> Iterator[tuple[Progress, ProcessPoolExecutor]]:
@@ -51,9 +76,7 @@ def workers(
     others = multiprocessing.active_children()
     with (
         Progress(*columns, *times, console=console, transient=transient, disable=not console.is_terminal) as bar,
-        ProcessPoolExecutor(
-            processes, mp_context=multiprocessing.get_context("spawn"), initializer=end_with_parent
-        ) as pool,
+        _Workers(processes, mp_context=multiprocessing.get_context("spawn"), initializer=end_with_parent) as pool,
     ):
         try:
             yield bar, pool
