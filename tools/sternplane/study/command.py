@@ -43,6 +43,7 @@ def run_study(study: Study, options: argparse.Namespace, most: int) -> int:
     """Run a study over `most` seeds unless others are asked for; return 0 if every target is met, else 1."""
     seeds = seeds_of(options.seeds, range(JUDGED_FROM, JUDGED_FROM + most))
     folder = run_folder(options.out)
+    study = study.in_form(options.short)
     results = [
         case.evaluate(runs)
         for case, runs in zip(

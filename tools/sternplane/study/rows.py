@@ -87,7 +87,7 @@ class Case(NamedTuple):
     evaluate: Callable[[Sequence[RunArrays]], Results]
     runs: int
     short: int
-    """How many runs, and how many in the form for CI."""
+    """How many runs, and how many in the form for CI: 0 for a case that is left out of it."""
 
 
 class Study(NamedTuple):
@@ -98,6 +98,10 @@ class Study(NamedTuple):
     cases: Sequence[Case]
     chance: bool = False
     """Whether its bands are such as chance alone hardly leaves; the page then says how hardly."""
+
+    def in_form(self, short: bool) -> Study:
+        """Return the study with the cases that are flown in its short or its full form."""
+        return self._replace(cases=[case for case in self.cases if case.short or not short])
 
 
 def _finite(value: float | None) -> float | None:
