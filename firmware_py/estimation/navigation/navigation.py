@@ -13,10 +13,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from firmware_py.estimation.navigation import altitude, attitude, dead_reckoning, depth, velocity
+from firmware_py.estimation.navigation.velocity_params import VelocityParams
 from firmware_py.marine import Eta, Nu, Origin, body_to_ned
 from firmware_py.params import param, table
 from firmware_py.records.command import Applied
-from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate, VelocitySource
+from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate
 from firmware_py.records.health import ALL_GOOD, HEADING_FAULTS, SensorHealth
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Tick
@@ -27,7 +28,7 @@ class NavigationParams:
     """One table per filter, and the two sensors that need none."""
 
     attitude: attitude.AttitudeParams = table(attitude.AttitudeParams, mav="ATT_")
-    velocity: velocity.VelocityParams = table(velocity.VelocityParams, mav="VEL_")
+    velocity: VelocityParams = table(VelocityParams, mav="VEL_")
     depth: depth.DepthParams = table(depth.DepthParams, mav="DEP_")
     position: dead_reckoning.PositionParams = table(dead_reckoning.PositionParams, mav="POS_")
     altitude_timeout: float = param(
@@ -107,27 +108,30 @@ class Navigation:
         vel = velocity.update(params.velocity, was.velocity, frame.dvl, t, dt, motion, known)
         velocity_ok = t - vel.t <= params.velocity.timeout
         velocity_std = velocity.std(params.velocity, vel, t)
-        x_dot, y_dot, z_dot = body_to_ned(phi, theta, psi, vel.u, vel.v, vel.w)
+        _, _, z_dot = body_to_ned(phi, theta, psi, vel.u, vel.v, vel.w)
 
         dep = depth.update(params.depth, was.depth, frame.pressure, t, dt, z_dot, applied.armed)
         depth_ok = t - dep.t <= params.depth.timeout
 
         x, y, walk, drift, *_ = was.position
+        before = velocity.reckoned(params.velocity, was.velocity, t - dt)
+        now = velocity.reckoned(params.velocity, vel, t)
+        x_dot, y_dot, _ = body_to_ned(phi, theta, psi, now.u, now.v, now.w)
         carried = sensors.ahrs.fault in HEADING_FAULTS
         lasting = velocity.lasting_std(params.velocity, vel, t)
         rate = dead_reckoning.drift_rate(params.position, math.hypot(x_dot, y_dot), attitude_ok, carried, lasting)
-        if t - vel.t_ping > params.velocity.timeout:
+        if t - vel.ping.t > params.velocity.timeout:
             walk += dead_reckoning.wander_rate(vel.turbulence) * dt
         x, y, drift = x + x_dot * dt, y + y_dot * dt, drift + rate * dt
-        gap = vel.t - was.velocity.t
+        gap = now.t - before.t
         if 0.0 < gap <= params.velocity.timeout:
-            # The velocity went from the last ping's to this one's while the last one's was held.
-            late = 0.5 * gap + t - vel.t
-            u, v, w = vel.u - was.velocity.u, vel.v - was.velocity.v, vel.w - was.velocity.w
-            dx, dy, _ = body_to_ned(phi, theta, psi, u * late, v * late, w * late)
+            # The velocity went from the last one to this one while the last one was held.
+            late = 0.5 * gap + t - now.t
+            u, v, w = (now.u - before.u) * late, (now.v - before.v) * late, (now.w - before.w) * late
+            dx, dy, _ = body_to_ned(phi, theta, psi, u, v, w)
             x, y = x + dx, y + dy
-            if vel.source is VelocitySource.DVL:  # whose noise is new in every ping
-                walk += 2.0 * (vel.fom * gap) ** 2
+            if now.t == vel.ping.t:  # a ping's noise is new in every one
+                walk += 2.0 * (now.std * gap) ** 2
         pos = was.position._replace(x=x, y=y, walk=walk, drift=drift, jump=0.0)
         if not depth_ok or dep.z < params.position.fix_depth:
             pos = dead_reckoning.take_fix(params.position, pos, frame.fix, t, self._origin, (x_dot, y_dot))

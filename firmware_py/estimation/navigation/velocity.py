@@ -9,12 +9,11 @@ the current that was known last, by the filter or by the pings (`integrity.model
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from firmware_py.estimation.freshness import is_fresh
+from firmware_py.estimation.navigation.velocity_params import VelocityParams
 from firmware_py.marine import clip
-from firmware_py.params import param
 from firmware_py.records.estimate import VelocitySource
 from firmware_py.records.sensing import Dvl, Heard
 
@@ -23,56 +22,10 @@ _LEAVES = 3.0
 _PROBATION = 120.0
 """A filter that pings contradicted, and that agrees with them again, may have taken in the fault of a DVL. For so long,
 s, it is not believed without them, and its sigma is no less than the change of the current that it tells."""
+_HELD = 1.2
+"""A ping is held for so long, s, where the filter could tell the velocity: until the next one of a DVL of 1 Hz."""
 _LATE = 1.0
 """A filter that is farther behind, s, has stopped."""
-
-
-@dataclass(frozen=True)
-class VelocityParams:
-    """Which pings to believe, and what to believe without any."""
-
-    timeout: float = param(
-        2.0, unit="s", low=0.2, high=30.0, doc="Velocity is lost when not heard for so long.", mav="TIMEOUT"
-    )
-    std: float = param(
-        0.01, unit="m/s", low=1e-4, high=1.0, doc="Noise of a ping that states no figure of merit.", mav="STD"
-    )
-    fom_max: float = param(
-        0.2, unit="m/s", low=0.001, high=5.0, doc="A ping of a worse figure of merit is ignored.", mav="FOM_MAX"
-    )
-    u_max: float = param(10.0, unit="m/s", low=0.5, high=50.0, doc="A ping that is faster is ignored.", mav="U_MAX")
-    accel_std: float = param(
-        0.05, unit="m/s^2", low=0.0, high=2.0, doc="How fast a held velocity becomes wrong, 1 sigma.", mav="ACC_STD"
-    )
-    filter_std: float = param(
-        0.05,
-        unit="m/s",
-        low=0.0,
-        high=1.0,
-        doc="The coefficient filter's velocity is taken from this 1 sigma on, left at three times as much; 0: never.",
-        mav="FILT_STD",
-    )
-    current_walk: float = param(
-        0.003, unit="m/s", low=0.0, high=0.1, doc="How the current changes unseen, by sqrt(s).", mav="CUR_WALK"
-    )
-    hull_std: float = param(
-        0.1,
-        unit="m/s",
-        low=0.01,
-        high=5.0,
-        doc="1 sigma of the speed through the water by the vehicle file.",
-        mav="HULL_STD",
-    )
-    lost_std: float = param(
-        0.3, unit="m/s", low=0.01, high=5.0, doc="1 sigma of it in a current that is not known.", mav="LOST_STD"
-    )
-    tau_lost: float = param(
-        3.0, unit="s", low=0.1, high=60.0, doc="Time constant from the last ping to that model.", mav="TAU_LOST"
-    )
-    u_trim: float = param(
-        1.8288, unit="m/s", low=0.1, high=20.0, doc="Speed at the propeller's trim point.", mav="U_TRIM"
-    )
-    n_trim: float = param(500.0, unit="rpm", low=10.0, high=10000.0, doc="Propeller speed at that speed.", mav="N_TRIM")
 
 
 class Current(NamedTuple):
@@ -133,6 +86,19 @@ class Motion(NamedTuple):
     hull: HullVelocity | None = None
 
 
+class Measured(NamedTuple):
+    """A velocity over the bottom that was true at the time t, s: body axes and 1 sigma, m/s."""
+
+    t: float
+    u: float
+    v: float
+    w: float
+    std: float
+
+
+NO_PING = Measured(-math.inf, 0.0, 0.0, 0.0, 0.0)
+
+
 class VelocityMemory(NamedTuple):
     """What is remembered.
 
@@ -142,7 +108,7 @@ class VelocityMemory(NamedTuple):
         v: see u.
         w: see u.
         fom: 1 sigma that it had, m/s.
-        t_ping: time of validity of the last good ping, s.
+        ping: the last good one.
         source: what it rests on.
         current: that was known last.
         eddy: see `FilterVelocity`; 0 without it.
@@ -156,7 +122,7 @@ class VelocityMemory(NamedTuple):
     v: float
     w: float
     fom: float
-    t_ping: float
+    ping: Measured
     source: VelocitySource
     current: Current
     eddy: tuple[float, float] = (0.0, 0.0)
@@ -165,7 +131,7 @@ class VelocityMemory(NamedTuple):
     t_broken: float = -math.inf
 
 
-START = VelocityMemory(-math.inf, 0.0, 0.0, 0.0, 0.0, -math.inf, VelocitySource.NONE, UNKNOWN_CURRENT)
+START = VelocityMemory(-math.inf, 0.0, 0.0, 0.0, 0.0, NO_PING, VelocitySource.NONE, UNKNOWN_CURRENT)
 
 
 def update(
@@ -188,26 +154,26 @@ def update(
         motion: what the vehicle does.
         known: by the coefficient filter; None: nothing that can be believed.
     """
-    ping = heard.value if is_fresh(heard, memory.t_ping, t) else None
+    ping = heard.value if is_fresh(heard, memory.ping.t, t) else None
     fom = 0.0
     if ping is not None:
         u, v, w, fom, _ = ping
         fom = fom if math.isfinite(fom) and fom > 0.0 else params.std
         if abs(u) <= params.u_max and abs(v) <= params.u_max and abs(w) <= params.u_max and fom <= params.fom_max:
-            memory = memory._replace(t_ping=heard.t_valid)
+            memory = memory._replace(ping=Measured(heard.t_valid, u, v, w, fom))
         else:
             ping = None
     if known is not None and _believed(params, memory, known, t):
         if known.t <= memory.t:
             return memory._replace(source=VelocitySource.FILTER)
-        now = known.t, known.u, known.v, known.w, known.std, memory.t_ping, VelocitySource.FILTER
+        now = known.t, known.u, known.v, known.w, known.std, memory.ping, VelocitySource.FILTER
         return VelocityMemory(*now, known.current, known.eddy, known.turbulence, memory.anchor, memory.t_broken)
-    if memory.source is VelocitySource.FILTER and t - memory.t_ping <= params.timeout:
+    if memory.source is VelocitySource.FILTER and t - memory.ping.t <= params.timeout:
         # What pings contradict is no longer believed. The current before the first of several such is the one to keep.
         anchor = memory.anchor if t - memory.t_broken <= _PROBATION else memory.current
         memory = memory._replace(source=VelocitySource.DVL, anchor=anchor, current=anchor, t_broken=t)
     if ping is not None and heard.t_valid > memory.t:
-        now = heard.t_valid, *ping[:3], fom, heard.t_valid, VelocitySource.DVL
+        now = *memory.ping, memory.ping, VelocitySource.DVL
         return VelocityMemory(*now, memory.current, anchor=memory.anchor, t_broken=memory.t_broken)
     if t - memory.t <= params.timeout:
         return memory
@@ -217,16 +183,16 @@ def update(
 def _believed(params: VelocityParams, memory: VelocityMemory, known: FilterVelocity, t: float) -> bool:
     """Return whether the filter tells the velocity: once it has agreed with pings, it may go on without."""
     if memory.source is VelocitySource.FILTER:
-        if t - memory.t_ping > params.timeout and memory.t_ping - memory.t_broken <= _PROBATION:
+        if t - memory.ping.t > params.timeout and memory.ping.t - memory.t_broken <= _PROBATION:
             return False
         return known.std <= _LEAVES * params.filter_std and t - known.t <= _LATE
-    return known.std <= params.filter_std and t - memory.t_ping <= params.timeout and t - known.t <= _LATE
+    return known.std <= params.filter_std and t - memory.ping.t <= params.timeout and t - known.t <= _LATE
 
 
 def _follow(params: VelocityParams, memory: VelocityMemory, motion: Motion, t: float, dt: float) -> VelocityMemory:
     """Go over from the last velocity to the one that propeller, rudder and the last current make likely."""
     hull, current, source = motion.hull, memory.current, VelocitySource.NONE
-    doubted = memory.t_ping - memory.t_broken <= _PROBATION
+    doubted = memory.ping.t - memory.t_broken <= _PROBATION
     if doubted:
         current = memory.anchor
     u, v, w = clip(motion.n * params.u_trim / params.n_trim, -params.u_max, params.u_max), 0.0, 0.0
@@ -260,21 +226,33 @@ def std(params: VelocityParams, memory: VelocityMemory, t: float) -> float:
     return min(held, params.lost_std)
 
 
+def reckoned(params: VelocityParams, memory: VelocityMemory, t: float) -> Measured:
+    """Return the velocity by which dead reckoning goes on at the time t, s: pings while they are heard.
+
+    All that is known of a steady current is the mean of the pings, so nothing tells the way better than they do. What a
+    filter was off by while it was learning the current would stay in the way.
+    """
+    if memory.source is VelocitySource.FILTER and t - memory.ping.t <= min(_HELD, params.timeout):
+        return memory.ping
+    return Measured(memory.t, memory.u, memory.v, memory.w, memory.fom)
+
+
 def lasting_std(params: VelocityParams, memory: VelocityMemory, t: float) -> float:
-    """1 sigma of what u and v are off by for long, m/s, where no ping shows it: without eddies, and without delay."""
+    """1 sigma of what the way over the ground is off by for long, m/s, beside what pings are: without eddies."""
     if memory.source is not VelocitySource.FILTER:
         return std(params, memory, t) if t - memory.t > params.timeout else 0.0
-    own, change = memory.fom, 0.0
+    own = change = 0.0
     if t - memory.t_broken <= _PROBATION:
         change = math.hypot(memory.current.north - memory.anchor.north, memory.current.east - memory.anchor.east)
-    if t - memory.t_ping > params.timeout:
-        own = max(memory.current.std, math.sqrt(max(0.0, own * own - memory.turbulence * memory.turbulence)))
+    if t - memory.ping.t > params.timeout:
+        own = math.sqrt(max(0.0, memory.fom**2 - memory.turbulence**2))
+        own = max(memory.current.std, own)
     return math.hypot(own, _unseen(params, memory, t), change)
 
 
 def _unseen(params: VelocityParams, memory: VelocityMemory, t: float) -> float:
     """1 sigma of how the current has changed since the last ping, m/s."""
-    gap = t - memory.t_ping
+    gap = t - memory.ping.t
     return params.current_walk * math.sqrt(gap) if gap > params.timeout else 0.0
 
 

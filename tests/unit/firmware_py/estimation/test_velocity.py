@@ -10,8 +10,10 @@ from itertools import pairwise
 import pytest
 
 from firmware_py.estimation.navigation import velocity
+from firmware_py.estimation.navigation.dead_reckoning import PositionParams
 from firmware_py.estimation.navigation.navigation import Navigation, NavigationParams
-from firmware_py.estimation.navigation.velocity import Current, FilterVelocity, HullVelocity, Motion, VelocityParams
+from firmware_py.estimation.navigation.velocity import Current, FilterVelocity, HullVelocity, Motion
+from firmware_py.estimation.navigation.velocity_params import VelocityParams
 from firmware_py.marine import Origin
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate, VelocitySource
@@ -92,7 +94,7 @@ def test_a_filter_that_took_in_the_fault_of_a_dvl_is_not_believed_without_it() -
     motion = STRAIGHT._replace(hull=HullVelocity(1.5, 0.0, Current(0.9, 0.2, 0.05, 30.0)))
     heard, t = follow(38.0, learned=learned, motion=motion)
     assert heard.source is VelocitySource.FILTER
-    assert velocity.lasting_std(PARAMS, heard, t) > 0.8  # the current that changed may be a fault
+    assert velocity.lasting_std(PARAMS, heard, t) == pytest.approx(0.8)  # the current that changed may be a fault
     memory, t = follow(80.0, pinged=lambda t: t < 40.0, learned=learned, motion=motion)
     assert memory.source is VelocitySource.HULL_MODEL
     assert memory.u == pytest.approx(1.6, abs=0.01)  # 1.5 through the current of 0.1 that was known before
@@ -107,9 +109,11 @@ def test_eddies_that_carry_the_vehicle_unseen_are_a_walk_and_no_drift() -> None:
 
 
 def flown(
-    dvl: Callable[[float], float | None], learned: Callable[[float], FilterVelocity | None]
+    dvl: Callable[[float], float | None],
+    learned: Callable[[float], FilterVelocity | None],
+    params: NavigationParams | None = None,
 ) -> list[StateEstimate]:
-    navigation, states = Navigation(NavigationParams(), Origin(0.9, 0.2)), []
+    navigation, states = Navigation(params or NavigationParams(), Origin(0.9, 0.2)), []
     frame = silence(4)
     for k in range(1, 6001):
         t = k * DT
@@ -130,7 +134,7 @@ def test_the_position_does_not_jump_when_the_dvl_is_lost_and_when_it_is_back() -
     x = [state.eta.x for state in states]
     assert max(abs(b - a) for a, b in pairwise(x)) < 0.03
     assert all(state.velocity_ok for state in states[100:])
-    assert x[-1] - x[1999] == pytest.approx(1.81 * 40.0, abs=0.1)
+    assert x[-1] - x[1999] == pytest.approx(1.81 * 20.0 + 1.8 * 20.0, abs=0.1)  # by the filter, and by pings again
 
 
 def test_the_sigma_of_the_position_grows_faster_without_dvl() -> None:
@@ -143,3 +147,18 @@ def test_a_position_that_was_put_right_is_an_event() -> None:
     assert position_events(0.0) == ()
     (event,) = position_events(120.0)
     assert event.numbers == (120.0,)
+
+
+def test_a_position_by_pings_is_not_off_by_what_the_filter_did_not_know_yet() -> None:
+    """The filter is 0.1 m/s off at first, and right after 20 s: the way by its velocity would be 1 m too long."""
+    states = flown(lambda _: 1.8, lambda t: known(t - 0.2, u=1.8 + 0.1 * max(0.0, 1.0 - t / 20.0)))
+    assert states[-1].velocity_source is VelocitySource.FILTER
+    assert states[-1].eta.x - states[99].eta.x == pytest.approx(1.8 * 59.0, abs=0.02)
+
+
+def test_the_sigma_of_a_position_by_pings_is_the_walk_of_their_noise() -> None:
+    """0.01 m/s on each axis, 5 Hz: 0.01 m/s sqrt(0.2 s t); heading, scale and bias of the DVL left out."""
+    params = NavigationParams(position=PositionParams(std_start=0.1, heading_std=0.0, scale_std=0.0, bias_std=0.0))
+    states = flown(lambda _: 1.8, lambda t: known(t - 0.2), params)
+    begin, end = states[999].position_std, states[-1].position_std
+    assert math.sqrt(end**2 - begin**2) == pytest.approx(0.01 * math.sqrt(2.0 * 0.2 * 50.0), rel=0.02)

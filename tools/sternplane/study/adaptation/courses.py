@@ -25,7 +25,7 @@ n_rpm = 492.0
 """
 _LEG = """
 description = "The adaptation study: a straight leg across a current of 0.2 m/s."
-duration_s = 160.0
+duration_s = 160.0  # LEG_TIME
 completes = "time"
 [environment]
 bottom_depth_m = 40.0
@@ -48,6 +48,8 @@ y_m = 0.0
 depth_m = 10.0
 speed_m_s = 1.8
 """
+LEG_TIME = 160.0
+"""How long that is flown, s."""
 _BEGIN = """
 [[orders]]
 t_s = 0.5
