@@ -10,10 +10,13 @@ import pytest
 from sternplane.study.adaptation import other_wrong, rivals, steps, straight
 from sternplane.study.adaptation.courses import FINS, halved, slow_turns, track
 from sternplane.study.adaptation.rivals import ADAPTIVE, FIXED, ORACLE, PID
+from sternplane.study.cases.honesty import signs
 from sternplane.study.rows import RunArrays
 from sternplane.study.setups import CONFIG
+from sternplane.study.wrong_vehicle import overlay
 
 from firmware_py.adapters.storage.toml_files import read_toml
+from firmware_py.estimation.coefficient_params import TEN
 from sim_bridge.scenarios import Scenario, load_scenario
 
 
@@ -120,13 +123,12 @@ def test_what_moves_on_a_straight_line_misses_its_target(tmp_path: Path) -> None
     assert scenario.orders[-1].t == 120.0
 
 
-def test_what_is_not_learned_is_wrong_and_the_ten_are_right() -> None:
+def test_what_is_not_learned_is_wrong_and_the_ten_are_right(tmp_path: Path) -> None:
     right = read_toml(CONFIG / "vehicle.toml")
     for name, way in other_wrong.WAYS.items():
-        first, again, other = (read_toml(CONFIG / "vehicle.toml") for _ in range(3))
-        other_wrong._spoiled(first, way, 1000)
-        other_wrong._spoiled(again, way, 1000)
-        other_wrong._spoiled(other, way, 1003)
-        assert first == again != right, name
+        first, again, other = (way(right, signs(seed)) for seed in (1000, 1000, 1003))
+        assert first == again != {}, name
         assert first != other, name
-        assert first["coefficients"]["M_ds"] == right["coefficients"]["M_ds"], name
+        assert not first.get("coefficients", {}).keys() & {*TEN}, name
+        scenario = loaded(tmp_path, track().scenario.format(adoption="true") + overlay(first))
+        assert scenario.vehicle_factors == first, name

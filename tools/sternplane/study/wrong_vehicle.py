@@ -1,30 +1,21 @@
-"""Makes a configuration whose vehicle file is wrong on purpose."""
+"""Makes a vehicle file wrong on purpose, by what a scenario lays upon it."""
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Callable, Mapping
-from pathlib import Path
-from typing import Any
+from collections.abc import Mapping
 
-from firmware_py.adapters.storage.toml_files import read_toml
-from sternplane.identification.vehicle_file import write
+Factors = Mapping[str, Mapping[str, float]]
+"""What multiplies numbers of vehicle.toml: table -> name -> factor."""
 
 
-def spoiled(shipped: Path, folder: Path, spoil: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
-    """Copy a configuration to `folder`, which must not exist, and return its vehicle file as `spoil` leaves it."""
-    shutil.copytree(shipped, folder)
-    table = read_toml(shipped / "vehicle.toml")
-    spoil(table)
-    write(folder / "vehicle.toml", table, "Wrong on purpose.")
-    return table
+def coefficients(factors: Mapping[str, float]) -> Factors:
+    """Return the factors of a file of which only coefficients are wrong."""
+    return {"coefficients": factors}
 
 
-def scaled(factors: Mapping[str, float]) -> Callable[[dict[str, Any]], None]:
-    """Return what multiplies coefficients of a vehicle file by `factors`."""
-
-    def spoil(table: dict[str, Any]) -> None:
-        for name, factor in factors.items():
-            table["coefficients"][name] *= factor
-
-    return spoil
+def overlay(factors: Factors) -> str:
+    """Return the [vehicle_factors] of a scenario, TOML."""
+    return "".join(
+        f"\n[vehicle_factors.{table}]\n" + "".join(f"{name} = {float(factor)!r}\n" for name, factor in names.items())
+        for table, names in factors.items()
+    )

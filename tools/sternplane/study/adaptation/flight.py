@@ -5,9 +5,8 @@ from __future__ import annotations
 import enum
 import math
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,15 +18,13 @@ from sim_bridge.truth_sample import TruthSample
 from sternplane.logs.tracking import Array
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 from sternplane.study.setups import CONFIG, starts
-from sternplane.study.wrong_vehicle import scaled, spoiled
+from sternplane.study.wrong_vehicle import Factors, coefficients, overlay
 
 LONG_ERROR = 10.0
 """An error that is too large for so long, s, is a failure."""
 DEPTH_MOST, HEADING_MOST = 2.0, math.radians(30.0)
 """What is too large, m and rad."""
 FIRST_MINUTE = 60.0
-Spoil = Callable[[dict[str, Any]], None]
-"""Makes the tables of a vehicle file wrong."""
 
 
 class Design(enum.Enum):
@@ -138,13 +135,13 @@ def flown(
     `faults` are as the command line takes them; a `witness` of one's own sees every cycle.
     """
     factors = starts(seed, wrong) if design is not Design.ORACLE else {}
-    return flown_as(course, seed, scaled(factors), design is Design.ADAPTIVE, "", faults, witness)
+    return flown_as(course, seed, coefficients(factors), design is Design.ADAPTIVE, "", faults, witness)
 
 
 def flown_as(
     course: Course,
     seed: int,
-    spoil: Spoil,
+    factors: Factors,
     adoption: bool,
     laws: str = "",
     faults: tuple[str, ...] = (),
@@ -155,7 +152,7 @@ def flown_as(
     Args:
         course: what is flown.
         seed: of the noise.
-        spoil: makes the vehicle file wrong.
+        factors: make the vehicle file wrong.
         adoption: whether the laws are designed from what is learned.
         laws: tables of the autopilot's configuration that are not as shipped, TOML.
         faults: as the command line takes them.
@@ -163,10 +160,10 @@ def flown_as(
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        spoiled(CONFIG, folder / "config", spoil)
         scenario = folder / "study.toml"
-        scenario.write_text(course.scenario.format(adoption=str(adoption).lower()) + laws, encoding="utf-8")
-        flight = prepare(FlightRequest(scenario=str(scenario), config=folder / "config", seed=seed, faults=faults), {})
+        text = course.scenario.format(adoption=str(adoption).lower())
+        scenario.write_text(text + laws + overlay(factors), encoding="utf-8")
+        flight = prepare(FlightRequest(scenario=str(scenario), config=CONFIG, seed=seed, faults=faults), {})
         witness = witness or Witness()
         outcome = fly(flight, folder / "log.mcap", witness=witness)
         if outcome.reason == "interrupted":

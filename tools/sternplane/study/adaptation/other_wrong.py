@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
+from firmware_py.adapters.storage.toml_files import read_toml
 from sternplane.study.adaptation.courses import track
 from sternplane.study.adaptation.flight import flown_as
-from sternplane.study.cases.honesty import Signs, Tables, added_mass, buoyancy, drag, rest
+from sternplane.study.cases.honesty import Signs, Tables, added_mass, buoyancy, drag, rest, signs
 from sternplane.study.rows import Case, Results, Row, RunArrays
+from sternplane.study.setups import CONFIG
+from sternplane.study.wrong_vehicle import Factors
 
-WAYS: Mapping[str, Callable[[Tables, Signs], None]] = {
+WAYS: Mapping[str, Callable[[Tables, Signs], Factors]] = {
     "added mass +-20 %": added_mass,
     "the rest +-20 %": rest,
     "drag +-20 %": drag,
@@ -22,14 +23,10 @@ WAYS: Mapping[str, Callable[[Tables, Signs], None]] = {
 _NAME = "track, wrong in what is not learned"
 
 
-def _spoiled(table: dict[str, Any], way: Callable[[Tables, Signs], None], seed: int) -> None:
-    sides = np.random.default_rng([seed, *b"file"])
-    way(table, lambda: float(sides.choice((-1.0, 1.0))))
-
-
 def _run(seed: int, k: int) -> RunArrays:
     course, name = track(), tuple(WAYS)[k % len(WAYS)]
-    errors = flown_as(course, seed, functools.partial(_spoiled, way=WAYS[name], seed=seed), adoption=True)
+    factors = WAYS[name](read_toml(CONFIG / "vehicle.toml"), signs(seed))
+    errors = flown_as(course, seed, factors, adoption=True)
     figures = errors.figures(course.settled)
     found = [float(errors.failed), figures["depth"], figures["heading"]]
     return {"way": np.array(k % len(WAYS)), "found": np.array(found)}

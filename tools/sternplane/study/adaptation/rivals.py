@@ -17,10 +17,10 @@ import numpy as np
 
 from sternplane.logs.tracking import Array
 from sternplane.study.adaptation.courses import halved, slow_turns, track
-from sternplane.study.adaptation.flight import Course, Spoil, flown_as
+from sternplane.study.adaptation.flight import Course, flown_as
 from sternplane.study.rows import Case, Results, Row, RunArrays
 from sternplane.study.setups import starts
-from sternplane.study.wrong_vehicle import scaled
+from sternplane.study.wrong_vehicle import coefficients
 
 WRONG = 0.5
 HALVED = dict.fromkeys(("M_ds", "Z_ds", "N_dr", "Y_dr"), 0.5)
@@ -112,8 +112,8 @@ def _run(seed: int, k: int, condition: Condition) -> RunArrays:
     course, found = condition.course(), {}
     for rival in condition.rivals:
         knows = rival.knows
-        spoil: Spoil = scaled(condition.truth if knows is Knows.TRUTH else condition.file(seed))
-        errors = flown_as(course, seed, spoil, knows is Knows.LEARNED, gains(rival.gains))
+        factors = coefficients(condition.truth if knows is Knows.TRUTH else condition.file(seed))
+        errors = flown_as(course, seed, factors, knows is Knows.LEARNED, gains(rival.gains))
         figures = errors.figures(course.settled, math.inf)
         found[rival.name] = np.array([float(errors.failed), *(figures[figure] for figure in _FIGURES)])
     return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -24,7 +25,7 @@ from sternplane.logs.streaming import stream
 from sternplane.sitl.flight import SCENARIOS, Flight, FlightRequest, fly, prepare
 from sternplane.study.rows import Case, Results, Row, RunArrays
 from sternplane.study.setups import CONFIG, starts
-from sternplane.study.wrong_vehicle import scaled, spoiled
+from sternplane.study.wrong_vehicle import Factors, coefficients, overlay
 
 _DAY = 86_400.0
 """Between the dives, s."""
@@ -74,13 +75,14 @@ class _Dive(NamedTuple):
     differing: int
 
 
-def _dive(folder: Path, config: Path, seed: int, kept: Mapping[str, Any], again: bool) -> _Dive:
+def _dive(folder: Path, config: Path, seed: int, wrong: Factors, kept: Mapping[str, Any], again: bool) -> _Dive:
     scenario = folder / "dive.toml"
     text = (SCENARIOS / "learn-prbs.toml").read_text(encoding="utf-8")
     for before, after in (('"surfaced"', '"time"'), ("duration_s = 300.0", f"duration_s = {_DURATION}")):
         assert before in text
         text = text.replace(before, after, 1)
-    scenario.write_text(text.replace("[start]", "current_ned_m_s = [0.06, 0.08, 0.0]\n[start]", 1), encoding="utf-8")
+    text = text.replace("[start]", "current_ned_m_s = [0.06, 0.08, 0.0]\n[start]", 1)
+    scenario.write_text(text + overlay(wrong), encoding="utf-8")
     flight = prepare(FlightRequest(scenario=str(scenario), config=config, seed=seed), kept)
 
     def keep() -> LearnedModel | None:
@@ -104,18 +106,18 @@ def _run(seed: int, k: int) -> RunArrays:
     del k
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        spoiled(CONFIG, folder / "same", scaled(starts(seed, _WRONG)))
-        spoiled(CONFIG, folder / "changed", scaled(starts(seed, _WRONG)))
+        shutil.copytree(CONFIG, folder / "changed")
         truth = folder / "changed" / "truth.toml"
         truth.write_text(re.sub(r"(?m)^([NY]_dr) = (\S+)", _weaker, truth.read_text()), encoding="utf-8")
-        first = _dive(folder, folder / "same", seed, {}, again=False)
-        configuration = config_files.read_configuration(folder / "same")
+        wrong = coefficients(starts(seed, _WRONG))
+        first = _dive(folder, CONFIG, seed, wrong, {}, again=False)
+        configuration = config_files.read_configuration(CONFIG, factors=wrong)
         kept: dict[str, Any] = {}
         if (folder / FILE).exists():  # else nothing of it was to be relied on, and the second begins as the first
             begins, _ = resume_passport(folder / FILE, configuration, StateParams(), _tomorrow())
             kept = {"passport": begins}
-        second = _dive(folder, folder / "same", seed + _OTHER_NOISE, kept, again=True)
-        changed = _dive(folder, folder / "changed", seed + _OTHER_NOISE, kept, again=False)
+        second = _dive(folder, CONFIG, seed + _OTHER_NOISE, wrong, kept, again=True)
+        changed = _dive(folder, folder / "changed", seed + _OTHER_NOISE, wrong, kept, again=False)
     found: dict[str, Any] = {"differing": np.array(float(second.differing))}
     for label, dive in zip(_DIVES, (first, second, changed), strict=True):
         found[f"{label} valid"] = np.array([dive.seen.first[name] for name in dive.seen.names])

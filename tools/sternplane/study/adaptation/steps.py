@@ -17,7 +17,7 @@ from sternplane.paper.control import FlightError, fly_step
 from sternplane.sitl.flight import SCENARIOS
 from sternplane.study.rows import Case, Results, Row, RunArrays
 from sternplane.study.setups import CONFIG, starts
-from sternplane.study.wrong_vehicle import scaled, spoiled
+from sternplane.study.wrong_vehicle import coefficients, overlay
 
 WRONG = 0.5
 SETTLING, OVERSHOOT = 25.0, 4.0
@@ -66,12 +66,12 @@ def _run(seed: int, k: int) -> RunArrays:
     found = {"knows": np.array(k % len(_KNOWS))}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        spoiled(CONFIG, folder / "config", scaled({} if knows == "true" else starts(seed, WRONG)))
+        wrong = overlay(coefficients({} if knows == "true" else starts(seed, WRONG)))
         for step in _STEPS:
             place = folder / f"{step}.toml"
-            place.write_text(scenario(step, knows), encoding="utf-8")
+            place.write_text(scenario(step, knows) + wrong, encoding="utf-8")
             try:
-                figures = fly_step(str(place), folder / "config", folder / step, lambda _cycle: None).figures
+                figures = fly_step(str(place), CONFIG, folder / step, lambda _cycle: None).figures
             except FlightError:
                 figures = {}
             numbers = [figures.get(figure) for figure in _FIGURES]

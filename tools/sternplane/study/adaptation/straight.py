@@ -24,7 +24,7 @@ from sternplane.study.adaptation.courses import track
 from sternplane.study.adaptation.flight import Course, Witness, flown_as
 from sternplane.study.rows import Case, Results, Row, RunArrays
 from sternplane.study.setups import CONFIG, starts, vehicle
-from sternplane.study.wrong_vehicle import scaled
+from sternplane.study.wrong_vehicle import coefficients
 
 WRONG, LEARNS = 0.5, 120.0
 """How far off the file is, and for how long the track teaches, s."""
@@ -80,7 +80,7 @@ def _run(seed: int, k: int, duration: float) -> RunArrays:
     del k
     course = straight(duration)
     witness = AdoptionWitness(course.settled)
-    errors = flown_as(course, seed, scaled(starts(seed, WRONG)), adoption=True, witness=witness)
+    errors = flown_as(course, seed, coefficients(starts(seed, WRONG)), adoption=True, witness=witness)
     in_force = np.array(witness.in_force)
     gains = np.array([_layer_gains(row) for row in in_force[:: max(len(in_force) // 100, 1)].tolist()])
     figures = errors.figures(course.settled)

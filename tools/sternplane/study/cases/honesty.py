@@ -7,7 +7,7 @@ own sigmas. The file of a flight is off to sides that are drawn by its seed.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,7 +22,7 @@ from sternplane.logs.reading import read
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 from sternplane.study.chance import share_of
 from sternplane.study.rows import Case, Results, Row, RunArrays
-from sternplane.study.wrong_vehicle import spoiled
+from sternplane.study.wrong_vehicle import Factors, coefficients, overlay
 
 FAR, SHARE = 4.0, 0.01
 """A valid value is off if it is so many sigmas from the truth; and the share of such that is allowed."""
@@ -51,7 +51,7 @@ mode = "mission"
 manoeuvre = {{ kind = "prbs", {fins}, register = {register} }}
 """
 
-Tables = dict[str, Any]
+Tables = Mapping[str, Any]
 Signs = Callable[[], float]
 
 
@@ -69,7 +69,7 @@ class Wrong(NamedTuple):
 
     hull: Hull
     label: str
-    spoil: Callable[[Tables, Signs], None]
+    factors: Callable[[Tables, Signs], Factors]
     water: str = "current_ned_m_s = [0.06, 0.08, 0.0]"
     unknown_max: float | None = UNKNOWN_MAX
 
@@ -80,43 +80,56 @@ EDDIES = "current_ned_m_s = [0.12, 0.16, 0.0]\nturbulence_m_s = 0.05"
 REMUS = Hull("remus100", 1.5, 1461.0, "delta_s_deg = 3.0, delta_r_deg = 5.0, clock_s = 1.0")
 
 
-def _scale(table: dict[str, Any], names: Sequence[str], share: float, sign: Signs) -> None:
-    for name in names:
-        table[name] *= 1.0 + share * sign()
+def signs(seed: int) -> Signs:
+    """Return what draws -1 or 1, again and again, for the file of a flight."""
+    sides = np.random.default_rng([seed, *b"file"])
+    return lambda: float(sides.choice((-1.0, 1.0)))
 
 
-def nothing(tables: Tables, sign: Signs) -> None:
+def _off(names: Iterable[str], share: float, sign: Signs) -> Mapping[str, float]:
+    return {name: 1.0 + share * sign() for name in names}
+
+
+def nothing(tables: Tables, sign: Signs) -> Factors:
     """Leave the file as it is."""
+    del tables, sign
+    return {}
 
 
-def ten(share: float) -> Callable[[Tables, Signs], None]:
+def ten(share: float) -> Callable[[Tables, Signs], Factors]:
     """Return what makes the ten wrong by a share of each."""
-    return lambda tables, sign: _scale(tables["coefficients"], TEN, share, sign)
+
+    def factors(tables: Tables, sign: Signs) -> Factors:
+        del tables
+        return coefficients(_off(TEN, share, sign))
+
+    return factors
 
 
-def added_mass(tables: Tables, sign: Signs) -> None:
+def added_mass(tables: Tables, sign: Signs) -> Factors:
     """Make the added mass wrong by 20 %, to one side in each equation."""
-    for members in GROUPS.values():
-        side = sign()
-        _scale(tables["coefficients"], members, 0.2, lambda side=side: side)  # type: ignore[misc]
+    del tables
+    sides = [(members, sign()) for members in GROUPS.values()]
+    return coefficients({name: 1.0 + 0.2 * side for members, side in sides for name in members})
 
 
-def rest(tables: Tables, sign: Signs) -> None:
+def rest(tables: Tables, sign: Signs) -> Factors:
     """Make every coefficient wrong by 20 % that is neither one of the ten nor added mass."""
-    names = [name for name in tables["coefficients"] if name not in TEN and not name.endswith("dot")]
-    _scale(tables["coefficients"], names, 0.2, sign)
+    names = (name for name in tables["coefficients"] if name not in TEN and not name.endswith("dot"))
+    return coefficients(_off(names, 0.2, sign))
 
 
-def drag(tables: Tables, sign: Signs) -> None:
+def drag(tables: Tables, sign: Signs) -> Factors:
     """Make the drag wrong by 20 %: along, across, and that of the fins."""
-    _scale(tables["propeller"], ("C_d0",), 0.2, sign)
-    _scale(tables["hull"], ("C_dy", "C_dz"), 0.2, sign)
-    _scale(tables["coefficients"], ("X_dsds", "X_drdr"), 0.2, sign)
+    del tables
+    wrong = {"propeller": ("C_d0",), "hull": ("C_dy", "C_dz"), "coefficients": ("X_dsds", "X_drdr")}
+    return {table: _off(names, 0.2, sign) for table, names in wrong.items()}
 
 
-def buoyancy(tables: Tables, sign: Signs) -> None:
+def buoyancy(tables: Tables, sign: Signs) -> Factors:
     """Make the buoyancy wrong by 1 %."""
-    _scale(tables["body"], ("buoyancy_n",), 0.01, sign)
+    del tables
+    return {"body": _off(("buoyancy_n",), 0.01, sign)}
 
 
 WAYS = (
@@ -142,11 +155,9 @@ WAYS = (
 def _run(seed: int, k: int) -> RunArrays:
     way = WAYS[k % len(WAYS)]
     hull, shipped = way.hull, configs() / way.hull.folder
-    true = read_toml(shipped / "vehicle.toml")["coefficients"]
-    sides = np.random.default_rng([seed, *b"file"])
+    true = read_toml(shipped / "vehicle.toml")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        spoiled(shipped, folder / "config", lambda table: way.spoil(table, lambda: float(sides.choice((-1.0, 1.0)))))
         scenario = folder / "study.toml"
         fields = {
             "water": way.water,
@@ -156,11 +167,12 @@ def _run(seed: int, k: int) -> RunArrays:
             "fins": hull.fins,
             "register": 1 + seed % PERIOD,
         }
-        scenario.write_text(SCENARIO.format(**fields))
-        flight = prepare(FlightRequest(scenario=str(scenario), config=folder / "config", seed=seed), {})
+        factors = way.factors(true, signs(seed))
+        scenario.write_text(SCENARIO.format(**fields) + overlay(factors))
+        flight = prepare(FlightRequest(scenario=str(scenario), config=shipped, seed=seed), {})
         outcome = fly(flight, folder / "log.mcap")
         c = read(folder / "log.mcap").columns
-    off = (c["state.learned.value"] - np.array([true[name] for name in TEN])) / c["state.learned.std"]
+    off = (c["state.learned.value"] - np.array([true["coefficients"][name] for name in TEN])) / c["state.learned.std"]
     valid = c["state.learned.valid"].astype(bool)
     return {
         "way": np.array(k % len(WAYS)),

@@ -12,12 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
+from firmware_py import config_files
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.estimation.model.state import MOVING
 from firmware_py.guidance.excitation import PERIOD
-from firmware_py.params import load
-from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.identification.cramer_rao_bound import bound, true_states
 from sternplane.logs.reading import Columns, Log, read
 from sternplane.logs.tracking import Array
@@ -26,7 +25,7 @@ from sternplane.sitl.flight import FlightRequest, fly, prepare
 from sternplane.study.figures import bars, over_bound, per_name, rms
 from sternplane.study.rows import Case, Results, RunArrays
 from sternplane.study.setups import CONFIG, WRONG, starts, true_vehicle
-from sternplane.study.wrong_vehicle import scaled, spoiled
+from sternplane.study.wrong_vehicle import coefficients, overlay
 
 DURATION = 61.0
 """s; the vehicle dives with its fins moving from 0.5 s on."""
@@ -59,14 +58,14 @@ def _run(seed: int, k: int) -> RunArrays:
     del k
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        table = spoiled(CONFIG, folder / "config", scaled(starts(seed, WRONG)))
         scenario = folder / "study.toml"
-        scenario.write_text(SCENARIO.format(duration=DURATION, register=1 + seed % PERIOD))
-        flight = prepare(FlightRequest(scenario=str(scenario), config=folder / "config", seed=seed), {})
+        text = SCENARIO.format(duration=DURATION, register=1 + seed % PERIOD)
+        scenario.write_text(text + overlay(coefficients(starts(seed, WRONG))))
+        flight = prepare(FlightRequest(scenario=str(scenario), config=CONFIG, seed=seed), {})
         fly(flight, folder / "log.mcap")
         log = read(folder / "log.mcap")
         params = dataclasses.replace(flight.params.estimation.coefficients, turbulence=(0.0,))
-        ekf = CoefficientEkf(load(Vehicle, table, "vehicle.toml"), params)
+        ekf = CoefficientEkf(config_files.vehicle(flight.configuration), params)
         return {**_learned(log), "bound": _bound(log, ekf)}
 
 
