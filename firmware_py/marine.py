@@ -11,6 +11,8 @@ EARTH_RADIUS = 6_378_137.0
 """WGS-84 equatorial radius, m."""
 EARTH_FLATTENING = 1.0 / 298.257223563
 """WGS-84 flattening."""
+EDDY_TIME = 10.0
+"""Correlation time of eddies, s."""
 _COS_THETA_MIN = 0.01
 """Least size of cos(theta) in the Euler rates, which are singular at theta = 90 deg."""
 

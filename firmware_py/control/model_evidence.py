@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from firmware_py.marine import clip
-from firmware_py.vehicle.turning import GYRO_STD, TurningAxis
+from firmware_py.vehicle.turning import GYRO_STD, TurningAxis, follow
 
 PERIOD = 0.04
 """Step of the filters, s."""
@@ -113,8 +113,7 @@ def _follow(p: Prediction, axis: TurningAxis, gains: tuple[float, float], motion
     a_vv, a_vr, b_v = axis.sway
     cross = p.sway if a_vv else w
     moment = axis.crosswise * u * cross + axis.restoring * math.sin(theta) + axis.control * u * u * delta
-    predicted = p.rate + PERIOD * (axis.damping * u * p.rate + moment + p.disturbance)
-    e = rate - predicted
+    e, follower = follow((p.rate, p.disturbance), gains, rate, axis.damping * u, moment, PERIOD)
     sway = p.sway + PERIOD * (a_vv * u * p.sway + a_vr * u * rate + b_v * u * u * delta)
     bound = _SWAY_MAX * u
-    return Prediction(predicted + gains[0] * e, p.disturbance + gains[1] * e, clip(sway, -bound, bound)), e
+    return Prediction(*follower, clip(sway, -bound, bound)), e

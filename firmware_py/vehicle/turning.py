@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from firmware_py.marine import EDDY_TIME
 from firmware_py.params import ParamError
 from firmware_py.vehicle.linear_models import (
     DivingCoefficients,
@@ -20,10 +21,12 @@ from firmware_py.vehicle.vehicle import Vehicle
 
 GYRO_STD = 1e-3
 """Noise of the gyros for which the filter is designed, at 100 Hz, rad/s."""
-_EDDY_TIME = 10.0
-"""Correlation time of eddies, s."""
 _STEPS = 500
 """By then the gains are stationary."""
+
+
+Follower = tuple[float, float]
+"""Memory of a filter that follows a rate of turn: the rate, rad/s, and the disturbance beside it, rad/s^2."""
 
 
 class TurningAxis(NamedTuple):
@@ -45,7 +48,7 @@ class TurningAxis(NamedTuple):
 
     def eddies(self, u: float, std: float) -> float:
         """Return what eddies of 1 sigma `std`, m/s, do at speed u, m/s, as a random walk, rad/s^2/sqrt(s)."""
-        return abs(self.crosswise) * u * std * math.sqrt(2.0 / _EDDY_TIME)
+        return abs(self.crosswise) * u * std * math.sqrt(2.0 / EDDY_TIME)
 
 
 def pitch_axis(vehicle: Vehicle, other: DivingCoefficients | None = None) -> TurningAxis:
@@ -112,3 +115,22 @@ def stationary_gains(walk: float, dt: float) -> tuple[float, float]:
         gain, gain_d = p_rr / (p_rr + noise), p_rd / (p_rr + noise)
         p_rr, p_rd, p_dd = (1.0 - gain) * p_rr, (1.0 - gain) * p_rd, p_dd - gain_d * p_rd
     return gain, gain_d
+
+
+def follow(
+    follower: Follower, gains: tuple[float, float], rate: float, damping: float, known: float, dt: float
+) -> tuple[float, Follower]:
+    """Return the innovation of a filter, rad/s, and the filter after a step.
+
+    Args:
+        follower: the filter before.
+        gains: see `stationary_gains`.
+        rate: mean of the measured rate of turn over the step, rad/s.
+        damping: of the rate, 1/s, negative.
+        known: all other angular acceleration that the model knows, rad/s^2.
+        dt: s.
+    """
+    before, disturbance = follower
+    predicted = before + dt * (damping * before + known + disturbance)
+    e = rate - predicted
+    return e, (predicted + gains[0] * e, disturbance + gains[1] * e)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from firmware_py.estimation.freshness import is_fresh
-from firmware_py.marine import Origin, geodetic_to_local
+from firmware_py.marine import EDDY_TIME, Origin, geodetic_to_local
 from firmware_py.params import param
 from firmware_py.records.sensing import Fix, Heard
 
@@ -54,8 +54,6 @@ _CARRIED = math.radians(5.0)
 """1 sigma of a heading that gyros carry, rad: their bias over ten minutes, and what was off when it was noticed."""
 OUTLIER_SIGMAS = 5.0
 """A fix so many sigmas away is not explained by chance."""
-EDDY_TIME = 10.0
-"""Correlation time of eddies, s."""
 _CARRIED_SPEED = 3.0
 """Faster than this no vehicle is carried at the surface, m/s."""
 

@@ -16,7 +16,7 @@ import math
 from typing import NamedTuple
 
 from firmware_py.records.health import ActuatorFault
-from firmware_py.vehicle.turning import GYRO_STD, stationary_gains
+from firmware_py.vehicle.turning import GYRO_STD, follow, stationary_gains
 
 PERIOD = 0.04
 """Step of the filter, s."""
@@ -173,17 +173,16 @@ class AxisWatch:
             swift: how fast the vehicle is, of cruise: so much more do eddies turn it.
         """
         m, dt, table = self._memory, self._dt, self._gains
-        gain, gain_d = table[min(max(0, math.ceil((swift - 1.0) / _SWIFTER)), len(table) - 1)]
+        gains = table[min(max(0, math.ceil((swift - 1.0) / _SWIFTER)), len(table) - 1)]
         if m.running == 0.0:
             self._memory = m._replace(rate=rate, running=dt)
             return m.fault
-        predicted = m.rate + dt * (damping * m.rate + hull + fins + m.disturbance)
-        g = m.signature + dt * (damping * m.signature + fins + m.explained)
-        e = rate - predicted
-        after = predicted + gain * e, m.disturbance + gain_d * e, g - gain * g, m.explained - gain_d * g
+        e, after = follow((m.rate, m.disturbance), gains, rate, damping, hull + fins, dt)
+        unseen, share = follow((m.signature, m.explained), gains, 0.0, damping, fins, dt)
+        g = -unseen
         running = m.running + dt
         if running < _SETTLING_TIME:
-            rate, disturbance, signature, explained = after
+            (rate, disturbance), (signature, explained) = after, share
             self._memory = m._replace(
                 rate=rate, disturbance=disturbance, signature=signature, explained=explained, running=running
             )
@@ -222,7 +221,22 @@ class AxisWatch:
             if running % self._snapshot < dt:
                 learned = (*learned, (product, energy))[-_SNAPSHOTS:]
         self._memory = AxisMemory(
-            *(fault, *after, variance, product, energy, learned, lost, weak, good, running, held, turned, m.prior)
+            *(
+                fault,
+                *after,
+                *share,
+                variance,
+                product,
+                energy,
+                learned,
+                lost,
+                weak,
+                good,
+                running,
+                held,
+                turned,
+                m.prior,
+            )
         )
         return fault
 

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from firmware_py.marine import clip
-from firmware_py.vehicle.turning import GYRO_STD, stationary_gains
+from firmware_py.vehicle.turning import GYRO_STD, Follower, follow, stationary_gains
 
 SHARES = (1.0, 0.5, 0.0)
 """What may be left; one of two fins that act alike is a half."""
@@ -37,9 +37,6 @@ _SCORE_TIME = 20.0
 _STALE_TIME = 5.0
 """What speaks for a change under eddies that are not the likeliest fades in this time, s."""
 _VARIANCE_TIME = 10.0
-
-Follower = tuple[float, float]
-"""A filter: rate, rad/s, and disturbance, rad/s^2."""
 
 
 class Change(NamedTuple):
@@ -131,7 +128,7 @@ class ShareWatch:
         unit, known = 0.5 / max(m.variance, self._least), hull + SHARES[m.left] * fins
         best, top, found = 0, -float("inf"), []
         followed = [
-            _follow(member.follower, gains, rate, damping, known, dt)
+            follow(member.follower, gains, rate, damping, known, dt)
             for gains, member in zip(self._gains, m.members, strict=True)
         ]
         squares = [e * e for e, _ in followed]
@@ -142,7 +139,7 @@ class ShareWatch:
             if score > top:
                 best, top = i, score
             for share, change in zip(others, member.changes, strict=True):
-                e, after = _follow(change.follower, gains, rate, damping, hull + SHARES[share] * fins, dt)
+                e, after = follow(change.follower, gains, rate, damping, hull + SHARES[share] * fins, dt)
                 evidence = change.evidence + clip(unit * (square - e * e), -_CLIP, _CLIP)
                 if evidence > 0.0 and settled:
                     before = change.over or (0.0,) * len(squares)
@@ -172,16 +169,6 @@ class ShareWatch:
     def thaw(self, memory: ShareMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self._memory = memory
-
-
-def _follow(
-    follower: Follower, gains: tuple[float, float], rate: float, damping: float, known: float, dt: float
-) -> tuple[float, Follower]:
-    """Return the innovation of a filter, rad/s, and the filter after it."""
-    before, disturbance = follower
-    predicted = before + dt * (damping * before + known + disturbance)
-    e = rate - predicted
-    return e, (predicted + gains[0] * e, disturbance + gains[1] * e)
 
 
 def _faded(change: Change, stale: float) -> Change:

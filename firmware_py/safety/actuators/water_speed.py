@@ -16,11 +16,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from firmware_py.marine import EDDY_TIME
 from firmware_py.vehicle.linear_models import steering_model
 from firmware_py.vehicle.vehicle import Vehicle
 
-_EDDY_TIME = 10.0
-"""Correlation time of eddies, s."""
 _CRUISE = 1.8
 """Speed for which the eddies' drag is computed, m/s."""
 _CHANGE = 0.03
@@ -100,8 +99,8 @@ class WaterSpeedFilter:
         ((damping, turning, _), *_), (rudder, *_) = steering_model(vehicle, 1.0)
         self._sway = damping, turning, rudder
         self._fin_drag = abs(c.X_drdr) / propeller.C_d0, abs(c.X_dsds) / propeller.C_d0
-        self._surge_noise = (2.0 * self.k * _CRUISE * eddies) ** 2 * 2.0 * _EDDY_TIME
-        self._sway_noise = eddies * eddies * 2.0 * _EDDY_TIME
+        self._surge_noise = (2.0 * self.k * _CRUISE * eddies) ** 2 * 2.0 * EDDY_TIME
+        self._sway_noise = eddies * eddies * 2.0 * EDDY_TIME
 
     def begin(self, u: float, psi: float) -> WaterSpeed:
         """Return what a first ping tells: u over the bottom, m/s, at the heading psi, rad."""
