@@ -26,6 +26,9 @@ WRONG = 0.5
 HALVED = dict.fromkeys(("M_ds", "Z_ds", "N_dr", "Y_dr"), 0.5)
 """What a vehicle file would have to say of fins that lost half of their force."""
 _FIGURES = ("depth", "heading", "travel")
+_NAMES_NOTHING = "\n[autopilot.safety.actuators]\nevidence = 1000.0\n"
+"""The actuator watch of an oracle: its file says already what fins lose, so what it would name counts that twice, and
+guidance would slow its turns by 20 %, an easier course."""
 _GAINS = Path(__file__).parent / "gains"
 
 
@@ -113,7 +116,8 @@ def _run(seed: int, k: int, condition: Condition) -> RunArrays:
     for rival in condition.rivals:
         knows = rival.knows
         factors = coefficients(condition.truth if knows is Knows.TRUTH else condition.file(seed))
-        errors = flown_as(course, seed, factors, knows is Knows.LEARNED, gains(rival.gains))
+        laws = gains(rival.gains) + (_NAMES_NOTHING if knows is Knows.TRUTH else "")
+        errors = flown_as(course, seed, factors, knows is Knows.LEARNED, laws)
         figures = errors.figures(course.settled, math.inf)
         found[rival.name] = np.array([float(errors.failed), *(figures[figure] for figure in _FIGURES)])
     return found
@@ -162,7 +166,8 @@ _WHO = (
 )
 _HALVED = (
     "Track, with a file that is right; all fins lose half of their force at 60 s, figures from 90 s on. The oracle's "
-    "laws are designed for halved fins from the start. "
+    "laws are designed for halved fins from the start, so that nobody needs to tell them: its references are those of "
+    "the adaptive vehicle. "
 )
 CASES = tuple(
     _case(condition)
