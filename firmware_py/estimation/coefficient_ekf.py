@@ -77,8 +77,7 @@ class CoefficientEkf:
         self._believed = np.array(self.model.believed)
         """What parameters begin with."""
         self._since_reset, self.resets = math.inf, 0
-        learns = self.tuning.may_learn[self.model.first : self.model.size] > 0.0
-        self._boost = boost_covariance(self.model, params.names, learns, params.boost_std)
+        self._learns = self.tuning.may_learn[self.model.first : self.model.size] > 0.0
         self.nis = np.full(MOVING, math.nan)
         schedule(self.tuning, self.age, self.model.first, 0.0, filters.kernel.settings)
         self.iteration = IteratedFilter(BankArrays(vehicle, params), params)
@@ -157,7 +156,8 @@ class CoefficientEkf:
         self._monitor.burst[WAIT] = BURST_PAUSE
         if self.params.boost_std > 0.0 and self.iteration.settled(self.age[0]):
             parameters = slice(self.model.first, self.model.size)
-            self.P[:, parameters, parameters] += self._boost
+            values, std = self.x[:, parameters], self.params.boost_std
+            self.P[:, parameters, parameters] += boost_covariance(self.model, self.names, self._learns, std, values)
             self.iteration.begin(self.bank, self.age[0])
 
     def reset_current(self) -> None:

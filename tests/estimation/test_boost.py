@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from sternplane.sitl.busless_flight import SENSOR_STD, measure
 from sternplane.study.setups import Setup, fly_prbs, flying, run_filter, starts
 
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
-from firmware_py.estimation.filter.boost import boost_covariance, by_fins
+from firmware_py.estimation.filter.boost import LIFT, boost_covariance, by_fins
 from firmware_py.estimation.filter.consistency import BURST_PAUSE, COUNT, SUM, WAIT, add_burst, bursts
 from firmware_py.estimation.model.observer_model import ObserverModel
 
@@ -62,11 +63,15 @@ def test_what_the_fins_of_an_axis_make_shares_a_factor() -> None:
     names = ("M_ds", "Z_ds", "N_dr", "X_dsds", "M_q", "C_d0", "Z_w")
     model = ObserverModel(VEHICLE, names)
     learns = np.array([True] * 6 + [False])
-    P = boost_covariance(model, ("M_ds", "N_dr", "M_q"), learns, 0.4)
-    relative = P / np.outer(model.believed, model.believed)
-    np.testing.assert_allclose(np.sqrt(np.diag(relative)), [0.4 * 1.0625**0.5] * 4 + [0.1, 0.0, 0.0], rtol=1e-12)
-    correlated = relative[0] / relative[0, 0]
-    np.testing.assert_allclose(correlated, [1.0, 1 / 1.0625, 0.0, 1 / 1.0625, 0.0, 0.0, 0.0], rtol=1e-12)
+    believed = np.array(model.believed)
+    values = np.stack([believed, believed * [1.0, 1.2, 1.0, 1.0, 1.0, 1.0, 1.0]])
+    sound, known = boost_covariance(model, ("M_ds", "N_dr", "M_q"), learns, 0.4, values) / np.outer(believed, believed)
+    lift, drag = 1.0 + LIFT**2, 1.0625
+    np.testing.assert_allclose(
+        np.sqrt(np.diag(sound)), [*(0.4 * np.sqrt([lift, lift, lift, drag])), 0.1, 0.0, 0.0], rtol=1e-12
+    )
+    np.testing.assert_allclose(sound[0] / 0.16, [lift, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0], rtol=1e-12)
+    assert known[0, 1] == pytest.approx(1.2 * known[0, 3]), "what is learned to be greater changes in proportion"
 
 
 def test_halved_fins_are_known_within_ten_seconds_and_nothing_is_reset() -> None:

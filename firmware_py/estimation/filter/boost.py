@@ -14,6 +14,8 @@ FINS = ("ds", "dr", "db")
 """The fins of an axis, as coefficients are named after them: stern planes, rudders, bow planes."""
 SINGLE = 0.25
 """Part of a boost that a coefficient gets by itself, beside what it shares with all that the same fins make."""
+LIFT = 0.02
+"""The same of what a fin's lift makes: force and moment are one lift, and damage leaves it its lever arm."""
 
 
 def by_fins(name: str) -> bool:
@@ -21,24 +23,31 @@ def by_fins(name: str) -> bool:
     return any(fins in name for fins in FINS)
 
 
-def boost_covariance(model: ObserverModel, names: Sequence[str], learns: Flags, std: float) -> Array:
-    """Return what a boost adds to the covariance of the parameters, (parameters, parameters).
+def by_lift(name: str) -> bool:
+    """Return whether a coefficient's force is a fin's lift: not drag, which goes with the angle squared."""
+    return by_fins(name) and not name.startswith("X")
 
-    What damage does to a fin it does to all that the fins of an axis make, so these share one factor: the pitching
-    moment, which is known within seconds, tells of the force too. Beside it each of them, and each that is learned, may
-    have changed by itself.
+
+def boost_covariance(model: ObserverModel, names: Sequence[str], learns: Flags, std: float, values: Array) -> Array:
+    """Return what a boost adds to the covariance of the parameters, (filters, parameters, parameters).
+
+    What damage does to a fin it does to all that the fins of an axis make, so these share one factor of what they are:
+    the pitching moment, which is known within seconds, tells of the force too, as the fin's lift has one lever arm
+    before and after. Beside it each that is learned, and the fins' drag, may have changed by itself.
 
     Args:
         model: says which parameters there are, and their believed size.
         names: the learned ones.
         learns: which of all parameters learn, (parameters,).
         std: 1 sigma of the factor.
+        values: of the parameters by now, (filters, parameters).
     """
     size = std * np.array(model.believed)
     chosen = [name in names or (bool(own) and by_fins(name)) for name, own in zip(model.names, learns, strict=True)]
-    covariance = np.diag(np.where(chosen, np.square(SINGLE * size), 0.0))
+    alone = [LIFT if by_lift(name) else SINGLE for name in model.names]
+    covariance = np.repeat(np.diag(np.where(chosen, np.square(np.array(alone) * size), 0.0))[None], len(values), axis=0)
     for fins in FINS:
         of_axis = [one and fins in name for one, name in zip(chosen, model.names, strict=True)]
-        shared = np.where(of_axis, size, 0.0)
-        covariance += np.outer(shared, shared)
+        shared = np.where(of_axis, std * values, 0.0)
+        covariance += shared[:, :, None] * shared[:, None, :]
     return covariance
