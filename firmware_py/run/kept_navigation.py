@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from firmware_py.adapters.io_params import StateParams
+from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.regular_file import read_regular
-from firmware_py.adapters.storage.state_store import write_atomically
 from firmware_py.error_text import quoted
 from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.records.cycle import Cycle
@@ -133,7 +133,7 @@ def save(folder: Path, kept: KeptNavigation, speed: float = 0.0, mode: KeptMode 
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        write_atomically(folder, FILE, encode(kept, speed, 0.0, moment(), mode))
+        write_atomically(folder / FILE, encode(kept, speed, 0.0, moment(), mode))
     except OSError as error:
         raise UsageError(f"--state {folder}: cannot be written ({error.strerror}); choose another folder") from None
 

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 from firmware_py import config_files
 from firmware_py.adapters.io_params import StateParams
+from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.regular_file import read_regular
-from firmware_py.adapters.storage.state_store import write_atomically
 from firmware_py.error_text import quoted
 from firmware_py.estimation.filter.bank_arrays import BankArrays
 from firmware_py.estimation.inherited import prior
@@ -173,7 +173,7 @@ class PassportKeeper:
             return
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            write_atomically(folder, FILE, content)
+            write_atomically(folder / FILE, content)
         except OSError as error:
             raise UsageError(f"--state {folder}: cannot be written ({error.strerror}); choose another folder") from None
 

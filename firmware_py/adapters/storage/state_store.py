@@ -16,6 +16,8 @@ import sys
 from pathlib import Path
 from types import TracebackType
 
+from firmware_py.adapters.storage.atomic_file import write_atomically
+
 _FRAME_HEADER = struct.Struct("<HI")
 """Lengths of name and content in bytes; both follow."""
 _PIPE_BYTES = 1 << 20
@@ -28,29 +30,6 @@ _NICENESS = 10
 
 class StateStoreError(Exception):
     """A state folder that cannot be written. The text names it and what to do."""
-
-
-def write_atomically(folder: Path, name: str, content: bytes) -> None:
-    """Replace a file so that even after a power failure either the old or the new one is there, whole.
-
-    Of several processes that write into the folder one waits for the other.
-
-    Raises:
-        OSError: it cannot be written; the old one stays.
-    """
-    fresh = folder / f"{name}.new"
-    entry = os.open(folder, os.O_RDONLY)
-    try:
-        fcntl.flock(entry, fcntl.LOCK_EX)  # given up when the process ends, however it does
-        fresh.unlink(missing_ok=True)  # what a killed writer left, or a FIFO, which would wait for a reader
-        with fresh.open("xb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        fresh.replace(folder / name)
-        os.fsync(entry)
-    finally:
-        os.close(entry)
 
 
 class StateStore:
@@ -69,7 +48,7 @@ class StateStore:
         if not os.access(folder, os.W_OK):
             raise StateStoreError(f"{folder}: cannot be written; choose another --state")
         self._child = subprocess.Popen(
-            [sys.executable, "-I", __file__, str(folder)],
+            [sys.executable, "-P", "-m", __name__, str(folder)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             start_new_session=True,  # Ctrl-C ends the flight first, which then ends this
@@ -143,7 +122,7 @@ def _serve(folder: Path) -> None:
                 break
         for name, content in newest.items():
             try:
-                write_atomically(folder, name, content)
+                write_atomically(folder / name, content)
             except OSError as error:
                 with contextlib.suppress(OSError):
                     os.write(1, f"{folder / name}: cannot be written ({error.strerror})\n".encode())

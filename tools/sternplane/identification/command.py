@@ -10,6 +10,7 @@ from typing import Any
 
 from rich.console import Console
 
+from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.error_text import quoted
 from firmware_py.estimation.coefficient_params import TEN, CoefficientParams
@@ -21,7 +22,6 @@ from sternplane.identification import page, results, vehicle_file
 from sternplane.identification.assessment import assess, learned_table
 from sternplane.identification.estimate import identify
 from sternplane.identification.recording import record
-from sternplane.logs.documents import write_document
 from sternplane.logs.reading import find
 from sternplane.logs.streaming import stream
 
@@ -95,7 +95,7 @@ def _refuse_to_replace(path: Path) -> None:
 def _write(folder: Path, document: dict[str, Any], html: str) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        write_document(folder / "identify.json", json.dumps(document, indent=2, allow_nan=False) + "\n")
-        write_document(folder / "identify.html", html)
+        write_atomically(folder / "identify.json", (json.dumps(document, indent=2, allow_nan=False) + "\n").encode())
+        write_atomically(folder / "identify.html", html.encode())
     except OSError as error:
         raise LogError(f"{folder}: cannot be written ({error.strerror}); choose another --out") from None

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.recorder import LogError
-from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.params import load
 from firmware_py.vehicle.vehicle import Vehicle
 
@@ -27,18 +28,13 @@ def write(path: Path, table: Mapping[str, Any], comment: str) -> None:
     """
     load(Vehicle, table, str(path))
     lines = [*(f"# {line}".rstrip() for line in comment.splitlines()), "", *_table(table, "")]
-    fresh = path.with_name(f"{path.name}.new")
+    text = "\n".join(lines) + "\n"
+    if tomllib.loads(text) != table:
+        raise AssertionError(f"{path}: would read otherwise than it is written")
     try:
-        fresh.unlink(missing_ok=True)  # what a killed writer left, or a FIFO, which would wait for a reader
-        with fresh.open("x", encoding="utf-8") as file:
-            file.write("\n".join(lines) + "\n")
-        if read_toml(fresh) != table:
-            raise AssertionError(f"{fresh}: reads otherwise than it was written")
-        fresh.replace(path)
+        write_atomically(path, text.encode())
     except OSError as error:
         raise LogError(f"{path}: cannot be written ({error.strerror}); choose another --out") from None
-    finally:
-        fresh.unlink(missing_ok=True)
 
 
 def _table(table: Mapping[str, Any], name: str) -> Iterator[str]:

@@ -12,6 +12,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.estimation.coefficient_params import TEN
@@ -19,7 +20,6 @@ from firmware_py.params import load
 from firmware_py.run.run_folders import run_folder
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.plant.truth import Truth
-from sternplane.logs.documents import write_document
 from sternplane.paper import control, design, drawings, estimation, figures
 from sternplane.paper.page import page
 from sternplane.paper.printed import TABLE_1
@@ -104,7 +104,7 @@ def _leave(
         steps.done("the figures")
         document = json.dumps(_plain(results), indent=2, ensure_ascii=False, allow_nan=False)
         for name, content in (("results.json", f"{document}\n"), ("report.html", text)):
-            write_document(folder / name, content)
+            write_atomically(folder / name, content.encode())
     except OSError as error:
         raise LogError(f"{folder}: the report cannot be written ({error.strerror}); choose another --out") from None
     steps.done("the report")

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from rich.console import Console
 
+from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.recorder import LogError
-from sternplane.logs.documents import write_document
 from sternplane.logs.reading import find
 from sternplane.logs.run import Run
 from sternplane.logs.streaming import stream
@@ -33,8 +33,8 @@ def write_report(log: Run, folder: str | Path) -> Summary:
     text, page = json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False), flight_page(log, summary)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        write_document(folder / "summary.json", f"{text}\n")
-        write_document(folder / "report.html", page)
+        write_atomically(folder / "summary.json", f"{text}\n".encode())
+        write_atomically(folder / "report.html", page.encode())
     except OSError as error:
         raise LogError(f"{folder}: the report cannot be written ({error.strerror}); choose another --out") from None
     return summary

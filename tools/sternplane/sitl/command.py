@@ -11,6 +11,7 @@ from rich.console import Console
 
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.hil.hil_link import parse_hil_link, serve
+from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.records.cycle import Cycle
 from firmware_py.run import kept_navigation
@@ -21,7 +22,6 @@ from firmware_py.run.usage_error import UsageError
 from sternplane.cli import extras
 from sternplane.cli.progress import Progress
 from sternplane.logs import after_log
-from sternplane.logs.documents import write_document
 from sternplane.logs.reading import TRUTH_FILE
 from sternplane.logs.streaming import stream
 from sternplane.logs.summary import Summary, summarise
@@ -129,7 +129,7 @@ def _leave(log: Path, folder: Path) -> Summary:
     summary = summarise(stream(log))
     try:
         (folder / "report.html").unlink(missing_ok=True)
-        write_document(folder / "summary.json", f"{json.dumps(summary, indent=2, ensure_ascii=False)}\n")
+        write_atomically(folder / "summary.json", f"{json.dumps(summary, indent=2, ensure_ascii=False)}\n".encode())
     except OSError as error:
         raise LogError(f"{folder}: the summary cannot be written ({error.strerror})") from None
     print(f"no report.html without {', '.join(extras.missing())}: {extras.HINT}", file=sys.stderr)

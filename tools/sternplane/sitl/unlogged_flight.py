@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import EventKind
 from firmware_py.records.event_text import texts
 from sternplane.logs.after_log import AfterLog, place_of
-from sternplane.logs.documents import write_document
 
 _UNWRITTEN = 1.0
 """A log loses more than what comes after its disk is full: what was not written by then, s."""
@@ -69,4 +69,4 @@ class UnloggedFlight:
             waypoints_passed=self._passed,
             events=self._events,
         )
-        write_document(place_of(log), found.text())
+        write_atomically(place_of(log), found.text().encode())

@@ -11,10 +11,10 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.run import provenance
 from firmware_py.run.run_folders import run_folder
 from firmware_py.run.usage_error import UsageError
-from sternplane.logs.documents import write_document
 from sternplane.study.cases import CASES
 from sternplane.study.chance import MISS
 from sternplane.study.page import page, target_text
@@ -104,6 +104,6 @@ def _print(rows: Sequence[Row], folder: Path, chance: bool) -> None:
 def write(path: Path, text: str) -> None:
     """Write a file so that whoever reads it at any time finds the old one or the new one."""
     try:
-        write_document(path, text)
+        write_atomically(path, text.encode())
     except OSError as error:
         raise UsageError(f"{path}: cannot be written ({error.strerror}); choose another --out") from None

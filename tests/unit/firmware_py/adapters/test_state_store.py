@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.adapters.storage import state_store
+from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.state_store import StateStore, StateStoreError
 
 names = st.text("abcdefgh.-_é", min_size=1, max_size=20).filter(lambda name: name not in (".", ".."))
@@ -67,7 +67,7 @@ def test_a_failed_write_is_reported_and_leaves_the_old_file(tmp_path):
 
 @pytest.mark.parametrize("step", ["fsync", "replace"])
 def test_a_replacement_that_fails_half_way_leaves_the_old_file(tmp_path, monkeypatch, step):
-    state_store.write_atomically(tmp_path, "a", b"old")
+    write_atomically(tmp_path / "a", b"old")
 
     def full(*_):
         raise OSError(28, "No space left on device")
@@ -75,8 +75,9 @@ def test_a_replacement_that_fails_half_way_leaves_the_old_file(tmp_path, monkeyp
     with monkeypatch.context() as patch:
         patch.setattr(os if step == "fsync" else Path, step, full)
         with pytest.raises(OSError, match="No space"):
-            state_store.write_atomically(tmp_path, "a", b"new")
+            write_atomically(tmp_path / "a", b"new")
     assert (tmp_path / "a").read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [tmp_path / "a"]
 
 
 def test_a_file_in_place_of_the_folder_is_refused(tmp_path):

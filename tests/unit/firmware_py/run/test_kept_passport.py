@@ -302,11 +302,11 @@ def test_numbers_that_are_not_finite_are_not_kept(tmp_path: Path) -> None:
 
 _WRITER = (
     "import sys; from pathlib import Path\n"
-    "from firmware_py.adapters.storage.state_store import write_atomically\n"
+    "from firmware_py.adapters.storage.atomic_file import write_atomically\n"
     "folder, contents = Path(sys.argv[1]), [Path(name).read_bytes() for name in sys.argv[2:]]\n"
     "print(flush=True)\n"
     "for i in range(int(1e9)):\n"
-    "    write_atomically(folder, 'passport.json', contents[i % len(contents)])\n"
+    "    write_atomically(folder / 'passport.json', contents[i % len(contents)])\n"
 )
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from firmware_py import app, config_files
 from firmware_py.adapters.io_params import StateParams
-from firmware_py.adapters.storage.state_store import write_atomically
+from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.passport import LearnedModel, moved
 from firmware_py.run.kept_passport import FILE, PassportKeeper, resume_passport
@@ -95,7 +95,7 @@ def _dive(folder: Path, config: Path, seed: int, wrong: Factors, kept: Mapping[s
     if fly(flight, log, witness=witness).reason == "interrupted":
         raise KeyboardInterrupt
     for name, content in saved.items():
-        write_atomically(folder, name, content)
+        write_atomically(folder / name, content)
     keeper.leave(folder)
     left = keep()
     assert left is not None
