@@ -18,7 +18,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from firmware_py.compiled import Flags
+from firmware_py.compiled import Flags, unchecked
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import EkfMemory, Estimate, History
 from firmware_py.estimation.filter import bank
@@ -39,6 +39,7 @@ RESET_STD = (1.0,) * 3 + (0.2,) * 3 + (0.5, 0.5, math.pi)
 RESET_AGAIN_TIME = 15.0
 """Diverged again within so many s, it was not the water that had changed."""
 NO_OUTPUT = Output(1 << 40, np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)))
+_run = unchecked(bank.run)
 
 
 class CoefficientEkf:
@@ -79,6 +80,7 @@ class CoefficientEkf:
         self._since_reset, self.resets = math.inf, 0
         self._learns = self.tuning.may_learn[self.model.first : self.model.size] > 0.0
         self.nis = np.full(MOVING, math.nan)
+        self._given = Given(0.0, np.zeros((1, 4)), np.zeros((1, MOVING)), np.zeros(MOVING), self.nis[None])
         schedule(self.tuning, self.age, self.model.first, 0.0, filters.kernel.settings)
         self.iteration = IteratedFilter(BankArrays(vehicle, params), params)
         self.iterated = np.full(len(params.names), not params.iteration_times)
@@ -197,13 +199,15 @@ class CoefficientEkf:
         Returns:
             False if a number was not finite: call `start`.
         """
-        given = Given(h, inputs[None], z[None], variance, self.nis[None])
+        given = self._given._replace(h=h)
+        given.inputs[0], given.z[0], given.R[:] = inputs, z, variance
         return self._go(given, NO_OUTPUT) == 1
 
     def run(self, h: float, inputs: Array, z: Array, variance: Array, every: int = 1) -> History:
         """`step` over the rows of inputs, (K, 4), and z, (K, 9), compiled; what it went through at every such row."""
         rows, n, filters = len(inputs) // every, self.model.size, len(self.intensity)
         output = Output(every, np.zeros((rows, n)), np.zeros((rows, n)), np.zeros((rows, filters)))
+        inputs, z, variance = (np.ascontiguousarray(array, dtype=np.float64) for array in (inputs, z, variance))
         given = Given(h, inputs, z, variance, np.full((len(inputs), MOVING), math.nan))
         steps = self._go(given, output)
         return History(steps, output.mean, output.std, given.nis, output.weights)
@@ -213,9 +217,7 @@ class CoefficientEkf:
         iteration, monitor, h, begin = self.iteration, self._monitor, given.h, 0
         while begin < len(given.inputs):
             end = min(len(given.inputs), begin + iteration.free_steps(h))
-            came: int = bank.run(
-                self.bank.kernel, monitor, iteration.recording, iteration.used, given, begin, end, output
-            )
+            came = _run(self.bank.kernel, monitor, iteration.recording, iteration.used, given, begin, end, output)
             self._since_reset += h * (came - begin)
             if diverged(monitor.window):
                 self._reset()

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from firmware_py.compiled import unchecked
 from firmware_py.estimation.coefficient_params import (
     ANGLES,
     RATES,
@@ -31,6 +32,7 @@ NEAR = 0.5
 """Of its sigma before anything is learned: what is known as well needs no start-up."""
 INTENSITY_MIN = 1e-6
 """Intensity of the eddies of a filter that assumes none, m/s: so that its covariance has an inverse too."""
+_combine = unchecked(combine)
 
 
 class BankArrays:
@@ -146,7 +148,7 @@ class BankArrays:
         """Mean and 1 sigma of the whole state, (n,), and the probabilities of the filters."""
         filters, n = self.x.shape
         weights, mean, std = np.zeros(filters), np.zeros(n), np.zeros(n)
-        combine(self.kernel, weights, mean, std)
+        _combine(self.kernel, weights, mean, std)
         return mean, std, weights
 
 

@@ -21,7 +21,7 @@ import math
 
 import numpy as np
 
-from firmware_py.compiled import Flags
+from firmware_py.compiled import Flags, unchecked
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import IterationMemory
 from firmware_py.estimation.filter.bank_arrays import BankArrays
@@ -45,6 +45,7 @@ STARTUP_TIMES = 50.0
 """So many of its time constants after its beginning, a bank's start-up is over."""
 ENDLESS = 1 << 40
 NO_INPUTS = np.zeros(4)
+_relinearised_pass = unchecked(relinearised_pass)
 
 
 class IteratedFilter:
@@ -228,8 +229,7 @@ class IteratedFilter:
         """Takes the bank to that row, up to which the reference is known; False if it cannot go on."""
         ref, begin, self._row = self._reference, self._row, to
         rest = (ref.path, ref.reference, self._deviation, self._nis, self._rejected, self._window, self._contradicted)
-        finite: bool = relinearised_pass(self._bank.kernel, self.history, begin, to, *rest)
-        return finite
+        return _relinearised_pass(self._bank.kernel, self.history, begin, to, *rest)
 
     def _rewind_to_first_stage(self, bank: BankArrays, begun: Flags) -> None:
         """Starts a pass about what was believed where the history begins, with all the noise of the first stage."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from firmware_py.compiled import unchecked
 from firmware_py.estimation.filter.bank_arrays import BankArrays
 from firmware_py.estimation.filter.kernel_arguments import FilterBank, new_scratch, padded, zeros
 from firmware_py.estimation.filter.measurement_history import MeasurementHistory
@@ -16,6 +17,7 @@ from firmware_py.estimation.model.state import EDDIES, EDDY_NORTH, MOVING
 BLOCK = 256
 """Rows whose motion is smoothed together, after as many more: the water is known by what follows in 2 or 3 s."""
 RING = 3 * BLOCK
+_reference_pass = unchecked(reference_pass)
 
 
 class SmootherPass:
@@ -85,7 +87,7 @@ class SmootherPass:
         parameters give no mass matrix."""
         first, self.row = self.row, max(self.row, min(to, self.row_max))
         kept = (self._filtered, self._predicted, self._gains, self._scratch, self._nis, self._rejected)
-        finite: bool = reference_pass(self.bank, history, first, self.row, *kept)
+        finite = _reference_pass(self.bank, history, first, self.row, *kept)
         return finite and self._loaded
 
     def smooth_back(self, whole: bool) -> None:
