@@ -72,6 +72,11 @@ class Bridge:
                 raise PlantError(f"ran aground at t = {t:.2f} s, where the bottom is {depth:.1f} m deep")
         devices.publish(k, t, plant)
 
+    @property
+    def depth(self) -> float:
+        """Return the true depth at the last tick, m."""
+        return self._plant.eta.z
+
     def truth(self) -> TruthSample:
         """Return the true state at the last tick."""
         plant = self._plant

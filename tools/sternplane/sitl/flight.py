@@ -236,7 +236,7 @@ def fly(
         bridge = build_bridge(
             flight.truth, flight.devices, io.nodes, scenario, plant_bus, line, request.seed, rate, io.can.node_id
         )
-        operator = ScriptedOperator(scenario, lambda: bridge.truth().eta.z)
+        operator = ScriptedOperator(scenario, lambda: bridge.depth)
         interrupted = stack.enter_context(interruptible())
         lockstep = PlantSchedule(
             bridge,

@@ -41,17 +41,19 @@ class SimulationRecorder:
         self._unlogged = aboard.unlogged
         self._watch = watch
         self._witness = witness
-        log.channel(TRUTH_TOPIC, bridge.truth())
+        self._truth = bridge.truth()
+        log.channel(TRUTH_TOPIC, self._truth)
 
     def write(self, cycle: Cycle) -> None:
         """Keep one cycle and the truth at its tick, and show them."""
+        truth = self._truth = self._bridge.truth()
         self._keep(cycle)
         self._watch(cycle)
         if self._unlogged is not None:
-            self._unlogged.see(cycle, self._bridge.truth().eta.z)
+            self._unlogged.see(cycle, truth.eta.z)
         if self._witness is not None:
-            self._witness.see(cycle, self._bridge.truth())
+            self._witness.see(cycle, truth)
 
     def _write(self, cycle: Cycle) -> None:
         self._recorder.write(cycle)
-        self._log.write(TRUTH_TOPIC, cycle.tick.t_ns, self._bridge.truth())
+        self._log.write(TRUTH_TOPIC, cycle.tick.t_ns, self._truth)
