@@ -14,7 +14,7 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any, TypeVar, cast
+from typing import Any, Protocol, TypeVar, cast
 
 from mcap.writer import CompressionType, Writer
 
@@ -66,6 +66,16 @@ def _finite(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_finite(inner) for inner in value]
     return value
+
+
+class Log(Protocol):
+    """Interface of what records are logged to, by topic."""
+
+    def channel(self, topic: str, sample: Any, /) -> None:
+        """Open a topic for records like `sample`."""
+
+    def write(self, topic: str, t_ns: int, record: Any, /) -> None:
+        """Write one record at its vehicle time, ns."""
 
 
 class LogWriter:
@@ -169,7 +179,7 @@ class LogRecorder:
     What stations have changed for good is on "/changes", and what was lost, by `losses`, on "/losses".
     """
 
-    def __init__(self, log: LogWriter, losses: LossWatch | None = None) -> None:
+    def __init__(self, log: Log, losses: LossWatch | None = None) -> None:
         self._log = log
         self._losses = losses
         self._open: set[str] = set()

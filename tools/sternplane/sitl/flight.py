@@ -45,7 +45,7 @@ from sim_bridge.scenarios import Scenario, load_scenario, scenario_path
 from sim_bridge.scripted_operator import ScriptedOperator
 from sternplane.sitl import plausibility
 from sternplane.sitl.aboard_faults import AboardFaults
-from sternplane.sitl.simulation_recorder import SimulationRecorder, Witness
+from sternplane.sitl.simulation_recorder import NoLog, SimulationRecorder, Witness
 
 SCENARIOS = configs() / "scenarios"
 CONFIG = configs() / "npsauv2"
@@ -202,7 +202,7 @@ def laid_over(request: FlightRequest, scenario: Scenario) -> Mapping[str, Any]:
 
 def fly(
     flight: Flight,
-    log_path: Path,
+    log_path: Path | None,
     watch: Callable[[Cycle], None] = lambda _cycle: None,
     command: Callable[[ScriptedOperator], Ground] = lambda operator: operator,
     losses: LossWatch | None = None,
@@ -212,7 +212,7 @@ def fly(
 
     Args:
         flight: what `prepare` made; it is used up.
-        log_path: where the log goes.
+        log_path: where the log goes; None: there is none, and a witness sees all.
         watch: is shown every cycle.
         command: merges the scenario's operator with other sources of orders.
         losses: counts what is lost, on the way to and from these too.
@@ -250,8 +250,8 @@ def fly(
             else lockstep
         )
         aboard = flight.aboard
-        log = stack.enter_context(aboard.log(log_path, flight.header()))
-        recorder = SimulationRecorder(log, bridge, aboard, watch, witness, losses)
+        log = None if log_path is None else stack.enter_context(aboard.log(log_path, flight.header()))
+        recorder = SimulationRecorder(log or NoLog(), bridge, aboard, watch, witness, losses)
         began = time.monotonic()
         for refusal in stack.enter_context(apply_while(dataclasses.replace(flight.io.realtime, freeze_garbage=True))):
             print(refusal, file=sys.stderr)
@@ -262,6 +262,8 @@ def fly(
             outcome = Outcome(False, str(error))
         if line.late and request.pace == "max":
             outcome = Outcome(False, f"{line.late} lines of the DVL came late: the run is not reproducible")
+        if log is None:
+            return outcome
         lines = {"lines_of_the_dvl_lost": line.lost, "lines_of_the_dvl_late": line.late}
         end = {**outcome._asdict(), "judged_by": operator.completion.judged_by}
         lost = {**losses.totals(), **lines}

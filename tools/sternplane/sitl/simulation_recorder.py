@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
 from firmware_py.adapters.loss_watch import LossWatch
-from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogRecorder, LogWriter
+from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, Log, LogRecorder
 from firmware_py.records.cycle import Cycle
 from sim_bridge.bridge import Bridge
 from sim_bridge.truth_sample import TruthSample
@@ -22,12 +22,22 @@ class Witness(Protocol):
         """Take one cycle and the true state at its tick."""
 
 
+class NoLog:
+    """In place of a log: nothing is kept, for a flight that is of interest to its witness alone."""
+
+    def channel(self, topic: str, sample: Any) -> None:
+        """Open no topic."""
+
+    def write(self, topic: str, t_ns: int, record: Any) -> None:
+        """Keep nothing."""
+
+
 class SimulationRecorder:
     """The recorder of a simulated run: cycles and the true state; it also calls the observers."""
 
     def __init__(
         self,
-        log: LogWriter,
+        log: Log,
         bridge: Bridge,
         aboard: AboardFaults,
         watch: Callable[[Cycle], None],

@@ -91,8 +91,7 @@ def _dive(folder: Path, config: Path, seed: int, wrong: Factors, kept: Mapping[s
     saved: dict[str, bytes] = {}
     keeper = PassportKeeper(saved.__setitem__, keep, flight.configuration, 30.0)
     witness, log = _Valid(flight, keeper), folder / "log.mcap"
-    log.unlink(missing_ok=True)
-    if fly(flight, log, witness=witness).reason == "interrupted":
+    if fly(flight, log if again else None, witness=witness).reason == "interrupted":
         raise KeyboardInterrupt
     for name, content in saved.items():
         write_atomically(folder / name, content)

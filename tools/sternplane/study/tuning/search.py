@@ -95,7 +95,7 @@ def recorded(folder: Path, seed: int, over: str = "") -> tuple[Flight, Recording
     scenario.write_text(track(DURATION).scenario.format(adoption="false") + _QUIET + over, encoding="utf-8")
     flight = prepare(FlightRequest(scenario=str(scenario), config=CONFIG, seed=seed), {})
     recording = Recording()
-    outcome = fly(flight, folder / "log.mcap", witness=recording)
+    outcome = fly(flight, None, witness=recording)
     if outcome.reason == "interrupted":
         raise KeyboardInterrupt
     return flight, recording
