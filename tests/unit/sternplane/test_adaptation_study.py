@@ -49,6 +49,7 @@ def run(depth: float, heading: float, failed: float = 0.0) -> RunArrays:
         late = [0.05 * share[0], 0.12 * share[1], 0.1, 0.5, 6.0]
         found |= {f"{name} early": np.array([0.1, 1.0, 0.5, 10.0, 6.0]), f"{name} late": np.array(late)}
         found |= {f"{name} failed": np.array(failed * (design is Design.ADAPTIVE)), f"{name} adopted": np.array(40.0)}
+        found[f"{name} errors"] = np.column_stack([T[::100], np.full((180, 2), [depth, heading])])
     return found
 
 
@@ -66,6 +67,18 @@ def run(depth: float, heading: float, failed: float = 0.0) -> RunArrays:
 def test_what_is_worse_than_its_target_is_missed(runs: list[RunArrays], missed: int) -> None:
     rows = CASES[0].evaluate(3 * runs).rows
     assert sum(row.ok is False for row in rows) == missed
+
+
+def test_the_page_shows_one_flight_and_all_beside_the_oracle() -> None:
+    depth, heading, all_flights = CASES[0].evaluate([run(1.0, 1.1), run(1.2, 1.0)]).plots
+    assert [curve.name for curve in depth.figure.data] == ["oracle", "fixed", "adaptive"]
+    assert set(heading.figure.data[2].y.tolist()) == {np.float32(1.1)}
+    assert {box.name: list(box.y) for box in all_flights.figure.data} == {
+        "depth, fixed": [1.0, 1.0],
+        "depth, adaptive": pytest.approx([1.0, 1.2]),
+        "heading, fixed": [1.0, 1.0],
+        "heading, adaptive": pytest.approx([1.1, 1.0]),
+    }
 
 
 def test_the_median_of_few_flights_is_held_to_the_target_of_the_worst() -> None:

@@ -20,7 +20,7 @@ def page(study: Study, results: Sequence[Results], identity: Sequence[str]) -> s
     for case, result in zip(study.cases, results, strict=True):
         title = case.name[:1].upper() + case.name[1:]
         notes = (case.about, *result.notes)
-        sections.append(Section(title, notes, tables=(_table(result.rows),), wide=True))
+        sections.append(Section(title, notes, tables=(_table(title, result.rows),), wide=True))
         sections += [plot_section(plot) for plot in result.plots]
     rows = [row for result in results for row in result.rows]
     missed, judged = sum(row.ok is False for row in rows), sum(row.ok is not None for row in rows)
@@ -49,14 +49,19 @@ def target_text(row: Row) -> str:
     return f"≤ {row.target:.3g}"
 
 
-def _table(rows: Sequence[Row]) -> Table:
-    return Table([*_lines(rows)], style="numbers")
+def _table(title: str, rows: Sequence[Row]) -> Table:
+    return Table([*_lines(title, rows)], style="numbers")
 
 
-def _lines(rows: Sequence[Row]) -> Iterator[list[Cell]]:
-    """Yield the name of each case above its rows; a figure of each of the ten is one line with ten columns."""
+def _lines(title: str, rows: Sequence[Row]) -> Iterator[list[Cell]]:
+    """Yield the lines of a table. A figure of each of the ten is one line with ten columns.
+
+    The name of each case stands above its rows, unless it is the `title` of the section.
+    """
+    cases = {row.case for row in rows}
     for case, found in itertools.groupby(rows, lambda row: row.case):
-        yield [Cell(case, "head", _COLUMNS)]
+        if len(cases) > 1 or case.lower() != title.lower():
+            yield [Cell(case, "head", _COLUMNS)]
         of_case = [*found]
         headed = not any(_figure(row) != row.figure for row in of_case)
         if headed:

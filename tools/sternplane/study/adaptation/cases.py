@@ -12,12 +12,15 @@ import numpy as np
 from sternplane.logs.tracking import Array
 from sternplane.study.adaptation.courses import demonstration, track
 from sternplane.study.adaptation.flight import Course, Design, flown
+from sternplane.study.adaptation.plots import beside_oracle, one_flight
 from sternplane.study.adaptation.second_dive import SECOND_DIVE
 from sternplane.study.rows import Case, Results, Row, RunArrays
 
 _EARLY = 5.0
 """The laws are settled in their start by then, s."""
 _FIGURES = ("depth", "heading", "depth_most", "heading_most", "travel")
+_SHOWN = 50
+"""Every so many ticks the errors are kept for the plots."""
 _UNITS = {"depth": "m", "heading": "deg"}
 _FEW = 3
 """The median of fewer flights is one flight: the target of the worst holds for it."""
@@ -44,6 +47,7 @@ def _run(seed: int, k: int, course: Callable[[], Course], wrong: float) -> RunAr
         settled = course().settled
         found[f"{name} failed"] = np.array(float(errors.failed))
         found[f"{name} adopted"] = np.array(errors.adopted)
+        found[f"{name} errors"] = np.column_stack([errors.t, errors.depth, np.degrees(errors.heading)])[::_SHOWN]
         for part, span in (("early", (_EARLY, settled)), ("late", (settled, math.inf))):
             figures = errors.figures(*span)
             found[f"{name} {part}"] = np.array([figures[figure] for figure in _FIGURES])
@@ -51,7 +55,7 @@ def _run(seed: int, k: int, course: Callable[[], Course], wrong: float) -> RunAr
 
 
 def _evaluate(runs: Sequence[RunArrays], name: str, targets: Targets, settled: float) -> Results:
-    rows, n, late = [], len(runs), {}
+    rows, n, late, ratios = [], len(runs), {}, {}
     for design in Design:
         key = design.name.lower()
         late[key] = np.array([run[f"{key} late"] for run in runs])
@@ -62,7 +66,7 @@ def _evaluate(runs: Sequence[RunArrays], name: str, targets: Targets, settled: f
         oracle = late["oracle"][:, i]
         rows.append(Row(name, f"oracle: {quantity} RMS, median, {unit}", float(np.median(oracle)), None, n))
         for key in ("fixed", "adaptive"):
-            ratio = late[key][:, i] / oracle
+            ratio = ratios[quantity, key] = late[key][:, i] / oracle
             judged = limits if key == "adaptive" else (None, None)
             for word, value, limit in zip(("median", "worst"), (np.median(ratio), np.max(ratio)), judged, strict=True):
                 target = limit if word == "worst" or n >= _FEW else None
@@ -79,7 +83,8 @@ def _evaluate(runs: Sequence[RunArrays], name: str, targets: Targets, settled: f
         rows.append(Row(name, f"{key}: fin travel, median, deg/s", travel, None, n))
     adopted = float(np.median([float(run["adaptive adopted"]) for run in runs]))
     rows.append(Row(name, "adaptive: all learned and adopted, median, s", adopted, targets.adopted, n))
-    return Results(rows)
+    first = {design: runs[0][f"{design} errors"] for design in late}
+    return Results(rows, [*one_flight("first of the flights", first), beside_oracle(ratios)])
 
 
 def _case(course: Callable[[], Course], wrong: float, targets: Targets, runs: int, short: int) -> Case:
