@@ -88,19 +88,16 @@ class Allocator:
         self, layout: _Layout, unlimited: Sequence[float], delta_s: float, delta_r: float
     ) -> tuple[float, ...]:
         """Hold each fin beyond its limit there and allocate the remainder to the free fins, until none is beyond."""
-        angles = list(unlimited)
-        free, limits = set(layout.free), self._limits
-        moving = set(layout.free)
-        while saturated := {i for i in free if not -limits[i] <= angles[i] <= limits[i]}:
+        angles, free, limits = list(unlimited), layout.free, self._limits
+        held = [0.0] * self.size
+        while saturated := [i for i in free if not -limits[i] <= angles[i] <= limits[i]]:
             for i in saturated:
-                angles[i] = clip(angles[i], -limits[i], limits[i])
-            free -= saturated
-            held = [angle if i in moving and i not in free else 0.0 for i, angle in enumerate(angles)]
+                angles[i] = held[i] = clip(angles[i], -limits[i], limits[i])
+            free = tuple([i for i in free if i not in saturated])
             rest_s = delta_s - layout.stuck_s - _dot(layout.s, held)
             rest_r = delta_r - layout.stuck_r - _dot(layout.r, held)
-            fins = sorted(free)
-            gains = _pseudo_inverse(*([row[i] for i in fins] for row in (layout.s, layout.r, limits)))
-            for i, (from_s, from_r) in zip(fins, gains, strict=True):
+            gains = _pseudo_inverse(*[[row[i] for i in free] for row in (layout.s, layout.r, limits)])
+            for i, (from_s, from_r) in zip(free, gains, strict=True):
                 angles[i] = from_s * rest_s + from_r * rest_r
         return tuple(angles)
 
@@ -120,9 +117,9 @@ def _pseudo_inverse(s: Sequence[float], r: Sequence[float], limits: Sequence[flo
     Each row is one fin's gain from delta_s and from delta_r. A singular B W^-1 B' is regularised.
     """
     weights = [limit * limit for limit in limits]
-    ss = sum(w * a * a for w, a in zip(weights, s, strict=True))
-    rr = sum(w * a * a for w, a in zip(weights, r, strict=True))
-    sr = sum(w * a * b for w, a, b in zip(weights, s, r, strict=True))
+    ss = sum([w * a * a for w, a in zip(weights, s, strict=True)])
+    rr = sum([w * a * a for w, a in zip(weights, r, strict=True)])
+    sr = sum([w * a * b for w, a, b in zip(weights, s, r, strict=True)])
     if (ss * rr - sr * sr) <= _REGULARISATION * (ss + rr) ** 2:
         shift = _REGULARISATION * (ss + rr) or 1.0
         ss, rr = ss + shift, rr + shift
