@@ -3,8 +3,9 @@
 The fin angles d minimise sum (d / delta_max)^2 under s . d = delta_s and r . d = delta_r (weighted pseudo-inverse;
 Fossen 2011, ch. 12.3). A fin that would exceed its limit is held there, and the others share the remainder (cascaded
 generalised inverse; Bordignon 1996). A fin that is stuck at a known angle is held there from the beginning, so that the
-others oppose it; it is still asked for what it would do sound, to show when it comes free. A fin that makes less force
-than others of its axis is asked for less of the axis' work; what all of an axis have lost, the laws know of.
+others oppose it. If it reports, it is still asked for what it would do sound, to show when it comes free; else it is
+told to be where it is thought to be, so that all who go by commands know of it. A fin that makes less force than others
+of its axis is asked for less of the axis' work; what all of an axis have lost, the laws know of.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import NamedTuple
 
 from firmware_py.marine import clip
 from firmware_py.records.command import Demand, FinCommand
-from firmware_py.records.health import FinHealth
+from firmware_py.records.health import FinEvidence, FinHealth
 from firmware_py.vehicle.vehicle import Vehicle
 
 _REGULARISATION = 1e-9
@@ -23,7 +24,10 @@ _Row = tuple[float, ...]
 
 
 class _Layout(NamedTuple):
-    """Fins to allocate to: rows of the effects, the fins that move, their gains, and what stuck ones make."""
+    """Fins to allocate to: rows of the effects, the fins that move, their gains, and what stuck ones make.
+
+    `kept` are those that are told to stay, with their angles.
+    """
 
     s: _Row
     r: _Row
@@ -31,6 +35,7 @@ class _Layout(NamedTuple):
     gains: tuple[tuple[float, float], ...]
     stuck_s: float
     stuck_r: float
+    kept: tuple[tuple[int, float], ...] = ()
 
 
 class Allocator:
@@ -62,6 +67,8 @@ class Allocator:
             angles = list(sound)
         else:
             angles = [clip(angle, -most, most) for angle, most in zip(sound, self._limits, strict=True)]
+            for i, angle in layout.kept:
+                angles[i] = clip(angle, -self._limits[i], self._limits[i])
             rest_s, rest_r = delta_s - layout.stuck_s, delta_r - layout.stuck_r
             for i, (from_s, from_r) in zip(layout.free, layout.gains, strict=True):
                 angles[i] = from_s * rest_s + from_r * rest_r
@@ -82,7 +89,10 @@ class Allocator:
         s, r = (_weighted(row, left, free) for row in (self._s, self._r))
         stuck = [fin.stuck if fin.is_stuck else 0.0 for fin in left]
         gains = _pseudo_inverse(*([row[i] for i in free] for row in (s, r, self._limits)))
-        return _Layout(s, r, free, tuple(gains), _dot(self._s, stuck), _dot(self._r, stuck))
+        kept = tuple(
+            [(i, fin.stuck) for i, fin in enumerate(left) if fin.is_stuck and fin.source is FinEvidence.MOTION]
+        )
+        return _Layout(s, r, free, tuple(gains), _dot(self._s, stuck), _dot(self._r, stuck), kept)
 
     def _redistribute(
         self, layout: _Layout, unlimited: Sequence[float], delta_s: float, delta_r: float

@@ -150,7 +150,9 @@ class ActuatorWatch:
             propeller = self._thrust.fault
         for i, (watch, fault) in enumerate(zip(self._feedback[:-1], fins, strict=True)):
             acts = self._hull.fault(i)
-            if fault in _UNSEEN and acts is not ActuatorFault.NONE:
+            if fault in _UNSEEN and self._hull.stuck(i) == self._hull.stuck(i):
+                fins[i] = ActuatorFault.JAMMED
+            elif fault in _UNSEEN and acts is not ActuatorFault.NONE:
                 stands = acts is ActuatorFault.LOST and not watch.reports
                 fins[i] = ActuatorFault.JAMMED if stands else acts
         left = tuple([self._left(i, fault, frame) for i, fault in enumerate(fins)])
@@ -160,6 +162,9 @@ class ActuatorWatch:
         """Return what is left of a fin."""
         if self._feedback[i].fault in _STUCK:
             return FinHealth(1.0, frame.fins[i].value, FinEvidence.FEEDBACK)
+        stuck = self._hull.stuck(i)
+        if stuck == stuck and fault is ActuatorFault.JAMMED:
+            return FinHealth(1.0, stuck, FinEvidence.MOTION)
         if fault in (ActuatorFault.LOST, ActuatorFault.WEAK, ActuatorFault.JAMMED):
             return FinHealth(self._hull.left(i), source=FinEvidence.MOTION)
         return SOUND_FIN

@@ -6,7 +6,7 @@ import enum
 import math
 from collections.abc import Sequence
 
-from firmware_py.records.health import ActuatorFault
+from firmware_py.records.health import ActuatorFault, FinHealth
 from firmware_py.records.sensing import Heard
 
 _RESERVE = 0.8
@@ -29,17 +29,25 @@ class Planes:
     def __init__(self, shares: Sequence[float], limits: Sequence[float]) -> None:
         self._fins = tuple(zip(shares, limits, strict=True))
 
-    def jam(self, faults: Sequence[ActuatorFault], angles: Sequence[Heard[float]]) -> PlaneJam:
-        """Return what the fins do that are jammed or hard over; an angle that is not reported counts as the worst."""
+    def jam(
+        self, faults: Sequence[ActuatorFault], angles: Sequence[Heard[float]], left: Sequence[FinHealth] = ()
+    ) -> PlaneJam:
+        """Return what the fins do that are jammed or hard over.
+
+        An angle that is neither reported nor known by what is `left` of a fin counts as the worst.
+        """
         if not self._fins or not any(faults):
             return PlaneJam.NONE
         least = greatest = authority = 0.0
-        for (share, limit), fault, heard in zip(self._fins, faults, angles, strict=True):
+        known = [fin.stuck for fin in left] or [math.nan] * len(faults)
+        for (share, limit), fault, heard, stuck in zip(self._fins, faults, angles, known, strict=True):
             reach = abs(share) * limit
             if fault not in (ActuatorFault.JAMMED, ActuatorFault.HARD_OVER):
                 authority += 0.0 if fault is ActuatorFault.LOST else reach
             elif heard.ok and math.isfinite(heard.value):
                 least, greatest = least + share * heard.value, greatest + share * heard.value
+            elif stuck == stuck:
+                least, greatest = least + share * stuck, greatest + share * stuck
             else:
                 least, greatest = least - reach, greatest + reach
         if greatest > _RESERVE * authority and greatest > 0.0:

@@ -250,7 +250,7 @@ class Supervisor:
             asker = seen.order.asker if release is _ORDERED else NOBODY
             self.events += tuple([replace(event, asker=asker) for event in told])
         if mode is Mode.SURFACE:
-            jam = self._planes.jam(seen.actuators.fins, seen.frame.fins)
+            jam = self._planes.jam(seen.actuators.fins, seen.frame.fins, seen.actuators.left)
             ascent, told = self._ascent.update(ascent, view_of(seen.tick, seen.state, jam, weight, c))
             self.events += told
         return ascent

@@ -9,7 +9,7 @@ import pytest
 
 from firmware_py.records.command import AscentStage
 from firmware_py.records.event import Cause, Event, EventKind
-from firmware_py.records.health import ActuatorFault
+from firmware_py.records.health import SOUND_FIN, ActuatorFault, FinHealth
 from firmware_py.records.sensing import Heard
 from firmware_py.safety.ascent import Ascent, AscentMemory
 from firmware_py.safety.ascent_params import AscentParams
@@ -348,3 +348,10 @@ def test_what_stuck_planes_do_beyond_what_the_others_can(
 ) -> None:
     planes = Planes((0.5, 0.5, 0.0, 0.0), (math.radians(23.0),) * 4)
     assert planes.jam(faults, angles(*at)) is jam
+
+
+def test_a_stuck_plane_that_reports_nothing_is_where_its_motion_shows() -> None:
+    planes, faults = Planes((0.5, 0.5, 0.0, 0.0), (math.radians(23.0),) * 4), (JAMMED, NONE, NONE, NONE)
+    at = [FinHealth(1.0, math.radians(angle)) for angle in (10.0, 22.0)]
+    jams = [planes.jam(faults, angles(math.nan, 0.0, 0.0, 0.0), (one, *[SOUND_FIN] * 3)) for one in at]
+    assert jams == [PlaneJam.NONE, PlaneJam.DOWN]

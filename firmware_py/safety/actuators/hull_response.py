@@ -137,10 +137,13 @@ class AxisWatch:
         """Return whether something speaks for a fault by now."""
         return max(self._memory.lost, self._memory.weak / _WEAK) > _SUSPECT * self._evidence
 
-    def begin(self, prior: float) -> None:
-        """Begin anew with another model, which says what sound fins do with 1 sigma `prior` of it."""
+    def begin(self, prior: float, fault: ActuatorFault | None = None) -> None:
+        """Begin anew with another model, which says what sound fins do with 1 sigma `prior` of it.
+
+        `fault` is what is known of the fins; None: what was found.
+        """
         m = self._memory
-        self._memory = _FRESH._replace(fault=m.fault, variance=m.variance, prior=prior)
+        self._memory = _FRESH._replace(fault=m.fault if fault is None else fault, variance=m.variance, prior=prior)
 
     def give_up(self) -> None:
         """Take the fins for LOST, as something else shows that they are."""

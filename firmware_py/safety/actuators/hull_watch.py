@@ -12,8 +12,10 @@ from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.health import ActuatorFault, SourceState
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
+from firmware_py.safety.actuators.fin_angles import FinAngles
 from firmware_py.safety.actuators.hull_response import PERIOD, AxisMemory, AxisWatch
 from firmware_py.safety.actuators.share_watch import ShareMemory, ShareWatch
+from firmware_py.safety.actuators.stuck_watch import StuckMemory, StuckWatch
 from firmware_py.safety.actuators.water_speed import WaterSpeed
 from firmware_py.tick import Tick
 from firmware_py.vehicle.linear_models import (
@@ -27,14 +29,10 @@ from firmware_py.vehicle.vehicle import Vehicle
 
 _CRUISE = 1.8
 """Speed for which the eddies' moment is computed, m/s; it grows in proportion."""
-_SERVO_TIME = 0.12
-"""Lag of a servo that reports nothing, s."""
 _DEPTH_MIN, _SPEED_MIN = 2.5, 0.8
 """Near the surface (m), where fins may be out of the water, and slower (m/s), the model does not hold."""
-_PITCH_MAX = math.radians(45.0)
-"""Nor does it in a steeper dive."""
-_ROLL_MAX = math.radians(30.0)
-"""Rolled over farther, planes steer and rudders dive."""
+_PITCH_MAX, _ROLL_MAX = math.radians(45.0), math.radians(30.0)
+"""Nor does it in a steeper dive; rolled over farther, planes steer and rudders dive."""
 _ACROSS_STD = 0.3
 """Nor is yaw judged while the current across the hull is not known better than this, m/s."""
 _SPEED_RATE = 0.2
@@ -45,7 +43,7 @@ _QUARTER = 0.25
 _HELD_STD = 0.1
 """1 sigma of what fins do by coefficients that held in flight."""
 _FAR = 0.1
-"""Coefficients that differ by more than this share are others."""
+"""Where what fins do, the last coefficient, differs by more than this share, it is another vehicle."""
 _CROSS_TIME, _CROSS_MAX = 2.0, 0.5
 """The velocity across the hull follows the DVL in this time, s; it is at most this share of the speed."""
 _LEFT = {ActuatorFault.NONE: 1.0, ActuatorFault.WEAK: 0.5, ActuatorFault.LOST: 0.0}
@@ -54,7 +52,6 @@ _BRAKED = 0.7
 """Without DVL nothing tells how much the hull brakes in its turns: at full rudder it keeps this share of its speed."""
 _STALE = 0.1
 """An older attitude, s, is none."""
-
 
 Values = tuple[float, ...]
 
@@ -70,6 +67,7 @@ class HullMemory(NamedTuple):
         modelled: fin angles, rad.
         left: of what is left of the fins' effect.
         cross: w and v through the water, m/s, by the model and the DVL together.
+        stuck: of fins that stay where they are, and do not report it.
     """
 
     references: tuple[Values, ...]
@@ -79,6 +77,7 @@ class HullMemory(NamedTuple):
     modelled: tuple[float, ...]
     left: tuple[ShareMemory, ...]
     cross: tuple[float, ...]
+    stuck: tuple[StuckMemory, ...]
 
 
 class HullWatch:
@@ -102,10 +101,12 @@ class HullWatch:
             [AxisWatch(params.evidence, model.eddies(_CRUISE, params.eddies), PERIOD) for model in self._models]
         )
         self._left = [watch(params.evidence, model.eddies(_CRUISE, params.eddies), PERIOD) for model in self._models]
+        self._stuck = [
+            StuckWatch(params.evidence, model.eddies(_CRUISE, params.eddies), PERIOD) for model in self._models
+        ]
         self._heaved, self._cross = heaved_axis(vehicle), [0.0, 0.0]
-        self._sums = [(0.0, 0), (0.0, 0)]
-        self._speeds = [math.nan, math.nan]
-        self._modelled = [0.0] * len(vehicle.fins)
+        self._sums, self._speeds = [(0.0, 0), (0.0, 0)], [math.nan, math.nan]
+        self._angles = FinAngles(params, len(vehicle.fins))
 
     def update(
         self,
@@ -142,8 +143,15 @@ class HullWatch:
 
     def left(self, fin: int) -> float:
         """Return the share of its effect that a fin has left, as the worst axis that it acts on shows."""
-        shares = [_LEFT[self._fault(axis)] for axis, fins in enumerate(self._fins) if fin in fins]
-        return min(shares, default=1.0)
+        return min([_LEFT[self._fault(axis)] for axis, fins in enumerate(self._fins) if fin in fins], default=1.0)
+
+    def stuck(self, fin: int) -> float:
+        """Return the angle, rad, at which a fin stays that does not report it; NaN: none, or nobody knows."""
+        for fins, watch in zip(self._fins, self._stuck, strict=True):
+            place, angle = watch.stuck
+            if place >= 0 and fins[place] == fin:
+                return clip(angle, -self._travel[fin], self._travel[fin])
+        return math.nan
 
     def _fault(self, axis: int) -> ActuatorFault:
         """Return what is wrong with an axis, as either of its watches has found."""
@@ -155,8 +163,9 @@ class HullWatch:
     def freeze(self) -> HullMemory:
         """Return the whole memory."""
         axes, left = tuple([axis.freeze() for axis in self._axes]), tuple([left.freeze() for left in self._left])
-        held = tuple(self._sums), tuple(self._speeds), tuple(self._modelled)
-        return HullMemory(tuple(self._references), axes, *held, left, tuple(self._cross))
+        held = tuple(self._sums), tuple(self._speeds), tuple(self._angles.modelled)
+        stuck = tuple([stuck.freeze() for stuck in self._stuck])
+        return HullMemory(tuple(self._references), axes, *held, left, tuple(self._cross), stuck)
 
     def thaw(self, memory: HullMemory) -> None:
         """Restore the memory that `freeze` returned."""
@@ -164,7 +173,8 @@ class HullWatch:
             self._refer(i, values)
             self._axes[i].thaw(remembered)
             self._left[i].thaw(memory.left[i])
-        self._sums, self._speeds, self._modelled = list(memory.sums), list(memory.speeds), list(memory.modelled)
+            self._stuck[i].thaw(memory.stuck[i])
+        self._sums, self._speeds, self._angles.modelled = list(memory.sums), list(memory.speeds), list(memory.modelled)
         self._cross = list(memory.cross)
 
     def _refer(self, axis: int, values: Values) -> None:
@@ -181,14 +191,16 @@ class HullWatch:
         While fins are at fault what held before does, or a fault would become what is usual. Where nothing has held and
         the motion refutes vehicle.toml nothing can be judged, but that the fins do hardly anything by what is learned.
         """
-        watch, left = self._axes[axis], self._left[axis]
+        watch, left, stuck = self._axes[axis], self._left[axis], self._stuck[axis]
         held = (adopted.held_diving, adopted.held_steering)[axis]
         if held and held[0] == held[0]:
-            sound = self._fault(axis) is ActuatorFault.NONE and not (watch.suspects or left.suspects)
+            sound = self._fault(axis) is ActuatorFault.NONE and not any(one.suspects for one in (watch, left, stuck))
             if held != self._references[axis] and sound and adopted.caution == 0.0:
-                if not self._references[axis] or _far(held, self._references[axis]):
+                before = self._references[axis]
+                if not before or abs(held[-1] - before[-1]) > _FAR * abs(before[-1]):
                     watch.begin(_HELD_STD)
                     left.pause()
+                    stuck.pause()
                 self._refer(axis, held)
             return True
         if not adopted.refuted[axis]:
@@ -209,12 +221,17 @@ class HullWatch:
         adopted: Adopted | None,
     ) -> bool:
         watch, t, nu = self._axes[axis], tick.t, state.nu
-        left, was = self._left[axis], self._fault(axis)
+        left, stuck, was = self._left[axis], self._stuck[axis], self._fault(axis)
         known = adopted is None or self._follow(axis, adopted)
         model = self._models[axis]
         total, count = self._sums[axis]
         self._sums[axis] = (0.0, 0)
-        angles, over = self._angles(axis, t, frame, applied)
+        acting, units = self._fins[axis], [model.control * self._shares[axis][i] for i in self._fins[axis]]
+        told, mute = self._angles.update(acting, t, frame, applied, PERIOD)
+        angles = sum([unit * angle for unit, angle in zip(units, told, strict=True)])
+        over = min([abs(angle) / self._travel[i] for i, angle in zip(acting, told, strict=True)], default=math.inf)
+        if stuck.stuck[0] >= 0 and stuck.stuck[0] not in mute:
+            stuck.forget()
         n = frame.n.value if frame.n.usable(t, self._params.timeout) else applied.n
         u = min([self._advance * n, *[x.least for x in water]]) if water else _BRAKED * min(self._advance * n, nu.u)
         before, self._speeds[axis] = self._speeds[axis], math.nan
@@ -244,6 +261,7 @@ class HullWatch:
         ):
             watch.pause()
             left.pause()
+            stuck.pause()
             return self._fault(axis) is not was
         self._speeds[axis] = u
         rate, fins = total / count, u * u * angles
@@ -253,12 +271,19 @@ class HullWatch:
         cross = self._carried(axis, u, rate, angles / model.control, cross if heard else math.nan)
         if not self._references[axis]:
             left.pause()
+            stuck.pause()
         else:
             if axis == 0:
-                a, b, c = self._heaved.turning
-                v = self._cross[1]
+                (a, b, c), v = self._heaved.turning, self._cross[1]
                 restoring += a * nu.r * nu.r + b * v * nu.r + c * v * v
-            left.update(rate, u * model.damping, u * cross * model.crosswise + restoring, fins)
+            hull = u * cross * model.crosswise + restoring
+            left.update(rate, u * model.damping, hull, fins)
+            if not mute:
+                stuck.pause()
+            elif stuck.update(rate, u * model.damping, hull, [u * u * unit for unit in units], told, mute):
+                watch.begin(_HELD_STD, ActuatorFault.NONE)
+                left.begin(1.0)
+                return True
         return self._fault(axis) is not was
 
     def _carried(self, axis: int, u: float, rate: float, angle: float, measured: float) -> float:
@@ -273,22 +298,3 @@ class HullWatch:
             cross += (measured - cross) * (PERIOD / _CROSS_TIME)
         self._cross[axis] = cross = clip(cross, -_CROSS_MAX * u, _CROSS_MAX * u)
         return cross
-
-    def _angles(self, axis: int, t: float, frame: SensorFrame, applied: Applied) -> tuple[float, float]:
-        """Return the fins' angles times their effect, and the least share of their travel."""
-        shares, control = self._shares[axis], self._models[axis].control
-        latency, modelled = self._params.latency, self._modelled
-        total, over = 0.0, math.inf
-        for i in self._fins[axis]:
-            heard = frame.fins[i]
-            angle = modelled[i] = modelled[i] + (applied.fins[i] - modelled[i]) * (PERIOD / _SERVO_TIME)
-            if heard.ok and t - heard.t_valid <= latency:
-                angle = heard.value
-            total += control * shares[i] * angle
-            over = min(over, abs(angle) / self._travel[i])
-        return total, over
-
-
-def _far(values: Values, others: Values) -> bool:
-    """Return whether what fins do, the last of the coefficients, differs."""
-    return abs(values[-1] - others[-1]) > _FAR * abs(others[-1])

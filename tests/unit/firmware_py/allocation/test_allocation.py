@@ -173,6 +173,15 @@ def test_a_stuck_fin_is_asked_for_what_it_would_do_sound() -> None:
     assert Allocator(LAYOUTS["plus"]).allocate(demand(0.05, 0.0), left).fins[0] == pytest.approx(0.05)
 
 
+def test_a_stuck_fin_that_reports_nothing_is_told_to_be_where_it_is() -> None:
+    """All who go by commands then know what it does; an angle that is no place of its is one end of its travel."""
+    allocator, left = Allocator(LAYOUTS["plus"]), stuck_at(10.0)._replace(source=FinEvidence.MOTION)
+    fins = allocator.allocate(demand(0.0, 0.1), damaged(LAYOUTS["plus"], fin0=left)).fins
+    assert np.degrees(fins[:2]) == pytest.approx([10.0, -10.0])
+    beyond = left._replace(stuck=math.radians(60.0))
+    assert np.degrees(allocator.allocate(demand(0.0, 0.1), damaged(LAYOUTS["plus"], fin0=beyond)).fins[0]) <= 23.0
+
+
 @everywhere
 @given(angle, angle, st.floats(-23, 23))
 def test_no_fin_goes_beyond_its_travel_against_a_stuck_one(

@@ -13,7 +13,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import EventKind
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from sim_bridge.truth_sample import TruthSample
-from sternplane.study.adaptation.courses import demonstration, track
+from sternplane.study.adaptation.courses import FINS, demonstration, track
 from sternplane.study.adaptation.flight import Course, Design, Witness, flown
 from sternplane.study.adaptation.matched_filter import MatchedFilter
 from sternplane.study.rows import Case, Results, Row, RunArrays
@@ -23,6 +23,8 @@ _PAIRS = {"rudder": ("rudder_upper", "rudder_lower"), "stern plane": ("stern_por
 _EXCITED = math.radians(2.0)
 """Fins that are farther than this from amidships tell what they do."""
 _JAM = 10.0
+_SILENT = 20.0
+"""From then on fins that report nothing report nothing, s."""
 _SETTLED = 10.0
 """After a jam the error counts from so much later, s."""
 _HEALTHY = 600.0
@@ -95,11 +97,12 @@ class Limits(NamedTuple):
     heading: float | None
 
 
-def _jam(seed: int, k: int, course: Callable[[], Course], fin: str) -> RunArrays:
+def _jam(seed: int, k: int, course: Callable[[], Course], fin: str, mute: Sequence[str]) -> RunArrays:
     onset = 60.0 if course().name == "track" else 150.0
     angle = _JAM if k % 2 == 0 else -_JAM
     witness = DamageWitness("rudder" if fin.startswith("rudder") else "stern plane", onset)
-    errors = flown(course(), seed, 0.0, Design.ADAPTIVE, (f"jam:{fin}={angle:g}@{onset}",), witness)
+    faults = (*(f"silent:{name}@{_SILENT:g}" for name in mute), f"jam:{fin}={angle:g}@{onset}")
+    errors = flown(course(), seed, 0.0, Design.ADAPTIVE, faults, witness)
     late = errors.figures(onset + _SETTLED)
     figures = [late[figure] for figure in ("depth", "depth_most", "heading", "heading_most")]
     return {"jam": np.array([*figures, float(errors.completed)])}
@@ -151,11 +154,12 @@ def _half_case(kind: str) -> Case:
     return Case(name, about, functools.partial(_half, kind=kind), evaluate, 40, 1)
 
 
-def _jam_case(course: Callable[[], Course], fin: str, limits: Limits) -> Case:
-    name = f"{fin} jams at 10 deg, {course().name}"
-    about = f"It stays at 10 deg, to either side, and reports so. Figures from {_SETTLED:g} s after, by the truth."
-    run = functools.partial(_jam, course=course, fin=fin)
-    return Case(name, about, run, functools.partial(_evaluate_jam, name=name, limits=limits), 40, 1)
+def _jam_case(course: Callable[[], Course], fin: str, limits: Limits, mute: Sequence[str] = (), short: int = 1) -> Case:
+    name = f"{fin} jams at 10 deg{', no fin reports' if mute else ''}, {course().name}"
+    says = f"no fin reports its angle from {_SILENT:g} s on" if mute else "reports so"
+    about = f"It stays at 10 deg, to either side, and {says}. Figures from {_SETTLED:g} s after, by the truth."
+    run = functools.partial(_jam, course=course, fin=fin, mute=mute)
+    return Case(name, about, run, functools.partial(_evaluate_jam, name=name, limits=limits), 40, short)
 
 
 _QUIET = "no fault, 600 s of track"
@@ -165,6 +169,8 @@ DAMAGE_CASES: tuple[Case, ...] = (
     _jam_case(track, "stern_port", Limits(0.4, None)),
     _jam_case(demonstration, "stern_port", Limits(0.1, None)),
     _jam_case(track, "rudder_upper", Limits(None, 5.0)),
+    _jam_case(track, "stern_port", Limits(0.4, None), FINS),
+    _jam_case(track, "rudder_upper", Limits(None, 5.0), FINS, 0),
     Case(
         _QUIET,
         "Nothing is wrong, in still water and again in eddies of 0.05 m/s; no fin may be named.",
