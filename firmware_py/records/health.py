@@ -39,6 +39,7 @@ class SourceFault(enum.IntEnum):
     UNDECIDED = 12  # contradicts another sensor, and nothing tells which of the two is wrong: the safer reading holds
     OTHER_DEVICE = 13  # answers under its node id
     STEERING = 14  # of the AHRS: heading and gyro together turn otherwise than the rudder turns the vehicle
+    CURRENT = 15  # of the DVL: the current that it tells of has changed as currents do not
 
 
 HEADING_FAULTS = (SourceFault.HEADING, SourceFault.STEERING)

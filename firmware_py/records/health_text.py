@@ -22,6 +22,7 @@ _SOURCE_FAULTS: Mapping[SourceFault, str] = {
     SourceFault.OTHER_DEVICE: "another device answers under its node id",
     SourceFault.HEADING: "its heading leaves the gyros, which carry it on",
     SourceFault.STEERING: "its heading turns otherwise than the rudder turns the vehicle",
+    SourceFault.CURRENT: "by the speed through the water, the current that it tells of has changed as no current does",
     SourceFault.UNDECIDED: "it or another sensor is wrong; the safer reading holds",
 }
 _ACTUATOR_FAULTS: Mapping[ActuatorFault, str] = {

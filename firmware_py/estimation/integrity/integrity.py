@@ -49,7 +49,7 @@ class SensorIntegrity:
         self._params, self._water = params, navigation.depth
         self._sources = Sources(params, navigation)
         self._vertical = VerticalCheck(params)
-        self._velocity = VelocityCheck(params, vehicle)
+        self._velocity = VelocityCheck(params, vehicle, navigation.velocity.current_walk)
         self._model = ModelCheck(params, vehicle)
         self._attitude = AttitudeCheck(params, self._model)
         self._altitude = AltitudeCheck(params)
@@ -66,7 +66,7 @@ class SensorIntegrity:
     @property
     def hull(self) -> HullVelocity | None:
         """Return what propeller and rudder do to the hull, and the current; None: no model holds now."""
-        return self._model.velocity if self._params.enabled else None
+        return self._velocity.current.corrected(self._model.velocity) if self._params.enabled else None
 
     def update(
         self, tick: Tick, frame: SensorFrame, applied: Applied, known: FilterVelocity | None = None
@@ -78,7 +78,7 @@ class SensorIntegrity:
         self.correction = NO_CORRECTION
         if not self._params.enabled:
             return frame
-        t = tick.t
+        t, self._velocity.current.known = tick.t, known
         if frame.dvl.fresh:
             self._hear_dvl(frame.dvl, t)
         if frame.ahrs.fresh:
@@ -136,9 +136,11 @@ class SensorIntegrity:
         if not watch.hear(heard, t):
             echo.silence()
             return
-        if self._velocity.check(heard, t, watch, self._vertical.depth, self._attitude.memory.theta):
+        psi, theta = self._attitude.memory.psi, self._attitude.memory.theta
+        self._velocity.current.hull = self._model.velocity
+        if self._velocity.check(heard, t, watch, self._vertical.depth, (psi, theta)):
             self._catch_up(heard, t)
-            self._model.hear_ping(heard.value, t, self._attitude.memory.psi)
+            self._model.hear_ping(heard.value, t, psi)
             self._ping = (t, *heard.value[:3])
             watch.take(heard)
         echo.memory.t_ok = t

@@ -1,11 +1,12 @@
-"""DVL pings against the ping before, and against the speed that thrust and drag make likely."""
+"""DVL pings against the ping before, the speed that thrust and drag make likely, and the current."""
 
 from __future__ import annotations
 
 import copy
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from firmware_py.estimation.integrity.current_check import CurrentCheck, CurrentCheckMemory
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.source_watch import SourceWatch
 from firmware_py.records.health import SourceFault
@@ -36,7 +37,7 @@ the vehicle turns, it sees other velocities than the navigation."""
 class VelocityCheckMemory:
     """The last ping that was believed, the likely speed (m/s), and whether thrust and drag tell it.
 
-    `turning` is the square of the greatest rate of turn since then, rad^2/s^2.
+    `turning` is the square of the greatest rate of turn since then, rad^2/s^2; `current` what `CurrentCheck` remembers.
     """
 
     t: float = -math.inf
@@ -47,13 +48,15 @@ class VelocityCheckMemory:
     holds: bool = False
     measured: bool = False
     turning: float = 0.0
+    current: CurrentCheckMemory = field(default_factory=CurrentCheckMemory)
 
 
 class VelocityCheck:
-    """Checks the velocities of pings."""
+    """Checks the velocities of pings; `current` is to be told what the coefficient filter knows."""
 
-    def __init__(self, params: IntegrityParams, vehicle: Vehicle) -> None:
-        self._params = params
+    def __init__(self, params: IntegrityParams, vehicle: Vehicle, current_walk: float) -> None:
+        """Take limits and vehicle, and how the current walks, m/s a root of a second."""
+        self._params, self.current = params, CurrentCheck(current_walk, vehicle)
         hull, propeller = vehicle.hull, vehicle.propeller
         self._ratio = propeller.u_trim / propeller.n_trim
         mass = vehicle.body.mass - 0.5 * hull.density * hull.length**3 * vehicle.coefficients.X_udot
@@ -74,10 +77,11 @@ class VelocityCheck:
         if squared > self.memory.turning:
             self.memory.turning = squared
 
-    def check(self, heard: Heard[Dvl], t: float, watch: SourceWatch, depth: float, theta: float) -> bool:
+    def check(self, heard: Heard[Dvl], t: float, watch: SourceWatch, depth: float, angles: tuple[float, float]) -> bool:
         """Return whether the velocity of a ping may be used; what speaks against it is noted in `watch`.
 
-        The bow is out of the water where depth (m) and pitch (rad) say so: then the vehicle is soon slowed down.
+        The bow is out of the water where depth, m, and the pitch of `angles` (heading and pitch, rad) say so: then the
+        vehicle is soon slowed down.
         """
         params, memory = self._params, self.memory
         u, v, w, _, _ = heard.value
@@ -89,7 +93,10 @@ class VelocityCheck:
             if watch.refuse(t) >= _IMPOSSIBLE:
                 watch.accuse(SourceFault.IMPOSSIBLE, t)
             return False
-        gap = heard.t_valid - memory.t
+        gap, (psi, theta) = heard.t_valid - memory.t, angles
+        told = self.current.judge(heard, psi, theta, watch.believed)
+        if told is not SourceFault.NONE:
+            watch.accuse(told, t)
         if not watch.believed:
             if memory.holds:
                 off = abs(u - memory.likely) > params.speed
@@ -130,8 +137,11 @@ class VelocityCheck:
 
     def freeze(self) -> VelocityCheckMemory:
         """Return the whole memory."""
-        return copy.copy(self.memory)
+        memory = copy.copy(self.memory)
+        memory.current = self.current.freeze()
+        return memory
 
     def thaw(self, memory: VelocityCheckMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self.memory = copy.copy(memory)
+        self.current.thaw(memory.current)

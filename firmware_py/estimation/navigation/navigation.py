@@ -118,7 +118,7 @@ class Navigation:
         now = velocity.reckoned(params.velocity, vel, t)
         x_dot, y_dot, _ = body_to_ned(phi, theta, psi, now.u, now.v, now.w)
         carried = sensors.ahrs.fault in HEADING_FAULTS
-        lasting = velocity.lasting_std(params.velocity, vel, t)
+        lasting = math.hypot(velocity.lasting_std(params.velocity, vel, t), hull.doubt if hull is not None else 0.0)
         rate = dead_reckoning.drift_rate(params.position, math.hypot(x_dot, y_dot), attitude_ok, carried, lasting)
         if t - vel.ping.t > params.velocity.timeout:
             walk += dead_reckoning.wander_rate(vel.turbulence) * dt

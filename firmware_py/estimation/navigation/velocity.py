@@ -69,11 +69,15 @@ class FilterVelocity(NamedTuple):
 
 
 class HullVelocity(NamedTuple):
-    """Speed ahead and sway through the water by the vehicle file, m/s, and the current that pings have left."""
+    """Speed ahead and sway through the water by the vehicle file, m/s, and the current that pings have left.
+
+    `doubt` is what pings that are not believed say that the current has changed by, m/s.
+    """
 
     u: float
     v: float
     current: Current
+    doubt: float = 0.0
 
 
 class Motion(NamedTuple):

@@ -1,0 +1,139 @@
+"""Pings against the filter's speed through the water: what is a current's change, and what only a DVL's fault."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from firmware_py.estimation.integrity.current_check import CurrentCheck
+from firmware_py.estimation.navigation.velocity import Current, FilterVelocity, HullVelocity
+from firmware_py.records.health import SourceFault
+from firmware_py.records.sensing import Dvl, Heard
+from tests.unit.firmware_py.estimation.integrity.voyage import VEHICLE
+
+WALK, NORTH, EAST, T = 0.003, 0.1, 0.05, 0.2
+DRAG = 0.0091
+"""Of NPS AUV II, over its mass, 1/m."""
+Told = list[tuple[float, SourceFault]]
+
+
+def still(_: float) -> float:
+    return 0.0
+
+
+def fly(
+    seconds: float,
+    *,
+    lie: Callable[[float], float] = still,
+    sideways: Callable[[float], float] = still,
+    water: Callable[[float], float] = still,
+    stirred: Callable[[float], float] = still,
+    thrust: Callable[[float], float] = lambda _: 1.8,
+    filter_off: Callable[[float], float] = still,
+    lost: Callable[[float], bool] = lambda _: False,
+    turbulence: float = 0.0,
+    check: CurrentCheck | None = None,
+) -> Told:
+    """Fly to the north at 1.8 m/s and back; what the check says at each change of its mind.
+
+    `water` is added to the current to the north and moves the hull by its drag, `stirred` moves it at once; `lie` and
+    `sideways` are added to u and v of the pings. The filter does not know the speed that the propeller drives for,
+    `thrust`, and is off by `filter_off`.
+    """
+    check, noise, told = check or CurrentCheck(WALK, VEHICLE), np.random.default_rng(1), []
+    through, fault = 1.8, SourceFault.NONE
+    before = water(0.0)
+    for k in range(1, round(seconds / T) + 1):
+        t = k * T
+        psi = math.pi if t % 400.0 > 200.0 else 0.0
+        c = math.cos(psi)
+        through += T * DRAG * (thrust(t) ** 2 - through * through) - (water(t) - before) * c  # the hull has its inertia
+        before = water(t)
+        u, v = through + (NORTH + water(t) + stirred(t)) * c + lie(t), EAST * c + sideways(t)
+        ping = Dvl(u + noise.normal(0.0, 0.01), v + noise.normal(0.0, 0.01), 0.0, 0.01, 20.0)
+        known = 1.8 + filter_off(t) + NORTH * c
+        current = Current(NORTH, EAST, 0.004, t)
+        check.known = (
+            None if lost(t) else FilterVelocity(t - T, known, EAST * c, 0.0, 0.004, current, (0, 0), turbulence)
+        )
+        check.hull = HullVelocity(1.75, 0.0, current)  # of a file that is not quite right
+        now = check.judge(Heard(ping, t, True, True), psi, 0.0, fault is SourceFault.NONE)
+        if now is not fault:
+            told.append((t, now))
+        fault = now
+    return told
+
+
+def test_a_dvl_that_steps_is_named_within_a_second_and_stays_so_until_it_is_back() -> None:
+    told = fly(240.0, lie=lambda t: 0.5 if 90.0 <= t < 200.0 else 0.0)
+    (begin, fault), (end, back) = told
+    assert fault is SourceFault.STEP
+    assert 90.0 <= begin <= 91.0
+    assert back is SourceFault.NONE
+    assert 200.0 <= end <= 204.0
+
+
+@pytest.mark.parametrize(("rate", "within", "fault"), [
+    (0.1, 4.0, SourceFault.DRIFT),
+    (-0.1, 4.0, SourceFault.DRIFT),
+    (0.02, 12.0, SourceFault.CURRENT),
+    (0.01, 25.0, SourceFault.CURRENT),
+])  # fmt: skip
+def test_a_dvl_that_creeps_is_named_whether_the_filter_goes_along_or_is_lost(
+    rate: float, within: float, fault: SourceFault
+) -> None:
+    for lost in (still, lambda t: t > 91.0):
+        told = fly(140.0, lie=lambda t: max(0.0, t - 90.0) * rate, lost=lambda t, lost=lost: bool(lost(t)))
+        assert told[0][1] is fault
+        assert 90.0 < told[0][0] <= 90.0 + within
+
+
+def test_a_dvl_that_creeps_sideways_is_named() -> None:
+    told = fly(120.0, sideways=lambda t: max(0.0, t - 90.0) * 0.03)
+    assert told[0][1] is SourceFault.CURRENT
+    assert 90.0 < told[0][0] < 100.0
+
+
+def test_a_current_that_steps_makes_a_sound_dvl_suspect_for_a_minute_and_no_longer() -> None:
+    told = fly(600.0, water=lambda t: 0.5 if t >= 90.0 else 0.0)
+    assert [fault for _, fault in told] == [SourceFault.CURRENT, SourceFault.NONE]
+    assert told[1][0] - told[0][0] == pytest.approx(60.0, abs=0.3)
+
+
+def test_a_current_from_ahead_that_steps_slows_down_as_lost_thrust_does_and_accuses_nobody() -> None:
+    assert fly(600.0, water=lambda t: -0.5 if t >= 90.0 else 0.0) == []
+
+
+def test_a_dvl_that_creeps_on_after_its_minute_is_named_again() -> None:
+    told = fly(180.0, lie=lambda t: max(0.0, t - 90.0) * 0.02)
+    assert [fault for _, fault in told] == [SourceFault.CURRENT, SourceFault.NONE, SourceFault.CURRENT]
+    assert told[2][0] - told[1][0] < 15.0
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_current_that_walks_and_eddies_accuse_nobody(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    walk = np.cumsum(random.normal(0.0, WALK * math.sqrt(T), 9000))
+    eddies, x = np.zeros(9000), 0.0
+    for k in range(9000):
+        x += -T / 10.0 * x + random.normal(0.0, 0.1 * math.sqrt(2.0 * T / 10.0))
+        eddies[k] = x
+    assert fly(1800.0, stirred=lambda t: walk[round(t / T) - 1]) == []
+    assert fly(1800.0, stirred=lambda t: eddies[round(t / T) - 1], turbulence=0.1) == []
+
+
+def test_thrust_that_is_lost_and_a_filter_that_changes_its_mind_are_no_fault_of_the_dvl() -> None:
+    assert fly(200.0, thrust=lambda t: 1.8 if t < 90.0 else 0.0) == []
+    assert fly(200.0, filter_off=lambda t: 0.3 if t > 90.0 else 0.0) == []
+
+
+def test_it_goes_on_from_a_memory_as_if_nothing_had_been() -> None:
+    one, other = CurrentCheck(WALK, VEHICLE), CurrentCheck(WALK, VEHICLE)
+    fly(95.0, lie=lambda t: 0.05 * max(0.0, t - 90.0), check=one)
+    other.thaw(one.freeze())
+    assert fly(30.0, check=one) == fly(30.0, check=other)
+    assert one.freeze() == other.freeze()
+    assert one.freeze() is not one.memory
