@@ -12,7 +12,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from firmware_py.control.axis_adoption import AdoptionParams, AxisAdoption, AxisMemory, AxisModel, Values, chosen
+from firmware_py.control.adoption_params import AdoptionParams
+from firmware_py.control.axis_adoption import AxisAdoption, AxisMemory, AxisModel, Values, chosen
 from firmware_py.control.model_evidence import PERIOD, Motion
 from firmware_py.control.passport_watch import PassportMemory, PassportWatch
 from firmware_py.control.sliding_mode_params import S_LAST_DEPTH, S_LAST_HEADING
@@ -36,8 +37,6 @@ from firmware_py.vehicle.linear_models import (
 )
 from firmware_py.vehicle.turning import TurningAxis, pitch_axis, stationary_gains, yaw_axis
 from firmware_py.vehicle.vehicle import Vehicle
-
-__all__ = ["Adoption", "AdoptionParams"]
 
 Poles = tuple[float, float]
 _DEPTH_MIN, _SPEED_MIN = 2.5, 0.8

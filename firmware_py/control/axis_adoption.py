@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from firmware_py.control.adoption_params import AdoptionParams
 from firmware_py.control.lost_effect import share_left, with_share
 from firmware_py.control.model_evidence import EvidenceMemory, Motion, no_evidence, pause, step
 from firmware_py.control.sliding_mode_design import DesignError, sliding_surface
 from firmware_py.marine import clip
-from firmware_py.params import param
 from firmware_py.records.adoption import AxisDesign, Refusal, Source
 from firmware_py.records.command import Applied
 from firmware_py.records.health import FinHealth
@@ -34,34 +33,6 @@ _RELEARNING = 5.0
 _CANDIDATE, _IN_FORCE = 0, 1
 _AS_LEARNED = (Source.PASSPORT, Source.LEARNED)
 """The filter's values are in force: those that it began with, or learned."""
-
-
-@dataclass(frozen=True, slots=True)
-class AdoptionParams:
-    """When the laws use what was learned, and how fast."""
-
-    enabled: bool = param(True, doc="The laws use what was learned; false: vehicle.toml alone.", mav="ENABLE")
-    std: float = param(
-        50.0,
-        unit="%",
-        low=1.0,
-        high=100.0,
-        doc="A coefficient is adopted below this 1 sigma, of its size in vehicle.toml, and no longer above 1.2 of it.",
-        mav="STD",
-    )
-    rate: float = param(
-        50.0, unit="%", low=0.1, high=1000.0, doc="It moves by at most this in a second, of that size.", mav="RATE"
-    )
-    bound: float = param(
-        5.0, low=1.1, high=20.0, doc="It is held at this multiple of that size, or its inverse.", mav="BOUND"
-    )
-    evidence: float = param(
-        16.0,
-        low=3.0,
-        high=50.0,
-        doc="It is refused if vehicle.toml explains the motion better by this log-likelihood ratio, nats.",
-        mav="EVIDENCE",
-    )
 
 
 class AxisModel(NamedTuple):

@@ -7,8 +7,8 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from firmware_py.control.adoption_params import AdoptionParams
 from firmware_py.control.ascent import AscentControlMemory, AscentControlParams, PitchControl
-from firmware_py.control.axis_adoption import AdoptionParams
 from firmware_py.control.axis_law import AxisLaw
 from firmware_py.control.depth import DepthControl, DepthControlMemory
 from firmware_py.control.feed_forward import attitude_rates

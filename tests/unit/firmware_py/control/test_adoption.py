@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sternplane.study.setups import vehicle
 
-from firmware_py.control.adoption import Adoption, AdoptionParams
+from firmware_py.control.adoption import Adoption
+from firmware_py.control.adoption_params import AdoptionParams
 from firmware_py.control.sliding_mode_design import cautious_poles, sliding_surface
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.marine import Eta, Nu

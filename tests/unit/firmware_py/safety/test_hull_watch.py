@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from firmware_py.control.adoption import Adoption
-from firmware_py.control.axis_adoption import AdoptionParams
+from firmware_py.control.adoption_params import AdoptionParams
 from firmware_py.marine import Eta, Nu
 from firmware_py.records.adoption import Adopted
 from firmware_py.records.command import Applied

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from firmware_py.control.adoption import Adoption
-from firmware_py.control.axis_adoption import AdoptionParams
+from firmware_py.control.adoption_params import AdoptionParams
 from firmware_py.records.health import SOUND_FIN, FinEvidence, FinHealth
 from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel, reach
 from firmware_py.vehicle.vehicle import Vehicle
