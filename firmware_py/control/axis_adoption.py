@@ -22,6 +22,10 @@ from firmware_py.vehicle.turning import TurningAxis
 Values = tuple[float, ...]
 _HOLD = 20.0
 """Values that the motion did not contradict for so long, s, are good ones."""
+_HOLD_VALID = 5.0
+"""The same, s, of the first whose moments are all valid."""
+_MOMENTS = "MN"
+"""What turns the vehicle, by its first letter."""
 _STALE = 0.2
 """An older report of a fin angle, s, is none: what was commanded counts."""
 _STAYS = 1.2
@@ -78,6 +82,7 @@ class AxisMemory(NamedTuple):
         delta: the fin angle of the last period, rad.
         earlier: which coefficients are known from an earlier flight, and were not learned anew since.
         refuted: whether the motion has refuted vehicle.toml.
+        valid: whether all moments of the axis were valid.
         share: what is left of the fins' effect; `good` is that of sound fins.
         since: for how long that has been so, s.
     """
@@ -93,6 +98,7 @@ class AxisMemory(NamedTuple):
     delta: float
     earlier: tuple[bool, ...]
     refuted: bool
+    valid: bool
     share: float
     since: float
 
@@ -107,7 +113,7 @@ class AxisAdoption:
         self._nominal_strength = self._strength(model.file)
         values, refusal = model.file, Refusal.UNCERTAIN if self._on else Refusal.OFF
         unsure, evidence = (False,) * len(values), no_evidence(2)
-        fresh = Source.FILE, refusal, (), 0.0, evidence, 0.0, unsure, False, 1.0, math.inf
+        fresh = Source.FILE, refusal, (), 0.0, evidence, 0.0, unsure, False, False, 1.0, math.inf
         self._memory = AxisMemory(values, values, unsure, *fresh)
         self._evidence, self._delta = evidence, 0.0
         self._derive()
@@ -157,15 +163,19 @@ class AxisAdoption:
     ) -> None:
         """Move what is in force, 10 times a second, towards what was learned with 1 sigma `std`; NaN is not learned.
 
-        What is known from an earlier flight is learned anew once `valid`. When what is `left` of fins changes, so do
-        the good values.
+        What is known from an earlier flight is learned anew once `valid`. Where moments become valid that were refused,
+        the filter took over other values, and they are weighed anew. When what is `left` of fins changes, so do the
+        good values.
         """
         m, file = self._memory, self._model.file
         share = share_left(self._model.shares, left)
         if share != m.share:
             m = self._memory = m._replace(share=share, since=0.0)
             self._evidence = no_evidence(2)
-        m = self._memory = m._replace(since=m.since + 1.0 / Rate.HZ_10)
+        known = all(ok for ok, name in zip(valid, self._model.names, strict=True) if name[0] in _MOMENTS)
+        if known and not m.valid and m.refusal is Refusal.RESIDUALS:
+            self._evidence = no_evidence(2)  # it was that of other values
+        m = self._memory = m._replace(since=m.since + 1.0 / Rate.HZ_10, valid=known)
         if not self._on:
             self._memory = m._replace(values=self._moved(file), source=Source.FILE, refusal=Refusal.OFF)
             self._derive()
@@ -189,7 +199,7 @@ class AxisAdoption:
         )
         if max(self._evidence.evidence) >= self._params.evidence:
             self._memory = m = m._replace(refuted=True)
-        if m.held >= _HOLD:
+        if m.held >= (_HOLD_VALID if known and not m.good else _HOLD):
             self._memory = m._replace(
                 good=(*m.good[-1:], with_share(self._model.names, m.values, 1.0 / m.share)), held=0.0
             )

@@ -174,6 +174,27 @@ def test_what_the_motion_contradicts_is_refused_though_it_is_certain(wrong: dict
     assert adopted.depth.source is Source.LEARNED
 
 
+def test_what_takes_the_place_of_refused_values_is_weighed_anew_once_it_is_valid() -> None:
+    vehicle, doubtful = AdoptingVehicle(), {"valid": (False,) * 10}
+    refused = vehicle.fly(30.0, replace(learned(M_ds=2.5), **doubtful))
+    assert refused.depth.refusal is Refusal.RESIDUALS
+    assert vehicle.fly(1.0, replace(learned(M_ds=1.01), **doubtful)).depth.refusal is Refusal.RESIDUALS
+    assert vehicle.fly(1.0, learned(M_ds=1.01)).depth.source is Source.LEARNED
+    assert vehicle.fly(30.0, learned(M_ds=2.5)).depth.refusal is Refusal.RESIDUALS  # valid or not
+
+
+def test_values_that_are_all_valid_are_good_after_five_seconds_others_after_twenty() -> None:
+    def held(seconds: float, valid: bool) -> float:
+        vehicle = AdoptingVehicle(true(M_ds=0.5))
+        adopted = vehicle.fly(seconds, replace(learned(M_ds=0.5), valid=(valid,) * 10))
+        return adopted.held_diving[DEPTH.index("M_ds")] / FILE["M_ds"]
+
+    assert held(8.0, valid=True) == pytest.approx(0.5)
+    assert math.isnan(held(4.0, valid=True))
+    assert math.isnan(held(18.0, valid=False))
+    assert held(24.0, valid=False) == pytest.approx(0.5)
+
+
 @pytest.mark.parametrize("wrong", [{"N_dr": 2.5}, {"N_dr": 0.4}, {"N_r": 0.3}])
 def test_so_it_is_in_yaw(wrong: dict[str, float]) -> None:
     adopted = AdoptingVehicle().fly(30.0, learned(**wrong))
@@ -303,7 +324,7 @@ def test_with_all_the_caution_the_gain_takes_no_damping_away(
 
 def test_what_held_is_told_once_it_has_held_and_lags_behind() -> None:
     flown, good = AdoptingVehicle(true(M_ds=1.5, N_dr=0.6)), learned(M_ds=1.5, N_dr=0.6)
-    early = flown.fly(15.0, good)
+    early = flown.fly(15.0, replace(good, valid=(False,) * 10))
     assert math.isnan(early.held_diving[0])
     assert math.isnan(early.held_steering[0])
     late = flown.fly(30.0, good)
@@ -315,7 +336,7 @@ def test_what_held_is_told_once_it_has_held_and_lags_behind() -> None:
 
 def test_the_motion_refutes_a_wrong_file_until_something_holds() -> None:
     flown, good = AdoptingVehicle(true(M_ds=0.4, M_q=1.7)), learned(M_ds=0.4, M_q=1.7)
-    assert flown.fly(10.0, good).refuted[0]
+    assert flown.fly(10.0, replace(good, valid=(False,) * 10)).refuted[0]
     assert not flown.fly(40.0, good).refuted[0]
     assert not AdoptingVehicle().fly(10.0, learned()).refuted[0]
 
