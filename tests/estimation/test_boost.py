@@ -8,7 +8,7 @@ from sternplane.sitl.busless_flight import SENSOR_STD, measure
 from sternplane.study.setups import Setup, fly_prbs, flying, run_filter, starts
 
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
-from firmware_py.estimation.filter.boost import LIFT, boost_covariance, by_fins
+from firmware_py.estimation.filter.boost import DRAG, HULL, LIFT, boost_covariance, by_fins
 from firmware_py.estimation.filter.consistency import BURST_PAUSE, COUNT, SUM, WAIT, add_burst, bursts
 from firmware_py.estimation.model.observer_model import ObserverModel
 
@@ -66,9 +66,9 @@ def test_what_the_fins_of_an_axis_make_shares_a_factor() -> None:
     believed = np.array(model.believed)
     values = np.stack([believed, believed * [1.0, 1.2, 1.0, 1.0, 1.0, 1.0, 1.0]])
     sound, known = boost_covariance(model, ("M_ds", "N_dr", "M_q"), learns, 0.4, values) / np.outer(believed, believed)
-    lift, drag = 1.0 + LIFT**2, 1.0625
+    lift, drag = 1.0 + LIFT**2, 1.0 + DRAG**2
     np.testing.assert_allclose(
-        np.sqrt(np.diag(sound)), [*(0.4 * np.sqrt([lift, lift, lift, drag])), 0.1, 0.0, 0.0], rtol=1e-12
+        np.sqrt(np.diag(sound)), [*(0.4 * np.sqrt([lift, lift, lift, drag])), 0.4 * HULL, 0.0, 0.0], rtol=1e-12
     )
     np.testing.assert_allclose(sound[0] / 0.16, [lift, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0], rtol=1e-12)
     assert known[0, 1] == pytest.approx(1.2 * known[0, 3]), "what is learned to be greater changes in proportion"

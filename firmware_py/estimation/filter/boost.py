@@ -12,8 +12,10 @@ from firmware_py.estimation.model.observer_model import ObserverModel
 
 FINS = ("ds", "dr", "db")
 """The fins of an axis, as coefficients are named after them: stern planes, rudders, bow planes."""
-SINGLE = 0.25
-"""Part of a boost that a coefficient gets by itself, beside what it shares with all that the same fins make."""
+DRAG = 0.25
+"""Part of a boost that the drag of fins gets by itself, beside what it shares with all that the same fins make."""
+HULL = 0.1
+"""The same of what the hull makes, damping: fins have a part in it."""
 LIFT = 0.02
 """The same of what a fin's lift makes: force and moment are one lift, and damage leaves it its lever arm."""
 
@@ -44,7 +46,7 @@ def boost_covariance(model: ObserverModel, names: Sequence[str], learns: Flags, 
     """
     size = std * np.array(model.believed)
     chosen = [name in names or (bool(own) and by_fins(name)) for name, own in zip(model.names, learns, strict=True)]
-    alone = [LIFT if by_lift(name) else SINGLE for name in model.names]
+    alone = [LIFT if by_lift(name) else DRAG if by_fins(name) else HULL for name in model.names]
     covariance = np.repeat(np.diag(np.where(chosen, np.square(np.array(alone) * size), 0.0))[None], len(values), axis=0)
     for fins in FINS:
         of_axis = [one and fins in name for one, name in zip(chosen, model.names, strict=True)]
