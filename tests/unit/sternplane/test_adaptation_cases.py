@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from sternplane.study.adaptation import other_wrong, rivals, steps, straight
 from sternplane.study.adaptation.courses import FINS, halved, slow_turns, track
-from sternplane.study.adaptation.rivals import ADAPTIVE, FIXED, ORACLE, PID
+from sternplane.study.adaptation.rivals import ADAPTIVE, FIXED, ORACLE, PID, SHIPPED_PID
 from sternplane.study.cases.honesty import signs
 from sternplane.study.rows import RunArrays
 from sternplane.study.setups import CONFIG
@@ -61,9 +61,9 @@ def run(depth: dict[str, float], failed: float = 0.0) -> RunArrays:
 @pytest.mark.parametrize(
     ("name", "depth", "missed"),
     [
-        ("rivals, coefficients 50 % wrong", {PID.name: 2.0}, 0),
-        ("rivals, coefficients 50 % wrong", {PID.name: 1.4}, 1),
-        ("rivals, coefficients 50 % wrong", {PID.name: 1.0}, 2),
+        ("rivals, coefficients 50 % wrong", {PID.name: 2.0, SHIPPED_PID.name: 2.0}, 0),
+        ("rivals, coefficients 50 % wrong", {PID.name: 1.4, SHIPPED_PID.name: 2.0}, 1),
+        ("rivals, coefficients 50 % wrong", {PID.name: 1.0, SHIPPED_PID.name: 2.0}, 2),
         ("rivals, fins halved", {PID.name: 2.1}, 0),
         ("rivals, fins halved", {PID.name: 1.9}, 1),
         ("fins halved", {FIXED.name: 5.0}, 0),
@@ -79,6 +79,20 @@ def test_an_adaptive_law_that_is_not_so_much_better_misses_its_target(
     assert sum(row.ok is False for row in case.evaluate([run(depth)]).rows) == missed
     assert sum(row.ok is False for row in case.evaluate([run(depth, failed=1.0)]).rows) == missed + 1
     assert not case.evaluate([]).rows
+
+
+def test_rivals_are_compared_median_by_median_and_worst_by_worst() -> None:
+    """A flight in which the rival is the better one is told, and is no miss where the rival's others are worse."""
+    case = next(case for case in rivals.CASES if case.name == "rivals, coefficients 50 % wrong")
+    depths = ((0.5, 1.0, 1.0), (0.5, 1.0, 1.0), (1.2, 0.8, 2.0))
+    flights = [run({ADAPTIVE.name: ours, PID.name: pid, SHIPPED_PID.name: shipped}) for ours, pid, shipped in depths]
+    rows = {row.figure: row for row in case.evaluate(flights).rows}
+    name = "adaptive: depth RMS over PID of equal travel"
+    assert rows[f"{name}, flight by flight, worst"].value == pytest.approx(1.5)
+    assert rows[f"{name}, median"].value == pytest.approx(0.5)
+    assert rows[f"{name}, worst"].value == pytest.approx(1.2)
+    assert not rows[f"{name}, worst"].ok
+    assert rows["adaptive: depth RMS over PID as shipped, worst"].ok
 
 
 @pytest.mark.parametrize("step", ["depth", "path"])
