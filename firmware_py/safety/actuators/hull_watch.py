@@ -127,9 +127,8 @@ class HullWatch:
             (q, i), (r, j) = sums
             sums[0], sums[1] = (q + ahrs.value.q, i + 1), (r + ahrs.value.r, j + 1)
         steps = max(1, round(PERIOD / tick.dt))
-        phase = tick.k % steps
-        axis = 0 if phase == 0 else 1
-        if axis and phase != steps // 2:
+        axis = int(tick.k % steps != 0)
+        if axis and tick.k % steps != steps // 2:
             return False
         changed = self._judge(axis, tick, frame, applied, state, water, adopted)
         if steps == 1:
@@ -267,7 +266,8 @@ class HullWatch:
         rate, fins = total / count, u * u * angles
         restoring = model.restoring * math.sin(state.eta.theta)
         hull = u * cross * model.crosswise + restoring
-        watch.update(rate, u * model.damping, hull, fins, over, u / _CRUISE)
+        alone = stuck.stuck[0] < 0  # else the angle of the one that stays is not known well enough to judge the others
+        watch.update(rate, u * model.damping, hull, fins, over, u / _CRUISE) if alone else watch.pause()
         cross = self._carried(axis, u, rate, angles / model.control, cross if heard else math.nan)
         if not self._references[axis]:
             left.pause()
@@ -277,7 +277,7 @@ class HullWatch:
                 (a, b, c), v = self._heaved.turning, self._cross[1]
                 restoring += a * nu.r * nu.r + b * v * nu.r + c * v * v
             hull = u * cross * model.crosswise + restoring
-            left.update(rate, u * model.damping, hull, fins)
+            left.update(rate, u * model.damping, hull, fins) if alone else left.pause()
             if not mute:
                 stuck.pause()
             elif stuck.update(rate, u * model.damping, hull, [u * u * unit for unit in units], told, mute):
