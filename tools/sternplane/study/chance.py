@@ -21,10 +21,18 @@ _EXACT = 200.0
 def chi_square_band(freedom: float) -> tuple[float, float]:
     """Return the band of chi-square over its degrees of freedom."""
     if freedom > _EXACT or freedom != round(freedom):
-        a = 2.0 / (9.0 * freedom)  # Wilson and Hilferty (1931)
-        return max(1.0 - a - K_SIGMA * math.sqrt(a), 0.0) ** 3, (1.0 - a + K_SIGMA * math.sqrt(a)) ** 3
+        return mean_square_at(freedom, -K_SIGMA), mean_square_at(freedom, K_SIGMA)
     n = round(freedom)
     return _quantile(n, 1.0 - 0.5 * MISS) / n, _quantile(n, 0.5 * MISS) / n
+
+
+def mean_square_at(freedom: float, sigmas: float) -> float:
+    """Return the quantile of chi-square over its degrees of freedom that is `sigmas` from the median of a normal one.
+
+    Wilson and Hilferty (1931).
+    """
+    a = 2.0 / (9.0 * freedom)
+    return max(1.0 - a + sigmas * math.sqrt(a), 0.0) ** 3
 
 
 def rms_band(n: int, ratio: float = 1.0) -> tuple[float, float]:

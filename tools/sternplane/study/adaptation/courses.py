@@ -23,9 +23,11 @@ depth_m = 10.0
 u_m_s = 1.8
 n_rpm = 492.0
 """
-_LEG = """
+LEG_TIME = 160.0
+"""How long the straight leg is flown, s."""
+_LEG = f"""
 description = "The adaptation study: a straight leg across a current of 0.2 m/s."
-duration_s = 160.0  # LEG_TIME
+duration_s = {LEG_TIME}
 completes = "time"
 [environment]
 bottom_depth_m = 40.0
@@ -35,7 +37,7 @@ depth_m = 10.0
 u_m_s = 1.8
 n_rpm = 492.0
 [sensors.ahrs]
-yaw_bias_deg = {yaw_bias}
+yaw_bias_deg = {{yaw_bias}}
 [sensors.dvl]
 bias_m_s = 0.0
 [[orders]]
@@ -48,8 +50,6 @@ y_m = 0.0
 depth_m = 10.0
 speed_m_s = 1.8
 """
-LEG_TIME = 160.0
-"""How long that is flown, s."""
 _BEGIN = """
 [[orders]]
 t_s = 0.5

@@ -19,6 +19,7 @@ from sternplane.logs.tracking import Array
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 from sternplane.study.adaptation.courses import LEG_TIME, demonstration, straight_leg, track
 from sternplane.study.adaptation.flight import Course
+from sternplane.study.chance import mean_square_at
 from sternplane.study.rows import Case, Results, Row, RunArrays
 from sternplane.study.setups import CONFIG
 
@@ -30,6 +31,8 @@ _SETTLED = 5.0
 """After so long, s, what the position is off by is no noise of the last pings."""
 _SLACK = 1.0
 """What the position may be off by besides the heading's bias, m."""
+_CHANCE = 1.96
+"""Sigmas within which chance leaves 97.5 % of the walks of pings."""
 _STRAIGHT = 0.03
 """What a straight leg may be off by besides look-ahead times the heading's bias, m."""
 
@@ -148,7 +151,7 @@ def _cross(seed: int, k: int, biased: bool) -> RunArrays:
 def _judge_cross(runs: Sequence[RunArrays], name: str, biased: bool, look_ahead: float) -> Results:
     rows, n = [], len(runs)
     walk, freedom = ping_walk(straight_leg().settled, LEG_TIME)
-    chance = math.sqrt(_chi_square_over_freedom(max(n, 1) * freedom))
+    chance = math.sqrt(mean_square_at(n * freedom, _CHANCE))
     rows.append(Row(name, "noise of pings added up, RMS over the leg and over boats, m", walk, None))
     for key, words in (("filter", "current by the filter"), ("without", "crab angle low-passed")):
         aside, bias = np.array([run[key] for run in runs]).T
@@ -177,12 +180,6 @@ def ping_walk(begin: float, end: float) -> tuple[float, float]:
     covariance = rate * np.minimum(t[:, None], t[None, :])
     square = float(np.trace(covariance))
     return math.sqrt(square / len(t)), square**2 / float(np.sum(covariance**2))
-
-
-def _chi_square_over_freedom(freedom: float) -> float:
-    """Return where chance lets 97.5 % of mean squares lie (Wilson and Hilferty 1931)."""
-    spread = 2.0 / (9.0 * freedom)
-    return (1.0 - spread + 1.96 * math.sqrt(spread)) ** 3
 
 
 def _with(scenario: str, over: str) -> str:
