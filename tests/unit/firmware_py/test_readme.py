@@ -114,7 +114,7 @@ def test_a_dead_name_and_a_missing_row_are_found(tmp_path: Path) -> None:
     (tmp_path / "inner").mkdir()
     for name in ("one.py", "two.py", "inner/__init__.py", "inner/three.py"):
         (tmp_path / name).touch()
-    readme, private = tmp_path / "README.md", "_" + "gone"  # in two, for words() reads this file too
+    readme, private = tmp_path / "README.md", "_" + "nowhere"  # in two, for words() reads this file too
     readme.write_text(
         f"| file | content |\n|---|---|\n| `one.py` | 1 |\n\n`gone.py`, `{private}` of `Vehicle`, [there](away.md).\n"
     )
