@@ -119,6 +119,7 @@ class VelocityMemory(NamedTuple):
         turbulence: see eddy.
         anchor: the current that the filter knew before pings contradicted it.
         t_broken: when they did, s.
+        since: when the first of the pings was true that have come without a gap, s.
     """
 
     t: float
@@ -133,6 +134,7 @@ class VelocityMemory(NamedTuple):
     turbulence: float = 0.0
     anchor: Current = UNKNOWN_CURRENT
     t_broken: float = -math.inf
+    since: float = -math.inf
 
 
 START = VelocityMemory(-math.inf, 0.0, 0.0, 0.0, 0.0, NO_PING, VelocitySource.NONE, UNKNOWN_CURRENT)
@@ -164,33 +166,39 @@ def update(
         u, v, w, fom, _ = ping
         fom = fom if math.isfinite(fom) and fom > 0.0 else params.std
         if abs(u) <= params.u_max and abs(v) <= params.u_max and abs(w) <= params.u_max and fom <= params.fom_max:
-            memory = memory._replace(ping=Measured(heard.t_valid, u, v, w, fom))
+            since = memory.since if heard.t_valid - memory.ping.t <= params.timeout else heard.t_valid
+            memory = memory._replace(ping=Measured(heard.t_valid, u, v, w, fom), since=since)
         else:
             ping = None
     if known is not None and _believed(params, memory, known, t):
         if known.t <= memory.t:
             return memory._replace(source=VelocitySource.FILTER)
         now = known.t, known.u, known.v, known.w, known.std, memory.ping, VelocitySource.FILTER
-        return VelocityMemory(*now, known.current, known.eddy, known.turbulence, memory.anchor, memory.t_broken)
+        water = known.current, known.eddy, known.turbulence
+        return VelocityMemory(*now, *water, memory.anchor, memory.t_broken, memory.since)
     if memory.source is VelocitySource.FILTER and t - memory.ping.t <= params.timeout:
         # What pings contradict is no longer believed. The current before the first of several such is the one to keep.
         anchor = memory.anchor if t - memory.t_broken <= _PROBATION else memory.current
         memory = memory._replace(source=VelocitySource.DVL, anchor=anchor, current=anchor, t_broken=t)
     if ping is not None and heard.t_valid > memory.t:
         now = *memory.ping, memory.ping, VelocitySource.DVL
-        return VelocityMemory(*now, memory.current, anchor=memory.anchor, t_broken=memory.t_broken)
+        return VelocityMemory(*now, memory.current, anchor=memory.anchor, t_broken=memory.t_broken, since=memory.since)
     if t - memory.t <= params.timeout:
         return memory
     return _follow(params, memory, motion, t, dt)
 
 
 def _believed(params: VelocityParams, memory: VelocityMemory, known: FilterVelocity, t: float) -> bool:
-    """Return whether the filter tells the velocity: once it has agreed with pings, it may go on without."""
+    """Return whether the filter tells the velocity: once it has agreed with pings, it may go on without.
+
+    Where it did not, it is behind the first ping that is heard again: it has to take that in before it is believed.
+    """
     if memory.source is VelocitySource.FILTER:
         if t - memory.ping.t > params.timeout and memory.ping.t - memory.t_broken <= _PROBATION:
             return False
         return known.std <= _LEAVES * params.filter_std and t - known.t <= _LATE
-    return known.std <= params.filter_std and t - memory.ping.t <= params.timeout and t - known.t <= _LATE
+    heard = t - memory.ping.t <= params.timeout and known.t >= memory.since
+    return known.std <= params.filter_std and heard and t - known.t <= _LATE
 
 
 def _follow(params: VelocityParams, memory: VelocityMemory, motion: Motion, t: float, dt: float) -> VelocityMemory:

@@ -102,6 +102,23 @@ def test_a_filter_that_took_in_the_fault_of_a_dvl_is_not_believed_without_it() -
     assert later.source is VelocitySource.FILTER
 
 
+def test_a_filter_that_pings_have_not_reached_yet_is_not_believed_against_them() -> None:
+    """Without DVL it was lost. The first ping tells 1.9 m/s; the filter says 1.8 until it has taken that in."""
+
+    def learned(t: float) -> FilterVelocity | None:
+        return known(t - 0.2, std=0.03, u=1.8 if t < 20.25 else 1.9) if t > 15.0 else None
+
+    def heard(t: float) -> bool:
+        return t < 10.0 or t > 20.0
+
+    first, _ = follow(20.2, pinged=heard, learned=learned)
+    assert (first.source, first.u) == (VelocitySource.DVL, 1.9)
+    behind, _ = follow(20.25, pinged=heard, learned=lambda t: known(t - 0.2, std=0.03) if t > 15.0 else None)
+    assert (behind.source, behind.u) == (VelocitySource.DVL, 1.9)
+    later, _ = follow(20.35, pinged=heard, learned=learned)
+    assert (later.source, later.u) == (VelocitySource.FILTER, 1.9)
+
+
 def test_eddies_that_carry_the_vehicle_unseen_are_a_walk_and_no_drift() -> None:
     memory, t = follow(20.0, pinged=lambda t: t < 5.0, learned=lambda t: known(t - 0.2, std=0.05, turbulence=0.05))
     assert velocity.lasting_std(PARAMS, memory, t) < 0.015
