@@ -110,7 +110,7 @@ class CurrentCheckMemory:
 
 
 class CurrentCheck:
-    """Watches what the current is by each ping; `known` and `hull` are what filter and model know when it comes."""
+    """Watches what the current is by each ping; `hear` takes what the filter knows, `hull` is what the model does."""
 
     def __init__(self, walk: float, vehicle: Vehicle) -> None:
         """Take how the current walks, m/s a root of a second, and the vehicle, whose drag moves it with the water."""
@@ -126,6 +126,14 @@ class CurrentCheck:
         self.known: FilterVelocity | None = None
         self.hull: HullVelocity | None = None
         self.memory = CurrentCheckMemory()
+
+    def hear(self, known: FilterVelocity | None, t: float) -> None:
+        """Take what the filter knows at the time t, s, pings or none: without them it goes on, and is not lost."""
+        m, self.known = self.memory, known
+        if known is not None and known.t > t - _GAP:
+            if -math.inf < m.told < t - _GAP:
+                m.relied = t + _FILTER_PROBATION
+            m.told = t
 
     def judge(self, heard: Heard[Dvl], psi: float, theta: float, believed: bool) -> SourceFault:
         """Return what speaks against a ping under these angles, rad; `believed` is whether the DVL is."""
@@ -181,21 +189,17 @@ class CurrentCheck:
         lost may have taken in the fault of a DVL: for as long as that is on probation the other one is asked alone.
         """
         m, known, hull, through = self.memory, self.known, self.hull, []
-        if known is not None and known.t > t - _GAP:
-            if t - m.told > _GAP:
-                m.relied = t if m.told == -math.inf else t + _FILTER_PROBATION
-            m.told = t
-            if t >= m.relied or hull is None:
-                c, s = math.cos(psi), math.sin(psi)
-                north, east = known.current.north + known.eddy[0], known.current.east + known.eddy[1]
-                u, v = known.u - (north * c + east * s) * math.cos(theta), known.v - east * c + north * s
-                through.append((u, v))
-                m.std = known.current.std
-                if hull is not None:
-                    share = gap / (_OFFSET + gap)
-                    m.off_u += share * (u - hull.u - m.off_u)
-                    m.off_v += share * (v - hull.v - m.off_v)
-                    m.known = t
+        if known is not None and known.t > t - _GAP and (t >= m.relied or hull is None):
+            c, s = math.cos(psi), math.sin(psi)
+            north, east = known.current.north + known.eddy[0], known.current.east + known.eddy[1]
+            u, v = known.u - (north * c + east * s) * math.cos(theta), known.v - east * c + north * s
+            through.append((u, v))
+            m.std = known.current.std
+            if hull is not None:
+                share = gap / (_OFFSET + gap)
+                m.off_u += share * (u - hull.u - m.off_u)
+                m.off_v += share * (v - hull.v - m.off_v)
+                m.known = t
         if hull is not None and t - m.known <= _HOLDS:
             through.append((hull.u + m.off_u, hull.v + m.off_v))
         return through

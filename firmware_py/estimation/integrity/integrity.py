@@ -75,10 +75,10 @@ class SensorIntegrity:
 
         `known` is the velocity of the coefficient filter, None if it is not to be believed.
         """
-        self.correction = NO_CORRECTION
+        t, self.correction = tick.t, NO_CORRECTION
         if not self._params.enabled:
             return frame
-        t, self._velocity.current.known = tick.t, known
+        self._velocity.current.hear(known, t)
         if frame.dvl.fresh:
             self._hear_dvl(frame.dvl, t)
         if frame.ahrs.fresh:

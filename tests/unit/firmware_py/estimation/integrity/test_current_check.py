@@ -17,6 +17,8 @@ from tests.unit.firmware_py.estimation.integrity.voyage import VEHICLE
 WALK, NORTH, EAST, T = 0.003, 0.1, 0.05, 0.2
 DRAG = 0.0091
 """Of NPS AUV II, over its mass, 1/m."""
+HULL = HullVelocity(1.75, 0.0, Current(NORTH, EAST, 0.004, 0.0))
+"""Of a file that is not quite right: the vehicle makes 1.8 m/s."""
 Told = list[tuple[float, SourceFault]]
 
 
@@ -34,6 +36,7 @@ def fly(
     thrust: Callable[[float], float] = lambda _: 1.8,
     filter_off: Callable[[float], float] = still,
     lost: Callable[[float], bool] = lambda _: False,
+    heard: Callable[[float], bool] = lambda _: True,
     turbulence: float = 0.0,
     check: CurrentCheck | None = None,
 ) -> Told:
@@ -56,10 +59,11 @@ def fly(
         ping = Dvl(u + noise.normal(0.0, 0.01), v + noise.normal(0.0, 0.01), 0.0, 0.01, 20.0)
         known = 1.8 + filter_off(t) + NORTH * c
         current = Current(NORTH, EAST, 0.004, t)
-        check.known = (
-            None if lost(t) else FilterVelocity(t - T, known, EAST * c, 0.0, 0.004, current, (0, 0), turbulence)
-        )
-        check.hull = HullVelocity(1.75, 0.0, current)  # of a file that is not quite right
+        told_by = FilterVelocity(t - T, known, EAST * c, 0.0, 0.004, current, (0, 0), turbulence)
+        check.hear(None if lost(t) else told_by, t)
+        check.hull = HULL._replace(current=current)
+        if not heard(t):
+            continue
         now = check.judge(Heard(ping, t, True, True), psi, 0.0, fault is SourceFault.NONE)
         if now is not fault:
             told.append((t, now))
@@ -128,6 +132,23 @@ def test_a_current_that_walks_and_eddies_accuse_nobody(seed: int) -> None:
 def test_thrust_that_is_lost_and_a_filter_that_changes_its_mind_are_no_fault_of_the_dvl() -> None:
     assert fly(200.0, thrust=lambda t: 1.8 if t < 90.0 else 0.0) == []
     assert fly(200.0, filter_off=lambda t: 0.3 if t > 90.0 else 0.0) == []
+
+
+def test_the_hull_is_put_right_by_a_filter_that_was_never_lost_after_pings_that_were() -> None:
+    """The bottom is out of reach for 20 s; the filter knows the speed through the water all the time."""
+    check = CurrentCheck(WALK, VEHICLE)
+    assert fly(110.0, heard=lambda t: not 10.0 < t < 30.0, check=check) == []
+    hull = check.corrected(HULL)
+    assert hull is not None
+    assert hull.u == pytest.approx(1.8, abs=0.005)
+
+
+def test_a_filter_that_was_lost_puts_no_hull_right_for_two_minutes() -> None:
+    check = CurrentCheck(WALK, VEHICLE)
+    fly(110.0, lost=lambda t: 10.0 < t < 30.0, filter_off=lambda t: 0.3 if t >= 30.0 else 0.0, check=check)
+    hull = check.corrected(HULL)
+    assert hull is not None
+    assert 1.75 < hull.u < 1.8
 
 
 def test_it_goes_on_from_a_memory_as_if_nothing_had_been() -> None:
