@@ -41,8 +41,12 @@ _KNOWN = 0.75
 """WEAK is tested where sound fins have more than this share of what was learned, by 1 sigma."""
 _WEAK = 2.0
 """WEAK needs so many times the evidence: errors of the model look like weak fins sooner than like none."""
+_HEALED = 2.0
+"""So does the end of a fault: fins seldom heal."""
 _SUSPECT = 0.25
 """With this share of the evidence a fault is likely enough for nothing to be learned from it."""
+_LEAST_TIME, _FADING_TIME = 1.2, 1.0
+"""What has spoken for a fault for a shorter time, s, may be a gust; while the water changes it fades in the other."""
 _FULL = 0.75
 """Fins beyond this share of their travel hold against something."""
 _INERTIA_TIME, _TURNED = 3.0, math.radians(3.0)
@@ -69,6 +73,7 @@ class AxisMemory(NamedTuple):
         held: how long the fins have been held over, s; its sign is the side.
         turned: how far the vehicle turned the other way, rad.
         prior: 1 sigma of what sound fins do, of what the model says, before anything is learned.
+        suspected: how long a fault has been suspected, s.
     """
 
     fault: ActuatorFault
@@ -87,6 +92,7 @@ class AxisMemory(NamedTuple):
     held: float
     turned: float
     prior: float
+    suspected: float = 0.0
 
 
 _FRESH = AxisMemory(
@@ -163,7 +169,15 @@ class AxisWatch:
             )
 
     def update(
-        self, rate: float, damping: float, hull: float, fins: float, over: float, swift: float = 1.0
+        self,
+        rate: float,
+        damping: float,
+        hull: float,
+        fins: float,
+        over: float,
+        swift: float = 1.0,
+        steady: bool = True,
+        heals: bool = True,
     ) -> ActuatorFault:
         """Return the fault of the axis after one more step.
 
@@ -174,6 +188,8 @@ class AxisWatch:
             fins: angular acceleration that the fins should make, rad/s^2.
             over: share of their travel at which the fins are, the least of them.
             swift: how fast the vehicle is, of cruise: so much more do eddies turn it.
+            steady: whether the water is; while it changes nothing is laid to the fins.
+            heals: whether `fins` is what they should make, and not the least of it, so that a fault may be over.
         """
         m, dt, table = self._memory, self._dt, self._gains
         gains = table[min(max(0, math.ceil((swift - 1.0) / _SWIFTER)), len(table) - 1)]
@@ -194,28 +210,31 @@ class AxisWatch:
         variance = m.variance + (e * e - m.variance) * (dt / _VARIANCE_TIME)
         counted = max(variance, _LEAST_VARIANCE)
         eg, gg = e * g / counted, g * g / counted
-        if abs(e) > abs(g) + _PUSHED * math.sqrt(counted):
+        if not steady or abs(e) > abs(g) + _PUSHED * math.sqrt(counted):
             eg = gg = 0.0
+        keep = 1.0 if steady else 1.0 - dt / _FADING_TIME
         fault, enough = m.fault, self._evidence
         weight = m.learned[0][1] + m.prior**-2
         usual, usual_std = 1.0 + m.learned[0][0] / weight, 1.0 / math.sqrt(weight)
         least = min(max(usual - usual_std, _LEAST), _MOST)
         lost, weak, good = m.lost, 0.0, 0.0
         if fault is not ActuatorFault.LOST:
-            lost = max(0.0, lost + _ratio(0.0, least if fault is ActuatorFault.NONE else _HALF * usual, eg, gg))
+            lost = max(0.0, keep * lost + _ratio(0.0, least if fault is ActuatorFault.NONE else _HALF * usual, eg, gg))
         if fault is not ActuatorFault.NONE:
             left = 0.0 if fault is ActuatorFault.LOST else _HALF * usual
-            good = max(0.0, m.good + _ratio(usual, left, eg, gg))
+            good = max(0.0, m.good + _ratio(usual, left, eg, gg)) if heals else m.good
         elif usual - usual_std > _KNOWN * usual:
-            weak = max(0.0, m.weak + _ratio(_HALF * usual, usual - usual_std, eg, gg))
+            weak = max(0.0, keep * m.weak + _ratio(_HALF * usual, usual - usual_std, eg, gg))
         held, turned = self._held_in_vain(m, rate, fins, over, fins + hull)
+        suspected = m.suspected + dt if max(lost, weak / _WEAK) > _SUSPECT * enough else 0.0
         if turned > _TURNED and fault is not ActuatorFault.LOST:
-            lost = enough
-        if lost >= enough or weak >= _WEAK * enough or good >= enough:
-            fault = ActuatorFault.NONE if good >= enough else ActuatorFault.WEAK
-            if lost >= enough:
+            lost, suspected = enough, _LEAST_TIME
+        sure = suspected >= _LEAST_TIME
+        if (sure and (lost >= enough or weak >= _WEAK * enough)) or good >= _HEALED * enough:
+            fault = ActuatorFault.NONE if good >= _HEALED * enough else ActuatorFault.WEAK
+            if sure and lost >= enough:
                 fault = ActuatorFault.LOST
-            lost = weak = good = held = turned = 0.0
+            suspected = lost = weak = good = held = turned = 0.0
 
         product, energy, learned = m.product, m.energy, m.learned
         if fault is ActuatorFault.NONE:
@@ -239,6 +258,7 @@ class AxisWatch:
                 held,
                 turned,
                 m.prior,
+                suspected,
             )
         )
         return fault

@@ -9,9 +9,10 @@ from firmware_py.marine import clip
 from firmware_py.records.adoption import Adopted
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.health import ActuatorFault, SourceState
+from firmware_py.records.health import ActuatorFault, SourceFault, SourceState
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
+from firmware_py.safety.actuators.cross_flow import CrossFlow, CrossMemory
 from firmware_py.safety.actuators.fin_angles import FinAngles
 from firmware_py.safety.actuators.hull_response import PERIOD, AxisMemory, AxisWatch
 from firmware_py.safety.actuators.share_watch import ShareMemory, ShareWatch
@@ -44,8 +45,6 @@ _HELD_STD = 0.1
 """1 sigma of what fins do by coefficients that held in flight."""
 _FAR = 0.1
 """Where what fins do, the last coefficient, differs by more than this share, it is another vehicle."""
-_CROSS_TIME, _CROSS_MAX = 2.0, 0.5
-"""The velocity across the hull follows the DVL in this time, s; it is at most this share of the speed."""
 _LEFT = {ActuatorFault.NONE: 1.0, ActuatorFault.WEAK: 0.5, ActuatorFault.LOST: 0.0}
 """What each fault leaves of the fins' effect."""
 _BRAKED = 0.7
@@ -66,7 +65,7 @@ class HullMemory(NamedTuple):
         speeds: to which their fins were held in the last step, m/s; NaN if it was left out.
         modelled: fin angles, rad.
         left: of what is left of the fins' effect.
-        cross: w and v through the water, m/s, by the model and the DVL together.
+        cross: of the velocities across the hull.
         stuck: of fins that stay where they are, and do not report it.
     """
 
@@ -76,7 +75,7 @@ class HullMemory(NamedTuple):
     speeds: tuple[float, ...]
     modelled: tuple[float, ...]
     left: tuple[ShareMemory, ...]
-    cross: tuple[float, ...]
+    cross: CrossMemory
     stuck: tuple[StuckMemory, ...]
 
 
@@ -104,7 +103,7 @@ class HullWatch:
         self._stuck = [
             StuckWatch(params.evidence, model.eddies(_CRUISE, params.eddies), PERIOD) for model in self._models
         ]
-        self._heaved, self._cross = heaved_axis(vehicle), [0.0, 0.0]
+        self._heaved, self._flow = heaved_axis(vehicle), CrossFlow(PERIOD)
         self._sums, self._speeds = [(0.0, 0), (0.0, 0)], [math.nan, math.nan]
         self._angles = FinAngles(params, len(vehicle.fins))
 
@@ -126,6 +125,8 @@ class HullWatch:
         if ahrs.fresh and ahrs.ok:
             (q, i), (r, j) = sums
             sums[0], sums[1] = (q + ahrs.value.q, i + 1), (r + ahrs.value.r, j + 1)
+        if frame.dvl.fresh and frame.dvl.ok and water:
+            self._flow.hear(frame.dvl, water[0].across(state.eta.psi))
         steps = max(1, round(PERIOD / tick.dt))
         axis = int(tick.k % steps != 0)
         if axis and tick.k % steps != steps // 2:
@@ -164,7 +165,7 @@ class HullWatch:
         axes, left = tuple([axis.freeze() for axis in self._axes]), tuple([left.freeze() for left in self._left])
         held = tuple(self._sums), tuple(self._speeds), tuple(self._angles.modelled)
         stuck = tuple([stuck.freeze() for stuck in self._stuck])
-        return HullMemory(tuple(self._references), axes, *held, left, tuple(self._cross), stuck)
+        return HullMemory(tuple(self._references), axes, *held, left, self._flow.memory, stuck)
 
     def thaw(self, memory: HullMemory) -> None:
         """Restore the memory that `freeze` returned."""
@@ -174,7 +175,7 @@ class HullWatch:
             self._left[i].thaw(memory.left[i])
             self._stuck[i].thaw(memory.stuck[i])
         self._sums, self._speeds, self._angles.modelled = list(memory.sums), list(memory.speeds), list(memory.modelled)
-        self._cross = list(memory.cross)
+        self._flow.memory = memory.cross
 
     def _refer(self, axis: int, values: Values) -> None:
         """Judge an axis by these coefficients from now on; by vehicle.toml if there are none."""
@@ -237,13 +238,16 @@ class HullWatch:
         if before == before:
             u = min(max(u, before - _SPEED_RATE * PERIOD), before + _SPEED_RATE * PERIOD)
         cross, heard = (nu.v if axis else nu.w) if state.velocity_ok else 0.0, bool(state.velocity_ok and water)
-        steady = True
+        steady, across = True, 0.0
         if axis and water:
-            cross -= water[0].across(state.eta.psi)
+            across = water[0].across(state.eta.psi)
             steady = water[0].across_std(state.eta.psi) < _ACROSS_STD
         elif axis and state.velocity_ok and state.water_std < _ACROSS_STD:
             north, east = state.water
-            cross -= east * math.cos(state.eta.psi) - north * math.sin(state.eta.psi)
+            across = east * math.cos(state.eta.psi) - north * math.sin(state.eta.psi)
+        cross -= across
+        if axis and self._flow.jumped(across):
+            watch.pause()
         if not (
             count
             and known
@@ -266,18 +270,22 @@ class HullWatch:
         rate, fins = total / count, u * u * angles
         restoring = model.restoring * math.sin(state.eta.theta)
         hull = u * cross * model.crosswise + restoring
+        steady = not (axis and (self._flow.changes or state.sensors.dvl.fault is SourceFault.CURRENT))
         alone = stuck.stuck[0] < 0  # else the angle of the one that stays is not known well enough to judge the others
-        watch.update(rate, u * model.damping, hull, fins, over, u / _CRUISE) if alone else watch.pause()
-        cross = self._carried(axis, u, rate, angles / model.control, cross if heard else math.nan)
+        watch.update(
+            rate, u * model.damping, hull, fins, over, u / _CRUISE, steady, bool(water)
+        ) if alone else watch.pause()
+        motion = self._models[1].sway if axis else self._heaved.heave
+        cross = self._flow.carry(axis, t, motion, u, (rate, angles / model.control), cross if heard else math.nan)
         if not self._references[axis]:
             left.pause()
             stuck.pause()
         else:
             if axis == 0:
-                (a, b, c), v = self._heaved.turning, self._cross[1]
+                (a, b, c), v = self._heaved.turning, self._flow.memory.velocities[1]
                 restoring += a * nu.r * nu.r + b * v * nu.r + c * v * v
             hull = u * cross * model.crosswise + restoring
-            left.update(rate, u * model.damping, hull, fins) if alone else left.pause()
+            left.update(rate, u * model.damping, hull, fins, steady, bool(water)) if alone else left.pause()
             if not mute:
                 stuck.pause()
             elif stuck.update(rate, u * model.damping, hull, [u * u * unit for unit in units], told, mute):
@@ -285,16 +293,3 @@ class HullWatch:
                 left.begin(1.0)
                 return True
         return self._fault(axis) is not was
-
-    def _carried(self, axis: int, u: float, rate: float, angle: float, measured: float) -> float:
-        """Return the velocity across the hull, m/s, that the model carries on, and a DVL corrects (NaN: it does not).
-
-        The noise of single pings would turn the modelled hull more than gyros are off.
-        """
-        by_cross, by_rate, by_fins = self._models[1].sway if axis else self._heaved.heave
-        cross = self._cross[axis]
-        cross += PERIOD * u * (by_cross * cross + by_rate * rate + u * by_fins * angle)
-        if measured == measured:
-            cross += (measured - cross) * (PERIOD / _CROSS_TIME)
-        self._cross[axis] = cross = clip(cross, -_CROSS_MAX * u, _CROSS_MAX * u)
-        return cross

@@ -26,8 +26,12 @@ _ENOUGH = 4.0 / 3.0
 """Times the evidence of `safety.actuators.evidence`."""
 _OVER = 3.0
 """So much, nats, must speak for a change and against eddies of any strength that have just begun."""
-_LEAST_TIME = 1.0
+_SUSPECT = 0.25
+"""With this share of the evidence something speaks for a change."""
+_LEAST_TIME = 1.2
 """What has spoken for a change for a shorter time, s, may be a gust."""
+_HEALED, _HEALED_TIME = 2.0, 10.0
+"""Fins seldom heal: that more is left again needs so many times the evidence, and such a time, s."""
 _CLIP = 4.0
 """No step counts for more, nats."""
 _SETTLING_TIME = 2.0
@@ -40,7 +44,7 @@ _VARIANCE_TIME = 10.0
 
 
 class Change(NamedTuple):
-    """A filter with another share; what speaks for it, and against each of the eddies instead, nats; since when, s."""
+    """A filter with another share; what speaks for it, and against each of the eddies instead, nats; how long, s."""
 
     follower: Follower
     evidence: float
@@ -97,7 +101,7 @@ class ShareWatch:
     @property
     def suspects(self) -> bool:
         """Return whether something speaks for a change by now."""
-        return any(change.evidence > 0.25 * self._enough for m in self._memory.members for change in m.changes)
+        return any(change.evidence > _SUSPECT * self._enough for m in self._memory.members for change in m.changes)
 
     def pause(self) -> None:
         """Stop where nothing can be judged; what was found is kept."""
@@ -108,7 +112,9 @@ class ShareWatch:
         """Begin anew with a share that somebody else found."""
         self._memory = ShareMemory(SHARES.index(left), (), self._memory.variance, 0.0)
 
-    def update(self, rate: float, damping: float, hull: float, fins: float) -> bool:
+    def update(
+        self, rate: float, damping: float, hull: float, fins: float, steady: bool = True, heals: bool = True
+    ) -> bool:
         """Return whether the share is another one after one more step.
 
         Args:
@@ -116,6 +122,8 @@ class ShareWatch:
             damping: of the rate, 1/s, negative.
             hull: known angular acceleration but for the fins', rad/s^2.
             fins: angular acceleration that sound fins would make, rad/s^2.
+            steady: whether the water is; while it changes nothing is laid to the fins.
+            heals: whether `fins` is what they would make, and not the least of it, so that more may be left again.
         """
         m, dt = self._memory, self._dt
         others = _OTHERS[m.left]
@@ -141,10 +149,11 @@ class ShareWatch:
             for share, change in zip(others, member.changes, strict=True):
                 e, after = follow(change.follower, gains, rate, damping, hull + SHARES[share] * fins, dt)
                 evidence = change.evidence + clip(unit * (square - e * e), -_CLIP, _CLIP)
-                if evidence > 0.0 and settled:
+                if evidence > 0.0 and settled and steady and (heals or share > m.left):
                     before = change.over or (0.0,) * len(squares)
                     over = tuple([o + unit * (other - e * e) for o, other in zip(before, squares, strict=True)])
-                    changes.append(Change(after, evidence, over, change.lasts + dt))
+                    lasts = change.lasts + dt if evidence > _SUSPECT * self._enough else 0.0
+                    changes.append(Change(after, evidence, over, lasts))
                 else:
                     changes.append(Change(now, 0.0))
             found.append((now, score, changes))
@@ -157,7 +166,9 @@ class ShareWatch:
         variance = m.variance + (least - m.variance) * (dt / _VARIANCE_TIME) if settled else m.variance
         self._memory = ShareMemory(m.left, members, variance, m.running + dt)
         change, share = max(zip(found[best][2], others, strict=True), key=lambda one: one[0].evidence)
-        if change.evidence < self._enough or change.lasts < _LEAST_TIME or min(change.over) < _OVER:
+        better = share < m.left
+        enough, time = (_HEALED * self._enough, _HEALED_TIME) if better else (self._enough, _LEAST_TIME)
+        if change.evidence < enough or change.lasts < time or min(change.over) < _OVER:
             return False
         self.begin(SHARES[share])
         return True

@@ -30,8 +30,10 @@ class _Matched(ShareWatch):
     def __init__(self, evidence: float, eddies: float, dt: float, members: Sequence[float] = _STILL) -> None:
         super().__init__(evidence, eddies, dt, members)
 
-    def update(self, rate: float, damping: float, hull: float, fins: float) -> bool:
-        found = super().update(rate, damping, hull, fins)
+    def update(
+        self, rate: float, damping: float, hull: float, fins: float, steady: bool = True, heals: bool = True
+    ) -> bool:
+        found = super().update(rate, damping, hull, fins, steady, heals)
         if not _Matched.open:
             members = [m._replace(changes=(Change(m.follower, 0.0),) * len(m.changes)) for m in self._memory.members]
             self._memory = self._memory._replace(left=0, members=tuple(members))
