@@ -15,8 +15,11 @@ from firmware_py.records.event import Cause, EventKind, Severity
 from firmware_py.records.fence import Place
 from firmware_py.records.health import (
     ALL_GOOD,
+    SOUND_FIN,
     ActuatorFault,
     ActuatorHealth,
+    FinEvidence,
+    FinHealth,
     SourceFault,
     SourceHealth,
     SourceState,
@@ -72,6 +75,13 @@ class Case:
     mode: Mode = Mode.MISSION
 
 
+def stuck(source: FinEvidence, dive_left: float) -> dict[str, Any]:
+    """Return a plane that stays at 15 deg, as far as is known, and what that leaves."""
+    fin = FinHealth(0.0, math.radians(15.0), source)
+    actuators = ActuatorHealth((ActuatorFault.JAMMED, NONE, NONE, NONE), NONE, left=(fin, *[SOUND_FIN] * 3))
+    return {"actuators": actuators, "left": UNLIMITED._replace(dive_left=dive_left)}
+
+
 SINKING = STATE.nu._replace(w=0.5)
 STEEP = STATE.nu._replace(u=1.5, w=0.7)
 CASES = (
@@ -100,6 +110,9 @@ CASES = (
     Case(Cause.PLANE_FAULT, "plane_action", 21, faulty(ActuatorFault.HARD_OVER, 1)),
     Case(Cause.RUDDER_FAULT, "rudder_action", 21, faulty(ActuatorFault.LOST, 3)),
     Case(Cause.DAMAGED, "damage_action", 21, {**faulty(ActuatorFault.JAMMED, 0), "left": CRIPPLED}),
+    Case(Cause.PLANE_FAULT, "plane_action", 21, stuck(FinEvidence.FEEDBACK, 0.16)),
+    Case(Cause.DAMAGED, "damage_action", 21, stuck(FinEvidence.MOTION, 0.16)),
+    Case(Cause.PLANE_FAULT, "plane_action", 21, stuck(FinEvidence.MOTION, 0.09)),
     Case(Cause.DAMAGED, "damage_action", 21, {**faulty(ActuatorFault.WEAK, 3), "left": UNLIMITED}),
     Case(Cause.PROPELLER_FAULT, "propeller_action", 21, faulty(ActuatorFault.JAMMED, 4)),
     Case(Cause.PROPELLER_FAULT, "runaway_action", 21, faulty(ActuatorFault.RUNAWAY, 4)),
