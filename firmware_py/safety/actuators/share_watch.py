@@ -28,8 +28,6 @@ _OVER = 3.0
 """So much, nats, must speak for a change and against eddies of any strength that have just begun."""
 _SUSPECT = 0.25
 """With this share of the evidence something speaks for a change."""
-_LEAST_TIME = 1.2
-"""What has spoken for a change for a shorter time, s, may be a gust."""
 _HEALED, _HEALED_TIME = 2.0, 10.0
 """Fins seldom heal: that more is left again needs so many times the evidence, and such a time, s."""
 _CLIP = 4.0
@@ -78,6 +76,9 @@ class ShareMemory(NamedTuple):
 
 class ShareWatch:
     """Judges the fins of one axis; `update` once a `dt`, s."""
+
+    gust_time = 1.2
+    """What has spoken for a change for a shorter time, s, may be a gust."""
 
     def __init__(self, evidence: float, eddies: float, dt: float, members: Sequence[float] = EDDIES) -> None:
         """Design the filters.
@@ -167,7 +168,7 @@ class ShareWatch:
         self._memory = ShareMemory(m.left, members, variance, m.running + dt)
         change, share = max(zip(found[best][2], others, strict=True), key=lambda one: one[0].evidence)
         better = share < m.left
-        enough, time = (_HEALED * self._enough, _HEALED_TIME) if better else (self._enough, _LEAST_TIME)
+        enough, time = (_HEALED * self._enough, _HEALED_TIME) if better else (self._enough, self.gust_time)
         if change.evidence < enough or change.lasts < time or min(change.over) < _OVER:
             return False
         self.begin(SHARES[share])

@@ -23,9 +23,10 @@ _N_RATE = 8.0
 
 
 class _Matched(ShareWatch):
-    """A test that takes no evidence before `open`."""
+    """A test that takes no evidence before `open`, and knows that there are no gusts."""
 
     open = False
+    gust_time = 0.0
 
     def __init__(self, evidence: float, eddies: float, dt: float, members: Sequence[float] = _STILL) -> None:
         super().__init__(evidence, eddies, dt, members)
