@@ -41,12 +41,14 @@ _KNOWN = 0.75
 """WEAK is tested where sound fins have more than this share of what was learned, by 1 sigma."""
 _WEAK = 2.0
 """WEAK needs so many times the evidence: errors of the model look like weak fins sooner than like none."""
-_HEALED = 2.0
+HEALED = 2.0
 """So does the end of a fault: fins seldom heal."""
-_SUSPECT = 0.25
+SUSPECT = 0.25
 """With this share of the evidence a fault is likely enough for nothing to be learned from it."""
-_LEAST_TIME, _FADING_TIME = 1.2, 1.0
-"""What has spoken for a fault for a shorter time, s, may be a gust; while the water changes it fades in the other."""
+GUST_TIME = 1.2
+"""What has spoken for a fault for a shorter time, s, may be a gust."""
+_FADING_TIME = 1.0
+"""While the water changes it fades in this time, s."""
 _FULL = 0.75
 """Fins beyond this share of their travel hold against something."""
 _INERTIA_TIME, _TURNED = 3.0, math.radians(3.0)
@@ -141,7 +143,7 @@ class AxisWatch:
     @property
     def suspects(self) -> bool:
         """Return whether something speaks for a fault by now."""
-        return max(self._memory.lost, self._memory.weak / _WEAK) > _SUSPECT * self._evidence
+        return max(self._memory.lost, self._memory.weak / _WEAK) > SUSPECT * self._evidence
 
     def begin(self, prior: float, fault: ActuatorFault | None = None) -> None:
         """Begin anew with another model, which says what sound fins do with 1 sigma `prior` of it.
@@ -226,12 +228,12 @@ class AxisWatch:
         elif usual - usual_std > _KNOWN * usual:
             weak = max(0.0, keep * m.weak + _ratio(_HALF * usual, usual - usual_std, eg, gg))
         held, turned = self._held_in_vain(m, rate, fins, over, fins + hull)
-        suspected = m.suspected + dt if max(lost, weak / _WEAK) > _SUSPECT * enough else 0.0
+        suspected = m.suspected + dt if max(lost, weak / _WEAK) > SUSPECT * enough else 0.0
         if turned > _TURNED and fault is not ActuatorFault.LOST:
-            lost, suspected = enough, _LEAST_TIME
-        sure = suspected >= _LEAST_TIME
-        if (sure and (lost >= enough or weak >= _WEAK * enough)) or good >= _HEALED * enough:
-            fault = ActuatorFault.NONE if good >= _HEALED * enough else ActuatorFault.WEAK
+            lost, suspected = enough, GUST_TIME
+        sure = suspected >= GUST_TIME
+        if (sure and (lost >= enough or weak >= _WEAK * enough)) or good >= HEALED * enough:
+            fault = ActuatorFault.NONE if good >= HEALED * enough else ActuatorFault.WEAK
             if sure and lost >= enough:
                 fault = ActuatorFault.LOST
             suspected = lost = weak = good = held = turned = 0.0
@@ -242,25 +244,8 @@ class AxisWatch:
             product, energy = keep * product + eg, keep * energy + gg
             if running % self._snapshot < dt:
                 learned = (*learned, (product, energy))[-_SNAPSHOTS:]
-        self._memory = AxisMemory(
-            *(
-                fault,
-                *after,
-                *share,
-                variance,
-                product,
-                energy,
-                learned,
-                lost,
-                weak,
-                good,
-                running,
-                held,
-                turned,
-                m.prior,
-                suspected,
-            )
-        )
+        seen = fault, *after, *share, variance, product, energy, learned
+        self._memory = AxisMemory(*seen, lost, weak, good, running, held, turned, m.prior, suspected)
         return fault
 
     def freeze(self) -> AxisMemory:

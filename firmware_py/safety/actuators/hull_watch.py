@@ -272,9 +272,11 @@ class HullWatch:
         hull = u * cross * model.crosswise + restoring
         steady = not (axis and (self._flow.changes or state.sensors.dvl.fault is SourceFault.CURRENT))
         alone = stuck.stuck[0] < 0  # else the angle of the one that stays is not known well enough to judge the others
-        watch.update(
-            rate, u * model.damping, hull, fins, over, u / _CRUISE, steady, bool(water)
-        ) if alone else watch.pause()
+        if alone:
+            watch.update(rate, u * model.damping, hull, fins, over, u / _CRUISE, steady, bool(water))
+        else:
+            watch.pause()
+            left.pause()
         motion = self._models[1].sway if axis else self._heaved.heave
         cross = self._flow.carry(axis, t, motion, u, (rate, angles / model.control), cross if heard else math.nan)
         if not self._references[axis]:
@@ -285,7 +287,8 @@ class HullWatch:
                 (a, b, c), v = self._heaved.turning, self._flow.memory.velocities[1]
                 restoring += a * nu.r * nu.r + b * v * nu.r + c * v * v
             hull = u * cross * model.crosswise + restoring
-            left.update(rate, u * model.damping, hull, fins, steady, bool(water)) if alone else left.pause()
+            if alone:
+                left.update(rate, u * model.damping, hull, fins, steady, bool(water))
             if not mute:
                 stuck.pause()
             elif stuck.update(rate, u * model.damping, hull, [u * u * unit for unit in units], told, mute):

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from firmware_py.marine import clip
+from firmware_py.safety.actuators.hull_response import GUST_TIME, HEALED, SUSPECT
 from firmware_py.vehicle.turning import GYRO_STD, Follower, follow, stationary_gains
 
 SHARES = (1.0, 0.5, 0.0)
@@ -22,14 +23,12 @@ _OTHERS = ((1,), (0, 2), (0, 1))
 """Of each of these, which may follow: nothing is left only where half has been lost before."""
 EDDIES = (0.1, 0.33, 0.67, 1.33)
 """Strengths of eddies, of those that the actuator watch is told to expect."""
-_ENOUGH = 4.0 / 3.0
+ENOUGH = 4.0 / 3.0
 """Times the evidence of `safety.actuators.evidence`."""
 _OVER = 3.0
 """So much, nats, must speak for a change and against eddies of any strength that have just begun."""
-_SUSPECT = 0.25
-"""With this share of the evidence something speaks for a change."""
-_HEALED, _HEALED_TIME = 2.0, 10.0
-"""Fins seldom heal: that more is left again needs so many times the evidence, and such a time, s."""
+_HEALED_TIME = 10.0
+"""Fins seldom heal: that more is left again needs such a time, s, too."""
 _CLIP = 4.0
 """No step counts for more, nats."""
 _SETTLING_TIME = 2.0
@@ -77,7 +76,7 @@ class ShareMemory(NamedTuple):
 class ShareWatch:
     """Judges the fins of one axis; `update` once a `dt`, s."""
 
-    gust_time = 1.2
+    gust_time = GUST_TIME
     """What has spoken for a change for a shorter time, s, may be a gust."""
 
     def __init__(self, evidence: float, eddies: float, dt: float, members: Sequence[float] = EDDIES) -> None:
@@ -89,7 +88,7 @@ class ShareWatch:
             dt: step, s.
             members: shares of these eddies for which filters run.
         """
-        self._enough, self._dt = _ENOUGH * evidence, dt
+        self._enough, self._dt = ENOUGH * evidence, dt
         self._gains = tuple([stationary_gains(share * eddies, dt) for share in members])
         self._least = 0.4 * GYRO_STD**2 * 0.01 / dt
         self._memory = ShareMemory(0, (), self._least, 0.0)
@@ -102,7 +101,7 @@ class ShareWatch:
     @property
     def suspects(self) -> bool:
         """Return whether something speaks for a change by now."""
-        return any(change.evidence > _SUSPECT * self._enough for m in self._memory.members for change in m.changes)
+        return any(change.evidence > SUSPECT * self._enough for m in self._memory.members for change in m.changes)
 
     def pause(self) -> None:
         """Stop where nothing can be judged; what was found is kept."""
@@ -153,7 +152,7 @@ class ShareWatch:
                 if evidence > 0.0 and settled and steady and (heals or share > m.left):
                     before = change.over or (0.0,) * len(squares)
                     over = tuple([o + unit * (other - e * e) for o, other in zip(before, squares, strict=True)])
-                    lasts = change.lasts + dt if evidence > _SUSPECT * self._enough else 0.0
+                    lasts = change.lasts + dt if evidence > SUSPECT * self._enough else 0.0
                     changes.append(Change(after, evidence, over, lasts))
                 else:
                     changes.append(Change(now, 0.0))
@@ -168,7 +167,7 @@ class ShareWatch:
         self._memory = ShareMemory(m.left, members, variance, m.running + dt)
         change, share = max(zip(found[best][2], others, strict=True), key=lambda one: one[0].evidence)
         better = share < m.left
-        enough, time = (_HEALED * self._enough, _HEALED_TIME) if better else (self._enough, self.gust_time)
+        enough, time = (HEALED * self._enough, _HEALED_TIME) if better else (self._enough, self.gust_time)
         if change.evidence < enough or change.lasts < time or min(change.over) < _OVER:
             return False
         self.begin(SHARES[share])

@@ -20,12 +20,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from firmware_py.marine import EDDY_TIME, clip
+from firmware_py.safety.actuators.hull_response import SUSPECT
 from firmware_py.safety.actuators.offset_filter import PRIOR_STD, Offset, Step, begin_offset, follow_offset
-from firmware_py.safety.actuators.share_watch import EDDIES
+from firmware_py.safety.actuators.share_watch import EDDIES, ENOUGH
 from firmware_py.vehicle.turning import GYRO_STD, Follower, follow, stationary_gains
 
-_ENOUGH, _OVER, _OTHER = 4.0 / 3.0, 1.0, 0.5
-"""Times the evidence of `safety.actuators.evidence`: that a fin stays; that it is no gust; that another fin stays."""
+_OVER, _OTHER = 1.0, 0.5
+"""Times the evidence of `safety.actuators.evidence`: that it is no gust; that another fin stays."""
 _LEAST_TIME = 0.6
 """What has spoken for a change for a shorter time, s, is chance."""
 _CLIP = 4.0
@@ -126,7 +127,7 @@ class StuckWatch:
     def suspects(self) -> bool:
         """Return whether something speaks for a fault by now, or one is known."""
         return self._memory.fin >= 0 or any(
-            s.evidence > 0.25 * _ENOUGH * self._evidence for m in self._memory.members for s in m.stays
+            s.evidence > SUSPECT * ENOUGH * self._evidence for m in self._memory.members for s in m.stays
         )
 
     def pause(self) -> None:
@@ -209,7 +210,7 @@ class StuckWatch:
 
     def _named(self, m: StuckMemory, units: Sequence[float], mute: Sequence[int]) -> bool:
         """Return whether a fin is found to stay, where none was."""
-        enough, over = _ENOUGH * self._evidence, _OVER * self._evidence
+        enough, over = ENOUGH * self._evidence, _OVER * self._evidence
         found = [
             (stays.least, i, -k)
             for i, member in enumerate(m.members)
