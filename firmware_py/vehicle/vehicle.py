@@ -147,6 +147,13 @@ class Vehicle:
         return {**values, "C_d0": self.propeller.C_d0, "C_dy": hull.C_dy, "C_dz": hull.C_dz}
 
     @property
+    def surge_drag(self) -> float:
+        """How fast drag takes the way off, over u^2, 1/m (C_d0 of Eq. 1, by the inertia in surge)."""
+        hull = self.hull
+        mass = self.body.mass - 0.5 * hull.density * hull.length**3 * self.coefficients.X_udot
+        return 0.5 * hull.density * hull.length**2 * self.propeller.C_d0 / mass
+
+    @property
     def effectiveness(self) -> Effectiveness:
         """Control effectiveness of the fins. Computed at every call: store it."""
         return effectiveness(self.fins, self.coefficients.M_db / self.coefficients.M_ds)

@@ -114,10 +114,7 @@ class CurrentCheck:
 
     def __init__(self, walk: float, vehicle: Vehicle) -> None:
         """Take how the current walks, m/s a root of a second, and the vehicle, whose drag moves it with the water."""
-        propeller, hull = vehicle.propeller, vehicle.hull
-        mass = vehicle.body.mass - 0.5 * hull.density * hull.length**3 * vehicle.coefficients.X_udot
-        drag = 0.5 * hull.density * hull.length**2 * propeller.C_d0 / mass
-        u = propeller.u_trim
+        drag, u = vehicle.surge_drag, vehicle.propeller.u_trim
         self._walk = walk
         self._brakes = 1.5 * drag * u * u
         """How fast drag brakes at trim speed, with half as much in reserve, m/s^2."""

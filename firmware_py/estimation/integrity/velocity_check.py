@@ -59,9 +59,8 @@ class VelocityCheck:
         self._params, self.current = params, CurrentCheck(current_walk, vehicle)
         hull, propeller = vehicle.hull, vehicle.propeller
         self._ratio = propeller.u_trim / propeller.n_trim
-        mass = vehicle.body.mass - 0.5 * hull.density * hull.length**3 * vehicle.coefficients.X_udot
         self._half, self._lever = 0.5 * hull.length, _LEVER * hull.length
-        self._drag = 0.5 * hull.density * hull.length**2 * propeller.C_d0 / mass
+        self._drag = vehicle.surge_drag
         self.memory = VelocityCheckMemory()
 
     def step(self, dt: float, n: float, dropped: bool) -> None:

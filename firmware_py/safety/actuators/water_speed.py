@@ -93,7 +93,7 @@ class WaterSpeedFilter:
         hull, body, propeller, c = vehicle.hull, vehicle.body, vehicle.propeller, vehicle.coefficients
         half = 0.5 * hull.density * hull.length**2
         inertia = body.mass - half * hull.length * c.X_udot
-        self.k = half * propeller.C_d0 / inertia
+        self.k = vehicle.surge_drag
         self._current_variance = (0.5 * current) ** 2
         self._turn = (body.mass + half * hull.length * c.X_vr) / inertia
         ((damping, turning, _), *_), (rudder, *_) = steering_model(vehicle, 1.0)
