@@ -5,7 +5,9 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import os
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +15,13 @@ import pytest
 from scipy.stats import binom, chi2, norm
 from sternplane.cli import main
 from sternplane.study import command
+from sternplane.study.adaptation import command as adaptation
 from sternplane.study.cases import CASES, consistency, exact, noisy
 from sternplane.study.chance import K_SIGMA, MISS, chi_square_band, greatest_of, median_of, rms_band, share_of
+from sternplane.study.file_names import file_name
+from sternplane.study.kept_runs import FOLDER, KeptRuns
 from sternplane.study.page import page
-from sternplane.study.rows import Results, Row
+from sternplane.study.rows import Case, Results, Row, RunArrays, Study
 from sternplane.study.setups import (
     CONFIG,
     Setup,
@@ -194,3 +199,47 @@ def test_the_whole_study_runs_in_processes_and_exits_by_its_targets(
     assert all("100 Hz" in row["case"] for row in rows)
     assert left_out.name not in (tmp_path / "report.html").read_text()
     assert (tmp_path / "report.html").stat().st_size > 1_000_000
+
+
+def _counted(seed: int, k: int) -> RunArrays:
+    with (Path(os.environ["COUNTED"])).open("a") as file:
+        file.write(f"{seed} {k}\n")
+    return {"some, of a run": np.array([seed / 3.0, math.nan]), "k": np.array(k)}
+
+
+def _shown(runs: Sequence[RunArrays]) -> Results:
+    return Results([Row("counted: a / b", "sum", float(sum(run["some, of a run"][0] for run in runs)), 1e6, len(runs))])
+
+
+def test_a_study_that_was_broken_off_or_grows_makes_only_the_runs_that_are_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, made = tmp_path / "out", tmp_path / "made"
+    case = Case("counted: a / b", "", _counted, _shown, 9, 9 - 1)
+    monkeypatch.setenv("COUNTED", str(made))
+    monkeypatch.setattr(command, "ESTIMATION", Study("t", "d", [case]))
+
+    def study(seeds: str) -> tuple[set[str], bytes]:
+        made.write_text("")
+        assert main.main(["study", "estimation", "--seeds", seeds, "--out", str(out)]) == 0
+        return set(made.read_text().splitlines()), (out / "results.json").read_bytes()
+
+    first, _ = study("5:7")
+    assert first == {"5 0", "6 1"}
+    again, results = study("5:8")
+    assert again == {"7 2"}
+    kept = sorted((out / FOLDER).iterdir())
+    assert len(kept) == 3
+    kept[0].write_bytes(kept[0].read_bytes()[:99])  # as a full disk leaves it
+    kept[1].unlink()
+    assert study("5:8") == ({"5 0", "6 1"}, results)
+    assert study("5:8") == (set(), results)
+    assert "another revision" not in (out / "report.html").read_text()
+    KeptRuns(out, "an older one").keep(case, 6, 1, _counted(6, 1))
+    assert study("5:8") == (set(), results)
+    assert "made by another revision: an older one" in (out / "report.html").read_text()
+
+
+def test_no_two_cases_of_a_study_keep_their_runs_under_one_name() -> None:
+    for study in (command.ESTIMATION, adaptation.ADAPTATION):
+        assert len({file_name(case.name) for case in study.cases}) == len(study.cases)

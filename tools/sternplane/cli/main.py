@@ -173,7 +173,8 @@ def parser() -> argparse.ArgumentParser:
     estimation = studies.add_parser(
         "estimation",
         help="the coefficient filter beside the Cramér-Rao bound",
-        description="Flies and judges every case in two processes, and leaves report.html and results.json.",
+        description="Flies and judges every case on all cores, and leaves report.html, results.json and the runs. A "
+        "second start with the same --out goes on where the first was broken off.",
         epilog="Exit status 0 if every target is met, 1 if not (what is missed is named), 2 for bad input.",
     )
     estimation.add_argument(
@@ -187,7 +188,8 @@ def parser() -> argparse.ArgumentParser:
         "adaptation",
         help="laws designed from what is learned, beside laws that know the truth",
         description="Flies vehicle files that are wrong, on all cores, with laws designed from the truth, from the "
-        "wrong file and from what is learned; judges them by the truth, and leaves report.html and results.json.",
+        "wrong file and from what is learned; judges them by the truth, and leaves report.html, results.json and "
+        "the runs. A second start with the same --out goes on where the first was broken off.",
         epilog="Exit status 0 if every target is met, 1 if not (what is missed is named), 2 for bad input.",
     )
     adaptation.add_argument(

@@ -17,6 +17,7 @@ from firmware_py.run.run_folders import run_folder
 from firmware_py.run.usage_error import UsageError
 from sternplane.study.cases import CASES
 from sternplane.study.chance import MISS
+from sternplane.study.kept_runs import KeptRuns
 from sternplane.study.page import page, target_text
 from sternplane.study.pool import run_all
 from sternplane.study.rows import Row, Study
@@ -44,17 +45,18 @@ def run_study(study: Study, options: argparse.Namespace, most: int) -> int:
     seeds = seeds_of(options.seeds, range(JUDGED_FROM, JUDGED_FROM + most))
     folder = run_folder(options.out)
     study = study.in_form(options.short)
-    results = [
-        case.evaluate(runs)
-        for case, runs in zip(
-            study.cases, run_all(study.cases, seeds, options.short, Console(stderr=True)), strict=True
-        )
-    ]
+    kept = KeptRuns(folder, provenance.git_revision())
+    found = run_all(study.cases, seeds, options.short, kept, Console(stderr=True))
+    results = [case.evaluate(runs) for case, runs in zip(study.cases, found, strict=True)]
     rows = [row for result in results for row in result.rows]
     form = "short form" if options.short else "full form"
-    identity = f"seeds {seeds.start} to {seeds.stop - 1} · {form} · revision {provenance.git_revision()}"
+    identity = [f"seeds {seeds.start} to {seeds.stop - 1} · {form} · revision {kept.revision}"]
+    if kept.others:
+        identity.append(f"Some runs were made by another revision: {', '.join(sorted(kept.others))}.")
+    if study.chance:
+        identity.append(chance_text(rows))
     write(folder / "results.json", json.dumps([row.plain() for row in rows], indent=1, allow_nan=False) + "\n")
-    write(folder / "report.html", page(study, results, (identity, *([chance_text(rows)] if study.chance else []))))
+    write(folder / "report.html", page(study, results, identity))
     _print(rows, folder, study.chance)
     return 1 if any(row.ok is False for row in rows) else 0
 

@@ -1,4 +1,4 @@
-"""Runs all cases on all cores, with a bar. What comes out does not hang on which process was faster."""
+"""Makes all runs of a study on all cores, with a bar, and keeps each. No result depends on which process was faster."""
 
 from __future__ import annotations
 
@@ -8,24 +8,43 @@ from collections.abc import Sequence
 from rich.console import Console
 
 from sternplane.cli.workers import complete
+from sternplane.study.kept_runs import KeptRuns
 from sternplane.study.rows import Case, RunArrays
 
 
-def run_all(cases: Sequence[Case], seeds: range, short: bool, console: Console) -> list[list[RunArrays]]:
-    """Every run of every case, in their order.
+def run_all(
+    cases: Sequence[Case], seeds: range, short: bool, kept: KeptRuns, console: Console
+) -> list[list[RunArrays]]:
+    """Return every run of every case, in their order; what was kept is not made again.
+
+    They are made seed by seed, so that a study that was broken off has all cases.
 
     Args:
         cases: of the study.
         seeds: the k-th run takes the k-th; a case makes no more runs than there are seeds, unless its runs are all
             different, as those with several starts: these always make all.
         short: the form for CI.
+        kept: the runs of this study that were made before, and where new ones go.
         console: where the bar is drawn; where it is no terminal, a line says each tenth.
     """
-    jobs = {
-        (index, k): (case.run, seeds.start + k, k)
-        for index, case in enumerate(cases)
-        for k in range(case.runs if case.runs == case.short else min(case.short if short else case.runs, len(seeds)))
-    }
-    found: dict[tuple[int, int], RunArrays] = {}
-    complete(operator.call, jobs, found.__setitem__, "runs", 10, console)
-    return [[found[job] for job in jobs if job[0] == index] for index in range(len(cases))]
+    counts = [
+        case.runs if case.runs == case.short else min(case.short if short else case.runs, len(seeds)) for case in cases
+    ]
+    wanted = [(index, k) for k in range(max(counts, default=0)) for index, count in enumerate(counts) if k < count]
+    runs: dict[tuple[int, int], RunArrays] = {}
+    for index, k in wanted:
+        if (run := kept.found(cases[index], seeds.start + k, k)) is not None:
+            runs[index, k] = run
+    if runs:
+        console.print(
+            f"{len(runs)} of {len(wanted)} runs are in {kept.folder} already", highlight=False, soft_wrap=True
+        )
+
+    def keep(job: tuple[int, int], run: RunArrays) -> None:
+        index, k = job
+        kept.keep(cases[index], seeds.start + k, k, run)
+        runs[job] = run
+
+    if jobs := {(index, k): (cases[index].run, seeds.start + k, k) for index, k in wanted if (index, k) not in runs}:
+        complete(operator.call, jobs, keep, "runs", 10, console)
+    return [[runs[index, k] for k in range(count)] for index, count in enumerate(counts)]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from typing import NamedTuple
 
+from sternplane.study.file_names import file_name
 from sternplane.study.safety.mission import ONSETS
 
 
@@ -63,7 +63,7 @@ class Trial(NamedTuple):
     @property
     def name(self) -> str:
         """Return a name for files."""
-        return re.sub(r"[^\w.+=-]+", "_", self.title)
+        return file_name(self.title)
 
     def at(self, onset: int) -> tuple[str, ...]:
         """Return the faults that begin at an onset, given by its number."""
