@@ -26,7 +26,9 @@ def a_run(truth: bool = True) -> Any:
     header: dict[str, Any] = {"configuration": {"vehicle": VEHICLE}}
     if truth:
         hull, built = VEHICLE["hull"], {**FILE, "M_ds": 0.5 * FILE["M_ds"]}
-        header["truth"] = {"coefficients": built, "density": hull["density_kg_m3"], "length": hull["length_m"]}
+        fins = [{"name": name, "share": [0.5, 0.0, 0.0], "effectiveness": 1.0} for name in ("port", "starboard")]
+        size = {"density": hull["density_kg_m3"], "length": hull["length_m"]}
+        header["truth"] = {"coefficients": built, **size, "fins": fins}
     return SimpleNamespace(header=header)
 
 
@@ -54,8 +56,10 @@ def piece(sources: list[Source], m_ds: list[float], off: list[float], begin: int
     return Piece(begin, c, {f"eta.{axis}": zeros for axis in ("x", "y", "z", "psi")})
 
 
-def figures(truth: bool = True) -> dict[str, Any] | None:
-    found = AdoptionFigures(a_run(truth))
+def figures(truth: bool = True, faults: tuple[str, ...] = ()) -> dict[str, Any] | None:
+    run = a_run(truth)
+    run.header["faults"] = faults
+    found = AdoptionFigures(run)
     found.add(piece([Source.FILE, Source.FILE], [1.0, 1.0], [0.4, -0.4]))
     found.add(piece([Source.LEARNED, Source.LEARNED], [0.8, 0.55], [0.1, 0.1], begin=2))
     return found.summary
@@ -79,6 +83,18 @@ def test_each_coefficient_is_told_with_the_moment_at_which_it_left_the_file() ->
     assert (m_q["adopted_s"], m_q["error_after_pct"]) == (None, 0.0)
 
 
+def test_errors_are_against_what_a_fault_has_left_at_the_end() -> None:
+    summary = figures(faults=("lost:port@2.5",))
+    assert summary is not None
+    m_ds, m_q = summary["coefficients"]["M_ds"], summary["coefficients"]["M_q"]
+    assert m_ds["truth"] == 0.25 * FILE["M_ds"]
+    assert (m_ds["error_before_pct"], m_ds["error_after_pct"]) == pytest.approx((300.0, 120.0))
+    assert m_q["truth"] == FILE["M_q"]
+    later = figures(faults=("lost:port@3.5",))
+    assert later is not None
+    assert later["coefficients"]["M_ds"]["truth"] == 0.5 * FILE["M_ds"]
+
+
 def test_without_a_truth_no_error_is_told() -> None:
     summary = figures(truth=False)
     assert summary is not None
@@ -98,4 +114,4 @@ def test_the_section_has_a_row_for_each_law_and_each_coefficient() -> None:
     assert [row[0] for row in laws.rows] == ["depth", "heading"]
     assert laws.rows[0][1:4] == ["2.0 s", "0.4 m", "0.1 m"]
     assert [row[0] for row in coefficients.rows] == [*DIVING, *STEERING]
-    assert coefficients.rows[1][-2:] == ["+1e+02 %", "+10 %"]
+    assert coefficients.rows[1][-2:] == ["+100 %", "+10 %"]

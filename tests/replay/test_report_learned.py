@@ -30,7 +30,8 @@ NAMES = ["M_q", "Y_dr", "N_dot"]
 BELIEVED = [-0.068, 0.027, 1.0]
 TRUTH = {**VEHICLE["coefficients"], "M_q": -0.08, "Y_dr": 0.025}
 TRUTH |= {name: 1.25 * TRUTH[name] for name in GROUPS["N_dot"]}
-BUILT = {"coefficients": TRUTH, "density": 1000.0, "length": 5.3}
+RUDDERS = [{"name": f"rudder_{one}", "share": [0.0, 0.5, 0.0], "effectiveness": 1.0} for one in ("upper", "lower")]
+BUILT = {"coefficients": TRUTH, "density": 1000.0, "length": 5.3, "fins": RUDDERS}
 CYCLES, BEGUN = 300, 100
 
 
@@ -182,6 +183,40 @@ def test_the_summary_has_values_sigmas_and_errors(log: Log) -> None:
     assert said["largest error of the valid coefficients"] == f"N_dot +3.9 % ({sigmas:.1f} σ)"
 
 
+def test_a_fault_that_takes_half_of_the_rudder_is_a_step_of_the_truth_and_no_error_of_the_estimate(log: Log) -> None:
+    log.header["faults"] = ["lost:rudder_upper@2", "freeze:pressure@1"]
+    plots = drawn(log)
+    (truth,) = [trace for trace in plots["Y_dr"].figure.data if (trace.name or "").startswith("truth")]
+    assert (truth.name, truth.line.shape) == ("truth with the fault", "hv")
+    assert truth.x == pytest.approx([0.0, 2.0, 2.9])
+    assert truth.y == pytest.approx([0.025, 0.0125, 0.0125])
+    assert plots["Y_dr"].figure.layout.yaxis.range[0] < 0.0125
+    assert plots["Y_dr"].note.endswith("off the truth with the fault.")
+    assert plots["Errors in sigmas"].note.startswith("Estimate minus truth with the fault")
+    value, std = (log.columns[f"state.learned.{name}"][::10, 1] for name in ("value", "std"))
+    (errors,) = [trace.y for trace in plots["Errors in sigmas"].figure.data if trace.name == "Y_dr"]
+    expected = (value - np.where(np.arange(30) < 20, 0.025, 0.0125)) / std
+    assert errors[10:] == pytest.approx(expected[10:], rel=1e-5)
+    learned = summarise(log)["learned"]
+    value, std = (log.columns[f"state.learned.{name}"][-1, 1] for name in ("value", "std"))
+    y_dr = learned["coefficients"]["Y_dr"]
+    assert y_dr["truth"] == 0.0125
+    assert y_dr["error_pct"] == pytest.approx(100.0 * (value / 0.0125 - 1.0))
+    assert y_dr["error_sigmas"] == pytest.approx((value - 0.0125) / std)
+    squares = [one["error_sigmas"] ** 2 for one in learned["coefficients"].values()]
+    assert learned["mean_square_error_sigmas"] == pytest.approx(np.mean(squares))
+    assert "truth" in [trace.name for trace in plots["M_q"].figure.data]  # no fin makes it
+    assert plots["M_q"].note.endswith("off the truth.")
+
+
+def test_after_a_fault_that_is_over_the_estimate_is_beside_what_was_built_again(log: Log) -> None:
+    log.header["faults"] = ["weak:rudder_lower=20@1.5+1"]
+    found = traces(log, "Y_dr")["truth with the fault"]
+    assert found == pytest.approx([0.025, 0.6 * 0.025, 0.025, 0.025])
+    assert summarise(log)["learned"]["coefficients"]["Y_dr"]["truth"] == 0.025
+    assert drawn(log)["Y_dr"].note.endswith("off the truth.")
+
+
 def test_at_sea_there_is_no_truth_to_compare_with(log: Log) -> None:
     del log.header["truth"]
     learned = summarise(log)["learned"]
@@ -197,12 +232,14 @@ def test_at_sea_there_is_no_truth_to_compare_with(log: Log) -> None:
 @pytest.mark.parametrize("key", ["density", "length"])
 def test_numbers_made_dimensionless_by_another_hull_are_not_compared(log: Log, key: str) -> None:
     log.header["truth"][key] *= 1.025
-    assert all(np.isnan(one.truth) for one in coefficients(log.header, log.columns))
+    assert all(np.isnan(one.truth).all() and np.isnan(one.built) for one in coefficients(log.header, log.columns))
 
 
 def test_a_group_has_a_truth_only_if_its_members_are_off_alike(log: Log) -> None:
     log.header["truth"]["coefficients"]["N_rdot"] *= 1.1
-    assert [np.isfinite(one.truth) for one in coefficients(log.header, log.columns)] == [True, True, False]
+    found = coefficients(log.header, log.columns)
+    assert [np.isfinite(one.truth).all() for one in found] == [np.isfinite(one.built) for one in found]
+    assert [np.isfinite(one.built) for one in found] == [True, True, False]
 
 
 @pytest.mark.parametrize("names", [NAMES[:2], "M_q", [1, 2, 3]])

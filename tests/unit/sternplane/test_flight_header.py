@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+import pytest
 from sternplane.sitl.flight import CONFIG, FlightRequest, prepare
 
 
@@ -19,6 +20,11 @@ def test_the_log_knows_the_true_vehicle_and_the_autopilot_does_not(tmp_path: Pat
     assert built["coefficients"]["M_q"] == -0.099
     assert (built["coefficients"]["C_d0"], built["coefficients"]["C_dy"]) == (0.00385, 0.5)
     assert (built["density"], built["length"]) == (1000.0, 5.3)
+    assert [fin["name"] for fin in built["fins"]] == [
+        *("stern_port", "stern_starboard", "rudder_upper", "rudder_lower")
+    ]
+    assert [fin["effectiveness"] for fin in built["fins"]] == [1.0] * 4
+    assert built["fins"][2]["share"] == pytest.approx([0.0, 0.5, 0.0])
     assert "-0.099" not in str(header["configuration"])
     assert header["configuration"]["vehicle"]["coefficients"]["M_q"] == -0.068
 

@@ -139,6 +139,25 @@ def test_the_page_holds_what_was_found(learned: Path) -> None:
         assert f"<td>{name}</td><td>{one['believed']:.6f}</td>" in text
 
 
+@pytest.mark.parametrize(("t", "left"), [(2.0, 0.5), (6.0, None), (20.0, 1.0)])
+def test_the_truth_is_with_the_fault_and_none_is_shown_where_it_changes_meanwhile(
+    excited: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, t: float, left: float | None
+) -> None:
+    def with_fault(path: Path) -> Any:
+        log = streaming.stream(path)
+        log.header["faults"] = [f"lost:rudder_upper@{t}"]
+        return log
+
+    monkeypatch.setattr(command, "stream", with_fault)
+    words = ["--from", "4", "--to", "10", "--coefficients", "N_dr,M_ds"]
+    assert main.main(["identify", str(excited), "--out", str(tmp_path), *words]) in (0, 1)
+    found = coefficients(tmp_path)
+    assert found["N_dr"]["truth"] == (None if left is None else -0.013 * left)
+    assert found["M_ds"]["truth"] == -0.041
+    said = [one for one in json.loads((tmp_path / "identify.json").read_text())["remarks"] if "fault" in one]
+    assert said == (["A fault changes the truth of N_dr meanwhile: it is not shown."] if left is None else [])
+
+
 def test_in_turbulence_maximum_likelihood_is_said_to_be_not_valid_and_the_filter_is_taken(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -13,8 +13,9 @@ from firmware_py.estimation.model.state import MOTIONS
 from sternplane.identification.assessment import Assessment
 from sternplane.identification.estimate import LARGE, WHITE, Estimated, Identification
 from sternplane.identification.recording import Recording
-from sternplane.logs.learned import believed, truth
+from sternplane.logs.learned import believed
 from sternplane.logs.run import Run
+from sternplane.logs.true_coefficients import truth
 
 DIRECTIONS = 3
 """So many of the weakest directions are document."""
@@ -26,14 +27,15 @@ CONSISTENT = (0.8, 1.2)
 
 def result_document(log: Run, recording: Recording, found: Identification, assessment: Assessment) -> dict[str, Any]:
     """All of it in plain numbers; None where there is none."""
-    true, names = truth(log.header, believed(log.header)), found.names
+    true, names = truth(log.header, believed(log.header), recording.t), found.names
+    changed = [name for name in names if name in true and np.ptp(true[name])]
     by_name = {}
     for i, name in enumerate(names):
         by_name[name] = {
             "believed": float(found.believed[i]),
             "filter": _known(found.filtered, i),
             "likelihood": {**_known(found.likelihood, i), "widened": float(found.widening[i]), "valid": found.white},
-            "truth": true.get(name),
+            "truth": float(true[name][0]) if name in true and name not in changed else None,
             "identifiable": name not in assessment.unknown,
         }
     return {
@@ -65,7 +67,11 @@ def result_document(log: Run, recording: Recording, found: Identification, asses
         "steps": found.fit.steps,
         "at_rest": found.fit.found,
         "not_identifiable": list(assessment.sentences),
-        "remarks": [*([f"The log is {log.lost}."] if log.lost else []), *remarks(recording, found)],
+        "remarks": [
+            *([f"The log is {log.lost}."] if log.lost else []),
+            *([f"A fault changes the truth of {', '.join(changed)} meanwhile: it is not shown."] if changed else []),
+            *remarks(recording, found),
+        ],
     }
 
 

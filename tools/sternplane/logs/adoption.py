@@ -8,11 +8,12 @@ import numpy as np
 
 from firmware_py.records.adoption import Refusal, Source
 from firmware_py.vehicle.linear_models import DivingCoefficients, SteeringCoefficients
-from sternplane.logs.learned import believed, truth, with_none
+from sternplane.logs.learned import believed, with_none
 from sternplane.logs.mean import Mean
 from sternplane.logs.reading import Columns, Piece
 from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array, held_cycles, pose_of, wrapped_deg
+from sternplane.logs.true_coefficients import truth
 
 _LAWS = {"depth": ("diving", DivingCoefficients._fields), "heading": ("steering", SteeringCoefficients._fields)}
 _COMPLETE = (Refusal.NONE, Refusal.BOUND)
@@ -47,8 +48,8 @@ class AdoptionFigures:
     """What adoption did in a run; it is shown the pieces of the log one after the other."""
 
     def __init__(self, log: Run) -> None:
-        self._believed = believed(log.header)
-        self._truth = truth(log.header, self._believed)
+        self._header, self._believed = log.header, believed(log.header)
+        self._end = -np.inf
         self._used = False
         self._t: dict[str, float] = {}
         self._moved: dict[str, float] = {}
@@ -59,6 +60,7 @@ class AdoptionFigures:
     def add(self, piece: Piece) -> None:
         """Take a piece in."""
         c, pose, held = piece.columns, pose_of(piece), held_cycles(piece.columns)
+        self._end = float(c["t"][-1])
         for name, values in in_force(c).items():
             other = np.flatnonzero(values != self._believed.get(name, values))
             if other.size:
@@ -85,6 +87,7 @@ class AdoptionFigures:
         """What summary.json says of it, None where nothing was adopted: see `summary.summarise`."""
         if not self._used:
             return None
+        true = {name: float(at[0]) for name, at in truth(self._header, self._believed, np.array([self._end])).items()}
         said: dict[str, Any] = {
             "laws": {
                 law: {
@@ -96,12 +99,13 @@ class AdoptionFigures:
                 }
                 for law, (before, after) in self._errors.items()
             },
-            "coefficients": {name: self._figures(name) for name in self._last},
+            "coefficients": {name: self._figures(name, true.get(name)) for name in self._last},
         }
         return dict(with_none(said))
 
-    def _figures(self, name: str) -> dict[str, Any]:
-        file, value, true = self._believed.get(name), self._last[name], self._truth.get(name)
+    def _figures(self, name: str, true: float | None) -> dict[str, Any]:
+        """Return what stands of a coefficient; both errors are against the truth at the end."""
+        file, value = self._believed.get(name), self._last[name]
         return {
             "file": file,
             "adopted_s": self._moved.get(name),

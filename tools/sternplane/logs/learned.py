@@ -10,7 +10,7 @@ import numpy as np
 
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_validity import SENSORS, STAY, ValidityParams, band
-from firmware_py.estimation.model.observer_model import GROUPS, SCALED
+from firmware_py.estimation.model.observer_model import SCALED
 from firmware_py.params import ParamError, load
 from firmware_py.records.event import EventKind
 from firmware_py.records.event_text import texts
@@ -18,6 +18,7 @@ from firmware_py.vehicle.vehicle import Vehicle
 from sternplane.logs.reading import Columns, Piece
 from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array
+from sternplane.logs.true_coefficients import truth
 
 _HERE = "state.learned"
 _TOPICS = ("dvl", "ahrs", "ahrs")
@@ -26,9 +27,11 @@ _BESIDE = ("nis", "current", "current_std", "turbulence", "rejected", "dropped",
 
 @dataclass(frozen=True)
 class Coefficient:
-    """One coefficient: arrays over the cycles, NaN and False before the filter began; `truth` NaN where unknown.
+    """One coefficient: arrays over the cycles, NaN and False before the filter began; what is not known is NaN.
 
-    `earlier` is what the filter began with of an earlier flight, NaN if it began with what was believed.
+    `truth` is that of each cycle, with what faults have left of the fins (`true_coefficients`); `built` is what it was
+    before all of them. `earlier` is what the filter began with of an earlier flight, NaN if it began with what was
+    believed.
     """
 
     name: str
@@ -37,14 +40,20 @@ class Coefficient:
     valid: Array
     excited: Array
     believed: float
-    truth: float
+    truth: Array
+    built: float
     earlier: float = float("nan")
 
     @property
     def error_sigmas(self) -> Array:
-        """Estimate minus truth over the sigma that the estimate gives itself."""
+        """Estimate minus truth at that time over the sigma that the estimate gives itself."""
         sigmas: Array = (self.value - self.truth) / self.std
         return sigmas
+
+    @property
+    def damaged(self) -> bool:
+        """Whether a fault makes the truth of any of the cycles another one than was built."""
+        return bool(np.isfinite(self.built) and (self.truth != self.built).any())
 
 
 def coefficients(header: Mapping[str, Any], c: Columns, begun: bool = False) -> list[Coefficient]:
@@ -63,11 +72,12 @@ def coefficients(header: Mapping[str, Any], c: Columns, begun: bool = False) -> 
     value, std = (np.where(running[:, None], c[f"{_HERE}.{name}"], np.nan) for name in ("value", "std"))
     valid, excited = (c[f"{_HERE}.{name}"] & running[:, None] for name in ("valid", "excited"))
     known = believed(header)
-    true, earlier, nan = truth(header, known), _earlier(header), float("nan")
+    true, earlier, nan = truth(header, known, np.concatenate(([-np.inf], c["t"]))), _earlier(header), float("nan")
+    unknown = np.full(1 + len(value), nan)
     return [
         Coefficient(
-            *(name, value[:, i], std[:, i], valid[:, i], excited[:, i]),
-            *(known.get(name, nan), true.get(name, nan), earlier.get(name, nan)),
+            *(name, value[:, i], std[:, i], valid[:, i], excited[:, i], known.get(name, nan)),
+            *(true.get(name, unknown)[1:], float(true.get(name, unknown)[0]), earlier.get(name, nan)),
         )
         for i, name in enumerate(_names(header, value.shape[1]))
     ]
@@ -142,14 +152,14 @@ def manoeuvre_results(log: Run) -> list[tuple[float, str]]:
 
 
 def _figures(c: Coefficient) -> dict[str, Any]:
-    value = float(c.value[-1])
+    value, true = float(c.value[-1]), float(c.truth[-1])
     return {
         "value": value,
         "std": float(c.std[-1]),
         "valid": bool(c.valid[-1]),
         "believed": c.believed,
-        "truth": c.truth,
-        "error_pct": 100.0 * (value / c.truth - 1.0) if c.truth else None,
+        "truth": true,
+        "error_pct": 100.0 * (value / true - 1.0) if true else None,
         "error_sigmas": float(c.error_sigmas[-1]),
     }
 
@@ -191,20 +201,3 @@ def believed(header: Mapping[str, Any]) -> dict[str, float]:
         return {}
     size = {"density": vehicle.hull.density, "length": vehicle.hull.length}
     return {**vehicle.force_coefficients, **size, **dict.fromkeys(SCALED, 1.0)}
-
-
-def truth(header: Mapping[str, Any], believed: Mapping[str, float]) -> dict[str, float]:
-    """What the simulated vehicle is built like, in the believed vehicle's terms: a group's scale only where it has one.
-
-    With another density or length the same number is another force, and nothing here is comparable.
-    """
-    built = header.get("truth", {})
-    if not believed or any(built.get(key) != believed[key] for key in ("density", "length")):
-        return {}
-    true = dict(built["coefficients"])
-    for group, members in GROUPS.items():
-        scales = [true[name] / believed[name] for name in members if believed[name]]
-        rest = [true[name] for name in members if not believed[name]]
-        if scales and not any(rest) and max(scales) - min(scales) < 1e-9:
-            true[group] = scales[0]
-    return true

@@ -60,15 +60,16 @@ def summarise(log: Run) -> Summary:
     gcs_N_*: of the N-th link to ground stations, what came unsigned, malformed or too fast (flooding, overrun), what
     was not taken for want of room, and what was not said or sent to them.
     health: sensors and actuators that were ever not good, and the ascent: see `HealthRecord.document`.
-    learned: None if nothing was; else of the last cycle, by coefficient, value, std, valid, believed, and truth,
-    error_pct and error_sigmas where the truth was logged; mean_square_error_sigmas over them, correlations left out;
-    nis by sensor, current_m_s and current_std_m_s (north, east), turbulence_m_s, rejected, dropped, resets; and taught:
-    when each learning manoeuvre was over (s), and the sentence on what it taught and what not.
+    learned: None if nothing was; else of the last cycle, by coefficient, value, std, valid, believed, and truth (with
+    what faults have left of the fins: `true_coefficients`), error_pct and error_sigmas where the truth was logged;
+    mean_square_error_sigmas over them, correlations left out; nis by sensor, current_m_s and current_std_m_s (north,
+    east), turbulence_m_s, rejected, dropped, resets; and taught: when each learning manoeuvre was over (s), and the
+    sentence on what it taught and what not.
     adoption: None if no law ever used what was learned; else by law, depth and heading: adopted_s, from when its design
     was of learned values alone (None: never), rms_before and rms_after, of the tracking errors as above (m, deg) up to
     then and from then on, and the design by_file and in_force at the end; by coefficient: file, adopted_s (when its
-    value first left the file's), in_force at the end, and truth, error_before_pct and error_after_pct where the truth
-    was logged.
+    value first left the file's), in_force at the end, and truth (at the end, as above), error_before_pct (of the file)
+    and error_after_pct (of what is in force), both against it, where the truth was logged.
     cycles, complete, lost, events: of the log. notes: sentences on the state of an earlier run.
     """
     figures, learned, late = _Figures(log), LearnedFigures(log), lateness_histogram.LatenessRecord()

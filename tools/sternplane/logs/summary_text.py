@@ -145,6 +145,6 @@ def _adopted(summary: Summary) -> list[tuple[str, str]]:
     if known:
         worst = [max(abs(one[key]) for one in known) for key in ("error_before_pct", "error_after_pct")]
         found.append(
-            ("coefficients of the laws, greatest error", "{:.2g} % by the file, {:.2g} % at the end".format(*worst))
+            ("coefficients of the laws, greatest error", "{:.3g} % by the file, {:.3g} % at the end".format(*worst))
         )
     return found

@@ -25,7 +25,7 @@ _COEFFICIENTS = (
     "vehicle file",
     "in force other than that from",
     "at the end",
-    "truth",
+    "truth then",
     "file off the truth by",
     "at the end by",
 )
@@ -52,7 +52,7 @@ def _law(name: str, one: dict[str, Any]) -> list[str]:
 
 def _coefficient(name: str, one: dict[str, Any]) -> list[str]:
     values = [_text(one["file"], ".4g"), _text(one["adopted_s"], ".1f", " s"), _text(one["in_force"], ".4g")]
-    errors = [_text(one[key], "+.2g", " %") for key in ("error_before_pct", "error_after_pct")]
+    errors = [_text(one[key], "+.3g", " %") for key in ("error_before_pct", "error_after_pct")]
     return [name, *values, _text(one["truth"], ".4g"), *errors]
 
 

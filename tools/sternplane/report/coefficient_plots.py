@@ -45,7 +45,7 @@ def plots(
     if not learned:
         return
     yield _timeline(learned, manoeuvre_results(log), t, figure(""))
-    known = [(one, end) for one, end in zip(learned, last, strict=True) if np.isfinite(one.truth)]
+    known = [(one, end) for one, end in zip(learned, last, strict=True) if np.isfinite(one.built)]
     if known:
         yield _errors(known, t, figure("error, σ"))
     yield _nis(c["state.learned.nis"], figures.nis_bands, t, figure("mean square of innovations"))
@@ -59,29 +59,31 @@ def _coefficient(one: Coefficient, end: Coefficient, in_force: Array | None, t: 
     """The estimate in its band. What is valid makes the height of the axis, not what was tried at first."""
     value, reach, valid = one.value, 3.0 * one.std, one.valid
     band(figure, t, value - reach, value + reach, "±3 σ")
-    for level, name, colour, dash in (
-        (one.believed, "vehicle file", REFERENCE, "dot"),
-        (one.truth, "truth", TRUTH, "solid"),
-        *([(one.earlier, "passport", _EARLIER, "dot")] if np.isfinite(one.earlier) else []),
-    ):
-        line(figure, t[[0, -1]], np.full(2, level), name, colour, dash=dash)
+    for level, name, colour in ((one.believed, "vehicle file", REFERENCE), (one.earlier, "passport", _EARLIER)):
+        line(figure, t[[0, -1]], np.full(2, level), name, colour, dash="dot")
+    steps = np.concatenate(([0], np.flatnonzero(np.diff(one.truth)) + 1, [-1]))
+    line(figure, t[steps], one.truth[steps], _truth(one), TRUTH, line_shape="hv")
     line(figure, t, value, "estimate", _UNSURE)
     line(figure, t, np.where(valid, value, np.nan), "estimate, valid", ESTIMATE, width=2.2)
     if in_force is not None:
         line(figure, t, in_force, "in force", _IN_FORCE, dash="dash")
     ends = [*value[valid if valid.any() else slice(None)], value[-1] - reach[-1], value[-1] + reach[-1]]
-    _fit(figure, [*ends, one.believed, one.truth], 0.1 * abs(value[-1]))
+    _fit(figure, [*ends, one.believed, *one.truth[steps]], 0.1 * abs(value[-1]))
     return Plot(one.name, _note(end), figure, section=SECTION)
 
 
 def _note(one: Coefficient) -> str:
     value, std = one.value[-1], one.std[-1]
     text = f"At the end {value:.4g} ± {3.0 * std:.2g} (3 σ), {'valid' if one.valid[-1] else 'not valid'}"
-    if one.truth:
-        share = 100.0 * (value / one.truth - 1.0)  # + is larger in size
+    if one.truth[-1]:
+        share = 100.0 * (value / one.truth[-1] - 1.0)  # + is larger in size
         if np.isfinite(share):
-            text += f"; {share:+.2f} % ({abs(one.error_sigmas[-1]):.1f} σ) off the truth"
+            text += f"; {share:+.2f} % ({abs(one.error_sigmas[-1]):.1f} σ) off the {_truth(one)}"
     return f"{text}."
+
+
+def _truth(one: Coefficient) -> str:
+    return "truth with the fault" if one.damaged else "truth"
 
 
 def _timeline(learned: list[Coefficient], manoeuvres: list[tuple[float, str]], t: Array, figure: Any) -> Plot:
@@ -114,7 +116,8 @@ def _errors(known: list[tuple[Coefficient, Coefficient]], t: Array, figure: Any)
     top = min(max(1.1 * most, 4.0), 10.0)
     figure.update_yaxes(range=[-top, top])
     mean = float(np.mean([end.error_sigmas[-1] ** 2 for _, end in known]))
-    note = f"Estimate minus truth, over its own sigma. Mean square at the end {mean:.2g}, correlations left out."
+    true = "truth with the fault" if any(one.damaged for one, _ in known) else "truth"
+    note = f"Estimate minus {true}, over its own sigma. Mean square at the end {mean:.2g}, correlations left out."
     return Plot("Errors in sigmas", note, figure, section=SECTION)
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
-from firmware_py.params import ParamError
-from sim_bridge.faults.fault import parse_fault
+from sternplane.logs.true_coefficients import faults_of
 
 _COLOUR = "#dc2626"
 _NEAR = 0.04
@@ -26,11 +25,7 @@ class Mark(NamedTuple):
 def fault_marks(header: Mapping[str, Any], t_end: float) -> list[Mark]:
     """Return the marks of a log's faults up to a time, s; what this version does not know is left out."""
     found: dict[float, list[tuple[bool, str]]] = {}
-    for text in header.get("faults", ()):
-        try:
-            fault = parse_fault(text)
-        except ParamError:
-            continue
+    for fault in faults_of(header):
         name = fault.text.partition("@")[0]
         for t, ends, words in ((fault.t, False, name), (fault.t + fault.duration, True, f"{name} ends")):
             if t <= t_end:

@@ -127,13 +127,18 @@ class Flight:
         )
 
     def _built(self) -> dict[str, Any]:
-        """Return the true coefficients, nondimensional, with density and length; faults are not in them."""
+        """Return the true coefficients, nondimensional, with density, length and fins; faults are not in them.
+
+        Of each fin: name, share of (delta_s, delta_r, delta_b), and effectiveness as built, which is in no coefficient.
+        """
         truth = self.truth
+        fins = [{"name": one.name, "share": list(one.share), "effectiveness": one.effectiveness} for one in truth.fins]
         drag = {"C_d0": truth.propeller.C_d0, "C_dy": truth.hull.C_dy, "C_dz": truth.hull.C_dz}
         return {
             "coefficients": {**dataclasses.asdict(truth.coefficients), **drag},
             "density": truth.hull.rho,
             "length": truth.hull.L,
+            "fins": fins,
         }
 
 
