@@ -16,9 +16,9 @@ from firmware_py import app, config_files
 from firmware_py.adapters.io_params import StateParams
 from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.passport import LearnedModel, moved
-from firmware_py.run.kept_passport import FILE, PassportKeeper, resume_passport
-from firmware_py.run.moment import Moment, moment
+from firmware_py.records.passport import LearnedModel, model_of, moved
+from firmware_py.run.kept_passport import FILE, PassportKeeper, encode, load_passport, resume_passport
+from firmware_py.run.moment import Moment
 from sim_bridge.truth_sample import TruthSample
 from sternplane.logs.replay import replay
 from sternplane.logs.streaming import stream
@@ -27,6 +27,8 @@ from sternplane.study.rows import Case, Results, Row, RunArrays
 from sternplane.study.setups import CONFIG, starts
 from sternplane.study.wrong_vehicle import Factors, coefficients, overlay
 
+_AFTER_FIRST = Moment(utc_s=1_767_225_600.0, boot="one start of the computer", uptime_s=600.0)
+"""What the clocks show when the first dive is over, 2026-01-01: no figure depends on when the study is run."""
 _DAY = 86_400.0
 """Between the dives, s."""
 _DURATION = 125.0
@@ -113,8 +115,7 @@ def _run(seed: int, k: int) -> RunArrays:
         configuration = config_files.read_configuration(CONFIG, factors=wrong)
         kept: dict[str, Any] = {}
         if (folder / FILE).exists():  # else nothing of it was to be relied on, and the second begins as the first
-            begins, _ = resume_passport(folder / FILE, configuration, StateParams(), _tomorrow())
-            kept = {"passport": begins}
+            kept = {"passport": next_day(folder / FILE, configuration)}
         second = _dive(folder, CONFIG, seed + _OTHER_NOISE, wrong, kept, again=True)
         changed = _dive(folder, folder / "changed", seed + _OTHER_NOISE, wrong, kept, again=False)
     found: dict[str, Any] = {"differing": np.array(float(second.differing))}
@@ -132,9 +133,13 @@ def _weaker(line: re.Match[str]) -> str:
     return f"{line[1]} = {_WEAKER * float(line[2])}"
 
 
-def _tomorrow() -> Moment:
-    now = moment()
-    return now._replace(utc_s=now.utc_s + _DAY, uptime_s=now.uptime_s + _DAY)
+def next_day(path: Path, configuration: config_files.Configuration) -> dict[str, Any]:
+    """Return what a dive begins with a day after the first, by the study's clocks; the passport then shows them too."""
+    found, after = load_passport(path), _AFTER_FIRST
+    write_atomically(path, encode(model_of(found), found["vehicle"], found["configuration"], after))
+    now = after._replace(utc_s=after.utc_s + _DAY, uptime_s=after.uptime_s + _DAY)
+    begins, _ = resume_passport(path, configuration, StateParams(), now)
+    return begins
 
 
 def _evaluate(runs: Sequence[RunArrays]) -> Results:
