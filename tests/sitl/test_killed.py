@@ -1,38 +1,55 @@
-"""kill -9 of `sitl`, `fly` and `plant`, once each; `python -m sternplane.kill` does it fifty times."""
+"""kill -9 of `sitl`, `fly` and `plant`, once each at the surface and under water; `make kill` does it fifty times."""
 
 from __future__ import annotations
 
 import random
-from pathlib import Path
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
 import pytest
 from sternplane.kill import fly_victim, plant_victim, sitl_victim
 
-BUS = "udp:4"
+TRIALS: Mapping[str, tuple[Callable[..., dict[str, Any]], dict[str, Any]]] = {
+    "fly under water": (fly_victim.trial, {"bus": "udp:5", "rng": random.Random(1001), "depth": 2.5}),
+    "fly at the surface": (fly_victim.trial, {"bus": "udp:3", "rng": random.Random(1000), "depth": 0.0}),
+    "sitl under water": (sitl_victim.trial, {"_bus": "", "rng": random.Random(1001), "depth": 2.5}),
+    "sitl at the surface": (sitl_victim.trial, {"_bus": "", "rng": random.Random(1000), "depth": 0.0}),
+    "plant": (plant_victim.trial, {"bus": "udp:2", "rng": random.Random(1000)}),
+}
+"""Each has a bus of its own."""
 
 
-@pytest.mark.timeout(300)
-@pytest.mark.parametrize("victim", [sitl_victim, fly_victim], ids=["sitl", "fly"])
-def test_the_start_after_a_kill_works_and_knows_how_well_it_knows_its_place(tmp_path: Path, victim: Any) -> None:
-    found = victim.trial(tmp_path, BUS, random.Random(1000), longest=3.0, depth=0.0)
+@pytest.fixture(scope="module")
+def trials(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, Future[dict[str, Any]]]:
+    """All at once: they wait for real time most of theirs."""
+    with ThreadPoolExecutor(len(TRIALS)) as pool:
+        return {
+            name: pool.submit(trial, tmp_path_factory.mktemp("killed"), longest=3.0, **arguments)
+            for name, (trial, arguments) in TRIALS.items()
+        }
+
+
+@pytest.mark.parametrize("name", ["sitl at the surface", "fly at the surface"])
+def test_the_start_after_a_kill_works_and_knows_how_well_it_knows_its_place(
+    trials: Mapping[str, Future[dict[str, Any]]], name: str
+) -> None:
+    found = trials[name].result()
     assert found["wrong"] == [], found
     assert not found["came_up"]
 
 
-@pytest.mark.timeout(300)
-@pytest.mark.parametrize("victim", [sitl_victim, fly_victim], ids=["sitl", "fly"])
+@pytest.mark.parametrize("name", ["sitl under water", "fly under water"])
 def test_a_vehicle_whose_program_is_killed_under_water_comes_up_when_that_starts_again(
-    tmp_path: Path, victim: Any
+    trials: Mapping[str, Future[dict[str, Any]]], name: str
 ) -> None:
-    found = victim.trial(tmp_path, BUS, random.Random(1001), longest=3.0, depth=3.0)
+    found = trials[name].result()
     assert found["wrong"] == [], found
     assert found["depth_m"] > 1.5
     assert found["came_up"]
     assert found["depth_at_end_m"] < 1.0
 
 
-@pytest.mark.timeout(300)
-def test_the_next_plant_is_heard_after_a_kill(tmp_path: Path) -> None:
-    found = plant_victim.trial(tmp_path, BUS, random.Random(1000), longest=3.0)
+def test_the_next_plant_is_heard_after_a_kill(trials: Mapping[str, Future[dict[str, Any]]]) -> None:
+    found = trials["plant"].result()
     assert found["wrong"] == [], found
