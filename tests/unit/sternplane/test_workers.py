@@ -12,11 +12,12 @@ from io import StringIO
 from rich.console import Console
 from sternplane.cli.workers import complete
 
-STARTER = """
-import os, time
+HEARS = "signal.signal(signal.SIGINT, signal.default_int_handler)  # as a child of a shell's background would not\n"
+STARTER = f"""
+import os, signal, time
 from rich.console import Console
 from sternplane.cli.workers import workers
-
+{HEARS}
 if __name__ == "__main__":
     with workers(1, Console(stderr=True)) as (_, pool):
         print(pool.submit(os.getpid).result(), flush=True)
@@ -26,11 +27,11 @@ if __name__ == "__main__":
 
 INTERRUPTED = STARTER.replace("print(pool", "pool.submit(time.sleep, 600.0); print(pool").replace("(1, Con", "(2, Con")
 
-INTERRUPTED_WHILE_STARTING = """
+INTERRUPTED_WHILE_STARTING = f"""
 import multiprocessing.popen_spawn_posix as popen, os, signal, time
 from rich.console import Console
 from sternplane.cli.workers import workers
-
+{HEARS}
 start = popen.Popen._launch
 
 def interrupted(self, process):
