@@ -16,6 +16,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Mode
 from sim_bridge.truth_sample import TruthSample
 from sternplane.logs.tracking import Array
+from sternplane.sitl import simulation_recorder
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 from sternplane.study.setups import CONFIG, starts
 from sternplane.study.wrong_vehicle import Factors, coefficients, overlay
@@ -158,17 +159,21 @@ def flown_as(
         faults: as the command line takes them.
         witness: one's own, which sees every cycle; None makes one.
     """
+    witness = witness or Witness()
+    text = course.scenario.format(adoption=str(adoption).lower())
+    return witness.errors(fly_seen(text + laws + overlay(factors), seed, witness, faults))
+
+
+def fly_seen(scenario: str, seed: int, witness: simulation_recorder.Witness, faults: tuple[str, ...] = ()) -> bool:
+    """Fly the text of a scenario before a witness, without a log, and return whether it was completed."""
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        scenario = folder / "study.toml"
-        text = course.scenario.format(adoption=str(adoption).lower())
-        scenario.write_text(text + laws + overlay(factors), encoding="utf-8")
-        flight = prepare(FlightRequest(scenario=str(scenario), config=CONFIG, seed=seed, faults=faults), {})
-        witness = witness or Witness()
+        path = Path(name) / "study.toml"
+        path.write_text(scenario, encoding="utf-8")
+        flight = prepare(FlightRequest(scenario=str(path), config=CONFIG, seed=seed, faults=faults), {})
         outcome = fly(flight, None, witness=witness)
         if outcome.reason == "interrupted":
             raise KeyboardInterrupt
-        return witness.errors(outcome.completed)
+        return outcome.completed
 
 
 def _longest(flags: Array) -> int:

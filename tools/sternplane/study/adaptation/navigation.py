@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-import tempfile
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -16,9 +14,8 @@ from firmware_py.marine import wrap
 from firmware_py.records.cycle import Cycle
 from sim_bridge.truth_sample import TruthSample
 from sternplane.logs.tracking import Array
-from sternplane.sitl.flight import FlightRequest, fly, prepare
 from sternplane.study.adaptation.courses import LEG_TIME, demonstration, straight_leg, track
-from sternplane.study.adaptation.flight import Course
+from sternplane.study.adaptation.flight import Course, fly_seen
 from sternplane.study.chance import mean_square_at
 from sternplane.study.rows import Case, Results, Row, RunArrays
 from sternplane.study.setups import CONFIG
@@ -79,15 +76,11 @@ class _Witness:
         self.rows.append((cycle.tick.t, eta.x, eta.y, eta.z, eta.psi, *seen))
 
 
-def voyage(scenario: str, seed: int, faults: Sequence[str] = ()) -> Voyage:
+def voyage(scenario: str, seed: int, faults: tuple[str, ...] = ()) -> Voyage:
     """Fly a scenario with the vehicle file as it is."""
-    with tempfile.TemporaryDirectory() as name:
-        path, witness = Path(name) / "study.toml", _Witness()
-        path.write_text(scenario, encoding="utf-8")
-        flight = prepare(FlightRequest(scenario=str(path), seed=seed, faults=tuple(faults)), {})
-        if fly(flight, None, witness=witness).reason == "interrupted":
-            raise KeyboardInterrupt
-        return Voyage(*np.array(witness.rows).T)
+    witness = _Witness()
+    fly_seen(scenario, seed, witness, faults)
+    return Voyage(*np.array(witness.rows).T)
 
 
 def lost(voyage: Voyage) -> Array:
