@@ -28,3 +28,8 @@ def quoted(value: Any) -> str:
 def shortened(text: str) -> str:
     """Return a text, such as a key, as an error text repeats it: cut where it is long."""
     return text if len(text) <= _QUOTED_MAX else f"{text[: _QUOTED_MAX - 12]} ... {text[-7:]}"
+
+
+def printable(value: Any, longest: int) -> bool:
+    """Return whether a value is a text of up to so many characters, all of which can be seen on a terminal."""
+    return isinstance(value, str) and len(value) <= longest and value.isprintable()

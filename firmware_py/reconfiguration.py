@@ -16,8 +16,8 @@ from firmware_py.estimation.model.observer_model import refuse_no_inertia
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
 from firmware_py.marine import Origin
 from firmware_py.mavlink.settings import MavlinkParams, NodeSettings
-from firmware_py.parameter_tree import value_text, with_values
-from firmware_py.params import ParamError, param, prefix_errors, table
+from firmware_py.parameter_tree import describe_keys, value_text, with_values
+from firmware_py.params import ParamError, TakesEffect, param, prefix_errors, table
 from firmware_py.records.event import Event, EventKind, event
 from firmware_py.records.fence import HOME, NO_FENCE, Fence, Place
 from firmware_py.records.limits import OperatingLimits
@@ -78,6 +78,8 @@ _MADE_OF: dict[str, tuple[str, ...]] = {
     "mavlink": (),
 }
 """The parts that depend on each table of autopilot.toml."""
+_AT_START = frozenset(key for key, it, _ in describe_keys(AutopilotParams) if it.when is TakesEffect.RESTART)
+"""Parameters that an autopilot is made with: stations' changes of them wait in the store for the next start."""
 _TOLD = ("safety.", "estimation.integrity.")
 """Tables whose changes are told as events; all changes are in the log."""
 
@@ -183,6 +185,9 @@ class PartsFactory:
         now = self._now
         if isinstance(change, ParameterChange):
             values = dict(change.values)
+            for key in values:
+                if key in _AT_START:
+                    raise ParamError(f"{self._files['autopilot']}: {key} takes effect with the next start alone")
             self._now = now._replace(params=with_values(self.params, values, self._files["autopilot"]))
             return self._remake(parts, _parts_of(values))
         if isinstance(change, MissionChange):

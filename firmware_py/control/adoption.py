@@ -9,18 +9,19 @@ as a whole: then the last good values hold, or vehicle.toml where these are cont
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 from firmware_py.control.adoption_params import AdoptionParams
-from firmware_py.control.axis_adoption import AxisAdoption, AxisMemory, AxisModel, Values, chosen
+from firmware_py.control.axis_adoption import AxisAdoption, AxisMemory, AxisModel, Values
 from firmware_py.control.model_evidence import PERIOD, Motion
 from firmware_py.control.passport_watch import PassportMemory, PassportWatch
 from firmware_py.control.sliding_mode_params import S_LAST_DEPTH, S_LAST_HEADING
 from firmware_py.marine import clip
 from firmware_py.records.adoption import Adopted, Source
 from firmware_py.records.command import Applied
-from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate
 from firmware_py.records.event import Event, EventKind, event
 from firmware_py.records.health import FinHealth
 from firmware_py.records.passport import LearnedModel
@@ -55,7 +56,7 @@ class AdoptionMemory(NamedTuple):
     """What is remembered: of both axes, and the caution.
 
     `sums` are of q and r over the ticks of a period, and how many ticks these are; `passport` is what was learned in an
-    earlier flight.
+    earlier flight; `doubts` is by how much it differs from vehicle.toml, of each axis, until this flight has told.
     """
 
     depth: AxisMemory
@@ -63,6 +64,7 @@ class AdoptionMemory(NamedTuple):
     caution: float
     sums: tuple[float, float, int]
     passport: PassportMemory
+    doubts: tuple[float, float]
 
 
 class Adoption:
@@ -84,20 +86,26 @@ class Adoption:
         """
         models = _depth(vehicle, poles[0]), _heading(vehicle, poles[1])
         self._axes = [AxisAdoption(params, model, bool(set(model.names) & set(names))) for model in models]
-        self._chosen = [chosen(model.names, names) for model in models]
-        self._turns = chosen(_TURNS, names)
+        self._chosen = [_chosen(model.names, names) for model in models]
+        self._turns = _chosen(_TURNS, names)
         self._sizes = [abs(getattr(vehicle.coefficients, name)) for name in _TURNS]
         self._on = params.enabled and bool(names)
         self._caution = 1.0 if self._on else 0.0
-        self._sums = 0.0, 0.0, 0
-        self._passport = PassportWatch(names)
+        self._sums, self._doubts = (0.0, 0.0, 0), (0.0, 0.0)
+        self._passport, self._count, unknown = PassportWatch(names), len(names), (math.nan,) * len(names)
+        self._nothing = replace(NOTHING_LEARNED, value=unknown, std=unknown, valid=(False,) * len(names))
         self._adopted = self._in_force()
         self.events = ()
 
     def begin(self, earlier: LearnedModel) -> None:
-        """Begin with what an earlier flight of this vehicle learned, and the filter begins with; before any update."""
-        for axis in self._axes:
-            axis.begin(earlier.names)
+        """Begin with what an earlier flight of this vehicle learned, and the filter begins with; before any update.
+
+        Raises:
+            ParamError: no law may begin with it; see `AxisAdoption.begin`.
+        """
+        known = dict(zip(earlier.names, zip(earlier.value, earlier.std, strict=True), strict=True))
+        depth, heading = self._axes
+        self._doubts = depth.begin(known), heading.begin(known)
         self._passport.begin(earlier)
 
     def update(
@@ -123,7 +131,7 @@ class Adoption:
         if self._on:
             self._weigh(tick, frame, state, applied)
         if tick.every(Rate.HZ_10):
-            learned = state.learned
+            learned = state.learned if len(state.learned.value) == self._count else self._nothing
             for axis, select in zip(self._axes, self._chosen, strict=True):
                 known = select(learned.value), select(learned.std), select(learned.valid)
                 axis.update(*known, left)
@@ -141,14 +149,14 @@ class Adoption:
     def freeze(self) -> AdoptionMemory:
         """Return the whole memory."""
         depth, heading = self._axes
-        passport = self._passport.freeze()
-        return AdoptionMemory(depth.freeze(), heading.freeze(), self._caution, self._sums, passport)
+        told = self._passport.freeze(), self._doubts
+        return AdoptionMemory(depth.freeze(), heading.freeze(), self._caution, self._sums, *told)
 
     def thaw(self, memory: AdoptionMemory) -> None:
         """Restore the memory that `freeze` returned."""
         for axis, remembered in zip(self._axes, memory[:2], strict=True):
             axis.thaw(remembered)
-        self._caution, self._sums = memory.caution, memory.sums
+        self._caution, self._sums, self._doubts = memory.caution, memory.sums, memory.doubts
         self._passport.thaw(memory.passport)
         self._adopted = self._in_force()
 
@@ -176,12 +184,20 @@ class Adoption:
                 axis.pause()
 
     def _caution_now(self, std: list[float]) -> float:
-        """Return the caution: it grows only where learned values are given up."""
+        """Return the caution: it grows only where learned values are given up.
+
+        An earlier flight and vehicle.toml that differ are two measurements of one vehicle: one of them is off by that,
+        however certain either is of itself, until the motion of this flight has told which.
+        """
         if not self._on:
             return 0.0
         if any(axis.design.source is Source.NOMINAL for axis in self._axes):
             return 1.0
         worst = max([s / size if s == s else 1.0 for s, size in zip(std, self._sizes, strict=True)])
+        depth, heading = [
+            0.0 if axis.confirmed else doubt for axis, doubt in zip(self._axes, self._doubts, strict=True)
+        ]
+        self._doubts, worst = (depth, heading), max(worst, depth, heading)
         now = clip((worst - _CERTAIN) / (_UNCERTAIN - _CERTAIN), 0.0, 1.0)
         return min(self._caution, now)
 
@@ -227,3 +243,9 @@ def _heading(vehicle: Vehicle, poles: Poles) -> AxisModel:
 
     gains, limit = stationary_gains(yaw_axis(vehicle).eddies(u, _EDDIES), PERIOD), effectiveness.delta_r_max
     return AxisModel(file._fields, file, linear, unit, 1, S_LAST_HEADING, poles, effectiveness.r, limit, gains)
+
+
+def _chosen(names: Sequence[str], learned: Sequence[str]) -> Callable[[Sequence[Any]], list[Any]]:
+    """Return a function that takes the entries of `names` out of what is sorted by `learned`; NaN where one is not."""
+    where = [learned.index(name) if name in learned else -1 for name in names]
+    return lambda values: [values[i] if i >= 0 else float("nan") for i in where]

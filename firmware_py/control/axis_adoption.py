@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 from firmware_py.control.adoption_params import AdoptionParams
+from firmware_py.control.inherited_values import inherited, limits
 from firmware_py.control.lost_effect import share_left, with_share
 from firmware_py.control.model_evidence import EvidenceMemory, Motion, no_evidence, pause, step
 from firmware_py.control.sliding_mode_design import DesignError, sliding_surface
 from firmware_py.marine import clip
+from firmware_py.params import ParamError
 from firmware_py.records.adoption import AxisDesign, Refusal, Source
 from firmware_py.records.command import Applied
 from firmware_py.records.health import FinHealth
@@ -111,6 +113,7 @@ class AxisAdoption:
         self._params, self._model, self._on = params, model, params.enabled and learns
         self._nominal = model.unit(model.file)
         self._nominal_strength = self._strength(model.file)
+        self._limits = limits(model.file, params.bound)
         values, refusal = model.file, Refusal.UNCERTAIN if self._on else Refusal.OFF
         unsure, evidence = (False,) * len(values), no_evidence(2)
         fresh = Source.FILE, refusal, (), 0.0, evidence, 0.0, unsure, False, False, 1.0, math.inf
@@ -118,10 +121,27 @@ class AxisAdoption:
         self._evidence, self._delta = evidence, 0.0
         self._derive()
 
-    def begin(self, earlier: Sequence[str]) -> None:
-        """Begin with coefficients that an earlier flight learned: the filter knows them."""
-        known = tuple([self._on and name in earlier for name in self._model.names])
-        self._memory = self._memory._replace(earlier=known)
+    def begin(self, earlier: Mapping[str, Values]) -> float:
+        """Begin with coefficients that an earlier flight learned, value and 1 sigma: the filter knows them.
+
+        Returns:
+            By how much they differ from vehicle.toml, of its size: the most of those that turn the vehicle.
+
+        Raises:
+            ParamError: of those certain enough to be adopted one is out of bounds, or no law can be designed from them.
+        """
+        names, file = self._model.names, self._model.file
+        values = inherited(names, file, self._limits, self._params.std, earlier)
+        if not self._designable(values):
+            raise ParamError(f"no law can be designed from {', '.join(name for name in names if name in earlier)}")
+        self._memory = self._memory._replace(earlier=tuple([self._on and name in earlier for name in names]))
+        each = zip(names, values, file, strict=True)
+        return max([abs(x - f) / abs(f) for name, x, f in each if name[0] in _MOMENTS])
+
+    @property
+    def confirmed(self) -> bool:
+        """Return whether this flight knows by itself: its motion refuted vehicle.toml, or all moments are valid."""
+        return self._memory.refuted or self._memory.valid
 
     @property
     def values(self) -> Values:
@@ -215,18 +235,20 @@ class AxisAdoption:
         self._derive()
 
     def _bounded(self, values: Values) -> Values:
-        bound = self._params.bound
-        limits = [sorted((f * bound, f / bound)) for f in self._model.file]
-        return tuple([clip(value, *limit) for value, limit in zip(values, limits, strict=True)])
+        return tuple([clip(value, *limit) for value, limit in zip(values, self._limits, strict=True)])
+
+    def _designable(self, values: Values) -> bool:
+        """Return whether a law can be designed from the values, and no fins are needed that no vehicle has."""
+        most = self._params.bound * self._params.bound  # the file's own design may be a poor one
+        strength = zip(self._strength(values), self._nominal_strength, strict=True)
+        return all(1.0 / most <= ours / file <= most for ours, file in strength)
 
     def _refusal(self, candidate: Values, sure: Sequence[bool], bounded: bool) -> Refusal:
         """Return what is against a candidate."""
         params, m = self._params, self._memory
         if not any(sure):
             return Refusal.UNCERTAIN
-        most = params.bound * params.bound  # the file's own design may be a poor one
-        strength = zip(self._strength(candidate), self._nominal_strength, strict=True)
-        if not all(1.0 / most <= ours / file <= most for ours, file in strength):
+        if not self._designable(candidate):
             return Refusal.DESIGN
         share = _CLEARED if m.refusal is Refusal.RESIDUALS else 1.0
         if self._evidence.evidence[_CANDIDATE] < -share * params.evidence:
@@ -273,9 +295,3 @@ class AxisAdoption:
         except DesignError:
             return 0.0, 0.0
         return s_b, -linear.b[model.row] * model.limit
-
-
-def chosen(names: Sequence[str], learned: Sequence[str]) -> Callable[[Sequence[Any]], list[Any]]:
-    """Return a function that takes the entries of `names` out of what is sorted by `learned`; NaN where one is not."""
-    where = [learned.index(name) if name in learned else -1 for name in names]
-    return lambda values: [values[i] if i >= 0 else float("nan") for i in where]

@@ -9,8 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from firmware_py.error_text import quoted
 from firmware_py.estimation.filter.bank_arrays import BankArrays
+from firmware_py.estimation.model.equations import COEFFICIENTS
 from firmware_py.estimation.model.jacobians import Array
+from firmware_py.estimation.model.observer_model import SCALED
 from firmware_py.params import ParamError
 from firmware_py.records.passport import LearnedModel, Restored
 
@@ -18,6 +21,10 @@ STD_LEAST = 1e-4
 """Of the 1 sigma before any flight: no flight tells more; an hour of learning leaves a hundredth."""
 _EIGENVALUE_LEAST = 1e-10
 """Of the correlation matrix."""
+_NAMES = frozenset((*COEFFICIENTS, *SCALED))
+"""Whatever any filter can learn."""
+_LEVERS = (("M_ds", "Z_ds"), ("N_dr", "Y_dr"))
+"""Moment and force of a fin's lift: the one over the other is its lever arm, in lengths of the vehicle."""
 
 
 def learned_model(filters: BankArrays, mean: Array, covariance: Array, valid: tuple[bool, ...]) -> LearnedModel:
@@ -48,9 +55,13 @@ def prior(restored: Restored, filters: BankArrays) -> tuple[tuple[str, ...], Arr
     certain than that.
 
     Raises:
-        ParamError: no such filter can have learned it: a value out of bounds, or a covariance that is none.
+        ParamError: no such filter can have learned it: an unknown name, a value out of bounds or that a law could rely
+            on though its sign is not that of the vehicle file, or a covariance that is none.
     """
     model, known = restored.model, filters.model.names[: filters.learning]
+    for name in model.names:
+        if name not in _NAMES:
+            raise ParamError(f"coefficients: {quoted(name)} is no coefficient")
     chosen = [i for i, name in enumerate(model.names) if name in known]
     names = tuple([model.names[i] for i in chosen])
     if not names:
@@ -60,11 +71,20 @@ def prior(restored: Restored, filters: BankArrays) -> tuple[tuple[str, ...], Arr
     value, P = value[chosen], P[np.ix_(chosen, chosen)]
     std = np.sqrt(P.diagonal())
     low, high = filters.tuning.lower[places], filters.tuning.upper[places]
-    for name, x, lowest, highest, sigma, widest in zip(names, value, low, high, std, before, strict=True):
+    file = [filters.model.believed[place - filters.model.first] for place in places]
+    valid = [model.valid[i] for i in chosen]
+    each = zip(names, value, low, high, std, before, file, valid, strict=True)
+    for name, x, lowest, highest, sigma, widest, believed, relied_on in each:
         if not lowest <= x <= highest:
             raise ParamError(f"{name} = {x:g}: must be in [{lowest:g}, {highest:g}]")
+        if relied_on and not x * believed > 0.0:  # no hull is damped, and no fin turns it, the other way round
+            raise ParamError(f"{name} = {x:g}: must have the sign of the vehicle file, {believed:g}")
         if not sigma >= STD_LEAST * widest:
             raise ParamError(f"{name}: a 1 sigma of {sigma:g} is less than any flight can leave")
+    sizes = {name: abs(x) for name, x, ok in zip(names, value, valid, strict=True) if ok}
+    for moment, force in _LEVERS:
+        if sizes.get(moment, 0.0) > sizes.get(force, np.inf):
+            raise ParamError(f"{moment} and {force}: no fin is farther from the vehicle's middle than its length")
     correlation = P / np.outer(std, std)
     if not np.linalg.eigvalsh(correlation)[0] > _EIGENVALUE_LEAST:
         raise ParamError("covariance: is not positive definite")

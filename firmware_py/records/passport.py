@@ -169,12 +169,14 @@ def moved_text(group: str, share: float, sigmas: float) -> str:
 
 
 def _figures(name: Any, entry: Any) -> tuple[float, float, float, bool]:
-    named = isinstance(name, str) and len(name) <= LONGEST
+    named = isinstance(name, str) and len(name) <= LONGEST and name.isascii() and name.isidentifier()
     if not (named and isinstance(entry, Mapping) and isinstance(entry.get("valid"), bool)):
         raise ParamError(f"coefficients: {quoted(name)} must be a table of file, value, std and valid")
     for key in _FIGURES:
         if not _is_number(entry.get(key)):
             raise ParamError(f"{quoted(name)}: {key} = {quoted(entry.get(key))}: must be a number")
+    if not entry["file"]:
+        raise ParamError(f"{quoted(name)}: file = 0: what is learned has a size in the vehicle file")
     return float(entry["file"]), float(entry["value"]), float(entry["std"]), entry["valid"]
 
 

@@ -18,7 +18,8 @@ from firmware_py import config_files
 from firmware_py.adapters.io_params import StateParams
 from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.regular_file import read_regular
-from firmware_py.error_text import quoted
+from firmware_py.control.adoption import Adoption
+from firmware_py.error_text import printable, quoted
 from firmware_py.estimation.filter.bank_arrays import BankArrays
 from firmware_py.estimation.inherited import prior
 from firmware_py.estimation.model.observer_model import GROUPS
@@ -31,10 +32,13 @@ from firmware_py.records.passport import LearnedModel, Restored
 from firmware_py.run.moment import TIMES, Moment, moment, time_since
 from firmware_py.run.usage_error import UsageError
 from firmware_py.tick import NS_PER_S
-from firmware_py.vehicle.identity import identity, refuse_other_vehicle
+from firmware_py.vehicle.identity import identity, refuse_no_identity, refuse_other_vehicle
 
 FILE = "passport.json"
+_DATE = "%Y-%m-%dT%H:%M:%SZ"
 _YEAR = 365.25 * 86400.0
+_SAME = 1e-9
+"""Two numbers of a vehicle file are the same that differ by this share."""
 _NO_DAMAGE = (ActuatorFault.NONE, ActuatorFault.SILENT)
 
 
@@ -64,10 +68,20 @@ def load_passport(path: Path) -> dict[str, Any]:
         for key, (low, high) in TIMES.items():
             if not (isinstance(found[key], float) and low <= found[key] <= high):
                 raise ParamError(f"{key} = {quoted(found[key])}: must be a number in [{low:g}, {high:g}]")
-        for key in ("configuration", "date", "boot"):
-            if not (isinstance(found[key], str) and len(found[key]) <= passport.LONGEST):
+        for key in ("configuration", "boot"):
+            if not printable(found[key], passport.LONGEST):
                 raise ParamError(f"{key} = {quoted(found[key])}: must be a text of up to {passport.LONGEST} characters")
+        if not _is_date(found["date"]):
+            raise ParamError(f"date = {quoted(found['date'])}: must be one such as 2026-08-01T12:00:00Z")
+        refuse_no_identity(found["vehicle"])
         return dict(found)
+
+
+def _is_date(text: Any) -> bool:
+    try:
+        return isinstance(text, str) and datetime.strptime(text, _DATE).strftime(_DATE) == text
+    except ValueError:
+        return False
 
 
 def resume_passport(
@@ -86,7 +100,8 @@ def resume_passport(
         ParamError: it is none, or of another vehicle, or what it says cannot be; the error names the file.
     """
     found = load_passport(path)
-    vehicle, estimation = config_files.vehicle(configuration), config_files.autopilot_params(configuration).estimation
+    vehicle, autopilot = config_files.vehicle(configuration), config_files.autopilot_params(configuration)
+    estimation, control = autopilot.estimation, autopilot.control
     if not estimation.learning.enabled:
         return {}, f"passport of {found['date']} not used: nothing is learned (learning.enabled)"
     gap = time_since(found, params.clock_kept, now)
@@ -99,7 +114,11 @@ def resume_passport(
         refuse_other_vehicle(found["vehicle"], vehicle)
         if not same_files and any(name in GROUPS for name in restored.model.names):
             raise ParamError("has scales of added mass by a vehicle file that was changed since")
-        prior(restored, BankArrays(vehicle, estimation.coefficients))
+        filters = BankArrays(vehicle, estimation.coefficients)
+        if same_files:
+            _refuse_other_file(restored.model, filters)
+        prior(restored, filters)
+        Adoption(control.adoption, control.poles, estimation.coefficients.names, vehicle).begin(restored.model)
     when = "an unknown time ago" if math.isnan(gap) else f"{gap / 3600.0:.1f} h ago"
     said = f"passport of {found['date']}, {when}: {sum(restored.model.valid)} coefficients known"
     changed = against_file(restored.model)
@@ -108,6 +127,14 @@ def resume_passport(
     clocks = {key: found[key] for key in ("date", *Moment._fields)}
     plain = passport.to_plain(restored.model, identity(vehicle), found["configuration"], clocks)
     return {"passport": plain, "widening": restored.widening}, said
+
+
+def _refuse_other_file(model: LearnedModel, filters: BankArrays) -> None:
+    """Refuse a passport that says of the same vehicle file what is not in it."""
+    believed = dict(zip(filters.model.names, filters.model.believed, strict=False))
+    for name, file in zip(model.names, model.file, strict=True):
+        if name in believed and not math.isclose(file, believed[name], rel_tol=_SAME):
+            raise ParamError(f"{name}: file = {file:g}, but the vehicle file has {believed[name]:g}")
 
 
 def against_file(model: LearnedModel) -> str:
@@ -188,7 +215,7 @@ class PassportKeeper:
 
 def encode(model: LearnedModel, vehicle: Mapping[str, Any], configuration: str, now: Moment) -> bytes:
     """Return the content of the file, nothing if a number in it is not finite; see `passport.to_plain`."""
-    date = datetime.fromtimestamp(now.utc_s, UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    date = datetime.fromtimestamp(now.utc_s, UTC).strftime(_DATE)
     document = passport.to_plain(model, vehicle, configuration, {"date": date, **now._asdict()})
     rows = ",\n  ".join(json.dumps(row) for row in document.pop("covariance"))
     try:

@@ -49,7 +49,7 @@ def resume_state(
     """
     kept, notes = _navigation(folder, over, state, params, factors) if state is not None else ({}, [])
     path = choice.file or (state / kept_passport.FILE if state is not None else None)
-    if choice.refused or path is None or (choice.file is None and not path.exists()):
+    if choice.refused or path is None or (choice.file is None and not is_there(path)):
         return kept, notes
     configuration = config_files.read_configuration(folder, over, state, factors)
     try:
@@ -140,7 +140,7 @@ def set_aside_unusable(
     sentences = []
     for name, check in checks.items():
         path = state / name
-        if not path.exists():
+        if not is_there(path):
             continue
         try:
             if not path.is_file():  # a FIFO would wait for a writer
@@ -150,6 +150,17 @@ def set_aside_unusable(
             why = " ".join(str(error).split())[:_LONGEST]
             sentences.append(f"{path}: cannot be used, and is set aside as {_set_aside(path).name}: {why}")
     return sentences
+
+
+def is_there(path: Path) -> bool:
+    """Return whether a file is there, or a link that leads to itself, of which `exists` says that it is not."""
+    try:
+        path.stat()
+    except FileNotFoundError:
+        return False
+    except OSError:
+        return True
+    return True
 
 
 def _set_aside(path: Path) -> Path:

@@ -60,6 +60,15 @@ def test_a_limit_of_the_gate_that_is_changed_in_flight_holds_from_then_on() -> N
     assert speed_up(parts, 60, heard=False).n == 0.0
 
 
+def test_what_takes_effect_with_the_next_start_is_refused_in_flight_and_all_stays_as_it_was() -> None:
+    factory, parts = made()
+    changes = (("control.adoption.enabled", False), ("estimation.learning.enabled", False))
+    after, told = factory.apply((ParameterChange(changes),), parts)
+    assert after is parts
+    assert factory.params.control.adoption.enabled
+    assert "estimation.learning.enabled takes effect with the next start alone" in texts(told)[0]
+
+
 def flown(parts: Parts, k: int, order: Order) -> Reference:
     return parts.guidance.update(Tick(k, 10_000_000), ModeState(Mode.MISSION, False, 0), order, STATE)
 

@@ -17,6 +17,7 @@ from firmware_py.control.adoption_params import AdoptionParams
 from firmware_py.control.sliding_mode_design import cautious_poles, sliding_surface
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.marine import Eta, Nu
+from firmware_py.params import ParamError
 from firmware_py.records.adoption import Adopted, Refusal, Source
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import NOTHING_LEARNED, Learned, StateEstimate
@@ -252,12 +253,48 @@ def test_what_an_earlier_flight_learned_is_in_force_at_once_and_called_so_until_
     adopted = vehicle.fly(3.0, what)
     assert adopted.depth.source is adopted.heading.source is Source.PASSPORT
     assert values(adopted)["M_ds"] == pytest.approx(1.5 * FILE["M_ds"])
-    assert adopted.caution == 0.0
+    assert adopted.caution == pytest.approx(1.0)  # it is far from the file: one of them is wrong
+    adopted = vehicle.fly(7.0, what)
+    assert adopted.depth.source is adopted.heading.source is Source.PASSPORT
+    assert adopted.caution == 0.0  # the motion has told which
     pitch = tuple(name in DEPTH for name in TEN)
     adopted = vehicle.fly(0.2, replace(what, valid=pitch))
     assert (adopted.depth.source, adopted.heading.source) == (Source.LEARNED, Source.PASSPORT)
     adopted = vehicle.fly(0.2, replace(what, valid=tuple(not one for one in pitch)))
     assert (adopted.depth.source, adopted.heading.source) == (Source.LEARNED, Source.LEARNED)
+
+
+def test_where_an_earlier_flight_and_the_file_agree_no_caution_is_needed() -> None:
+    vehicle = AdoptingVehicle()
+    vehicle.adoption.begin(earlier(M_ds=0.9, N_dr=1.1))
+    assert vehicle.fly(0.1, replace(learned(0.12, M_ds=0.9, N_dr=1.1), valid=(False,) * 10)).caution == 0.0
+
+
+def test_an_earlier_flight_that_underrates_the_fins_is_flown_with_caution_until_it_is_refused() -> None:
+    vehicle = AdoptingVehicle()
+    vehicle.adoption.begin(earlier(M_ds=0.4))
+    what, cautious = replace(learned(0.12, M_ds=0.4), valid=(False,) * 10), True
+    for _ in range(200):
+        adopted = vehicle.fly(0.1, what)
+        cautious &= adopted.caution == 1.0
+    assert cautious
+    assert adopted.depth.source is Source.NOMINAL
+
+
+def test_what_no_law_may_begin_with_is_refused_but_what_is_hardly_known_is_not() -> None:
+    with pytest.raises(ParamError, match=r"^M_q = 0.0136: must be in \[-0.34, -0.0136\]"):
+        AdoptingVehicle().adoption.begin(earlier(M_q=-0.2))
+    vague = earlier(M_q=-0.2)
+    rows = tuple([(*row[:-1], row[-1] * 1e3) for row in vague.covariance])
+    AdoptingVehicle().adoption.begin(vague._replace(covariance=rows))
+
+
+def test_an_estimator_that_learns_no_longer_leaves_the_laws_as_they_are() -> None:
+    vehicle = AdoptingVehicle()
+    before = vehicle.fly(3.0, learned(M_ds=1.2))
+    after = vehicle.fly(3.0, NOTHING_LEARNED)
+    assert values(after) == values(before)
+    assert after.depth.refusal is Refusal.UNCERTAIN
 
 
 def test_what_an_earlier_flight_learned_is_refused_if_the_vehicle_moves_otherwise() -> None:

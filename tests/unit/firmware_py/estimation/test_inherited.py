@@ -79,7 +79,7 @@ def spoiled(model: LearnedModel, what: str) -> LearnedModel:
         ("variance", "N_dr: a 1 sigma .* less than any flight can leave"),
         ("correlation", "not positive definite"),
         ("indefinite", "not positive definite"),
-        ("names", "no coefficient that this filter learns"),
+        ("names", "'M_q_' is no coefficient"),
     ],
 )
 def test_what_no_filter_can_have_learned_is_refused(what: str, why: str) -> None:

@@ -63,6 +63,8 @@ def changed(*path: Any, to: Any) -> dict[str, Any]:
         (changed("coefficients", "M_q", "valid", to=1), "must be a table"),
         (changed("coefficients", "M_q", to=None), "must be a table"),
         (changed("coefficients", to={"c" * 65: PLAIN["coefficients"]["M_q"]}), "must be a table"),
+        (changed("coefficients", "N_dr", "file", to=0.0), "file = 0"),
+        (changed("coefficients", to={"M\x1b[31m": PLAIN["coefficients"]["M_q"]}), r"'M\\x1b\[31m' must be a table"),
         (changed("coefficients", to={}), "1 to 200"),
         (changed("coefficients", to={f"c{i}": {} for i in range(201)}), "1 to 200"),
     ],

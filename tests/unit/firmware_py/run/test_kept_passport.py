@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -60,6 +61,43 @@ def content(found: LearnedModel | None = None, config: Path = CONFIG, now: Momen
 def put(folder: Path, data: bytes) -> Path:
     (folder / FILE).write_bytes(data)
     return folder / FILE
+
+
+DATES = ("", "2027", "2027-13-15T08:00:00Z", "2027-01-15 08:00:00", "\\u001b[31mEVIL\\n", 1)
+"""None is one that a run writes."""
+
+
+def dated(date: object) -> bytes:
+    """Return a passport with another date."""
+    now = content().split(b'"date": "')[1].split(b'"')[0]
+    return content().replace(b'"' + now + b'"', str(date).encode() if date == 1 else f'"{date}"'.encode())
+
+
+def turned(**factors: float) -> bytes:
+    """Return a passport that says of these coefficients so many times what the vehicle file says."""
+    known = model()
+    value = tuple([factors.get(name, 1.0) * file for name, file in zip(known.names, known.file, strict=True)])
+    return content(known._replace(value=value))
+
+
+@pytest.mark.parametrize(
+    ("found", "why"),
+    [
+        (turned(M_ds=-1.0), "M_ds = 0.041: must have the sign"),
+        (turned(N_dr=0.0), "N_dr = -?0: must have the sign"),
+        (turned(M_q=-0.5), "M_q = 0.034: must have the sign"),
+        (turned(Z_q=-0.1), "Z_q = .*: must have the sign"),
+        (turned(M_ds=0.15, Z_ds=0.15), r"M_ds = -0.00615: must be in \[-0.205, -0.0082\]"),
+        (turned(N_dr=3.2), "N_dr and Y_dr: no fin is farther"),
+        (content().replace(b'"K_p"', b'"K_p2"'), "'K_p2' is no coefficient"),
+        (content().replace(b'"file": -0.041', b'"file": -0.05'), "M_ds: file = -0.05, but the vehicle file has -0.041"),
+    ],
+)
+def test_what_no_vehicle_can_be_is_set_aside_in_one_line_that_names_it(tmp_path: Path, found: bytes, why: str) -> None:
+    put(tmp_path, found)
+    kept, [sentence] = resume_state(CONFIG, None, tmp_path, PARAMS)
+    assert kept == {}
+    assert re.search(why, sentence), sentence
 
 
 def later(seconds: float, boot: str = "boot") -> Moment:
@@ -139,7 +177,10 @@ def test_another_coefficient_in_the_vehicle_file_makes_no_other_vehicle_and_is_t
 def test_a_file_that_a_scenario_multiplies_is_the_same_in_the_next_run_of_it(tmp_path: Path) -> None:
     factors = {"coefficients": {"M_q": 1.4}}
     configuration = config_files.read_configuration(CONFIG, factors=factors)
-    put(tmp_path, encode(model(), identity(VEHICLE), configuration_hash(configuration), NOW))
+    known = model()
+    file = tuple([1.4 * x if name == "M_q" else x for name, x in zip(known.names, known.file, strict=True)])
+    found = known._replace(file=file, value=file)
+    put(tmp_path, encode(found, identity(VEHICLE), configuration_hash(configuration), NOW))
     for one, word in ((factors, "none far from the vehicle file"), (None, "settings were changed since")):
         assert resume_state(CONFIG, None, tmp_path, PARAMS, factors=one)[1][0].endswith(word)
 
@@ -176,6 +217,9 @@ def test_one_can_be_named_or_refused_and_is_not_touched_then(tmp_path: Path) -> 
         lambda path: path.write_bytes(content().replace(b'"uptime_s": 1000.0', b'"uptime_s": -1.0')),
         lambda path: path.write_bytes(content().replace(b'"boot": "boot"', b'"boot": ["boot"]')),
         lambda path: path.write_bytes(content().replace(b'"boot": "boot"', b'"boot": "' + b"b" * 65 + b'"')),
+        *[lambda path, d=date: path.write_bytes(dated(d)) for date in DATES],
+        lambda path: path.write_bytes(content().replace(b'"name": "NPS AUV II"', b'"name": "\\u001b[31m"')),
+        lambda path: path.write_bytes(content().replace(b'"length_m": 5.3', b'"length_m": "5.3"')),
         lambda path: path.write_bytes(b"[" * 100_000),
         lambda path: path.write_bytes(b"9" * 100_000),
         lambda path: path.write_bytes(b" " * (1 << 24) + content()),
@@ -183,6 +227,7 @@ def test_one_can_be_named_or_refused_and_is_not_touched_then(tmp_path: Path) -> 
         lambda path: os.mkfifo(path),
         lambda path: path.mkdir(),
         lambda path: path.symlink_to("/dev/zero"),
+        lambda path: path.symlink_to(path),
     ],
 )
 def test_what_cannot_be_read_is_set_aside_and_the_vehicle_starts_without(tmp_path: Path, make: Any) -> None:
@@ -191,6 +236,7 @@ def test_what_cannot_be_read_is_set_aside_and_the_vehicle_starts_without(tmp_pat
     assert kept == {}
     assert sentence.startswith(f"{tmp_path / FILE}: cannot be used, and is set aside as {FILE}.corrupt-1: ")
     assert len(sentence) < 600
+    assert sentence.isprintable()
     assert resume_state(CONFIG, None, tmp_path, PARAMS) == ({}, [])
 
 
