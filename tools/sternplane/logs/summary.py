@@ -10,6 +10,7 @@ import numpy as np
 from sternplane.logs import after_log, health_record, lateness_histogram, losses, standard_manoeuvres
 from sternplane.logs.adoption import AdoptionFigures
 from sternplane.logs.learned import LearnedFigures
+from sternplane.logs.manoeuvrability import LimitFigures
 from sternplane.logs.mean import Mean
 from sternplane.logs.reading import Piece
 from sternplane.logs.run import Run
@@ -70,12 +71,14 @@ def summarise(log: Run) -> Summary:
     then and from then on, and the design by_file and in_force at the end; by coefficient: file, adopted_s (when its
     value first left the file's), in_force at the end, and truth (at the end, as above), error_before_pct (of the file)
     and error_after_pct (of what is in force), both against it, where the truth was logged.
+    limits: by name what the vehicle could do, by the coefficients in force and what was left of its fins: at the
+    begin, at its worst and at the end (`manoeuvrability.LimitFigures`).
     cycles, complete, lost, events: of the log. notes: sentences on the state of an earlier run.
     """
     figures, learned, late = _Figures(log), LearnedFigures(log), lateness_histogram.LatenessRecord()
     manoeuvres, health = standard_manoeuvres.StandardManoeuvres(), health_record.HealthRecord(log)
-    received, adoption = losses.Received(), AdoptionFigures(log)
-    parts = (figures, learned, adoption, late, manoeuvres, health, received)
+    received, adoption, limits = losses.Received(), AdoptionFigures(log), LimitFigures()
+    parts = (figures, learned, adoption, limits, late, manoeuvres, health, received)
     for piece in log.pieces():
         for part in parts:
             part.add(piece)
@@ -106,6 +109,7 @@ def summarise(log: Run) -> Summary:
         "health": health.document(),
         "learned": learned.summary,
         "adoption": adoption.summary,
+        "limits": limits.summary,
         "after_log": None,
         "complete": log.complete,
         "lost": log.lost,

@@ -13,21 +13,21 @@ _LAWS = (
     "law",
     "all learned from",
     "off its reference until then, RMS",
-    "from then on",
+    "off its reference from then on, RMS",
     "poles, 1/s",
     "s'b by the file",
-    "at the end",
+    "s'b at the end",
     "authority of the fins by the file, rad/s²",
-    "at the end",
+    "authority at the end, rad/s²",
 )
 _COEFFICIENTS = (
     "coefficient",
     "vehicle file",
-    "in force other than that from",
-    "at the end",
-    "truth then",
+    "first adopted",
+    "in force at the end",
+    "truth at the end",
     "file off the truth by",
-    "at the end by",
+    "in force off the truth by",
 )
 
 

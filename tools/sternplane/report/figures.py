@@ -163,7 +163,7 @@ class Figures:
     def fins(self) -> Plot:
         """Every fin: commanded and reported."""
         figure = self._figure("fin angle, degrees")
-        commanded, reported = (np.degrees(self._c[name]) for name in ("applied.fins", "frame.fins.value"))
+        commanded, reported = (np.degrees(self._c[name]) for name in ("applied.fins", "frame.fins"))
         for i, name in enumerate(fin_names(self._log.header, commanded.shape[1])):
             colour = _PAIRS[i % len(_PAIRS)]
             line(figure, self._t, commanded[:, i], name, colour, legendgroup=name)
@@ -175,7 +175,7 @@ class Figures:
         """Propeller: commanded and reported."""
         figure = self._figure("propeller speed, rpm")
         line(figure, self._t, 60.0 * self._c["applied.n"], "commanded", ESTIMATE)
-        line(figure, self._t, 60.0 * self._c["frame.n.value"], "reported", "#dc2626", dash="dot")
+        line(figure, self._t, 60.0 * self._c["frame.n"], "reported", "#dc2626", dash="dot")
         minimum_height(figure, 20.0)
         return Plot("Propeller", "Commanded, and what its controller reports.", figure)
 

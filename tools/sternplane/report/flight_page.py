@@ -18,6 +18,7 @@ from sternplane.logs.summary_text import key_figures, outcome, unlogged
 from sternplane.report import health_plot
 from sternplane.report.adoption_table import adoption_section
 from sternplane.report.figures import Figures, mode_colours
+from sternplane.report.limits_table import limits_section
 from sternplane.report.page import Heading, Page, Section, Table, plot_section, render, rows_of
 
 _MOST_EVENTS = 500
@@ -36,6 +37,7 @@ def flight_page(log: Run, summary: Summary) -> str:
         Section("Events", tables=(Table(rows_of(events), style="log"),), wide=True, anchor="events")
     ]
     sections += adoption_section(summary)
+    sections += limits_section(summary)
     group = ""
     for i, plot in enumerate(figures):
         if plot.section != group:

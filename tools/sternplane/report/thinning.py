@@ -31,7 +31,9 @@ _REFERENCES = ("reference.z_d", "reference.psi_d", "reference.u_d")
 """What is a reference only while somebody steers by it; in MANUAL and DISARMED it goes along with the vehicle."""
 _LINES = ("state.eta.z", "state.eta.phi", "state.eta.theta", "state.nu.u", "reference.z_d", "reference.u_d")
 _TRUE_LINES = ("eta.z", "eta.phi", "eta.theta", "nu.u")
-_ACTUATORS = ("applied.fins", "frame.fins.value", "applied.n", "frame.n.value")
+_COMMANDED, _REPORTED = ("applied.fins", "applied.n"), ("frame.fins", "frame.n")
+_SILENT = 1.0
+"""What an actuator reported so long ago, s, is no longer drawn."""
 _SAMPLED = ("t", "mode.mode", "state.position_std", "state.depth_std")
 _PLACE = ("eta.x", "eta.y")
 
@@ -116,7 +118,8 @@ class Drawn:
         self.steered = self.steered or bool(steered.any())
         wanted = {name: np.where(steered, c[name], np.nan) for name in _REFERENCES}
         psi = self._psi.of(pose["eta.psi"])
-        lines = {name: c[name] for name in (*_LINES, *_ACTUATORS)} | wanted
+        lines = {name: c[name] for name in (*_LINES, *_COMMANDED)} | wanted
+        lines |= {name: _reported(c, name) for name in _REPORTED}
         lines |= {
             "psi": psi,
             "psi_d": psi + wrapped_deg(wanted["reference.psi_d"] - pose["eta.psi"]),
@@ -169,6 +172,13 @@ class _Points:
 
     def _add(self, of: str, name: str, points: Array) -> None:
         self._kept.setdefault(of, {}).setdefault(name, []).append(points.copy())
+
+
+def _reported(c: Columns, name: str) -> Array:
+    """Return what an actuator reports; no number while it is silent."""
+    value, t_valid = c[f"{name}.value"], c[f"{name}.t_valid"]
+    silent = (c["t"] - t_valid.T).T > _SILENT
+    return np.where(silent, np.nan, value)
 
 
 def _step(log: Run) -> float:
