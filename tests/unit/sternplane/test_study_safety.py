@@ -223,7 +223,8 @@ def test_the_full_form_has_every_trial_at_every_onset_with_every_seed_and_a_hund
     assert len(quiet) == 100
     assert {job.eddies for job in quiet} == {0.0, 0.1}
     assert all(job.duration == 600.0 and job.learning for job in quiet)
-    assert {job.learning for job in faults} == {True, False}
+    assert {(job.learning, job.eddies) for job in faults} == {(True, 0.0), (True, 0.1), (False, 0.0), (False, 0.1)}
+    assert 2 * sum(job.learning for job in faults) == len(faults)
     assert sum(job.replay for job in full) >= 30
 
 
