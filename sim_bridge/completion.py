@@ -38,7 +38,7 @@ class Completion:
         self._mode = Mode.DISARMED
         self._armed = False
         self._aborted = ""
-        self._said = ""
+        self._said = self._refused = ""
         self._last = ""
         self._up = self._dropped = False
 
@@ -72,7 +72,7 @@ class Completion:
             under_way = "" if self._mode is Mode.DISARMED else f"; in mode {self._mode.name.lower()} at the end"
             return f"aborted: {self._aborted}{later}{under_way}"
         if not self._armed:
-            return f"never armed: {self._said or 'nobody asked for it'}"
+            return f"never armed: {self._refused or self._said or 'nobody asked for it'}"
         if self._completes is Completes.SURFACED:
             return "it had not surfaced when the time was over"
         return "it was no longer flying when the time was over"
@@ -83,6 +83,8 @@ class Completion:
         if cycle.events:
             changes = [event for event in cycle.events if event.kind is EventKind.MODE_CHANGED]
             self._said = sentences(changes or cycle.events)[-1].text
+            if refusals := [event for event in cycle.events if event.kind is EventKind.ARMING_REFUSED]:
+                self._refused = sentences(refusals)[-1].text
         if mode is before:
             self.done = self.done or (self._t_up < math.inf and cycle.tick.t - self._t_up >= self._watch)
             return

@@ -135,7 +135,9 @@ def help_text(aboard: bool = True) -> str:
         lines.append(f"  {kind.name + ':' + kind.group + value:<28} {kind.doc}{unit}")
     lines.append("")
     for name, members in GROUPS.items():
-        lines.append(f"  {name}: {', '.join(members) or 'a name of [[fins]] in truth.toml'}")
+        lines.append(
+            f"  {name}: {', '.join(members) or 'a name of [[fins]] in truth.toml, such as stern_port, rudder_upper'}"
+        )
     lines.append(
         "  battery and leak sensor are one node: off, silent, critical of battery strike both; off:leak only one"
     )

@@ -215,6 +215,9 @@ def test_a_vehicle_that_was_never_armed_has_the_refusal_as_reason():
     refusal = Event(EventKind.ARMING_REFUSED, Severity.WARNING, cause=Cause.CHARGE_NEEDED, numbers=(0.03, 0.2))
     ground.write(cycle(mode=Mode.DISARMED, events=(refusal,)))
     assert ground.completion.reason == "never armed: arming refused: battery at 3%, needs 20%"
+    later = Event(EventKind.SENSOR_GOOD, Severity.NOTICE, names=("dvl",))
+    ground.write(cycle(mode=Mode.DISARMED, events=(later,)))
+    assert ground.completion.reason == "never armed: arming refused: battery at 3%, needs 20%"
 
 
 def test_a_vehicle_that_is_watched_is_done_when_it_has_lain_at_the_surface_for_so_long():
