@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol
 
 from firmware_py.allocation import Allocator
@@ -12,6 +13,7 @@ from firmware_py.records.command import Applied, Demand, ModeState, Reference
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Event
+from firmware_py.records.health import NO_DOUBTS, AxisDoubt
 from firmware_py.records.order import Arming, Change, Order
 from firmware_py.records.passport import LearnedModel, Restored
 from firmware_py.records.sensing import SensorFrame
@@ -35,8 +37,17 @@ class StateEstimator(Protocol):
     def placed(self) -> SensorFrame:
         """Return the frame of the last update as sensors at the body's origin would have measured it."""
 
-    def update(self, tick: Tick, frame: SensorFrame, applied: Applied) -> StateEstimate:
-        """Return the state at `tick`; `applied` is what was commanded in the tick before."""
+    @property
+    def held(self) -> tuple[bool, ...]:
+        """Return whether what planes and rudders do is held, since nobody knows where one of them is."""
+
+    def update(
+        self, tick: Tick, frame: SensorFrame, applied: Applied, doubts: Sequence[AxisDoubt] = NO_DOUBTS
+    ) -> StateEstimate:
+        """Return the state at `tick`; `applied` is what was commanded in the tick before.
+
+        `doubts` is what the motion said of planes and rudders then.
+        """
 
     def keep(self) -> Any:
         """Return what a later run may start from."""
@@ -122,10 +133,10 @@ class Autopilot:
         """Compute one cycle: make changes, estimate, watch, supervise, guide, control, allocate, limit."""
         self.parts, changed = self.reconfigurator.apply(order.changes, self.parts)  # parameters, mission, fence, rally
         estimator, actuator_watch, adoption, supervisor, guidance, control, gate = self.parts
-        state = estimator.update(tick, frame, self.applied)
+        state = estimator.update(tick, frame, self.applied, actuator_watch.doubts)
         actuators = actuator_watch.update(tick, estimator.placed, self.applied, state, adoption.last)
         told = actuators.left, order.arming in _TO_ARM
-        adopted = adoption.update(tick, frame, state, self.applied, *told)
+        adopted = adoption.update(tick, frame, state, self.applied, *told, estimator.held)
         left = self.abilities.of(adopted, actuators.left)
         flown = guidance.finished, guidance.last, left
         mode = supervisor.update(tick, estimator.believed, state, actuators, order, *flown)  # may only make it safer

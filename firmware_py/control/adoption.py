@@ -14,7 +14,8 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from firmware_py.control.adoption_params import AdoptionParams
-from firmware_py.control.axis_adoption import AxisAdoption, AxisMemory, AxisModel, Values
+from firmware_py.control.axis_adoption import AxisAdoption, AxisModel
+from firmware_py.control.axis_memory import AxisMemory, Values
 from firmware_py.control.model_evidence import PERIOD, Motion
 from firmware_py.control.passport_watch import PassportMemory, PassportWatch
 from firmware_py.control.sliding_mode_params import S_LAST_DEPTH, S_LAST_HEADING
@@ -116,6 +117,7 @@ class Adoption:
         applied: Applied,
         left: Sequence[FinHealth] = (),
         asked: bool = False,
+        held: Sequence[bool] = (False, False),
     ) -> Adopted:
         """Return what the laws are designed from; at 10 Hz anew.
 
@@ -126,15 +128,16 @@ class Adoption:
             applied: what was commanded in the last tick.
             left: what is left of each fin; empty: all are sound.
             asked: somebody wants to arm the vehicle, or to know whether that is possible.
+            held: of planes and rudders, whether one may stay nobody knows where: nothing is learned or judged then.
         """
         self.events = self._passport.update(applied.armed, asked)
         if self._on:
-            self._weigh(tick, frame, state, applied)
+            self._weigh(tick, frame, state, applied, held)
         if tick.every(Rate.HZ_10):
             learned = state.learned if len(state.learned.value) == self._count else self._nothing
-            for axis, select in zip(self._axes, self._chosen, strict=True):
+            for axis, select, unknown in zip(self._axes, self._chosen, held, strict=True):
                 known = select(learned.value), select(learned.std), select(learned.valid)
-                axis.update(*known, left)
+                axis.update(*known, left, unknown)
             self._passport.heed(learned)
             self._caution = self._caution_now(self._turns(learned.std))
             before, self._adopted = self._adopted, self._in_force()
@@ -160,7 +163,9 @@ class Adoption:
         self._passport.thaw(memory.passport)
         self._adopted = self._in_force()
 
-    def _weigh(self, tick: Tick, frame: SensorFrame, state: StateEstimate, applied: Applied) -> None:
+    def _weigh(
+        self, tick: Tick, frame: SensorFrame, state: StateEstimate, applied: Applied, held: Sequence[bool]
+    ) -> None:
         nu, eta = state.nu, state.eta
         q, r, ticks = self._sums
         self._sums = q, r, ticks = q + nu.q, r + nu.r, ticks + 1
@@ -177,8 +182,8 @@ class Adoption:
             and eta.z > _DEPTH_MIN
             and max(abs(eta.theta), abs(eta.phi)) < _ANGLE_MAX
         )
-        for axis, rate in zip(self._axes, (q, r), strict=True):
-            if judged:
+        for axis, rate, unknown in zip(self._axes, (q, r), held, strict=True):
+            if judged and not unknown:
                 axis.weigh(tick.t, frame, applied, Motion(nu.u, rate / ticks, eta.theta, nu.w, 0.0))
             else:
                 axis.pause()

@@ -7,9 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from firmware_py.control.adoption_params import AdoptionParams
+from firmware_py.control.axis_memory import AxisMemory, Values
 from firmware_py.control.inherited_values import inherited, limits
 from firmware_py.control.lost_effect import share_left, with_share
-from firmware_py.control.model_evidence import EvidenceMemory, Motion, no_evidence, pause, step
+from firmware_py.control.model_evidence import Motion, no_evidence, pause, step
 from firmware_py.control.sliding_mode_design import DesignError, sliding_surface
 from firmware_py.marine import clip
 from firmware_py.params import ParamError
@@ -21,11 +22,12 @@ from firmware_py.tick import Rate
 from firmware_py.vehicle.linear_models import LinearModel
 from firmware_py.vehicle.turning import TurningAxis
 
-Values = tuple[float, ...]
 _HOLD = 20.0
 """Values that the motion did not contradict for so long, s, are good ones."""
 _HOLD_VALID = 5.0
 """The same, s, of the first whose moments are all valid."""
+_RECENT = 5.0
+"""Values that came to be good ones for a shorter time, s, before nobody knew where a fin was are none."""
 _MOMENTS = "MN"
 """What turns the vehicle, by its first letter."""
 _STALE = 0.2
@@ -69,42 +71,6 @@ class AxisModel(NamedTuple):
     gains: tuple[float, float]
 
 
-class AxisMemory(NamedTuple):
-    """What is remembered.
-
-    Attributes:
-        values: the coefficients in force.
-        candidate: what would be in force if nothing were refused.
-        sure: which of these are certain enough.
-        source: where the values in force come from.
-        refusal: what is against the candidate.
-        good: values that held for a while: the last good ones come first, then those that may follow them.
-        held: for how long the values in force have held, s.
-        evidence: of the candidate, and of what is in force, against vehicle.toml.
-        delta: the fin angle of the last period, rad.
-        earlier: which coefficients are known from an earlier flight, and were not learned anew since.
-        refuted: whether the motion has refuted vehicle.toml.
-        valid: whether all moments of the axis were valid.
-        share: what is left of the fins' effect; `good` is that of sound fins.
-        since: for how long that has been so, s.
-    """
-
-    values: Values
-    candidate: Values
-    sure: tuple[bool, ...]
-    source: Source
-    refusal: Refusal
-    good: tuple[Values, ...]
-    held: float
-    evidence: EvidenceMemory
-    delta: float
-    earlier: tuple[bool, ...]
-    refuted: bool
-    valid: bool
-    share: float
-    since: float
-
-
 class AxisAdoption:
     """The coefficients that the law of one axis is designed from."""
 
@@ -116,7 +82,7 @@ class AxisAdoption:
         self._limits = limits(model.file, params.bound)
         values, refusal = model.file, Refusal.UNCERTAIN if self._on else Refusal.OFF
         unsure, evidence = (False,) * len(values), no_evidence(2)
-        fresh = Source.FILE, refusal, (), 0.0, evidence, 0.0, unsure, False, False, 1.0, math.inf
+        fresh = Source.FILE, refusal, (), 0.0, evidence, 0.0, unsure, False, False, 1.0, math.inf, False
         self._memory = AxisMemory(values, values, unsure, *fresh)
         self._evidence, self._delta = evidence, 0.0
         self._derive()
@@ -179,15 +145,25 @@ class AxisAdoption:
         self._evidence = pause(self._evidence)
 
     def update(
-        self, learned: Sequence[float], std: Sequence[float], valid: Sequence[bool], left: Sequence[FinHealth] = ()
+        self,
+        learned: Sequence[float],
+        std: Sequence[float],
+        valid: Sequence[bool],
+        left: Sequence[FinHealth] = (),
+        unknown: bool = False,
     ) -> None:
         """Move what is in force, 10 times a second, towards what was learned with 1 sigma `std`; NaN is not learned.
 
         What is known from an earlier flight is learned anew once `valid`. Where moments become valid that were refused,
         the filter took over other values, and they are weighed anew. When what is `left` of fins changes, so do the
-        good values.
+        good values. While it is `unknown` where a fin is the motion speaks for and against nothing, and what had held
+        for a moment only before that is no good value.
         """
         m, file = self._memory, self._model.file
+        if unknown and not m.unknown:
+            self._evidence, recent = no_evidence(2), m.held < _RECENT and len(m.good) > 1
+            m = m._replace(good=m.good[:1] if recent else m.good)
+        m = self._memory = m._replace(unknown=unknown)
         share = share_left(self._model.shares, left)
         if share != m.share:
             m = self._memory = m._replace(share=share, since=0.0)
@@ -219,7 +195,7 @@ class AxisAdoption:
         )
         if max(self._evidence.evidence) >= self._params.evidence:
             self._memory = m = m._replace(refuted=True)
-        if m.held >= (_HOLD_VALID if known and not m.good else _HOLD):
+        if m.held >= (_HOLD_VALID if known and not m.good else _HOLD) and (m.values == target or not unknown):
             self._memory = m._replace(
                 good=(*m.good[-1:], with_share(self._model.names, m.values, 1.0 / m.share)), held=0.0
             )

@@ -14,7 +14,7 @@ knows more (`iteration`): that is what brings it to the Cramer-Rao bound. README
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -48,16 +48,20 @@ class CoefficientEkf:
     Attributes:
         params: what it is told.
         names: what it learns.
-        bank: the filters.
+        bank: the filters; `banks` are these, and those that the iteration takes through the flight again.
         model, prior, x, P, log_likelihood, tuning, intensity: see `BankArrays`.
         age: how far its start-up is, s, (1,); see `start_up.schedule`.
         nis: normalised innovations squared of the last step, (9,); NaN where nothing came.
         rejected: how many measurements were rejected, (9,).
         resets: how often it diverged and began anew.
+        bursts: how often the gyros contradicted it; not remembered, nor is the next.
+        withheld: fins, of `boost.FINS`, of which no burst makes uncertain what they make; see `unreported_fins`.
         iteration: goes through the flight again.
         iterated: which of the learned coefficients a pass of it has confirmed, and none has rejected since, (names,);
             all, if there is no iteration.
     """
+
+    withheld: tuple[str, ...]
 
     def __init__(self, vehicle: Vehicle, params: CoefficientParams) -> None:
         """Makes room for a filter of `params.names` over the believed vehicle.
@@ -82,7 +86,9 @@ class CoefficientEkf:
         self.nis = np.full(MOVING, math.nan)
         self._given = Given(0.0, np.zeros((1, 4)), np.zeros((1, MOVING)), np.zeros(MOVING), self.nis[None])
         schedule(self.tuning, self.age, self.model.first, 0.0, filters.kernel.settings)
-        self.iteration = IteratedFilter(BankArrays(vehicle, params), params)
+        self.banks = filters, BankArrays(vehicle, params)
+        self.iteration = IteratedFilter(self.banks[1], params)
+        self.withheld, self.bursts = (), 0
         self.iterated = np.full(len(params.names), not params.iteration_times)
 
     def start(
@@ -139,7 +145,7 @@ class CoefficientEkf:
         if not settled:
             self.x[:, self.model.first :] = self._believed
         if self._since_reset < RESET_AGAIN_TIME or not settled:
-            self._forget(self.model.first, self.model.size, self.prior[self.model.first :] ** 2)
+            self.bank.forget(self.model.first, self.model.size, self.prior[self.model.first :] ** 2)
             self.age[:] = 0.0
             self.iterated[:] = not self.params.iteration_times
         self._since_reset = 0.0
@@ -156,24 +162,31 @@ class CoefficientEkf:
         Coefficients become less certain at once, and what was recorded before is of another vehicle.
         """
         self._monitor.burst[WAIT] = BURST_PAUSE
-        if self.params.boost_std > 0.0 and self.iteration.settled(self.age[0]):
-            parameters = slice(self.model.first, self.model.size)
-            values, std = self.x[:, parameters], self.params.boost_std
-            self.P[:, parameters, parameters] += boost_covariance(self.model, self.names, self._learns, std, values)
+        if self.iteration.settled(self.age[0]):
+            self.bursts += 1
+            self.boost(self.withheld)
+
+    def boost(self, withheld: Sequence[str] = ()) -> None:
+        """Makes less certain what fins make, but for these (of `boost.FINS`); the recorded flight begins anew."""
+        if self.params.boost_std > 0.0:
+            first, values = self.model.first, self.x[:, self.model.first :]
+            added = boost_covariance(self.model, self.names, self._learns, self.params.boost_std, values)
+            kept = [i for i, name in enumerate(self.model.names) if any(fins in name for fins in withheld)]
+            added[:, kept, :] = added[:, :, kept] = 0.0
+            self.P[:, first:, first:] += added
             self.iteration.begin(self.bank, self.age[0])
+
+    def go_back(self, values: Array, covariance: Array) -> None:
+        """Knows of the parameters what it knew earlier, see `BankArrays.parameters`; the rest was in vain."""
+        self.bank.put_parameters(values, covariance)
+        self._monitor.window[:] = 0.0
+        self.iteration.begin(self.bank, self.age[0], near=True)
 
     def reset_current(self) -> None:
         """Makes the current as unknown as in the beginning."""
         if self.model.water != STILL:
             self.x[:, MOVING:EDDY_NORTH] = 0.0
-            self._forget(MOVING, EDDY_NORTH, self.prior[MOVING:EDDY_NORTH] ** 2)
-
-    def _forget(self, begin: int, end: int, variance: Array) -> None:
-        """Gives these states a variance, (end - begin,) or a row a filter, and no correlation with any other."""
-        self.P[:, begin:end, :] = 0.0
-        self.P[:, :, begin:end] = 0.0
-        places = np.arange(begin, end)
-        self.P[:, places, places] = variance
+            self.bank.forget(MOVING, EDDY_NORTH, self.prior[MOVING:EDDY_NORTH] ** 2)
 
     def permit(self, learned: Flags) -> None:
         """Says which of the learned coefficients, (names,), may learn; the others neither learn nor become uncertain.
@@ -268,20 +281,10 @@ class CoefficientEkf:
 
     def freeze(self) -> EkfMemory:
         """All it remembers."""
-        return EkfMemory(
-            x=self.x.copy(),
-            P=self.P.copy(),
-            log_likelihood=self.log_likelihood.copy(),
-            rejected=self.rejected.copy(),
-            age=float(self.age[0]),
-            begun=self._begun.copy(),
-            window=self._monitor.window.copy(),
-            burst=self._monitor.burst.copy(),
-            since_reset=self._since_reset,
-            resets=self.resets,
-            iteration=self.iteration.freeze(),
-            iterated=self.iterated.copy(),
-        )
+        arrays = self.x.copy(), self.P.copy(), self.log_likelihood.copy(), self.rejected.copy()
+        monitored = float(self.age[0]), self._begun.copy(), self._monitor.window.copy(), self._monitor.burst.copy()
+        rest = self._since_reset, self.resets, self.iteration.freeze(), self.iterated.copy()
+        return EkfMemory(*arrays, *monitored, *rest)
 
     def thaw(self, memory: EkfMemory) -> None:
         """Takes up again what `freeze` gave."""

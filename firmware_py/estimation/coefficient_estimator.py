@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
 from operator import mul
 from typing import NamedTuple
 
@@ -15,16 +15,18 @@ from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import EkfMemory
 from firmware_py.estimation.coefficient_validity import CoefficientValidity, ValidityMemory, ValidityParams
 from firmware_py.estimation.filter_velocity import filter_velocity
-from firmware_py.estimation.fixed_lag_buffer import FixedLagBuffer, FixedLagBufferMemory, FixedLagBufferParams, Span
+from firmware_py.estimation.fixed_lag_buffer import FixedLagBuffer, FixedLagBufferMemory, Span
 from firmware_py.estimation.identifiability import LearnedState, report, reported
 from firmware_py.estimation.inherited import learned_model, prior
+from firmware_py.estimation.learning_params import LearningParams
 from firmware_py.estimation.model.state import CURRENT_EAST, CURRENT_NORTH, MOVING, STILL
 from firmware_py.estimation.navigation.velocity import FilterVelocity
+from firmware_py.estimation.unreported_fins import UnreportedFins, UnreportedMemory
 from firmware_py.estimation.value_bounds import ValueBounds, unbounded
-from firmware_py.params import TakesEffect, param, table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned, StateEstimate
 from firmware_py.records.event import Cause, Event
+from firmware_py.records.health import NO_DOUBTS, AxisDoubt
 from firmware_py.records.passport import LearnedModel, Restored
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Rate, Tick
@@ -36,38 +38,6 @@ ATTITUDE_AGE_MAX = 0.1
 """It begins with a ping of the DVL, and an attitude that is no older than this, s."""
 DEPTH_SIGMAS = 2.0
 """So many sigmas of depth it must be under water by."""
-
-
-@dataclass(frozen=True, slots=True)
-class LearningParams:
-    """When the filter may learn."""
-
-    enabled: bool = param(
-        True,
-        doc="false: the coefficients of the vehicle file are all that is known.",
-        mav="ENABLED",
-        when=TakesEffect.RESTART,
-    )
-    depth_min: float = param(
-        1.0,
-        unit="m",
-        low=0.0,
-        high=100.0,
-        doc="Nothing is learned where it may be nearer to the surface.",
-        mav="DEPTH",
-    )
-    speed_min: float = param(
-        0.3, unit="m/s", low=0.0, high=5.0, doc="Nothing is learned slower over ground.", mav="SPEED"
-    )
-    gap_max: float = param(
-        600.0,
-        unit="s",
-        low=0.5,
-        high=3600.0,
-        doc="After so long without DVL nothing is learned, and the filter tells no velocity.",
-        mav="GAP_MAX",
-    )
-    horizon: FixedLagBufferParams = table(FixedLagBufferParams)
 
 
 class CoefficientEstimatorMemory(NamedTuple):
@@ -84,6 +54,7 @@ class CoefficientEstimatorMemory(NamedTuple):
     bounds: ValueBounds
     last: Learned
     velocity: FilterVelocity | None
+    fins: UnreportedMemory
 
 
 class CoefficientEstimator:
@@ -106,7 +77,7 @@ class CoefficientEstimator:
         self.ekf = CoefficientEkf(vehicle, coefficients)
         first, count = self.ekf.model.first, len(coefficients.names)
         self._count, self._learned = count, slice(first, first + count)
-        self._buffer = FixedLagBuffer(params.horizon, vehicle)
+        self._buffer, self._fins = FixedLagBuffer(params.horizon, vehicle), UnreportedFins(self.ekf, vehicle)
         self._health = CoefficientValidity(health, self.ekf.model, count)
         self._running = self._begun = False
         self._whole = True
@@ -133,8 +104,23 @@ class CoefficientEstimator:
             other._buffer.thaw(self._buffer.freeze())
         return other
 
-    def update(self, tick: Tick, frame: SensorFrame, applied: Applied, state: StateEstimate) -> Learned:
-        """Return what is known after the tick; `state` is what navigation makes of the same frame."""
+    @property
+    def held(self) -> tuple[bool, ...]:
+        """Return whether what planes and rudders do is held; see `unreported_fins`."""
+        return self._fins.held
+
+    def update(
+        self,
+        tick: Tick,
+        frame: SensorFrame,
+        applied: Applied,
+        state: StateEstimate,
+        doubts: Sequence[AxisDoubt] = NO_DOUBTS,
+    ) -> Learned:
+        """Return what is known after the tick.
+
+        `state` is what navigation makes of the same frame, `doubts` is for `UnreportedFins`.
+        """
         params, buffer = self._params, self._buffer
         gone = applied.drop or (frame.hardpoint.ok and not frame.hardpoint.value.holds)
         self._whole = not gone  # without its drop weight it is another vehicle, of which nothing is learned
@@ -150,6 +136,9 @@ class CoefficientEstimator:
             elif ping.t >= span.t and span.t - turn.t <= ATTITUDE_AGE_MAX:
                 self._begin(span)
         if tick.every(VALUES_RATE):
+            if self._fins.update(tick.t, buffer.mute, buffer.rates(applied.fins), doubts):
+                self._bounds = unbounded(self._count)
+                self._permit()
             self._last = self._learned_now(self._last, self._report() if tick.every(REPORT_RATE) else self._last.report)
         return self._last
 
@@ -194,11 +183,13 @@ class CoefficientEstimator:
         self.ekf.start((0.0,) * 6, (0.0,) * 3, (1.0,) * MOVING)
         self._ever[:] = self._health.excited
         self._bounds = unbounded(self._count)
+        self._fins.forget()
         self._running = self._begun = False
 
     def _permit(self) -> None:
-        """Let only excited coefficients learn; the others do not become less certain."""
-        self.ekf.permit(np.array(self._health.excited, dtype=np.bool_))
+        """Let only excited coefficients learn that are not held; the others do not become less certain."""
+        held = [self._fins.holds(name) for name in self.ekf.names]
+        self.ekf.permit(self._health.excited & ~np.array(held, dtype=np.bool_))
         self._ever |= self._health.excited
 
     def _learned_now(self, before: Learned | None, report: tuple[Event, ...]) -> Learned:
@@ -215,7 +206,7 @@ class CoefficientEstimator:
                     value[i], sigma[i] = before.value[i], before.std[i]
         if not self._bounds.hold(value):  # it was not to be relied on: consistency is to be earned anew
             self._health.reset()
-            self._bounds = unbounded(self._count)
+            self._bounds, self.ekf.bursts = unbounded(self._count), self.ekf.bursts + 1
         turbulence, self.velocity = sum(map(mul, weights, self._intensities)), None
         if self._running and self._health.trusted:
             self.velocity = filter_velocity(self._buffer.t, mean, std, self.ekf.model.water, turbulence)
@@ -247,8 +238,9 @@ class CoefficientEstimator:
         """
         valid, iterated = self._health.verdict.valid, self.ekf.iterated.tolist()
         known = self._begun and self._whole
-        each = zip(valid, iterated, self._low, value, self._high, sigma, strict=True)
-        return tuple([known and a and b and low + s < x < high - s for a, b, low, x, high, s in each])
+        free = [a and b and not self._fins.holds(n) for a, b, n in zip(valid, iterated, self.ekf.names, strict=True)]
+        each = zip(free, self._low, value, self._high, sigma, strict=True)
+        return tuple([known and a and low + s < x < high - s for a, low, x, high, s in each])
 
     def _report(self) -> tuple[Event, ...]:
         """Return what was learned and what was not."""
@@ -282,6 +274,7 @@ class CoefficientEstimator:
             self._bounds,
             self._last,
             self.velocity,
+            self._fins.freeze(),
         )
 
     def thaw(self, memory: CoefficientEstimatorMemory) -> None:
@@ -289,6 +282,7 @@ class CoefficientEstimator:
         self._buffer.thaw(memory.buffer)
         self.ekf.thaw(memory.ekf)
         self._health.thaw(memory.health)
+        self._fins.thaw(memory.fins)
         self._running, self._begun = memory.running, memory.begun
         self._resets, self._bounds, self._last = memory.resets, memory.bounds, memory.last
         self.velocity = memory.velocity

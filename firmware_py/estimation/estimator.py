@@ -3,27 +3,26 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from operator import attrgetter
 from typing import NamedTuple
 
-from firmware_py.estimation.coefficient_estimator import (
-    CoefficientEstimator,
-    CoefficientEstimatorMemory,
-    LearningParams,
-)
+from firmware_py.estimation.coefficient_estimator import CoefficientEstimator, CoefficientEstimatorMemory
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_validity import ValidityParams
 from firmware_py.estimation.filter.bank_arrays import BankArrays
 from firmware_py.estimation.integrity.integrity import SensorIntegrity
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.integrity_records import NO_CORRECTION, IntegrityMemory
+from firmware_py.estimation.learning_params import LearningParams
 from firmware_py.estimation.lever_arms import LeverArms, LeverArmsMemory
 from firmware_py.estimation.navigation.navigation import KeptNavigation, Navigation, NavigationMemory, NavigationParams
 from firmware_py.marine import Origin
 from firmware_py.params import table
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.health import NO_DOUBTS, AxisDoubt
 from firmware_py.records.passport import LearnedModel, Restored
 from firmware_py.records.sensing import SensorFrame, silence
 from firmware_py.tick import Tick
@@ -113,8 +112,18 @@ class Estimator:
             other._learning = learning.with_params(params.learning, params.health, self._vehicle)
         return other
 
-    def update(self, tick: Tick, frame: SensorFrame, applied: Applied) -> StateEstimate:
-        """Return the state at the tick, from what was received up to it and what was commanded one tick ago."""
+    @property
+    def held(self) -> tuple[bool, ...]:
+        """Return whether what planes and rudders do is held, since nobody knows where one of them is."""
+        return self._learning.held if self._learning is not None else (False, False)
+
+    def update(
+        self, tick: Tick, frame: SensorFrame, applied: Applied, doubts: Sequence[AxisDoubt] = NO_DOUBTS
+    ) -> StateEstimate:
+        """Return the state at the tick, from what was received up to it and what was commanded one tick ago.
+
+        `doubts` is what the motion said of planes and rudders then.
+        """
         known = self._learning.velocity if self._learning is not None else None
         frame = self.placed = self._arms.at_origin(frame, tick.t)
         believed = self.believed = self._integrity.update(tick, frame, applied, known)
@@ -124,7 +133,7 @@ class Estimator:
         state = self._navigation.update(tick, believed, applied, self._integrity.health, known, self._integrity.hull)
         if self._learning is None:
             return state
-        return StateEstimate(*(*_NAVIGATED(state), self._learning.update(tick, believed, applied, state)))
+        return StateEstimate(*(*_NAVIGATED(state), self._learning.update(tick, believed, applied, state, doubts)))
 
     def keep(self) -> KeptNavigation:
         """Return what a later run may start from."""

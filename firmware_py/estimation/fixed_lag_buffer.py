@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from bisect import insort
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -21,6 +21,7 @@ from firmware_py.estimation.model.jacobians import Array
 from firmware_py.params import TakesEffect, param
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame
+from firmware_py.vehicle.servo import servo_angle, servo_rate
 from firmware_py.vehicle.vehicle import Vehicle
 
 _TOGETHER = 1e-6
@@ -65,7 +66,7 @@ class FixedLagBufferParams:
         unit="s",
         low=0.02,
         high=10.0,
-        doc="A fin's or the propeller's older report gives way to the command.",
+        doc="A fin's older report gives way to where its servo should be, the propeller's to the command.",
         mav="STALE",
     )
     speed_std: float = param(
@@ -98,7 +99,10 @@ class Measurement(NamedTuple):
 
 
 class FixedLagBufferMemory(NamedTuple):
-    """Time up to which steps were made, what waits, the times of each sensor's newest, and the last one taken."""
+    """Time up to which steps were made, what waits, the times of each sensor's newest, and the last one taken.
+
+    `heard` is when it was told last, s; `obeying` where each fin is then if it obeys, rad; `mute` which report nothing.
+    """
 
     t: float
     waiting: tuple[Measurement, ...]
@@ -106,14 +110,17 @@ class FixedLagBufferMemory(NamedTuple):
     newest: tuple[float, ...]
     last: tuple[Measurement, ...]
     dropped: int
+    heard: float
+    obeying: tuple[float, ...]
+    mute: tuple[bool, ...]
 
 
 class FixedLagBuffer:
     """Puts measurements in order.
 
     `dropped` counts the measurements that are not used: older than the lag, from the future, not after the last of
-    their sensor, not finite, or out of range. A fin or propeller that reports nothing, or an
-    impossible value, is taken to do what was commanded.
+    their sensor, not finite, or out of range. A propeller that reports nothing, or an impossible value, is taken to do
+    what was commanded, a fin what its servo makes of that; `mute` says which fins that are.
     """
 
     def __init__(self, params: FixedLagBufferParams, vehicle: Vehicle) -> None:
@@ -123,7 +130,8 @@ class FixedLagBuffer:
         self._reach = (*(_TRAVEL,) * shaft, _OVERSPEED * vehicle.propeller.n_max)
         self._waiting: list[Measurement] = []
         self._newest = [-math.inf, -math.inf]
-        self._t = -math.inf
+        self._t = self._heard = -math.inf
+        self._obeying, self.mute = (0.0,) * shaft, (False,) * shaft
         self.dropped = 0
         tilt, gyro = params.tilt_std**2, params.rate_std**2
         self._usual = np.array((params.speed_std**2,) * 3 + (gyro,) * 3 + (tilt, tilt, params.heading_std**2))
@@ -136,15 +144,24 @@ class FixedLagBuffer:
         """Return the time up to which the filter has been stepped, s."""
         return self._t
 
+    def rates(self, told: Sequence[float]) -> tuple[float, ...]:
+        """Return how fast each fin turns if it obeys, rad/s, where it is `told` these angles, rad."""
+        return tuple([servo_rate(angle, to) for angle, to in zip(self._obeying, told, strict=True)])
+
     def hear(self, t: float, frame: SensorFrame, applied: Applied) -> None:
         """Take what was received in the tick at t, s; `applied` is what was commanded one tick before."""
         oldest, reach, actuators = t - self._params.stale, self._reach, self._actuators
-        commanded = (*applied.fins, applied.n)
+        dt, self._heard = t - self._heard, t
+        obeying = [servo_angle(was, told, dt) for was, told in zip(self._obeying, applied.fins, strict=True)]
+        mute, self._obeying = [False] * (len(obeying) + 1), tuple(obeying)
+        obeying.append(applied.n)
         for i, heard in enumerate((*frame.fins, frame.n)):
             if not (heard.ok and heard.t_valid >= oldest and -reach[i] <= heard.value <= reach[i]):
-                actuators.add(i, t, commanded[i])
+                mute[i] = True
+                actuators.add(i, t, obeying[i])
             elif heard.fresh:
                 actuators.add(i, min(heard.t_valid, t), heard.value)
+        self.mute = tuple(mute[:-1])
 
         dvl, ahrs = frame.dvl, frame.ahrs
         if dvl.fresh and dvl.ok:
@@ -199,7 +216,15 @@ class FixedLagBuffer:
     def freeze(self) -> FixedLagBufferMemory:
         """Return the whole memory."""
         return FixedLagBufferMemory(
-            self._t, tuple(self._waiting), self._actuators.freeze(), tuple(self._newest), tuple(self.last), self.dropped
+            self._t,
+            tuple(self._waiting),
+            self._actuators.freeze(),
+            tuple(self._newest),
+            tuple(self.last),
+            self.dropped,
+            self._heard,
+            self._obeying,
+            self.mute,
         )
 
     def thaw(self, memory: FixedLagBufferMemory) -> None:
@@ -207,3 +232,4 @@ class FixedLagBuffer:
         self._t, self._waiting, self.dropped = memory.t, list(memory.waiting), memory.dropped
         self._newest, self.last = list(memory.newest), list(memory.last)
         self._actuators.thaw(memory.actuators)
+        self._heard, self._obeying, self.mute = memory.heard, memory.obeying, memory.mute

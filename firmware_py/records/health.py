@@ -123,6 +123,22 @@ class FinHealth(NamedTuple):
 SOUND_FIN = FinHealth()
 
 
+class AxisDoubt(NamedTuple):
+    """What the motion says of the fins of one axis.
+
+    Attributes:
+        stays: for how long it has been likeliest that one of them stays somewhere, or known, s; 0: it is not.
+        weak: whether they make less force than they should, or none.
+    """
+
+    stays: float = 0.0
+    weak: bool = False
+
+
+NO_DOUBTS = (AxisDoubt(), AxisDoubt())
+"""Of planes and rudders."""
+
+
 class WeightState(enum.IntEnum):
     """Where the drop weight is, by what was commanded and what its hardpoint says."""
 

@@ -12,6 +12,7 @@ from firmware_py.records.health import (
     SOUND_FIN,
     ActuatorFault,
     ActuatorHealth,
+    AxisDoubt,
     FinEvidence,
     FinHealth,
     SourceState,
@@ -104,6 +105,11 @@ class ActuatorWatch:
         if changed:
             self._health = self._judged(frame)
         return self._health
+
+    @property
+    def doubts(self) -> tuple[AxisDoubt, ...]:
+        """Return what the motion says of planes and rudders."""
+        return self._hull.doubts
 
     def freeze(self) -> ActuatorWatchMemory:
         """Return the whole memory."""

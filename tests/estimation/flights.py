@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, BuslessFlight, fly, held_level, measure
 
-from firmware_py.estimation.coefficient_estimator import CoefficientEstimator, LearningParams
+from firmware_py.estimation.coefficient_estimator import CoefficientEstimator
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_validity import ValidityParams
+from firmware_py.estimation.learning_params import LearningParams
 from firmware_py.marine import Eta, Nu
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned, StateEstimate

@@ -17,7 +17,7 @@ from firmware_py.estimation.coefficient_params import (
 )
 from firmware_py.estimation.filter.bank import reset_motion
 from firmware_py.estimation.filter.kernel_arguments import FilterBank, Settings, Tuning, new_scratch, padded, zeros
-from firmware_py.estimation.filter.vehicle_scales import VehicleScales, vehicle_scales
+from firmware_py.estimation.filter.vehicle_scales import FIN_HOLD, VehicleScales, vehicle_scales
 from firmware_py.estimation.filter.weighting import combine
 from firmware_py.estimation.model.jacobians import Array
 from firmware_py.estimation.model.observer_model import GROUPS, ObserverModel
@@ -87,6 +87,7 @@ class BankArrays:
         self.width = width = padded(n)
         self.scales = vehicle_scales(vehicle)
         self.tuning = _tuning(model, params, self.scales, self.prior, len(nuisances), width)
+        self._sound_fins = self.tuning.Q_final[list(FIN_DRIVEN)]
         bias_state = np.full(MOVING, -1, dtype=np.int64)
         for k, state in enumerate(model.biases):
             bias_state[state] = MOVING + water + k
@@ -139,6 +140,31 @@ class BankArrays:
         self.P[np.ix_(range(len(self.P)), places, places)] = covariance
         learned = np.arange(self.model.first, self.model.first + self.learned)
         return bool((np.sqrt(self.P[0, learned, learned]) <= NEAR * self.prior[learned]).all())
+
+    def parameters(self) -> tuple[Array, Array]:
+        """Return what each filter knows of the parameters: values, (filters, k), and covariance, (filters, k, k)."""
+        first = self.model.first
+        return self.x[:, first:].copy(), self.P[:, first:, first:].copy()
+
+    def put_parameters(self, values: Array, covariance: Array) -> None:
+        """Know of the parameters what `parameters` returned, without correlation with any other state."""
+        first = self.model.first
+        self.x[:, first:] = values
+        self.P[:, first:, :first], self.P[:, :first, first:] = 0.0, 0.0
+        self.P[:, first:, first:] = covariance
+
+    def forget(self, begin: int, end: int, variance: Array) -> None:
+        """Give these states a variance, (end - begin,) or a row a filter, and no correlation with any other."""
+        self.P[:, begin:end, :] = 0.0
+        self.P[:, :, begin:end] = 0.0
+        places = np.arange(begin, end)
+        self.P[:, places, places] = variance
+
+    def doubt_fins(self, planes: float, rudders: float) -> None:
+        """Take delta_s and delta_r to be off by 1 sigma of these, rad, for `FIN_HOLD` at a time: process noise."""
+        axes = zip(self.scales.fins, (rudders, planes, planes, rudders), strict=True)
+        walks = [acceleration * std for acceleration, std in axes]
+        self.tuning.Q_final[list(FIN_DRIVEN)] = self._sound_fins + np.square(walks) * FIN_HOLD
 
     def reset_motion(self, motion: Array, variance: Array) -> None:
         """See `bank.reset_motion`."""

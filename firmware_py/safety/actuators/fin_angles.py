@@ -8,9 +8,7 @@ from collections.abc import Sequence
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
-
-_SERVO_TIME = 0.12
-"""Lag of a servo that reports nothing, s."""
+from firmware_py.vehicle.servo import SERVO_TIME
 
 
 class FinAngles:
@@ -27,7 +25,7 @@ class FinAngles:
         angles, mute = [], []
         for place, i in enumerate(fins):
             heard = frame.fins[i]
-            angle = modelled[i] = modelled[i] + (applied.fins[i] - modelled[i]) * (dt / _SERVO_TIME)
+            angle = modelled[i] = modelled[i] + (applied.fins[i] - modelled[i]) * (dt / SERVO_TIME)
             age = t - heard.t_valid if heard.ok else math.inf
             angles.append(heard.value if age <= params.latency else angle)
             if not age <= params.timeout:

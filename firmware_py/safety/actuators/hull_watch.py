@@ -9,7 +9,7 @@ from firmware_py.marine import clip
 from firmware_py.records.adoption import Adopted
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import StateEstimate
-from firmware_py.records.health import ActuatorFault, SourceFault, SourceState
+from firmware_py.records.health import ActuatorFault, AxisDoubt, SourceFault, SourceState
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuators.actuator_params import ActuatorParams
 from firmware_py.safety.actuators.cross_flow import CrossFlow, CrossMemory
@@ -96,13 +96,10 @@ class HullWatch:
         self._travel = tuple([fin.delta_max for fin in vehicle.fins])
         self._shares = vehicle.effectiveness.s, vehicle.effectiveness.r
         self._fins = tuple([[i for i, share in enumerate(row) if share] for row in self._shares])
-        self._axes = tuple(
-            [AxisWatch(params.evidence, model.eddies(_CRUISE, params.eddies), PERIOD) for model in self._models]
-        )
-        self._left = [watch(params.evidence, model.eddies(_CRUISE, params.eddies), PERIOD) for model in self._models]
-        self._stuck = [
-            StuckWatch(params.evidence, model.eddies(_CRUISE, params.eddies), PERIOD) for model in self._models
-        ]
+        eddies = [model.eddies(_CRUISE, params.eddies) for model in self._models]
+        self._axes = tuple([AxisWatch(params.evidence, one, PERIOD) for one in eddies])
+        self._left = [watch(params.evidence, one, PERIOD) for one in eddies]
+        self._stuck = [StuckWatch(params.evidence, one, PERIOD) for one in eddies]
         self._heaved, self._flow = heaved_axis(vehicle), CrossFlow(PERIOD)
         self._sums, self._speeds = [(0.0, 0), (0.0, 0)], [math.nan, math.nan]
         self._angles = FinAngles(params, len(vehicle.fins))
@@ -152,6 +149,11 @@ class HullWatch:
             if place >= 0 and fins[place] == fin:
                 return clip(angle, -self._travel[fin], self._travel[fin])
         return math.nan
+
+    @property
+    def doubts(self) -> tuple[AxisDoubt, ...]:
+        """Return what the motion says of the fins, by axis."""
+        return tuple([AxisDoubt(x.doubt, self._fault(i) is not ActuatorFault.NONE) for i, x in enumerate(self._stuck)])
 
     def _fault(self, axis: int) -> ActuatorFault:
         """Return what is wrong with an axis, as either of its watches has found."""

@@ -130,6 +130,15 @@ class StuckWatch:
             s.evidence > SUSPECT * ENOUGH * self._evidence for m in self._memory.members for s in m.stays
         )
 
+    @property
+    def doubt(self) -> float:
+        """Return for how long it has been more likely than all else that a fin stays, or known, s; 0: it is not."""
+        m = self._memory
+        if m.fin >= 0:
+            return m.since + _LEAST_TIME
+        least = SUSPECT * _OVER * self._evidence
+        return max([s.lasts for member in m.members for s in member.stays if s.least > least], default=0.0)
+
     def pause(self) -> None:
         """Stop where nothing can be judged; what was found is kept."""
         if self._memory.running:

@@ -53,8 +53,14 @@ class AdoptingVehicle:
         self.events: list[Any] = []
         self.adopted: Adopted | None = None
 
-    def fly(self, seconds: float, learned: Learned, left: tuple[FinHealth, ...] = ()) -> Adopted:
-        """Let time pass while this is learned, with what is left of the fins as it is known."""
+    def fly(
+        self,
+        seconds: float,
+        learned: Learned,
+        left: tuple[FinHealth, ...] = (),
+        held: tuple[bool, bool] = (False, False),
+    ) -> Adopted:
+        """Let time pass while this is learned, with what is left of the fins as it is known, and what of it is held."""
         for _ in range(round(seconds / DT)):
             t = self.k * DT
             delta = 0.15 * math.copysign(1.0, math.sin(t / 1.7)), 0.15 * math.copysign(1.0, math.sin(t / 2.3))
@@ -68,7 +74,7 @@ class AdoptingVehicle:
             fins = (delta[0], delta[0], delta[1], delta[1])
             frame = replace(silence(4), fins=tuple(Heard(angle, t, True, True) for angle in fins))
             applied = Applied(fins, 8.0, True, False)
-            self.adopted = self.adoption.update(Tick(self.k, DT_NS), frame, state, applied, left)
+            self.adopted = self.adoption.update(Tick(self.k, DT_NS), frame, state, applied, left, False, held)
             self.events += self.adoption.events
             self.k += 1
         assert self.adopted is not None
@@ -391,3 +397,26 @@ def test_what_fins_have_lost_is_taken_from_what_held_before_the_filter_knows_it(
     assert later.depth.source is Source.LEARNED
     assert later.diving[-1] == pytest.approx(0.5 * FILE["M_ds"])
     assert later.held_diving[-1] == pytest.approx(FILE["M_ds"])  # what sound fins do
+
+
+def test_while_nobody_knows_where_a_plane_is_the_motion_is_no_evidence_and_what_was_learned_stays_in_force() -> None:
+    """The planes do nothing by the motion, for their angles are not what they are taken for; the rudders are judged."""
+    vehicle = AdoptingVehicle(true(M_ds=1.3, N_dr=1.3))
+    before = values(vehicle.fly(30.0, learned(M_ds=1.3, N_dr=1.3)))
+    vehicle.diving = vehicle.diving._replace(b=tuple(-x for x in vehicle.diving.b))
+    during = vehicle.fly(20.0, learned(M_ds=1.3, N_dr=1.3), held=(True, False))
+    assert during.depth.source is Source.LEARNED
+    assert during.depth.refusal is Refusal.NONE
+    assert during.depth.evidence == 0.0
+    assert values(during) == before
+
+
+def test_what_fell_just_before_nobody_knew_where_a_plane_is_comes_to_be_no_good_value() -> None:
+    vehicle = AdoptingVehicle(true(M_ds=1.3))
+    good = vehicle.fly(24.0, learned(M_ds=1.3)).held_diving
+    memory = vehicle.adoption.freeze
+    while len(memory().depth.good) < 2:
+        vehicle.fly(0.1, learned(M_ds=0.4))
+    assert memory().depth.good[-1] != good
+    during = vehicle.fly(21.0, learned(M_ds=1.3), held=(True, False))
+    assert during.held_diving == good

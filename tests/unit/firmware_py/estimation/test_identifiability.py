@@ -10,10 +10,11 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from firmware_py.estimation.coefficient_estimator import CoefficientEstimator, LearningParams
+from firmware_py.estimation.coefficient_estimator import CoefficientEstimator
 from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.estimation.coefficient_validity import ValidityParams
 from firmware_py.estimation.identifiability import LearnedState, directions, identifiability, report
+from firmware_py.estimation.learning_params import LearningParams
 from firmware_py.records.estimate import Learned
 from firmware_py.records.event_text import texts
 from tests.estimation.flights import flown, learner, moments, said

@@ -105,3 +105,23 @@ def test_it_goes_on_from_a_frozen_memory() -> None:
     again.watch.update(1.0, DAMPING, 0.0, (EACH, EACH), (0.0, 0.0), (0, 1))
     again.watch.thaw(kept)
     assert one.run(10.0).watch.freeze() == again.run(10.0).watch.freeze()
+
+
+def test_that_a_fin_stays_is_likely_before_it_is_named_and_since_when_is_known() -> None:
+    """Sound fins and a gust make it likely for no longer than chance does."""
+    sound = Hull(1000, 0.004).run(60.0)
+    sound.gust = 2.0 * EACH * math.radians(5.0)
+    assert max(doubted for doubted, _ in doubts(sound, 40.0)) < 3.0
+    hull = Hull(1000).run(60.0)
+    hull.stays[0] = math.radians(10.0)
+    course = doubts(hull, 20.0)
+    named = next(i for i, (_, fin) in enumerate(course) if fin >= 0)
+    before = [doubted for doubted, _ in course[:named] if doubted > 0.0]
+    assert before
+    assert max(before) <= named * PERIOD + 1.0
+    assert all(doubted > 0.0 for doubted, _ in course[named:])
+
+
+def doubts(hull: Hull, seconds: float) -> list[tuple[float, int]]:
+    """Return for how long it has been likely that a fin stays, s, and which one is named, step by step."""
+    return [(hull.run(PERIOD).watch.doubt, hull.watch.stuck[0]) for _ in range(round(seconds / PERIOD))]

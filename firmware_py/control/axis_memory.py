@@ -1,0 +1,48 @@
+"""What adoption remembers of one axis."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from firmware_py.control.model_evidence import EvidenceMemory
+from firmware_py.records.adoption import Refusal, Source
+
+Values = tuple[float, ...]
+
+
+class AxisMemory(NamedTuple):
+    """What is remembered.
+
+    Attributes:
+        values: the coefficients in force.
+        candidate: what would be in force if nothing were refused.
+        sure: which of these are certain enough.
+        source: where the values in force come from.
+        refusal: what is against the candidate.
+        good: values that held for a while: the last good ones come first, then those that may follow them.
+        held: for how long the values in force have held, s.
+        evidence: of the candidate, and of what is in force, against vehicle.toml.
+        delta: the fin angle of the last period, rad.
+        earlier: which coefficients are known from an earlier flight, and were not learned anew since.
+        refuted: whether the motion has refuted vehicle.toml.
+        valid: whether all moments of the axis were valid.
+        share: what is left of the fins' effect; `good` is that of sound fins.
+        since: for how long that has been so, s.
+        unknown: whether a fin is where nobody knows.
+    """
+
+    values: Values
+    candidate: Values
+    sure: tuple[bool, ...]
+    source: Source
+    refusal: Refusal
+    good: tuple[Values, ...]
+    held: float
+    evidence: EvidenceMemory
+    delta: float
+    earlier: tuple[bool, ...]
+    refuted: bool
+    valid: bool
+    share: float
+    since: float
+    unknown: bool
