@@ -155,9 +155,9 @@ class AxisAdoption:
         """Move what is in force, 10 times a second, towards what was learned with 1 sigma `std`; NaN is not learned.
 
         What is known from an earlier flight is learned anew once `valid`. Where moments become valid that were refused,
-        the filter took over other values, and they are weighed anew. When what is `left` of fins changes, so do the
-        good values. While it is `unknown` where a fin is the motion speaks for and against nothing, and what had held
-        for a moment only before that is no good value.
+        the filter took over other values, and they are weighed anew. When less is `left` of fins, so is of the good
+        values; that more is takes longer to find than to learn. While it is `unknown` where a fin is the motion speaks
+        for and against nothing, and what had held for a moment only before that is no good value.
         """
         m, file = self._memory, self._model.file
         if unknown and not m.unknown:
@@ -166,7 +166,7 @@ class AxisAdoption:
         m = self._memory = m._replace(unknown=unknown)
         share = share_left(self._model.shares, left)
         if share != m.share:
-            m = self._memory = m._replace(share=share, since=0.0)
+            m = self._memory = m._replace(share=share, since=0.0 if share < m.share else math.inf)
             self._evidence = no_evidence(2)
         known = all(ok for ok, name in zip(valid, self._model.names, strict=True) if name[0] in _MOMENTS)
         if known and not m.valid and m.refusal is Refusal.RESIDUALS:
@@ -195,7 +195,9 @@ class AxisAdoption:
         )
         if max(self._evidence.evidence) >= self._params.evidence:
             self._memory = m = m._replace(refuted=True)
-        if m.held >= (_HOLD_VALID if known and not m.good else _HOLD) and (m.values == target or not unknown):
+        sound = m.share == 1.0 or not m.good  # what weak ones would do if they were whole rests on a share of steps
+        long = m.held >= (_HOLD_VALID if known and not m.good else _HOLD)
+        if sound and long and (m.values == target or not unknown):
             self._memory = m._replace(
                 good=(*m.good[-1:], with_share(self._model.names, m.values, 1.0 / m.share)), held=0.0
             )

@@ -35,6 +35,7 @@ DEPTH = DivingCoefficients._fields
 HEADING = SteeringCoefficients._fields
 POLES = ((-0.4, -0.45), (-0.45, -0.5))
 DT_NS, DT, U = 10_000_000, 0.01, 1.8
+SOUND = (SOUND_FIN,) * 4
 SURE, UNSURE = 0.02, 0.7
 """1 sigma of what is learned, of its size in the file."""
 
@@ -397,6 +398,14 @@ def test_what_fins_have_lost_is_taken_from_what_held_before_the_filter_knows_it(
     assert later.depth.source is Source.LEARNED
     assert later.diving[-1] == pytest.approx(0.5 * FILE["M_ds"])
     assert later.held_diving[-1] == pytest.approx(FILE["M_ds"])  # what sound fins do
+    flown.diving = diving_model(VEHICLE, U, DivingCoefficients(FILE["M_q"], FILE["M_ds"]))
+    healed = flown.fly(60.0, learned(), half)  # nobody has noticed that they are whole again
+    assert healed.diving[-1] == pytest.approx(FILE["M_ds"])
+    assert healed.held_diving[-1] == pytest.approx(FILE["M_ds"])
+    for _ in range(30):
+        now = flown.fly(0.2, learned(), SOUND)
+        assert (now.depth.source, now.diving[-1]) == (Source.LEARNED, pytest.approx(FILE["M_ds"]))
+        assert now.held_diving[-1] == pytest.approx(FILE["M_ds"])
 
 
 def test_while_nobody_knows_where_a_plane_is_the_motion_is_no_evidence_and_what_was_learned_stays_in_force() -> None:
