@@ -39,8 +39,8 @@ _ACROSS_STD = 0.3
 _SPEED_RATE = 0.2
 """What speed may be can change at once, when the propeller is in doubt; fins are held to one that changes slowly, by so
 much, m/s^2: else a step of it would look like an effect that the fins do not have."""
-_QUARTER = 0.25
-"""Fins that do less than this share of what vehicle.toml says make no force, however wrong the file is."""
+_NOTHING = 0.201
+"""Fins that do no more than this share of what vehicle.toml says make no force; adoption holds values at 0.2."""
 _HELD_STD = 0.1
 """1 sigma of what fins do by coefficients that held in flight."""
 _FAR = 0.1
@@ -208,7 +208,7 @@ class HullWatch:
         if not adopted.refuted[axis]:
             return True
         in_force = (adopted.diving, adopted.steering)[axis][-1]
-        if in_force / self._files[axis][-1] < _QUARTER:
+        if in_force / self._files[axis][-1] < _NOTHING:
             watch.give_up()
         return False
 

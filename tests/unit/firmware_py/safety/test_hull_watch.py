@@ -103,6 +103,8 @@ def test_but_rudders_that_do_nothing_by_what_is_learned_are_lost() -> None:
     *rest, moment = FILE.steering
     nothing = dataclasses.replace(FILE, refuted=(False, True), steering=(*rest, 0.2 * moment))
     assert Yawing(0.0, nothing).run(1.0) is LOST
+    half = dataclasses.replace(nothing, steering=(*rest, 0.24 * moment))  # of what a file makes 1.5 times too much of
+    assert Yawing(0.33, half).run(60.0) is NONE
 
 
 @pytest.mark.parametrize("share", [0.4, 1.0, 1.6])
