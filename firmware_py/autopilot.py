@@ -13,7 +13,7 @@ from firmware_py.records.command import Applied, Demand, ModeState, Reference
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Event
-from firmware_py.records.health import NO_DOUBTS, AxisDoubt
+from firmware_py.records.health import AxisDoubt
 from firmware_py.records.order import Arming, Change, Order
 from firmware_py.records.passport import LearnedModel, Restored
 from firmware_py.records.sensing import SensorFrame
@@ -42,11 +42,11 @@ class StateEstimator(Protocol):
         """Return whether what planes and rudders do is held, since nobody knows where one of them is."""
 
     def update(
-        self, tick: Tick, frame: SensorFrame, applied: Applied, doubts: Sequence[AxisDoubt] = NO_DOUBTS
+        self, tick: Tick, frame: SensorFrame, applied: Applied, doubts: Sequence[AxisDoubt], adopted: Adopted
     ) -> StateEstimate:
         """Return the state at `tick`; `applied` is what was commanded in the tick before.
 
-        `doubts` is what the motion said of planes and rudders then.
+        `doubts` is what the motion said of planes and rudders then, `adopted` what the laws were designed from.
         """
 
     def keep(self) -> Any:
@@ -133,7 +133,7 @@ class Autopilot:
         """Compute one cycle: make changes, estimate, watch, supervise, guide, control, allocate, limit."""
         self.parts, changed = self.reconfigurator.apply(order.changes, self.parts)  # parameters, mission, fence, rally
         estimator, actuator_watch, adoption, supervisor, guidance, control, gate = self.parts
-        state = estimator.update(tick, frame, self.applied, actuator_watch.doubts)
+        state = estimator.update(tick, frame, self.applied, actuator_watch.doubts, adoption.last)
         actuators = actuator_watch.update(tick, estimator.placed, self.applied, state, adoption.last)
         told = actuators.left, order.arming in _TO_ARM
         adopted = adoption.update(tick, frame, state, self.applied, *told, estimator.held)

@@ -60,7 +60,8 @@ class CoefficientEstimatorMemory(NamedTuple):
 class CoefficientEstimator:
     """Follows the vehicle a lag behind, and reports what it has learned.
 
-    `velocity` is that of vehicle and water while the filter runs and its innovations are what they should be.
+    `last` is what the last update returned, `velocity` that of vehicle and water while the filter runs and its
+    innovations are what they should be.
     """
 
     velocity: FilterVelocity | None = None
@@ -91,7 +92,7 @@ class CoefficientEstimator:
         self._bounds = unbounded(count)
         self._forget()
         self._permit()
-        self._last = self._learned_now(None, self._report())
+        self.last = self._learned_now(None, self._report())
 
     def with_params(self, params: LearningParams, health: ValidityParams, vehicle: Vehicle) -> CoefficientEstimator:
         """Return an estimator that goes on from here with other rules; use one of the two: the filter is shared."""
@@ -139,13 +140,13 @@ class CoefficientEstimator:
             if self._fins.update(tick.t, buffer.mute, buffer.rates(applied.fins), doubts):
                 self._bounds = unbounded(self._count)
                 self._permit()
-            self._last = self._learned_now(self._last, self._report() if tick.every(REPORT_RATE) else self._last.report)
-        return self._last
+            self.last = self._learned_now(self.last, self._report() if tick.every(REPORT_RATE) else self.last.report)
+        return self.last
 
     def learned_model(self) -> LearnedModel:
         """Return what is known of the vehicle, for a later flight."""
         known = self.ekf.estimate()
-        return learned_model(self.ekf.bank, known.mean, known.covariance, self._last.valid)
+        return learned_model(self.ekf.bank, known.mean, known.covariance, self.last.valid)
 
     def restore(self, restored: Restored) -> None:
         """Begin with what an earlier flight learned; call before the first update.
@@ -154,7 +155,7 @@ class CoefficientEstimator:
             ParamError: see `inherited.prior`.
         """
         self.ekf.restore(*prior(restored, self.ekf.bank))
-        self._last = self._learned_now(None, self._report())
+        self.last = self._learned_now(None, self._report())
 
     def _begin(self, span: Span) -> None:
         """Begin with the motion of the last measurements; what was learned before stays."""
@@ -169,7 +170,7 @@ class CoefficientEstimator:
         if not ekf.step(span.inputs, span.h, span.z, span.variance):
             self._resets += 1
             self._forget()
-            self._last = self._learned_now(None, self._report())
+            self.last = self._learned_now(None, self._report())
             return
         np.sqrt(self._variances[ekf.log_likelihood.argmax()], out=self._std)
         if ekf.resets > self._filter_resets:
@@ -272,7 +273,7 @@ class CoefficientEstimator:
             self._iterations,
             tuple(self._ever.tolist()),
             self._bounds,
-            self._last,
+            self.last,
             self.velocity,
             self._fins.freeze(),
         )
@@ -284,7 +285,7 @@ class CoefficientEstimator:
         self._health.thaw(memory.health)
         self._fins.thaw(memory.fins)
         self._running, self._begun = memory.running, memory.begun
-        self._resets, self._bounds, self._last = memory.resets, memory.bounds, memory.last
+        self._resets, self._bounds, self.last = memory.resets, memory.bounds, memory.last
         self.velocity = memory.velocity
         self._filter_resets, self._iterations = self.ekf.resets, memory.iterations
         self._permit()

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from operator import attrgetter
 from typing import NamedTuple
 
 from firmware_py.estimation.coefficient_estimator import CoefficientEstimator, CoefficientEstimatorMemory
-from firmware_py.estimation.coefficient_params import CoefficientParams
+from firmware_py.estimation.coefficient_params import CoefficientParams, relative_std
 from firmware_py.estimation.coefficient_validity import ValidityParams
 from firmware_py.estimation.filter.bank_arrays import BankArrays
 from firmware_py.estimation.integrity.integrity import SensorIntegrity
@@ -20,12 +21,14 @@ from firmware_py.estimation.lever_arms import LeverArms, LeverArmsMemory
 from firmware_py.estimation.navigation.navigation import KeptNavigation, Navigation, NavigationMemory, NavigationParams
 from firmware_py.marine import Origin
 from firmware_py.params import table
+from firmware_py.records.adoption import Adopted, Refusal, Source
 from firmware_py.records.command import Applied
-from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.estimate import Learned, StateEstimate
 from firmware_py.records.health import NO_DOUBTS, AxisDoubt
 from firmware_py.records.passport import LearnedModel, Restored
 from firmware_py.records.sensing import SensorFrame, silence
-from firmware_py.tick import Tick
+from firmware_py.tick import Rate, Tick
+from firmware_py.vehicle.linear_models import SteeringCoefficients, steering_coefficients
 from firmware_py.vehicle.vehicle import Vehicle
 
 _NAVIGATED = attrgetter(*(field.name for field in fields(StateEstimate) if field.name != "learned"))
@@ -88,6 +91,10 @@ class Estimator:
             if params.learning.enabled
             else None
         )
+        if params.learning.enabled:
+            file, known = steering_coefficients(vehicle), params.coefficients
+            shares = [relative_std(name, known) if name in known.names else 0.0 for name in file._fields]
+            self._integrity.model.doubt([share * abs(x) for share, x in zip(shares, file, strict=True)])
 
     def with_params(self, params: EstimationParams, origin: Origin) -> Estimator:
         """Return an estimator that goes on from here with other parameters; use only one of the two, for they share.
@@ -118,13 +125,21 @@ class Estimator:
         return self._learning.held if self._learning is not None else (False, False)
 
     def update(
-        self, tick: Tick, frame: SensorFrame, applied: Applied, doubts: Sequence[AxisDoubt] = NO_DOUBTS
+        self,
+        tick: Tick,
+        frame: SensorFrame,
+        applied: Applied,
+        doubts: Sequence[AxisDoubt] = NO_DOUBTS,
+        adopted: Adopted | None = None,
     ) -> StateEstimate:
         """Return the state at the tick, from what was received up to it and what was commanded one tick ago.
 
-        `doubts` is what the motion said of planes and rudders then.
+        `doubts` is what the motion said of planes and rudders then, `adopted` the coefficients in force, by which
+        sensors are judged; None: those of vehicle.toml.
         """
         known = self._learning.velocity if self._learning is not None else None
+        if self._learning is not None and adopted is not None and tick.every(Rate.HZ_1):
+            self._follow(self._learning.last, adopted)
         frame = self.placed = self._arms.at_origin(frame, tick.t)
         believed = self.believed = self._integrity.update(tick, frame, applied, known)
         correction = self._integrity.correction
@@ -134,6 +149,20 @@ class Estimator:
         if self._learning is None:
             return state
         return StateEstimate(*(*_NAVIGATED(state), self._learning.update(tick, believed, applied, state, doubts)))
+
+    def _follow(self, learned: Learned, adopted: Adopted) -> None:
+        """Let integrity judge headings by the coefficients in force, as well as they are known, once all are certain.
+
+        Until then, and while adoption refuses what is learned, nothing changes: a heading that lies would teach the
+        vehicle by which it is to be judged.
+        """
+        law = adopted.heading
+        if law.source not in (Source.PASSPORT, Source.LEARNED) or law.refusal not in (Refusal.NONE, Refusal.BOUND):
+            return
+        steering = SteeringCoefficients(*adopted.steering)
+        known = dict(zip(self._params.coefficients.names, zip(learned.value, learned.std, strict=True), strict=True))
+        pairs = [(now, *known.get(name, (now, 0.0))) for name, now in steering._asdict().items()]
+        self._integrity.model.follow(steering, [math.hypot(sigma, now - value) for now, value, sigma in pairs])
 
     def keep(self) -> KeptNavigation:
         """Return what a later run may start from."""

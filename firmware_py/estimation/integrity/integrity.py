@@ -43,15 +43,15 @@ _PITCH_HOLDS = (SourceFault.NONE, SourceFault.OUTLIERS, *HEADING_FAULTS)
 
 
 class SensorIntegrity:
-    """Watches every sensor. After `update`, `correction` is what was wrongly taken in before."""
+    """Watches every sensor. After `update`, `correction` is what was wrongly taken in before. `model` is the hull's."""
 
     def __init__(self, params: IntegrityParams, navigation: NavigationParams, vehicle: Vehicle) -> None:
         self._params, self._water = params, navigation.depth
         self._sources = Sources(params, navigation)
         self._vertical = VerticalCheck(params)
         self._velocity = VelocityCheck(params, vehicle, navigation.velocity.current_walk)
-        self._model = ModelCheck(params, vehicle)
-        self._attitude = AttitudeCheck(params, self._model)
+        self.model = ModelCheck(params, vehicle)
+        self._attitude = AttitudeCheck(params, self.model)
         self._altitude = AltitudeCheck(params)
         self._fixes = FixCheck(params.fix_sigmas, params.fix_deep)
         self._stand_in: Heard[Ahrs] | None = None
@@ -66,7 +66,7 @@ class SensorIntegrity:
     @property
     def hull(self) -> HullVelocity | None:
         """Return what propeller and rudder do to the hull, and the current; None: no model holds now."""
-        return self._velocity.current.corrected(self._model.velocity) if self._params.enabled else None
+        return self._velocity.current.corrected(self.model.velocity) if self._params.enabled else None
 
     def update(
         self, tick: Tick, frame: SensorFrame, applied: Applied, known: FilterVelocity | None = None
@@ -114,7 +114,7 @@ class SensorIntegrity:
             return
         phi, theta, _, p, q, r = out.value
         self._velocity.turn(p, q, r)
-        self._model.hear_rate(r)
+        self.model.hear_rate(r)
         s, c = math.sin(theta), math.cos(theta)
         velocity = self._velocity.memory
         model = raw = -velocity.likely * s
@@ -137,10 +137,10 @@ class SensorIntegrity:
             echo.silence()
             return
         psi, theta = self._attitude.memory.psi, self._attitude.memory.theta
-        self._velocity.current.hull = self._model.velocity
+        self._velocity.current.hull = self.model.velocity
         if self._velocity.check(heard, t, watch, self._vertical.depth, (psi, theta)):
             self._catch_up(heard, t)
-            self._model.hear_ping(heard.value, t, psi)
+            self.model.hear_ping(heard.value, t, psi)
             self._ping = (t, *heard.value[:3])
             watch.take(heard)
         echo.memory.t_ok = t
@@ -204,7 +204,7 @@ class SensorIntegrity:
             if vertical.stands_in:
                 vertical.trust()
             pressure.acquit()
-            accuse_carried(t, vertical.judge_raw()[1], self._model.memory.slip, self._sources.ahrs, dvl)
+            accuse_carried(t, vertical.judge_raw()[1], self.model.memory.slip, self._sources.ahrs, dvl)
         elif accused in (Accused.PRESSURE_STEP, Accused.PRESSURE_DRIFT):
             pressure.accuse(SourceFault.STEP if accused is Accused.PRESSURE_STEP else SourceFault.DRIFT, t)
             dvl.acquit()
@@ -233,15 +233,15 @@ class SensorIntegrity:
         n = frame.n.value if frame.n.ok and t - frame.n.t_valid <= 1.0 else applied.n
         gone = applied.drop or (frame.hardpoint.ok and not frame.hardpoint.value.holds)
         if frame.n.usable(t, 1.0) and not applied.armed and n == 0.0:
-            self._model.rest()
+            self.model.rest()
         elif known is not None:
             psi, level = self._attitude.memory.psi, math.cos(self._attitude.memory.theta)
             s, c = math.sin(psi), math.cos(psi)
             north, east = known.current.north + known.eddy[0], known.current.east + known.eddy[1]
-            self._model.hear_speed(known.u - (north * c + east * s) * level, known.v - east * c + north * s)
+            self.model.hear_speed(known.u - (north * c + east * s) * level, known.v - east * c + north * s)
         self._ask_model(t, n if math.isfinite(n) else 0.0, gone, frame, applied)
         if applied.armed and sources.pressure.memory.fault is SourceFault.NONE:
-            judge_again(t, self._model.memory.slip, sources.ahrs, sources.dvl, self._vertical.judge_raw)
+            judge_again(t, self.model.memory.slip, sources.ahrs, sources.dvl, self._vertical.judge_raw)
         if self._vertical.depth > self._params.fix_deep:
             sources.fix.excuse(t)
         were = sources.believed
@@ -260,7 +260,7 @@ class SensorIntegrity:
 
     def _ask_model(self, t: float, n: float, gone: bool, frame: SensorFrame, applied: Applied) -> None:
         """Let propeller and fins drive the models, and compare heading and DVL with them."""
-        attitude, model = self._attitude.memory, self._model
+        attitude, model = self._attitude.memory, self.model
         self._velocity.step(0.1, n, gone)
         velocity = self._velocity.memory
         reported = all(fin.usable(t, 1.0) and math.isfinite(fin.value) for fin in frame.fins)
@@ -281,7 +281,7 @@ class SensorIntegrity:
             self._vertical.freeze(),
             self._attitude.freeze(),
             self._velocity.freeze(),
-            self._model.freeze(),
+            self.model.freeze(),
             self._altitude.freeze(),
             self._fixes.freeze(),
             self._stand_in,
@@ -294,7 +294,7 @@ class SensorIntegrity:
         self._vertical.thaw(memory.vertical)
         self._attitude.thaw(memory.attitude)
         self._velocity.thaw(memory.velocity)
-        self._model.thaw(memory.model)
+        self.model.thaw(memory.model)
         self._altitude.thaw(memory.echoes)
         self._fixes.thaw(memory.fix)
         self._stand_in, self._ping = memory.ahrs, memory.ping

@@ -7,6 +7,13 @@ Where heading and gyro contradict each other, the one is believed that has turne
 The model's speed is that through the water: it begins at rest, or where the coefficient filter is when it is first
 believed; else with the DVL's, over the ground, and is asked nothing until drag has made it forget that.
 
+The model is that of the vehicle in force: coefficients that are adopted, and those of vehicle.toml for the others.
+Where its steady turn changes by a tenth the regression begins anew. Two doubts widen what the rudder may explain. Where
+the gain has not shown, it is as unsure as the steady turn by the coefficients' own sigmas (`steady_turn`); of a hull
+that may not hold its course by itself nothing is said. And what the model leaves unexplained in turns it may be off by
+in the mean: a spread s, correlated for 5 s, leaves s sqrt(5 s / T (2 - w) / w) to a mean over T with so much, w, of its
+weight.
+
 **DVL.** What u and v differ by from the model is the current, north and east, averaged over ten minutes. What u leaves
 that by is a current that changes, or a DVL that creeps.
 """
@@ -15,12 +22,15 @@ from __future__ import annotations
 
 import copy
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.motion_model import MotionMemory, MotionModel
+from firmware_py.estimation.integrity.steady_turn import steady_turn, steady_turn_std
 from firmware_py.estimation.navigation.velocity import Current, HullVelocity
 from firmware_py.records.sensing import Dvl
+from firmware_py.vehicle.linear_models import SteeringCoefficients, steering_coefficients
 from firmware_py.vehicle.vehicle import Vehicle
 
 _TIME = 100.0
@@ -31,6 +41,16 @@ _ACTIVITY = math.radians(0.3) ** 2
 """Variance of the model's rate of turn, rad^2/s^2, at which half of the gain is known."""
 _GAIN_STD = 0.06
 """What the gain is off by where it is known: eddies, cross-flow."""
+_SIGMAS = 2.0
+"""So many sigmas may the steady turn be off by, as far as it has not shown."""
+_UNEXPLAINED = 4.0
+"""So many sigmas of its mean is what the model leaves unexplained in turns no drift."""
+_CORRELATED, _SLOW = 5.0, 10.0
+"""It is correlated for so long, s; what is slower than the other is no turn, and may be the heading's own."""
+_KNOWN = 0.2
+"""A steady turn of which the logarithm has this 1 sigma is known."""
+_FAR = 0.1
+"""A steady turn that differs by more than this share is that of another vehicle."""
 _SETTLES = 15.0
 """So long after it began to drive the model has forgotten its sway and its turn, s."""
 _FORGETS = 60.0
@@ -48,13 +68,20 @@ class ModelCheckMemory:
     """The model's motion; what was heard since its last step; regression; current (m/s), and what u leaves it by.
 
     `unknown` is for how long, s, the model's speed is still not to be relied on; `deep` whether it is judged by;
-    `driven` and `pinged` are for how long propeller and DVL have told of it; `weight` and what follows are running
-    means of 1, r, the model's r, its square and their product. `gyro`, `rudder` and `way` are how far, rad, gyro and
-    model have turned since the heading contradicts its gyro, and the model to and fro.
+    `steering` are the coefficients that the model turns by, `turns` their steady turn, 1/m, to a tenth, `followed` for
+    how long it has been that, s, and `unsure` 1 sigma of its logarithm; `driven` and `pinged` are for how long
+    propeller and DVL have told of the motion; `weight` and what follows are running means of 1, r, the model's r, its
+    square and their product. `slow` is what the model leaves unexplained, rad/s, over 10 s, and `spread` the mean
+    square of what is faster. `gyro`, `rudder` and `way` are how far, rad, gyro and model have turned since the heading
+    contradicts its gyro, and the model to and fro.
     """
 
     motion: MotionMemory
+    steering: tuple[float, ...]
+    turns: float
     unknown: float = math.inf
+    followed: float = math.inf
+    unsure: float = 0.0
     driven: float = 0.0
     deep: bool = False
     turned: float = 0.0
@@ -64,6 +91,8 @@ class ModelCheckMemory:
     model: float = 0.0
     square: float = 0.0
     product: float = 0.0
+    slow: float = 0.0
+    spread: float = 0.0
     gyro: float = 0.0
     rudder: float = 0.0
     way: float = 0.0
@@ -78,9 +107,26 @@ class ModelCheck:
     """Follows the model beside the sensors."""
 
     def __init__(self, params: IntegrityParams, vehicle: Vehicle) -> None:
-        self._params = params
+        self._params, self._vehicle = params, vehicle
         self._motion = MotionModel(vehicle)
-        self.memory = ModelCheckMemory(self._motion.memory)
+        steering = steering_coefficients(vehicle)
+        self.memory = ModelCheckMemory(self._motion.memory, steering, abs(steady_turn(vehicle, steering)))
+
+    def doubt(self, std: Sequence[float]) -> None:
+        """Take note that the coefficients in use are known to 1 sigma `std`; vehicle.toml is taken at its word else."""
+        self.memory.unsure = steady_turn_std(self._vehicle, SteeringCoefficients(*self.memory.steering), std)
+
+    def follow(self, steering: SteeringCoefficients, std: Sequence[float]) -> None:
+        """Judge by these coefficients, known to 1 sigma `std`, from now on, unless those of before are known better."""
+        m, unsure = self.memory, steady_turn_std(self._vehicle, steering, std)
+        if unsure > max(m.unsure, _KNOWN):
+            return
+        turns, m.steering = abs(steady_turn(self._vehicle, steering)), tuple(steering)
+        self._motion.follow(steering)
+        if unsure < 0.5 * m.unsure or not abs(turns - m.turns) <= _FAR * m.turns:
+            m.turns, m.followed = turns, 0.0
+            m.weight = m.r = m.model = m.square = m.product = m.slow = m.spread = 0.0
+        m.unsure = unsure
 
     def hear_rate(self, r: float) -> None:
         """Take a rate of turn, rad/s."""
@@ -137,6 +183,7 @@ class ModelCheck:
             motion.step(dt, n, 0.0, 0.0)
             return
         m.driven += dt
+        m.followed += dt
         m.unknown -= dt * motion.memory.u / motion.trim
         motion.step(dt, n, *motion.deflections(fins))
         if not (self._settled and heard and deep):
@@ -145,11 +192,16 @@ class ModelCheck:
         m.gyro += dt * rate
         m.rudder += dt * modelled
         m.way += dt * abs(modelled)
+        if m.followed < _SETTLES:
+            return
         m.weight += share * (1.0 - m.weight)
         m.r += share * (rate - m.r)
         m.model += share * (modelled - m.model)
         m.square += share * (modelled * modelled - m.square)
         m.product += share * (modelled * rate - m.product)
+        unexplained = rate - self._regression()[2] * modelled
+        m.slow += dt / _SLOW * (unexplained - m.slow)
+        m.spread += share * ((unexplained - m.slow) ** 2 - m.spread)
 
     @property
     def velocity(self) -> HullVelocity | None:
@@ -172,10 +224,19 @@ class ModelCheck:
     @property
     def turning(self) -> float:
         """Return how fast the heading surely turns beyond what the rudder does, rad/s, to either side."""
-        if self.memory.weight < _PART:
+        if self.memory.weight < _PART or self.memory.unsure == math.inf:
             return 0.0
         mean, model, gain, off = self._regression()
-        return abs(mean - gain * model) - off * abs(model)
+        ratio = math.exp(_SIGMAS * self.memory.unsure * (off - _GAIN_STD))
+        least, most = sorted((gain / ratio, gain * ratio))
+        low, high = sorted(((least - off) * model, (most + off) * model))
+        return max(low - mean, mean - high)
+
+    @property
+    def _mean_std(self) -> float:
+        """Return 1 sigma of the mean of what the model leaves unexplained, rad/s; needs a regression."""
+        weight, spread = self.memory.weight, self.memory.spread
+        return math.sqrt(spread / weight * _CORRELATED / _TIME * (2.0 - weight) / weight)
 
     def part(self) -> None:
         """Take note that from now on the heading contradicts its gyro."""
@@ -197,7 +258,8 @@ class ModelCheck:
     @property
     def heading_drifts(self) -> bool:
         """Return whether heading and gyro turn otherwise than the rudder turns the hull."""
-        return self.turning > self._params.turn_drift
+        turning = self.turning
+        return turning > self._params.turn_drift and turning > _UNEXPLAINED * self._mean_std
 
     @property
     def dvl_creeps(self) -> bool:
@@ -214,5 +276,6 @@ class ModelCheck:
     def thaw(self, memory: ModelCheckMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self._motion.thaw(memory.motion)
+        self._motion.follow(SteeringCoefficients(*memory.steering))
         self.memory = copy.copy(memory)
         self.memory.motion = self._motion.memory

@@ -1,7 +1,7 @@
 """Surge, sway and yaw that propeller and rudder make: what the hull does by its model, whatever its sensors say.
 
 Thrust and drag drive the speed; the steering model (`vehicle.turning`), and cross-flow drag beside it, turns the hull;
-turning brakes it. All through the water.
+turning brakes it. All through the water. The steering coefficients are those of vehicle.toml, until it is told others.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class MotionModel:
         hull, c, propeller = vehicle.hull, vehicle.coefficients, vehicle.propeller
         length = hull.length
         self._ratio, self.trim = propeller.u_trim / propeller.n_trim, propeller.u_trim
-        self._yaw, self._length = yaw_axis(vehicle), length
+        self._vehicle, self._yaw, self._length = vehicle, yaw_axis(vehicle), length
         only_Y = SteeringCoefficients(0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
         only_N = SteeringCoefficients(0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
         self._by_force = steering_model(vehicle, 1.0, only_Y).b
@@ -48,6 +48,10 @@ class MotionModel:
         self._brakes = tuple(x / surge for x in brakes)
         self._fins = vehicle.deflection_rows
         self.memory = MotionMemory()
+
+    def follow(self, steering: SteeringCoefficients) -> None:
+        """Let the rudder turn the hull by other coefficients than those of the vehicle file from now on."""
+        self._yaw = yaw_axis(self._vehicle, steering)
 
     def speed(self, n: float) -> float:
         """Return the speed that belongs to a propeller speed, rev/s, in the end, m/s."""
