@@ -15,6 +15,10 @@ Target = float | tuple[float, float] | None
 """At most so much, or within a band; None for a figure that is information only."""
 
 
+FEW = 3
+"""The median of fewer flights is one flight: the target of the worst holds for it."""
+
+
 class Row(NamedTuple):
     """One figure of one case.
 

@@ -14,7 +14,7 @@ from sternplane.study.adaptation.courses import demonstration, track
 from sternplane.study.adaptation.flight import Course, Design, flown
 from sternplane.study.adaptation.plots import beside_oracle, one_flight
 from sternplane.study.adaptation.second_dive import SECOND_DIVE
-from sternplane.study.rows import Case, Results, Row, RunArrays
+from sternplane.study.rows import FEW, Case, Results, Row, RunArrays
 
 _EARLY = 5.0
 """The laws are settled in their start by then, s."""
@@ -22,8 +22,6 @@ _FIGURES = ("depth", "heading", "depth_most", "heading_most", "travel")
 _SHOWN = 50
 """Every so many ticks the errors are kept for the plots."""
 _UNITS = {"depth": "m", "heading": "deg"}
-_FEW = 3
-"""The median of fewer flights is one flight: the target of the worst holds for it."""
 
 
 class Targets(NamedTuple):
@@ -69,7 +67,7 @@ def _evaluate(runs: Sequence[RunArrays], name: str, targets: Targets, settled: f
             ratio = ratios[quantity, key] = late[key][:, i] / oracle
             judged = limits if key == "adaptive" else (None, None)
             for word, value, limit in zip(("median", "worst"), (np.median(ratio), np.max(ratio)), judged, strict=True):
-                target = limit if word == "worst" or n >= _FEW else None
+                target = limit if word == "worst" or n >= FEW else None
                 rows.append(Row(name, f"{key}: {quantity} RMS over oracle, {word}", float(value), target, n))
     for key in ("fixed", "adaptive"):
         early = np.array([run[f"{key} early"] for run in runs])
