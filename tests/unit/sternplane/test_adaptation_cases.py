@@ -68,7 +68,7 @@ def run(depth: dict[str, float], failed: float = 0.0) -> RunArrays:
         ("rivals, fins halved", {PID.name: 1.9}, 1),
         ("fins halved", {FIXED.name: 5.0}, 0),
         ("fins halved", {FIXED.name: 3.0}, 1),
-        ("fins halved", {FIXED.name: 5.0, ORACLE.name: 0.8}, 1),
+        ("fins halved", {FIXED.name: 5.0, ORACLE.name: 0.8}, 2),
         ("fins halved", {FIXED.name: math.nan}, 1),
     ],
 )
@@ -76,9 +76,16 @@ def test_an_adaptive_law_that_is_not_so_much_better_misses_its_target(
     name: str, depth: dict[str, float], missed: int
 ) -> None:
     case = next(case for case in rivals.CASES if case.name == name)
-    assert sum(row.ok is False for row in case.evaluate([run(depth)]).rows) == missed
-    assert sum(row.ok is False for row in case.evaluate([run(depth, failed=1.0)]).rows) == missed + 1
+    flights = 3 * [run(depth)]
+    assert sum(row.ok is False for row in case.evaluate(flights).rows) == missed
+    assert sum(row.ok is False for row in case.evaluate([*flights, run(depth, failed=1.0)]).rows) == missed + 1
     assert not case.evaluate([]).rows
+
+
+def test_one_flight_with_halved_fins_is_held_to_the_oracle_and_to_no_median() -> None:
+    case = next(case for case in rivals.CASES if case.name == "fins halved")
+    for depth, missed in (({FIXED.name: 3.0}, 0), ({FIXED.name: 5.0, ORACLE.name: 0.8}, 1)):
+        assert sum(row.ok is False for row in case.evaluate([run(depth)]).rows) == missed
 
 
 def test_rivals_are_compared_median_by_median_and_worst_by_worst() -> None:
