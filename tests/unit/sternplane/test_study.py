@@ -18,7 +18,7 @@ from sternplane.study import command
 from sternplane.study.adaptation import command as adaptation
 from sternplane.study.cases import CASES, consistency, exact, noisy
 from sternplane.study.chance import K_SIGMA, MISS, chi_square_band, greatest_of, median_of, rms_band, share_of
-from sternplane.study.file_names import file_name
+from sternplane.study.files import file_name
 from sternplane.study.kept_runs import FOLDER, KeptRuns
 from sternplane.study.page import page
 from sternplane.study.rows import Case, Results, Row, RunArrays, Study

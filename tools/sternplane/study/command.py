@@ -11,12 +11,12 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.run import provenance
 from firmware_py.run.run_folders import run_folder
 from firmware_py.run.usage_error import UsageError
 from sternplane.study.cases import CASES
 from sternplane.study.chance import MISS
+from sternplane.study.files import write
 from sternplane.study.kept_runs import KeptRuns
 from sternplane.study.page import page, target_text
 from sternplane.study.pool import run_all
@@ -101,11 +101,3 @@ def _print(rows: Sequence[Row], folder: Path, chance: bool) -> None:
             text = f"missed: {row.case}: {row.figure}: {row.value:.4g}, target {target_text(row)}{seeds}"
             console.print(text, highlight=False, soft_wrap=True)
     console.print(f"{folder / 'report.html'}\n{folder / 'results.json'}", highlight=False, soft_wrap=True)
-
-
-def write(path: Path, text: str) -> None:
-    """Write a file so that whoever reads it at any time finds the old one or the new one."""
-    try:
-        write_atomically(path, text.encode())
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be written ({error.strerror}); choose another --out") from None

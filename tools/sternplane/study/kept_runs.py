@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.run.usage_error import UsageError
-from sternplane.study.file_names import file_name
+from sternplane.study.files import file_name, write
 from sternplane.study.rows import Case, RunArrays
 
 FOLDER = "runs"
@@ -61,10 +60,7 @@ class KeptRuns:
         content, path = io.BytesIO(), self._path(case, seed, k)
         arrays: dict[str, Any] = {_REVISION: np.array(self.revision), **run}
         np.savez_compressed(content, **arrays)
-        try:
-            write_atomically(path, content.getvalue())
-        except OSError as error:
-            raise UsageError(f"{path}: cannot be written ({error.strerror}); choose another --out") from None
+        write(path, content.getvalue())
 
     def _path(self, case: Case, seed: int, k: int) -> Path:
         return self.folder / f"{file_name(case.name)}.{seed}.{k}.npz"

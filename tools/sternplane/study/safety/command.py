@@ -12,7 +12,8 @@ from rich.console import Console
 
 from firmware_py.run import provenance
 from firmware_py.run.run_folders import run_folder
-from sternplane.study.command import JUDGED_FROM, seeds_of, write
+from sternplane.study.command import JUDGED_FROM, seeds_of
+from sternplane.study.files import write
 from sternplane.study.page import target_text
 from sternplane.study.rows import Row
 from sternplane.study.safety.campaign import SEEDS, jobs
