@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from firmware_py.control.axis_memory import Values
 from firmware_py.params import ParamError
-
-Values = tuple[float, ...]
 
 
 def limits(file: Values, bound: float) -> list[tuple[float, float]]:
