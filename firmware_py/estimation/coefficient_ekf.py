@@ -54,8 +54,9 @@ class CoefficientEkf:
         nis: normalised innovations squared of the last step, (9,); NaN where nothing came.
         rejected: how many measurements were rejected, (9,).
         resets: how often it diverged and began anew.
-        bursts: how often the gyros contradicted it; not remembered, nor is the next.
-        withheld: fins, of `boost.FINS`, of which no burst makes uncertain what they make; see `unreported_fins`.
+        bursts: how often the gyros contradicted it.
+        withheld: fins, of `boost.FINS`, of which no burst makes uncertain what they make; not remembered here, but by
+            `unreported_fins`.
         iteration: goes through the flight again.
         iterated: which of the learned coefficients a pass of it has confirmed, and none has rejected since, (names,);
             all, if there is no iteration.
@@ -283,8 +284,8 @@ class CoefficientEkf:
         """All it remembers."""
         arrays = self.x.copy(), self.P.copy(), self.log_likelihood.copy(), self.rejected.copy()
         monitored = float(self.age[0]), self._begun.copy(), self._monitor.window.copy(), self._monitor.burst.copy()
-        rest = self._since_reset, self.resets, self.iteration.freeze(), self.iterated.copy()
-        return EkfMemory(*arrays, *monitored, *rest)
+        counted = self._since_reset, self.resets, self.bursts
+        return EkfMemory(*arrays, *monitored, *counted, self.iteration.freeze(), self.iterated.copy())
 
     def thaw(self, memory: EkfMemory) -> None:
         """Takes up again what `freeze` gave."""
@@ -292,6 +293,6 @@ class CoefficientEkf:
         self.rejected[:] = memory.rejected
         self.age[:], self._begun[:] = memory.age, memory.begun
         self._monitor.window[:], self._monitor.burst[:] = memory.window, memory.burst
-        self._since_reset, self.resets = memory.since_reset, memory.resets
+        self._since_reset, self.resets, self.bursts = memory.since_reset, memory.resets, memory.bursts
         self.iteration.thaw(memory.iteration)
         self.iterated[:] = memory.iterated

@@ -76,7 +76,7 @@ class IterationMemory(NamedTuple):
 
 
 class EkfMemory(NamedTuple):
-    """All that a bank remembers: states, covariances, log-likelihoods, rejected measurements, start-up and resets."""
+    """All that a bank remembers: states, covariances, log-likelihoods, rejected measurements, start-up, resets."""
 
     x: Array
     P: Array
@@ -88,5 +88,6 @@ class EkfMemory(NamedTuple):
     burst: Array
     since_reset: float
     resets: int
+    bursts: int
     iteration: IterationMemory
     iterated: Flags

@@ -50,10 +50,9 @@ class UnreportedMemory(NamedTuple):
         held: whether its coefficients are held.
         until: when what the gyros contradicted is over, s.
         known: what was known of the parameters, the oldest first.
-        bursts: how often the gyros have contradicted the filter.
+        bursts: how often the gyros had contradicted the filter then.
         turning: by fin, mean square of how fast it turns, (rad/s)^2; empty: not known yet.
         last: when that was updated, s.
-        pending: how often the gyros have contradicted the filter since then.
     """
 
     std: tuple[float, ...]
@@ -63,7 +62,6 @@ class UnreportedMemory(NamedTuple):
     bursts: int
     turning: tuple[float, ...]
     last: float
-    pending: int = 0
 
 
 _NEVER = (-math.inf, -math.inf)
@@ -144,11 +142,11 @@ class UnreportedFins:
 
     def freeze(self) -> UnreportedMemory:
         """Return the whole memory."""
-        return self._memory._replace(pending=self._ekf.bursts - self._memory.bursts)
+        return self._memory
 
     def thaw(self, memory: UnreportedMemory) -> None:
         """Restore the memory that `freeze` returned."""
-        self._memory, self._ekf.bursts = memory._replace(pending=0), memory.bursts + memory.pending
+        self._memory = memory
         self._tell()
 
     def _tell(self) -> None:
