@@ -19,8 +19,8 @@ from firmware_py.vehicle.linear_models import (
     diving_coefficients,
     diving_model,
     steering_coefficients,
-    steering_model,
 )
+from firmware_py.vehicle.turning import steady_turn, yaw_axis
 from firmware_py.vehicle.vehicle import Vehicle
 
 _TRIM = math.radians(5.0)
@@ -133,9 +133,7 @@ class ManoeuvrabilityModel:
 
 def _turn_gain(vehicle: Vehicle, steering: SteeringCoefficients) -> float:
     """Return the curvature of a steady turn by the rudder angle, 1/(m rad); infinite if the hull is not stable."""
-    ((a_vv, a_vr, _), (a_rv, a_rr, _), _), (b_v, b_r, _) = steering_model(vehicle, 1.0, steering)
-    determinant = a_vv * a_rr - a_vr * a_rv
-    return abs(a_vv * b_r - a_rv * b_v) / determinant if determinant > _STABLE and a_vv < 0.0 else math.inf
+    return abs(steady_turn(yaw_axis(vehicle, steering), _STABLE))
 
 
 def _speed(restoring: float, authority: float) -> float:

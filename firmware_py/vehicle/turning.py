@@ -72,6 +72,23 @@ def yaw_axis(vehicle: Vehicle, other: SteeringCoefficients | None = None) -> Tur
     return TurningAxis(a_rr, a_rv, 0.0, b_r, (a_vv, a_vr, b_v))
 
 
+def steady_turn(axis: TurningAxis, stable: float = 0.0) -> float:
+    """Return G of a turn in which sway and yaw no longer change (Eq. 30), r = G u delta_r, 1/m.
+
+    Args:
+        axis: see `yaw_axis`.
+        stable: the stiffness of a hull that just holds its course by itself, 1/m^2.
+
+    Returns:
+        Infinity if it does not.
+    """
+    a_vv, a_vr, b_v = axis.sway
+    stiffness = a_vv * axis.damping - a_vr * axis.crosswise
+    if not (stiffness > stable and a_vv < 0.0):
+        return math.inf
+    return (axis.crosswise * b_v - a_vv * axis.control) / stiffness
+
+
 class HeavedAxis(NamedTuple):
     """How the hull heaves, and how it pitches while it turns.
 

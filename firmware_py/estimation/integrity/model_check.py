@@ -27,10 +27,11 @@ from dataclasses import dataclass
 
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.motion_model import MotionMemory, MotionModel
-from firmware_py.estimation.integrity.steady_turn import steady_turn, steady_turn_std
+from firmware_py.estimation.integrity.steady_turn import steady_turn_std
 from firmware_py.estimation.navigation.velocity import Current, HullVelocity
 from firmware_py.records.sensing import Dvl
 from firmware_py.vehicle.linear_models import SteeringCoefficients, steering_coefficients
+from firmware_py.vehicle.turning import steady_turn, yaw_axis
 from firmware_py.vehicle.vehicle import Vehicle
 
 _TIME = 100.0
@@ -110,7 +111,7 @@ class ModelCheck:
         self._params, self._vehicle = params, vehicle
         self._motion = MotionModel(vehicle)
         steering = steering_coefficients(vehicle)
-        self.memory = ModelCheckMemory(self._motion.memory, steering, abs(steady_turn(vehicle, steering)))
+        self.memory = ModelCheckMemory(self._motion.memory, steering, abs(steady_turn(yaw_axis(vehicle, steering))))
 
     def doubt(self, std: Sequence[float]) -> None:
         """Take note that the coefficients in use are known to 1 sigma `std`; vehicle.toml is taken at its word else."""
@@ -121,7 +122,7 @@ class ModelCheck:
         m, unsure = self.memory, steady_turn_std(self._vehicle, steering, std)
         if unsure > max(m.unsure, _KNOWN):
             return
-        turns, m.steering = abs(steady_turn(self._vehicle, steering)), tuple(steering)
+        turns, m.steering = abs(steady_turn(yaw_axis(self._vehicle, steering))), tuple(steering)
         self._motion.follow(steering)
         if unsure < 0.5 * m.unsure or not abs(turns - m.turns) <= _FAR * m.turns:
             m.turns, m.followed = turns, 0.0

@@ -1,6 +1,6 @@
-"""How fast a rudder that is held turns the hull in the end, and how well that is known.
+"""How well it is known how fast a rudder that is held turns the hull in the end (`vehicle.turning.steady_turn`).
 
-Where sway and yaw no longer change (Eq. 30), r = G u delta_r. As coefficients are off by their 1 sigma, so is G: each
+As coefficients are off by their 1 sigma, so is G: each
 is varied by itself, and the logarithms of what becomes of G are added as independent. The filter's errors of two
 coefficients mostly cancel in G, which it sees better than either: this is the careful side.
 """
@@ -11,27 +11,19 @@ import math
 from collections.abc import Sequence
 
 from firmware_py.vehicle.linear_models import SteeringCoefficients
-from firmware_py.vehicle.turning import yaw_axis
+from firmware_py.vehicle.turning import steady_turn, yaw_axis
 from firmware_py.vehicle.vehicle import Vehicle
-
-
-def steady_turn(vehicle: Vehicle, steering: SteeringCoefficients) -> float:
-    """Return G, 1/m; infinite if the hull does not hold its course by itself."""
-    axis = yaw_axis(vehicle, steering)
-    a_vv, a_vr, b_v = axis.sway
-    stiffness = a_vv * axis.damping - a_vr * axis.crosswise
-    return (axis.crosswise * b_v - a_vv * axis.control) / stiffness if stiffness > 0.0 else math.inf
 
 
 def steady_turn_std(vehicle: Vehicle, steering: SteeringCoefficients, std: Sequence[float]) -> float:
     """Return 1 sigma of the logarithm of G, for that of each coefficient; infinite: G is not known at all."""
-    believed, variance = steady_turn(vehicle, steering), 0.0
+    believed, variance = steady_turn(yaw_axis(vehicle, steering)), 0.0
     for name, value, sigma in zip(steering._fields, steering, std, strict=True):
         if sigma == 0.0:
             continue
         most = 0.0
         for other in (value - sigma, value + sigma):
-            ratio = steady_turn(vehicle, steering._replace(**{name: other})) / believed
+            ratio = steady_turn(yaw_axis(vehicle, steering._replace(**{name: other}))) / believed
             if not 0.0 < ratio < math.inf:
                 return math.inf
             most = max(most, abs(math.log(ratio)))

@@ -10,8 +10,9 @@ import pytest
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.model_check import ModelCheck
 from firmware_py.estimation.integrity.motion_model import MotionModel
-from firmware_py.estimation.integrity.steady_turn import steady_turn, steady_turn_std
+from firmware_py.estimation.integrity.steady_turn import steady_turn_std
 from firmware_py.vehicle.linear_models import SteeringCoefficients, steering_coefficients
+from firmware_py.vehicle.turning import steady_turn, yaw_axis
 from firmware_py.vehicle.vehicle import Vehicle
 
 from .voyage import DEG, VEHICLE
@@ -98,7 +99,7 @@ def test_memory_keeps_the_vehicle_that_was_followed() -> None:
 
 def test_a_steady_turn_is_as_unsure_as_its_coefficients() -> None:
     """G has N_dr Y_v - Y_dr N_v above the line, of which the first is 87 %."""
-    hull, aside = MotionModel(VEHICLE), steady_turn(VEHICLE, TRUE)
+    hull, aside = MotionModel(VEHICLE), steady_turn(yaw_axis(VEHICLE, TRUE))
     hull.memory.u = U
     for _ in range(600):
         hull.step(0.1, N, 0.0, 0.2 * DEG)
