@@ -29,7 +29,7 @@ class RunawayMemory(NamedTuple):
 
     Attributes:
         fast: whether the propeller runs away.
-        u_first: speed at the begin of the window, m/s.
+        u_first: speed at the beginning of the window, m/s.
         duration: of the window so far, s.
         drag: speed that drag took in it, m/s.
         thrust: speed that a sound propeller would have added, m/s.

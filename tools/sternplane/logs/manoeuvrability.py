@@ -32,7 +32,7 @@ def limits(c: Columns) -> dict[str, Array]:
 
 
 class LimitFigures:
-    """The limits at the begin of a run, at their worst and at its end; it is shown the pieces of the log in order."""
+    """The limits at the beginning of a run, at their worst and at its end; shown the pieces of the log in order."""
 
     def __init__(self) -> None:
         self._found: dict[str, list[float]] = {}

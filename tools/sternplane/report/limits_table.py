@@ -1,4 +1,4 @@
-"""The section of a report on what the vehicle could do: at the begin, at its worst and at the end."""
+"""The section of a report on what the vehicle could do: at the beginning, at its worst and at the end."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def limits_section(summary: Summary) -> Iterator[Section]:
         return
     rows = [[FIGURES[name], *(_text(name, value) for value in one.values())] for name, one in limits.items()]
     note = "By the coefficients in force and by what is known of each fin. Guidance, depth limit and checks go by it."
-    table = Table(rows, head=("", "at the begin", "at its worst", "at the end"), style="numbers")
+    table = Table(rows, head=("", "at the beginning", "at its worst", "at the end"), style="numbers")
     yield Section("Limits: what the vehicle can do", notes=(note,), tables=(table,), anchor="limits")
 
 
