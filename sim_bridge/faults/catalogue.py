@@ -119,6 +119,13 @@ def groups_of(name: str) -> str:
     return "; ".join(_described(kind.group) for kind in KINDS if kind.name == name)
 
 
+def _bounds(kind: Kind) -> str:
+    """Return between what its value must be; "" for any value."""
+    if math.isfinite(kind.low) and math.isfinite(kind.high):
+        return f", {kind.low:g} to {kind.high:g}"
+    return f", at least {kind.low:g}" if math.isfinite(kind.low) else ""
+
+
 def _described(group: str) -> str:
     members = GROUPS.get(group, ())
     return ", ".join(members) if members else "a fin" if group == "FIN" else group
@@ -131,7 +138,7 @@ def help_text(aboard: bool = True) -> str:
         if kind.aboard and not aboard:
             continue
         value = f"={'VALUE' if kind.needs_value else '[VALUE]'}" if kind.unit else ""
-        unit = f" ({kind.unit})" if kind.unit else ""
+        unit = f" ({kind.unit}{_bounds(kind)})" if kind.unit else ""
         lines.append(f"  {kind.name + ':' + kind.group + value:<28} {kind.doc}{unit}")
     lines.append("")
     for name, members in GROUPS.items():
