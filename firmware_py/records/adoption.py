@@ -88,9 +88,9 @@ _SOURCES = {
     Source.NOMINAL: "back to the vehicle file",
 }
 _REFUSALS = {
-    Refusal.NONE: "all of it is certain",
+    Refusal.NONE: "all of it is known well enough",
     Refusal.OFF: "adoption is off",
-    Refusal.UNCERTAIN: "not all of it is certain",
+    Refusal.UNCERTAIN: "not all of it is known well enough",
     Refusal.BOUND: "some of it is held at a bound",
     Refusal.DESIGN: "no law can be designed from what is learned",
     Refusal.RESIDUALS: "the vehicle does not move as was learned",

@@ -128,8 +128,8 @@ def test_what_is_certain_comes_into_force_without_a_jump() -> None:
     assert adopted.depth.authority / vehicle_authority() == pytest.approx(1.5)
     assert adopted.caution == 0.0
     assert texts(vehicle.events) == [
-        "depth law: designed from what is learned; all of it is certain",
-        "heading law: designed from what is learned; all of it is certain",
+        "depth law: designed from what is learned; all of it is known well enough",
+        "heading law: designed from what is learned; all of it is known well enough",
     ]
 
 
