@@ -52,6 +52,11 @@ class PassportChoice(NamedTuple):
 FROM_STATE = PassportChoice()
 
 
+def passport_in(path: Path) -> Path:
+    """Return the passport of a state folder; another path is that of a passport."""
+    return path / FILE if path.is_dir() else path
+
+
 def load_passport(path: Path) -> dict[str, Any]:
     """Return a passport, checked by itself.
 
@@ -117,6 +122,8 @@ def resume_passport(
         filters = BankArrays(vehicle, estimation.coefficients)
         if same_files:
             _refuse_other_file(restored.model, filters)
+        else:
+            restored = restored._replace(model=_beside_file(restored.model, filters))
         prior(restored, filters)
         Adoption(control.adoption, control.poles, estimation.coefficients.names, vehicle).begin(restored.model)
     when = "an unknown time ago" if math.isnan(gap) else f"{gap / 3600.0:.1f} h ago"
@@ -135,6 +142,14 @@ def _refuse_other_file(model: LearnedModel, filters: BankArrays) -> None:
     for name, file in zip(model.names, model.file, strict=True):
         if name in believed and not math.isclose(file, believed[name], rel_tol=_SAME):
             raise ParamError(f"{name}: file = {file:g}, but the vehicle file has {believed[name]:g}")
+
+
+def _beside_file(model: LearnedModel, filters: BankArrays) -> LearnedModel:
+    """Return a model beside the vehicle file of now: what people are told compares it with this one."""
+    believed = dict(zip(filters.model.names, filters.model.believed, strict=False))
+    return model._replace(
+        file=tuple([believed.get(name, file) or file for name, file in zip(model.names, model.file, strict=True)])
+    )
 
 
 def against_file(model: LearnedModel) -> str:

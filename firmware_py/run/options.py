@@ -61,7 +61,10 @@ def add_passport(parser: argparse.ArgumentParser) -> None:
     """Add the choice of the passport: what an earlier run learned of the vehicle."""
     choice = parser.add_mutually_exclusive_group()
     choice.add_argument(
-        "--passport", type=Path, metavar="FILE", help="begin with what this one says [that of the --state folder]"
+        "--passport",
+        type=Path,
+        metavar="FILE",
+        help="begin with what this one says, a passport.json or a state folder [that of the --state folder]",
     )
     choice.add_argument(
         "--no-passport", action="store_true", help="begin with the vehicle file, whatever was learned before"

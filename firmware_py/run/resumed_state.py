@@ -48,7 +48,8 @@ def resume_state(
         ParamError, UsageError: as `set_aside_unusable`; or the file of `choice` cannot be used.
     """
     kept, notes = _navigation(folder, over, state, params, factors) if state is not None else ({}, [])
-    path = choice.file or (state / kept_passport.FILE if state is not None else None)
+    chosen = kept_passport.passport_in(choice.file) if choice.file is not None else None
+    path = chosen or (state / kept_passport.FILE if state is not None else None)
     if choice.refused or path is None or (choice.file is None and not is_there(path)):
         return kept, notes
     configuration = config_files.read_configuration(folder, over, state, factors)

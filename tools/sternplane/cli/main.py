@@ -62,7 +62,11 @@ def parser() -> argparse.ArgumentParser:
         help="where the run is left; DIR/<stamp> if DIR holds a log already [runs/<stamp>]",
     )
     sitl.add_argument(
-        "--state", type=Path, metavar="DIR", help="what the vehicle keeps between runs [empty, in the run's folder]"
+        "--state",
+        type=Path,
+        metavar="DIR",
+        help="what the vehicle keeps between runs [empty, in the run's folder]; the plant begins where the scenario "
+        "says; the estimate where the last run ended, until a fix",
     )
     vehicle.add_passport(sitl)
     vehicle.add_ground(sitl)

@@ -10,14 +10,14 @@ from firmware_py import config_files
 from firmware_py.adapters.io_params import StateParams
 from firmware_py.params import ParamError
 from firmware_py.records.passport import model_of
-from firmware_py.run.kept_passport import FILE, against_file, load_passport, resume_passport
+from firmware_py.run.kept_passport import against_file, load_passport, passport_in, resume_passport
 from firmware_py.run.moment import moment
 from firmware_py.run.usage_error import UsageError
 
 
 def command(options: argparse.Namespace) -> int:
     """Print the passport; return 1 if the vehicle of --config would not begin with it."""
-    path = options.file / FILE if options.file.is_dir() else options.file
+    path = passport_in(options.file)
     try:
         for line in lines(load_passport(path)):
             print(line)

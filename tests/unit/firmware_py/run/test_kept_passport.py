@@ -171,6 +171,8 @@ def test_another_coefficient_in_the_vehicle_file_makes_no_other_vehicle_and_is_t
     put(tmp_path, content())
     kept, [said] = resume_state(config, None, tmp_path, PARAMS)
     assert kept["passport"]["passport"]["coefficients"]["M_q"]["value"] == pytest.approx(-6.8e-2)
+    assert kept["passport"]["passport"]["coefficients"]["M_q"]["file"] == -7.8e-2
+    assert "against the vehicle file: pitch damping -13 %, 4 sigma; the vehicle file" in said
     assert said.endswith("the vehicle file or the filter's settings were changed since")
 
 
@@ -191,8 +193,8 @@ def test_one_can_be_named_or_refused_and_is_not_touched_then(tmp_path: Path) -> 
     elsewhere.mkdir()
     put(state, content(model(0.8)))
     named = PassportChoice(put(elsewhere, content(model(0.6))))
-    for folder in (state, None):
-        kept, _ = resume_state(CONFIG, None, folder, PARAMS, named)
+    for folder, choice in ((state, named), (None, named), (state, PassportChoice(elsewhere))):
+        kept, _ = resume_state(CONFIG, None, folder, PARAMS, choice)
         assert restored_of(kept["passport"]).model == model(0.6)
     assert resume_state(CONFIG, None, state, PARAMS, PassportChoice(refused=True)) == ({}, [])
     assert resume_state(CONFIG, None, None, PARAMS) == ({}, [])
