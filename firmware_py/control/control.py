@@ -171,6 +171,7 @@ class Control:
         if mode.mode is Mode.SURFACE:
             return self._come_up(mode, reference, state, theta_dot, psi_dot, fade, dt)
         delta_s, sigma_z = self._depth.update(reference, state, theta_dot, fade, dt)
+        self._pitch.follow(delta_s, state, dt)
         delta_r, sigma_psi = self._heading.update(reference, state, psi_dot, fade, dt)
         n = self._speed.update(reference.u_d, nu.u, state.velocity_ok, dt)
         return Demand(delta_s, delta_r, n, sigma_z, sigma_psi)
@@ -220,7 +221,7 @@ class Control:
         if mode.ascent is AscentStage.REVERSE:
             n = -min(self._params.ascent.n_reverse, self._n_max)
         if not state.attitude_ok or state.sensors.ahrs.tilt_doubted:
-            delta_s = self._pitch.update_blind(mode.pitch, state, dt) if drives else 0.0
+            delta_s = self._pitch.update_blind(mode.pitch, state, reference.u_d, dt) if drives else 0.0
         else:
             design = clip(u, self._params.u_min, self._params.u_max)
             delta_s = fade * self._pitch.update(mode.pitch, state, theta_dot, design, dt)

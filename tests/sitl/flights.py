@@ -12,6 +12,8 @@ from sternplane.logs.reading import Log, read
 from sternplane.sitl.flight import SCENARIOS, FlightRequest, Outcome, fly, prepare
 from sternplane.study.adaptation.courses import without_factors
 
+from firmware_py.adapters.installation import configs
+
 KNOWN_DEMONSTRATION = without_factors((SCENARIOS / "demo.toml").read_text())
 LEARNING_OFF = "\n[autopilot.estimation.learning]\nenabled = false\n"
 """At the end of a scenario. Learning only looks on (test_learning.py shows it), and costs four fifths of a flight."""
@@ -34,12 +36,12 @@ class Flights:
         folder.mkdir(exist_ok=True)
         self._read = lru_cache(maxsize=4)(self._flown)
 
-    def __call__(self, scenario: str, seed: int = 1) -> tuple[Outcome, Log]:
+    def __call__(self, scenario: str, seed: int = 1, vehicle: str = "npsauv2") -> tuple[Outcome, Log]:
         """Return outcome and log of a scenario, given by the name under which it is shipped or by its text."""
-        return self._read(scenario, seed)
+        return self._read(scenario, seed, vehicle)
 
-    def _flown(self, scenario: str, seed: int) -> tuple[Outcome, Log]:
-        name = hashlib.sha256(f"{seed} {scenario}".encode()).hexdigest()[:16]
+    def _flown(self, scenario: str, seed: int, vehicle: str) -> tuple[Outcome, Log]:
+        name = hashlib.sha256(f"{seed} {vehicle} {scenario}".encode()).hexdigest()[:16]
         place, log = self._folder / f"{name}.toml", self._folder / f"{name}.mcap"
         outcome = log.with_suffix(".json")
         with log.with_suffix(".lock").open("w") as lock:
@@ -47,7 +49,8 @@ class Flights:
             if not outcome.exists():
                 if "\n" in scenario:
                     place.write_text(scenario)
-                wish = FlightRequest(scenario=str(place) if "\n" in scenario else scenario, seed=seed)
+                named = str(place) if "\n" in scenario else scenario
+                wish = FlightRequest(scenario=named, config=configs() / vehicle, seed=seed)
                 outcome.write_text(json.dumps(fly(prepare(wish, {}), log)))
         return Outcome(*json.loads(outcome.read_text())), read(log)
 

@@ -29,6 +29,19 @@ def accused(log: Run) -> set[str]:
     return {e.names[0] for _, events in log.events for e in events if e.kind is EventKind.SENSOR_SUSPECT}
 
 
+@pytest.mark.parametrize("at", [10.0, 30.0], ids=["in a dive", "from level"])
+def test_remus_100_comes_up_under_power(flown: Flights, at: float) -> None:
+    """It dived and put its bow down to 48 deg: its heave turned it faster than the pitch law."""
+    told = under_way(120.0, 8.0, hold(20.0), surface(at), completes="surfaced", bottom=45.0, eddies=0.05, rpm=1700.0)
+    outcome, log = flown(told, vehicle="remus100")
+    up = log.columns["mode.mode"] == Mode.SURFACE
+    assert outcome.completed
+    assert (log.columns["mode.ascent"][up] <= AscentStage.LEVEL).all()
+    assert not log.columns["mode.drop"].any()
+    coming = log.columns["tick.t"] > at + 5.0 if "tick.t" in log.columns else slice(int(100 * (at + 5.0)), None)
+    assert log.truth["eta.theta"][coming].min() > math.radians(-8.0)
+
+
 def test_planes_jammed_in_a_dive_cost_the_weight_and_not_the_vehicle(flown: Flights) -> None:
     jam = ("jam:stern_port=23@8", "jam:stern_starboard=23@8")
     _, log = flown(text(*jam, depth=12.0, dive=25.0), seed=1001)
