@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from sternplane.study.safety import sensor_trials, vehicle_trials
+from sternplane.study.safety import other_vehicle_trials, sensor_trials, vehicle_trials
 from sternplane.study.safety.mission import QUIET
 from sternplane.study.safety.trial import Group, Trial
 
-GROUPS: tuple[Group, ...] = (*sensor_trials.GROUPS, *vehicle_trials.GROUPS)
+GROUPS: tuple[Group, ...] = (*sensor_trials.GROUPS, *vehicle_trials.GROUPS, *other_vehicle_trials.GROUPS)
 TRIALS = {trial.title: trial for group in GROUPS for trial in group.trials}
 LEFT_OUT = {
     "jump:clock": "needs ticks that keep the time of a clock: --pace realtime, a flight of minutes each",

@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from firmware_py import app
+from firmware_py.adapters.installation import configs
 from sternplane.logs.reading import read
 from sternplane.logs.replay import replay
 from sternplane.sitl.flight import Flight, FlightRequest, fly, prepare
 from sternplane.study.safety.campaign import TRIALS, Job
 from sternplane.study.safety.judge import Ending, Judge
-from sternplane.study.safety.mission import DEPTH_MAX, ONSETS, quiet_scenario, scenario
+from sternplane.study.safety.mission import DEPTH_MAX, NPS, ONSETS, quiet_scenario, scenario
 
 
 def run(job: Job, logs: str, revision: str) -> dict[str, Any]:
@@ -22,7 +23,7 @@ def run(job: Job, logs: str, revision: str) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as name:
         file = Path(name) / "study.toml"
         file.write_text(written(job), encoding="utf-8")
-        flight = prepare(FlightRequest(scenario=str(file), seed=job.seed), {})
+        flight = prepare(FlightRequest(scenario=str(file), config=configs() / _vehicle(job), seed=job.seed), {})
         judge = _judge(flight, job)
         log = Path(logs) / job.file
         outcome = fly(flight, log, witness=judge)
@@ -60,8 +61,17 @@ def written(job: Job) -> str:
         return quiet_scenario(job.duration, eddies=job.eddies, learning=job.learning)
     trial = TRIALS[job.trial]
     return scenario(
-        trial.at(job.onset), eddies=job.eddies, learning=job.learning, profile=trial.profile, watch=trial.watch
+        trial.at(job.onset),
+        eddies=job.eddies,
+        learning=job.learning,
+        profile=trial.profile,
+        watch=trial.watch,
+        vehicle=trial.vehicle,
     )
+
+
+def _vehicle(job: Job) -> str:
+    return TRIALS[job.trial].vehicle if job.trial else NPS
 
 
 def _judge(flight: Flight, job: Job) -> Judge:

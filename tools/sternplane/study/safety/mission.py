@@ -26,8 +26,8 @@ turbulence_m_s = {eddies}
 {profile}
 [start]
 depth_m = 4.0
-u_m_s = 1.8
-n_rpm = 492.0
+u_m_s = {speed}
+n_rpm = {rpm}
 {learning}
 [autopilot.safety]
 depth_max_m = {depth_max}
@@ -51,6 +51,9 @@ leak = { noise_pct = 1.0 }
 _NO_LEARNING = """[autopilot.estimation.learning]
 enabled = false
 """
+CRUISE = {"npsauv2": (1.8, 492.0), "remus100": (1.5, 1461.0)}
+"""The vehicles that are flown: their speed, m/s, and what the propeller turns at it, rpm."""
+NPS = "npsauv2"
 _LEGS = ((45.0, 0.0, 6.0), (85.0, 15.0, 10.0), (175.0, 30.0, 28.0), (205.0, 20.0, 28.0))
 """North, east, depth, m."""
 
@@ -62,6 +65,7 @@ def scenario(
     learning: bool = True,
     profile: Sequence[tuple[float, float]] = (),
     watch: float = 0.0,
+    vehicle: str = NPS,
 ) -> str:
     """Return the scenario of one flight with faults.
 
@@ -71,8 +75,10 @@ def scenario(
         learning: whether the coefficients are learned on the way.
         profile: (north, depth) of the bottom, m; none is flat.
         watch: for how long it is watched after it surfaced and disarmed itself, s.
+        vehicle: one of CRUISE.
     """
-    return f"watch_s = {watch}\n" + _head(faults, LONGEST, eddies, learning, profile) + "".join(map(_leg, _LEGS))
+    head, (speed, _) = _head(faults, LONGEST, eddies, learning, profile, vehicle), CRUISE[vehicle]
+    return f"watch_s = {watch}\n" + head + "".join([_leg(place, speed) for place in _LEGS])
 
 
 def quiet_scenario(duration: float, *, eddies: float, learning: bool = True) -> str:
@@ -84,11 +90,19 @@ def quiet_scenario(duration: float, *, eddies: float, learning: bool = True) -> 
 
 
 def _head(
-    faults: Sequence[str], duration: float, eddies: float, learning: bool, profile: Sequence[tuple[float, float]]
+    faults: Sequence[str],
+    duration: float,
+    eddies: float,
+    learning: bool,
+    profile: Sequence[tuple[float, float]],
+    vehicle: str = NPS,
 ) -> str:
+    speed, rpm = CRUISE[vehicle]
     points = ", ".join(f"{{ north_m = {north}, depth_m = {depth} }}" for north, depth in profile)
     return _HEAD.format(
         duration=duration,
+        speed=speed,
+        rpm=rpm,
         faults=list(faults),
         bottom=BOTTOM,
         eddies=eddies,
@@ -98,6 +112,6 @@ def _head(
     )
 
 
-def _leg(place: tuple[float, float, float]) -> str:
+def _leg(place: tuple[float, float, float], speed: float = CRUISE[NPS][0]) -> str:
     north, east, depth = place
-    return f"[[waypoints]]\nx_m = {north}\ny_m = {east}\ndepth_m = {depth}\nspeed_m_s = 1.8\n"
+    return f"[[waypoints]]\nx_m = {north}\ny_m = {east}\ndepth_m = {depth}\nspeed_m_s = {speed}\n"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from sternplane.study.files import file_name
-from sternplane.study.safety.mission import ONSETS
+from sternplane.study.safety.mission import NPS, ONSETS
 
 
 class Named(NamedTuple):
@@ -47,6 +47,7 @@ class Trial(NamedTuple):
         onsets: the numbers of the onsets at which it strikes.
         short: whether the short form has it.
         watch: for how long it is watched after it surfaced and disarmed itself, s: it may sink again.
+        vehicle: what is flown: a name of `mission.CRUISE`.
     """
 
     title: str
@@ -59,6 +60,7 @@ class Trial(NamedTuple):
     onsets: tuple[int, ...] = (0, 1, 2)
     short: bool = False
     watch: float = 0.0
+    vehicle: str = NPS
 
     @property
     def name(self) -> str:
