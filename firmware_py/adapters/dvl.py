@@ -17,7 +17,7 @@ from firmware_py.adapters.buses.can_bus import BusError
 from firmware_py.error_text import quoted
 from firmware_py.params import param
 from firmware_py.records.sensing import Dvl, Heard
-from firmware_py.wire.serial.waterlink_dvl import LineBuffer, Velocity
+from firmware_py.wire.serial.waterlink_dvl import Velocity, lines
 
 BYTES_PER_TICK = 4096
 RETRY_S = 1.0
@@ -79,7 +79,7 @@ class DvlPort:
 
     def __init__(self, params: DvlPortParams, port: str = "", *, absent: bool = False) -> None:
         self._port, self._baud = port or params.port, params.baud
-        self._lines = LineBuffer()
+        self._lines = lines()
         self._serial: Any = None
         self._t_tried = 0.0
         self._breaks = self._line_errors = self._first_errors = 0

@@ -9,16 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.wire.serial.waterlink_dvl import (
-    ChecksumError,
-    Counts,
-    LineBuffer,
-    SentenceError,
-    Velocity,
-    crc8,
-    decode,
-    encode,
-)
+from firmware_py.wire.serial.stream import ChecksumError, Counts, Lines, SentenceError
+from firmware_py.wire.serial.waterlink_dvl import Velocity, crc8, decode, encode
 
 # Examples of the maker's protocol description.
 WRZ = b"wrz,0.120,-0.400,2.000,y,1.30,1.855,1e-07;0;1.4;0;1.2;0;0.2;0;1e+09,7,14,123.00,1*50"
@@ -64,17 +56,17 @@ def test_what_is_written_is_read_to_the_devices_precision(velocity, valid, altit
 def test_bytes_split_at_every_position(end):
     stream = WRZ + end + OTHERS[0] + end + WRZ + end
     for at in range(len(stream) + 1):
-        buffer = LineBuffer()
+        buffer = Lines(decode)
         assert buffer.feed(stream[:at]) + buffer.feed(stream[at:]) == [REPORT, REPORT]
         assert buffer.counts == Counts(good=2, other=1)
-    one_by_one = LineBuffer()
+    one_by_one = Lines(decode)
     assert [r for i in range(len(stream)) for r in one_by_one.feed(stream[i : i + 1])] == [REPORT, REPORT]
 
 
 def test_a_damaged_byte_is_noticed_and_the_next_line_is_read():
     for at in range(len(WRZ)):
         damaged = WRZ[:at] + bytes((WRZ[at] ^ 0x04,)) + WRZ[at + 1 :]
-        buffer = LineBuffer()
+        buffer = Lines(decode)
         assert buffer.feed(damaged + b"\r\n" + WRZ + b"\r\n") == [REPORT]
         assert buffer.counts.bad_checksum + buffer.counts.malformed == 1
 
@@ -82,13 +74,13 @@ def test_a_damaged_byte_is_noticed_and_the_next_line_is_read():
 def test_bytes_lost_within_a_line_lose_that_line_only():
     for lost in (1, 5, 40, len(WRZ)):
         for at in range(0, len(WRZ) - lost + 1, 7):
-            buffer = LineBuffer()
+            buffer = Lines(decode)
             reports = buffer.feed(WRZ[:at] + WRZ[at + lost :] + b"\n" + WRZ + b"\n")
             assert reports == [REPORT]
 
 
 def test_a_lost_line_end_spoils_two_lines_and_no_third():
-    buffer = LineBuffer()
+    buffer = Lines(decode)
     assert buffer.feed(WRZ + WRZ + b"\n" + WRZ + b"\n") == [REPORT]
     assert buffer.counts.bad_checksum == 1
 
@@ -134,7 +126,7 @@ def test_what_the_device_does_not_vouch_for_is_not_used():
 
 
 def test_garbage_without_end_is_bounded_and_left_behind():
-    buffer = LineBuffer(longest=200)
+    buffer = Lines(decode, longest=200)
     tracemalloc.start()
     for _ in range(1000):
         assert buffer.feed(b"\xaaw*" * 50) == []
@@ -149,7 +141,7 @@ def test_garbage_without_end_is_bounded_and_left_behind():
 
 @given(st.lists(st.binary(max_size=300)))
 def test_any_bytes_do_no_harm(pieces):
-    buffer = LineBuffer()
+    buffer = Lines(decode)
     for piece in pieces:
         buffer.feed(piece)
     assert buffer.feed(b"\n" + WRZ + b"\n")[-1:] == [REPORT]

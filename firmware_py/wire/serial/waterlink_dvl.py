@@ -8,19 +8,12 @@ before the star, in hexadecimal. Lines end with LF, CR LF or CR. Other sentences
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
+
+from firmware_py.wire.serial.stream import ChecksumError, Lines, SentenceError
 
 LONGEST_LINE = 512
 """The longest line that is accepted, bytes; the device's own longest is about 200."""
-
-
-class SentenceError(ValueError):
-    """A line that is not a sentence of this protocol; the text gives the reason."""
-
-
-class ChecksumError(SentenceError):
-    """A line whose checksum does not fit its bytes."""
 
 
 class Velocity(NamedTuple):
@@ -108,61 +101,6 @@ def decode(line: bytes) -> Velocity | None:
     return report
 
 
-@dataclass(slots=True)
-class Counts:
-    """Number of lines, by result."""
-
-    good: int = 0
-    other: int = 0
-    """Good sentences other than a velocity report."""
-    bad_checksum: int = 0
-    malformed: int = 0
-    too_long: int = 0
-
-
-class LineBuffer:
-    """Lines collected from pieces of bytes and decoded; keeps at most one line of `longest` bytes."""
-
-    __slots__ = ("_line", "_longest", "_skipping", "counts")
-
-    def __init__(self, longest: int = LONGEST_LINE) -> None:
-        self._line = b""
-        self._longest = longest
-        self._skipping = False
-        self.counts = Counts()
-
-    def feed(self, data: bytes) -> list[Velocity]:
-        """Return the reports that these bytes complete, in order; count everything else."""
-        *lines, rest = (self._line + data).replace(b"\r", b"\n").split(b"\n")
-        reports = []
-        for line in lines:
-            if self._skipping:
-                self._skipping = False
-            elif line and (report := self._read(line)) is not None:
-                reports.append(report)
-        if len(rest) > self._longest:
-            self.counts.too_long += not self._skipping
-            self._skipping = True
-        self._line = b"" if self._skipping else rest
-        return reports
-
-    def restart(self) -> None:
-        """Forget the piece of a line that has come."""
-        self._line, self._skipping = b"", False
-
-    def _read(self, line: bytes) -> Velocity | None:
-        counts = self.counts
-        if len(line) > self._longest:
-            counts.too_long += 1
-            return None
-        try:
-            report = decode(line)
-        except ChecksumError:
-            counts.bad_checksum += 1
-        except SentenceError:
-            counts.malformed += 1
-        else:
-            counts.good += report is not None
-            counts.other += report is None
-            return report
-        return None
+def lines() -> Lines[Velocity]:
+    """Return a decoder of the device's lines."""
+    return Lines(decode, LONGEST_LINE)
