@@ -5,10 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 
 from firmware_py.adapters.buses.can_bus import CanParams, NodeIds
-from firmware_py.adapters.dvl import DvlPortParams
 from firmware_py.adapters.linux_realtime import RealtimeParams
 from firmware_py.params import ParamError, param
 from firmware_py.tick import Rate
+
+
+@dataclass(frozen=True, slots=True)
+class DvlPortParams:
+    """Table [dvl] of io_*.toml."""
+
+    port: str = param(doc="Serial device of the DVL; {bus} in it stands for the name of the bus.")
+    baud: int = param(115200, low=1200, high=4_000_000, doc="Bits a second; the device's default is 115200.")
+
+    def place(self, spec: str) -> str:
+        """Return the port for a bus: "{bus}" in its name is replaced, so that several simulations can run at once."""
+        return self.port.replace("{bus}", spec.replace(":", "-").replace("/", "-"))
 
 
 @dataclass(frozen=True, slots=True)

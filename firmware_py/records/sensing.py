@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Generic, NamedTuple, TypeVar
 
@@ -83,6 +84,17 @@ def never(value: T) -> Heard[T]:
 NO_HARDPOINT = never(Hardpoint(True, math.nan))
 NODES = ("autopilot", "servo_hub", "esc", "ahrs", "pressure", "altimeter", "fix", "battery", "hardpoint")
 """The nodes of the bus by their role; bit i of `SensorFrame.two_senders` and `unhealthy` is about the i-th."""
+MEASURES: Mapping[str, tuple[str, ...]] = {
+    "servo_hub": ("fins",),
+    "ahrs": ("ahrs",),
+    "pressure": ("pressure",),
+    "altimeter": ("altitude",),
+    "fix": ("fix",),
+    "battery": ("battery", "leak"),
+    "esc": ("n",),
+    "hardpoint": ("hardpoint",),
+}
+"""The fields of `SensorFrame` that a node measures."""
 
 
 @dataclass(frozen=True, slots=True)

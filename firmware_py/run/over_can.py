@@ -11,8 +11,8 @@ from firmware_py import loop
 from firmware_py.adapters import linux_realtime
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
-from firmware_py.adapters.can_hardware import CanHardware
-from firmware_py.adapters.dvl import DvlPort
+from firmware_py.adapters.drivers.serial_port import SerialPort
+from firmware_py.adapters.fitting import fitted
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.lockstep.lockstep_client import LockstepClient, acknowledge_hello, wait_for_plant
 from firmware_py.adapters.lockstep.lockstep_link import LockstepLink
@@ -81,11 +81,11 @@ def run(
         lockstep = LockstepLink(bus, io.can.node_id, astuple(io.nodes))
         if (pace == "bus" or meet_plant) and not wait_for_plant(lockstep, dt_ns, PLANT_S, stop):
             return
-        line = DvlPort(io.dvl, str(dvl), absent=pace == "realtime" and not meet_plant)
+        line = SerialPort("dvl", str(dvl), io.dvl.baud, absent=pace == "realtime" and not meet_plant)
         stack.callback(line.close)
         if line.missing:
             say(f"{line.missing}; the flight begins without it, and it is opened when it is there")
-        hardware = CanHardware(io, len(autopilot.applied.fins), lockstep if pace == "bus" else bus, line)
+        hardware = fitted(io, len(autopilot.applied.fins), lockstep if pace == "bus" else bus, line)
         stack.callback(losses.add_hardware(hardware.losses, lambda: hardware.received, hardware.note))
         for refusal in stack.enter_context(linux_realtime.apply_while(io.realtime)):
             say(refusal)

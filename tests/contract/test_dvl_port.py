@@ -11,10 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.adapters import dvl
 from firmware_py.adapters.buses.can_bus import BusError
-from firmware_py.adapters.dvl import DvlPort, DvlPortParams
-from firmware_py.records.sensing import Dvl
+from firmware_py.adapters.drivers import serial_port
+from firmware_py.adapters.drivers.serial_port import SerialPort
+from firmware_py.adapters.drivers.stream_driver import StreamDriver
+from firmware_py.adapters.drivers.waterlink import WATERLINK
+from firmware_py.records.sensing import Dvl, Heard
 from sim_bridge.devices.serial_line import SerialLine
 
 
@@ -36,12 +38,31 @@ def report(u="1.500", valid="y", altitude="20.00", fom="0.010", t_valid="0", t_s
     return line(f"wrz,{u},-0.250,0.125,{valid},{altitude},{fom},{covariance},{t_valid},{t_sent},200.00,0".encode())
 
 
+class DvlLine:
+    """The driver of a DVL on a port."""
+
+    def __init__(self, port: str, *, absent: bool = False) -> None:
+        self.port = SerialPort("dvl", port, 115200, absent=absent)
+        self._driver = StreamDriver("dvl", WATERLINK, self.port)
+        self.missing, self.losses, self.close = self.port.missing, self._driver.losses, self._driver.close
+
+    @property
+    def broken(self) -> bool:
+        return self.port.broken
+
+    def read(self, t: float) -> Heard[Dvl] | None:
+        """Return the newest measurement that has come."""
+        found = self._driver.poll(t)
+        assert all((role, index) == ("dvl", 0) for role, index, _ in found)
+        return found[-1].heard if found else None
+
+
 class Device:
     """A DVL whose plug can be pulled; `send` returns when the port can read what was sent."""
 
     def __init__(self) -> None:
         self.line = SerialLine()
-        self.port = DvlPort(DvlPortParams(port=self.line.path))
+        self.port = DvlLine(self.line.path)
         self.send = self.line.send
 
     def __enter__(self) -> Device:
@@ -163,7 +184,7 @@ def test_a_report_whose_times_make_no_sense_is_not_ok_and_never_from_the_future(
 
 
 def test_a_babbling_device_costs_a_bounded_read_per_tick_and_the_rest_waits(device, monkeypatch):
-    monkeypatch.setattr(dvl, "BYTES_PER_TICK", 64)
+    monkeypatch.setattr(serial_port, "BYTES_PER_TICK", 64)
     device.send(b"z" * 1000 + b"\n" + report())
     ticks = -(-(1001 + len(report())) // 64)
     heard, waiting = [], [device.line.waiting()]
@@ -178,7 +199,7 @@ def test_a_babbling_device_costs_a_bounded_read_per_tick_and_the_rest_waits(devi
 def test_a_plug_pulled_in_flight_is_silence(tmp_path):
     master, slave = os.openpty()
     tty.setraw(slave)
-    port = DvlPort(DvlPortParams(port=os.ttyname(slave)))
+    port = DvlLine(os.ttyname(slave))
     os.close(slave)
     os.write(master, report()[:20])
     port.read(0.0)
@@ -193,7 +214,7 @@ def test_a_plug_pulled_in_flight_is_silence(tmp_path):
 @pytest.mark.parametrize("name", ["", "/dev/no-such-port", "/dev/null", "a\0b"])
 def test_a_port_that_is_none_is_one_line_that_names_it(name):
     with pytest.raises(BusError) as failure:
-        DvlPort(DvlPortParams(port=name))
+        DvlLine(name)
     text = str(failure.value)
     assert "\n" not in text
     assert repr(name) in text
@@ -204,7 +225,7 @@ def test_a_file_is_no_port(tmp_path):
     path = tmp_path / "log.txt"
     path.write_text("precious")
     with pytest.raises(BusError, match=r"log\.txt"):
-        DvlPort(DvlPortParams(port=str(path)))
+        DvlLine(str(path))
     assert path.read_text() == "precious"
 
 
@@ -213,7 +234,7 @@ FIRST = r"a simulated plant makes its own: start it first, sternplane plant$"
 
 def test_a_port_that_is_not_there_says_who_brings_it(tmp_path):
     with pytest.raises(BusError, match=f"there is no such device; {FIRST}"):
-        DvlPort(DvlPortParams(port=str(tmp_path / "dvl")))
+        DvlLine(str(tmp_path / "dvl"))
 
 
 def test_a_name_that_a_dead_vehicle_left_says_who_brings_another(tmp_path):
@@ -221,25 +242,25 @@ def test_a_name_that_a_dead_vehicle_left_says_who_brings_another(tmp_path):
     with SerialLine() as line:
         name.symlink_to(line.path)
     with pytest.raises(BusError, match=FIRST):
-        DvlPort(DvlPortParams(port=str(name)))
+        DvlLine(str(name))
     with SerialLine() as line:  # the kernel gives its number to the next terminal, here another vehicle's
-        user, leftover = DvlPort(DvlPortParams(port=line.path)), tmp_path / "leftover"
+        user, leftover = DvlLine(line.path), tmp_path / "leftover"
         leftover.symlink_to(line.path)
-        with pytest.raises(BusError, match=f"another program has it; end that one, or give another --dvl; {FIRST}"):
-            DvlPort(DvlPortParams(port=str(leftover)))
+        with pytest.raises(BusError, match=f"another program has it; end that one, or give another port; {FIRST}"):
+            DvlLine(str(leftover))
         user.close()
 
 
 def test_a_port_in_use_is_refused_and_its_user_undisturbed(device):
     with pytest.raises(BusError, match="cannot be opened"):
-        DvlPort(DvlPortParams(port=device.line.path))
+        DvlLine(device.line.path)
     device.send(report())
     assert device.port.read(0.0).ok
 
 
 def test_the_port_handed_over_takes_the_place_of_the_io_files():
     with SerialLine() as line:
-        port = DvlPort(DvlPortParams(port="simulated"), line.path)
+        port = DvlLine(line.path)
         line.send(report())
         assert port.read(0.0).ok
         port.close()
@@ -249,7 +270,7 @@ def test_a_device_that_is_plugged_in_again_is_heard_again_within_a_second(tmp_pa
     name = tmp_path / "dvl"
     first = SerialLine()
     name.symlink_to(first.path)
-    port = DvlPort(DvlPortParams(port=str(name)))
+    port = DvlLine(str(name))
     first.send(report(u="1.000") + report()[:30])
     assert port.read(1.0).value.u == 1.0
     name.unlink()
@@ -270,7 +291,7 @@ def test_a_terminal_that_has_the_number_of_the_one_that_ended_is_left_alone(tmp_
     name = tmp_path / "dvl"
     with SerialLine() as line:
         name.symlink_to(line.path)
-        port = DvlPort(DvlPortParams(port=str(name)))
+        port = DvlLine(str(name))
     for k in range(3):
         assert port.read(float(k)) is None
     with SerialLine() as others:  # the kernel gives it the number that became free
@@ -282,7 +303,7 @@ def test_a_terminal_that_has_the_number_of_the_one_that_ended_is_left_alone(tmp_
 
 def test_a_device_that_is_not_there_yet_is_silence_until_it_is(tmp_path):
     name = tmp_path / "dvl"
-    port = DvlPort(DvlPortParams(port=str(name)), absent=True)
+    port = DvlLine(str(name), absent=True)
     assert "there is no such device" in port.missing
     assert [port.read(float(k)) for k in range(3)] == [None] * 3
     with SerialLine() as line:
@@ -297,7 +318,7 @@ def test_a_device_that_is_not_there_yet_is_silence_until_it_is(tmp_path):
 @pytest.mark.parametrize("name", ["", "/dev/null"])
 def test_what_can_never_be_a_port_is_an_error_even_where_one_may_be_absent(name):
     with pytest.raises(BusError):
-        DvlPort(DvlPortParams(port=name), absent=True)
+        DvlLine(name, absent=True)
 
 
 @pytest.mark.parametrize(

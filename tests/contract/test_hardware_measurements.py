@@ -120,7 +120,7 @@ def test_what_its_device_does_not_vouch_for_is_heard_and_not_ok(role, message, f
         heard = getattr(frame, field)
         assert (heard.fresh, heard.ok) == (True, False)
         assert fields(frame) | {field: NOTHING[field]} == NOTHING
-        assert vehicle.hardware.malformed == 0
+        assert vehicle.hardware.losses()["transfers_malformed"] == 0
 
 
 INFINITE = {  # pydronecan does not say infinity, but a device may: little-endian float16 and float32

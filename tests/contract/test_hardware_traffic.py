@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_py.adapters.can_hardware import FRAMES_PER_TICK
+from firmware_py.adapters.drivers.dronecan.devices import FRAMES_PER_TICK
 from firmware_py.records.sensing import Heard
 
 from .devices import GOOD, NOTHING, fields, fin, pressure, solution
@@ -31,7 +31,7 @@ def test_a_payload_cut_short_is_counted_and_ignored(role, message, field, value)
         for can_id, data in frames(message(), NODES[role], cut=3):
             vehicle.node(role).raw(can_id, data)
         assert fields(vehicle.read(0)) == NOTHING
-        assert vehicle.hardware.malformed == 1
+        assert vehicle.hardware.losses()["transfers_malformed"] == 1
         for can_id, data in frames(message(), NODES[role], transfer_id=1):
             vehicle.node(role).raw(can_id, data)
         assert getattr(vehicle.read(1), field).ok
@@ -43,7 +43,7 @@ def test_a_servo_status_cut_short_is_counted_and_ignored(cut):
         for can_id, data in frames(fin(0, 0.25), NODES["servo_hub"], cut=cut):
             vehicle.node("servo_hub").raw(can_id, data)
         assert fields(vehicle.read(0)) == NOTHING
-        assert vehicle.hardware.malformed == 1
+        assert vehicle.hardware.losses()["transfers_malformed"] == 1
 
 
 @pytest.mark.parametrize(

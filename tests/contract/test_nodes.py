@@ -11,7 +11,7 @@ import pytest
 from dronecan.transport import Transfer
 
 from firmware_py.adapters.buses.can_bus import NodeIds
-from firmware_py.adapters.node_watch import HOLD
+from firmware_py.adapters.drivers.dronecan.node_watch import HOLD
 from firmware_py.records.sensing import NODES as NODE_NAMES
 from firmware_py.records.sensing import SensorFrame, node_bit
 

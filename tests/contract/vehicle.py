@@ -8,8 +8,8 @@ import can
 from dronecan.transport import Transfer
 
 from firmware_py.adapters.buses.can_bus import open_bus
-from firmware_py.adapters.can_hardware import CanHardware
-from firmware_py.adapters.dvl import DvlPort
+from firmware_py.adapters.drivers.serial_port import SerialPort
+from firmware_py.adapters.fitting import fitted
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import load
 from firmware_py.records.command import Applied
@@ -38,7 +38,7 @@ _channels = itertools.count()
 
 
 class Vehicle:
-    """`CanHardware` of four fins, ticked by hand; to be used in a `with` block."""
+    """The hardware of four fins, ticked by hand; to be used in a `with` block."""
 
     def __init__(self, rate: str = "hz_50") -> None:
         channel = f"vehicle-{next(_channels)}"
@@ -52,7 +52,7 @@ class Vehicle:
         }
         params = load(IoParams, io, "a test")
         self.bus = open_bus("virtual", channel)
-        self.hardware = CanHardware(params, FINS, self.bus, DvlPort(params.dvl))
+        self.hardware = fitted(params, FINS, self.bus, SerialPort("dvl", params.dvl.port, params.dvl.baud))
         self.others = can.Bus(interface="virtual", channel=channel)
         self._peers: dict[int, Peer] = {}
 

@@ -24,7 +24,7 @@ if __name__ == "__main__":
 import numpy as np
 
 from firmware_py import app
-from firmware_py.adapters import can_hardware
+from firmware_py.adapters import device_hardware
 from firmware_py.adapters.buses import can_bus
 from firmware_py.adapters.storage import recorder
 from firmware_py.autopilot import Autopilot
@@ -96,9 +96,9 @@ def _flight(path: Path) -> dict[str, Any]:
         stack.enter_context(_replaced(can_bus.CanBus, "drain", counted(can_bus.CanBus.drain)))
         for part, cls, method in (
             ("plant_and_devices", bridge.Bridge, "step"),
-            ("sense", can_hardware.CanHardware, "read"),
+            ("sense", device_hardware.DeviceHardware, "read"),
             ("compute", Autopilot, "step"),
-            ("actuate", can_hardware.CanHardware, "write"),
+            ("actuate", device_hardware.DeviceHardware, "write"),
             ("record_cycle_and_truth", recorder.LogWriter, "write"),
         ):
             stack.enter_context(_timed(cls, method, part, spent))

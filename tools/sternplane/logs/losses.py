@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from firmware_py.adapters.node_watch import MEASURES
+from firmware_py.records.sensing import MEASURES
 from sternplane.logs.reading import Piece
 from sternplane.logs.run import Run
 
-_FIELDS: Mapping[str, tuple[str, ...]] = {**MEASURES, "servo_hub": ("fins",), "hardpoint": (), "dvl": ("dvl",)}
+_FIELDS: Mapping[str, tuple[str, ...]] = {**MEASURES, "hardpoint": (), "dvl": ("dvl",)}
 """What each source measures, by the fields of a frame; nodes, and the DVL."""
 _NAMES = {
     "ahrs": "AHRS",

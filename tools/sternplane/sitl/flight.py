@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 
 from firmware_py import app, config_files, loop
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
-from firmware_py.adapters.can_hardware import CanHardware
-from firmware_py.adapters.dvl import DvlPort
+from firmware_py.adapters.drivers.serial_port import SerialPort
+from firmware_py.adapters.fitting import fitted
 from firmware_py.adapters.hil.hil_link import parse_hil_link
 from firmware_py.adapters.installation import configs
 from firmware_py.adapters.io_params import IoParams
@@ -233,9 +233,8 @@ def fly(
     with contextlib.ExitStack() as stack:
         line = stack.enter_context(SerialLine(_PATIENCE[request.pace]))
         plant_bus = _bus(stack, flight)
-        hardware = CanHardware(
-            flight.io, len(flight.autopilot.applied.fins), _bus(stack, flight), DvlPort(flight.io.dvl, line.path)
-        )
+        dvl = SerialPort("dvl", line.path, io.dvl.baud)
+        hardware = fitted(io, len(flight.autopilot.applied.fins), _bus(stack, flight), dvl)
         stack.callback(hardware.close)
         losses.add_hardware(hardware.losses, lambda: hardware.received, hardware.note)
         bridge = build_bridge(

@@ -7,7 +7,15 @@ from typing import Any
 
 import pytest
 
-from firmware_py.adapters.own_status import CRITICAL, ERROR, INITIALIZATION, OK, OPERATIONAL, WARNING, OwnStatus
+from firmware_py.adapters.drivers.dronecan.own_status import (
+    CRITICAL,
+    ERROR,
+    INITIALIZATION,
+    OK,
+    OPERATIONAL,
+    WARNING,
+    OwnStatus,
+)
 from firmware_py.records.event import Cause
 from firmware_py.records.health import ALL_GOOD, ActuatorFault, SourceFault, SourceHealth, SourceState, sound
 from firmware_py.records.order import Mode

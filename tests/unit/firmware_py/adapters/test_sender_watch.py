@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import pytest
 
-from firmware_py.adapters.sender_watch import SenderWatch
+from firmware_py.adapters.drivers.dronecan.sender_watch import SenderWatch
 
 
 def fed(transfers: Iterable[tuple[int, float]]) -> list[tuple[bool, bool]]:

@@ -1,22 +1,22 @@
-"""Sensors and actuators on the wires: DroneCAN devices and a DVL in, one frozen frame a tick out, commands back."""
+"""The driver of one CAN bus with DroneCAN devices: their messages in, commands and what they must be told out."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from functools import partial
 from typing import Any
 
 from firmware_py.adapters.buses.can_bus import FramePort
-from firmware_py.adapters.dvl import DvlPort
+from firmware_py.adapters.drivers.driver import Driver, NodeBits, Reading
+from firmware_py.adapters.drivers.dronecan.node_watch import NodeWatch
+from firmware_py.adapters.drivers.dronecan.own_status import OwnStatus
 from firmware_py.adapters.io_params import IoParams
-from firmware_py.adapters.node_watch import NodeWatch, fields_of
-from firmware_py.adapters.own_status import OwnStatus
 from firmware_py.marine import euler_from_quaternion
 from firmware_py.records.command import Applied
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.sensing import Ahrs, Battery, Fix, Hardpoint, Heard, SensorFrame, node_bit, silence
+from firmware_py.records.sensing import Ahrs, Battery, Fix, Hardpoint, Heard
 from firmware_py.tick import Rate, Tick
 from firmware_py.wire.dronecan import equipment_messages as eq
 from firmware_py.wire.dronecan import message_table as m
@@ -40,34 +40,22 @@ DROP_WEIGHT = 0
 RELEASE, HOLD = 0, 1
 """Commands of a hardpoint; a status that is not RELEASE holds."""
 FIX_3D = 3
-_SERVO_HUB = node_bit("servo_hub")
 
 
-class CanHardware:
-    """A `ports.Hardware` over one CAN bus and one serial DVL.
+class DroneCan(Driver):
+    """The devices of the io file's table [nodes].
 
-    A message is accepted only from the node that has its role in the io file, and is not ok while `NodeWatch` notices a
-    second node under that id, or the node itself reports that it does not work. Messages carry no common clock (their
+    A message is accepted only from the node that has its role there. Messages carry no common clock (their
     timestamps are "unknown"), so the time of validity of a value is the arrival of its first frame less the latency of
     its device.
     """
 
-    def __init__(self, params: IoParams, fins: int, bus: FramePort, dvl: DvlPort) -> None:
-        self._params = params
-        self._bus = bus
-        self._dvl = dvl
+    def __init__(self, params: IoParams, fins: int, bus: FramePort) -> None:
+        self._params, self._fins, self._bus = params, fins, bus
         self._sender = TransferSender(params.can.node_id)
-        nothing = silence(fins)
-        self._fins = list(nothing.fins)
-        self._heard: dict[str, Heard[Any]] = {
-            field.name: getattr(nothing, field.name)
-            for field in fields(nothing)
-            if isinstance(getattr(nothing, field.name), Heard)
-        }
+        self._readings: list[Reading] = []
         self._nodes = NodeWatch(params.can.node_id, params.nodes)
         self._status = OwnStatus()
-        self.received = 0
-        """Transfers that have arrived whole, of the types that are read."""
         self.malformed = 0
         """Transfers whose payload did not fit their type."""
         nodes, latency = params.nodes, params.latency
@@ -88,15 +76,10 @@ class CanHardware:
         self._reassembler = Reassembler(wanted, params.can.node_id, most_open=127 * len(wanted))
         self._requests: dict[int, Transfer] = {}
 
-    def read(self, tick: Tick) -> SensorFrame:
-        """Drain the bus and the serial line once; a channel without a new value keeps its value and its time."""
-        t, heard, fins = tick.t, self._heard, self._fins
-        for name, old in heard.items():
-            if old.fresh:
-                heard[name] = Heard(old.value, old.t_valid, False, old.ok)
-        for i, old in enumerate(fins):
-            if old.fresh:
-                fins[i] = Heard(old.value, old.t_valid, False, old.ok)
+    def poll(self, t: float) -> list[Reading]:
+        """Drain the bus once."""
+        readings: list[Reading] = []
+        self._readings = readings
         accept, own_id = self._reassembler.accept, self._params.can.node_id
         for can_id, data in self._bus.drain(FRAMES_PER_TICK):
             if can_id & 0x7F == own_id:
@@ -105,24 +88,15 @@ class CanHardware:
             if transfer is not None:
                 self.received += 1
                 self._dispatch(transfer)
-        dvl = self._dvl.read(t)
-        if dvl is not None:
-            heard["dvl"] = dvl
         self._nodes.hear_dropped(self._reassembler.dropped_from, t)
-        nodes = self._nodes
-        two_senders, unhealthy, replaced = nodes.two_senders(t), nodes.unhealthy, nodes.replaced
-        if two_senders | unhealthy | replaced:
-            self._withhold(two_senders | unhealthy | replaced)
-        return SensorFrame(
-            fins=tuple(fins),
-            **heard,
-            two_senders=two_senders,
-            unhealthy=unhealthy,
-            replaced=replaced,
-            restarted=nodes.restarted(t),
-        )
+        return readings
 
-    def write(self, tick: Tick, applied: Applied) -> None:
+    def nodes(self, t: float) -> NodeBits:
+        """Return which nodes are not alone under their id, or say that they do not work, or are not what they were."""
+        nodes = self._nodes
+        return NodeBits(nodes.two_senders(t), nodes.unhealthy, nodes.replaced, nodes.restarted(t))
+
+    def act(self, tick: Tick, applied: Applied) -> None:
         """Send commands, arming and status, each at its rate. Disarmed, zeros are sent: no device times out.
 
         The hardpoint is told again and again: one that restarts, or did not hear it, releases the weight then.
@@ -154,7 +128,7 @@ class CanHardware:
         dropped = {f"transfers_{cause}": count for cause, count in total.items()}
         bus = {f"bus_{cause}": count for cause, count in self._bus.losses().items()}
         nodes = self._nodes.losses(self._reassembler.dropped_from)
-        return {**bus, "transfers_malformed": self.malformed, **dropped, **nodes, **self._dvl.losses()}
+        return {**bus, "transfers_malformed": self.malformed, **dropped, **nodes}
 
     def park(self) -> None:
         """Centre the fins, stop the propeller and send "disarmed", at once: the last messages of a run."""
@@ -162,16 +136,15 @@ class CanHardware:
         out(
             send(
                 m.ARRAY_COMMAND,
-                eq.ArrayCommand(tuple(eq.ActuatorCommand(i, RADIANS, 0.0) for i in range(len(self._fins)))),
+                eq.ArrayCommand(tuple(eq.ActuatorCommand(i, RADIANS, 0.0) for i in range(self._fins))),
             )
         )
         out(send(m.RPM_COMMAND, eq.RpmCommand((0,))))
         out(send(m.ARMING_STATUS, eq.ArmingStatus(DISARMED)))
 
     def close(self) -> None:
-        """Leave the bus and the serial line."""
+        """Leave the bus."""
         self._bus.close()
-        self._dvl.close()
 
     def _dispatch(self, transfer: Transfer) -> None:
         kind, source, _, _, payload, t = transfer
@@ -202,61 +175,53 @@ class CanHardware:
             return
         self._nodes.identities.hear_info(transfer.source, info.hardware_version.unique_id, transfer.t)
 
-    def _withhold(self, bits: int) -> None:
-        """Take away the `ok` of what these nodes measure."""
-        for name in fields_of(bits):
-            self._heard[name] = _not_ok(self._heard[name])
-        if bits & _SERVO_HUB:
-            self._fins[:] = map(_not_ok, self._fins)
-
     def _send_node_info(self, tick: Tick, request: Transfer) -> None:
         status = self._status.message(tick)
         hardware = HardwareVersion(unique_id=NAME[-16:])
         info = GetNodeInfoResponse(status, SoftwareVersion(major=0, minor=1), hardware, NAME)
         self._bus.send(self._sender.respond(request, m.GET_NODE_INFO_RESPONSE, info))
 
+    def _hear(self, role: str, heard: Heard[Any], number: int = 0) -> None:
+        self._readings.append(Reading(role, number, heard))
+
     def _ahrs(self, message: eq.AhrsSolution, t: float) -> None:
         phi, theta, psi = euler_from_quaternion(*message.orientation_xyzw)
         value = Ahrs(phi, theta, psi, *message.angular_velocity)
-        self._heard["ahrs"] = Heard(value, t, True, math.isfinite(sum(value)))
+        self._hear("ahrs", Heard(value, t, True, math.isfinite(sum(value))))
 
     def _pressure(self, message: eq.StaticPressure, t: float) -> None:
         value = message.static_pressure
-        self._heard["pressure"] = Heard(value, t, True, math.isfinite(value))
+        self._hear("pressure", Heard(value, t, True, math.isfinite(value)))
 
     def _range(self, message: eq.RangeMeasurement, t: float) -> None:
         ok = message.reading_type == VALID_RANGE and math.isfinite(message.range)
-        self._heard["altitude"] = Heard(message.range, t, True, ok)
+        self._hear("altitude", Heard(message.range, t, True, ok))
 
     def _fix(self, message: eq.Fix2, t: float) -> None:
         variance = message.covariance[0] if message.covariance else math.nan
         std = math.sqrt(variance) if variance > 0.0 else math.nan
         value = Fix(math.radians(message.latitude_deg_1e8 * 1e-8), math.radians(message.longitude_deg_1e8 * 1e-8), std)
-        self._heard["fix"] = Heard(value, t, True, message.status == FIX_3D and math.isfinite(std))
+        self._hear("fix", Heard(value, t, True, message.status == FIX_3D and math.isfinite(std)))
 
     def _actuator(self, message: eq.ActuatorStatus, t: float) -> None:
-        if message.actuator_id < len(self._fins):
+        if message.actuator_id < self._fins:
             angle = message.position
-            self._fins[message.actuator_id] = Heard(angle, t, True, math.isfinite(angle))
+            self._hear("fins", Heard(angle, t, True, math.isfinite(angle)), message.actuator_id)
 
     def _esc(self, message: eq.EscStatus, t: float) -> None:
         if message.esc_index == 0:
-            self._heard["n"] = Heard(message.rpm / 60.0, t, True, True)
+            self._hear("n", Heard(message.rpm / 60.0, t, True, True))
 
     def _battery(self, message: eq.BatteryInfo, t: float) -> None:
         charge = message.state_of_charge_pct
         value = Battery(message.voltage, message.current, charge / 100.0 if charge <= 100 else math.nan)
-        self._heard["battery"] = Heard(value, t, True, math.isfinite(message.voltage))
+        self._hear("battery", Heard(value, t, True, math.isfinite(message.voltage)))
 
     def _hygrometer(self, message: eq.Hygrometer, t: float) -> None:
         value = message.humidity / 100.0
-        self._heard["leak"] = Heard(value, t, True, math.isfinite(value))
+        self._hear("leak", Heard(value, t, True, math.isfinite(value)))
 
     def _hardpoint(self, message: eq.HardpointStatus, t: float) -> None:
         if message.hardpoint_id == DROP_WEIGHT:
             value = Hardpoint(message.status != RELEASE, message.payload_weight)
-            self._heard["hardpoint"] = Heard(value, t, True, True)
-
-
-def _not_ok(heard: Heard[Any]) -> Heard[Any]:
-    return Heard(heard.value, heard.t_valid, heard.fresh, False) if heard.ok else heard
+            self._hear("hardpoint", Heard(value, t, True, True))

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, fields
 
 from firmware_py.adapters.buses.can_bus import NodeIds
-from firmware_py.adapters.node_identity import NodeIdentities
-from firmware_py.adapters.sender_watch import SenderWatch
+from firmware_py.adapters.drivers.dronecan.node_identity import NodeIdentities
+from firmware_py.adapters.drivers.dronecan.sender_watch import SenderWatch
 from firmware_py.records.sensing import NODES, node_bit
 from firmware_py.wire.dronecan.message_table import NODE_STATUS
 from firmware_py.wire.dronecan.node_messages import NodeStatus
@@ -18,16 +18,6 @@ HOLD = 5.0
 CRITICAL = 3
 OPERATIONAL = 0
 """Health and mode of NodeStatus."""
-MEASURES: Mapping[str, tuple[str, ...]] = {
-    "ahrs": ("ahrs",),
-    "pressure": ("pressure",),
-    "altimeter": ("altitude",),
-    "fix": ("fix",),
-    "battery": ("battery", "leak"),
-    "esc": ("n",),
-    "hardpoint": ("hardpoint",),
-}
-"""The fields of `SensorFrame` that a node measures; the servo hub measures `fins`."""
 
 
 class NodeWatch:
@@ -132,8 +122,3 @@ class NodeWatch:
     def _missed(self, node_id: int) -> int:
         watches = self._watches.items()
         return sum(w.missed for (source, kind), w in watches if source == node_id and kind != NODE_STATUS.data_type_id)
-
-
-def fields_of(bits: int) -> list[str]:
-    """Return the fields of `SensorFrame`, but `fins`, that the nodes with these bits measure."""
-    return [field for name, measured in MEASURES.items() if bits & node_bit(name) for field in measured]

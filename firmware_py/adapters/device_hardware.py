@@ -1,0 +1,107 @@
+"""Sensors and actuators by their drivers: what they heard in, one frozen frame a tick out, commands back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import fields
+from typing import Any
+
+from firmware_py.adapters.drivers.driver import Driver, NodeBits
+from firmware_py.records.command import Applied
+from firmware_py.records.cycle import Cycle
+from firmware_py.records.sensing import MEASURES, Heard, SensorFrame, node_bit, silence
+from firmware_py.tick import Tick
+
+
+class DeviceHardware:
+    """A `ports.Hardware` of any drivers.
+
+    What a node measures is not ok while a driver says that two speak under its id, that it reports itself that it does
+    not work, or that another device answers there than at first.
+    """
+
+    def __init__(self, fins: int, drivers: Sequence[Driver]) -> None:
+        self._drivers = drivers
+        nothing = silence(fins)
+        self._fins = list(nothing.fins)
+        self._heard: dict[str, Heard[Any]] = {
+            field.name: getattr(nothing, field.name)
+            for field in fields(nothing)
+            if isinstance(getattr(nothing, field.name), Heard)
+        }
+
+    def read(self, tick: Tick) -> SensorFrame:
+        """Ask every driver once; a channel without a new value keeps its value and its time."""
+        t, heard, fins = tick.t, self._heard, self._fins
+        for name, old in heard.items():
+            if old.fresh:
+                heard[name] = Heard(old.value, old.t_valid, False, old.ok)
+        for i, old in enumerate(fins):
+            if old.fresh:
+                fins[i] = Heard(old.value, old.t_valid, False, old.ok)
+        wrong = NodeBits()
+        for driver in self._drivers:
+            for role, number, one in driver.poll(t):
+                if role == "fins":
+                    fins[number] = one
+                else:
+                    heard[role] = one
+            bits = driver.nodes(t)
+            if any(bits):
+                wrong = NodeBits(*(a | b for a, b in zip(wrong, bits, strict=True)))
+        two_senders, unhealthy, replaced, restarted = wrong
+        if two_senders | unhealthy | replaced:
+            self._withhold(two_senders | unhealthy | replaced)
+        return SensorFrame(
+            fins=tuple(fins),
+            **heard,
+            two_senders=two_senders,
+            unhealthy=unhealthy,
+            replaced=replaced,
+            restarted=restarted,
+        )
+
+    def write(self, tick: Tick, applied: Applied) -> None:
+        """Have every driver send the commands of this tick."""
+        for driver in self._drivers:
+            driver.act(tick, applied)
+
+    @property
+    def received(self) -> int:
+        """Return how many messages have come that are read."""
+        return sum(driver.received for driver in self._drivers)
+
+    def note(self, cycle: Cycle) -> None:
+        """Show the drivers a cycle."""
+        for driver in self._drivers:
+            driver.note(cycle)
+
+    def losses(self) -> dict[str, int]:
+        """Return how much was lost or refused on the wires, by cause."""
+        return {cause: count for driver in self._drivers for cause, count in driver.losses().items()}
+
+    def park(self) -> None:
+        """Leave every actuator centred, stopped and told that the vehicle is disarmed."""
+        for driver in self._drivers:
+            driver.park()
+
+    def close(self) -> None:
+        """Leave every bus and line."""
+        for driver in self._drivers:
+            driver.close()
+
+    def _withhold(self, bits: int) -> None:
+        """Take away the `ok` of what these nodes measure."""
+        for name in _measured(bits):
+            if name == "fins":
+                self._fins[:] = map(_not_ok, self._fins)
+            else:
+                self._heard[name] = _not_ok(self._heard[name])
+
+
+def _measured(bits: int) -> Iterable[str]:
+    return [field for name, measured in MEASURES.items() if bits & node_bit(name) for field in measured]
+
+
+def _not_ok(heard: Heard[Any]) -> Heard[Any]:
+    return Heard(heard.value, heard.t_valid, heard.fresh, False) if heard.ok else heard

@@ -1,0 +1,1 @@
+"""Drivers: what is between the devices of the vehicle and the cycle, one file each."""

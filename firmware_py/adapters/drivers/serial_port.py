@@ -1,0 +1,149 @@
+"""A serial port that a device is plugged into, or will be: pyserial, which never waits here."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import fcntl
+import os
+import struct
+from typing import Any
+
+import serial
+
+from firmware_py.adapters.buses.can_bus import BusError
+from firmware_py.error_text import quoted
+
+BYTES_PER_TICK = 4096
+RETRY_S = 1.0
+"""How often a broken line is opened again, s."""
+
+_TIOCGICOUNT = 0x545D
+_ICOUNTS = struct.Struct("20i")
+_ERRORS = slice(6, 11)
+"""Linux, linux/serial.h, serial_icounter_struct: frame, overrun, parity, brk, buf_overrun."""
+_UNPLUGGED = (errno.ENOENT, errno.ENODEV, errno.ENXIO, errno.EIO)
+_SIMULATED = "a simulated plant makes its own: start it first, sternplane plant"
+_WHY = {
+    errno.ENOENT: f"there is no such device; {_SIMULATED}",
+    errno.EIO: f"its other end is closed; {_SIMULATED}",
+    errno.EAGAIN: f"another program has it; end that one, or give another port; {_SIMULATED}",
+    errno.EBUSY: "another program has it; end that one, or give another port",
+    errno.EACCES: "no permission; ask for it, or give another port",
+}
+"""EAGAIN also results from the name of an ended simulation whose terminal belongs to another program by now."""
+
+
+def _why(error: Exception) -> str:
+    number: int = getattr(error, "errno", None) or 0
+    return _WHY.get(number) or (os.strerror(number) if number else str(error))
+
+
+class SerialPort:
+    """A byte stream. A line that breaks is silence, not an error, and is opened again when it can.
+
+    Args:
+        device: what is plugged in, for errors.
+        port: its name.
+        baud: bits a second.
+        absent: whether a port that is not there yet is silence too, and not an error.
+
+    Attributes:
+        missing: why there was no port at the start; empty if there was one.
+        openings: how often it was opened: after another opening the rest of a message does not come.
+
+    Raises:
+        BusError: the port cannot be opened.
+    """
+
+    def __init__(self, device: str, port: str, baud: int, *, absent: bool = False) -> None:
+        self._port, self._baud = port, baud
+        self._serial: Any = None
+        self._t_tried = 0.0
+        self._breaks = self._line_errors = self._first_errors = 0
+        self._name: object = None
+        self.missing, self.openings = "", 0
+        try:
+            self._open()
+        except (serial.SerialException, ValueError) as error:
+            text = f"{device}: port {quoted(port)} cannot be opened: {_why(error)}"
+            if not (absent and port) or getattr(error, "errno", None) not in _UNPLUGGED:
+                raise BusError(text) from None
+            self.missing = text
+
+    @property
+    def broken(self) -> bool:
+        """Return whether the line is broken, or was not there yet."""
+        return self._serial is None
+
+    def read(self, t: float) -> bytes:
+        """Return the bytes that have arrived, a bounded number; try to open a broken line again at `t`, s."""
+        if self._serial is None and not self._reopened(t):
+            return b""
+        try:
+            waiting = self._serial.in_waiting
+            return self._serial.read(min(waiting, BYTES_PER_TICK)) if waiting else b""
+        except (serial.SerialException, OSError):
+            self._leave()
+            self._breaks += 1
+            self._t_tried = t
+            return b""
+
+    def losses(self) -> dict[str, int]:
+        """Return what is wrong with the line.
+
+        Returns:
+            broken: 1 while the line is broken; breaks: how often that happened.
+            line_errors: bytes with a wrong frame or parity, breaks and overruns, where the driver counts them.
+        """
+        errors = self._line_errors + self._count_line_errors() - self._first_errors
+        return {"broken": int(self.broken), "breaks": self._breaks, "line_errors": errors}
+
+    def close(self) -> None:
+        """Close the port; may be called twice."""
+        self._leave()
+
+    def _open(self) -> None:
+        self._serial = serial.Serial(self._port, self._baud, timeout=0, exclusive=True)
+        self._name = self._named()
+        self._first_errors = self._count_line_errors()
+        self.openings += 1
+
+    def _named(self) -> object:
+        """Return what tells this name of a pseudo-terminal from the next of that name; None for a device."""
+        if not os.path.realpath(self._port).startswith("/dev/pts/"):
+            return None
+        name = os.lstat(self._port)
+        return os.path.realpath(self._port), name.st_ino, name.st_mtime_ns if os.path.islink(self._port) else 0
+
+    def _reopened(self, t: float) -> bool:
+        if t - self._t_tried < RETRY_S:
+            return False
+        self._t_tried = t
+        try:
+            if (
+                self._name is not None and self._name == self._named()
+            ):  # the terminal of a simulation that ended: its number may be another's now
+                return False
+            self._open()
+        except (serial.SerialException, ValueError, OSError):
+            return False
+        return True
+
+    def _leave(self) -> None:
+        if self._serial is not None:
+            self._line_errors += self._count_line_errors() - self._first_errors
+            self._first_errors = 0
+            with contextlib.suppress(serial.SerialException, OSError):
+                self._serial.close()
+            self._serial = None
+
+    def _count_line_errors(self) -> int:
+        """Return what the UART's driver has counted; 0 where it counts nothing, as on a pseudo-terminal."""
+        if self._serial is None:
+            return 0
+        try:
+            counts = _ICOUNTS.unpack(fcntl.ioctl(self._serial.fileno(), _TIOCGICOUNT, bytes(_ICOUNTS.size)))
+        except (OSError, serial.SerialException, TypeError, ValueError):
+            return 0
+        return sum(counts[_ERRORS])
