@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from firmware_py.wire.serial import waterlink_dvl
+from firmware_py.wire.serial import depth_sentences, nmea0183, nortek_dvl, pd6, ubx, waterlink_dvl
 from firmware_py.wire.serial.stream import Decoder
 
 
@@ -28,6 +28,18 @@ _VELOCITIES = tuple(
     for k in range(2)
 )
 
+
+def _read_alone(decoder: Callable[[], Decoder[Any]], first: bytes, other: bytes, last: bytes) -> Stream:
+    """Return a stream of two good messages around one of another kind; what is read of each alone is expected."""
+    return Stream(decoder, (first, other, last), (*decoder().feed(first), *decoder().feed(last)))
+
+
+_FIX = ubx.NavPvt(
+    *(1e-3, (2026, 11, 23), (8, 0, 0), 7, 1e-9, -5, 3, 1, 12, 0.1, 0.8, 50.0, 2.0, 1.5, 2.5, (0.5, -0.25, 0.125)),
+    *(0.5, 0.1, 0.05, 0.02, 1.25),
+)
+_TRACK = pd6.BottomTrack(3600.0, 1.5, -0.02, 0.1, 0.003, True, 12.34, 0.0)
+
 STREAMS = {
     "waterlink_dvl": Stream(
         waterlink_dvl.lines,
@@ -37,5 +49,32 @@ STREAMS = {
             waterlink_dvl.encode(_VELOCITIES[1]),
         ),
         _VELOCITIES,
+    ),
+    "nmea0183": _read_alone(
+        nmea0183.lines,
+        nmea0183.encode(nmea0183.Position("GGA", 3600.0, 0.84, -0.12, 4, 12, 0.7, 1.5, 47.0)),
+        b"$GPGSV,1,1,00*79\r\n",
+        nmea0183.encode(nmea0183.Heading("HDT", 1.0), "HE"),
+    ),
+    "depth_sentences": _read_alone(
+        depth_sentences.lines,
+        b"$ISDPT,-000.485,M,000.9689,B,30.81,C*28\r\n",
+        b"$ISHPR,060.8,-89.5,-081.1*60\r\n",
+        depth_sentences.encode(depth_sentences.Depth("PIPS", 1.5)),
+    ),
+    "ubx": _read_alone(
+        ubx.packets, ubx.encode(_FIX), ubx.packet(b"\x01\x03", bytes(16)), ubx.encode(_FIX._replace(satellites=3))
+    ),
+    "nortek_dvl": _read_alone(
+        nortek_dvl.lines,
+        nortek_dvl.encode(nortek_dvl.Velocity(1e9, 0.01, -0.02, 1.5, 0.1, -0.2, 0.003, (5.0, 5.1, 5.2, 5.3))),
+        b"$PNORI1,4,123456,3,30,1.00,5.00,BEAM*5B\r\n",
+        b"$PNORBT,3,112813,072228.2345,0.1234,0.1234,1.11111,122.2,36.66,2.22222,F7*7A\r\n",
+    ),
+    "pd6": _read_alone(
+        pd6.ensembles,
+        pd6.encode(_TRACK),
+        b":SA, +0.00, +0.00,  0.00\r\n:WI,    +0,    +0,    +0,    +0,V\r\n",
+        pd6.encode(_TRACK._replace(vx=1.6)),
     ),
 }
