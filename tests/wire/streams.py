@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from firmware_py.wire.serial import depth_sentences, nmea0183, nortek_dvl, pd6, ubx, waterlink_dvl
+from firmware_py.wire.serial import microstrain, sbg, vectornav, vectornav_commands, waterlink_dvl, xsens
 from firmware_py.wire.serial.stream import Decoder
 
 
@@ -39,8 +40,60 @@ _FIX = ubx.NavPvt(
     *(0.5, 0.1, 0.05, 0.02, 1.25),
 )
 _TRACK = pd6.BottomTrack(3600.0, 1.5, -0.02, 0.1, 0.003, True, 12.34, 0.0)
+_ANGLES, _QUATERNION, _RATES = (0.0, 0.0, 0.0), (0.5, -0.5, 0.5, 0.5), (0.25, -0.125, 0.0625)
+_VECTORNAV = vectornav.Attitude(_ANGLES, _QUATERNION, _RATES, 12.5, 0)
+_SENTENCE = vectornav.Attitude(_ANGLES, rates=_RATES, status=0x40)
+_MICROSTRAIN = (
+    microstrain.Attitude(_ANGLES, _QUATERNION, _RATES, 12.5, state=3, flags=0),
+    microstrain.Attitude(rates=_RATES, time=12.5, filtered=False),
+)
+_XSENS = xsens.Attitude(_ANGLES, _QUATERNION, _RATES, "NED", 12.5, 7, 3)
+_SBG = (
+    sbg.Attitude(12.5, _ANGLES, deviations=_RATES, status=0x32),
+    sbg.Attitude(12.5, quaternion=_QUATERNION, deviations=_RATES, status=0x32),
+    sbg.Rates(12.5, _RATES, 0x3FF),
+)
 
 STREAMS = {
+    "vectornav_packets": Stream(
+        vectornav.messages,
+        (
+            vectornav.encode(_VECTORNAV),
+            vectornav_commands.command("VNWRG,07,20"),
+            vectornav.encode_line(_SENTENCE),
+            vectornav.encode(_VECTORNAV),
+        ),
+        (_VECTORNAV, _SENTENCE, _VECTORNAV),
+    ),
+    "vectornav_sentences": Stream(
+        vectornav.messages,
+        (
+            vectornav.encode_line(_SENTENCE),
+            vectornav.encode_line(_SENTENCE, crc=True),
+            vectornav.encode(_VECTORNAV),
+            b"$VNERR,03*72\r\n",
+        ),
+        (_SENTENCE, _SENTENCE, _VECTORNAV),
+    ),
+    "microstrain": Stream(
+        microstrain.packets,
+        (
+            microstrain.encode(_MICROSTRAIN[0]),
+            microstrain.packet(0x01, (0xF1, b"\x06\x00")),
+            microstrain.encode(_MICROSTRAIN[1]),
+        ),
+        _MICROSTRAIN,
+    ),
+    "xsens": Stream(
+        xsens.messages,
+        (xsens.encode(_XSENS), xsens.command(0x31), xsens.encode(_XSENS, xsens.FIXED_16_32)),
+        (_XSENS, _XSENS),
+    ),
+    "sbg": Stream(
+        sbg.frames,
+        (*[sbg.encode(message) for message in _SBG], sbg.frame(1, bytes(26))),
+        _SBG,
+    ),
     "waterlink_dvl": Stream(
         waterlink_dvl.lines,
         (
