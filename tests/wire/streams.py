@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from firmware_py.wire.serial import depth_sentences, nmea0183, nortek_dvl, pd6, ubx, waterlink_dvl
 from firmware_py.wire.serial import microstrain, sbg, vectornav, vectornav_commands, waterlink_dvl, xsens
+from firmware_py.wire.serial import dynamixel, ping, waterlink_dvl, waterlink_json
 from firmware_py.wire.serial.stream import Decoder
 
 
@@ -93,6 +94,27 @@ STREAMS = {
         sbg.frames,
         (*[sbg.encode(message) for message in _SBG], sbg.frame(1, bytes(26))),
         _SBG,
+_ECHOES = (ping.Distance(12.345, 0.97, 450e-6, 77, 0.5, 30.0, 3), ping.Distance(0.25, 0.0))
+
+_ANSWERS = (
+    dynamixel.Status(1, 0, b"\xa6\xff\xff\xfd"),
+    dynamixel.Status(dynamixel.BROADCAST, 0, b"\x01\xa6\x00\x00\x00"),
+)
+
+STREAMS = {
+    "dynamixel": Stream(
+        dynamixel.statuses,
+        (
+            dynamixel.status(_ANSWERS[0]),
+            dynamixel.read(1, 132, 4),
+            dynamixel.fast_status([dynamixel.Status(1, 0, b"\xa6\x00\x00\x00")]),
+        ),
+        _ANSWERS,
+    ),
+    "ping": Stream(
+        ping.packets,
+        (ping.encode(_ECHOES[0]), ping.packet(ping.PROTOCOL_VERSION, bytes((1, 0, 0, 0))), ping.encode(_ECHOES[1])),
+        _ECHOES,
     ),
     "waterlink_dvl": Stream(
         waterlink_dvl.lines,
@@ -129,5 +151,13 @@ STREAMS = {
         pd6.encode(_TRACK),
         b":SA, +0.00, +0.00,  0.00\r\n:WI,    +0,    +0,    +0,    +0,V\r\n",
         pd6.encode(_TRACK._replace(vx=1.6)),
+    "waterlink_json": Stream(
+        waterlink_json.lines,
+        (
+            waterlink_json.encode(_VELOCITIES[0]),
+            b'{"ts":49056.8,"x":12.4,"y":64.6,"z":1.7,"type":"position_local","status":0,"format":"json_v3.3"}\r\n',
+            waterlink_json.encode(_VELOCITIES[1]),
+        ),
+        _VELOCITIES,
     ),
 }
