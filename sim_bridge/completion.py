@@ -40,7 +40,7 @@ class Completion:
         self._aborted = ""
         self._said = self._refused = ""
         self._last = ""
-        self._up = self._dropped = False
+        self._up = self._commanded = self._dropped = False
 
     @property
     def completed(self) -> bool:
@@ -65,7 +65,8 @@ class Completion:
     def reason(self) -> str:
         """Why it is not completed, as the vehicle said it."""
         if self.surfaced:
-            without = ", without its drop weight," if self._dropped else ""
+            told = ", the release of its drop weight commanded," if self._commanded else ""
+            without = ", without its drop weight," if self._dropped else told
             return f"surfaced safely{without} because of a rule: {self._aborted.partition(': ')[2] or self._aborted}"
         if self._aborted:
             later = "" if self._last in ("", self._aborted) else f", then {self._last}"
@@ -83,13 +84,14 @@ class Completion:
         if cycle.events:
             changes = [event for event in cycle.events if event.kind is EventKind.MODE_CHANGED]
             self._said = sentences(changes or cycle.events)[-1].text
+            self._dropped = self._dropped or any(e.kind is EventKind.WEIGHT_RELEASED for e in cycle.events)
             if refusals := [event for event in cycle.events if event.kind is EventKind.ARMING_REFUSED]:
                 self._refused = sentences(refusals)[-1].text
         if mode is before:
             self.done = self.done or (self._t_up < math.inf and cycle.tick.t - self._t_up >= self._watch)
             return
         self._mode, self._up, self._t_up = mode, False, math.inf
-        self._dropped = self._dropped or cycle.mode.drop
+        self._commanded = self._commanded or cycle.mode.drop
         self._armed = self._armed or mode is not Mode.DISARMED
         if cycle.mode.failsafe:
             self._abort()

@@ -26,11 +26,11 @@ class SensorWatch:
             self._reported_first = True
             missing = [name for name, ok in zip(names, now, strict=True) if not ok]
             if missing:
-                sentences.append(f"not heard for {_FIRST_S:g} s: {', '.join(missing)}")
+                sentences.append(f"not known for {_FIRST_S:g} s: {', '.join(missing)}")
         for name, ok, before in zip(names, now, self._heard, strict=True):
             if before and not ok:
-                sentences.append(f"{name} is no longer heard")
+                sentences.append(f"{name} is no longer known")
             elif ok and not before and self._reported_first:
-                sentences.append(f"{name} is heard again")
+                sentences.append(f"{name} is known again")
         self._heard = now
         return sentences

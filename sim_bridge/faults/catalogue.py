@@ -148,6 +148,9 @@ def help_text(aboard: bool = True) -> str:
     lines.append(
         "  battery and leak sensor are one node: off, silent, critical of battery strike both; off:leak only one"
     )
+    lines.append("  water in the hull is set:leak=100 (humidity), a battery that is nearly empty set:battery=5")
+    if aboard:
+        lines.append("  lost:station strikes only stations that are heard: --gcs, or the orders of the scenario")
     units: dict[str, list[str]] = {}
     for name, channel in CHANNELS.items():
         units.setdefault(channel.unit, []).append(name)

@@ -165,8 +165,19 @@ def test_a_weight_that_it_cost_is_told():
     ground = operator(completes="surfaced")
     ground.write(cycle(mode=Mode.MISSION))
     ground.write(cycle(mode=Mode.SURFACE, failsafe=True, events=(changed(Mode.SURFACE, Cause.LEAK),)))
+    released = Event(EventKind.WEIGHT_RELEASED, Severity.NOTICE, cause=Cause.HARDPOINT_OPEN)
+    ground.write(cycle(mode=Mode.SURFACE, drop=True, events=(released,)))
     ground.write(cycle(mode=Mode.DISARMED, drop=True, events=(changed(Mode.DISARMED, Cause.SURFACED),)))
     expected = "surfaced safely, without its drop weight, because of a rule: water in the hull"
+    assert ground.completion.reason == expected
+
+
+def test_a_weight_whose_release_nobody_confirmed_is_not_said_to_be_gone():
+    ground = operator(completes="surfaced")
+    ground.write(cycle(mode=Mode.MISSION))
+    ground.write(cycle(mode=Mode.SURFACE, failsafe=True, events=(changed(Mode.SURFACE, Cause.LEAK),)))
+    ground.write(cycle(mode=Mode.DISARMED, drop=True, events=(changed(Mode.DISARMED, Cause.SURFACED),)))
+    expected = "surfaced safely, the release of its drop weight commanded, because of a rule: water in the hull"
     assert ground.completion.reason == expected
 
 

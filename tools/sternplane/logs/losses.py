@@ -69,7 +69,7 @@ class Loss(NamedTuple):
         """Return it as a phrase."""
         if self.of is None:
             return f"{self.lost} {self.what}"
-        return f"{self.lost} of {self.of} {self.what} ({100.0 * self.share:.2g} %)"
+        return f"{self.lost} of {self.of} {self.what} ({100.0 * self.share:.3g} %)"
 
 
 class Received:

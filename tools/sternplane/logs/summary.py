@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from sternplane.logs.tracking import (
     pose_of,
     wrapped_deg,
 )
+from sternplane.logs.true_coefficients import faults_of
 
 Summary = dict[str, Any]
 
@@ -109,16 +111,24 @@ def summarise(log: Run) -> Summary:
         "health": health.document(),
         "learned": learned.summary,
         "adoption": adoption.summary,
+        "adoption_off": _is_off(log.header),
         "limits": limits.summary,
         "after_log": None,
         "complete": log.complete,
         "lost": log.lost,
         "faults": log.header.get("faults", []),
+        "faults_not_begun": [fault.text for fault in faults_of(log.header) if fault.t >= t_end],
         "notes": log.header.get("notes", []),
         "events": [[t, text] for t, text in log.sentences],
         **({} if after is None else after.in_summary(log.sentences, figures.document())),
     }
     return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in summary.items()}
+
+
+def _is_off(header: Mapping[str, Any]) -> bool:
+    """Return whether the configuration switches off that laws are designed from what is learned."""
+    control = header.get("configuration", {}).get("autopilot", {}).get("control", {})
+    return control.get("adoption", {}).get("enabled", True) is False
 
 
 class _Figures:

@@ -48,6 +48,8 @@ def summary_table(summary: Summary) -> Group:
         rows.add_row(label, value)
     if summary["faults"]:
         rows.add_row("faults", ", ".join(summary["faults"]))
+    if summary["faults_not_begun"]:
+        rows.add_row("faults that had not begun at the end", ", ".join(summary["faults_not_begun"]))
     return Group(Padding(Text(outcome(summary)), (0, 2)), rows)
 
 
@@ -134,7 +136,7 @@ def _adopted(summary: Summary) -> list[tuple[str, str]]:
     """Return from when the laws used what was learned, and errors before and after."""
     adoption = summary["adoption"]
     if not adoption:
-        return []
+        return [("laws designed from", "vehicle.toml: adoption is off")] if summary["adoption_off"] else []
     found = []
     for (law, one), form in zip(adoption["laws"].items(), ("{:.3f} m", "{:.2f}°"), strict=True):
         t, errors = one["adopted_s"], (one["rms_before"], one["rms_after"])

@@ -119,6 +119,8 @@ def _settings(header: Mapping[str, Any]) -> Iterator[list[str]]:
     """Yield the files that the vehicle was made from, what it began with, its laws and their gains."""
     for name, path in header.get("configuration", {}).get("files", {}).items():
         yield [f"{name} file", str(path)]
+    if factors := header.get("vehicle_factors"):
+        yield ["vehicle file times, by the scenario", ", ".join(_multiplied(factors))]
     for note in header.get("notes", []):
         yield ["of an earlier run", str(note)]
     control = _control(header)
@@ -133,6 +135,15 @@ def _settings(header: Mapping[str, Any]) -> Iterator[list[str]]:
         key = name if sliding or name == "speed" else f"{name}_pid"
         gains = dump(printed.get(key, getattr(control, key)))
         yield [name, ", ".join(f"{one} = {_value(value)}" for one, value in gains.items())]
+
+
+def _multiplied(factors: Mapping[str, Any], table: str = "") -> Iterator[str]:
+    """Yield the numbers of vehicle.toml that a scenario multiplied, such as "coefficients.M_q 0.6"."""
+    for key, factor in factors.items():
+        if isinstance(factor, Mapping):
+            yield from _multiplied(factor, f"{table}{key}.")
+        else:
+            yield f"{table}{key} {factor:g}"
 
 
 def _value(value: Any) -> str:

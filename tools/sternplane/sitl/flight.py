@@ -122,6 +122,7 @@ class Flight:
             pace=request.pace,
             link=request.link,
             faults=list(self.scenario.faults),
+            vehicle_factors={**self.scenario.vehicle_factors},
             truth=self._built(),
             notes=list(self.notes),
         )
