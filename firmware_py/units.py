@@ -14,6 +14,7 @@ UNITS: dict[str, tuple[str, float]] = {
     "m^2": ("_m2", 1.0),
     "s": ("_s", 1.0),
     "ms": ("_ms", 1e-3),
+    "us": ("_us", 1e-6),
     "1/s": ("_1_s", 1.0),
     "Hz": ("_hz", 1.0),
     "deg": ("_deg", math.pi / 180),

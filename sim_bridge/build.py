@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from firmware_py.adapters.buses.can_bus import FramePort, NodeIds
+from firmware_py.adapters.buses.can_bus import FramePort
+from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import prefix_errors
+from firmware_py.wire.dronecan.fin_servo import servos_of
 from sim_bridge.bridge import Bridge
-from sim_bridge.devices.devices import Devices, DevicesParams
+from sim_bridge.devices.devices import Devices, DevicesParams, Wiring
 from sim_bridge.devices.instruments import Instruments, Water
 from sim_bridge.devices.serial_dvl import SerialDvl
 from sim_bridge.devices.serial_line import SerialLine
@@ -18,10 +20,19 @@ from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import Scenario
 
 
+def wiring(io: IoParams, truth: Truth) -> Wiring:
+    """Return how the devices of a simulated vehicle are wired by an io file.
+
+    Raises:
+        ParamError: a servo of no fin, or a fin without one.
+    """
+    return Wiring(io.nodes, servos_of(io.fins, [fin.name for fin in truth.fins]), io.propeller)
+
+
 def build_bridge(
     truth: Truth,
     params: DevicesParams,
-    ids: NodeIds,
+    wiring: Wiring,
     scenario: Scenario,
     bus: FramePort,
     dvl_line: SerialLine,
@@ -39,7 +50,7 @@ def build_bridge(
     params = params.within(base_hz)
     plant, instruments = plant_and_instruments(truth, params, scenario, seed, base_hz)
     dvl = SerialDvl(instruments.dvl, dvl_line)
-    devices = Devices(params, ids, instruments, bus, dvl, len(truth.fins), base_hz, autopilot_id)
+    devices = Devices(params, wiring, instruments, bus, dvl, base_hz, autopilot_id)
     return Bridge(
         plant, devices, FaultInjector(scenario.injected, plant, devices, instruments.by_name, seed, nodes=devices)
     )

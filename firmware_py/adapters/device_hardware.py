@@ -6,10 +6,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import fields
 from typing import Any
 
-from firmware_py.adapters.drivers.driver import Driver, NodeBits
+from firmware_py.adapters.drivers.driver import Driver
 from firmware_py.records.command import Applied
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.sensing import MEASURES, Heard, SensorFrame, node_bit, silence
+from firmware_py.records.sensing import MEASURES, Heard, NodeBits, SensorFrame, fin_bit, node_bit, silence
 from firmware_py.tick import Tick
 
 
@@ -97,6 +97,9 @@ class DeviceHardware:
                 self._fins[:] = map(_not_ok, self._fins)
             else:
                 self._heard[name] = _not_ok(self._heard[name])
+        for i, heard in enumerate(self._fins):
+            if bits & fin_bit(i):
+                self._fins[i] = _not_ok(heard)
 
 
 def _measured(bits: int) -> Iterable[str]:

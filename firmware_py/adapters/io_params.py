@@ -8,6 +8,8 @@ from firmware_py.adapters.buses.can_bus import CanParams, NodeIds
 from firmware_py.adapters.linux_realtime import RealtimeParams
 from firmware_py.params import ParamError, param
 from firmware_py.tick import Rate
+from firmware_py.wire.dronecan.fin_servo import FinServoParams
+from firmware_py.wire.dronecan.propeller_drive import PropellerParams
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +29,7 @@ class CommandParams:
     """Table [commands]."""
 
     rate: Rate = Rate.HZ_50
+    safety_state: bool = param(True, doc="Whether SafetyState is sent: AP_Periph holds its outputs until it hears it.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +101,8 @@ class IoParams:
     nodes: NodeIds
     dvl: DvlPortParams
     commands: CommandParams = field(default_factory=CommandParams)
+    fins: tuple[FinServoParams, ...] = ()
+    propeller: PropellerParams = field(default_factory=PropellerParams)
     latency: LatencyParams = field(default_factory=LatencyParams)
     state: StateParams = field(default_factory=StateParams)
 
@@ -105,9 +110,18 @@ class IoParams:
         """Refuse a device with the id of the autopilot or the plant, and one id for both of these."""
         taken = {self.can.node_id: "can.node_id"}
         devices = {f"nodes.{field.name}": getattr(self.nodes, field.name) for field in fields(self.nodes)}
-        for name, node_id in {"can.plant_id": self.can.plant_id, **devices}.items():
+        servos = {f"fins: {one.name}": one.node for one in self.fins if one.node not in (0, self.nodes.servo_hub)}
+        shared = {node_id: name for name, node_id in reversed(servos.items())}
+        own = {name: node_id for node_id, name in shared.items()}
+        for name, node_id in {"can.plant_id": self.can.plant_id, **devices, **own}.items():
             if node_id in taken:
                 raise ParamError(f"{name} = {node_id}: is {taken[node_id]} already; every node needs an id of its own")
             taken[node_id] = name
+
+    @property
+    def device_ids(self) -> dict[int, str]:
+        """Return the node id of each device on the bus, with its name."""
+        named = {getattr(self.nodes, field.name): field.name for field in fields(self.nodes)}
+        return {**{one.node: f"servo{one.node}" for one in self.fins if one.node}, **named}
 
     realtime: RealtimeParams = field(default_factory=RealtimeParams)

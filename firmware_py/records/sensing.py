@@ -105,9 +105,10 @@ class SensorFrame:
     that its controller reports, rev/s; `pressure` is absolute, Pa; `altitude` the altimeter's distance to the bottom,
     m; `leak` the humidity inside the hull in [0, 1]; `hardpoint` is never heard where a relay holds the drop weight.
 
-    `two_senders` has a bit for each of NODES under whose id two nodes speak (for the autopilot: another one than this),
-    `unhealthy` for each that reports itself that it does not work, `replaced` for each under whose id another device
-    answers than at first. What such a node measures is not ok. `restarted` has a bit for each that has just restarted.
+    `two_senders` has a bit for each of NODES, and after these for each fin whose servo has its own node, under whose id
+    two nodes speak (for the autopilot: another one than this), `unhealthy` for each that reports itself that it does
+    not work, `replaced` for each under whose id another device answers than at first. What such a node measures is not
+    ok. `restarted` has a bit for each that has just restarted.
     """
 
     ahrs: Heard[Ahrs]
@@ -126,9 +127,23 @@ class SensorFrame:
     restarted: int = 0
 
 
+class NodeBits(NamedTuple):
+    """What is wrong with nodes: the fields of `SensorFrame` of these names."""
+
+    two_senders: int = 0
+    unhealthy: int = 0
+    replaced: int = 0
+    restarted: int = 0
+
+
 def node_bit(name: str) -> int:
     """Return the bit of a node of NODES."""
     return 1 << NODES.index(name)
+
+
+def fin_bit(i: int) -> int:
+    """Return the bit of the i-th fin's own node: those of the fins come after NODES."""
+    return 1 << (len(NODES) + i)
 
 
 def silence(fins: int) -> SensorFrame:

@@ -123,7 +123,8 @@ def fly(options: argparse.Namespace) -> FlightResult:
                 over_hil.run(autopilot, configuration, address, io, ground, recorder, stop, say, losses)
             else:
                 dvl = Path(options.dvl or io.dvl.place(spec))
-                over_can.run(autopilot, params.rate, io, spec, dvl, pace, ground, recorder, stop, say, losses)
+                fins = config_files.vehicle(configuration).fins
+                over_can.run(autopilot, params.rate, fins, io, spec, dvl, pace, ground, recorder, stop, say, losses)
         except LockstepError as error:
             lost, reason = True, str(error)
             say(f"sternplane: {error}")

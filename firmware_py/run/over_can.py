@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
-from dataclasses import astuple
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from firmware_py import loop
@@ -22,6 +21,7 @@ from firmware_py.autopilot import Autopilot
 from firmware_py.ports import Ground, Recorder
 from firmware_py.run.usage_error import UsageError
 from firmware_py.tick import step_ns
+from firmware_py.vehicle.fins import Fin
 
 PLANT_S = 60.0
 """How long to wait for a plant, s."""
@@ -41,6 +41,7 @@ def check(spec: str) -> None:
 def run(
     autopilot: Autopilot,
     rate: int,
+    fins: Sequence[Fin],
     io: IoParams,
     spec: str,
     dvl: Path,
@@ -58,6 +59,7 @@ def run(
     Args:
         autopilot: built, fresh.
         rate: ticks a second.
+        fins: of the vehicle.
         io: node ids, ports and latencies.
         spec: the bus.
         dvl: the DVL's serial port.
@@ -78,14 +80,14 @@ def run(
         bus = open_bus(spec)
         stack.callback(bus.close)
         refuse_if_taken(bus, {io.can.node_id: "autopilot"})
-        lockstep = LockstepLink(bus, io.can.node_id, astuple(io.nodes))
+        lockstep = LockstepLink(bus, io.can.node_id, io.device_ids)
         if (pace == "bus" or meet_plant) and not wait_for_plant(lockstep, dt_ns, PLANT_S, stop):
             return
         line = SerialPort("dvl", str(dvl), io.dvl.baud, absent=pace == "realtime" and not meet_plant)
         stack.callback(line.close)
         if line.missing:
             say(f"{line.missing}; the flight begins without it, and it is opened when it is there")
-        hardware = fitted(io, len(autopilot.applied.fins), lockstep if pace == "bus" else bus, line)
+        hardware = fitted(io, fins, lockstep if pace == "bus" else bus, line)
         stack.callback(losses.add_hardware(hardware.losses, lambda: hardware.received, hardware.note))
         for refusal in stack.enter_context(linux_realtime.apply_while(io.realtime)):
             say(refusal)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 from firmware_py.records.event import Cause, Event, EventKind, event
 from firmware_py.records.health import (
@@ -14,7 +13,7 @@ from firmware_py.records.health import (
     SourceState,
     WeightState,
 )
-from firmware_py.records.sensing import NODES
+from firmware_py.records.sensing import NODES, NodeBits
 
 _SOURCE_KINDS = {
     SourceState.GOOD: EventKind.SENSOR_GOOD,
@@ -29,15 +28,6 @@ _WEIGHT: Mapping[WeightState, tuple[EventKind, Cause]] = {
     WeightState.NOT_CONFIRMED: (EventKind.WEIGHT_NOT_RELEASED, Cause.HARDPOINT_SILENT),
     WeightState.GONE: (EventKind.WEIGHT_RELEASED, Cause.BY_ITSELF),
 }
-
-
-class NodeBits(NamedTuple):
-    """The fields of `SensorFrame` of these names: a bit for each node."""
-
-    two_senders: int = 0
-    unhealthy: int = 0
-    replaced: int = 0
-    restarted: int = 0
 
 
 def sensor_events(before: SensorHealth, now: SensorHealth) -> tuple[Event, ...]:
@@ -84,25 +74,26 @@ def weight_events(before: WeightState, now: WeightState, limit: float) -> tuple[
     return (event(kind, cause, numbers),)
 
 
-def node_events(before: NodeBits, now: NodeBits) -> tuple[Event, ...]:
-    """Return an event for each node whose bits are others now."""
+def node_events(before: NodeBits, now: NodeBits, fins: Sequence[str]) -> tuple[Event, ...]:
+    """Return an event for each node whose bits are others now; `fins` are the names of those with their own."""
     if now == before:
         return ()
     begun = now.restarted & ~before.restarted
-    restarts = [name for i, name in enumerate(NODES) if begun >> i & 1]
+    names = (*NODES, *fins)
+    restarts = [name for i, name in enumerate(names) if begun >> i & 1]
     begun_anew = tuple([event(EventKind.NODE_RESTARTED, names=(name,)) for name in restarts])
-    return begun_anew + _node_faults(before, now)
+    return begun_anew + _node_faults(before, now, names)
 
 
-def _node_faults(before: NodeBits, now: NodeBits) -> tuple[Event, ...]:
-    olds, news = ([_node_fault(bits, i) for i in range(len(NODES))] for bits in (before, now))
+def _node_faults(before: NodeBits, now: NodeBits, names: Sequence[str]) -> tuple[Event, ...]:
+    olds, news = ([_node_fault(bits, i) for i in range(len(names))] for bits in (before, now))
     return tuple(
         event(
             EventKind.NODE_FAULT if new is not SourceFault.NONE else EventKind.NODE_GOOD,
             numbers=(float(new),),
             names=(name,),
         )
-        for name, old, new in zip(NODES, olds, news, strict=True)
+        for name, old, new in zip(names, olds, news, strict=True)
         if new is not old
     )
 

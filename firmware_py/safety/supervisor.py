@@ -17,7 +17,7 @@ from firmware_py.records.fence import HOME, NO_FENCE, Fence, Place
 from firmware_py.records.health import ActuatorHealth, SensorHealth, sound
 from firmware_py.records.manoeuvrability import UNLIMITED, Manoeuvrability
 from firmware_py.records.order import NOBODY, Mode, Order
-from firmware_py.records.sensing import SensorFrame
+from firmware_py.records.sensing import NodeBits, SensorFrame
 from firmware_py.safety.ascent import Ascent
 from firmware_py.safety.ascent_memory import AscentMemory
 from firmware_py.safety.ascent_view import view_of
@@ -26,7 +26,6 @@ from firmware_py.safety.conditions import NO_FAULTS, Conditions
 from firmware_py.safety.decision import Decision, decide
 from firmware_py.safety.enforcement import Enforcement
 from firmware_py.safety.health_events import (
-    NodeBits,
     actuator_events,
     node_events,
     position_events,
@@ -190,7 +189,7 @@ class Supervisor:
             *sensor_events(was.sensors, sensors),
             *actuator_events(was.actuators, actuators, self._fin_names),
             *weight_events(was.actuators.drop_weight, actuators.drop_weight, limit),
-            *node_events(was.nodes, nodes),
+            *node_events(was.nodes, nodes, self._fin_names),
             *position_events(fix_jump),
         )
 

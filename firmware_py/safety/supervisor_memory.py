@@ -7,9 +7,9 @@ from typing import NamedTuple
 from firmware_py.records.event import Cause
 from firmware_py.records.health import ALL_GOOD, ActuatorHealth, SensorHealth
 from firmware_py.records.order import Mode
+from firmware_py.records.sensing import NodeBits
 from firmware_py.safety.ascent_memory import AscentMemory
 from firmware_py.safety.enforcement import NOTHING_HELD, Held
-from firmware_py.safety.health_events import NodeBits
 from firmware_py.safety.progress import NO_PROGRESS, Progress
 from firmware_py.safety.start import Start
 

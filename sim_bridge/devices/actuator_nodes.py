@@ -16,13 +16,14 @@ from firmware_py.wire.dronecan.equipment_messages import (
     EscStatus,
     HardpointCommand,
     HardpointStatus,
+    RawCommand,
     RpmCommand,
 )
+from firmware_py.wire.dronecan.fin_servo import FinServo
 from firmware_py.wire.dronecan.message_table import ACTUATOR_STATUS, ESC_STATUS, HARDPOINT_STATUS
+from firmware_py.wire.dronecan.propeller_drive import PropellerDrive
 from sim_bridge.devices.node import DeviceNode
 
-UNITLESS, POSITION = 0, 1
-"""Command types of equipment.actuator.Command that the hub accepts."""
 UNKNOWN_POWER = 127
 DROP_WEIGHT = 0
 """Hardpoint id of the drop weight."""
@@ -75,15 +76,21 @@ class HardpointParams:
     )
 
 
-class ServoHub:
-    """Receives ArrayCommand, sends one Status per fin; actuator ids count the fins from 0.
+class FinServos:
+    """The servos of all fins, on a hub or each with its node: they receive ArrayCommand, and send a Status each.
 
     Each fin has its own timeout: a command that omits a fin, or has NaN for it, does not count for it.
+
+    Args:
+        params: what they do.
+        nodes: the node of each fin's servo.
+        servos: which actuator each is, and what it obeys.
     """
 
-    def __init__(self, params: ServoHubParams, node: DeviceNode, fins: int) -> None:
-        self.node = node
-        self._params = params
+    def __init__(self, params: ServoHubParams, nodes: Sequence[DeviceNode], servos: Sequence[FinServo]) -> None:
+        fins = len(servos)
+        self._nodes, self._servos, self._params = nodes, servos, params
+        self._by_id = {servo.params.id: fin for fin, servo in enumerate(servos)}
         self._commanded = [0.0] * fins
         self._t_command = [-math.inf] * fins
         self._last: tuple[float, ...] = ()
@@ -93,50 +100,63 @@ class ServoHub:
         """Faults: fins whose Status has the angle of the servo, not of the fin."""
 
     def accept_command(self, command: ArrayCommand, t: float) -> None:
-        """Take the known fins of a command, in radians or unitless; saturate at the travel."""
-        travel, commanded = self._params.travel, self._commanded
-        for fin, kind, value in command.commands:
-            if fin < len(commanded) and value == value and kind in (POSITION, UNITLESS):
-                commanded[fin] = clip(value if kind == POSITION else value * travel, -travel, travel)
+        """Take what a command says to known servos in what they obey; saturate at the travel of the fins."""
+        travel = self._params.travel
+        for one in command.commands:
+            fin = self._by_id.get(one.actuator_id)
+            angle = self._servos[fin].obeyed(one) if fin is not None else math.nan
+            if fin is not None and angle == angle:
+                self._commanded[fin] = clip(angle, -travel, travel)
                 self._t_command[fin] = t
 
     def commands(self, t: float, fins: Sequence[float]) -> Sequence[float]:
         """Return the commands that act at `t`, rad; `fins` are the true angles, where they stay without power."""
-        if not self.node.powered:
-            return fins
-        timeout, t_command = self._params.silence, self._t_command
-        if t - min(t_command) <= timeout:
-            return self._commanded
+        timeout, t_command, action = self._params.silence, self._t_command, self._params.silent
+        if all(node.powered for node in self._nodes):
+            if t - min(t_command) <= timeout or action is TimeoutAction.HOLD:
+                return self._commanded
+            idle = fins if action is TimeoutAction.LIMP else [0.0] * len(fins)
+            return [c if t - t_c <= timeout else i for c, t_c, i in zip(self._commanded, t_command, idle, strict=True)]
+        return [
+            angle if not node.powered else self._alone(i, t, angle)
+            for i, (angle, node) in enumerate(zip(fins, self._nodes, strict=True))
+        ]
+
+    def _alone(self, i: int, t: float, angle: float) -> float:
+        """Return the command that acts on one fin, rad."""
         action = self._params.silent
-        if action is TimeoutAction.HOLD:
-            return self._commanded
-        idle = fins if action is TimeoutAction.LIMP else [0.0] * len(fins)
-        return [c if t - t_c <= timeout else i for c, t_c, i in zip(self._commanded, t_command, idle, strict=True)]
+        if t - self._t_command[i] <= self._params.silence or action is TimeoutAction.HOLD:
+            return self._commanded[i]
+        return angle if action is TimeoutAction.LIMP else 0.0
 
     def publish_status(self, fins: Sequence[float], servos: Sequence[float] = ()) -> None:
         """Send the Status of every fin: angle, and speed since the last one; see `by_servo` for `servos`."""
         fins = [servos[i] if i in self.by_servo else angle for i, angle in enumerate(fins)] if self.by_servo else fins
-        rate, last, publish = self._params.status, self._last or fins, self.node.publish
-        for i, angle in enumerate(fins):
+        rate, last = self._params.status, self._last or fins
+        for i, (angle, servo, node) in enumerate(zip(fins, self._servos, self._nodes, strict=True)):
             if i not in self.silent_fins:
-                publish(ACTUATOR_STATUS, ActuatorStatus(i, angle, math.nan, (angle - last[i]) * rate, UNKNOWN_POWER))
+                position = servo.position(angle)
+                speed = (position - servo.position(last[i])) * rate
+                node.publish(ACTUATOR_STATUS, ActuatorStatus(servo.status_id, position, math.nan, speed, UNKNOWN_POWER))
         self._last = tuple(fins)
 
 
 class Esc:
-    """Receives RPMCommand (its first propeller), sends Status."""
+    """Receives RPMCommand or RawCommand, sends Status."""
 
-    def __init__(self, params: EscParams, node: DeviceNode) -> None:
+    def __init__(self, params: EscParams, node: DeviceNode, drive: PropellerDrive) -> None:
         self.node = node
+        self._drive = drive
         self._params = params
         self._commanded = 0.0
         self._t_command = -math.inf
 
-    def accept_command(self, command: RpmCommand, t: float) -> None:
-        """Take the first speed; ignore a command without one."""
-        if command.rpm:
+    def accept_command(self, command: RpmCommand | RawCommand, t: float) -> None:
+        """Take its speed; ignore a command without one, or of the kind that it does not obey."""
+        n = self._drive.obeyed(command)
+        if n is not None:
             limit = self._params.n_max
-            self._commanded = clip(command.rpm[0] / 60.0, -limit, limit)
+            self._commanded = clip(n, -limit, limit)
             self._t_command = t
 
     def command(self, t: float) -> float:
@@ -147,7 +167,8 @@ class Esc:
     def publish_status(self, n: float) -> None:
         """Send Status: rpm, and the share of full speed."""
         load = min(100, round(100.0 * abs(n) / self._params.n_max))
-        self.node.publish(ESC_STATUS, EscStatus(0, math.nan, math.nan, math.nan, round(n * 60.0), load, 0))
+        index, rpm = self._drive.report(n)
+        self.node.publish(ESC_STATUS, EscStatus(0, math.nan, math.nan, math.nan, rpm, load, index))
 
 
 class Hardpoint:

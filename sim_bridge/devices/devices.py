@@ -7,13 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
+from typing import NamedTuple
 
 from firmware_py.adapters.buses.can_bus import FramePort, NodeIds
 from firmware_py.params import table
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
+from firmware_py.wire.dronecan.fin_servo import FinServo
+from firmware_py.wire.dronecan.propeller_drive import PropellerDrive, PropellerParams
 from firmware_py.wire.dronecan.transfer import Reassembler, Transfer
-from sim_bridge.devices.actuator_nodes import Esc, EscParams, Hardpoint, HardpointParams, ServoHub, ServoHubParams
+from sim_bridge.devices.actuator_nodes import Esc, EscParams, FinServos, Hardpoint, HardpointParams, ServoHubParams
 from sim_bridge.devices.faulty_bus import FaultyBus
 from sim_bridge.devices.instrument_nodes import publishers
 from sim_bridge.devices.instruments import Instruments, InstrumentsParams
@@ -46,6 +49,14 @@ class DevicesParams(InstrumentsParams):
         return replace(self, **slowed)
 
 
+class Wiring(NamedTuple):
+    """What of an io file the devices on the bus go by: node ids, the servo of each fin, the propeller's controller."""
+
+    nodes: NodeIds
+    servos: Sequence[FinServo]
+    propeller: PropellerParams
+
+
 class Devices:
     """Every device of the simulated vehicle, a `bridge.DevicePort`; `nodes` by the names of `NodeIds`.
 
@@ -55,27 +66,33 @@ class Devices:
     def __init__(
         self,
         params: DevicesParams,
-        ids: NodeIds,
+        wiring: Wiring,
         instruments: Instruments,
         bus: FramePort,
         dvl: SerialDvl,
-        fins: int,
         base_hz: int,
         autopilot_id: int,
     ) -> None:
         self.bus = FaultyBus(bus)
+        ids, servos = wiring.nodes, wiring.servos
         self.nodes = {field.name: DeviceNode(getattr(ids, field.name), field.name, self.bus) for field in fields(ids)}
+        own = {servo.params.node for servo in servos} - {0, ids.servo_hub}
+        self._servo_nodes = {node_id: DeviceNode(node_id, f"servo{node_id}", self.bus) for node_id in sorted(own)}
+        hub = self.nodes["servo_hub"]
+        on_nodes = [self._servo_nodes.get(servo.params.node, hub) for servo in servos]
         self.malformed = 0
-        self._hub = ServoHub(params.servo_hub, self.nodes["servo_hub"], fins)
-        self._esc = Esc(params.esc, self.nodes["esc"])
+        self._hub = FinServos(params.servo_hub, on_nodes, servos)
+        self._esc = Esc(params.esc, self.nodes["esc"], PropellerDrive(wiring.propeller))
         self._hardpoint = Hardpoint(params.hardpoint, self.nodes["hardpoint"])
         self._dvl = dvl
         self._instruments = instruments
         self._autopilot_id = autopilot_id
         self._others: list[DeviceNode] = []
         self._publishers = publishers(params, instruments, self.nodes)
-        self._commands = Reassembler([m.ARRAY_COMMAND, m.RPM_COMMAND, m.HARDPOINT_COMMAND, m.ARMING_STATUS])
-        self._by_id = {node.node_id: node for node in self.nodes.values()}
+        self._commands = Reassembler(
+            [m.ARRAY_COMMAND, m.RPM_COMMAND, m.RAW_COMMAND, m.HARDPOINT_COMMAND, m.ARMING_STATUS]
+        )
+        self._by_id = {node.node_id: node for node in (*self.nodes.values(), *self._servo_nodes.values())}
         self._base_hz = base_hz
         self._hub_rate, self._esc_rate = params.servo_hub.status, params.esc.status
         self._hardpoint_rate = params.hardpoint.status
@@ -119,7 +136,7 @@ class Devices:
         if due(k, self._hardpoint_rate, self._base_hz):
             self._hardpoint.publish_status(plant.drop_weight)
         if due(k, 1, self._base_hz):
-            for node in (*self.nodes.values(), *self._others):
+            for node in (*self.nodes.values(), *self._servo_nodes.values(), *self._others):
                 node.publish_status(t)
         self._dvl.update(k, t, plant)
         self.bus.tick(1.0 / self._base_hz)
@@ -166,6 +183,8 @@ class Devices:
                 self._hub.accept_command(m.ARRAY_COMMAND.decode(command.payload), t)
             elif command.kind is m.RPM_COMMAND:
                 self._esc.accept_command(m.RPM_COMMAND.decode(command.payload), t)
+            elif command.kind is m.RAW_COMMAND:
+                self._esc.accept_command(m.RAW_COMMAND.decode(command.payload), t)
             elif command.kind is m.HARDPOINT_COMMAND:
                 self._hardpoint.accept_command(m.HARDPOINT_COMMAND.decode(command.payload), t)
             else:

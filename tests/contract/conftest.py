@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,7 +16,9 @@ from dronecan.transport import Frame, Transfer
 from firmware_py.adapters.buses.can_bus import CanBus, NodeIds, open_bus
 from firmware_py.marine import Eta, Nu, Origin
 from firmware_py.params import load
-from sim_bridge.devices.devices import Devices, DevicesParams
+from firmware_py.wire.dronecan.fin_servo import FinServoParams, servos_of
+from firmware_py.wire.dronecan.propeller_drive import PropellerParams
+from sim_bridge.devices.devices import Devices, DevicesParams, Wiring
 from sim_bridge.devices.instruments import Instruments, Water
 from sim_bridge.devices.serial_dvl import SerialDvl
 from sim_bridge.devices.serial_line import SerialLine
@@ -77,10 +80,20 @@ class Peer:
         ]
 
 
+BY_RPM = PropellerParams()
+FIN_NAMES = ("stern_port", "stern_starboard", "rudder_upper", "rudder_lower")
+
+
 class SimulatedDevices:
     """Devices around a plant that stands where a test puts it."""
 
-    def __init__(self, bus: CanBus, params: DevicesParams) -> None:
+    def __init__(
+        self,
+        bus: CanBus,
+        params: DevicesParams,
+        servos: Sequence[FinServoParams] = (),
+        propeller: PropellerParams = BY_RPM,
+    ) -> None:
         self.params = params
         self.ids = load(NodeIds, tomllib.loads((CONFIGS / "io_sitl.toml").read_text())["nodes"], "io_sitl.toml")
         self.plant = SimpleNamespace(
@@ -95,7 +108,8 @@ class SimulatedDevices:
         self.bus = bus
         instruments = Instruments(params, Water(1000.0, 101_325.0, ORIGIN), 1, BASE_HZ)
         dvl = SerialDvl(instruments.dvl, self.line)
-        self.devices = Devices(params, self.ids, instruments, bus, dvl, 4, BASE_HZ, autopilot_id=10)
+        wiring = Wiring(self.ids, servos_of(servos, FIN_NAMES), propeller)
+        self.devices = Devices(params, wiring, instruments, bus, dvl, BASE_HZ, autopilot_id=10)
 
     def publish(self, first: int, last: int | None = None) -> None:
         for k in range(first, first + 1 if last is None else last):
@@ -138,13 +152,13 @@ def quiet(**changes: dict[str, object]) -> DevicesParams:
 
 @pytest.fixture
 def launch():
-    """launch(**changes of sensors.toml) -> (simulated, peer), on a bus of their own."""
+    """launch(servos, propeller, **changes of sensors.toml) -> (simulated, peer), on a bus of their own."""
     opened = []
 
-    def make(**changes):
+    def make(servos=(), propeller=BY_RPM, **changes):
         channel = f"contract-{next(_channels)}"
         theirs = can.Bus(interface="virtual", channel=channel)
-        simulated = SimulatedDevices(open_bus("virtual", channel), quiet(**changes))
+        simulated = SimulatedDevices(open_bus("virtual", channel), quiet(**changes), servos, propeller)
         opened.extend((simulated.close, theirs.shutdown))
         return simulated, Peer(theirs)
 

@@ -10,6 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firmware_py.wire.dronecan.fin_servo import CommandType, FinServoParams
+from firmware_py.wire.dronecan.propeller_drive import PropellerParams, SpeedCommand
+
+from .conftest import FIN_NAMES
+
 TRAVEL = math.radians(23.0)
 CENTRE = [0.0, 0.0, 0.0, 0.0]
 ac = dronecan.uavcan.equipment.actuator
@@ -39,10 +44,50 @@ def test_fins_go_where_they_are_told_each_by_its_id(launch):
     assert simulated.commanded(0.0)[0] == [half(-0.2), 0.25, half(0.1), half(0.3)]
 
 
-def test_a_unitless_command_is_a_share_of_the_travel(launch):
-    simulated, peer = launch()
-    peer.send(fins((0, 1.0, 0), (1, -0.5, 0), (2, 3.0, 0)))
-    assert simulated.commanded(0.0)[0] == pytest.approx([TRAVEL, -0.5 * TRAVEL, TRAVEL, 0.0])
+def servos(command, **more):
+    return [FinServoParams(name=name, id=i + 1, command=command, **more) for i, name in enumerate(FIN_NAMES)]
+
+
+def test_a_unitless_command_is_a_share_of_the_servos_travel(launch):
+    simulated, peer = launch(servos(CommandType.UNITLESS, travel=0.8))
+    peer.send(fins((1, 0.25, 0), (2, -0.5, 0), (3, 3.0, 0), (4, 0.25, 1), (0, 0.5, 0)))
+    assert simulated.commanded(0.0)[0] == pytest.approx([0.2, -0.4, TRAVEL, 0.0])
+
+
+def test_a_pulse_is_an_angle_of_the_servo_and_of_a_linkage_that_of_the_fin(launch):
+    wired = servos(CommandType.PWM, travel=0.8, reversed=True, scale=2.0, zero=0.1)
+    simulated, peer = launch(wired)
+    peer.send(fins((1, 1500.0, 4), (2, 1750.0, 4), (3, 0.2, 1)))
+    assert simulated.commanded(0.0)[0] == pytest.approx([0.05, -0.15, 0.0, 0.0])
+    simulated.plant.fins = (0.05, -0.15, 0.0, 0.0)
+    simulated.publish(0)
+    told = {one.actuator_id: one.position for _, one in peer.hear("uavcan.equipment.actuator.Status")}
+    assert told == pytest.approx({1: 0.0, 2: 0.4, 3: 0.1, 4: 0.1}, abs=1e-3)
+
+
+def test_a_servo_with_a_node_of_its_own_answers_there(launch):
+    simulated, peer = launch(
+        [FinServoParams(name=name, id=i, node=31 + i, status_id=0) for i, name in enumerate(FIN_NAMES)]
+    )
+    simulated.plant.fins = (0.125, -0.25, 0.0, 0.5)
+    simulated.publish(0)
+    said = [(transfer.source_node_id, transfer.payload) for transfer in peer.listen()]
+    told = [(node, one.actuator_id, one.position) for node, one in said if hasattr(one, "actuator_id")]
+    assert told == [(31, 0, 0.125), (32, 0, -0.25), (33, 0, 0.0), (34, 0, 0.5)]
+    assert {node for node, one in said if hasattr(one, "uptime_sec")} >= {31, 32, 33, 34}
+
+
+def test_a_raw_command_is_a_share_of_full_speed_and_the_other_kind_is_not_obeyed(launch):
+    wired = PropellerParams(command=SpeedCommand.RAW, index=1, reversed=True, full_speed=10.0)
+    simulated, peer = launch((), wired)
+    peer.send(rpm(600, 600))
+    assert simulated.commanded(0.0)[1] == 0.0
+    peer.send(dronecan.uavcan.equipment.esc.RawCommand(cmd=[8191, -4096]))
+    assert simulated.commanded(0.01)[1] == pytest.approx(5.0, abs=0.01)
+    simulated.plant.n = 5.0
+    simulated.publish(0)
+    [(_, told)] = peer.hear("uavcan.equipment.esc.Status")
+    assert (told.esc_index, told.rpm) == (1, -300)
 
 
 @pytest.mark.parametrize("kind", [2, 3, 4, 255])

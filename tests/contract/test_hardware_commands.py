@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import replace
 
 import dronecan
@@ -9,12 +11,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from firmware_py.params import ParamError
 from firmware_py.records.command import Applied
 
 from .vehicle import DISARMED, OWN, Vehicle
 
 FLYING = Applied((0.25, -0.125, 0.0625, -0.5), 8.0, armed=True, limited=False)
-ARRAY, RPM, ARMING, HARDPOINT, STATUS = 1010, 1031, 1100, 1070, 341
+ARRAY, RPM, RAW, ARMING, HARDPOINT, STATUS, SAFETY = 1010, 1031, 1030, 1100, 1070, 341, 20000
 
 
 def spoken(vehicle: Vehicle, ticks: int, applied: Applied, first: int = 0) -> dict[int, list]:
@@ -34,7 +37,7 @@ def test_each_message_has_its_rate_from_the_first_tick_on(rate, hz):
     with Vehicle(rate) as vehicle:
         said = spoken(vehicle, 1, FLYING)
         assert {kind: len(found) for kind, found in said.items()} == dict.fromkeys(
-            (ARRAY, RPM, ARMING, HARDPOINT, STATUS), 1
+            (ARRAY, RPM, ARMING, HARDPOINT, STATUS, SAFETY), 1
         )
         said = spoken(vehicle, 299, FLYING, first=1)
         assert {kind: len(found) + 1 for kind, found in said.items()} == {
@@ -43,6 +46,7 @@ def test_each_message_has_its_rate_from_the_first_tick_on(rate, hz):
             ARMING: 6,
             HARDPOINT: 6,
             STATUS: 3,
+            SAFETY: 6,
         }
 
 
@@ -77,6 +81,72 @@ def test_a_propeller_speed_is_rounded_and_beyond_the_field_saturates(n, rpm):
     with Vehicle() as vehicle:
         said = spoken(vehicle, 1, Applied((0.0,) * 4, n, armed=True, limited=False))
         assert list(said[RPM][0].payload.rpm) == [rpm]
+
+
+NAMES = ("stern_port", "stern_starboard", "rudder_upper", "rudder_lower")
+
+
+def wired(**more: object) -> list[dict[str, object]]:
+    """[[fins]] of servos that count from 1."""
+    return [{"name": name, "id": i + 1, **more} for i, name in enumerate(NAMES)]
+
+
+def test_servos_are_told_by_their_own_ids_what_they_obey():
+    fins = wired()
+    fins[0] |= {"command": "unitless", "travel_deg": 30.0}
+    fins[1] |= {"command": "pwm", "travel_deg": 57.29577951308232, "reversed": True}
+    fins[2] |= {"scale": 2.0, "zero_deg": 5.729577951308232, "travel_deg": 90.0}
+    with Vehicle(fins=fins) as vehicle:
+        commands = spoken(vehicle, 1, FLYING)[ARRAY][0].payload.commands
+    assert [one.actuator_id for one in commands] == [1, 2, 3, 4]
+    assert [one.command_type for one in commands] == [0, 4, 1, 1]
+    expected = [0.25 / (math.pi / 6.0), 1500.0 + 500.0 * 0.125, 0.1 + 2.0 * 0.0625, -0.5]
+    assert [one.command_value for one in commands] == pytest.approx(expected, rel=1e-3)
+
+
+def test_what_a_servo_is_told_at_rest_is_its_own():
+    fins = wired()
+    fins[1] |= {"at_rest": "hold"}
+    fins[2] |= {"at_rest": "silent"}
+    with Vehicle(fins=fins) as vehicle:
+        spoken(vehicle, 100, FLYING)
+        last = spoken(vehicle, 100, DISARMED, first=100)[ARRAY][-1].payload.commands
+        assert [(one.actuator_id, one.command_value) for one in last] == [(1, 0.0), (2, -0.125), (4, 0.0)]
+
+
+@pytest.mark.parametrize(("at_rest", "at_last"), [("centre", 255), ("silent", 0)])
+def test_servos_that_wait_for_the_safety_state_may_move_while_armed_or_where_they_are_told_at_rest(at_rest, at_last):
+    """AP_Periph holds its outputs until it hears 255."""
+    with Vehicle(fins=wired(at_rest=at_rest)) as vehicle:
+        assert [one.payload.status for one in spoken(vehicle, 100, FLYING)[SAFETY]] == [255, 255]
+        assert spoken(vehicle, 100, DISARMED, first=100)[SAFETY][-1].payload.status == at_last
+
+
+def test_a_propeller_may_be_told_a_share_of_its_full_speed():
+    table = {"command": "raw", "index": 1, "reversed": True, "full_speed_rpm": 960.0}
+    with Vehicle(propeller=table) as vehicle:
+        [raw] = spoken(vehicle, 1, FLYING)[RAW]
+        assert list(raw.payload.cmd) == [0, -4096]
+        assert RPM not in spoken(vehicle, 1, FLYING, first=1)
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({0: {"name": "fin_1"}}, "fins: fin_1: is no fin of vehicle.toml, which has stern_port"),
+        ({0: {"name": "rudder_lower"}}, "fins: rudder_lower: stands there twice"),
+        ({0: {"id": 4}}, "fins: stern_port and rudder_lower obey the same actuator id 4"),
+        ({0: {"status_id": 4}}, "fins: stern_port and rudder_lower report under the same node and id 4"),
+        ({0: {"travel_deg": 20.0}}, "travel_deg = 20: the servo must turn to 23 deg for the fin's delta_max_deg = 23"),
+        ({0: {"node": 23}}, "fins: stern_port = 23: is nodes.ahrs already"),
+    ],
+)
+def test_servos_that_cannot_be_are_refused_in_a_line(change, why):
+    fins = wired()
+    for i, keys in change.items():
+        fins[i] |= keys
+    with pytest.raises(ParamError, match=re.escape(why)):
+        Vehicle(fins=fins)
 
 
 def test_disarmed_it_goes_on_telling_every_actuator_to_rest():

@@ -5,8 +5,12 @@ from __future__ import annotations
 import dataclasses
 import math
 
+import dronecan
 import pytest
 
+from firmware_py.records.sensing import fin_bit
+
+from .conftest import FIN_NAMES
 from .devices import (
     GOOD,
     NAN,
@@ -153,3 +157,25 @@ def test_a_charge_beyond_full_is_unknown():
         heard = vehicle.read(0).battery
         assert heard.ok
         assert math.isnan(heard.value.remaining)
+
+
+def test_servos_report_under_their_own_nodes_and_ids_and_with_their_own_angles():
+    fins = [{"name": name, "id": 1 + i, "node": 31 + i, "status_id": 0} for i, name in enumerate(FIN_NAMES)]
+    fins[1] |= {"reversed": True, "scale": 2.0, "zero_deg": 5.729577951308232, "travel_deg": 90.0}
+    with Vehicle(fins=fins) as vehicle:
+        for i in range(4):
+            vehicle.node(31 + i).send(fin(0, 0.125))
+        vehicle.node("servo_hub").send(fin(0, 0.5))
+        heard = vehicle.read(0).fins
+    assert [one.value for one in heard] == pytest.approx([0.125, -0.0125, 0.125, 0.125])
+
+
+def test_a_node_that_says_it_does_not_work_takes_its_own_fin_alone():
+    fins = [{"name": name, "id": 1 + i, "node": 31 + i, "status_id": 0} for i, name in enumerate(FIN_NAMES)]
+    with Vehicle(fins=fins) as vehicle:
+        for i in range(4):
+            vehicle.node(31 + i).send(fin(0, 0.125))
+        vehicle.node(33).send(dronecan.uavcan.protocol.NodeStatus(health=3))
+        frame = vehicle.read(0)
+    assert [one.ok for one in frame.fins] == [True, True, False, True]
+    assert frame.unhealthy == fin_bit(2)

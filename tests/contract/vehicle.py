@@ -15,6 +15,7 @@ from firmware_py.params import load
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Tick
+from firmware_py.vehicle.fins import Fin
 from sim_bridge.devices.serial_line import SerialLine
 
 from .conftest import Peer
@@ -32,6 +33,7 @@ NODES = {
 }
 LATENCY = {"ahrs": 0.02, "pressure": 0.03, "altimeter": 0.04, "fix": 0.5, "servo_hub": 0.06, "esc": 0.07}
 FINS = 4
+FIN_LIST = [Fin(name, hinge=0.0) for name in ("stern_port", "stern_starboard", "rudder_upper", "rudder_lower")]
 DT_NS = 10_000_000
 DISARMED = Applied((0.0,) * FINS, 0.0, armed=False, limited=False)
 _channels = itertools.count()
@@ -40,7 +42,7 @@ _channels = itertools.count()
 class Vehicle:
     """The hardware of four fins, ticked by hand; to be used in a `with` block."""
 
-    def __init__(self, rate: str = "hz_50") -> None:
+    def __init__(self, rate: str = "hz_50", **tables: object) -> None:
         channel = f"vehicle-{next(_channels)}"
         self.line = SerialLine()
         io = {
@@ -50,9 +52,9 @@ class Vehicle:
             "commands": {"rate": rate},
             "latency": {f"{name}_s": late for name, late in LATENCY.items()},
         }
-        params = load(IoParams, io, "a test")
+        params = load(IoParams, io | tables, "a test")
         self.bus = open_bus("virtual", channel)
-        self.hardware = fitted(params, FINS, self.bus, SerialPort("dvl", params.dvl.port, params.dvl.baud))
+        self.hardware = fitted(params, FIN_LIST, self.bus, SerialPort("dvl", params.dvl.port, params.dvl.baud))
         self.others = can.Bus(interface="virtual", channel=channel)
         self._peers: dict[int, Peer] = {}
 

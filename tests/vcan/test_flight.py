@@ -19,6 +19,7 @@ from sternplane.logs.reading import read
 from sternplane.logs.summary import summarise
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 
+from firmware_py import config_files
 from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.adapters.storage.recorder import LogRecorder, LogWriter
 from firmware_py.records.order import Mode
@@ -144,7 +145,8 @@ def test_a_mission_flies_over_vcan0_as_it_does_in_one_process_and_candump_sees_t
         operator, recorder = ScriptedOperator(flight.scenario), LogRecorder(writer)
         with dumped(COMMANDS, tmp_path / "dump"), plant(scenario, dvl):
             vehicle, rate, io, stop = flight.autopilot, flight.rate, flight.io, lambda: False
-            over_can.run(vehicle, rate, io, BUS, dvl, "bus", operator, recorder, stop, print, losses)
+            fins = config_files.vehicle(flight.configuration).fins
+            over_can.run(vehicle, rate, fins, io, BUS, dvl, "bus", operator, recorder, stop, print, losses)
         lost = losses.totals()
         writer.close({"losses": lost})
     assert fly(prepare(wish, {}), tmp_path / "virtual.mcap").completed

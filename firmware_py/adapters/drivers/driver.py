@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from firmware_py.records.command import Applied
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.sensing import Heard
+from firmware_py.records.sensing import Heard, NodeBits
 from firmware_py.tick import Tick
 
 
@@ -27,15 +27,6 @@ class Reading(NamedTuple):
     role: str
     number: int
     heard: Heard[Any]
-
-
-class NodeBits(NamedTuple):
-    """What is wrong with nodes: the bits of the fields of `SensorFrame` that have these names."""
-
-    two_senders: int = 0
-    unhealthy: int = 0
-    replaced: int = 0
-    restarted: int = 0
 
 
 SOUND = NodeBits()

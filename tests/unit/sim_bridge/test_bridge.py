@@ -13,12 +13,13 @@ import pytest
 import serial
 
 from firmware_py.adapters.buses.can_bus import NodeIds, open_bus
+from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import ParamError, load
 from firmware_py.wire.dronecan import equipment_messages as eq
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.transfer import Reassembler, TransferSender
 from sim_bridge.bridge import PlantSchedule
-from sim_bridge.build import build_bridge
+from sim_bridge.build import build_bridge, wiring
 from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.devices.serial_line import SerialLine
 from sim_bridge.plant.truth import Truth
@@ -53,10 +54,11 @@ class Rig:
         for name, keys in devices.items():
             params[name] |= keys
         try:
+            built = load(Truth, table("truth.toml") | (truth or {}), "truth.toml")
             self.bridge = build_bridge(
-                load(Truth, table("truth.toml") | (truth or {}), "truth.toml"),
+                built,
                 load(DevicesParams, params, "sensors.toml"),
-                load(NodeIds, table("io_sitl.toml")["nodes"], "io_sitl.toml"),
+                wiring(load(IoParams, table("io_sitl.toml"), "io_sitl.toml"), built),
                 parse(STRAIGHT | (scenario or {}), "scenario"),
                 ours,
                 self.line,

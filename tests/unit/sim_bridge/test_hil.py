@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import common as mav
 
-from firmware_py.adapters.buses.can_bus import NodeIds, open_bus
+from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.hil.hil_link import HilLink
+from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError
 from firmware_py.marine import GRAVITY, Eta, Nu, Origin, euler_from_quaternion
 from firmware_py.params import ParamError, load
@@ -314,9 +315,10 @@ def test_a_biased_attitude_and_velocity_are_told_in_place_of_the_truth(simulator
 def test_plant_and_environment_are_those_of_a_bus() -> None:
     simulator = Simulator()
     behind_mavlink, _ = hil_server.build_hil_bridge(truth(), sensors(False), scenario(), simulator.link, 3, BASE_HZ)
-    ids = load(NodeIds, tomllib.loads((CONFIGS / "io_sitl.toml").read_text())["nodes"], "io_sitl.toml")
+    io = load(IoParams, tomllib.loads((CONFIGS / "io_sitl.toml").read_text()), "io_sitl.toml")
+    wired = build.wiring(io, truth())
     line, bus = SerialLine(), open_bus("virtual", "the-same-simulator")
-    on_a_bus = build.build_bridge(truth(), sensors(False), ids, scenario(), bus, line, 3, BASE_HZ, autopilot_id=10)
+    on_a_bus = build.build_bridge(truth(), sensors(False), wired, scenario(), bus, line, 3, BASE_HZ, autopilot_id=10)
     for k in range(300):
         for bridge in (behind_mavlink, on_a_bus):
             bridge.step(k)

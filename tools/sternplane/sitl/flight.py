@@ -34,7 +34,7 @@ from firmware_py.run.kept_passport import FROM_STATE, PassportChoice
 from firmware_py.run.kept_plans import with_kept_plans
 from firmware_py.tick import step_ns
 from sim_bridge.bridge import PlantSchedule
-from sim_bridge.build import build_bridge
+from sim_bridge.build import build_bridge, wiring
 from sim_bridge.completion import Completion
 from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.devices.serial_line import SerialLine
@@ -235,11 +235,12 @@ def fly(
         line = stack.enter_context(SerialLine(_PATIENCE[request.pace]))
         plant_bus = _bus(stack, flight)
         dvl = SerialPort("dvl", line.path, io.dvl.baud)
-        hardware = fitted(io, len(flight.autopilot.applied.fins), _bus(stack, flight), dvl)
+        hardware = fitted(io, config_files.vehicle(flight.configuration).fins, _bus(stack, flight), dvl)
         stack.callback(hardware.close)
         losses.add_hardware(hardware.losses, lambda: hardware.received, hardware.note)
+        wired = wiring(io, flight.truth)
         bridge = build_bridge(
-            flight.truth, flight.devices, io.nodes, scenario, plant_bus, line, request.seed, rate, io.can.node_id
+            flight.truth, flight.devices, wired, scenario, plant_bus, line, request.seed, rate, io.can.node_id
         )
         operator = ScriptedOperator(scenario, lambda: bridge.depth)
         interrupted = stack.enter_context(interruptible())

@@ -8,7 +8,6 @@ import hashlib
 import os
 import socket
 from collections.abc import Callable, Iterator
-from dataclasses import fields
 from itertools import count, takewhile
 from pathlib import Path
 
@@ -27,7 +26,7 @@ from firmware_py.run.usage_error import UsageError
 from firmware_py.tick import step_ns
 from sim_bridge import hil_server
 from sim_bridge.bridge import Bridge
-from sim_bridge.build import build_bridge
+from sim_bridge.build import build_bridge, wiring
 from sim_bridge.devices.serial_line import SerialLine
 from sim_bridge.faults.fault import parse_fault
 from sim_bridge.lockstep_server import LockstepServer, accept_vehicle
@@ -89,8 +88,7 @@ def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Conso
     with contextlib.ExitStack() as stack:
         bus = open_bus(spec)
         stack.callback(bus.close)
-        ids = {getattr(io.nodes, field.name): field.name for field in fields(io.nodes)}
-        refuse_if_taken(bus, {**ids, io.can.plant_id: "plant"})
+        refuse_if_taken(bus, {**io.device_ids, io.can.plant_id: "plant"})
         lockstep = LockstepLink(bus, io.can.plant_id, [io.can.node_id])
         stack.enter_context(_owned(dvl))
         line = stack.enter_context(SerialLine(timeout=0.0 if free else 1.0))
@@ -99,7 +97,7 @@ def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Conso
         bridge = build_bridge(
             flight.truth,
             flight.devices,
-            io.nodes,
+            wiring(io, flight.truth),
             flight.scenario,
             port,
             line,

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from firmware_py import config_files
 from firmware_py.adapters.hil.hil_link import parse_hil_link
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError
 from firmware_py.adapters.loss_watch import LossWatch
@@ -108,6 +109,7 @@ def fly_two_processes(
                 over_can.run(
                     flight.autopilot,
                     flight.rate,
+                    config_files.vehicle(flight.configuration).fins,
                     io,
                     request.bus,
                     folder / "dvl",

@@ -3,37 +3,39 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from functools import partial
 from typing import Any
 
 from firmware_py.adapters.buses.can_bus import FramePort
-from firmware_py.adapters.drivers.driver import Driver, NodeBits, Reading
+from firmware_py.adapters.drivers.driver import Driver, Reading
 from firmware_py.adapters.drivers.dronecan.node_watch import NodeWatch
 from firmware_py.adapters.drivers.dronecan.own_status import OwnStatus
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.marine import euler_from_quaternion
 from firmware_py.records.command import Applied
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.sensing import Ahrs, Battery, Fix, Hardpoint, Heard
+from firmware_py.records.sensing import Ahrs, Battery, Fix, Hardpoint, Heard, NodeBits
 from firmware_py.tick import Rate, Tick
 from firmware_py.wire.dronecan import equipment_messages as eq
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
+from firmware_py.wire.dronecan.fin_servo import AtRest, FinServo
 from firmware_py.wire.dronecan.node_messages import (
     GetNodeInfoRequest,
     GetNodeInfoResponse,
     HardwareVersion,
     SoftwareVersion,
 )
+from firmware_py.wire.dronecan.propeller_drive import PropellerDrive
 from firmware_py.wire.dronecan.transfer import Reassembler, Transfer, TransferSender
 
 NAME = b"org.sternplane.autopilot"
 FRAMES_PER_TICK = 256
 """Maximum number of frames taken from the bus in one tick; the rest waits."""
-RADIANS = 1
 ARMED, DISARMED = 255, 0
+SAFETY_ON, SAFETY_OFF = 0, 255
 VALID_RANGE = 1
 DROP_WEIGHT = 0
 """Hardpoint id of the drop weight."""
@@ -50,11 +52,21 @@ class DroneCan(Driver):
     its device.
     """
 
-    def __init__(self, params: IoParams, fins: int, bus: FramePort) -> None:
-        self._params, self._fins, self._bus = params, fins, bus
+    def __init__(self, params: IoParams, servos: Sequence[FinServo], bus: FramePort) -> None:
+        self._params, self._servos, self._bus = params, servos, bus
+        self._propeller = PropellerDrive(params.propeller)
+        self._at_rest = tuple([servo.params.at_rest for servo in servos])
+        self._angles = [0.0] * len(servos)
+        """The last that each servo was told, rad."""
+        hub = params.nodes.servo_hub
+        self._fins = {(servo.params.node or hub, servo.status_id): i for i, servo in enumerate(servos)}
+        own: dict[int, list[int]] = {}
+        for (node_id, _), i in self._fins.items():
+            if node_id != hub:
+                own.setdefault(node_id, []).append(i)
         self._sender = TransferSender(params.can.node_id)
         self._readings: list[Reading] = []
-        self._nodes = NodeWatch(params.can.node_id, params.nodes)
+        self._nodes = NodeWatch(params.can.node_id, params.nodes, own)
         self._status = OwnStatus()
         self.malformed = 0
         """Transfers whose payload did not fit their type."""
@@ -64,7 +76,7 @@ class DroneCan(Driver):
             (m.STATIC_PRESSURE, nodes.pressure): (self._pressure, latency.pressure),
             (m.RANGE_MEASUREMENT, nodes.altimeter): (self._range, latency.altimeter),
             (m.FIX2, nodes.fix): (self._fix, latency.fix),
-            (m.ACTUATOR_STATUS, nodes.servo_hub): (self._actuator, latency.servo_hub),
+            **{(m.ACTUATOR_STATUS, node): (partial(self._actuator, node), latency.servo_hub) for node in (hub, *own)},
             (m.ESC_STATUS, nodes.esc): (self._esc, latency.esc),
             (m.BATTERY_INFO, nodes.battery): (self._battery, 0.0),
             (m.HYGROMETER, nodes.battery): (self._hygrometer, 0.0),
@@ -103,11 +115,12 @@ class DroneCan(Driver):
         """
         send, out = self._sender.send, self._bus.send
         if tick.every(self._params.commands.rate):
-            commands = tuple([eq.ActuatorCommand(i, RADIANS, angle) for i, angle in enumerate(applied.fins)])
-            out(send(m.ARRAY_COMMAND, eq.ArrayCommand(commands), priority=8))
-            out(send(m.RPM_COMMAND, eq.RpmCommand((round(applied.n * 60.0),)), priority=8))
+            self._move(applied)
+            out(send(self._propeller.kind, self._propeller.command(applied.n), priority=8))
         if tick.every(Rate.HZ_2):
             out(send(m.ARMING_STATUS, eq.ArmingStatus(ARMED if applied.armed else DISARMED)))
+            if self._params.commands.safety_state:
+                out(send(m.SAFETY_STATE, eq.SafetyState(SAFETY_OFF if self._may_move(applied) else SAFETY_ON)))
         if tick.every(Rate.HZ_10 if applied.drop else Rate.HZ_2):
             out(send(m.HARDPOINT_COMMAND, eq.HardpointCommand(DROP_WEIGHT, RELEASE if applied.drop else HOLD)))
         if tick.every(Rate.HZ_1):
@@ -133,18 +146,30 @@ class DroneCan(Driver):
     def park(self) -> None:
         """Centre the fins, stop the propeller and send "disarmed", at once: the last messages of a run."""
         send, out = self._sender.send, self._bus.send
-        out(
-            send(
-                m.ARRAY_COMMAND,
-                eq.ArrayCommand(tuple(eq.ActuatorCommand(i, RADIANS, 0.0) for i in range(self._fins))),
-            )
-        )
-        out(send(m.RPM_COMMAND, eq.RpmCommand((0,))))
+        self._move(Applied((0.0,) * len(self._servos), 0.0, armed=False, limited=False), 16)
+        out(send(self._propeller.kind, self._propeller.command(0.0)))
         out(send(m.ARMING_STATUS, eq.ArmingStatus(DISARMED)))
 
     def close(self) -> None:
         """Leave the bus."""
         self._bus.close()
+
+    def _may_move(self, applied: Applied) -> bool:
+        """Return whether servos may move: those that wait for the safety state hold still otherwise."""
+        return applied.armed or any(rest is not AtRest.SILENT for rest in self._at_rest)
+
+    def _move(self, applied: Applied, priority: int = 8) -> None:
+        """Send the fins' angles; at rest each servo is told what its io file says."""
+        commands = []
+        for i, (servo, angle, rest) in enumerate(zip(self._servos, applied.fins, self._at_rest, strict=True)):
+            if not applied.armed and rest is not AtRest.CENTRE:
+                if rest is AtRest.SILENT:
+                    continue
+                angle = self._angles[i]
+            self._angles[i] = angle
+            commands.append(servo.command(angle))
+        if commands:
+            self._bus.send(self._sender.send(m.ARRAY_COMMAND, eq.ArrayCommand(tuple(commands)), priority=priority))
 
     def _dispatch(self, transfer: Transfer) -> None:
         kind, source, _, _, payload, t = transfer
@@ -203,14 +228,16 @@ class DroneCan(Driver):
         value = Fix(math.radians(message.latitude_deg_1e8 * 1e-8), math.radians(message.longitude_deg_1e8 * 1e-8), std)
         self._hear("fix", Heard(value, t, True, message.status == FIX_3D and math.isfinite(std)))
 
-    def _actuator(self, message: eq.ActuatorStatus, t: float) -> None:
-        if message.actuator_id < self._fins:
-            angle = message.position
-            self._hear("fins", Heard(angle, t, True, math.isfinite(angle)), message.actuator_id)
+    def _actuator(self, node_id: int, message: eq.ActuatorStatus, t: float) -> None:
+        fin = self._fins.get((node_id, message.actuator_id))
+        if fin is not None:
+            angle = self._servos[fin].angle(message.position)
+            self._hear("fins", Heard(angle, t, True, math.isfinite(angle)), fin)
 
     def _esc(self, message: eq.EscStatus, t: float) -> None:
-        if message.esc_index == 0:
-            self._hear("n", Heard(message.rpm / 60.0, t, True, True))
+        n = self._propeller.speed(message.esc_index, message.rpm)
+        if n is not None:
+            self._hear("n", Heard(n, t, True, True))
 
     def _battery(self, message: eq.BatteryInfo, t: float) -> None:
         charge = message.state_of_charge_pct

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, fields
 
 from firmware_py.adapters.buses.can_bus import NodeIds
 from firmware_py.adapters.drivers.dronecan.node_identity import NodeIdentities
 from firmware_py.adapters.drivers.dronecan.sender_watch import SenderWatch
-from firmware_py.records.sensing import NODES, node_bit
+from firmware_py.records.sensing import NODES, fin_bit, node_bit
 from firmware_py.wire.dronecan.message_table import NODE_STATUS
 from firmware_py.wire.dronecan.node_messages import NodeStatus
 from firmware_py.wire.dronecan.transfer import Dropped, Transfer
@@ -26,11 +26,14 @@ class NodeWatch:
     Args:
         own_id: the autopilot's, under which nobody else may send.
         nodes: ids of the devices.
+        own_servos: ids of the nodes of fins that are not on the servo hub, with the numbers of these fins.
     """
 
-    def __init__(self, own_id: int, nodes: NodeIds) -> None:
+    def __init__(self, own_id: int, nodes: NodeIds, own_servos: Mapping[int, Sequence[int]]) -> None:
         ids = {getattr(nodes, field.name): field.name for field in fields(nodes)}
         self._bits = {node_id: node_bit(name) for node_id, name in {**ids, own_id: NODES[0]}.items()}
+        self._bits |= {node_id: sum(map(fin_bit, fins)) for node_id, fins in own_servos.items()}
+        ids |= {node_id: f"servo{node_id}" for node_id in own_servos}
         self._watches: dict[tuple[int, int], SenderWatch] = {}
         self._noticed: dict[int, float] = {}
         self._contradicted: dict[int, int] = {}
