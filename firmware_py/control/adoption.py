@@ -210,7 +210,7 @@ class Adoption:
         depth, heading = self._axes
         return Adopted(
             *(depth.values, heading.values, depth.design, heading.design, self._caution),
-            *(depth.held, heading.held, (depth.refuted, heading.refuted)),
+            *(depth.held, heading.held, (depth.refuted, heading.refuted), (depth.proven, heading.proven)),
         )
 
     def _tell(self, before: Adopted) -> None:

@@ -38,6 +38,12 @@ _CLEARED = 0.25
 """What the motion contradicts is refused until so little of the evidence against it is left, which is none."""
 _RELEARNING = 5.0
 """When fins lose effect, good values with what is left of it count for so long, s, while the filter learns the same."""
+_AGREES = 0.2
+"""An earlier flight and vehicle.toml that differ by no more than this share agree on what sound fins do."""
+_PROVEN = 0.1
+"""Good values are proven by valid ones that differ by no more than this share,"""
+_TURNS = slice(-2, None)
+"""of damping and fins, which come last."""
 _CANDIDATE, _IN_FORCE = 0, 1
 _AS_LEARNED = (Source.PASSPORT, Source.LEARNED)
 """The filter's values are in force: those that it began with, or learned."""
@@ -118,6 +124,11 @@ class AxisAdoption:
     def held(self) -> Values:
         """Return the coefficients that held for a while; not a number before any did."""
         return self._memory.good[0] if self._memory.good else (math.nan,) * len(self._model.file)
+
+    @property
+    def proven(self) -> bool:
+        """Return whether damping and fins of these agree with what was valid since."""
+        return bool(self._memory.good) and self._memory.proven == self._memory.good[0]
 
     @property
     def refuted(self) -> bool:
@@ -201,6 +212,7 @@ class AxisAdoption:
             self._memory = m._replace(
                 good=(*m.good[-1:], with_share(self._model.names, m.values, 1.0 / m.share)), held=0.0
             )
+        self._prove(learned, valid)
         self._derive()
 
     def freeze(self) -> AxisMemory:
@@ -211,6 +223,14 @@ class AxisAdoption:
         """Restore the memory that `freeze` returned."""
         self._memory, self._evidence, self._delta = memory, memory.evidence, memory.delta
         self._derive()
+
+    def _prove(self, learned: Sequence[float], valid: Sequence[bool]) -> None:
+        """Compare good values with valid ones, as long as all fins are sound."""
+        m = self._memory
+        if m.good and m.proven != m.good[0] and m.share == 1.0 and all(valid[_TURNS]):
+            turns = zip(learned[_TURNS], m.good[0][_TURNS], strict=True)
+            if all(abs(now - good) <= _PROVEN * abs(good) for now, good in turns):
+                self._memory = m._replace(proven=m.good[0])
 
     def _bounded(self, values: Values) -> Values:
         return tuple([clip(value, *limit) for value, limit in zip(values, self._limits, strict=True)])

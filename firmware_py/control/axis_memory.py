@@ -29,6 +29,7 @@ class AxisMemory(NamedTuple):
         share: what is left of the fins' effect; `good` is that of sound fins.
         since: for how long that has been so, s.
         unknown: whether a fin is where nobody knows.
+        proven: the latest good values with which damping and fins agreed that were valid.
     """
 
     values: Values
@@ -46,3 +47,4 @@ class AxisMemory(NamedTuple):
     share: float
     since: float
     unknown: bool
+    proven: Values = ()

@@ -78,6 +78,9 @@ class Adopted:
     """of `steering`; not a number before anything did. What fins do is judged by it."""
     refuted: tuple[bool, bool] = (False, False)
     """Whether the motion has refuted vehicle.toml in pitch, in yaw, while nothing else has held."""
+    proven: tuple[bool, bool] = (False, False)
+    """Whether damping and fins of `held_diving`, of `held_steering` agree with values that were valid: then fins of the
+    axis are judged by them, however little is known of the other one."""
 
 
 _SOURCES = {

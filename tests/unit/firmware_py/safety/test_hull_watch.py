@@ -120,6 +120,17 @@ def test_half_of_what_held_is_found_in_seconds_and_what_held_stays_the_measure(s
     assert hull.run(10.0) is LOST
 
 
+def test_an_axis_is_judged_by_what_held_as_soon_as_that_is_proven_whatever_is_known_of_the_other_one() -> None:
+    """A rudder lost 10 s after its law was adopted was never named, for planes were not known yet."""
+    cautious = dataclasses.replace(knowing(0.6), caution=1.0)
+    proven = dataclasses.replace(cautious, proven=(False, True))
+    for adopted, named in ((cautious, NONE), (proven, WEAK)):
+        hull = Yawing(0.6, adopted)
+        assert hull.run(30.0) is NONE
+        hull.effect = 0.3
+        assert hull.run(5.0) is named
+
+
 def test_memory_holds_what_fins_are_judged_by() -> None:
     hull = Yawing(0.5, knowing(0.5))
     hull.run(30.0)
