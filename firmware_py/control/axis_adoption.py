@@ -260,7 +260,8 @@ class AxisAdoption:
         if m.good and m.since < _RELEARNING:
             return Source.LAST_GOOD, with_share(self._model.names, m.good[0], m.share)
         if any(m.sure) and m.refusal not in (Refusal.DESIGN, Refusal.RESIDUALS):
-            return Source.PASSPORT if True in m.earlier else Source.LEARNED, m.candidate
+            old = any(was for was, name in zip(m.earlier, self._model.names, strict=True) if name[0] in _MOMENTS)
+            return Source.PASSPORT if old else Source.LEARNED, m.candidate
         if m.refusal is Refusal.UNCERTAIN:  # the filter began anew, or has not learned anything yet
             return (Source.LAST_GOOD if m.source is Source.LEARNED else m.source), m.values
         if m.source in (Source.FILE, Source.NOMINAL):
