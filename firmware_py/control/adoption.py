@@ -105,8 +105,9 @@ class Adoption:
             ParamError: no law may begin with it; see `AxisAdoption.begin`.
         """
         known = dict(zip(earlier.names, zip(earlier.value, earlier.std, strict=True), strict=True))
-        depth, heading = self._axes
-        self._doubts = depth.begin(known), heading.begin(known)
+        valid, (depth, heading) = dict(zip(earlier.names, earlier.valid, strict=True)), self._axes
+        pitch, yaw = [all(valid.get(name, False) for name in turns) for turns in (_TURNS[:2], _TURNS[2:])]
+        self._doubts = depth.begin(known, pitch), heading.begin(known, yaw)
         self._passport.begin(earlier)
 
     def update(
@@ -138,7 +139,7 @@ class Adoption:
             for axis, select, unknown in zip(self._axes, self._chosen, held, strict=True):
                 known = select(learned.value), select(learned.std), select(learned.valid)
                 axis.update(*known, left, unknown)
-            self._passport.heed(learned)
+            self.events += self._passport.heed(learned)
             self._caution = self._caution_now(self._turns(learned.std))
             before, self._adopted = self._adopted, self._in_force()
             self._tell(before)

@@ -93,8 +93,12 @@ class AxisAdoption:
         self._evidence, self._delta = evidence, 0.0
         self._derive()
 
-    def begin(self, earlier: Mapping[str, Values]) -> float:
+    def begin(self, earlier: Mapping[str, Values], valid: bool) -> float:
         """Begin with coefficients that an earlier flight learned, value and 1 sigma: the filter knows them.
+
+        Args:
+            earlier: by name.
+            valid: whether damping and fins were valid. Where they agree with vehicle.toml, fins are judged by them.
 
         Returns:
             By how much they differ from vehicle.toml, of its size: the most of those that turn the vehicle.
@@ -108,7 +112,10 @@ class AxisAdoption:
             raise ParamError(f"no law can be designed from {', '.join(name for name in names if name in earlier)}")
         self._memory = self._memory._replace(earlier=tuple([self._on and name in earlier for name in names]))
         each = zip(names, values, file, strict=True)
-        return max([abs(x - f) / abs(f) for name, x, f in each if name[0] in _MOMENTS])
+        doubt = max([abs(x - f) / abs(f) for name, x, f in each if name[0] in _MOMENTS])
+        if self._on and valid and doubt <= _AGREES:  # so this is what sound fins do
+            self._memory = self._memory._replace(good=(values,), proven=values)
+        return doubt
 
     @property
     def confirmed(self) -> bool:

@@ -1,7 +1,8 @@
 """What has changed of a vehicle that began with what an earlier flight learned: told before it is armed, and after.
 
-Before it is armed: by how much the earlier flight differs from vehicle.toml. Once it is disarmed: by how much what is
-known now differs from the earlier flight.
+Before it is armed: by how much the earlier flight differs from vehicle.toml. In flight: by how much fins are off the
+earlier flight, if that is much and certain, for they may have been damaged since. Once it is disarmed: by how much
+what is known now differs from the earlier flight.
 """
 
 from __future__ import annotations
@@ -12,11 +13,17 @@ from typing import NamedTuple
 
 from firmware_py.records.estimate import Learned
 from firmware_py.records.event import Event, EventKind, event
-from firmware_py.records.passport import LearnedModel, moved
+from firmware_py.records.passport import LearnedModel, Moved, moved
 
 AGAINST_FILE, AGAINST_EARLIER = 0.0, 1.0
 """First of the event's numbers."""
 _UNKNOWN = (math.nan, math.inf)
+_FAR, _CERTAIN = 0.3, 5.0
+"""A share and sigmas: fins that differ by more than both are told in flight,"""
+_LASTS = 30
+"""once it has lasted for so many times that it was heeded."""
+_FINS = ("rudder", "stern planes")
+"""The groups of their coefficients."""
 
 
 class PassportMemory(NamedTuple):
@@ -26,11 +33,13 @@ class PassportMemory(NamedTuple):
         model: what the vehicle began with; None if with vehicle.toml.
         latest: value and 1 sigma of each coefficient that is learned, when a law could last rely on it.
         armed: whether the vehicle was.
+        far: groups of fins that are far from what it began with, and how often in a row they have been.
     """
 
     model: LearnedModel | None = None
     latest: tuple[tuple[float, float], ...] = ()
     armed: bool = False
+    far: tuple[tuple[str, int], ...] = ()
 
 
 class PassportWatch:
@@ -45,12 +54,24 @@ class PassportWatch:
         """Begin with what an earlier flight learned."""
         self._memory = self._memory._replace(model=model)
 
-    def heed(self, learned: Learned) -> None:
-        """Take up what a law may rely on."""
-        if self._memory.model is not None and True in learned.valid:
-            rows = zip(learned.value, learned.std, learned.valid, self._memory.latest, strict=True)
-            latest = tuple([(value, std) if valid else before for value, std, valid, before in rows])
-            self._memory = self._memory._replace(latest=latest)
+    def heed(self, learned: Learned) -> tuple[Event, ...]:
+        """Take up what a law may rely on; return whose fins are far from the earlier flight, once."""
+        m, found = self._memory, list[Moved]()
+        model = m.model
+        if model is None:
+            return ()
+        if True in learned.valid:
+            rows = list(zip(learned.value, learned.std, learned.valid, strict=True))
+            latest = tuple([(v, std) if valid else was for (v, std, valid), was in zip(rows, m.latest, strict=True)])
+            m = m._replace(latest=latest)
+            now = self._moved(model, [(v, std) if valid else _UNKNOWN for v, std, valid in rows])
+            fins = [one for one in now if one.group in _FINS]
+            found = [one for one in fins if abs(one.share) > _FAR and one.sigmas > _CERTAIN]
+        before, told = dict(m.far), [group for group, times in m.far if times >= _LASTS]
+        times = {**{one.group: before.get(one.group, 0) + m.armed for one in found}, **dict.fromkeys(told, _LASTS)}
+        self._memory = m._replace(far=tuple(times.items()))
+        due = [one for one in found if times[one.group] >= _LASTS and one.group not in told]
+        return _events(AGAINST_EARLIER, due)
 
     def update(self, armed: bool, asked: bool) -> tuple[Event, ...]:
         """Return what is to be told; `asked` says that somebody wants to arm, or to know whether that is possible."""
@@ -61,8 +82,8 @@ class PassportWatch:
         if armed != was:
             self._memory = m._replace(armed=armed)
         if asked and not (was or armed):
-            return _told(AGAINST_FILE, m.model, m.model.file, m.model.value, m.model.std)
-        return self._after(m.model, m.latest) if was and not armed else ()
+            return _events(AGAINST_FILE, moved(m.model, m.model.file, m.model.value, m.model.std))
+        return _events(AGAINST_EARLIER, self._moved(m.model, m.latest)) if was and not armed else ()
 
     def freeze(self) -> PassportMemory:
         """Return the whole memory."""
@@ -72,17 +93,14 @@ class PassportWatch:
         """Restore the memory that `freeze` returned."""
         self._memory = memory
 
-    def _after(self, model: LearnedModel, latest: tuple[tuple[float, float], ...]) -> tuple[Event, ...]:
-        """Return what this flight found otherwise."""
-        now = dict(zip(self._names, latest, strict=True))
-        known = [now.get(name, _UNKNOWN) for name in model.names]
-        value = [value for value, _ in known]
-        std = [math.hypot(std, sigma) for (_, std), sigma in zip(known, model.std, strict=True)]
-        return _told(AGAINST_EARLIER, model, model.value, value, std)
+    def _moved(self, model: LearnedModel, known: Sequence[tuple[float, float]]) -> list[Moved]:
+        """Return what this flight found otherwise, by value and 1 sigma of each coefficient."""
+        now = dict(zip(self._names, known, strict=True))
+        found = [now.get(name, _UNKNOWN) for name in model.names]
+        std = [math.hypot(std, sigma) for (_, std), sigma in zip(found, model.std, strict=True)]
+        return moved(model, model.value, [value for value, _ in found], std)
 
 
-def _told(
-    against: float, model: LearnedModel, before: Sequence[float], now: Sequence[float], std: Sequence[float]
-) -> tuple[Event, ...]:
-    kind, found = EventKind.MODEL_CHANGED, moved(model, before, now, std)
+def _events(against: float, found: Sequence[Moved]) -> tuple[Event, ...]:
+    kind = EventKind.MODEL_CHANGED
     return tuple([event(kind, numbers=(against, one.share, one.sigmas), names=(one.group, one.name)) for one in found])

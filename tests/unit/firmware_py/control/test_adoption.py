@@ -340,6 +340,23 @@ def test_what_changed_is_told_to_who_wants_to_arm_and_after_the_flight() -> None
     assert told(adoption, 11, nothing, armed=False) == []
 
 
+def test_fins_that_are_far_from_the_earlier_flight_are_told_in_flight_once_as_soon_as_it_is_certain() -> None:
+    adoption = Adoption(AdoptionParams(), POLES, TEN, VEHICLE)
+    adoption.begin(earlier())
+    far, near = learned(N_dr=0.5, M_ds=0.49, M_q=1.5), learned(N_dr=0.8, M_q=1.5)
+    assert told(adoption, 1000, far, armed=False) == []
+    assert told(adoption, 1000, near, armed=True) == []  # that is told after the flight
+    assert told(adoption, 251, far, armed=True) == []  # the filter may be on its way
+    assert told(adoption, 11, replace(far, valid=(False,) * 10), armed=True) == []
+    assert told(adoption, 251, far, armed=True) == []
+    fresh = Adoption(AdoptionParams(), POLES, TEN, VEHICLE)
+    fresh.thaw(adoption.freeze())
+    for one in (adoption, fresh):
+        said = told(one, 101, far, armed=True)
+        assert said == ["this flight against the earlier: stern planes -51 %, 18 sigma; rudder -50 %, 18 sigma"]
+        assert told(one, 1000, far, armed=True) == []
+
+
 def test_it_goes_on_from_what_it_remembers() -> None:
     one, other = AdoptingVehicle(true(M_ds=0.6)), AdoptingVehicle(true(M_ds=0.6))
     what = learned(M_ds=0.6, N_dr=1.2)
@@ -376,6 +393,47 @@ def test_what_held_is_told_once_it_has_held_and_lags_behind() -> None:
     assert late.held_steering[-1] == pytest.approx(0.6 * FILE["N_dr"])
     lost = flown.fly(10.0, learned(M_ds=0.7, N_dr=0.6))
     assert lost.held_diving[-1] == pytest.approx(1.5 * FILE["M_ds"])
+
+
+def test_what_held_of_an_axis_is_proven_by_valid_values_whatever_is_known_of_the_other() -> None:
+    flown, heading = AdoptingVehicle(true(N_dr=1.4)), dict.fromkeys(HEADING, SURE)
+    unsure = replace(learned(heading, N_dr=1.4), valid=(False,) * 10)
+    held = flown.fly(25.0, unsure)
+    assert held.held_steering[-1] == pytest.approx(1.4 * FILE["N_dr"])
+    assert held.proven == (False, False)  # nothing was valid yet
+    valid = tuple([name in ("N_r", "N_dr") for name in TEN])
+    assert flown.fly(0.2, replace(unsure, valid=valid, value=learned(N_dr=0.9).value)).proven == (False, False)
+    proven = flown.fly(0.2, replace(unsure, valid=valid))
+    assert proven.proven == (False, True)
+    assert proven.caution == 1.0
+    assert flown.fly(5.0, unsure).proven == (False, True)
+
+
+def test_an_earlier_flight_that_agrees_with_the_file_says_what_sound_fins_do() -> None:
+    for factor, valid, known in ((0.9, True, True), (0.9, False, False), (0.5, True, False)):
+        vehicle, model = AdoptingVehicle(), earlier(N_dr=factor)
+        vehicle.adoption.begin(model._replace(valid=(valid,) * 10))
+        adopted = vehicle.fly(0.1, replace(learned(0.12, N_dr=factor), valid=(False,) * 10))
+        assert adopted.proven[1] is known
+        assert (adopted.held_steering[-1] == pytest.approx(factor * FILE["N_dr"])) is known
+
+
+def test_half_of_what_an_earlier_flight_learned_is_taken_from_that_though_the_filter_knows_the_half() -> None:
+    """Fins damaged between two dives: what is learned of them does not become what sound ones do."""
+    vehicle = AdoptingVehicle(true(N_dr=0.5))
+    vehicle.adoption.begin(earlier())
+    adopted = vehicle.fly(10.0, learned(N_dr=0.5))
+    assert adopted.held_steering[-1] == pytest.approx(FILE["N_dr"])
+    half = (SOUND_FIN,) * 2 + (FinHealth(0.5, source=FinEvidence.MOTION),) * 2
+    assert vehicle.fly(3.0, learned(N_dr=0.5), half).steering[-1] == pytest.approx(0.5 * FILE["N_dr"])
+
+
+def test_the_values_in_force_are_called_learned_once_damping_and_fins_come_from_this_flight() -> None:
+    vehicle = AdoptingVehicle()
+    vehicle.adoption.begin(earlier())
+    for names, source in (((), Source.PASSPORT), (("N_r", "N_dr"), Source.PASSPORT), (("N_v",), Source.LEARNED)):
+        valid = tuple([name in names for name in TEN])
+        assert vehicle.fly(1.0, replace(learned(), valid=valid)).heading.source is source  # Y_r never is valid
 
 
 def test_the_motion_refutes_a_wrong_file_until_something_holds() -> None:
