@@ -12,6 +12,7 @@ from typing import NamedTuple
 from firmware_py.records.adoption import design_text
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.fence import breach_text
+from firmware_py.records.health import ActuatorFault
 from firmware_py.records.health_text import actuator_fault_text, source_fault_text, stage_text
 from firmware_py.records.learning_text import report_text
 from firmware_py.records.order import NOBODY, Asker, Mode
@@ -100,6 +101,9 @@ _ACTUATORS = (
     *(Cause.ACTUATOR_SILENT, Cause.ACTUATOR_WORN),
 )
 
+_BY_AXIS = (Cause.PLANE_FAULT, Cause.RUDDER_FAULT, Cause.DAMAGED)
+"""What fins of an axis do together."""
+
 
 def sentences(events: Iterable[Event], name: ModeName = lambda mode: mode.name) -> list[Sentence]:
     """Return the sentences of the events of one cycle: mostly one for each event.
@@ -170,9 +174,9 @@ def _cause(event: Event, skip: int = 0) -> str:
         return f"{_SOURCES[cause]} not to be relied on: {source_fault_text(numbers[0])}"
     if cause is Cause.DAMAGED:
         left = f"{numbers[1]:.0%} of diving and {numbers[2]:.0%} of turning are left"
-        return f"damage found: {event.names[0]}: {actuator_fault_text(numbers[0])}; {left}"
+        return f"damage found: {_fault(event, numbers[0])}; {left}"
     if cause in _ACTUATORS:
-        return f"{event.names[0] if event.names else 'an actuator'}: {actuator_fault_text(numbers[0])}"
+        return _fault(event, numbers[0])
     if cause is Cause.RULES_OFF:
         return f"switched off, so that it is not brought up: {', '.join(event.names)}"
     if cause is Cause.RESTARTED:
@@ -187,6 +191,13 @@ def _cause(event: Event, skip: int = 0) -> str:
     if cause is Cause.ORDERED:
         return f"ordered{_station(' by', event.asker)}"
     return _CAUSES[cause].format(*numbers)
+
+
+def _fault(event: Event, number: float) -> str:
+    name = event.names[0] if event.names else "an actuator"
+    if number == ActuatorFault.WEAK and event.cause in _BY_AXIS:
+        return f"{name}: half of the effect is left"
+    return f"{name}: {actuator_fault_text(number)}"
 
 
 def _obstacle(event: Event) -> str:

@@ -135,6 +135,7 @@ def actuator_faults(
     planes, rudders = list[Faulty](), list[Faulty]()
     for fault, fin in zip(health.fins, vehicle_fins, strict=True):
         (rudders if fin.rudder else planes).append(Faulty(fault, fin.name))
+    planes, rudders = _together(planes, "stern planes"), _together(rudders, "rudders")
     if any(fin.is_stuck and fin.source is FinEvidence.MOTION for fin in health.left):
         reserve *= _BY_MOTION
     dives, turns = left.dive_left >= reserve, left.turn_left >= reserve
@@ -152,6 +153,12 @@ def actuator_faults(
         worn=_first(everything, _WORN) or _first(propeller, (ActuatorFault.WEAK,)),
         damaged=_first(damaged, _DAMAGED),
     )
+
+
+def _together(fins: list[Faulty], name: str) -> list[Faulty]:
+    """Return the fins of an axis, weak ones by its name: nothing tells which of several it is."""
+    alone = len(fins) == 1
+    return [fin if alone or fin.fault is not ActuatorFault.WEAK else fin._replace(name=name) for fin in fins]
 
 
 def _first(actuators: Iterable[Faulty], of: tuple[ActuatorFault, ...]) -> Faulty | None:

@@ -109,6 +109,14 @@ def sample(kind: EventKind, cause: Cause = Cause.LEAK, numbers: tuple[float, ...
     return Event(kind, Severity.WARNING, Mode.HOLD, Mode.SURFACE, cause, STATION, ManoeuvreKind.PRBS, numbers, ("why",))
 
 
+def test_of_weak_fins_that_act_together_the_axis_is_named() -> None:
+    numbers = float(ActuatorFault.WEAK), 1.0, 0.5
+    [text] = texts([event(EventKind.RULE_WARNS, Cause.DAMAGED, numbers, ("rudders",))])
+    assert text == "damage found: rudders: half of the effect is left; 100% of diving and 50% of turning are left"
+    [text] = texts([event(EventKind.RULE_HOLDS, Cause.RUDDER_FAULT, numbers[:1], ("rudders",))])
+    assert text == "rudders: half of the effect is left"
+
+
 def test_all_that_changed_of_a_vehicle_is_one_sentence() -> None:
     kind = EventKind.MODEL_CHANGED
     moved = [event(kind, numbers=(1.0, -0.22, 6.2), names=("rudder", "N_dr"))]
