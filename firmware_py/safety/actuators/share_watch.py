@@ -27,6 +27,8 @@ ENOUGH = 4.0 / 3.0
 """Times the evidence of `safety.actuators.evidence`."""
 _OVER = 3.0
 """So much, nats, must speak for a change and against eddies of any strength that have just begun."""
+_PLAIN = 1.5
+"""With so many times the evidence against eddies of any strength a loss counts whichever were the likeliest before."""
 _HEALED_TIME = 10.0
 """Fins seldom heal: that more is left again needs such a time, s, too."""
 _CLIP = 4.0
@@ -169,7 +171,19 @@ class ShareWatch:
         better = share < m.left
         enough, time = (HEALED * self._enough, _HEALED_TIME) if better else (self._enough, self.gust_time)
         if change.evidence < enough or change.lasts < time or min(change.over) < _OVER:
-            return False
+            # a loss in still water makes strong eddies the likeliest, though they explain it worse
+            plain = [
+                (one.evidence, other)
+                for _, _, changes in found
+                for one, other in zip(changes, others, strict=True)
+                if one.evidence >= self._enough
+                and one.lasts >= self.gust_time
+                and min(one.over) >= _PLAIN * self._enough
+                if other > m.left
+            ]
+            if not plain:
+                return False
+            share = max(plain)[1]
         self.begin(SHARES[share])
         return True
 

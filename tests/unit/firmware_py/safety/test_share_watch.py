@@ -79,3 +79,16 @@ def test_a_pause_keeps_what_was_found_and_memory_is_all_there_is() -> None:
         both = [watch.update(0.01 * math.sin(step), DAMPING, 0.0, 0.02) for watch in (hull.watch, other)]
         assert both[0] == both[1]
     assert other.freeze() == hull.watch.freeze()
+
+
+@pytest.mark.parametrize("seed", range(1000, 1004))
+def test_half_is_found_soon_after_a_start_though_it_makes_strong_eddies_the_likeliest(seed: int) -> None:
+    hull, full = Hull(seed), math.radians(13.0)
+    hull.swing = 0.0
+    hull.run(5.0)
+    hull.effect = 0.5
+    while hull.swing < full:
+        hull.swing = min(full, hull.swing + 0.2 * PERIOD)
+        hull.run(PERIOD)
+    hull.run(1.2)
+    assert hull.watch.left == 0.5  # once 2.9 s after the fins began to move
