@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from firmware_py.control.adoption_params import AdoptionParams
-from firmware_py.control.axis_memory import AxisMemory, Values
+from firmware_py.control.axis_memory import AxisMemory, Values, proven
 from firmware_py.control.inherited_values import inherited, limits
 from firmware_py.control.lost_effect import share_left, with_share
 from firmware_py.control.model_evidence import Motion, no_evidence, pause, step
@@ -40,10 +40,6 @@ _RELEARNING = 5.0
 """When fins lose effect, good values with what is left of it count for so long, s, while the filter learns the same."""
 _AGREES = 0.2
 """An earlier flight and vehicle.toml that differ by no more than this share agree on what sound fins do."""
-_PROVEN = 0.1
-"""Good values are proven by valid ones that differ by no more than this share,"""
-_TURNS = slice(-2, None)
-"""of damping and fins, which come last."""
 _CANDIDATE, _IN_FORCE = 0, 1
 _AS_LEARNED = (Source.PASSPORT, Source.LEARNED)
 """The filter's values are in force: those that it began with, or learned."""
@@ -219,7 +215,7 @@ class AxisAdoption:
             self._memory = m._replace(
                 good=(*m.good[-1:], with_share(self._model.names, m.values, 1.0 / m.share)), held=0.0
             )
-        self._prove(learned, valid)
+        self._memory = proven(self._memory, learned, valid)
         self._derive()
 
     def freeze(self) -> AxisMemory:
@@ -230,14 +226,6 @@ class AxisAdoption:
         """Restore the memory that `freeze` returned."""
         self._memory, self._evidence, self._delta = memory, memory.evidence, memory.delta
         self._derive()
-
-    def _prove(self, learned: Sequence[float], valid: Sequence[bool]) -> None:
-        """Compare good values with valid ones, as long as all fins are sound."""
-        m = self._memory
-        if m.good and m.proven != m.good[0] and m.share == 1.0 and all(valid[_TURNS]):
-            turns = zip(learned[_TURNS], m.good[0][_TURNS], strict=True)
-            if all(abs(now - good) <= _PROVEN * abs(good) for now, good in turns):
-                self._memory = m._replace(proven=m.good[0])
 
     def _bounded(self, values: Values) -> Values:
         return tuple([clip(value, *limit) for value, limit in zip(values, self._limits, strict=True)])

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from firmware_py.control.model_evidence import EvidenceMemory
 from firmware_py.records.adoption import Refusal, Source
 
 Values = tuple[float, ...]
+_PROVEN = 0.1
+"""Good values are proven by valid ones that differ by no more than this share,"""
+_TURNS = slice(-2, None)
+"""of damping and fins, which come last."""
 
 
 class AxisMemory(NamedTuple):
@@ -48,3 +53,12 @@ class AxisMemory(NamedTuple):
     since: float
     unknown: bool
     proven: Values = ()
+
+
+def proven(m: AxisMemory, learned: Sequence[float], valid: Sequence[bool]) -> AxisMemory:
+    """Return what is remembered once good values are compared with valid ones, as long as all fins are sound."""
+    if m.good and m.proven != m.good[0] and m.share == 1.0 and all(valid[_TURNS]):
+        turns = zip(learned[_TURNS], m.good[0][_TURNS], strict=True)
+        if all(abs(now - good) <= _PROVEN * abs(good) for now, good in turns):
+            return m._replace(proven=m.good[0])
+    return m

@@ -197,8 +197,7 @@ class HullWatch:
         held = (adopted.held_diving, adopted.held_steering)[axis]
         if held and held[0] == held[0]:
             sound = self._fault(axis) is ActuatorFault.NONE and not any(one.suspects for one in (watch, left, stuck))
-            certain = adopted.caution == 0.0 or adopted.proven[axis]
-            if held != self._references[axis] and sound and certain:
+            if held != self._references[axis] and sound and (adopted.caution == 0.0 or adopted.proven[axis]):
                 before = self._references[axis]
                 if not before or abs(held[-1] - before[-1]) > _FAR * abs(before[-1]):
                     watch.begin(_HELD_STD)
