@@ -2,8 +2,8 @@
 
 Altitude + carried depth is the depth of the bottom. A reading in which it jumps is left out until the next ones confirm
 it; if the other sensor does not, the one that jumped is suspect. If both wander apart while the vehicle rises or dives,
-the one whose bottom went along is suspect. At one depth the bottom may rise as well as a sensor fail: then it is not
-decided, and the nearer one holds.
+and the bottom of one stays, the other is suspect: what is stuck has a bottom that goes along. Where both wander, or the
+vehicle keeps its depth, the bottom may rise as well as a sensor fail: then it is not decided, and the nearer one holds.
 
 Over a rough bottom two sensors that look at different places, or at different times, may differ by what the bottom
 rises and falls by: as much as it did for both of them in the last ten seconds is no contradiction, nor is a jump to a
@@ -41,9 +41,8 @@ _ROUGH_TIME = 10.0
 _HISTORY, _STEP = 10, 1.0
 """Entries of the history, and their interval, s."""
 _CLEAR, _MOVED = 0.5, 2.0
-"""The bottom of a sound sensor stays, to this share of the other's, while the depth changes by so many thresholds."""
-
-
+"""The bottom of a sound sensor stays, to this share of the other's and of the depth, while that changes by so many
+thresholds."""
 _AWAY = 2.0
 """Leaps away by so many steps are no rough bottom."""
 _FOLLOWS = 0.2
@@ -55,7 +54,7 @@ class EchoMemory:
     """One sensor: its bottom (m, below the carried depth's zero) at t, running means, the last outlier.
 
     `low` and `high` are how far its bottom went up and down lately, `t_jump` since when readings jump, `t_outlier` when
-    one did last; `t_begun` when a new bottom was taken on. `history` has the mean and the carried depth, m, second by
+    one did last; `t_begun` when a new bottom was taken on. `history` has the bottom and the carried depth, m, second by
     second; `held` is the nearer bottom that holds, NaN if none does, since `t_held`, and `t_last` when the last reading
     came.
     """
@@ -150,7 +149,7 @@ class AltitudeCheck:
         self._fade(echo, gap / (_ROUGH_TIME + gap))
         echo.now += _MEAN_NOW * (bottom - echo.now)
         if t - echo.t_entry >= _STEP - 1e-6:
-            echo.t_entry, echo.history = t, (*echo.history[-_HISTORY + 1 :], (echo.mean, carried))
+            echo.t_entry, echo.history = t, (*echo.history[-_HISTORY + 1 :], (echo.now, carried))
         settled = t - max(echo.t_begun, witness.t_begun) > _JUST
         if settled and abs(echo.mean - witness.mean) > limit and heard_witness and not other.memory.in_row:
             return self._arbitrate(echo, witness, t, carried, watch, other)
@@ -177,14 +176,15 @@ class AltitudeCheck:
         """Accuse who is wrong, or both; return whether a reading of the first may be used."""
         size = min(len(echo.history), len(witness.history))
         if size:
-            mean, before = echo.history[-size]
-            own, its = abs(echo.mean - mean), abs(witness.mean - witness.history[-size][0])
-            if abs(carried - before) > _MOVED * self._params.altitude:
-                if own < _CLEAR * its:
+            then, before = echo.history[-size]
+            own, its = abs(echo.now - then), abs(witness.now - witness.history[-size][0])
+            moved = abs(carried - before)
+            if moved > _MOVED * self._params.altitude:
+                if own < _CLEAR * min(its, moved):
                     other.accuse(SourceFault.CONTRADICTED, t)
                     watch.acquit()
                     return True
-                if its < _CLEAR * own:
+                if its < _CLEAR * min(own, moved):
                     watch.accuse(SourceFault.CONTRADICTED, t)
                     other.acquit()
                     return False

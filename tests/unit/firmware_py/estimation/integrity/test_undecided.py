@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from firmware_py.records.health import SourceFault, SourceState
@@ -134,6 +135,30 @@ def test_of_two_altitudes_the_one_that_stays_while_the_vehicle_dives_is_suspect(
 
     changes = named(voyage(18.0, {which: after(9.0, stuck)}, start=BOTTOM - 30.0, dive=(9.0, 30.0)))
     assert (which, F.CONTRADICTED) in {(name, health.fault) for _, name, health in changes}
+
+
+@pytest.mark.parametrize("stuck", ["altitude", "dvl"])
+@pytest.mark.parametrize("rises", [0.2, 0.5])
+def test_over_a_rising_bottom_a_dive_acquits_no_altitude_that_is_stuck(stuck: str, rises: float) -> None:
+    """Both bottoms wander then, that of the stuck one down, and the nearer one counts."""
+    rng = np.random.default_rng(5)
+
+    def risen(t: float) -> float:
+        return rises * max(t - 5.0, 0.0)
+
+    def altitude(t: float, a: float) -> float:
+        return 34.0 + 0.03 * rng.standard_normal() if stuck == "altitude" else a - risen(t)
+
+    def ping(t: float, v: Dvl) -> Dvl:
+        return v._replace(altitude=34.0 + 0.03 * rng.standard_normal() if stuck == "dvl" else v.altitude - risen(t))
+
+    seen = list(voyage(30.0, {"altitude": altitude, "dvl": ping}, dive=(8.0, 30.0)))
+    sound = "dvl" if stuck == "altitude" else "altitude"
+    assert {fault for name, fault in suspects(seen) if name == sound} == {F.UNDECIDED}
+    last = seen[-1].believed
+    assert math.isnan(last.dvl.value.altitude) is (stuck == "dvl")
+    used = [s.believed.altitude.fresh for s in seen[-20:] if s.heard.altitude.fresh]
+    assert any(used) is (stuck == "dvl")
 
 
 def over(bottom: Callable[[float], float], behind: float) -> dict[str, Fault]:
