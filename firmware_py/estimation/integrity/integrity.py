@@ -12,6 +12,7 @@ from firmware_py.estimation.integrity.depth_arbitration import Accused, accuse_c
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.integrity_records import NO_CORRECTION, IntegrityMemory
 from firmware_py.estimation.integrity.model_check import ModelCheck
+from firmware_py.estimation.integrity.source_watch import SourceWatch
 from firmware_py.estimation.integrity.sources import Sources
 from firmware_py.estimation.integrity.velocity_check import VelocityCheck
 from firmware_py.estimation.integrity.vertical_check import VerticalCheck
@@ -34,6 +35,8 @@ _STEEP, _ROLLED = math.radians(45.0), math.radians(60.0)
 """Pitched or rolled farther, pitch and speed do not tell the rate of depth."""
 _BACK = 4
 """What froze, or stepped, is taken back by so many entries of the history of depth."""
+_DIVED, _SPED = 1.0, 0.2
+"""Where depth, m, or speed through the water, m/s, changes by so much, no altimeter and no DVL repeats itself."""
 _GAP = 0.5
 """Longer than this, s, nothing is carried on from one AHRS report to the next."""
 _PING_AGE = 1.0
@@ -133,8 +136,8 @@ class SensorIntegrity:
 
     def _hear_dvl(self, heard: Heard[Dvl], t: float) -> None:
         watch, echo = self._sources.dvl, self._sources.dvl_altitude
-        if not watch.hear(heard, t):
-            echo.silence()
+        if not watch.hear(heard, t, self._motion()) or watch.memory.fault is SourceFault.FROZEN:
+            echo.silence()  # of a ping that is an old one the altitude tells nothing either
             return
         psi, theta = self._attitude.memory.psi, self._attitude.memory.theta
         self._velocity.current.hull = self.model.velocity
@@ -160,7 +163,7 @@ class SensorIntegrity:
 
     def _hear_altitude(self, heard: Heard[float], t: float) -> None:
         watch, carried = self._sources.altimeter, self._vertical.memory.carried
-        if not watch.hear(heard, t):
+        if not watch.hear(heard, t, self._motion()[:1]):
             return
         if self._altitude.check(0, t, heard.value, carried, watch, self._sources.dvl_altitude):
             watch.take(heard)
@@ -186,9 +189,9 @@ class SensorIntegrity:
                 watch.hold()
             elif not used and before:
                 watch.refuse(t)
-        undecided = accused is Accused.SHALLOW_PRESSURE
+        undecided = accused is Accused.SHALLOW_PRESSURE and watch.believed
         if (undecided or (before and not watch.believed)) and not vertical.stands_in:
-            changed = undecided or watch.memory.fault is SourceFault.DRIFT
+            changed = accused not in (Accused.NOBODY, Accused.PRESSURE_STEP)
             depth = vertical.distrust(vertical.memory.window if changed else _BACK, not undecided)
             self.correction = self.correction._replace(depth=depth)
 
@@ -197,10 +200,24 @@ class SensorIntegrity:
         if watch.hear(heard, t) and self._fixes.check(heard, t, self._depth, watch):
             watch.take(heard)
 
+    def _is_exact(self, watch: SourceWatch, t: float) -> bool:
+        """Return whether a source repeats itself exactly, and not because nothing moves."""
+        return watch.is_exact(t) and not self._sources.ahrs.memory.repeats
+
+    def _motion(self) -> tuple[float, ...]:
+        """Return depth and speed through the water, as `SourceWatch.hear` takes them; empty where nothing moves."""
+        depth = self._vertical.depth
+        if depth != depth or self._sources.ahrs.memory.repeats:
+            return ()
+        return depth / _DIVED, self.model.speed / _SPED
+
     def _accuse(self, accused: Accused, t: float) -> None:
         """Note what pressure and carried depth say against each other."""
         pressure, dvl, vertical = self._sources.pressure, self._sources.dvl, self._vertical
-        if accused is Accused.CARRIED:
+        if self._is_exact(pressure, t):
+            pressure.accuse(SourceFault.FROZEN, t)
+            dvl.acquit()
+        elif accused is Accused.CARRIED:
             if vertical.stands_in:
                 vertical.trust()
             pressure.acquit()

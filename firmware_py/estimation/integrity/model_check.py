@@ -156,6 +156,11 @@ class ModelCheck:
     def _settled(self) -> bool:
         return self.memory.driven >= _SETTLES and self.memory.unknown <= 0.0
 
+    @property
+    def speed(self) -> float:
+        """Return the speed ahead through the water that thrust and drag make, m/s."""
+        return self._motion.memory.u
+
     def hear_speed(self, u: float, v: float) -> None:
         """Take the speed and the sway through the water, m/s, that somebody else knows, if the model does not."""
         m = self.memory

@@ -15,6 +15,8 @@ _NOISY, _NOISY_MOST, _SMOOTH = 10.0, 40.0, 0.05
 """Noise reverses two of three changes from value to value, in a steep dive one of eight. Each reversal counts 1, up to
 _NOISY_MOST, each other change takes _SMOOTH away; above _NOISY the sensor has noise. One that has none repeats its
 value where it rests."""
+_EXACT = 2.5
+"""Whether it has noise or not: one that repeats itself for so long, s, while others show that it moves, is frozen."""
 _OUTLIERS, _FORGOTTEN = 4.0, 5.0
 """So many outliers in about so many seconds are more than now and then."""
 _MILD = (SourceFault.UNDECIDED, *HEADING_FAULTS)
@@ -29,7 +31,8 @@ class SourceMemory:
     """What is remembered of one sensor; times in s.
 
     `held` is the last measurement that was passed on, `passed` whether the newest was. `fault` is what spoke against it
-    last, at `t_bad`; `lost` why it is lost, if it is. `t_steady` is since when it is heard without a long gap.
+    last, at `t_bad`; `lost` why it is lost, if it is. `t_steady` is since when it is heard without a long gap. `motion`
+    is what others told of the motion when its value was a new one.
     """
 
     held: Heard[Any]
@@ -43,6 +46,7 @@ class SourceMemory:
     value: Any = None
     repeats: int = 0
     t_value: float = 0.0
+    motion: tuple[float, ...] = ()
     change: float = 0.0
     noisy: float = 0.0
     outliers: float = 0.0
@@ -82,8 +86,12 @@ class SourceWatch:
         self.clean = True
         """Whether what was heard may be passed on as it is."""
 
-    def hear(self, heard: Heard[Any], t: float) -> bool:
-        """Take note of what has come in this tick; return whether there is a value to check."""
+    def hear(self, heard: Heard[Any], t: float, motion: tuple[float, ...] = ()) -> bool:
+        """Take note of what has come in this tick; return whether there is a value to check.
+
+        `motion` is what others tell of the motion, in units of a change that changes a sound one's value; empty where
+        they tell nothing.
+        """
         memory = self.memory
         memory.t_heard = t
         if not heard.ok:
@@ -101,17 +109,26 @@ class SourceWatch:
                 elif memory.noisy > 0.0:
                     memory.noisy -= _SMOOTH
                 memory.change = change
-            memory.value, memory.repeats, memory.t_value = value, 0, t
+            memory.value, memory.repeats, memory.t_value, memory.motion = value, 0, t, motion
         else:
             memory.repeats += 1
-            if (
-                memory.repeats >= self._repeats
-                and memory.noisy >= _NOISY
-                and t - memory.t_value >= self._frozen - _TICK
-            ):
+            memory.motion = memory.motion or motion
+            if memory.repeats >= self._repeats and self._is_frozen(t, motion):
                 self.accuse(SourceFault.FROZEN, t)
         self._alive(t)
         return True
+
+    def _is_frozen(self, t: float, motion: tuple[float, ...]) -> bool:
+        """Return whether it should not repeat itself: it had noise, it was frozen before, or the vehicle has moved."""
+        memory = self.memory
+        if memory.noisy >= _NOISY and t - memory.t_value >= self._frozen - _TICK:
+            return True
+        moved = any(abs(now - then) > 1.0 for now, then in zip(motion, memory.motion, strict=False))
+        return memory.fault is SourceFault.FROZEN or (moved and self.is_exact(t))
+
+    def is_exact(self, t: float) -> bool:
+        """Return whether it repeats itself for so long that it is to blame, if something contradicts it."""
+        return self.memory.repeats >= self._repeats and t - self.memory.t_value >= _EXACT - _TICK
 
     def _alive(self, t: float) -> None:
         memory = self.memory
