@@ -180,7 +180,7 @@ class SensorIntegrity:
             if watch.refuse(t) >= _IMPOSSIBLE:
                 watch.accuse(SourceFault.IMPOSSIBLE, t)
         else:
-            used, accused = vertical.check(t, depth, self._altitude_now(t))
+            used, accused = vertical.check(t, depth, self._altitude_now(t), self._is_exact(watch, t))
             if accused is not Accused.NOBODY:
                 self._accuse(accused, t)
             if used and watch.believed:
@@ -199,6 +199,7 @@ class SensorIntegrity:
         watch = self._sources.fix
         if watch.hear(heard, t) and self._fixes.check(heard, t, self._depth, watch):
             watch.take(heard)
+            self._vertical.float_up()
 
     def _is_exact(self, watch: SourceWatch, t: float) -> bool:
         """Return whether a source repeats itself exactly, and not because nothing moves."""

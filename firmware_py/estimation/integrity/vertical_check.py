@@ -5,6 +5,9 @@ integrated to a carried depth D. The residual r = depth - D is constant while al
 over 5, 10 and 40 s, without DVL 5, 20 and 60 s, is compared with thresholds; a single reading with the residual's
 running mean.
 
+Less deep than `surface` by both, r begins anew with every reading, for the hull leaves the water there. But D counts on
+from where the pressure rose with it last: where it has come below `surface`, and the pressure has not, one is wrong.
+
 The change of r says that pressure or D is wrong; `depth_arbitration` says which. Until it can, the deeper one holds.
 """
 
@@ -44,6 +47,8 @@ _AGED, _AGED_BLIND, _AGED_MOST = 0.02, 0.4, 3.0
 """How far a carried depth may be off: growth with DVL and without, m/s, and the most, m."""
 _BACK = 0.5
 """A pressure that is suspect must come back from the farthest that it was off, to less than this share of it."""
+_AFLOAT, _AFLOAT_BLIND = 0.05, 0.07
+"""Near the surface a carried depth may sink so fast beside the pressure, m/s, with DVL and without."""
 _PING_GAP = 1.0
 """Without a ping for longer, s, what the DVL alone carries begins anew."""
 
@@ -56,7 +61,8 @@ class VerticalCheckMemory:
     from which pressure and carried depth went apart, where the pressure is suspect and it is not decided; `window`
     how many entries of the history before its end that was. Residuals are comparable since `began`, `raw` since
     `t_raw`; `lie` is the farthest that a suspect pressure was from `stand_in`, m. `unsteady` is how much the drift from
-    propeller and pitch changes in 5 s, m, as seen at `t_look`.
+    propeller and pitch changes in 5 s, m, as seen at `t_look`. `afloat` is when pressure and carried depth rose
+    together last, near the surface.
     """
 
     carried: float = 0.0
@@ -83,6 +89,7 @@ class VerticalCheckMemory:
     aged: float = 0.0
     unsteady: float = math.nan
     t_look: float = -math.inf
+    afloat: Entry | None = None
 
 
 class VerticalCheck:
@@ -139,8 +146,11 @@ class VerticalCheck:
         memory.heave += heave
         memory.stand_in += moved
 
-    def check(self, t: float, depth: float, altitude: float) -> tuple[bool, Accused]:
-        """Return whether a reading may be used, and who is accused; altitude in m, NaN if not known."""
+    def check(self, t: float, depth: float, altitude: float, exact: bool = False) -> tuple[bool, Accused]:
+        """Return whether a reading may be used, and who is accused; altitude in m, NaN if not known.
+
+        `exact` is whether the readings repeat themselves exactly: then no eddies carry the hull.
+        """
         params, memory = self._params, self.memory
         carried = memory.carried
         gap, memory.t = t - memory.t, t
@@ -148,7 +158,7 @@ class VerticalCheck:
         if memory.residual != memory.residual or gap > _GAP or known is not memory.known:
             if memory.residual != memory.residual or gap > _GAP:
                 memory.history = ()
-            memory.known = known
+            memory.known, memory.afloat = known, None
             if memory.stand_in != memory.stand_in:
                 self._begin(t, depth)
                 return True, Accused.NOBODY
@@ -164,9 +174,9 @@ class VerticalCheck:
             return False, self._decide(self._entry(t, depth, altitude), memory.since)
         predicted = carried + memory.residual
         if predicted < params.surface and depth < params.surface:
-            memory.history = ()
-            self._begin(t, depth)
-            return True, Accused.NOBODY
+            accused = self._near_surface(t, depth, altitude, exact) if known else Accused.NOBODY
+            return accused is not Accused.SHALLOW_PRESSURE, accused
+        memory.afloat = None
         off = depth - predicted
         if abs(off) > params.depth_step + (_RATE if known else _RATE_UNKNOWN) * gap:
             memory.outliers += 1
@@ -191,6 +201,35 @@ class VerticalCheck:
     def _entry(self, t: float, depth: float, altitude: float) -> Entry:
         m = self.memory
         return Entry(m.residual, m.carried, altitude, m.blind, depth, m.raw, m.heave, m.model, m.vague, t)
+
+    def _near_surface(self, t: float, depth: float, altitude: float, exact: bool) -> Accused:
+        """Begin anew with a reading less deep than `surface`; return who is accused where the hull sank without it."""
+        params, memory = self._params, self.memory
+        held, then = memory.held + 1, memory.afloat
+        self._begin(t, depth)
+        memory.history = ()
+        now = self._entry(t, depth, altitude)
+        if then is None:
+            memory.afloat = now
+            return Accused.NOBODY
+        sank, time = then.residual - now.residual, t - then.t
+        rate, least = _AFLOAT, params.depth_step
+        if now.blind - then.blind > 0.3:
+            eddies = 0.0 if exact else wanders(memory.unsteady)[0]
+            rate, least = _AFLOAT_BLIND, params.depth_blind_20s + eddies
+        if sank <= rate * time:
+            memory.afloat = now
+        if sank <= rate * time + least or depth + sank < params.surface:
+            return Accused.NOBODY
+        memory.held = held
+        if held < _HELD:
+            return Accused.NOBODY
+        memory.history, memory.window = (then,), 1
+        return self._decide(now, then)
+
+    def float_up(self) -> None:
+        """Take note that the vehicle is at the surface, whatever carries its depth on: a fix is heard."""
+        self.memory.afloat = None
 
     def distrust(self, entries: int, decided: bool = True) -> float:
         """Let the carried depth stand in for the pressure from `entries` of the history ago; return it, m."""
