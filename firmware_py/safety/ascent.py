@@ -33,8 +33,9 @@ _SETTLES = 3.0
 """A vehicle at rest is given so long, s, to show that it rises."""
 _ENTRY = 8.0
 """Without attitude the end of a dive cannot be seen; it takes at most so long, s."""
-_FELL = 0.5
-"""Without depth, so much less altitude, m, than there was is sinking."""
+_FELL, _FALLS = 0.5, 0.2
+"""Without depth, so much less altitude, m, than there was is sinking; and with a depth that stays, where the velocity
+says too that it goes down, faster than this, m/s."""
 _HYSTERESIS = 1.0
 """So much deeper, m, than where a stage near the surface begins, it ends."""
 NONE, POWERED, BLIND, LEVEL = AscentStage.NONE, AscentStage.POWERED, AscentStage.BLIND, AscentStage.LEVEL
@@ -198,7 +199,7 @@ class Ascent:
             return Step(brake, True, Cause.DEPTH_LIMIT, (v.z, self._deepest))
         if sinks and v.altitude < self._lowest:
             return Step(brake, True, Cause.ALTITUDE_LIMIT, (v.altitude, self._lowest))
-        deeper = v.z - m.least if v.depth_ok else fell
+        deeper = max(v.z - m.least, fell) if v.depth_ok else fell
         if sinks and deeper > p.deeper:
             return Step(brake, False, Cause.DEEPER, (deeper,))
         if m.off > p.pitch_error_time and m.stage not in (LEVEL, WAITING):
@@ -241,8 +242,13 @@ class Ascent:
 
 
 def _fell(m: AscentMemory, v: AscentView) -> float:
-    """Return how much altitude was lost, m, if nothing better tells that it sinks; NaN if that is not known either."""
-    return 0.0 if v.depth_ok else m.most - v.altitude
+    """Return how much altitude was lost, m, if nothing better tells that it sinks; NaN if that is not known either.
+
+    A depth that stays while velocity and altitude both say that it sinks is no better.
+    """
+    if not v.depth_ok:
+        return m.most - v.altitude
+    return m.altitude_begun - v.altitude if v.z_dot > _FALLS and m.z_dot <= _SINKS else 0.0
 
 
 def _enter(m: AscentMemory, stage: AscentStage, v: AscentView) -> AscentMemory:

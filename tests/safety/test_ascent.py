@@ -355,3 +355,29 @@ def test_a_stuck_plane_that_reports_nothing_is_where_its_motion_shows() -> None:
     at = [FinHealth(1.0, math.radians(angle)) for angle in (10.0, 22.0)]
     jams = [planes.jam(faults, angles(math.nan, 0.0, 0.0, 0.0), (one, *[SOUND_FIN] * 3)) for one in at]
     assert jams == [PlaneJam.NONE, PlaneJam.DOWN]
+
+
+@pytest.mark.parametrize("depth_rate", [0.0, -0.04])
+def test_a_depth_that_stays_does_not_keep_the_weight_where_velocity_and_altitude_say_that_it_sinks(
+    depth_rate: float,
+) -> None:
+    vehicle = Rising(altitude=8.0)
+    while vehicle.view["altitude"] > 0.9 and not vehicle.memory.drop:
+        vehicle.view["z"] += depth_rate * DT
+        vehicle.view |= {"z_dot": 0.8, "altitude": vehicle.view["altitude"] - 0.8 * DT}
+        vehicle.t += DT
+        view = AscentView(vehicle.t, DT, **vehicle.view)
+        vehicle.memory, told = vehicle.ascent.update(vehicle.memory, view)
+        vehicle.events += told
+    assert vehicle.causes[0] is Cause.DEEPER
+    assert vehicle.memory.stage is REVERSE
+    assert vehicle.memory.drop
+
+
+def test_a_bottom_that_rises_below_a_vehicle_that_climbs_is_no_sinking() -> None:
+    vehicle = Rising(altitude=8.0)
+    for _ in range(100):
+        vehicle.view["altitude"] -= 0.3 * DT
+        vehicle.go(DT, -0.2)
+    assert vehicle.memory.stage is POWERED
+    assert vehicle.causes == []
