@@ -98,3 +98,56 @@ def test_a_pressure_that_drifts_without_dvl_is_not_followed_far(tmp_path: Path) 
     assert suspect_at(log, "pressure") - 20.0 <= 25.0
     assert log.truth["eta.z"].max() < 16.0
     assert log.truth["eta.z"][-1] < 2.0
+
+
+SHALLOW = under_way(60.0, 0.6, mission([(30.0, 0.6), (150.0, 25.0)]))
+RIDGE = under_way(100.0, 4.0, mission([(45.0, 6.0), (85.0, 10.0), (175.0, 28.0), (300.0, 28.0)])).replace(
+    "bottom_depth_m = 40.0",
+    "bottom_depth_m = 40.0\nbottom = [{north_m = -50, depth_m = 40}, {north_m = 120, depth_m = 18}, "
+    "{north_m = 135, depth_m = 18}, {north_m = 165, depth_m = 40}]",
+)
+
+
+def course(folder: Path, text: str, *faults: str, seed: int = 1000) -> Log:
+    place = folder / "course.toml"
+    place.write_text(text)
+    outcome = fly(prepare(FlightRequest(scenario=str(place), faults=faults, seed=seed), {}), folder / "log.mcap")
+    assert "aground" not in outcome.reason
+    return read(folder / "log.mcap")
+
+
+@pytest.mark.parametrize(
+    "faults",
+    [("freeze:pressure@0",), ("set:pressure=0.6@2", "noise:pressure=0.02@2.2")],
+    ids=["frozen", "blocked"],
+)
+def test_a_pressure_that_never_leaves_the_surface_takes_the_vehicle_nowhere(
+    tmp_path: Path, faults: tuple[str, ...]
+) -> None:
+    log = course(tmp_path, SHALLOW, *faults)
+    assert suspect_at(log, "pressure") < 40.0
+    assert log.truth["eta.z"].max() < 3.5
+    assert log.truth["eta.z"][-1] < 1.5
+    assert {cycle.state.sensors.dvl.fault for cycle in log.cycles} <= {SourceFault.NONE, SourceFault.UNDECIDED}
+
+
+@pytest.mark.parametrize(
+    "faults",
+    [("freeze:altimeter@0",), ("set:altimeter=28@10", "noise:altimeter=0.05@10.1")],
+    ids=["frozen", "stuck"],
+)
+def test_an_altimeter_that_is_stuck_condemns_no_sound_dvl_over_a_ridge(tmp_path: Path, faults: tuple[str, ...]) -> None:
+    log = course(tmp_path, RIDGE, *faults)
+    assert {cycle.state.sensors.dvl.fault for cycle in log.cycles} <= {SourceFault.NONE, SourceFault.UNDECIDED}
+    assert suspect_at(log, "altitude") < 25.0
+    assert log.truth["eta.z"].max() < 17.2
+
+
+def test_a_dvl_that_is_frozen_at_the_surface_from_the_start_is_named_and_misleads_nobody(tmp_path: Path) -> None:
+    text = under_way(45.0, 0.0, mission([(30.0, 3.0), (400.0, 8.0)])).replace("u_m_s = 1.8", "").replace("n_rpm", "# ")
+    log = course(tmp_path, text, "freeze:dvl@0")
+    t, faults = log.columns["t"], [cycle.state.sensors.dvl.fault for cycle in log.cycles]
+    assert t[faults.index(SourceFault.FROZEN)] < 20.0
+    assert set(states(log, "altitude")) == {SourceState.GOOD}
+    off = np.abs(log.columns["state.nu.u"] - log.truth["nu.u"])
+    assert off[t > 25.0].max() < 0.3
