@@ -14,7 +14,7 @@ from sternplane.logs.replay import replay
 from sternplane.sitl.flight import Flight, FlightRequest, fly, prepare
 from sternplane.study.safety.campaign import TRIALS, Job
 from sternplane.study.safety.judge import Ending, Judge
-from sternplane.study.safety.mission import DEPTH_MAX, NPS, ONSETS, quiet_scenario, scenario
+from sternplane.study.safety.mission import DEPTH_MAX, NPS, quiet_scenario, scenario
 
 
 def run(job: Job, logs: str, revision: str) -> dict[str, Any]:
@@ -67,6 +67,7 @@ def written(job: Job) -> str:
         profile=trial.profile,
         watch=trial.watch,
         vehicle=trial.vehicle,
+        afloat=trial.afloat,
     )
 
 
@@ -75,7 +76,7 @@ def _vehicle(job: Job) -> str:
 
 
 def _judge(flight: Flight, job: Job) -> Judge:
-    hull, onset = flight.truth.hull, ONSETS[job.onset] if job.trial else 0.0
+    hull, onset = flight.truth.hull, TRIALS[job.trial].begins(job.onset) if job.trial else 0.0
     return Judge(flight.scenario.environment, onset, hull.L, hull.height, flight.scenario.watch)
 
 

@@ -25,9 +25,7 @@ bottom_depth_m = {bottom}
 turbulence_m_s = {eddies}
 {profile}
 [start]
-depth_m = 4.0
-u_m_s = {speed}
-n_rpm = {rpm}
+{start}
 {learning}
 [autopilot.safety]
 depth_max_m = {depth_max}
@@ -48,6 +46,10 @@ fix = { noise_m = 4.0 }
 battery = { noise_v = 0.04 }
 leak = { noise_pct = 1.0 }
 """
+_UNDER_WAY = """depth_m = 4.0
+u_m_s = {speed}
+n_rpm = {rpm}"""
+_AFLOAT = "depth_m = 0.0"
 _NO_LEARNING = """[autopilot.estimation.learning]
 enabled = false
 """
@@ -66,6 +68,7 @@ def scenario(
     profile: Sequence[tuple[float, float]] = (),
     watch: float = 0.0,
     vehicle: str = NPS,
+    afloat: bool = False,
 ) -> str:
     """Return the scenario of one flight with faults.
 
@@ -76,8 +79,9 @@ def scenario(
         profile: (north, depth) of the bottom, m; none is flat.
         watch: for how long it is watched after it surfaced and disarmed itself, s.
         vehicle: one of CRUISE.
+        afloat: whether it begins at rest at the surface.
     """
-    head, (speed, _) = _head(faults, LONGEST, eddies, learning, profile, vehicle), CRUISE[vehicle]
+    head, (speed, _) = _head(faults, LONGEST, eddies, learning, profile, vehicle, afloat), CRUISE[vehicle]
     return f"watch_s = {watch}\n" + head + "".join([_leg(place, speed) for place in _LEGS])
 
 
@@ -96,17 +100,17 @@ def _head(
     learning: bool,
     profile: Sequence[tuple[float, float]],
     vehicle: str = NPS,
+    afloat: bool = False,
 ) -> str:
     speed, rpm = CRUISE[vehicle]
     points = ", ".join(f"{{ north_m = {north}, depth_m = {depth} }}" for north, depth in profile)
     return _HEAD.format(
         duration=duration,
-        speed=speed,
-        rpm=rpm,
         faults=list(faults),
         bottom=BOTTOM,
         eddies=eddies,
         profile=f"bottom = [{points}]" if profile else "",
+        start=_AFLOAT if afloat else _UNDER_WAY.format(speed=speed, rpm=rpm),
         learning="" if learning else _NO_LEARNING,
         depth_max=DEPTH_MAX,
     )

@@ -170,4 +170,39 @@ SPIKES = Group(
         Trial("spike:altimeter=-29, 60 s", ("spike:altimeter=-29@{t}+60",), note=_NOISY),
     ),
 )
-GROUPS = (LOST, WRONG, SPIKES)
+_RIDGE = ((-50.0, 40.0), (120.0, 18.0), (135.0, 18.0), (165.0, 40.0))
+
+
+def _from_start(title: str, faults: tuple[str, ...], sensor: str, note: str, short: bool = False) -> Trial:
+    """Return a trial of a sensor that lies from switch-on, at the surface; there is one onset."""
+    return Trial(title, faults, Named((sensor,)), note, onsets=(0,), short=short, from_start=True, afloat=True)
+
+
+_SINKS = "nothing contradicts it until the vehicle has sunk by a metre"
+START = Group(
+    "Sensors: wrong from the start",
+    (
+        _from_start("freeze:pressure from the start", ("freeze:pressure@{t}",), "pressure", _SINKS, short=True),
+        _from_start("blocked pressure port", ("set:pressure=0@{t}", "noise:pressure=0.02@0.2"), "pressure", _SINKS),
+        _from_start("freeze:dvl from the start", ("freeze:dvl@{t}",), "dvl", "it rests until the propeller has driven"),
+        Trial(
+            "freeze:altimeter over a ridge",
+            ("freeze:altimeter@{t}",),
+            Named(("altitude",)),
+            "the bottom may rise; the nearer one counts",
+            profile=_RIDGE,
+            onsets=(0,),
+            from_start=True,
+        ),
+        Trial(
+            "stuck altimeter over a ridge",
+            ("set:altimeter=28@{t}", "noise:altimeter=0.05@0.2"),
+            Named(("altitude",)),
+            "the bottom may rise; the nearer one counts",
+            profile=_RIDGE,
+            onsets=(0,),
+            from_start=True,
+        ),
+    ),
+)
+GROUPS = (LOST, WRONG, START, SPIKES)

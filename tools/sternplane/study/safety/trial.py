@@ -48,6 +48,8 @@ class Trial(NamedTuple):
         short: whether the short form has it.
         watch: for how long it is watched after it surfaced and disarmed itself, s: it may sink again.
         vehicle: what is flown: a name of `mission.CRUISE`.
+        from_start: whether it strikes at switch-on instead, and
+        afloat: whether the vehicle is at rest at the surface then.
     """
 
     title: str
@@ -61,15 +63,21 @@ class Trial(NamedTuple):
     short: bool = False
     watch: float = 0.0
     vehicle: str = NPS
+    from_start: bool = False
+    afloat: bool = False
 
     @property
     def name(self) -> str:
         """Return a name for files."""
         return file_name(self.title)
 
+    def begins(self, onset: int) -> float:
+        """Return the time of an onset, given by its number, s."""
+        return 0.0 if self.from_start else ONSETS[onset]
+
     def at(self, onset: int) -> tuple[str, ...]:
         """Return the faults that begin at an onset, given by its number."""
-        t = ONSETS[onset]
+        t = self.begins(onset)
         return tuple(text.format(t=f"{t:g}", early=f"{EARLY:g}") for text in self.faults)
 
 

@@ -11,7 +11,6 @@ from firmware_py.records.event import INTENDED_CAUSES, Cause
 from sternplane.study.rows import Row
 from sternplane.study.safety.campaign import TRIALS
 from sternplane.study.safety.judge import Ending
-from sternplane.study.safety.mission import ONSETS
 from sternplane.study.safety.trial import EARLY, Trial
 
 SHARE = 95.0
@@ -61,7 +60,8 @@ class Verdict(NamedTuple):
 
 def judge(flight: Mapping[str, Any]) -> Verdict:
     """Judge one flight of a trial."""
-    trial, found, onset = TRIALS[flight["trial"]], flight["found"], ONSETS[flight["onset"]]
+    trial, found = TRIALS[flight["trial"]], flight["found"]
+    onset = trial.begins(flight["onset"])
     begun = EARLY if any("{early}" in text for text in trial.faults) else onset
     up = found["t_up"]
     return Verdict(
