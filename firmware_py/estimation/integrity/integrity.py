@@ -8,11 +8,11 @@ from dataclasses import replace
 from firmware_py.estimation.integrity.altitude_check import AltitudeCheck
 from firmware_py.estimation.integrity.attitude_check import AttitudeCheck
 from firmware_py.estimation.integrity.confirmation import FixCheck, hear_battery, hear_leak
-from firmware_py.estimation.integrity.depth_arbitration import Accused, accuse_carried, judge_again
+from firmware_py.estimation.integrity.depth_accusation import accuse_depth
+from firmware_py.estimation.integrity.depth_arbitration import Accused, judge_again
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.integrity_records import NO_CORRECTION, IntegrityMemory
 from firmware_py.estimation.integrity.model_check import ModelCheck
-from firmware_py.estimation.integrity.source_watch import SourceWatch
 from firmware_py.estimation.integrity.sources import Sources
 from firmware_py.estimation.integrity.velocity_check import VelocityCheck
 from firmware_py.estimation.integrity.vertical_check import VerticalCheck
@@ -180,9 +180,10 @@ class SensorIntegrity:
             if watch.refuse(t) >= _IMPOSSIBLE:
                 watch.accuse(SourceFault.IMPOSSIBLE, t)
         else:
-            used, accused = vertical.check(t, depth, self._altitude_now(t), self._is_exact(watch, t))
+            used, accused = vertical.check(t, depth, self._altitude_now(t), self._sources.repeats(watch, t))
             if accused is not Accused.NOBODY:
-                self._accuse(accused, t)
+                pinged = t - self._ping[0] <= _PING_AGE
+                accuse_depth(accused, t, self._sources, vertical, self.model.memory.slip, pinged)
             if used and watch.believed:
                 watch.take(heard)
             elif accused is Accused.SHALLOW_PRESSURE or (vertical.stands_in and before):
@@ -201,37 +202,12 @@ class SensorIntegrity:
             watch.take(heard)
             self._vertical.float_up()
 
-    def _is_exact(self, watch: SourceWatch, t: float) -> bool:
-        """Return whether a source repeats itself exactly, and not because nothing moves."""
-        return watch.is_exact(t) and not self._sources.ahrs.memory.repeats
-
     def _motion(self) -> tuple[float, ...]:
         """Return depth and speed through the water, as `SourceWatch.hear` takes them; empty where nothing moves."""
         depth = self._vertical.depth
         if depth != depth or self._sources.ahrs.memory.repeats:
             return ()
         return depth / _DIVED, self.model.speed / _SPED
-
-    def _accuse(self, accused: Accused, t: float) -> None:
-        """Note what pressure and carried depth say against each other."""
-        pressure, dvl, vertical = self._sources.pressure, self._sources.dvl, self._vertical
-        if self._is_exact(pressure, t):
-            pressure.accuse(SourceFault.FROZEN, t)
-            dvl.acquit()
-        elif accused is Accused.CARRIED:
-            if vertical.stands_in:
-                vertical.trust()
-            pressure.acquit()
-            accuse_carried(t, vertical.judge_raw()[1], self.model.memory.slip, self._sources.ahrs, dvl)
-        elif accused in (Accused.PRESSURE_STEP, Accused.PRESSURE_DRIFT):
-            pressure.accuse(SourceFault.STEP if accused is Accused.PRESSURE_STEP else SourceFault.DRIFT, t)
-            dvl.acquit()
-        else:
-            pressure.accuse(SourceFault.UNDECIDED, t)
-            if dvl.believed and t - self._ping[0] <= _PING_AGE:
-                dvl.accuse(SourceFault.UNDECIDED, t)
-            if accused is Accused.SHALLOW_CARRIED and vertical.stands_in:
-                vertical.trust()
 
     @property
     def _depth(self) -> float:

@@ -11,7 +11,7 @@ from firmware_py.estimation.integrity.confirmation import FixCheckMemory
 from firmware_py.estimation.integrity.model_check import ModelCheckMemory
 from firmware_py.estimation.integrity.source_watch import SourceMemory
 from firmware_py.estimation.integrity.velocity_check import VelocityCheckMemory
-from firmware_py.estimation.integrity.vertical_check import VerticalCheckMemory
+from firmware_py.estimation.integrity.vertical_memory import VerticalCheckMemory
 from firmware_py.records.health import SensorHealth
 from firmware_py.records.sensing import Ahrs, Heard
 

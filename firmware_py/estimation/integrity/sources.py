@@ -71,6 +71,10 @@ class Sources:
         """Return whether AHRS reports are used; angles that stepped are replaced."""
         return self.ahrs.memory.fault not in (SourceFault.FROZEN, SourceFault.CONTRADICTED)
 
+    def repeats(self, watch: SourceWatch, t: float) -> bool:
+        """Return whether a source repeats itself exactly, and not because nothing moves."""
+        return watch.is_exact(t) and not self.ahrs.memory.repeats
+
     def judge(self, t: float, frame: SensorFrame) -> None:
         """Look at silence, recovery and what nodes report of themselves; called every _PERIOD."""
         for watch in self._all:

@@ -15,10 +15,11 @@ from __future__ import annotations
 
 import copy
 import math
-from dataclasses import dataclass
 
+from firmware_py.estimation.integrity import near_surface
 from firmware_py.estimation.integrity.depth_arbitration import Accused, Entry, arbitrate, bottom_says, dvl_or_pitch
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
+from firmware_py.estimation.integrity.vertical_memory import VerticalCheckMemory
 from firmware_py.estimation.integrity.wander import look, wander_5s, wanders
 
 _MEAN = 0.3
@@ -47,49 +48,8 @@ _AGED, _AGED_BLIND, _AGED_MOST = 0.02, 0.4, 3.0
 """How far a carried depth may be off: growth with DVL and without, m/s, and the most, m."""
 _BACK = 0.5
 """A pressure that is suspect must come back from the farthest that it was off, to less than this share of it."""
-_AFLOAT, _AFLOAT_BLIND = 0.05, 0.07
-"""Near the surface a carried depth may sink so fast beside the pressure, m/s, with DVL and without."""
 _PING_GAP = 1.0
 """Without a ping for longer, s, what the DVL alone carries begins anew."""
-
-
-@dataclass(slots=True)
-class VerticalCheckMemory:
-    """Carried depths, mean residual and history.
-
-    `known` is whether they can be carried on; `stand_in` the depth in place of a suspect pressure; `since` the entry
-    from which pressure and carried depth went apart, where the pressure is suspect and it is not decided; `window`
-    how many entries of the history before its end that was. Residuals are comparable since `began`, `raw` since
-    `t_raw`; `lie` is the farthest that a suspect pressure was from `stand_in`, m. `unsteady` is how much the drift from
-    propeller and pitch changes in 5 s, m, as seen at `t_look`. `afloat` is when pressure and carried depth rose
-    together last, near the surface.
-    """
-
-    carried: float = 0.0
-    raw: float = 0.0
-    heave: float = 0.0
-    began: float = -math.inf
-    t_raw: float = -math.inf
-    t_pinged: float = -math.inf
-    lie: float = 0.0
-    blind: float = 0.0
-    model: float = 0.0
-    vague: float = 0.0
-    since: Entry | None = None
-    window: int = _WINDOWS[0]
-    t_carried: float = -math.inf
-    t: float = -math.inf
-    known: bool = False
-    residual: float = math.nan
-    outliers: int = 0
-    held: int = 0
-    t_entry: float = -math.inf
-    history: tuple[Entry, ...] = ()
-    stand_in: float = math.nan
-    aged: float = 0.0
-    unsteady: float = math.nan
-    t_look: float = -math.inf
-    afloat: Entry | None = None
 
 
 class VerticalCheck:
@@ -204,7 +164,7 @@ class VerticalCheck:
 
     def _near_surface(self, t: float, depth: float, altitude: float, exact: bool) -> Accused:
         """Begin anew with a reading less deep than `surface`; return who is accused where the hull sank without it."""
-        params, memory = self._params, self.memory
+        memory = self.memory
         held, then = memory.held + 1, memory.afloat
         self._begin(t, depth)
         memory.history = ()
@@ -212,14 +172,10 @@ class VerticalCheck:
         if then is None:
             memory.afloat = now
             return Accused.NOBODY
-        sank, time = then.residual - now.residual, t - then.t
-        rate, least = _AFLOAT, params.depth_step
-        if now.blind - then.blind > 0.3:
-            eddies = 0.0 if exact else wanders(memory.unsteady)[0]
-            rate, least = _AFLOAT_BLIND, params.depth_blind_20s + eddies
-        if sank <= rate * time:
+        sinking = near_surface.judge(now, then, self._params, memory.unsteady, exact)
+        if sinking.agrees:
             memory.afloat = now
-        if sank <= rate * time + least or depth + sank < params.surface:
+        if not sinking.contradicts:
             return Accused.NOBODY
         memory.held = held
         if held < _HELD:
