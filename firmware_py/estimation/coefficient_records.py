@@ -64,7 +64,6 @@ class IterationMemory(NamedTuple):
     span: float
     turn: int
     row: int
-    reference: tuple[int, int]
     stage: int
     accepted_last: bool
     age: float

@@ -16,7 +16,6 @@ from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.iteration.iterated_filter import LAST, PATIENCE, ROWS_PER_STEP
 from firmware_py.estimation.iteration.relinearised_pass import move_with_reference
-from firmware_py.estimation.iteration.smoother_pass import BLOCK
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.estimation.model.state import EDDIES
 from firmware_py.params import ParamError
@@ -115,7 +114,7 @@ def test_it_takes_over_when_the_history_has_been_gone_through() -> None:
     rows = (
         2.0 / NOW.h * (ROWS_PER_STEP / (ROWS_PER_STEP - 1)) ** (LAST + 1)
     )  # gone through at least once a stage, growing meanwhile
-    assert rows < steps < 2.0 * rows + (LAST + 1) * 2 * BLOCK
+    assert rows < steps < 2.0 * rows
     assert ekf.iteration.used == steps
 
 

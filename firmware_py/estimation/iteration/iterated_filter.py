@@ -27,8 +27,8 @@ from firmware_py.estimation.coefficient_records import IterationMemory
 from firmware_py.estimation.filter.bank_arrays import BankArrays
 from firmware_py.estimation.filter.measurement_history import MeasurementHistory, new_history, record
 from firmware_py.estimation.iteration.acceptance import Evidence, Verdict
+from firmware_py.estimation.iteration.reference_filter import ReferenceFilter
 from firmware_py.estimation.iteration.relinearised_pass import relinearised_pass
-from firmware_py.estimation.iteration.smoother_pass import SmootherPass
 from firmware_py.estimation.iteration.stages import FIRST_INTENSITY, LAST, set_noise
 from firmware_py.estimation.model.jacobians import Array
 
@@ -68,7 +68,7 @@ class IteratedFilter:
         self.history = new_history(math.ceil(longest * RATE_MAX))
         self._none = new_history(0)
         count, n = filters.x.shape
-        self._reference = SmootherPass(filters)
+        self._reference = ReferenceFilter(filters)
         self._mean, self._may_learn = np.zeros(n), np.zeros(filters.width)
         """The values that a pass began with, and which states may learn."""
         self._window, self._contradicted = np.zeros((3, 3)), np.zeros(1)
@@ -133,9 +133,7 @@ class IteratedFilter:
         if not self.running:
             return ENDLESS
         if self._row >= 0:
-            ref = self._reference
-            ahead = min(_steps(ref.row_max - ref.row, ROWS_PER_STEP), _steps(self.used - ref.row, ROWS_PER_STEP - 1))
-            return max(_steps(ref.smoothed_to - self._row, ROWS_PER_STEP), ahead, 1)
+            return max(-(-(self.used - self._row) // (ROWS_PER_STEP - 1)), 1)
         mark = self._times[self._turn] if self._learned else self._delay + PATIENCE
         return max(math.ceil((mark - self._span) / h - 1e-6), 1)
 
@@ -187,14 +185,8 @@ class IteratedFilter:
 
     def _catch_up(self, bank: BankArrays, steps: int, age: Array, begun: Flags) -> Verdict:
         """Goes on; at the end of the history, takes over or begins another pass."""
-        own, ref, far = self._bank, self._reference, ROWS_PER_STEP * steps
-        finite = self._advance(min(self._row + far, ref.smoothed_to))
-        finite = finite and ref.run(self.history, min(ref.row + far, self.used))
-        at_end = ref.row == self.used
-        if finite and self._row == ref.smoothed_to and (at_end or ref.row == ref.row_max):
-            ref.smooth_back(whole=at_end)
-            if self.used - self._row <= ROWS_PER_STEP:
-                finite = self._advance(self.used)
+        own = self._bank
+        finite = self._advance(min(self._row + ROWS_PER_STEP * steps, self.used))
         if finite and self._row < self.used:
             return Verdict.NONE
         if finite:
@@ -226,10 +218,11 @@ class IteratedFilter:
         return Verdict.ACCEPTED if self._accepted_last else Verdict.REJECTED
 
     def _advance(self, to: int) -> bool:
-        """Takes the bank to that row, up to which the reference is known; False if it cannot go on."""
-        ref, begin, self._row = self._reference, self._row, to
-        rest = (ref.path, ref.reference, self._deviation, self._nis, self._rejected, self._window, self._contradicted)
-        return _relinearised_pass(self._bank.kernel, self.history, begin, to, *rest)
+        """Takes the bank to that row; False if it cannot go on."""
+        begin, self._row = self._row, to
+        rest = (self._deviation, self._nis, self._rejected, self._window, self._contradicted)
+        kernels = self._bank.kernel, self._reference.bank
+        return self._reference.loaded and _relinearised_pass(*kernels, self.history, begin, to, *rest)
 
     def _rewind_to_first_stage(self, bank: BankArrays, begun: Flags) -> None:
         """Starts a pass about what was believed where the history begins, with all the noise of the first stage."""
@@ -265,7 +258,6 @@ class IteratedFilter:
             span=self._span,
             turn=self._turn,
             row=self._row,
-            reference=(self._reference.row, self._reference.smoothed_to),
             stage=self._stage,
             accepted_last=self._accepted_last,
             age=self._age,
@@ -287,13 +279,7 @@ class IteratedFilter:
             own[:] = kept
         self._reference.load()
         self._span, self._turn, self._row = memory.span, memory.turn, memory.row
-        self._reference.row, self._reference.smoothed_to = memory.reference
         self._stage, self._accepted_last = memory.stage, memory.accepted_last
         self._age, self._learned = memory.age, memory.learned
         self.running, self.accepted = memory.running, memory.accepted
         self.rejected, self._evidence.lost = memory.rejected, memory.lost
-
-
-def _steps(rows: int, pace: int) -> int:
-    """How many steps those rows take."""
-    return -(-rows // pace)

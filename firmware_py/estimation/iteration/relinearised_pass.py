@@ -1,7 +1,8 @@
 """A pass of the bank through the measurement history, all slopes taken about one motion, compiled.
 
 It is the iterated filter's (Bell and Cathey 1993): motion and slopes are those of the reference, and each filter
-carries its deviation from it.
+carries its deviation from it. The reference goes through the same rows at the same time, so that no slope knows what is
+measured later.
 """
 
 from __future__ import annotations
@@ -16,7 +17,6 @@ from firmware_py.estimation.filter.measurement_history import MeasurementHistory
 from firmware_py.estimation.filter.measurement_update import start_nis, update, wrapped
 from firmware_py.estimation.filter.time_update import predict_covariance
 from firmware_py.estimation.filter.weighting import weigh
-from firmware_py.estimation.iteration.rts_smoother import place
 from firmware_py.estimation.model.kernel_arguments import Linearisation, Model
 from firmware_py.estimation.model.prediction import predict
 from firmware_py.estimation.model.state import MOVING, PHI, PSI, WATER, WATER_AXIS
@@ -51,26 +51,24 @@ def move_with_reference(model: Model, step: Linearisation, reference: Vector, de
 @kernel()
 def relinearised_pass(
     bank: FilterBank,
+    reference: FilterBank,
     history: MeasurementHistory,
     begin: int,
     end: int,
-    path: Matrix,
-    reference: Vector,
     deviation: Matrix,
     nis: Vector,
     rejected: Indices,
     window: Matrix,
     contradicted: Vector,
 ) -> bool:
-    """Takes a bank through rows of the history, all filters by the slopes about one reference.
+    """Takes a bank through rows of the history, all filters by the slopes about one reference, and it beside them.
 
     Args:
         bank: the filters.
+        reference: see `ReferenceFilter`; both have one linearised step.
         history: what they are given.
         begin: the row to begin with; `end` is behind the last.
         end: see begin.
-        path: motion and eddies of the reference before each row, as `rts_smoother.smooth` leaves them.
-        reference: the rest of its state, (padded,); changed where it moves.
         deviation: scratch, (filters, padded).
         nis: scratch, (9,).
         rejected: scratch, (9,).
@@ -81,26 +79,25 @@ def relinearised_pass(
         False if a number is not finite.
     """
     filters, width = bank.x.shape
-    ring, states = path.shape
+    motion = reference.x[0]
     for k in range(begin, end):
         h, z, R = history.h[k], history.z[k], history.R[k]
         if h == 0.0:
             reset_motion(bank, z, R)
+            reset_motion(reference, z, R)
             continue
-        for j in range(states):
-            reference[place(j)] = path[k % ring, j]
-        start_nis(z, nis)
         for b in range(filters):
             for j in range(width):
-                deviation[b, j] = bank.x[b, j] - reference[j]
+                deviation[b, j] = bank.x[b, j] - motion[j]
             deviation[b, PHI], deviation[b, PSI] = wrapped(deviation[b, PHI]), wrapped(deviation[b, PSI])
         weigh(bank.log_likelihood, bank.weights)
-        if not predict(bank.model, history.inputs[k], h, reference, bank.step):
+        if not predict(reference.model, history.inputs[k], h, motion, bank.step):
             return False
+        start_nis(z, nis)
         fade = math.exp(-h / bank.settings.likelihood_memory)
         for b in range(filters):
             x, P = bank.x[b], bank.P[b]
-            move_with_reference(bank.model, bank.step, reference, deviation[b], x)
+            move_with_reference(bank.model, bank.step, motion, deviation[b], x)
             predict_covariance(bank, bank.intensity[b], x, P, h)
             likelihood = update(bank, x, P, bank.weights[b], z, R, nis, rejected, False)
             bank.log_likelihood[b] = fade * bank.log_likelihood[b] + likelihood
@@ -109,4 +106,8 @@ def relinearised_pass(
         add_nis(nis, math.exp(-h / NIS_WINDOW), window)
         if diverged(window):
             contradicted[0] = 1.0
+        start_nis(z, nis)
+        predict_covariance(reference, reference.intensity[0], motion, reference.P[0], h)
+        if update(reference, motion, reference.P[0], 0.0, z, R, nis, rejected, False) * 0.0 != 0.0:
+            return False
     return True
