@@ -220,9 +220,9 @@ class IteratedFilter:
     def _advance(self, to: int) -> bool:
         """Takes the bank to that row; False if it cannot go on."""
         begin, self._row = self._row, to
-        rest = (self._deviation, self._nis, self._rejected, self._window, self._contradicted)
-        kernels = self._bank.kernel, self._reference.bank
-        return self._reference.loaded and _relinearised_pass(*kernels, self.history, begin, to, *rest)
+        kept = (self._deviation, self._nis, self._rejected, self._window, self._contradicted)
+        own, ref = self._bank.kernel, self._reference
+        return ref.loaded and _relinearised_pass(own, ref.bank, self.history, begin, to, *kept)
 
     def _rewind_to_first_stage(self, bank: BankArrays, begun: Flags) -> None:
         """Starts a pass about what was believed where the history begins, with all the noise of the first stage."""

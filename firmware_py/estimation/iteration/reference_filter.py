@@ -1,9 +1,10 @@
 """The reference filter of an iterated pass: about its motion the slopes are taken.
 
-It knows at each row what was measured up to there, and nothing of what follows. A smoothed motion would be nearer to the
-true one, but it must not be: what the eddies did is known afterwards by how the vehicle answered, so slopes about them
-would tell a coefficient what it has to explain. Where little but eddies moves the vehicle, coefficients of the flow then
-grow and eddies shrink, in every pass more, and weaker eddies than there are become the most likely (README.md).
+It knows at each row what was measured up to there, and nothing of what follows. A smoothed motion would be nearer to
+the true one, but it must not be: what the eddies did is known afterwards by how the vehicle answered, so slopes about
+them would tell a coefficient what it has to explain. Where little but eddies moves the vehicle, coefficients of the
+flow then grow and eddies shrink, in every pass more, and weaker eddies than there are become the most likely
+(README.md).
 """
 
 from __future__ import annotations
