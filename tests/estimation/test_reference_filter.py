@@ -1,4 +1,4 @@
-"""The motion about which a pass takes its slopes: where eddies move the vehicle more than its fins, they must not leak."""
+"""The motion about which a pass takes its slopes: it must know nothing of what the eddies did later."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SMALL = 0.025
 
 @pytest.mark.parametrize("seed", [0, 2])
 def test_a_pass_is_honest_where_the_water_moves_the_vehicle_more_than_its_fins_do(seed: int) -> None:
-    """About a smoothed motion, which knows what the eddies did later, NEES was 12 and eddies of 0.02 m/s were believed."""
+    """About a smoothed motion NEES was 12, and eddies of 0.02 m/s were believed."""
     fins = SMALL * excitation(STEERED, seed)
     assert np.abs(fins).max() < 0.05 * AMPLITUDE
     flight = fly(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sternplane.study.cases import consistency, exact, honesty, misaligned, noisy, sitl, sliding, wrong
+from sternplane.study.cases import consistency, exact, honesty, misaligned, noisy, sitl, sliding, steered, wrong
 from sternplane.study.rows import Case
 
 CASES: tuple[Case, ...] = (
@@ -13,5 +13,6 @@ CASES: tuple[Case, ...] = (
     *consistency.CASES,
     *sitl.CASES,
     *honesty.CASES,
+    *steered.CASES,
     *misaligned.CASES,
 )

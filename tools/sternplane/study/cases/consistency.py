@@ -29,7 +29,7 @@ ROUGH: Waters = {
 LOST = 0.001
 """Expected share of flights in which the filter diverges and is reset."""
 STRONG = "eddies 0.2 m/s"
-STRONG_NEES, STRONG_SCATTER, STRONG_LOST = 1.5, 1.4, 0.17
+STRONG_NEES, STRONG_SCATTER, STRONG_LOST = 2.2, 2.2, 0.17
 """NEES expected in these, how it scatters from flight to flight, and the expected share of flights with a reset. In the
 roll equation sway and heave through the water multiply: where the filter's sway has the wrong sign, so has its slope,
 and its water runs away within half a second. NIS shows it and the filter is reset, its coefficients off by 1 to 3
