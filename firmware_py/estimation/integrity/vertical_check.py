@@ -134,7 +134,12 @@ class VerticalCheck:
             return False, self._decide(self._entry(t, depth, altitude), memory.since)
         predicted = carried + memory.residual
         if predicted < params.surface and depth < params.surface:
-            accused = self._near_surface(t, depth, altitude, exact) if known else Accused.NOBODY
+            then, held = memory.afloat, memory.held + 1
+            self._begin(t, depth)
+            memory.history = ()
+            accused = (
+                self._near_surface(then, held, self._entry(t, depth, altitude), exact) if known else Accused.NOBODY
+            )
             return accused is not Accused.SHALLOW_PRESSURE, accused
         memory.afloat = None
         off = depth - predicted
@@ -162,13 +167,9 @@ class VerticalCheck:
         m = self.memory
         return Entry(m.residual, m.carried, altitude, m.blind, depth, m.raw, m.heave, m.model, m.vague, t)
 
-    def _near_surface(self, t: float, depth: float, altitude: float, exact: bool) -> Accused:
-        """Begin anew with a reading less deep than `surface`; return who is accused where the hull sank without it."""
+    def _near_surface(self, then: Entry | None, held: int, now: Entry, exact: bool) -> Accused:
+        """Return who is accused where the hull sank since `then` without the pressure, for `held` readings by now."""
         memory = self.memory
-        held, then = memory.held + 1, memory.afloat
-        self._begin(t, depth)
-        memory.history = ()
-        now = self._entry(t, depth, altitude)
         if then is None:
             memory.afloat = now
             return Accused.NOBODY
