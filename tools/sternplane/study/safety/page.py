@@ -47,7 +47,7 @@ def page(
             identity=(
                 *identity,
                 f"At the surface: less than {SURFACE:g} m deep in truth. Even seeds: still water; odd ones: eddies of "
-                "0.1 m/s. Seeds that four divides learn coefficients in flight; the others do not, which saves time.",
+                "0.1 m/s. Of four seeds two learn coefficients in flight, which takes time; the others do not.",
             ),
             warnings=warnings,
             key_figures=(
