@@ -7,9 +7,10 @@ the number of bytes that came.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 M = TypeVar("M")
 M_co = TypeVar("M_co", covariant=True)
@@ -94,11 +95,69 @@ class Lines(Generic[M]):
         return read(self._decode, line, self.counts)
 
 
-class Packets(Generic[M]):
-    """A binary protocol: packets that begin with the same bytes, and whose header says how long they are.
+class Kind(NamedTuple, Generic[M]):
+    """One kind of message.
 
-    After a packet that is none, the search for the next one goes on behind its first byte: what looked like a beginning
-    may have been part of another packet, or its length may be wrong.
+    Attributes:
+        size: returns the length of a message from what has come of it (never more than the longest message); one more
+            than what has come where that does not tell yet; 0 for one that cannot be.
+        decode: returns the message of a whole one; None for a good one that is not read. It raises SentenceError.
+    """
+
+    size: Callable[[bytes], int]
+    decode: Callable[[bytes], M | None]
+
+
+class Mixed(Generic[M]):
+    """A decoder of a wire with messages of several kinds.
+
+    After a message that is none, the search for the next one goes on behind its first byte: what looked like a beginning
+    may have been part of another message, or its length may be wrong.
+
+    Args:
+        kinds: the kinds, by the bytes that their messages begin with.
+        longest: longest message that is accepted, bytes.
+    """
+
+    __slots__ = ("_find", "_kinds", "_longest", "_rest", "_tail", "counts")
+
+    def __init__(self, kinds: Mapping[bytes, Kind[M]], longest: int = 512) -> None:
+        self._kinds, self._longest = kinds, longest
+        self._find = re.compile(b"|".join(map(re.escape, kinds)), re.DOTALL).search
+        self._tail = max(map(len, kinds)) - 1
+        self._rest = b""
+        self.counts = Counts()
+
+    def feed(self, data: bytes) -> list[M]:
+        """Return the messages that these bytes complete, in order; count everything else."""
+        buffer, at = self._rest + data, 0
+        messages: list[M] = []
+        while found := self._find(buffer, at):
+            at, kind = found.start(), self._kinds[found.group()]
+            length = kind.size(buffer[at : at + self._longest])
+            if not 0 < length <= self._longest:
+                self.counts.too_long += length > self._longest
+                self.counts.malformed += length <= self._longest
+                at += 1
+                continue
+            if len(buffer) - at < length:
+                self._rest = buffer[at:]
+                return messages
+            good = self.counts.good + self.counts.other
+            message = read(kind.decode, buffer[at : at + length], self.counts)
+            at += length if self.counts.good + self.counts.other > good else 1
+            if message is not None:
+                messages.append(message)
+        self._rest = buffer[max(at, len(buffer) - self._tail) :]
+        return messages
+
+    def restart(self) -> None:
+        """Forget the piece of a message that has come."""
+        self._rest = b""
+
+
+class Packets(Mixed[M]):
+    """A decoder of a binary protocol: packets that begin with the same bytes, and whose header says how long they are.
 
     Args:
         sync: the first bytes of each packet.
@@ -109,7 +168,7 @@ class Packets(Generic[M]):
         longest: longest packet that is accepted, bytes.
     """
 
-    __slots__ = ("_decode", "_header", "_longest", "_rest", "_size", "_sync", "counts")
+    __slots__ = ()
 
     def __init__(
         self,
@@ -119,47 +178,13 @@ class Packets(Generic[M]):
         decode: Callable[[bytes], M | None],
         longest: int = 512,
     ) -> None:
-        self._sync, self._header, self._size, self._decode = sync, header, size, decode
-        self._longest = longest
-        self._rest = b""
-        self.counts = Counts()
+        def length(begun: bytes) -> int:
+            if len(begun) < header:
+                return len(begun) + 1
+            told = size(begun[:header])
+            return told if told >= header else 0
 
-    def feed(self, data: bytes) -> list[M]:
-        """Return the messages that these bytes complete, in order; count everything else."""
-        buffer, at, messages = self._rest + data, 0, []
-        while True:
-            at = self._next(buffer, at)
-            if len(buffer) - at < self._header:
-                break
-            length = self._size(buffer[at : at + self._header])
-            if not self._header <= length <= self._longest:
-                self.counts.too_long += length > self._longest
-                self.counts.malformed += length <= self._longest
-                at += 1
-                continue
-            if len(buffer) - at < length:
-                break
-            good = self.counts.good + self.counts.other
-            message = read(self._decode, buffer[at : at + length], self.counts)
-            at += length if self.counts.good + self.counts.other > good else 1
-            if message is not None:
-                messages.append(message)
-        self._rest = buffer[at:]
-        return messages
-
-    def restart(self) -> None:
-        """Forget the piece of a packet that has come."""
-        self._rest = b""
-
-    def _next(self, buffer: bytes, at: int) -> int:
-        """Return where the next packet may begin: at its first bytes, or at a piece of them at the end."""
-        found = buffer.find(self._sync, at)
-        if found >= 0:
-            return found
-        tail = len(self._sync) - 1
-        while tail and not buffer.endswith(self._sync[:tail], at):
-            tail -= 1
-        return len(buffer) - tail
+        super().__init__({sync: Kind(length, decode)}, longest)
 
 
 def read(decode: Callable[[bytes], M | None], content: bytes, counts: Counts) -> M | None:

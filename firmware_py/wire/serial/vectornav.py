@@ -19,8 +19,7 @@ import re
 import struct
 from typing import Final, NamedTuple
 
-from firmware_py.wire.serial.mixed_stream import Kind, Mixed
-from firmware_py.wire.serial.stream import ChecksumError, SentenceError
+from firmware_py.wire.serial.stream import ChecksumError, Kind, Mixed, SentenceError
 from firmware_py.wire.serial.vectornav_commands import checksum, command, crc16
 from firmware_py.wire.serial.vectornav_layout import layout_of, packet_size
 
