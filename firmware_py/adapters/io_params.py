@@ -110,13 +110,14 @@ class IoParams:
         """Refuse a device with the id of the autopilot or the plant, and one id for both of these."""
         taken = {self.can.node_id: "can.node_id"}
         devices = {f"nodes.{field.name}": getattr(self.nodes, field.name) for field in fields(self.nodes)}
-        servos = {f"fins: {one.name}": one.node for one in self.fins if one.node not in (0, self.nodes.servo_hub)}
-        shared = {node_id: name for name, node_id in reversed(servos.items())}
-        own = {name: node_id for node_id, name in shared.items()}
-        for name, node_id in {"can.plant_id": self.can.plant_id, **devices, **own}.items():
+        for name, node_id in {"can.plant_id": self.can.plant_id, **devices}.items():
             if node_id in taken:
                 raise ParamError(f"{name} = {node_id}: is {taken[node_id]} already; every node needs an id of its own")
             taken[node_id] = name
+        for one in self.fins:  # several servos may share a node
+            if one.node in taken and one.node != self.nodes.servo_hub:
+                name, other = f"fins: {one.name} = {one.node}", taken[one.node]
+                raise ParamError(f"{name}: is {other} already; every node needs an id of its own")
 
     @property
     def device_ids(self) -> dict[int, str]:

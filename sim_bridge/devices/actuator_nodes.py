@@ -111,19 +111,13 @@ class FinServos:
 
     def commands(self, t: float, fins: Sequence[float]) -> Sequence[float]:
         """Return the commands that act at `t`, rad; `fins` are the true angles, where they stay without power."""
-        timeout, t_command, action = self._params.silence, self._t_command, self._params.silent
-        if all(node.powered for node in self._nodes):
-            if t - min(t_command) <= timeout or action is TimeoutAction.HOLD:
-                return self._commanded
-            idle = fins if action is TimeoutAction.LIMP else [0.0] * len(fins)
-            return [c if t - t_c <= timeout else i for c, t_c, i in zip(self._commanded, t_command, idle, strict=True)]
         return [
-            angle if not node.powered else self._alone(i, t, angle)
+            self._command(i, t, angle) if node.powered else angle
             for i, (angle, node) in enumerate(zip(fins, self._nodes, strict=True))
         ]
 
-    def _alone(self, i: int, t: float, angle: float) -> float:
-        """Return the command that acts on one fin, rad."""
+    def _command(self, i: int, t: float, angle: float) -> float:
+        """Return the command that acts on one fin with power, rad; `angle` is the true one."""
         action = self._params.silent
         if t - self._t_command[i] <= self._params.silence or action is TimeoutAction.HOLD:
             return self._commanded[i]

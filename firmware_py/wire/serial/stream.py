@@ -111,8 +111,8 @@ class Kind(NamedTuple, Generic[M]):
 class Mixed(Generic[M]):
     """A decoder of a wire with messages of several kinds.
 
-    After a message that is none, the search for the next one goes on behind its first byte: what looked like a beginning
-    may have been part of another message, or its length may be wrong.
+    After a message that is none, the search for the next one goes on behind its first byte: what looked like a
+    beginning may have been part of another message, or its length may be wrong.
 
     Args:
         kinds: the kinds, by the bytes that their messages begin with.

@@ -72,7 +72,7 @@ def layout_of(header: bytes) -> Layout | None:
 
 
 def packet_size(head: bytes) -> int:
-    """Return the length of a packet from its first bytes, as `mixed_stream.Kind` asks for it."""
+    """Return the length of a packet from its first bytes, as `stream.Kind` asks for it."""
     if len(head) < 2:
         return len(head) + 1
     begin = 2 + 2 * head[1].bit_count()
