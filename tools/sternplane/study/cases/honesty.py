@@ -152,31 +152,44 @@ WAYS = (
 )
 
 
-def _run(seed: int, k: int) -> RunArrays:
-    way = WAYS[k % len(WAYS)]
-    hull, shipped = way.hull, configs() / way.hull.folder
+class Judged(NamedTuple):
+    """A flight: whether it was completed; by how many sigmas the ten are off, and which are valid, (cycles, 10)."""
+
+    completed: bool
+    off: np.ndarray
+    valid: np.ndarray
+
+
+def judged(scenario: str, vehicle: str, factors: Callable[[Tables, Signs], Factors], seed: int) -> Judged:
+    """Fly a scenario with a vehicle whose file is wrong by factors; judge what is learned by the file as it is."""
+    shipped = configs() / vehicle
     true = read_toml(shipped / "vehicle.toml")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        scenario = folder / "study.toml"
-        fields = {
-            "water": way.water,
-            "duration": DURATION,
-            "u": hull.u,
-            "n": hull.n,
-            "fins": hull.fins,
-            "register": 1 + seed % PERIOD,
-        }
-        factors = way.factors(true, signs(seed))
-        scenario.write_text(SCENARIO.format(**fields) + overlay(factors))
-        flight = prepare(FlightRequest(scenario=str(scenario), config=shipped, seed=seed), {})
-        outcome = fly(flight, folder / "log.mcap")
+        file = folder / "study.toml"
+        file.write_text(scenario + overlay(factors(true, signs(seed))))
+        outcome = fly(prepare(FlightRequest(scenario=str(file), config=shipped, seed=seed), {}), folder / "log.mcap")
         c = read(folder / "log.mcap").columns
-    off = (c["state.learned.value"] - np.array([true["coefficients"][name] for name in TEN])) / c["state.learned.std"]
-    valid = c["state.learned.valid"].astype(bool)
+    right = np.array([true["coefficients"][name] for name in TEN])
+    off = (c["state.learned.value"] - right) / c["state.learned.std"]
+    return Judged(outcome.completed, off, c["state.learned.valid"].astype(bool))
+
+
+def _run(seed: int, k: int) -> RunArrays:
+    way = WAYS[k % len(WAYS)]
+    hull = way.hull
+    fields = {
+        "water": way.water,
+        "duration": DURATION,
+        "u": hull.u,
+        "n": hull.n,
+        "fins": hull.fins,
+        "register": 1 + seed % PERIOD,
+    }
+    completed, off, valid = judged(SCENARIO.format(**fields), hull.folder, way.factors, seed)
     return {
         "way": np.array(k % len(WAYS)),
-        "completed": np.array(outcome.completed),
+        "completed": np.array(completed),
         "z": np.abs(off[-1]),
         "valid": valid[-1],
         "ever": np.nanmax(np.where(valid, np.abs(off), 0.0), axis=0),

@@ -7,22 +7,15 @@ while and right in the end, so each coefficient is judged at all times at which 
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from firmware_py.adapters.installation import configs
-from firmware_py.adapters.storage.toml_files import read_toml
-from firmware_py.estimation.coefficient_params import TEN
-from sternplane.logs.reading import read
-from sternplane.sitl.flight import FlightRequest, fly, prepare
-from sternplane.study.cases.honesty import FAR, SHARE, Signs, Tables, nothing, signs, ten
+from sternplane.study.cases.honesty import FAR, SHARE, Signs, Tables, judged, nothing, ten
 from sternplane.study.chance import share_of
 from sternplane.study.rows import Case, Results, Row, RunArrays
-from sternplane.study.wrong_vehicle import Factors, overlay
+from sternplane.study.wrong_vehicle import Factors
 
 HULL, SPEED = "npsauv2", 1.8
 DURATION = 90.0
@@ -76,22 +69,13 @@ WAYS = (
 
 
 def _run(seed: int, k: int) -> RunArrays:
-    way, shipped = WAYS[k % len(WAYS)], configs() / HULL
-    true = read_toml(shipped / "vehicle.toml")
+    way = WAYS[k % len(WAYS)]
     legs = "".join(f"[[waypoints]]\nx_m = {x}\ny_m = {y}\ndepth_m = {z}\nspeed_m_s = {SPEED}\n" for x, y, z in way.legs)
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        scenario = folder / "study.toml"
-        text = SCENARIO.format(duration=DURATION, turbulence=way.turbulence, speed=SPEED) + legs
-        scenario.write_text(text + overlay(way.factors(true, signs(seed))))
-        flight = prepare(FlightRequest(scenario=str(scenario), config=shipped, seed=seed), {})
-        outcome = fly(flight, folder / "log.mcap")
-        c = read(folder / "log.mcap").columns
-    off = (c["state.learned.value"] - np.array([true["coefficients"][name] for name in TEN])) / c["state.learned.std"]
-    valid = c["state.learned.valid"].astype(bool)
+    scenario = SCENARIO.format(duration=DURATION, turbulence=way.turbulence, speed=SPEED) + legs
+    completed, off, valid = judged(scenario, HULL, way.factors, seed)
     return {
         "way": np.array(k % len(WAYS)),
-        "completed": np.array(outcome.completed),
+        "completed": np.array(completed),
         "valid": valid.any(axis=0),
         "z": np.where(valid, np.abs(off), 0.0).max(axis=0),
     }
