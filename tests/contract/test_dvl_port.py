@@ -239,10 +239,12 @@ def test_a_port_that_is_not_there_says_who_brings_it(tmp_path):
 
 def test_a_name_that_a_dead_vehicle_left_says_who_brings_another(tmp_path):
     name = tmp_path / "dvl"
-    with SerialLine() as line:
-        name.symlink_to(line.path)
+    device, reader = os.openpty()
+    name.symlink_to(os.ttyname(reader))
+    os.close(device)  # the reader stays: the kernel gives the number to nobody else while the name is tried
     with pytest.raises(BusError, match=FIRST):
         DvlLine(str(name))
+    os.close(reader)
     with SerialLine() as line:  # the kernel gives its number to the next terminal, here another vehicle's
         user, leftover = DvlLine(line.path), tmp_path / "leftover"
         leftover.symlink_to(line.path)
