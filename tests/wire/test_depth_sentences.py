@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firmware_py.wire.serial.checksums import xor_sum
 from firmware_py.wire.serial.depth_sentences import Depth, decode, encode
-from firmware_py.wire.serial.nmea_line import checksum
 from firmware_py.wire.serial.stream import ChecksumError, SentenceError
 
 
 def line(body: str) -> bytes:
-    return b"$%s*%02X" % (body.encode(), checksum(body.encode()))
+    return b"$%s*%02X" % (body.encode(), xor_sum(body.encode()))
 
 
 def near(value, tolerance):

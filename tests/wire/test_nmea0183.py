@@ -11,7 +11,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from pynmeagps import GET, NMEAMessage, NMEAReader
 
-from firmware_py.wire.serial import nmea0183, nmea_line
+from firmware_py.wire.serial import nmea0183
+from firmware_py.wire.serial.checksums import xor_sum
 from firmware_py.wire.serial.nmea0183 import DEG, KM_H, KNOT, decode, encode
 from firmware_py.wire.serial.nmea_messages import (
     Attitude,
@@ -28,7 +29,7 @@ NAN = math.nan
 
 
 def line(body: str) -> bytes:
-    return b"$%s*%02X" % (body.encode(), nmea_line.checksum(body.encode()))
+    return b"$%s*%02X" % (body.encode(), xor_sum(body.encode()))
 
 
 def judge(message, talker="GN"):

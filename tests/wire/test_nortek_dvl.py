@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_py.wire.serial.nmea_line import checksum
+from firmware_py.wire.serial.checksums import xor_sum
 from firmware_py.wire.serial.nortek_dvl import UNKNOWN, Beam, Velocity, decode, encode
 from firmware_py.wire.serial.stream import ChecksumError, SentenceError
 
@@ -30,7 +30,7 @@ VALID = 0x000FFFFF
 
 
 def line(body: str) -> bytes:
-    return b"$%s*%02X" % (body.encode(), checksum(body.encode()))
+    return b"$%s*%02X" % (body.encode(), xor_sum(body.encode()))
 
 
 def near(value, tolerance):

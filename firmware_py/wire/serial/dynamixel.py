@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple, TypeVar
 
+from firmware_py.wire.serial.checksums import crc_table
 from firmware_py.wire.serial.stream import ChecksumError, Packets, SentenceError
 
 M = TypeVar("M")
@@ -69,17 +70,7 @@ class Status(NamedTuple):
         return (ERRORS[number] if number < len(ERRORS) else f"error {number}") if number else ""
 
 
-def _crc_table() -> tuple[int, ...]:
-    table = []
-    for byte in range(256):
-        crc = byte << 8
-        for _ in range(8):
-            crc = (crc << 1 ^ (0x8005 if crc & 0x8000 else 0)) & 0xFFFF
-        table.append(crc)
-    return tuple(table)
-
-
-_CRC = _crc_table()
+_CRC = crc_table(0x8005, 16)
 
 
 def crc16(data: bytes) -> int:

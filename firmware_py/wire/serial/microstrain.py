@@ -17,9 +17,9 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Mapping
-from itertools import accumulate
 from typing import Final, NamedTuple
 
+from firmware_py.wire.serial.checksums import fletcher
 from firmware_py.wire.serial.stream import ChecksumError, Packets, SentenceError
 
 LONGEST = 261
@@ -89,12 +89,6 @@ class Attitude(NamedTuple):
         return known and self.valid and self.state not in (0, 1)
 
 
-def checksum(data: bytes) -> bytes:
-    """Return Fletcher's checksum: the sum of the bytes and the sum of these sums, each modulo 256."""
-    sums = [0, *accumulate(data)]
-    return bytes((sums[-1] & 0xFF, sum(sums) & 0xFF))
-
-
 def decode(packet: bytes) -> Attitude | None:
     """Return what a packet tells of attitude, rates and status; None for a packet without any of these.
 
@@ -103,7 +97,7 @@ def decode(packet: bytes) -> Attitude | None:
     """
     if packet[:2] != b"ue" or len(packet) < 6 or len(packet) != packet[3] + 6:
         raise SentenceError(f"packet of {len(packet)} bytes: must be 75 65, set, length, payload and checksum")
-    if (right := checksum(packet[:-2])) != packet[-2:]:
+    if (right := fletcher(packet[:-2])) != packet[-2:]:
         raise ChecksumError(f"checksum is {packet[-2:].hex()}: must be {right.hex()}")
     if packet[2] not in _FIELDS:
         return None
@@ -162,7 +156,7 @@ def packet(descriptor_set: int, *fields: tuple[int, bytes]) -> bytes:
     """Return a packet of fields, each a descriptor and its content."""
     payload = b"".join([bytes((len(content) + 2, descriptor)) + content for descriptor, content in fields])
     start = bytes((0x75, 0x65, descriptor_set, len(payload))) + payload
-    return start + checksum(start)
+    return start + fletcher(start)
 
 
 def idle() -> bytes:

@@ -9,20 +9,14 @@ without content is unknown: NaN.
 from __future__ import annotations
 
 import math
-from functools import reduce
-from operator import xor
 
+from firmware_py.wire.serial.checksums import xor_sum
 from firmware_py.wire.serial.stream import ChecksumError, SentenceError
 
 UNITS_OF_MINUTE = 100_000
 """Latitude and longitude are written in this part of a minute of arc, 1.9 cm."""
 DAY_CS = 8_640_000
 """Hundredths of a second in a day."""
-
-
-def checksum(body: bytes) -> int:
-    """Return the exclusive or of all bytes."""
-    return reduce(xor, body, 0)
 
 
 def fields(line: bytes) -> list[bytes]:
@@ -36,15 +30,15 @@ def fields(line: bytes) -> list[bytes]:
     body, star, digits = line[start + 1 :].partition(b"*")
     if start < 0 or not star or len(digits) != 2:
         raise SentenceError("not a sentence: must be $ or !, fields, a star and two hexadecimal digits")
-    if b"%02X" % checksum(body) != digits.upper():
-        raise ChecksumError(f"checksum is {digits!r}: must be {checksum(body):02X}")
+    if b"%02X" % xor_sum(body) != digits.upper():
+        raise ChecksumError(f"checksum is {digits!r}: must be {xor_sum(body):02X}")
     return body.split(b",")
 
 
 def sentence(text: str) -> bytes:
     """Return the line of an address with its fields, with CR LF."""
     body = text.encode()
-    return b"$%s*%02X\r\n" % (body, checksum(body))
+    return b"$%s*%02X\r\n" % (body, xor_sum(body))
 
 
 def at_least(count: int, found: list[bytes]) -> None:

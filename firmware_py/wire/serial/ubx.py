@@ -10,10 +10,10 @@ degrees, pDOP 0.01. ACK-ACK (05 01) and ACK-NAK (05 00) name the class and id th
 from __future__ import annotations
 
 import math
-from itertools import accumulate
 from struct import Struct
 from typing import NamedTuple
 
+from firmware_py.wire.serial.checksums import fletcher
 from firmware_py.wire.serial.stream import ChecksumError, Packets, SentenceError
 
 SYNC = b"\xb5\x62"
@@ -99,15 +99,10 @@ class Ack(NamedTuple):
     answered: bytes
 
 
-def checksum(data: bytes) -> bytes:
-    """Return Fletcher's checksum with 8 bits: the sum of all bytes, and the sum of these sums."""
-    return bytes((sum(data) & 0xFF, sum(accumulate(data)) & 0xFF))
-
-
 def packet(kind: bytes, payload: bytes) -> bytes:
     """Return a packet of a class and id."""
     body = kind + len(payload).to_bytes(2, "little") + payload
-    return SYNC + body + checksum(body)
+    return SYNC + body + fletcher(body)
 
 
 def decode(whole: bytes) -> NavPvt | Ack | None:
@@ -119,8 +114,8 @@ def decode(whole: bytes) -> NavPvt | Ack | None:
     body = whole[2:-2]
     if len(whole) < _AROUND or whole[:2] != SYNC or len(whole) != _AROUND + int.from_bytes(whole[4:6], "little"):
         raise SentenceError("not a packet: must be B5 62, a header, the payload that it tells, and a checksum")
-    if checksum(body) != whole[-2:]:
-        raise ChecksumError(f"checksum is {whole[-2:].hex()}: must be {checksum(body).hex()}")
+    if fletcher(body) != whole[-2:]:
+        raise ChecksumError(f"checksum is {whole[-2:].hex()}: must be {fletcher(body).hex()}")
     kind, payload = body[:2], body[4:]
     if kind == NAV_PVT:
         return _pvt(payload)

@@ -19,8 +19,9 @@ import re
 import struct
 from typing import Final, NamedTuple
 
+from firmware_py.wire.serial.checksums import xor_sum
 from firmware_py.wire.serial.stream import ChecksumError, Kind, Mixed, SentenceError
-from firmware_py.wire.serial.vectornav_commands import checksum, command, crc16
+from firmware_py.wire.serial.vectornav_commands import command, crc16
 from firmware_py.wire.serial.vectornav_layout import layout_of, packet_size
 
 LONGEST = 256
@@ -101,7 +102,7 @@ def _decode_line(line: bytes) -> Attitude | None:
     body, star, digits = line.rstrip(b"\r\n").partition(b"*")
     if not star or not body.startswith(b"$VN") or len(digits) not in (2, 4):
         raise SentenceError("not a sentence: must be $VN..., a star and two or four hexadecimal digits")
-    right = b"%02X" % checksum(body[1:]) if len(digits) == 2 else b"%04X" % crc16(body[1:])
+    right = b"%02X" % xor_sum(body[1:]) if len(digits) == 2 else b"%04X" % crc16(body[1:])
     if right != digits.upper():
         raise ChecksumError(f"checksum is {digits!r}: must be {right.decode()}")
     name, *fields = body[1:].split(b",")

@@ -1,4 +1,4 @@
-"""VectorNav's commands (VN-100 manual UM001), and the two checksums of its lines.
+"""VectorNav's commands (VN-100 manual UM001), and the CRC of its lines and packets.
 
 A device answers each with a line like it; a command that it refuses with `$VNERR,n`. They hold until it restarts,
 unless the settings are written.
@@ -7,17 +7,12 @@ unless the settings are written.
 from __future__ import annotations
 
 from binascii import crc_hqx
-from functools import reduce
-from operator import xor
 from typing import Final
+
+from firmware_py.wire.serial.checksums import xor_sum
 
 OUTPUTS: Final = {"off": 0, "VNYPR": 1, "VNQMR": 8, "VNYMR": 14}
 """Sentences that the device can be told to send, with their numbers."""
-
-
-def checksum(data: bytes) -> int:
-    """Return the XOR of all bytes."""
-    return reduce(xor, data, 0)
 
 
 def crc16(data: bytes) -> int:
@@ -28,7 +23,7 @@ def crc16(data: bytes) -> int:
 def command(text: str, crc: bool = False) -> bytes:
     """Return the line of a command, `VNRRG,1` for example: with `$`, checksum, CR LF."""
     body = text.encode()
-    return b"$%s*%04X\r\n" % (body, crc16(body)) if crc else b"$%s*%02X\r\n" % (body, checksum(body))
+    return b"$%s*%04X\r\n" % (body, crc16(body)) if crc else b"$%s*%02X\r\n" % (body, xor_sum(body))
 
 
 def set_output(name: str) -> bytes:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from firmware_py.wire.serial.checksums import crc_table
 from firmware_py.wire.serial.stream import ChecksumError, Lines, SentenceError
 
 LONGEST_LINE = 512
@@ -42,16 +43,7 @@ class Velocity(NamedTuple):
         return self.altitude if self.valid and 0.0 < self.altitude < 1e6 else math.nan
 
 
-def _crc_table() -> tuple[int, ...]:
-    table = []
-    for crc in range(256):
-        for _ in range(8):
-            crc = (crc << 1 ^ (0x07 if crc & 0x80 else 0)) & 0xFF
-        table.append(crc)
-    return tuple(table)
-
-
-_CRC = _crc_table()
+_CRC = crc_table(0x07, 8)
 
 
 def crc8(data: bytes) -> int:
