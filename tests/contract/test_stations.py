@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from pymavlink import mavutil
 
+from firmware_py.adapters import tcp_dial
 from firmware_py.adapters.ground import stream_links
 from firmware_py.adapters.ground.mavlink_ground import GroundError, open_link
 from firmware_py.adapters.ground.signing_key import now, read_signing
@@ -57,7 +58,7 @@ def test_the_vehicle_goes_to_a_station_by_tcp_again_and_again(monkeypatch: pytes
     with Vehicle(f"tcp:127.0.0.1:{port}:generic") as vehicle:
         vehicle.step(20)  # nobody is there
         with Station(f"tcpin:127.0.0.1:{port}") as station:
-            monkeypatch.setattr(stream_links, "RETRY_S", 0.0)  # rather than wait for the second to pass
+            monkeypatch.setattr(tcp_dial, "RETRY_S", 0.0)  # rather than wait for the second to pass
             vehicle.step(2)
             station.link.recv_match(blocking=False)  # so mavutil takes the call
             flies(vehicle, station)

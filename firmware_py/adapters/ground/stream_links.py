@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import socket
 import time
 from typing import Any
@@ -11,14 +10,10 @@ from typing import Any
 import serial
 
 from firmware_py.adapters.ground.station_link import Address, LinkSpec
+from firmware_py.adapters.tcp_dial import RETRY_S, TcpDial, prepare
 
 BYTES_PER_TICK = 4096
 MAX_UNSENT = 16384
-RETRY_S = 1.0
-_CONNECTING, _CONNECTED = (errno.EINPROGRESS, errno.EALREADY), (0, errno.EISCONN)
-"""Errors of a repeated connect: still connecting, and connected."""
-_DEAD_AFTER_MS = 10_000
-"""A peer that acknowledges nothing for so long is disconnected."""
 
 
 class TcpLink:
@@ -77,10 +72,7 @@ class TcpLink:
         raise NotImplementedError
 
     def _accept(self, peer: socket.socket) -> None:
-        peer.setblocking(False)
-        peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        if hasattr(socket, "TCP_USER_TIMEOUT"):
-            peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, _DEAD_AFTER_MS)
+        prepare(peer)
         self._peer = peer
 
     def _disconnect(self) -> None:
@@ -140,47 +132,23 @@ class TcpClient(TcpLink):
     def __init__(self, spec: LinkSpec) -> None:
         super().__init__(spec)
         try:
-            self._address = socket.gethostbyname(spec.address[0]), spec.address[1]
+            self._dial = TcpDial(spec.address)
         except OSError as error:
             raise spec.error(error) from None
-        self._connecting: socket.socket | None = None
-        self._tried = -RETRY_S
         self._connect()
 
     def fileno(self) -> int:
         """Return the socket; -1 while there is none."""
-        either = self._peer or self._connecting
-        return -1 if either is None else either.fileno()
+        return (self._peer or self._dial).fileno()
 
     def close(self) -> None:
         """Close the connection; may be called twice."""
         super().close()
-        if self._connecting is not None:
-            self._connecting.close()
-            self._connecting = None
+        self._dial.close()
 
     def _connect(self) -> None:
-        if self._peer is not None:
-            return
-        if self._connecting is None:
-            if time.monotonic() - self._tried < RETRY_S:
-                return
-            self._tried = time.monotonic()
-            self._connecting = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-            self._connecting.setblocking(False)
-        try:
-            self._connecting.connect(self._address)
-        except (BlockingIOError, InterruptedError):
-            return
-        except OSError as error:
-            if error.errno in _CONNECTING:
-                return
-            if error.errno not in _CONNECTED:
-                self._connecting.close()
-                self._connecting = None
-                return
-        connected, self._connecting = self._connecting, None
-        self._accept(connected)
+        if self._peer is None and (peer := self._dial.connected(time.monotonic())) is not None:
+            self._accept(peer)
 
 
 class SerialLink:
