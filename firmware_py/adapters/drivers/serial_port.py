@@ -60,7 +60,7 @@ class SerialPort:
         self._port, self._baud = port, baud
         self._serial: Any = None
         self._t_tried = 0.0
-        self._breaks = self._line_errors = self._first_errors = 0
+        self._breaks = self._line_errors = self._first_errors = self._not_sent = 0
         self._name: object = None
         self.missing, self.openings = "", 0
         try:
@@ -89,15 +89,31 @@ class SerialPort:
             self._t_tried = t
             return b""
 
+    def write(self, data: bytes) -> None:
+        """Send bytes; what the line does not take at once is counted. A broken line takes nothing."""
+        if self._serial is None:
+            return
+        try:
+            sent = os.write(self._serial.fileno(), data)  # pyserial's own waits for room
+        except (serial.SerialException, OSError):  # a line that broke is noticed when it is read
+            sent = 0
+        self._not_sent += sent < len(data)
+
     def losses(self) -> dict[str, int]:
         """Return what is wrong with the line.
 
         Returns:
             broken: 1 while the line is broken; breaks: how often that happened.
             line_errors: bytes with a wrong frame or parity, breaks and overruns, where the driver counts them.
+            not_sent: how often it did not take what the device should have been told.
         """
         errors = self._line_errors + self._count_line_errors() - self._first_errors
-        return {"broken": int(self.broken), "breaks": self._breaks, "line_errors": errors}
+        return {
+            "broken": int(self.broken),
+            "breaks": self._breaks,
+            "line_errors": errors,
+            "not_sent": self._not_sent,
+        }
 
     def close(self) -> None:
         """Close the port; may be called twice."""
