@@ -1,4 +1,4 @@
-"""A Water Linked DVL: what its velocity reports say."""
+"""A Water Linked DVL: what its velocity reports say, over its serial line or as JSON over TCP."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from firmware_py.adapters.drivers.driver import Reading
 from firmware_py.adapters.drivers.stream_driver import Instrument
 from firmware_py.records.sensing import Dvl, Heard
+from firmware_py.wire.serial import waterlink_json
 from firmware_py.wire.serial.waterlink_dvl import Velocity, lines
 
 LONGEST_DELAY_US = 10_000_000
@@ -27,4 +28,5 @@ def readings(report: Velocity, t: float) -> Iterable[Reading]:
     yield Reading("dvl", 0, Heard(value, t - delay_us * 1e-6 if timed else t, True, ok))
 
 
-WATERLINK = Instrument(lines, readings)
+WATERLINK = Instrument(lines, readings, "dvl")
+WATERLINK_JSON = Instrument(waterlink_json.lines, readings, "dvl")

@@ -1,0 +1,165 @@
+"""The driver of a pressure sensor MS5837 on an I2C bus: Blue Robotics Bar30 and Bar02.
+
+The sensor converts for milliseconds and is never waited for: each tick begins or ends one step, which moves a few bytes
+(about 1 ms at 100 kHz). One that does not answer is silence, and is begun with anew every second: it has lost its
+power, or is another one.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+from firmware_py.adapters.drivers.driver import Driver, Reading
+from firmware_py.records.sensing import Heard
+from firmware_py.wire.serial import ms5837
+from firmware_py.wire.serial.ms5837 import Model, Prom
+from firmware_py.wire.serial.stream import ChecksumError, SentenceError
+
+OVERSAMPLING = 4096
+"""Converts for 9 ms."""
+MARGIN = 2e-3
+"""A conversion is read so much later, s: ticks begin at uneven times."""
+TEMPERATURE_S = 0.5
+"""How often the temperature is converted too, s."""
+RETRY_S = 1.0
+MOST_UNREADY = 3
+"""After so many conversions in a row without a result the sensor is begun with anew."""
+
+
+class SmBus(Protocol):
+    """What of smbus2.SMBus is used. Each raises OSError where nobody answers."""
+
+    def write_byte(self, i2c_addr: int, value: int) -> None:
+        """Send a command."""
+
+    def read_i2c_block_data(self, i2c_addr: int, register: int, length: int) -> list[int]:
+        """Send a command, and return the bytes that answer it."""
+
+    def close(self) -> None:
+        """Leave the bus."""
+
+
+class Bar30(Driver):
+    """One sensor.
+
+    Args:
+        name: of the device, for its losses.
+        bus: where it is.
+        latency: taken off the time of validity, which is the middle of the conversion, s.
+        number: which of the pressure sensors, from 0.
+        unversioned: what a sensor is that does not tell its version.
+        address: on the bus.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        bus: SmBus,
+        latency: float = 0.0,
+        number: int = 0,
+        unversioned: Model = ms5837.BAR30,
+        address: int = ms5837.ADDRESS,
+    ) -> None:
+        self._name, self._bus, self._latency, self._number = name, bus, latency, number
+        self._unversioned, self._address = unversioned, address
+        self._words: bytes = b""
+        self._prom: Prom | None = None
+        self._there = False
+        self._command = 0
+        """The conversion that is under way; 0: none."""
+        self._t_step = self._t_tried = -math.inf
+        self._t_temperature = -math.inf
+        self._d2 = 0
+        self._unready_in_row = 0
+        self._breaks = self._bad_checksum = self._malformed = self._unready = 0
+
+    def poll(self, t: float) -> list[Reading]:
+        """Take the step that is due at `t`, s; return the pressure if it ends a conversion."""
+        try:
+            if not self._there:
+                self._begin(t)
+            elif self._prom is None:
+                self._read_prom(t)
+            else:
+                return self._convert(t, self._prom)
+        except OSError:
+            self._breaks += self._prom is not None
+            self._lose()
+        except ChecksumError:
+            self._bad_checksum += 1
+            self._lose()
+        except SentenceError:
+            self._malformed += 1
+            self._lose()
+        return []
+
+    def losses(self) -> dict[str, int]:
+        """Return what is wrong with the sensor.
+
+        Returns:
+            broken: 1 while it does not answer; breaks: how often that began.
+            bad_checksum, malformed: calibrations that could not be read; unready: conversions without a result.
+        """
+        counts = {
+            "broken": int(self._prom is None),
+            "breaks": self._breaks,
+            "bad_checksum": self._bad_checksum,
+            "malformed": self._malformed,
+            "unready": self._unready,
+        }
+        return {f"{self._name}_{cause}": count for cause, count in counts.items()}
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._bus.close()
+
+    def _begin(self, t: float) -> None:
+        if t - self._t_tried >= RETRY_S:
+            self._t_tried = t
+            self._bus.write_byte(self._address, ms5837.RESET)
+            self._there, self._t_step, self._words = True, t, b""
+
+    def _read_prom(self, t: float) -> None:
+        """Read a word of the calibration."""
+        if t - self._t_step < ms5837.RESET_TIME + MARGIN:
+            return
+        self._words += bytes(self._bus.read_i2c_block_data(self._address, ms5837.PROM_READ[len(self._words) // 2], 2))
+        if len(self._words) >= 2 * len(ms5837.PROM_READ):
+            self._prom = ms5837.decode_prom(self._words)
+            self._command, self._d2, self._unready_in_row, self._t_temperature = 0, 0, 0, -math.inf
+
+    def _convert(self, t: float, prom: Prom) -> list[Reading]:
+        """End the conversion that is under way if it is done, and begin the next one."""
+        if self._command and t - self._t_step < ms5837.CONVERSION_TIME[OVERSAMPLING] + MARGIN:
+            return []
+        readings: list[Reading] = []
+        if self._command:
+            content = bytes(self._bus.read_i2c_block_data(self._address, ms5837.ADC_READ, 3))
+            try:
+                readings = self._ended(ms5837.decode_adc(content), prom)
+                self._unready_in_row = 0
+            except SentenceError:
+                self._unready += 1
+                self._unready_in_row += 1
+                if self._unready_in_row >= MOST_UNREADY:
+                    self._breaks += 1
+                    self._lose()
+                    return []
+        temperature = not self._d2 or t - self._t_temperature >= TEMPERATURE_S
+        commands = ms5837.CONVERT_TEMPERATURE if temperature else ms5837.CONVERT_PRESSURE
+        self._command, self._t_step = commands[OVERSAMPLING], t
+        self._bus.write_byte(self._address, self._command)
+        return readings
+
+    def _ended(self, value: int, prom: Prom) -> list[Reading]:
+        if self._command == ms5837.CONVERT_TEMPERATURE[OVERSAMPLING]:
+            self._d2, self._t_temperature = value, self._t_step
+            return []
+        model = ms5837.VERSIONS.get(prom.version, self._unversioned)
+        pressure, _, ok = ms5837.compensate(prom, model, value, self._d2)
+        t_valid = self._t_step + 0.5 * ms5837.CONVERSION_TIME[OVERSAMPLING] - self._latency
+        return [Reading("pressure", self._number, Heard(pressure, t_valid, True, ok))]
+
+    def _lose(self) -> None:
+        self._there, self._prom = False, None

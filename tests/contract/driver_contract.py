@@ -1,0 +1,346 @@
+"""What every driver must do, whatever the device and whatever carries it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import random
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from firmware_py.adapters.device_hardware import DeviceHardware
+from firmware_py.adapters.drivers import device_clock
+from firmware_py.adapters.drivers.driver import Driver
+from firmware_py.adapters.drivers.serial_port import BYTES_PER_TICK
+from firmware_py.adapters.drivers.stream_driver import StreamDriver
+from firmware_py.records.sensing import Dvl, Heard
+from firmware_py.tick import Tick
+
+from .device import Device
+from .wires import Wire
+
+DT_NS = 10_000_000
+DT = DT_NS * 1e-9
+SEED = 1500
+START = 50.0
+"""What the device's clock says when the vehicle's begins, s."""
+
+
+class Bench:
+    """The real hardware with one driver, ticked by hand, and the device at the far end of a wire."""
+
+    def __init__(self, device: Device, make: Callable[..., Wire], folder: Any, *, plugged: bool = True) -> None:
+        self.device, self.role = device, device.instrument.role
+        self.wire = make(folder, plugged=plugged)
+        self.driver: Driver = StreamDriver("device", device.instrument, self.wire.stream())
+        self.hardware = DeviceHardware(4, [self.driver])
+        self._k = 100
+        self.clock = START
+        """How far the device's clock is ahead of the vehicle's, s."""
+
+    @property
+    def t(self) -> float:
+        """Time of the last tick, s."""
+        return self._k * DT
+
+    def tick(self, count: int = 1) -> Heard[Any]:
+        """What the frame has of the role after so many ticks."""
+        for _ in range(count):
+            self._k += 1
+            frame = self.hardware.read(Tick(self._k, DT_NS))
+        return getattr(frame, self.role)
+
+    def poll(self) -> list[Heard[Any]]:
+        """All that one tick brings."""
+        self._k += 1
+        readings = self.driver.poll(self.t)
+        assert all((reading.role, reading.number) == (self.role, 0) for reading in readings)
+        return [reading.heard for reading in readings]
+
+    def bytes_of(self, truth: Any, age: float = 0.0) -> bytes:
+        """A measurement that is to be heard in the next tick, stamped so long before it."""
+        return self.device.encode(truth, self.t + DT - age + self.clock)
+
+    def measure(self, truth: Any, age: float = 0.0) -> None:
+        self.wire.send(self.bytes_of(truth, age))
+
+    def heard(self, truth: Any, age: float = 0.0) -> Heard[Any]:
+        """What one tick brings of a measurement; it must be this one, fresh and ok."""
+        self.measure(truth, age)
+        heard = self.tick()
+        self.expect(heard, truth)
+        return heard
+
+    def expect(self, heard: Heard[Any], truth: Any) -> None:
+        assert (heard.fresh, heard.ok) == (True, True)
+        self.near(heard, truth)
+
+    def near(self, heard: Heard[Any], truth: Any) -> None:
+        told, true, tolerance = (
+            (one if isinstance(one, tuple) else (one,)) for one in (heard.value, truth, self.device.tolerance)
+        )
+        assert type(heard.value) is type(truth)
+        for one, other, within in zip(told, true, itertools.cycle(tolerance), strict=False):
+            assert one == pytest.approx(other, abs=within, nan_ok=True)
+
+    def lost(self) -> dict[str, int]:
+        return {cause.removeprefix("device_"): n for cause, n in self.hardware.losses().items()}
+
+    def unread(self) -> int:
+        """How many messages were counted as wrong."""
+        return sum(self.lost()[cause] for cause in ("bad_checksum", "malformed", "too_long"))
+
+    def close(self) -> None:
+        self.driver.close()
+        self.wire.close()
+
+
+class DriverContract:
+    """Each test is a case; `bench` is every device on every wire."""
+
+    def test_fresh(self, bench: Bench) -> None:
+        assert bench.tick().t_valid == -math.inf
+        for truth in bench.device.truths:
+            heard = bench.heard(truth)
+            assert heard.t_valid == pytest.approx(bench.t - bench.device.delay(truth), abs=2e-3)
+        assert bench.unread() == 0
+
+    def test_stale(self, bench: Bench) -> None:
+        first = bench.heard(bench.device.truths[0])
+        for _ in range(20):
+            later = bench.tick()
+            assert (later.fresh, later.value, later.t_valid, later.ok) == (False, first.value, first.t_valid, True)
+        assert later.age(bench.t) == pytest.approx(0.2 + bench.device.delay(bench.device.truths[0]), abs=2e-3)
+
+    def test_order(self, bench: Bench) -> None:
+        for k, truth in enumerate(bench.device.truths):
+            bench.measure(truth, age=0.02 - 0.01 * k)
+        heard = bench.poll()
+        assert len(heard) == 3
+        for one, truth in zip(heard, bench.device.truths, strict=True):
+            bench.expect(one, truth)
+            assert one.t_valid <= bench.t
+        if bench.device.clocked:
+            assert all(a.t_valid <= b.t_valid for a, b in itertools.pairwise(heard))
+
+    def test_late_ones_are_as_old_as_their_clock_says(self, bench: Bench) -> None:
+        bench.heard(bench.device.truths[0])
+        bench.tick(30)
+        for age in (0.2, 0.1):
+            bench.measure(bench.device.truths[1], age)
+        told = bench.device.delay(bench.device.truths[1])
+        expected = [0.2, 0.1] if bench.device.clocked else [told, told]
+        assert [bench.t + DT - heard.t_valid for heard in bench.poll()] == pytest.approx(expected, abs=0.011)
+
+    def test_duplicates(self, bench: Bench) -> None:
+        bench.heard(bench.device.truths[0])
+        again = bench.bytes_of(bench.device.truths[1])
+        seen = set()
+        for _ in range(3):
+            bench.wire.send(again)
+            for heard in bench.poll():
+                bench.near(heard, bench.device.truths[1])
+                seen.add(heard.t_valid)
+        assert len(seen) == (1 if bench.device.clocked else 3)
+
+    def test_loss(self, bench: Bench) -> None:
+        first, second, third = bench.device.truths
+        bench.heard(first)
+        cut = bench.bytes_of(second)
+        bench.wire.send(cut[: len(cut) // 2 - 3] + cut[len(cut) // 2 :])
+        bench.poll()
+        bench.measure(third)
+        bench.measure(third)
+        bench.near(bench.poll()[-1], third)
+
+    def test_reconnect(self, bench: Bench) -> None:
+        bench.heard(bench.device.truths[0])
+        begun = bench.bytes_of(bench.device.truths[1])
+        bench.wire.send(begun[: len(begun) // 2])
+        bench.tick()
+        bench.wire.unplug()
+        assert not any(bench.poll() for _ in range(250))
+        assert (bench.lost()["broken"], bench.lost()["breaks"]) == (1, 1)
+        bench.wire.replug()
+        bench.tick(110)
+        assert bench.lost()["broken"] == 0
+        bench.clock = 3.0  # it has lost its power too
+        bench.heard(bench.device.truths[2])
+        assert (bench.lost()["breaks"], bench.unread()) == (1, 0)
+
+    def test_absent_at_the_start(self, absent: Bench) -> None:
+        assert not any(absent.poll() for _ in range(150))
+        assert (absent.lost()["broken"], absent.lost()["breaks"]) == (1, 0)
+        absent.wire.replug()
+        absent.tick(110)
+        absent.heard(absent.device.truths[0])
+
+    def test_told_what_it_must_be_told_at_every_opening_and_while_it_is_silent(self, bench: Bench) -> None:
+        packets = bench.device.instrument.talk.packets
+        whole = b"".join(packets)
+
+        def told(ticks: int) -> bytes:
+            said = b""
+            for _ in range(ticks):
+                bench.tick()
+                said += bench.wire.said()
+            return said
+
+        assert told(100) == whole
+        bench.heard(bench.device.truths[0])
+        assert told(280) == b""
+        assert told(120) == whole
+        bench.heard(bench.device.truths[1])
+        bench.wire.unplug()
+        bench.tick(5)
+        bench.wire.replug()
+        bench.tick(101)
+        assert bench.lost()["broken"] == 0
+        assert told(100) == whole
+        assert bench.lost()["not_sent"] == 0
+
+    def test_extreme(self, bench: Bench) -> None:
+        for truth in bench.device.extremes:
+            bench.measure(truth)
+            bench.near(bench.tick(), truth)
+
+    def test_what_the_device_does_not_vouch_for(self, bench: Bench) -> None:
+        bench.heard(bench.device.truths[0])
+        for content in bench.device.doubtful:
+            bench.wire.send(content)
+            heard = bench.tick()
+            assert (heard.fresh, heard.ok) == (True, False), content
+        assert bench.unread() == 0
+        bench.heard(bench.device.truths[1])
+
+    def test_wrong_length(self, bench: Bench) -> None:
+        for changed in (b"", b",,"):
+            one = bench.bytes_of(bench.device.truths[1])
+            bench.wire.send(one[:-6] + changed + one[-5:])
+            found = bench.poll()
+            bench.wire.send(one + one)
+            found += bench.poll()
+            bench.near(found[-1], bench.device.truths[1])
+        assert bench.unread() >= 1
+
+    def test_checksum(self, bench: Bench) -> None:
+        truth = bench.device.truths[1]
+        bench.wire.send(bench.device.corrupt(bench.bytes_of(truth)))
+        assert bench.poll() == []
+        bench.measure(truth)
+        bench.measure(truth)
+        bench.near(bench.poll()[-1], truth)
+        assert bench.unread() >= 1
+
+    def test_other_protocols(self, bench: Bench, others: list[Device]) -> None:
+        assert len(others) > 8
+        for other in others:
+            bench.wire.send(other.encode(other.truths[0], 1.0))
+            assert bench.poll() == [], other
+        bench.wire.send(b"\r\n" + bytes(300) + b"\r\n")  # ends what waits for the rest of a message
+        bench.poll()
+        bench.measure(bench.device.truths[0])
+        bench.near(bench.poll()[-1], bench.device.truths[0])
+
+    def test_pieces_over_many_ticks(self, bench: Bench) -> None:
+        truth = bench.device.truths[1]
+        content = bench.bytes_of(truth)
+        found = []
+        for k in range(0, len(content), 7):
+            bench.wire.send(content[k : k + 7])
+            found += bench.poll()
+        assert len(found) == 1
+        bench.near(found[0], truth)
+
+    def test_a_clock_that_jumps(self, bench: Bench) -> None:
+        for ahead, ticks in ((START, 3), (START + 4000.0, 3), (2.0, 3), (START + 0.3, 3), (START, 410)):
+            bench.clock = ahead
+            for _ in range(ticks):
+                bench.measure(bench.device.truths[0])
+                [heard] = bench.poll()
+                assert heard.ok
+                assert bench.t - 0.7 <= heard.t_valid + bench.device.delay(bench.device.truths[0]) <= bench.t + 2e-3
+            delay = bench.device.delay(bench.device.truths[0])
+            assert heard.t_valid == pytest.approx(bench.t - delay, abs=0.012)
+
+    def test_a_clock_that_begins_again_from_0(self, bench: Bench) -> None:
+        wrap = bench.device.instrument.wrap
+        if wrap == math.inf:
+            wrap = 2.0**16
+        bench.clock = wrap - bench.t - 10 * DT
+        told = bench.device.delay(bench.device.truths[0])
+        for _ in range(20):
+            bench.wire.send(bench.device.encode(bench.device.truths[0], (bench.t + DT + bench.clock) % wrap))
+            [heard] = bench.poll()
+            assert heard.ok
+            assert heard.t_valid == pytest.approx(bench.t - told, abs=0.011)
+
+    def test_flood(self, bench: Bench) -> None:
+        one, other = (bench.bytes_of(truth, 0.02 - 0.01 * k) for k, truth in enumerate(bench.device.truths[:2]))
+        bench.wire.send(one * ((bench.wire.capacity - len(other)) // len(one)) + other)
+        ticks = bench.wire.capacity // BYTES_PER_TICK + 1
+        found = [bench.poll() for _ in range(ticks)]
+        assert max(map(len, found)) <= BYTES_PER_TICK // len(one) + 2
+        bench.near([heard for each in found for heard in each][-1], bench.device.truths[1])
+        assert bench.poll() == []
+
+    def test_babble(self, bench: Bench) -> None:
+        source = random.Random(SEED)
+        for _ in range(20):
+            bench.wire.send(source.randbytes(4000))
+            bench.poll()
+        assert 0 < bench.unread() < 80_000
+        bench.wire.send(b"\r\n" + bytes(600) + b"\r\n")
+        bench.poll()
+        bench.heard(bench.device.truths[0])
+
+    def test_a_second_speaker(self, bench: Bench) -> None:
+        """A stream of bytes does not tell who speaks: what both say is heard, and none of it is from the future."""
+        for k in range(40):
+            bench.clock = START if k % 2 else 3.0
+            bench.measure(bench.device.truths[k % 2])
+            [heard] = bench.poll()
+            bench.near(heard, bench.device.truths[k % 2])
+            assert bench.t - device_clock.JUMP_S <= heard.t_valid <= bench.t
+
+    def test_hostile_bytes_raise_nothing(self, bench: Bench) -> None:
+        """Straight into the driver, without the wire: bytes changed, doubled, removed, swapped."""
+        source, device = random.Random(SEED), bench.device
+        good = b"".join(device.encode(truth, 9.0) for truth in device.truths) + b"".join(device.doubtful)
+        for _ in range(150):
+            for heard in (reading.heard for reading in bench.driver.take(mutated(source, good), bench.t)):
+                assert heard.t_valid <= bench.t
+                assert not heard.ok or _finite(heard.value)
+
+    def test_closed_twice(self, bench: Bench) -> None:
+        bench.heard(bench.device.truths[0])
+        bench.driver.close()
+        bench.driver.close()
+
+
+def _numbers(value: Any) -> tuple[float, ...]:
+    return value if isinstance(value, tuple) else (value,)
+
+
+def _finite(value: Any) -> bool:
+    """The numbers that make it usable; a figure of merit and a distance beside a velocity may be unknown."""
+    return all(map(math.isfinite, _numbers(value)[: 3 if isinstance(value, Dvl) else None]))
+
+
+def mutated(source: random.Random, content: bytes) -> bytes:
+    """Some bytes changed, doubled, removed or swapped."""
+    odd = bytearray(content)
+    for _ in range(source.randint(1, 8)):
+        at, kind = source.randrange(len(odd)), source.randrange(4)
+        if kind == 0:
+            odd[at] = source.randrange(256)
+        elif kind == 1:
+            odd[at:at] = odd[at : at + source.randint(1, 8)]
+        elif kind == 2:
+            del odd[at : at + source.randint(1, 8)]
+        else:
+            other = source.randrange(len(odd))
+            odd[at], odd[other] = odd[other], odd[at]
+    return bytes(odd)
