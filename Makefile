@@ -41,7 +41,7 @@ rooms: setup .venv/.dev ## the folders, how many files and lines they have, and 
 bench: setup .venv/.dev ## measure, and print JSON
 	@$(BIN)/python -m sternplane.bench
 
-fuzz: setup ## ten million odd packets into the ground links; ARGS="--packets 100000" for fewer, "--configurations 5000" for files
+fuzz: setup ## ten million odd packets into the ground links; ARGS="--packets 100000" for fewer, "--configurations 5000" for files, "--instruments 1000000" for devices
 	@$(BIN)/python -m sternplane.fuzz $(ARGS)
 
 kill: setup ## kill -9 at fifty random times, and judge the start after each by the truth; ARGS="--kills 5" for less
@@ -64,7 +64,7 @@ paper: setup ## every experiment of the source paper
 
 lock: .venv/.dev ## pin the newest versions that pyproject.toml and the *.in files permit
 	@cd $(LOCKS) && for name in run dev; do ../../$(BIN)/uv pip compile --quiet --universal --python-version 3.11 \
-		--generate-hashes --no-emit-index-url --no-header --excludes exclude.txt --extra report \
+		--generate-hashes --no-emit-index-url --no-header --excludes exclude.txt --extra report --extra i2c \
 		../../pyproject.toml $$name.in -o $$name.txt; done
 
 clean: ## remove what was installed, compiled and flown
