@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import itertools
 import json
 import statistics
 import sys
@@ -26,6 +27,8 @@ import numpy as np
 from firmware_py import app
 from firmware_py.adapters import device_hardware
 from firmware_py.adapters.buses import can_bus
+from firmware_py.adapters.drivers.instrument_table import INSTRUMENTS
+from firmware_py.adapters.drivers.stream_driver import StreamDriver
 from firmware_py.adapters.storage import recorder
 from firmware_py.autopilot import Autopilot
 from firmware_py.wire.dronecan import equipment_messages as eq
@@ -35,6 +38,7 @@ from sim_bridge import bridge
 from sim_bridge.plant.environment import Environment
 from sim_bridge.plant.plant import Plant
 from sternplane.bench import ekf, lateness
+from sternplane.instrument_samples import SAMPLES, Silence
 from sternplane.logs.reading import read
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 from sternplane.sitl.two_process import fly_two_processes
@@ -52,6 +56,7 @@ def main() -> None:
         flight = _flight(path)
         print("measuring the parts", file=sys.stderr)
         parts: dict[str, Any] = {"cycle_us": _cycle(path), "plant_step_us": _plant(), "messages_us": _messages()}
+        parts["instruments_us"] = _instruments()
         print("measuring a step of the coefficient filter", file=sys.stderr)
         parts["ekf_step"] = ekf.measure()
         print("flying it again in two processes, over udp", file=sys.stderr)
@@ -189,6 +194,22 @@ def _messages() -> dict[str, dict[str, float]]:
             "decode": _best(functools.partial(kind.decode, payload)),
             "bytes": len(payload),
         }
+    return table
+
+
+def _instruments() -> dict[str, dict[str, float]]:
+    """One measurement of each instrument on a line of its own: decoding and readings."""
+    table = {}
+    for name, instrument in INSTRUMENTS.items():
+        stamps = itertools.count()
+        contents = [SAMPLES[name](0.01 * k) for k in range(4096)]
+        driver = StreamDriver(name, instrument, Silence())
+
+        def once(driver: StreamDriver = driver, contents: list[bytes] = contents, stamps: Any = stamps) -> None:
+            k = next(stamps) % 4096
+            driver.take(contents[k], 0.01 * k)
+
+        table[name] = {"take": _best(once), "bytes": len(contents[0])}
     return table
 
 

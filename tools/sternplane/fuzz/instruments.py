@@ -1,0 +1,112 @@
+"""Random and mutated bytes into the driver of every instrument.
+
+Nothing may raise; what is ok is finite and from no later than now; a call takes a time that a tick has; and behind all
+of it a measurement is heard.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import time
+import traceback
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from firmware_py.adapters.drivers.instrument_table import INSTRUMENTS
+from firmware_py.adapters.drivers.serial_port import BYTES_PER_TICK
+from firmware_py.adapters.drivers.stream_driver import StreamDriver
+from firmware_py.records.sensing import Dvl
+from sternplane.instrument_samples import SAMPLES, Silence
+
+DT = 0.01
+
+
+class Outcome(NamedTuple):
+    """What became of one instrument.
+
+    Attributes:
+        name: of the instrument.
+        given: so many bytes.
+        readings: of these, and how many were ok.
+        ok: see readings.
+        longest_ms: the longest call.
+        broken: how a rule was broken; empty if none was.
+    """
+
+    name: str
+    given: int
+    readings: int
+    ok: int
+    longest_ms: float
+    broken: str
+
+
+def fuzzed(name: str, seed: int, count: int) -> Outcome:
+    """Return what becomes of an instrument that is given so many bytes."""
+    driver, source = StreamDriver(name, INSTRUMENTS[name], Silence()), random.Random(f"{seed} {name}")
+    given = readings = ok = 0
+    longest, t, broken = 0.0, 0.0, ""
+    try:
+        for content in _hostile(name, source):
+            if given >= count:
+                break
+            t += DT
+            given += len(content)
+            began = time.thread_time()
+            found = driver.take(content, t)
+            longest = max(longest, time.thread_time() - began)
+            readings += len(found)
+            for reading in found:
+                heard = reading.heard
+                ok += heard.ok
+                if not heard.t_valid <= t or (heard.ok and not _usable(heard.value)):
+                    broken = broken or f"{reading} at {t:.2f} s"
+        driver.take(b"\r\n" + bytes(70_000) + b"\r\n", t)
+        good = [r for k in (1, 2) for r in driver.take(SAMPLES[name](t + k), t + k)]
+        if not good or not good[-1].heard.ok:
+            broken = broken or "a measurement behind it was not heard"
+    except Exception:  # whatever it is, it is what was looked for
+        broken = traceback.format_exc()
+    return Outcome(name, given, readings, ok, 1e3 * longest, broken)
+
+
+def _usable(value: Any) -> bool:
+    """Return whether its numbers are finite; a figure of merit and a distance beside a velocity may be unknown."""
+    numbers = value[:3] if isinstance(value, Dvl) else value if isinstance(value, tuple) else (value,)
+    return all(map(math.isfinite, numbers))
+
+
+def _hostile(name: str, source: random.Random) -> Iterator[bytes]:
+    """Yield random bytes, mutated messages, and messages of all instruments cut and joined, without end."""
+    k = 0
+    while True:
+        k += 1
+        kind = source.randrange(4)
+        if kind == 0:
+            yield source.randbytes(source.randint(1, BYTES_PER_TICK // 4))
+        elif kind == 1:
+            other = SAMPLES[source.choice([*SAMPLES])](k * DT)
+            yield other[: source.randint(1, len(other))]
+        else:
+            yield _mutated(source, b"".join([SAMPLES[name](k * DT + j / 1e3) for j in range(source.randint(1, 6))]))
+
+
+def _mutated(source: random.Random, content: bytes) -> bytes:
+    odd = bytearray(content)
+    for _ in range(source.randint(1, 6)):
+        at, kind = source.randrange(len(odd)), source.randrange(4)
+        if kind == 0:
+            odd[at] = source.randrange(256)
+        elif kind == 1:
+            odd[at:at] = odd[at : at + source.randint(1, 8)]
+        elif kind == 2 and len(odd) > 20:
+            del odd[at : at + source.randint(1, 8)]
+        else:
+            odd[at] ^= 1 << source.randrange(8)
+    return bytes(odd)
+
+
+def run(seed: int, count: int) -> list[Outcome]:
+    """Return what becomes of every instrument."""
+    return [fuzzed(name, seed, count) for name in INSTRUMENTS]
