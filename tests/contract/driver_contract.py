@@ -59,6 +59,10 @@ class Bench:
         assert all((reading.role, reading.number) == (self.role, 0) for reading in readings)
         return [reading.heard for reading in readings]
 
+    def wait(self, ticks: int) -> None:
+        """Let time pass between two ticks, as for a loop that stands still."""
+        self._k += ticks
+
     def bytes_of(self, truth: Any, age: float = 0.0) -> bytes:
         """A measurement that is to be heard in the next tick, stamped so long before it."""
         return self.device.encode(truth, self.t + DT - age + self.clock)
@@ -255,9 +259,10 @@ class DriverContract:
         bench.near(found[0], truth)
 
     def test_a_clock_that_jumps(self, bench: Bench) -> None:
-        for ahead, ticks in ((START, 3), (START + 4000.0, 3), (2.0, 3), (START + 0.3, 3), (START, 410)):
+        for ahead, ticks in ((START, 3), (START + 4000.0, 3), (2.0, 3), (START + 0.3, 3), (START, 45)):
             bench.clock = ahead
             for _ in range(ticks):
+                bench.wait(10)
                 bench.measure(bench.device.truths[0])
                 [heard] = bench.poll()
                 assert heard.ok

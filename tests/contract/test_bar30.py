@@ -13,6 +13,7 @@ from firmware_py.adapters.buses.can_bus import BusError
 from firmware_py.adapters.device_hardware import DeviceHardware
 from firmware_py.adapters.drivers import i2c_bus
 from firmware_py.adapters.drivers.bar30 import Bar30
+from firmware_py.adapters.drivers.instrument_table import I2C_SENSORS
 from firmware_py.tick import Tick
 from firmware_py.wire.serial import ms5837
 from firmware_py.wire.serial.ms5837 import BAR02, BAR30, Prom
@@ -115,6 +116,14 @@ def test_fresh(prom, model):
         assert heard.value == pytest.approx(pressure, abs=5.0)
         assert (heard.fresh, heard.ok) == (True, True)
         assert bench.t - 0.04 < heard.t_valid < bench.t
+
+
+@pytest.mark.parametrize(("name", "prom", "model"), [("bar30", PROM30, BAR30), ("bar02", PROM02, BAR02)])
+def test_a_sensor_of_the_first_version_does_not_say_which_it_is(name, prom, model):
+    sensor = Sensor(prom._replace(version=0), model)
+    bench = Bench(sensor)
+    bench.driver = I2C_SENSORS[name].driver("pressure", sensor)
+    assert bench.poll(40)[-1].value == pytest.approx(101_325.0, abs=5.0)
 
 
 def test_validity_is_the_middle_of_the_conversion(bench):

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import NamedTuple
 
+from firmware_py.adapters.drivers.bar30 import Bar30
 from firmware_py.adapters.drivers.depth_sensors import ISD4000, VALEPORT
 from firmware_py.adapters.drivers.microstrain_ahrs import MICROSTRAIN
 from firmware_py.adapters.drivers.nmea_receiver import NMEA_RECEIVER
@@ -17,6 +20,15 @@ from firmware_py.adapters.drivers.ublox import UBLOX
 from firmware_py.adapters.drivers.vectornav_ahrs import VECTORNAV
 from firmware_py.adapters.drivers.waterlink import WATERLINK, WATERLINK_JSON
 from firmware_py.adapters.drivers.xsens_ahrs import XSENS
+from firmware_py.wire.serial.ms5837 import BAR02
+
+
+class I2cSensor(NamedTuple):
+    """A sensor on an I2C bus: what it measures; makes its driver from a name, a bus, latency and number."""
+
+    role: str
+    driver: Callable[..., Bar30]
+
 
 INSTRUMENTS: Mapping[str, Instrument] = {
     "waterlink": WATERLINK,
@@ -35,4 +47,9 @@ INSTRUMENTS: Mapping[str, Instrument] = {
     "isd4000": ISD4000,
     "valeport": VALEPORT,
 }
-"""Those that send messages on a stream of bytes, a serial line or TCP; `bar30` is on an I2C bus."""
+"""Those that send messages on a stream of bytes: a serial line, or TCP."""
+I2C_SENSORS: Mapping[str, I2cSensor] = {
+    "bar30": I2cSensor("pressure", Bar30),
+    "bar02": I2cSensor("pressure", partial(Bar30, unversioned=BAR02)),
+}
+"""Those on a bus i2c:N, see `i2c_bus`."""
