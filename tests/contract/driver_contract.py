@@ -5,100 +5,18 @@ from __future__ import annotations
 import itertools
 import math
 import random
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from firmware_py.adapters.device_hardware import DeviceHardware
 from firmware_py.adapters.drivers import device_clock
-from firmware_py.adapters.drivers.driver import Driver
 from firmware_py.adapters.drivers.serial_port import BYTES_PER_TICK
-from firmware_py.adapters.drivers.stream_driver import StreamDriver
-from firmware_py.records.sensing import Dvl, Heard
-from firmware_py.tick import Tick
+from firmware_py.records.sensing import Dvl
 
 from .device import Device
-from .wires import Wire
+from .driver_bench import DT, START, Bench, numbers
 
-DT_NS = 10_000_000
-DT = DT_NS * 1e-9
 SEED = 1500
-START = 50.0
-"""What the device's clock says when the vehicle's begins, s."""
-
-
-class Bench:
-    """The real hardware with one driver, ticked by hand, and the device at the far end of a wire."""
-
-    def __init__(self, device: Device, make: Callable[..., Wire], folder: Any, *, plugged: bool = True) -> None:
-        self.device, self.role = device, device.instrument.role
-        self.wire = make(folder, plugged=plugged)
-        self.driver: Driver = StreamDriver("device", device.instrument, self.wire.stream())
-        self.hardware = DeviceHardware(4, [self.driver])
-        self._k = 100
-        self.clock = START
-        """How far the device's clock is ahead of the vehicle's, s."""
-
-    @property
-    def t(self) -> float:
-        """Time of the last tick, s."""
-        return self._k * DT
-
-    def tick(self, count: int = 1) -> Heard[Any]:
-        """What the frame has of the role after so many ticks."""
-        for _ in range(count):
-            self._k += 1
-            frame = self.hardware.read(Tick(self._k, DT_NS))
-        return getattr(frame, self.role)
-
-    def poll(self) -> list[Heard[Any]]:
-        """All that one tick brings."""
-        self._k += 1
-        readings = self.driver.poll(self.t)
-        assert all((reading.role, reading.number) == (self.role, 0) for reading in readings)
-        return [reading.heard for reading in readings]
-
-    def wait(self, ticks: int) -> None:
-        """Let time pass between two ticks, as for a loop that stands still."""
-        self._k += ticks
-
-    def bytes_of(self, truth: Any, age: float = 0.0) -> bytes:
-        """A measurement that is to be heard in the next tick, stamped so long before it."""
-        return self.device.encode(truth, self.t + DT - age + self.clock)
-
-    def measure(self, truth: Any, age: float = 0.0) -> None:
-        self.wire.send(self.bytes_of(truth, age))
-
-    def heard(self, truth: Any, age: float = 0.0) -> Heard[Any]:
-        """What one tick brings of a measurement; it must be this one, fresh and ok."""
-        self.measure(truth, age)
-        heard = self.tick()
-        self.expect(heard, truth)
-        return heard
-
-    def expect(self, heard: Heard[Any], truth: Any) -> None:
-        assert (heard.fresh, heard.ok) == (True, True)
-        self.near(heard, truth)
-
-    def near(self, heard: Heard[Any], truth: Any) -> None:
-        told, true, tolerance = (
-            (one if isinstance(one, tuple) else (one,)) for one in (heard.value, truth, self.device.tolerance)
-        )
-        assert type(heard.value) is type(truth)
-        for one, other, within in zip(told, true, itertools.cycle(tolerance), strict=False):
-            assert one == pytest.approx(other, abs=within, nan_ok=True)
-
-    def lost(self) -> dict[str, int]:
-        return {cause.removeprefix("device_"): n for cause, n in self.hardware.losses().items()}
-
-    def unread(self) -> int:
-        """How many messages were counted as wrong."""
-        return sum(self.lost()[cause] for cause in ("bad_checksum", "malformed", "too_long"))
-
-    def close(self) -> None:
-        self.driver.close()
-        self.wire.close()
 
 
 class DriverContract:
@@ -325,13 +243,9 @@ class DriverContract:
         bench.driver.close()
 
 
-def _numbers(value: Any) -> tuple[float, ...]:
-    return value if isinstance(value, tuple) else (value,)
-
-
 def _finite(value: Any) -> bool:
     """The numbers that make it usable; a figure of merit and a distance beside a velocity may be unknown."""
-    return all(map(math.isfinite, _numbers(value)[: 3 if isinstance(value, Dvl) else None]))
+    return all(map(math.isfinite, numbers(value)[: 3 if isinstance(value, Dvl) else None]))
 
 
 def mutated(source: random.Random, content: bytes) -> bytes:

@@ -12,7 +12,8 @@ from firmware_py.adapters.drivers.instrument_table import INSTRUMENTS
 from firmware_py.records.sensing import SensorFrame
 
 from .device import Device
-from .driver_contract import Bench, DriverContract
+from .driver_bench import Bench
+from .driver_contract import DriverContract
 from .wires import WIRES
 
 FOLDER = Path(__file__).parent / "instruments"
