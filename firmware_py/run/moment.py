@@ -29,7 +29,7 @@ def moment() -> Moment:
 
 
 def time_since(found: Mapping[str, Any], clock_kept: bool, now: Moment) -> float:
-    """Return the time since a moment that was kept, s; NaN if it is not known, as after a clock was set back.
+    """Return the time since a moment that was kept, s; NaN if it is not known, as after one whose clock was set back.
 
     Args:
         found: with the moment's fields; without, it is not known.
@@ -38,12 +38,11 @@ def time_since(found: Mapping[str, Any], clock_kept: bool, now: Moment) -> float
     """
     if "boot" not in found:
         return math.nan
+    if now.boot and found["boot"] == now.boot:  # its clock may have been set meanwhile, from 1970 to now
+        passed = float(now.uptime_s - found["uptime_s"])
+        return passed if passed >= 0.0 else math.nan
     gap: float = now.utc_s - found["utc_s"]
-    if gap < 0.0:
-        return math.nan
-    if now.boot and found["boot"] == now.boot:
-        return max(gap, float(now.uptime_s - found["uptime_s"]))
-    return gap if clock_kept and found["utc_s"] > _CLOCK_SET else math.nan
+    return gap if gap >= 0.0 and clock_kept and found["utc_s"] > _CLOCK_SET else math.nan
 
 
 @functools.cache

@@ -166,20 +166,33 @@ def test_a_vehicle_under_way_went_on_until_its_program_ended_and_for_a_while_aft
 @pytest.mark.parametrize(
     ("saved", "now", "clock_kept"),
     [
-        (NOW, Moment(NOW.utc_s - 1.0, NOW.boot, NOW.uptime_s + 60.0), True),
+        (NOW, Moment(NOW.utc_s + 60.0, NOW.boot, NOW.uptime_s - 60.0), True),
         (NOW, Moment(NOW.utc_s - 3600.0, "the next start", 20.0), True),
         (Moment(1000.0, "an earlier start", 1000.0), Moment(1060.0, "the next start", 60.0), True),
         (NOW, later(60.0, "the next start"), False),
     ],
-    ids=["set back", "set back over a restart", "never set", "without a battery of its own"],
+    ids=[
+        "a time since the start that cannot be",
+        "set back over a restart",
+        "never set",
+        "without a battery of its own",
+    ],
 )
 def test_a_clock_that_cannot_tell_how_long_it_was_gives_a_generous_sigma(saved, now, clock_kept):
     assert sigma(saved, now, clock_kept=clock_kept) == StateParams().unknown_std
 
 
-def test_a_clock_that_was_set_forward_less_than_time_passed_does_not_shorten_it():
-    now = Moment(NOW.utc_s + 1.0, NOW.boot, NOW.uptime_s + 600.0)
+@pytest.mark.parametrize("jump", [-1000.0, -599.0, 0.0, 1.7e9], ids=["back", "less than passed", "none", "from 1970"])
+def test_a_clock_that_is_set_in_one_start_of_the_computer_changes_nothing(jump):
+    now = Moment(NOW.utc_s + 600.0 + jump, NOW.boot, NOW.uptime_s + 600.0)
     assert sigma(now=now, drift_std=0.5) == pytest.approx(4.0 + 300.0)
+
+
+def test_a_vehicle_whose_clock_was_set_in_flight_still_knows_that_it_was_armed_a_moment_ago():
+    was = kept_navigation.encode(KEPT, 1.5, 5.0, Moment(12.0, "this start", 700.0), KeptMode(Mode.MISSION, 0.0))
+    now = Moment(1.8e9, "this start", 703.0)
+    resumed = kept_navigation.resume(json.loads(was), StateParams(), now)
+    assert (resumed.kept["mode"], resumed.kept["mode_ago"]) == (float(Mode.MISSION), pytest.approx(3.0))
 
 
 def test_a_file_without_a_time_gives_a_generous_sigma():
