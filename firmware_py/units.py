@@ -34,6 +34,7 @@ UNITS: dict[str, tuple[str, float]] = {
     "Wh": ("_wh", 3600.0),
     "K": ("_k", 1.0),
     "%": ("_pct", 0.01),
+    "MB": ("_mb", 1e6),
 }
 """Unit to (suffix of the TOML key, factor to SI)."""
 

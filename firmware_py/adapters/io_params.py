@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, fields
 
 from firmware_py.adapters.buses.can_bus import CanParams, NodeIds
 from firmware_py.adapters.linux_realtime import RealtimeParams
+from firmware_py.adapters.storage.log_params import LogParams
 from firmware_py.params import ParamError, param
 from firmware_py.tick import Rate
 from firmware_py.wire.dronecan.fin_servo import FinServoParams
@@ -105,6 +106,7 @@ class IoParams:
     propeller: PropellerParams = field(default_factory=PropellerParams)
     latency: LatencyParams = field(default_factory=LatencyParams)
     state: StateParams = field(default_factory=StateParams)
+    log: LogParams = field(default_factory=LogParams)
 
     def __post_init__(self) -> None:
         """Refuse a device with the id of the autopilot or the plant, and one id for both of these."""

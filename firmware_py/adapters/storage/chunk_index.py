@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
+from typing import NamedTuple
 
+from mcap.data_stream import RecordBuilder
 from mcap.records import ChunkIndex
 
 _CHUNK = struct.Struct("<QQQIIIIB")
@@ -60,3 +62,13 @@ class ChunkIndexes:
                 message_start_time=begin,
                 uncompressed_size=whole,
             )
+
+
+class EncodedIndexes(NamedTuple):
+    """Many indexes as the bytes of their records, for the library to write at once."""
+
+    content: bytes
+
+    def write(self, stream: RecordBuilder) -> None:
+        """Write them all."""
+        stream.write(self.content)

@@ -10,6 +10,7 @@ import contextlib
 import errno
 import json
 import os
+import re
 import subprocess
 import sys
 import time
@@ -17,6 +18,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from firmware_py.adapters.storage.log_names import parts_in
 from firmware_py.mavlink.files.tree import LogFile
 
 _BLOCK = 1 << 16
@@ -25,7 +27,8 @@ _MAX_ANSWERS = 8
 _PIPE_READ = 1 << 17
 _GROWING_S = 60.0
 """A log that changed less long ago may still be growing, perhaps by another process."""
-_NAME = "log.mcap"
+_LISTED = re.compile(r"([^/]*?)((?:\.[1-9]\d*)?)\.mcap")
+"""A log's name, as it is listed: the run's folder, and the part."""
 _NICENESS = 10
 """Of the child: the cycle has priority."""
 
@@ -35,7 +38,10 @@ _LIST: _Key = ("list", "", 0)
 
 
 class DiskLogStorage:
-    """The log in a run's folder and, with `beside`, those in the folders beside it; each is named after its folder."""
+    """The log in a run's folder and, with `beside`, those in the folders beside it; each is named after its folder.
+
+    Further parts of a log have their number behind that: FOLDER.mcap, FOLDER.2.mcap.
+    """
 
     def __init__(self, folder: Path, beside: bool) -> None:
         self._child = subprocess.Popen(
@@ -146,8 +152,24 @@ def _find_logs(folder: Path, beside: bool) -> dict[str, tuple[Path, os.stat_resu
     found: dict[str, tuple[Path, os.stat_result]] = {}
     for path in sorted(folders):
         with contextlib.suppress(OSError):
-            found[f"{path.name}.mcap"] = path / _NAME, (path / _NAME).stat()
+            for _, log in parts_in(path):
+                found[path.name + log.name.removeprefix("log")] = log, log.stat()
     return found
+
+
+def _place(folder: Path, beside: bool, name: str) -> Path:
+    """Return where the log of a name is, without looking at all others.
+
+    Raises:
+        FileNotFoundError: there is no log of this name.
+    """
+    found = _LISTED.fullmatch(name)
+    for run, part in ((found[1] + found[2], ""), (found[1], found[2])) if found else ():
+        place = folder.parent / run
+        allowed = run not in ("", ".", "..") and not place.is_symlink() and (beside or place == folder)
+        if allowed and (place / f"log{part}.mcap").exists():
+            return place / f"log{part}.mcap"
+    raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
 
 
 def _may_grow(folder: Path, path: Path, stat: os.stat_result) -> bool:
@@ -157,10 +179,7 @@ def _may_grow(folder: Path, path: Path, stat: os.stat_result) -> bool:
 def _execute(folder: Path, beside: bool, key: Any) -> bytes:
     what, name, block = key
     if what == "read":
-        found = _find_logs(folder, beside).get(name)
-        if found is None:
-            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
-        with found[0].open("rb") as file:
+        with _place(folder, beside, name).open("rb") as file:
             file.seek(block * _BLOCK)
             return file.read(_BLOCK)
     logs = _find_logs(folder, beside)

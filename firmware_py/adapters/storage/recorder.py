@@ -11,15 +11,16 @@ from __future__ import annotations
 import contextlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Protocol, TypeVar, cast
+from typing import Any, Protocol, TypeAlias, TypeVar, cast
 
+from mcap.data_stream import RecordBuilder
 from mcap.writer import CompressionType, Writer
 
 from firmware_py.adapters.loss_watch import LossWatch
-from firmware_py.adapters.storage.chunk_index import ChunkIndexes
+from firmware_py.adapters.storage.chunk_index import ChunkIndexes, EncodedIndexes
 from firmware_py.adapters.storage.message_chunk import MessageChunk
 from firmware_py.records.cycle import Cycle
 from firmware_py.wire.log import changes
@@ -27,6 +28,7 @@ from firmware_py.wire.log.cdr_codec import CdrCodec
 from firmware_py.wire.log.losses import LoggedLoss, LoggedLosses
 
 R = TypeVar("R")
+Codecs: TypeAlias = dict[str, CdrCodec[Any]]
 
 FORMAT = 4
 """Version of what is written here; a reader refuses others."""
@@ -39,6 +41,10 @@ LOSSES_TOPIC = "/losses"
 """`losses.LoggedLosses`: once a second the counts of what was lost that have changed."""
 TRUTH_TOPIC = "/truth"
 
+MEMORY = "memory"
+"""The attachment of a part: what the autopilot remembered when it began, as `memory_pickle` has it."""
+
+_INDEXES_A_STEP = 32
 _CHUNK_NS = 500_000_000
 _CHUNK_BYTES = 1 << 24
 """More than a chunk of half a second ever has, so that time alone closes it."""
@@ -86,6 +92,7 @@ class LogWriter:
         header: the document that comes first: configuration, initial state, mission, revision, versions, ...
         compression: of the chunks.
         exclusive: whether the file must be new.
+        codecs: by topic, shared with the logs of the same records that follow: to make one takes some cycles.
 
     Raises:
         LogError: here and in every method, when the file cannot be written.
@@ -98,8 +105,10 @@ class LogWriter:
         compression: CompressionType = CompressionType.ZSTD,
         *,
         exclusive: bool = False,
+        codecs: Codecs | None = None,
     ) -> None:
         self.path = Path(path)
+        self._codecs: Codecs = {} if codecs is None else codecs
         self._channels: dict[str, tuple[int, CdrCodec[Any]]] = {}
         self._closed = False
         self._chunk_end_ns: int | None = None
@@ -124,7 +133,7 @@ class LogWriter:
 
     def channel(self, topic: str, sample: R) -> None:
         """Open a topic for records like `sample`: the same type, with tuples of the same lengths."""
-        codec = CdrCodec.like(sample)
+        codec = self._codecs[topic] = self._codecs.get(topic) or CdrCodec.like(sample)
         schema = self._writer.register_schema(codec.name, "ros2msg", codec.schema.encode())
         self._channels[topic] = self._writer.register_channel(topic, "cdr", schema), codec
 
@@ -141,13 +150,37 @@ class LogWriter:
         except OSError as error:
             raise self._failed(error) from None
 
+    def attach(self, name: str, t_ns: int, content: bytes) -> None:
+        """Write a file of its own into the log, between two chunks."""
+        try:
+            self._writer.flush()
+            self._writer.add_attachment(0, t_ns, name, "application/octet-stream", content)
+        except OSError as error:
+            raise self._failed(error) from None
+
+    @property
+    def size(self) -> int:
+        """Return the bytes that were handed to the kernel."""
+        return 0 if self._closed else self._file.tell()
+
     def close(self, end: Mapping[str, Any] | None = None) -> None:
         """Write how the run ended, the index and the summary. A second call does nothing."""
+        for _ in self.closing(end):
+            pass
+
+    def closing(self, end: Mapping[str, Any] | None = None) -> Iterator[None]:
+        """Close it as `close` does, in steps of less than a millisecond: the index of an hour takes many cycles."""
         if self._closed:
             return
+        indexes: Any = RecordBuilder()
         try:
             self._writer.flush()
             self._writer.add_metadata(END, {"end": to_json(end or {})})
+            for count, index in enumerate(self._writer._Writer__chunk_indices, 1):
+                index.write(indexes)
+                if count % _INDEXES_A_STEP == 0:
+                    yield
+            self._writer._Writer__chunk_indices = [EncodedIndexes(indexes.end())]
             self._writer.finish()
             self._file.close()
         except OSError as error:

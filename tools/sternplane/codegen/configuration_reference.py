@@ -44,7 +44,7 @@ _FORCES = {
 
 INTRODUCTION = """# Configurations
 
-Each folder except `scenarios/` is one vehicle:
+Each folder except `scenarios/`, `systemd/` and `udev/` is one vehicle:
 
 | file | what it configures |
 |---|---|
@@ -55,7 +55,8 @@ Each folder except `scenarios/` is one vehicle:
 | `truth.toml`, `sensors.toml` | the simulated vehicle and its devices; the autopilot never reads them |
 
 To configure another vehicle, copy a folder, change it, and pass it with `--config`. `scenarios/` holds what can be
-flown in the simulation: `sternplane scenarios` lists them, and `--scenario FILE.toml` flies one of your own.
+flown in the simulation: `sternplane scenarios` lists them, and `--scenario FILE.toml` flies one of your own. `systemd/`
+and `udev/` start a vehicle at boot: [From simulation to your vehicle](vehicle.md).
 
 A key ends in the unit of its value. An unknown key, a wrong unit and a value out of bounds are errors that name file
 and key. `name[].key` stands for a key in each `[[name]]` table. The last column is the MAVLink name under which ground

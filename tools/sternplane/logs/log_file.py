@@ -13,11 +13,11 @@ import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import EndOfFile, InvalidMagic, McapError, RecordLengthLimitExceeded
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, DataEnd, Metadata, Schema
+from mcap.records import Attachment, Channel, Chunk, DataEnd, Metadata, Schema
 from mcap.stream_reader import get_chunk_data_stream
 from mcap.writer import MCAP0_MAGIC
 
-from firmware_py.adapters.storage.recorder import END, FORMAT, HEADER, LogError, from_json
+from firmware_py.adapters.storage.recorder import END, FORMAT, HEADER, MEMORY, LogError, from_json
 
 DAMAGE = (McapError, ValueError, LookupError, struct.error, zstandard.ZstdError, RuntimeError, MemoryError)
 """What the mcap library and we raise on bytes that were not all written, or were changed since."""
@@ -42,6 +42,7 @@ class LogFile:
         header: the document its writer began with; empty before it was read.
         end: how the run ended; empty unless the writer closed the log, and before that was read.
         schemas: topic -> (name of the message, text of its schema), as they have come so far.
+        memory: what the autopilot remembered when the log began, pickled; empty where it began with the flight.
         lost: "" for a whole log, else one sentence: why it is not, and up to where it was recovered.
     """
 
@@ -50,6 +51,7 @@ class LogFile:
         self.header: dict[str, Any] = {}
         self.end: dict[str, Any] = {}
         self.schemas: dict[str, tuple[str, str]] = {}
+        self.memory = b""
         self.lost = ""
         self._begun = False
         self._last = 0
@@ -126,6 +128,8 @@ class LogFile:
             self._schema_of[schema.id] = schema
         elif kind == Opcode.CHANNEL:
             self._open(Channel.read(_stream(data)))
+        elif kind == Opcode.ATTACHMENT and (attachment := Attachment.read(_stream(data))).name == MEMORY:
+            self.memory = attachment.data
         elif kind == Opcode.METADATA and (metadata := Metadata.read(_stream(data))).name == END:
             self.end = from_json(metadata.metadata["end"])
         return []

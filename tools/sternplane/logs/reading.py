@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from firmware_py.adapters.storage.log_names import LOG_FILE, parts_in
 from firmware_py.adapters.storage.recorder import (
     CHANGES_TOPIC,
     CYCLE_TOPIC,
@@ -83,6 +84,7 @@ class LoggedRun:
         end: how the run ended; empty unless the writer closed the log.
         topics: by name.
         lost: "" for a whole log, else one sentence: why it is not, and up to where it was recovered.
+        memory: what the autopilot remembered when the log began, pickled; empty where it began with the flight.
     """
 
     path: Path
@@ -90,6 +92,7 @@ class LoggedRun:
     end: dict[str, Any]
     topics: dict[str, Topic]
     lost: str
+    memory: bytes = field(default=b"", kw_only=True)
 
     @property
     def complete(self) -> bool:
@@ -231,9 +234,12 @@ class Log(LoggedRun):
 
 
 def find(path: str | Path) -> Path:
-    """The log that is meant: a file, or the log.mcap in the folder of a run."""
+    """The log that is meant: a file, or the log.mcap in the folder of a run, or the oldest part that is left of it."""
     path = Path(path)
-    return path / "log.mcap" if path.is_dir() else path
+    if not path.is_dir():
+        return path
+    parts = parts_in(path)
+    return parts[0][1] if parts else path / LOG_FILE
 
 
 def read(path: str | Path) -> Log:
@@ -270,4 +276,4 @@ def _open(path: Path) -> Log:
             topic = topics[name]
             topic.times.append(time)
             topic.messages.append(data)
-    return Log(path, file.header, file.end, topics, file.lost)
+    return Log(path, file.header, file.end, topics, file.lost, memory=file.memory)

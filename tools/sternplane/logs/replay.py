@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from firmware_py import loop
+from firmware_py.adapters.storage import memory_pickle
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.autopilot import Autopilot
 from firmware_py.records.command import Applied
@@ -83,12 +84,25 @@ def replay(log: Run, build: Build, *, anyway: bool = False) -> ReplayResult:
     comparison = ReplayedLog(log)
     if log.count:
         hardware, ground = _LoggedHardware(comparison), _LoggedGround(comparison)
-        loop.run(build(log.header["configuration"]), hardware, ground, _ComparingRecorder(comparison), comparison)
+        loop.run(_at_its_begin(log, build), hardware, ground, _ComparingRecorder(comparison), comparison)
     first = None
     if comparison.first is not None:
         logged, replayed = (codec.decode(data) for data in comparison.first)
         first = difference(logged, replayed)
     return ReplayResult(comparison.count, comparison.differing, first, tuple(_cautions(log, differs)))
+
+
+def _at_its_begin(log: Run, build: Build) -> Autopilot:
+    """Return the autopilot as it was when the log began."""
+    autopilot = build(log.header["configuration"])
+    if log.memory:
+        try:
+            autopilot.thaw(memory_pickle.decode(log.memory))
+        except ValueError as error:
+            raise LogError(f"{log.path}: {error}; use revision {log.header.get('git', 'unknown')}") from None
+    elif "after_tick" in log.header:
+        raise LogError(f"{log.path}: begins in flight, without what was remembered then; it cannot be replayed")
+    return autopilot
 
 
 def command(options: argparse.Namespace) -> int:

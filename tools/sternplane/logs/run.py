@@ -29,6 +29,10 @@ class Run(Protocol):
         """How the run ended; empty unless the writer closed the log."""
 
     @property
+    def memory(self) -> bytes:
+        """What the autopilot remembered when the log began, pickled; empty where it began with the flight."""
+
+    @property
     def lost(self) -> str:
         """Return "" for a whole log, else one sentence: why it is not, and up to where it was recovered."""
 

@@ -131,4 +131,4 @@ def stream(path: str | Path) -> StreamedLog:
                 continue
             topics[name].times.append(time)
             topics[name].messages.append(data)
-    return StreamedLog(file.path, file.header, file.end, topics, file.lost, count, rows)
+    return StreamedLog(file.path, file.header, file.end, topics, file.lost, count, rows, memory=file.memory)

@@ -1,0 +1,162 @@
+"""Brings the log that is written to the disk, and removes the oldest logs when they take more room than they may.
+
+A disk may take many cycles for either. So a child process does it, and the cycle only tells it which log is written. It
+ends with the flight, however that ends, and then brings to the disk what the kernel has.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from firmware_py.adapters.storage.log_names import NamedLog, logs_below
+from firmware_py.adapters.storage.log_params import LogParams
+
+_NICENESS = 10
+"""Of the child: the cycle has priority."""
+_BOUNDS_S = 60.0
+"""How often the room is looked at, besides at each new part."""
+_GROWING_S = 60.0
+"""A log that changed less long ago may still be written, perhaps by another process."""
+_PIPE_READ = 1 << 16
+_CLOSE_S = 10.0
+"""How long `close` waits for the child: a disk that takes longer does not keep a vehicle from starting again."""
+
+
+class LogKeeper:
+    """The child process.
+
+    Args:
+        root: the folder of all flights, whose oldest logs may be removed; None where nothing may.
+        params: how much room logs may take, and how often one is brought to the disk.
+    """
+
+    def __init__(self, root: Path | None, params: LogParams) -> None:
+        bounds = params.total_size, params.free_size, params.sync_interval
+        words = ["" if root is None else str(root.resolve()), *map(str, bounds)]
+        self._child = subprocess.Popen(
+            [sys.executable, "-P", "-m", __name__, *words],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            start_new_session=True,  # Ctrl-C ends the flight first, which then ends this
+        )
+        assert self._child.stdin is not None
+        assert self._child.stdout is not None
+        self._to, self._from = self._child.stdin.fileno(), self._child.stdout.fileno()
+        os.set_blocking(self._to, False)
+        os.set_blocking(self._from, False)
+
+    def written(self, path: Path) -> None:
+        """Tell which log is written from now on; return at once."""
+        with contextlib.suppress(BlockingIOError, BrokenPipeError):
+            os.write(self._to, f"{path.resolve()}\n".encode())
+
+    def said(self) -> list[str]:
+        """Return what it has to say since the last call, one sentence each; mostly nothing."""
+        with contextlib.suppress(BlockingIOError):
+            return os.read(self._from, _PIPE_READ).decode(errors="replace").splitlines()
+        return []
+
+    def close(self) -> None:
+        """Wait until the log is on the disk. A second call does nothing."""
+        if self._child.stdin is None or self._child.stdin.closed:
+            return
+        self._child.stdin.close()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._child.wait(_CLOSE_S)
+        if self._child.stdout is not None:
+            self._child.stdout.close()
+
+
+def remove_oldest(root: Path, written: list[Path], total: float, free: float) -> list[NamedLog]:
+    """Remove the oldest logs until the others take no more than they may; return those that were removed.
+
+    Args:
+        root: the folder of all flights.
+        written: logs that are being written, which stay.
+        total: bytes that logs may take.
+        free: bytes that are to stay free.
+
+    Raises:
+        OSError: the folder cannot be listed, or a log not be removed.
+    """
+    logs, taken = logs_below(root), {}
+    for log in logs:
+        with contextlib.suppress(FileNotFoundError):
+            taken[log] = log.path.stat()
+    size, removed = sum(stat.st_size for stat in taken.values()), []
+    for log, stat in taken.items():
+        if size <= total and _free(root) >= free:
+            break
+        if log.path in written or abs(time.time() - stat.st_mtime) < _GROWING_S:
+            continue
+        log.path.unlink(missing_ok=True)
+        size -= stat.st_size
+        removed.append(log)
+        with contextlib.suppress(OSError):  # it holds something else
+            log.path.parent.rmdir()
+    return removed
+
+
+def _free(folder: Path) -> int:
+    disk = os.statvfs(folder)
+    return disk.f_bavail * disk.f_frsize
+
+
+def _to_disk(path: Path, begun: bool) -> None:
+    """Bring a log to the disk; at its begin its place in the folder too."""
+    for one in (path, path.parent) if begun else (path,):
+        descriptor = os.open(one, os.O_RDONLY)
+        try:
+            os.fsync(descriptor) if begun else os.fdatasync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def _say(sentence: str) -> None:
+    with contextlib.suppress(OSError):
+        os.write(1, f"{sentence}\n".encode())
+
+
+def _bound(root: Path, written: list[Path], total: float, free: float) -> None:
+    try:
+        removed = remove_oldest(root, written, total, free)
+    except OSError as error:
+        _say(f"old logs below {root} cannot be removed ({error.strerror})")
+        return
+    if removed:
+        _say(f"{len(removed)} old logs removed to make room, up to {removed[-1].path}")
+    if _free(root) < free:
+        _say(f"{root}: {_free(root) / 1e6:.0f} MB are free and no old logs are left to remove; make room")
+
+
+def _serve(root: Path | None, total: float, free: float, interval: float) -> None:
+    """Run the child, until the pipe is closed."""
+    os.nice(_NICENESS)
+    written: list[Path] = []
+    bounded = -_BOUNDS_S
+    while True:
+        told = select.select([0], [], [], interval)[0]
+        lines = os.read(0, _PIPE_READ) if told else b""
+        begun = [Path(line) for line in lines.decode().splitlines()]
+        written = [*written, *begun][-2:]  # of the one before the index may not be written yet
+        try:
+            for path in written:
+                _to_disk(path, path in begun)
+        except OSError as error:
+            _say(f"{path}: cannot be brought to the disk ({error.strerror})")
+            written = []
+        if told and not lines:
+            return
+        if root is not None and (begun or time.monotonic() - bounded > _BOUNDS_S):
+            bounded = time.monotonic()
+            _bound(root, written, total, free)
+
+
+if __name__ == "__main__":
+    _serve(Path(sys.argv[1]) if sys.argv[1] else None, *map(float, sys.argv[2:]))
