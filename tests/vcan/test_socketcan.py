@@ -5,10 +5,13 @@ from __future__ import annotations
 import os
 import select
 import subprocess
+import time
+from collections.abc import Callable
 
 import can
 import pytest
 
+from firmware_py.adapters.buses.awaited_bus import AwaitedBus
 from firmware_py.adapters.buses.can_bus import BusError, open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
 from firmware_py.wire.dronecan.equipment_messages import ActuatorCommand, ArrayCommand
@@ -128,3 +131,31 @@ def test_an_interface_without_can_is_called_so():
 
 def test_a_bus_without_an_interface_is_not_all_of_them():
     assert said_of("socketcan:") == "which interface? write socketcan:IFACE"
+
+
+def test_a_bus_whose_interface_is_made_taken_away_and_made_again_is_waited_for():
+    """As a USB adapter that is plugged in after the start, unplugged, and plugged in again."""
+    bus = AwaitedBus("socketcan:vcan9")
+    assert "there is no interface" in bus.missing
+    for _ in range(2):
+        ip("add", "dev", "vcan9", "type", "vcan")
+        try:
+            until(bus, lambda: "is down" in bus.missing)
+            ip("set", "vcan9", "up")
+            until(bus, lambda: bus.missing == "")
+            with doors("socketcan:vcan9", 1) as (peer,):
+                peer.send([(1, b"in")])
+                assert collect(bus, 1) == [(1, b"in")]
+                bus.send([(2, b"out")])
+                assert collect(peer, 1) == [(2, b"out")]
+        finally:
+            ip("del", "vcan9")
+        until(bus, lambda: bus.missing != "")
+    bus.close()
+
+
+def until(bus: AwaitedBus, holds: Callable[[], bool]) -> None:
+    end = time.monotonic() + 30.0
+    while not holds():
+        assert time.monotonic() < end, bus.missing
+        bus.drain(9, 0.05)

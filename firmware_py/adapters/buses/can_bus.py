@@ -14,7 +14,7 @@ from typing import Protocol, TypeAlias
 import can
 
 from firmware_py.adapters.buses.multicast_bus import McastBus
-from firmware_py.adapters.buses.socketcan_bus import SocketCanFrameBus
+from firmware_py.adapters.buses.socketcan_bus import InterfaceAbsent, SocketCanFrameBus
 from firmware_py.adapters.buses.virtual_bus import VirtualFrameBus
 from firmware_py.error_text import quoted
 from firmware_py.params import ParamError, param
@@ -25,6 +25,10 @@ FrameBus: TypeAlias = McastBus | SocketCanFrameBus | VirtualFrameBus
 
 class BusError(Exception):
     """A bus that cannot be used; the text names it and says what would be right."""
+
+
+class BusAbsentError(BusError):
+    """A bus that may be there later: its interface is not plugged in, or down."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +152,8 @@ def open_bus(spec: str, channel: str = "sternplane") -> CanBus:
         channel: distinguishes virtual buses of one process, if `spec` has no colon.
 
     Raises:
-        BusError: unknown or missing bus.
+        BusAbsentError: a bus that is not there now.
+        BusError: any other that cannot be used.
     """
     kind, _, rest = spec.partition(":")
     if kind not in _BUSES:
@@ -156,4 +161,5 @@ def open_bus(spec: str, channel: str = "sternplane") -> CanBus:
     try:
         return CanBus(_BUSES[kind](rest or channel if kind == "virtual" else rest))
     except can.CanError as error:
-        raise BusError(f"bus {quoted(spec)} cannot be opened: {error}") from None
+        kind_of_error = BusAbsentError if isinstance(error, InterfaceAbsent) else BusError
+        raise kind_of_error(f"bus {quoted(spec)} cannot be opened: {error}") from None

@@ -47,6 +47,10 @@ def error_kinds(identifier: int, data: bytes) -> list[str]:
     return kinds or ["error_other"]
 
 
+class InterfaceAbsent(can.CanInitializationError):
+    """There is no such interface now, or it is down."""
+
+
 class SocketCanFrameBus(SocketcanBus):
     """One node on a CAN interface; it receives extended ids only, and not its own frames.
 
@@ -119,8 +123,9 @@ def _check(interface: str) -> None:
         elif error.errno == errno.ENODEV:
             make = f"ip link add dev {interface} type vcan; ip link set {interface} up"
             text = f"there is no interface {quoted(interface)}; a virtual one is made by: {make}"
+            raise InterfaceAbsent(text) from error
         else:
             text = str(error)
         raise can.CanInitializationError(text) from error
     if down:
-        raise can.CanInitializationError(f"the interface is down; bring it up: {up}")
+        raise InterfaceAbsent(f"the interface is down; bring it up: {up}")

@@ -7,7 +7,8 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
-from firmware_py.adapters.ground.station_link import GroundError, LinkSpec, StationLink, parse_link
+from firmware_py.adapters.ground.awaited_link import AwaitedLink
+from firmware_py.adapters.ground.station_link import GroundError, LinkAbsentError, LinkSpec, StationLink, parse_link
 from firmware_py.adapters.ground.stream_links import SerialLink, TcpClient, TcpServer
 from firmware_py.adapters.ground.udp_link import UdpLink
 from firmware_py.adapters.storage.disk_log_storage import DiskLogStorage
@@ -32,14 +33,23 @@ _LINK_CLASSES: dict[str, Callable[[LinkSpec], StationLink]] = {
 }
 
 
-def open_link(text: str) -> StationLink:
+def open_link(text: str, *, absent: bool = False) -> StationLink:
     """Open a link; see `station_link.parse_link` for its syntax.
+
+    Args:
+        text: as the command line has it.
+        absent: whether one that may be there later is opened then, and is no error.
 
     Raises:
         GroundError: it has wrong syntax or cannot be opened.
     """
     spec = parse_link(text)
-    return _LINK_CLASSES[spec.kind](spec)
+    try:
+        return _LINK_CLASSES[spec.kind](spec)
+    except LinkAbsentError as error:
+        if not absent:
+            raise
+        return AwaitedLink(spec, _LINK_CLASSES[spec.kind], error)
 
 
 class MavlinkGround:
@@ -51,8 +61,10 @@ class MavlinkGround:
         settings: NodeSettings,
         vehicle: VehicleDescription,
         state: SharedState = NOTHING_SAVED,
+        *,
+        absent: bool = False,
     ) -> None:
-        """Open every link, or none.
+        """Open every link, or none; with `absent` those that are not there yet later.
 
         Raises:
             GroundError: a link has wrong syntax or cannot be opened.
@@ -60,7 +72,7 @@ class MavlinkGround:
         with contextlib.ExitStack() as opened:
             self.links: list[StationLink] = []
             for text in links:
-                link = open_link(text)
+                link = open_link(text, absent=absent)
                 opened.callback(link.close)
                 self.links.append(link)
             self._close = opened.pop_all().close
@@ -96,6 +108,11 @@ class MavlinkGround:
     def count(self, lost: Mapping[str, int], received: int) -> None:
         """Tell stations what was lost, by source and cause, and how many messages have arrived on the bus."""
         self.node.communication.update(lost, received)
+
+    @property
+    def awaited(self) -> list[AwaitedLink]:
+        """Return the links that were not there at the start."""
+        return [link for link in self.links if isinstance(link, AwaitedLink)]
 
     def save_changes_in(self, folder: Path) -> None:
         """Save what stations change, and what `save` is given, in a folder, for the next start.

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import errno
+import os
+import socket
 from typing import NamedTuple, Protocol
 
 from firmware_py.error_text import quoted
@@ -16,6 +18,19 @@ _SYNTAX = (
 _PORT_IN_USE = "another program has that port: end it, or take another port"
 _NETWORK, _SERIAL = ("udpout", "udpin", "tcp", "tcpin"), "serial"
 _HIGH_LATENCY = "highlatency"
+_LATER = (
+    errno.ENOENT,
+    errno.ENODEV,
+    errno.ENXIO,
+    errno.EIO,
+    errno.ENETDOWN,
+    errno.ENETUNREACH,
+    errno.EHOSTUNREACH,
+    errno.EADDRNOTAVAIL,
+    socket.EAI_AGAIN,
+    socket.EAI_NONAME,
+)
+"""What keeps a link from being opened before its adapter is plugged in, or the network is up."""
 _BITS_PER_BYTE = 10
 _USED_SHARE = 0.9
 """Share of a serial line's rate that is used, so that its queue cannot grow."""
@@ -25,6 +40,14 @@ Address = tuple[str, int]
 
 class GroundError(Exception):
     """A link cannot be opened; the text names it and what would be right."""
+
+
+class LinkAbsentError(GroundError):
+    """A link that may be opened later; `why` it cannot be now."""
+
+    def __init__(self, text: str, why: str) -> None:
+        super().__init__(text)
+        self.why = why
 
 
 class LinkSpec(NamedTuple):
@@ -39,15 +62,20 @@ class LinkSpec(NamedTuple):
         """Return the error that says why the link cannot be opened."""
         why = error if isinstance(error, str) else error.strerror or error
         taken = isinstance(error, OSError) and error.errno == errno.EADDRINUSE
-        return GroundError(f"link {quoted(self.text)} cannot be opened: {why}; {_PORT_IN_USE if taken else _SYNTAX}")
+        text = f"link {quoted(self.text)} cannot be opened: {why}; {_PORT_IN_USE if taken else _SYNTAX}"
+        if isinstance(error, OSError) and error.errno in _LATER:
+            return LinkAbsentError(text, os.strerror(error.errno) if error.errno > 0 else str(why))
+        return GroundError(text)
 
 
 class StationLink(Protocol):
     """A transport to stations that never blocks. A station that is not connected is no error."""
 
     configuration: LinkConfiguration
-    lost: int
-    """Datagrams that were not accepted for sending; on a stream, the output of whole ticks."""
+
+    @property
+    def lost(self) -> int:
+        """Datagrams that were not accepted for sending; on a stream, the output of whole ticks."""
 
     @property
     def overrun(self) -> int:

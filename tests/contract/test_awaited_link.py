@@ -1,0 +1,80 @@
+"""A link to a station whose adapter is plugged in later, or whose network comes up later."""
+
+from __future__ import annotations
+
+import os
+import pty
+import select
+import tty
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from firmware_py.adapters.ground import awaited_link
+from firmware_py.adapters.ground.awaited_link import AwaitedLink
+from firmware_py.adapters.ground.mavlink_ground import GroundError, open_link
+
+
+@pytest.fixture
+def passing(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """The time, which a test lets pass."""
+    now = [0.0]
+    monkeypatch.setattr(awaited_link, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    return now
+
+
+def test_a_radio_that_is_plugged_in_later_is_opened_then(tmp_path: Path, passing: list[float]) -> None:
+    place = tmp_path / "radio"
+    link = open_link(f"serial:{place}:57600", absent=True)
+    assert isinstance(link, AwaitedLink)
+    assert link.missing == "No such file or directory"
+    link.send(b"nobody")
+    assert (link.receive(), link.fileno(), link.lost, link.overrun) == ([], -1, 0, 0)
+    ours, theirs = pty.openpty()
+    tty.setraw(theirs)
+    place.symlink_to(os.ttyname(theirs))
+    assert link.receive() == []
+    assert link.missing
+    passing[0] += awaited_link.RETRY_S
+    link.receive()
+    assert link.missing == ""
+    link.send(b"out")
+    assert os.read(ours, 9) == b"out"
+    os.write(ours, b"in")
+    assert select.select([link.fileno()], [], [], 30.0)[0]
+    assert link.receive() == [b"in"]
+    link.close()
+    link.close()
+    os.close(ours)
+    os.close(theirs)
+
+
+def test_an_address_that_is_not_ours_yet_is_waited_for(passing: list[float]) -> None:
+    link = open_link("udpin:192.0.2.1:14550", absent=True)
+    assert isinstance(link, AwaitedLink)
+    assert link.missing == "Cannot assign requested address"
+    passing[0] += 1.0
+    assert link.receive() == []
+
+
+def test_a_name_that_is_not_known_is_not_looked_up_in_flight(
+    passing: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    link = open_link("tcp:no-such-host.invalid:5760", absent=True)
+    assert isinstance(link, AwaitedLink)
+    assert link.missing.endswith("given up: write the host's address in numbers")
+    monkeypatch.setattr("socket.gethostbyname", None)
+    passing[0] += 10.0
+    assert link.receive() == []
+
+
+@pytest.mark.parametrize("text", ["serial:/dev/null:57600", "udpout:127.0.0.1:0", "radio"])
+def test_what_will_never_be_a_link_is_an_error(text: str) -> None:
+    with pytest.raises(GroundError):
+        open_link(text, absent=True)
+
+
+def test_without_patience_it_is_an_error() -> None:
+    with pytest.raises(GroundError, match="cannot be opened"):
+        open_link("serial:/dev/no-such-radio:57600")
