@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -12,21 +13,27 @@ from firmware_py import app, config_files
 from firmware_py.adapters.hil.hil_link import parse_hil_link, resolve
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError
-from firmware_py.adapters.storage.recorder import LogWriter
+from firmware_py.adapters.storage.log_keeper import LogKeeper
+from firmware_py.adapters.storage.parted_log import PartedLog
+from firmware_py.adapters.storage.state_store import StateStoreError
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.params import load
 from firmware_py.records.cycle import Cycle
 from firmware_py.run import kept_navigation, over_can, over_hil, provenance
 from firmware_py.run.command_line import BAD
+from firmware_py.run.device_watch import DeviceWatch
 from firmware_py.run.flight_recorder import FlightRecorder, say
-from firmware_py.run.ground_links import open_ground
+from firmware_py.run.ground_links import Stations, open_ground
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.kept_passport import PassportChoice, PassportKeeper
 from firmware_py.run.kept_plans import with_kept_plans
 from firmware_py.run.resumed_state import resume_state
-from firmware_py.run.run_folders import LOG_FILE, flight_folder, point_latest
+from firmware_py.run.run_folders import flight_folder, numbered_folder, point_latest
+from firmware_py.run.service_manager import ServiceManager
+from firmware_py.run.state_lock import alone_with
 from firmware_py.run.usage_error import UsageError
+from firmware_py.tick import Rate
 
 _LOST = 1
 """The exit status of a flight whose plant was lost."""
@@ -77,17 +84,21 @@ def fly(options: argparse.Namespace) -> FlightResult:
     if address:
         resolve(address)
     else:
-        over_can.check(spec)
-    folder = flight_folder(options.out)
+        over_can.check(spec, pace)
     header = provenance.header("fly", configuration, pace=pace, link=options.link, notes=notes)
     lost, reason, began = False, "", time.monotonic()
     with (
-        open_ground(options.gcs, configuration, options.gcs_key, options.state) as stations,
+        alone_with(options.state),
+        open_ground(options.gcs, configuration, options.gcs_key, options.state, absent=True) as stations,
+        contextlib.closing(ServiceManager()) as manager,
+        contextlib.closing(LogKeeper(options.logs, io.log)) as log_keeper,
         interruptible() as interrupted,
     ):
-        stations.save_changes_in(options.state, folder)
-        log = LogWriter(folder / LOG_FILE, header, exclusive=True)
-        ground = stations.ground
+        folder = numbered_folder(options.logs) if options.logs else flight_folder(options.out)
+        ground, losses = stations.ground, stations.losses
+        tell = _to_all(lambda sentence: say(f"sternplane: {sentence}"), ground.say)
+        notes += _save_state(stations, options.state, folder, options.logs)
+        log = PartedLog(folder, header, io.log, autopilot.freeze, log_keeper, losses)
         keeper = kept_navigation.NavigationKeeper(
             ground.save,
             lambda: autopilot.parts.estimator.keep(),
@@ -101,16 +112,26 @@ def fly(options: argparse.Namespace) -> FlightResult:
             io.state.passport_interval,
         )
 
-        def keep(cycle: Cycle) -> None:
+        devices = DeviceWatch(tell, manager.status)
+        for link in ground.awaited:
+            devices.add(f"link {link.name}", lambda link=link: link.missing)  # type: ignore[misc]
+
+        def after(cycle: Cycle) -> None:
             keeper.update(cycle)
             passports.update(cycle)
+            devices.update(cycle)
+            manager.cycled(cycle)
+            for sentence in log_keeper.said() if cycle.tick.every(Rate.HZ_1) else ():
+                tell(sentence)
 
-        losses = stations.losses
         losses.tell = _to_all(say, ground.say)
-        recorder = FlightRecorder(log, keep, losses)
+        recorder = FlightRecorder(log, after, losses, tell)
+        if options.logs:
+            recorder.begin()
+        else:
+            log.begin()
         for note in notes:
-            say(f"sternplane: {note}")
-            ground.say(note)
+            tell(note)
 
         def stop() -> bool:
             return bool(interrupted) or ground.node.end_request != ""
@@ -124,7 +145,9 @@ def fly(options: argparse.Namespace) -> FlightResult:
             else:
                 dvl = Path(options.dvl or io.dvl.place(spec))
                 fins = config_files.vehicle(configuration).fins
-                over_can.run(autopilot, params.rate, fins, io, spec, dvl, pace, ground, recorder, stop, say, losses)
+                over_can.run(
+                    autopilot, params.rate, fins, io, spec, dvl, pace, ground, recorder, stop, say, losses, devices
+                )
         except LockstepError as error:
             lost, reason = True, str(error)
             say(f"sternplane: {error}")
@@ -132,16 +155,30 @@ def fly(options: argparse.Namespace) -> FlightResult:
             node = ground.node
             asked = f"{node.end_request} by station {node.end_requester}" if node.end_request else ""
             reason = reason or _how(recorder.last, bool(interrupted), asked)
-            if not recorder.broken:
-                end = {"completed": None, "reason": reason, "wall_s": time.monotonic() - began}
-                log.close({**end, "losses": losses.totals()})
-            elif recorder.last is not None:
-                t = recorder.last.tick.t
-                say(f"sternplane: {log.path} is not complete; the flight went on without it to {t:.1f} s: {reason}")
+            manager.stopping()
+            end = {"completed": None, "reason": reason, "wall_s": time.monotonic() - began, "losses": losses.totals()}
+            closed = recorder.close(end)
     kept = _leave(log.path, options.state, autopilot.parts.estimator.keep(), keeper, passports)
     point_latest(folder)
-    status = _LOST if lost else _AGAIN if ground.node.end_request == "reboot" else 0 if kept else BAD
+    if interrupted and recorder.last is not None and recorder.last.applied.armed:
+        say("sternplane: it was armed: fins are centred, the propeller stops; a next start under water brings it up")
+    status = _LOST if lost else _AGAIN if ground.node.end_request == "reboot" else 0 if kept and closed else BAD
     return FlightResult(status, folder, recorder.cycles)
+
+
+def _save_state(stations: Stations, state: Path | None, folder: Path, logs: Path | None) -> list[str]:
+    """Keep the state in a folder; where that cannot be written, a vehicle that starts by itself flies without: why.
+
+    Raises:
+        StateStoreError: any other vehicle.
+    """
+    try:
+        stations.save_changes_in(state, folder, beside=logs is not None)
+    except StateStoreError as error:
+        if logs is None:
+            raise
+        return [f"{error}; the flight begins, and keeps nothing for the next one"]
+    return []
 
 
 def _leave(

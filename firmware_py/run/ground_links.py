@@ -30,10 +30,10 @@ class Stations(NamedTuple):
         """Return stations and scripted operator as one `ports.Ground`; the operator alone without stations."""
         return Grounds(operator, self.ground) if self.ground.links else operator
 
-    def save_changes_in(self, state: Path | None, folder: Path) -> None:
+    def save_changes_in(self, state: Path | None, folder: Path, *, beside: bool = False) -> None:
         """Save what is kept between runs in `state`, or else in a state folder of this run; offer the logs.
 
-        Stations may fetch all logs below runs/ if the run's folder is there, otherwise the run's own.
+        Stations may fetch all logs below runs/ if the run's folder is there, or with `beside`, otherwise the run's own.
 
         Raises:
             StateStoreError: it cannot be written.
@@ -41,9 +41,9 @@ class Stations(NamedTuple):
         """
         if state is None:
             _refuse_earlier_state(folder / "state")
-        self.ground.save_changes_in(state or folder / "state")
         if self.ground.links:
-            self.ground.offer_logs(folder, beside=folder.parent == Path("runs"))
+            self.ground.offer_logs(folder, beside=beside or folder.parent == Path("runs"))
+        self.ground.save_changes_in(state or folder / "state")
 
 
 def _refuse_earlier_state(folder: Path) -> None:
@@ -62,9 +62,16 @@ def _refuse_earlier_state(folder: Path) -> None:
 
 @contextlib.contextmanager
 def open_ground(
-    links: Sequence[str], configuration: config_files.Configuration, key: Path | None = None, state: Path | None = None
+    links: Sequence[str],
+    configuration: config_files.Configuration,
+    key: Path | None = None,
+    state: Path | None = None,
+    *,
+    absent: bool = False,
 ) -> Iterator[Stations]:
     """Open the links to the stations while the context lasts; with a `key` they are signed.
+
+    With `absent` a link that is not there yet is opened later, and no error.
 
     Raises:
         GroundError: a link has wrong syntax or cannot be opened.
@@ -73,7 +80,7 @@ def open_ground(
     settings = node_settings(config_files.autopilot_params(configuration))
     signed = read_signing(key, state) if key is not None else None
     shared = SharedState(signed, app.parameter_store(configuration), kept_plans.plans(configuration, state))
-    ground = MavlinkGround(links, settings, app.vehicle_description(configuration), shared)
+    ground = MavlinkGround(links, settings, app.vehicle_description(configuration), shared, absent=absent)
     try:
         losses = LossWatch()
         losses.add(ground.losses)

@@ -11,8 +11,8 @@ CONFIG = configs() / "npsauv2"
 """The default configuration."""
 DESCRIPTION = "Fly the vehicle on a real bus until Ctrl-C. It starts disarmed and waits for commands."
 EPILOG = (
-    "Exit status 0 if it was interrupted, 1 if the plant was lost, 2 for bad input, 3 if a station asked for a "
-    "reboot: the service manager then starts it again."
+    "What is not there yet (bus, ports, links) is waited for, in flight. Exit status 0 if it was interrupted, 1 if the "
+    "plant was lost, 2 for bad input, 3 if a station asked for a reboot: the service manager then starts it again."
 )
 
 
@@ -25,11 +25,19 @@ def add_fly(parser: argparse.ArgumentParser) -> None:
         "--pace", choices=("realtime", "bus"), help="its own clock, or a plant's ticks [realtime; mavlink-hil: bus]"
     )
     parser.add_argument("--dvl", metavar="PATH", help="the DVL's serial port [as the io file says]")
-    parser.add_argument(
+    place = parser.add_mutually_exclusive_group()
+    place.add_argument(
         "--out",
         type=Path,
         metavar="DIR",
         help="folder of the log; DIR/<stamp> if DIR holds a log already [runs/<stamp>]",
+    )
+    place.add_argument(
+        "--logs",
+        type=Path,
+        metavar="DIR",
+        help="folder of all logs, for a vehicle that starts by itself: DIR/<number>-<stamp> for each flight; the "
+        "oldest are removed as [log] of the io file says, and a disk that cannot be written is told, and no error",
     )
     parser.add_argument("--state", type=Path, metavar="DIR", help="folder of the state that is kept between runs")
     add_passport(parser)

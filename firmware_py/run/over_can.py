@@ -8,6 +8,7 @@ from pathlib import Path
 
 from firmware_py import loop
 from firmware_py.adapters import linux_realtime
+from firmware_py.adapters.buses.awaited_bus import AwaitedBus
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
 from firmware_py.adapters.drivers.serial_port import SerialPort
@@ -19,6 +20,7 @@ from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.autopilot import Autopilot
 from firmware_py.ports import Ground, Recorder
+from firmware_py.run.device_watch import DeviceWatch
 from firmware_py.run.usage_error import UsageError
 from firmware_py.tick import step_ns
 from firmware_py.vehicle.fins import Fin
@@ -27,15 +29,25 @@ PLANT_S = 60.0
 """How long to wait for a plant, s."""
 
 
-def check(spec: str) -> None:
-    """Refuse a bus that does not exist, or that other processes cannot use.
+def check(spec: str, pace: str) -> None:
+    """Refuse a bus that cannot be, or that other processes cannot use; in real time one may be there later.
 
     Raises:
         BusError, UsageError: in one line, why not.
     """
     if spec.startswith("virtual"):
         raise UsageError("a virtual bus ends at its process; give --bus udp:N or socketcan:IFACE")
-    open_bus(spec).close()
+    if pace == "realtime":
+        AwaitedBus(spec).close()
+    else:
+        open_bus(spec).close()
+
+
+def _why(line: SerialPort, port: Path) -> str:
+    """Return why a line is not there; nothing if it is."""
+    if not line.broken:
+        return ""
+    return line.missing.removeprefix("dvl: ") if not line.openings else f"port {port} is gone"
 
 
 def run(
@@ -51,6 +63,7 @@ def run(
     stop: Callable[[], bool],
     say: Callable[[str], None],
     losses: LossWatch,
+    devices: DeviceWatch | None = None,
     *,
     meet_plant: bool = False,
 ) -> None:
@@ -69,6 +82,7 @@ def run(
         stop: asked at every tick.
         say: prints a line, such as real-time options that are not permitted.
         losses: is given the counts of lost and refused messages.
+        devices: is given what is waited for.
         meet_plant: in real time, begin together with a plant that says hello.
 
     Raises:
@@ -77,16 +91,18 @@ def run(
     """
     dt_ns = step_ns(rate)
     with contextlib.ExitStack() as stack:
-        bus = open_bus(spec)
+        alone = pace == "realtime" and not meet_plant
+        bus = AwaitedBus(spec) if alone else open_bus(spec)
         stack.callback(bus.close)
         refuse_if_taken(bus, {io.can.node_id: "autopilot"})
         lockstep = LockstepLink(bus, io.can.node_id, io.device_ids)
         if (pace == "bus" or meet_plant) and not wait_for_plant(lockstep, dt_ns, PLANT_S, stop):
             return
-        line = SerialPort("dvl", str(dvl), io.dvl.baud, absent=pace == "realtime" and not meet_plant)
+        line = SerialPort("dvl", str(dvl), io.dvl.baud, absent=alone)
         stack.callback(line.close)
-        if line.missing:
-            say(f"{line.missing}; the flight begins without it, and it is opened when it is there")
+        if devices is not None and isinstance(bus, AwaitedBus):
+            devices.add(f"bus {spec}", lambda: bus.missing)
+            devices.add("dvl", lambda: _why(line, dvl))
         hardware = fitted(io, fins, lockstep if pace == "bus" else bus, line)
         stack.callback(losses.add_hardware(hardware.losses, lambda: hardware.received, hardware.note))
         for refusal in stack.enter_context(linux_realtime.apply_while(io.realtime)):

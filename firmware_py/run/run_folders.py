@@ -8,10 +8,13 @@ import tempfile
 import time
 from pathlib import Path
 
+from firmware_py.adapters.storage.log_names import LOG_FILE, flight_number
 from firmware_py.run.usage_error import UsageError
 
-LOG_FILE = "log.mcap"
-"""The log, in the folder of its run."""
+__all__ = ["LOG_FILE", "flight_folder", "numbered_folder", "point_latest", "run_folder"]
+
+_AT_ONCE = 10
+"""Flights that begin in one moment find a number each, before it is given up."""
 
 
 def run_folder(out: Path | None) -> Path:
@@ -45,6 +48,22 @@ def flight_folder(out: Path | None) -> Path:
         return _stamped(folder)
     except OSError as error:
         raise UsageError(f"--out {out}: cannot be written ({error.strerror}); choose another folder") from None
+
+
+def numbered_folder(logs: Path) -> Path:
+    """Return the folder of the next flight in `logs`, NUMBER-DATE-TIME: numbers go up whatever the clock shows.
+
+    It is made, unless that cannot be: a vehicle that starts by itself, perhaps under water, flies without a log too.
+    """
+    stamp, number = time.strftime("%Y%m%d-%H%M%S"), 0
+    with contextlib.suppress(OSError):
+        logs.mkdir(parents=True, exist_ok=True)
+        for _ in range(_AT_ONCE):
+            number = 1 + max(map(flight_number, os.listdir(logs)), default=0)
+            with contextlib.suppress(FileExistsError):
+                (logs / f"{number:05d}-{stamp}").mkdir()
+                break
+    return logs / f"{max(number, 1):05d}-{stamp}"
 
 
 def _stamped(parent: Path) -> Path:
