@@ -5,7 +5,7 @@ BIN := .venv/bin
 LOCKS := tools/requirements
 PIP := $(BIN)/python $(LOCKS)/install.py
 
-.PHONY: help setup sitl gcs test test-vcan lint rooms bench fuzz kill load study study-safety study-adaptation paper lock clean
+.PHONY: help setup sitl gcs test test-vcan lint rooms bench fuzz kill load study study-safety study-adaptation paper wheels lock clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -62,13 +62,23 @@ study-safety: setup ## every fault, judged by the truth; ARGS=--short for the qu
 paper: setup ## every experiment of the source paper
 	@$(BIN)/sternplane paper $(ARGS)
 
+wheels: .venv/.run ## a folder of wheels for a vehicle without internet; BOARD=aarch64 BOARD_PYTHON=3.11 for another computer
+	@$(BIN)/python -m pip --disable-pip-version-check wheel --quiet --no-deps --no-build-isolation --wheel-dir wheels .
+	@$(BIN)/python -m pip --disable-pip-version-check download --quiet --only-binary=:all: --require-hashes \
+		-r $(LOCKS)/vehicle.txt --dest wheels $(if $(BOARD),--implementation cp --python-version $(BOARD_PYTHON) \
+		$(foreach tag,2_28 2_27 2_17,--platform manylinux_$(tag)_$(BOARD)) --platform manylinux2014_$(BOARD))
+	@cp $(LOCKS)/vehicle.txt wheels/requirements.txt
+	@echo "wheels/: $$(ls wheels/*.whl | wc -l) wheels; copy the folder, see configs/vehicle.md"
+
 lock: .venv/.dev ## pin the newest versions that pyproject.toml and the *.in files permit
 	@cd $(LOCKS) && for name in run dev; do ../../$(BIN)/uv pip compile --quiet --universal --python-version 3.11 \
 		--generate-hashes --no-emit-index-url --no-header --excludes exclude.txt --extra report --extra i2c \
 		../../pyproject.toml $$name.in -o $$name.txt; done
+	@cd $(LOCKS) && ../../$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+		--no-emit-index-url --no-header --constraints run.txt ../../pyproject.toml -o vehicle.txt
 
 clean: ## remove what was installed, compiled and flown
-	rm -rf .venv .cache build runs *.egg-info
+	rm -rf .venv .cache build runs wheels *.egg-info
 
 .venv/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
