@@ -30,6 +30,10 @@ class StateEstimator(Protocol):
     """Interface of the estimator: measurements to state."""
 
     @property
+    def heard(self) -> SensorFrame:
+        """Return the frame of the last update with the devices in front that are believed."""
+
+    @property
     def believed(self) -> SensorFrame:
         """Return the frame of the last update without the measurements that are not believed."""
 
@@ -144,7 +148,7 @@ class Autopilot:
         reference = guidance.update(tick, mode, order, state)
         demand = control.update(tick, mode, order, reference, state, adopted)
         fins = self.allocator.allocate(demand, actuators.left)
-        self.applied = gate.limit(tick, mode, frame, fins, self.applied)  # last word; knows no law
+        self.applied = gate.limit(tick, mode, estimator.heard, fins, self.applied)  # last word; knows no law
         events = changed + adoption.events + supervisor.events + guidance.events
         return Cycle(
             *(tick, frame, order, state, actuators, adopted, left, mode, reference, demand, fins, self.applied, events)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from firmware_py.adapters.buses.can_bus import FramePort
 from firmware_py.adapters.io_params import IoParams
-from firmware_py.params import prefix_errors
+from firmware_py.params import ParamError, prefix_errors
+from firmware_py.records.sensing import candidate_name
 from firmware_py.wire.dronecan.fin_servo import servos_of
 from sim_bridge.bridge import Bridge
 from sim_bridge.devices.devices import Devices, DevicesParams, Wiring
@@ -19,14 +22,21 @@ from sim_bridge.plant.plant import Plant
 from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import Scenario
 
+SIMULATED = "waterlink"
+"""The driver of the instruments on lines of their own that are simulated."""
+
 
 def wiring(io: IoParams, truth: Truth) -> Wiring:
     """Return how the devices of a simulated vehicle are wired by an io file.
 
     Raises:
-        ParamError: a servo of no fin, or a fin without one.
+        ParamError: a servo of no fin, a fin without one, or an instrument that cannot be simulated.
     """
-    return Wiring(io.nodes, servos_of(io.fins, [fin.name for fin in truth.fins]), io.propeller)
+    for device in io.lines:
+        if device.instrument is not None and device.instrument.driver != SIMULATED:
+            driver = device.instrument.driver
+            raise ParamError(f'{device.key}: driver "{driver}": of lines, "{SIMULATED}" alone is simulated')
+    return Wiring(io.nodes, servos_of(io.fins, [fin.name for fin in truth.fins]), io.propeller, io.devices)
 
 
 def build_bridge(
@@ -35,12 +45,12 @@ def build_bridge(
     wiring: Wiring,
     scenario: Scenario,
     bus: FramePort,
-    dvl_line: SerialLine,
+    dvl_lines: Sequence[SerialLine],
     seed: int,
     base_hz: int,
     autopilot_id: int,
 ) -> Bridge:
-    """Return the simulated vehicle at the start of a scenario, on its end of the bus and of the DVL's line.
+    """Return the simulated vehicle at the start of a scenario, on its end of the bus and of the DVLs' lines.
 
     Everything random in it follows from `seed`.
 
@@ -48,16 +58,16 @@ def build_bridge(
         ParamError: an impossible body or battery, or a fault of a fin that does not exist.
     """
     params = params.within(base_hz)
-    plant, instruments = plant_and_instruments(truth, params, scenario, seed, base_hz)
-    dvl = SerialDvl(instruments.dvl, dvl_line)
-    devices = Devices(params, wiring, instruments, bus, dvl, base_hz, autopilot_id)
+    plant, instruments = plant_and_instruments(truth, params, scenario, seed, base_hz, wiring.spares)
+    dvls = [SerialDvl(instruments.by_name[candidate_name("dvl", i)], line) for i, line in enumerate(dvl_lines)]
+    devices = Devices(params, wiring, instruments, bus, dvls, base_hz, autopilot_id)
     return Bridge(
         plant, devices, FaultInjector(scenario.injected, plant, devices, instruments.by_name, seed, nodes=devices)
     )
 
 
 def plant_and_instruments(
-    truth: Truth, params: DevicesParams, scenario: Scenario, seed: int, base_hz: int
+    truth: Truth, params: DevicesParams, scenario: Scenario, seed: int, base_hz: int, spares: Sequence[str] = ()
 ) -> tuple[Plant, Instruments]:
     """Return the plant in its initial state and its instruments; `params` are `within` the base rate.
 
@@ -69,5 +79,6 @@ def plant_and_instruments(
     with prefix_errors("truth.toml"):
         plant = Plant(truth, environment, 1.0 / base_hz, truth.substeps, start.eta, start.nu, start.n)
     with prefix_errors("sensors.toml"):
-        instruments = Instruments(params, Water(truth.hull.rho, sea.surface_pressure, sea.origin), seed, base_hz)
+        water = Water(truth.hull.rho, sea.surface_pressure, sea.origin)
+        instruments = Instruments(params, water, seed, base_hz, spares)
     return plant, instruments

@@ -105,7 +105,7 @@ class Completion:
 
     def _came_up(self, cycle: Cycle) -> bool:
         if self._true_depth is None:
-            return cycle.frame.fix.ok or cycle.state.eta.z < _SURFACE
+            return cycle.heard.fix.ok or cycle.state.eta.z < _SURFACE
         depth = self._true_depth()
         if depth >= _SURFACE:
             self._said += f", at a depth of {depth:.1f} m in truth"

@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
+from types import MappingProxyType
 from typing import Any
 
 from firmware_py.adapters.drivers.driver import Driver
 from firmware_py.records.command import Applied
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.sensing import MEASURES, Heard, NodeBits, SensorFrame, fin_bit, node_bit, silence
+from firmware_py.records.sensing import (
+    MEASURES,
+    Heard,
+    NodeBits,
+    SensorFrame,
+    candidate_bit,
+    fin_bit,
+    node_bit,
+    silence,
+)
 from firmware_py.tick import Tick
+
+NO_SPARES: Mapping[str, int] = MappingProxyType({})
 
 
 class DeviceHardware:
@@ -20,30 +32,37 @@ class DeviceHardware:
     not work, or that another device answers there than at first.
     """
 
-    def __init__(self, fins: int, drivers: Sequence[Driver]) -> None:
+    def __init__(self, fins: int, drivers: Sequence[Driver], spares: Mapping[str, int] = NO_SPARES) -> None:
+        """Take the drivers, and of each role with several devices how many there are beside the first."""
         self._drivers = drivers
         nothing = silence(fins)
         self._fins = list(nothing.fins)
-        self._heard: dict[str, Heard[Any]] = {
+        self._heard: dict[str, Any] = {
             field.name: getattr(nothing, field.name)
             for field in fields(nothing)
             if isinstance(getattr(nothing, field.name), Heard)
         }
 
+        self._spares = {role: [self._heard[role]] * count for role, count in spares.items()}
+
     def read(self, tick: Tick) -> SensorFrame:
         """Ask every driver once; a channel without a new value keeps its value and its time."""
-        t, heard, fins = tick.t, self._heard, self._fins
+        t, heard, fins, spares = tick.t, self._heard, self._fins, self._spares
         for name, old in heard.items():
             if old.fresh:
                 heard[name] = Heard(old.value, old.t_valid, False, old.ok)
         for i, old in enumerate(fins):
             if old.fresh:
                 fins[i] = Heard(old.value, old.t_valid, False, old.ok)
+        for several in spares.values():
+            several[:] = [Heard(old.value, old.t_valid, False, old.ok) if old.fresh else old for old in several]
         wrong = NodeBits()
         for driver in self._drivers:
             for role, number, one in driver.poll(t):
                 if role == "fins":
                     fins[number] = one
+                elif number:
+                    spares[role][number - 1] = one
                 else:
                     heard[role] = one
             bits = driver.nodes(t)
@@ -52,6 +71,7 @@ class DeviceHardware:
         two_senders, unhealthy, replaced, restarted = wrong
         if two_senders | unhealthy | replaced:
             self._withhold(two_senders | unhealthy | replaced)
+        several_each: dict[str, Any] = {f"spare_{role}": tuple(several) for role, several in spares.items()}
         return SensorFrame(
             fins=tuple(fins),
             **heard,
@@ -59,6 +79,7 @@ class DeviceHardware:
             unhealthy=unhealthy,
             replaced=replaced,
             restarted=restarted,
+            **several_each,
         )
 
     def write(self, tick: Tick, applied: Applied) -> None:
@@ -100,6 +121,10 @@ class DeviceHardware:
         for i, heard in enumerate(self._fins):
             if bits & fin_bit(i):
                 self._fins[i] = _not_ok(heard)
+        for role, several in self._spares.items():
+            for i, heard in enumerate(several):
+                if bits & candidate_bit(role, i + 1):
+                    several[i] = _not_ok(heard)
 
 
 def _measured(bits: int) -> Iterable[str]:

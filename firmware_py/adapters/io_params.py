@@ -1,48 +1,18 @@
-"""io_*.toml as the vehicle reads it: the bus, the node ids, the latency of each device."""
+"""io_*.toml as the vehicle reads it: the bus, the node ids, the instruments, the latency of each device."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
 from firmware_py.adapters.buses.can_bus import CanParams, NodeIds
+from firmware_py.adapters.drivers.dronecan.bus_params import CommandParams, LatencyParams
+from firmware_py.adapters.drivers.instrument_params import Device, InstrumentParams, devices_of
 from firmware_py.adapters.linux_realtime import RealtimeParams
 from firmware_py.adapters.storage.log_params import LogParams
 from firmware_py.params import ParamError, param
-from firmware_py.tick import Rate
+from firmware_py.records.sensing import NODE_OF
 from firmware_py.wire.dronecan.fin_servo import FinServoParams
 from firmware_py.wire.dronecan.propeller_drive import PropellerParams
-
-
-@dataclass(frozen=True, slots=True)
-class DvlPortParams:
-    """Table [dvl] of io_*.toml."""
-
-    port: str = param(doc="Serial device of the DVL; {bus} in it stands for the name of the bus.")
-    baud: int = param(115200, low=1200, high=4_000_000, doc="Bits a second; the device's default is 115200.")
-
-    def place(self, spec: str) -> str:
-        """Return the port for a bus: "{bus}" in its name is replaced, so that several simulations can run at once."""
-        return self.port.replace("{bus}", spec.replace(":", "-").replace("/", "-"))
-
-
-@dataclass(frozen=True, slots=True)
-class CommandParams:
-    """Table [commands]."""
-
-    rate: Rate = Rate.HZ_50
-    safety_state: bool = param(True, doc="Whether SafetyState is sent: AP_Periph holds its outputs until it hears it.")
-
-
-@dataclass(frozen=True, slots=True)
-class LatencyParams:
-    """Table [latency]: delay from the validity of a value to its arrival; the DVL reports its own."""
-
-    ahrs: float = param(0.0, unit="s", low=0.0, high=1.0, doc="Attitude and rates.")
-    pressure: float = param(0.0, unit="s", low=0.0, high=1.0, doc="Water pressure.")
-    altimeter: float = param(0.0, unit="s", low=0.0, high=1.0, doc="Distance to the bottom.")
-    fix: float = param(0.0, unit="s", low=0.0, high=2.0, doc="Position at the surface.")
-    servo_hub: float = param(0.0, unit="s", low=0.0, high=1.0, doc="Fin angles.")
-    esc: float = param(0.0, unit="s", low=0.0, high=1.0, doc="Propeller speed.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +70,7 @@ class IoParams:
 
     can: CanParams
     nodes: NodeIds
-    dvl: DvlPortParams
+    instruments: tuple[InstrumentParams, ...] = ()
     commands: CommandParams = field(default_factory=CommandParams)
     fins: tuple[FinServoParams, ...] = ()
     propeller: PropellerParams = field(default_factory=PropellerParams)
@@ -109,10 +79,11 @@ class IoParams:
     log: LogParams = field(default_factory=LogParams)
 
     def __post_init__(self) -> None:
-        """Refuse a device with the id of the autopilot or the plant, and one id for both of these."""
+        """Refuse a device with the id of the autopilot or the plant, one id for two devices, and an order of none."""
         taken = {self.can.node_id: "can.node_id"}
-        devices = {f"nodes.{field.name}": getattr(self.nodes, field.name) for field in fields(self.nodes)}
-        for name, node_id in {"can.plant_id": self.can.plant_id, **devices}.items():
+        devices = {f"nodes.{name}": node_id for name, node_id in self.nodes.by_name.items()}
+        further = {device.key: device.node for device in self.devices if device.instrument and device.node}
+        for name, node_id in {"can.plant_id": self.can.plant_id, **devices, **further}.items():
             if node_id in taken:
                 raise ParamError(f"{name} = {node_id}: is {taken[node_id]} already; every node needs an id of its own")
             taken[node_id] = name
@@ -122,9 +93,26 @@ class IoParams:
                 raise ParamError(f"{name}: is {other} already; every node needs an id of its own")
 
     @property
+    def devices(self) -> tuple[Device, ...]:
+        """Return the devices that measure roles, by roles, and of each by their priority.
+
+        Raises:
+            ParamError: see `devices_of`.
+        """
+        nodes = {role: getattr(self.nodes, name) for role, name in NODE_OF.items()}
+        latencies = {role: getattr(self.latency, name) for role, name in NODE_OF.items()}
+        return devices_of(nodes, latencies, self.instruments)
+
+    @property
+    def lines(self) -> tuple[Device, ...]:
+        """Return those of them that are on lines of their own."""
+        return tuple([device for device in self.devices if not device.node])
+
+    @property
     def device_ids(self) -> dict[int, str]:
         """Return the node id of each device on the bus, with its name."""
-        named = {getattr(self.nodes, field.name): field.name for field in fields(self.nodes)}
-        return {**{one.node: f"servo{one.node}" for one in self.fins if one.node}, **named}
+        servos = {one.node: f"servo{one.node}" for one in self.fins if one.node}
+        measuring = {device.node: device.name for device in self.devices if device.node}
+        return {**servos, **{node_id: name for name, node_id in self.nodes.by_name.items()}, **measuring}
 
     realtime: RealtimeParams = field(default_factory=RealtimeParams)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from operator import attrgetter
 from typing import NamedTuple
 
@@ -13,9 +13,10 @@ from firmware_py.estimation.coefficient_estimator import CoefficientEstimator, C
 from firmware_py.estimation.coefficient_params import CoefficientParams, relative_std
 from firmware_py.estimation.coefficient_validity import ValidityParams
 from firmware_py.estimation.filter.bank_arrays import BankArrays
-from firmware_py.estimation.integrity.integrity import SensorIntegrity
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
-from firmware_py.estimation.integrity.integrity_records import NO_CORRECTION, IntegrityMemory
+from firmware_py.estimation.integrity.integrity_records import NO_CORRECTION
+from firmware_py.estimation.integrity.selection import Selection, SelectionMemory
+from firmware_py.estimation.integrity.selection_params import SelectionParams
 from firmware_py.estimation.learning_params import LearningParams
 from firmware_py.estimation.lever_arms import LeverArms, LeverArmsMemory
 from firmware_py.estimation.navigation.navigation import KeptNavigation, Navigation, NavigationMemory, NavigationParams
@@ -37,9 +38,10 @@ _NAVIGATED = attrgetter(*(field.name for field in fields(StateEstimate) if field
 
 @dataclass(frozen=True)
 class EstimationParams(NavigationParams):
-    """Navigation's tables, that of sensor integrity, and those of learning."""
+    """Navigation's tables, those of sensor integrity and of the choice between devices, and those of learning."""
 
     integrity: IntegrityParams = table(IntegrityParams, mav="INT_")
+    selection: SelectionParams = table(SelectionParams, mav="SEL_")
     learning: LearningParams = table(LearningParams, mav="LRN_")
     coefficients: CoefficientParams = table(CoefficientParams, mav="COF_")
     health: ValidityParams = table(ValidityParams, mav="HLT_")
@@ -60,7 +62,7 @@ class EstimatorMemory(NamedTuple):
     """Everything that is remembered."""
 
     arms: LeverArmsMemory
-    integrity: IntegrityMemory
+    selection: SelectionMemory
     navigation: NavigationMemory
     learning: CoefficientEstimatorMemory | None
 
@@ -68,10 +70,11 @@ class EstimatorMemory(NamedTuple):
 class Estimator:
     """An `autopilot.StateEstimator`. Steering rests on navigation; the coefficient estimator runs a lag behind.
 
-    `placed` is the last frame as sensors at the body's origin would have measured it; `believed` the same without what
-    sensor integrity does not believe.
+    `heard` is the last frame with the devices in front that are believed; `placed` the same as sensors at the body's
+    origin would have measured it; `believed` that without what sensor integrity does not believe.
     """
 
+    heard: SensorFrame
     placed: SensorFrame
     believed: SensorFrame
 
@@ -83,9 +86,9 @@ class Estimator:
         """
         self._params, self._vehicle = params, vehicle
         self._arms = LeverArms(vehicle)
-        self._integrity = SensorIntegrity(params.integrity, params, vehicle)
+        self._selection = Selection(params.selection, params.integrity, params, vehicle)
         self._navigation = Navigation(params, origin)
-        self.placed = self.believed = silence(len(vehicle.fins))
+        self.heard = self.placed = self.believed = silence(len(vehicle.fins))
         self._learning = (
             CoefficientEstimator(params.learning, params.coefficients, params.health, vehicle)
             if params.learning.enabled
@@ -94,7 +97,7 @@ class Estimator:
         if params.learning.enabled:
             file, known = steering_coefficients(vehicle), params.coefficients
             shares = [relative_std(name, known) if name in known.names else 0.0 for name in file._fields]
-            self._integrity.model.doubt([share * abs(x) for share, x in zip(shares, file, strict=True)])
+            self._selection.doubt([share * abs(x) for share, x in zip(shares, file, strict=True)])
 
     def with_params(self, params: EstimationParams, origin: Origin) -> Estimator:
         """Return an estimator that goes on from here with other parameters; use only one of the two, for they share.
@@ -113,8 +116,8 @@ class Estimator:
         other._params = params
         other._navigation = Navigation(params, origin)
         other._navigation.thaw(self._navigation.freeze())
-        other._integrity = SensorIntegrity(params.integrity, params, self._vehicle)
-        other._integrity.thaw(self._integrity.freeze())
+        other._selection = Selection(params.selection, params.integrity, params, self._vehicle)
+        other._selection.thaw(self._selection.freeze())
         if (params.learning, params.health) != (before.learning, before.health):
             other._learning = learning.with_params(params.learning, params.health, self._vehicle)
         return other
@@ -140,12 +143,17 @@ class Estimator:
         known = self._learning.velocity if self._learning is not None else None
         if self._learning is not None and adopted is not None and tick.every(Rate.HZ_1):
             self._follow(self._learning.last, adopted)
-        frame = self.placed = self._arms.at_origin(frame, tick.t)
-        believed = self.believed = self._integrity.update(tick, frame, applied, known)
-        correction = self._integrity.correction
+        selection = self._selection
+        self.heard = selection.in_front(frame)
+        frame = self._arms.at_origin(frame, tick.t, self.heard.ahrs)
+        self.placed = selection.in_front(frame)
+        believed = self.believed = selection.update(tick, frame, applied, known)
+        correction, integrity = selection.correction, selection.integrity
         if correction is not NO_CORRECTION:
             self._navigation.correct(correction.depth, correction.heading)
-        state = self._navigation.update(tick, believed, applied, self._integrity.health, known, self._integrity.hull)
+        state = self._navigation.update(tick, believed, applied, integrity.health, known, integrity.hull)
+        if selection.candidates:
+            state = replace(state, candidates=selection.candidates)
         if self._learning is None:
             return state
         return StateEstimate(*(*_NAVIGATED(state), self._learning.update(tick, believed, applied, state, doubts)))
@@ -162,7 +170,7 @@ class Estimator:
         steering = SteeringCoefficients(*adopted.steering)
         known = dict(zip(self._params.coefficients.names, zip(learned.value, learned.std, strict=True), strict=True))
         pairs = [(now, *known.get(name, (now, 0.0))) for name, now in steering._asdict().items()]
-        self._integrity.model.follow(steering, [math.hypot(sigma, now - value) for now, value, sigma in pairs])
+        self._selection.follow(steering, [math.hypot(sigma, now - value) for now, value, sigma in pairs])
 
     def keep(self) -> KeptNavigation:
         """Return what a later run may start from."""
@@ -189,7 +197,7 @@ class Estimator:
         """Return the whole memory."""
         return EstimatorMemory(
             self._arms.freeze(),
-            self._integrity.freeze(),
+            self._selection.freeze(),
             self._navigation.freeze(),
             self._learning.freeze() if self._learning else None,
         )
@@ -197,7 +205,7 @@ class Estimator:
     def thaw(self, memory: EstimatorMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self._arms.thaw(memory.arms)
-        self._integrity.thaw(memory.integrity)
+        self._selection.thaw(memory.selection)
         self._navigation.thaw(memory.navigation)
         if self._learning is not None and memory.learning is not None:
             self._learning.thaw(memory.learning)

@@ -6,15 +6,20 @@ the third row of R r, an antenna north and east of it by the first two (Fossen 2
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeVar
 
 from firmware_py.estimation.freshness import is_fresh
 from firmware_py.marine import Origin, body_to_ned, local_to_geodetic, pressure_of_depth
 from firmware_py.records.sensing import Ahrs, Dvl, Fix, Heard, SensorFrame
 from firmware_py.vehicle.vehicle import Place, SensorPlaces, Vehicle
 
+T = TypeVar("T")
 _KEPT = 64
 """So many AHRS reports are kept: a ping is 0.1 s late, and 64 reports at 100 Hz are 0.6 s."""
+
+_ORIGIN: Place = (0.0, 0.0, 0.0)
 
 LeverArmsMemory = tuple[tuple[float, Ahrs], ...]
 """The last AHRS reports with their times of validity, s."""
@@ -28,11 +33,14 @@ class LeverArms:
         self._none = vehicle.sensors == SensorPlaces()
         self._reports: list[tuple[float, Ahrs]] = []
 
-    def at_origin(self, frame: SensorFrame, t: float) -> SensorFrame:
-        """Return the frame as sensors at the origin would have measured it at the times of validity; t is now, s."""
+    def at_origin(self, frame: SensorFrame, t: float, ahrs: Heard[Ahrs] | None = None) -> SensorFrame:
+        """Return the frame as sensors at the origin would have measured it at the times of validity; t is now, s.
+
+        `ahrs` is the attitude that is believed, of several; None: the first one.
+        """
         if self._none:
             return frame
-        reports, ahrs = self._reports, frame.ahrs
+        reports, places, ahrs = self._reports, self._places, ahrs or frame.ahrs
         if is_fresh(ahrs, reports[-1][0] if reports else -1.0, t) and sum(ahrs.value) * 0.0 == 0.0:
             reports.append((ahrs.t_valid, ahrs.value))
             del reports[:-_KEPT]
@@ -40,10 +48,14 @@ class LeverArms:
             return frame
         return replace(
             frame,
-            dvl=self._ping(frame.dvl),
-            pressure=self._pressure(frame.pressure),
-            altitude=self._echo(frame.altitude),
-            fix=self._fix(frame.fix),
+            dvl=self._ping(frame.dvl, places.dvl),
+            pressure=self._pressure(frame.pressure, places.pressure),
+            altitude=self._echo(frame.altitude, places.altimeter),
+            fix=self._fix(frame.fix, places.fix),
+            spare_dvl=_each(self._ping, frame.spare_dvl, places.spare_dvl),
+            spare_pressure=_each(self._pressure, frame.spare_pressure, places.spare_pressure),
+            spare_altitude=_each(self._echo, frame.spare_altitude, places.spare_altimeter),
+            spare_fix=_each(self._fix, frame.spare_fix, places.spare_fix),
         )
 
     def freeze(self) -> LeverArmsMemory:
@@ -66,8 +78,7 @@ class LeverArms:
         phi, theta, psi, *_ = self._attitude(t)
         return body_to_ned(phi, theta, psi, *place)
 
-    def _ping(self, heard: Heard[Dvl]) -> Heard[Dvl]:
-        place = self._places.dvl
+    def _ping(self, heard: Heard[Dvl], place: Place) -> Heard[Dvl]:
         x, y, z = place
         if x == y == z == 0.0:
             return heard
@@ -77,20 +88,28 @@ class LeverArms:
         ping = Dvl(u - (q * z - r * y), v - (r * x - p * z), w - (p * y - q * x), fom, altitude + there[2])
         return replace(heard, value=ping)
 
-    def _pressure(self, heard: Heard[float]) -> Heard[float]:
-        if self._places.pressure == (0.0, 0.0, 0.0):
+    def _pressure(self, heard: Heard[float], place: Place) -> Heard[float]:
+        if place == _ORIGIN:
             return heard
-        _, _, deeper = self._offset(self._places.pressure, heard.t_valid)
+        _, _, deeper = self._offset(place, heard.t_valid)
         return replace(heard, value=heard.value - pressure_of_depth(deeper, 0.0, self._density))
 
-    def _echo(self, heard: Heard[float]) -> Heard[float]:
-        if self._places.altimeter == (0.0, 0.0, 0.0) or not heard.value > 0.0:  # 0: too near
+    def _echo(self, heard: Heard[float], place: Place) -> Heard[float]:
+        if place == _ORIGIN or not heard.value > 0.0:  # 0: too near
             return heard
-        return replace(heard, value=heard.value + self._offset(self._places.altimeter, heard.t_valid)[2])
+        return replace(heard, value=heard.value + self._offset(place, heard.t_valid)[2])
 
-    def _fix(self, heard: Heard[Fix]) -> Heard[Fix]:
+    def _fix(self, heard: Heard[Fix], place: Place) -> Heard[Fix]:
         latitude, longitude, std = heard.value
-        if self._places.fix == (0.0, 0.0, 0.0) or not (heard.ok and abs(latitude) < 1.5):
+        if place == _ORIGIN or not (heard.ok and abs(latitude) < 1.5):
             return heard
-        north, east, _ = self._offset(self._places.fix, heard.t_valid)
+        north, east, _ = self._offset(place, heard.t_valid)
         return replace(heard, value=Fix(*local_to_geodetic(Origin(latitude, longitude), -north, -east), std))
+
+
+def _each(
+    bring: Callable[[Heard[T], Place], Heard[T]], heard: tuple[Heard[T], ...], places: tuple[Place, ...]
+) -> tuple[Heard[T], ...]:
+    """Bring what further devices measure to the origin; those without a place sit there."""
+    at = (*places, *(_ORIGIN,) * len(heard))
+    return tuple([bring(one, place) for one, place in zip(heard, at, strict=False)]) if places else heard

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from firmware_py.records.adoption import Adopted
 from firmware_py.records.command import Applied, Demand, FinCommand, ModeState, Reference
@@ -11,7 +12,7 @@ from firmware_py.records.event import Event
 from firmware_py.records.health import ActuatorHealth
 from firmware_py.records.manoeuvrability import Manoeuvrability
 from firmware_py.records.order import ANY_LENGTH, Order
-from firmware_py.records.sensing import SensorFrame
+from firmware_py.records.sensing import ROLES, SensorFrame
 from firmware_py.tick import Tick
 
 
@@ -32,3 +33,13 @@ class Cycle:
     fins: FinCommand
     applied: Applied
     events: tuple[Event, ...] = field(metadata={ANY_LENGTH: True})
+
+    @property
+    def heard(self) -> SensorFrame:
+        """Return the frame with those of several devices in the fields of their roles that are believed."""
+        frame, others = self.frame, dict[str, Any]()
+        for one in self.state.candidates:
+            if one.believed and one.number:
+                role = ROLES[one.role]
+                others[role] = getattr(frame, f"spare_{role}")[one.number - 1]
+        return replace(frame, **others) if others else frame

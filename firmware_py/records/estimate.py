@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from firmware_py.marine import Eta, Nu
 from firmware_py.records.event import Event
-from firmware_py.records.health import ALL_GOOD, SensorHealth
+from firmware_py.records.health import ALL_GOOD, Candidate, SensorHealth
 from firmware_py.records.order import BESIDE
 
 
@@ -84,6 +84,7 @@ class StateEstimate:
     believed; `learned` what is known of vehicle and water beyond their files. `velocity_source` is what the velocity
     rests on, `water` the water's velocity north and east, eddies included, m/s, with 1 sigma `water_std` of each; NaN:
     not known. `fix_jump` is by how much fixes that contradicted the position put it right in this tick, m.
+    `candidates` are the devices of every role that has more than one, the first in priority first.
     """
 
     eta: Eta
@@ -101,6 +102,7 @@ class StateEstimate:
     water: tuple[float, float] = (math.nan, math.nan)
     water_std: float = math.nan
     fix_jump: float = 0.0
+    candidates: tuple[Candidate, ...] = ()
     learned: Learned = NOTHING_LEARNED
 
     @property

@@ -68,6 +68,8 @@ class EventKind(enum.IntEnum):
     MODEL_CHANGED = 39  # of what an earlier flight learned; numbers: 0 against vehicle.toml, 1 what this flight found
     # against the earlier; share of the change, sigmas; names: what, and the coefficient that shows it best
     POSITION_RESET = 40  # fixes that agree contradicted it; numbers: by how much, m
+    CANDIDATE_BELIEVED = 41  # another device of a role; numbers: which, and which before, from 1, and the `SourceFault`
+    # of that one, NONE: it is of less priority, CONTRADICTED: other sensors are; names: the role
 
 
 class Cause(enum.IntEnum):
@@ -226,6 +228,7 @@ _SEVERITIES: Mapping[EventKind, Severity] = {
     EventKind.DESIGN_CHANGED: Severity.NOTICE,
     EventKind.MODEL_CHANGED: Severity.NOTICE,
     EventKind.POSITION_RESET: Severity.WARNING,
+    EventKind.CANDIDATE_BELIEVED: Severity.WARNING,
 }
 _BY_CAUSE: Mapping[tuple[EventKind, Cause], Severity] = {
     **{(EventKind.MODE_CHANGED, cause): Severity.INFO for cause in INTENDED_CAUSES},

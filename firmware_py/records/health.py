@@ -77,6 +77,34 @@ class SensorHealth(NamedTuple):
     leak: SourceHealth
 
 
+class Role(enum.IntEnum):
+    """What several devices may measure, in the order of `sensing.ROLES`."""
+
+    AHRS = 0
+    DVL = 1
+    PRESSURE = 2
+    ALTITUDE = 3
+    FIX = 4
+
+
+class Candidate(NamedTuple):
+    """One of several devices of a role.
+
+    Attributes:
+        role: what it measures.
+        number: its place in the order of priority, from 0.
+        believed: whether the vehicle uses this one of them.
+        health: state and fault, with it in use.
+        left: why another one was believed in its place last; NONE: that one has priority, or it is believed.
+    """
+
+    role: Role
+    number: int
+    believed: bool
+    health: SourceHealth
+    left: SourceFault = SourceFault.NONE
+
+
 class ActuatorFault(enum.IntEnum):
     """What is wrong with a fin or with the propeller."""
 

@@ -45,6 +45,7 @@ _STAGES: Mapping[AscentStage, str] = {
     AscentStage.STOPPED: "propeller stopped",
     AscentStage.WAITING: "slowly, until something tells of the surface",
 }
+_ORDINALS = ("first", "second", "third", "fourth")
 
 
 def source_fault_text(number: float) -> str:
@@ -55,6 +56,13 @@ def source_fault_text(number: float) -> str:
 def actuator_fault_text(number: float) -> str:
     """Return the words for the `ActuatorFault` of that number."""
     return _ACTUATOR_FAULTS[ActuatorFault(int(number))]
+
+
+def candidate_text(now: float, before: float, fault: float) -> str:
+    """Return the words for a device that is believed in place of another, by their numbers from 1, and for why."""
+    this, that = (_ORDINALS[int(number) - 1] for number in (now, before))
+    why = f"the {that}: {source_fault_text(fault)}" if fault else f"it is sound, and comes before the {that}"
+    return f"the {this} is believed; {why}"
 
 
 def stage_text(number: float) -> str:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, NamedTuple, TypeVar
 
@@ -95,6 +96,14 @@ MEASURES: Mapping[str, tuple[str, ...]] = {
     "hardpoint": ("hardpoint",),
 }
 """The fields of `SensorFrame` that a node measures."""
+ROLES = ("ahrs", "dvl", "pressure", "altitude", "fix")
+"""The fields of `SensorFrame` that several devices may measure, its candidates in the order of their priority."""
+NODE_OF: Mapping[str, str] = {"ahrs": "ahrs", "pressure": "pressure", "altitude": "altimeter", "fix": "fix"}
+"""The name of the node that measures a role."""
+MOST_CANDIDATES = 4
+"""Of one role."""
+_SPARE_BITS = 32
+"""The nodes of candidates after the first have their bits from this one on, after those of the fins."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +118,9 @@ class SensorFrame:
     two nodes speak (for the autopilot: another one than this), `unhealthy` for each that reports itself that it does
     not work, `replaced` for each under whose id another device answers than at first. What such a node measures is not
     ok. `restarted` has a bit for each that has just restarted.
+
+    Each of ROLES may have several devices, its candidates: the first in priority has the field of its name, the others
+    that of `spare_`, in their order. `candidate_bit` is the bit of a candidate's node.
     """
 
     ahrs: Heard[Ahrs]
@@ -125,6 +137,11 @@ class SensorFrame:
     unhealthy: int = 0
     replaced: int = 0
     restarted: int = 0
+    spare_ahrs: tuple[Heard[Ahrs], ...] = ()
+    spare_dvl: tuple[Heard[Dvl], ...] = ()
+    spare_pressure: tuple[Heard[float], ...] = ()
+    spare_altitude: tuple[Heard[float], ...] = ()
+    spare_fix: tuple[Heard[Fix], ...] = ()
 
 
 class NodeBits(NamedTuple):
@@ -144,6 +161,25 @@ def node_bit(name: str) -> int:
 def fin_bit(i: int) -> int:
     """Return the bit of the i-th fin's own node: those of the fins come after NODES."""
     return 1 << (len(NODES) + i)
+
+
+def candidate_bit(role: str, number: int) -> int:
+    """Return the bit of the node of a candidate of one of ROLES: `number` 0 is the first in priority."""
+    if number == 0:
+        return node_bit(NODE_OF[role]) if role in NODE_OF else 0
+    return 1 << (_SPARE_BITS + len(ROLES) * (number - 1) + ROLES.index(role))
+
+
+def candidate_name(name: str, number: int) -> str:
+    """Return the name of a candidate for people: "pressure", and "pressure.2" for the second."""
+    return name if number == 0 else f"{name}.{number + 1}"
+
+
+def node_names(fins: Sequence[str]) -> dict[int, str]:
+    """Return the name of each node by its bit; `fins` are the names of the fins."""
+    named = {node_bit(name): name for name in NODES} | {fin_bit(i): name for i, name in enumerate(fins)}
+    spares = itertools.product(range(1, MOST_CANDIDATES), ROLES)
+    return named | {candidate_bit(role, n): candidate_name(NODE_OF.get(role, role), n) for n, role in spares}
 
 
 def silence(fins: int) -> SensorFrame:

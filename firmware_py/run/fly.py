@@ -143,10 +143,9 @@ def fly(options: argparse.Namespace) -> FlightResult:
             if address:
                 over_hil.run(autopilot, configuration, address, io, ground, recorder, stop, say, losses)
             else:
-                dvl = Path(options.dvl or io.dvl.place(spec))
                 fins = config_files.vehicle(configuration).fins
                 over_can.run(
-                    autopilot, params.rate, fins, io, spec, dvl, pace, ground, recorder, stop, say, losses, devices
+                    autopilot, params.rate, fins, io, spec, options.dvl, pace, ground, recorder, stop, say, losses, devices
                 )
         except LockstepError as error:
             lost, reason = True, str(error)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Sequence
-from pathlib import Path
+from functools import partial
 
 from firmware_py import loop
 from firmware_py.adapters import linux_realtime
@@ -12,7 +12,8 @@ from firmware_py.adapters.buses.awaited_bus import AwaitedBus
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
 from firmware_py.adapters.drivers.serial_port import SerialPort
-from firmware_py.adapters.fitting import fitted
+from firmware_py.adapters.drivers.tcp_stream import TcpStream
+from firmware_py.adapters.fitting import fitted, open_line, places_of
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.lockstep.lockstep_client import LockstepClient, acknowledge_hello, wait_for_plant
 from firmware_py.adapters.lockstep.lockstep_link import LockstepLink
@@ -43,11 +44,11 @@ def check(spec: str, pace: str) -> None:
         open_bus(spec).close()
 
 
-def _why(line: SerialPort, port: Path) -> str:
+def _why(line: SerialPort | TcpStream, name: str, place: str) -> str:
     """Return why a line is not there; nothing if it is."""
     if not line.broken:
         return ""
-    return line.missing.removeprefix("dvl: ") if not line.openings else f"port {port} is gone"
+    return f"port {place} is gone" if line.openings else line.missing.removeprefix(f"{name}: ")
 
 
 def run(
@@ -56,7 +57,7 @@ def run(
     fins: Sequence[Fin],
     io: IoParams,
     spec: str,
-    dvl: Path,
+    dvl: str | None,
     pace: str,
     ground: Ground,
     recorder: Recorder,
@@ -75,7 +76,7 @@ def run(
         fins: of the vehicle.
         io: node ids, ports and latencies.
         spec: the bus.
-        dvl: the DVL's serial port.
+        dvl: the port of the first DVL, if it is not that of the io file.
         pace: "bus" waits for the plant's ticks, "realtime" keeps its own time.
         ground: the source of orders.
         recorder: writes the log.
@@ -87,6 +88,7 @@ def run(
 
     Raises:
         BusError: no such bus or port, or the node id is in use.
+        ParamError: a port for a DVL that the io file does not have.
         LockstepError: the plant did not start, ended, or lost a frame.
     """
     dt_ns = step_ns(rate)
@@ -98,12 +100,16 @@ def run(
         lockstep = LockstepLink(bus, io.can.node_id, io.device_ids)
         if (pace == "bus" or meet_plant) and not wait_for_plant(lockstep, dt_ns, PLANT_S, stop):
             return
-        line = SerialPort("dvl", str(dvl), io.dvl.baud, absent=alone)
-        stack.callback(line.close)
+        lines = []
+        for device, place in zip(io.lines, places_of(io, spec, dvl), strict=True):
+            line = open_line(device, place, absent=alone)
+            stack.callback(line.close)
+            lines.append(line)
+            if devices is not None and alone and isinstance(line, SerialPort | TcpStream):
+                devices.add(device.name, partial(_why, line, device.name, place))
         if devices is not None and isinstance(bus, AwaitedBus):
             devices.add(f"bus {spec}", lambda: bus.missing)
-            devices.add("dvl", lambda: _why(line, dvl))
-        hardware = fitted(io, fins, lockstep if pace == "bus" else bus, line)
+        hardware = fitted(io, fins, lockstep if pace == "bus" else bus, lines)
         stack.callback(losses.add_hardware(hardware.losses, lambda: hardware.received, hardware.note))
         for refusal in stack.enter_context(linux_realtime.apply_while(io.realtime)):
             say(refusal)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.health import SourceState
+from firmware_py.records.sensing import ROLES
 
 _FIRST_S = 5.0
-"""Time after the start within which everything should have been heard, s."""
+"""Time after the start within which everything should have been heard, s; a device of several too."""
 
 
 class SensorWatch:
@@ -25,6 +27,8 @@ class SensorWatch:
         if not self._reported_first and cycle.tick.t >= _FIRST_S:
             self._reported_first = True
             missing = [name for name, ok in zip(names, now, strict=True) if not ok]
+            lost = [one for one in state.candidates if one.health.state is SourceState.LOST]
+            missing += [f"{ROLES[one.role]}.{one.number + 1}" for one in lost]
             if missing:
                 sentences.append(f"not known for {_FIRST_S:g} s: {', '.join(missing)}")
         for name, ok, before in zip(names, now, self._heard, strict=True):

@@ -6,14 +6,16 @@ from collections.abc import Mapping, Sequence
 
 from firmware_py.records.event import Cause, Event, EventKind, event
 from firmware_py.records.health import (
+    GOOD,
     ActuatorFault,
     ActuatorHealth,
+    Candidate,
     SensorHealth,
     SourceFault,
     SourceState,
     WeightState,
 )
-from firmware_py.records.sensing import NODES, NodeBits
+from firmware_py.records.sensing import ROLES, NodeBits, node_names
 
 _SOURCE_KINDS = {
     SourceState.GOOD: EventKind.SENSOR_GOOD,
@@ -39,6 +41,30 @@ def sensor_events(before: SensorHealth, now: SensorHealth) -> tuple[Event, ...]:
         for name, old, new in zip(SensorHealth._fields, before, now, strict=True)
         if new != old
     )
+
+
+def candidate_events(before: Sequence[Candidate], now: Sequence[Candidate]) -> tuple[Event, ...]:
+    """Return an event for each role of which another device is believed now, and for each device whose health changed.
+
+    The devices are named by their numbers, from 1: the role itself is that of the one that is believed.
+    """
+    if now is before or now == before:
+        return ()
+    told: list[Event] = []
+    were = {(one.role, one.number): one for one in before}
+    believed = {one.role: one for one in before if one.believed}
+    for one in now:
+        role, was = ROLES[one.role], were.get((one.role, one.number))
+        if one.health != (was.health if was is not None else GOOD):
+            number, kind = float(one.health.fault), _SOURCE_KINDS[one.health.state]
+            told.append(event(kind, numbers=(number,), names=(f"{role}.{one.number + 1}",)))
+        old = believed.get(one.role)
+        if one.believed and (old is None or old.number != one.number) and (one.number or old is not None):
+            left = 0 if old is None else old.number
+            fault = next(each.left for each in now if (each.role, each.number) == (one.role, left))
+            numbers = (one.number + 1.0, left + 1.0, float(fault))
+            told.append(event(EventKind.CANDIDATE_BELIEVED, numbers=numbers, names=(role,)))
+    return tuple(told)
 
 
 def position_events(fix_jump: float) -> tuple[Event, ...]:
@@ -79,29 +105,29 @@ def node_events(before: NodeBits, now: NodeBits, fins: Sequence[str]) -> tuple[E
     if now == before:
         return ()
     begun = now.restarted & ~before.restarted
-    names = (*NODES, *fins)
-    restarts = [name for i, name in enumerate(names) if begun >> i & 1]
+    names = node_names(fins)
+    restarts = [name for bit, name in names.items() if begun & bit]
     begun_anew = tuple([event(EventKind.NODE_RESTARTED, names=(name,)) for name in restarts])
     return begun_anew + _node_faults(before, now, names)
 
 
-def _node_faults(before: NodeBits, now: NodeBits, names: Sequence[str]) -> tuple[Event, ...]:
-    olds, news = ([_node_fault(bits, i) for i in range(len(names))] for bits in (before, now))
+def _node_faults(before: NodeBits, now: NodeBits, names: Mapping[int, str]) -> tuple[Event, ...]:
+    olds, news = ([_node_fault(bits, bit) for bit in names] for bits in (before, now))
     return tuple(
         event(
             EventKind.NODE_FAULT if new is not SourceFault.NONE else EventKind.NODE_GOOD,
             numbers=(float(new),),
             names=(name,),
         )
-        for name, old, new in zip(names, olds, news, strict=True)
+        for name, old, new in zip(names.values(), olds, news, strict=True)
         if new is not old
     )
 
 
-def _node_fault(bits: NodeBits, i: int) -> SourceFault:
+def _node_fault(bits: NodeBits, bit: int) -> SourceFault:
     two_senders, unhealthy, replaced, _ = bits
-    if two_senders >> i & 1:
+    if two_senders & bit:
         return SourceFault.TWO_SENDERS
-    if replaced >> i & 1:
+    if replaced & bit:
         return SourceFault.OTHER_DEVICE
-    return SourceFault.UNHEALTHY if unhealthy >> i & 1 else SourceFault.NONE
+    return SourceFault.UNHEALTHY if unhealthy & bit else SourceFault.NONE

@@ -14,7 +14,7 @@ from firmware_py.records.command import AscentStage, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import INTENDED_CAUSES, Cause, Event, EventKind, event
 from firmware_py.records.fence import HOME, NO_FENCE, Fence, Place
-from firmware_py.records.health import ActuatorHealth, SensorHealth, sound
+from firmware_py.records.health import ActuatorHealth, sound
 from firmware_py.records.manoeuvrability import UNLIMITED, Manoeuvrability
 from firmware_py.records.order import NOBODY, Mode, Order
 from firmware_py.records.sensing import NodeBits, SensorFrame
@@ -27,6 +27,7 @@ from firmware_py.safety.decision import Decision, decide
 from firmware_py.safety.enforcement import Enforcement
 from firmware_py.safety.health_events import (
     actuator_events,
+    candidate_events,
     node_events,
     position_events,
     sensor_events,
@@ -102,7 +103,7 @@ class Supervisor:
         params, was = self._params, self._memory
         seen = Seen(tick, frame, state, actuators, order, reference, left)
         nodes = NodeBits(frame.two_senders, frame.unhealthy, frame.replaced, frame.restarted)
-        self._tell_of_health(state.sensors, actuators, nodes, state.fix_jump)
+        self._tell_of_health(state, actuators, nodes)
         submerged = self._submerged(tick, frame, state)
         wanted, chosen = self._asked_for(seen, submerged)
         late = (was.late << 1 | (tick.late_ns > tick.dt_ns)) & ((1 << NS_PER_S // tick.dt_ns) - 1)
@@ -142,6 +143,7 @@ class Supervisor:
             charge_known=was.charge_known or c.charge == c.charge,
             progress=progress,
             sensors=state.sensors,
+            candidates=state.candidates,
             actuators=actuators,
             nodes=nodes,
             ascent=ascent,
@@ -181,16 +183,15 @@ class Supervisor:
         """Restore the memory that `freeze` returned."""
         self._memory = memory
 
-    def _tell_of_health(
-        self, sensors: SensorHealth, actuators: ActuatorHealth, nodes: NodeBits, fix_jump: float
-    ) -> None:
+    def _tell_of_health(self, state: StateEstimate, actuators: ActuatorHealth, nodes: NodeBits) -> None:
         was, limit = self._memory, self._params.actuators.release_time
         self.events = (
-            *sensor_events(was.sensors, sensors),
+            *candidate_events(was.candidates, state.candidates),
+            *sensor_events(was.sensors, state.sensors),
             *actuator_events(was.actuators, actuators, self._fin_names),
             *weight_events(was.actuators.drop_weight, actuators.drop_weight, limit),
             *node_events(was.nodes, nodes, self._fin_names),
-            *position_events(fix_jump),
+            *position_events(state.fix_jump),
         )
 
     def _submerged(self, tick: Tick, frame: SensorFrame, state: StateEstimate) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from firmware_py.records.event import Cause
-from firmware_py.records.health import ALL_GOOD, ActuatorHealth, SensorHealth
+from firmware_py.records.health import ALL_GOOD, ActuatorHealth, Candidate, SensorHealth
 from firmware_py.records.order import Mode
 from firmware_py.records.sensing import NodeBits
 from firmware_py.safety.ascent_memory import AscentMemory
@@ -39,6 +39,7 @@ class SupervisorMemory(NamedTuple):
         charge_known: whether the charge was known at any time.
         progress: of the way.
         sensors: their health, and
+        candidates: the devices of the roles that have several, and
         actuators: theirs, and
         nodes: what is wrong with the nodes of the bus.
         ascent: how the vehicle comes up.
@@ -65,6 +66,7 @@ class SupervisorMemory(NamedTuple):
     weight_gone: bool = False
     watched: bool = False
     start: Start = Start()
+    candidates: tuple[Candidate, ...] = ()
 
 
 def beginning(actuators: ActuatorHealth) -> SupervisorMemory:

@@ -96,6 +96,7 @@ class DropWeight:
 
 Place = tuple[float, float, float]
 """Forward, to starboard and down of the body's origin, m."""
+Places = tuple[Place, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +107,10 @@ class SensorPlaces:
     pressure: Place = param((0.0, 0.0, 0.0), unit="m", low=-100.0, high=100.0, doc="The pressure sensor's port.")
     altimeter: Place = param((0.0, 0.0, 0.0), unit="m", low=-100.0, high=100.0, doc="The altimeter's transducer.")
     fix: Place = param((0.0, 0.0, 0.0), unit="m", low=-100.0, high=100.0, doc="The antenna of the satellite receiver.")
+    spare_dvl: Places = param((), unit="m", low=-100.0, high=100.0, doc="Of each further DVL, in order of priority.")
+    spare_pressure: Places = param((), unit="m", low=-100.0, high=100.0, doc="Of each further pressure sensor.")
+    spare_altimeter: Places = param((), unit="m", low=-100.0, high=100.0, doc="Of each further altimeter.")
+    spare_fix: Places = param((), unit="m", low=-100.0, high=100.0, doc="Of each further antenna.")
 
 
 _COEFFICIENTS = tuple(each.name for each in fields(Coefficients))

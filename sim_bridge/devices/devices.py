@@ -1,4 +1,4 @@
-"""All simulated devices: the nodes on the bus, and the DVL on its serial line.
+"""All simulated devices: the nodes on the bus, and DVLs on their serial lines.
 
 The autopilot has no other connection to the plant.
 """
@@ -10,7 +10,9 @@ from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 from firmware_py.adapters.buses.can_bus import FramePort, NodeIds
+from firmware_py.adapters.drivers.instrument_params import Device
 from firmware_py.params import table
+from firmware_py.records.sensing import candidate_name
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.fin_servo import FinServo
@@ -50,11 +52,19 @@ class DevicesParams(InstrumentsParams):
 
 
 class Wiring(NamedTuple):
-    """What of an io file the devices on the bus go by: node ids, the servo of each fin, the propeller's controller."""
+    """What of an io file the devices go by: node ids, the servo of each fin, the propeller's controller, and which
+    of them measure what: of several of a kind each has errors of its own.
+    """
 
     nodes: NodeIds
     servos: Sequence[FinServo]
     propeller: PropellerParams
+    measuring: Sequence[Device] = ()
+
+    @property
+    def spares(self) -> tuple[str, ...]:
+        """Return the names of the instruments that are not the first of their kind."""
+        return tuple([device.name for device in self.measuring if device.number])
 
 
 class Devices:
@@ -69,13 +79,14 @@ class Devices:
         wiring: Wiring,
         instruments: Instruments,
         bus: FramePort,
-        dvl: SerialDvl,
+        dvls: Sequence[SerialDvl],
         base_hz: int,
         autopilot_id: int,
     ) -> None:
         self.bus = FaultyBus(bus)
         ids, servos = wiring.nodes, wiring.servos
-        self.nodes = {field.name: DeviceNode(getattr(ids, field.name), field.name, self.bus) for field in fields(ids)}
+        named = ids.by_name | {device.name: device.node for device in wiring.measuring if device.node}
+        self.nodes = {name: DeviceNode(node_id, name, self.bus) for name, node_id in named.items()}
         own = {servo.params.node for servo in servos} - {0, ids.servo_hub}
         self._servo_nodes = {node_id: DeviceNode(node_id, f"servo{node_id}", self.bus) for node_id in sorted(own)}
         hub = self.nodes["servo_hub"]
@@ -84,7 +95,7 @@ class Devices:
         self._hub = FinServos(params.servo_hub, on_nodes, servos)
         self._esc = Esc(params.esc, self.nodes["esc"], PropellerDrive(wiring.propeller))
         self._hardpoint = Hardpoint(params.hardpoint, self.nodes["hardpoint"])
-        self._dvl = dvl
+        self._dvls = {candidate_name("dvl", i): dvl for i, dvl in enumerate(dvls)}
         self._instruments = instruments
         self._autopilot_id = autopilot_id
         self._others: list[DeviceNode] = []
@@ -138,18 +149,19 @@ class Devices:
         if due(k, 1, self._base_hz):
             for node in (*self.nodes.values(), *self._servo_nodes.values(), *self._others):
                 node.publish_status(t)
-        self._dvl.update(k, t, plant)
+        for dvl in self._dvls.values():
+            dvl.update(k, t, plant)
         self.bus.tick(1.0 / self._base_hz)
 
     def switch_off(self, device: str) -> Callable[[], None]:
-        """Switch a node, or "dvl", off; what it has measured and not yet sent is lost."""
+        """Switch a node, or a DVL, off; what it has measured and not yet sent is lost."""
         if device == "leak":  # the hygrometer sends through the battery's node
             hygrometer = self._publishers["leak"]
             hygrometer.muted = True
             return lambda: setattr(hygrometer, "muted", False)
-        if device == "dvl":
-            self._dvl.powered = False
-            return lambda: setattr(self._dvl, "powered", True)
+        if (dvl := self._dvls.get(device)) is not None:
+            dvl.powered = False
+            return lambda: setattr(dvl, "powered", True)
         node = self.nodes[device]
         node.powered = False
         return node.restart

@@ -55,18 +55,21 @@ class Publisher(Generic[V]):
 def publishers(
     params: InstrumentsParams, instruments: Instruments, nodes: Mapping[str, DeviceNode]
 ) -> dict[str, Publisher[Any]]:
-    """Return a publisher for each sensor on the bus, by its name; `nodes` by the names of `NodeIds`."""
-    battery = _battery(params.battery.capacity)
-    return {
-        "ahrs": Publisher(nodes["ahrs"], instruments.ahrs, m.AHRS_SOLUTION, _solution),
-        "pressure": Publisher(
-            nodes["pressure"], instruments.pressure, m.STATIC_PRESSURE, _pressure(params.pressure.noise)
-        ),
-        "altimeter": Publisher(nodes["altimeter"], instruments.altimeter, m.RANGE_MEASUREMENT, _range),
-        "fix": Publisher(nodes["fix"], instruments.fix, m.FIX2, _fix),
-        "battery": Publisher(nodes["battery"], instruments.battery, m.BATTERY_INFO, battery),
-        "leak": Publisher(nodes["battery"], instruments.leak, m.HYGROMETER, _hygrometer),
+    """Return a publisher for each sensor on the bus, by its name; `nodes` by the names of `NodeIds`, "pressure.2"."""
+    kinds: dict[str, tuple[m.MessageType[Any], Callable[[Any], Any]]] = {
+        "ahrs": (m.AHRS_SOLUTION, _solution),
+        "pressure": (m.STATIC_PRESSURE, _pressure(params.pressure.noise)),
+        "altimeter": (m.RANGE_MEASUREMENT, _range),
+        "fix": (m.FIX2, _fix),
+        "battery": (m.BATTERY_INFO, _battery(params.battery.capacity)),
     }
+    found = {
+        name: Publisher(node, instruments.by_name[name], *kind)
+        for base, kind in kinds.items()
+        for name, node in nodes.items()
+        if name.partition(".")[0] == base
+    }
+    return {**found, "leak": Publisher(nodes["battery"], instruments.leak, m.HYGROMETER, _hygrometer)}
 
 
 def _solution(ahrs: Ahrs) -> eq.AhrsSolution:

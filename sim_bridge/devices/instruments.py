@@ -8,7 +8,7 @@ that the drivers of the autopilot produce.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -175,50 +175,50 @@ class BatteryModel:
 
 
 class Instruments:
-    """All instruments, seeded, one `Sensor` each. What cannot be measured is None, inf or 0; see each `read`."""
+    """All instruments, seeded, one `Sensor` each. What cannot be measured is None, inf or 0; see each `read`.
 
-    def __init__(self, params: InstrumentsParams, water: Water, seed: int, base_hz: int) -> None:
-        a, d = params.ahrs, params.dvl
-        self.ahrs = Sensor[MeasuredPlant, Ahrs](
-            "ahrs",
-            a,
-            _attitude,
-            (a.roll_pitch_noise,) * 2 + (a.yaw_noise,) + (a.gyro_noise,) * 3,
-            (a.roll_pitch_bias,) * 2 + (a.yaw_bias,) + (a.gyro_bias,) * 3,
-            seed,
-            base_hz,
-        )
-        self.dvl = Sensor[MeasuredPlant, Dvl | None](
-            "dvl", d, _velocity(d), (d.noise,) * 3 + (d.altitude_noise,), (d.bias,) * 3 + (0.0,), seed, base_hz
-        )
-        p = params.pressure
-        self.pressure = Sensor[MeasuredPlant, float](
-            "pressure", p, _pressure(p, water), (p.noise,), (p.bias,), seed, base_hz
-        )
-        t = params.altimeter
-        self.altimeter = Sensor[MeasuredPlant, float](
-            "altimeter", t, _altitude(t), (t.noise,), (t.bias,), seed, base_hz
-        )
-        f = params.fix
-        self.fix = Sensor[MeasuredPlant, Fix | None](
-            "fix", f, _position(f, water.origin), (f.noise,) * 2, (f.bias,) * 2, seed, base_hz
-        )
-        b = params.battery
-        self.battery = Sensor[MeasuredPlant, Battery](
-            "battery", b, BatteryModel(b).read, (b.noise,), (b.bias,), seed, base_hz
-        )
-        h = params.leak
-        self.leak = Sensor[MeasuredPlant, float]("leak", h, _humidity(h), (h.noise,), (h.bias,), seed, base_hz)
+    Args:
+        params: of each kind.
+        water: what they are in.
+        seed: of the run.
+        base_hz: ticks a second.
+        spares: names of further ones, "pressure.2": of the kind, at the same place, with errors of their own.
+    """
 
-        self.by_name: dict[str, Sensor[MeasuredPlant, Any]] = {
-            "ahrs": self.ahrs,
-            "dvl": self.dvl,
-            "pressure": self.pressure,
-            "altimeter": self.altimeter,
-            "fix": self.fix,
-            "battery": self.battery,
-            "leak": self.leak,
+    def __init__(
+        self, params: InstrumentsParams, water: Water, seed: int, base_hz: int, spares: Iterable[str] = ()
+    ) -> None:
+        def sensor(read: Any, timing: Timing, noise: Sequence[float], bias: Sequence[float]) -> _Maker:
+            return lambda name: Sensor(name, timing, read, noise, bias, seed, base_hz)
+
+        a, d, p, t = params.ahrs, params.dvl, params.pressure, params.altimeter
+        f, b, h = params.fix, params.battery, params.leak
+        makers: dict[str, _Maker] = {
+            "ahrs": sensor(
+                _attitude,
+                a,
+                (a.roll_pitch_noise,) * 2 + (a.yaw_noise,) + (a.gyro_noise,) * 3,
+                (a.roll_pitch_bias,) * 2 + (a.yaw_bias,) + (a.gyro_bias,) * 3,
+            ),
+            "dvl": sensor(_velocity(d), d, (d.noise,) * 3 + (d.altitude_noise,), (d.bias,) * 3 + (0.0,)),
+            "pressure": sensor(_pressure(p, water), p, (p.noise,), (p.bias,)),
+            "altimeter": sensor(_altitude(t), t, (t.noise,), (t.bias,)),
+            "fix": sensor(_position(f, water.origin), f, (f.noise,) * 2, (f.bias,) * 2),
+            "battery": sensor(BatteryModel(b).read, b, (b.noise,), (b.bias,)),
+            "leak": sensor(_humidity(h), h, (h.noise,), (h.bias,)),
         }
+        self.by_name: dict[str, Sensor[MeasuredPlant, Any]] = {name: make(name) for name, make in makers.items()}
+        self.by_name |= {name: makers[name.partition(".")[0]](name) for name in spares}
+        self.ahrs: Sensor[MeasuredPlant, Ahrs] = self.by_name["ahrs"]
+        self.dvl: Sensor[MeasuredPlant, Dvl | None] = self.by_name["dvl"]
+        self.pressure: Sensor[MeasuredPlant, float] = self.by_name["pressure"]
+        self.altimeter: Sensor[MeasuredPlant, float] = self.by_name["altimeter"]
+        self.fix: Sensor[MeasuredPlant, Fix | None] = self.by_name["fix"]
+        self.battery: Sensor[MeasuredPlant, Battery] = self.by_name["battery"]
+        self.leak: Sensor[MeasuredPlant, float] = self.by_name["leak"]
+
+
+_Maker = Callable[[str], Sensor[MeasuredPlant, Any]]
 
 
 def _attitude(plant: MeasuredPlant, e: Sequence[float]) -> Ahrs:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from sim_bridge.faults.channels import CHANNELS, SENSORS
+from sim_bridge.faults.channels import CHANNELS, SENSORS, base_of, channel_of
 
 FORM = "KIND:TARGET[=VALUE]@T[+DURATION]"
 """How a fault is written; T and DURATION in s."""
@@ -55,7 +55,7 @@ class Kind(NamedTuple):
     def unit_of(self, target: str) -> str:
         """Return the unit of the value for a target."""
         if self.unit in (_CHANNEL, _CHANNEL_RATE):
-            return CHANNELS[target].unit
+            return channel_of(target).unit
         return _BALLAST_UNITS[target] if self.unit == _BALLAST else self.unit
 
     def unit_text(self, target: str) -> str:
@@ -107,6 +107,7 @@ KINDS: tuple[Kind, ...] = (
 def kind_of(name: str, target: str) -> Kind | None:
     """Return the row of a kind that applies to a target; any other name counts as a fin's."""
     rows = [kind for kind in KINDS if kind.name == name]
+    target = base_of(target)
     named = {member for group in GROUPS.values() for member in group} | {kind.group for kind in KINDS}
     for kind in rows:
         if (target == kind.group and kind.group not in GROUPS) or target in GROUPS.get(kind.group, ()):
@@ -145,6 +146,7 @@ def help_text(aboard: bool = True) -> str:
         lines.append(
             f"  {name}: {', '.join(members) or 'a name of [[fins]] in truth.toml, such as stern_port, rudder_upper'}"
         )
+    lines.append("  pressure.2, ahrs.2.roll, ...: of the second device of a kind, if the io file has one")
     lines.append(
         "  battery and leak sensor are one node: off, silent, critical of battery strike both; off:leak only one"
     )

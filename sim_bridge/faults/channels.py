@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
@@ -11,6 +12,8 @@ from firmware_py.marine import GRAVITY, depth_of_pressure, wrap
 SENSORS = ("ahrs", "dvl", "pressure", "altimeter", "fix", "battery", "leak")
 _AIR, _DENSITY = 101325.0, 1000.0
 """Pa and kg/m^3: a pressure is given as the depth that it means in fresh water."""
+_NUMBER = re.compile(r"\.[2-4](?=\.|$)")
+"""Of a device that is not the first of its kind."""
 _EARTH_RADIUS = 6.371e6
 
 
@@ -28,6 +31,22 @@ class Channel(NamedTuple):
     unit: str
     get: Callable[[Any], float]
     put: Callable[[Any, float], Any]
+
+
+def base_of(target: str) -> str:
+    """Return the target of the first device of a kind: "pressure" of "pressure.2", "ahrs.roll" of "ahrs.2.roll"."""
+    return _NUMBER.sub("", target, count=1)
+
+
+def sensor_of(target: str) -> str:
+    """Return the sensor of a sensor's or channel's name: "ahrs.2" of "ahrs.2.roll", "ahrs" of "ahrs.roll"."""
+    number = _NUMBER.search(target)
+    return base_of(target).partition(".")[0] + (number[0] if number else "")
+
+
+def channel_of(target: str) -> Channel:
+    """Return a channel by its name, that of a further sensor too."""
+    return CHANNELS[base_of(target)]
 
 
 def _field(sensor: str, name: str, unit: str) -> Channel:

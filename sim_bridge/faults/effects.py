@@ -8,7 +8,7 @@ from typing import Any
 
 from sim_bridge.devices.sensors import Corruption
 from sim_bridge.faults import sensor_faults
-from sim_bridge.faults.channels import CHANNELS
+from sim_bridge.faults.channels import sensor_of
 from sim_bridge.faults.target import Begin, End, FaultTarget, Strike
 
 _FAR = 10.0
@@ -43,7 +43,7 @@ def worsen_health(run: FaultTarget, strike: Strike) -> End:
 def duplicate(run: FaultTarget, strike: Strike) -> End:
     """Add a second sensor under the same node id, which is off by the value."""
     off = 0.0 if math.isnan(strike.value) else strike.value
-    sensor = CHANNELS[strike.target].sensor
+    sensor = sensor_of(strike.target)
     return run.nodes.add_duplicate(sensor, sensor_faults.changed(strike.target, lambda x, _t: x + off))
 
 
@@ -114,7 +114,7 @@ def noise(run: FaultTarget, strike: Strike) -> End:
 
 def spike(run: FaultTarget, strike: Strike) -> End:
     """Move one value of a channel; if the fault has a duration, one of twenty."""
-    sensor = CHANNELS[strike.target].sensor
+    sensor = sensor_of(strike.target)
     return _corrupt(run, sensor, sensor_faults.spike(strike.target, strike.value, strike.random, strike.for_good))
 
 
@@ -200,7 +200,7 @@ def _corrupt(run: FaultTarget, sensor: str, corruption: Corruption) -> End:
 
 
 def _change(run: FaultTarget, strike: Strike, change: Callable[[float, float], float]) -> End:
-    return _corrupt(run, CHANNELS[strike.target].sensor, sensor_faults.changed(strike.target, change))
+    return _corrupt(run, sensor_of(strike.target), sensor_faults.changed(strike.target, change))
 
 
 def _set(thing: Any, name: str, value: Any) -> End:

@@ -11,6 +11,7 @@ import numpy as np
 from firmware_py.error_text import quoted, shortened
 from firmware_py.params import ParamError
 from sim_bridge.devices.sensors import Sensor
+from sim_bridge.faults.channels import SENSORS, base_of, sensor_of
 from sim_bridge.faults.effects import EFFECTS
 from sim_bridge.faults.fault import Fault
 from sim_bridge.faults.target import DeviceFaults, End, NodeFaults, Strike
@@ -35,7 +36,7 @@ class FaultInjector:
         next_t: when something happens next, s.
 
     Raises:
-        ParamError: a fault of a fin that the plant does not have.
+        ParamError: a fault of a fin or of a sensor that is not there.
     """
 
     def __init__(
@@ -66,6 +67,9 @@ class FaultInjector:
                 raise ParamError(
                     f"fault {shortened(fault.text)}: there is no fin {quoted(fault.target)}; known: {known}"
                 )
+            sensor = sensor_of(fault.target)
+            if base_of(sensor) in SENSORS and sensor not in sensors:
+                raise ParamError(f"fault {shortened(fault.text)}: the io file has no {sensor}")
         self.next_t = self._next()
 
     @property

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sim_bridge.devices.sensors import Corruption, Reading
-from sim_bridge.faults.channels import CHANNELS
+from sim_bridge.faults.channels import CHANNELS, base_of, channel_of
 
 OUTLIERS = 0.05
 """Share of values that a lasting `spike` hits."""
@@ -20,7 +20,7 @@ def changed(channel: str, change: Callable[[float, float], float]) -> Corruption
 
     What could not be measured, such as a velocity without bottom lock, stays so.
     """
-    _, _, get, put = CHANNELS[channel]
+    _, _, get, put = channel_of(channel)
 
     def corrupt(reading: Reading[Any]) -> Reading[Any]:
         value, t = reading
@@ -48,7 +48,8 @@ def frozen() -> Corruption:
 
 def not_a_number(sensor: str) -> Corruption:
     """Return what makes every channel of a sensor NaN."""
-    faults = [changed(name, lambda _x, _t: math.nan) for name, channel in CHANNELS.items() if channel.sensor == sensor]
+    base = base_of(sensor)
+    faults = [changed(name, lambda _x, _t: math.nan) for name, channel in CHANNELS.items() if channel.sensor == base]
 
     def corrupt(reading: Reading[Any]) -> Reading[Any] | None:
         for fault in faults:

@@ -109,7 +109,7 @@ class SimulatedDevices:
         instruments = Instruments(params, Water(1000.0, 101_325.0, ORIGIN), 1, BASE_HZ)
         dvl = SerialDvl(instruments.dvl, self.line)
         wiring = Wiring(self.ids, servos_of(servos, FIN_NAMES), propeller)
-        self.devices = Devices(params, wiring, instruments, bus, dvl, BASE_HZ, autopilot_id=10)
+        self.devices = Devices(params, wiring, instruments, bus, [dvl], BASE_HZ, autopilot_id=10)
 
     def publish(self, first: int, last: int | None = None) -> None:
         for k in range(first, first + 1 if last is None else last):

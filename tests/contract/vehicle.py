@@ -48,13 +48,15 @@ class Vehicle:
         io = {
             "can": {"node_id": OWN},
             "nodes": NODES,
-            "dvl": {"port": self.line.path},
+            "instruments": [{"driver": "waterlink", "port": self.line.path}],
             "commands": {"rate": rate},
             "latency": {f"{name}_s": late for name, late in LATENCY.items()},
         }
         params = load(IoParams, io | tables, "a test")
         self.bus = open_bus("virtual", channel)
-        self.hardware = fitted(params, FIN_LIST, self.bus, SerialPort("dvl", params.dvl.port, params.dvl.baud))
+        self.hardware = fitted(
+            params, FIN_LIST, self.bus, [SerialPort("dvl", self.line.path, 115200) for _ in params.lines]
+        )
         self.others = can.Bus(interface="virtual", channel=channel)
         self._peers: dict[int, Peer] = {}
 

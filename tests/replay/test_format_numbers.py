@@ -19,7 +19,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import VelocitySource
 from firmware_py.records.event import Cause, EventKind, Severity
 from firmware_py.records.fence import Disc, Fence, Place, Polygon
-from firmware_py.records.health import ActuatorFault, FinEvidence, SourceFault, SourceState, WeightState
+from firmware_py.records.health import ActuatorFault, FinEvidence, Role, SourceFault, SourceState, WeightState
 from firmware_py.records.mission import Jump, Loiter, Manoeuvre, ManoeuvreKind, Mission, Surface, Waypoint
 from firmware_py.records.order import Arming, Change, FenceChange, MissionChange, Mode, ParameterChange, RallyChange
 from firmware_py.wire.log.cdr_codec import CdrCodec
@@ -38,7 +38,7 @@ NUMBERS: dict[type[enum.IntEnum], str] = {
         "HOME_REACHED=29 HOME_UNREACHABLE=30 HOME_NOT_KNOWN=31 "
         "WEIGHT_COMMANDED=32 WEIGHT_NOT_RELEASED=33 WEIGHT_HELD=34 WEIGHT_SILENT=35 "
         "NODE_RESTARTED=36 PARAMETER_CHANGED=37 DESIGN_CHANGED=38 MODEL_CHANGED=39 "
-        "POSITION_RESET=40"
+        "POSITION_RESET=40 CANDIDATE_BELIEVED=41"
     ),
     VelocitySource: "NONE=0 DVL=1 FILTER=2 HULL_MODEL=3",
     Cause: (
@@ -58,6 +58,7 @@ NUMBERS: dict[type[enum.IntEnum], str] = {
     ),
     Source: "FILE=0 PASSPORT=1 LEARNED=2 LAST_GOOD=3 NOMINAL=4",
     Refusal: "NONE=0 OFF=1 UNCERTAIN=2 BOUND=3 DESIGN=4 RESIDUALS=5",
+    Role: "AHRS=0 DVL=1 PRESSURE=2 ALTITUDE=3 FIX=4",
     SourceState: "GOOD=0 SUSPECT=1 LOST=2",
     SourceFault: (
         "NONE=0 SILENT=1 UNHEALTHY=2 IMPOSSIBLE=3 FROZEN=4 STEP=5 DRIFT=6 OUTLIERS=7 LATE=8 CONTRADICTED=9 "

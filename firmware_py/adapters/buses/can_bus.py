@@ -40,26 +40,32 @@ class CanParams:
     bus: str = param("virtual", doc="CAN bus where `--bus` names none: KIND or KIND:CHANNEL, such as socketcan:can0.")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class NodeIds:
     """Table [nodes] of io_*.toml: the node id of each device. Vehicle and simulator read it."""
 
     servo_hub: int = param(low=1, high=127, doc="Drives the fins.")
     esc: int = param(low=1, high=127, doc="Drives the propeller.")
-    ahrs: int = param(low=1, high=127, doc="Attitude and rates.")
-    pressure: int = param(low=1, high=127, doc="Water pressure.")
-    altimeter: int = param(low=1, high=127, doc="Distance to the bottom.")
-    fix: int = param(low=1, high=127, doc="Satellite receiver.")
+    ahrs: int = param(0, low=0, high=127, doc="Attitude and rates; 0, of each that measures: it is not on the bus.")
+    pressure: int = param(0, low=0, high=127, doc="Water pressure.")
+    altimeter: int = param(0, low=0, high=127, doc="Distance to the bottom.")
+    fix: int = param(0, low=0, high=127, doc="Satellite receiver.")
     battery: int = param(low=1, high=127, doc="Battery, and hygrometer in the hull.")
     hardpoint: int = param(28, low=1, high=127, doc="Holds the drop weight, if there is one.")
 
     def __post_init__(self) -> None:
         """Refuse two roles with one id."""
         taken: dict[int, str] = {}
-        for field in fields(self):
-            other = taken.setdefault(getattr(self, field.name), field.name)
-            if other != field.name:
-                raise ParamError(f"{other} and {field.name} have the same node id {getattr(self, field.name)}")
+        for name, node_id in self.by_name.items():
+            other = taken.setdefault(node_id, name)
+            if other != name:
+                raise ParamError(f"{other} and {name} have the same node id {node_id}")
+
+    @property
+    def by_name(self) -> dict[str, int]:
+        """Return the id of each device that is on the bus, by its name here."""
+        ids = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: node_id for name, node_id in ids.items() if node_id}
 
 
 class FramePort(Protocol):

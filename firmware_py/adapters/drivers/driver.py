@@ -20,7 +20,7 @@ class Reading(NamedTuple):
 
     Attributes:
         role: the field of `SensorFrame` that it belongs to.
-        number: which of the fins, from 0, for the role "fins"; else 0.
+        number: which of the fins, or which of the devices of that role in the order of priority, from 0.
         heard: the measurement.
     """
 

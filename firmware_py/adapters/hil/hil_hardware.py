@@ -67,7 +67,7 @@ class HilHardware:
         self._scale = tuple(full_scale)
         nothing = silence(len(self._scale) - 1)
         self._fins = nothing.fins
-        self._heard: dict[str, Heard[Any]] = {
+        self._heard: dict[str, Any] = {
             field.name: getattr(nothing, field.name)
             for field in fields(nothing)
             if isinstance(getattr(nothing, field.name), Heard)  # neither fins nor what is known of a bus alone

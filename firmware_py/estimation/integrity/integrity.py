@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from firmware_py.estimation.integrity.altitude_check import AltitudeCheck
 from firmware_py.estimation.integrity.attitude_check import AttitudeCheck
@@ -20,7 +22,7 @@ from firmware_py.estimation.navigation.navigation import NavigationParams
 from firmware_py.estimation.navigation.velocity import FilterVelocity, HullVelocity
 from firmware_py.marine import depth_of_pressure
 from firmware_py.records.command import Applied
-from firmware_py.records.health import HEADING_FAULTS, SensorHealth, SourceFault
+from firmware_py.records.health import HEADING_FAULTS, Role, SensorHealth, SourceFault
 from firmware_py.records.sensing import Ahrs, Dvl, Fix, Heard, SensorFrame
 from firmware_py.tick import Rate, Tick
 from firmware_py.vehicle.vehicle import Vehicle
@@ -57,6 +59,8 @@ class SensorIntegrity:
         self._attitude = AttitudeCheck(params, self.model)
         self._altitude = AltitudeCheck(params)
         self._fixes = FixCheck(params.fix_sigmas, params.fix_deep)
+        moving: tuple[Any, ...] = (self._vertical, self._attitude, self._velocity, self.model)
+        self._checks = (*moving, self._altitude, self._fixes)
         self._stand_in: Heard[Ahrs] | None = None
         self._ping = (-math.inf, 0.0, 0.0, 0.0)
         self.correction = NO_CORRECTION
@@ -70,6 +74,21 @@ class SensorIntegrity:
     def hull(self) -> HullVelocity | None:
         """Return what propeller and rudder do to the hull, and the current; None: no model holds now."""
         return self._velocity.current.corrected(self.model.velocity) if self._params.enabled else None
+
+    def follow_nodes(self, numbers: Sequence[int]) -> None:
+        """Take note of which candidates, a number for each of `sensing.ROLES`, frames have in front."""
+        self._sources.follow_nodes(numbers)
+
+    def adopt(self, role: Role, other: SensorIntegrity) -> None:
+        """Take over what another knows of one sensor, which is another device from now on."""
+        self._sources.adopt(role, other._sources)
+        if role is Role.AHRS:
+            self._attitude.recover()
+            self._stand_in = None
+        elif role is Role.PRESSURE and self._vertical.stands_in:
+            self._vertical.trust()
+        elif role in (Role.DVL, Role.ALTITUDE):
+            self._altitude.forget(1 if role is Role.DVL else 0)
 
     def update(
         self, tick: Tick, frame: SensorFrame, applied: Applied, known: FilterVelocity | None = None
@@ -270,25 +289,12 @@ class SensorIntegrity:
 
     def freeze(self) -> IntegrityMemory:
         """Return the whole memory."""
-        return IntegrityMemory(
-            self._sources.freeze(),
-            self._vertical.freeze(),
-            self._attitude.freeze(),
-            self._velocity.freeze(),
-            self.model.freeze(),
-            self._altitude.freeze(),
-            self._fixes.freeze(),
-            self._stand_in,
-            self._ping,
-        )
+        checks: Any = [check.freeze() for check in self._checks]
+        return IntegrityMemory(*(self._sources.freeze(), *checks, self._stand_in, self._ping))
 
     def thaw(self, memory: IntegrityMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self._sources.thaw(memory.sources)
-        self._vertical.thaw(memory.vertical)
-        self._attitude.thaw(memory.attitude)
-        self._velocity.thaw(memory.velocity)
-        self.model.thaw(memory.model)
-        self._altitude.thaw(memory.echoes)
-        self._fixes.thaw(memory.fix)
+        for check, remembered in zip(self._checks, memory[1:-2], strict=True):
+            check.thaw(remembered)
         self._stand_in, self._ping = memory.ahrs, memory.ping

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from firmware_py.estimation.integrity.integrity_params import IntegrityParams
 from firmware_py.estimation.integrity.source_watch import SourceMemory, SourceWatch
 from firmware_py.estimation.navigation.navigation import NavigationParams
 from firmware_py.records.health import ALL_GOOD, SensorHealth, SourceFault, SourceState
-from firmware_py.records.sensing import Ahrs, Dvl, Heard, SensorFrame, node_bit
+from firmware_py.records.sensing import ROLES, Ahrs, Dvl, Heard, SensorFrame, candidate_bit, node_bit
 
 _PERIOD = 0.1
 """Time between two looks at silence and recovery, s."""
@@ -44,9 +44,8 @@ class Sources:
         self.dvl_altitude = SourceWatch(math.inf, math.inf, 9, 0)
         slowly = (self.fix, self.battery, self.leak)
         self._all = (self.ahrs, self.dvl, self.pressure, self.altimeter, *slowly, self.dvl_altitude)
-        nodes = ("ahrs", "pressure", "altimeter", "fix", "battery", "battery")  # the last one measures humidity too
-        on_nodes = (self.ahrs, self.pressure, self.altimeter, *slowly)
-        self._bits = tuple(zip(map(node_bit, nodes), on_nodes, strict=True))
+        self._bits: tuple[tuple[int, SourceWatch], ...] = ()
+        self.follow_nodes((0,) * len(ROLES))
         self._nodes = 0
         self.health = ALL_GOOD
 
@@ -74,6 +73,22 @@ class Sources:
     def repeats(self, watch: SourceWatch, t: float) -> bool:
         """Return whether a source repeats itself exactly, and not because nothing moves."""
         return watch.is_exact(t) and not self.ahrs.memory.repeats
+
+    def follow_nodes(self, numbers: Sequence[int]) -> None:
+        """Take note of which candidates, a number for each of ROLES, are the sensors, for the bits of their nodes."""
+        watches = (self.ahrs, self.dvl, self.pressure, self.altimeter, self.fix)
+        bits = map(candidate_bit, ROLES, numbers)
+        battery = node_bit("battery")  # it measures humidity too
+        self._bits = (*zip(bits, watches, strict=True), (battery, self.battery), (battery, self.leak))
+
+    def adopt(self, role: int, other: Sources) -> None:
+        """Take over what another knows of the sensor of one of ROLES."""
+        for watch, known in zip(self._of(role), other._of(role), strict=True):
+            watch.thaw(known.freeze())
+            watch.news = True
+
+    def _of(self, role: int) -> tuple[SourceWatch, ...]:
+        return ((self.ahrs,), (self.dvl, self.dvl_altitude), (self.pressure,), (self.altimeter,), (self.fix,))[role]
 
     def judge(self, t: float, frame: SensorFrame) -> None:
         """Look at silence, recovery and what nodes report of themselves; called every _PERIOD."""

@@ -74,7 +74,7 @@ class HealthTelemetry:
         "Motor outputs" are all actuators: healthy while all fins report, and the actuator watch names no fault. A
         sensor is healthy while it is heard and believed; without the altimeter the DVL still may measure the altitude.
         """
-        frame, state, t = cycle.frame, cycle.state, cycle.tick.t
+        frame, state, t = cycle.heard, cycle.state, cycle.tick.t
         sensors = state.sensors
         battery = frame.battery.value
         health = _EXTENDED

@@ -50,7 +50,7 @@ class OdometryTelemetry:
         No accelerometer and no magnetometer is received, and the message cannot say that a value is unknown.
         """
         phi, theta, _ = _angles(cycle)
-        ahrs = cycle.frame.ahrs.value
+        ahrs = cycle.heard.ahrs.value
         x, y, z = math.sin(theta), -math.cos(theta) * math.sin(phi), -math.cos(theta) * math.cos(phi)
         force = [whole(g, _MILLI, INT16) for g in (x, y, z)]
         rates = [whole(rate, _MILLI, INT16) for rate in (ahrs.p, ahrs.q, ahrs.r)]
@@ -85,7 +85,7 @@ class OdometryTelemetry:
 
         The receiver does not report the number of satellites, nor their dilution of precision.
         """
-        fix = cycle.frame.fix
+        fix = cycle.heard.fix
         has_fix = fix.usable(cycle.tick.t, _RECENT) and math.isfinite(fix.value.latitude + fix.value.longitude)
         latitude, longitude = (fix.value.latitude, fix.value.longitude) if has_fix else (0.0, 0.0)
         return dialect.MAVLink_gps_raw_int_message(

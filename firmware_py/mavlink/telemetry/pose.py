@@ -142,7 +142,7 @@ class PoseTelemetry:
     def water_pressure(self, cycle: Cycle) -> Message:
         """Encode SCALED_PRESSURE2: absolute pressure of the water, hPa. SCALED_PRESSURE would be that of the hull."""
         return dialect.MAVLink_scaled_pressure2_message(
-            boot_ms(cycle.tick), cycle.frame.pressure.value / _HPA, math.nan, 0, 0
+            boot_ms(cycle.tick), cycle.heard.pressure.value / _HPA, math.nan, 0, 0
         )
 
     def home(self, cycle: Cycle) -> Message:

@@ -20,10 +20,10 @@ from firmware_py.records.command import Applied, FinCommand
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import NOTHING_LEARNED
 from firmware_py.records.event import Event
-from firmware_py.records.health import sound
+from firmware_py.records.health import GOOD, Candidate, Role, sound
 from firmware_py.records.manoeuvrability import UNLIMITED
 from firmware_py.records.order import BESIDE, Mode, Order
-from firmware_py.records.sensing import Heard, silence
+from firmware_py.records.sensing import ROLES, Heard, silence
 from firmware_py.wire.log import ros2_schema
 from firmware_py.wire.log.cdr_codec import CdrCodec, closing_records
 from firmware_py.wire.log.ros2_schema import Layout, SchemaError
@@ -89,9 +89,11 @@ def codec() -> CdrCodec[Cycle]:
     flags = (False,) * FINS
     learned = dataclasses.replace(NOTHING_LEARNED, value=fins, std=fins, valid=flags, excited=flags)
     blank = dict.fromkeys(("tick", "order", "mode", "reference", "demand"))
+    nothing = silence(FINS)
+    frame = dataclasses.replace(nothing, **{f"spare_{role}": (getattr(nothing, role),) * FINS for role in ROLES})
     sample: Any = Cycle(
-        frame=silence(FINS),
-        state=SimpleNamespace(learned=learned),
+        frame=frame,
+        state=SimpleNamespace(learned=learned, candidates=(Candidate(Role.AHRS, 0, True, GOOD),) * FINS),
         actuators=sound(FINS),
         adopted=SimpleNamespace(diving=fins, steering=fins, held_diving=fins, held_steering=fins, refuted=flags[:2]),
         left=UNLIMITED,

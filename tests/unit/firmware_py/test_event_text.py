@@ -12,6 +12,7 @@ from firmware_py.records.command import AscentStage
 from firmware_py.records.event import INTENDED_CAUSES, Cause, Event, EventKind, Severity, event
 from firmware_py.records.event_text import sentences, texts
 from firmware_py.records.health import ActuatorFault, SourceFault
+from firmware_py.records.health_text import source_fault_text
 from firmware_py.records.mission import ManoeuvreKind
 from firmware_py.records.order import Asker, Mode
 
@@ -127,7 +128,9 @@ def test_all_that_changed_of_a_vehicle_is_one_sentence() -> None:
 @pytest.mark.parametrize(
     "kind",
     sorted(
-        set(EventKind) - {EventKind.LEARNING_REPORT, EventKind.DESIGN_CHANGED, EventKind.MODEL_CHANGED} - set(OF_HEALTH)
+        set(EventKind)
+        - {EventKind.LEARNING_REPORT, EventKind.DESIGN_CHANGED, EventKind.MODEL_CHANGED, EventKind.CANDIDATE_BELIEVED}
+        - set(OF_HEALTH)
     ),
 )
 def test_every_kind_has_a_sentence(kind: EventKind) -> None:
@@ -135,6 +138,13 @@ def test_every_kind_has_a_sentence(kind: EventKind) -> None:
     (text,) = texts([sample(kind, numbers=numbers)])
     assert len(text) > 5
     assert all(f"{number:g}" in text for number in sample(kind).numbers)
+
+
+@pytest.mark.parametrize("fault", SourceFault)
+def test_a_device_that_is_believed_is_named_and_why(fault: SourceFault) -> None:
+    [text] = texts([event(EventKind.CANDIDATE_BELIEVED, numbers=(2.0, 1.0, float(fault)), names=("dvl",))])
+    why = f"the first: {source_fault_text(fault)}" if fault else "it is sound, and comes before the first"
+    assert text == f"dvl: the second is believed; {why}"
 
 
 @pytest.mark.parametrize("source", Source)

@@ -61,7 +61,7 @@ class Rig:
                 wiring(load(IoParams, table("io_sitl.toml"), "io_sitl.toml"), built),
                 parse(STRAIGHT | (scenario or {}), "scenario"),
                 ours,
-                self.line,
+                [self.line],
                 seed,
                 base_hz,
                 autopilot_id=10,

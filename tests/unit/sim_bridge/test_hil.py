@@ -318,7 +318,7 @@ def test_plant_and_environment_are_those_of_a_bus() -> None:
     io = load(IoParams, tomllib.loads((CONFIGS / "io_sitl.toml").read_text()), "io_sitl.toml")
     wired = build.wiring(io, truth())
     line, bus = SerialLine(), open_bus("virtual", "the-same-simulator")
-    on_a_bus = build.build_bridge(truth(), sensors(False), wired, scenario(), bus, line, 3, BASE_HZ, autopilot_id=10)
+    on_a_bus = build.build_bridge(truth(), sensors(False), wired, scenario(), bus, [line], 3, BASE_HZ, autopilot_id=10)
     for k in range(300):
         for bridge in (behind_mavlink, on_a_bus):
             bridge.step(k)

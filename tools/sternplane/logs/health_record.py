@@ -11,6 +11,7 @@ from firmware_py.records.command import AscentStage
 from firmware_py.records.estimate import VelocitySource
 from firmware_py.records.health import ActuatorFault, SensorHealth, SourceFault, SourceState, WeightState
 from firmware_py.records.health_text import actuator_fault_text, source_fault_text, stage_text
+from firmware_py.records.sensing import ROLES
 from sternplane.logs.reading import Columns, Piece
 from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array
@@ -131,12 +132,20 @@ class HealthRecord:
 
 
 def sensor_values(c: Columns) -> dict[str, Array]:
-    """Return by name the state and fault of each sensor in each cycle, as one number (`sensor_state`)."""
-    return {
+    """Return by name the state and fault of each sensor in each cycle, as one number (`sensor_state`).
+
+    Of several devices of a role each is among them: "pressure.1", "pressure.2".
+    """
+    found = {
         name: _PER_STATE * c[path].astype(np.int64) + c[f"state.sensors.{name}.fault"]
         for name in SensorHealth._fields
         if (path := f"state.sensors.{name}.state") in c
     }
+    if (several := "state.candidates") + ".role" in c:
+        states, faults = c[f"{several}.health.state"], c[f"{several}.health.fault"]
+        for i, (role, number) in enumerate(zip(c[f"{several}.role"][0], c[f"{several}.number"][0], strict=True)):
+            found[f"{ROLES[role]}.{number + 1}"] = _PER_STATE * states[:, i].astype(np.int64) + faults[:, i]
+    return found
 
 
 def actuator_values(header: Mapping[str, Any], c: Columns) -> dict[str, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
@@ -24,6 +25,8 @@ _NAMES = {
     "transfers": "other nodes of the bus",
     "hil": "simulator's link",
 }
+_FURTHER = re.compile("([a-z]+)_([2-4])_(.+)")
+"""Of a device that is not the first of its kind."""
 _OF_LINES = ("dvl_bad_checksum", "dvl_malformed", "dvl_too_long", "lines_of_the_dvl_lost")
 _NOT_BELIEVED = {
     "contradicted": "contradicted by a second sender",
@@ -138,6 +141,9 @@ def _found(counts: dict[str, int], received: Mapping[str, int]) -> Iterator[Loss
         if source == "gcs":
             number, _, cause = cause.partition("_")
             yield Loss(f"station {number}", _WORDS.get(cause, cause.replace("_", " ")), count)
+        elif further := _FURTHER.match(name):
+            source, number, cause = further.groups()
+            yield Loss(f"{_named(source)} {number}", _WORDS.get(f"{source}_{cause}", cause.replace("_", " ")), count)
         else:
             source = "dvl" if name.startswith("lines_of_the_dvl") else source
             yield Loss(_named(source), _WORDS.get(name, cause.replace("_", " ")), count)

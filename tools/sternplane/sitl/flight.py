@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 
 from firmware_py import app, config_files, loop
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
-from firmware_py.adapters.drivers.serial_port import SerialPort
-from firmware_py.adapters.fitting import fitted
+from firmware_py.adapters.fitting import fitted, open_line
 from firmware_py.adapters.hil.hil_link import parse_hil_link
 from firmware_py.adapters.installation import configs
 from firmware_py.adapters.io_params import IoParams
@@ -232,15 +231,15 @@ def fly(
     losses = losses or LossWatch()
     scenario, rate, request, io = flight.scenario, flight.rate, flight.request, flight.io
     with contextlib.ExitStack() as stack:
-        line = stack.enter_context(SerialLine(_PATIENCE[request.pace]))
+        wired = wiring(io, flight.truth)
+        lines = [stack.enter_context(SerialLine(_PATIENCE[request.pace])) for _ in io.lines]
         plant_bus = _bus(stack, flight)
-        dvl = SerialPort("dvl", line.path, io.dvl.baud)
-        hardware = fitted(io, config_files.vehicle(flight.configuration).fins, _bus(stack, flight), dvl)
+        ports = [open_line(device, line.path) for device, line in zip(io.lines, lines, strict=True)]
+        hardware = fitted(io, config_files.vehicle(flight.configuration).fins, _bus(stack, flight), ports)
         stack.callback(hardware.close)
         losses.add_hardware(hardware.losses, lambda: hardware.received, hardware.note)
-        wired = wiring(io, flight.truth)
         bridge = build_bridge(
-            flight.truth, flight.devices, wired, scenario, plant_bus, line, request.seed, rate, io.can.node_id
+            flight.truth, flight.devices, wired, scenario, plant_bus, lines, request.seed, rate, io.can.node_id
         )
         operator = ScriptedOperator(scenario, lambda: bridge.depth)
         interrupted = stack.enter_context(interruptible())
@@ -266,14 +265,15 @@ def fly(
             outcome = outcome_of(operator.completion, bool(interrupted))
         except PlantError as error:
             outcome = Outcome(False, str(error))
-        if line.late and request.pace == "max":
-            outcome = Outcome(False, f"{line.late} lines of the DVL came late: the run is not reproducible")
+        lost, late = sum(line.lost for line in lines), sum(line.late for line in lines)
+        if late and request.pace == "max":
+            outcome = Outcome(False, f"{late} lines of the DVL came late: the run is not reproducible")
         if log is None:
             return outcome
-        lines = {"lines_of_the_dvl_lost": line.lost, "lines_of_the_dvl_late": line.late}
+        counts = {"lines_of_the_dvl_lost": lost, "lines_of_the_dvl_late": late}
         end = {**outcome._asdict(), "judged_by": operator.completion.judged_by}
-        lost = {**losses.totals(), **lines}
-        aboard.close(log, {**end, "wall_s": time.monotonic() - began, "losses": lost})
+        counts = {**losses.totals(), **counts}
+        aboard.close(log, {**end, "wall_s": time.monotonic() - began, "losses": counts})
     return outcome
 
 

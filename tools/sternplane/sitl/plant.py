@@ -7,7 +7,7 @@ import contextlib
 import hashlib
 import os
 import socket
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import count, takewhile
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from rich.console import Console
 
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
+from firmware_py.adapters.fitting import places_of
 from firmware_py.adapters.hil.hil_link import Address, HilLink, accept, parse_hil_link, serve
 from firmware_py.adapters.linux_realtime import RealtimeParams, apply_while
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError, LockstepLink
@@ -59,20 +60,20 @@ def command(options: argparse.Namespace) -> int:
         if address:
             console.print(run_hil(flight, address, options.out, wait, console))
         else:
-            dvl = Path(options.dvl or flight.io.dvl.place(request.bus or flight.io.can.bus))
-            console.print(run(flight, dvl, options.out, wait, console))
+            places = places_of(flight.io, request.bus or flight.io.can.bus, options.dvl)
+            console.print(run(flight, [Path(place) for place in places], options.out, wait, console))
     except (LockstepError, PlantError) as error:
         console.print(f"sternplane: {error}")
         return 1
     return 0
 
 
-def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Console) -> str:
+def run(flight: Flight, places: Sequence[Path], out: Path | None, wait: float, console: Console) -> str:
     """Run the plant; return why it ended.
 
     Args:
         flight: what to sail, in which water.
-        dvl: the name under which the DVL's line is to be found.
+        places: the names under which the lines of the DVLs are to be found.
         out: where truth.mcap goes, if anywhere.
         wait: how long a vehicle may take to answer before tick 0, s; 0 does not wait for one (real time only).
         console: for what is going on.
@@ -90,23 +91,25 @@ def run(flight: Flight, dvl: Path, out: Path | None, wait: float, console: Conso
         stack.callback(bus.close)
         refuse_if_taken(bus, {**io.device_ids, io.can.plant_id: "plant"})
         lockstep = LockstepLink(bus, io.can.plant_id, [io.can.node_id])
-        stack.enter_context(_owned(dvl))
-        line = stack.enter_context(SerialLine(timeout=0.0 if free else 1.0))
-        stack.enter_context(_link(dvl, Path(line.path)))
+        wired, lines = wiring(io, flight.truth), []
+        for place in places:
+            stack.enter_context(_owned(place))
+            lines.append(stack.enter_context(SerialLine(timeout=0.0 if free else 1.0)))
+            stack.enter_context(_link(place, Path(lines[-1].path)))
         port = bus if free else lockstep
         bridge = build_bridge(
             flight.truth,
             flight.devices,
-            wiring(io, flight.truth),
+            wired,
             flight.scenario,
             port,
-            line,
+            lines,
             request.seed,
             flight.rate,
             io.can.node_id,
         )
         interrupted = stack.enter_context(interruptible())
-        console.print(f"plant on {spec}, DVL on {dvl}")
+        console.print(f"plant on {spec}, DVL on {', '.join(map(str, places)) or 'no line'}")
         if wait and not free:
             console.print(f"waiting for a vehicle in lockstep: sternplane fly --bus {spec} --pace bus")
         if wait and not accept_vehicle(lockstep, dt_ns, wait, lambda: bool(interrupted)):

@@ -112,7 +112,7 @@ def fly_two_processes(
                     config_files.vehicle(flight.configuration).fins,
                     io,
                     request.bus,
-                    folder / "dvl",
+                    str(folder / "dvl"),
                     "realtime" if realtime else "bus",
                     ground,
                     recorder,

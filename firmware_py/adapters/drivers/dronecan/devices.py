@@ -10,9 +10,9 @@ from typing import Any
 
 from firmware_py.adapters.buses.can_bus import FramePort
 from firmware_py.adapters.drivers.driver import Driver, Reading
+from firmware_py.adapters.drivers.dronecan.bus_params import BusParams
 from firmware_py.adapters.drivers.dronecan.node_watch import NodeWatch
 from firmware_py.adapters.drivers.dronecan.own_status import OwnStatus
-from firmware_py.adapters.io_params import IoParams
 from firmware_py.marine import euler_from_quaternion
 from firmware_py.records.command import Applied
 from firmware_py.records.cycle import Cycle
@@ -45,14 +45,14 @@ FIX_3D = 3
 
 
 class DroneCan(Driver):
-    """The devices of the io file's table [nodes].
+    """The devices of the io file's table [nodes], and those of [[instruments]] that are on the bus.
 
     A message is accepted only from the node that has its role there. Messages carry no common clock (their
     timestamps are "unknown"), so the time of validity of a value is the arrival of its first frame less the latency of
     its device.
     """
 
-    def __init__(self, params: IoParams, servos: Sequence[FinServo], bus: FramePort) -> None:
+    def __init__(self, params: BusParams, servos: Sequence[FinServo], bus: FramePort) -> None:
         self._params, self._servos, self._bus = params, servos, bus
         self._propeller = PropellerDrive(params.propeller)
         self._at_rest = tuple([servo.params.at_rest for servo in servos])
@@ -66,16 +66,26 @@ class DroneCan(Driver):
                 own.setdefault(node_id, []).append(i)
         self._sender = TransferSender(params.can.node_id)
         self._readings: list[Reading] = []
-        self._nodes = NodeWatch(params.can.node_id, params.nodes, own)
+        self._nodes = NodeWatch(params, own)
         self._status = OwnStatus()
         self.malformed = 0
         """Transfers whose payload did not fit their type."""
         nodes, latency = params.nodes, params.latency
+        measured: dict[str, tuple[m.MessageType[Any], Callable[[int, Any, float], None]]] = {
+            "ahrs": (m.AHRS_SOLUTION, self._ahrs),
+            "pressure": (m.STATIC_PRESSURE, self._pressure),
+            "altitude": (m.RANGE_MEASUREMENT, self._range),
+            "fix": (m.FIX2, self._fix),
+        }
         self._handlers: dict[tuple[m.MessageType[Any], int], tuple[Callable[[Any, float], None], float]] = {
-            (m.AHRS_SOLUTION, nodes.ahrs): (self._ahrs, latency.ahrs),
-            (m.STATIC_PRESSURE, nodes.pressure): (self._pressure, latency.pressure),
-            (m.RANGE_MEASUREMENT, nodes.altimeter): (self._range, latency.altimeter),
-            (m.FIX2, nodes.fix): (self._fix, latency.fix),
+            **{
+                (measured[device.role][0], device.node): (
+                    partial(measured[device.role][1], device.number),
+                    device.latency,
+                )
+                for device in params.devices
+                if device.node
+            },
             **{(m.ACTUATOR_STATUS, node): (partial(self._actuator, node), latency.servo_hub) for node in (hub, *own)},
             (m.ESC_STATUS, nodes.esc): (self._esc, latency.esc),
             (m.BATTERY_INFO, nodes.battery): (self._battery, 0.0),
@@ -209,24 +219,24 @@ class DroneCan(Driver):
     def _hear(self, role: str, heard: Heard[Any], number: int = 0) -> None:
         self._readings.append(Reading(role, number, heard))
 
-    def _ahrs(self, message: eq.AhrsSolution, t: float) -> None:
+    def _ahrs(self, number: int, message: eq.AhrsSolution, t: float) -> None:
         phi, theta, psi = euler_from_quaternion(*message.orientation_xyzw)
         value = Ahrs(phi, theta, psi, *message.angular_velocity)
-        self._hear("ahrs", Heard(value, t, True, math.isfinite(sum(value))))
+        self._hear("ahrs", Heard(value, t, True, math.isfinite(sum(value))), number)
 
-    def _pressure(self, message: eq.StaticPressure, t: float) -> None:
+    def _pressure(self, number: int, message: eq.StaticPressure, t: float) -> None:
         value = message.static_pressure
-        self._hear("pressure", Heard(value, t, True, math.isfinite(value)))
+        self._hear("pressure", Heard(value, t, True, math.isfinite(value)), number)
 
-    def _range(self, message: eq.RangeMeasurement, t: float) -> None:
+    def _range(self, number: int, message: eq.RangeMeasurement, t: float) -> None:
         ok = message.reading_type == VALID_RANGE and math.isfinite(message.range)
-        self._hear("altitude", Heard(message.range, t, True, ok))
+        self._hear("altitude", Heard(message.range, t, True, ok), number)
 
-    def _fix(self, message: eq.Fix2, t: float) -> None:
+    def _fix(self, number: int, message: eq.Fix2, t: float) -> None:
         variance = message.covariance[0] if message.covariance else math.nan
         std = math.sqrt(variance) if variance > 0.0 else math.nan
         value = Fix(math.radians(message.latitude_deg_1e8 * 1e-8), math.radians(message.longitude_deg_1e8 * 1e-8), std)
-        self._hear("fix", Heard(value, t, True, message.status == FIX_3D and math.isfinite(std)))
+        self._hear("fix", Heard(value, t, True, message.status == FIX_3D and math.isfinite(std)), number)
 
     def _actuator(self, node_id: int, message: eq.ActuatorStatus, t: float) -> None:
         fin = self._fins.get((node_id, message.actuator_id))

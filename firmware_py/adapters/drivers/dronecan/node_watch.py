@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict
 
-from firmware_py.adapters.buses.can_bus import NodeIds
+from firmware_py.adapters.drivers.dronecan.bus_params import BusParams
 from firmware_py.adapters.drivers.dronecan.node_identity import NodeIdentities
 from firmware_py.adapters.drivers.dronecan.sender_watch import SenderWatch
-from firmware_py.records.sensing import NODES, fin_bit, node_bit
+from firmware_py.records.sensing import NODES, candidate_bit, fin_bit, node_bit
 from firmware_py.wire.dronecan.message_table import NODE_STATUS
 from firmware_py.wire.dronecan.node_messages import NodeStatus
 from firmware_py.wire.dronecan.transfer import Dropped, Transfer
@@ -24,14 +24,16 @@ class NodeWatch:
     """Watches the nodes that have a role, and the autopilot's own id.
 
     Args:
-        own_id: the autopilot's, under which nobody else may send.
-        nodes: ids of the devices.
+        io: ids of the devices, and the autopilot's, under which nobody else may send.
         own_servos: ids of the nodes of fins that are not on the servo hub, with the numbers of these fins.
     """
 
-    def __init__(self, own_id: int, nodes: NodeIds, own_servos: Mapping[int, Sequence[int]]) -> None:
-        ids = {getattr(nodes, field.name): field.name for field in fields(nodes)}
-        self._bits = {node_id: node_bit(name) for node_id, name in {**ids, own_id: NODES[0]}.items()}
+    def __init__(self, io: BusParams, own_servos: Mapping[int, Sequence[int]]) -> None:
+        ids = {node_id: name for name, node_id in io.nodes.by_name.items()}
+        self._bits = {node_id: node_bit(name) for node_id, name in {**ids, io.can.node_id: NODES[0]}.items()}
+        measuring = [device for device in io.devices if device.node]
+        ids |= {device.node: device.source for device in measuring}
+        self._bits |= {device.node: candidate_bit(device.role, device.number) for device in measuring}
         self._bits |= {node_id: sum(map(fin_bit, fins)) for node_id, fins in own_servos.items()}
         ids |= {node_id: f"servo{node_id}" for node_id in own_servos}
         self._watches: dict[tuple[int, int], SenderWatch] = {}

@@ -145,5 +145,5 @@ def test_two_roles_with_one_id_are_refused_by_name():
 
 @pytest.mark.parametrize("wrong", [0, 128, 1.5, "3"])
 def test_a_node_id_out_of_range_is_refused(wrong):
-    with pytest.raises(ParamError, match="ahrs"):
-        load(NodeIds, IDS | {"ahrs": wrong}, "io.toml")
+    with pytest.raises(ParamError, match="esc"):
+        load(NodeIds, IDS | {"esc": wrong}, "io.toml")

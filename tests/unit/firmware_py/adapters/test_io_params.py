@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import itertools
 import tomllib
 from pathlib import Path
 
@@ -24,7 +25,60 @@ def test_the_example_for_the_sea_names_real_wires() -> None:
     path = next(path for path in FILES if path.name == "io_sea.toml")
     io = load(IoParams, tomllib.loads(path.read_text()), str(path))
     assert io.can.bus == "socketcan:can0"
-    assert (io.dvl.port, io.dvl.baud) == ("/dev/ttyUSB0", 115200)
+    [dvl] = io.instruments
+    assert (dvl.driver, dvl.port, dvl.baud) == ("waterlink", "/dev/ttyUSB0", 115200)
+
+
+def with_instruments(*instruments: dict[str, object]) -> IoParams:
+    return load(IoParams, TABLE | {"instruments": [*instruments]}, "io.toml")
+
+
+LINE = {"driver": "waterlink", "port": "/dev/ttyUSB0"}
+NODE = {"driver": "dronecan", "node": 34, "role": "pressure"}
+
+
+@pytest.mark.parametrize("order", itertools.permutations((LINE, LINE | {"priority": 3}, NODE | {"priority": 2})))
+def test_devices_of_a_role_are_in_the_order_of_their_priority_however_they_are_written(
+    order: tuple[dict[str, object], ...],
+) -> None:
+    devices = with_instruments(*order).devices
+    assert [(one.name, one.number) for one in devices if one.role in ("dvl", "pressure")] == [
+        *(("dvl", 0), ("dvl.2", 1), ("pressure", 0), ("pressure.2", 1)),
+    ]
+    assert [one.node for one in devices if one.role == "pressure"] == [24, 34]
+    assert [one.instrument.priority for one in devices if one.instrument and one.role == "dvl"] == [1, 3]
+
+
+@pytest.mark.parametrize(
+    ("instruments", "words"),
+    [
+        ([LINE | {"driver": "watrlink"}], "instruments[0]: driver = 'watrlink': is not known; known: waterlink"),
+        ([{"driver": "waterlink"}], 'instruments[0]: driver "waterlink" needs the port of the device, port = NAME'),
+        ([LINE | {"node": 3}], 'instruments[0]: driver "waterlink" needs the port of the device, port = NAME, and no'),
+        ([{"driver": "dronecan", "node": 3}], "instruments[0]: role = '': must be what the node measures: ahrs, pre"),
+        ([NODE | {"port": "x"}], 'instruments[0]: driver "dronecan" needs the node id of the device, node = ID'),
+        ([NODE], "instruments[0]: pressure has priority 1, as nodes.pressure has; give another, or list that node"),
+        ([LINE, LINE], "instruments[1]: dvl has priority 1, as instruments[0] has; give another"),
+        ([NODE | {"priority": 2, "node": 23}], "instruments[0] = 23: is nodes.ahrs already; every node needs an id"),
+        ([LINE | {"priority": i} for i in range(1, 6)], "instruments: 5 devices measure dvl; 4 are the most"),
+        ([LINE | {"prt": "x"}], "instruments[0]: prt is unknown; did you mean port?"),
+    ],
+)
+def test_what_an_instrument_cannot_be_is_said_in_one_line(instruments: list[dict[str, object]], words: str) -> None:
+    with pytest.raises(ParamError) as caught:
+        with_instruments(*instruments)
+    text = str(caught.value)
+    assert words in text
+    assert "\n" not in text
+
+
+def test_a_role_may_leave_the_bus_but_attitude_and_depth_must_be_measured() -> None:
+    table = copy.deepcopy(TABLE)
+    del table["nodes"]["pressure"]
+    with pytest.raises(ParamError, match="nothing measures pressure"):
+        load(IoParams, table, "io.toml")
+    table["instruments"] = [NODE]
+    assert [one.node for one in load(IoParams, table, "io.toml").devices if one.role == "pressure"] == [34]
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,126 @@
+"""The devices that measure, as an io file names them: which role each has, and in which order they are believed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from firmware_py.adapters.drivers.instrument_table import INSTRUMENTS
+from firmware_py.error_text import quoted
+from firmware_py.params import ParamError, param
+from firmware_py.records.sensing import MOST_CANDIDATES, NODE_OF, ROLES, candidate_name
+
+DRONECAN = "dronecan"
+"""The driver of a device on the CAN bus."""
+
+
+@dataclass(frozen=True, slots=True)
+class InstrumentParams:
+    """Table [[instruments]] of io_*.toml: a device on a line of its own, or a further one on the bus.
+
+    Raises:
+        ParamError: an unknown driver or role, or a key that this driver needs or does not have.
+    """
+
+    driver: str = param(doc=f'Its protocol: {", ".join(INSTRUMENTS)}; or "{DRONECAN}": a node of the bus.')
+    port: str = param(
+        "", doc="Serial device, or tcp:HOST:PORT; {bus} in it stands for the name of the bus. Not of a node."
+    )
+    baud: int = param(115200, low=1200, high=4_000_000, doc="Bits a second of a serial device.")
+    node: int = param(0, low=0, high=127, doc=f'Its node id, of driver "{DRONECAN}".')
+    role: str = param("", doc=f'What a node measures, of driver "{DRONECAN}": {", ".join(NODE_OF)}.')
+    priority: int = param(
+        1, low=1, high=9, doc="Of the devices of a role, that with 1 is believed first. Those of [nodes] have 1."
+    )
+    latency: float = param(
+        0.0, unit="s", low=0.0, high=2.0, doc="From the validity of a value to its arrival, beyond what it tells."
+    )
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be."""
+        if self.driver == DRONECAN:
+            if self.role not in NODE_OF:
+                raise ParamError(f"role = {quoted(self.role)}: must be what the node measures: {', '.join(NODE_OF)}")
+            if not self.node or self.port:
+                raise ParamError(f'driver "{DRONECAN}" needs the node id of the device, node = ID, and no port')
+            return
+        if self.driver not in INSTRUMENTS:
+            known = ", ".join([*INSTRUMENTS, DRONECAN])
+            raise ParamError(f"driver = {quoted(self.driver)}: is not known; known: {known}")
+        if not self.port or self.node or self.role:
+            raise ParamError(f'driver "{self.driver}" needs the port of the device, port = NAME, and no node or role')
+
+    @property
+    def measures(self) -> str:
+        """Return its role, one of `sensing.ROLES`."""
+        return self.role or INSTRUMENTS[self.driver].role
+
+    def place(self, spec: str) -> str:
+        """Return the port for a bus: "{bus}" in its name is replaced, so that several simulations can run at once."""
+        return self.port.replace("{bus}", spec.replace(":", "-").replace("/", "-"))
+
+
+class Device(NamedTuple):
+    """A device that has a role.
+
+    Attributes:
+        key: where it stands in the io file.
+        role: one of `sensing.ROLES`.
+        number: its place in the order of priority, from 0.
+        node: its id; 0: it is not on the bus.
+        latency: s.
+        instrument: its table; None: it stands in [nodes].
+    """
+
+    key: str
+    role: str
+    number: int
+    node: int
+    latency: float
+    instrument: InstrumentParams | None
+
+    @property
+    def name(self) -> str:
+        """Return its name for people, as nodes have it: "dvl", "altimeter", "pressure.2"."""
+        return candidate_name(NODE_OF.get(self.role, self.role), self.number)
+
+    @property
+    def source(self) -> str:
+        """Return the same as the beginning of the names of its losses."""
+        return self.name.replace(".", "_")
+
+
+def devices_of(
+    nodes: Mapping[str, int], latencies: Mapping[str, float], instruments: Sequence[InstrumentParams]
+) -> tuple[Device, ...]:
+    """Return all devices with a role: by roles, and of each by their priority.
+
+    Args:
+        nodes: ids of those in [nodes], by role; 0: there is none.
+        latencies: theirs, s, by role.
+        instruments: the others.
+
+    Raises:
+        ParamError: two of one priority, too many for a role, or none for one without which no vehicle is steered.
+    """
+    found: list[Device] = []
+    for role in ROLES:
+        ranked: dict[int, Device] = {}
+        if nodes.get(role):
+            key = f"nodes.{NODE_OF[role]}"
+            ranked[1] = Device(key, role, 0, nodes[role], latencies[role], None)
+        for i, one in enumerate(instruments):
+            if one.measures != role:
+                continue
+            key = f"instruments[{i}]"
+            if (other := ranked.get(one.priority)) is not None:
+                move = ', or list that node as driver "dronecan"' if other.instrument is None else ""
+                raise ParamError(f"{key}: {role} has priority {one.priority}, as {other.key} has; give another{move}")
+            ranked[one.priority] = Device(key, role, 0, one.node, one.latency, one)
+        if len(ranked) > MOST_CANDIDATES:
+            raise ParamError(f"instruments: {len(ranked)} devices measure {role}; {MOST_CANDIDATES} are the most")
+        if not ranked and role in ("ahrs", "pressure"):
+            raise ParamError(f"nodes: nothing measures {role}; give nodes.{role}, or one of [[instruments]] that does")
+        found += [ranked[priority]._replace(number=n) for n, priority in enumerate(sorted(ranked))]
+    return tuple(found)
