@@ -4,22 +4,26 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from typing import Any
 
 from firmware_py.adapters.buses.can_bus import FramePort
 from firmware_py.adapters.device_hardware import DeviceHardware
+from firmware_py.adapters.drivers.bar30 import SmBus
 from firmware_py.adapters.drivers.driver import Driver
 from firmware_py.adapters.drivers.dronecan.devices import DroneCan
+from firmware_py.adapters.drivers.i2c_bus import open_i2c
 from firmware_py.adapters.drivers.instrument_params import Device
-from firmware_py.adapters.drivers.instrument_table import INSTRUMENTS
+from firmware_py.adapters.drivers.instrument_table import I2C_SENSORS, INSTRUMENTS
 from firmware_py.adapters.drivers.serial_port import SerialPort
 from firmware_py.adapters.drivers.stream_driver import ByteStream, StreamDriver
+from firmware_py.adapters.drivers.tcp_stream import TcpStream
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import ParamError
 from firmware_py.vehicle.fins import Fin
 from firmware_py.wire.dronecan.fin_servo import servos_of
 
 
-def fitted(io: IoParams, fins: Sequence[Fin], bus: FramePort, lines: Sequence[ByteStream]) -> DeviceHardware:
+def fitted(io: IoParams, fins: Sequence[Fin], bus: FramePort, lines: Sequence[ByteStream | SmBus]) -> DeviceHardware:
     """Return the hardware of a vehicle with these fins, on its bus and the lines of `io.lines`, in their order.
 
     Raises:
@@ -29,10 +33,7 @@ def fitted(io: IoParams, fins: Sequence[Fin], bus: FramePort, lines: Sequence[By
     for servo, fin in zip(servos, fins, strict=True):
         servo.refuse_less_than(fin.delta_max)
     drivers: list[Driver] = [DroneCan(io, servos, bus)]
-    for device, line in zip(io.lines, lines, strict=True):
-        if device.instrument is not None:
-            instrument = INSTRUMENTS[device.instrument.driver]
-            drivers.append(StreamDriver(device.source, instrument, line, device.latency, number=device.number))
+    drivers += [_driver(device, line) for device, line in zip(io.lines, lines, strict=True)]
     counts = Counter(device.role for device in io.devices)
     return DeviceHardware(len(fins), drivers, {role: count - 1 for role, count in counts.items() if count > 1})
 
@@ -43,7 +44,7 @@ def places_of(io: IoParams, spec: str, dvl: str | None = None) -> list[str]:
     Raises:
         ParamError: a DVL's port, but no DVL.
     """
-    places = [device.instrument.place(spec) for device in io.lines if device.instrument is not None]
+    places = [device.table.place(spec) for device in io.lines]
     if dvl is not None:
         first = next((i for i, device in enumerate(io.lines) if device.role == "dvl"), None)
         if first is None:
@@ -52,11 +53,27 @@ def places_of(io: IoParams, spec: str, dvl: str | None = None) -> list[str]:
     return places
 
 
-def open_line(device: Device, port: str, *, absent: bool = False) -> SerialPort:
-    """Open the line of a device; `absent`: whether one that is not there yet is silence, and not an error.
+def open_line(device: Device, port: str, *, absent: bool = False) -> SerialPort | TcpStream | SmBus:
+    """Open the line of a device: a serial device, tcp:HOST:PORT, or the bus i2c:N.
+
+    Args:
+        device: one of `io.lines`.
+        port: its place.
+        absent: whether a serial device or a peer that is not there yet is silence, and not an error.
 
     Raises:
         BusError: it cannot be opened.
     """
-    baud = device.instrument.baud if device.instrument is not None else 0
-    return SerialPort(device.name, port, baud, absent=absent)
+    if port.startswith("i2c:"):
+        return open_i2c(device.name, port)
+    if port.startswith("tcp:"):
+        return TcpStream(device.name, port, absent=absent)
+    return SerialPort(device.name, port, device.table.baud, absent=absent)
+
+
+def _driver(device: Device, line: Any) -> Driver:
+    """Return the driver of a device on its line."""
+    name = device.table.driver
+    if name in I2C_SENSORS:
+        return I2C_SENSORS[name].driver(device.source, line, device.latency, device.number)
+    return StreamDriver(device.source, INSTRUMENTS[name], line, device.latency, device.table.mounting, device.number)

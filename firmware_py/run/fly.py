@@ -145,7 +145,19 @@ def fly(options: argparse.Namespace) -> FlightResult:
             else:
                 fins = config_files.vehicle(configuration).fins
                 over_can.run(
-                    autopilot, params.rate, fins, io, spec, options.dvl, pace, ground, recorder, stop, say, losses, devices
+                    autopilot,
+                    params.rate,
+                    fins,
+                    io,
+                    spec,
+                    options.dvl,
+                    pace,
+                    ground,
+                    recorder,
+                    stop,
+                    say,
+                    losses,
+                    devices,
                 )
         except LockstepError as error:
             lost, reason = True, str(error)

@@ -100,7 +100,7 @@ def test_the_page_tells_what_the_program_takes() -> None:
     assert found is not None
     io = read_toml(configs() / "npsauv2" / "io_sea.toml")
     for table, lines in tomllib.loads(found[1]).items():
-        io[table] = {**io.get(table, {}), **lines}
+        io[table] = lines if isinstance(lines, list) else {**io.get(table, {}), **lines}
     load(IoParams, io, "io.toml of the page")
     parser = argparse.ArgumentParser()
     options.add_fly(parser)

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from firmware_py.adapters.drivers.instrument_table import INSTRUMENTS
+from firmware_py.adapters.drivers.instrument_table import I2C_SENSORS, INSTRUMENTS
+from firmware_py.adapters.drivers.mounting import STRAIGHT, Mounting
 from firmware_py.error_text import quoted
 from firmware_py.params import ParamError, param
 from firmware_py.records.sensing import MOST_CANDIDATES, NODE_OF, ROLES, candidate_name
 
 DRONECAN = "dronecan"
 """The driver of a device on the CAN bus."""
+_ROLES = {
+    **{name: instrument.role for name, instrument in INSTRUMENTS.items()},
+    **{name: sensor.role for name, sensor in I2C_SENSORS.items()},
+}
+_TURNED = ("ahrs", "dvl")
+"""What these measure depends on how they are mounted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,9 +30,9 @@ class InstrumentParams:
         ParamError: an unknown driver or role, or a key that this driver needs or does not have.
     """
 
-    driver: str = param(doc=f'Its protocol: {", ".join(INSTRUMENTS)}; or "{DRONECAN}": a node of the bus.')
+    driver: str = param(doc=f'Its protocol: {", ".join(_ROLES)}; or "{DRONECAN}": a node of the bus.')
     port: str = param(
-        "", doc="Serial device, or tcp:HOST:PORT; {bus} in it stands for the name of the bus. Not of a node."
+        "", doc="Serial device, tcp:HOST:PORT or i2c:N; {bus} in it stands for the name of the bus. Not of a node."
     )
     baud: int = param(115200, low=1200, high=4_000_000, doc="Bits a second of a serial device.")
     node: int = param(0, low=0, high=127, doc=f'Its node id, of driver "{DRONECAN}".')
@@ -36,6 +43,7 @@ class InstrumentParams:
     latency: float = param(
         0.0, unit="s", low=0.0, high=2.0, doc="From the validity of a value to its arrival, beyond what it tells."
     )
+    mounting: Mounting = field(default_factory=Mounting)
 
     def __post_init__(self) -> None:
         """Refuse what cannot be."""
@@ -44,17 +52,24 @@ class InstrumentParams:
                 raise ParamError(f"role = {quoted(self.role)}: must be what the node measures: {', '.join(NODE_OF)}")
             if not self.node or self.port:
                 raise ParamError(f'driver "{DRONECAN}" needs the node id of the device, node = ID, and no port')
+            if self.mounting != STRAIGHT:
+                raise ParamError(f'mounting: driver "{DRONECAN}" has none; tell the node itself how it is mounted')
             return
-        if self.driver not in INSTRUMENTS:
-            known = ", ".join([*INSTRUMENTS, DRONECAN])
+        if self.driver not in _ROLES:
+            known = ", ".join([*_ROLES, DRONECAN])
             raise ParamError(f"driver = {quoted(self.driver)}: is not known; known: {known}")
         if not self.port or self.node or self.role:
             raise ParamError(f'driver "{self.driver}" needs the port of the device, port = NAME, and no node or role')
+        if (self.driver in I2C_SENSORS) != self.port.startswith("i2c:"):
+            right = "i2c:N for /dev/i2c-N" if self.driver in I2C_SENSORS else "a serial device or tcp:HOST:PORT"
+            raise ParamError(f'port = {quoted(self.port)}: of driver "{self.driver}" it must be {right}')
+        if self.mounting != STRAIGHT and self.measures not in _TURNED:
+            raise ParamError(f"mounting: of {self.measures} it changes nothing; leave it out")
 
     @property
     def measures(self) -> str:
         """Return its role, one of `sensing.ROLES`."""
-        return self.role or INSTRUMENTS[self.driver].role
+        return self.role or _ROLES[self.driver]
 
     def place(self, spec: str) -> str:
         """Return the port for a bus: "{bus}" in its name is replaced, so that several simulations can run at once."""
@@ -84,6 +99,17 @@ class Device(NamedTuple):
     def name(self) -> str:
         """Return its name for people, as nodes have it: "dvl", "altimeter", "pressure.2"."""
         return candidate_name(NODE_OF.get(self.role, self.role), self.number)
+
+    @property
+    def table(self) -> InstrumentParams:
+        """Return its table.
+
+        Raises:
+            LookupError: it stands in [nodes].
+        """
+        if self.instrument is None:
+            raise LookupError(f"{self.key}: has no table of its own")
+        return self.instrument
 
     @property
     def source(self) -> str:

@@ -51,6 +51,8 @@ _GOOD, _NOTHING, _SUSPECT, _LOST = range(4)
 """How bad a device is."""
 _OTHERS = SourceFault.CONTRADICTED
 _DISPUTED = SourceHealth(SourceState.SUSPECT, SourceFault.UNDECIDED)
+_OUTRANKED = SourceHealth(SourceState.SUSPECT, SourceFault.CONTRADICTED)
+"""Of a role of which no reading is safer: it contradicts the one that is believed."""
 _EARLY = 0.5
 """A device that measures nothing for this share of its time-out is left for another: before the quantity is lost."""
 _TOGETHER = 0.3
@@ -264,7 +266,7 @@ class Selection:
             role, number = slot
             health: Any = self._judge(role, number).health[role]
             if health.state is SourceState.GOOD and (slot in disputed or role in roles):
-                health = _DISPUTED
+                health = _DISPUTED if role in SAFER else _OUTRANKED
             found.append(Candidate(role, number, self._is_believed(slot), health, contender.left))
         if (told := tuple(found)) != self.candidates:
             self.candidates = told

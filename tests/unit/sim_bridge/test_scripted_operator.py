@@ -28,7 +28,7 @@ def cycle(psi=0.0, mode=Mode.MANUAL, z=0.2, fix=False, failsafe=False, drop=Fals
     return SimpleNamespace(
         tick=SimpleNamespace(t=t),
         state=SimpleNamespace(eta=SimpleNamespace(psi=psi, z=z)),
-        frame=SimpleNamespace(fix=SimpleNamespace(ok=fix)),
+        heard=SimpleNamespace(fix=SimpleNamespace(ok=fix)),
         mode=SimpleNamespace(mode=mode, failsafe=failsafe, drop=drop),
         events=events,
     )

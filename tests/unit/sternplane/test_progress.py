@@ -30,7 +30,7 @@ def cycle(k: int, waypoint: int = 1, degrees: float = -90.0, events: tuple[Event
     eta = SimpleNamespace(z=4.25, psi=math.radians(degrees))
     return SimpleNamespace(
         tick=Tick(k, 10_000_000),
-        state=SimpleNamespace(eta=eta, attitude_ok=True, depth_ok=True, velocity_ok=True),
+        state=SimpleNamespace(eta=eta, attitude_ok=True, depth_ok=True, velocity_ok=True, candidates=()),
         reference=SimpleNamespace(waypoint=waypoint),
         mode=SimpleNamespace(mode=Mode.MISSION),
         events=events,

@@ -7,7 +7,7 @@ from firmware_py.tick import Tick
 
 
 def cycle(t: float, attitude: bool = True, depth: bool = True, velocity: bool = True) -> SimpleNamespace:
-    state = SimpleNamespace(attitude_ok=attitude, depth_ok=depth, velocity_ok=velocity)
+    state = SimpleNamespace(attitude_ok=attitude, depth_ok=depth, velocity_ok=velocity, candidates=())
     return SimpleNamespace(tick=Tick(round(t * 100), 10_000_000), state=state)
 
 
