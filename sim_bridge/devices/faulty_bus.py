@@ -26,6 +26,11 @@ class FaultyBus:
         self._bus = bus
         self._due = 0.0
 
+    @property
+    def sound(self) -> bool:
+        """Return whether the bus itself is."""
+        return self._bus.sound
+
     def tick(self, dt: float) -> None:
         """Send what a babbling node sends within dt, s."""
         if not self.babble:

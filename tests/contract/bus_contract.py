@@ -18,6 +18,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
+from firmware_py.adapters.buses.frame_id import STANDARD
 
 PEER = Path(__file__).with_name("bus_peer.py")
 FRAMES = st.lists(st.tuples(st.integers(0, 2**29 - 1), st.binary(max_size=8)), max_size=30)
@@ -115,6 +116,20 @@ class BusContract:
             plain.send(can.Message(arbitration_id=0x7F, data=b"no", is_extended_id=False))
             plain.send(can.Message(arbitration_id=0x7F, data=b"yes"))
             assert collect(a, 1) == [(0x7F, b"yes")]
+
+    def test_who_asks_for_standard_ids_hears_both_kinds_in_order_and_who_does_not_hears_none(self, spec, plain):
+        frames = [(0x7FF | STANDARD, b"a"), (0x7FF, b"b"), (STANDARD, b""), (0x1FFFFFFF, b"12345678")]
+        with contextlib.closing(open_bus(spec, standard=True)) as both, doors(spec) as (a, extended):
+            a.send(frames)
+            assert collect(both, 4) == frames
+            assert collect(extended, 2) == [frames[1], frames[3]]
+            heard = [plain.recv(PATIENCE) for _ in frames]
+            assert [one.is_extended_id for one in heard] == [False, True, False, True]
+            assert [one.arbitration_id for one in heard] == [0x7FF, 0x7FF, 0, 0x1FFFFFFF]
+            plain.send(can.Message(arbitration_id=0x185, data=b"drive", is_extended_id=False))
+            assert collect(both, 1) == [(0x185 | STANDARD, b"drive")]
+            assert both.sound
+            assert both.losses() == NOTHING_LOST
 
     def test_leaving_twice_is_leaving_and_the_others_stay(self, spec):
         with doors(spec, 3) as (a, b, c):

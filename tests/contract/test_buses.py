@@ -47,6 +47,17 @@ class TestVirtual(BusContract):
             yield bus
 
 
+class TestPythonCan(BusContract):
+    @pytest.fixture
+    def spec(self):
+        return "python-can:virtual:contract-of-python-can"
+
+    @pytest.fixture
+    def plain(self, spec):
+        with can.Bus(interface="virtual", channel="contract-of-python-can") as bus:
+            yield bus
+
+
 class TestUdp(BusContract, TwoProcesses):
     @pytest.fixture
     def spec(self, number):
@@ -207,7 +218,8 @@ def test_a_bus_number_out_of_range_is_one_line_that_says_what_is_right(spec):
 def test_a_bus_that_nobody_knows_is_one_line_that_says_which_are_known(spec):
     with pytest.raises(BusError) as failure:
         open_bus(spec)
-    assert str(failure.value) == f"bus {spec!r} is not known; write one of: virtual, udp:N, socketcan:IFACE"
+    known = "virtual, udp:N, socketcan:IFACE, python-can:INTERFACE:CHANNEL@BITRATE"
+    assert str(failure.value) == f"bus {spec!r} is not known; write one of: {known}"
 
 
 def test_the_channel_tells_virtual_buses_apart_unless_the_name_does():

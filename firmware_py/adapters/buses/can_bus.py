@@ -1,6 +1,7 @@
 """A CAN bus as vehicle and devices use it: drain it once a tick, send at once; each bus is a python-can bus.
 
-Buses are named `virtual` (within this process), `udp:N` (within this machine), `socketcan:IFACE` (of the kernel).
+Buses are named `virtual` (within this process), `udp:N` (within this machine), `socketcan:IFACE` (of the kernel),
+`python-can:INTERFACE:CHANNEL@BITRATE` (what else python-can knows). The id of a frame is one integer: see `frame_id`.
 """
 
 from __future__ import annotations
@@ -14,13 +15,14 @@ from typing import Protocol, TypeAlias
 import can
 
 from firmware_py.adapters.buses.multicast_bus import McastBus
+from firmware_py.adapters.buses.python_can_bus import PythonCanBus
 from firmware_py.adapters.buses.socketcan_bus import InterfaceAbsent, SocketCanFrameBus
 from firmware_py.adapters.buses.virtual_bus import VirtualFrameBus
 from firmware_py.error_text import quoted
 from firmware_py.params import ParamError, param
 
-FrameBus: TypeAlias = McastBus | SocketCanFrameBus | VirtualFrameBus
-"""A python-can bus that also sends and receives bare frames: `send_frames`, `receive_frames`, `overrun`."""
+FrameBus: TypeAlias = McastBus | PythonCanBus | SocketCanFrameBus | VirtualFrameBus
+"""A python-can bus that also sends and receives bare frames: `send_frames`, `receive_frames`, `overrun`, `sound`."""
 
 
 class BusError(Exception):
@@ -71,6 +73,10 @@ class NodeIds:
 class FramePort(Protocol):
     """What devices and drivers use of a bus."""
 
+    @property
+    def sound(self) -> bool:
+        """Return whether the bus is up, and its controller neither off the bus nor error-passive."""
+
     def drain(self, limit: int) -> list[tuple[int, bytes]]:
         """Return the frames (id, data) that have arrived, at most `limit`."""
 
@@ -85,7 +91,7 @@ class FramePort(Protocol):
 
 
 class CanBus:
-    """One node on a bus of extended (29 bit) frames. A bus that fails is silence, not an error; `losses` counts it.
+    """One node on a bus. A bus that fails is silence, not an error; `losses` counts it.
 
     It uses the bare frames of the bus instead of python-can's `send` and `recv`: a `can.Message` for each frame would
     double what a frame costs.
@@ -122,6 +128,11 @@ class CanBus:
         self._not_sent += self._send(frames)
 
     @property
+    def sound(self) -> bool:
+        """Return whether the bus is up, and its controller neither off the bus nor error-passive."""
+        return self._bus.sound
+
+    @property
     def name(self) -> str:
         """Return the name that `open_bus` knows."""
         return str(self._bus)
@@ -143,19 +154,22 @@ class CanBus:
         self._bus.shutdown()
 
 
-_BUSES: dict[str, Callable[[str], FrameBus]] = {
+_BUSES: dict[str, Callable[[str, bool], FrameBus]] = {
     "virtual": VirtualFrameBus,
-    "udp": McastBus,
+    "udp": lambda number, standard: McastBus(number, standard=standard),
     "socketcan": SocketCanFrameBus,
+    "python-can": PythonCanBus,
 }
+_KNOWN = "virtual, udp:N, socketcan:IFACE, python-can:INTERFACE:CHANNEL@BITRATE"
 
 
-def open_bus(spec: str, channel: str = "sternplane") -> CanBus:
+def open_bus(spec: str, channel: str = "sternplane", *, standard: bool = False) -> CanBus:
     """Open a bus by its name on the command line or in io.toml.
 
     Args:
-        spec: "virtual", "udp:N", "socketcan:IFACE".
+        spec: "virtual", "udp:N", "socketcan:IFACE", "python-can:INTERFACE:CHANNEL@BITRATE".
         channel: distinguishes virtual buses of one process, if `spec` has no colon.
+        standard: whether frames with standard ids are received too.
 
     Raises:
         BusAbsentError: a bus that is not there now.
@@ -163,9 +177,9 @@ def open_bus(spec: str, channel: str = "sternplane") -> CanBus:
     """
     kind, _, rest = spec.partition(":")
     if kind not in _BUSES:
-        raise BusError(f"bus {quoted(spec)} is not known; write one of: virtual, udp:N, socketcan:IFACE")
+        raise BusError(f"bus {quoted(spec)} is not known; write one of: {_KNOWN}")
     try:
-        return CanBus(_BUSES[kind](rest or channel if kind == "virtual" else rest))
+        return CanBus(_BUSES[kind](rest or channel if kind == "virtual" else rest, standard))
     except can.CanError as error:
         kind_of_error = BusAbsentError if isinstance(error, InterfaceAbsent) else BusError
         raise kind_of_error(f"bus {quoted(spec)} cannot be opened: {error}") from None

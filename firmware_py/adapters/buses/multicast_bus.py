@@ -22,6 +22,7 @@ from typing import Any
 import can
 
 from firmware_py.adapters.buses import receive_buffer
+from firmware_py.adapters.buses.frame_id import STANDARD
 from firmware_py.error_text import quoted
 
 NUMBERS = range(10)
@@ -51,12 +52,16 @@ class McastBus(can.BusABC):
     Args:
         channel: 0 to 9, as a number or as text.
         can_filters: as everywhere in python-can.
+        standard: whether `receive_frames` gives frames with standard ids too.
 
     Raises:
         can.CanInitializationError: no such bus, or no multicast on this machine.
     """
 
-    def __init__(self, channel: int | str = 0, can_filters: Any = None, **_: object) -> None:
+    sound = True
+    """There is no controller that could fail."""
+
+    def __init__(self, channel: int | str = 0, can_filters: Any = None, *, standard: bool = False, **_: object) -> None:
         if str(channel) not in map(str, NUMBERS):
             raise can.CanInitializationError(
                 f"there is no bus {quoted(channel)}; write a number from 0 to {NUMBERS[-1]}"
@@ -72,6 +77,7 @@ class McastBus(can.BusABC):
             self.socket.close()
             self._sender.close()
             raise can.CanInitializationError(f"no multicast on the loopback interface: {error.strerror}") from error
+        self._standard = standard
         self._own_address = self._sender.getsockname()
         self._local_hosts = {self._own_address[0]}
         super().__init__(channel, can_filters)
@@ -87,20 +93,23 @@ class McastBus(can.BusABC):
         return {"malformed": self.bad} if self.bad else {}
 
     def send_frames(self, frames: Collection[tuple[int, bytes]]) -> int:
-        """Send frames with extended ids; return how many the kernel did not take."""
+        """Send frames; return how many the kernel did not take."""
         not_taken = 0
         for can_id, data in frames:
+            identifier = can_id | _EXTENDED if can_id < STANDARD else can_id & 0x7FF
             try:
-                self._sender.send(encode(can_id | _EXTENDED, data))
+                self._sender.send(encode(identifier, data))
             except OSError:
                 not_taken += 1
         return not_taken
 
     def receive_frames(self, frames: list[tuple[int, bytes]], limit: int) -> None:
-        """Append the frames with extended ids that have arrived; examine at most `limit` datagrams of other nodes."""
+        """Append the frames that have arrived; examine at most `limit` datagrams of other nodes."""
         for identifier, data in self._arrived(limit):
             if identifier & _EXTENDED:
                 frames.append((identifier & 0x1FFFFFFF, data))
+            elif self._standard:
+                frames.append((identifier | STANDARD, data))
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:  # noqa: ARG002 (it never waits)
         """Send a classic data frame at once.

@@ -6,6 +6,7 @@ import time
 from collections.abc import Mapping
 
 from firmware_py.adapters.buses.can_bus import BusError, CanBus
+from firmware_py.adapters.buses.frame_id import STANDARD
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.message_table import GET_NODE_INFO, GET_NODE_INFO_RESPONSE
 from firmware_py.wire.dronecan.node_messages import GetNodeInfoRequest
@@ -26,7 +27,7 @@ def heard_nodes(bus: CanBus, seconds: float = LISTEN_TIME) -> dict[int, str]:
     deadline = time.monotonic() + seconds
     while (left := deadline - time.monotonic()) > 0.0:
         for can_id, data in bus.drain(_FRAMES, min(left, _WAIT)):
-            source = can_id & 0x7F
+            source = can_id & 0x7F if can_id < STANDARD else 0
             if source not in names and source != 0:
                 names[source] = ""
                 bus.send(sender.send(GET_NODE_INFO, GetNodeInfoRequest(), destination=source))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import socket
 import struct
+import time
 from collections.abc import Collection
 
 import can
@@ -12,39 +14,18 @@ from can.interfaces.socketcan import SocketcanBus
 from can.typechecking import CanFilter
 
 from firmware_py.adapters.buses import receive_buffer
+from firmware_py.adapters.buses.bus_health import BusHealth
+from firmware_py.adapters.buses.frame_id import STANDARD
 from firmware_py.error_text import quoted
 
 _FRAME = struct.Struct("=IB3x8s")
 _EXTENDED = socket.CAN_EFF_FLAG
 _EXTENDED_ONLY: list[CanFilter] = [{"can_id": 0, "can_mask": 0, "extended": True}]
 
-
-_ERRORS = (
-    (0x001, "error_tx_timeout"),
-    (0x002, "error_arbitration_lost"),
-    (0x008, "error_protocol"),
-    (0x010, "error_transceiver"),
-    (0x020, "error_no_acknowledge"),
-    (0x040, "error_bus_off"),
-    (0x080, "error_bus"),
-    (0x100, "error_restarted"),
-)
-_CONTROLLER = 0x004
-_CONTROLLER_STATES = (
-    (0x03, "error_controller_overflow"),
-    (0x0C, "error_warning"),
-    (0x30, "error_passive"),
-    (0x40, "error_active_again"),
-)
-"""Linux, linux/can/error.h: classes in the id, and the controller's problems in the second byte."""
-
-
-def error_kinds(identifier: int, data: bytes) -> list[str]:
-    """Return what an error frame of the kernel reports; mostly one kind."""
-    kinds = [name for bit, name in _ERRORS if identifier & bit]
-    if identifier & _CONTROLLER:
-        kinds += [name for bits, name in _CONTROLLER_STATES if data[1] & bits] or ["error_controller"]
-    return kinds or ["error_other"]
+_ALL: list[CanFilter] = [{"can_id": 0, "can_mask": 0}]
+_RETRY_S = 1.0
+"""How often an interface that is gone is looked for, s."""
+_GONE = (errno.ENODEV, errno.ENXIO)
 
 
 class InterfaceAbsent(can.CanInitializationError):
@@ -52,25 +33,39 @@ class InterfaceAbsent(can.CanInitializationError):
 
 
 class SocketCanFrameBus(SocketcanBus):
-    """One node on a CAN interface; it receives extended ids only, and not its own frames.
+    """One node on a CAN interface; it does not receive its own frames.
 
-    While the interface is down nothing is sent or received; when it is up again, frames flow again.
+    While the interface is down nothing is sent or received; when it is up, or plugged in, again, frames flow again.
 
-    The kernel's error frames are counted by kind, and not handed on.
+    The kernel's error frames are counted by kind, tell `health`, and are not handed on.
 
     Bare frames bypass `can.Message`, which costs about as much as everything else that a frame costs here.
+
+    Args:
+        interface: its name.
+        standard: whether frames with standard ids are received too; else the kernel keeps them back.
 
     Raises:
         can.CanInitializationError: no such interface, or it is down; the text says how to make it.
     """
 
-    def __init__(self, interface: str) -> None:
+    def __init__(self, interface: str, standard: bool = False) -> None:
         _check(interface)
-        self.errors: dict[str, int] = {}
-        """Error frames by kind, as `error_kinds` names them."""
-        super().__init__(channel=interface, can_filters=_EXTENDED_ONLY)
+        self.health = BusHealth()
+        self._interface, self._gone, self._t_tried = interface, False, 0.0
+        super().__init__(channel=interface, can_filters=_ALL if standard else _EXTENDED_ONLY)
         self.channel_info = f"socketcan:{interface}"
         receive_buffer.enlarge(self.socket)
+
+    @property
+    def sound(self) -> bool:
+        """Return whether the interface is up, and the controller on the bus and not error-passive."""
+        return self.health.sound
+
+    @property
+    def errors(self) -> dict[str, int]:
+        """Return error frames by kind, and what is wrong now."""
+        return self.health.counts()
 
     @property
     def overrun(self) -> int:
@@ -78,32 +73,61 @@ class SocketCanFrameBus(SocketcanBus):
         return receive_buffer.overrun(self.socket)
 
     def send_frames(self, frames: Collection[tuple[int, bytes]]) -> int:
-        """Send frames with extended ids; return how many the kernel did not take at once."""
+        """Send frames; return how many the kernel did not take at once."""
+        if self._gone:
+            self._look_for_it()
         not_taken = 0
         for can_id, data in frames:
+            identifier = can_id | _EXTENDED if can_id < STANDARD else can_id & 0x7FF
             try:
-                self.socket.send(_FRAME.pack(can_id | _EXTENDED, len(data), data), socket.MSG_DONTWAIT)
-            except OSError:
+                self.socket.send(_FRAME.pack(identifier, len(data), data), socket.MSG_DONTWAIT)
+            except OSError as error:
                 not_taken += 1
+                self._note(error)
+        if not self.health.sound and not_taken < len(frames):
+            self.health.carry(received=False)
         return not_taken
 
     def receive_frames(self, frames: list[tuple[int, bytes]], limit: int) -> None:
-        """Append the frames with extended ids that have arrived; examine at most `limit`.
+        """Append the frames that have arrived; examine at most `limit`.
 
         Raises:
             OSError: once, after the interface went down.
         """
-        receive = self.socket.recv
-        for _ in range(limit):
-            try:
+        receive, before = self.socket.recv, len(frames)
+        try:
+            for _ in range(limit):
                 identifier, length, data = _FRAME.unpack(receive(_FRAME.size, socket.MSG_DONTWAIT))
-            except BlockingIOError:
-                return
-            if identifier >> 29 == 0b100:  # extended, not a remote request, not an error
-                frames.append((identifier & 0x1FFFFFFF, data[:length]))
-            elif identifier & socket.CAN_ERR_FLAG:
-                for kind in error_kinds(identifier, data):
-                    self.errors[kind] = self.errors.get(kind, 0) + 1
+                if identifier >> 29 == 0b100:  # extended, not a remote request, not an error
+                    frames.append((identifier & 0x1FFFFFFF, data[:length]))
+                elif identifier < 0x800:
+                    frames.append((identifier | STANDARD, data[:length]))
+                elif identifier & socket.CAN_ERR_FLAG:
+                    self.health.hear_error(identifier, data)
+        except BlockingIOError:
+            pass
+        except OSError as error:
+            self._note(error)
+            raise
+        if not self.health.sound and len(frames) > before:
+            self.health.carry(received=True)
+
+    def _note(self, error: OSError) -> None:
+        """Take why the kernel took no frame: a full queue is no fault of the interface."""
+        if error.errno in _GONE:
+            self._gone = True
+        if error.errno in (*_GONE, errno.ENETDOWN):
+            self.health.fail()
+
+    def _look_for_it(self) -> None:
+        """Take an interface of that name again after it was unplugged: it is another one for the kernel."""
+        now = time.monotonic()
+        if now - self._t_tried < _RETRY_S:
+            return
+        self._t_tried = now
+        with contextlib.suppress(OSError):
+            self.socket.bind((self._interface,))
+            self._gone = False
 
 
 def _check(interface: str) -> None:

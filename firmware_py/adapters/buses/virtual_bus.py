@@ -11,6 +11,8 @@ from typing import Any, TypeAlias
 import can
 from can.interfaces.virtual import VirtualBus, channels_lock
 
+from firmware_py.adapters.buses.frame_id import STANDARD
+
 Received: TypeAlias = "tuple[int, bytes] | can.Message"
 
 
@@ -39,9 +41,14 @@ class VirtualFrameBus(VirtualBus):
     takes 0.2 us instead of 7 us to send and receive, and a cycle has more than twelve.
     """
 
-    def __init__(self, channel: str) -> None:
+    sound = True
+    """There is no controller that could fail."""
+
+    def __init__(self, channel: str, standard: bool = False) -> None:
         super().__init__(channel=channel, preserve_timestamps=True)
         self.channel_info = f"virtual:{channel}"
+        self._beyond = 2 * STANDARD if standard else STANDARD
+        """Ids from here on are not received."""
         queues: list[Any] = self.channel
         inbox = Inbox()
         with channels_lock:
@@ -64,7 +71,7 @@ class VirtualFrameBus(VirtualBus):
         return -1
 
     def send_frames(self, frames: Collection[tuple[int, bytes]]) -> int:
-        """Send frames with extended ids to every other node; return how many were not taken: all after `shutdown`."""
+        """Send frames to every other node; return how many were not taken: all after `shutdown`."""
         if not self._open:
             return len(frames)
         for receiver in self._queues:
@@ -74,32 +81,40 @@ class VirtualFrameBus(VirtualBus):
                 receiver.received.extend(frames)
             else:
                 for can_id, data in frames:
-                    receiver.put(can.Message(arbitration_id=can_id, data=data, is_extended_id=True))
+                    receiver.put(_message(can_id, data))
         return 0
 
     def receive_frames(self, frames: list[tuple[int, bytes]], limit: int) -> None:
-        """Append the frames with extended ids that have arrived; examine at most `limit`.
+        """Append the frames that have arrived; examine at most `limit`.
 
         Raises:
             OSError: after `shutdown`.
         """
         if not self._open:
             raise OSError(errno.ENETDOWN, "the bus is closed")
-        arrived = self._inbox.received
+        arrived, beyond = self._inbox.received, self._beyond
         for _ in range(min(limit, len(arrived))):
             received = arrived.popleft()
-            if type(received) is tuple:
-                frames.append(received)
-            elif isinstance(received, can.Message) and _is_data(received):
-                frames.append((received.arbitration_id, bytes(received.data)))
+            frame = received if type(received) is tuple else _frame(received)
+            if frame is not None and frame[0] < beyond:
+                frames.append(frame)
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         received: Any
         received, filtered = super()._recv_internal(timeout)
         if type(received) is tuple:
-            received = can.Message(arbitration_id=received[0], data=received[1], is_extended_id=True)
+            received = _message(*received)
         return received, filtered
 
 
-def _is_data(message: can.Message) -> bool:
-    return message.is_extended_id and not (message.is_error_frame or message.is_remote_frame or message.is_fd)
+def _message(can_id: int, data: bytes) -> can.Message:
+    extended = can_id < STANDARD
+    return can.Message(arbitration_id=can_id & ~STANDARD, data=data, is_extended_id=extended)
+
+
+def _frame(message: Any) -> tuple[int, bytes] | None:
+    """Return the frame of a message; None if it is no classic data frame."""
+    if message.is_error_frame or message.is_remote_frame or message.is_fd:
+        return None
+    identifier = message.arbitration_id
+    return identifier if message.is_extended_id else identifier | STANDARD, bytes(message.data)

@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Iterable
 from typing import TypeVar
 
 from firmware_py.adapters.buses.can_bus import CanBus
+from firmware_py.adapters.buses.frame_id import STANDARD
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.message_table import TICK, TICK_DONE, MessageType
 from firmware_py.wire.dronecan.transfer import Reassembler, TransferSender
@@ -54,6 +55,11 @@ class LockstepLink:
         """Frames of the other side since its last lockstep message."""
         self.frames_sent = 0
         """Our own frames since our last lockstep message."""
+
+    @property
+    def sound(self) -> bool:
+        """Return whether the bus is."""
+        return self._bus.sound
 
     def drain(self, limit: int) -> list[tuple[int, bytes]]:
         """Return the frames of this step, at most `limit`; the rest stay for the next."""
@@ -106,7 +112,8 @@ class LockstepLink:
         data_type_id = can_id >> 8 & 0xFFFF
         if can_id & 0x80 or data_type_id not in (TICK.data_type_id, TICK_DONE.data_type_id):
             self._step_frames.append((can_id, data))
-            self.frames_received += can_id & 0x7F in self._other_nodes
+            # A standard id does not name its sender: there is nobody else on a bus in lockstep.
+            self.frames_received += can_id >= STANDARD or can_id & 0x7F in self._other_nodes
             return None
         transfer = self._reassembler.accept(can_id, data, 0.0)
         if transfer is None or transfer.kind is not kind:
