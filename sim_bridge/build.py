@@ -10,6 +10,7 @@ from firmware_py.adapters.buses.can_bus import FramePort
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import ParamError, prefix_errors
 from firmware_py.records.sensing import candidate_name
+from firmware_py.wire.canopen.fin_drive import drives_of
 from firmware_py.wire.dronecan.fin_servo import servos_of
 from sim_bridge.bridge import Bridge
 from sim_bridge.devices.devices import Devices, DevicesParams, Wiring
@@ -36,7 +37,10 @@ def wiring(io: IoParams, truth: Truth) -> Wiring:
         if device.instrument is not None and device.instrument.driver != SIMULATED:
             driver = device.instrument.driver
             raise ParamError(f'{device.key}: driver "{driver}": of lines, "{SIMULATED}" alone is simulated')
-    return Wiring(io.nodes, servos_of(io.fins, [fin.name for fin in truth.fins]), io.propeller, io.devices)
+    names = [fin.name for fin in truth.fins]
+    drives = drives_of(io.canopen.fins, names)
+    servos = () if drives else servos_of(io.fins, names)
+    return Wiring(io.nodes, servos, io.propeller, io.devices, io.canopen, drives)
 
 
 def build_bridge(
@@ -49,8 +53,9 @@ def build_bridge(
     seed: int,
     base_hz: int,
     autopilot_id: int,
+    second_bus: FramePort | None = None,
 ) -> Bridge:
-    """Return the simulated vehicle at the start of a scenario, on its end of the bus and of the DVLs' lines.
+    """Return the simulated vehicle at the start of a scenario, on its ends of the buses and of the DVLs' lines.
 
     Everything random in it follows from `seed`.
 
@@ -60,7 +65,7 @@ def build_bridge(
     params = params.within(base_hz)
     plant, instruments = plant_and_instruments(truth, params, scenario, seed, base_hz, wiring.spares)
     dvls = [SerialDvl(instruments.by_name[candidate_name("dvl", i)], line) for i, line in enumerate(dvl_lines)]
-    devices = Devices(params, wiring, instruments, bus, dvls, base_hz, autopilot_id)
+    devices = Devices(params, wiring, instruments, bus, dvls, base_hz, autopilot_id, second_bus)
     return Bridge(
         plant, devices, FaultInjector(scenario.injected, plant, devices, instruments.by_name, seed, nodes=devices)
     )

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import ExitStack
 from typing import Any
 
-from firmware_py.adapters.buses.can_bus import FramePort
+from firmware_py.adapters.buses.awaited_bus import AwaitedBus
+from firmware_py.adapters.buses.can_bus import CanBus, FramePort, open_bus
+from firmware_py.adapters.buses.shared_port import split
 from firmware_py.adapters.device_hardware import DeviceHardware
 from firmware_py.adapters.drivers.bar30 import SmBus
+from firmware_py.adapters.drivers.bus_watch import BusWatch
+from firmware_py.adapters.drivers.canopen.drives import CanOpenDrives
 from firmware_py.adapters.drivers.driver import Driver
 from firmware_py.adapters.drivers.dronecan.devices import DroneCan
 from firmware_py.adapters.drivers.i2c_bus import open_i2c
@@ -20,22 +25,63 @@ from firmware_py.adapters.drivers.tcp_stream import TcpStream
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import ParamError
 from firmware_py.vehicle.fins import Fin
-from firmware_py.wire.dronecan.fin_servo import servos_of
+from firmware_py.wire.canopen.fin_drive import FinDrive, drives_of
+from firmware_py.wire.dronecan.fin_servo import FinServo, servos_of
 
 
-def fitted(io: IoParams, fins: Sequence[Fin], bus: FramePort, lines: Sequence[ByteStream | SmBus]) -> DeviceHardware:
-    """Return the hardware of a vehicle with these fins, on its bus and the lines of `io.lines`, in their order.
+def fitted(
+    io: IoParams,
+    fins: Sequence[Fin],
+    bus: FramePort,
+    lines: Sequence[ByteStream | SmBus],
+    second: FramePort | None = None,
+) -> DeviceHardware:
+    """Return the hardware of a vehicle with these fins.
+
+    Args:
+        io: the io file.
+        fins: of the vehicle.
+        bus: that of the DroneCAN devices.
+        lines: of `io.lines`, in their order.
+        second: the bus of the fin drives, if it is another one.
 
     Raises:
         ParamError: the io file has a servo for no fin, none for a fin, or one that does not turn far enough.
     """
-    servos = servos_of(io.fins, [fin.name for fin in fins])
-    for servo, fin in zip(servos, fins, strict=True):
-        servo.refuse_less_than(fin.delta_max)
-    drivers: list[Driver] = [DroneCan(io, servos, bus)]
-    drivers += [_driver(device, line) for device, line in zip(io.lines, lines, strict=True)]
+    names = [fin.name for fin in fins]
+    drives = drives_of(io.canopen.fins, names)
+    servos = () if drives else servos_of(io.fins, names)
+    moved: Sequence[FinServo | FinDrive] = drives or servos
+    for one, fin in zip(moved, fins, strict=True):
+        one.refuse_less_than(fin.delta_max)
+    watches: list[Driver] = [BusWatch("bus", bus)]
+    if drives and second is None:
+        bus, standard = split(bus)
+        watches.append(CanOpenDrives(io.canopen, drives, standard, "canopen_"))
+    elif second is not None:
+        watches += [CanOpenDrives(io.canopen, drives, second, "second_bus_"), BusWatch("second_bus", second)]
+    instruments = [_driver(device, line) for device, line in zip(io.lines, lines, strict=True)]
     counts = Counter(device.role for device in io.devices)
-    return DeviceHardware(len(fins), drivers, {role: count - 1 for role, count in counts.items() if count > 1})
+    spares = {role: count - 1 for role, count in counts.items() if count > 1}
+    return DeviceHardware(len(fins), [DroneCan(io, servos, bus), *watches, *instruments], spares)
+
+
+def open_second(io: IoParams, stack: ExitStack, *, awaited: bool = False) -> CanBus | None:
+    """Open the second bus of an io file, if it has one: that of the fin drives; `stack` closes it.
+
+    Args:
+        io: the io file.
+        stack: closes it.
+        awaited: whether one that is not there yet is silence, and not an error.
+
+    Raises:
+        BusError: it cannot be opened.
+    """
+    if not (io.canopen.fins and io.canopen.bus):
+        return None
+    bus = (AwaitedBus if awaited else open_bus)(io.canopen.bus, standard=True)
+    stack.callback(bus.close)
+    return bus
 
 
 def places_of(io: IoParams, spec: str, dvl: str | None = None) -> list[str]:

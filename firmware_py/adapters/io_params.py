@@ -11,6 +11,7 @@ from firmware_py.adapters.linux_realtime import RealtimeParams
 from firmware_py.adapters.storage.log_params import LogParams
 from firmware_py.params import ParamError, param
 from firmware_py.records.sensing import NODE_OF
+from firmware_py.wire.canopen.fin_drive import CanOpenParams
 from firmware_py.wire.dronecan.fin_servo import FinServoParams
 from firmware_py.wire.dronecan.propeller_drive import PropellerParams
 
@@ -91,6 +92,8 @@ class IoParams:
             if one.node in taken and one.node != self.nodes.servo_hub:
                 name, other = f"fins: {one.name} = {one.node}", taken[one.node]
                 raise ParamError(f"{name}: is {other} already; every node needs an id of its own")
+        if self.fins and self.canopen.fins:
+            raise ParamError("canopen.fins: there are [[fins]] too; all fins have servos, or all have drives")
 
     @property
     def devices(self) -> tuple[Device, ...]:
@@ -116,3 +119,4 @@ class IoParams:
         return {**servos, **{node_id: name for name, node_id in self.nodes.by_name.items()}, **measuring}
 
     realtime: RealtimeParams = field(default_factory=RealtimeParams)
+    canopen: CanOpenParams = field(default_factory=CanOpenParams)

@@ -12,8 +12,14 @@ from typing import NamedTuple
 from firmware_py.records.adoption import design_text
 from firmware_py.records.event import Cause, Event, EventKind, Severity
 from firmware_py.records.fence import breach_text
-from firmware_py.records.health import ActuatorFault
-from firmware_py.records.health_text import actuator_fault_text, candidate_text, source_fault_text, stage_text
+from firmware_py.records.health import ActuatorFault, SourceFault
+from firmware_py.records.health_text import (
+    actuator_fault_text,
+    candidate_text,
+    node_text,
+    source_fault_text,
+    stage_text,
+)
 from firmware_py.records.learning_text import report_text
 from firmware_py.records.order import NOBODY, Asker, Mode
 from firmware_py.records.passport import moved_text
@@ -276,8 +282,8 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     EventKind.ASCENT_STAGE: lambda event, _: f"coming up: {stage_text(event.numbers[0])}{_because(event, 1)}",
     EventKind.WEIGHT_RELEASED: lambda event, _: f"drop weight released{_because(event)}",
     EventKind.RULE_WARNS: lambda event, _: _cause(event),
-    EventKind.NODE_GOOD: lambda event, _: f"node {event.names[0]} is sound again",
-    EventKind.NODE_FAULT: lambda event, _: f"node {event.names[0]}: {source_fault_text(event.numbers[0])}",
+    EventKind.NODE_GOOD: lambda event, _: node_text(event.names[0], SourceFault.NONE),
+    EventKind.NODE_FAULT: lambda event, _: node_text(event.names[0], event.numbers[0]),
     EventKind.WAYPOINT_MISSED: lambda event, _: _missed(*event.numbers),
     EventKind.MODE_CHOSEN: _mode_chosen,
     EventKind.HOME_REACHED: lambda *_: "home reached",

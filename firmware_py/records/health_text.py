@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from firmware_py.records.command import AscentStage
 from firmware_py.records.health import ActuatorFault, SourceFault
+from firmware_py.records.sensing import BUSES
 
 _SOURCE_FAULTS: Mapping[SourceFault, str] = {
     SourceFault.NONE: "no fault",
@@ -68,3 +69,12 @@ def candidate_text(now: float, before: float, fault: float) -> str:
 def stage_text(number: float) -> str:
     """Return the words for the `AscentStage` of that number."""
     return _STAGES[AscentStage(int(number))]
+
+
+def node_text(name: str, number: float) -> str:
+    """Return what is wrong with a node of `sensing.NODES`, that of a fin, or a bus; or that it is sound again."""
+    of_a_bus = name in BUSES
+    named = name.replace("_", " ") if of_a_bus else f"node {name}"
+    if number == SourceFault.NONE:
+        return f"{named} is sound again"
+    return f"{named}: {'it is down, off or error-passive' if of_a_bus else source_fault_text(number)}"

@@ -104,6 +104,10 @@ MOST_CANDIDATES = 4
 """Of one role."""
 _SPARE_BITS = 32
 """The nodes of candidates after the first have their bits from this one on, after those of the fins."""
+BUSES = ("bus", "second_bus")
+"""The buses themselves, which fail like nodes: down, off, error-passive."""
+_BUS_BITS = 48
+"""Their bits begin here, after those of the candidates."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,16 +174,22 @@ def candidate_bit(role: str, number: int) -> int:
     return 1 << (_SPARE_BITS + len(ROLES) * (number - 1) + ROLES.index(role))
 
 
+def bus_bit(name: str) -> int:
+    """Return the bit of one of BUSES in `unhealthy`."""
+    return 1 << (_BUS_BITS + BUSES.index(name))
+
+
 def candidate_name(name: str, number: int) -> str:
     """Return the name of a candidate for people: "pressure", and "pressure.2" for the second."""
     return name if number == 0 else f"{name}.{number + 1}"
 
 
 def node_names(fins: Sequence[str]) -> dict[int, str]:
-    """Return the name of each node by its bit; `fins` are the names of the fins."""
+    """Return the name of each node, and of each of BUSES, by its bit; `fins` are the names of the fins."""
     named = {node_bit(name): name for name in NODES} | {fin_bit(i): name for i, name in enumerate(fins)}
     spares = itertools.product(range(1, MOST_CANDIDATES), ROLES)
-    return named | {candidate_bit(role, n): candidate_name(NODE_OF.get(role, role), n) for n, role in spares}
+    named |= {candidate_bit(role, n): candidate_name(NODE_OF.get(role, role), n) for n, role in spares}
+    return named | {bus_bit(name): name for name in BUSES}
 
 
 def silence(fins: int) -> SensorFrame:

@@ -13,7 +13,7 @@ from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
 from firmware_py.adapters.drivers.serial_port import SerialPort
 from firmware_py.adapters.drivers.tcp_stream import TcpStream
-from firmware_py.adapters.fitting import fitted, open_line, places_of
+from firmware_py.adapters.fitting import fitted, open_line, open_second, places_of
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.lockstep.lockstep_client import LockstepClient, acknowledge_hello, wait_for_plant
 from firmware_py.adapters.lockstep.lockstep_link import LockstepLink
@@ -94,8 +94,9 @@ def run(
     dt_ns = step_ns(rate)
     with contextlib.ExitStack() as stack:
         alone = pace == "realtime" and not meet_plant
-        bus = AwaitedBus(spec) if alone else open_bus(spec)
+        bus = (AwaitedBus if alone else open_bus)(spec, standard=io.canopen.shares_bus)
         stack.callback(bus.close)
+        second = open_second(io, stack, awaited=alone)
         refuse_if_taken(bus, {io.can.node_id: "autopilot"})
         lockstep = LockstepLink(bus, io.can.node_id, io.device_ids)
         if (pace == "bus" or meet_plant) and not wait_for_plant(lockstep, dt_ns, PLANT_S, stop):
@@ -107,9 +108,10 @@ def run(
             lines.append(line)
             if devices is not None and alone and isinstance(line, SerialPort | TcpStream):
                 devices.add(device.name, partial(_why, line, device.name, place))
-        if devices is not None and isinstance(bus, AwaitedBus):
-            devices.add(f"bus {spec}", lambda: bus.missing)
-        hardware = fitted(io, fins, lockstep if pace == "bus" else bus, lines)
+        for one in (bus, second):
+            if devices is not None and isinstance(one, AwaitedBus):
+                devices.add(f"bus {one.name}", lambda one=one: one.missing)  # type: ignore[misc]
+        hardware = fitted(io, fins, lockstep if pace == "bus" else bus, lines, second)
         stack.callback(losses.add_hardware(hardware.losses, lambda: hardware.received, hardware.note))
         for refusal in stack.enter_context(linux_realtime.apply_while(io.realtime)):
             say(refusal)

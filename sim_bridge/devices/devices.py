@@ -10,15 +10,18 @@ from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 from firmware_py.adapters.buses.can_bus import FramePort, NodeIds
+from firmware_py.adapters.buses.shared_port import split
 from firmware_py.adapters.drivers.instrument_params import Device
 from firmware_py.params import table
 from firmware_py.records.sensing import candidate_name
+from firmware_py.wire.canopen.fin_drive import CanOpenParams, FinDrive
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.fin_servo import FinServo
 from firmware_py.wire.dronecan.propeller_drive import PropellerDrive, PropellerParams
 from firmware_py.wire.dronecan.transfer import Reassembler, Transfer
 from sim_bridge.devices.actuator_nodes import Esc, EscParams, FinServos, Hardpoint, HardpointParams, ServoHubParams
+from sim_bridge.devices.canopen_drives import FinDrives
 from sim_bridge.devices.faulty_bus import FaultyBus
 from sim_bridge.devices.instrument_nodes import publishers
 from sim_bridge.devices.instruments import Instruments, InstrumentsParams
@@ -27,6 +30,7 @@ from sim_bridge.devices.sensors import Corruption, Timing, due
 from sim_bridge.devices.serial_dvl import SerialDvl
 from sim_bridge.plant.plant import Plant
 
+NO_DRIVES = CanOpenParams()
 SERVICE = 0x80
 """Bit of a CAN id: a request or a response, addressed to one node."""
 FRAMES_PER_TICK = 128
@@ -60,6 +64,8 @@ class Wiring(NamedTuple):
     servos: Sequence[FinServo]
     propeller: PropellerParams
     measuring: Sequence[Device] = ()
+    canopen: CanOpenParams = NO_DRIVES
+    drives: Sequence[FinDrive] = ()
 
     @property
     def spares(self) -> tuple[str, ...]:
@@ -82,6 +88,7 @@ class Devices:
         dvls: Sequence[SerialDvl],
         base_hz: int,
         autopilot_id: int,
+        second_bus: FramePort | None = None,
     ) -> None:
         self.bus = FaultyBus(bus)
         ids, servos = wiring.nodes, wiring.servos
@@ -92,7 +99,14 @@ class Devices:
         hub = self.nodes["servo_hub"]
         on_nodes = [self._servo_nodes.get(servo.params.node, hub) for servo in servos]
         self.malformed = 0
-        self._hub = FinServos(params.servo_hub, on_nodes, servos)
+        self._port: FramePort = self.bus
+        self._hub: FinServos | FinDrives = FinServos(params.servo_hub, on_nodes, servos)
+        self._drives: FinDrives | None = None
+        if wiring.drives:
+            drives_port: FramePort = second_bus if second_bus is not None else self.bus
+            if second_bus is None:
+                self._port, drives_port = split(self.bus)
+            self._hub = self._drives = FinDrives(wiring.canopen, wiring.drives, drives_port, hub)
         self._esc = Esc(params.esc, self.nodes["esc"], PropellerDrive(wiring.propeller))
         self._hardpoint = Hardpoint(params.hardpoint, self.nodes["hardpoint"])
         self._dvls = {candidate_name("dvl", i): dvl for i, dvl in enumerate(dvls)}
@@ -116,7 +130,9 @@ class Devices:
 
     def receive(self, t: float) -> None:
         """Take the commands and requests on the bus at `t`."""
-        for can_id, data in self.bus.drain(FRAMES_PER_TICK):
+        if self._drives is not None:
+            self._drives.receive(t)
+        for can_id, data in self._port.drain(FRAMES_PER_TICK):
             if can_id & SERVICE:
                 node = self._by_id.get(can_id >> 8 & 0x7F)
                 if node is not None:
@@ -140,6 +156,8 @@ class Devices:
         """Send the messages of tick `k`, at time `t`; return when the autopilot can read all of them."""
         for publisher in self._publishers.values():
             publisher.update(k, plant)
+        if self._drives is not None:
+            self._drives.live(t)
         if due(k, self._hub_rate, self._base_hz):
             self._hub.publish_status(plant.fins, plant.servos if self._hub.by_servo else ())
         if due(k, self._esc_rate, self._base_hz):
@@ -191,7 +209,7 @@ class Devices:
 
     def _accept_command(self, command: Transfer, t: float) -> None:
         try:
-            if command.kind is m.ARRAY_COMMAND:
+            if command.kind is m.ARRAY_COMMAND and isinstance(self._hub, FinServos):
                 self._hub.accept_command(m.ARRAY_COMMAND.decode(command.payload), t)
             elif command.kind is m.RPM_COMMAND:
                 self._esc.accept_command(m.RPM_COMMAND.decode(command.payload), t)

@@ -26,10 +26,10 @@ class Adapter:
     """The far end of the line, by hand. Both ends are kept, so that the number is not another's before the end."""
 
     def __init__(self) -> None:
-        self.end, self._line = os.openpty()
-        tty.setraw(self._line)
+        self.end, self.line = os.openpty()
+        tty.setraw(self.line)
         os.set_blocking(self.end, False)
-        self.path = os.ttyname(self._line)
+        self.path = os.ttyname(self.line)
 
     def heard(self) -> bytes:
         found = b""
@@ -40,7 +40,7 @@ class Adapter:
 
     def close(self) -> None:
         os.close(self.end)
-        os.close(self._line)
+        os.close(self.line)
 
 
 @pytest.fixture
@@ -137,11 +137,11 @@ def test_an_adapter_that_takes_nothing_delays_nothing_and_no_frame_is_cut(adapte
     assert all(line == b"T%08X83132333435363738" % k for k, line in zip(sent, lines, strict=True))
 
 
-def test_an_adapter_that_is_unplugged_is_silence_and_told_until_one_is_there_again(adapter, monkeypatch):
+def test_an_adapter_that_is_unplugged_is_silence_and_told_until_one_is_there_again(adapter, monkeypatch, tmp_path):
     clock = [100.0]
     monkeypatch.setattr(python_can_bus, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     other = Adapter()
-    name = f"/tmp/sternplane-test-slcan-{os.getpid()}"
+    name = str(tmp_path / "adapter")
     os.symlink(other.path, name)
     bus = PythonCanBus(f"slcan:{name}@1000000", standard=True)
     try:
@@ -170,8 +170,7 @@ def test_an_adapter_that_is_unplugged_is_silence_and_told_until_one_is_there_aga
     finally:
         bus.shutdown()
         bus.shutdown()
-        os.unlink(name)
-        os.close(os.open(other.path, os.O_RDWR | os.O_NOCTTY)) if os.path.exists(other.path) else None
+        os.close(other.line)
 
 
 class Controller(can.BusABC):

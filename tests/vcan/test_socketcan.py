@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import select
 import subprocess
@@ -53,13 +54,63 @@ class TestSocketCan(BusContract, TwoProcesses):
                 assert a.drain(9, 0.01) == []
                 assert listener.drain(9) == []
                 assert listener.drain(9, 0.01) == []
+                assert not a.sound
+                assert not listener.sound
+                assert a.losses()["down"] == listener.losses()["down"] == 1
             finally:
                 ip("set", "vcan0", "up")
             a.send([(1, b"after")])
             assert collect(a, 1) == [(2, b"after")]
             assert collect(listener, 2) == [(1, b"after"), (2, b"after")]
             assert a.losses() == {"not_sent": 2, "overrun": 0, "failed_drains": 0}
+            assert a.sound
             assert listener.losses() == {"not_sent": 0, "overrun": 0, "failed_drains": 1}
+
+    def test_an_interface_that_is_unplugged_is_silence_until_one_of_its_name_is_there_again(self):
+        ip("add", "dev", "vcan3", "type", "vcan")
+        ip("set", "vcan3", "up")
+        try:
+            with doors("socketcan:vcan3", 1) as (a,):
+                ip("del", "vcan3")
+                assert a.drain(9) == []
+                a.send([(1, b"lost")])
+                assert (a.drain(9), a.sound) == ([], False)
+                ip("add", "dev", "vcan3", "type", "vcan")
+                ip("set", "vcan3", "up")
+                with doors("socketcan:vcan3", 1) as (b,):
+                    deadline = time.monotonic() + 10.0
+                    heard: list[tuple[int, bytes]] = []
+                    while not heard:
+                        assert time.monotonic() < deadline
+                        a.send([(2, b"again")])
+                        heard = b.drain(9, 0.1)
+                    assert heard[0] == (2, b"again")
+                    b.send([(3, b"back")])
+                    assert collect(a, 1) == [(3, b"back")]
+                    assert a.sound
+        finally:
+            ip("del", "vcan3")
+
+    @pytest.mark.parametrize("standard", [False, True])
+    def test_error_frames_are_counted_tell_the_state_of_the_bus_and_are_not_handed_on(self, spec, plain, standard):
+        def report(identifier: int, second: int = 0) -> None:
+            data = bytes((0, second, 0, 0, 0, 0, 0, 0))
+            plain.send(can.Message(arbitration_id=identifier, data=data, is_error_frame=True, is_extended_id=False))
+
+        states = []
+        with contextlib.closing(open_bus(spec, standard=standard)) as a:
+            for words in ((0x004, 0x20), (0x040,), (0x100,), (0x004, 0x10), (0x004, 0x40)):
+                report(*words)
+                assert a.drain(9, 0.05) == []
+                states.append(a.sound)
+            assert states == [False, False, True, False, True]
+            report(0x040)
+            assert (a.drain(9, 0.05), a.sound) == ([], False)
+            plain.send(can.Message(arbitration_id=7, data=b"x"))
+            assert collect(a, 1) == [(7, b"x")]
+            assert a.sound
+            counts = {"error_passive": 2, "error_bus_off": 2, "error_restarted": 1, "error_active_again": 1}
+            assert a.losses() == {"not_sent": 0, "overrun": 0, "failed_drains": 0} | counts
 
     def test_remote_requests_are_not_delivered(self, spec, plain):
         with doors(spec, 1) as (a,):

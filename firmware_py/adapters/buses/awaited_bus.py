@@ -10,6 +10,7 @@ import socket
 import time
 from collections.abc import Collection
 
+from firmware_py.adapters.buses.bus_health import STATES
 from firmware_py.adapters.buses.can_bus import BusAbsentError, BusError, CanBus, open_bus
 
 RETRY_S = 1.0
@@ -21,6 +22,7 @@ class AwaitedBus(CanBus):
 
     Args:
         spec: its name, as `open_bus` knows it.
+        standard: whether frames with standard ids are received too.
 
     Attributes:
         missing: why it is not there; empty while it is.
@@ -29,8 +31,8 @@ class AwaitedBus(CanBus):
         BusError: there can be no such bus.
     """
 
-    def __init__(self, spec: str) -> None:
-        self._spec = spec
+    def __init__(self, spec: str, *, standard: bool = False) -> None:
+        self._spec, self._standard = spec, standard
         self._bus_now: CanBus | None = None
         self._before: dict[str, int] = {}
         self.missing = ""
@@ -40,6 +42,11 @@ class AwaitedBus(CanBus):
     def name(self) -> str:
         """Return the name that `open_bus` knows."""
         return self._spec
+
+    @property
+    def sound(self) -> bool:
+        """See `CanBus`; one that is not there is not."""
+        return self._bus_now is not None and self._bus_now.sound
 
     def drain(self, limit: int, seconds: float = 0.0) -> list[tuple[int, bytes]]:
         """See `CanBus`."""
@@ -57,13 +64,13 @@ class AwaitedBus(CanBus):
 
     def losses(self) -> dict[str, int]:
         """See `CanBus`; counted over all openings."""
-        now = self._bus_now.losses() if self._bus_now is not None else {}
+        now = self._bus_now.losses() if self._bus_now is not None else {"down": 1}
         return {name: self._before.get(name, 0) + now.get(name, 0) for name in {**self._before, **now}}
 
     def close(self) -> None:
         """Leave the bus; may be called twice."""
         if self._bus_now is not None:
-            self._before = self.losses()
+            self._before = {name: count for name, count in self.losses().items() if name not in STATES}
             self._bus_now.close()
             self._bus_now = None
 
@@ -82,7 +89,7 @@ class AwaitedBus(CanBus):
         self._looked = time.monotonic()
         try:
             self._opened_as = self._interface()
-            self._bus_now = open_bus(self._spec)
+            self._bus_now = open_bus(self._spec, standard=self._standard)
             self.missing = ""
         except BusAbsentError as error:
             self.missing = str(error)

@@ -22,6 +22,8 @@ _CONTROLLER_STATES = (
     (0x30, "error_passive"),
     (0x40, "error_active_again"),
 )
+STATES = ("down", "off", "passive")
+"""What may be wrong now: of these 1 is no count."""
 _OFF, _PASSIVE = {"error_bus_off"}, {"error_passive"}
 _NOT_OFF, _NOT_PASSIVE = {"error_restarted", "error_active_again"}, {"error_warning"}
 
@@ -79,9 +81,9 @@ class BusHealth:
         self._judge()
 
     def counts(self) -> dict[str, int]:
-        """Return the error frames by kind, and what is wrong now: `down`, `off`, `passive`, each 1, if at all."""
-        now = {"down": self._down, "off": self._off, "passive": self._passive}
-        return {**self.errors, **{name: 1 for name, wrong in now.items() if wrong}}
+        """Return the error frames by kind, and what is wrong now: each of STATES, 1, if at all."""
+        now = zip(STATES, (self._down, self._off, self._passive), strict=True)
+        return {**self.errors, **{name: 1 for name, wrong in now if wrong}}
 
     def _judge(self) -> None:
         self.sound = not (self._down or self._off or self._passive)

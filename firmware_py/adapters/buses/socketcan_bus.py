@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import errno
 import socket
 import struct
-import time
 from collections.abc import Collection
 
 import can
@@ -21,11 +19,8 @@ from firmware_py.error_text import quoted
 _FRAME = struct.Struct("=IB3x8s")
 _EXTENDED = socket.CAN_EFF_FLAG
 _EXTENDED_ONLY: list[CanFilter] = [{"can_id": 0, "can_mask": 0, "extended": True}]
-
 _ALL: list[CanFilter] = [{"can_id": 0, "can_mask": 0}]
-_RETRY_S = 1.0
-"""How often an interface that is gone is looked for, s."""
-_GONE = (errno.ENODEV, errno.ENXIO)
+_DOWN = (errno.ENETDOWN, errno.ENODEV, errno.ENXIO)
 
 
 class InterfaceAbsent(can.CanInitializationError):
@@ -35,7 +30,8 @@ class InterfaceAbsent(can.CanInitializationError):
 class SocketCanFrameBus(SocketcanBus):
     """One node on a CAN interface; it does not receive its own frames.
 
-    While the interface is down nothing is sent or received; when it is up, or plugged in, again, frames flow again.
+    While the interface is down nothing is sent or received; when it is up again, frames flow again. One that is plugged
+    in anew is another one: `AwaitedBus` opens it.
 
     The kernel's error frames are counted by kind, tell `health`, and are not handed on.
 
@@ -52,7 +48,6 @@ class SocketCanFrameBus(SocketcanBus):
     def __init__(self, interface: str, standard: bool = False) -> None:
         _check(interface)
         self.health = BusHealth()
-        self._interface, self._gone, self._t_tried = interface, False, 0.0
         super().__init__(channel=interface, can_filters=_ALL if standard else _EXTENDED_ONLY)
         self.channel_info = f"socketcan:{interface}"
         receive_buffer.enlarge(self.socket)
@@ -74,8 +69,6 @@ class SocketCanFrameBus(SocketcanBus):
 
     def send_frames(self, frames: Collection[tuple[int, bytes]]) -> int:
         """Send frames; return how many the kernel did not take at once."""
-        if self._gone:
-            self._look_for_it()
         not_taken = 0
         for can_id, data in frames:
             identifier = can_id | _EXTENDED if can_id < STANDARD else can_id & 0x7FF
@@ -114,20 +107,8 @@ class SocketCanFrameBus(SocketcanBus):
 
     def _note(self, error: OSError) -> None:
         """Take why the kernel took no frame: a full queue is no fault of the interface."""
-        if error.errno in _GONE:
-            self._gone = True
-        if error.errno in (*_GONE, errno.ENETDOWN):
+        if error.errno in _DOWN:
             self.health.fail()
-
-    def _look_for_it(self) -> None:
-        """Take an interface of that name again after it was unplugged: it is another one for the kernel."""
-        now = time.monotonic()
-        if now - self._t_tried < _RETRY_S:
-            return
-        self._t_tried = now
-        with contextlib.suppress(OSError):
-            self.socket.bind((self._interface,))
-            self._gone = False
 
 
 def _check(interface: str) -> None:

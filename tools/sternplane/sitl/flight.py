@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from firmware_py import app, config_files, loop
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
-from firmware_py.adapters.fitting import fitted, open_line
+from firmware_py.adapters.fitting import fitted, open_line, open_second
 from firmware_py.adapters.hil.hil_link import parse_hil_link
 from firmware_py.adapters.installation import configs
 from firmware_py.adapters.io_params import IoParams
@@ -235,12 +235,12 @@ def fly(
         lines = [stack.enter_context(SerialLine(_PATIENCE[request.pace])) for _ in io.lines]
         plant_bus = _bus(stack, flight)
         ports = [open_line(device, line.path) for device, line in zip(io.lines, lines, strict=True)]
-        hardware = fitted(io, config_files.vehicle(flight.configuration).fins, _bus(stack, flight), ports)
+        fins = config_files.vehicle(flight.configuration).fins
+        hardware = fitted(io, fins, _bus(stack, flight), ports, open_second(io, stack))
         stack.callback(hardware.close)
         losses.add_hardware(hardware.losses, lambda: hardware.received, hardware.note)
-        bridge = build_bridge(
-            flight.truth, flight.devices, wired, scenario, plant_bus, lines, request.seed, rate, io.can.node_id
-        )
+        rest = plant_bus, lines, request.seed, rate, io.can.node_id, open_second(io, stack)
+        bridge = build_bridge(flight.truth, flight.devices, wired, scenario, *rest)
         operator = ScriptedOperator(scenario, lambda: bridge.depth)
         interrupted = stack.enter_context(interruptible())
         lockstep = PlantSchedule(
@@ -291,6 +291,6 @@ def _load(cls: type[Any], path: Path, over: Mapping[str, Any] = MappingProxyType
 
 
 def _bus(stack: contextlib.ExitStack, flight: Flight) -> CanBus:
-    bus = open_bus(flight.request.bus)
+    bus = open_bus(flight.request.bus, standard=flight.io.canopen.shares_bus)
     stack.callback(bus.close)
     return bus

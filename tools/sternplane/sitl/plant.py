@@ -15,7 +15,7 @@ from rich.console import Console
 
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
-from firmware_py.adapters.fitting import places_of
+from firmware_py.adapters.fitting import open_second, places_of
 from firmware_py.adapters.hil.hil_link import Address, HilLink, accept, parse_hil_link, serve
 from firmware_py.adapters.linux_realtime import RealtimeParams, apply_while
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError, LockstepLink
@@ -87,8 +87,9 @@ def run(flight: Flight, places: Sequence[Path], out: Path | None, wait: float, c
     if spec.startswith("virtual"):
         raise UsageError("plant: a virtual bus ends at its process; give --bus udp:N or socketcan:IFACE")
     with contextlib.ExitStack() as stack:
-        bus = open_bus(spec)
+        bus = open_bus(spec, standard=io.canopen.shares_bus)
         stack.callback(bus.close)
+        second = open_second(io, stack)
         refuse_if_taken(bus, {**io.device_ids, io.can.plant_id: "plant"})
         lockstep = LockstepLink(bus, io.can.plant_id, [io.can.node_id])
         wired, lines = wiring(io, flight.truth), []
@@ -107,6 +108,7 @@ def run(flight: Flight, places: Sequence[Path], out: Path | None, wait: float, c
             request.seed,
             flight.rate,
             io.can.node_id,
+            second,
         )
         interrupted = stack.enter_context(interruptible())
         console.print(f"plant on {spec}, DVL on {', '.join(map(str, places)) or 'no line'}")

@@ -53,6 +53,7 @@ class DroneCan(Driver):
     """
 
     def __init__(self, params: BusParams, servos: Sequence[FinServo], bus: FramePort) -> None:
+        """Take the servo of each fin; none, where another driver moves the fins."""
         self._params, self._servos, self._bus = params, servos, bus
         self._propeller = PropellerDrive(params.propeller)
         self._at_rest = tuple([servo.params.at_rest for servo in servos])
@@ -170,6 +171,8 @@ class DroneCan(Driver):
 
     def _move(self, applied: Applied, priority: int = 8) -> None:
         """Send the fins' angles; at rest each servo is told what its io file says."""
+        if not self._servos:  # the fins are not on this bus, or not by this protocol
+            return
         commands = []
         for i, (servo, angle, rest) in enumerate(zip(self._servos, applied.fins, self._at_rest, strict=True)):
             if not applied.armed and rest is not AtRest.CENTRE:

@@ -29,10 +29,10 @@ class Plug:
             raise OSError
         return self.number
 
-    def open(self, spec: str) -> CanBus:
+    def open(self, spec: str, *, standard: bool) -> CanBus:
         if not self.number:
             raise BusAbsentError(f"there is no {spec}")
-        return open_bus(f"virtual:{self._channel}{self.number}")
+        return open_bus(f"virtual:{self._channel}{self.number}", standard=standard)
 
     def peer(self) -> CanBus:
         return open_bus(f"virtual:{self._channel}{self.number}")
@@ -46,6 +46,7 @@ def plug(monkeypatch: pytest.MonkeyPatch) -> Plug:
 def test_frames_flow_once_it_is_there_and_again_once_it_is_back(plug: Plug) -> None:
     bus = AwaitedBus("socketcan:can0")
     assert bus.missing == "there is no socketcan:can0"
+    assert (bus.sound, bus.losses()) == (False, {"down": 1})
     bus.send([(1, b"lost")])
     assert bus.drain(9) == []
     for number in (3, 4):
@@ -53,6 +54,7 @@ def test_frames_flow_once_it_is_there_and_again_once_it_is_back(plug: Plug) -> N
         plug.now += 1.0
         bus.drain(9)
         assert bus.missing == ""
+        assert (bus.sound, bus.losses().get("down")) == (True, None)
         peer = plug.peer()
         peer.send([(2, b"here")])
         assert bus.drain(9) == [(2, b"here")]
@@ -83,7 +85,9 @@ def test_an_interface_that_was_replugged_between_two_looks_is_opened_anew(plug: 
 def test_it_is_looked_for_once_a_second_and_not_more_often(plug: Plug, monkeypatch: pytest.MonkeyPatch) -> None:
     tried: list[str] = []
     bus = AwaitedBus("socketcan:can0")
-    monkeypatch.setattr(awaited_bus, "open_bus", lambda spec: tried.append(spec) or plug.open(spec))
+    monkeypatch.setattr(
+        awaited_bus, "open_bus", lambda spec, **options: tried.append(spec) or plug.open(spec, **options)
+    )
     for _ in range(300):
         plug.now += 0.01
         bus.drain(9)

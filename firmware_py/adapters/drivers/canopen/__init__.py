@@ -1,0 +1,1 @@
+"""CANopen drives as fins."""
