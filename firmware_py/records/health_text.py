@@ -59,7 +59,7 @@ def actuator_fault_text(number: float) -> str:
     return _ACTUATOR_FAULTS[ActuatorFault(int(number))]
 
 
-def candidate_text(now: float, before: float, fault: float) -> str:
+def choice_text(now: float, before: float, fault: float) -> str:
     """Return the words for a device that is believed in place of another, by their numbers from 1, and for why."""
     this, that = (_ORDINALS[int(number) - 1] for number in (now, before))
     why = f"the {that}: {source_fault_text(fault)}" if fault else f"it is sound, and comes before the {that}"

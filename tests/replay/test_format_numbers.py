@@ -22,6 +22,7 @@ from firmware_py.records.fence import Disc, Fence, Place, Polygon
 from firmware_py.records.health import ActuatorFault, FinEvidence, Role, SourceFault, SourceState, WeightState
 from firmware_py.records.mission import Jump, Loiter, Manoeuvre, ManoeuvreKind, Mission, Surface, Waypoint
 from firmware_py.records.order import Arming, Change, FenceChange, MissionChange, Mode, ParameterChange, RallyChange
+from firmware_py.records.sensing import node_names
 from firmware_py.wire.log.cdr_codec import CdrCodec
 from firmware_py.wire.log.changes import ChangeKind, LoggedChange, LoggedChanges, decode, encode
 
@@ -137,6 +138,13 @@ def test_what_the_numbers_of_a_log_stand_for_changes_only_with_its_format() -> N
     assert recorder.FORMAT == 4
     assert enumerations(Cycle) | enumerations(LoggedChanges) == set(NUMBERS)
     assert {cls: " ".join(f"{x.name}={int(x)}" for x in cls) for cls in NUMBERS} == NUMBERS
+
+
+def test_the_bits_of_nodes_change_only_with_the_format_of_the_log() -> None:
+    names = ["autopilot", "servo_hub", "esc", "ahrs", "pressure", "altimeter", "fix", "battery", "hardpoint"]
+    spares = [f"{name}.{n}" for n in (2, 3, 4) for name in ("ahrs", "dvl", "pressure", "altimeter", "fix")]
+    numbered = [*enumerate([*names, "fin_0", "fin_1"]), *enumerate(spares, 32), *enumerate(("bus", "second_bus"), 48)]
+    assert node_names(("fin_0", "fin_1")) == {1 << i: name for i, name in numbered}
 
 
 def test_changes_are_written_and_read_as_every_log_of_this_format_has_them() -> None:
