@@ -22,9 +22,9 @@ from firmware_py.compiled import Flags, unchecked
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import EkfMemory, Estimate, History
 from firmware_py.estimation.filter import bank
-from firmware_py.estimation.filter.bank_arrays import BankArrays
+from firmware_py.estimation.filter.bank_arrays import BankArrays, Constants
 from firmware_py.estimation.filter.boost import boost_covariance
-from firmware_py.estimation.filter.consistency import BURST_PAUSE, WAIT, bursts, diverged
+from firmware_py.estimation.filter.consistency import BURST_PAUSE, GYRO, WAIT, bursts, contradicts, diverged
 from firmware_py.estimation.filter.kernel_arguments import Given, Monitor, Output
 from firmware_py.estimation.filter.start_up import schedule
 from firmware_py.estimation.iteration.acceptance import Verdict
@@ -51,12 +51,12 @@ class CoefficientEkf:
         bank: the filters; `banks` are these, and those that the iteration takes through the flight again.
         model, prior, x, P, log_likelihood, tuning, intensity: see `BankArrays`.
         age: how far its start-up is, s, (1,); see `start_up.schedule`.
-        nis: normalised innovations squared of the last step, (9,); NaN where nothing came.
+        nis: normalised innovations squared of the last step, (9,); NaN without a measurement.
         rejected: how many measurements were rejected, (9,).
         resets: how often it diverged and began anew.
         bursts: how often the gyros contradicted it.
         withheld: fins, of `boost.FINS`, of which no burst makes uncertain what they make; not remembered here, but by
-            `unreported_fins`.
+            `doubted_fins`.
         iteration: goes through the flight again.
         iterated: which of the learned coefficients a pass of it has confirmed, and none has rejected since, (names,);
             all, if there is no iteration.
@@ -92,13 +92,7 @@ class CoefficientEkf:
         self.withheld, self.bursts = (), 0
         self.iterated = np.full(len(params.names), not params.iteration_times)
 
-    def start(
-        self,
-        nu: Floats,
-        angles: Floats,
-        std: Floats,
-        values: Mapping[str, float] | None = None,
-    ) -> None:
+    def start(self, nu: Floats, angles: Floats, std: Floats, values: Mapping[str, float] | None = None) -> None:
         """Begins anew: at a velocity (m/s, rad/s) and attitude (rad) known to `std`, (9,), in unknown water.
 
         Coefficients begin as believed, but for those in `values`; how uncertain they are follows from the vehicle
@@ -143,6 +137,7 @@ class CoefficientEkf:
         mean = self.combine()[0]
         self.reset_current()
         settled = self.iteration.settled(self.age[0])
+        self.bursts += settled and self._since_reset >= RESET_AGAIN_TIME and contradicts(self._monitor.window[GYRO])
         if not settled:
             self.x[:, self.model.first :] = self._believed
         if self._since_reset < RESET_AGAIN_TIME or not settled:
@@ -168,7 +163,7 @@ class CoefficientEkf:
             self.boost(self.withheld)
 
     def boost(self, withheld: Sequence[str] = ()) -> None:
-        """Makes less certain what fins make, but for these (of `boost.FINS`); the recorded flight begins anew."""
+        """Makes less certain what fins make, but for these (of `boost.FINS`)."""
         if self.params.boost_std > 0.0:
             first, values = self.model.first, self.x[:, self.model.first :]
             added = boost_covariance(self.model, self.names, self._learns, self.params.boost_std, values)
@@ -177,11 +172,16 @@ class CoefficientEkf:
             self.P[:, first:, first:] += added
             self.iteration.begin(self.bank, self.age[0])
 
-    def go_back(self, values: Array, covariance: Array) -> None:
-        """Knows of the parameters what it knew earlier, see `BankArrays.parameters`; the rest was in vain."""
-        self.bank.put_parameters(values, covariance)
+    def go_back(self, known: Constants) -> None:
+        """Knows what it knew earlier, see `BankArrays.constants`; what it has learned since was in vain."""
+        self.bank.put_constants(known)
         self._monitor.window[:] = 0.0
         self.iteration.begin(self.bank, self.age[0], near=True)
+
+    def forget(self, letters: str) -> None:
+        """Knows no more of coefficients with these first letters than at first, see `BankArrays.forget_axis`."""
+        self.bank.forget_axis(letters, self._believed)
+        self.iteration.begin(self.bank, self.age[0])
 
     def reset_current(self) -> None:
         """Makes the current as unknown as in the beginning."""

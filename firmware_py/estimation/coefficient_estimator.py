@@ -14,6 +14,7 @@ from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import EkfMemory
 from firmware_py.estimation.coefficient_validity import CoefficientValidity, ValidityMemory, ValidityParams
+from firmware_py.estimation.doubted_fins import DoubtedFins, DoubtedMemory
 from firmware_py.estimation.filter_velocity import filter_velocity
 from firmware_py.estimation.fixed_lag_buffer import FixedLagBuffer, FixedLagBufferMemory, Span
 from firmware_py.estimation.identifiability import LearnedState, report, reported
@@ -21,7 +22,6 @@ from firmware_py.estimation.inherited import learned_model, prior
 from firmware_py.estimation.learning_params import LearningParams
 from firmware_py.estimation.model.state import CURRENT_EAST, CURRENT_NORTH, MOVING, STILL
 from firmware_py.estimation.navigation.velocity import FilterVelocity
-from firmware_py.estimation.unreported_fins import UnreportedFins, UnreportedMemory
 from firmware_py.estimation.value_bounds import ValueBounds, unbounded
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned, StateEstimate
@@ -54,7 +54,7 @@ class CoefficientEstimatorMemory(NamedTuple):
     bounds: ValueBounds
     last: Learned
     velocity: FilterVelocity | None
-    fins: UnreportedMemory
+    fins: DoubtedMemory
 
 
 class CoefficientEstimator:
@@ -78,7 +78,7 @@ class CoefficientEstimator:
         self.ekf = CoefficientEkf(vehicle, coefficients)
         first, count = self.ekf.model.first, len(coefficients.names)
         self._count, self._learned = count, slice(first, first + count)
-        self._buffer, self._fins = FixedLagBuffer(params.horizon, vehicle), UnreportedFins(self.ekf, vehicle)
+        self._buffer, self._fins = FixedLagBuffer(params.horizon, vehicle), DoubtedFins(self.ekf, vehicle)
         self._health = CoefficientValidity(health, self.ekf.model, count)
         self._running = self._begun = False
         self._whole = True
@@ -107,7 +107,7 @@ class CoefficientEstimator:
 
     @property
     def held(self) -> tuple[bool, ...]:
-        """Return whether what planes and rudders do is held; see `unreported_fins`."""
+        """Return whether what planes and rudders do is held; see `doubted_fins`."""
         return self._fins.held
 
     def update(
@@ -120,7 +120,7 @@ class CoefficientEstimator:
     ) -> Learned:
         """Return what is known after the tick.
 
-        `state` is what navigation makes of the same frame, `doubts` is for `UnreportedFins`.
+        `state` is what navigation makes of the same frame, `doubts` is for `DoubtedFins`.
         """
         params, buffer = self._params, self._buffer
         gone = applied.drop or (frame.hardpoint.ok and not frame.hardpoint.value.holds)
@@ -138,7 +138,7 @@ class CoefficientEstimator:
                 self._begin(span)
         if tick.every(VALUES_RATE):
             if self._fins.update(tick.t, buffer.mute, buffer.rates(applied.fins), doubts):
-                self._bounds = unbounded(self._count)
+                self._bounds, self._running = unbounded(self._count), False  # the motion was followed by a wrong model
                 self._permit()
             self.last = self._learned_now(self.last, self._report() if tick.every(REPORT_RATE) else self.last.report)
         return self.last

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,7 +22,17 @@ from firmware_py.estimation.filter.vehicle_scales import FIN_HOLD, VehicleScales
 from firmware_py.estimation.filter.weighting import combine
 from firmware_py.estimation.model.jacobians import Array
 from firmware_py.estimation.model.observer_model import GROUPS, ObserverModel
-from firmware_py.estimation.model.state import ANGULAR, CURRENT, EDDIES, LINEAR, MOTIONS, MOVING, STILL
+from firmware_py.estimation.model.state import (
+    ANGULAR,
+    CURRENT,
+    EDDIES,
+    EDDY_NORTH,
+    LINEAR,
+    MOTIONS,
+    MOVING,
+    STILL,
+    WATER_END,
+)
 from firmware_py.params import ParamError
 from firmware_py.vehicle.vehicle import Vehicle
 
@@ -33,6 +44,20 @@ NEAR = 0.5
 INTENSITY_MIN = 1e-6
 """Intensity of the eddies of a filter that assumes none, m/s: so that its covariance has an inverse too."""
 _combine = unchecked(combine)
+
+
+class Constants(NamedTuple):
+    """What each filter of a bank knows of k states that stand still, or nearly so: current, biases and parameters.
+
+    Attributes:
+        values: (filters, k).
+        covariance: (filters, k, k).
+        log_likelihood: (filters,).
+    """
+
+    values: Array
+    covariance: Array
+    log_likelihood: Array
 
 
 class BankArrays:
@@ -113,6 +138,8 @@ class BankArrays:
             scratch=new_scratch(width),
         )
         self.x, self.P = kernel.x[:, :n], kernel.P[:, :, :n]
+        eddies = range(EDDY_NORTH, WATER_END if self.model.water == EDDIES else EDDY_NORTH)
+        self._constant = np.array([i for i in range(MOVING, n) if i not in eddies])
         self.intensity, self.log_likelihood, self.weights = kernel.intensity, kernel.log_likelihood, kernel.weights
 
     def take(self, x: Array, P: Array, log_likelihood: Array) -> None:
@@ -141,17 +168,18 @@ class BankArrays:
         learned = np.arange(self.model.first, self.model.first + self.learned)
         return bool((np.sqrt(self.P[0, learned, learned]) <= NEAR * self.prior[learned]).all())
 
-    def parameters(self) -> tuple[Array, Array]:
-        """Return what each filter knows of the parameters: values, (filters, k), and covariance, (filters, k, k)."""
-        first = self.model.first
-        return self.x[:, first:].copy(), self.P[:, first:, first:].copy()
+    def constants(self) -> Constants:
+        """Return what each filter knows of all but the motion and the eddies."""
+        block = self._constant
+        return Constants(self.x[:, block].copy(), self.P[:, block[:, None], block].copy(), self.log_likelihood.copy())
 
-    def put_parameters(self, values: Array, covariance: Array) -> None:
-        """Know of the parameters what `parameters` returned, without correlation with any other state."""
-        first = self.model.first
-        self.x[:, first:] = values
-        self.P[:, first:, :first], self.P[:, :first, first:] = 0.0, 0.0
-        self.P[:, first:, first:] = covariance
+    def put_constants(self, known: Constants) -> None:
+        """Know what `constants` returned, without correlation with motion and eddies."""
+        block = self._constant
+        self.x[:, block] = known.values
+        self.P[:, block, :], self.P[:, :, block] = 0.0, 0.0
+        self.P[:, block[:, None], block] = known.covariance
+        self.log_likelihood[:] = known.log_likelihood
 
     def forget(self, begin: int, end: int, variance: Array) -> None:
         """Give these states a variance, (end - begin,) or a row a filter, and no correlation with any other."""
@@ -159,6 +187,17 @@ class BankArrays:
         self.P[:, :, begin:end] = 0.0
         places = np.arange(begin, end)
         self.P[:, places, places] = variance
+
+    def forget_axis(self, letters: str, believed: Array) -> None:
+        """Be as uncertain as in the beginning of coefficients with these first letters, and of all that is not learned.
+
+        The values of the first stay, for no others are better known; the rest is as `believed`, (parameters,).
+        """
+        first, rest = self.model.first, self.model.first + self.learned
+        self.x[:, rest:] = believed[rest - first :]
+        of_axis = [i for i, name in enumerate(self.model.names[: self.learned], first) if name[0] in letters]
+        for i in (*of_axis, *range(rest, self.model.size)):
+            self.forget(i, i + 1, self.prior[i] ** 2)
 
     def doubt_fins(self, planes: float, rudders: float) -> None:
         """Take delta_s and delta_r to be off by 1 sigma of these, rad, for `FIN_HOLD` at a time: process noise."""

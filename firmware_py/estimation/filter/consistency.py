@@ -11,6 +11,8 @@ from firmware_py.compiled import Matrix, Vector, kernel
 
 OUTLIER = 100.0
 """A NIS beyond this, or below 0, counts as this: one that is far out is forgotten with the window."""
+GYRO = 1
+"""Row of the gyros' window, between those of DVL and attitude."""
 SUM, COUNT, SQUARES = 0, 1, 2
 """Columns of a sensor's window: the weighted NIS, the weights, their squares."""
 BURST_WINDOW, BURST_COUNT_MIN, BURST_SIGMAS, BURST_PAUSE = 1.0, 60.0, 6.0, 5.0
@@ -69,10 +71,14 @@ def bursts(burst: Vector) -> bool:
 
 
 @kernel()
+def contradicts(window: Vector) -> bool:
+    """Whether the measurements of one sensor in its window, (3,), contradict the filter."""
+    count = window[COUNT]
+    above: bool = count > NIS_COUNT_MIN and window[SUM] > NIS_DIVERGED * count
+    return above
+
+
+@kernel()
 def diverged(window: Matrix) -> bool:
     """Whether a filter believes firmly what the measurements in its window, (3, 3), contradict."""
-    for sensor in range(3):
-        count = window[sensor, COUNT]
-        if count > NIS_COUNT_MIN and window[sensor, SUM] > NIS_DIVERGED * count:
-            return True
-    return False
+    return contradicts(window[0]) or contradicts(window[GYRO]) or contradicts(window[2])

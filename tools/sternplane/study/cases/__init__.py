@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from sternplane.study.cases import consistency, exact, honesty, misaligned, noisy, sitl, sliding, steered, wrong
+from sternplane.study.cases import (
+    consistency,
+    damaged,
+    exact,
+    honesty,
+    misaligned,
+    noisy,
+    sitl,
+    sliding,
+    steered,
+    wrong,
+)
 from sternplane.study.rows import Case
 
 CASES: tuple[Case, ...] = (
@@ -14,5 +25,6 @@ CASES: tuple[Case, ...] = (
     *sitl.CASES,
     *honesty.CASES,
     *steered.CASES,
+    *damaged.CASES,
     *misaligned.CASES,
 )

@@ -19,6 +19,7 @@ from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.estimation.model.observer_model import GROUPS
 from firmware_py.guidance.excitation import PERIOD
 from sternplane.logs.reading import read
+from sternplane.logs.true_coefficients import truth
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 from sternplane.study.chance import share_of
 from sternplane.study.rows import Case, Results, Row, RunArrays
@@ -161,7 +162,7 @@ class Judged(NamedTuple):
 
 
 def judged(scenario: str, vehicle: str, factors: Callable[[Tables, Signs], Factors], seed: int) -> Judged:
-    """Fly a scenario with a vehicle whose file is wrong by factors; judge what is learned by the file as it is."""
+    """Fly a scenario with a wrong vehicle file; judge what is learned by the plant, faults included."""
     shipped = configs() / vehicle
     true = read_toml(shipped / "vehicle.toml")
     with tempfile.TemporaryDirectory() as name:
@@ -169,8 +170,11 @@ def judged(scenario: str, vehicle: str, factors: Callable[[Tables, Signs], Facto
         file = folder / "study.toml"
         file.write_text(scenario + overlay(factors(true, signs(seed))))
         outcome = fly(prepare(FlightRequest(scenario=str(file), config=shipped, seed=seed), {}), folder / "log.mcap")
-        c = read(folder / "log.mcap").columns
-    right = np.array([true["coefficients"][name] for name in TEN])
+        log = read(folder / "log.mcap")
+        c = log.columns
+    believed = {**true["coefficients"], **{key: log.header["truth"][key] for key in ("density", "length")}}
+    built = truth(log.header, believed, c["t"])
+    right = np.column_stack([built[name] for name in TEN])
     off = (c["state.learned.value"] - right) / c["state.learned.std"]
     return Judged(outcome.completed, off, c["state.learned.valid"].astype(bool))
 

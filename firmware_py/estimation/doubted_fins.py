@@ -1,12 +1,21 @@
-"""Fins that report no angle: what the filter takes for their angle is not known exactly, and at times not at all.
+"""Fins whose angle, or effect, is in doubt: what the filter takes for them is not known exactly, or is no longer so.
 
-A fin that obeys is off by its servo's lag and play (`vehicle.servo`). One that stays somewhere is off by as much as it
-can turn, and what it makes then looks as if the others of its axis had lost their effect, or turned it round: within
-two seconds M_ds was 80 % off. So the angle of an axis whose fins report nothing has a variance, which is process noise
-along what they drive. While something speaks for a fin that stays (`safety.actuators.stuck_watch`; or the gyros
-contradict the filter, and who could tell whether by the fin's effect or its angle?) that of an unknown angle counts,
-the coefficients of the axis are held, and they are what they were before it began to. Where the fins turn out to be
-weak, it was their effect, which becomes uncertain then, as that of fins does that report (`filter.boost`).
+Where the gyros contradict the filter, fins were damaged a moment ago: what they make becomes uncertain
+(`filter.boost`). What was learned since is wrong in everything, which no boost makes uncertain: half a rudder that
+nobody knew of made the added mass 5 sigma wrong, and all of yaw with it. So the filter begins with what was known
+before, and its motion anew.
+
+The motion says also of fins that they are weak where strong eddies, which the filter holds for likely then, explain it
+all to the filter, and much later. Since when nobody can tell, so nothing of the axis counts as known, nor of what the
+flight told by the way: added mass, drag.
+
+A fin that reports no angle and obeys is off by its servo's lag and play (`vehicle.servo`). One that stays somewhere is
+off by as much as it can turn, and what it makes then looks as if the others of its axis had lost their effect, or
+turned it round: within two seconds M_ds was 80 % off. So the angle of an axis whose fins report nothing has a variance,
+which is process noise along what they drive. While something speaks for a fin that stays
+(`safety.actuators.stuck_watch`; or the gyros contradict the filter, and who could tell whether by the fin's effect or
+its angle?) that of an unknown angle counts, the coefficients of the axis are held, and they are what they were before
+it began to.
 """
 
 from __future__ import annotations
@@ -16,8 +25,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from firmware_py.estimation.coefficient_ekf import CoefficientEkf
+from firmware_py.estimation.filter.bank_arrays import Constants
 from firmware_py.estimation.filter.boost import FINS
-from firmware_py.estimation.model.jacobians import Array
 from firmware_py.records.health import AxisDoubt
 from firmware_py.vehicle.servo import LAG_STD, PLAY_STD
 from firmware_py.vehicle.vehicle import Vehicle
@@ -31,28 +40,29 @@ _MARGIN = 5.0
 _RATE_TIME = 10.0
 """How fast fins turn is a mean over so long, s."""
 _EVERY, _MOST = 1.0, 20
-"""What is known of the parameters is kept so often, s, and so many times."""
+"""What is known is kept so often, s, and so many times."""
 
 
 class Known(NamedTuple):
-    """What was known of the parameters at t, s; see `BankArrays.parameters`."""
+    """What was known at t, s, and which coefficients a pass had confirmed."""
 
     t: float
-    values: Array
-    covariance: Array
+    constants: Constants
+    iterated: tuple[bool, ...]
 
 
-class UnreportedMemory(NamedTuple):
+class DoubtedMemory(NamedTuple):
     """What is remembered, by axis: planes, rudders.
 
     Attributes:
         std: 1 sigma of the axis' fin angle, rad, beside what reports leave.
         held: whether its coefficients are held.
         until: when what the gyros contradicted is over, s.
-        known: what was known of the parameters, the oldest first.
+        known: what was known, the oldest first.
         bursts: how often the gyros had contradicted the filter then.
         turning: by fin, mean square of how fast it turns, (rad/s)^2; empty: not known yet.
         last: when that was updated, s.
+        weak: whether the filter was told that the axis' fins are weak.
     """
 
     std: tuple[float, ...]
@@ -62,13 +72,14 @@ class UnreportedMemory(NamedTuple):
     bursts: int
     turning: tuple[float, ...]
     last: float
+    weak: tuple[bool, ...] = (False, False)
 
 
 _NEVER = (-math.inf, -math.inf)
-_FRESH = UnreportedMemory((0.0, 0.0), (False, False), _NEVER, (), 0, (), -math.inf)
+_FRESH = DoubtedMemory((0.0, 0.0), (False, False), _NEVER, (), 0, (), -math.inf)
 
 
-class UnreportedFins:
+class DoubtedFins:
     """Tells a filter how well the angles of fins are known; `update` at a steady rate."""
 
     def __init__(self, ekf: CoefficientEkf, vehicle: Vehicle) -> None:
@@ -98,14 +109,33 @@ class UnreportedFins:
             doubts: what the motion says of planes and rudders.
 
         Returns:
-            Whether other coefficients are held now.
+            Whether what was valid before bounds nothing any longer: other coefficients are held now, or fins are no
+            longer what they were.
         """
+        self._keep(t)
         m, ekf = self._memory, self._ekf
         silent = [any(share and off for share, off in zip(row, mute, strict=True)) for row in self._rows]
-        if not any(silent) and m.std == _FRESH.std:
-            if ekf.bursts != m.bursts:
-                self._memory = m._replace(bursts=ekf.bursts)
-            return False
+        changed, burst = False, ekf.bursts != m.bursts
+        if any(silent) or m.std != _FRESH.std:
+            changed = self._follow_angles(t, silent, mute, rates, doubts)
+        elif burst:
+            self._memory = m._replace(bursts=ekf.bursts)
+            self._go_back(t, 0.0)
+            ekf.boost()
+            changed = True
+        changed |= self._follow_effect(t, doubts)
+        return changed
+
+    def _follow_angles(
+        self,
+        t: float,
+        silent: Sequence[bool],
+        mute: Sequence[bool],
+        rates: Sequence[float],
+        doubts: Sequence[AxisDoubt],
+    ) -> bool:
+        """Do what `update` does for fins that report nothing, on the axes that are `silent`."""
+        m, ekf = self._memory, self._ekf
         until = m.until
         if ekf.bursts != m.bursts:
             until = tuple([t + _CONTRADICTED if one else was for one, was in zip(silent, until, strict=True)])
@@ -124,27 +154,38 @@ class UnreportedFins:
         self._memory = m._replace(std=std, held=held, until=until, bursts=ekf.bursts, turning=turning, last=t)
         self._tell()
         if held == m.held:
-            self._keep(t)
             return False
         begins = [now and not was for now, was in zip(held, m.held, strict=True)]
         if any(begins):
             self._go_back(t, max(doubt.stays for doubt, begun in zip(doubts, begins, strict=True) if begun))
             if ekf.bursts != m.bursts and not all(silent):
                 ekf.boost(ekf.withheld)  # of those that report, which it took back
-        weak = [was and not now and doubt.weak for now, was, doubt in zip(held, m.held, doubts, strict=True)]
-        if any(weak):
-            ekf.boost([fins for fins, one in zip(FINS, (*weak, False), strict=True) if not one])
         return True
+
+    def _follow_effect(self, t: float, doubts: Sequence[AxisDoubt]) -> bool:
+        """Know nothing of an axis any longer whose fins are weak, once; while they are held, as soon as they are not.
+
+        Returns:
+            Whether that was done now.
+        """
+        m = self._memory
+        weak = tuple([doubt.weak and (was or not h) for doubt, was, h in zip(doubts, m.weak, m.held, strict=True)])
+        found = [letters for letters, now, was in zip(AXES, weak, m.weak, strict=True) if now and not was]
+        if found:
+            self._go_back(t, math.inf)
+            self._ekf.forget("".join(found))
+        self._memory = self._memory._replace(weak=weak)
+        return bool(found)
 
     def forget(self) -> None:
         """Keep nothing of what was known: the filter begins anew."""
         self._memory = self._memory._replace(known=())
 
-    def freeze(self) -> UnreportedMemory:
+    def freeze(self) -> DoubtedMemory:
         """Return the whole memory."""
         return self._memory
 
-    def thaw(self, memory: UnreportedMemory) -> None:
+    def thaw(self, memory: DoubtedMemory) -> None:
         """Restore the memory that `freeze` returned."""
         self._memory = memory
         self._tell()
@@ -156,15 +197,18 @@ class UnreportedFins:
             filters.doubt_fins(*std)
 
     def _keep(self, t: float) -> None:
-        m = self._memory
-        if not any(m.held) and (not m.known or t - m.known[-1].t >= _EVERY):
-            self._memory = m._replace(known=(*m.known[1 - _MOST :], Known(t, *self._ekf.bank.parameters())))
+        """Keep what is known, but while something is held; of what was known before the last confirmation, nothing."""
+        m, iterated = self._memory, tuple(self._ekf.iterated.tolist())
+        known = m.known if not m.known or m.known[-1].iterated == iterated else ()
+        if not any(m.held) and (not known or t - known[-1].t >= _EVERY):
+            known = (*known[1 - _MOST :], Known(t, self._ekf.bank.constants(), iterated))
+        self._memory = m._replace(known=known)
 
     def _go_back(self, t: float, doubted: float) -> None:
-        """Know what was known before something spoke for a fault."""
+        """Know what was known before something spoke for a fault, for so long, s."""
         known = self._memory.known
         if known:
             before = [one for one in known if one.t <= t - doubted - _MARGIN]
             last = before[-1] if before else known[0]
-            self._ekf.go_back(last.values, last.covariance)
+            self._ekf.go_back(last.constants)
             self._memory = self._memory._replace(known=(last,))
