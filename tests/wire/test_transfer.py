@@ -15,7 +15,15 @@ from firmware_py.wire.dronecan import equipment_messages as eq
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan import node_messages as nodes
 from firmware_py.wire.dronecan.message_table import BY_ID, TransferKind
-from firmware_py.wire.dronecan.transfer import TIMEOUT, Dropped, Reassembler, TransferSender, can_id, frames_of
+from firmware_py.wire.dronecan.transfer import (
+    TIMEOUT,
+    Dropped,
+    Reassembler,
+    TransferSender,
+    anonymous,
+    can_id,
+    frames_of,
+)
 
 FIX2, GET_NODE_INFO_RESPONSE = m.FIX2, m.GET_NODE_INFO_RESPONSE
 PRESSURE = eq.StaticPressure(101325.0, 4.0)
@@ -46,6 +54,20 @@ def theirs(kind, payload, transfer_id, source, destination=None, priority=16):
     transfer.payload = bytearray(payload)
     transfer.data_type_id, transfer.data_type_crc = kind.data_type_id, kind.crc_seed
     return transfer
+
+
+@given(payload=st.binary(max_size=7), discriminator=st.integers(0, 0x3FFF), transfer_id=st.integers(0, 31))
+def test_a_message_of_a_node_without_an_id_is_heard_as_pydronecan_sends_it(payload, discriminator, transfer_id):
+    transfer = theirs(m.ALLOCATION, payload, transfer_id, 0, priority=30)
+    transfer.discriminator = discriminator
+    [frame] = transfer.to_frames()
+    heard = anonymous(m.ALLOCATION, frame.message_id, bytes(frame.bytes), 1.5)
+    assert heard == (m.ALLOCATION, 0, transfer_id, 30, payload, 1.5)
+    assert anonymous(m.ALLOCATION, frame.message_id | 5, bytes(frame.bytes), 1.5) is None
+    assert anonymous(m.ALLOCATION, frame.message_id ^ 0x300, bytes(frame.bytes), 1.5) is None
+    for tail in (0x80, 0x40, 0x20, 0xE0):
+        assert anonymous(m.ALLOCATION, frame.message_id, payload + bytes((tail,)), 1.5) is None
+    assert anonymous(m.ALLOCATION, frame.message_id, b"", 1.5) is None
 
 
 @given(

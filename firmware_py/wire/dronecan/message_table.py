@@ -73,8 +73,10 @@ def _service(
     )
 
 
+ALLOCATION = _message(1, p.Allocation, "uavcan.protocol.dynamic_node_id.Allocation", 0x0B2A812620A11D40)
 GLOBAL_TIME_SYNC = _message(4, p.GlobalTimeSync, "uavcan.protocol.GlobalTimeSync", 0x20271116A793C2DB)
 NODE_STATUS = _message(341, p.NodeStatus, "uavcan.protocol.NodeStatus", 0x0F0868D0C1A7C6F1)
+LOG_MESSAGE = _message(16383, p.LogMessage, "uavcan.protocol.debug.LogMessage", 0xD654A48E0C049D75)
 
 AHRS_SOLUTION = _message(1000, eq.AhrsSolution, "uavcan.equipment.ahrs.Solution", 0x72A63A3C6F41FA9B)
 RAW_IMU = _message(1003, eq.RawImu, "uavcan.equipment.ahrs.RawIMU", 0x8280632C40E574B5)
@@ -101,8 +103,18 @@ TICK_DONE = _message(20861, p.LockstepTickDone, "sternplane.TickDone", 0xA8EF2CC
 GET_NODE_INFO, GET_NODE_INFO_RESPONSE = _service(
     1, p.GetNodeInfoRequest, p.GetNodeInfoResponse, "uavcan.protocol.GetNodeInfo", 0xEE468A8121C46A9E
 )
+GET_TRANSPORT_STATS, GET_TRANSPORT_STATS_RESPONSE = _service(
+    4,
+    p.GetTransportStatsRequest,
+    p.GetTransportStatsResponse,
+    "uavcan.protocol.GetTransportStats",
+    0xBE6F76A7EC312B04,
+)
 RESTART_NODE, RESTART_NODE_RESPONSE = _service(
     5, p.RestartNodeRequest, p.RestartNodeResponse, "uavcan.protocol.RestartNode", 0x569E05394A3017F0
+)
+EXECUTE_OPCODE, EXECUTE_OPCODE_RESPONSE = _service(
+    10, p.ExecuteOpcodeRequest, p.ExecuteOpcodeResponse, "uavcan.protocol.param.ExecuteOpcode", 0x3B131AC5EB69D2CD
 )
 GET_SET, GET_SET_RESPONSE = _service(
     11, p.GetSetRequest, p.GetSetResponse, "uavcan.protocol.param.GetSet", 0xA7B622F939D1A4D5

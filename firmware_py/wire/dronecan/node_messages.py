@@ -1,4 +1,4 @@
-"""Messages about nodes: status, identity, parameters, time, and the lockstep with a simulated vehicle.
+"""Messages about nodes: status, identity, node ids, parameters, time, and the lockstep with a simulated vehicle.
 
 Fields are those of the DSDL definitions, in the units of the wire.
 """
@@ -11,14 +11,17 @@ from firmware_py.wire.dronecan.dsdl_types import (
     array,
     boolean,
     float32,
+    int48,
     int64,
     uint2,
     uint3,
+    uint7,
     uint8,
     uint13,
     uint16,
     uint32,
     uint40,
+    uint48,
     uint64,
     union,
     upto,
@@ -75,6 +78,52 @@ class GlobalTimeSync(NamedTuple):
     previous_transmission_timestamp_usec: usec
 
 
+class Allocation(NamedTuple):
+    """Of a node without an id: the id that it prefers, or 0, and up to 6 bytes of its unique id.
+
+    Of the allocator: as much of the unique id as it knows; with all 16 bytes, and the id that the node has from now on.
+    """
+
+    node_id: uint7 = 0
+    first_part_of_unique_id: boolean = False
+    unique_id: Annotated[bytes, upto(uint8, 16)] = b""
+
+
+class LogLevel(NamedTuple):
+    """Part of LogMessage: 0 debug, 1 info, 2 warning, 3 error."""
+
+    value: uint3
+
+
+class LogMessage(NamedTuple):
+    """A sentence for people, and what part of the node says it."""
+
+    level: LogLevel
+    source: Annotated[bytes, upto(uint8, 31)]
+    text: Annotated[bytes, upto(uint8, 90)]
+
+
+class CanIfaceStats(NamedTuple):
+    """Part of GetTransportStats: frames sent and received, errors of the interface."""
+
+    frames_tx: uint48 = 0
+    frames_rx: uint48 = 0
+    errors: uint48 = 0
+
+
+class GetTransportStatsRequest(NamedTuple):
+    """Request of what a node has counted."""
+
+
+class GetTransportStatsResponse(NamedTuple):
+    """Transfers sent and received, errors in them, and the same of each interface in frames."""
+
+    transfers_tx: uint48
+    transfers_rx: uint48
+    transfer_errors: uint48
+    can_iface_stats: Annotated[tuple[CanIfaceStats, ...], upto(CanIfaceStats, 3)]
+
+
 class RestartNodeRequest(NamedTuple):
     """Request to restart; `magic_number` must be 0xACCE551B1E."""
 
@@ -125,6 +174,20 @@ class GetSetResponse(NamedTuple):
     max_value: Annotated[NumericValue, void(6), _NUMERIC]
     min_value: Annotated[NumericValue, void(6), _NUMERIC]
     name: Annotated[bytes, upto(uint8, 92)]
+
+
+class ExecuteOpcodeRequest(NamedTuple):
+    """Request to save all parameters (opcode 0), or to make them what they were when new (1)."""
+
+    opcode: uint8
+    argument: int48 = 0
+
+
+class ExecuteOpcodeResponse(NamedTuple):
+    """Answer: whether it was done."""
+
+    argument: int48
+    ok: boolean
 
 
 class LockstepTick(NamedTuple):

@@ -63,12 +63,14 @@ def frames_of(identifier: int, payload: bytes, transfer_id: int, crc_seed: int) 
 class TransferSender:
     """The sending side of a node: counts the transfer ids of each type and destination."""
 
-    __slots__ = ("_next", "node_id")
+    __slots__ = ("_next", "frames_sent", "node_id", "sent")
 
     def __init__(self, node_id: int) -> None:
         if not 1 <= node_id <= 127:
             raise ValueError(f"node id {node_id}: must be in [1, 127]")
         self.node_id = node_id
+        self.sent = self.frames_sent = 0
+        """How many transfers were made, and of how many frames."""
         self._next: dict[int, int] = {}
 
     def send(self, kind: MessageType[R], value: R, priority: int = 16, destination: int = 0) -> list[Frame]:
@@ -77,12 +79,18 @@ class TransferSender:
         port = identifier & _STREAM
         transfer_id = self._next.get(port, 0)
         self._next[port] = transfer_id + 1 & 31
-        return frames_of(identifier, kind.encode(value), transfer_id, kind.crc_seed)
+        frames = frames_of(identifier, kind.encode(value), transfer_id, kind.crc_seed)
+        self.sent += 1
+        self.frames_sent += len(frames)
+        return frames
 
     def respond(self, request: Transfer, kind: MessageType[R], value: R) -> list[Frame]:
         """Return the frames of the response to a request, with its transfer id and priority."""
         identifier = can_id(kind, self.node_id, request.priority, request.source)
-        return frames_of(identifier, kind.encode(value), request.transfer_id, kind.crc_seed)
+        frames = frames_of(identifier, kind.encode(value), request.transfer_id, kind.crc_seed)
+        self.sent += 1
+        self.frames_sent += len(frames)
+        return frames
 
 
 class Transfer(NamedTuple):
@@ -94,6 +102,17 @@ class Transfer(NamedTuple):
     priority: int
     payload: bytes
     t: float
+
+
+def anonymous(kind: MessageType[R], identifier: int, data: bytes, t: float) -> Transfer | None:
+    """Return the transfer of a frame if it is a message of this type from a node without an id; its source is then 0.
+
+    Such a message is one frame, whose id has the lowest two bits of the type's.
+    """
+    tail = data[-1] if data else 0
+    if identifier & 0xFF or identifier >> 8 & 3 != kind.data_type_id or tail & ~31 != _START | _END:
+        return None
+    return Transfer(kind, 0, tail & 31, identifier >> 24, data[:-1], t)
 
 
 @dataclass(slots=True)
