@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.params import ParamError, load
-from firmware_py.wire.dronecan.fin_servo import CommandType, FinServo, FinServoParams, servos_of
+from firmware_py.wire.dronecan.fin_servo import CommandType, FinServo, FinServoParams, ReportUnit, servos_of
 from firmware_py.wire.dronecan.propeller_drive import PropellerDrive, PropellerParams, SpeedCommand
 
 DEG = math.radians(1.0)
@@ -18,6 +18,7 @@ wirings = st.builds(
     name=st.just("fin"),
     id=st.integers(0, 255),
     command=st.sampled_from(CommandType),
+    report=st.sampled_from(ReportUnit),
     reversed=st.booleans(),
     scale=st.floats(0.5, 2.0),
     zero=st.floats(-20.0 * DEG, 20.0 * DEG),

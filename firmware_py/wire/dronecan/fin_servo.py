@@ -27,6 +27,15 @@ class CommandType(enum.Enum):
     PWM = 4
 
 
+class ReportUnit(enum.Enum):
+    """What a servo calls its position in equipment.actuator.Status."""
+
+    RADIANS = enum.auto()
+    """As the definition of the message has it, and AP_Periph."""
+    UNITLESS = enum.auto()
+    """A share of its travel, as libcanard's servo example."""
+
+
 class AtRest(enum.Enum):
     """What a servo is told while the vehicle is disarmed."""
 
@@ -46,6 +55,7 @@ class FinServoParams:
     node: int = param(0, low=0, high=127, doc="Node id of its servo; 0: the servo hub.")
     status_id: int = param(-1, low=-1, high=255, doc="Actuator id of its reports, if it is another; -1: `id`.")
     command: CommandType = CommandType.RADIANS
+    report: ReportUnit = ReportUnit.RADIANS
     reversed: bool = param(False, doc="Whether the servo turns against the fin.")
     scale: float = param(1.0, low=0.1, high=10.0, doc="Angle of the servo by that of the fin, of a linkage.")
     zero: float = param(0.0, unit="deg", low=-90.0, high=90.0, doc="Angle of the servo where the fin is at 0.")
@@ -70,6 +80,8 @@ class FinServo:
         self.params = params
         self._factor = -params.scale if params.reversed else params.scale
         self.status_id = params.id if params.status_id < 0 else params.status_id
+        self._report = params.travel if params.report is ReportUnit.UNITLESS else 1.0
+        """Of what is reported, rad."""
 
     def refuse_less_than(self, delta_max: float) -> None:
         """Refuse a servo that cannot turn its fin to delta_max, rad.
@@ -97,12 +109,12 @@ class FinServo:
         return ActuatorCommand(params.id, kind.value, servo)
 
     def angle(self, position: float) -> float:
-        """Return the fin angle of a reported position, rad."""
-        return (position - self.params.zero) / self._factor
+        """Return the fin angle, rad, of a reported position."""
+        return self._fin_angle(position * self._report)
 
     def position(self, angle: float) -> float:
         """Return what the servo reports at a fin angle, rad; for simulated servos."""
-        return self.params.zero + self._factor * angle
+        return (self.params.zero + self._factor * angle) / self._report
 
     def obeyed(self, command: ActuatorCommand) -> float:
         """Return the fin angle that a command asks for, rad; NaN for a type that is not the servo's.
@@ -116,7 +128,11 @@ class FinServo:
             value *= params.travel
         elif params.command is CommandType.PWM:
             value = (value * US - params.pwm_centre) / params.pwm_span * params.travel
-        return self.angle(clip(value, -params.travel, params.travel))
+        return self._fin_angle(clip(value, -params.travel, params.travel))
+
+    def _fin_angle(self, servo: float) -> float:
+        """Return the fin angle of an angle of the servo, rad."""
+        return (servo - self.params.zero) / self._factor
 
 
 def servos_of(declared: Sequence[FinServoParams], fins: Sequence[str]) -> tuple[FinServo, ...]:

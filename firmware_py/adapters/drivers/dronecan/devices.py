@@ -56,6 +56,8 @@ class DroneCan(Driver):
         """Take the servo of each fin; none, where another driver moves the fins."""
         self._params, self._servos, self._bus = params, servos, bus
         self._propeller = PropellerDrive(params.propeller)
+        self._told = sorted(enumerate(servos), key=lambda one: one[1].params.id)
+        """In the order of ids: PX4's nodes go by the place in the command, and not by the id."""
         self._at_rest = tuple([servo.params.at_rest for servo in servos])
         self._angles = [0.0] * len(servos)
         """The last that each servo was told, rad."""
@@ -174,7 +176,8 @@ class DroneCan(Driver):
         if not self._servos:  # the fins are not on this bus, or not by this protocol
             return
         commands = []
-        for i, (servo, angle, rest) in enumerate(zip(self._servos, applied.fins, self._at_rest, strict=True)):
+        for i, servo in self._told:
+            angle, rest = applied.fins[i], self._at_rest[i]
             if not applied.armed and rest is not AtRest.CENTRE:
                 if rest is AtRest.SILENT:
                     continue
