@@ -1,4 +1,4 @@
-"""What every simulated DroneCAN node does: NodeStatus once a second, and the answer to GetNodeInfo."""
+"""What every simulated DroneCAN node does: NodeStatus once a second, and the answers to other nodes' requests."""
 
 from __future__ import annotations
 
@@ -6,16 +6,24 @@ import math
 from typing import TypeVar
 
 from firmware_py.adapters.buses.can_bus import FramePort
-from firmware_py.wire.dronecan.message_table import GET_NODE_INFO, GET_NODE_INFO_RESPONSE, NODE_STATUS, MessageType
-from firmware_py.wire.dronecan.node_messages import GetNodeInfoResponse, HardwareVersion, NodeStatus, SoftwareVersion
-from firmware_py.wire.dronecan.transfer import Reassembler, Transfer, TransferSender
+from firmware_py.wire.dronecan.message_table import NODE_STATUS, MessageType
+from firmware_py.wire.dronecan.node_messages import (
+    CanIfaceStats,
+    GetTransportStatsResponse,
+    HardwareVersion,
+    NodeStatus,
+    SoftwareVersion,
+    Value,
+)
+from firmware_py.wire.dronecan.node_services import SERVICES, Identity, NodeServices, Parameter
+from firmware_py.wire.dronecan.transfer import Reassembler, TransferSender
 
 R = TypeVar("R")
 VENDOR = "org.sternplane.sim."
 
 
 class DeviceNode:
-    """One device on the bus. Without power it neither sends nor answers."""
+    """One device on the bus. Without power it neither sends nor answers; it restarts when it is asked to."""
 
     def __init__(self, node_id: int, name: str, bus: FramePort) -> None:
         self.node_id = node_id
@@ -27,7 +35,13 @@ class DeviceNode:
         self.health = 0
         self._bus = bus
         self._sender = TransferSender(node_id)
-        self._requests = Reassembler([GET_NODE_INFO], node_id)
+        self._requests = Reassembler(SERVICES, node_id)
+        self._received = self._requested = 0
+        unique_id = self.name.encode()[-16:].rjust(16, b"\0")
+        self._identity = Identity(
+            self.name.encode(), SoftwareVersion(major=1), HardwareVersion(major=1, unique_id=unique_id)
+        )
+        self._services = self._fresh_services()
 
     def publish(self, message: MessageType[R], value: R) -> None:
         """Broadcast a message."""
@@ -38,25 +52,36 @@ class DeviceNode:
         """Send NodeStatus; due once a second."""
         if math.isnan(self._t_on):
             self._t_on = t
-        self.publish(NODE_STATUS, NodeStatus(self._uptime(t), self.health))
+        self.publish(NODE_STATUS, self._status(t))
 
     def restart(self) -> None:
-        """Begin anew, with power: uptime and transfer ids count from 0."""
+        """Begin anew, with power: uptime, transfer ids and counts begin at 0."""
         self.powered, self._t_on = True, math.nan
         self._sender = TransferSender(self.node_id)
+        self._received = self._requested = 0
+        self._services = self._fresh_services()
 
     def accept_request(self, can_id: int, data: bytes, t: float) -> None:
         """Take a frame of a service request that is addressed to this node."""
+        self._received += 1
         request = self._requests.accept(can_id, data, t)
         if request is not None and self.powered and not self.silent:
-            self._send_node_info(request, t)
+            self._requested += 1
+            self._services.hear(request)
+            self._bus.send(self._services.answer(self._status(t), self._stats))
 
-    def _uptime(self, t: float) -> int:
-        return 0 if math.isnan(self._t_on) else int(t - self._t_on)
+    def _status(self, t: float) -> NodeStatus:
+        return NodeStatus(0 if math.isnan(self._t_on) else int(t - self._t_on), self.health)
 
-    def _send_node_info(self, request: Transfer, t: float) -> None:
-        """Answer GetNodeInfo; the unique id is the end of the name."""
-        name = self.name.encode()
-        hardware = HardwareVersion(major=1, unique_id=name[-16:].rjust(16, b"\0"))
-        info = GetNodeInfoResponse(NodeStatus(self._uptime(t), self.health), SoftwareVersion(major=1), hardware, name)
-        self._bus.send(self._sender.respond(request, GET_NODE_INFO_RESPONSE, info))
+    def _fresh_services(self) -> NodeServices:
+        parameters = [Parameter(b"node_id", Value(1, self.node_id))]
+        return NodeServices(self._sender, self._identity, parameters, self._restart_asked)
+
+    def _restart_asked(self) -> str:
+        self.restart()
+        return ""
+
+    def _stats(self) -> GetTransportStatsResponse:
+        """Return what the node has counted: of what it receives, the requests to it alone."""
+        frames = CanIfaceStats(self._sender.frames_sent, self._received, 0)
+        return GetTransportStatsResponse(self._sender.sent, self._requested, self._services.malformed, (frames,))
