@@ -16,6 +16,7 @@ from firmware_py.adapters.drivers.bus_watch import BusWatch
 from firmware_py.adapters.drivers.canopen.drives import CanOpenDrives
 from firmware_py.adapters.drivers.driver import Driver
 from firmware_py.adapters.drivers.dronecan.devices import DroneCan
+from firmware_py.adapters.drivers.dronecan.own_node import KeptNodeIds
 from firmware_py.adapters.drivers.i2c_bus import open_i2c
 from firmware_py.adapters.drivers.instrument_params import Device
 from firmware_py.adapters.drivers.instrument_table import I2C_SENSORS, INSTRUMENTS
@@ -35,6 +36,7 @@ def fitted(
     bus: FramePort,
     lines: Sequence[ByteStream | SmBus],
     second: FramePort | None = None,
+    node_ids: KeptNodeIds | None = None,
 ) -> DeviceHardware:
     """Return the hardware of a vehicle with these fins.
 
@@ -44,6 +46,7 @@ def fitted(
         bus: that of the DroneCAN devices.
         lines: of `io.lines`, in their order.
         second: the bus of the fin drives, if it is another one.
+        node_ids: given out in earlier runs.
 
     Raises:
         ParamError: the io file has a servo for no fin, none for a fin, or one that does not turn far enough.
@@ -63,7 +66,7 @@ def fitted(
     instruments = [_driver(device, line) for device, line in zip(io.lines, lines, strict=True)]
     counts = Counter(device.role for device in io.devices)
     spares = {role: count - 1 for role, count in counts.items() if count > 1}
-    return DeviceHardware(len(fins), [DroneCan(io, servos, bus), *watches, *instruments], spares)
+    return DeviceHardware(len(fins), [DroneCan(io, servos, bus, node_ids), *watches, *instruments], spares)
 
 
 def open_second(io: IoParams, stack: ExitStack, *, awaited: bool = False) -> CanBus | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from firmware_py.adapters.buses.can_bus import CanParams, NodeIds
-from firmware_py.adapters.drivers.dronecan.bus_params import CommandParams, LatencyParams
+from firmware_py.adapters.drivers.dronecan.bus_params import CommandParams, LatencyParams, NetworkParams
 from firmware_py.adapters.drivers.instrument_params import Device, InstrumentParams, devices_of
 from firmware_py.adapters.linux_realtime import RealtimeParams
 from firmware_py.adapters.storage.log_params import LogParams
@@ -73,6 +73,7 @@ class IoParams:
     nodes: NodeIds
     instruments: tuple[InstrumentParams, ...] = ()
     commands: CommandParams = field(default_factory=CommandParams)
+    network: NetworkParams = field(default_factory=NetworkParams)
     fins: tuple[FinServoParams, ...] = ()
     propeller: PropellerParams = field(default_factory=PropellerParams)
     latency: LatencyParams = field(default_factory=LatencyParams)

@@ -6,10 +6,12 @@ import argparse
 import contextlib
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 from firmware_py import app, config_files
+from firmware_py.adapters.drivers.dronecan.own_node import KeptNodeIds
 from firmware_py.adapters.hil.hil_link import parse_hil_link, resolve
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError
@@ -20,7 +22,7 @@ from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.params import load
 from firmware_py.records.cycle import Cycle
-from firmware_py.run import kept_navigation, over_can, over_hil, provenance
+from firmware_py.run import kept_navigation, kept_node_ids, over_can, over_hil, provenance
 from firmware_py.run.command_line import BAD
 from firmware_py.run.device_watch import DeviceWatch
 from firmware_py.run.flight_recorder import FlightRecorder, say
@@ -144,6 +146,8 @@ def fly(options: argparse.Namespace) -> FlightResult:
                 over_hil.run(autopilot, configuration, address, io, ground, recorder, stop, say, losses)
             else:
                 fins = config_files.vehicle(configuration).fins
+                table = kept_node_ids.load_node_ids(options.state)
+                node_ids = KeptNodeIds(table, partial(ground.save, kept_node_ids.FILE))
                 over_can.run(
                     autopilot,
                     params.rate,
@@ -158,6 +162,7 @@ def fly(options: argparse.Namespace) -> FlightResult:
                     say,
                     losses,
                     devices,
+                    node_ids=node_ids,
                 )
         except LockstepError as error:
             lost, reason = True, str(error)

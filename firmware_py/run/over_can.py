@@ -11,6 +11,7 @@ from firmware_py.adapters import linux_realtime
 from firmware_py.adapters.buses.awaited_bus import AwaitedBus
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
+from firmware_py.adapters.drivers.dronecan.own_node import KeptNodeIds
 from firmware_py.adapters.drivers.serial_port import SerialPort
 from firmware_py.adapters.drivers.tcp_stream import TcpStream
 from firmware_py.adapters.fitting import fitted, open_line, open_second, places_of
@@ -66,6 +67,7 @@ def run(
     losses: LossWatch,
     devices: DeviceWatch | None = None,
     *,
+    node_ids: KeptNodeIds | None = None,
     meet_plant: bool = False,
 ) -> None:
     """Fly until `stop` says so or the plant ends; leave the actuators centred and stopped.
@@ -84,6 +86,7 @@ def run(
         say: prints a line, such as real-time options that are not permitted.
         losses: is given the counts of lost and refused messages.
         devices: is given what is waited for.
+        node_ids: given out in earlier runs.
         meet_plant: in real time, begin together with a plant that says hello.
 
     Raises:
@@ -111,7 +114,7 @@ def run(
         for one in (bus, second):
             if devices is not None and isinstance(one, AwaitedBus):
                 devices.add(f"bus {one.name}", lambda one=one: one.missing)  # type: ignore[misc]
-        hardware = fitted(io, fins, lockstep if pace == "bus" else bus, lines, second)
+        hardware = fitted(io, fins, lockstep if pace == "bus" else bus, lines, second, node_ids)
         stack.callback(losses.add_hardware(hardware.losses, lambda: hardware.received, hardware.note))
         for refusal in stack.enter_context(linux_realtime.apply_while(io.realtime)):
             say(refusal)

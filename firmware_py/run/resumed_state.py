@@ -14,7 +14,7 @@ from firmware_py.marine import depth_of_pressure
 from firmware_py.mavlink.parameters import store
 from firmware_py.mavlink.plans import plan_builder
 from firmware_py.params import ParamError
-from firmware_py.run import kept_navigation, kept_passport, kept_plans
+from firmware_py.run import kept_navigation, kept_node_ids, kept_passport, kept_plans
 from firmware_py.run.kept_passport import FROM_STATE, PassportChoice
 from firmware_py.run.moment import moment
 from firmware_py.run.usage_error import UsageError
@@ -131,6 +131,7 @@ def set_aside_unusable(
 
     checks: dict[str, Callable[[], object]] = {
         kept_navigation.FILE: lambda: kept_navigation.load_navigation(state),
+        kept_node_ids.FILE: lambda: kept_node_ids.load_node_ids(state),
         store.FILE: changed,
         **{
             name: lambda kind=kind: kept_plans.read_kept(plain, state, kind)  # type: ignore[misc]

@@ -209,7 +209,7 @@ def test_whoever_asks_is_told_who_it_is():
 def test_questions_to_others_and_other_questions_are_not_answered():
     with Vehicle() as vehicle:
         vehicle.node(42).send(dronecan.uavcan.protocol.GetNodeInfo.Request(), to=OWN + 1)
-        vehicle.node(42).send(dronecan.uavcan.protocol.param.GetSet.Request(), to=OWN)
+        vehicle.node(42).send(dronecan.uavcan.protocol.file.GetInfo.Request(), to=OWN)
         for k in (1, 2):
             vehicle.read(k)
             vehicle.write(k)

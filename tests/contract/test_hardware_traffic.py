@@ -149,21 +149,30 @@ def test_lost_repeated_and_swapped_frames_never_make_a_value_that_nobody_sent(da
         assert heard.value.p == 2.0
 
 
-IDS = [16 << 24 | kind << 8 | node for node in NODES.values() for kind in (1000, 1011, 1028, 1034, 1050, 1063, 1092)]
-SERVICE_ID = 16 << 24 | 1 << 16 | 1 << 15 | OWN << 8 | 0x80 | 40
+KINDS = (1, 4, 341, 1000, 1011, 1028, 1034, 1050, 1063, 1092)
+IDS = [16 << 24 | kind << 8 | node for node in (*NODES.values(), OWN, 9, 126) for kind in KINDS]
+ANONYMOUS_IDS = [16 << 24 | discriminator << 10 | 1 << 8 for discriminator in (0, 77, 0x3FFF)]
+SERVICE_IDS = [
+    16 << 24 | service << 16 | request << 15 | OWN << 8 | 0x80 | 40
+    for service in (1, 4, 5, 10, 11)
+    for request in (0, 1)
+]
 
 
 @given(
     st.lists(
-        st.tuples(st.one_of(st.sampled_from([*IDS, SERVICE_ID]), st.integers(0, 2**29 - 1)), st.binary(max_size=8)),
+        st.tuples(
+            st.one_of(st.sampled_from([*IDS, *ANONYMOUS_IDS, *SERVICE_IDS]), st.integers(0, 2**29 - 1)),
+            st.binary(max_size=8),
+        ),
         max_size=60,
     )
 )
 def test_no_traffic_makes_it_fail_or_hear_from_the_future(traffic):
-    with Vehicle() as vehicle:
+    with Vehicle(network={"allocate": True}) as vehicle:
         for can_id, data in traffic:
             vehicle.node(50).raw(can_id, data)
-        for k in range(2):
+        for k in (0, 1, 400, 401, 402):
             frame = vehicle.read(k)
             values = [getattr(frame, field.name) for field in dataclasses.fields(frame)]
             everything = [value for value in values if isinstance(value, Heard)]

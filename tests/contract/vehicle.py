@@ -8,6 +8,7 @@ import can
 from dronecan.transport import Transfer
 
 from firmware_py.adapters.buses.can_bus import open_bus
+from firmware_py.adapters.drivers.dronecan.own_node import KeptNodeIds
 from firmware_py.adapters.drivers.serial_port import SerialPort
 from firmware_py.adapters.fitting import fitted
 from firmware_py.adapters.io_params import IoParams
@@ -42,7 +43,7 @@ _channels = itertools.count()
 class Vehicle:
     """The hardware of four fins, ticked by hand; to be used in a `with` block."""
 
-    def __init__(self, rate: str = "hz_50", **tables: object) -> None:
+    def __init__(self, rate: str = "hz_50", kept: KeptNodeIds | None = None, **tables: object) -> None:
         channel = f"vehicle-{next(_channels)}"
         self.line = SerialLine()
         io = {
@@ -54,9 +55,8 @@ class Vehicle:
         }
         params = load(IoParams, io | tables, "a test")
         self.bus = open_bus("virtual", channel)
-        self.hardware = fitted(
-            params, FIN_LIST, self.bus, [SerialPort("dvl", self.line.path, 115200) for _ in params.lines]
-        )
+        lines = [SerialPort("dvl", self.line.path, 115200) for _ in params.lines]
+        self.hardware = fitted(params, FIN_LIST, self.bus, lines, node_ids=kept)
         self.others = can.Bus(interface="virtual", channel=channel)
         self._peers: dict[int, Peer] = {}
 

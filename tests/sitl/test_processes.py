@@ -142,7 +142,7 @@ def test_a_frame_that_is_lost_ends_the_run_and_says_so(tmp_path: Path, bus: CanB
         if done is not None and done.k == HELLO:
             break
     link.send_message(TICK, LockstepTick(0, 0, 0, VERSION))
-    assert link.receive_message(TICK_DONE, 10.0) == LockstepTickDone(0, 8)  # two commands, five states
+    assert link.receive_message(TICK_DONE, 10.0) == LockstepTickDone(0, 9)  # the time, two commands, five states
     link.send_message(TICK, LockstepTick(1, 10_000_000, 3, VERSION))  # three frames that nobody sent
     _, err = fly.communicate(timeout=20)
     assert fly.returncode == 1

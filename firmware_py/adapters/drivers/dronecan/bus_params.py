@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -19,6 +19,18 @@ class CommandParams:
 
     rate: Rate = Rate.HZ_50
     safety_state: bool = param(True, doc="Whether SafetyState is sent: AP_Periph holds its outputs until it hears it.")
+
+
+@dataclass(frozen=True, slots=True)
+class NetworkParams:
+    """Table [network]: what the autopilot does for the other nodes of the bus."""
+
+    time_master: bool = param(
+        True, doc="Whether it says the time of the network (GlobalTimeSync), unless a node of a lower id does."
+    )
+    allocate: bool = param(
+        False, doc="Whether it gives node ids to nodes that ask for one, while disarmed; `--state` keeps them."
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +61,10 @@ class BusParams(Protocol):
         """Return what is sent, and how often."""
 
     @property
+    def network(self) -> NetworkParams:
+        """Return what is done for the other nodes."""
+
+    @property
     def propeller(self) -> PropellerParams:
         """Return what the propeller's controller obeys."""
 
@@ -59,3 +75,7 @@ class BusParams(Protocol):
     @property
     def devices(self) -> Sequence[Device]:
         """Return the devices that measure; those on lines of their own too."""
+
+    @property
+    def device_ids(self) -> Mapping[int, str]:
+        """Return the node id of each device on the bus, with its name."""

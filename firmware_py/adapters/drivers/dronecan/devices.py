@@ -11,7 +11,9 @@ from typing import Any
 from firmware_py.adapters.buses.can_bus import FramePort
 from firmware_py.adapters.drivers.driver import Driver, Reading
 from firmware_py.adapters.drivers.dronecan.bus_params import BusParams
+from firmware_py.adapters.drivers.dronecan.node_monitor import NodeMonitor
 from firmware_py.adapters.drivers.dronecan.node_watch import NodeWatch
+from firmware_py.adapters.drivers.dronecan.own_node import KeptNodeIds, OwnNode
 from firmware_py.adapters.drivers.dronecan.own_status import OwnStatus
 from firmware_py.marine import euler_from_quaternion
 from firmware_py.records.command import Applied
@@ -22,16 +24,10 @@ from firmware_py.wire.dronecan import equipment_messages as eq
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.fin_servo import AtRest, FinServo
-from firmware_py.wire.dronecan.node_messages import (
-    GetNodeInfoRequest,
-    GetNodeInfoResponse,
-    HardwareVersion,
-    SoftwareVersion,
-)
+from firmware_py.wire.dronecan.node_messages import CanIfaceStats, GetTransportStatsResponse
 from firmware_py.wire.dronecan.propeller_drive import PropellerDrive
 from firmware_py.wire.dronecan.transfer import Reassembler, Transfer, TransferSender
 
-NAME = b"org.sternplane.autopilot"
 FRAMES_PER_TICK = 256
 """Maximum number of frames taken from the bus in one tick; the rest waits."""
 ARMED, DISARMED = 255, 0
@@ -52,8 +48,10 @@ class DroneCan(Driver):
     its device.
     """
 
-    def __init__(self, params: BusParams, servos: Sequence[FinServo], bus: FramePort) -> None:
-        """Take the servo of each fin; none, where another driver moves the fins."""
+    def __init__(
+        self, params: BusParams, servos: Sequence[FinServo], bus: FramePort, kept: KeptNodeIds | None = None
+    ) -> None:
+        """Take the servo of each fin, none where another driver moves the fins; `kept` are ids given out before."""
         self._params, self._servos, self._bus = params, servos, bus
         self._propeller = PropellerDrive(params.propeller)
         self._told = sorted(enumerate(servos), key=lambda one: one[1].params.id)
@@ -69,10 +67,12 @@ class DroneCan(Driver):
                 own.setdefault(node_id, []).append(i)
         self._sender = TransferSender(params.can.node_id)
         self._readings: list[Reading] = []
-        self._nodes = NodeWatch(params, own)
+        # Who gives out ids must know everybody; else only the devices are asked, and no tool is disturbed.
+        self._monitor = NodeMonitor(None if params.network.allocate else params.device_ids)
+        self._nodes = NodeWatch(self._monitor, params, own)
+        self._own = OwnNode(params, self._bus, self._sender, self._monitor, kept or KeptNodeIds())
         self._status = OwnStatus()
-        self.malformed = 0
-        """Transfers whose payload did not fit their type."""
+        self._frames_received = 0
         nodes, latency = params.nodes, params.latency
         measured: dict[str, tuple[m.MessageType[Any], Callable[[int, Any, float], None]]] = {
             "ahrs": (m.AHRS_SOLUTION, self._ahrs),
@@ -96,24 +96,28 @@ class DroneCan(Driver):
             (m.HARDPOINT_STATUS, nodes.hardpoint): (self._hardpoint, 0.0),
             **{(m.NODE_STATUS, node): (partial(self._nodes.hear_status, node), 0.0) for node in self._nodes.names},
         }
-        wanted = [*{kind for kind, _ in self._handlers}, m.GET_NODE_INFO, m.GET_NODE_INFO_RESPONSE]
+        wanted = [*{*self._own.wanted, *(kind for kind, _ in self._handlers)}]
         # Room for every node: no flood of other transfers displaces one of ours.
         self._reassembler = Reassembler(wanted, params.can.node_id, most_open=127 * len(wanted))
-        self._requests: dict[int, Transfer] = {}
 
     def poll(self, t: float) -> list[Reading]:
         """Drain the bus once."""
         readings: list[Reading] = []
         self._readings = readings
+        self._own.begin(t)
         accept, own_id = self._reassembler.accept, self._params.can.node_id
-        for can_id, data in self._bus.drain(FRAMES_PER_TICK):
+        frames = self._bus.drain(FRAMES_PER_TICK)
+        self._frames_received += len(frames)
+        for can_id, data in frames:
             if can_id & 0x7F == own_id:
-                self._nodes.hear_own(own_id, t)
+                self._monitor.notice_second(own_id, t)
             transfer = accept(can_id, data, t)
             if transfer is not None:
                 self.received += 1
                 self._dispatch(transfer)
-        self._nodes.hear_dropped(self._reassembler.dropped_from, t)
+            elif not can_id & 0xFF:
+                self.received += self._own.hear_anonymous(can_id, data, t)
+        self._monitor.hear_dropped(self._reassembler.dropped_from, t)
         return readings
 
     def nodes(self, t: float) -> NodeBits:
@@ -138,10 +142,7 @@ class DroneCan(Driver):
             out(send(m.HARDPOINT_COMMAND, eq.HardpointCommand(DROP_WEIGHT, RELEASE if applied.drop else HOLD)))
         if tick.every(Rate.HZ_1):
             out(send(m.NODE_STATUS, self._status.message(tick)))
-        if self._requests:  # one answer a tick: requests do not delay the commands
-            self._send_node_info(tick, self._requests.pop(next(iter(self._requests))))
-        elif (node_id := self._nodes.identities.next_request(tick.t)) is not None:
-            out(send(m.GET_NODE_INFO, GetNodeInfoRequest(), destination=node_id))
+        self._own.act(tick, applied.armed, self._status.message, self._stats)
 
     def note(self, cycle: Cycle) -> None:
         """Take from a cycle what the next NodeStatus says."""
@@ -154,7 +155,7 @@ class DroneCan(Driver):
         dropped = {f"transfers_{cause}": count for cause, count in total.items()}
         bus = {f"bus_{cause}": count for cause, count in self._bus.losses().items()}
         nodes = self._nodes.losses(self._reassembler.dropped_from)
-        return {**bus, "transfers_malformed": self.malformed, **dropped, **nodes}
+        return {**bus, "transfers_malformed": self._malformed, **dropped, **nodes}
 
     def park(self) -> None:
         """Centre the fins, stop the propeller and send "disarmed", at once: the last messages of a run."""
@@ -162,6 +163,7 @@ class DroneCan(Driver):
         self._move(Applied((0.0,) * len(self._servos), 0.0, armed=False, limited=False), 16)
         out(send(self._propeller.kind, self._propeller.command(0.0)))
         out(send(m.ARMING_STATUS, eq.ArmingStatus(DISARMED)))
+        out(send(m.NODE_STATUS, self._status.leaving()))
 
     def close(self) -> None:
         """Leave the bus."""
@@ -191,36 +193,33 @@ class DroneCan(Driver):
         kind, source, _, _, payload, t = transfer
         entry = self._handlers.get((kind, source))
         if entry is None:
-            if kind is m.GET_NODE_INFO:
-                self._requests[source] = transfer
-            elif kind is m.GET_NODE_INFO_RESPONSE and source in self._nodes.names:
-                self._hear_info(transfer)
+            if kind in self._own.wanted:
+                self._own.hear(transfer)
             return
-        if not self._nodes.accept(transfer):
+        if not self._monitor.accept(transfer):
             return
         try:
             message = kind.decode(payload)
         except DecodeError:
-            self.malformed += 1
-            self._nodes.malformed[source] += 1
+            self._monitor.hear_malformed(source)
             return
         handle, latency = entry
         handle(message, t - latency)
 
-    def _hear_info(self, transfer: Transfer) -> None:
-        try:
-            info = m.GET_NODE_INFO_RESPONSE.decode(transfer.payload)
-        except DecodeError:
-            self.malformed += 1
-            self._nodes.malformed[transfer.source] += 1
-            return
-        self._nodes.identities.hear_info(transfer.source, info.hardware_version.unique_id, transfer.t)
+    @property
+    def _malformed(self) -> int:
+        """Return how many transfers had a payload that did not fit their type."""
+        return self._monitor.malformed + self._own.malformed
 
-    def _send_node_info(self, tick: Tick, request: Transfer) -> None:
-        status = self._status.message(tick)
-        hardware = HardwareVersion(unique_id=NAME[-16:])
-        info = GetNodeInfoResponse(status, SoftwareVersion(major=0, minor=1), hardware, NAME)
-        self._bus.send(self._sender.respond(request, m.GET_NODE_INFO_RESPONSE, info))
+    def _stats(self) -> GetTransportStatsResponse:
+        """Return what GetTransportStats says: a transfer that came twice, or was not asked for, is no error."""
+        dropped = asdict(self._reassembler.dropped)
+        wrong = sum(count for cause, count in dropped.items() if cause not in ("foreign", "duplicate"))
+        errors = wrong + self._malformed
+        lost = self._bus.losses()
+        sent = max(self._sender.frames_sent - lost.get("not_sent", 0), 0)
+        frames = CanIfaceStats(sent, self._frames_received, sum(lost.values()))
+        return GetTransportStatsResponse(self._sender.sent, self.received, errors, (frames,))
 
     def _hear(self, role: str, heard: Heard[Any], number: int = 0) -> None:
         self._readings.append(Reading(role, number, heard))

@@ -44,17 +44,23 @@ class NodeIdentities:
                 return None
         return None
 
-    def hear_info(self, node_id: int, unique_id: bytes, t: float) -> None:
-        """Take the answer of a node."""
+    def hear_info(self, node_id: int, unique_id: bytes, t: float) -> bool:
+        """Take the answer of a node; return False for one that was not asked."""
         if self._wanted.pop(node_id, None) is None:
-            return
+            return False
         if self.unique_ids.setdefault(node_id, unique_id) != unique_id:
             self.replaced.add(node_id)
             self._began_anew.discard(node_id)
-            return
+            return True
         self.replaced.discard(node_id)
         if node_id in self._began_anew:
             self._restart(node_id, t)
+        return True
+
+    @property
+    def asking(self) -> bool:
+        """Return whether a node has neither answered yet nor been asked in vain."""
+        return bool(self._wanted)
 
     def restarted_within(self, node_id: int, seconds: float, t: float) -> bool:
         """Return whether a restart of a node was told in the last seconds."""

@@ -8,7 +8,7 @@ from firmware_py.tick import Tick
 from firmware_py.wire.dronecan.node_messages import NodeStatus
 
 OK, WARNING, ERROR, CRITICAL = 0, 1, 2, 3
-OPERATIONAL, INITIALIZATION = 0, 1
+OPERATIONAL, INITIALIZATION, OFFLINE = 0, 1, 7
 
 
 class OwnStatus:
@@ -21,6 +21,7 @@ class OwnStatus:
 
     def __init__(self) -> None:
         self._health, self._mode, self._code = OK, INITIALIZATION, 0
+        self._uptime = 0
 
     def update(self, cycle: Cycle) -> None:
         """Take over the state of a cycle."""
@@ -36,7 +37,12 @@ class OwnStatus:
 
     def message(self, tick: Tick) -> NodeStatus:
         """Return the message at a tick."""
-        return NodeStatus(int(tick.t), self._health, self._mode, 0, self._code)
+        self._uptime = int(tick.t)
+        return NodeStatus(self._uptime, self._health, self._mode, 0, self._code)
+
+    def leaving(self) -> NodeStatus:
+        """Return the last message of a run: nobody needs to wait until this node counts as lost."""
+        return NodeStatus(self._uptime, self._health, OFFLINE, 0, self._code)
 
     @staticmethod
     def _sound(cycle: Cycle) -> bool:
