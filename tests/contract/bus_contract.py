@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import itertools
 import json
-import socket
 import subprocess
 import sys
 import time
@@ -24,19 +22,6 @@ PEER = Path(__file__).with_name("bus_peer.py")
 FRAMES = st.lists(st.tuples(st.integers(0, 2**29 - 1), st.binary(max_size=8)), max_size=30)
 PATIENCE = 20.0
 NOTHING_LOST = {"not_sent": 0, "overrun": 0, "failed_drains": 0}
-
-
-@contextlib.contextmanager
-def free_number() -> Iterator[int]:
-    """The number of a UDP bus that no other test on this machine is using."""
-    with socket.socket(socket.AF_UNIX) as lock:
-        for number in itertools.cycle((9, 8, 7)):
-            try:
-                lock.bind(f"\0sternplane-test-bus-{number}")
-                break
-            except OSError:
-                time.sleep(0.02)
-        yield number
 
 
 @contextlib.contextmanager

@@ -23,8 +23,9 @@ from firmware_py.wire.dronecan.equipment_messages import ActuatorCommand, ArrayC
 from firmware_py.wire.dronecan.message_table import ARRAY_COMMAND
 from firmware_py.wire.dronecan.transfer import TransferSender
 from sim_bridge.devices.node import DeviceNode
+from tests.bus_numbers import free_number
 
-from .bus_contract import PATIENCE, BusContract, TwoProcesses, collect, doors, free_number
+from .bus_contract import PATIENCE, BusContract, TwoProcesses, collect, doors
 
 PORT = 57732
 EXTENDED = 1 << 31

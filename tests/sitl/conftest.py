@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.bus_numbers import free_number
 from tests.command import Forked
 from tests.dive import DIVE
 from tests.sitl.flights import Flights
@@ -38,6 +39,13 @@ def dive(tmp_path: Path) -> Path:
     path = tmp_path / "dive.toml"
     path.write_text(f"{DIVE}[environment]\nturbulence_m_s = 0.03\n")
     return path
+
+
+@pytest.fixture
+def bus_spec() -> Iterator[str]:
+    """The name of a bus on which no other test is meanwhile."""
+    with free_number() as number:
+        yield f"udp:{number}"
 
 
 @pytest.fixture

@@ -21,7 +21,6 @@ from firmware_py.run import fly as fly_module
 from firmware_py.run.fly import FlightResult, fly
 from firmware_py.run.usage_error import UsageError
 
-BUS = "udp:8"
 Fly = Callable[..., FlightResult]
 
 
@@ -61,12 +60,12 @@ def until(monkeypatch: pytest.MonkeyPatch) -> Callable[[int, Callable[[], None]]
 
 
 @pytest.fixture
-def flown(dvl: str, until: Callable) -> Fly:
+def flown(dvl: str, until: Callable, bus_spec: str) -> Fly:
     """Flies for ten cycles."""
 
     def flown(*words: str | Path, happens: Callable[[], None] = lambda: None) -> FlightResult:
         until(10, happens)
-        return fly(parsed("--bus", BUS, "--dvl", dvl, *words))
+        return fly(parsed("--bus", bus_spec, "--dvl", dvl, *words))
 
     return flown
 
@@ -87,9 +86,9 @@ def test_a_log_that_is_there_is_never_overwritten(
     assert left == {"log.mcap", "state"}, "no report unless it is asked for"
 
 
-def test_a_report_is_made_when_it_is_asked_for(tmp_path: Path, dvl: str, until: Callable) -> None:
+def test_a_report_is_made_when_it_is_asked_for(tmp_path: Path, dvl: str, until: Callable, bus_spec: str) -> None:
     until(10, lambda: None)
-    assert command(parsed("--bus", BUS, "--dvl", dvl, "--out", tmp_path, "--report")) == 0
+    assert command(parsed("--bus", bus_spec, "--dvl", dvl, "--out", tmp_path, "--report")) == 0
     assert (tmp_path / "report.html").exists()
     assert (tmp_path / "summary.json").exists()
 
@@ -120,7 +119,7 @@ def test_two_flights_in_a_second_have_folders_of_their_own(tmp_path: Path) -> No
 
 
 def test_a_log_that_another_flight_began_in_the_same_second_is_not_overwritten(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, bus_spec: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def taken(out: Path) -> Path:
         folder = run_folders.flight_folder(out)
@@ -129,18 +128,18 @@ def test_a_log_that_another_flight_began_in_the_same_second_is_not_overwritten(
 
     monkeypatch.setattr(fly_module, "flight_folder", taken)
     with pytest.raises(LogError, match=r"log\.mcap: another flight has begun to write it; choose another --out$"):
-        fly(parsed("--bus", BUS, "--out", tmp_path))
+        fly(parsed("--bus", bus_spec, "--out", tmp_path))
     assert (tmp_path / "log.mcap").read_text() == "another flight's"
 
 
 @pytest.mark.parametrize("name", ["parameters.toml", "mission.json", "signing", "navigation.json"])
-def test_the_state_of_an_earlier_run_that_nobody_named_is_not_touched(tmp_path: Path, name: str) -> None:
+def test_the_state_of_an_earlier_run_that_nobody_named_is_not_touched(tmp_path: Path, bus_spec: str, name: str) -> None:
     path = tmp_path / "state" / name
     path.parent.mkdir()
     path.write_text("precious")
     wanted = f"^{path} is of an earlier run; use it with --state {path.parent}, or choose another --out$"
     with pytest.raises(UsageError, match=wanted):
-        fly(parsed("--bus", BUS, "--out", tmp_path))
+        fly(parsed("--bus", bus_spec, "--out", tmp_path))
     assert path.read_text() == "precious"
     assert not (tmp_path / "log.mcap").exists()
 

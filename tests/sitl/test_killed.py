@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import random
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -10,24 +11,27 @@ from typing import Any
 import pytest
 from sternplane.kill import fly_victim, plant_victim, sitl_victim
 
+from tests.bus_numbers import free_number
+
 TRIALS: Mapping[str, tuple[Callable[..., dict[str, Any]], dict[str, Any]]] = {
-    "fly under water": (fly_victim.trial, {"bus": "udp:5", "rng": random.Random(1001), "depth": 2.5}),
-    "fly at the surface": (fly_victim.trial, {"bus": "udp:3", "rng": random.Random(1000), "depth": 0.0}),
-    "sitl under water": (sitl_victim.trial, {"_bus": "", "rng": random.Random(1001), "depth": 2.5}),
-    "sitl at the surface": (sitl_victim.trial, {"_bus": "", "rng": random.Random(1000), "depth": 0.0}),
-    "plant": (plant_victim.trial, {"bus": "udp:2", "rng": random.Random(1000)}),
+    "fly under water": (fly_victim.trial, {"rng": random.Random(1001), "depth": 2.5}),
+    "fly at the surface": (fly_victim.trial, {"rng": random.Random(1000), "depth": 0.0}),
+    "sitl under water": (sitl_victim.trial, {"rng": random.Random(1001), "depth": 2.5}),
+    "sitl at the surface": (sitl_victim.trial, {"rng": random.Random(1000), "depth": 0.0}),
+    "plant": (plant_victim.trial, {"rng": random.Random(1000)}),
 }
-"""Each has a bus of its own."""
 
 
 @pytest.fixture(scope="module")
 def trials(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, Future[dict[str, Any]]]:
-    """All at once: they wait for real time most of theirs."""
-    with ThreadPoolExecutor(len(TRIALS)) as pool:
-        return {
-            name: pool.submit(trial, tmp_path_factory.mktemp("killed"), longest=3.0, **arguments)
-            for name, (trial, arguments) in TRIALS.items()
-        }
+    """All at once, each with a bus of its own: they wait for real time most of theirs."""
+    with contextlib.ExitStack() as buses, ThreadPoolExecutor(len(TRIALS)) as pool:
+
+        def begun(trial: Callable[..., dict[str, Any]], arguments: dict[str, Any]) -> Future[dict[str, Any]]:
+            bus = "" if trial is sitl_victim.trial else f"udp:{buses.enter_context(free_number())}"
+            return pool.submit(trial, tmp_path_factory.mktemp("killed"), bus, longest=3.0, **arguments)
+
+        return {name: begun(*trial) for name, trial in TRIALS.items()}
 
 
 @pytest.mark.parametrize("name", ["sitl at the surface", "fly at the surface"])

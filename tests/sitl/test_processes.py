@@ -25,13 +25,10 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture
-def bus() -> Iterator[CanBus]:
-    opened = open_bus(BUS)
+def bus(bus_spec: str) -> Iterator[CanBus]:
+    opened = open_bus(bus_spec)
     yield opened
     opened.close()
-
-
-BUS = "udp:6"
 
 
 def until_heard(bus: CanBus, source: int, seconds: float = 60.0) -> None:
@@ -43,8 +40,10 @@ def until_heard(bus: CanBus, source: int, seconds: float = 60.0) -> None:
     raise AssertionError(f"node {source} was not heard for {seconds:g} s")
 
 
-def test_two_processes_give_the_cycles_that_one_gives_byte_for_byte(flown: Flights, dive: Path, tmp_path: Path) -> None:
-    result = called("sitl", "--scenario", dive, "--bus", BUS, "--out", "two", cwd=tmp_path)
+def test_two_processes_give_the_cycles_that_one_gives_byte_for_byte(
+    flown: Flights, dive: Path, tmp_path: Path, bus_spec: str
+) -> None:
+    result = called("sitl", "--scenario", dive, "--bus", bus_spec, "--out", "two", cwd=tmp_path)
     assert result.returncode == 0, result.stderr + result.stdout
     _, one = flown(dive.read_text())
     two = read(tmp_path / "two" / "log.mcap")
@@ -55,10 +54,12 @@ def test_two_processes_give_the_cycles_that_one_gives_byte_for_byte(flown: Fligh
     assert two.end["losses"].items() <= one.end["losses"].items()
 
 
-def test_a_run_in_real_time_in_two_processes_is_replayed_byte_for_byte(dive: Path, tmp_path: Path) -> None:
+def test_a_run_in_real_time_in_two_processes_is_replayed_byte_for_byte(
+    dive: Path, tmp_path: Path, bus_spec: str
+) -> None:
     late = "[autopilot.safety]\nlate_max = 1000  # on a machine that tests share with others\n"
     dive.write_text(dive.read_text().replace("12.0", "4.0") + late)
-    result = called("sitl", "--scenario", dive, "--bus", BUS, "--pace", "realtime", "--out", "run", cwd=tmp_path)
+    result = called("sitl", "--scenario", dive, "--bus", bus_spec, "--pace", "realtime", "--out", "run", cwd=tmp_path)
     assert result.returncode == 0, result.stderr + result.stdout
     log = read(tmp_path / "run" / "log.mcap")
     assert any(cycle.tick.late_ns > 0 for cycle in log.cycles)
@@ -69,11 +70,11 @@ def test_a_run_in_real_time_in_two_processes_is_replayed_byte_for_byte(dive: Pat
 
 @pytest.mark.parametrize("killed", ["plant", "fly"])
 def test_one_side_killed_in_lockstep_ends_the_other_with_its_name_and_a_readable_log(
-    tmp_path: Path, bus: CanBus, start: Start, killed: str
+    tmp_path: Path, bus_spec: str, bus: CanBus, start: Start, killed: str
 ) -> None:
     dvl = tmp_path / "dvl"
-    plant = start("plant", "--bus", BUS, "--dvl", dvl, "--out", "plant")
-    fly = start("fly", "--bus", BUS, "--pace", "bus", "--dvl", dvl, "--out", "vehicle")
+    plant = start("plant", "--bus", bus_spec, "--dvl", dvl, "--out", "plant")
+    fly = start("fly", "--bus", bus_spec, "--pace", "bus", "--dvl", dvl, "--out", "vehicle")
     until_heard(bus, 22)  # the propeller's controller reports: they fly
     victim, other = (plant, fly) if killed == "plant" else (fly, plant)
     victim.kill()
@@ -89,16 +90,16 @@ def test_one_side_killed_in_lockstep_ends_the_other_with_its_name_and_a_readable
 
 
 def test_a_bus_on_which_our_nodes_speak_is_refused_with_who_was_heard(
-    tmp_path: Path, bus: CanBus, start: Start
+    tmp_path: Path, bus_spec: str, bus: CanBus, start: Start
 ) -> None:
-    first = start("plant", "--bus", BUS, "--dvl", tmp_path / "a", "--pace", "realtime")
+    first = start("plant", "--bus", bus_spec, "--dvl", tmp_path / "a", "--pace", "realtime")
     try:
         until_heard(bus, 22)
-        second = start("plant", "--bus", BUS, "--dvl", tmp_path / "b")
+        second = start("plant", "--bus", bus_spec, "--dvl", tmp_path / "b")
         _, err = second.communicate(timeout=60)
         assert second.returncode == 2
         assert err.count("\n") == 1
-        assert f"{BUS} is in use by" in err
+        assert f"{bus_spec} is in use by" in err
         assert "org.sternplane.sim.esc" in err
     finally:
         first.send_signal(signal.SIGTERM)
@@ -116,10 +117,10 @@ def test_a_bus_on_which_our_nodes_speak_is_refused_with_who_was_heard(
     ],
 )
 def test_a_plant_of_another_kind_is_refused(
-    bus: CanBus, start: Start, hello: LockstepTick, words: tuple[str, ...]
+    bus_spec: str, bus: CanBus, start: Start, hello: LockstepTick, words: tuple[str, ...]
 ) -> None:
     link = LockstepLink(bus, 125, [10])
-    fly = start("fly", "--bus", BUS, "--pace", "bus", "--dvl", "none")
+    fly = start("fly", "--bus", bus_spec, "--pace", "bus", "--dvl", "none")
     for _ in range(300):  # 30 s
         link.send_message(TICK, hello)
         link.receive_message(TICK_DONE, 0.1)
@@ -130,12 +131,14 @@ def test_a_plant_of_another_kind_is_refused(
     assert all(word in err for word in words), err
 
 
-def test_a_frame_that_is_lost_ends_the_run_and_says_so(tmp_path: Path, bus: CanBus, start: Start) -> None:
+def test_a_frame_that_is_lost_ends_the_run_and_says_so(
+    tmp_path: Path, bus_spec: str, bus: CanBus, start: Start
+) -> None:
     line = tmp_path / "dvl"
     master, slave = os.openpty()
     os.symlink(os.ttyname(slave), line)
     link = LockstepLink(bus, 125, [10])
-    fly = start("fly", "--bus", BUS, "--pace", "bus", "--dvl", line)
+    fly = start("fly", "--bus", bus_spec, "--pace", "bus", "--dvl", line)
     for _ in range(300):
         link.send_message(TICK, LockstepTick(HELLO, 10_000_000, 0, VERSION))
         done = link.receive_message(TICK_DONE, 0.1)
@@ -151,11 +154,13 @@ def test_a_frame_that_is_lost_ends_the_run_and_says_so(tmp_path: Path, bus: CanB
     os.close(slave)
 
 
-def test_a_plant_that_dies_in_real_time_is_the_supervisors_affair(tmp_path: Path, bus: CanBus, start: Start) -> None:
+def test_a_plant_that_dies_in_real_time_is_the_supervisors_affair(
+    tmp_path: Path, bus_spec: str, bus: CanBus, start: Start
+) -> None:
     dvl = tmp_path / "dvl"
-    plant = start("plant", "--bus", BUS, "--dvl", dvl, "--pace", "realtime")
+    plant = start("plant", "--bus", bus_spec, "--dvl", dvl, "--pace", "realtime")
     until_heard(bus, 22)
-    fly = start("fly", "--bus", BUS, "--dvl", dvl, "--out", "vehicle")
+    fly = start("fly", "--bus", bus_spec, "--dvl", dvl, "--out", "vehicle")
     until_heard(bus, 10)
     plant.kill()
     plant.communicate(timeout=20)

@@ -20,11 +20,9 @@ from firmware_py.run.fly import fly
 from tests.sitl.conftest import Start
 from tests.sitl.test_fly import parsed
 
-BUS = "udp:4"
-
 
 @pytest.fixture
-def fly_for(monkeypatch: pytest.MonkeyPatch) -> Callable[..., object]:
+def fly_for(bus_spec: str, monkeypatch: pytest.MonkeyPatch) -> Callable[..., object]:
     """Flies in this process until a cycle, and ends then as by SIGTERM."""
     write = flight_recorder.FlightRecorder.write
 
@@ -35,7 +33,7 @@ def fly_for(monkeypatch: pytest.MonkeyPatch) -> Callable[..., object]:
                 os.kill(os.getpid(), signal.SIGTERM)
 
         monkeypatch.setattr(flight_recorder.FlightRecorder, "write", watched)
-        return fly(parsed("--bus", BUS, *words))
+        return fly(parsed("--bus", bus_spec, *words))
 
     return fly_for
 
@@ -94,9 +92,9 @@ def test_a_disk_that_cannot_be_written_does_not_keep_it_from_flying(
 
 
 def test_killed_and_started_again_it_takes_the_next_number_and_a_second_one_is_refused(
-    tmp_path: Path, start: Start
+    tmp_path: Path, bus_spec: str, start: Start
 ) -> None:
-    words = ("fly", "--bus", BUS, "--dvl", tmp_path / "dvl", "--logs", "logs", "--state", "state")
+    words = ("fly", "--bus", bus_spec, "--dvl", tmp_path / "dvl", "--logs", "logs", "--state", "state")
     first = start(*words)
     first.until_said("waiting for dvl")
     second = start(*words)

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import pytest
 from pymavlink import mavutil
 from sternplane.logs.reading import read
 
 from firmware_py.records.order import Arming, Mode
+from tests.bus_numbers import free_number
 from tests.command import Forked
 
 ROOT = Path(__file__).resolve().parents[2]
-PORT = 14871
-NUMBER = "4"
 IDLE = """
 description = "Waits at the surface for whoever comes."
 duration_s = 300.0
@@ -40,21 +41,30 @@ NODES = {
 }
 
 
+class Flight(NamedTuple):
+    folder: Path
+    bus_number: int
+    station: Any
+    """mavutil's link to the vehicle."""
+
+
 @pytest.fixture(scope="module")
-def flight(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """A vehicle and its plant, in two processes and in real time; the vehicle talks to a station on PORT."""
+def flight(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Flight]:
+    """A vehicle and its plant, in two processes and in real time; the vehicle talks to a station."""
     place = tmp_path_factory.mktemp("watched")
     scenario = place / "idle.toml"
     scenario.write_text(IDLE)
     folder = place / "run"
-    arguments = ["--scenario", scenario, "--bus", f"udp:{NUMBER}", "--pace", "realtime", "--out", folder]
-    vehicle = Forked("sitl", *arguments, "--gcs", f"udpout:127.0.0.1:{PORT}", cwd=place)
-    yield folder
-    vehicle.close()
+    station = mavutil.mavlink_connection("udpin:127.0.0.1:0")
+    link = f"udpout:127.0.0.1:{station.port.getsockname()[1]}"
+    with free_number() as number, contextlib.closing(station):
+        arguments = ["--scenario", scenario, "--bus", f"udp:{number}", "--pace", "realtime", "--out", folder]
+        with contextlib.closing(Forked("sitl", *arguments, "--gcs", link, cwd=place)):
+            yield Flight(folder, number, station)
 
 
-def test_mavutil_hears_a_submarine_arms_it_and_sets_its_mode(flight: Path) -> None:
-    station = mavutil.mavlink_connection(f"udpin:127.0.0.1:{PORT}")
+def test_mavutil_hears_a_submarine_arms_it_and_sets_its_mode(flight: Flight) -> None:
+    station = flight.station
 
     def heard(kind: str, wanted=lambda message: True, seconds: float = 30.0):
         deadline = time.monotonic() + seconds
@@ -82,19 +92,19 @@ def test_mavutil_hears_a_submarine_arms_it_and_sets_its_mode(flight: Path) -> No
     heard("HEARTBEAT", lambda m: m.custom_mode == 2)
     station.arducopter_disarm()
     heard("HEARTBEAT", lambda m: not m.base_mode & armed_bit)
-    station.close()
 
-    log = read(flight / "log.mcap")  # still being written: what has reached the disk
+    log = read(flight.folder / "log.mcap")  # still being written: what has reached the disk
     modes = [cycle.mode.mode for cycle in log.cycles]
     orders = [cycle.order.arming for cycle in log.cycles]
     assert Mode.MANUAL in modes
     assert Arming.ARM in orders
 
 
-def test_pydronecans_node_monitor_lists_every_node_with_its_name(flight: Path) -> None:
+def test_pydronecans_node_monitor_lists_every_node_with_its_name(flight: Flight) -> None:
     script = ROOT / "tests" / "contract" / "foreign_node.py"
     names: dict[int, str] = {}
-    with subprocess.Popen([sys.executable, script, NUMBER], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as monitor:
+    words = [sys.executable, script, str(flight.bus_number)]
+    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as monitor:
         deadline = time.monotonic() + 60.0
         for line in monitor.stdout:  # the commands that it hears come as well, so it is never silent for long
             said = json.loads(line)
