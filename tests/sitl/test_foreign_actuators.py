@@ -48,6 +48,10 @@ class Without:
         self._bus, self._ids = bus, frozenset(ids)
         self.drain, self.losses, self.close = bus.drain, bus.losses, bus.close
 
+    @property
+    def sound(self) -> bool:
+        return self._bus.sound
+
     def send(self, frames: Collection[tuple[int, bytes]]) -> None:
         self._bus.send([frame for frame in frames if frame[0] & 0x7F not in self._ids])
 
@@ -113,7 +117,7 @@ def foreign(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[ForeignActuators]]
     with contextlib.ExitStack() as stack:
 
         def with_foreign(*arguments: Any) -> Bridge:
-            *before, bus, line, seed, hz, own_id = arguments
+            *before, bus, lines, seed, hz, own_id, second = arguments
             theirs = open_bus("virtual")
             stack.callback(theirs.close)
 
@@ -122,7 +126,8 @@ def foreign(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[ForeignActuators]]
                 return Bridge(plant, made[-1], faults)
 
             monkeypatch.setattr(build, "Bridge", fitted)
-            return build.build_bridge(*before, Without(bus, (*SERVO_NODES, ESC_NODE)), line, seed, hz, own_id)
+            without = Without(bus, (*SERVO_NODES, ESC_NODE))
+            return build.build_bridge(*before, without, lines, seed, hz, own_id, second)
 
         monkeypatch.setattr(sitl_flight, "build_bridge", with_foreign)
         yield made
