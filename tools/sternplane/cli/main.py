@@ -16,6 +16,7 @@ from firmware_py.run.command_line import Parser, add_version, status_of
 from sim_bridge.faults.catalogue import FORM, help_text
 from sternplane.cli.early_checks import refuse_early
 from sternplane.cli.extras import require_report
+from sternplane.cli.hardware_commands import add_hardware
 
 Command = Callable[[argparse.Namespace], int]
 
@@ -237,6 +238,8 @@ def parser() -> argparse.ArgumentParser:
     )
     paper.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [runs/<stamp>]")
     paper.set_defaults(run=_lazily("sternplane.paper.command", draws=True))
+
+    add_hardware(commands, _lazily)
 
     scenarios = commands.add_parser("scenarios", help="list the scenarios, with a sentence each")
     scenarios.set_defaults(run=_lazily("sternplane.sitl.list_scenarios", kernels=()))

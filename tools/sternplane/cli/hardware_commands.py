@@ -1,0 +1,112 @@
+"""The bench tools' sub-commands: `can`."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+Lazily: TypeAlias = Callable[..., Callable[[argparse.Namespace], int]]
+"""Returns a sub-command that is imported when it runs, of a module; `kernels` are those that it needs compiled."""
+_STATUS = "Exit status 0 if {good}, 1 if not, 2 for bad input."
+
+
+def add_hardware(commands: Any, lazily: Lazily) -> None:
+    """Add the bench tools to the sub-commands."""
+    _add_can(commands, lazily)
+
+
+def _add_can(commands: Any, lazily: Lazily) -> None:
+    tools = commands.add_parser("can", help="who speaks on a CAN bus, and what").add_subparsers(
+        required=True, metavar="WHAT"
+    )
+    monitor = tools.add_parser(
+        "monitor",
+        help="the nodes of a bus: health, what they send, how often",
+        description="Shows every node of a bus with its name and health, each type that it sends with rate and last "
+        "value, the load of the bus and what is lost. It asks each node for its name, and sends nothing else.",
+        epilog="examples:\n"
+        "  sternplane can monitor --bus socketcan:can0\n"
+        "  sternplane can monitor --bus udp:3 --node 21\n"
+        "  sternplane can monitor --seconds 10 --json > bus.json\n\n" + _STATUS.format(good="something was heard"),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    _add_bus(monitor)
+    monitor.add_argument("--node", type=_node, metavar="N", help="this one alone [all]")
+    monitor.add_argument("--silent", action="store_true", help="do not even ask for names")
+    monitor.add_argument(
+        "--bitrate", type=_number(1e4, 1e7), default=1e6, metavar="BIT_S", help="of the bus, for its load [1000000]"
+    )
+    _add_seconds(monitor, None, "how long to listen", "a terminal: until Ctrl-C; else 5")
+    _add_json(monitor)
+    monitor.set_defaults(run=lazily("sternplane.hardware.can_monitor", kernels=()))
+
+    params = tools.add_parser(
+        "params",
+        help="the parameters of a node",
+        description="Asks a DroneCAN node for each of its parameters: value, default, bounds.",
+        epilog="examples:\n  sternplane can params 21 --bus socketcan:can0\n\n"
+        + _STATUS.format(good="the node gave all of them"),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    params.add_argument("node", type=_node, metavar="NODE", help="its node id")
+    _add_bus(params)
+    _add_json(params)
+    params.set_defaults(run=lazily("sternplane.hardware.can_params", kernels=()))
+
+    decode = tools.add_parser(
+        "decode",
+        help="a log of CAN frames as messages with their fields",
+        description="Puts the transfers of a log together and prints each with its fields; frames with ids of 11 bits "
+        "are read as CANopen. Logs are those of candump, in both of its forms, and .asc, .blf, .csv, .db, .mf4, .trc.",
+        epilog="examples:\n"
+        "  candump -l can0; sternplane can decode candump-*.log\n"
+        "  candump -ta can0 | sternplane can decode - --node 21\n\n"
+        + _STATUS.format(good="some message could be read"),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    decode.add_argument("file", metavar="FILE", help="a log; - is standard input, as text of candump")
+    decode.add_argument("--node", type=_node, metavar="N", help="what comes from this one, or goes to it [all]")
+    decode.add_argument("--json", action="store_true", help="a line of JSON for each message")
+    decode.set_defaults(run=lazily("sternplane.hardware.can_decode", kernels=()))
+
+
+def _add_bus(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--bus", default="socketcan:can0", metavar="BUS", help="socketcan:IFACE or udp:N [socketcan:can0]"
+    )
+
+
+def _add_json(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="print JSON")
+
+
+def _add_seconds(parser: argparse.ArgumentParser, default: float | None, what: str, told: str = "") -> None:
+    parser.add_argument(
+        "--seconds",
+        type=_number(0.1, 86_400.0),
+        default=default,
+        metavar="S",
+        help=f"{what} [{told or f'{default:g}'}]",
+    )
+
+
+def _number(low: float, high: float) -> Callable[[str], float]:
+    """Return a type of argument: a number in a range."""
+
+    def number(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = low - 1.0
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text!r}: must be in [{low:g}, {high:g}]")
+        return value
+
+    return number
+
+
+def _node(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text) <= 127:
+        raise argparse.ArgumentTypeError(f"{text!r} is no node id; must be in [1, 127]")
+    return int(text)

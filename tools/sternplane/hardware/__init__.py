@@ -1,0 +1,1 @@
+"""Bench tools: the devices of a vehicle on a desk, before it flies."""

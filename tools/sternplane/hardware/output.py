@@ -1,0 +1,170 @@
+"""How a bench tool shows what it found: tables in colour on a terminal, plain columns in a pipe, or JSON."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+_REDRAW_S = 0.25
+_GAP = "  "
+"""Between two columns."""
+_LEAST_CUT = 12
+"""A column that is cut keeps so many characters."""
+GOOD, DOUBTFUL, BAD, PLAIN = "green", "yellow", "red", ""
+"""How a row looks on a terminal."""
+
+
+class Row(NamedTuple):
+    """A row of a table: its cells, and how it looks on a terminal."""
+
+    cells: Sequence[str]
+    look: str = PLAIN
+
+
+class Sheet(NamedTuple):
+    """A table.
+
+    Attributes:
+        title: what it is of; "" for none.
+        columns: their titles; one that ends with ">" is aligned to the right, one with "*" may be cut where the
+            terminal is narrow.
+        rows: from the top.
+    """
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Row]
+
+
+def console() -> Console:
+    """Return where tables go: stdout."""
+    return Console(highlight=False)
+
+
+def show(where: Console, sheets: Iterable[Sheet], sentences: Iterable[str] = ()) -> None:
+    """Print tables, and sentences below them."""
+    if where.is_terminal:
+        where.print(_drawn(sheets, where.width))
+    else:
+        for sheet in sheets:
+            _say(where, [*([sheet.title] if sheet.title else []), *_aligned(sheet)])
+    _say(where, sentences)
+
+
+def show_json(where: Console, found: Mapping[str, Any], indent: int | None = 2) -> None:
+    """Print JSON; what is not finite is null, bytes are text or hexadecimal digits."""
+    where.out(json.dumps(plain(found), indent=indent, ensure_ascii=False), highlight=False)
+
+
+def plain(value: Any) -> Any:
+    """Return a value in the types of JSON."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, bytes):
+        return text_of(value)
+    if isinstance(value, Mapping):
+        return {str(key): plain(one) for key, one in value.items()}
+    if hasattr(value, "_asdict"):
+        return plain(value._asdict())
+    if isinstance(value, Iterable) and not isinstance(value, str):
+        return [plain(one) for one in value]
+    return value
+
+
+def text_of(content: bytes) -> str:
+    """Return bytes as text where they are, else as hexadecimal digits."""
+    text = content.decode("ascii", "replace")
+    return text if text.isprintable() and "\N{REPLACEMENT CHARACTER}" not in text else content.hex()
+
+
+@contextlib.contextmanager
+def live(where: Console, sheets: Callable[[], Iterable[Sheet]], wanted: bool = True) -> Iterator[Callable[[], None]]:
+    """Yield what is to be called often: on a terminal it draws the tables anew, a few times a second.
+
+    At the end the drawing is gone; `show` prints the tables for good.
+    """
+    if not (wanted and where.is_terminal):
+        yield lambda: None
+        return
+    drawn = -math.inf
+    with Live(console=where, auto_refresh=False, transient=True, vertical_overflow="ellipsis") as screen:
+
+        def draw() -> None:
+            nonlocal drawn
+            if (now := time.monotonic()) - drawn >= _REDRAW_S:
+                drawn = now
+                screen.update(_drawn(sheets(), where.width), refresh=True)
+
+        yield draw
+
+
+def _drawn(sheets: Iterable[Sheet], width: int) -> RenderableType:
+    return Group(*[_table(sheet, width) for sheet in sheets])
+
+
+def _table(sheet: Sheet, width: int) -> Table:
+    table = Table(
+        title=sheet.title or None,
+        title_justify="left",
+        title_style="bold",
+        box=SIMPLE_HEAD,
+        show_edge=False,
+        pad_edge=False,
+        padding=(0, len(_GAP) - 1, 0, 0),  # and the line between two columns
+    )
+    for column, wide in zip(sheet.columns, _fitting(sheet, width), strict=True):
+        table.add_column(
+            Text(_titled(column)), justify="right" if column.endswith(">") else "left", width=wide, no_wrap=True
+        )
+    for cells, look in sheet.rows:
+        table.add_row(*map(Text, cells), style=look or None)
+    return table
+
+
+def _titled(column: str) -> str:
+    return column.rstrip(">*")
+
+
+def _fitting(sheet: Sheet, width: int) -> list[int]:
+    """Return how wide each column is on a terminal: of those that may be cut the widest gives way first."""
+    widths = _widths(sheet)
+    room = width - len(_GAP) * (len(widths) - 1)
+    cut = [i for i, column in enumerate(sheet.columns) if column.endswith("*")]
+    while cut and sum(widths) > room:
+        wide, i = max((widths[i], i) for i in cut)
+        if wide <= _LEAST_CUT:
+            break
+        widths[i] -= 1
+    return widths
+
+
+def _widths(sheet: Sheet) -> list[int]:
+    """Return how wide each column is, if nothing is cut."""
+    table = [[_titled(column) for column in sheet.columns], *(list(row.cells) for row in sheet.rows)]
+    return [max(map(len, column)) for column in zip(*table, strict=True)]
+
+
+def _aligned(sheet: Sheet) -> Iterator[str]:
+    """Yield the lines of a table without a frame; nothing in it is cut."""
+    widths = _widths(sheet)
+    for row in ([_titled(column) for column in sheet.columns], *(row.cells for row in sheet.rows)):
+        cells = [
+            cell.rjust(width) if title.endswith(">") else cell.ljust(width)
+            for cell, width, title in zip(row, widths, sheet.columns, strict=True)
+        ]
+        yield _GAP.join(cells).rstrip()
+
+
+def _say(where: Console, lines: Iterable[str]) -> None:
+    for line in lines:
+        where.print(line, highlight=False, markup=False, soft_wrap=not where.is_terminal)
