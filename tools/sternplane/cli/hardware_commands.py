@@ -1,19 +1,54 @@
-"""The bench tools' sub-commands: `can`."""
+"""The bench tools' sub-commands: `can`, `io`."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeAlias
+
+from firmware_py.run import options as vehicle
 
 Lazily: TypeAlias = Callable[..., Callable[[argparse.Namespace], int]]
 """Returns a sub-command that is imported when it runs, of a module; `kernels` are those that it needs compiled."""
+_VEHICLE = ("firmware_py",)
 _STATUS = "Exit status 0 if {good}, 1 if not, 2 for bad input."
 
 
 def add_hardware(commands: Any, lazily: Lazily) -> None:
     """Add the bench tools to the sub-commands."""
+    _add_io(commands, lazily)
     _add_can(commands, lazily)
+
+
+def _add_io(commands: Any, lazily: Lazily) -> None:
+    checks = commands.add_parser("io", help="what is wired to a vehicle: is everything heard?").add_subparsers(
+        required=True, metavar="WHAT"
+    )
+    check = checks.add_parser(
+        "check",
+        help="listen to every device of an io file, and say what is missing",
+        description="Listens to every device that an io file names, and moves nothing. Says for each role what is "
+        "heard, how often and what its value is; of what is missing, why it may be so and what to do.",
+        epilog="examples:\n"
+        "  sternplane io check configs/npsauv2/io_sea.toml\n"
+        "  sternplane io check io.toml --config my_vehicle --without dvl,fix   # in the workshop\n"
+        "  sternplane io check io.toml --json | jq .missing\n\n"
+        + _STATUS.format(good="every role but those of --without hears something fresh and sound"),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    check.add_argument("file", type=Path, metavar="FILE", help="an io_*.toml")
+    _add_vehicle(check)
+    check.add_argument("--dvl", metavar="PATH", help="the DVL's serial port [as the io file says]")
+    check.add_argument(
+        "--without",
+        default="",
+        metavar="ROLE,...",
+        help="what need not be heard, such as dvl in air, or fix under a roof [hardpoint]",
+    )
+    _add_seconds(check, 5.0, "how long to listen")
+    _add_json(check)
+    check.set_defaults(run=lazily("sternplane.hardware.io_check", kernels=_VEHICLE))
 
 
 def _add_can(commands: Any, lazily: Lazily) -> None:
@@ -69,6 +104,13 @@ def _add_can(commands: Any, lazily: Lazily) -> None:
     decode.add_argument("--node", type=_node, metavar="N", help="what comes from this one, or goes to it [all]")
     decode.add_argument("--json", action="store_true", help="a line of JSON for each message")
     decode.set_defaults(run=lazily("sternplane.hardware.can_decode", kernels=()))
+
+
+def _add_vehicle(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--config", type=Path, default=vehicle.CONFIG, metavar="DIR", help="the vehicle [configs/npsauv2]"
+    )
+    vehicle.add_real_bus(parser)
 
 
 def _add_bus(parser: argparse.ArgumentParser) -> None:

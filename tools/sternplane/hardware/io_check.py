@@ -1,0 +1,156 @@
+"""`sternplane io check`: whether every role of a vehicle hears something fresh, and what to do if not."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from firmware_py import config_files
+from firmware_py.adapters.io_params import IoParams
+from firmware_py.adapters.realtime_schedule import RealTimeSchedule
+from firmware_py.adapters.storage.toml_files import read_toml
+from firmware_py.params import load
+from firmware_py.run.interrupt import interruptible
+from firmware_py.run.usage_error import UsageError
+from firmware_py.tick import step_ns
+from sternplane.hardware.fitted_vehicle import FittedVehicle, Place, fitted_vehicle
+from sternplane.hardware.heard_roles import HeardRole, HeardRoles, State
+from sternplane.hardware.node_names import NodeNames
+from sternplane.hardware.output import BAD, DOUBTFUL, GOOD, PLAIN, Row, Sheet, console, live, show, show_json
+from sternplane.hardware.readable import readable
+from sternplane.hardware.remedies import Remedies
+from sternplane.hardware.traffic import STANDARD, Traffic
+
+_OPTIONAL = ("hardpoint",)
+"""A relay holds the drop weight, or there is none."""
+_NO_LOSS = ("broken", "restarts")
+"""Counts that say something else."""
+
+
+class Check:
+    """What was heard so far.
+
+    Args:
+        fins: their names.
+        own_id: the autopilot's node id.
+        without: roles that need not be heard.
+    """
+
+    def __init__(self, fins: Sequence[str], own_id: int, without: Sequence[str]) -> None:
+        self.roles, self.traffic, self.names = HeardRoles(fins), Traffic(), NodeNames()
+        self._own_id, self._without = own_id, (*_OPTIONAL, *without)
+
+    def see(self, can_id: int, data: bytes, t: float) -> None:
+        """Take a frame of the bus."""
+        self.traffic.hear(can_id, data, t)
+        if not can_id & STANDARD:
+            self.names.hear(can_id, data, t)
+
+    def needed(self) -> list[str]:
+        """Return the roles that must be heard."""
+        return [role for role in self.roles.roles() if role not in self._without]
+
+    def passed(self) -> bool:
+        """Return whether each of these is heard, fresh and sound."""
+        return all(self.roles.state(role) is State.FRESH for role in self.needed())
+
+    def missing(self, vehicle: FittedVehicle) -> list[str]:
+        """Return what is missing, in sentences."""
+        remedies = Remedies(vehicle, self.roles, self.traffic, self.names, self._own_id)
+        return [*remedies.sentences(self.needed())]
+
+    def sheet(self, vehicle: FittedVehicle) -> Sheet:
+        """Return the table."""
+        titles = ("role", "device*", "state", "Hz>", "value*", "age>", "lost>")
+        return Sheet("", titles, [*self._rows(vehicle)])
+
+    def found(self, vehicle: FittedVehicle) -> dict[str, Any]:
+        """Return all of it, for JSON."""
+        losses = vehicle.hardware.losses()
+        roles = [
+            {
+                "role": name,
+                "device": vehicle.places[name].device,
+                "needed": name not in self._without,
+                "state": self.roles.state(name).value,
+                "rate_hz": self._rate(vehicle.places[name], role),
+                "value": role.last.value if role.last else None,
+                "age_s": role.age(self.roles.t),
+                "ok_share": role.ok / role.count if role.count else None,
+                "losses": _of(vehicle.places[name].name, losses),
+            }
+            for name, role in self.roles.roles().items()
+        ]
+        return {
+            "passed": self.passed(),
+            "seconds": self.roles.t,
+            "roles": roles,
+            "missing": self.missing(vehicle),
+            "nodes": {node: self.names.name(node) for node in self.names.nodes},
+            "losses": {cause: count for cause, count in losses.items() if count},
+        }
+
+    def _rate(self, place: Place, role: HeardRole) -> float:
+        """Return messages a second; of a tick no more than one value is told."""
+        if not place.node:
+            return role.rate
+        return self.traffic.rate(place.node, place.data_type_id, place.number, time.monotonic())
+
+    def _rows(self, vehicle: FittedVehicle) -> Iterator[Row]:
+        losses, t = vehicle.hardware.losses(), self.roles.t
+        for name, role in self.roles.roles().items():
+            state, needed = self.roles.state(name), name not in self._without
+            place = vehicle.places[name]
+            node = self.names.name(place.node)
+            device = f"{place.device} ({node})" if node else place.device
+            lost = sum(_of(place.name, losses).values())
+            value = readable(name, role.last.value) if role.last else "-"
+            age = f"{role.age(t):.2f} s" if role.last else "-"
+            look = GOOD if state is State.FRESH else BAD if needed else PLAIN if state is State.SILENT else DOUBTFUL
+            words = state.value if needed or state is State.FRESH else f"{state.value}, not needed"
+            yield Row(
+                (name, device, words, f"{self._rate(place, role):.1f}", value, age, f"{lost}" if lost else "-"), look
+            )
+
+
+def command(options: argparse.Namespace) -> int:
+    """Listen to the devices of an io file; return 0 if every one that is needed is heard, fresh and sound."""
+    io = load(IoParams, read_toml(options.file), str(options.file))
+    configuration = config_files.read_configuration(options.config)
+    fins, rate = config_files.vehicle(configuration).fins, config_files.autopilot_params(configuration).rate
+    spec, out = options.bus or io.can.bus, console()
+    check = Check([fin.name for fin in fins], io.can.node_id, options.without.replace(",", " ").split())
+    dvl = str(Path(options.dvl or io.dvl.place(spec)))
+    with fitted_vehicle(io, fins, spec, dvl, check.see) as vehicle:
+        _refuse_unknown(options.without.replace(",", " ").split(), vehicle.places)
+        with interruptible() as interrupted, live(out, lambda: [check.sheet(vehicle)], not options.json) as draw:
+            ticks = round(options.seconds * rate)
+            for tick in RealTimeSchedule(step_ns(rate), lambda k: k <= ticks and not interrupted):
+                check.roles.update(vehicle.hardware.read(tick), tick.t)
+                if tick.k % 10 == 0:
+                    draw()
+                    vehicle.bus.send(check.names.requests(time.monotonic()))
+        if options.json:
+            show_json(out, check.found(vehicle))
+        else:
+            missing = check.missing(vehicle)
+            passed = "every device is heard, fresh and sound" if check.passed() else ""
+            show(out, [check.sheet(vehicle)], missing or [passed])
+    return 0 if check.passed() else 1
+
+
+def _of(device: str, losses: Mapping[str, int]) -> dict[str, int]:
+    """Return what was lost of a device, by cause."""
+    found = {
+        cause.removeprefix(f"{device}_"): count for cause, count in losses.items() if cause.startswith(f"{device}_")
+    }
+    return {cause: count for cause, count in found.items() if count and cause not in _NO_LOSS}
+
+
+def _refuse_unknown(without: Sequence[str], known: Mapping[str, Any]) -> None:
+    for role in without:
+        if role not in known:
+            raise UsageError(f"--without {role}: is no role; there are {', '.join(known)}")

@@ -1,0 +1,135 @@
+"""What is missing of a vehicle's devices, in sentences with what to do about it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+from sternplane.hardware.fitted_vehicle import CountedLine, FittedVehicle, Place
+from sternplane.hardware.heard_roles import HeardRoles, State
+from sternplane.hardware.node_names import NodeNames
+from sternplane.hardware.node_status import status_text
+from sternplane.hardware.traffic import Traffic
+
+_NOT_OK = {
+    "ahrs": "its values are not numbers: it has not aligned yet, or is broken",
+    "dvl": "it does not believe its velocity: in air, or too close to the bottom, it has no bottom track",
+    "altitude": "it says itself that it has no valid range: in air it has no echo",
+    "fix": "it has no 3D fix with a known accuracy: it needs the open sky, and some minutes after a cold start",
+    "pressure": "its value is not a number: the sensor behind the node is broken, or not wired",
+    "battery": "its voltage is not a number: the sensor behind the node is broken, or not wired",
+    "leak": "its value is not a number: the sensor behind the node is broken, or not wired",
+}
+_FIN_NOT_OK = "its angle is not a number: the servo does not know where it is, and needs feedback to be switched on"
+
+
+class Remedies:
+    """Says what is missing.
+
+    Args:
+        vehicle: its devices.
+        roles: what was heard of each.
+        traffic: what else was heard on the bus.
+        names: of the nodes.
+        own_id: the autopilot's.
+    """
+
+    def __init__(
+        self, vehicle: FittedVehicle, roles: HeardRoles, traffic: Traffic, names: NodeNames, own_id: int
+    ) -> None:
+        self._vehicle, self._roles, self._traffic, self._names = vehicle, roles, traffic, names
+        self._own_id = own_id
+        self._bus = vehicle.bus.name
+
+    def sentences(self, wanted: Collection[str]) -> Iterator[str]:
+        """Yield a sentence for each of these roles that is not heard as it should be, and for what is wrong besides."""
+        if not self._traffic.frames:
+            yield self._silent_bus()
+        elif self._own_id in self._names.nodes:
+            who = self._names.described(self._own_id)
+            yield (
+                f"node {who} speaks under the autopilot's own id: end that program before this vehicle flies, or give "
+                "another [can] node_id"
+            )
+        for role in wanted:
+            state, place = self._roles.state(role), self._vehicle.places[role]
+            if state is State.FRESH or (place.node and not self._traffic.frames):
+                continue
+            text = self._of_line(self._vehicle.lines[role], place, state) if role in self._vehicle.lines else ""
+            yield f"{role}: {text or self._of_node(role, place, state)}"
+        yield from self._restarts()
+        silent = [role for role in wanted if self._roles.state(role) is State.SILENT]
+        if self._traffic.frames and any(self._vehicle.places[role].node for role in silent):
+            monitor = f"`sternplane can monitor --bus {self._bus}`"
+            yield f"nodes heard on {self._bus}: {self._names.listed()}; {monitor} shows what they send"
+
+    def _silent_bus(self) -> str:
+        checks = "is a device powered?"
+        if self._bus.startswith("socketcan:"):
+            interface = self._bus.partition(":")[2]
+            checks = (
+                f"`ip -details link show {interface}` says whether it is up, at which bit rate, and not error-passive; "
+                "is each end of the cable terminated (120 ohm), and a device powered?"
+            )
+        elif self._bus.startswith("udp:"):
+            checks = f"is anybody there? `sternplane plant --bus {self._bus} --pace realtime` is a simulated vehicle"
+        return f"nothing at all was heard on {self._bus}: {checks}"
+
+    def _of_line(self, line: CountedLine, place: Place, state: State) -> str:
+        """Return what to say of a device on a line of its own; "" if its values are the matter."""
+        if line.missing:
+            return line.missing.partition(": ")[2]
+        if state not in (State.SILENT, State.LOST):
+            return _NOT_OK["dvl"] if state is State.NOT_OK else ""
+        port = place.device.split(",")[0].removeprefix("port ")
+        if not line.received:
+            return (
+                f"not a byte came on {place.device}. Is it powered, its cable right? `sternplane serial sniff {port}`"
+            )
+        return (
+            f"{line.received} bytes came on {place.device}, but no message that is read: another baud rate or another "
+            f"protocol? `sternplane serial sniff {port}` finds both; see {place.key}"
+        )
+
+    def _of_node(self, role: str, place: Place, state: State) -> str:
+        node = self._names.described(place.node)
+        if state is State.TWO_SENDERS:
+            return f"two nodes speak under id {node}: give one of them another id"
+        if state is State.REPLACED:
+            return f"under id {node} another device answers than at first: two devices, or one was exchanged"
+        if state is State.UNHEALTHY:
+            return f"node {node} says in its NodeStatus: {status_text(self._traffic.status(place.node))}"
+        if state is State.NOT_OK:
+            return (
+                f"node {node} is heard, but {_FIN_NOT_OK if role.startswith('fin ') else _NOT_OK.get(role, 'not ok')}"
+            )
+        if state is State.LOST:
+            return f"node {node} was heard, and is no longer: a loose contact, or its supply?"
+        if place.node in self._names.nodes:
+            return self._without(place, node)
+        question = f"Is it powered and on this bus, or has it another id ({place.key})?"
+        return f"nothing heard of {place.device}. {question} {self._instead(place)}".rstrip()
+
+    def _without(self, place: Place, node: str) -> str:
+        """Return what to say of a node that is there, and does not send what is wanted."""
+        numbers = sorted(self._traffic.senders(place.data_type_id).get(place.node, ()))
+        if numbers and place.number not in (-1, *numbers):
+            told = ", ".join(map(str, numbers))
+            return f"node {node} reports the numbers {told}, and not {place.number}: see {place.key} in the io file"
+        sent = sorted({part.port.name for part in self._traffic.of_node(place.node) if not part.port.destination})
+        text = f"node {node} is there, but sends no {place.sends}; it sends {', '.join(sent)}. {self._instead(place)}"
+        return text.rstrip()
+
+    def _instead(self, place: Place) -> str:
+        """Return who else sends what is wanted, as a sentence with a space behind it; mostly nothing."""
+        others = [node for node in self._traffic.senders(place.data_type_id) if node != place.node]
+        taken = {one.node for one in self._vehicle.places.values()}
+        free = [node for node in others if node not in taken]
+        if not free:
+            return ""
+        who = ", ".join(self._names.described(node) for node in free)
+        return f"{place.sends} comes from node {who}: is that it? Then write its id at {place.key}. "
+
+    def _restarts(self) -> Iterator[str]:
+        for cause, count in self._vehicle.hardware.losses().items():
+            if cause.endswith("_restarts"):
+                yield f"{cause.removesuffix('_restarts')}: it restarted {count} times while we listened: its supply?"
