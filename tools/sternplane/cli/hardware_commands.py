@@ -1,4 +1,4 @@
-"""The bench tools' sub-commands: `can`, `io`."""
+"""The bench tools' sub-commands: `can`, `io`, `fins`."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ _STATUS = "Exit status 0 if {good}, 1 if not, 2 for bad input."
 def add_hardware(commands: Any, lazily: Lazily) -> None:
     """Add the bench tools to the sub-commands."""
     _add_io(commands, lazily)
+    _add_fins(commands, lazily)
     _add_can(commands, lazily)
 
 
@@ -49,6 +50,36 @@ def _add_io(commands: Any, lazily: Lazily) -> None:
     _add_seconds(check, 5.0, "how long to listen")
     _add_json(check)
     check.set_defaults(run=lazily("sternplane.hardware.io_check", kernels=_VEHICLE))
+
+
+def _add_fins(commands: Any, lazily: Lazily) -> None:
+    fins = commands.add_parser(
+        "fins",
+        help="move each fin in turn, and compare what it reports",
+        description="Moves each fin in turn, from a small angle to its full travel to either side, and compares what "
+        "is reported with what was told: whether it moves, the right way, far and fast enough, and no other fin with "
+        "it. The vehicle stays disarmed and its propeller at rest. Refuses a bus on which an autopilot speaks, and "
+        "stops if one begins to. At the end, and on Ctrl-C, the fins are centred.",
+        epilog="examples:\n"
+        "  sternplane fins --sweep --io configs/npsauv2/io_sea.toml\n"
+        "  sternplane fins --sweep --fin rudder_upper --travel 20\n"
+        "  sternplane fins --sweep --yes --json > fins.json\n\n" + _STATUS.format(good="every fin is well"),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    fins.add_argument(
+        "--sweep", action="store_true", required=True, help="move them; there is no other way to use this"
+    )
+    fins.add_argument("--io", type=Path, metavar="FILE", help="node ids and servos [DIR/io_sitl.toml]")
+    _add_vehicle(fins)
+    fins.add_argument(
+        "--fin", action="append", default=[], metavar="NAME", help="this one alone; may be repeated [every fin]"
+    )
+    fins.add_argument(
+        "--travel", type=_number(1.0, 100.0), default=100.0, metavar="PCT", help="share of the full travel, %% [100]"
+    )
+    fins.add_argument("--yes", action="store_true", help="do not ask before anything moves")
+    _add_json(fins)
+    fins.set_defaults(run=lazily("sternplane.hardware.fins_sweep", kernels=_VEHICLE))
 
 
 def _add_can(commands: Any, lazily: Lazily) -> None:

@@ -1,0 +1,150 @@
+"""`sternplane fins --sweep`: moves each fin in turn, disarmed, and compares what it reports with what it was told."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from rich.console import Console
+
+from firmware_py import config_files
+from firmware_py.adapters.buses.can_bus import BusError
+from firmware_py.adapters.device_hardware import DeviceHardware
+from firmware_py.adapters.io_params import IoParams
+from firmware_py.adapters.realtime_schedule import RealTimeSchedule
+from firmware_py.adapters.storage.toml_files import read_toml
+from firmware_py.params import load
+from firmware_py.run.interrupt import interruptible
+from firmware_py.run.usage_error import UsageError
+from firmware_py.tick import NS_PER_S, step_ns
+from firmware_py.vehicle.fins import Fin
+from firmware_py.wire.dronecan.fin_servo import AtRest
+from sternplane.hardware.fins_report import found, sentences, sheet
+from sternplane.hardware.fitted_vehicle import fitted_vehicle
+from sternplane.hardware.node_names import NodeNames
+from sternplane.hardware.other_autopilots import OtherAutopilots
+from sternplane.hardware.output import console, live, show, show_json
+from sternplane.hardware.sweep import Sweep
+from sternplane.hardware.traffic import STANDARD
+from sternplane.hardware.watched_bus import WatchedBus
+
+_LISTEN_S = 2.5
+"""Every node says something once a second, an autopilot twice that it is armed or not."""
+_CENTRE_S = 0.5
+"""So long the fins are told to centre before the bus is left."""
+_FRAMES, _WAIT_S = 1024, 0.05
+
+
+def command(options: argparse.Namespace) -> int:
+    """Move the fins; return 0 if every one of them is well, 1 if not, 130 if it was interrupted."""
+    io_file = options.io or options.config / "io_sitl.toml"
+    io = load(IoParams, read_toml(io_file), str(io_file))
+    configuration = config_files.read_configuration(options.config)
+    fins, params = config_files.vehicle(configuration).fins, config_files.autopilot_params(configuration)
+    if not options.yes and not sys.stdin.isatty():
+        raise UsageError("the fins are moved only after a yes; there is no terminal to ask at, so give --yes")
+    chosen = _chosen(options.fin, [fin.name for fin in fins])
+    # What an io file has servos told at rest is for a vehicle that waits; here they are told to move.
+    moving = replace(io, fins=tuple(replace(one, at_rest=AtRest.CENTRE) for one in io.fins))
+    out, spec, guard = console(), options.bus or io.can.bus, _Guard(io.can.node_id)
+    sweep = Sweep(fins, chosen, options.travel / 100.0, params.safety.actuators.rate_share)
+    with fitted_vehicle(moving, fins, spec, None, guard.see) as fitted:
+        guard.listen(fitted.bus)
+        if not options.yes:
+            _confirm([fins[i] for i in chosen], options.travel / 100.0, spec)
+            guard.listen(fitted.bus)  # a yes may have taken its time
+        with interruptible() as interrupted, live(out, lambda: [sheet(sweep, fins)], not options.json) as draw:
+            _run(sweep, fitted.hardware, step_ns(params.rate), lambda: bool(interrupted), guard, draw)
+        if options.json:
+            show_json(out, found(sweep, fins))
+        else:
+            show(out, [sheet(sweep, fins)], sentences(sweep, fins))
+        guard.refuse(fitted.bus)
+    if not sweep.finished:
+        raise KeyboardInterrupt
+    return 0 if sweep.well else 1
+
+
+class _Guard:
+    """Makes sure that nobody else steers what is moved."""
+
+    def __init__(self, own_id: int) -> None:
+        self.others, self._names = OtherAutopilots(own_id), NodeNames()
+
+    def see(self, can_id: int, data: bytes, t: float) -> None:
+        """Take a frame of the bus."""
+        self.others.hear(can_id, data, t)
+        if not can_id & STANDARD:
+            self._names.hear(can_id, data, t)
+
+    def listen(self, bus: WatchedBus) -> None:
+        """Listen before anything is sent as the autopilot.
+
+        Raises:
+            BusError: another autopilot is there, or nobody at all.
+        """
+        end = time.monotonic() + _LISTEN_S
+        while (now := time.monotonic()) < end:
+            bus.drain(_FRAMES, _WAIT_S)
+            bus.send(self._names.requests(now))
+        self.refuse(bus)
+        if not self._names.nodes:
+            raise BusError(
+                f"{bus.name}: nothing was heard for {_LISTEN_S:g} s, so nothing is moved: are the servos powered? "
+                f"See `sternplane can monitor --bus {bus.name}`"
+            )
+
+    def refuse(self, bus: WatchedBus) -> None:
+        """Refuse to go on if another autopilot was heard."""
+        for node, why in self.others.heard.items():
+            raise BusError(f"{bus.name}: node {self._names.described(node)} {why}: end that autopilot first")
+
+
+def _run(
+    sweep: Sweep,
+    hardware: DeviceHardware,
+    dt_ns: int,
+    stop: Callable[[], bool],
+    guard: _Guard,
+    draw: Callable[[], None],
+) -> None:
+    """Move the fins, and leave them centred; where another autopilot begins to speak, leave them to it at once."""
+    centring = iter(range(round(_CENTRE_S * NS_PER_S / dt_ns)))
+    try:
+        for tick in RealTimeSchedule(dt_ns, lambda _: not guard.others.heard):
+            if not (sweep.finished or stop()):
+                sweep.update(tick, hardware)
+            elif next(centring, None) is None:
+                break
+            else:
+                hardware.read(tick)
+                hardware.write(tick, sweep.centred)
+            draw()
+    finally:
+        if not guard.others.heard:
+            hardware.park()
+
+
+def _chosen(wanted: Sequence[str], names: Sequence[str]) -> list[int]:
+    for name in wanted:
+        if name not in names:
+            raise UsageError(f"--fin {name}: is no fin of the vehicle, which has {', '.join(names)}")
+    return [i for i, name in enumerate(names) if not wanted or name in wanted]
+
+
+def _confirm(fins: Sequence[Fin], share: float, spec: str) -> None:
+    """Ask whether the fins may move.
+
+    Raises:
+        UsageError: they may not.
+    """
+    what = ", ".join(f"{fin.name} to ±{math.degrees(fin.delta_max) * share:.0f}°" for fin in fins)
+    err = Console(stderr=True, highlight=False)
+    err.print(f"On {spec} these fins will move: {what}. The propeller stays at rest. Keep clear of them.", markup=False)
+    err.print("Type yes to go on: ", end="", markup=False)
+    if sys.stdin.readline().strip().lower() != "yes":
+        raise UsageError("that was not yes; nothing has moved")
