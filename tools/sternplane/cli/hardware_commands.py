@@ -1,4 +1,4 @@
-"""The bench tools' sub-commands: `can`, `io`, `fins`."""
+"""The bench tools' sub-commands: `can`, `io`, `fins`, `serial`."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ def add_hardware(commands: Any, lazily: Lazily) -> None:
     _add_io(commands, lazily)
     _add_fins(commands, lazily)
     _add_can(commands, lazily)
+    _add_serial(commands, lazily)
 
 
 def _add_io(commands: Any, lazily: Lazily) -> None:
@@ -135,6 +136,28 @@ def _add_can(commands: Any, lazily: Lazily) -> None:
     decode.add_argument("--node", type=_node, metavar="N", help="what comes from this one, or goes to it [all]")
     decode.add_argument("--json", action="store_true", help="a line of JSON for each message")
     decode.set_defaults(run=lazily("sternplane.hardware.can_decode", kernels=()))
+
+
+def _add_serial(commands: Any, lazily: Lazily) -> None:
+    tools = commands.add_parser("serial", help="what is on a serial port").add_subparsers(required=True, metavar="WHAT")
+    sniff = tools.add_parser(
+        "sniff",
+        help="which instrument speaks on a port, at which baud rate",
+        description="Listens on a serial port at one baud rate after the other until an instrument is understood, and "
+        "says which protocol it speaks, its messages and their rates. It sends nothing. Without PORT it lists the "
+        "ports.",
+        epilog="examples:\n"
+        "  sternplane serial sniff\n"
+        "  sternplane serial sniff /dev/ttyUSB0\n"
+        "  sternplane serial sniff /dev/ttyUSB0 --baud 9600 --seconds 10\n\n"
+        + _STATUS.format(good="a protocol was recognised, or the ports were listed"),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    sniff.add_argument("port", nargs="?", metavar="PORT", help="such as /dev/ttyUSB0 [list the ports]")
+    sniff.add_argument("--baud", type=int, metavar="N", help="this one alone [the usual ones]")
+    _add_seconds(sniff, 2.5, "how long to listen at each baud rate")
+    _add_json(sniff)
+    sniff.set_defaults(run=lazily("sternplane.hardware.serial_sniff", kernels=()))
 
 
 def _add_vehicle(parser: argparse.ArgumentParser) -> None:

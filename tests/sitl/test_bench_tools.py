@@ -1,0 +1,347 @@
+"""The bench tools beside a simulated vehicle in another process, on a real bus and a real pseudo-terminal."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import dronecan
+import pytest
+from sternplane.hardware import fins_sweep, sweep
+
+from firmware_py.adapters.buses.can_bus import CanBus, open_bus
+from firmware_py.wire.dronecan import equipment_messages as eq
+from firmware_py.wire.dronecan import message_table as m
+from firmware_py.wire.dronecan.transfer import Reassembler, TransferSender
+from tests.command import Forked, called
+from tests.contract.bus_contract import free_number
+
+ROOT = Path(__file__).resolve().parents[2]
+JAM = ("--fault", "jam:stern_port@0.1")
+SITL = ROOT / "configs" / "npsauv2" / "io_sitl.toml"
+
+
+class Plant(NamedTuple):
+    """A simulated vehicle: its bus, the DVL's port, its folder."""
+
+    bus: str
+    dvl: Path
+    folder: Path
+
+
+@pytest.fixture(scope="module")
+def plant(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Plant]:
+    folder = tmp_path_factory.mktemp("bench")
+    with free_number() as number:
+        found = Plant(f"udp:{number}", folder / "dvl", folder)
+        process = Forked("plant", "--bus", found.bus, "--dvl", found.dvl, "--pace", "realtime", *JAM, cwd=folder)
+        try:
+            process.until_said("plant on")
+            with contextlib.closing(open_bus(found.bus)) as bus:
+                assert bus.drain(1, 60.0)
+            yield found
+        finally:
+            process.close()
+
+
+@pytest.fixture
+def bus(plant: Plant) -> Iterator[CanBus]:
+    with contextlib.closing(open_bus(plant.bus)) as opened:
+        yield opened
+
+
+def tool(plant: Plant, *words: str | Path, status: int = 0) -> str:
+    done = called(*words, cwd=plant.folder)
+    assert done.returncode == status, done.stdout + done.stderr
+    return done.stdout
+
+
+def checked(plant: Plant, *words: str | Path, file: Path = SITL, status: int = 0) -> dict:
+    seconds = ("--seconds", "1.3", "--json")
+    return json.loads(tool(plant, "io", "check", file, "--bus", plant.bus, *words, *seconds, status=status))
+
+
+def test_every_role_of_a_whole_vehicle_is_heard_fresh_with_its_value(plant: Plant) -> None:
+    found = checked(plant, "--dvl", plant.dvl)
+    roles = {one["role"]: one for one in found["roles"]}
+    assert found["passed"]
+    assert found["missing"] == []
+    assert {one["state"] for one in roles.values()} == {"fresh"}
+    assert {"ahrs", "dvl", "pressure", "altitude", "fix", "n", "battery", "leak", "fin rudder_upper"} < set(roles)
+    assert roles["pressure"]["value"] == pytest.approx(101_400.0, abs=1000.0)
+    assert roles["ahrs"]["rate_hz"] == pytest.approx(100.0, abs=25.0)
+    assert found["nodes"]["24"] == "org.sternplane.sim.pressure"
+
+
+def test_what_is_missing_is_named_with_its_remedy(plant: Plant) -> None:
+    file = plant.folder / "io.toml"
+    text = SITL.read_text().replace("pressure = 24", "pressure = 44").replace("altimeter = 25", "altimeter = 24")
+    text += "".join(
+        f'[[fins]]\nname = "{name}"\nid = {i}\n'
+        for i, name in enumerate(("stern_port", "stern_starboard", "rudder_upper", "rudder_lower"), 1)
+    )
+    file.write_text(text)
+    found = checked(plant, "--dvl", plant.folder / "none", file=file, status=1)
+    told = {text.split(":")[0]: text for text in found["missing"]}
+    assert not found["passed"]
+    assert "node 44" in told["pressure"]
+    assert "[nodes] pressure" in told["pressure"]
+    assert "sends no uavcan.equipment.range_sensor.Measurement" in told["altitude"]
+    assert "node 25 (org.sternplane.sim.altimeter): is that it?" in told["altitude"]
+    assert "reports the numbers 0, 1, 2, 3, and not 4" in told["fin rudder_lower"]
+    assert "there is no such device" in told["dvl"]
+    assert "24 (org.sternplane.sim.pressure)" in told[f"nodes heard on {plant.bus.partition(':')[0]}"]
+    assert [role["state"] for role in found["roles"] if role["role"] == "fin stern_port"] == ["fresh"]
+
+
+def test_a_role_that_need_not_be_heard_is_left_out(plant: Plant) -> None:
+    without = ("--without", "dvl")
+    assert checked(plant, "--dvl", plant.folder / "none", *without)["passed"]
+    done = called("io", "check", SITL, "--bus", plant.bus, "--without", "sonar", cwd=plant.folder)
+    assert done.returncode == 2
+    assert done.stderr.startswith("sternplane: --without sonar: is no role; there are ")
+
+
+def test_the_monitor_names_each_node_with_what_it_sends_and_how_often(plant: Plant) -> None:
+    found = json.loads(tool(plant, "can", "monitor", "--bus", plant.bus, "--seconds", "1.5", "--json"))
+    nodes = {one["node"]: one for one in found["nodes"]}
+    assert set(range(21, 29)) <= set(nodes)
+    assert nodes[22]["name"] == "org.sternplane.sim.esc"
+    assert nodes[22]["health"] == "OK"
+    rates = [one["rate_hz"] for one in nodes[21]["messages"] if one["type"] == "uavcan.equipment.actuator.Status"]
+    assert len(rates) == 4
+    assert rates == pytest.approx([50.0] * 4, abs=15.0)
+    assert 0.05 < found["load"] < 0.3
+    text = tool(plant, "can", "monitor", "--bus", plant.bus, "--seconds", "0.6", "--node", "24")
+    assert "org.sternplane.sim.pressure" in text
+    assert "org.sternplane.sim.esc" not in text
+
+
+def test_the_dvl_is_recognised_on_its_port(plant: Plant) -> None:
+    found = json.loads(tool(plant, "serial", "sniff", plant.dvl, "--seconds", "0.8", "--json"))
+    [heard] = found["heard"]
+    [spoken] = heard["protocols"]
+    assert heard["baud"] == 115200
+    assert spoken["protocol"] == "Water Linked DVL"
+    assert spoken["messages"]["Velocity"]["count"] >= 2
+
+
+def angles(bus: CanBus, seconds: float, enough: Callable[[list[float]], bool]) -> list[float]:
+    """The angles that node 21 reports, once they are enough."""
+    reader, found = Reassembler([m.ACTUATOR_STATUS]), [0.0] * 4
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        for can_id, data in bus.drain(1000, 0.05):
+            transfer = reader.accept(can_id, data, time.monotonic())
+            if transfer is not None:
+                status = m.ACTUATOR_STATUS.decode(transfer.payload)
+                found[status.actuator_id] = status.position
+        if enough(found):
+            return found
+    raise AssertionError(f"the fins are at {found}")
+
+
+def test_a_sweep_that_is_interrupted_leaves_the_fins_centred_and_was_never_armed(plant: Plant, bus: CanBus) -> None:
+    process = Forked(
+        "fins", "--sweep", "--bus", plant.bus, "--yes", "--fin", "rudder_lower", "--json", cwd=plant.folder
+    )
+    try:
+        angles(bus, 30.0, lambda found: abs(found[3]) > 0.04)
+        process.send_signal(signal.SIGINT)
+        said = Reassembler([m.ARMING_STATUS, m.ARRAY_COMMAND, m.RPM_COMMAND], most_open=8)
+        out, err = process.communicate(timeout=20)
+        status = process.returncode
+        heard = [said.accept(can_id, data, 0.0) for can_id, data in bus.drain(100_000)]
+    finally:
+        process.close()
+    assert status == 130, err
+    assert err == "sternplane: interrupted\n"
+    assert json.loads(out)["complete"] is False
+    sent = [one for one in heard if one is not None and one.source == 10]
+    assert {m.ARMING_STATUS.decode(one.payload).status for one in sent if one.kind is m.ARMING_STATUS} == {0}
+    assert {m.RPM_COMMAND.decode(one.payload).rpm for one in sent if one.kind is m.RPM_COMMAND} == {(0,)}
+    last = [one for one in sent if one.kind is m.ARRAY_COMMAND][-1]
+    assert [one.command_value for one in m.ARRAY_COMMAND.decode(last.payload).commands] == [0.0] * 4
+    angles(bus, 10.0, lambda found: all(abs(angle) < 0.01 for angle in found))
+
+
+def test_a_sweep_tells_a_jammed_fin_from_one_that_is_well(plant: Plant, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fins_sweep, "_LISTEN_S", 0.6)
+    monkeypatch.setattr(sweep, "SHARES", (1.0,))
+    file = plant.folder / "silent.toml"
+    names = ("stern_port", "stern_starboard", "rudder_upper", "rudder_lower")
+    file.write_text(
+        SITL.read_text()
+        + "".join(f'[[fins]]\nname = "{name}"\nid = {i}\nat_rest = "silent"\n' for i, name in enumerate(names))
+    )
+    chosen = ("--fin", "rudder_upper", "--fin", "stern_port", "--travel", "30", "--json")
+    found = json.loads(tool(plant, "fins", "--sweep", "--io", file, "--bus", plant.bus, "--yes", *chosen, status=1))
+    assert {one["fin"]: one["result"] for one in found["fins"]} == {"rudder_upper": "well", "stern_port": "still"}
+    assert found["complete"]
+    told = [step["told_deg"] for one in found["fins"] for step in one["steps"]]
+    assert max(map(abs, told)) == pytest.approx(0.3 * 23.0)
+
+
+@pytest.mark.parametrize(
+    ("node", "kind", "message", "words"),
+    [
+        (50, m.ARMING_STATUS, eq.ArmingStatus(0), "node 50 sends uavcan.equipment.safety.ArmingStatus"),
+        (10, m.STATIC_PRESSURE, eq.StaticPressure(1.0, 1.0), "node 10 speaks under the autopilot's own id"),
+    ],
+)
+def test_nothing_moves_beside_another_autopilot(
+    plant: Plant, bus: CanBus, monkeypatch: pytest.MonkeyPatch, node: int, kind, message, words: str
+) -> None:
+    monkeypatch.setattr(fins_sweep, "_LISTEN_S", 0.6)
+    ended, sender = threading.Event(), TransferSender(node)
+
+    def speak() -> None:
+        while not ended.wait(0.1):
+            bus.send(sender.send(kind, message))
+
+    speaker = threading.Thread(target=speak)
+    speaker.start()
+    try:
+        with contextlib.closing(open_bus(plant.bus)) as door:
+            done = called("fins", "--sweep", "--bus", plant.bus, "--yes", cwd=plant.folder)
+            commands = [can_id for can_id, _ in door.drain(100_000) if can_id >> 8 & 0xFFFF == 1010]
+    finally:
+        ended.set()
+        speaker.join()
+    assert done.returncode == 2
+    assert done.stderr == f"sternplane: {plant.bus}: {words}: end that autopilot first\n"
+    assert commands == []
+
+
+def test_without_a_terminal_and_a_yes_nothing_moves(plant: Plant, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fins_sweep, "_LISTEN_S", 0.6)
+    monkeypatch.setattr("sys.stdin", io.StringIO("yes\n"))
+    done = called("fins", "--sweep", "--bus", plant.bus, cwd=plant.folder)
+    assert done.returncode == 2
+    assert "give --yes" in done.stderr
+
+
+class Terminal(io.StringIO):
+    """Somebody who types."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize("typed", ["no", "", "y"])
+def test_who_does_not_type_yes_moves_nothing(
+    plant: Plant, bus: CanBus, monkeypatch: pytest.MonkeyPatch, typed: str
+) -> None:
+    monkeypatch.setattr(fins_sweep, "_LISTEN_S", 0.3)
+    monkeypatch.setattr("sys.stdin", Terminal(f"{typed}\n"))
+    bus.drain(100_000)
+    done = called("fins", "--sweep", "--bus", plant.bus, "--fin", "rudder_upper", "--travel", "50", cwd=plant.folder)
+    assert done.returncode == 2
+    assert "rudder_upper to ±12°" in done.stderr.replace("\n", " ")
+    assert done.stderr.endswith("sternplane: that was not yes; nothing has moved\n")
+    assert not [can_id for can_id, _ in bus.drain(100_000) if can_id & 0x7F == 10]
+
+
+class ParameterServer:
+    """A foreign node with parameters: pydronecan's own node and codec."""
+
+    VALUES = (
+        ("SERVO_RATE", 50, 1, 200),
+        ("GAIN", 0.5, 0.0, 2.0),
+        ("NAME", "port", None, None),
+        ("ON", True, None, None),
+    )
+
+    def __init__(self, bus: str) -> None:
+        self._node = dronecan.make_node(f"mcast:{bus.partition(':')[2]}", node_id=77)
+        self._node.mode = dronecan.uavcan.protocol.NodeStatus().MODE_OPERATIONAL
+        self._node.add_handler(dronecan.uavcan.protocol.param.GetSet, self._answer)
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._spin)
+
+    def _answer(self, event):
+        param, answer = dronecan.uavcan.protocol.param, dronecan.uavcan.protocol.param.GetSet.Response()
+        if event.request.index < len(self.VALUES):
+            name, value, low, high = self.VALUES[event.request.index]
+            kind = {int: "integer_value", float: "real_value", str: "string_value", bool: "boolean_value"}[type(value)]
+            answer.name = name
+            answer.value = param.Value(**{kind: value})
+            if low is not None:
+                answer.min_value = param.NumericValue(**{kind: low})
+                answer.max_value = param.NumericValue(**{kind: high})
+        return answer
+
+    def _spin(self) -> None:
+        while not self._ended.is_set():
+            with contextlib.suppress(dronecan.transport.TransferError):
+                self._node.spin(0.02)
+
+    def __enter__(self) -> None:
+        self._thread.start()
+
+    def __exit__(self, *_: object) -> None:
+        self._ended.set()
+        self._thread.join()
+        self._node.close()
+
+
+def test_parameters_of_a_foreign_node_are_listed_with_their_bounds() -> None:
+    with free_number() as number, ParameterServer(f"udp:{number}"):
+        done = called("can", "params", "77", "--bus", f"udp:{number}", "--json", cwd=ROOT)
+        text = called("can", "params", "77", "--bus", f"udp:{number}", cwd=ROOT).stdout
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["complete"]
+    assert [(one["name"], one["value"], one["least"], one["greatest"]) for one in found["parameters"]] == [
+        *ParameterServer.VALUES
+    ]
+    assert text.splitlines()[2].split() == ["0", "SERVO_RATE", "50", "-", "1", "200", "int64"]
+
+
+def test_a_node_that_is_not_there_is_told_with_those_that_are(plant: Plant, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sternplane.hardware.can_params._ANSWER_S", 0.25)
+    assert "Nodes heard: 21 (org.sternplane.sim.servo_hub), 22" in tool(
+        plant, "can", "params", "99", "--bus", plant.bus, status=1
+    )
+    assert "does not answer param.GetSet" in tool(plant, "can", "params", "21", "--bus", plant.bus, status=1)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("can", "monitor", "--bus", "virtual"), "a virtual bus ends at its process"),
+        (("can", "monitor", "--bus", "udp:99"), "there is no bus '99'"),
+        (("can", "params", "200"), "must be in [1, 127]"),
+        (("can", "monitor", "--seconds", "0"), "must be in [0.1, 86400]"),
+        (("serial", "sniff", "/dev/none"), "there is no such device"),
+        (("io", "check", "none.toml"), "none.toml"),
+        (("fins", "--sweep", "--yes", "--fin", "sail"), "--fin sail: is no fin of the vehicle"),
+        (("fins",), "--sweep"),
+    ],
+)
+def test_bad_input_is_one_line(tmp_path: Path, words: tuple[str, ...], said: str) -> None:
+    done = called(*words, cwd=tmp_path)
+    assert done.returncode == 2
+    assert said in done.stderr.splitlines()[-1]
+    assert "Traceback" not in done.stderr
+
+
+def test_a_silent_bus_is_told_with_what_to_look_at(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fins_sweep, "_LISTEN_S", 0.2)
+    with free_number() as number:
+        bus = ("--bus", f"udp:{number}")
+        listened = called("can", "monitor", *bus, "--seconds", "0.2", cwd=tmp_path)
+        missing = called("io", "check", SITL, *bus, "--dvl", "none", "--seconds", "0.2", cwd=tmp_path)
+        swept = called("fins", "--sweep", "--yes", *bus, cwd=tmp_path)
+    assert listened.returncode == missing.returncode == 1
+    assert "nothing was heard" in listened.stdout
+    assert f"nothing at all was heard on udp:{number}" in missing.stdout
+    assert swept.returncode == 2
+    assert "nothing is moved" in swept.stderr
