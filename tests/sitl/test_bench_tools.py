@@ -5,10 +5,12 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import os
 import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,11 +19,12 @@ import pytest
 from sternplane.hardware import fins_sweep, sweep
 
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
+from firmware_py.adapters.drivers.dronecan import node_client
 from firmware_py.wire.dronecan import equipment_messages as eq
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.transfer import Reassembler, TransferSender
+from tests.bus_numbers import free_number
 from tests.command import Forked, called
-from tests.contract.bus_contract import free_number
 
 ROOT = Path(__file__).resolve().parents[2]
 JAM = ("--fault", "jam:stern_port@0.1")
@@ -83,12 +86,13 @@ def test_every_role_of_a_whole_vehicle_is_heard_fresh_with_its_value(plant: Plan
 def test_what_is_missing_is_named_with_its_remedy(plant: Plant) -> None:
     file = plant.folder / "io.toml"
     text = SITL.read_text().replace("pressure = 24", "pressure = 44").replace("altimeter = 25", "altimeter = 24")
+    text = text.replace("fix = 26", "fix = 46")  # but that need not be heard
     text += "".join(
         f'[[fins]]\nname = "{name}"\nid = {i}\n'
         for i, name in enumerate(("stern_port", "stern_starboard", "rudder_upper", "rudder_lower"), 1)
     )
     file.write_text(text)
-    found = checked(plant, "--dvl", plant.folder / "none", file=file, status=1)
+    found = checked(plant, "--dvl", plant.folder / "none", "--without", "fix", file=file, status=1)
     told = {text.split(":")[0]: text for text in found["missing"]}
     assert not found["passed"]
     assert "node 44" in told["pressure"]
@@ -98,30 +102,31 @@ def test_what_is_missing_is_named_with_its_remedy(plant: Plant) -> None:
     assert "reports the numbers 0, 1, 2, 3, and not 4" in told["fin rudder_lower"]
     assert "there is no such device" in told["dvl"]
     assert "24 (org.sternplane.sim.pressure)" in told[f"nodes heard on {plant.bus.partition(':')[0]}"]
-    assert [role["state"] for role in found["roles"] if role["role"] == "fin stern_port"] == ["fresh"]
+    roles = {one["role"]: one for one in found["roles"]}
+    assert roles["fin stern_port"]["state"] == "fresh"
+    assert "fix" not in told
+    assert (roles["fix"]["state"], roles["fix"]["needed"]) == ("silent", False)
 
 
-def test_a_role_that_need_not_be_heard_is_left_out(plant: Plant) -> None:
-    without = ("--without", "dvl")
-    assert checked(plant, "--dvl", plant.folder / "none", *without)["passed"]
+def test_a_role_that_does_not_exist_cannot_be_left_out(plant: Plant) -> None:
     done = called("io", "check", SITL, "--bus", plant.bus, "--without", "sonar", cwd=plant.folder)
     assert done.returncode == 2
     assert done.stderr.startswith("sternplane: --without sonar: is no role; there are ")
 
 
 def test_the_monitor_names_each_node_with_what_it_sends_and_how_often(plant: Plant) -> None:
-    found = json.loads(tool(plant, "can", "monitor", "--bus", plant.bus, "--seconds", "1.5", "--json"))
+    found = json.loads(tool(plant, "can", "monitor", "--bus", plant.bus, "--seconds", "1.3", "--json"))
     nodes = {one["node"]: one for one in found["nodes"]}
     assert set(range(21, 29)) <= set(nodes)
     assert nodes[22]["name"] == "org.sternplane.sim.esc"
-    assert nodes[22]["health"] == "OK"
+    assert nodes[22]["health"] == "ok"
     rates = [one["rate_hz"] for one in nodes[21]["messages"] if one["type"] == "uavcan.equipment.actuator.Status"]
     assert len(rates) == 4
     assert rates == pytest.approx([50.0] * 4, abs=15.0)
     assert 0.05 < found["load"] < 0.3
-    text = tool(plant, "can", "monitor", "--bus", plant.bus, "--seconds", "0.6", "--node", "24")
-    assert "org.sternplane.sim.pressure" in text
-    assert "org.sternplane.sim.esc" not in text
+    text = tool(plant, "can", "monitor", "--bus", plant.bus, "--seconds", "0.4", "--node", "24")
+    assert "air_data.StaticPressure" in text
+    assert "esc.Status" not in text
 
 
 def test_the_dvl_is_recognised_on_its_port(plant: Plant) -> None:
@@ -148,22 +153,25 @@ def angles(bus: CanBus, seconds: float, enough: Callable[[list[float]], bool]) -
     raise AssertionError(f"the fins are at {found}")
 
 
-def test_a_sweep_that_is_interrupted_leaves_the_fins_centred_and_was_never_armed(plant: Plant, bus: CanBus) -> None:
-    process = Forked(
-        "fins", "--sweep", "--bus", plant.bus, "--yes", "--fin", "rudder_lower", "--json", cwd=plant.folder
-    )
-    try:
+def test_a_sweep_that_is_interrupted_leaves_the_fins_centred_and_was_never_armed(
+    plant: Plant, bus: CanBus, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fins_sweep, "_LISTEN_S", 0.6)
+
+    def interrupt() -> None:
         angles(bus, 30.0, lambda found: abs(found[3]) > 0.04)
-        process.send_signal(signal.SIGINT)
-        said = Reassembler([m.ARMING_STATUS, m.ARRAY_COMMAND, m.RPM_COMMAND], most_open=8)
-        out, err = process.communicate(timeout=20)
-        status = process.returncode
-        heard = [said.accept(can_id, data, 0.0) for can_id, data in bus.drain(100_000)]
-    finally:
-        process.close()
-    assert status == 130, err
-    assert err == "sternplane: interrupted\n"
-    assert json.loads(out)["complete"] is False
+        os.kill(os.getpid(), signal.SIGINT)
+
+    with ThreadPoolExecutor() as pool:
+        interrupted = pool.submit(interrupt)
+        chosen = ("--yes", "--fin", "rudder_lower", "--json")
+        done = called("fins", "--sweep", "--bus", plant.bus, *chosen, cwd=plant.folder)
+        interrupted.result()
+    said = Reassembler([m.ARMING_STATUS, m.ARRAY_COMMAND, m.RPM_COMMAND], most_open=8)
+    heard = [said.accept(can_id, data, 0.0) for can_id, data in bus.drain(100_000)]
+    assert done.returncode == 130, done.stderr
+    assert done.stderr == "sternplane: interrupted\n"
+    assert json.loads(done.stdout)["complete"] is False
     sent = [one for one in heard if one is not None and one.source == 10]
     assert {m.ARMING_STATUS.decode(one.payload).status for one in sent if one.kind is m.ARMING_STATUS} == {0}
     assert {m.RPM_COMMAND.decode(one.payload).rpm for one in sent if one.kind is m.RPM_COMMAND} == {(0,)}
@@ -235,7 +243,7 @@ class Terminal(io.StringIO):
         return True
 
 
-@pytest.mark.parametrize("typed", ["no", "", "y"])
+@pytest.mark.parametrize("typed", ["", "y"])
 def test_who_does_not_type_yes_moves_nothing(
     plant: Plant, bus: CanBus, monkeypatch: pytest.MonkeyPatch, typed: str
 ) -> None:
@@ -259,10 +267,11 @@ class ParameterServer:
         ("ON", True, None, None),
     )
 
-    def __init__(self, bus: str) -> None:
-        self._node = dronecan.make_node(f"mcast:{bus.partition(':')[2]}", node_id=77)
+    def __init__(self, number: int, *, answers: bool = True) -> None:
+        self._node = dronecan.make_node(f"mcast:{number}", node_id=77)
         self._node.mode = dronecan.uavcan.protocol.NodeStatus().MODE_OPERATIONAL
-        self._node.add_handler(dronecan.uavcan.protocol.param.GetSet, self._answer)
+        if answers:
+            self._node.add_handler(dronecan.uavcan.protocol.param.GetSet, self._answer)
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._spin)
 
@@ -293,7 +302,7 @@ class ParameterServer:
 
 
 def test_parameters_of_a_foreign_node_are_listed_with_their_bounds() -> None:
-    with free_number() as number, ParameterServer(f"udp:{number}"):
+    with free_number() as number, ParameterServer(number):
         done = called("can", "params", "77", "--bus", f"udp:{number}", "--json", cwd=ROOT)
         text = called("can", "params", "77", "--bus", f"udp:{number}", cwd=ROOT).stdout
     assert done.returncode == 0, done.stderr
@@ -305,12 +314,16 @@ def test_parameters_of_a_foreign_node_are_listed_with_their_bounds() -> None:
     assert text.splitlines()[2].split() == ["0", "SERVO_RATE", "50", "-", "1", "200", "int64"]
 
 
-def test_a_node_that_is_not_there_is_told_with_those_that_are(plant: Plant, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sternplane.hardware.can_params._ANSWER_S", 0.25)
-    assert "Nodes heard: 21 (org.sternplane.sim.servo_hub), 22" in tool(
-        plant, "can", "params", "99", "--bus", plant.bus, status=1
-    )
-    assert "does not answer param.GetSet" in tool(plant, "can", "params", "21", "--bus", plant.bus, status=1)
+def test_a_node_that_does_not_answer_is_told_and_one_that_is_not_there_with_those_that_are(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(node_client, "_ANSWER", 0.4)  # it says that it is there once a second
+    with free_number() as number, ParameterServer(number, answers=False):
+        there, absent = (called("can", "params", node, "--bus", f"udp:{number}", cwd=ROOT) for node in ("77", "99"))
+    assert (there.returncode, absent.returncode) == (1, 1)
+    assert "node 77 is there, but does not answer param.GetSet" in there.stdout
+    assert "node 99 does not answer, and was not heard on udp:" in absent.stdout
+    assert "Nodes heard: 77" in absent.stdout
 
 
 @pytest.mark.parametrize(

@@ -9,19 +9,19 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from firmware_py.adapters.buses.can_bus import CanBus
+from firmware_py.adapters.drivers.dronecan.node_client import TOOL_ID
+from firmware_py.adapters.drivers.dronecan.node_monitor import HEALTH, NodeReport
 from firmware_py.run.interrupt import interruptible
 from firmware_py.wire.dronecan.message_table import NODE_STATUS
+from sternplane.hardware.bus_nodes import BusNodes
 from sternplane.hardware.messages import Port
-from sternplane.hardware.node_names import TOOL_ID, NodeNames
-from sternplane.hardware.node_status import HEALTH, MODE, status_text, uptime_text
 from sternplane.hardware.output import BAD, DOUBTFUL, PLAIN, Row, Sheet, console, live, show, show_json
 from sternplane.hardware.shared_bus import shared_bus
 from sternplane.hardware.traffic import STANDARD, Part, Stream, Traffic
 
 _PIPE_S = 5.0
-_OFFLINE_S = 3.0
-"""A node that is silent for longer is gone (uavcan.protocol.NodeStatus)."""
 _WAIT_S, _FRAMES = 0.05, 1024
+_WELL, _BAD_HEALTH = HEALTH[0], HEALTH[2:]
 
 
 class Monitor:
@@ -36,7 +36,7 @@ class Monitor:
 
     def __init__(self, bus: CanBus, only: int | None, asks: bool, bitrate: float) -> None:
         self._bus, self._only, self._asks, self._bitrate = bus, only, asks, bitrate
-        self.traffic, self.names = Traffic(), NodeNames()
+        self.traffic, self.nodes = Traffic(), BusNodes()
         self._began = time.monotonic()
         self.t = 0.0
 
@@ -47,8 +47,8 @@ class Monitor:
         for can_id, data in frames:
             self.traffic.hear(can_id, data, self.t)
             if not can_id & STANDARD:
-                self.names.hear(can_id, data, self.t)
-        if self._asks and (questions := self.names.requests(self.t)):
+                self.nodes.hear(can_id, data, self.t)
+        if self._asks and (questions := self.nodes.requests(self.t)):
             self._bus.send(questions)
 
     def sheets(self) -> Iterator[Sheet]:
@@ -109,11 +109,11 @@ class Monitor:
         """Yield a row for each type that a node sends; the node itself stands in the first."""
         if self._only not in (None, node):
             return
-        status = self.traffic.status(node)
-        gone = self.t - self.names.t_heard.get(node, -math.inf) > _OFFLINE_S
-        health = "gone" if gone else status_text(status)
-        look = BAD if gone or (status is not None and status.health >= 2) else DOUBTFUL if health != "OK" else PLAIN
-        cells = [f"{node}", self.names.name(node), health, uptime_text(status)]
+        gone = self.nodes.gone(node, self.t)
+        health = "gone" if gone else self.nodes.status_text(node)
+        bad = gone or health.startswith(_BAD_HEALTH)
+        look = BAD if bad else DOUBTFUL if health != _WELL else PLAIN
+        cells = [f"{node}", self.nodes.name(node), health, self.nodes.uptime_text(node)]
         streams = self.traffic.of_node(node)
         shown = {part: stream for part, stream in streams.items() if not _known_already(part.port)} or streams
         for part, stream in sorted(shown.items(), key=lambda item: (item[0].port.title, item[0].number)):
@@ -121,32 +121,13 @@ class Monitor:
             cells = [""] * 4
 
     def _node(self, node: int) -> dict[str, Any]:
-        status, info = self.traffic.status(node), self.names.nodes.get(node)
-        known: Mapping[str, Any] = (
-            {}
-            if status is None
-            else {
-                "health": HEALTH[status.health],
-                "mode": MODE[status.mode],
-                "uptime_s": status.uptime_sec,
-                "vendor_code": status.vendor_specific_status_code,
-            }
-        )
-        identity: Mapping[str, Any] = (
-            {}
-            if info is None
-            else {
-                "unique_id": info.hardware_version.unique_id.hex(),
-                "hardware": f"{info.hardware_version.major}.{info.hardware_version.minor}",
-                "software": f"{info.software_version.major}.{info.software_version.minor}",
-            }
-        )
+        report = self.nodes.report(node)
+        known: Mapping[str, Any] = {} if report is None else _told(report)
         return {
             "node": node,
-            "name": self.names.name(node),
+            "name": self.nodes.name(node),
             **known,
-            **identity,
-            "silent_s": self.t - self.names.t_heard.get(node, self.t),
+            "silent_s": self.t - self.nodes.t_heard.get(node, self.t),
             "lost": self.traffic.reader.dropped(node),
             "messages": [self._stream(part, stream) for part, stream in self.traffic.of_node(node).items()],
         }
@@ -154,6 +135,25 @@ class Monitor:
     def _stream(self, part: Part, stream: Stream) -> dict[str, Any]:
         rate = stream.rate(self.t)
         return {"type": part.port.title, "count": stream.count, "rate_hz": rate, "last": stream.record}
+
+
+def _told(report: NodeReport) -> dict[str, Any]:
+    """Return what a node said of itself, for JSON."""
+    found: dict[str, Any] = {
+        "health": report.health,
+        "mode": report.mode,
+        "uptime_s": report.uptime,
+        "vendor_code": report.vendor_code,
+        "restarts": report.restarts,
+        "two_senders": report.duplicate,
+        "another_device": report.replaced,
+    }
+    if report.info is not None:
+        hardware, software = report.info.hardware_version, report.info.software_version
+        found["unique_id"] = hardware.unique_id.hex()
+        found["hardware"] = f"{hardware.major}.{hardware.minor}"
+        found["software"] = f"{software.major}.{software.minor}"
+    return found
 
 
 def _known_already(port: Port) -> bool:

@@ -3,94 +3,51 @@
 from __future__ import annotations
 
 import argparse
-import time
 from collections.abc import Iterator
 from typing import Any
 
-from firmware_py.adapters.buses.can_bus import BusError, CanBus
-from firmware_py.wire.dronecan.dsdl_types import DecodeError
-from firmware_py.wire.dronecan.message_table import GET_SET, GET_SET_RESPONSE
-from firmware_py.wire.dronecan.node_messages import Empty, GetSetRequest, GetSetResponse, NumericValue, Value
-from firmware_py.wire.dronecan.transfer import Reassembler, TransferSender
-from sternplane.hardware.node_names import TOOL_ID, NodeNames
+from firmware_py.adapters.drivers.dronecan.node_client import NodeClient
+from firmware_py.wire.dronecan.node_messages import Empty, GetSetResponse, NumericValue, Value
+from sternplane.hardware.bus_nodes import BusNodes
 from sternplane.hardware.output import Row, Sheet, console, show, show_json, text_of
 from sternplane.hardware.shared_bus import shared_bus
 
-_TRIES, _ANSWER_S = 4, 0.5
-_MOST = 8192
-"""Parameters have indices of 13 bits."""
-_FRAMES = 1024
-_NOTHING, _BOOLEAN = 0, 3
-"""Tags of a value."""
+_BOOLEAN = 3
+"""Tag of a value."""
 _KINDS = ("", "int64", "float32", "bool", "text")
-
-
-class Asking:
-    """Asks one node, and listens to all.
-
-    Attributes:
-        names: who was heard meanwhile.
-    """
-
-    def __init__(self, bus: CanBus, node: int) -> None:
-        self._bus, self._node = bus, node
-        self._sender, self._answers = TransferSender(TOOL_ID), Reassembler([GET_SET_RESPONSE], TOOL_ID)
-        self.names = NodeNames()
-
-    def parameter(self, index: int) -> GetSetResponse | None:
-        """Return a parameter; None if there was no answer, to any of several questions."""
-        request = GetSetRequest(index, Value(_NOTHING, Empty()), b"")
-        for _ in range(_TRIES):
-            self._bus.send(self._sender.send(GET_SET, request, destination=self._node))
-            answer = self._answer(time.monotonic() + _ANSWER_S)
-            if answer is not None:
-                return answer
-        return None
-
-    def _answer(self, deadline: float) -> GetSetResponse | None:
-        while (left := deadline - (now := time.monotonic())) > 0.0:
-            for can_id, data in self._bus.drain(_FRAMES, left):
-                self.names.hear(can_id, data, now)
-                answer = self._answers.accept(can_id, data, now)
-                if answer is not None and answer.source == self._node:
-                    try:
-                        return GET_SET_RESPONSE.decode(answer.payload)
-                    except DecodeError as error:
-                        raise BusError(f"node {self._node}: its parameter cannot be read: {error}") from None
-            self._bus.send(self.names.requests(now))
-        return None
 
 
 def command(options: argparse.Namespace) -> int:
     """List the parameters of a node; return 1 if it does not answer, or stops to."""
-    out, found = console(), list[GetSetResponse]()
+    out, nodes = console(), BusNodes()
     with shared_bus(options.bus) as bus:
-        asking = Asking(bus, options.node)
-        for index in range(_MOST):
-            answer = asking.parameter(index)
-            if answer is None or not answer.name:
-                break
-            found.append(answer)
-    complete = answer is not None
+
+        def overhear(can_id: int, data: bytes, t: float) -> None:
+            nodes.hear(can_id, data, t)
+            bus.send(nodes.requests(t))
+
+        answers = [*NodeClient(bus, overhear=overhear).parameters(options.node)]
+    found = [answer for answer in answers if answer is not None]
+    complete = len(found) == len(answers)
     if options.json:
         show_json(out, {"node": options.node, "complete": complete, "parameters": [*map(_plain, found)]})
     else:
         titles = ("index>", "name", "value>", "default>", "least>", "greatest>", "type")
         rows = [Row((f"{index}", *_cells(one))) for index, one in enumerate(found)]
         sheets = [Sheet(f"node {options.node}", titles, rows)] if rows else []
-        show(out, sheets, _remarks(options.node, options.bus, complete, asking.names, len(found)))
+        show(out, sheets, _remarks(options.node, options.bus, complete, nodes, len(found)))
     return 0 if complete else 1
 
 
-def _remarks(node: int, bus: str, complete: bool, names: NodeNames, found: int) -> Iterator[str]:
+def _remarks(node: int, bus: str, complete: bool, nodes: BusNodes, found: int) -> Iterator[str]:
     if complete and not found:
         yield f"node {node} has no parameters"
     elif not complete and found:
         yield f"node {node} does not answer any more after parameter {found - 1}: the list is not complete"
-    elif not complete and node in names.nodes:
-        yield f"node {names.described(node)} is there, but does not answer param.GetSet: many servos do not know it"
+    elif not complete and node in nodes.t_heard:
+        yield f"node {nodes.described(node)} is there, but does not answer param.GetSet: many servos do not know it"
     elif not complete:
-        yield f"node {node} does not answer, and was not heard on {bus}. Nodes heard: {names.listed()}"
+        yield f"node {node} does not answer, and was not heard on {bus}. Nodes heard: {nodes.listed()}"
 
 
 def _cells(one: GetSetResponse) -> tuple[str, ...]:

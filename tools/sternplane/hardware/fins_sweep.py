@@ -23,9 +23,9 @@ from firmware_py.run.usage_error import UsageError
 from firmware_py.tick import NS_PER_S, step_ns
 from firmware_py.vehicle.fins import Fin
 from firmware_py.wire.dronecan.fin_servo import AtRest
+from sternplane.hardware.bus_nodes import BusNodes
 from sternplane.hardware.fins_report import found, sentences, sheet
 from sternplane.hardware.fitted_vehicle import fitted_vehicle
-from sternplane.hardware.node_names import NodeNames
 from sternplane.hardware.other_autopilots import OtherAutopilots
 from sternplane.hardware.output import console, live, show, show_json
 from sternplane.hardware.sweep import Sweep
@@ -73,13 +73,13 @@ class _Guard:
     """Makes sure that nobody else steers what is moved."""
 
     def __init__(self, own_id: int) -> None:
-        self.others, self._names = OtherAutopilots(own_id), NodeNames()
+        self.others, self._nodes = OtherAutopilots(own_id), BusNodes()
 
     def see(self, can_id: int, data: bytes, t: float) -> None:
         """Take a frame of the bus."""
         self.others.hear(can_id, data, t)
         if not can_id & STANDARD:
-            self._names.hear(can_id, data, t)
+            self._nodes.hear(can_id, data, t)
 
     def listen(self, bus: WatchedBus) -> None:
         """Listen before anything is sent as the autopilot.
@@ -90,9 +90,9 @@ class _Guard:
         end = time.monotonic() + _LISTEN_S
         while (now := time.monotonic()) < end:
             bus.drain(_FRAMES, _WAIT_S)
-            bus.send(self._names.requests(now))
+            bus.send(self._nodes.requests(now))
         self.refuse(bus)
-        if not self._names.nodes:
+        if not self._nodes.t_heard:
             raise BusError(
                 f"{bus.name}: nothing was heard for {_LISTEN_S:g} s, so nothing is moved: are the servos powered? "
                 f"See `sternplane can monitor --bus {bus.name}`"
@@ -101,7 +101,7 @@ class _Guard:
     def refuse(self, bus: WatchedBus) -> None:
         """Refuse to go on if another autopilot was heard."""
         for node, why in self.others.heard.items():
-            raise BusError(f"{bus.name}: node {self._names.described(node)} {why}: end that autopilot first")
+            raise BusError(f"{bus.name}: node {self._nodes.described(node)} {why}: end that autopilot first")
 
 
 def _run(

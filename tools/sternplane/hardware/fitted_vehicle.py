@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from firmware_py.adapters.buses.can_bus import BusError
 from firmware_py.adapters.device_hardware import DeviceHardware
 from firmware_py.adapters.drivers.serial_port import SerialPort
 from firmware_py.adapters.fitting import fitted
-from firmware_py.adapters.io_params import IoParams
+from firmware_py.adapters.io_params import IoParams, NetworkParams
 from firmware_py.vehicle.fins import Fin
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.fin_servo import servos_of
@@ -82,6 +83,11 @@ class CountedLine:
         self.received += len(data)
         return data
 
+    def write(self, data: bytes) -> None:
+        """Send what the driver asks of its device."""
+        if self._port is not None:
+            self._port.write(data)
+
     def losses(self) -> dict[str, int]:
         """Return what is wrong with the line."""
         return {} if self._port is None else self._port.losses()
@@ -127,7 +133,7 @@ def fitted_vehicle(
     """Yield the hardware of a vehicle.
 
     Args:
-        io: the io file.
+        io: the io file; what the autopilot does for other nodes, as to say the time, is left out.
         fins: of the vehicle.
         spec: the bus.
         dvl: the DVL's serial port; None leaves it alone.
@@ -139,7 +145,8 @@ def fitted_vehicle(
     with shared_bus(spec) as bus:
         watched = WatchedBus(bus, see)
         line = NoLine() if dvl is None else CountedLine("dvl", dvl, io.dvl.baud)
-        hardware = fitted(io, fins, watched, line)
+        alone = replace(io, network=NetworkParams(time_master=False, allocate=False))
+        hardware = fitted(alone, fins, watched, line)
         places = {**_on_the_bus(io, fins, spec), "dvl": Place(f"port {dvl}, {io.dvl.baud} baud", "dvl", "[dvl]")}
         try:
             yield FittedVehicle(hardware, watched, places, {"dvl": line})

@@ -16,9 +16,9 @@ from firmware_py.params import load
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.usage_error import UsageError
 from firmware_py.tick import step_ns
+from sternplane.hardware.bus_nodes import BusNodes
 from sternplane.hardware.fitted_vehicle import FittedVehicle, Place, fitted_vehicle
 from sternplane.hardware.heard_roles import HeardRole, HeardRoles, State
-from sternplane.hardware.node_names import NodeNames
 from sternplane.hardware.output import BAD, DOUBTFUL, GOOD, PLAIN, Row, Sheet, console, live, show, show_json
 from sternplane.hardware.readable import readable
 from sternplane.hardware.remedies import Remedies
@@ -40,14 +40,14 @@ class Check:
     """
 
     def __init__(self, fins: Sequence[str], own_id: int, without: Sequence[str]) -> None:
-        self.roles, self.traffic, self.names = HeardRoles(fins), Traffic(), NodeNames()
+        self.roles, self.traffic, self.nodes = HeardRoles(fins), Traffic(), BusNodes()
         self._own_id, self._without = own_id, (*_OPTIONAL, *without)
 
     def see(self, can_id: int, data: bytes, t: float) -> None:
         """Take a frame of the bus."""
         self.traffic.hear(can_id, data, t)
         if not can_id & STANDARD:
-            self.names.hear(can_id, data, t)
+            self.nodes.hear(can_id, data, t)
 
     def needed(self) -> list[str]:
         """Return the roles that must be heard."""
@@ -59,7 +59,7 @@ class Check:
 
     def missing(self, vehicle: FittedVehicle) -> list[str]:
         """Return what is missing, in sentences."""
-        remedies = Remedies(vehicle, self.roles, self.traffic, self.names, self._own_id)
+        remedies = Remedies(vehicle, self.roles, self.traffic, self.nodes, self._own_id)
         return [*remedies.sentences(self.needed())]
 
     def sheet(self, vehicle: FittedVehicle) -> Sheet:
@@ -89,7 +89,7 @@ class Check:
             "seconds": self.roles.t,
             "roles": roles,
             "missing": self.missing(vehicle),
-            "nodes": {node: self.names.name(node) for node in self.names.nodes},
+            "nodes": {node: self.nodes.name(node) for node in self.nodes.t_heard},
             "losses": {cause: count for cause, count in losses.items() if count},
         }
 
@@ -104,7 +104,7 @@ class Check:
         for name, role in self.roles.roles().items():
             state, needed = self.roles.state(name), name not in self._without
             place = vehicle.places[name]
-            node = self.names.name(place.node)
+            node = self.nodes.name(place.node)
             device = f"{place.device} ({node})" if node else place.device
             lost = sum(_of(place.name, losses).values())
             value = readable(name, role.last.value) if role.last else "-"
@@ -132,7 +132,7 @@ def command(options: argparse.Namespace) -> int:
                 check.roles.update(vehicle.hardware.read(tick), tick.t)
                 if tick.k % 10 == 0:
                     draw()
-                    vehicle.bus.send(check.names.requests(time.monotonic()))
+                    vehicle.bus.send(check.nodes.requests(time.monotonic()))
         if options.json:
             show_json(out, check.found(vehicle))
         else:

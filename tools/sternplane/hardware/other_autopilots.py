@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from firmware_py.adapters.drivers.dronecan.node_client import TOOL_ID
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.message_table import TransferKind
 from sternplane.hardware.messages import port_of
-from sternplane.hardware.node_names import TOOL_ID
 from sternplane.hardware.traffic import STANDARD
 
 _COMMANDS = {

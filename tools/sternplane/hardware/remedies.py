@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
+from sternplane.hardware.bus_nodes import BusNodes
 from sternplane.hardware.fitted_vehicle import CountedLine, FittedVehicle, Place
 from sternplane.hardware.heard_roles import HeardRoles, State
-from sternplane.hardware.node_names import NodeNames
-from sternplane.hardware.node_status import status_text
 from sternplane.hardware.traffic import Traffic
 
 _NOT_OK = {
@@ -29,14 +28,14 @@ class Remedies:
         vehicle: its devices.
         roles: what was heard of each.
         traffic: what else was heard on the bus.
-        names: of the nodes.
+        nodes: who is there.
         own_id: the autopilot's.
     """
 
     def __init__(
-        self, vehicle: FittedVehicle, roles: HeardRoles, traffic: Traffic, names: NodeNames, own_id: int
+        self, vehicle: FittedVehicle, roles: HeardRoles, traffic: Traffic, nodes: BusNodes, own_id: int
     ) -> None:
-        self._vehicle, self._roles, self._traffic, self._names = vehicle, roles, traffic, names
+        self._vehicle, self._roles, self._traffic, self._nodes = vehicle, roles, traffic, nodes
         self._own_id = own_id
         self._bus = vehicle.bus.name
 
@@ -44,8 +43,8 @@ class Remedies:
         """Yield a sentence for each of these roles that is not heard as it should be, and for what is wrong besides."""
         if not self._traffic.frames:
             yield self._silent_bus()
-        elif self._own_id in self._names.nodes:
-            who = self._names.described(self._own_id)
+        elif self._own_id in self._nodes.t_heard:
+            who = self._nodes.described(self._own_id)
             yield (
                 f"node {who} speaks under the autopilot's own id: end that program before this vehicle flies, or give "
                 "another [can] node_id"
@@ -60,7 +59,7 @@ class Remedies:
         silent = [role for role in wanted if self._roles.state(role) is State.SILENT]
         if self._traffic.frames and any(self._vehicle.places[role].node for role in silent):
             monitor = f"`sternplane can monitor --bus {self._bus}`"
-            yield f"nodes heard on {self._bus}: {self._names.listed()}; {monitor} shows what they send"
+            yield f"nodes heard on {self._bus}: {self._nodes.listed()}; {monitor} shows what they send"
 
     def _silent_bus(self) -> str:
         checks = "is a device powered?"
@@ -91,20 +90,20 @@ class Remedies:
         )
 
     def _of_node(self, role: str, place: Place, state: State) -> str:
-        node = self._names.described(place.node)
+        node = self._nodes.described(place.node)
         if state is State.TWO_SENDERS:
             return f"two nodes speak under id {node}: give one of them another id"
         if state is State.REPLACED:
             return f"under id {node} another device answers than at first: two devices, or one was exchanged"
         if state is State.UNHEALTHY:
-            return f"node {node} says in its NodeStatus: {status_text(self._traffic.status(place.node))}"
+            return f"node {node} says in its NodeStatus: {self._nodes.status_text(place.node)}"
         if state is State.NOT_OK:
             return (
                 f"node {node} is heard, but {_FIN_NOT_OK if role.startswith('fin ') else _NOT_OK.get(role, 'not ok')}"
             )
         if state is State.LOST:
             return f"node {node} was heard, and is no longer: a loose contact, or its supply?"
-        if place.node in self._names.nodes:
+        if place.node in self._nodes.t_heard:
             return self._without(place, node)
         question = f"Is it powered and on this bus, or has it another id ({place.key})?"
         return f"nothing heard of {place.device}. {question} {self._instead(place)}".rstrip()
@@ -126,7 +125,7 @@ class Remedies:
         free = [node for node in others if node not in taken]
         if not free:
             return ""
-        who = ", ".join(self._names.described(node) for node in free)
+        who = ", ".join(self._nodes.described(node) for node in free)
         return f"{place.sends} comes from node {who}: is that it? Then write its id at {place.key}. "
 
     def _restarts(self) -> Iterator[str]:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Any, NamedTuple
 
-from firmware_py.wire.dronecan.message_table import NODE_STATUS, TransferKind
-from firmware_py.wire.dronecan.node_messages import NodeStatus
+from firmware_py.wire.dronecan.message_table import TransferKind
 from firmware_py.wire.dronecan.transfer import TIMEOUT
 from sternplane.hardware.canopen_text import canopen_text
 from sternplane.hardware.messages import MessageReader, Port, fields_text, port_of
@@ -124,11 +123,6 @@ class Traffic:
         wanted = Port(node, TransferKind.MESSAGE, data_type_id)
         found = [s.rate(t) for part, s in self.streams.items() if part.port == wanted and number in (-1, part.number)]
         return max(found, default=0.0)
-
-    def status(self, node: int) -> NodeStatus | None:
-        """Return the last NodeStatus of a node."""
-        stream = self.streams.get(Part(Port(node, TransferKind.MESSAGE, NODE_STATUS.data_type_id)))
-        return None if stream is None else stream.record
 
     def _stream(self, port: Port, record: Any = None) -> Stream:
         numbers = (getattr(record, name) for name in _NUMBERS if hasattr(record, name))
