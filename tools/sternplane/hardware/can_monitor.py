@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from firmware_py.adapters.buses.can_bus import CanBus
+from firmware_py.adapters.buses.frame_id import STANDARD
 from firmware_py.adapters.drivers.dronecan.node_client import TOOL_ID
 from firmware_py.adapters.drivers.dronecan.node_monitor import HEALTH, NodeReport
 from firmware_py.run.interrupt import interruptible
@@ -17,7 +18,7 @@ from sternplane.hardware.bus_nodes import BusNodes
 from sternplane.hardware.messages import Port
 from sternplane.hardware.output import BAD, DOUBTFUL, PLAIN, Row, Sheet, console, live, show, show_json
 from sternplane.hardware.shared_bus import shared_bus
-from sternplane.hardware.traffic import STANDARD, Part, Stream, Traffic
+from sternplane.hardware.traffic import Part, Stream, Traffic
 
 _PIPE_S = 5.0
 _WAIT_S, _FRAMES = 0.05, 1024
@@ -172,7 +173,7 @@ def command(options: argparse.Namespace) -> int:
     out = console()
     watched = out.is_terminal and not options.json
     seconds = options.seconds if options.seconds is not None else math.inf if watched else _PIPE_S
-    with shared_bus(options.bus) as bus:
+    with shared_bus(options.bus, standard=True) as bus:
         monitor = Monitor(bus, options.node, not options.silent, options.bitrate)
         with interruptible() as interrupted, live(out, monitor.sheets, watched) as draw:
             while monitor.t < seconds and not interrupted:

@@ -13,6 +13,7 @@ from rich.console import Console
 
 from firmware_py import config_files
 from firmware_py.adapters.buses.can_bus import BusError
+from firmware_py.adapters.buses.frame_id import STANDARD
 from firmware_py.adapters.device_hardware import DeviceHardware
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
@@ -29,7 +30,6 @@ from sternplane.hardware.fitted_vehicle import fitted_vehicle
 from sternplane.hardware.other_autopilots import OtherAutopilots
 from sternplane.hardware.output import console, live, show, show_json
 from sternplane.hardware.sweep import Sweep
-from sternplane.hardware.traffic import STANDARD
 from sternplane.hardware.watched_bus import WatchedBus
 
 _LISTEN_S = 2.5
@@ -47,12 +47,14 @@ def command(options: argparse.Namespace) -> int:
     fins, params = config_files.vehicle(configuration).fins, config_files.autopilot_params(configuration)
     if not options.yes and not sys.stdin.isatty():
         raise UsageError("the fins are moved only after a yes; there is no terminal to ask at, so give --yes")
+    if io.canopen.fins:
+        raise UsageError(f"{io_file}: its fins are on CANopen drives, which have no power while disarmed")
     chosen = _chosen(options.fin, [fin.name for fin in fins])
     # What an io file has servos told at rest is for a vehicle that waits; here they are told to move.
     moving = replace(io, fins=tuple(replace(one, at_rest=AtRest.CENTRE) for one in io.fins))
     out, spec, guard = console(), options.bus or io.can.bus, _Guard(io.can.node_id)
     sweep = Sweep(fins, chosen, options.travel / 100.0, params.safety.actuators.rate_share)
-    with fitted_vehicle(moving, fins, spec, None, guard.see) as fitted:
+    with fitted_vehicle(moving, fins, spec, guard.see) as fitted:
         guard.listen(fitted.bus)
         if not options.yes:
             _confirm([fins[i] for i in chosen], options.travel / 100.0, spec)

@@ -9,9 +9,11 @@ from typing import Any, NamedTuple
 
 from firmware_py.adapters.buses.can_bus import BusError
 from firmware_py.adapters.device_hardware import DeviceHardware
-from firmware_py.adapters.drivers.serial_port import SerialPort
-from firmware_py.adapters.fitting import fitted
-from firmware_py.adapters.io_params import IoParams, NetworkParams
+from firmware_py.adapters.drivers.dronecan.bus_params import NetworkParams
+from firmware_py.adapters.drivers.instrument_params import Device
+from firmware_py.adapters.fitting import fitted, open_line, open_second
+from firmware_py.adapters.io_params import IoParams
+from firmware_py.records.sensing import candidate_name
 from firmware_py.vehicle.fins import Fin
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.fin_servo import servos_of
@@ -19,17 +21,20 @@ from firmware_py.wire.dronecan.message_table import MessageType
 from sternplane.hardware.shared_bus import shared_bus
 from sternplane.hardware.watched_bus import WatchedBus
 
-_MEASURED_BY: Mapping[str, tuple[str, MessageType[Any]]] = {
-    "ahrs": ("ahrs", m.AHRS_SOLUTION),
-    "pressure": ("pressure", m.STATIC_PRESSURE),
-    "altitude": ("altimeter", m.RANGE_MEASUREMENT),
-    "fix": ("fix", m.FIX2),
+_MESSAGE_OF: Mapping[str, MessageType[Any]] = {
+    "ahrs": m.AHRS_SOLUTION,
+    "pressure": m.STATIC_PRESSURE,
+    "altitude": m.RANGE_MEASUREMENT,
+    "fix": m.FIX2,
+}
+"""What a node sends that measures a role."""
+_OTHERS: Mapping[str, tuple[str, MessageType[Any]]] = {
     "n": ("esc", m.ESC_STATUS),
     "battery": ("battery", m.BATTERY_INFO),
     "leak": ("battery", m.HYGROMETER),
     "hardpoint": ("hardpoint", m.HARDPOINT_STATUS),
 }
-"""The node of each role in table [nodes], and what it sends; the fins are apart."""
+"""The node in [nodes] of the other roles, and what it sends; the fins are apart."""
 
 
 class Place(NamedTuple):
@@ -55,19 +60,19 @@ class Place(NamedTuple):
 
 
 class CountedLine:
-    """A serial line for a driver, which counts what comes.
+    """A line of its own for a driver, which counts what comes.
 
     Attributes:
-        missing: why there is no port; "" if there is one.
+        missing: why there is none; "" if there is one.
         received: how many bytes have come.
         openings: how often it was opened.
     """
 
-    def __init__(self, device: str, port: str, baud: int) -> None:
+    def __init__(self, device: Device, port: str) -> None:
         self.missing, self.received, self.openings = "", 0, 0
-        self._port: SerialPort | None = None
+        self._port: Any = None
         try:
-            self._port = SerialPort(device, port, baud, absent=True)
+            self._port = open_line(device, port, absent=True)
             self.missing = self._port.missing
         except BusError as error:
             self.missing = str(error)
@@ -76,7 +81,7 @@ class CountedLine:
         """Return the bytes that have arrived."""
         if self._port is None:
             return b""
-        data = self._port.read(t)
+        data: bytes = self._port.read(t)
         self.openings = self._port.openings
         if data:
             self.missing = ""
@@ -90,7 +95,7 @@ class CountedLine:
 
     def losses(self) -> dict[str, int]:
         """Return what is wrong with the line."""
-        return {} if self._port is None else self._port.losses()
+        return {} if self._port is None else dict(self._port.losses())
 
     def close(self) -> None:
         """Leave it."""
@@ -98,12 +103,32 @@ class CountedLine:
             self._port.close()
 
 
-class NoLine(CountedLine):
-    """The line of a device that a tool does not need."""
+class NoLine:
+    """The line of a device that a tool leaves alone: silence, on a stream and on I2C."""
 
-    def __init__(self) -> None:
-        self.missing, self.received, self.openings = "", 0, 0
-        self._port = None
+    openings = 0
+
+    def read(self, _t: float) -> bytes:
+        """Return nothing."""
+        return b""
+
+    def write(self, _data: bytes) -> None:
+        """Send nothing."""
+
+    def write_byte(self, *_: int) -> None:
+        """Say that nobody answers."""
+        raise OSError
+
+    def read_i2c_block_data(self, *_: int) -> list[int]:
+        """Say that nobody answers."""
+        raise OSError
+
+    def losses(self) -> dict[str, int]:
+        """Return nothing."""
+        return {}
+
+    def close(self) -> None:
+        """Leave it."""
 
 
 class FittedVehicle(NamedTuple):
@@ -127,8 +152,8 @@ def fitted_vehicle(
     io: IoParams,
     fins: Sequence[Fin],
     spec: str,
-    dvl: str | None,
     see: Callable[[int, bytes, float], None],
+    ports: Sequence[str] | None = None,
 ) -> Iterator[FittedVehicle]:
     """Yield the hardware of a vehicle.
 
@@ -136,37 +161,69 @@ def fitted_vehicle(
         io: the io file; what the autopilot does for other nodes, as to say the time, is left out.
         fins: of the vehicle.
         spec: the bus.
-        dvl: the DVL's serial port; None leaves it alone.
         see: is given every frame of the bus.
+        ports: those of `io.lines`; None leaves these devices alone.
 
     Raises:
         BusError, ParamError, UsageError: in one line, what cannot be used.
     """
-    with shared_bus(spec) as bus:
-        watched = WatchedBus(bus, see)
-        line = NoLine() if dvl is None else CountedLine("dvl", dvl, io.dvl.baud)
+    with contextlib.ExitStack() as stack:
+        watched = WatchedBus(stack.enter_context(shared_bus(spec, standard=io.canopen.shares_bus)), see)
+        lines: list[Any] = [NoLine() for _ in io.lines]
+        if ports is not None:
+            lines = [
+                open_line(device, port) if port.startswith("i2c:") else CountedLine(device, port)
+                for device, port in zip(io.lines, ports, strict=True)
+            ]
         alone = replace(io, network=NetworkParams(time_master=False, allocate=False))
-        hardware = fitted(alone, fins, watched, line)
-        places = {**_on_the_bus(io, fins, spec), "dvl": Place(f"port {dvl}, {io.dvl.baud} baud", "dvl", "[dvl]")}
-        try:
-            yield FittedVehicle(hardware, watched, places, {"dvl": line})
-        finally:
-            hardware.close()
+        hardware = fitted(alone, fins, watched, lines, open_second(io, stack, awaited=True))
+        stack.callback(hardware.close)
+        counted = {
+            candidate_name(device.role, device.number): line
+            for device, line in zip(io.lines, lines, strict=True)
+            if isinstance(line, CountedLine)
+        }
+        yield FittedVehicle(hardware, watched, places_by_role(io, fins, spec, ports), counted)
 
 
-def _on_the_bus(io: IoParams, fins: Sequence[Fin], spec: str) -> dict[str, Place]:
+def places_by_role(
+    io: IoParams, fins: Sequence[Fin], spec: str, ports: Sequence[str] | None = None
+) -> dict[str, Place]:
+    """Return where each role is measured: fields of `SensorFrame`, "ROLE.2" of a second device, "fin NAME"."""
+
     def place(node: int, name: str, key: str, kind: MessageType[Any], number: int = -1) -> Place:
         which = "" if number < 0 else f", number {number}"
         return Place(f"node {node} on {spec}{which}", name, key, node, kind.name, kind.data_type_id, number)
 
-    found = {
-        role: place(getattr(io.nodes, name), name, f"[nodes] {name}", kind)
-        for role, (name, kind) in _MEASURED_BY.items()
-    }
+    places = iter(ports if ports is not None else [device.table.place(spec) for device in io.lines])
+    found: dict[str, Place] = {}
+    for device in io.devices:
+        role = candidate_name(device.role, device.number)
+        if device.node:
+            found[role] = place(device.node, device.source, _key(device), _MESSAGE_OF[device.role])
+        else:
+            port, baud = next(places), device.table.baud
+            where = f"port {port}, {baud} baud" if port.startswith("/") else f"port {port}"
+            found[role] = Place(where, device.source, device.key)
+    for role, (name, kind) in _OTHERS.items():
+        found[role] = place(getattr(io.nodes, name), name, f"[nodes] {name}", kind)
     found["n"] = place(io.nodes.esc, "esc", "[nodes] esc, [propeller] index", m.ESC_STATUS, io.propeller.index)
+    names = [fin.name for fin in fins]
+    if io.canopen.fins:
+        bus = io.canopen.bus or spec
+        for drive in io.canopen.fins:
+            found[f"fin {drive.name}"] = Place(
+                f"drive {drive.node} on {bus}", f"drive{drive.node}", "[[canopen.fins]] node"
+            )
+        return found
     key = "[[fins]] node, id and status_id" if io.fins else "[nodes] servo_hub; [[fins]] for other ids than 0, 1, ..."
-    for fin, servo in zip(fins, servos_of(io.fins, [fin.name for fin in fins]), strict=True):
+    for name, servo in zip(names, servos_of(io.fins, names), strict=True):
         own = servo.params.node
-        node, name = own or io.nodes.servo_hub, f"servo{own}" if own else "servo_hub"
-        found[f"fin {fin.name}"] = place(node, name, key, m.ACTUATOR_STATUS, servo.status_id)
+        hub = f"servo{own}" if own else "servo_hub"
+        found[f"fin {name}"] = place(own or io.nodes.servo_hub, hub, key, m.ACTUATOR_STATUS, servo.status_id)
     return found
+
+
+def _key(device: Device) -> str:
+    """Return where a device on the bus stands in the io file."""
+    return device.key.replace("nodes.", "[nodes] ") if device.instrument is None else f"{device.key} node"

@@ -4,11 +4,20 @@ from __future__ import annotations
 
 import enum
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import fields
 from typing import Any, NamedTuple
 
-from firmware_py.records.sensing import MEASURES, Heard, SensorFrame, fin_bit, node_bit
+from firmware_py.records.sensing import (
+    MEASURES,
+    ROLES,
+    Heard,
+    SensorFrame,
+    candidate_bit,
+    candidate_name,
+    fin_bit,
+    node_bit,
+)
 
 _RECENT_S = 2.5
 """What comes once a second is fresh if it has come within this."""
@@ -97,10 +106,11 @@ class HeardRoles:
         wrong: what was ever the matter with nodes.
     """
 
-    def __init__(self, fins: Sequence[str]) -> None:
+    def __init__(self, fins: Sequence[str], known: Collection[str] | None = None) -> None:
+        """Take the names of the fins, and the roles that a device measures; None is all."""
         self.t = 0.0
         self.wrong = Wrong()
-        self._fins = fins
+        self._fins, self._known = fins, known
         self._roles: dict[str, HeardRole] = {}
 
     def update(self, frame: SensorFrame, t: float) -> None:
@@ -109,10 +119,12 @@ class HeardRoles:
         before = self.wrong
         self.wrong = Wrong(before.two_senders | frame.two_senders, frame.unhealthy, before.replaced | frame.replaced)
         for name, bit, heard in self._measurements(frame):
+            if self._known is not None and name not in self._known:
+                continue
             self._roles.setdefault(name, HeardRole(bit)).update(heard, t)
 
     def roles(self) -> dict[str, HeardRole]:
-        """Return all of them, by their names: fields of `SensorFrame`, and "fin NAME" for each fin."""
+        """Return all of them, by their names: fields of `SensorFrame`, "ROLE.2" of a second device, "fin NAME"."""
         return self._roles
 
     def state(self, role: str) -> State:
@@ -125,7 +137,10 @@ class HeardRoles:
         for field in fields(frame):
             value = getattr(frame, field.name)
             if isinstance(value, Heard):
-                yield field.name, _bit(field.name), value
+                yield field.name, candidate_bit(field.name, 0) if field.name in ROLES else _bit(field.name), value
+        for role in ROLES:
+            for i, heard in enumerate(getattr(frame, f"spare_{role}"), 1):
+                yield candidate_name(role, i), candidate_bit(role, i), heard
 
 
 def _bit(role: str) -> int:

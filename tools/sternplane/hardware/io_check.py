@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from firmware_py import config_files
+from firmware_py.adapters.buses.frame_id import STANDARD
+from firmware_py.adapters.fitting import places_of
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.adapters.storage.toml_files import read_toml
@@ -17,12 +18,12 @@ from firmware_py.run.interrupt import interruptible
 from firmware_py.run.usage_error import UsageError
 from firmware_py.tick import step_ns
 from sternplane.hardware.bus_nodes import BusNodes
-from sternplane.hardware.fitted_vehicle import FittedVehicle, Place, fitted_vehicle
+from sternplane.hardware.fitted_vehicle import FittedVehicle, Place, fitted_vehicle, places_by_role
 from sternplane.hardware.heard_roles import HeardRole, HeardRoles, State
 from sternplane.hardware.output import BAD, DOUBTFUL, GOOD, PLAIN, Row, Sheet, console, live, show, show_json
 from sternplane.hardware.readable import readable
 from sternplane.hardware.remedies import Remedies
-from sternplane.hardware.traffic import STANDARD, Traffic
+from sternplane.hardware.traffic import Traffic
 
 _OPTIONAL = ("hardpoint",)
 """A relay holds the drop weight, or there is none."""
@@ -35,12 +36,13 @@ class Check:
 
     Args:
         fins: their names.
+        known: the roles that a device measures.
         own_id: the autopilot's node id.
         without: roles that need not be heard.
     """
 
-    def __init__(self, fins: Sequence[str], own_id: int, without: Sequence[str]) -> None:
-        self.roles, self.traffic, self.nodes = HeardRoles(fins), Traffic(), BusNodes()
+    def __init__(self, fins: Sequence[str], known: Collection[str], own_id: int, without: Sequence[str]) -> None:
+        self.roles, self.traffic, self.nodes = HeardRoles(fins, known), Traffic(), BusNodes()
         self._own_id, self._without = own_id, (*_OPTIONAL, *without)
 
     def see(self, can_id: int, data: bytes, t: float) -> None:
@@ -107,7 +109,7 @@ class Check:
             node = self.nodes.name(place.node)
             device = f"{place.device} ({node})" if node else place.device
             lost = sum(_of(place.name, losses).values())
-            value = readable(name, role.last.value) if role.last else "-"
+            value = readable(name.partition(".")[0], role.last.value) if role.last else "-"
             age = f"{role.age(t):.2f} s" if role.last else "-"
             look = GOOD if state is State.FRESH else BAD if needed else PLAIN if state is State.SILENT else DOUBTFUL
             words = state.value if needed or state is State.FRESH else f"{state.value}, not needed"
@@ -122,10 +124,11 @@ def command(options: argparse.Namespace) -> int:
     configuration = config_files.read_configuration(options.config)
     fins, rate = config_files.vehicle(configuration).fins, config_files.autopilot_params(configuration).rate
     spec, out = options.bus or io.can.bus, console()
-    check = Check([fin.name for fin in fins], io.can.node_id, options.without.replace(",", " ").split())
-    dvl = str(Path(options.dvl or io.dvl.place(spec)))
-    with fitted_vehicle(io, fins, spec, dvl, check.see) as vehicle:
-        _refuse_unknown(options.without.replace(",", " ").split(), vehicle.places)
+    ports, without = places_of(io, spec, options.dvl), options.without.replace(",", " ").split()
+    known = places_by_role(io, fins, spec, ports)
+    _refuse_unknown(without, known)
+    check = Check([fin.name for fin in fins], known, io.can.node_id, without)
+    with fitted_vehicle(io, fins, spec, check.see, ports) as vehicle:
         with interruptible() as interrupted, live(out, lambda: [check.sheet(vehicle)], not options.json) as draw:
             ticks = round(options.seconds * rate)
             for tick in RealTimeSchedule(step_ns(rate), lambda k: k <= ticks and not interrupted):

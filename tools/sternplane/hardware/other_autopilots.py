@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from firmware_py.adapters.buses.frame_id import STANDARD
 from firmware_py.adapters.drivers.dronecan.node_client import TOOL_ID
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.message_table import TransferKind
 from sternplane.hardware.messages import port_of
-from sternplane.hardware.traffic import STANDARD
 
 _COMMANDS = {
     kind.data_type_id: kind.name

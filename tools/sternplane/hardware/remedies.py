@@ -53,7 +53,7 @@ class Remedies:
             state, place = self._roles.state(role), self._vehicle.places[role]
             if state is State.FRESH or (place.node and not self._traffic.frames):
                 continue
-            text = self._of_line(self._vehicle.lines[role], place, state) if role in self._vehicle.lines else ""
+            text = self._of_line(role, self._vehicle.lines[role], place, state) if role in self._vehicle.lines else ""
             yield f"{role}: {text or self._of_node(role, place, state)}"
         yield from self._restarts()
         silent = [role for role in wanted if self._roles.state(role) is State.SILENT]
@@ -73,12 +73,12 @@ class Remedies:
             checks = f"is anybody there? `sternplane plant --bus {self._bus} --pace realtime` is a simulated vehicle"
         return f"nothing at all was heard on {self._bus}: {checks}"
 
-    def _of_line(self, line: CountedLine, place: Place, state: State) -> str:
+    def _of_line(self, role: str, line: CountedLine, place: Place, state: State) -> str:
         """Return what to say of a device on a line of its own; "" if its values are the matter."""
         if line.missing:
             return line.missing.partition(": ")[2]
         if state not in (State.SILENT, State.LOST):
-            return _NOT_OK["dvl"] if state is State.NOT_OK else ""
+            return _NOT_OK.get(role.partition(".")[0], "not ok") if state is State.NOT_OK else ""
         port = place.device.split(",")[0].removeprefix("port ")
         if not line.received:
             return (
@@ -90,6 +90,8 @@ class Remedies:
         )
 
     def _of_node(self, role: str, place: Place, state: State) -> str:
+        if not place.node:
+            return f"{place.device}: {state.value}. Is it powered and wired, and right in the io file ({place.key})?"
         node = self._nodes.described(place.node)
         if state is State.TWO_SENDERS:
             return f"two nodes speak under id {node}: give one of them another id"
@@ -98,9 +100,8 @@ class Remedies:
         if state is State.UNHEALTHY:
             return f"node {node} says in its NodeStatus: {self._nodes.status_text(place.node)}"
         if state is State.NOT_OK:
-            return (
-                f"node {node} is heard, but {_FIN_NOT_OK if role.startswith('fin ') else _NOT_OK.get(role, 'not ok')}"
-            )
+            why = _FIN_NOT_OK if role.startswith("fin ") else _NOT_OK.get(role.partition(".")[0], "not ok")
+            return f"node {node} is heard, but {why}"
         if state is State.LOST:
             return f"node {node} was heard, and is no longer: a loose contact, or its supply?"
         if place.node in self._nodes.t_heard:

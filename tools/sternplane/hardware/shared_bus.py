@@ -10,13 +10,13 @@ from firmware_py.run.usage_error import UsageError
 
 
 @contextlib.contextmanager
-def shared_bus(spec: str) -> Iterator[CanBus]:
-    """Yield a bus that other processes are on too.
+def shared_bus(spec: str, *, standard: bool = False) -> Iterator[CanBus]:
+    """Yield a bus that other processes are on too; with `standard` its frames with ids of 11 bits come as well.
 
     Raises:
         BusError, UsageError: in one line, why there is none.
     """
     if spec.startswith("virtual"):
         raise UsageError(f"bus {spec}: a virtual bus ends at its process; give --bus socketcan:IFACE or udp:N")
-    with contextlib.closing(open_bus(spec)) as bus:
+    with contextlib.closing(open_bus(spec, standard=standard)) as bus:
         yield bus

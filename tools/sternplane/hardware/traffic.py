@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections import deque
 from typing import Any, NamedTuple
 
+from firmware_py.adapters.buses.frame_id import STANDARD
 from firmware_py.wire.dronecan.message_table import TransferKind
 from firmware_py.wire.dronecan.transfer import TIMEOUT
 from sternplane.hardware.canopen_text import canopen_text
 from sternplane.hardware.messages import MessageReader, Port, fields_text, port_of
 
-STANDARD = 1 << 29
-"""Flag of an id of 11 bits."""
 _WINDOW = 64
 """So many last arrivals make a rate."""
 _FRAME_BITS, _STANDARD_BITS = 67, 47

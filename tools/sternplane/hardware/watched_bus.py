@@ -20,6 +20,11 @@ class WatchedBus:
         self._bus, self._see = bus, see
         self.name = bus.name
 
+    @property
+    def sound(self) -> bool:
+        """Return whether the bus is, as it says."""
+        return self._bus.sound
+
     def drain(self, limit: int, seconds: float = 0.0) -> list[tuple[int, bytes]]:
         """Return the frames that have arrived, as the bus does."""
         frames = self._bus.drain(limit, seconds)
