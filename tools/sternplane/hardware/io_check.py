@@ -150,7 +150,8 @@ def _of(device: str, losses: Mapping[str, int]) -> dict[str, int]:
     found = {
         cause.removeprefix(f"{device}_"): count for cause, count in losses.items() if cause.startswith(f"{device}_")
     }
-    return {cause: count for cause, count in found.items() if count and cause not in _NO_LOSS}
+    # What begins with a number is of another device of the role, such as ahrs_2.
+    return {cause: n for cause, n in found.items() if n and cause not in _NO_LOSS and not cause[0].isdigit()}
 
 
 def _refuse_unknown(without: Sequence[str], known: Mapping[str, Any]) -> None:
