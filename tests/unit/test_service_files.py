@@ -98,10 +98,10 @@ def test_the_page_tells_what_the_program_takes() -> None:
     page = (configs() / "vehicle.md").read_text()
     found = re.search(r"```toml\n(.*?)```", page, re.DOTALL)
     assert found is not None
-    io = read_toml(configs() / "npsauv2" / "io_sea.toml")
-    for table, lines in tomllib.loads(found[1]).items():
-        io[table] = lines if isinstance(lines, list) else {**io.get(table, {}), **lines}
-    load(IoParams, io, "io.toml of the page")
+    io = load(
+        IoParams, read_toml(configs() / "npsauv2" / "io_sea.toml") | tomllib.loads(found[1]), "io.toml of the page"
+    )
+    assert [device.table.driver for device in io.lines] == ["vectornav", "waterlink", "ublox"]
     parser = argparse.ArgumentParser()
     options.add_fly(parser)
     [fly] = re.findall(r"^    sternplane fly (.*)$", page, re.MULTILINE)
