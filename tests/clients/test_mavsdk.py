@@ -189,7 +189,10 @@ def test_fence_and_rally_points_come_back_and_are_adopted(flown: Flown) -> None:
 
 
 def test_a_mission_is_begun_paused_and_gone_on_with_from_the_item_that_is_set(flown: Flown) -> None:
-    assert flown.said["begun"] == {"current": 0, "total": 5}
+    assert flown.said["begun"] in (
+        {"current": 0, "total": 5},
+        {"current": 1, "total": 5},
+    )  # as soon as the client listens
     assert flown.said["passed"]["current"] in (1, 2)  # item 1 is a speed, which is not flown
     assert flown.said["jumped"] == {"current": 3, "total": 5}
     flying = [cycle for cycle in flown.cycles if cycle.mode.mode is Mode.MISSION]

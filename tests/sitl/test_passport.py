@@ -95,7 +95,10 @@ def restored(log: Log) -> dict[str, dict[str, float]]:
 def test_fins_that_were_damaged_since_are_named_in_flight_and_what_they_do_is_not_kept(place: Path) -> None:
     lost = "weak:rudder_upper=0@0", "weak:stern_port=0@0"
     flags = [word for fault in lost for word in ("--fault", fault)]
-    given = "--scenario", "dive.toml", "--passport", "given.json"
+    (place / "longer.toml").write_text(
+        (place / "dive.toml").read_text().replace("duration_s = 22.0", "duration_s = 45.0")
+    )
+    given = "--scenario", "longer.toml", "--passport", "given.json"
     result = called("sitl", *given, *flags, "--out", "damaged", cwd=place)
     assert result.returncode == 0, result.stderr
     log = read(place / "damaged" / "log.mcap")
@@ -103,9 +106,9 @@ def test_fins_that_were_damaged_since_are_named_in_flight_and_what_they_do_is_no
     [damaged] = [(t, text) for t, text in told if text.startswith("damage found: rudders: half")]
     assert damaged[0] < 12.0
     assert "50% of turning" in damaged[1]
-    [changed] = [text for t, text in told if text.startswith("this flight against the earlier") and t < 21.0]
+    [changed] = [text for t, text in told if text.startswith("this flight against the earlier") and t < 40.0]
     assert "stern planes -4" in changed
-    assert "rudder -3" in changed
+    assert "rudder -4" in changed
     assert not (place / "damaged" / "state" / FILE).exists()
 
 
