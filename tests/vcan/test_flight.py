@@ -147,7 +147,7 @@ def test_a_mission_flies_over_vcan0_as_it_does_in_one_process_and_candump_sees_t
         with dumped(COMMANDS, tmp_path / "dump"), plant(scenario, dvl):
             vehicle, rate, io, stop = flight.autopilot, flight.rate, flight.io, lambda: False
             fins = config_files.vehicle(flight.configuration).fins
-            over_can.run(vehicle, rate, fins, io, BUS, dvl, "bus", operator, recorder, stop, print, losses)
+            over_can.run(vehicle, rate, fins, io, BUS, str(dvl), "bus", operator, recorder, stop, print, losses)
         lost = losses.totals()
         writer.close({"losses": lost})
     assert fly(prepare(wish, {}), tmp_path / "virtual.mcap").completed

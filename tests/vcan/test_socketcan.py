@@ -66,30 +66,14 @@ class TestSocketCan(BusContract, TwoProcesses):
             assert a.sound
             assert listener.losses() == {"not_sent": 0, "overrun": 0, "failed_drains": 1}
 
-    def test_an_interface_that_is_unplugged_is_silence_until_one_of_its_name_is_there_again(self):
+    def test_an_interface_that_is_unplugged_is_silence_and_not_sound(self):
         ip("add", "dev", "vcan3", "type", "vcan")
         ip("set", "vcan3", "up")
-        try:
-            with doors("socketcan:vcan3", 1) as (a,):
-                ip("del", "vcan3")
-                assert a.drain(9) == []
-                a.send([(1, b"lost")])
-                assert (a.drain(9), a.sound) == ([], False)
-                ip("add", "dev", "vcan3", "type", "vcan")
-                ip("set", "vcan3", "up")
-                with doors("socketcan:vcan3", 1) as (b,):
-                    deadline = time.monotonic() + 10.0
-                    heard: list[tuple[int, bytes]] = []
-                    while not heard:
-                        assert time.monotonic() < deadline
-                        a.send([(2, b"again")])
-                        heard = b.drain(9, 0.1)
-                    assert heard[0] == (2, b"again")
-                    b.send([(3, b"back")])
-                    assert collect(a, 1) == [(3, b"back")]
-                    assert a.sound
-        finally:
+        with doors("socketcan:vcan3", 1) as (a,):
             ip("del", "vcan3")
+            assert a.drain(9) == []
+            a.send([(1, b"lost")])
+            assert (a.drain(9), a.sound) == ([], False)
 
     @pytest.mark.parametrize("standard", [False, True])
     def test_error_frames_are_counted_tell_the_state_of_the_bus_and_are_not_handed_on(self, spec, plain, standard):
@@ -184,9 +168,10 @@ def test_a_bus_without_an_interface_is_not_all_of_them():
     assert said_of("socketcan:") == "which interface? write socketcan:IFACE"
 
 
-def test_a_bus_whose_interface_is_made_taken_away_and_made_again_is_waited_for():
+@pytest.mark.parametrize("standard", [False, True])
+def test_a_bus_whose_interface_is_made_taken_away_and_made_again_is_waited_for(standard):
     """As a USB adapter that is plugged in after the start, unplugged, and plugged in again."""
-    bus = AwaitedBus("socketcan:vcan9")
+    bus = AwaitedBus("socketcan:vcan9", standard=standard)
     assert "there is no interface" in bus.missing
     for _ in range(2):
         ip("add", "dev", "vcan9", "type", "vcan")
