@@ -95,10 +95,7 @@ def decode(packet: bytes) -> Attitude | None:
     Raises:
         SentenceError: bad checksum, not of this protocol, or malformed.
     """
-    if packet[:2] != b"ue" or len(packet) < 6 or len(packet) != packet[3] + 6:
-        raise SentenceError(f"packet of {len(packet)} bytes: must be 75 65, set, length, payload and checksum")
-    if (right := fletcher(packet[:-2])) != packet[-2:]:
-        raise ChecksumError(f"checksum is {packet[-2:].hex()}: must be {right.hex()}")
+    _check(packet)
     if packet[2] not in _FIELDS:
         return None
     told, valid = _read(packet)
@@ -117,6 +114,30 @@ def decode(packet: bytes) -> Attitude | None:
         int(flags),
         packet[2] == FILTER,
     )
+
+
+def _check(packet: bytes) -> None:
+    if packet[:2] != b"ue" or len(packet) < 6 or len(packet) != packet[3] + 6:
+        raise SentenceError(f"packet of {len(packet)} bytes: must be 75 65, set, length, payload and checksum")
+    if (right := fletcher(packet[:-2])) != packet[-2:]:
+        raise ChecksumError(f"checksum is {packet[-2:].hex()}: must be {right.hex()}")
+
+
+def unpacked(whole: bytes) -> tuple[int, list[tuple[int, bytes]]]:
+    """Return the descriptor set of a packet, and its fields, each a descriptor and its content, as `packet` takes them.
+
+    Raises:
+        SentenceError: bad checksum, not of this protocol, or malformed.
+    """
+    _check(whole)
+    fields, at, end = [], 4, len(whole) - 2
+    while at < end:
+        length = whole[at]
+        if length < 2 or at + length > end:
+            raise SentenceError(f"field of {length} bytes: must be 2 or more, within the payload")
+        fields.append((whole[at + 1], whole[at + 2 : at + length]))
+        at += length
+    return whole[2], fields
 
 
 def _read(packet: bytes) -> tuple[dict[str, tuple[float, ...]], bool]:
@@ -192,3 +213,8 @@ def enable_stream(descriptor_set: int, on: bool = True, old: bool = False) -> by
 def packets() -> Packets[Attitude]:
     """Return a decoder of the device's packets."""
     return Packets(b"ue", 4, lambda head: head[3] + 6, decode, LONGEST)
+
+
+def commands() -> Packets[tuple[int, list[tuple[int, bytes]]]]:
+    """Return a decoder of what a device is told: descriptor sets and fields."""
+    return Packets(b"ue", 4, lambda head: head[3] + 6, unpacked, LONGEST)

@@ -113,15 +113,7 @@ def decode(content: bytes) -> Message | None:
     Raises:
         SentenceError: bad checksum, not of this protocol, or malformed.
     """
-    if len(content) < 10 or content[:2] != b"BR":
-        raise SentenceError("not a packet: must be BR and at least 10 bytes")
-    _, length, message_id, _, _ = _HEADER.unpack_from(content)
-    if len(content) != length + 10:
-        raise SentenceError(f"a packet of {len(content)} bytes: must be {length + 10}")
-    found, right = _CHECKSUM.unpack_from(content, length + 8)[0], sum(content[:-2]) & 0xFFFF
-    if found != right:
-        raise ChecksumError(f"checksum is {found}: must be {right}")
-    payload = content[8:-2]
+    message_id, payload = unpacked(content)
     if message_id == DISTANCE:
         distance, confidence, duration, number, start, scan, gain = _unpacked(_DISTANCE, payload, message_id)
         _check(confidence)
@@ -138,9 +130,31 @@ def decode(content: bytes) -> Message | None:
     return None
 
 
+def unpacked(content: bytes) -> tuple[int, bytes]:
+    """Return the message id of a whole packet, and its payload.
+
+    Raises:
+        SentenceError: bad checksum, or not of this protocol.
+    """
+    if len(content) < 10 or content[:2] != b"BR":
+        raise SentenceError("not a packet: must be BR and at least 10 bytes")
+    _, length, message_id, _, _ = _HEADER.unpack_from(content)
+    if len(content) != length + 10:
+        raise SentenceError(f"a packet of {len(content)} bytes: must be {length + 10}")
+    found, right = _CHECKSUM.unpack_from(content, length + 8)[0], sum(content[:-2]) & 0xFFFF
+    if found != right:
+        raise ChecksumError(f"checksum is {found}: must be {right}")
+    return message_id, content[8:-2]
+
+
 def packets() -> Packets[Message]:
     """Return a decoder of the device's packets."""
     return Packets(b"BR", 4, _size, decode, LONGEST_PACKET)
+
+
+def commands() -> Packets[tuple[int, bytes]]:
+    """Return a decoder of what a device is told: message ids and payloads."""
+    return Packets(b"BR", 4, _size, unpacked, LONGEST_PACKET)
 
 
 def request(message_id: int, destination: int = 0) -> bytes:

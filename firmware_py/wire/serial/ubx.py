@@ -10,15 +10,19 @@ degrees, pDOP 0.01. ACK-ACK (05 01) and ACK-NAK (05 00) name the class and id th
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from struct import Struct
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from firmware_py.wire.serial.checksums import fletcher
 from firmware_py.wire.serial.stream import ChecksumError, Packets, SentenceError
 
+M = TypeVar("M")
 SYNC = b"\xb5\x62"
 LONGEST_PACKET = 100
 """NAV-PVT, bytes. Longer packets are of other kinds: they are passed over, and counted as too long."""
+LONGEST_COMMAND = 1024
+"""64 values in one CFG-VALSET have 780 bytes."""
 _AROUND = 8
 """Bytes of a packet beside its payload."""
 NAV_PVT, ACK_NAK, ACK_ACK = b"\x01\x07", b"\x05\x00", b"\x05\x01"
@@ -111,12 +115,7 @@ def decode(whole: bytes) -> NavPvt | Ack | None:
     Raises:
         SentenceError: bad checksum, not of this protocol, or of a wrong length.
     """
-    body = whole[2:-2]
-    if len(whole) < _AROUND or whole[:2] != SYNC or len(whole) != _AROUND + int.from_bytes(whole[4:6], "little"):
-        raise SentenceError("not a packet: must be B5 62, a header, the payload that it tells, and a checksum")
-    if fletcher(body) != whole[-2:]:
-        raise ChecksumError(f"checksum is {whole[-2:].hex()}: must be {fletcher(body).hex()}")
-    kind, payload = body[:2], body[4:]
+    kind, payload = unpacked(whole)
     if kind == NAV_PVT:
         return _pvt(payload)
     if kind not in (ACK_ACK, ACK_NAK):
@@ -124,6 +123,20 @@ def decode(whole: bytes) -> NavPvt | Ack | None:
     if len(payload) != 2:
         raise SentenceError(f"ACK with {len(payload)} bytes: must be 2")
     return Ack(kind == ACK_ACK, payload)
+
+
+def unpacked(whole: bytes) -> tuple[bytes, bytes]:
+    """Return the kind (class and id) of a packet, and its payload.
+
+    Raises:
+        SentenceError: bad checksum, or not of this protocol.
+    """
+    body = whole[2:-2]
+    if len(whole) < _AROUND or whole[:2] != SYNC or len(whole) != _AROUND + int.from_bytes(whole[4:6], "little"):
+        raise SentenceError("not a packet: must be B5 62, a header, the payload that it tells, and a checksum")
+    if fletcher(body) != whole[-2:]:
+        raise ChecksumError(f"checksum is {whole[-2:].hex()}: must be {fletcher(body).hex()}")
+    return body[:2], body[4:]
 
 
 def _pvt(payload: bytes) -> NavPvt:
@@ -198,4 +211,13 @@ def encode(message: NavPvt | Ack) -> bytes:
 
 def packets() -> Packets[NavPvt | Ack]:
     """Return a decoder of the receiver's bytes; sentences in between are passed over."""
-    return Packets(SYNC, 6, lambda header: _AROUND + int.from_bytes(header[4:6], "little"), decode, LONGEST_PACKET)
+    return _packets(decode, LONGEST_PACKET)
+
+
+def commands() -> Packets[tuple[bytes, bytes]]:
+    """Return a decoder of what a receiver is told: kinds and payloads."""
+    return _packets(unpacked, LONGEST_COMMAND)
+
+
+def _packets(decode: Callable[[bytes], M | None], longest: int) -> Packets[M]:
+    return Packets(SYNC, 6, lambda header: _AROUND + int.from_bytes(header[4:6], "little"), decode, longest)

@@ -46,6 +46,23 @@ def set_values(values: Mapping[int, int], layers: int = RAM) -> bytes:
     return packet(CFG_VALSET, bytes((0, layers, 0, 0)) + pairs)
 
 
+def values_of(payload: bytes) -> dict[int, int]:
+    """Return the values by their keys of the payload of a CFG-VALSET.
+
+    Raises:
+        ValueError: a key of unknown size, or a value that is cut off.
+    """
+    values, at = {}, 4
+    while at < len(payload):
+        key = int.from_bytes(payload[at : at + 4], "little")
+        end = at + 4 + _BYTES.get(key >> 28, len(payload))
+        if end > len(payload):
+            raise ValueError(f"key {key:#010x}: its size is not known, or its value is cut off")
+        values[key] = int.from_bytes(payload[at + 4 : end], "little")
+        at = end
+    return values
+
+
 def switch_on(rate: float, port: str = "uart1", nmea: bool = False) -> bytes:
     """Return the packet that has NAV-PVT sent at a rate, Hz, and sentences of NMEA 0183 or none."""
     period = _period(rate)

@@ -85,11 +85,8 @@ def decode(message: bytes) -> Attitude | None:
     Raises:
         SentenceError: bad checksum, not of this protocol, or malformed.
     """
-    if message[:2] != b"\xfa\xff" or len(message) < 5 or len(message) != _size(message):
-        raise SentenceError(f"message of {len(message)} bytes: must be FA FF, id, length, data and checksum")
-    if sum(message[1:]) & 0xFF:
-        raise ChecksumError(f"checksum is {message[-1]:02x}: must be {-sum(message[1:-1]) & 0xFF:02x}")
-    if message[2] != _MTDATA2:
+    kind, _ = unpacked(message)
+    if kind != _MTDATA2:
         return None
     reals, whole, frame = _items(message)
     status = whole.get(STATUS_WORD, whole.get(STATUS_BYTE, -1))
@@ -107,6 +104,19 @@ def decode(message: bytes) -> Attitude | None:
         rates = p, q, r
     time = whole[SAMPLE_TIME_FINE] / 1e4 if SAMPLE_TIME_FINE in whole else math.nan
     return Attitude(angles, quaternion, rates, frame, time, whole.get(PACKET_COUNTER, -1), status)
+
+
+def unpacked(message: bytes) -> tuple[int, bytes]:
+    """Return the id of a message, and its data, as `command` takes them.
+
+    Raises:
+        SentenceError: bad checksum, or not of this protocol.
+    """
+    if message[:2] != b"\xfa\xff" or len(message) < 5 or len(message) != _size(message):
+        raise SentenceError(f"message of {len(message)} bytes: must be FA FF, id, length, data and checksum")
+    if sum(message[1:]) & 0xFF:
+        raise ChecksumError(f"checksum is {message[-1]:02x}: must be {-sum(message[1:-1]) & 0xFF:02x}")
+    return message[2], message[4:-1]
 
 
 def _items(message: bytes) -> tuple[dict[int, tuple[float, ...]], dict[int, int], str]:
@@ -212,3 +222,8 @@ def _size(head: bytes) -> int:
 def messages() -> Packets[Attitude]:
     """Return a decoder of the sensor's messages."""
     return Packets(b"\xfa\xff", 4, _size, decode, LONGEST)
+
+
+def commands() -> Packets[tuple[int, bytes]]:
+    """Return a decoder of what a sensor is told: message ids and data."""
+    return Packets(b"\xfa\xff", 4, _size, unpacked, LONGEST)
