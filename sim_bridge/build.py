@@ -7,40 +7,38 @@ from collections.abc import Sequence
 import numpy as np
 
 from firmware_py.adapters.buses.can_bus import FramePort
+from firmware_py.adapters.drivers.instrument_params import Device
 from firmware_py.adapters.io_params import IoParams
-from firmware_py.params import ParamError, prefix_errors
-from firmware_py.records.sensing import candidate_name
+from firmware_py.params import prefix_errors
 from firmware_py.wire.canopen.fin_drive import drives_of
 from firmware_py.wire.dronecan.fin_servo import servos_of
 from sim_bridge.bridge import Bridge
 from sim_bridge.devices.devices import Devices, DevicesParams, Wiring
 from sim_bridge.devices.instruments import Instruments, Water
-from sim_bridge.devices.serial_dvl import SerialDvl
-from sim_bridge.devices.serial_line import SerialLine
+from sim_bridge.devices.line_device import Line, LineDevice
+from sim_bridge.devices.lines.table import FIRMWARE
 from sim_bridge.faults.injector import FaultInjector
 from sim_bridge.plant.environment import Environment
 from sim_bridge.plant.plant import Plant
 from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import Scenario
 
-SIMULATED = "waterlink"
-"""The driver of the instruments on lines of their own that are simulated."""
+
+def simulated(io: IoParams) -> tuple[Device, ...]:
+    """Return those of `io.lines` that are simulated: all but those on an I2C bus, which only the kernel can offer."""
+    return tuple([device for device in io.lines if device.table.driver in FIRMWARE])
 
 
 def wiring(io: IoParams, truth: Truth) -> Wiring:
     """Return how the devices of a simulated vehicle are wired by an io file.
 
     Raises:
-        ParamError: a servo of no fin, a fin without one, or an instrument that cannot be simulated.
+        ParamError: a servo of no fin, or a fin without one.
     """
-    for device in io.lines:
-        if device.instrument is not None and device.instrument.driver != SIMULATED:
-            driver = device.instrument.driver
-            raise ParamError(f'{device.key}: driver "{driver}": of lines, "{SIMULATED}" alone is simulated')
     names = [fin.name for fin in truth.fins]
     drives = drives_of(io.canopen.fins, names)
     servos = () if drives else servos_of(io.fins, names)
-    return Wiring(io.nodes, servos, io.propeller, io.devices, io.canopen, drives)
+    return Wiring(io.nodes, servos, io.propeller, io.devices, io.canopen, drives, simulated(io))
 
 
 def build_bridge(
@@ -49,23 +47,26 @@ def build_bridge(
     wiring: Wiring,
     scenario: Scenario,
     bus: FramePort,
-    dvl_lines: Sequence[SerialLine],
+    lines: Sequence[Line],
     seed: int,
     base_hz: int,
     autopilot_id: int,
     second_bus: FramePort | None = None,
 ) -> Bridge:
-    """Return the simulated vehicle at the start of a scenario, on its ends of the buses and of the DVLs' lines.
+    """Return the simulated vehicle at the start of a scenario, on its ends of the buses and of its lines.
 
-    Everything random in it follows from `seed`.
+    Everything random in it follows from `seed`; `lines` are those of the devices in `wiring.on_lines`, in their order.
 
     Raises:
         ParamError: an impossible body or battery, or a fault of a fin that does not exist.
     """
     params = params.within(base_hz)
     plant, instruments = plant_and_instruments(truth, params, scenario, seed, base_hz, wiring.spares)
-    dvls = [SerialDvl(instruments.by_name[candidate_name("dvl", i)], line) for i, line in enumerate(dvl_lines)]
-    devices = Devices(params, wiring, instruments, bus, dvls, base_hz, autopilot_id, second_bus)
+    on_lines = {
+        device.name: LineDevice(instruments.by_name[device.name], line, FIRMWARE[device.table.driver]())
+        for device, line in zip(wiring.on_lines, lines, strict=True)
+    }
+    devices = Devices(params, wiring, instruments, bus, on_lines, base_hz, autopilot_id, second_bus)
     return Bridge(
         plant, devices, FaultInjector(scenario.injected, plant, devices, instruments.by_name, seed, nodes=devices)
     )

@@ -1,11 +1,11 @@
-"""All simulated devices: the nodes on the bus, and DVLs on their serial lines.
+"""All simulated devices: the nodes on the bus, and the instruments on lines of their own.
 
 The autopilot has no other connection to the plant.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
@@ -13,7 +13,6 @@ from firmware_py.adapters.buses.can_bus import FramePort, NodeIds
 from firmware_py.adapters.buses.shared_port import split
 from firmware_py.adapters.drivers.instrument_params import Device
 from firmware_py.params import table
-from firmware_py.records.sensing import candidate_name
 from firmware_py.wire.canopen.fin_drive import CanOpenParams, FinDrive
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
@@ -25,9 +24,9 @@ from sim_bridge.devices.canopen_drives import FinDrives
 from sim_bridge.devices.faulty_bus import FaultyBus
 from sim_bridge.devices.instrument_nodes import publishers
 from sim_bridge.devices.instruments import Instruments, InstrumentsParams
+from sim_bridge.devices.line_device import LineDevice
 from sim_bridge.devices.node import DeviceNode
 from sim_bridge.devices.sensors import Corruption, Timing, due
-from sim_bridge.devices.serial_dvl import SerialDvl
 from sim_bridge.plant.plant import Plant
 
 NO_DRIVES = CanOpenParams()
@@ -57,7 +56,7 @@ class DevicesParams(InstrumentsParams):
 
 class Wiring(NamedTuple):
     """What of an io file the devices go by: node ids, the servo of each fin, the propeller's controller, and which
-    of them measure what: of several of a kind each has errors of its own.
+    of them measure what: of several of a kind each has errors of its own. `on_lines` are those on lines of their own.
     """
 
     nodes: NodeIds
@@ -66,6 +65,7 @@ class Wiring(NamedTuple):
     measuring: Sequence[Device] = ()
     canopen: CanOpenParams = NO_DRIVES
     drives: Sequence[FinDrive] = ()
+    on_lines: Sequence[Device] = ()
 
     @property
     def spares(self) -> tuple[str, ...]:
@@ -85,7 +85,7 @@ class Devices:
         wiring: Wiring,
         instruments: Instruments,
         bus: FramePort,
-        dvls: Sequence[SerialDvl],
+        on_lines: Mapping[str, LineDevice],
         base_hz: int,
         autopilot_id: int,
         second_bus: FramePort | None = None,
@@ -109,7 +109,7 @@ class Devices:
             self._hub = self._drives = FinDrives(wiring.canopen, wiring.drives, drives_port, hub)
         self._esc = Esc(params.esc, self.nodes["esc"], PropellerDrive(wiring.propeller))
         self._hardpoint = Hardpoint(params.hardpoint, self.nodes["hardpoint"])
-        self._dvls = {candidate_name("dvl", i): dvl for i, dvl in enumerate(dvls)}
+        self._on_lines = on_lines
         self._instruments = instruments
         self._autopilot_id = autopilot_id
         self._others: list[DeviceNode] = []
@@ -167,19 +167,19 @@ class Devices:
         if due(k, 1, self._base_hz):
             for node in (*self.nodes.values(), *self._servo_nodes.values(), *self._others):
                 node.publish_status(t)
-        for dvl in self._dvls.values():
-            dvl.update(k, t, plant)
+        for device in self._on_lines.values():
+            device.update(k, t, plant)
         self.bus.tick(1.0 / self._base_hz)
 
     def switch_off(self, device: str) -> Callable[[], None]:
-        """Switch a node, or a DVL, off; what it has measured and not yet sent is lost."""
+        """Switch a node, or what is on a line, off; what it has measured and not yet sent is lost."""
         if device == "leak":  # the hygrometer sends through the battery's node
             hygrometer = self._publishers["leak"]
             hygrometer.muted = True
             return lambda: setattr(hygrometer, "muted", False)
-        if (dvl := self._dvls.get(device)) is not None:
-            dvl.powered = False
-            return lambda: setattr(dvl, "powered", True)
+        if (on_line := self._on_lines.get(device)) is not None:
+            on_line.switch_off()
+            return on_line.switch_on
         node = self.nodes[device]
         node.powered = False
         return node.restart

@@ -19,6 +19,7 @@ from sim_bridge.plant.plant import Plant, PlantError
 
 _SLACK = 1e-9
 """Times of ticks are products that may be rounded under a fault's time, s."""
+_OF_NODES = ("duplicate", "critical", "silent")
 
 
 class FaultInjector:
@@ -70,6 +71,10 @@ class FaultInjector:
             sensor = sensor_of(fault.target)
             if base_of(sensor) in SENSORS and sensor not in sensors:
                 raise ParamError(f"fault {shortened(fault.text)}: the io file has no {sensor}")
+            of_node = fault.kind.name in _OF_NODES and base_of(sensor) in SENSORS and sensor != "leak"
+            if nodes is not None and of_node and sensor not in nodes.nodes:
+                text = f"{sensor} is on a line of its own, and no node; give off:{sensor}, or a fault of its values"
+                raise ParamError(f"fault {shortened(fault.text)}: {text}")
         self.next_t = self._next()
 
     @property

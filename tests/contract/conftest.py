@@ -20,7 +20,8 @@ from firmware_py.wire.dronecan.fin_servo import FinServoParams, servos_of
 from firmware_py.wire.dronecan.propeller_drive import PropellerParams
 from sim_bridge.devices.devices import Devices, DevicesParams, Wiring
 from sim_bridge.devices.instruments import Instruments, Water
-from sim_bridge.devices.serial_dvl import SerialDvl
+from sim_bridge.devices.line_device import LineDevice
+from sim_bridge.devices.lines.table import FIRMWARE
 from sim_bridge.devices.serial_line import SerialLine
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs" / "npsauv2"
@@ -107,9 +108,9 @@ class SimulatedDevices:
         self.line = SerialLine()
         self.bus = bus
         instruments = Instruments(params, Water(1000.0, 101_325.0, ORIGIN), 1, BASE_HZ)
-        dvl = SerialDvl(instruments.dvl, self.line)
+        dvl = LineDevice(instruments.dvl, self.line, FIRMWARE["waterlink"]())
         wiring = Wiring(self.ids, servos_of(servos, FIN_NAMES), propeller)
-        self.devices = Devices(params, wiring, instruments, bus, [dvl], BASE_HZ, autopilot_id=10)
+        self.devices = Devices(params, wiring, instruments, bus, {"dvl": dvl}, BASE_HZ, autopilot_id=10)
 
     def publish(self, first: int, last: int | None = None) -> None:
         for k in range(first, first + 1 if last is None else last):

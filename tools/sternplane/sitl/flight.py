@@ -6,7 +6,7 @@ import contextlib
 import dataclasses
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 from firmware_py import app, config_files, loop
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
+from firmware_py.adapters.drivers.instrument_params import Device
 from firmware_py.adapters.fitting import fitted, open_line, open_second
 from firmware_py.adapters.hil.hil_link import parse_hil_link
 from firmware_py.adapters.installation import configs
@@ -232,6 +233,7 @@ def fly(
     scenario, rate, request, io = flight.scenario, flight.rate, flight.request, flight.io
     with contextlib.ExitStack() as stack:
         wired = wiring(io, flight.truth)
+        plausibility.refuse_not_simulated(io, wired.on_lines)
         lines = [stack.enter_context(SerialLine(_PATIENCE[request.pace])) for _ in io.lines]
         plant_bus = _bus(stack, flight)
         ports = [open_line(device, line.path) for device, line in zip(io.lines, lines, strict=True)]
@@ -265,14 +267,13 @@ def fly(
             outcome = outcome_of(operator.completion, bool(interrupted))
         except PlantError as error:
             outcome = Outcome(False, str(error))
-        lost, late = sum(line.lost for line in lines), sum(line.late for line in lines)
+        late = sum(line.late for line in lines)
         if late and request.pace == "max":
-            outcome = Outcome(False, f"{late} lines of the DVL came late: the run is not reproducible")
+            outcome = Outcome(False, f"{late} messages on lines came late: the run is not reproducible")
         if log is None:
             return outcome
-        counts = {"lines_of_the_dvl_lost": lost, "lines_of_the_dvl_late": late}
         end = {**outcome._asdict(), "judged_by": operator.completion.judged_by}
-        counts = {**losses.totals(), **counts}
+        counts = {**losses.totals(), **_line_losses(wired.on_lines, lines)}
         aboard.close(log, {**end, "wall_s": time.monotonic() - began, "losses": counts})
     return outcome
 
@@ -284,6 +285,16 @@ def outcome_of(completion: Completion, interrupted: bool) -> Outcome:
     if completion.completed:
         return Outcome(True, "completed")
     return Outcome(False, completion.reason, completion.surfaced)
+
+
+def _line_losses(devices: Sequence[Device], lines: Sequence[SerialLine]) -> dict[str, int]:
+    """Return what was lost and late on the lines: of all DVLs together, and of each other device."""
+    counts = {"lines_of_the_dvl_lost": 0, "lines_of_the_dvl_late": 0}
+    for device, line in zip(devices, lines, strict=True):
+        name = "lines_of_the_dvl" if device.role == "dvl" else f"{device.source}_lines"
+        for key, count in ((f"{name}_lost", line.lost), (f"{name}_late", line.late)):
+            counts[key] = counts.get(key, 0) + count
+    return counts
 
 
 def _load(cls: type[Any], path: Path, over: Mapping[str, Any] = MappingProxyType({})) -> Any:

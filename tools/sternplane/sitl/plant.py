@@ -29,6 +29,7 @@ from sim_bridge import hil_server
 from sim_bridge.bridge import Bridge
 from sim_bridge.build import build_bridge, wiring
 from sim_bridge.devices.serial_line import SerialLine
+from sim_bridge.devices.tcp_line import TcpLine
 from sim_bridge.faults.fault import parse_fault
 from sim_bridge.lockstep_server import LockstepServer, accept_vehicle
 from sim_bridge.plant.plant import PlantError
@@ -38,6 +39,7 @@ from sternplane.sitl.flight import Flight, FlightRequest, prepare
 WAIT_S = 60.0
 """How long a vehicle may take to come in lockstep, s; in real time the plant does not wait."""
 
+_CALLED = {"dvl": "DVL"}
 Stop = Callable[[], bool]
 
 
@@ -61,19 +63,19 @@ def command(options: argparse.Namespace) -> int:
             console.print(run_hil(flight, address, options.out, wait, console))
         else:
             places = places_of(flight.io, request.bus or flight.io.can.bus, options.dvl)
-            console.print(run(flight, [Path(place) for place in places], options.out, wait, console))
+            console.print(run(flight, places, options.out, wait, console))
     except (LockstepError, PlantError) as error:
         console.print(f"sternplane: {error}")
         return 1
     return 0
 
 
-def run(flight: Flight, places: Sequence[Path], out: Path | None, wait: float, console: Console) -> str:
+def run(flight: Flight, places: Sequence[str], out: Path | None, wait: float, console: Console) -> str:
     """Run the plant; return why it ended.
 
     Args:
         flight: what to sail, in which water.
-        places: the names under which the lines of the DVLs are to be found.
+        places: the port of each of `io.lines`: a pseudo-terminal gets that name; tcp:HOST:PORT; i2c:N is left out.
         out: where truth.mcap goes, if anywhere.
         wait: how long a vehicle may take to answer before tick 0, s; 0 does not wait for one (real time only).
         console: for what is going on.
@@ -92,11 +94,13 @@ def run(flight: Flight, places: Sequence[Path], out: Path | None, wait: float, c
         second = open_second(io, stack)
         refuse_if_taken(bus, {**io.device_ids, io.can.plant_id: "plant"})
         lockstep = LockstepLink(bus, io.can.plant_id, [io.can.node_id])
-        wired, lines = wiring(io, flight.truth), []
-        for place in places:
-            stack.enter_context(_owned(place))
-            lines.append(stack.enter_context(SerialLine(timeout=0.0 if free else 1.0)))
-            stack.enter_context(_link(place, Path(lines[-1].path)))
+        wired = wiring(io, flight.truth)
+        port_of = {device.name: place for device, place in zip(io.lines, places, strict=True)}
+        for device in io.lines:
+            if device not in wired.on_lines:
+                why = "an I2C bus is a device of the kernel, of which no other program can take the place"
+                console.print(f"{device.name} on {port_of[device.name]} is not simulated: {why}")
+        lines = [stack.enter_context(_line(port_of[device.name], free)) for device in wired.on_lines]
         port = bus if free else lockstep
         bridge = build_bridge(
             flight.truth,
@@ -111,7 +115,8 @@ def run(flight: Flight, places: Sequence[Path], out: Path | None, wait: float, c
             second,
         )
         interrupted = stack.enter_context(interruptible())
-        console.print(f"plant on {spec}, DVL on {', '.join(map(str, places)) or 'no line'}")
+        on_lines = [f"{_CALLED.get(device.role, device.name)} on {port_of[device.name]}" for device in wired.on_lines]
+        console.print(", ".join([f"plant on {spec}", *(on_lines or ["nothing on lines"])]))
         if wait and not free:
             console.print(f"waiting for a vehicle in lockstep: sternplane fly --bus {spec} --pace bus")
         if wait and not accept_vehicle(lockstep, dt_ns, wait, lambda: bool(interrupted)):
@@ -220,6 +225,17 @@ def _truth_log(stack: contextlib.ExitStack, flight: Flight, out: Path | None) ->
 
 
 @contextlib.contextmanager
+def _line(place: str, free: bool) -> Iterator[SerialLine | TcpLine]:
+    """A device's end of a port: it listens at a TCP port, or gives a pseudo-terminal that name."""
+    if place.startswith("tcp:"):
+        with TcpLine(place) as listening:
+            yield listening
+        return
+    with _owned(Path(place)), SerialLine(timeout=0.0 if free else 1.0) as line, _link(Path(place), Path(line.path)):
+        yield line
+
+
+@contextlib.contextmanager
 def _owned(name: Path) -> Iterator[None]:
     """Own the name of a line as long as this process lives; remove the link that a killed plant left there.
 
@@ -230,7 +246,7 @@ def _owned(name: Path) -> Iterator[None]:
         try:
             owner.bind("\0sternplane-" + hashlib.sha256(os.fsencode(os.path.abspath(name))).hexdigest())
         except OSError:
-            raise UsageError(f"--dvl {name}: another plant has it; end that one, or choose another") from None
+            raise UsageError(f"port {name}: another plant has it; end that one, or choose another") from None
         if name.is_symlink() and (not name.exists() or os.path.realpath(name).startswith("/dev/pts/")):
             name.unlink()
         yield
@@ -243,7 +259,7 @@ def _link(name: Path, target: Path) -> Iterator[None]:
         os.symlink(target, name)
     except OSError as error:
         raise UsageError(
-            f"--dvl {name}: the link cannot be made ({error.strerror}); remove it, or choose another"
+            f"port {name}: the link cannot be made ({error.strerror}); remove it, or choose another name in the io file"
         ) from None
     try:
         yield

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from firmware_py import config_files
 from firmware_py.adapters.hil.hil_link import parse_hil_link
+from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError
 from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.adapters.storage.recorder import LogRecorder, LogWriter
@@ -112,7 +113,7 @@ def fly_two_processes(
                     config_files.vehicle(flight.configuration).fins,
                     io,
                     request.bus,
-                    str(folder / "dvl"),
+                    _dvl(io, folder),
                     "realtime" if realtime else "bus",
                     ground,
                     recorder,
@@ -135,13 +136,20 @@ def fly_two_processes(
     return outcome
 
 
+def _dvl(io: IoParams, folder: Path) -> str | None:
+    """Return the name of the first DVL's line; None if there is none."""
+    return str(folder / "dvl") if any(device.role == "dvl" for device in io.lines) else None
+
+
 @contextlib.contextmanager
 def _plant(flight: Flight, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
     """The child: the same scenario, on the same wire; ended with us."""
     request, address = flight.request, parse_hil_link(flight.request.link)
     arguments = ["--scenario", request.scenario, "--config", str(request.config), "--pace", request.pace]
     arguments += ["--seed", str(request.seed), "--out", str(folder), "--wait", "60"]
-    arguments += ["--link", request.link] if address else ["--bus", request.bus, "--dvl", str(folder / "dvl")]
+    arguments += ["--link", request.link] if address else ["--bus", request.bus]
+    dvl = _dvl(flight.io, folder)
+    arguments += ["--dvl", dvl] if dvl is not None and not address else []
     of_the_plant = [fault for fault in request.faults if not parse_fault(fault).kind.aboard]
     arguments += [word for fault in of_the_plant for word in ("--fault", fault)]
     arguments += ["--io", str(request.io)] if request.io else []

@@ -1,0 +1,106 @@
+"""A vehicle whose instruments are on lines: VectorNav, Water Linked, Ping, u-blox; judged by where the plant goes."""
+
+from __future__ import annotations
+
+import socket
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sternplane.logs.reading import Log, read
+from sternplane.logs.replay import replay
+from sternplane.sitl.flight import FlightRequest, fly, prepare
+
+from firmware_py.adapters.installation import configs
+from firmware_py.app import build
+from firmware_py.params import ParamError
+from tests.command import Forked
+from tests.straight_run import hold, under_way
+
+IO = configs() / "npsauv2" / "io_serial.toml"
+DEPTH = 8.0
+
+
+def flight(folder: Path, *faults: str, io: Path = IO, name: str = "log") -> Log:
+    scenario = folder / "scenario.toml"
+    scenario.write_text(under_way(12.0, DEPTH, hold(DEPTH), faults=list(faults)))
+    log = folder / f"{name}.mcap"
+    outcome = fly(prepare(FlightRequest(str(scenario), io=io), {}), log)
+    assert outcome.completed, outcome
+    return read(log)
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory: pytest.TempPathFactory) -> Log:
+    return flight(tmp_path_factory.mktemp("sound"))
+
+
+def test_instruments_on_lines_fly_the_vehicle(sound: Log) -> None:
+    c = sound.columns
+    settled = c["t"] > 2.0
+    assert np.abs(c["state.eta.z"][settled] - DEPTH).max() < 0.5
+    for role, rate in (("ahrs", 100), ("dvl", 5), ("altitude", 10), ("pressure", 20)):
+        assert c[f"frame.{role}.fresh"][settled].sum() == pytest.approx(10 * rate, rel=0.05), role
+        assert c[f"frame.{role}.ok"][settled].mean() > 0.9, role
+    assert c["frame.fix.fresh"][settled].sum() >= 9
+    assert not c["frame.fix.ok"].any()  # under water
+    assert {name: count for name, count in sound.end["losses"].items() if count and "lines" in name} == {}
+
+
+def test_the_same_run_again_is_the_same_byte_for_byte(sound: Log, tmp_path: Path) -> None:
+    again = flight(tmp_path)
+    assert [bytes(one) for one in again.cycle_bytes] == [bytes(one) for one in sound.cycle_bytes]
+    assert replay(again, build).equal
+
+
+def test_an_instrument_that_has_lost_its_power_in_flight_is_heard_again(tmp_path: Path) -> None:
+    c = flight(tmp_path, "off:altimeter@3+2").columns
+    fresh = c["frame.altitude.fresh"]
+    assert fresh[(c["t"] > 3.05) & (c["t"] < 5.0)].sum() == 0
+    assert fresh[c["t"] > 8.5].sum() >= 30  # silent until it was told again
+
+
+@pytest.mark.parametrize("fault", ["silent:ahrs@1", "critical:altimeter@1", "duplicate:fix.north=5@1"])
+def test_a_fault_of_nodes_is_refused_for_what_is_none(tmp_path: Path, fault: str) -> None:
+    with pytest.raises(ParamError, match="is on a line of its own, and no node; give off:"):
+        flight(tmp_path, fault)
+
+
+BAR30 = """
+[[instruments]]
+driver = "bar30"
+port = "i2c:1"
+priority = 2
+"""
+
+
+def test_an_i2c_bus_is_refused_in_one_process_with_what_to_do(tmp_path: Path) -> None:
+    io = tmp_path / "io.toml"
+    io.write_text(IO.read_text() + BAR30)
+    with pytest.raises(
+        ParamError, match=r'"bar30": an I2C bus cannot be simulated; for the desk give pressure another'
+    ):
+        flight(tmp_path, io=io)
+
+
+def test_a_plant_has_every_line_under_its_name_listens_at_tcp_ports_and_tells_what_it_leaves_out(
+    tmp_path: Path, bus_spec: str
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = f"tcp:127.0.0.1:{free.getsockname()[1]}"
+    io = tmp_path / "io.toml"
+    text = IO.read_text().replace('"waterlink" ', '"waterlink_json" ').replace("/tmp/sternplane-dvl-{bus}", port)
+    io.write_text(text.replace("/tmp/", f"{tmp_path}/") + BAR30)
+    plant = Forked("plant", "--io", io, "--bus", bus_spec, "--pace", "realtime", cwd=tmp_path)
+    try:
+        plant.until_said("plant on")
+        said = plant.stderr
+        name = bus_spec.replace(":", "-")
+        assert f"ahrs on {tmp_path}/sternplane-ahrs-{name}, " in said
+        assert f"DVL on {port}" in said
+        assert "pressure.2 on i2c:1 is not simulated: an I2C bus is a device of the kernel" in said
+        assert (tmp_path / f"sternplane-fix-{name}").is_char_device()
+        with socket.create_connection(port.split(":")[1:], timeout=10.0) as dvl:
+            assert b'"type":"velocity"' in dvl.makefile("rb").readline()
+    finally:
+        plant.close()
