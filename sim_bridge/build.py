@@ -63,7 +63,9 @@ def build_bridge(
     params = params.within(base_hz)
     plant, instruments = plant_and_instruments(truth, params, scenario, seed, base_hz, wiring.spares)
     on_lines = {
-        device.name: LineDevice(instruments.by_name[device.name], line, FIRMWARE[device.table.driver]())
+        device.name: LineDevice(
+            instruments.by_name[device.name], line, FIRMWARE[device.table.driver](), device.table.mounting
+        )
         for device, line in zip(wiring.on_lines, lines, strict=True)
     }
     devices = Devices(params, wiring, instruments, bus, on_lines, base_hz, autopilot_id, second_bus)

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import struct
+from collections.abc import Sequence
 from typing import Any, Protocol
 
+from firmware_py.adapters.drivers.instrument_params import Device
+from firmware_py.adapters.drivers.mounting import STRAIGHT, Mounting
 from sim_bridge.devices.instruments import MeasuredPlant
 from sim_bridge.devices.lines.firmware import CLOCK_S, Firmware
+from sim_bridge.devices.mounted import mounted
 from sim_bridge.devices.sensors import Sensor
 
 
@@ -29,11 +33,24 @@ class Line(Protocol):
         """Return what the autopilot wrote, a bounded number of bytes; empty if nothing."""
 
 
+def line_losses(devices: Sequence[Device], lines: Sequence[Line]) -> dict[str, int]:
+    """Return what was lost and late on the lines of devices: of all DVLs together, and of each other one."""
+    counts = {"lines_of_the_dvl_lost": 0, "lines_of_the_dvl_late": 0}
+    for device, line in zip(devices, lines, strict=True):
+        name = "lines_of_the_dvl" if device.role == "dvl" else f"{device.source}_lines"
+        for key, count in ((f"{name}_lost", line.lost), (f"{name}_late", line.late)):
+            counts[key] = counts.get(key, 0) + count
+    return counts
+
+
 class LineDevice:
     """The device: sends the readings of its sensor over its line, and answers what it is told there."""
 
-    def __init__(self, sensor: Sensor[MeasuredPlant, Any], line: Line, firmware: Firmware) -> None:
+    def __init__(
+        self, sensor: Sensor[MeasuredPlant, Any], line: Line, firmware: Firmware, mounting: Mounting = STRAIGHT
+    ) -> None:
         self._sensor, self._line, self._firmware = sensor, line, firmware
+        self._seen = mounted(mounting)
         self._powered = True
 
     def update(self, k: int, t: float, plant: MeasuredPlant) -> None:
@@ -47,7 +64,7 @@ class LineDevice:
         if reading is not None and self._powered:
             # a faulty value that its protocol cannot hold is not sent
             with contextlib.suppress(OverflowError, ValueError, struct.error):
-                sent += self._firmware.report(reading.value, CLOCK_S + reading.t_valid, CLOCK_S + t)
+                sent += self._firmware.report(self._seen(reading.value), CLOCK_S + reading.t_valid, CLOCK_S + t)
         if sent:
             self._line.send(sent)
 

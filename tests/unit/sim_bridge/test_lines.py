@@ -6,6 +6,7 @@ import math
 import struct
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 import serial
 from brping.pingmessage import PingParser
@@ -15,9 +16,10 @@ from pynmeagps import NMEAReader
 from pyubx2 import UBXReader
 
 from firmware_py.adapters.drivers.instrument_table import INSTRUMENTS
+from firmware_py.adapters.drivers.mounting import STRAIGHT, Mounting
 from firmware_py.adapters.drivers.stream_driver import StreamDriver
 from firmware_py.adapters.drivers.tcp_stream import TcpStream
-from firmware_py.marine import wrap
+from firmware_py.marine import quaternion_from_euler, wrap
 from firmware_py.records.sensing import Ahrs, Dvl, Fix
 from firmware_py.wire.serial import ping, ubx_config, xsens
 from firmware_py.wire.serial import vectornav_commands as vn
@@ -67,13 +69,20 @@ class Wire:
 class Bench:
     """A simulated instrument that measures what `value` is, its driver, and a wire between them."""
 
-    def __init__(self, name: str, wire: object = None, latency: float = 0.0, far_end: object = None) -> None:
+    def __init__(
+        self,
+        name: str,
+        wire: object = None,
+        latency: float = 0.0,
+        far_end: object = None,
+        mounting: Mounting = STRAIGHT,
+    ) -> None:
         self.role = INSTRUMENTS[name].role
         self.value: object = None
         wire = wire or Wire()
         self.sensor = Sensor(name, Timing(RATES[self.role], latency), lambda *_: self.value, (), (), 1, BASE_HZ)
-        self.device = LineDevice(self.sensor, wire, FIRMWARE[name]())
-        self.driver = StreamDriver("device", INSTRUMENTS[name], far_end or wire)
+        self.device = LineDevice(self.sensor, wire, FIRMWARE[name](), mounting)
+        self.driver = StreamDriver("device", INSTRUMENTS[name], far_end or wire, mounting=mounting)
         self.k = 0
 
     def fly(self, seconds: float) -> list[tuple[float, object]]:
@@ -175,6 +184,22 @@ def test_an_instrument_that_has_lost_its_power_is_told_again(name: str) -> None:
     least = 40 if name == "vectornav" else RATES[bench.role]  # one that sends its factory's sentences is not silent
     assert len(heard) >= 2 * least - 1
     assert heard[-1][1].ok
+
+
+@given(value=VALUES["ahrs"], roll=st.floats(-3.1, 3.1), pitch=angles, yaw=st.floats(-3.1, 3.1), north=angles)
+@settings(max_examples=20, deadline=None)
+def test_an_instrument_that_is_mounted_askew_is_understood_by_its_mounting(
+    value: Ahrs, roll: float, pitch: float, yaw: float, north: float
+) -> None:
+    mounting = Mounting(roll, pitch, yaw, north)
+    attitude, velocity = Bench("sbg", mounting=mounting), Bench("nortek", mounting=mounting)
+    attitude.value, velocity.value = value, Dvl(1.5, -0.5, 0.25, 0.01, 20.0)
+    [*_, (_, heard)] = attitude.fly(0.1)
+    turned = [quaternion_from_euler(*one[:3]) for one in (heard.value, value)]
+    assert abs(np.dot(*turned)) == pytest.approx(1.0, abs=1e-6)  # the same, also where yaw and roll are ambiguous
+    assert heard.value[3:] == pytest.approx(value[3:], abs=1e-5)
+    [*_, (_, heard)] = velocity.fly(0.1)
+    assert heard.value == pytest.approx(velocity.value, abs=2e-4)
 
 
 def told(name: str, *packets: bytes) -> bytes:

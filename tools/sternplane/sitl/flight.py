@@ -6,7 +6,7 @@ import contextlib
 import dataclasses
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 
 from firmware_py import app, config_files, loop
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
-from firmware_py.adapters.drivers.instrument_params import Device
 from firmware_py.adapters.fitting import fitted, open_line, open_second
 from firmware_py.adapters.hil.hil_link import parse_hil_link
 from firmware_py.adapters.installation import configs
@@ -37,6 +36,7 @@ from sim_bridge.bridge import PlantSchedule
 from sim_bridge.build import build_bridge, wiring
 from sim_bridge.completion import Completion
 from sim_bridge.devices.devices import DevicesParams
+from sim_bridge.devices.line_device import line_losses
 from sim_bridge.devices.serial_line import SerialLine
 from sim_bridge.hil_server import refuse_faults
 from sim_bridge.plant.plant import PlantError
@@ -273,7 +273,7 @@ def fly(
         if log is None:
             return outcome
         end = {**outcome._asdict(), "judged_by": operator.completion.judged_by}
-        counts = {**losses.totals(), **_line_losses(wired.on_lines, lines)}
+        counts = {**losses.totals(), **line_losses(wired.on_lines, lines)}
         aboard.close(log, {**end, "wall_s": time.monotonic() - began, "losses": counts})
     return outcome
 
@@ -285,16 +285,6 @@ def outcome_of(completion: Completion, interrupted: bool) -> Outcome:
     if completion.completed:
         return Outcome(True, "completed")
     return Outcome(False, completion.reason, completion.surfaced)
-
-
-def _line_losses(devices: Sequence[Device], lines: Sequence[SerialLine]) -> dict[str, int]:
-    """Return what was lost and late on the lines: of all DVLs together, and of each other device."""
-    counts = {"lines_of_the_dvl_lost": 0, "lines_of_the_dvl_late": 0}
-    for device, line in zip(devices, lines, strict=True):
-        name = "lines_of_the_dvl" if device.role == "dvl" else f"{device.source}_lines"
-        for key, count in ((f"{name}_lost", line.lost), (f"{name}_late", line.late)):
-            counts[key] = counts.get(key, 0) + count
-    return counts
 
 
 def _load(cls: type[Any], path: Path, over: Mapping[str, Any] = MappingProxyType({})) -> Any:
