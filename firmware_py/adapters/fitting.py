@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from firmware_py.adapters.buses.awaited_bus import AwaitedBus
@@ -100,6 +102,30 @@ def places_of(io: IoParams, spec: str, dvl: str | None = None) -> list[str]:
             raise ParamError(f"--dvl {dvl}: the io file has no DVL on a line of its own")
         places[first] = dvl
     return places
+
+
+def at_desk(io: IoParams, folder: Path) -> IoParams:
+    """Return the same io file with its lines at a desk: serial devices in a folder, TCP ports on this computer.
+
+    Args:
+        io: the io file.
+        folder: where serial devices have the last part of their names; an I2C bus stays where it is.
+
+    Raises:
+        ParamError: two devices would have one place there.
+    """
+    taken: dict[str, str] = {}
+    moved = []
+    for one in io.instruments:
+        port = one.port
+        if port.startswith("tcp:"):
+            port = f"tcp:127.0.0.1:{port.rpartition(':')[2]}"
+        elif port and not port.startswith("i2c:"):
+            port = str(folder / Path(port).name)
+        if port and taken.setdefault(port, one.port) != one.port:
+            raise ParamError(f"instruments: {taken[port]} and {one.port} would both be {port} at a desk; rename one")
+        moved.append(replace(one, port=port))
+    return replace(io, instruments=tuple(moved))
 
 
 def open_line(device: Device, port: str, *, absent: bool = False) -> SerialPort | TcpStream | SmBus:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from firmware_py import app, config_files
 from firmware_py.adapters.drivers.dronecan.own_node import KeptNodeIds
+from firmware_py.adapters.fitting import at_desk
 from firmware_py.adapters.hil.hil_link import parse_hil_link, resolve
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError
@@ -69,6 +70,7 @@ def fly(options: argparse.Namespace) -> FlightResult:
     over = over_hil.OVER_HIL if address else None
     config_files.read_configuration(options.config, over)  # what is wrong there is said before all else
     io = load(IoParams, read_toml(io_file), str(io_file))
+    io = at_desk(io, options.lines) if options.lines else io
     choice = PassportChoice(options.passport, options.no_passport)
     resumed, notes = resume_state(options.config, over, options.state, io.state, choice)
     configuration = with_kept_plans(

@@ -16,6 +16,17 @@ EPILOG = (
 )
 
 
+def add_lines(parser: argparse.ArgumentParser, verb: str) -> None:
+    """Add the option that brings the lines of an io file to a desk; `verb`: find, or make."""
+    parser.add_argument(
+        "--lines",
+        type=Path,
+        metavar="DIR",
+        help=f"{verb} the io file's serial devices in DIR by the last part of their names, and its TCP ports on this "
+        "computer: to fly it against `sternplane plant --lines DIR`",
+    )
+
+
 def add_fly(parser: argparse.ArgumentParser) -> None:
     """Add every option of a flight of the vehicle alone."""
     add_config(parser, "vehicle and autopilot")
@@ -25,6 +36,7 @@ def add_fly(parser: argparse.ArgumentParser) -> None:
         "--pace", choices=("realtime", "bus"), help="its own clock, or a plant's ticks [realtime; mavlink-hil: bus]"
     )
     parser.add_argument("--dvl", metavar="PATH", help="the DVL's serial port [as the io file says]")
+    add_lines(parser, "find")
     place = parser.add_mutually_exclusive_group()
     place.add_argument(
         "--out",

@@ -14,7 +14,7 @@ import pytest
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.device_hardware import DeviceHardware
 from firmware_py.adapters.drivers.instrument_table import I2C_SENSORS, INSTRUMENTS
-from firmware_py.adapters.fitting import fitted, open_line, places_of
+from firmware_py.adapters.fitting import at_desk, fitted, open_line, places_of
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import ParamError, load
 from firmware_py.records.sensing import Dvl, Heard
@@ -117,3 +117,10 @@ def test_what_cannot_be_fitted_is_said_in_one_line(instrument, words):
         fit(**{"port": "", **instrument})
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_at_a_desk_no_two_devices_are_in_one_place(tmp_path):
+    lines = [{"driver": "waterlink", "port": "/dev/a/x"}, {"driver": "ping", "port": "/dev/b/x", "priority": 2}]
+    io = load(IoParams, {"can": {"node_id": 10}, "nodes": NODES, "instruments": lines}, "a test")
+    with pytest.raises(ParamError, match=r"/dev/a/x and /dev/b/x would both be .*x at a desk; rename one"):
+        at_desk(io, tmp_path)

@@ -104,3 +104,25 @@ def test_a_plant_has_every_line_under_its_name_listens_at_tcp_ports_and_tells_wh
             assert b'"type":"velocity"' in dvl.makefile("rb").readline()
     finally:
         plant.close()
+
+
+def test_an_io_file_of_a_boat_is_flown_at_a_desk_without_a_change(tmp_path: Path, bus_spec: str) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = f"tcp:192.168.194.95:{free.getsockname()[1]}"
+    io, scenario, lines = tmp_path / "io.toml", tmp_path / "scenario.toml", tmp_path / "lines"
+    text = IO.read_text().replace('"waterlink" ', '"waterlink_json" ').replace("/tmp/sternplane-dvl-{bus}", port)
+    io.write_text(text.replace("/tmp/", "/dev/nobody/"))
+    scenario.write_text(under_way(4.0, DEPTH, hold(DEPTH)))
+    desk = ("--io", io, "--bus", bus_spec, "--lines", lines)
+    plant = Forked("plant", *desk, "--scenario", scenario, cwd=tmp_path)
+    vehicle = Forked("fly", *desk, "--pace", "bus", "--out", "vehicle", cwd=tmp_path)
+    try:
+        said = [*vehicle.communicate(60.0), *plant.communicate(60.0)]
+        assert (vehicle.returncode, plant.returncode) == (0, 0), said
+    finally:
+        vehicle.close()
+        plant.close()
+    c = read(tmp_path / "vehicle" / "log.mcap").columns
+    for role, rate in (("ahrs", 100), ("dvl", 5), ("altitude", 10)):
+        assert c[f"frame.{role}.fresh"].sum() >= 3 * rate, role
+    assert list(lines.iterdir()) == []

@@ -50,7 +50,7 @@ Each folder except `scenarios/`, `systemd/` and `udev/` is one vehicle:
 |---|---|
 | `vehicle.toml` | the autopilot's model of the vehicle: hull, mass, coefficients, propeller, fins |
 | `autopilot.toml` | the autopilot: estimation, safety, guidance, control, MAVLink |
-| `io_sitl.toml`, `io_sea.toml` | node ids, ports and latencies, in the simulation and at sea |
+| `io_sitl.toml`, `io_sea.toml` | node ids, ports and latencies, in the simulation and at sea; others: examples |
 | `mission.toml` | the mission of a vehicle without a ground station; optional |
 | `truth.toml`, `sensors.toml` | the simulated vehicle and its devices; the autopilot never reads them |
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import dataclasses
 import hashlib
 import os
 import socket
@@ -15,7 +16,7 @@ from rich.console import Console
 
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
-from firmware_py.adapters.fitting import open_second, places_of
+from firmware_py.adapters.fitting import at_desk, open_second, places_of
 from firmware_py.adapters.hil.hil_link import Address, HilLink, accept, parse_hil_link, serve
 from firmware_py.adapters.linux_realtime import RealtimeParams, apply_while
 from firmware_py.adapters.lockstep.lockstep_link import LockstepError, LockstepLink
@@ -55,6 +56,9 @@ def command(options: argparse.Namespace) -> int:
     bus, link = options.bus, options.link
     request = FlightRequest(options.scenario, options.config, bus, options.pace, options.seed, options.io, faults, link)
     flight = prepare(request, {})
+    if options.lines:
+        _make_folder(options.lines, "--lines")
+        flight = dataclasses.replace(flight, io=at_desk(flight.io, options.lines))
     free = options.pace == "realtime" and not address
     wait = options.wait if options.wait is not None else 0.0 if free else WAIT_S
     console = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -216,12 +220,16 @@ def _kept(bridge: Bridge, log: LogWriter | None, dt_ns: int) -> Callable[[int], 
 def _truth_log(stack: contextlib.ExitStack, flight: Flight, out: Path | None) -> LogWriter | None:
     if out is None:
         return None
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UsageError(f"--out {out}: cannot be made ({error.strerror}); choose another folder") from None
+    _make_folder(out, "--out")
     header = {"scenario": flight.request.scenario, "seed": flight.request.seed, "git": provenance.git_revision()}
     return stack.enter_context(LogWriter(out / TRUTH_FILE, header))
+
+
+def _make_folder(folder: Path, option: str) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"{option} {folder}: cannot be made ({error.strerror}); choose another folder") from None
 
 
 @contextlib.contextmanager
@@ -259,7 +267,7 @@ def _link(name: Path, target: Path) -> Iterator[None]:
         os.symlink(target, name)
     except OSError as error:
         raise UsageError(
-            f"port {name}: the link cannot be made ({error.strerror}); remove it, or choose another name in the io file"
+            f"port {name}: the link cannot be made ({error.strerror}); remove it, or give --lines DIR"
         ) from None
     try:
         yield
