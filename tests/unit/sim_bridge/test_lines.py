@@ -21,6 +21,7 @@ from firmware_py.adapters.drivers.stream_driver import StreamDriver
 from firmware_py.adapters.drivers.tcp_stream import TcpStream
 from firmware_py.marine import quaternion_from_euler, wrap
 from firmware_py.records.sensing import Ahrs, Dvl, Fix
+from firmware_py.wire.serial import microstrain as mip
 from firmware_py.wire.serial import ping, ubx_config, xsens
 from firmware_py.wire.serial import vectornav_commands as vn
 from sim_bridge.devices.line_device import LineDevice
@@ -279,6 +280,13 @@ def test_a_ping_answers_the_makers_own_program_on_a_pseudo_terminal() -> None:
         for refused in (ping.packet(1006, b"\1"), ping.continuous_start(1300)):
             [answer] = ping.packets().feed(firmware.answer(refused))
             assert isinstance(answer, ping.Nack)
+
+
+def test_a_microstrain_of_the_newer_family_refuses_the_words_of_the_older() -> None:
+    wanted = {0xD5: 10, 0x05: 10, 0x0E: 10}
+    answers = told("microstrain", *[mip.message_format(mip.FILTER, wanted, old=old) for old in (False, True)])
+    assert answers == mip.packet(0x0C, (0xF1, b"\x0f\0")) + mip.packet(0x0C, (0xF1, b"\x0a\1"))
+    assert told("microstrain", mip.message_format(mip.FILTER, {0x42: 10})) == mip.packet(0x0C, (0xF1, b"\x0f\3"))
 
 
 def test_an_xsens_takes_settings_in_its_config_state_alone() -> None:

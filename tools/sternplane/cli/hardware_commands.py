@@ -42,6 +42,7 @@ def _add_io(commands: Any, lazily: Lazily) -> None:
     check.add_argument("file", type=Path, metavar="FILE", help="an io_*.toml")
     _add_vehicle(check)
     check.add_argument("--dvl", metavar="PATH", help="the DVL's serial port [as the io file says]")
+    vehicle.add_lines(check, "find")
     check.add_argument(
         "--without",
         default="",

@@ -9,7 +9,7 @@ from typing import Any
 
 from firmware_py import config_files
 from firmware_py.adapters.buses.frame_id import STANDARD
-from firmware_py.adapters.fitting import places_of
+from firmware_py.adapters.fitting import at_desk, places_of
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.adapters.storage.toml_files import read_toml
@@ -121,6 +121,7 @@ class Check:
 def command(options: argparse.Namespace) -> int:
     """Listen to the devices of an io file; return 0 if every one that is needed is heard, fresh and sound."""
     io = load(IoParams, read_toml(options.file), str(options.file))
+    io = at_desk(io, options.lines) if options.lines else io
     configuration = config_files.read_configuration(options.config)
     fins, rate = config_files.vehicle(configuration).fins, config_files.autopilot_params(configuration).rate
     spec, out = options.bus or io.can.bus, console()
