@@ -11,13 +11,13 @@ import errno
 import json
 import os
 import re
-import subprocess
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from firmware_py.adapters.storage.child_process import ChildProcess
 from firmware_py.adapters.storage.log_names import parts_in
 from firmware_py.mavlink.files.tree import LogFile
 
@@ -44,17 +44,7 @@ class DiskLogStorage:
     """
 
     def __init__(self, folder: Path, beside: bool) -> None:
-        self._child = subprocess.Popen(
-            [sys.executable, "-m", __name__, str(folder.resolve()), str(int(beside))],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            start_new_session=True,  # Ctrl-C ends the flight first, which then ends this
-        )
-        assert self._child.stdin is not None
-        assert self._child.stdout is not None
-        self._to, self._from = self._child.stdin.fileno(), self._child.stdout.fileno()
-        os.set_blocking(self._to, False)
-        os.set_blocking(self._from, False)
+        self._child = ChildProcess(__name__, str(folder.resolve()), str(int(beside)))
         self._received = bytearray()
         self._requested: set[_Key] = set()
         self._answers: dict[_Key, bytes | OSError] = {}
@@ -95,11 +85,7 @@ class DiskLogStorage:
 
     def close(self) -> None:
         """End the child. A second call does nothing."""
-        if self._child.stdin is not None and not self._child.stdin.closed:
-            self._child.stdin.close()
-            self._child.wait()
-            if self._child.stdout is not None:
-                self._child.stdout.close()
+        self._child.close()
 
     def _answer(self, key: _Key) -> bytes | None:
         """Return the answer to a request; if there is none yet, send the request and return None."""
@@ -117,7 +103,7 @@ class DiskLogStorage:
         """Write one line, which a pipe takes whole or not at all; a request that does not fit is repeated later."""
         line = json.dumps(key).encode() + b"\n"
         try:
-            os.write(self._to, line)
+            os.write(self._child.stdin, line)
         except BlockingIOError:
             return
         except BrokenPipeError:
@@ -125,7 +111,7 @@ class DiskLogStorage:
 
     def _receive(self) -> None:
         with contextlib.suppress(BlockingIOError):
-            self._received += os.read(self._from, _PIPE_READ)
+            self._received += os.read(self._child.stdout, _PIPE_READ)
         while True:
             end = self._received.find(b"\n")
             if end < 0:

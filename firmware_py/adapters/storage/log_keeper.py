@@ -9,11 +9,11 @@ from __future__ import annotations
 import contextlib
 import os
 import select
-import subprocess
 import sys
 import time
 from pathlib import Path
 
+from firmware_py.adapters.storage.child_process import ChildProcess
 from firmware_py.adapters.storage.log_names import NamedLog, logs_below
 from firmware_py.adapters.storage.log_params import LogParams
 
@@ -39,38 +39,20 @@ class LogKeeper:
     def __init__(self, root: Path | None, params: LogParams) -> None:
         bounds = params.total_size, params.free_size, params.sync_interval
         words = ["" if root is None else str(root.resolve()), *map(str, bounds)]
-        self._child = subprocess.Popen(
-            [sys.executable, "-P", "-m", __name__, *words],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            start_new_session=True,  # Ctrl-C ends the flight first, which then ends this
-        )
-        assert self._child.stdin is not None
-        assert self._child.stdout is not None
-        self._to, self._from = self._child.stdin.fileno(), self._child.stdout.fileno()
-        os.set_blocking(self._to, False)
-        os.set_blocking(self._from, False)
+        self._child = ChildProcess(__name__, *words)
 
     def written(self, path: Path) -> None:
         """Tell which log is written from now on; return at once."""
         with contextlib.suppress(BlockingIOError, BrokenPipeError):
-            os.write(self._to, f"{path.resolve()}\n".encode())
+            os.write(self._child.stdin, f"{path.resolve()}\n".encode())
 
     def said(self) -> list[str]:
         """Return what it has to say since the last call, one sentence each; mostly nothing."""
-        with contextlib.suppress(BlockingIOError):
-            return os.read(self._from, _PIPE_READ).decode(errors="replace").splitlines()
-        return []
+        return self._child.said(_PIPE_READ)
 
     def close(self) -> None:
         """Wait until the log is on the disk. A second call does nothing."""
-        if self._child.stdin is None or self._child.stdin.closed:
-            return
-        self._child.stdin.close()
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self._child.wait(_CLOSE_S)
-        if self._child.stdout is not None:
-            self._child.stdout.close()
+        self._child.close(_CLOSE_S)
 
 
 def remove_oldest(root: Path, written: list[Path], total: float, free: float) -> list[NamedLog]:

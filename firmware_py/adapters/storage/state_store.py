@@ -11,12 +11,12 @@ import fcntl
 import os
 import select
 import struct
-import subprocess
 import sys
 from pathlib import Path
 from types import TracebackType
 
 from firmware_py.adapters.storage.atomic_file import write_atomically
+from firmware_py.adapters.storage.child_process import ChildProcess
 
 _FRAME_HEADER = struct.Struct("<HI")
 """Lengths of name and content in bytes; both follow."""
@@ -47,19 +47,9 @@ class StateStore:
             raise StateStoreError(f"{folder}: cannot be made ({error.strerror}); choose another --state") from None
         if not os.access(folder, os.W_OK):
             raise StateStoreError(f"{folder}: cannot be written; choose another --state")
-        self._child = subprocess.Popen(
-            [sys.executable, "-P", "-m", __name__, str(folder)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            start_new_session=True,  # Ctrl-C ends the flight first, which then ends this
-        )
-        assert self._child.stdin is not None
-        assert self._child.stdout is not None
-        self._to, self._from = self._child.stdin.fileno(), self._child.stdout.fileno()
+        self._child = ChildProcess(__name__, str(folder))
         with contextlib.suppress(OSError):  # with a smaller pipe more is queued, nothing else changes
-            fcntl.fcntl(self._to, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
-        os.set_blocking(self._to, False)
-        os.set_blocking(self._from, False)
+            fcntl.fcntl(self._child.stdin, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
         self._queued = bytearray()
 
     def save(self, name: str, content: bytes) -> None:
@@ -72,30 +62,21 @@ class StateStore:
         """Pass on what fits into the pipe. Call it in every cycle."""
         if self._queued:
             with contextlib.suppress(BlockingIOError, BrokenPipeError):
-                del self._queued[: os.write(self._to, self._queued)]
+                del self._queued[: os.write(self._child.stdin, self._queued)]
 
     def errors(self) -> list[str]:
         """Return what could not be written since the last call, one sentence each."""
-        with contextlib.suppress(BlockingIOError):
-            return os.read(self._from, _ERRORS_READ).decode(errors="replace").splitlines()
-        return []
+        return self._child.said(_ERRORS_READ)
 
     def close(self) -> None:
         """Wait until everything is written. A second call does nothing."""
-        if self._child.stdin is None or self._child.stdin.closed:
+        if self._child.closed:
             return
-        os.set_blocking(self._to, True)
+        os.set_blocking(self._child.stdin, True)
         with contextlib.suppress(BrokenPipeError):
             while self._queued:
                 self.work()
-        self._child.stdin.close()
-        try:
-            self._child.wait(_CLOSE_S)
-        except subprocess.TimeoutExpired:
-            self._child.kill()
-            self._child.wait()
-        if self._child.stdout is not None:
-            self._child.stdout.close()
+        self._child.close(_CLOSE_S, kill=True)
 
     def __enter__(self) -> StateStore:
         return self
