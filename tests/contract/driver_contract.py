@@ -8,6 +8,7 @@ import random
 from typing import Any
 
 import pytest
+from sternplane.fuzz.mutation import mutated
 
 from firmware_py.adapters.drivers import device_clock
 from firmware_py.adapters.drivers.serial_port import BYTES_PER_TICK
@@ -233,7 +234,7 @@ class DriverContract:
         source, device = random.Random(SEED), bench.device
         good = b"".join(device.encode(truth, 9.0) for truth in device.truths) + b"".join(device.doubtful)
         for _ in range(150):
-            for heard in (reading.heard for reading in bench.driver.take(mutated(source, good), bench.t)):
+            for heard in (reading.heard for reading in bench.driver.take(mutated(source, good, most=8), bench.t)):
                 assert heard.t_valid <= bench.t
                 assert not heard.ok or _finite(heard.value)
 
@@ -246,20 +247,3 @@ class DriverContract:
 def _finite(value: Any) -> bool:
     """The numbers that make it usable; a figure of merit and a distance beside a velocity may be unknown."""
     return all(map(math.isfinite, numbers(value)[: 3 if isinstance(value, Dvl) else None]))
-
-
-def mutated(source: random.Random, content: bytes) -> bytes:
-    """Some bytes changed, doubled, removed or swapped."""
-    odd = bytearray(content)
-    for _ in range(source.randint(1, 8)):
-        at, kind = source.randrange(len(odd)), source.randrange(4)
-        if kind == 0:
-            odd[at] = source.randrange(256)
-        elif kind == 1:
-            odd[at:at] = odd[at : at + source.randint(1, 8)]
-        elif kind == 2:
-            del odd[at : at + source.randint(1, 8)]
-        else:
-            other = source.randrange(len(odd))
-            odd[at], odd[other] = odd[other], odd[at]
-    return bytes(odd)

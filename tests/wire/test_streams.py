@@ -7,6 +7,7 @@ import random
 import tracemalloc
 
 import pytest
+from sternplane.fuzz.mutation import mutated
 
 from .streams import STREAMS, Stream
 
@@ -92,18 +93,6 @@ def test_mutated_messages_raise_nothing(stream: Stream) -> None:
     source, decoder, content = random.Random(SEED), stream.decoder(), whole(stream)
     [message] = stream.decoder().feed(stream.pieces[0])
     for _ in range(1000):
-        odd = bytearray(content)
-        for _ in range(source.randint(1, 6)):
-            at, kind = source.randrange(len(odd)), source.randrange(4)
-            if kind == 0:
-                odd[at] = source.randrange(256)
-            elif kind == 1:
-                odd[at:at] = odd[at : at + source.randint(1, 8)]
-            elif kind == 2 and len(odd) > 20:
-                del odd[at : at + source.randint(1, 8)]
-            else:
-                other = source.randrange(len(odd))
-                odd[at], odd[other] = odd[other], odd[at]
-        decoder.feed(bytes(odd))
+        decoder.feed(mutated(source, content))
     assert decoder.feed(bytes(LONG) + b"\n" + stream.pieces[0])[-1] == message
     assert sum(dataclasses.astuple(decoder.counts)) > 500

@@ -17,6 +17,7 @@ from firmware_py.adapters.drivers.instrument_table import INSTRUMENTS
 from firmware_py.adapters.drivers.serial_port import BYTES_PER_TICK
 from firmware_py.adapters.drivers.stream_driver import StreamDriver
 from firmware_py.records.sensing import Dvl
+from sternplane.fuzz.mutation import mutated
 from sternplane.instrument_samples import SAMPLES, Silence
 
 DT = 0.01
@@ -89,22 +90,7 @@ def _hostile(name: str, source: random.Random) -> Iterator[bytes]:
             other = SAMPLES[source.choice([*SAMPLES])](k * DT)
             yield other[: source.randint(1, len(other))]
         else:
-            yield _mutated(source, b"".join([SAMPLES[name](k * DT + j / 1e3) for j in range(source.randint(1, 6))]))
-
-
-def _mutated(source: random.Random, content: bytes) -> bytes:
-    odd = bytearray(content)
-    for _ in range(source.randint(1, 6)):
-        at, kind = source.randrange(len(odd)), source.randrange(4)
-        if kind == 0:
-            odd[at] = source.randrange(256)
-        elif kind == 1:
-            odd[at:at] = odd[at : at + source.randint(1, 8)]
-        elif kind == 2 and len(odd) > 20:
-            del odd[at : at + source.randint(1, 8)]
-        else:
-            odd[at] ^= 1 << source.randrange(8)
-    return bytes(odd)
+            yield mutated(source, b"".join([SAMPLES[name](k * DT + j / 1e3) for j in range(source.randint(1, 6))]))
 
 
 def run(seed: int, count: int) -> list[Outcome]:

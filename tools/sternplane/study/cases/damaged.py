@@ -13,6 +13,7 @@ import numpy as np
 
 from sternplane.study.cases.honesty import FAR, judged, ten
 from sternplane.study.rows import Case, Results, Row, RunArrays
+from sternplane.study.waypoints import waypoint
 
 HULL = "npsauv2"
 DURATION, FOUND = 200.0, 30.0
@@ -63,7 +64,7 @@ WAYS = (
 
 def _run(seed: int, k: int) -> RunArrays:
     way = WAYS[k % len(WAYS)]
-    legs = "".join(f"[[waypoints]]\nx_m = {x}\ny_m = {y}\ndepth_m = {z}\nspeed_m_s = 1.8\n" for x, y, z in LEGS)
+    legs = "".join([waypoint(place, 1.8) for place in LEGS])
     scenario = SCENARIO.format(duration=DURATION, fault=f"{way.fault}@{way.t:g}", turbulence=way.turbulence) + legs
     completed, off, valid = judged(scenario, HULL, ten(WRONG), seed)
     after = slice(round((way.t + FOUND) * CYCLES_PER_SECOND), None, CYCLES_PER_SECOND)

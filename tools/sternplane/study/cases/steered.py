@@ -15,6 +15,7 @@ import numpy as np
 from sternplane.study.cases.honesty import FAR, SHARE, Signs, Tables, judged, nothing, ten
 from sternplane.study.chance import share_of
 from sternplane.study.rows import Case, Results, Row, RunArrays
+from sternplane.study.waypoints import waypoint
 from sternplane.study.wrong_vehicle import Factors
 
 HULL, SPEED = "npsauv2", 1.8
@@ -70,7 +71,7 @@ WAYS = (
 
 def _run(seed: int, k: int) -> RunArrays:
     way = WAYS[k % len(WAYS)]
-    legs = "".join(f"[[waypoints]]\nx_m = {x}\ny_m = {y}\ndepth_m = {z}\nspeed_m_s = {SPEED}\n" for x, y, z in way.legs)
+    legs = "".join([waypoint(place, SPEED) for place in way.legs])
     scenario = SCENARIO.format(duration=DURATION, turbulence=way.turbulence, speed=SPEED) + legs
     completed, off, valid = judged(scenario, HULL, way.factors, seed)
     return {

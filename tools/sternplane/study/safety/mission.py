@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from sternplane.study.waypoints import waypoint
+
 ONSETS = (20.0, 52.0, 100.0)
 """When a fault begins, s: in 5 m, at the beginning of a dive in 9 m, and at its end, in 25 m, still diving."""
 PLACES = ("5 m", "9 m", "25 m")
@@ -82,7 +84,7 @@ def scenario(
         afloat: whether it begins at rest at the surface.
     """
     head, (speed, _) = _head(faults, LONGEST, eddies, learning, profile, vehicle, afloat), CRUISE[vehicle]
-    return f"watch_s = {watch}\n" + head + "".join([_leg(place, speed) for place in _LEGS])
+    return f"watch_s = {watch}\n" + head + "".join([waypoint(place, speed) for place in _LEGS])
 
 
 def quiet_scenario(duration: float, *, eddies: float, learning: bool = True) -> str:
@@ -90,7 +92,11 @@ def quiet_scenario(duration: float, *, eddies: float, learning: bool = True) -> 
     legs = []
     for i in range(int(duration / 25.0) + 2):
         legs.append((45.0 * (i + 1), 15.0 * (i % 2), 6.0 + 6.0 * (i // 2 % 3)))
-    return _head((), duration, eddies, learning, ()) + "".join(map(_leg, legs)) + _NOISE
+    return (
+        _head((), duration, eddies, learning, ())
+        + "".join([waypoint(place, CRUISE[NPS][0]) for place in legs])
+        + _NOISE
+    )
 
 
 def _head(
@@ -114,8 +120,3 @@ def _head(
         learning="" if learning else _NO_LEARNING,
         depth_max=DEPTH_MAX,
     )
-
-
-def _leg(place: tuple[float, float, float], speed: float = CRUISE[NPS][0]) -> str:
-    north, east, depth = place
-    return f"[[waypoints]]\nx_m = {north}\ny_m = {east}\ndepth_m = {depth}\nspeed_m_s = {speed}\n"
