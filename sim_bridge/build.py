@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -14,19 +15,16 @@ from firmware_py.wire.canopen.fin_drive import drives_of
 from firmware_py.wire.dronecan.fin_servo import servos_of
 from sim_bridge.bridge import Bridge
 from sim_bridge.devices.devices import Devices, DevicesParams, Wiring
+from sim_bridge.devices.i2c_line import I2cLine
 from sim_bridge.devices.instruments import Instruments, Water
 from sim_bridge.devices.line_device import Line, LineDevice
-from sim_bridge.devices.lines.table import FIRMWARE
+from sim_bridge.devices.lines.table import FIRMWARE, I2C_CHIPS
+from sim_bridge.devices.ms5837_sensor import Ms5837Device
 from sim_bridge.faults.injector import FaultInjector
 from sim_bridge.plant.environment import Environment
 from sim_bridge.plant.plant import Plant
 from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import Scenario
-
-
-def simulated(io: IoParams) -> tuple[Device, ...]:
-    """Return those of `io.lines` that are simulated: all but those on an I2C bus, which only the kernel can offer."""
-    return tuple([device for device in io.lines if device.table.driver in FIRMWARE])
 
 
 def wiring(io: IoParams, truth: Truth) -> Wiring:
@@ -38,7 +36,7 @@ def wiring(io: IoParams, truth: Truth) -> Wiring:
     names = [fin.name for fin in truth.fins]
     drives = drives_of(io.canopen.fins, names)
     servos = () if drives else servos_of(io.fins, names)
-    return Wiring(io.nodes, servos, io.propeller, io.devices, io.canopen, drives, simulated(io))
+    return Wiring(io.nodes, servos, io.propeller, io.devices, io.canopen, drives, tuple(io.lines))
 
 
 def build_bridge(
@@ -47,7 +45,7 @@ def build_bridge(
     wiring: Wiring,
     scenario: Scenario,
     bus: FramePort,
-    lines: Sequence[Line],
+    lines: Sequence[Line | I2cLine],
     seed: int,
     base_hz: int,
     autopilot_id: int,
@@ -61,11 +59,10 @@ def build_bridge(
         ParamError: an impossible body or battery, or a fault of a fin that does not exist.
     """
     params = params.within(base_hz)
-    plant, instruments = plant_and_instruments(truth, params, scenario, seed, base_hz, wiring.spares)
+    asked = [device.name for device in wiring.on_lines if device.table.driver in I2C_CHIPS]
+    plant, instruments = plant_and_instruments(truth, params, scenario, seed, base_hz, wiring.spares, asked)
     on_lines = {
-        device.name: LineDevice(
-            instruments.by_name[device.name], line, FIRMWARE[device.table.driver](), device.table.mounting
-        )
+        device.name: _on_line(device, instruments.by_name[device.name], line)
         for device, line in zip(wiring.on_lines, lines, strict=True)
     }
     devices = Devices(params, wiring, instruments, bus, on_lines, base_hz, autopilot_id, second_bus)
@@ -75,9 +72,17 @@ def build_bridge(
 
 
 def plant_and_instruments(
-    truth: Truth, params: DevicesParams, scenario: Scenario, seed: int, base_hz: int, spares: Sequence[str] = ()
+    truth: Truth,
+    params: DevicesParams,
+    scenario: Scenario,
+    seed: int,
+    base_hz: int,
+    spares: Sequence[str] = (),
+    asked: Sequence[str] = (),
 ) -> tuple[Plant, Instruments]:
     """Return the plant in its initial state and its instruments; `params` are `within` the base rate.
+
+    `spares` and `asked` are those of `Instruments`.
 
     Raises:
         ParamError: an impossible body or battery.
@@ -88,5 +93,13 @@ def plant_and_instruments(
         plant = Plant(truth, environment, 1.0 / base_hz, truth.substeps, start.eta, start.nu, start.n)
     with prefix_errors("sensors.toml"):
         water = Water(truth.hull.rho, sea.surface_pressure, sea.origin)
-        instruments = Instruments(params, water, seed, base_hz, spares)
+        instruments = Instruments(params, water, seed, base_hz, spares, asked)
     return plant, instruments
+
+
+def _on_line(device: Device, sensor: Any, line: Line | I2cLine) -> LineDevice | Ms5837Device:
+    """Return the simulated instrument on a line."""
+    driver = device.table.driver
+    if isinstance(line, I2cLine):
+        return Ms5837Device(sensor, line, I2C_CHIPS[driver]())
+    return LineDevice(sensor, line, FIRMWARE[driver](), device.table.mounting)

@@ -19,7 +19,7 @@ from firmware_py.adapters.drivers.canopen.drives import CanOpenDrives
 from firmware_py.adapters.drivers.driver import Driver
 from firmware_py.adapters.drivers.dronecan.devices import DroneCan
 from firmware_py.adapters.drivers.dronecan.own_node import KeptNodeIds
-from firmware_py.adapters.drivers.i2c_bus import open_i2c
+from firmware_py.adapters.drivers.i2c_bus import I2cBus
 from firmware_py.adapters.drivers.instrument_params import Device
 from firmware_py.adapters.drivers.instrument_table import I2C_SENSORS, INSTRUMENTS
 from firmware_py.adapters.drivers.serial_port import SerialPort
@@ -109,7 +109,7 @@ def at_desk(io: IoParams, folder: Path) -> IoParams:
 
     Args:
         io: the io file.
-        folder: where serial devices have the last part of their names; an I2C bus stays where it is.
+        folder: where serial devices have the last part of their names, and bus i2c:1 is the socket i2c-1.
 
     Raises:
         ParamError: two devices would have one place there.
@@ -120,7 +120,9 @@ def at_desk(io: IoParams, folder: Path) -> IoParams:
         port = one.port
         if port.startswith("tcp:"):
             port = f"tcp:127.0.0.1:{port.rpartition(':')[2]}"
-        elif port and not port.startswith("i2c:"):
+        elif port.startswith("i2c:"):
+            port = f"i2c:{folder.resolve()}/{port.replace(':', '-')}"
+        elif port:
             port = str(folder / Path(port).name)
         if port and taken.setdefault(port, one.port) != one.port:
             raise ParamError(f"instruments: {taken[port]} and {one.port} would both be {port} at a desk; rename one")
@@ -128,19 +130,19 @@ def at_desk(io: IoParams, folder: Path) -> IoParams:
     return replace(io, instruments=tuple(moved))
 
 
-def open_line(device: Device, port: str, *, absent: bool = False) -> SerialPort | TcpStream | SmBus:
+def open_line(device: Device, port: str, *, absent: bool = False) -> SerialPort | TcpStream | I2cBus:
     """Open the line of a device: a serial device, tcp:HOST:PORT, or the bus i2c:N.
 
     Args:
         device: one of `io.lines`.
         port: its place.
-        absent: whether a serial device or a peer that is not there yet is silence, and not an error.
+        absent: whether what is not there yet is silence, and not an error.
 
     Raises:
         BusError: it cannot be opened.
     """
     if port.startswith("i2c:"):
-        return open_i2c(device.name, port)
+        return I2cBus(device.name, port, absent=absent)
     if port.startswith("tcp:"):
         return TcpStream(device.name, port, absent=absent)
     return SerialPort(device.name, port, device.table.baud, absent=absent)

@@ -9,6 +9,7 @@ from firmware_py.adapters.drivers.dronecan.bus_params import CommandParams, Late
 from firmware_py.adapters.drivers.instrument_params import Device, InstrumentParams, devices_of
 from firmware_py.adapters.linux_realtime import RealtimeParams
 from firmware_py.adapters.storage.log_params import LogParams
+from firmware_py.error_text import quoted
 from firmware_py.params import ParamError, param
 from firmware_py.records.sensing import NODE_OF
 from firmware_py.wire.canopen.fin_drive import CanOpenParams
@@ -81,7 +82,7 @@ class IoParams:
     log: LogParams = field(default_factory=LogParams)
 
     def __post_init__(self) -> None:
-        """Refuse a device with the id of the autopilot or the plant, one id for two devices, and an order of none."""
+        """Refuse a device with the id of the autopilot or the plant, one id or port for two, and an order of none."""
         taken = {self.can.node_id: "can.node_id"}
         devices = {f"nodes.{name}": node_id for name, node_id in self.nodes.by_name.items()}
         further = {device.key: device.node for device in self.devices if device.instrument and device.node}
@@ -93,6 +94,11 @@ class IoParams:
             if one.node in taken and one.node != self.nodes.servo_hub:
                 name, other = f"fins: {one.name} = {one.node}", taken[one.node]
                 raise ParamError(f"{name}: is {other} already; every node needs an id of its own")
+        ports: dict[str, str] = {}
+        for i, instrument in enumerate(self.instruments):
+            key = f"instruments[{i}]"
+            if instrument.port and (other := ports.setdefault(instrument.port, key)) != key:
+                raise ParamError(f"{key}: port {quoted(instrument.port)} is that of {other} already; each has its own")
         if self.fins and self.canopen.fins:
             raise ParamError("canopen.fins: there are [[fins]] too; all fins have servos, or all have drives")
 

@@ -12,6 +12,7 @@ from firmware_py.adapters.buses.awaited_bus import AwaitedBus
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.buses.node_id_check import refuse_if_taken
 from firmware_py.adapters.drivers.dronecan.own_node import KeptNodeIds
+from firmware_py.adapters.drivers.i2c_bus import I2cBus
 from firmware_py.adapters.drivers.serial_port import SerialPort
 from firmware_py.adapters.drivers.tcp_stream import TcpStream
 from firmware_py.adapters.fitting import fitted, open_line, open_second, places_of
@@ -45,7 +46,7 @@ def check(spec: str, pace: str) -> None:
         open_bus(spec).close()
 
 
-def _why(line: SerialPort | TcpStream, name: str, place: str) -> str:
+def _why(line: SerialPort | TcpStream | I2cBus, name: str, place: str) -> str:
     """Return why a line is not there; nothing if it is."""
     if not line.broken:
         return ""
@@ -109,7 +110,7 @@ def run(
             line = open_line(device, place, absent=alone)
             stack.callback(line.close)
             lines.append(line)
-            if devices is not None and alone and isinstance(line, SerialPort | TcpStream):
+            if devices is not None and alone:
                 devices.add(device.name, partial(_why, line, device.name, place))
         for one in (bus, second):
             if devices is not None and isinstance(one, AwaitedBus):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from firmware_py.adapters.buses.can_bus import FramePort, NodeIds
 from firmware_py.adapters.buses.shared_port import split
@@ -24,7 +24,6 @@ from sim_bridge.devices.canopen_drives import FinDrives
 from sim_bridge.devices.faulty_bus import FaultyBus
 from sim_bridge.devices.instrument_nodes import publishers
 from sim_bridge.devices.instruments import Instruments, InstrumentsParams
-from sim_bridge.devices.line_device import LineDevice
 from sim_bridge.devices.node import DeviceNode
 from sim_bridge.devices.sensors import Corruption, Timing, due
 from sim_bridge.plant.plant import Plant
@@ -73,6 +72,19 @@ class Wiring(NamedTuple):
         return tuple([device.name for device in self.measuring if device.number])
 
 
+class OnLine(Protocol):
+    """An instrument on a line of its own: `LineDevice`, `Ms5837Device`."""
+
+    def update(self, k: int, t: float, plant: Plant) -> None:
+        """Measure at tick `k`, at time `t`, s; return when the autopilot can read what is sent then."""
+
+    def switch_off(self) -> None:
+        """Take its power away."""
+
+    def switch_on(self) -> None:
+        """Give it power again."""
+
+
 class Devices:
     """Every device of the simulated vehicle, a `bridge.DevicePort`; `nodes` by the names of `NodeIds`.
 
@@ -85,7 +97,7 @@ class Devices:
         wiring: Wiring,
         instruments: Instruments,
         bus: FramePort,
-        on_lines: Mapping[str, LineDevice],
+        on_lines: Mapping[str, OnLine],
         base_hz: int,
         autopilot_id: int,
         second_bus: FramePort | None = None,

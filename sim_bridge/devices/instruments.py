@@ -8,7 +8,7 @@ that the drivers of the autopilot produce.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -183,13 +183,24 @@ class Instruments:
         seed: of the run.
         base_hz: ticks a second.
         spares: names of further ones, "pressure.2": of the kind, at the same place, with errors of their own.
+        asked: names of those that measure when they are asked: their values are those of every tick, at once.
     """
 
     def __init__(
-        self, params: InstrumentsParams, water: Water, seed: int, base_hz: int, spares: Iterable[str] = ()
+        self,
+        params: InstrumentsParams,
+        water: Water,
+        seed: int,
+        base_hz: int,
+        spares: Iterable[str] = (),
+        asked: Container[str] = (),
     ) -> None:
         def sensor(read: Any, timing: Timing, noise: Sequence[float], bias: Sequence[float]) -> _Maker:
-            return lambda name: Sensor(name, timing, read, noise, bias, seed, base_hz)
+            def make(name: str) -> Sensor[MeasuredPlant, Any]:
+                when = Timing(base_hz) if name in asked else timing
+                return Sensor(name, when, read, noise, bias, seed, base_hz)
+
+            return make
 
         a, d, p, t = params.ahrs, params.dvl, params.pressure, params.altimeter
         f, b, h = params.fix, params.battery, params.leak

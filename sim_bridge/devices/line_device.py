@@ -15,8 +15,8 @@ from sim_bridge.devices.mounted import mounted
 from sim_bridge.devices.sensors import Sensor
 
 
-class Line(Protocol):
-    """The device's end: `serial_line.SerialLine`, `tcp_line.TcpLine`.
+class Losing(Protocol):
+    """What counts losses of a line.
 
     Attributes:
         lost: how often a reader left no room, and bytes were lost.
@@ -26,6 +26,10 @@ class Line(Protocol):
     lost: int
     late: int
 
+
+class Line(Losing, Protocol):
+    """The device's end: `serial_line.SerialLine`, `tcp_line.TcpLine`."""
+
     def send(self, line: bytes) -> None:
         """Send bytes whole, or lose them whole."""
 
@@ -33,7 +37,7 @@ class Line(Protocol):
         """Return what the autopilot wrote, a bounded number of bytes; empty if nothing."""
 
 
-def line_losses(devices: Sequence[Device], lines: Sequence[Line]) -> dict[str, int]:
+def line_losses(devices: Sequence[Device], lines: Sequence[Losing]) -> dict[str, int]:
     """Return what was lost and late on the lines of devices: of all DVLs together, and of each other one."""
     counts = {"lines_of_the_dvl_lost": 0, "lines_of_the_dvl_late": 0}
     for device, line in zip(devices, lines, strict=True):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import math
+import os
 import sys
 from types import SimpleNamespace
 
@@ -11,8 +12,8 @@ import pytest
 
 from firmware_py.adapters.buses.can_bus import BusError
 from firmware_py.adapters.device_hardware import DeviceHardware
-from firmware_py.adapters.drivers import i2c_bus
 from firmware_py.adapters.drivers.bar30 import Bar30
+from firmware_py.adapters.drivers.i2c_bus import I2cBus
 from firmware_py.adapters.drivers.instrument_table import I2C_SENSORS
 from firmware_py.tick import Tick
 from firmware_py.wire.serial import ms5837
@@ -266,13 +267,13 @@ def test_closed():
 @pytest.mark.parametrize("port", ["i2c", "i2c:", "i2c:x", "/dev/i2c-1", "i2c:1234"])
 def test_a_port_that_is_none_says_what_would_be_right(port):
     with pytest.raises(BusError, match=r"^pressure: port .*must be i2c:N .* such as i2c:1$"):
-        i2c_bus.open_i2c("pressure", port)
+        I2cBus("pressure", port)
 
 
 def test_without_its_library_the_port_says_which(monkeypatch):
     monkeypatch.setitem(sys.modules, "smbus2", None)
     with pytest.raises(BusError, match=r"needs smbus2: pip install smbus2$"):
-        i2c_bus.open_i2c("pressure", "i2c:1")
+        I2cBus("pressure", "i2c:1")
 
 
 def test_a_bus_that_cannot_be_opened_says_what_to_do(monkeypatch):
@@ -281,4 +282,63 @@ def test_a_bus_that_cannot_be_opened_says_what_to_do(monkeypatch):
 
     monkeypatch.setitem(sys.modules, "smbus2", SimpleNamespace(SMBus=absent))
     with pytest.raises(BusError, match="No such file or directory; switch I2C on, and ask for permission"):
-        i2c_bus.open_i2c("pressure", "i2c:7")
+        I2cBus("pressure", "i2c:7")
+
+
+class Adapter:
+    """Buses of the computer, as smbus2 opens them: an adapter on USB, which may be unplugged."""
+
+    def __init__(self, fd: int) -> None:
+        self.sensor, self.fd = Sensor(), fd
+        self.plugged = True
+
+    def SMBus(self, _: int) -> Adapter:
+        self._refuse()
+        return self
+
+    def write_byte(self, address: int, value: int) -> None:
+        self._refuse()
+        self.sensor.write_byte(address, value)
+
+    def read_i2c_block_data(self, address: int, register: int, length: int) -> list[int]:
+        self._refuse()
+        return self.sensor.read_i2c_block_data(address, register, length)
+
+    def close(self) -> None:
+        pass
+
+    def _refuse(self) -> None:
+        if not self.plugged:
+            raise OSError(errno.ENODEV, "No such device")
+
+
+@pytest.fixture
+def adapter(monkeypatch):
+    with open(os.devnull) as file:  # no bus: the kernel refuses what is set of one
+        adapter = Adapter(file.fileno())
+        monkeypatch.setitem(sys.modules, "smbus2", adapter)
+        yield adapter
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_a_bus_is_waited_for_and_opened_again_when_its_adapter_comes_back(adapter, there):
+    adapter.plugged = there
+    bench = Bench(adapter.sensor)
+    bus = I2cBus("pressure", "i2c:1", absent=True)
+    bench.driver = Bar30("pressure", bus)
+    assert bool(bench.poll(150)) == there
+    assert (bus.broken, "No such device; switch I2C on" in bus.missing) == (not there, not there)
+    adapter.plugged = False
+    assert bench.poll(150) == []
+    assert bus.broken
+    adapter.plugged = True
+    assert bench.poll(150)[-1].ok
+    assert (bus.broken, bus.openings) == (False, 1 + there)
+
+
+def test_a_sensor_that_does_not_answer_leaves_its_bus_open(adapter):
+    bus = I2cBus("pressure", "i2c:1")
+    adapter.sensor.plugged = False
+    with pytest.raises(OSError, match="Remote"):
+        bus.write_byte(ms5837.ADDRESS, ms5837.RESET)
+    assert (bus.broken, bus.openings) == (False, 1)

@@ -124,3 +124,9 @@ def test_at_a_desk_no_two_devices_are_in_one_place(tmp_path):
     io = load(IoParams, {"can": {"node_id": 10}, "nodes": NODES, "instruments": lines}, "a test")
     with pytest.raises(ParamError, match=r"/dev/a/x and /dev/b/x would both be .*x at a desk; rename one"):
         at_desk(io, tmp_path)
+
+
+def test_two_devices_on_one_port_are_refused():
+    lines = [{"driver": "bar30", "port": "i2c:1", "priority": p} for p in (2, 3)]
+    with pytest.raises(ParamError, match=r"instruments\[1\]: port 'i2c:1' is that of instruments\[0\] already"):
+        load(IoParams, {"can": {"node_id": 10}, "nodes": NODES, "instruments": lines}, "a test")

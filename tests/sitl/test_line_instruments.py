@@ -74,13 +74,29 @@ priority = 2
 """
 
 
-def test_an_i2c_bus_is_refused_in_one_process_with_what_to_do(tmp_path: Path) -> None:
-    io = tmp_path / "io.toml"
+@pytest.fixture(scope="module")
+def with_bar30(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    io = tmp_path_factory.mktemp("bar30") / "io.toml"
     io.write_text(IO.read_text() + BAR30)
-    with pytest.raises(
-        ParamError, match=r'"bar30": an I2C bus cannot be simulated; for the desk give pressure another'
-    ):
-        flight(tmp_path, io=io)
+    return io
+
+
+def test_a_sensor_on_an_i2c_bus_measures_the_depth_and_is_waited_for(with_bar30: Path, tmp_path: Path) -> None:
+    log = flight(tmp_path, "off:pressure.2@4+3", io=with_bar30)
+    c = log.columns
+    fresh = c["frame.spare_pressure.fresh"][:, 0]
+    assert fresh[(c["t"] > 1.0) & (c["t"] < 4.0)].sum() == pytest.approx(3 * 48, rel=0.1)
+    assert fresh[(c["t"] > 4.0) & (c["t"] < 7.0)].sum() == 0
+    assert fresh[c["t"] > 8.5].sum() > 100
+    seen = np.flatnonzero(fresh)
+    depth = np.interp(c["frame.spare_pressure.t_valid"][seen, 0], log.truth["t"], log.truth["eta.z"])
+    measured = (c["frame.spare_pressure.value"][seen, 0] - 101_325.0) / (1000.0 * 9.81)
+    assert np.abs(measured - depth).max() < 0.1
+
+
+def test_a_run_with_an_i2c_bus_again_is_the_same_byte_for_byte(with_bar30: Path, tmp_path: Path) -> None:
+    first, again = (flight(tmp_path, io=with_bar30, name=name) for name in ("first", "again"))
+    assert [bytes(one) for one in again.cycle_bytes] == [bytes(one) for one in first.cycle_bytes]
 
 
 def test_a_plant_has_every_line_under_its_name_listens_at_tcp_ports_and_tells_what_it_leaves_out(
@@ -98,7 +114,7 @@ def test_a_plant_has_every_line_under_its_name_listens_at_tcp_ports_and_tells_wh
         name = bus_spec.replace(":", "-")
         assert f"ahrs on {tmp_path}/sternplane-ahrs-{name}, " in said
         assert f"DVL on {port}" in said
-        assert "pressure.2 on i2c:1 is not simulated: an I2C bus is a device of the kernel" in said
+        assert "pressure.2 on i2c:1 is not simulated: an I2C bus is a device of the kernel; give --lines DIR" in said
         assert (tmp_path / f"sternplane-fix-{name}").is_char_device()
         with socket.create_connection(port.split(":")[1:], timeout=10.0) as dvl:
             assert b'"type":"velocity"' in dvl.makefile("rb").readline()
@@ -111,7 +127,7 @@ def test_an_io_file_of_a_boat_is_flown_at_a_desk_without_a_change(tmp_path: Path
         port = f"tcp:192.168.194.95:{free.getsockname()[1]}"
     io, scenario, lines = tmp_path / "io.toml", tmp_path / "scenario.toml", tmp_path / "lines"
     text = IO.read_text().replace('"waterlink" ', '"waterlink_json" ').replace("/tmp/sternplane-dvl-{bus}", port)
-    io.write_text(text.replace("/tmp/", "/dev/nobody/"))
+    io.write_text(text.replace("/tmp/", "/dev/nobody/") + BAR30)
     scenario.write_text(under_way(4.0, DEPTH, hold(DEPTH)))
     desk = ("--io", io, "--bus", bus_spec, "--lines", lines)
     plant = Forked("plant", *desk, "--scenario", scenario, cwd=tmp_path)
@@ -125,4 +141,5 @@ def test_an_io_file_of_a_boat_is_flown_at_a_desk_without_a_change(tmp_path: Path
     c = read(tmp_path / "vehicle" / "log.mcap").columns
     for role, rate in (("ahrs", 100), ("dvl", 5), ("altitude", 10)):
         assert c[f"frame.{role}.fresh"].sum() >= 3 * rate, role
+    assert c["frame.spare_pressure.fresh"].sum() > 100
     assert list(lines.iterdir()) == []

@@ -12,6 +12,7 @@ from sim_bridge.devices.lines.firmware import Firmware
 from sim_bridge.devices.lines.receivers import Ublox, nmea_receiver
 from sim_bridge.devices.lines.sounders import Ping, nmea_sounder
 from sim_bridge.devices.lines.vectornav import VectorNav
+from sim_bridge.devices.ms5837_sensor import Ms5837, bar02
 
 FIRMWARE: Mapping[str, Callable[[], Firmware]] = {
     "waterlink": waterlink,
@@ -31,3 +32,5 @@ FIRMWARE: Mapping[str, Callable[[], Firmware]] = {
     "valeport": valeport,
 }
 """Makes the program of an instrument, by the name of its driver (`firmware_py.adapters.drivers.instrument_table`)."""
+I2C_CHIPS: Mapping[str, Callable[[], Ms5837]] = {"bar30": Ms5837, "bar02": bar02}
+"""Makes what is on a simulated I2C bus, by the name of its driver."""

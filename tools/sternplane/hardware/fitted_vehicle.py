@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from firmware_py.adapters.buses.can_bus import BusError
 from firmware_py.adapters.device_hardware import DeviceHardware
 from firmware_py.adapters.drivers.dronecan.bus_params import NetworkParams
+from firmware_py.adapters.drivers.i2c_bus import I2cBus
 from firmware_py.adapters.drivers.instrument_params import Device
 from firmware_py.adapters.fitting import fitted, open_line, open_second
 from firmware_py.adapters.io_params import IoParams
@@ -144,7 +145,7 @@ class FittedVehicle(NamedTuple):
     hardware: DeviceHardware
     bus: WatchedBus
     places: dict[str, Place]
-    lines: dict[str, CountedLine]
+    lines: dict[str, CountedLine | I2cBus]
 
 
 @contextlib.contextmanager
@@ -172,7 +173,7 @@ def fitted_vehicle(
         lines: list[Any] = [NoLine() for _ in io.lines]
         if ports is not None:
             lines = [
-                open_line(device, port) if port.startswith("i2c:") else CountedLine(device, port)
+                open_line(device, port, absent=True) if port.startswith("i2c:") else CountedLine(device, port)
                 for device, port in zip(io.lines, ports, strict=True)
             ]
         alone = replace(io, network=NetworkParams(time_master=False, allocate=False))
@@ -181,7 +182,7 @@ def fitted_vehicle(
         counted = {
             candidate_name(device.role, device.number): line
             for device, line in zip(io.lines, lines, strict=True)
-            if isinstance(line, CountedLine)
+            if isinstance(line, CountedLine | I2cBus)
         }
         yield FittedVehicle(hardware, watched, places_by_role(io, fins, spec, ports), counted)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
+from firmware_py.adapters.drivers.i2c_bus import I2cBus
 from sternplane.hardware.bus_nodes import BusNodes
 from sternplane.hardware.fitted_vehicle import CountedLine, FittedVehicle, Place
 from sternplane.hardware.heard_roles import HeardRoles, State
@@ -73,13 +74,16 @@ class Remedies:
             checks = f"is anybody there? `sternplane plant --bus {self._bus} --pace realtime` is a simulated vehicle"
         return f"nothing at all was heard on {self._bus}: {checks}"
 
-    def _of_line(self, role: str, line: CountedLine, place: Place, state: State) -> str:
+    def _of_line(self, role: str, line: CountedLine | I2cBus, place: Place, state: State) -> str:
         """Return what to say of a device on a line of its own; "" if its values are the matter."""
-        if line.missing:
+        if line.missing and not (isinstance(line, I2cBus) and line.openings):
             return line.missing.partition(": ")[2]
         if state not in (State.SILENT, State.LOST):
             return _NOT_OK.get(role.partition(".")[0], "not ok") if state is State.NOT_OK else ""
         port = place.device.split(",")[0].removeprefix("port ")
+        if isinstance(line, I2cBus):
+            bus = port.rpartition(":")[2]
+            return f"no sensor answers on {place.device}. Is it powered, its cable right? `i2cdetect -y {bus}`: 76"
         if not line.received:
             return (
                 f"not a byte came on {place.device}. Is it powered, its cable right? `sternplane serial sniff {port}`"

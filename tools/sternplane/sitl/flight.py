@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from firmware_py import app, config_files, loop
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
-from firmware_py.adapters.fitting import fitted, open_line, open_second
+from firmware_py.adapters.fitting import fitted, open_second
 from firmware_py.adapters.hil.hil_link import parse_hil_link
 from firmware_py.adapters.installation import configs
 from firmware_py.adapters.io_params import IoParams
@@ -37,7 +37,6 @@ from sim_bridge.build import build_bridge, wiring
 from sim_bridge.completion import Completion
 from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.devices.line_device import line_losses
-from sim_bridge.devices.serial_line import SerialLine
 from sim_bridge.hil_server import refuse_faults
 from sim_bridge.plant.plant import PlantError
 from sim_bridge.plant.truth import Truth, refuse_other_fins
@@ -45,6 +44,7 @@ from sim_bridge.scenarios import Scenario, load_scenario, scenario_path
 from sim_bridge.scripted_operator import ScriptedOperator
 from sternplane.sitl import plausibility
 from sternplane.sitl.aboard_faults import AboardFaults
+from sternplane.sitl.lines import opened
 from sternplane.sitl.simulation_recorder import NoLog, SimulationRecorder, Witness
 
 SCENARIOS = configs() / "scenarios"
@@ -233,10 +233,9 @@ def fly(
     scenario, rate, request, io = flight.scenario, flight.rate, flight.request, flight.io
     with contextlib.ExitStack() as stack:
         wired = wiring(io, flight.truth)
-        plausibility.refuse_not_simulated(io, wired.on_lines)
-        lines = [stack.enter_context(SerialLine(_PATIENCE[request.pace])) for _ in io.lines]
+        ends = [opened(stack, device, _PATIENCE[request.pace]) for device in io.lines]
+        lines, ports = [plant for plant, _ in ends], [autopilot for _, autopilot in ends]
         plant_bus = _bus(stack, flight)
-        ports = [open_line(device, line.path) for device, line in zip(io.lines, lines, strict=True)]
         fins = config_files.vehicle(flight.configuration).fins
         hardware = fitted(io, fins, _bus(stack, flight), ports, open_second(io, stack))
         stack.callback(hardware.close)

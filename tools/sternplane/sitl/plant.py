@@ -7,6 +7,7 @@ import contextlib
 import dataclasses
 import hashlib
 import os
+import re
 import socket
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count, takewhile
@@ -29,6 +30,7 @@ from firmware_py.tick import step_ns
 from sim_bridge import hil_server
 from sim_bridge.bridge import Bridge
 from sim_bridge.build import build_bridge, wiring
+from sim_bridge.devices.i2c_line import I2cLine
 from sim_bridge.devices.serial_line import SerialLine
 from sim_bridge.devices.tcp_line import TcpLine
 from sim_bridge.faults.fault import parse_fault
@@ -36,11 +38,14 @@ from sim_bridge.lockstep_server import LockstepServer, accept_vehicle
 from sim_bridge.plant.plant import PlantError
 from sternplane.logs.reading import TRUTH_FILE
 from sternplane.sitl.flight import Flight, FlightRequest, prepare
+from sternplane.sitl.i2c_server import i2c_server
 
 WAIT_S = 60.0
 """How long a vehicle may take to come in lockstep, s; in real time the plant does not wait."""
 
 _CALLED = {"dvl": "DVL"}
+I2C_BUS = re.compile(r"i2c:\d+")
+"""A bus of the kernel."""
 Stop = Callable[[], bool]
 
 
@@ -79,7 +84,8 @@ def run(flight: Flight, places: Sequence[str], out: Path | None, wait: float, co
 
     Args:
         flight: what to sail, in which water.
-        places: the port of each of `io.lines`: a pseudo-terminal gets that name; tcp:HOST:PORT; i2c:N is left out.
+        places: the port of each of `io.lines`: a pseudo-terminal gets that name; tcp:HOST:PORT; i2c:PATH,
+            a socket; i2c:N is left out.
         out: where truth.mcap goes, if anywhere.
         wait: how long a vehicle may take to answer before tick 0, s; 0 does not wait for one (real time only).
         console: for what is going on.
@@ -101,9 +107,11 @@ def run(flight: Flight, places: Sequence[str], out: Path | None, wait: float, co
         wired = wiring(io, flight.truth)
         port_of = {device.name: place for device, place in zip(io.lines, places, strict=True)}
         for device in io.lines:
-            if device not in wired.on_lines:
-                why = "an I2C bus is a device of the kernel, of which no other program can take the place"
+            if I2C_BUS.fullmatch(port_of[device.name]):
+                why = "an I2C bus is a device of the kernel; give --lines DIR here and to the vehicle"
                 console.print(f"{device.name} on {port_of[device.name]} is not simulated: {why}")
+        simulated = [device for device in io.lines if not I2C_BUS.fullmatch(port_of[device.name])]
+        wired = wired._replace(on_lines=tuple(simulated))
         lines = [stack.enter_context(_line(port_of[device.name], free)) for device in wired.on_lines]
         port = bus if free else lockstep
         bridge = build_bridge(
@@ -233,11 +241,16 @@ def _make_folder(folder: Path, option: str) -> None:
 
 
 @contextlib.contextmanager
-def _line(place: str, free: bool) -> Iterator[SerialLine | TcpLine]:
-    """A device's end of a port: it listens at a TCP port, or gives a pseudo-terminal that name."""
+def _line(place: str, free: bool) -> Iterator[SerialLine | TcpLine | I2cLine]:
+    """A device's end of a port: it listens at a TCP port or a socket, or gives a pseudo-terminal that name."""
     if place.startswith("tcp:"):
         with TcpLine(place) as listening:
             yield listening
+        return
+    if place.startswith("i2c:"):
+        path = Path(place.removeprefix("i2c:"))
+        with _owned(path), i2c_server(path) as bus:
+            yield bus
         return
     with _owned(Path(place)), SerialLine(timeout=0.0 if free else 1.0) as line, _link(Path(place), Path(line.path)):
         yield line
@@ -255,9 +268,13 @@ def _owned(name: Path) -> Iterator[None]:
             owner.bind("\0sternplane-" + hashlib.sha256(os.fsencode(os.path.abspath(name))).hexdigest())
         except OSError:
             raise UsageError(f"port {name}: another plant has it; end that one, or choose another") from None
-        if name.is_symlink() and (not name.exists() or os.path.realpath(name).startswith("/dev/pts/")):
+        if name.is_socket() or (name.is_symlink() and _left(name)):
             name.unlink()
         yield
+
+
+def _left(link: Path) -> bool:
+    return not link.exists() or os.path.realpath(link).startswith("/dev/pts/")
 
 
 @contextlib.contextmanager

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from firmware_py import mission_check
-from firmware_py.adapters.drivers.instrument_params import Device
-from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import ParamError
 from firmware_py.reconfiguration import AutopilotParams
 from firmware_py.records.fence import NO_FENCE
@@ -18,20 +16,6 @@ from sim_bridge.scenarios import Scenario
 
 _RATE_SLACK = 2.0
 """A commanded rate over the servo's by more than this factor is a mistake; a little more lets the servo do its best."""
-
-
-def refuse_not_simulated(io: IoParams, simulated: Sequence[Device]) -> None:
-    """Refuse a device on an I2C bus: a flight in one process opens all lines itself.
-
-    Raises:
-        ParamError: says what to do.
-    """
-    for device in io.lines:
-        if device not in simulated:
-            raise ParamError(
-                f'{device.key}: driver "{device.table.driver}": an I2C bus cannot be simulated; for the desk '
-                f"give {device.role} another driver, or another device of [nodes]"
-            )
 
 
 def refuse_slow_sensors(params: AutopilotParams, devices: DevicesParams, autopilot: str, sensors: str) -> None:
