@@ -163,7 +163,7 @@ def test_at_rest_a_drive_is_centred_or_held_where_the_file_says_so(launch, at_re
     bench.run(1.0)
     assert bench.drives[NODE].state is State.ENABLED
     bench.run(1.0, (0.2, 0.2), armed=True)
-    frame = bench.run(1.0, (0.3, 0.3))
+    frame = bench.run(1.0)
     assert bench.drives[NODE].state is State.ENABLED
     assert frame.fins[PORT].value == pytest.approx(angle, abs=1e-4)
     assert bench.drives[6].state is State.DISABLED

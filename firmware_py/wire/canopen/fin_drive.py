@@ -2,27 +2,13 @@
 
 from __future__ import annotations
 
-import enum
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from firmware_py.marine import clip
 from firmware_py.params import ParamError, param
 from firmware_py.tick import Rate
 from firmware_py.wire.canopen.cia402 import Mode
-
-_TURN = 2.0 * math.pi
-
-
-class AtRest(enum.Enum):
-    """What a drive does while the vehicle is disarmed."""
-
-    OFF = enum.auto()
-    """Its motor has no power."""
-    CENTRE = enum.auto()
-    HOLD = enum.auto()
-    """It stays at the last angle of before."""
+from firmware_py.wire.fin_positions import AtRest, FinPositions, by_fin
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,22 +67,13 @@ class CanOpenParams:
         return bool(self.fins) and not self.bus
 
 
-class FinDrive:
+class FinDrive(FinPositions):
     """Tells a drive the angles of its fin, and understands its positions."""
 
     def __init__(self, params: FinDriveParams) -> None:
         self.params = params
-        self._counts = params.counts_per_turn / _TURN * (-1.0 if params.reversed else 1.0)
-        self._zero = params.zero / _TURN * params.counts_per_turn
-
-    def counts(self, angle: float) -> int:
-        """Return the position of a fin angle, rad; one beyond the travel stops at its end."""
-        travel = self.params.travel
-        return round(self._zero + self._counts * clip(angle, -travel, travel))
-
-    def angle(self, counts: int) -> float:
-        """Return the fin angle of a position, rad."""
-        return (counts - self._zero) / self._counts
+        key = f"canopen.fins: {params.name}"
+        super().__init__(key, params.counts_per_turn, 0, params.zero, params.travel, against=params.reversed)
 
     def refuse_less_than(self, delta_max: float) -> None:
         """Refuse a drive that is not to turn its fin to delta_max, rad.
@@ -104,14 +81,9 @@ class FinDrive:
         Raises:
             ParamError: it stops before, or has too many counts for 32 bits.
         """
-        params = self.params
-        if delta_max > params.travel + 1e-9:
-            raise ParamError(
-                f"canopen.fins: {params.name}: travel_deg = {math.degrees(params.travel):.4g}: must be at least the "
-                f"fin's delta_max_deg = {math.degrees(delta_max):.4g}"
-            )
-        if max(abs(self.counts(side * params.travel)) for side in (-1.0, 1.0)) >= 2**31:
-            raise ParamError(f"canopen.fins: {params.name}: counts_per_turn is too large for positions of 32 bits")
+        super().refuse_less_than(delta_max)
+        if max(map(abs, self.ends)) >= 2**31:
+            raise ParamError(f"{self.key}: counts_per_turn is too large for positions of 32 bits")
 
 
 def drives_of(declared: Sequence[FinDriveParams], fins: Sequence[str]) -> tuple[FinDrive, ...]:
@@ -120,14 +92,4 @@ def drives_of(declared: Sequence[FinDriveParams], fins: Sequence[str]) -> tuple[
     Raises:
         ParamError: a fin without an entry, an entry without a fin, or twice.
     """
-    by_name: dict[str, FinDriveParams] = {}
-    for one in declared:
-        if one.name not in fins:
-            raise ParamError(f"canopen.fins: {one.name}: is no fin of vehicle.toml, which has {', '.join(fins)}")
-        if one.name in by_name:
-            raise ParamError(f"canopen.fins: {one.name}: stands there twice")
-        by_name[one.name] = one
-    missing = [name for name in fins if name not in by_name]
-    if declared and missing:
-        raise ParamError(f"canopen.fins: {missing[0]}: has no entry; where one fin has one, all must have one")
-    return tuple([FinDrive(by_name[name]) for name in fins]) if declared else ()
+    return tuple(map(FinDrive, by_fin("canopen.fins", declared, fins)))

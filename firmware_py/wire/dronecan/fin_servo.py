@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from firmware_py.marine import clip
 from firmware_py.params import ParamError, param
 from firmware_py.wire.dronecan.equipment_messages import ActuatorCommand
+from firmware_py.wire.fin_positions import by_fin
 
 US = 1e-6
 
@@ -143,21 +144,13 @@ def servos_of(declared: Sequence[FinServoParams], fins: Sequence[str]) -> tuple[
     """
     if not declared:
         return tuple([FinServo(FinServoParams(name=name, id=i)) for i, name in enumerate(fins)])
-    by_name: dict[str, FinServoParams] = {}
+    entries = by_fin("fins", declared, fins)
     commanded: dict[int, str] = {}
     reports: dict[tuple[int, int], str] = {}
     for one in declared:
-        if one.name not in fins:
-            raise ParamError(f"fins: {one.name}: is no fin of vehicle.toml, which has {', '.join(fins)}")
-        if one.name in by_name:
-            raise ParamError(f"fins: {one.name}: stands there twice")
         if commanded.setdefault(one.id, one.name) != one.name:
             raise ParamError(f"fins: {commanded[one.id]} and {one.name} obey the same actuator id {one.id}")
         key = one.node, FinServo(one).status_id
         if reports.setdefault(key, one.name) != one.name:
             raise ParamError(f"fins: {reports[key]} and {one.name} report under the same node and id {key[1]}")
-        by_name[one.name] = one
-    missing = [name for name in fins if name not in by_name]
-    if missing:
-        raise ParamError(f"fins: {missing[0]}: has no entry; where one fin has one, all must have one")
-    return tuple([FinServo(by_name[name]) for name in fins])
+    return tuple(map(FinServo, entries))

@@ -6,8 +6,9 @@ from firmware_py.marine import clip
 from firmware_py.wire.canopen import cia402
 from firmware_py.wire.canopen.cia402 import Command, Feedback, Mode, State, Wanted
 from firmware_py.wire.canopen.configuration import Configuration, drive
-from firmware_py.wire.canopen.fin_drive import AtRest, CanOpenParams, FinDrive
+from firmware_py.wire.canopen.fin_drive import CanOpenParams, FinDrive
 from firmware_py.wire.canopen.frames import Emergency, Frame, Heartbeat, NmtState, SdoAnswer
+from firmware_py.wire.fin_positions import AtRest
 
 _AGAIN_S = 1.0
 """Pause before a start-up that has failed is tried again, and between two resets of a fault, s."""

@@ -9,12 +9,13 @@ from firmware_py.adapters.buses.can_bus import FramePort
 from firmware_py.adapters.buses.frame_id import STANDARD
 from firmware_py.adapters.drivers.canopen.drive_link import DriveLink
 from firmware_py.adapters.drivers.driver import SOUND, Driver, Reading
+from firmware_py.adapters.drivers.resting_fins import RestingFins
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import NODES, Heard, NodeBits, fin_bit, node_bit
 from firmware_py.tick import Rate, Tick
 from firmware_py.wire.canopen import cia402, frames
 from firmware_py.wire.canopen.cia402 import Mode
-from firmware_py.wire.canopen.fin_drive import AtRest, CanOpenParams, FinDrive
+from firmware_py.wire.canopen.fin_drive import CanOpenParams, FinDrive
 from firmware_py.wire.canopen.frames import Frame, FrameError, NmtState
 
 FRAMES_PER_TICK = 256
@@ -41,7 +42,7 @@ class CanOpenDrives(Driver):
         self._links = [DriveLink(one, params) for one in drives]
         self._by_node = {link.node: (i, link) for i, link in enumerate(self._links)}
         self._cyclic = any(one.params.mode is Mode.CYCLIC_SYNCHRONOUS_POSITION for one in drives)
-        self._angles = [0.0] * len(drives)
+        self._resting = RestingFins([one.params.at_rest for one in drives])
         self._t_noticed: dict[int, float] = {}
         """When another master was last noticed, s, by the bit of what it spoke to."""
         self._counts = {"malformed": 0, "other_master": 0}
@@ -78,7 +79,7 @@ class CanOpenDrives(Driver):
         out: list[Frame] = []
         if tick.every(self._params.rate):
             for i, link in enumerate(self._links):
-                angle = self._wanted(i, applied)
+                angle = self._resting.wanted(i, applied)
                 if link.ready:
                     out.append(frames.encode(cia402.command(link.command(angle, tick.t))))
             if self._cyclic:
@@ -109,17 +110,6 @@ class CanOpenDrives(Driver):
     def close(self) -> None:
         """Leave the bus."""
         self._port.close()
-
-    def _wanted(self, i: int, applied: Applied) -> float | None:
-        """Return the angle that a fin is to have, rad; None: its drive is to have no power."""
-        rest = self._links[i].fin.params.at_rest
-        if applied.armed:
-            self._angles[i] = applied.fins[i]
-        elif rest is AtRest.OFF:
-            return None
-        elif rest is AtRest.CENTRE:
-            self._angles[i] = 0.0
-        return self._angles[i]
 
     def _take(self, message: frames.Message, t: float, readings: list[Reading]) -> None:
         if isinstance(message, frames.Nmt | frames.Sync | frames.Rpdo):

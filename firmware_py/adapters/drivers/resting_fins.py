@@ -1,0 +1,25 @@
+"""What fins on drives do while the vehicle is disarmed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from firmware_py.records.command import Applied
+from firmware_py.wire.fin_positions import AtRest
+
+
+class RestingFins:
+    """The angle that each fin is to have."""
+
+    def __init__(self, at_rest: Sequence[AtRest]) -> None:
+        self._at_rest = at_rest
+        self._angles = [0.0] * len(at_rest)
+
+    def wanted(self, i: int, applied: Applied) -> float | None:
+        """Return the angle that the i-th fin is to have, rad; None: its drive is to have no power."""
+        rest = self._at_rest[i]
+        if applied.armed or rest is AtRest.CENTRE:  # what the gate lets through disarmed is on its way to the centre
+            self._angles[i] = applied.fins[i]
+        elif rest is AtRest.OFF:
+            return None
+        return self._angles[i]
