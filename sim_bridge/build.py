@@ -13,6 +13,7 @@ from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import prefix_errors
 from firmware_py.wire.canopen.fin_drive import drives_of
 from firmware_py.wire.dronecan.fin_servo import servos_of
+from firmware_py.wire.serial import dynamixel_fins
 from sim_bridge.bridge import Bridge
 from sim_bridge.devices.devices import Devices, DevicesParams, Wiring
 from sim_bridge.devices.i2c_line import I2cLine
@@ -34,9 +35,9 @@ def wiring(io: IoParams, truth: Truth) -> Wiring:
         ParamError: a servo of no fin, or a fin without one.
     """
     names = [fin.name for fin in truth.fins]
-    drives = drives_of(io.canopen.fins, names)
-    servos = () if drives else servos_of(io.fins, names)
-    return Wiring(io.nodes, servos, io.propeller, io.devices, io.canopen, drives, tuple(io.lines))
+    drives, on_line = drives_of(io.canopen.fins, names), dynamixel_fins.servos_of(io.dynamixel.fins, names)
+    servos = () if drives or on_line else servos_of(io.fins, names)
+    return Wiring(io.nodes, servos, io.propeller, io.devices, io.canopen, drives, tuple(io.lines), on_line)
 
 
 def build_bridge(
@@ -59,13 +60,17 @@ def build_bridge(
         ParamError: an impossible body or battery, or a fault of a fin that does not exist.
     """
     params = params.within(base_hz)
-    asked = [device.name for device in wiring.on_lines if device.table.driver in I2C_CHIPS]
+    asked = [device.name for device in wiring.on_lines if device.line.driver in I2C_CHIPS]
     plant, instruments = plant_and_instruments(truth, params, scenario, seed, base_hz, wiring.spares, asked)
+    line_of = dict(zip(wiring.on_lines, lines, strict=True))
     on_lines = {
         device.name: _on_line(device, instruments.by_name[device.name], line)
-        for device, line in zip(wiring.on_lines, lines, strict=True)
+        for device, line in line_of.items()
+        if device.role != "fins"
     }
-    devices = Devices(params, wiring, instruments, bus, on_lines, base_hz, autopilot_id, second_bus)
+    of_fins = (line for device, line in line_of.items() if device.role == "fins" and not isinstance(line, I2cLine))
+    fin_line = next(of_fins, None)
+    devices = Devices(params, wiring, instruments, bus, on_lines, base_hz, autopilot_id, second_bus, fin_line)
     return Bridge(
         plant, devices, FaultInjector(scenario.injected, plant, devices, instruments.by_name, seed, nodes=devices)
     )

@@ -87,6 +87,11 @@ class DeviceHardware:
         for driver in self._drivers:
             driver.act(tick, applied)
 
+    def ask(self, tick: Tick) -> None:
+        """Have every driver ask for measurements, in place of commands."""
+        for driver in self._drivers:
+            driver.ask(tick)
+
     @property
     def received(self) -> int:
         """Return how many messages have come that are read."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from firmware_py.adapters.buses.awaited_bus import AwaitedBus
 from firmware_py.adapters.buses.can_bus import CanBus, FramePort, open_bus
@@ -19,6 +19,7 @@ from firmware_py.adapters.drivers.canopen.drives import CanOpenDrives
 from firmware_py.adapters.drivers.driver import Driver
 from firmware_py.adapters.drivers.dronecan.devices import DroneCan
 from firmware_py.adapters.drivers.dronecan.own_node import KeptNodeIds
+from firmware_py.adapters.drivers.dynamixel.servos import DynamixelServos
 from firmware_py.adapters.drivers.i2c_bus import I2cBus
 from firmware_py.adapters.drivers.instrument_params import Device
 from firmware_py.adapters.drivers.instrument_table import I2C_SENSORS, INSTRUMENTS
@@ -28,8 +29,10 @@ from firmware_py.adapters.drivers.tcp_stream import TcpStream
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import ParamError
 from firmware_py.vehicle.fins import Fin
-from firmware_py.wire.canopen.fin_drive import FinDrive, drives_of
+from firmware_py.wire.canopen.fin_drive import drives_of
 from firmware_py.wire.dronecan.fin_servo import FinServo, servos_of
+from firmware_py.wire.fin_positions import FinPositions
+from firmware_py.wire.serial import dynamixel_fins
 
 
 def fitted(
@@ -54,9 +57,9 @@ def fitted(
         ParamError: the io file has a servo for no fin, none for a fin, or one that does not turn far enough.
     """
     names = [fin.name for fin in fins]
-    drives = drives_of(io.canopen.fins, names)
-    servos = () if drives else servos_of(io.fins, names)
-    moved: Sequence[FinServo | FinDrive] = drives or servos
+    drives, on_line = drives_of(io.canopen.fins, names), dynamixel_fins.servos_of(io.dynamixel.fins, names)
+    servos = () if drives or on_line else servos_of(io.fins, names)
+    moved: Sequence[FinServo | FinPositions] = drives or on_line or servos
     for one, fin in zip(moved, fins, strict=True):
         one.refuse_less_than(fin.delta_max)
     watches: list[Driver] = [BusWatch("bus", bus)]
@@ -65,10 +68,15 @@ def fitted(
         watches.append(CanOpenDrives(io.canopen, drives, standard, "canopen_"))
     elif second is not None:
         watches += [CanOpenDrives(io.canopen, drives, second, "second_bus_"), BusWatch("second_bus", second)]
-    instruments = [_driver(device, line) for device, line in zip(io.lines, lines, strict=True)]
+    own: list[Driver] = []
+    for device, line in zip(io.lines, lines, strict=True):
+        if device.role == "fins":
+            own.append(DynamixelServos(device.source, io.dynamixel, on_line, cast("ByteStream", line)))
+        else:
+            own.append(_driver(device, line))
     counts = Counter(device.role for device in io.devices)
     spares = {role: count - 1 for role, count in counts.items() if count > 1}
-    return DeviceHardware(len(fins), [DroneCan(io, servos, bus, node_ids), *watches, *instruments], spares)
+    return DeviceHardware(len(fins), [DroneCan(io, servos, bus, node_ids), *watches, *own], spares)
 
 
 def open_second(io: IoParams, stack: ExitStack, *, awaited: bool = False) -> CanBus | None:
@@ -95,7 +103,7 @@ def places_of(io: IoParams, spec: str, dvl: str | None = None) -> list[str]:
     Raises:
         ParamError: a DVL's port, but no DVL.
     """
-    places = [device.table.place(spec) for device in io.lines]
+    places = [device.place(spec) for device in io.lines]
     if dvl is not None:
         first = next((i for i, device in enumerate(io.lines) if device.role == "dvl"), None)
         if first is None:
@@ -115,19 +123,21 @@ def at_desk(io: IoParams, folder: Path) -> IoParams:
         ParamError: two devices would have one place there.
     """
     taken: dict[str, str] = {}
-    moved = []
-    for one in io.instruments:
-        port = one.port
+
+    def moved(port: str) -> str:
+        asked = port
         if port.startswith("tcp:"):
             port = f"tcp:127.0.0.1:{port.rpartition(':')[2]}"
         elif port.startswith("i2c:"):
             port = f"i2c:{folder.resolve()}/{port.replace(':', '-')}"
         elif port:
             port = str(folder / Path(port).name)
-        if port and taken.setdefault(port, one.port) != one.port:
-            raise ParamError(f"instruments: {taken[port]} and {one.port} would both be {port} at a desk; rename one")
-        moved.append(replace(one, port=port))
-    return replace(io, instruments=tuple(moved))
+        if port and taken.setdefault(port, asked) != asked:
+            raise ParamError(f"instruments: {taken[port]} and {asked} would both be {port} at a desk; rename one")
+        return port
+
+    instruments = tuple([replace(one, port=moved(one.port)) for one in io.instruments])
+    return replace(io, instruments=instruments, dynamixel=replace(io.dynamixel, port=moved(io.dynamixel.port)))
 
 
 def open_line(device: Device, port: str, *, absent: bool = False) -> SerialPort | TcpStream | I2cBus:
@@ -145,7 +155,7 @@ def open_line(device: Device, port: str, *, absent: bool = False) -> SerialPort 
         return I2cBus(device.name, port, absent=absent)
     if port.startswith("tcp:"):
         return TcpStream(device.name, port, absent=absent)
-    return SerialPort(device.name, port, device.table.baud, absent=absent)
+    return SerialPort(device.name, port, device.line.baud, absent=absent)
 
 
 def _driver(device: Device, line: Any) -> Driver:

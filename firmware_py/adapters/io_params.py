@@ -15,6 +15,7 @@ from firmware_py.records.sensing import NODE_OF
 from firmware_py.wire.canopen.fin_drive import CanOpenParams
 from firmware_py.wire.dronecan.fin_servo import FinServoParams
 from firmware_py.wire.dronecan.propeller_drive import PropellerParams
+from firmware_py.wire.serial.dynamixel_fins import DynamixelParams
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,13 +95,15 @@ class IoParams:
             if one.node in taken and one.node != self.nodes.servo_hub:
                 name, other = f"fins: {one.name} = {one.node}", taken[one.node]
                 raise ParamError(f"{name}: is {other} already; every node needs an id of its own")
-        ports: dict[str, str] = {}
+        ports = {self.dynamixel.port: "dynamixel"} if self.dynamixel.fins else {}
         for i, instrument in enumerate(self.instruments):
             key = f"instruments[{i}]"
             if instrument.port and (other := ports.setdefault(instrument.port, key)) != key:
                 raise ParamError(f"{key}: port {quoted(instrument.port)} is that of {other} already; each has its own")
-        if self.fins and self.canopen.fins:
-            raise ParamError("canopen.fins: there are [[fins]] too; all fins have servos, or all have drives")
+        tables = {"fins": self.fins, "canopen.fins": self.canopen.fins, "dynamixel.fins": self.dynamixel.fins}
+        given = [key for key, fins in tables.items() if fins]
+        if len(given) > 1:
+            raise ParamError(f"{given[1]}: there are [[{given[0]}]] too; all fins have servos of one protocol")
 
     @property
     def devices(self) -> tuple[Device, ...]:
@@ -115,8 +118,11 @@ class IoParams:
 
     @property
     def lines(self) -> tuple[Device, ...]:
-        """Return those of them that are on lines of their own."""
-        return tuple([device for device in self.devices if not device.node])
+        """Return those of them that are on lines of their own, and behind them that of the fins, if there is one."""
+        own = [device for device in self.devices if not device.node]
+        if self.dynamixel.fins:
+            own.append(Device("dynamixel", "fins", 0, 0, 0.0, None, self.dynamixel))
+        return tuple(own)
 
     @property
     def device_ids(self) -> dict[int, str]:
@@ -127,3 +133,4 @@ class IoParams:
 
     realtime: RealtimeParams = field(default_factory=RealtimeParams)
     canopen: CanOpenParams = field(default_factory=CanOpenParams)
+    dynamixel: DynamixelParams = field(default_factory=DynamixelParams)

@@ -57,7 +57,7 @@ class FinPositions:
         """Return the position of a fin angle, rad; one beyond the travel stops at its end."""
         return round(self._zero + self._counts * clip(angle, -self.travel, self.travel))
 
-    def angle(self, counts: int) -> float:
+    def angle(self, counts: float) -> float:
         """Return the fin angle of a position, rad."""
         return (counts - self._zero) / self._counts
 

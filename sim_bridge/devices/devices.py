@@ -19,11 +19,14 @@ from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.fin_servo import FinServo
 from firmware_py.wire.dronecan.propeller_drive import PropellerDrive, PropellerParams
 from firmware_py.wire.dronecan.transfer import Reassembler, Transfer
+from firmware_py.wire.serial.dynamixel_fins import DynamixelFin
 from sim_bridge.devices.actuator_nodes import Esc, EscParams, FinServos, Hardpoint, HardpointParams, ServoHubParams
 from sim_bridge.devices.canopen_drives import FinDrives
+from sim_bridge.devices.dynamixel_servos import DynamixelFins
 from sim_bridge.devices.faulty_bus import FaultyBus
 from sim_bridge.devices.instrument_nodes import publishers
 from sim_bridge.devices.instruments import Instruments, InstrumentsParams
+from sim_bridge.devices.line_device import Line
 from sim_bridge.devices.node import DeviceNode
 from sim_bridge.devices.sensors import Corruption, Timing, due
 from sim_bridge.plant.plant import Plant
@@ -55,7 +58,8 @@ class DevicesParams(InstrumentsParams):
 
 class Wiring(NamedTuple):
     """What of an io file the devices go by: node ids, the servo of each fin, the propeller's controller, and which
-    of them measure what: of several of a kind each has errors of its own. `on_lines` are those on lines of their own.
+    of them measure what: of several of a kind each has errors of its own. `on_lines` are those on lines of their own,
+    and the line of `line_servos`.
     """
 
     nodes: NodeIds
@@ -65,6 +69,7 @@ class Wiring(NamedTuple):
     canopen: CanOpenParams = NO_DRIVES
     drives: Sequence[FinDrive] = ()
     on_lines: Sequence[Device] = ()
+    line_servos: Sequence[DynamixelFin] = ()
 
     @property
     def spares(self) -> tuple[str, ...]:
@@ -101,6 +106,7 @@ class Devices:
         base_hz: int,
         autopilot_id: int,
         second_bus: FramePort | None = None,
+        fin_line: Line | None = None,
     ) -> None:
         self.bus = FaultyBus(bus)
         ids, servos = wiring.nodes, wiring.servos
@@ -112,8 +118,13 @@ class Devices:
         on_nodes = [self._servo_nodes.get(servo.params.node, hub) for servo in servos]
         self.malformed = 0
         self._port: FramePort = self.bus
-        self._hub: FinServos | FinDrives = FinServos(params.servo_hub, on_nodes, servos)
+        self._hub: FinServos | FinDrives | DynamixelFins = FinServos(params.servo_hub, on_nodes, servos)
         self._drives: FinDrives | None = None
+        self._hub_rate, self._esc_rate = params.servo_hub.status, params.esc.status
+        self._line_servos: DynamixelFins | None = None
+        if fin_line is not None:
+            self._hub = self._line_servos = DynamixelFins(wiring.line_servos, fin_line, hub)
+            self._hub_rate = base_hz  # they are asked at any time
         if wiring.drives:
             drives_port: FramePort = second_bus if second_bus is not None else self.bus
             if second_bus is None:
@@ -131,7 +142,6 @@ class Devices:
         )
         self._by_id = {node.node_id: node for node in (*self.nodes.values(), *self._servo_nodes.values())}
         self._base_hz = base_hz
-        self._hub_rate, self._esc_rate = params.servo_hub.status, params.esc.status
         self._hardpoint_rate = params.hardpoint.status
 
     def initialise(self, plant: Plant) -> None:
@@ -142,8 +152,9 @@ class Devices:
 
     def receive(self, t: float) -> None:
         """Take the commands and requests on the bus at `t`."""
-        if self._drives is not None:
-            self._drives.receive(t)
+        for steered in (self._drives, self._line_servos):
+            if steered is not None:
+                steered.receive(t)
         for can_id, data in self._port.drain(FRAMES_PER_TICK):
             if can_id & SERVICE:
                 node = self._by_id.get(can_id >> 8 & 0x7F)

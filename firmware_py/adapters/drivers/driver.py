@@ -52,6 +52,9 @@ class Driver:
     def act(self, _tick: Tick, _applied: Applied) -> None:
         """Send the commands of a tick, and what devices must be told or asked."""
 
+    def ask(self, _tick: Tick) -> None:
+        """Ask devices that speak only when asked, and change nothing: in place of `act`, where a bench tool listens."""
+
     def note(self, _cycle: Cycle) -> None:
         """Take from a cycle, once a second, what other nodes are to know of it."""
 

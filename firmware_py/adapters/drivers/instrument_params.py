@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from firmware_py.adapters.drivers.instrument_table import I2C_SENSORS, INSTRUMENTS
 from firmware_py.adapters.drivers.mounting import STRAIGHT, Mounting
@@ -71,21 +71,34 @@ class InstrumentParams:
         """Return its role, one of `sensing.ROLES`."""
         return self.role or _ROLES[self.driver]
 
-    def place(self, spec: str) -> str:
-        """Return the port for a bus: "{bus}" in its name is replaced, so that several simulations can run at once."""
-        return self.port.replace("{bus}", spec.replace(":", "-").replace("/", "-"))
+
+class LineTable(Protocol):
+    """A table of the io file that names a line: `InstrumentParams`, `DynamixelParams`."""
+
+    @property
+    def driver(self) -> str:
+        """Return the name of the driver."""
+
+    @property
+    def port(self) -> str:
+        """Return where the line is; {bus} in it stands for the name of the bus."""
+
+    @property
+    def baud(self) -> int:
+        """Return bits a second of a serial line."""
 
 
 class Device(NamedTuple):
-    """A device that has a role.
+    """A device that has a role, or the line of all fins' servos.
 
     Attributes:
         key: where it stands in the io file.
-        role: one of `sensing.ROLES`.
+        role: one of `sensing.ROLES`, or "fins".
         number: its place in the order of priority, from 0.
         node: its id; 0: it is not on the bus.
         latency: s.
-        instrument: its table; None: it stands in [nodes].
+        instrument: its table; None: it stands in [nodes], or has no role of its own.
+        on: the line that it is on; None: it is on the bus.
     """
 
     key: str
@@ -94,6 +107,7 @@ class Device(NamedTuple):
     node: int
     latency: float
     instrument: InstrumentParams | None
+    on: LineTable | None = None
 
     @property
     def name(self) -> str:
@@ -110,6 +124,21 @@ class Device(NamedTuple):
         if self.instrument is None:
             raise LookupError(f"{self.key}: has no table of its own")
         return self.instrument
+
+    @property
+    def line(self) -> LineTable:
+        """Return the table of the line that it is on.
+
+        Raises:
+            LookupError: it is on the bus.
+        """
+        if self.on is None:
+            raise LookupError(f"{self.key}: is on the bus")
+        return self.on
+
+    def place(self, spec: str) -> str:
+        """Return its port for a bus: "{bus}" in its name is replaced, so that several simulations can run at once."""
+        return self.line.port.replace("{bus}", spec.replace(":", "-").replace("/", "-"))
 
     @property
     def source(self) -> str:
@@ -143,7 +172,7 @@ def devices_of(
             if (other := ranked.get(one.priority)) is not None:
                 move = ', or list that node as driver "dronecan"' if other.instrument is None else ""
                 raise ParamError(f"{key}: {role} has priority {one.priority}, as {other.key} has; give another{move}")
-            ranked[one.priority] = Device(key, role, 0, one.node, one.latency, one)
+            ranked[one.priority] = Device(key, role, 0, one.node, one.latency, one, None if one.node else one)
         if len(ranked) > MOST_CANDIDATES:
             raise ParamError(f"instruments: {len(ranked)} devices measure {role}; {MOST_CANDIDATES} are the most")
         if not ranked and role in ("ahrs", "pressure"):

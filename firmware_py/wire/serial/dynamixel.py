@@ -116,8 +116,8 @@ def fast_status(answers: Iterable[Status]) -> bytes:
     return content
 
 
-def decode(content: bytes) -> Status | None:
-    """Return the answer of a whole packet; None for an instruction, such as the host's own that comes back as an echo.
+def decode_packet(content: bytes) -> Instruction | Status:
+    """Return what a whole packet says: an instruction, such as the host's own that comes back as an echo, or an answer.
 
     The parameters of a fast answer begin behind its first error byte: see `split`.
 
@@ -126,7 +126,8 @@ def decode(content: bytes) -> Status | None:
     """
     servo, body = _opened(content)
     if body[0] != STATUS:
-        return None
+        body = body.replace(_STUFFED, _PATTERN)
+        return Instruction(servo, body[0], body[1:])
     if len(body) < 2:
         raise SentenceError("an answer without an error byte: must have 4 bytes or more behind its length")
     if servo != BROADCAST:
@@ -134,17 +135,24 @@ def decode(content: bytes) -> Status | None:
     return Status(servo, body[1], body[2:])
 
 
+def decode(content: bytes) -> Status | None:
+    """Return the answer of a whole packet; None for an instruction.
+
+    Raises:
+        SentenceError: see `decode_packet`.
+    """
+    packet = decode_packet(content)
+    return packet if isinstance(packet, Status) else None
+
+
 def decode_instruction(content: bytes) -> Instruction | None:
     """Return the instruction of a whole packet; None for an answer. Simulated servos read these.
 
     Raises:
-        SentenceError: bad checksum, not of this protocol, or malformed.
+        SentenceError: see `decode_packet`.
     """
-    servo, body = _opened(content)
-    if body[0] == STATUS:
-        return None
-    body = body.replace(_STUFFED, _PATTERN)
-    return Instruction(servo, body[0], body[1:])
+    packet = decode_packet(content)
+    return packet if isinstance(packet, Instruction) else None
 
 
 def split(answer: Status, length: int) -> tuple[Status, ...]:
@@ -161,6 +169,11 @@ def split(answer: Status, length: int) -> tuple[Status, ...]:
         raise SentenceError(f"a fast answer of {len(content)} bytes: must be a multiple of {step}, less 2")
     places = range(0, len(content), step)
     return tuple([Status(content[at + 1], content[at], content[at + 2 : at + 2 + length]) for at in places])
+
+
+def packets() -> Packets[Instruction | Status]:
+    """Return a decoder of all that is on the line: what a host reads that wants to know of other hosts."""
+    return Packets(_SYNC, 7, _size, decode_packet, LONGEST_PACKET)
 
 
 def statuses() -> Packets[Status]:

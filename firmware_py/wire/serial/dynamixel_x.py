@@ -1,9 +1,9 @@
-"""Dynamixel X series: the control table, and what its numbers mean.
+"""Dynamixel X series and MX of protocol 2.0: the control table, and what its numbers mean.
 
-Source: Robotis e-Manual, control tables of XM430, XH430, XL430, XH540 and XM540 (protocol 2.0); these addresses are the
-same for all. A turn has 4096 counts; 2048 is the middle, 0 rad, where no homing offset is set; angles grow counter-
-clockwise as seen from the horn, unless the drive mode reverses them. Of what is set, the servo forgets all at a loss of
-supply but the addresses below 64, which it takes only while its torque is off.
+Source: Robotis e-Manual, control tables of each of `MODELS`; these addresses are the same for all. A turn has 4096
+counts; 2048 is the middle, 0 rad, where no homing offset is set; angles grow counter-clockwise as seen from the horn,
+unless the drive mode reverses them. Of what is set, the servo forgets all at a loss of supply but the addresses below
+64, which it takes only while its torque is off.
 """
 
 from __future__ import annotations
@@ -25,11 +25,20 @@ class Item(NamedTuple):
     length: int
 
 
+MODELS = frozenset({30, 311, 321, *range(1000, 1241, 10), 1001, 1011, 1101, 1111, 1270, 1310})
+"""Numbers of the models with this table, as a ping tells: MX-28, -64, -106, then XH430-W350 to XW540-H260."""
+MODEL_NUMBER = Item(0, 2)
+FIRMWARE_VERSION = Item(6, 1)
+ID = Item(7, 1)
+BAUD_RATE = Item(8, 1)
 RETURN_DELAY_TIME = Item(9, 1)
 """Time before an answer, in 2 us."""
 DRIVE_MODE = Item(10, 1)
 OPERATING_MODE = Item(11, 1)
 """3: position, 4: position over many turns."""
+POSITION_MODE = 3
+KEPT_DRIVE_MODE = 0b10
+"""Bit of a servo that follows another one; the others turn the sense of rotation, or the meaning of profiles."""
 HOMING_OFFSET = Item(20, 4)
 MAX_POSITION_LIMIT = Item(48, 4)
 MIN_POSITION_LIMIT = Item(52, 4)
@@ -42,6 +51,7 @@ BUS_WATCHDOG = Item(98, 1)
 """Silence of the host after which the servo stops, in 20 ms; 0: never. It reads 255 after it has struck."""
 PROFILE_ACCELERATION = Item(108, 4)
 PROFILE_VELOCITY = Item(112, 4)
+"""Of its way to a goal, in 0.229 turns a minute; 0: as fast as it can. Where the servo restarts it is 0."""
 GOAL_POSITION = Item(116, 4)
 MOVING = Item(122, 1)
 PRESENT_CURRENT = Item(126, 2)
@@ -53,8 +63,13 @@ PRESENT_INPUT_VOLTAGE = Item(144, 2)
 PRESENT_TEMPERATURE = Item(146, 1)
 """In °C."""
 
+WATCHDOG_STRUCK = 255
+WATCHDOG_STEP, RETURN_DELAY_STEP = 20e-3, 2e-6
+"""Units of these two, s."""
 COUNTS_PER_TURN = 4096
 MIDDLE = 2048
+VELOCITY_STEP = 0.229 / 60.0 * 2.0 * math.pi
+"""Unit of velocities, rad/s."""
 _RADIANS_PER_COUNT = 2.0 * math.pi / COUNTS_PER_TURN
 
 
@@ -97,7 +112,7 @@ def enable_torque(servo: int, enabled: bool) -> bytes:
 
 def set_return_delay(servo: int, delay: float) -> bytes:
     """Return the packet that sets how long a servo waits before it answers, s, in steps of 2 us up to 508 us."""
-    return write(servo, RETURN_DELAY_TIME, _steps(delay, 2e-6, 254))
+    return write(servo, RETURN_DELAY_TIME, _steps(delay, RETURN_DELAY_STEP, 254))
 
 
 def set_bus_watchdog(servo: int, silence: float) -> bytes:
@@ -105,7 +120,7 @@ def set_bus_watchdog(servo: int, silence: float) -> bytes:
 
     One that has been stopped takes no goal until 0 is set.
     """
-    return write(servo, BUS_WATCHDOG, _steps(silence, 20e-3, 127))
+    return write(servo, BUS_WATCHDOG, _steps(silence, WATCHDOG_STEP, 127))
 
 
 def write(servo: int, item: Item, value: int) -> bytes:

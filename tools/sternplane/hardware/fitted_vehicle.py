@@ -196,14 +196,14 @@ def places_by_role(
         which = "" if number < 0 else f", number {number}"
         return Place(f"node {node} on {spec}{which}", name, key, node, kind.name, kind.data_type_id, number)
 
-    places = iter(ports if ports is not None else [device.table.place(spec) for device in io.lines])
+    places = iter(ports if ports is not None else [device.place(spec) for device in io.lines])
     found: dict[str, Place] = {}
     for device in io.devices:
         role = candidate_name(device.role, device.number)
         if device.node:
             found[role] = place(device.node, device.source, _key(device), _MESSAGE_OF[device.role])
         else:
-            port, baud = next(places), device.table.baud
+            port, baud = next(places), device.line.baud
             where = f"port {port}, {baud} baud" if port.startswith("/") else f"port {port}"
             found[role] = Place(where, device.source, device.key)
     for role, (name, kind) in _OTHERS.items():

@@ -23,7 +23,7 @@ def opened(stack: contextlib.ExitStack, device: Device, timeout: float) -> tuple
         device: what is on it.
         timeout: how long the plant waits for bytes to arrive, s.
     """
-    if device.table.driver in I2C_SENSORS:
+    if device.line.driver in I2C_SENSORS:
         bus = stack.enter_context(I2cLine())
         return bus, bus
     line = stack.enter_context(SerialLine(timeout))

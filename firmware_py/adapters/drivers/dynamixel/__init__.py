@@ -1,0 +1,1 @@
+"""Fins on Dynamixel servos of a serial line."""
