@@ -67,6 +67,11 @@ class ServoLink:
         return self._ready
 
     @property
+    def known(self) -> bool:
+        """Return whether it was ever heard."""
+        return self._known
+
+    @property
     def seen(self) -> bool:
         """Return whether it answers, set up or not."""
         return self._seen
@@ -74,7 +79,7 @@ class ServoLink:
     @property
     def faulty(self) -> bool:
         """Return whether it says itself that it does not work: a fault has shut it down, or has not been read yet."""
-        return self._seen and (self._alert or bool(self._error & self._shutdown))
+        return self._alert or bool(self._error & self._shutdown)
 
     def begin(self, t: float, pause: float = 0.0) -> None:
         """Set it up anew, at the earliest so long after t, s."""
@@ -144,8 +149,14 @@ class ServoLink:
             self._take_error(value)
 
     def steer(self, wanted: bool, t: float) -> bool:
-        """Take whether its motor is to have power at t, s; return whether that must be told."""
+        """Take whether its motor is to have power at t, s; return whether that must be told.
+
+        One that is lost may still hear: it can lose its power, and does not get it.
+        """
         self._wanted = wanted
+        if not self._ready:
+            self.torque &= wanted
+            return not wanted
         if wanted == self.torque or (wanted and self.faulty):
             return False
         self.torque, self._t_told = wanted, t
@@ -242,9 +253,7 @@ class ServoLink:
     def _rebooted(self, t: float) -> Talk:
         yield dynamixel.reboot(self.id)
         self.count("reboots")
-        self._error = HardwareError(0)
         self.begin(t, _AGAIN_S)
-        self._known = True
 
     def _read(self, item: Item, *, signed: bool = False, before: bytes = b"") -> Generator[bytes, Status | None, int]:
         """Read a number, behind packets that need no answer."""

@@ -119,9 +119,9 @@ class DynamixelServos(Driver):
         limp, centred = [], []
         for link in self._links:
             rest = link.fin.params.at_rest
-            if link.ready and rest is AtRest.OFF:
+            if link.known and rest is AtRest.OFF:
                 limp.append(link)
-            elif link.ready and rest is AtRest.CENTRE:
+            elif link.known and rest is AtRest.CENTRE:
                 centred.append(link)
         unwatched = [(link.id, b"\0") for link in centred]  # its watchdog would stop it on its way
         packets = [_sync_write(x.TORQUE_ENABLE, [(link.id, b"\0") for link in limp])] if limp else []
@@ -155,7 +155,7 @@ class DynamixelServos(Driver):
         """Return what needs no answer: where the servos shall go, then which of them get or lose power."""
         goals, switched = [], []
         for i, link in enumerate(self._links):
-            if not link.ready:
+            if not link.known:
                 continue
             angle = self._resting.wanted(i, applied)
             begins = link.steer(angle is not None, t)
