@@ -213,16 +213,23 @@ def test_a_servo_with_a_fault_is_not_used() -> None:
 
 
 def test_the_addresses_are_those_of_the_makers_tables() -> None:
-    names = ("xm430_w350", "xh430_w210", "xl430_w250", "xh540_w150", "xc330_t288")
-    for name in names:
-        text = importlib.resources.files("dynamixel_easy_sdk").joinpath("control_table", f"{name}.model").read_text()
+    tables = importlib.resources.files("dynamixel_easy_sdk").joinpath("control_table")
+    models = [row.split("\t") for row in tables.joinpath("dynamixel.model").read_text().splitlines()[1:] if row]
+    assert {int(number) for number, _ in models} >= dynamixel_x.MODELS
+    items = {key: value for key, value in vars(dynamixel_x).items() if isinstance(value, dynamixel_x.Item)}
+    for number, name in models:
+        if int(number) not in dynamixel_x.MODELS:
+            continue
+        text = tables.joinpath(name.strip()).read_text()
         rows = [row.split("\t") for row in text.partition("[control table]")[2].splitlines()[2:] if row]
         table = {what.upper().replace(" ", "_"): (int(address), int(length)) for address, length, what in rows}
-        items = {key: value for key, value in vars(dynamixel_x).items() if isinstance(value, dynamixel_x.Item)}
-        if "PRESENT_LOAD" in table:
-            items["PRESENT_LOAD"] = items.pop("PRESENT_CURRENT")
+        table |= {"PRESENT_CURRENT": table["PRESENT_LOAD"]} if "PRESENT_LOAD" in table else {}
         assert {key: (*value,) for key, value in items.items()}.items() <= table.items(), name
         assert "value_of_zero_radian_position\t2048" in text
+        assert float(re.search(r"Present Velocity\t(\S+)\trad/s", text)[1]) == pytest.approx(
+            dynamixel_x.VELOCITY_STEP, rel=1e-3
+        ), name
+    assert not dynamixel_x.MODELS & {350, 2000, 51201}  # XL-320, PRO: other tables
 
 
 @pytest.fixture
