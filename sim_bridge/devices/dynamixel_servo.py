@@ -70,7 +70,7 @@ class Servo:
         for item, value in (_FACTORY | {x.ID: number}).items():
             self._put(item, value)
         self.position = position
-        self._target, self._t, self._t_heard, self._t_up = float(position), -math.inf, -math.inf, -math.inf
+        self._target, self._t, self._t_heard, self._t_up = float(position), math.inf, -math.inf, -math.inf
         self._forget()
 
     @property

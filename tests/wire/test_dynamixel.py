@@ -44,7 +44,7 @@ servos = st.integers(0, 252)
 class Line:
     """A port of the judge's whose other end are simulated servos."""
 
-    def __init__(self, servos: Servos) -> None:
+    def __init__(self, servos: Any) -> None:
         self.servos, self.sent, self._waiting = servos, b"", b""
         self.is_using = False
 

@@ -1,0 +1,76 @@
+"""A vehicle whose fins are on Dynamixel servos, flown as it is shipped."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from sternplane.logs.reading import Log, read
+from sternplane.logs.replay import replay
+from sternplane.sitl.flight import CONFIG, FlightRequest, fly, prepare
+
+from firmware_py.app import build
+from firmware_py.records.event import EventKind
+from tests.straight_run import hold, under_way
+
+IO = CONFIG / "io_dynamixel.toml"
+FINS = 4
+
+
+def flown_with(folder: Path, *faults: str) -> Log:
+    folder.mkdir()
+    scenario = folder / "dive.toml"
+    scenario.write_text(under_way(12.0, 10.0, hold(14.0, 60.0)))
+    fly(prepare(FlightRequest(str(scenario), io=IO, faults=faults), {}), folder / "log.mcap")
+    return read(folder / "log.mcap")
+
+
+@pytest.fixture(scope="module")
+def shipped(tmp_path_factory: pytest.TempPathFactory) -> Log:
+    return flown_with(tmp_path_factory.mktemp("dynamixel") / "shipped")
+
+
+def test_servos_are_set_up_armed_and_follow_and_the_flight_replays(shipped: Log) -> None:
+    cycles = list(shipped.cycles)
+    assert [heard.ok for heard in cycles[49].frame.fins] == [True] * FINS
+    armed = [cycle for cycle in cycles if cycle.applied.armed]
+    assert armed[0].tick.t == 0.5
+    assert max(abs(angle) for cycle in armed for angle in cycle.applied.fins) > 0.1
+    late = [
+        abs(now.frame.fins[i].value - before.applied.fins[i])
+        for before, now in zip(cycles[200:], cycles[215:], strict=False)
+        for i in range(FINS)
+        if abs(before.applied.fins[i] - now.applied.fins[i]) < 0.005
+    ]
+    assert len(late) > 1000
+    assert max(late) < 0.02
+    assert not any(
+        count for cause, count in shipped.end["losses"].items() if "fins" in cause or cause.endswith("_missed")
+    )
+    compared = replay(shipped, build)
+    assert compared.equal, str(compared)
+
+
+def test_the_same_flight_again_is_the_same_byte_for_byte(shipped: Log, tmp_path: Path) -> None:
+    assert flown_with(tmp_path / "again").cycle_bytes == shipped.cycle_bytes
+
+
+def test_servos_without_power_are_told_and_flown_on_with_when_it_is_back(tmp_path: Path) -> None:
+    log = flown_with(tmp_path / "fault", "off:servo_hub@4+2")
+    cycles = list(log.cycles)
+    told = {event.kind for cycle in cycles for event in cycle.events}
+    assert {EventKind.NODE_RESTARTED, EventKind.ACTUATOR_FAULT, EventKind.ACTUATOR_GOOD} <= told
+    assert not any(heard.fresh for cycle in cycles[420:600] for heard in cycle.frame.fins)
+    assert all(heard.ok for heard in cycles[-1].frame.fins)
+    assert {log.end["losses"][f"{name}_restarts"] for name in ("stern_port", "rudder_lower")} == {1}
+
+
+def test_one_silent_servo_is_steered_on_and_the_others_are_heard(tmp_path: Path) -> None:
+    log = flown_with(tmp_path / "silent", "silent:stern_port@3+6")
+    cycles = list(log.cycles)
+    assert not any(cycle.frame.fins[0].fresh for cycle in cycles[310:900])
+    for fin in (1, 2, 3):
+        assert sum(cycle.frame.fins[fin].fresh for cycle in cycles[400:900]) > 150
+    assert cycles[-1].frame.fins[0].ok
+    faulty = [event for cycle in cycles for event in cycle.events if event.kind is EventKind.ACTUATOR_FAULT]
+    assert {name for event in faulty for name in event.names} == {"stern_port"}
