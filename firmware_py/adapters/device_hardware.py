@@ -92,6 +92,11 @@ class DeviceHardware:
         for driver in self._drivers:
             driver.ask(tick)
 
+    def exercise(self, on: bool) -> None:
+        """Have the fins of every driver follow although the vehicle is disarmed; or no longer."""
+        for driver in self._drivers:
+            driver.exercise(on)
+
     @property
     def received(self) -> int:
         """Return how many messages have come that are read."""

@@ -169,6 +169,24 @@ def test_at_rest_a_drive_is_centred_or_held_where_the_file_says_so(launch, at_re
     assert bench.drives[6].state is State.DISABLED
 
 
+def test_a_bench_tool_starts_drives_up_moves_fins_disarmed_and_leaves_them_without_power(launch):
+    bench = launch()
+    for _ in range(100):
+        tick = Tick(bench.k, DT_NS)
+        frame = bench.hardware.read(tick)
+        bench.hardware.ask(tick)
+        bench.serve()
+        bench.k += 1
+    assert [heard.ok for heard in frame.fins] == [True, True]
+    assert not any(identifier in (0x200 + NODE, 0x206) for identifier, _ in bench.said)
+    bench.hardware.exercise(True)
+    frame = bench.run(1.0, (0.2, -0.1))
+    assert [heard.value for heard in frame.fins] == pytest.approx([0.2, -0.1], abs=1e-4)
+    bench.hardware.exercise(False)
+    bench.run(0.1, (0.2, -0.1))
+    assert bench.drives[NODE].state is State.DISABLED
+
+
 def test_a_target_starts_where_the_fin_is_and_never_moves_faster_than_the_file_says(launch):
     bench = launch(speed_deg_s=30.0)
     bench.drives[NODE].position = 4000

@@ -544,6 +544,16 @@ def test_looking_finds_servos_and_changes_nothing(launch):
         assert bytes(servo.table) == table
 
 
+def test_a_bench_tool_moves_fins_disarmed_and_leaves_them_as_the_file_says(launch):
+    bench = launch()
+    bench.run(0.6)
+    bench.hardware.exercise(True)
+    at_goals(bench.run(0.5, GOALS))
+    bench.hardware.exercise(False)
+    bench.run(0.1, GOALS)
+    assert bench.torques() == [0, 0, 0]
+
+
 def test_closed_twice(flying):
     flying.driver.close()
     flying.driver.close()

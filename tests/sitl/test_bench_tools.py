@@ -197,6 +197,27 @@ def test_a_sweep_tells_a_jammed_fin_from_one_that_is_well(plant: Plant, monkeypa
     assert max(map(abs, told)) == pytest.approx(0.3 * 23.0)
 
 
+def test_servos_on_a_line_are_checked_and_swept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fins_sweep, "_LISTEN_S", 0.6)
+    monkeypatch.setattr(sweep, "SHARES", (1.0,))
+    file, chosen = SITL.with_name("io_dynamixel.toml"), ("--fin", "rudder_lower", "--travel", "30", "--yes")
+    with free_number() as number:
+        desk = ("--bus", f"udp:{number}", "--lines", tmp_path)
+        process = Forked("plant", "--io", file, *desk, "--pace", "realtime", cwd=tmp_path)
+        try:
+            process.until_said("plant on")
+            there = Plant(desk[1], tmp_path, tmp_path)
+            found = checked(there, "--lines", tmp_path, file=file)
+            swept = json.loads(tool(there, "fins", "--sweep", "--io", file, *desk, *chosen, "--json"))
+        finally:
+            process.close()
+    fins = [one for one in found["roles"] if one["role"].startswith("fin ")]
+    assert [(one["state"], one["losses"]) for one in fins] == [("fresh", {})] * 4
+    assert fins[0]["rate_hz"] == pytest.approx(50.0, abs=15.0)
+    assert fins[3]["device"].endswith("1000000 baud, servo 4")
+    assert [(one["fin"], one["result"]) for one in swept["fins"]] == [("rudder_lower", "well")]
+
+
 @pytest.mark.parametrize(
     ("node", "kind", "message", "words"),
     [

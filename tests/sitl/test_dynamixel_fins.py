@@ -20,7 +20,7 @@ FINS = 4
 def flown_with(folder: Path, *faults: str) -> Log:
     folder.mkdir()
     scenario = folder / "dive.toml"
-    scenario.write_text(under_way(12.0, 10.0, hold(14.0, 60.0)))
+    scenario.write_text(under_way(8.0, 10.0, hold(14.0, 60.0)))
     fly(prepare(FlightRequest(str(scenario), io=IO, faults=faults), {}), folder / "log.mcap")
     return read(folder / "log.mcap")
 
@@ -42,7 +42,7 @@ def test_servos_are_set_up_armed_and_follow_and_the_flight_replays(shipped: Log)
         for i in range(FINS)
         if abs(before.applied.fins[i] - now.applied.fins[i]) < 0.005
     ]
-    assert len(late) > 1000
+    assert len(late) > 500
     assert max(late) < 0.02
     assert not any(
         count for cause, count in shipped.end["losses"].items() if "fins" in cause or cause.endswith("_missed")
@@ -56,21 +56,21 @@ def test_the_same_flight_again_is_the_same_byte_for_byte(shipped: Log, tmp_path:
 
 
 def test_servos_without_power_are_told_and_flown_on_with_when_it_is_back(tmp_path: Path) -> None:
-    log = flown_with(tmp_path / "fault", "off:servo_hub@4+2")
+    log = flown_with(tmp_path / "fault", "off:servo_hub@3+2")
     cycles = list(log.cycles)
     told = {event.kind for cycle in cycles for event in cycle.events}
     assert {EventKind.NODE_RESTARTED, EventKind.ACTUATOR_FAULT, EventKind.ACTUATOR_GOOD} <= told
-    assert not any(heard.fresh for cycle in cycles[420:600] for heard in cycle.frame.fins)
+    assert not any(heard.fresh for cycle in cycles[320:500] for heard in cycle.frame.fins)
     assert all(heard.ok for heard in cycles[-1].frame.fins)
     assert {log.end["losses"][f"{name}_restarts"] for name in ("stern_port", "rudder_lower")} == {1}
 
 
 def test_one_silent_servo_is_steered_on_and_the_others_are_heard(tmp_path: Path) -> None:
-    log = flown_with(tmp_path / "silent", "silent:stern_port@3+6")
+    log = flown_with(tmp_path / "silent", "silent:stern_port@2+4")
     cycles = list(log.cycles)
-    assert not any(cycle.frame.fins[0].fresh for cycle in cycles[310:900])
+    assert not any(cycle.frame.fins[0].fresh for cycle in cycles[210:600])
     for fin in (1, 2, 3):
-        assert sum(cycle.frame.fins[fin].fresh for cycle in cycles[400:900]) > 150
+        assert sum(cycle.frame.fins[fin].fresh for cycle in cycles[300:600]) > 90
     assert cycles[-1].frame.fins[0].ok
     faulty = [event for cycle in cycles for event in cycle.events if event.kind is EventKind.ACTUATOR_FAULT]
     assert {name for event in faulty for name in event.names} == {"stern_port"}

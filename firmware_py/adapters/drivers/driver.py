@@ -55,6 +55,9 @@ class Driver:
     def ask(self, _tick: Tick) -> None:
         """Ask devices that speak only when asked, and change nothing: in place of `act`, where a bench tool listens."""
 
+    def exercise(self, _on: bool) -> None:
+        """Have fins follow what they are told although the vehicle is disarmed, for a bench tool; or no longer."""
+
     def note(self, _cycle: Cycle) -> None:
         """Take from a cycle, once a second, what other nodes are to know of it."""
 

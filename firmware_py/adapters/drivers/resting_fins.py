@@ -9,16 +9,22 @@ from firmware_py.wire.fin_positions import AtRest
 
 
 class RestingFins:
-    """The angle that each fin is to have."""
+    """The angle that each fin is to have.
+
+    Attributes:
+        exercised: whether fins follow although the vehicle is disarmed, as for a bench tool.
+    """
 
     def __init__(self, at_rest: Sequence[AtRest]) -> None:
-        self._at_rest = at_rest
+        self._at_rest, self.exercised = at_rest, False
         self._angles = [0.0] * len(at_rest)
 
     def wanted(self, i: int, applied: Applied) -> float | None:
         """Return the angle that the i-th fin is to have, rad; None: its drive is to have no power."""
         rest = self._at_rest[i]
-        if applied.armed or rest is AtRest.CENTRE:  # what the gate lets through disarmed is on its way to the centre
+        if (
+            applied.armed or self.exercised or rest is AtRest.CENTRE
+        ):  # the gate itself centres a disarmed vehicle's fins
             self._angles[i] = applied.fins[i]
         elif rest is AtRest.OFF:
             return None

@@ -5,12 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 from sternplane.hardware.fin_judgement import Verdict
+from sternplane.hardware.fins_sweep import _Guard
 from sternplane.hardware.sweep import Sweep
 from sternplane.hardware.trailing_edge import trailing_edge
+from sternplane.hardware.watched_bus import WatchedBus
 
+from firmware_py.adapters.buses.can_bus import BusError
 from firmware_py.marine import clip
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import Heard, SensorFrame, silence
@@ -128,3 +133,19 @@ def test_a_fin_that_does_not_do_well_at_a_small_angle_is_not_sent_farther(told: 
 )
 def test_where_the_edge_points_at_a_positive_angle(hinge_deg: float, words: str) -> None:
     assert trailing_edge(Fin("x", hinge=math.radians(hinge_deg))) == words
+
+
+def overheard(**counts: int) -> Any:
+    """Hardware whose drivers have counted something."""
+    return SimpleNamespace(losses=lambda: counts)
+
+
+@pytest.mark.parametrize("cause", ["fins_other_host", "canopen_other_master"])
+def test_who_leads_drives_or_servos_besides_is_found_in_the_counts_of_their_drivers(cause: str) -> None:
+    guard = _Guard(10)
+    guard.watch(overheard(**{cause: 0, "fins_breaks": 3}))
+    assert guard.alone
+    guard.watch(overheard(**{cause: 1}))
+    assert not guard.alone
+    with pytest.raises(BusError, match=f"another program leads the fins' drives or servos .{cause}.: end that one"):
+        guard.refuse(cast("WatchedBus", None))

@@ -73,6 +73,7 @@ def _add_fins(commands: Any, lazily: Lazily) -> None:
     )
     fins.add_argument("--io", type=Path, metavar="FILE", help="node ids and servos [DIR/io_sitl.toml]")
     _add_vehicle(fins)
+    vehicle.add_lines(fins, "find")
     fins.add_argument(
         "--fin", action="append", default=[], metavar="NAME", help="this one alone; may be repeated [every fin]"
     )

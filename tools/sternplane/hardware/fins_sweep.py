@@ -6,8 +6,8 @@ import argparse
 import math
 import sys
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from itertools import islice
 
 from rich.console import Console
 
@@ -15,18 +15,19 @@ from firmware_py import config_files
 from firmware_py.adapters.buses.can_bus import BusError
 from firmware_py.adapters.buses.frame_id import STANDARD
 from firmware_py.adapters.device_hardware import DeviceHardware
+from firmware_py.adapters.fitting import at_desk
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.params import load
+from firmware_py.records.sensing import SensorFrame
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.usage_error import UsageError
-from firmware_py.tick import NS_PER_S, step_ns
+from firmware_py.tick import NS_PER_S, Tick, step_ns
 from firmware_py.vehicle.fins import Fin
-from firmware_py.wire.dronecan.fin_servo import AtRest
 from sternplane.hardware.bus_nodes import BusNodes
 from sternplane.hardware.fins_report import found, sentences, sheet
-from sternplane.hardware.fitted_vehicle import fitted_vehicle
+from sternplane.hardware.fitted_vehicle import FittedVehicle, fitted_vehicle
 from sternplane.hardware.other_autopilots import OtherAutopilots
 from sternplane.hardware.output import console, live, show, show_json
 from sternplane.hardware.sweep import Sweep
@@ -36,7 +37,13 @@ _LISTEN_S = 2.5
 """Every node says something once a second, an autopilot twice that it is armed or not."""
 _CENTRE_S = 0.5
 """So long the fins are told to centre before the bus is left."""
-_FRAMES, _WAIT_S = 1024, 0.05
+_FIND_S = 3.0
+"""So long fins may take to be heard, before they move."""
+_REST_S = 0.1
+"""So long the fins are then told what the io file has them do at rest."""
+_WAIT_S = 0.02
+_OTHERS = ("_other_master", "_other_host")
+"""Ends of the counts of drivers that hear others give orders."""
 
 
 def command(options: argparse.Namespace) -> int:
@@ -47,18 +54,15 @@ def command(options: argparse.Namespace) -> int:
     fins, params = config_files.vehicle(configuration).fins, config_files.autopilot_params(configuration)
     if not options.yes and not sys.stdin.isatty():
         raise UsageError("the fins are moved only after a yes; there is no terminal to ask at, so give --yes")
-    if io.canopen.fins:
-        raise UsageError(f"{io_file}: its fins are on CANopen drives, which have no power while disarmed")
     chosen = _chosen(options.fin, [fin.name for fin in fins])
-    # What an io file has servos told at rest is for a vehicle that waits; here they are told to move.
-    moving = replace(io, fins=tuple(replace(one, at_rest=AtRest.CENTRE) for one in io.fins))
+    io = at_desk(io, options.lines) if options.lines else io
     out, spec, guard = console(), options.bus or io.can.bus, _Guard(io.can.node_id)
     sweep = Sweep(fins, chosen, options.travel / 100.0, params.safety.actuators.rate_share)
-    with fitted_vehicle(moving, fins, spec, guard.see) as fitted:
-        guard.listen(fitted.bus)
+    with fitted_vehicle(io, fins, spec, guard.see) as fitted:
+        guard.listen(fitted)
         if not options.yes:
             _confirm([fins[i] for i in chosen], options.travel / 100.0, spec)
-            guard.listen(fitted.bus)  # a yes may have taken its time
+            guard.listen(fitted)  # a yes may have taken its time
         with interruptible() as interrupted, live(out, lambda: [sheet(sweep, fins)], not options.json) as draw:
             _run(sweep, fitted.hardware, step_ns(params.rate), lambda: bool(interrupted), guard, draw)
         if options.json:
@@ -75,23 +79,37 @@ class _Guard:
     """Makes sure that nobody else steers what is moved."""
 
     def __init__(self, own_id: int) -> None:
-        self.others, self._nodes = OtherAutopilots(own_id), BusNodes()
+        self._others, self._nodes = OtherAutopilots(own_id), BusNodes()
+        self._foreign = ""
+
+    @property
+    def alone(self) -> bool:
+        """Return whether nobody else was heard that steers."""
+        return not (self._others.heard or self._foreign)
 
     def see(self, can_id: int, data: bytes, t: float) -> None:
         """Take a frame of the bus."""
-        self.others.hear(can_id, data, t)
+        self._others.hear(can_id, data, t)
         if not can_id & STANDARD:
             self._nodes.hear(can_id, data, t)
 
-    def listen(self, bus: WatchedBus) -> None:
+    def watch(self, hardware: DeviceHardware) -> None:
+        """Take what the drivers have heard: orders to drives and servos that are not ours."""
+        if not self._foreign:
+            counts = hardware.losses().items()
+            self._foreign = next((cause for cause, n in counts if n and cause.endswith(_OTHERS)), "")
+
+    def listen(self, fitted: FittedVehicle) -> None:
         """Listen before anything is sent as the autopilot.
 
         Raises:
             BusError: another autopilot is there, or nobody at all.
         """
-        end = time.monotonic() + _LISTEN_S
+        bus, end = fitted.bus, time.monotonic() + _LISTEN_S
         while (now := time.monotonic()) < end:
-            bus.drain(_FRAMES, _WAIT_S)
+            time.sleep(_WAIT_S)
+            fitted.hardware.read(Tick(0, NS_PER_S))  # on all wires; nothing is asked
+            self.watch(fitted.hardware)
             bus.send(self._nodes.requests(now))
         self.refuse(bus)
         if not self._nodes.t_heard:
@@ -102,7 +120,9 @@ class _Guard:
 
     def refuse(self, bus: WatchedBus) -> None:
         """Refuse to go on if another autopilot was heard."""
-        for node, why in self.others.heard.items():
+        if self._foreign:
+            raise BusError(f"another program leads the fins' drives or servos ({self._foreign}): end that one first")
+        for node, why in self._others.heard.items():
             raise BusError(f"{bus.name}: node {self._nodes.described(node)} {why}: end that autopilot first")
 
 
@@ -115,20 +135,38 @@ def _run(
     draw: Callable[[], None],
 ) -> None:
     """Move the fins, and leave them centred; where another autopilot begins to speak, leave them to it at once."""
-    centring = iter(range(round(_CENTRE_S * NS_PER_S / dt_ns)))
+    ticks, per_second = _ticks(dt_ns, guard, hardware, draw), NS_PER_S // dt_ns
+
+    def centre(tick: Tick) -> SensorFrame:
+        frame = hardware.read(tick)
+        hardware.write(tick, sweep.centred)
+        return frame
+
     try:
-        for tick in RealTimeSchedule(dt_ns, lambda _: not guard.others.heard):
-            if not (sweep.finished or stop()):
-                sweep.update(tick, hardware)
-            elif next(centring, None) is None:
+        for tick in islice(ticks, round(_FIND_S * per_second)):  # some must be set up before they report
+            if all(heard.ok for heard in centre(tick).fins) or stop():
                 break
-            else:
-                hardware.read(tick)
-                hardware.write(tick, sweep.centred)
-            draw()
+        hardware.exercise(True)
+        for tick in ticks:
+            if sweep.finished or stop():
+                break
+            sweep.update(tick, hardware)
+        for tick in islice(ticks, round(_CENTRE_S * per_second)):
+            centre(tick)
+        hardware.exercise(False)
+        for tick in islice(ticks, round(_REST_S * per_second)):
+            centre(tick)
     finally:
-        if not guard.others.heard:
+        if guard.alone:
             hardware.park()
+
+
+def _ticks(dt_ns: int, guard: _Guard, hardware: DeviceHardware, draw: Callable[[], None]) -> Iterator[Tick]:
+    """Yield ticks as long as nobody else steers."""
+    for tick in RealTimeSchedule(dt_ns, lambda _: guard.alone):
+        yield tick
+        guard.watch(hardware)
+        draw()
 
 
 def _chosen(wanted: Sequence[str], names: Sequence[str]) -> list[int]:

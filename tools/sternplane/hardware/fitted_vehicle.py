@@ -139,7 +139,7 @@ class FittedVehicle(NamedTuple):
         hardware: all of it.
         bus: the bus that it is on.
         places: by role, as `heard_roles` names them.
-        lines: the devices on lines of their own, by role.
+        lines: the lines of devices that are not on the bus, by role.
     """
 
     hardware: DeviceHardware
@@ -163,26 +163,30 @@ def fitted_vehicle(
         fins: of the vehicle.
         spec: the bus.
         see: is given every frame of the bus.
-        ports: those of `io.lines`; None leaves these devices alone.
+        ports: those of `io.lines`; None leaves these devices alone, but for the line of the fins.
 
     Raises:
         BusError, ParamError, UsageError: in one line, what cannot be used.
     """
     with contextlib.ExitStack() as stack:
         watched = WatchedBus(stack.enter_context(shared_bus(spec, standard=io.canopen.shares_bus)), see)
-        lines: list[Any] = [NoLine() for _ in io.lines]
-        if ports is not None:
-            lines = [
-                open_line(device, port, absent=True) if port.startswith("i2c:") else CountedLine(device, port)
-                for device, port in zip(io.lines, ports, strict=True)
-            ]
+        places = ports if ports is not None else [device.place(spec) for device in io.lines]
+        lines: list[Any] = []
+        for device, port in zip(io.lines, places, strict=True):
+            if ports is None and device.role != "fins":
+                lines.append(NoLine())
+            elif port.startswith("i2c:"):
+                lines.append(open_line(device, port, absent=True))
+            else:
+                lines.append(CountedLine(device, port))
         alone = replace(io, network=NetworkParams(time_master=False, allocate=False))
         hardware = fitted(alone, fins, watched, lines, open_second(io, stack, awaited=True))
         stack.callback(hardware.close)
         counted = {
-            candidate_name(device.role, device.number): line
+            role: line
             for device, line in zip(io.lines, lines, strict=True)
             if isinstance(line, CountedLine | I2cBus)
+            for role in _roles_of(device, fins)
         }
         yield FittedVehicle(hardware, watched, places_by_role(io, fins, spec, ports), counted)
 
@@ -210,6 +214,12 @@ def places_by_role(
         found[role] = place(getattr(io.nodes, name), name, f"[nodes] {name}", kind)
     found["n"] = place(io.nodes.esc, "esc", "[nodes] esc, [propeller] index", m.ESC_STATUS, io.propeller.index)
     names = [fin.name for fin in fins]
+    if io.dynamixel.fins:
+        port = next(places)
+        for one in io.dynamixel.fins:
+            where = f"port {port}, {io.dynamixel.baud} baud, servo {one.id}"
+            found[f"fin {one.name}"] = Place(where, one.name, "[[dynamixel.fins]] id")
+        return found
     if io.canopen.fins:
         bus = io.canopen.bus or spec
         for drive in io.canopen.fins:
@@ -223,6 +233,13 @@ def places_by_role(
         hub = f"servo{own}" if own else "servo_hub"
         found[f"fin {name}"] = place(own or io.nodes.servo_hub, hub, key, m.ACTUATOR_STATUS, servo.status_id)
     return found
+
+
+def _roles_of(device: Device, fins: Sequence[Fin]) -> list[str]:
+    """Return the roles that are measured on a line."""
+    if device.role == "fins":
+        return [f"fin {fin.name}" for fin in fins]
+    return [candidate_name(device.role, device.number)]
 
 
 def _key(device: Device) -> str:

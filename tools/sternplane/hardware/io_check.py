@@ -134,6 +134,7 @@ def command(options: argparse.Namespace) -> int:
             ticks = round(options.seconds * rate)
             for tick in RealTimeSchedule(step_ns(rate), lambda k: k <= ticks and not interrupted):
                 check.roles.update(vehicle.hardware.read(tick), tick.t)
+                vehicle.hardware.ask(tick)
                 if tick.k % 10 == 0:
                     draw()
                     vehicle.bus.send(check.nodes.requests(time.monotonic()))

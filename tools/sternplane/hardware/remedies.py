@@ -88,6 +88,9 @@ class Remedies:
             return (
                 f"not a byte came on {place.device}. Is it powered, its cable right? `sternplane serial sniff {port}`"
             )
+        if role.startswith("fin "):
+            came = f"{line.received} bytes came, but no answer of {place.device}"
+            return f"{came}: its id, its baud rate, its power? See {place.key}"
         return (
             f"{line.received} bytes came on {place.device}, but no message that is read: another baud rate or another "
             f"protocol? `sternplane serial sniff {port}` finds both; see {place.key}"

@@ -82,15 +82,28 @@ class CanOpenDrives(Driver):
                 angle = self._resting.wanted(i, applied)
                 if link.ready:
                     out.append(frames.encode(cia402.command(link.command(angle, tick.t))))
-            if self._cyclic:
-                out.append(frames.encode(frames.Sync()))
+        self._send(out + self._kept_up(tick))
+
+    def ask(self, tick: Tick) -> None:
+        """Start the drives up, so that they report where they are; give them no power."""
+        self._send(self._kept_up(tick))
+
+    def _kept_up(self, tick: Tick) -> list[Frame]:
+        """Return SYNC, our heartbeat, and for each drive one frame of its start-up at most."""
+        out: list[Frame] = []
+        if tick.every(self._params.rate) and self._cyclic:
+            out.append(frames.encode(frames.Sync()))
         if self._params.node_id and tick.every(Rate.HZ_10):
             out.append(frames.encode(frames.Heartbeat(self._params.node_id, NmtState.OPERATIONAL)))
         for link in self._links:
             frame = link.start_up(tick.t)
             if frame is not None:
                 out.append(frame)
-        self._send(out)
+        return out
+
+    def exercise(self, on: bool) -> None:
+        """Have fins follow although the vehicle is disarmed; or no longer."""
+        self._resting.exercised = on
 
     def park(self) -> None:
         """Stop every drive, or let it go to the middle; without our heartbeat it stops in any case."""

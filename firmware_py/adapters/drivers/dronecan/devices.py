@@ -57,6 +57,7 @@ class DroneCan(Driver):
         self._told = sorted(enumerate(servos), key=lambda one: one[1].params.id)
         """In the order of ids: PX4's nodes go by the place in the command, and not by the id."""
         self._at_rest = tuple([servo.params.at_rest for servo in servos])
+        self._exercised = False
         self._angles = [0.0] * len(servos)
         """The last that each servo was told, rad."""
         hub = params.nodes.servo_hub
@@ -157,6 +158,10 @@ class DroneCan(Driver):
         nodes = self._nodes.losses(self._reassembler.dropped_from)
         return {**bus, "transfers_malformed": self._malformed, **dropped, **nodes}
 
+    def exercise(self, on: bool) -> None:
+        """Have fins follow although the vehicle is disarmed; or no longer."""
+        self._exercised = on
+
     def park(self) -> None:
         """Centre the fins, stop the propeller and send "disarmed", at once: the last messages of a run."""
         send, out = self._sender.send, self._bus.send
@@ -171,7 +176,7 @@ class DroneCan(Driver):
 
     def _may_move(self, applied: Applied) -> bool:
         """Return whether servos may move: those that wait for the safety state hold still otherwise."""
-        return applied.armed or any(rest is not AtRest.SILENT for rest in self._at_rest)
+        return applied.armed or self._exercised or any(rest is not AtRest.SILENT for rest in self._at_rest)
 
     def _move(self, applied: Applied, priority: int = 8) -> None:
         """Send the fins' angles; at rest each servo is told what its io file says."""
@@ -180,7 +185,7 @@ class DroneCan(Driver):
         commands = []
         for i, servo in self._told:
             angle, rest = applied.fins[i], self._at_rest[i]
-            if not applied.armed and rest is not AtRest.CENTRE:
+            if not (applied.armed or self._exercised) and rest is not AtRest.CENTRE:
                 if rest is AtRest.SILENT:
                     continue
                 angle = self._angles[i]

@@ -114,6 +114,10 @@ class DynamixelServos(Driver):
         if self._is_free(tick.t):
             self._speak([], tick.t, looking=True)
 
+    def exercise(self, on: bool) -> None:
+        """Have fins follow although the vehicle is disarmed; or no longer."""
+        self._resting.exercised = on
+
     def park(self) -> None:
         """Take the power of each servo away, or let it go to the middle, or stay."""
         limp, centred = [], []
