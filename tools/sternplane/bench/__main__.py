@@ -31,15 +31,19 @@ from firmware_py.adapters.drivers.instrument_table import INSTRUMENTS
 from firmware_py.adapters.drivers.stream_driver import StreamDriver
 from firmware_py.adapters.storage import recorder
 from firmware_py.autopilot import Autopilot
+from firmware_py.records.command import Applied
+from firmware_py.tick import Tick
 from firmware_py.wire.dronecan import equipment_messages as eq
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan import node_messages as p
+from firmware_py.wire.serial import dynamixel
 from sim_bridge import bridge
 from sim_bridge.plant.environment import Environment
 from sim_bridge.plant.plant import Plant
 from sternplane.bench import ekf, lateness
 from sternplane.instrument_samples import SAMPLES, Silence
 from sternplane.logs.reading import read
+from sternplane.servo_samples import ServoLine, servo_driver
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 from sternplane.sitl.two_process import fly_two_processes
 
@@ -57,6 +61,7 @@ def main() -> None:
         print("measuring the parts", file=sys.stderr)
         parts: dict[str, Any] = {"cycle_us": _cycle(path), "plant_step_us": _plant(), "messages_us": _messages()}
         parts["instruments_us"] = _instruments()
+        parts["dynamixel_us"] = _servos()
         print("measuring a step of the coefficient filter", file=sys.stderr)
         parts["ekf_step"] = ekf.measure()
         print("flying it again in two processes, over udp", file=sys.stderr)
@@ -211,6 +216,25 @@ def _instruments() -> dict[str, dict[str, float]]:
 
         table[name] = {"take": _best(once), "bytes": len(contents[0])}
     return table
+
+
+def _servos() -> dict[str, float]:
+    """A tick of four fin servos on a line: goals and a question out, answers in; and their answers alone, decoded."""
+    line, ticks = ServoLine(), itertools.count()
+    driver = servo_driver(line)
+    applied = Applied((0.1, -0.1, 0.2, -0.2), 0.0, armed=True, limited=False)
+
+    def once() -> None:
+        tick = Tick(next(ticks), 10_000_000)
+        driver.poll(tick.t)
+        driver.act(tick, applied)
+
+    for _ in range(300):
+        once()
+    line.recall()
+    answers = b"".join([dynamixel.status(dynamixel.Status(k, 0, bytes(4))) for k in range(1, 5)])
+    decoder = dynamixel.packets()
+    return {"tick": _best(once), "take": _best(functools.partial(decoder.feed, answers)), "bytes": len(answers)}
 
 
 def _best(call: Callable[[], Any], rounds: int = 5, number: int = 4000) -> float:

@@ -1,4 +1,4 @@
-"""Random and mutated bytes into the driver of every instrument.
+"""Random and mutated bytes into the driver of every instrument; those into that of fin servos are in `servos`.
 
 Nothing may raise; what is ok is finite and from no later than now; a call takes a time that a tick has; and behind all
 of it a measurement is heard.
@@ -11,36 +11,18 @@ import random
 import time
 import traceback
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 from firmware_py.adapters.drivers.instrument_table import INSTRUMENTS
 from firmware_py.adapters.drivers.serial_port import BYTES_PER_TICK
 from firmware_py.adapters.drivers.stream_driver import StreamDriver
 from firmware_py.records.sensing import Dvl
+from sternplane.fuzz import servos
 from sternplane.fuzz.mutation import mutated
+from sternplane.fuzz.outcome import Outcome
 from sternplane.instrument_samples import SAMPLES, Silence
 
 DT = 0.01
-
-
-class Outcome(NamedTuple):
-    """What became of one instrument.
-
-    Attributes:
-        name: of the instrument.
-        given: so many bytes.
-        readings: of these, and how many were ok.
-        ok: see readings.
-        longest_ms: the longest call.
-        broken: how a rule was broken; empty if none was.
-    """
-
-    name: str
-    given: int
-    readings: int
-    ok: int
-    longest_ms: float
-    broken: str
 
 
 def fuzzed(name: str, seed: int, count: int) -> Outcome:
@@ -94,5 +76,5 @@ def _hostile(name: str, source: random.Random) -> Iterator[bytes]:
 
 
 def run(seed: int, count: int) -> list[Outcome]:
-    """Return what becomes of every instrument."""
-    return [fuzzed(name, seed, count) for name in INSTRUMENTS]
+    """Return what becomes of every instrument, and of fin servos on a line."""
+    return [*(fuzzed(name, seed, count) for name in INSTRUMENTS), servos.fuzzed(seed, count)]

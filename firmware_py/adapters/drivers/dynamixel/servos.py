@@ -60,7 +60,9 @@ class DynamixelServos(Driver):
         self._resting = RestingFins([one.params.at_rest for one in fins])
         self._decoder = dynamixel.packets()
         self._exchange: Exchange | None = None
-        self._echoes: list[Instruction] = []
+        self._burst = b""
+        self._echoes: list[Instruction] | None = None
+        """What of it may come back still; None: not looked at, as most adapters return nothing."""
         self._readings: list[Reading] = []
         self._due, self._turn = False, 0
         self._t = self._t_watched = self._t_other = 0.0
@@ -178,7 +180,7 @@ class DynamixelServos(Driver):
         packets = orders + ([question] if question else [])
         if packets:
             burst = b"".join(packets)
-            self._echoes = dynamixel.instructions().feed(burst)
+            self._burst, self._echoes = burst, None
             self._stream.write(burst)
 
     def _positions(self, t: float, looking: bool) -> bytes | None:
@@ -245,6 +247,8 @@ class DynamixelServos(Driver):
 
     def _hear_host(self, packet: Instruction, t: float) -> None:
         """Take an instruction: our own, that the adapter returns, or another host's."""
+        if self._echoes is None:
+            self._echoes = dynamixel.instructions().feed(self._burst)
         if packet in self._echoes:
             self._echoes.remove(packet)
             return
