@@ -27,6 +27,11 @@ _SETTINGS = Item(x.RETURN_DELAY_TIME.address, 3)
 _LIMITS = Item(x.MAX_POSITION_LIMIT.address, 8)
 _SHUTDOWN_AND_TORQUE = Item(x.SHUTDOWN.address, 2)
 
+TORQUE, FAULT = Item(x.TORQUE_ENABLE.address, 2), Item(x.STATUS_RETURN_LEVEL.address, 3)
+"""The torque with the LED behind it, and the fault with what stands before it: each question has answers of a length of
+its own, so that an answer that comes too late is not taken for one to the next question.
+"""
+
 Talk: TypeAlias = Generator[bytes, Status | None, None]
 """Questions to one servo: yields a packet, and is sent the answer, or None if there was none in time."""
 
@@ -141,12 +146,13 @@ class ServoLink:
             if value == x.WATCHDOG_STRUCK:
                 self.count("watchdog_struck")
             self.begin(t)
-        elif item == x.TORQUE_ENABLE and t - self._t_told > _SETTLE_S:
-            if self.torque and not value:
+        elif item == TORQUE and t - self._t_told > _SETTLE_S:
+            on = bool(value & 0xFF)
+            if self.torque and not on:
                 self.count("torque_lost")
-            self.torque = bool(value)
-        elif item == x.HARDWARE_ERROR_STATUS:
-            self._take_error(value)
+            self.torque = on
+        elif item == FAULT:
+            self._take_error(value >> 16)
 
     def steer(self, wanted: bool, t: float) -> bool:
         """Take whether its motor is to have power at t, s; return whether that must be told.

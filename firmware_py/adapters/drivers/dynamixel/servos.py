@@ -14,7 +14,7 @@ from itertools import cycle
 
 from firmware_py.adapters.drivers.driver import SOUND, Driver, Reading
 from firmware_py.adapters.drivers.dynamixel.exchange import Exchange
-from firmware_py.adapters.drivers.dynamixel.servo_link import ServoLink
+from firmware_py.adapters.drivers.dynamixel.servo_link import FAULT, TORQUE, ServoLink
 from firmware_py.adapters.drivers.resting_fins import RestingFins
 from firmware_py.adapters.drivers.stream_driver import ByteStream
 from firmware_py.records.command import Applied
@@ -32,7 +32,7 @@ HOLD = 5.0
 """Another host that was not heard for so long is gone, s."""
 _WATCH_S = 0.1
 """How often the servos are asked for one of `_STATE`, s."""
-_STATE = (x.BUS_WATCHDOG, x.TORQUE_ENABLE, x.BUS_WATCHDOG, x.HARDWARE_ERROR_STATUS)
+_STATE = (x.BUS_WATCHDOG, TORQUE, x.BUS_WATCHDOG, FAULT)
 _STARVED_S = 0.1
 """Where each tick is one of positions, another question takes its place after so long, s."""
 _LAST_WORDS = 3
@@ -240,7 +240,7 @@ class DynamixelServos(Driver):
             self._order.sort(key=self._links.index(link).__eq__)
             return None
         try:
-            return x.number(answer, item, signed=item.length > 1)
+            return x.number(answer, item, signed=item == x.PRESENT_POSITION)
         except SentenceError:
             self._decoder.counts.malformed += 1
             return None
