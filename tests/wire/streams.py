@@ -167,6 +167,15 @@ STREAMS = {
         ),
         _ANSWERS,
     ),
+    "dynamixel_line": Stream(
+        dynamixel.packets,
+        (dynamixel.status(_ANSWERS[0]), dynamixel.write(5, 116, b"\xff\xff\xfd\0"), dynamixel.ping(252)),
+        (
+            _ANSWERS[0],
+            dynamixel.Instruction(5, dynamixel.WRITE, b"\x74\0\xff\xff\xfd\0"),
+            dynamixel.Instruction(252, dynamixel.PING, b""),
+        ),
+    ),
     "ping": Stream(
         ping.packets,
         (ping.encode(_ECHOES[0]), ping.packet(ping.PROTOCOL_VERSION, bytes((1, 0, 0, 0))), ping.encode(_ECHOES[1])),
