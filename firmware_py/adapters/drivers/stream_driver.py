@@ -86,8 +86,8 @@ class StreamDriver(Driver):
         self._turn = None if mounting == STRAIGHT else mounting.turn()
         self._decoder = instrument.decoder()
         self._stamp, self._clock = instrument.stamp, DeviceClock(instrument.wrap)
-        self._speaker = Speaker(instrument.talk, stream.write)
-        self._openings = 0
+        self._speaker, self._forgotten = Speaker(instrument.talk, stream.write), instrument.talk.forgotten
+        self._openings, self._forgot = 0, False
 
     def poll(self, t: float) -> list[Reading]:
         """Read what has arrived; after the stream was opened anew, what had come of a message before is forgotten."""
@@ -97,12 +97,15 @@ class StreamDriver(Driver):
             self._openings = self._stream.openings
             self._decoder.restart()
         readings = self.take(data, t) if data else []
-        self._speaker.step(t, opened, bool(readings))
+        self._speaker.step(t, opened, bool(readings), self._forgot)
+        self._forgot = False
         return readings
 
     def take(self, data: bytes, t: float) -> list[Reading]:
         """Return what these bytes complete, which came at `t`, s."""
-        return [reading for message in self._decoder.feed(data) for reading in self._read(message, t)]
+        messages = self._decoder.feed(data)
+        self._forgot |= any(map(self._forgotten, messages))
+        return [reading for message in messages for reading in self._read(message, t)]
 
     def losses(self) -> dict[str, int]:
         """Return what is wrong with the stream, and messages that could not be read; other messages are not counted."""

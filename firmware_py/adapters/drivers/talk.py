@@ -1,16 +1,23 @@
-"""What an instrument must be told so that it speaks: when its line was opened, and again while it is silent.
+"""What an instrument must be told so that it speaks: when its line was opened, and again when it has forgotten.
 
-A device that lost its power has forgotten what it was told, and its line may not have broken: it is silent.
+A device that lost its power has forgotten what it was told, and its line may not have broken. It is silent; or, with
+settings of its own, it is heard again after a pause, in which it started; or it says what one that was told does not.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 GAP_S = 0.1
 """Time between two packets, s: devices have short buffers."""
+PAUSE_S = 1.5
+"""Who is heard again after so long may have been without power, s: more than between two messages of any."""
+
+
+def _never(_message: Any) -> bool:
+    return False
 
 
 class Talk(NamedTuple):
@@ -19,10 +26,13 @@ class Talk(NamedTuple):
     Attributes:
         packets: one after another.
         silence: told again after so long without a reading, s; with less than a measurement takes it is polled.
+        forgotten: whether a message is one that a device does not send when it was told. Such a device is told again
+            every `silence`, also one that refuses: only for those that go on measuring while they are told.
     """
 
     packets: tuple[bytes, ...]
     silence: float = 3.0
+    forgotten: Callable[[Any], bool] = _never
 
 
 class Speaker:
@@ -33,12 +43,15 @@ class Speaker:
         self._next = 0
         self._t_said = self._t_heard = -math.inf
 
-    def step(self, t: float, opened: bool, heard: bool) -> None:
-        """Say what is due at `t`, s, if anything; `opened`, `heard`: since the last time."""
-        if heard:
+    def step(self, t: float, opened: bool, heard: bool, forgotten: bool = False) -> None:
+        """Say what is due at `t`, s, if anything; `opened`, `heard`, `forgotten`: since the last time."""
+        again = heard and t - self._t_heard >= PAUSE_S  # even if told meanwhile: it may not have had power yet
+        again |= forgotten and t - self._t_said >= self._silence
+        if heard or opened:
             self._t_heard = t
+        again |= t - max(self._t_said, self._t_heard) >= self._silence
         done = self._next == len(self._packets)
-        if opened or (done and t - max(self._t_said, self._t_heard) >= self._silence):
+        if opened or (done and again):
             self._next, done = 0, not self._packets
         if not done and t - self._t_said >= min(GAP_S, self._silence):
             self._write(self._packets[self._next])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 from firmware_py.adapters.drivers.attitude import ahrs, scalar_last
@@ -24,5 +25,10 @@ def _stamp(message: Attitude) -> float:
     return message.time
 
 
-TALK = Talk((set_output("off"), set_binary_output(DIVISOR, port=3)))
+def _untold(message: Attitude) -> bool:
+    """Return whether this is a sentence: they are told off, and only packets have a time."""
+    return math.isnan(message.time)
+
+
+TALK = Talk((set_output("off"), set_binary_output(DIVISOR, port=3)), forgotten=_untold)
 VECTORNAV = Instrument(messages, readings, "ahrs", _stamp, talk=TALK)

@@ -16,6 +16,8 @@ from firmware_py.adapters.drivers.stream_driver import StreamDriver
 from firmware_py.adapters.drivers.tcp_stream import TcpStream
 from firmware_py.marine import quaternion_from_euler, wrap
 from firmware_py.records.sensing import Ahrs, Dvl, Fix
+from firmware_py.wire.serial import microstrain, ping, ubx_config, xsens
+from firmware_py.wire.serial.vectornav_commands import set_binary_output, set_output
 from sim_bridge.devices.line_device import LineDevice
 from sim_bridge.devices.lines.table import FIRMWARE
 from sim_bridge.devices.sensors import Sensor, Timing
@@ -72,7 +74,8 @@ class Bench:
         self.value: object = None
         wire = wire or Wire()
         self.sensor = Sensor(name, Timing(RATES[self.role], latency), lambda *_: self.value, (), (), 1, BASE_HZ)
-        self.device = LineDevice(self.sensor, wire, FIRMWARE[name](), mounting)
+        self.firmware = FIRMWARE[name]()
+        self.device = LineDevice(self.sensor, wire, self.firmware, mounting)
         self.driver = StreamDriver("device", INSTRUMENTS[name], far_end or wire, mounting=mounting)
         self.k = 0
 
@@ -162,19 +165,58 @@ def test_a_dvl_that_tells_its_delay_is_believed_to_the_moment(name: str) -> None
     assert [t - one.t_valid for t, one in bench.fly(2.0)] == pytest.approx([0.1] * 10, abs=2e-6)
 
 
-@pytest.mark.parametrize("name", ["vectornav", "microstrain", "ping", "ublox"])
-def test_an_instrument_that_has_lost_its_power_is_told_again(name: str) -> None:
+ONE = {
+    "ahrs": Ahrs(0.1, 0.2, 0.3, 0.0, 0.0, 0.0),
+    "dvl": Dvl(1.0, 0.0, 0.0, 0.01, 20.0),
+    "pressure": 2e5,
+    "altitude": 9.0,
+    "fix": Fix(0.6, -2.1, 2.0),
+}
+SAVED = {
+    "": {},
+    "another's settings": {
+        "vectornav": set_output("off") + set_binary_output(80),
+        "microstrain": microstrain.message_format(microstrain.FILTER, {0x05: 50, 0x0E: 50, 0x10: 50})
+        + microstrain.enable_stream(microstrain.FILTER),
+        "xsens": xsens.go_to_config()
+        + xsens.set_output_configuration(((xsens.EULER_ANGLES, 20), (xsens.RATE_OF_TURN, 20)))
+        + xsens.go_to_measurement(),
+        "ublox": ubx_config.switch_on(1.0),
+        "ping": ping.set_ping_interval(0.5) + ping.continuous_start(),
+    },
+}
+"""What they were told by the maker's tools and kept: they begin with it, and what the driver told is gone."""
+
+
+@pytest.mark.parametrize("saved", SAVED)
+@pytest.mark.parametrize("off", [0.05, 2.0])
+@pytest.mark.parametrize("name", FIRMWARE)
+def test_an_instrument_that_has_lost_its_power_is_told_again(name: str, off: float, saved: str) -> None:
+    boots = 0.0 if not saved else 2.0
     bench = Bench(name)
-    bench.value = {"ahrs": Ahrs(0.1, 0.2, 0.3, 0.0, 0.0, 0.0), "altitude": 9.0, "fix": Fix(0.6, -2.1, 2.0)}[bench.role]
+    bench.value = ONE[bench.role]
     bench.fly(SETTLED_S)
+    before = bench.fly(2.0)
     bench.device.switch_off()
-    assert [one for _, one in bench.fly(2.0)] == []
+    assert [one for _, one in bench.fly(off + boots)] == []
     bench.device.switch_on()
-    bench.fly(3.0)  # `Talk.silence`
-    heard = bench.fly(2.0)
-    least = 40 if name == "vectornav" else RATES[bench.role]  # one that sends its factory's sentences is not silent
-    assert len(heard) >= 2 * least - 1
-    assert heard[-1][1].ok
+    bench.firmware.answer(SAVED[saved].get(name, b""))
+    bench.fly(3.0 + 2.0 * SETTLED_S)  # `Talk.silence`; told twice, since it may have started meanwhile
+    after = bench.fly(2.0)
+    assert len(after) == pytest.approx(len(before), abs=1)
+    assert [one.ok for _, one in after] == [True] * len(after)
+    [packet] = {t - one.t_valid for t, one in after[-1:]}
+    assert packet == pytest.approx(before[-1][0] - before[-1][1].t_valid, abs=2e-3)
+
+
+def test_a_vectornav_that_cannot_be_told_is_heard_and_told_every_three_seconds() -> None:
+    bench = Bench("vectornav")
+    bench.value = ONE["ahrs"]
+    bench.firmware.answer = lambda told: asked.append(told) or b""  # its receiving wire is cut
+    asked: list[bytes] = []
+    assert len(bench.fly(10.0)) == pytest.approx(400, abs=1)
+    packets = INSTRUMENTS["vectornav"].talk.packets
+    assert asked == [*packets] * 4
 
 
 @given(value=VALUES["ahrs"], roll=st.floats(-3.1, 3.1), pitch=angles, yaw=st.floats(-3.1, 3.1), north=angles)
