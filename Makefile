@@ -5,7 +5,7 @@ BIN := .venv/bin
 LOCKS := tools/requirements
 PIP := $(BIN)/python $(LOCKS)/install.py
 
-.PHONY: help setup sitl gcs test test-vcan lint rooms bench fuzz kill load study study-safety study-adaptation paper wheels lock clean
+.PHONY: help setup sitl gcs test test-vcan lint rooms bench fuzz kill load soak soak-vcan study study-safety study-adaptation paper wheels lock clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -49,6 +49,12 @@ kill: setup ## kill -9 at fifty random times, and judge the start after each by 
 
 load: setup ## what cycles cost, and how late they are: alone, with three busy stations, flooded; ARGS="--seconds 20" for less
 	@$(BIN)/python -m sternplane.load $(ARGS)
+
+soak: setup ## every io file in configs/ flies ten minutes in real time against a plant; ARGS="--seconds 60" for less, --at-sea, --fault
+	@$(BIN)/python -m sternplane.soak $(ARGS)
+
+soak-vcan: setup ## the same over the kernel's CAN (root), with real time as at sea
+	@VCAN_TIMEOUT=$${VCAN_TIMEOUT:-9000} tests/vcan/run $(BIN)/python -m sternplane.soak --bus socketcan:vcan0 --at-sea $(ARGS)
 
 study: setup ## the estimation study; ARGS=--short for its quick form
 	@$(BIN)/sternplane study estimation $(ARGS)

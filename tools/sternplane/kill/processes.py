@@ -90,6 +90,10 @@ class Clock(threading.Thread):
         self._zero.pop(source, None)
         self._commands.pop(source, None)
 
+    def heard(self, source: int) -> bool:
+        """Return whether a node was heard since it was started."""
+        return source in self._zero
+
     def commanded(self, source: int) -> float:
         """Return the time of a vehicle when it last commanded its fins, s."""
         return (self._commands.get(source, 0) - 1) / COMMANDS_HZ
@@ -108,23 +112,24 @@ class Clock(threading.Thread):
         return self._zero[source]
 
     def end(self) -> None:
-        """Leave the bus."""
-        self._ended = True
-        self.join()
-        self._bus.close()
+        """Leave the bus; may be called twice."""
+        if not self._ended:
+            self._ended = True
+            self.join()
+            self._bus.close()
 
 
 class Station(threading.Thread):
-    """A ground station: hears the vehicle's time, and may send it on its mission."""
+    """A ground station: hears the vehicle's time, and may send it on its mission, from its time `since`, s, on."""
 
-    def __init__(self, *, commands: bool) -> None:
+    def __init__(self, *, commands: bool, since: float = 0.0) -> None:
         super().__init__(daemon=True)
         self.link = mavutil.mavlink_connection("udpin:127.0.0.1:0", source_system=255)
         self.address = f"udpout:127.0.0.1:{self.link.port.getsockname()[1]}"
         self.t = 0.0
         """The newest vehicle time that was heard, s."""
         self.armed = False
-        self._commands, self._ended = commands, False
+        self._commands, self._since, self._ended = commands, since, False
 
     def run(self) -> None:
         """Listen, and every second say what is wanted, until `end`."""
@@ -138,7 +143,7 @@ class Station(threading.Thread):
             if self.t and time.monotonic() - said > 1.0:
                 said = time.monotonic()
                 self.link.mav.heartbeat_send(mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 0)
-                if self._commands:
+                if self._commands and self.t >= self._since:
                     number = mavlink.MAV_CMD_MISSION_START if self.armed else mavlink.MAV_CMD_COMPONENT_ARM_DISARM
                     self.link.mav.command_long_send(1, 1, number, 0, 0 if self.armed else 1, 0, 0, 0, 0, 0, 0)
                     self._commands = not self.armed
@@ -163,9 +168,14 @@ class Station(threading.Thread):
 
 
 class Process:
-    """The `sternplane` command in a process of its own, all of whose children end with it."""
+    """The `sternplane` command in a process of its own, all of whose children end with it.
+
+    Attributes:
+        name: the first of its words.
+    """
 
     def __init__(self, folder: Path, *words: str | Path) -> None:
+        self.name = str(words[0])
         folder.mkdir(parents=True, exist_ok=True)
         self._said = folder / "said.txt"
         with self._said.open("wb") as said:
@@ -190,6 +200,12 @@ class Process:
         """Wait until it has ended by itself, at most so long, s of wall time."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(longest)
+
+    @property
+    def last_words(self) -> str:
+        """Return the last line that it has written, of an error without our name."""
+        lines = self.said.strip().splitlines()
+        return lines[-1].removeprefix("sternplane: ") if lines else "it said nothing"
 
     def kill(self) -> float:
         """End it by SIGKILL; return the wall time."""

@@ -39,7 +39,7 @@ depth_m = 8.0
 heading_deg = 0.0
 speed_m_s = 1.5
 """
-_AS_AT_SEA = """
+AS_AT_SEA = """
 [realtime]
 fifo_priority = 50
 lock_memory = true
@@ -103,7 +103,7 @@ def _flown(seconds: float, folder: Path, stations: Sequence[LoadStation | Flood]
     scenario = folder / "load.toml"
     scenario.write_text(_SCENARIO.format(seconds=seconds))
     io = folder / "io.toml"
-    io.write_text((CONFIG / "io_sitl.toml").read_text(encoding="utf-8") + _AS_AT_SEA, encoding="utf-8")
+    io.write_text((CONFIG / "io_sitl.toml").read_text(encoding="utf-8") + AS_AT_SEA, encoding="utf-8")
     links = [word for station in stations for word in ("--gcs", f"udpout:127.0.0.1:{station.port}")]
     cost = folder / "cost.json"
     command = [sys.executable, "-m", "sternplane.load.vehicle", str(cost), "sitl"]
