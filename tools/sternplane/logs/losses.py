@@ -120,10 +120,11 @@ def told(counts: Mapping[str, int], received: Mapping[str, int]) -> list[Loss]:
 def _found(counts: dict[str, int], received: Mapping[str, int]) -> Iterator[Loss]:
     lines = sum(counts.pop(name, 0) for name in _OF_LINES)
     yield Loss(_NAMES["dvl"], "lines lost", lines, lines + received.get("dvl", 0))
-    for source in _FIELDS:
+    for source, fields in _FIELDS.items():
         own = {name: counts.pop(f"{source}_{name}", 0) for name in _OF_MESSAGES}
         missed = own["missed"]
-        yield Loss(_named(source), "messages lost", missed, missed + received.get(source, 0))
+        sent = missed + received.get(source, 0) if fields else None
+        yield Loss(_named(source), "messages lost", missed, sent)
         if own["strays"] > missed:
             yield Loss(_named(source), "messages out of sequence, not believed", own["strays"])
         elif not missed:
