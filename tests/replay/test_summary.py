@@ -164,16 +164,18 @@ def test_losses_are_told_by_source_with_their_share_the_worst_first() -> None:
         "pressure_strays": 40,
         "pressure_missed": 1,
         "pressure_contradicted": 4,
+        "hardpoint_missed": 5,
         "dvl_bad_checksum": 2,
         "lines_of_the_dvl_lost": 3,
         "bus_not_sent": 12,
         "gcs_2_malformed": 7,
         "dvl_broken": 0,
     }
-    received = {"ahrs": 950, "battery": 70, "pressure": 999, "dvl": 995}
+    received = {"ahrs": 950, "battery": 70, "pressure": 999, "dvl": 995, "hardpoint": 245}
     assert [(loss.source, loss.text) for loss in told(counts, received)] == [
         ("battery and leak sensor", "30 of 100 messages lost (30 %)"),
         ("AHRS", "50 of 1000 messages lost (5 %)"),
+        ("hardpoint of the drop weight", "5 of 250 messages lost (2 %)"),
         ("DVL", "5 of 1000 lines lost (0.5 %)"),
         ("pressure sensor", "1 of 1000 messages lost (0.1 %)"),
         ("pressure sensor", "40 messages out of sequence, not believed"),
@@ -238,3 +240,9 @@ def test_the_table_shows_what_is_known(flown: Path) -> None:
     Console(file=out, width=80).print(summary_table({**summary, "completed": False, "reason": reason}))
     assert f"  not completed: {reason}  " in out.getvalue()
     assert len(key_figures({**summary, "speed_up": None})) == len(key_figures(summary)) - 1
+
+
+def test_every_measuring_source_is_counted_so_that_losses_have_a_share(flown: Path) -> None:
+    received, columns = summarise(read(flown))["received"], read(flown).columns
+    assert received["hardpoint"] == columns["frame.hardpoint.fresh"].sum()
+    assert received.keys() >= {"ahrs", "dvl", "hardpoint"}

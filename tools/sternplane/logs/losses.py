@@ -11,7 +11,7 @@ from firmware_py.records.sensing import MEASURES
 from sternplane.logs.reading import Piece
 from sternplane.logs.run import Run
 
-_FIELDS: Mapping[str, tuple[str, ...]] = {**MEASURES, "hardpoint": (), "dvl": ("dvl",)}
+_FIELDS: Mapping[str, tuple[str, ...]] = {**MEASURES, "dvl": ("dvl",)}
 """What each source measures, by the fields of a frame; nodes, and the DVL."""
 _NAMES = {
     "ahrs": "AHRS",
@@ -20,6 +20,7 @@ _NAMES = {
     "battery": "battery and leak sensor",
     "esc": "propeller controller",
     "servo_hub": "servo hub",
+    "hardpoint": "hardpoint of the drop weight",
     "dvl": "DVL",
     "bus": "CAN bus",
     "transfers": "other nodes of the bus",
