@@ -177,10 +177,10 @@ def test_the_summary_has_values_sigmas_and_errors(log: Log) -> None:
     assert learned["nis"] == {"dvl": None, "gyro": None, "attitude": None}
     assert (learned["current_m_s"], learned["turbulence_m_s"]) == ([0.1, -0.05], 0.02)
     assert (learned["rejected"], learned["dropped"], learned["resets"]) == (8, 7, 6)
-    said = dict(key_figures(summary))
+    said = dict(key_figures(summary)["learned"])
     assert said["coefficients valid"] == "2 of 3"
     sigmas = abs(n_dot["error_sigmas"])
-    assert said["largest error of the valid coefficients"] == f"N_dot +3.9 % ({sigmas:.1f} σ)"
+    assert said["worst valid coefficient"] == f"N_dot +3.9 % ({sigmas:.1f} σ)"
 
 
 def test_a_fault_that_takes_half_of_the_rudder_is_a_step_of_the_truth_and_no_error_of_the_estimate(log: Log) -> None:
@@ -223,7 +223,7 @@ def test_at_sea_there_is_no_truth_to_compare_with(log: Log) -> None:
     assert learned["mean_square_error_sigmas"] is None
     for one in learned["coefficients"].values():
         assert (one["truth"], one["error_pct"], one["error_sigmas"]) == (None, None, None)
-    assert "largest error of the valid coefficients" not in dict(key_figures(summarise(log)))
+    assert "worst valid coefficient" not in dict(key_figures(summarise(log))["learned"])
     assert set(traces(log, "M_q")) == {"in force", None, "±3 σ", "vehicle file", "estimate", "estimate, valid"}
     assert "truth" not in drawn(log)["M_q"].note
     assert "Errors in sigmas" not in drawn(log)

@@ -13,14 +13,19 @@ import pytest
 from rich.console import Console
 from sternplane.logs.losses import told
 from sternplane.logs.reading import read
-from sternplane.logs.summary import summarise
-from sternplane.logs.summary_text import key_figures, outcome, summary_table
+from sternplane.logs.summary import Summary, summarise
+from sternplane.logs.summary_text import LABEL_WIDTH, key_figures, outcome, summary_table
 from sternplane.logs.tracking import path_error, true_columns
 
 from firmware_py.records.order import Mode
 
 HELD = np.arange(200, 300) * 0.01
 """The toy flies its mission from 2 s on; it is armed from 1 s on."""
+
+
+def figures(summary: Summary) -> dict[str, str]:
+    """Return what people are told, by its label."""
+    return dict(itertools.chain(*key_figures(summary).values()))
 
 
 def test_figures_of_a_run_with_truth(flown: Path) -> None:
@@ -54,17 +59,16 @@ def test_a_depth_that_is_held_well_and_estimated_badly_is_told_as_such(tmp_path:
     log = read(toy.fly(tmp_path / "log.mcap"))
     log.columns["reference.z_d"] = log.truth["eta.z"] + 0.38
     log.columns["state.eta.z"] = log.truth["eta.z"] - 30.0
-    rows = dict(key_figures(summarise(log)))
-    assert rows["depth off its reference, RMS"] == "0.380 m"
-    assert rows["error of the depth estimate, RMS"] == "30.000 m"
-    assert rows["error of the depth estimate, greatest"] == "30.00 m"
+    rows = figures(summarise(log))
+    assert rows["depth off its reference"] == "0.380 m RMS"
+    assert rows["depth estimate off"] == "30.000 m RMS, 30.00 m at most"
 
 
 def test_without_truth_what_is_off_its_reference_is_the_estimate(tmp_path: Path, toy: SimpleNamespace) -> None:
-    rows = dict(key_figures(summarise(read(toy.fly(tmp_path / "log.mcap", truth=False)))))
-    assert "depth off its reference, RMS, by the estimate" in rows
-    assert "heading off its reference, RMS, by the estimate" in rows
-    assert not [label for label in rows if label.startswith("error of the")]
+    groups = key_figures(summarise(read(toy.fly(tmp_path / "log.mcap", truth=False))))
+    rows = dict(groups["accuracy by the estimate"])
+    assert {"depth off its reference", "heading off its reference"} <= rows.keys()
+    assert not [label for label in rows if "estimate off" in label]
 
 
 def test_fin_travel_is_the_total_variation_over_the_time_armed(flown: Path) -> None:
@@ -149,8 +153,8 @@ def test_losses_are_shown_where_there_are_some(flown: Path) -> None:
     log.end["losses"] = {"transfers_malformed": 3, "dvl_broken": 0}
     summary = summarise(log)
     assert summary["losses"] == {"transfers_malformed": 3, "dvl_broken": 0}
-    assert key_figures(summary)[-1] == ("other nodes of the bus", "3 frames or messages dropped")
-    assert "DVL" not in dict(key_figures(summary))
+    assert key_figures(summary)["computer and links"][-1] == ("other nodes of the bus", "3 frames or messages dropped")
+    assert "DVL" not in figures(summary)
 
 
 def test_losses_are_told_by_source_with_their_share_the_worst_first() -> None:
@@ -188,10 +192,11 @@ def test_losses_are_told_by_source_with_their_share_the_worst_first() -> None:
 
 def test_no_more_than_ten_lines_tell_of_losses(flown: Path) -> None:
     summary = summarise(read(flown))
-    before = len(key_figures(summary))
+    before = len(figures(summary))
     summary["losses"] = {f"gcs_{i}_malformed": i for i in range(1, 16)}
-    assert key_figures(summary)[-1] == ("other losses", "and 5 more: see the report")
-    assert len(key_figures(summary)) == before + 11
+    links = key_figures(summary)["computer and links"]
+    assert links[-1] == ("other losses", "and 5 more: see the report")
+    assert len([*itertools.chain(*key_figures(summary).values())]) == before + 11
 
 
 def test_a_zigzag_has_its_figures(tmp_path: Path, toy: SimpleNamespace) -> None:
@@ -207,7 +212,7 @@ def test_a_zigzag_has_its_figures(tmp_path: Path, toy: SimpleNamespace) -> None:
     assert s["zigzag_period_s"] == pytest.approx(20.0)
     assert s["overshoot_first_deg"] == pytest.approx(6.0)
     assert s["overshoot_second_deg"] == pytest.approx(4.0 + 46.0 / 10.0 * 2.0)
-    assert dict(key_figures(s))["first overshoot"] == "6.0°"
+    assert figures(s)["first overshoot"] == "6.0°"
 
 
 def test_a_log_that_was_cut_off_is_not_completed(flown: Path, tmp_path: Path) -> None:
@@ -239,10 +244,76 @@ def test_the_table_shows_what_is_known(flown: Path) -> None:
     reason = "it had not surfaced [/] when the time was over"
     Console(file=out, width=80).print(summary_table({**summary, "completed": False, "reason": reason}))
     assert f"  not completed: {reason}  " in out.getvalue()
-    assert len(key_figures({**summary, "speed_up": None})) == len(key_figures(summary)) - 1
+    assert figures(summary).keys() - figures({**summary, "speed_up": None}).keys() == {"speed-up"}
 
 
 def test_every_measuring_source_is_counted_so_that_losses_have_a_share(flown: Path) -> None:
     received, columns = summarise(read(flown))["received"], read(flown).columns
     assert received["hardpoint"] == columns["frame.hardpoint.fresh"].sum()
     assert received.keys() >= {"ahrs", "dvl", "hardpoint"}
+
+
+def everything(flown: Path) -> Summary:
+    """Return a summary in which all is told that ever can be."""
+    summary = summarise(read(flown))
+    numbers = {key: 123.456 for key, value in summary.items() if value is None and key.endswith(("_m", "_deg", "_s"))}
+    law = {"first_s": 1234.5, "adopted_s": 2345.6, "rms_before": 12.345, "rms_after": 10.123}
+    one = {"error_before_pct": 400.0, "error_after_pct": -33.4}
+    learned = {"M_ds": {"valid": True, "error_pct": -12.3, "error_sigmas": 2.3}}
+    fault = {"last": "weak", "stuck_deg": -22.5, "first_s": 83.1, "last_s": 1.0}
+    summary |= numbers | {
+        "turning_rate_deg_s": 1.0,
+        "lateness": {"median_us": 1.0, "p99_us": 2.0, "max_us": 3.0},
+        "learned": {"coefficients": learned},
+        "adoption": {"laws": {"depth": law, "heading": law}, "coefficients": {"M_ds": one}},
+        "limits": {"dive_left_pct": {"end": 28.4}, "turn_left_pct": {"end": 100.0}},
+        "losses": {f"{source}_missed": 1 for source in ("battery", "hardpoint", "esc")} | {"dvl_breaks": 3},
+        "faults": ["weak:rudder_upper=0@80"] * 4,
+        "faults_not_begun": ["jam:stern_starboard=10@800"],
+        "after_log": {"why": "the disk is full", "mode": "SURFACE", "depth_m": 2.0},
+    }
+    summary["health"] = {
+        "sensors": {"altitude.2": {"faults_s": {"frozen": 1.0}, "first_s": 1.0, "suspect_s": 2.0, "lost_s": 3.0}},
+        "actuators": {"stern_starboard": fault},
+        "weight_commanded_s": 12.0,
+        "weight_released_s": None,
+    }
+    return summary
+
+
+def test_no_label_breaks_in_a_terminal_of_80_columns(flown: Path) -> None:
+    summary, out = everything(flown), io.StringIO()
+    Console(file=out, width=80).print(summary_table(summary))
+    lines = [line.strip() for line in out.getvalue().splitlines()]
+    labels = [label for rows in key_figures(summary).values() for label, _ in rows]
+    assert len(labels) > 35
+    for label in labels:
+        assert len(label) <= LABEL_WIDTH
+        assert any(line.startswith(f"{label} ") for line in lines), label
+
+
+def test_what_is_asked_first_comes_first(flown: Path) -> None:
+    groups = key_figures(everything(flown))
+    assert [title.partition(",")[0] for title in groups] == [
+        *("end of the flight", "found in flight", "learned", "accuracy", "computer and links")
+    ]
+    assert [label for label, _ in groups["end of the flight"]][:3] == ["ended", "ended at", "waypoints"]
+
+
+def test_where_the_flight_ended_and_how_sure_it_was_of_it_is_told(flown: Path) -> None:
+    log = read(flown)
+    log.truth["eta.x"], log.truth["eta.y"] = np.full(300, -12.4), np.full(300, 33.6)
+    log.columns["state.position_std"] = np.full(300, 1.5)
+    s = summarise(log)
+    assert s["ended"] == {"mode": "MISSION", "north_m": -12.4, "east_m": 33.6, "depth_m": log.truth["eta.z"][-1]}
+    assert figures(s)["ended at"] == "12 m south, 34 m east of the origin"
+    assert figures(s)["position 3 σ at the end"] == "4.50 m"
+
+
+def test_a_heading_that_the_estimate_has_wrong_is_told_apart_from_one_that_is_steered_wrong(flown: Path) -> None:
+    log = read(flown)
+    log.columns["state.eta.psi"] = log.truth["eta.psi"] + math.radians(0.3)
+    log.columns["reference.psi_d"] = log.truth["eta.psi"] + math.radians(0.2)
+    s = summarise(log)
+    assert s["heading_estimate_error_mean_deg"] == pytest.approx(0.3)
+    assert s["heading_tracking_error_rms_deg"] == pytest.approx(0.2)

@@ -43,7 +43,7 @@ def page(log: Run, recording: Recording, found: Identification, document: dict[s
                 f"{document['log']} · {document['scenario']} · {document['from']:.2f} to {document['to']:.2f} s",
             ),
             warnings=(f"Not identifiable: {missing}.",) if missing else (),
-            key_figures=_key_figures(document),
+            key_figures={"": _key_figures(document)},
             sections=sections,
         )
     )

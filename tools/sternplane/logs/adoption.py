@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,8 @@ from sternplane.logs.tracking import Array, held_cycles, pose_of, wrapped_deg
 from sternplane.logs.true_coefficients import truth
 
 _LAWS = {"depth": ("diving", DivingCoefficients._fields), "heading": ("steering", SteeringCoefficients._fields)}
+ALL_LEARNED = 1 + max(Source)
+"""Of `design_states`."""
 _COMPLETE = (Refusal.NONE, Refusal.BOUND)
 """What may be against what is learned while the law is designed from nothing else."""
 
@@ -36,6 +39,21 @@ def designed_from(c: Columns, law: str) -> Array:
     return learned
 
 
+def design_states(c: Columns, law: str) -> Array:
+    """Return a law's `Source` in each cycle; `ALL_LEARNED` where it was designed from learned values alone."""
+    return np.where(designed_from(c, law), ALL_LEARNED, c.get(f"adopted.{law}.source", np.empty(0)))
+
+
+def adopted_text(one: Mapping[str, Any]) -> str:
+    """Return since when a law's values are learned, from its entry in the summary: the one sentence that tells it."""
+    first, whole = one["first_s"], one["adopted_s"]
+    if first is None:
+        return "never"
+    if whole is None:
+        return f"first values {first:.1f} s, never all of it"
+    return f"first values {first:.1f} s, all of it {whole:.1f} s"
+
+
 class Design(NamedTuple):
     """A law's poles at the trim speed, 1/s; s'b; and what all its fins can do, rad/s^2."""
 
@@ -51,6 +69,7 @@ class AdoptionFigures:
         self._header, self._believed = log.header, believed(log.header)
         self._end = -np.inf
         self._used = False
+        self._first: dict[str, float] = {}
         self._t: dict[str, float] = {}
         self._moved: dict[str, float] = {}
         self._last: dict[str, float] = {}
@@ -72,7 +91,10 @@ class AdoptionFigures:
         }
         for law, error in errors.items():
             complete = designed_from(c, law)
-            self._used |= bool((c.get(f"adopted.{law}.source", complete) != Source.FILE).any())
+            source = c.get(f"adopted.{law}.source", np.empty(0))
+            self._used |= bool((source != Source.FILE).any())
+            if law not in self._first and (source == Source.LEARNED).any():
+                self._first[law] = float(c["t"][int(np.argmax(source == Source.LEARNED))])
             if law not in self._t and complete.any():
                 self._t[law] = float(c["t"][int(np.argmax(complete))])
             if f"adopted.{law}.s_b" in c:
@@ -91,6 +113,7 @@ class AdoptionFigures:
         said: dict[str, Any] = {
             "laws": {
                 law: {
+                    "first_s": self._first.get(law),
                     "adopted_s": self._t.get(law),
                     "rms_before": before.rms,
                     "rms_after": after.rms,

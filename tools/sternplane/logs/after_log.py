@@ -46,6 +46,7 @@ class AfterLog(NamedTuple):
         t, deeper = figures["logged_s"], not self.depth_max <= figures["depth_max_m"]
         return {
             "after_log": {"why": self.why, "mode": self.mode, "depth_m": self.depth},
+            "ended": {"mode": self.mode, "north_m": None, "east_m": None, "depth_m": self.depth},
             "depth_max_m": self.depth_max if deeper else figures["depth_max_m"],
             "depth_max_at_s": self.depth_max_at if deeper else figures["depth_max_at_s"],
             "depth_max_estimate_m": max(self.depth_max_estimate, figures["depth_max_estimate_m"]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -34,6 +35,8 @@ _VELOCITY = {
 }
 _SPANS = 500
 """More changes of one thing than these are counted, but no longer kept one by one."""
+_STEP = 0.1
+"""What ends so shortly before the log, s, goes on to its end."""
 _PER_STATE = 100
 """A sensor's state and fault make one number: so many times the state, and the fault."""
 
@@ -98,6 +101,7 @@ class HealthRecord:
         self.sensors: dict[str, Timeline] = {}
         self.actuators: dict[str, Timeline] = {}
         self.ascent, self.drop, self.commanded, self.velocity = Timeline(), Timeline(), Timeline(), Timeline()
+        self._stuck: dict[str, float] = {}
 
     def add(self, piece: Piece) -> None:
         """Take a piece in; a log that knows nothing of health has none."""
@@ -106,6 +110,8 @@ class HealthRecord:
         for timelines, found in ((self.sensors, sensor_values(c)), (self.actuators, actuator_values(self._header, c))):
             for name, values in found.items():
                 timelines.setdefault(name, Timeline()).add(t, values, dt)
+        stuck = c.get("actuators.left.stuck", np.empty((1, 0)))
+        self._stuck = dict(zip(fin_names(self._header, stuck.shape[1]), stuck[-1].tolist(), strict=True))
         followed = ("mode.ascent", "applied.drop", "state.velocity_source")
         for path, timeline in zip(followed, (self.ascent, self.commanded, self.velocity), strict=True):
             if path in c:
@@ -116,15 +122,21 @@ class HealthRecord:
     def document(self) -> dict[str, Any]:
         """Return what summary.json says of it: those that were ever not good, for how long, s, and since when.
 
-        sensors: by name suspect_s, lost_s, first_s and faults_s by fault; actuators: by name faulty_s, first_s
-        and faults_s; ascent_s: by stage; weight_commanded_s, weight_released_s: when, None if it was not.
+        sensors: by name suspect_s, lost_s, first_s and faults_s by fault; actuators: by name faulty_s, first_s,
+        last_s (until when), last (the fault that it had then), stuck_deg (where it stays at the end, None if it moves
+        or nobody knows) and faults_s; ascent_s: by stage; weight_commanded_s, weight_released_s: when, None if it was
+        not.
         """
         commanded = [span.begin for span in self.commanded.spans if span.value]
         released = [span.begin for span in self.drop.spans if span.value in _RELEASED]
         stages = {AscentStage(value): s for value, s in sorted(self.ascent.durations.items()) if value}
         return {
             "sensors": {name: _sensor(line) for name, line in self.sensors.items() if not line.quiet},
-            "actuators": {name: _actuator(line) for name, line in self.actuators.items() if not line.quiet},
+            "actuators": {
+                name: _actuator(line, self._stuck.get(name, math.nan))
+                for name, line in self.actuators.items()
+                if not line.quiet
+            },
             "ascent_s": {stage.name.lower(): round(s, 6) for stage, s in stages.items()},
             "weight_commanded_s": commanded[0] if commanded else None,
             "weight_released_s": released[0] if released else None,
@@ -202,20 +214,26 @@ def fin_names(header: Mapping[str, Any], count: int) -> list[str]:
     return names if len(names) == count else [f"fin {i + 1}" for i in range(count)]
 
 
-def key_figures(health: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return (label, text) of `HealthRecord.document` for people; empty where all was well."""
+def key_figures(health: Mapping[str, Any], end: float) -> list[tuple[str, str]]:
+    """Return (label, text) of `HealthRecord.document` for people; empty where all was well; `end` of the log, s."""
     found = []
     for name, one in health["sensors"].items():
         faults = ", ".join(source_fault_text(SourceFault[fault.upper()]) for fault in one["faults_s"])
-        found.append((f"{name} not believed", f"{one['suspect_s'] + one['lost_s']:.1f} s ({faults})"))
-    for name, one in health["actuators"].items():
-        faults = ", ".join(actuator_fault_text(ActuatorFault[fault.upper()]) for fault in one["faults_s"])
-        found.append((name, f"{faults}, from {one['first_s']:.1f} s"))
+        long = one["suspect_s"] + one["lost_s"]
+        found.append((f"{name} not believed", f"{faults}, from {one['first_s']:.1f} s, {long:.1f} s in all"))
+    found += [(name, actuator_text(one, end)) for name, one in health["actuators"].items()]
     if health["weight_commanded_s"] is not None and health["weight_released_s"] is None:
         found.append(("drop weight not released", f"commanded at {health['weight_commanded_s']:.1f} s"))
     if health["weight_released_s"] is not None:
         found.append(("drop weight released", f"at {health['weight_released_s']:.1f} s"))
     return found
+
+
+def actuator_text(one: Mapping[str, Any], end: float) -> str:
+    """Return what was wrong with an actuator last, and when, from its entry in the document; `end` of the log, s."""
+    where = "" if one["stuck_deg"] is None else f" at {one['stuck_deg']:.1f}°"
+    until = f" to {one['last_s']:.1f} s" if one["last_s"] < end - _STEP else ""
+    return f"{actuator_fault_text(ActuatorFault[one['last'].upper()])}{where}, from {one['first_s']:.1f} s{until}"
 
 
 def _sensor(line: Timeline) -> dict[str, Any]:
@@ -235,11 +253,14 @@ def _sensor(line: Timeline) -> dict[str, Any]:
     }
 
 
-def _actuator(line: Timeline) -> dict[str, Any]:
+def _actuator(line: Timeline, stuck: float) -> dict[str, Any]:
     faults = {ActuatorFault(value).name.lower(): round(s, 6) for value, s in sorted(line.durations.items()) if value}
     bad = [span for span in line.spans if span.value]
     return {
         "faulty_s": round(sum(faults.values()), 6),
         "first_s": bad[0].begin if bad else None,
+        "last_s": bad[-1].end if bad else None,
+        "last": ActuatorFault(bad[-1].value).name.lower() if bad else None,
+        "stuck_deg": math.degrees(stuck) if math.isfinite(stuck) else None,
         "faults_s": faults,
     }

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from firmware_py.records.order import Mode
 from sternplane.logs import after_log, health_record, lateness_histogram, losses, standard_manoeuvres
 from sternplane.logs.adoption import AdoptionFigures
-from sternplane.logs.learned import LearnedFigures
+from sternplane.logs.learned import LearnedFigures, with_none
 from sternplane.logs.manoeuvrability import LimitFigures
 from sternplane.logs.mean import Mean
 from sternplane.logs.reading import Piece
@@ -20,6 +21,7 @@ from sternplane.logs.tracking import (
     FlownMissions,
     PathError,
     depth_estimate_error,
+    heading_estimate_error,
     held_cycles,
     navigation_error,
     pose_of,
@@ -51,7 +53,12 @@ def summarise(log: Run) -> Summary:
     path_error_rms_m, path_error_max_m: of the horizontal distance from the vehicle (truth or estimate, as above) to the
     planned path over the cycles in MISSION; the path is the straight lines from where MISSION was entered through the
     waypoints, the last of them without an end (`tracking.PathError`). None if no mission was flown.
+    heading_estimate_error_mean_deg: mean of the estimated heading minus the true one over the cycles in which it is
+    held: what the AHRS's heading is off. None without a logged truth.
     navigation_error_end_m, navigation_error_max_m: horizontal distance from the estimate to the truth.
+    position_std_end_m: what the estimate says of itself at the end, 1 sigma of the horizontal position.
+    ended: mode, north_m, east_m and depth_m at the end (truth or estimate, as above); of a flight that went on without
+    its log the place is None.
     turning_diameter_m, turning_rate_deg_s (positive to starboard): of a run steered by hand in a circle.
     overshoot_first_deg, overshoot_second_deg, zigzag_period_s: of one steered by hand in a zigzag (`manoeuvres`).
     fin_travel_deg_s: the way a fin's applied angle covers, over the time armed, mean of all fins.
@@ -68,11 +75,12 @@ def summarise(log: Run) -> Summary:
     mean_square_error_sigmas over them, correlations left out; nis by sensor, current_m_s and current_std_m_s (north,
     east), turbulence_m_s, rejected, dropped, resets; and taught: when each learning manoeuvre was over (s), and the
     sentence on what it taught and what not.
-    adoption: None if no law ever used what was learned; else by law, depth and heading: adopted_s, from when its design
-    was of learned values alone (None: never), rms_before and rms_after, of the tracking errors as above (m, deg) up to
-    then and from then on, and the design by_file and in_force at the end; by coefficient: file, adopted_s (when its
-    value first left the file's), in_force at the end, and truth (at the end, as above), error_before_pct (of the file)
-    and error_after_pct (of what is in force), both against it, where the truth was logged.
+    adoption: None if no law ever used what was learned; else by law, depth and heading: first_s, from when some of its
+    values were learned in this flight, adopted_s, from when its design was of such values alone (None: never),
+    rms_before and rms_after, of the tracking errors as above (m, deg) up to then and from then on, and the design
+    by_file and in_force at the end; by coefficient: file, adopted_s (when its value first left the file's), in_force at
+    the end, and truth (at the end, as above), error_before_pct (of the file) and error_after_pct (of what is in force),
+    both against it, where the truth was logged.
     limits: by name what the vehicle could do, by the coefficients in force and what was left of its fins: at the
     begin, at its worst and at the end (`manoeuvrability.LimitFigures`).
     cycles, complete, lost, events: of the log. notes: sentences on the state of an earlier run.
@@ -138,11 +146,13 @@ class _Figures:
         self._path, self._missions = PathError(log), FlownMissions(log)
         self._depth, self._heading, self._off = Mean(), Mean(), Mean()
         self._travel = Mean()
-        self._away, self._misjudged = Mean(), Mean()
+        self._away, self._misjudged, self._turned = Mean(), Mean(), Mean()
+        self._end: Summary = {}
         self._before: tuple[Array, Array] | None = None
         self._distance, self._late, self._cycles, self._true = 0.0, 0, 0, False
         self._deepest, self._deepest_estimate = _Deepest(), _Deepest()
         self._dt = self.t_end = 0.0
+        self._sigma = math.nan
 
     def add(self, piece: Piece) -> None:
         """Take a piece in."""
@@ -158,6 +168,14 @@ class _Figures:
         self._off.add(off[np.isfinite(off)])
         self._away.add(navigation_error(piece))
         self._misjudged.add(depth_estimate_error(piece))
+        self._turned.add(heading_estimate_error(piece))
+        self._end = {
+            "mode": Mode(int(c["mode.mode"][-1])).name,
+            "north_m": float(pose["eta.x"][-1]),
+            "east_m": float(pose["eta.y"][-1]),
+            "depth_m": float(pose["eta.z"][-1]),
+        }
+        self._sigma = float(c["state.position_std"][-1])
         self._missions.add(piece)
         self._late += int(np.sum(c["tick.late_ns"] > c["tick.dt_ns"]))
         self._deepest.add(c["t"], pose["eta.z"])
@@ -187,8 +205,11 @@ class _Figures:
             "path_error_max_m": self._off.greatest,
             "depth_estimate_error_rms_m": self._misjudged.rms,
             "depth_estimate_error_max_m": self._misjudged.greatest,
+            "heading_estimate_error_mean_deg": self._turned.mean,
             "navigation_error_end_m": self._away.last,
             "navigation_error_max_m": self._away.greatest,
+            "position_std_end_m": self._sigma,
+            "ended": with_none(self._end),
             "fin_travel_deg_s": None if travel is None else math.degrees(travel) / self._dt,
             "waypoints_passed": passed,
             "waypoints_total": total,

@@ -1,4 +1,4 @@
-"""The summary of a run for people: the outcome in a line, the figures with their units."""
+"""The summary of a run for people: the outcome in a line, then figures with their units, as people ask for them."""
 
 from __future__ import annotations
 
@@ -8,49 +8,65 @@ from rich.table import Table
 from rich.text import Text
 
 from sternplane.logs import health_record, lateness_histogram, losses
+from sternplane.logs.adoption import adopted_text
 from sternplane.logs.summary import Summary
 
+Rows = list[tuple[str, str]]
+LABEL_WIDTH = 34
+"""A label has no more characters, so that it stands in one line of a terminal of 80 columns, with its figure."""
+_SIDES = {"north_m": ("north", "south"), "east_m": ("east", "west")}
 _MOST_LOSSES = 10
 """So many lines tell of what was lost."""
-_TRACKED = ("depth_tracking_error", "heading_tracking_error", "path_error")
-"""How the keys begin whose figures are of the true vehicle, or of the estimated one where the truth is not known."""
-_WHOLE: tuple[tuple[str, str, str], ...] = (
-    # key, label, format with the unit; of the whole flight, also where it went on without a log
-    ("vehicle_time_s", "vehicle time", "{:.1f} s"),
-    ("wall_time_s", "wall time", "{:.1f} s"),
-    ("speed_up", "speed-up", "{:.1f} ×"),
-    ("depth_max_m", "greatest depth", "{:.2f} m"),
+_Formats = tuple[tuple[str, str, tuple[str, ...]], ...]
+_TRAVELLED: _Formats = (
+    # label, format with units, keys
+    ("vehicle time", "{:.1f} s", ("vehicle_time_s",)),
+    ("greatest depth", "{:.2f} m", ("depth_max_m",)),
 )
-_LOGGED: tuple[tuple[str, str, str], ...] = (
-    ("distance_m", "distance travelled", "{:.0f} m"),
-    ("depth_tracking_error_rms_m", "depth off its reference, RMS", "{:.3f} m"),
-    ("heading_tracking_error_rms_deg", "heading off its reference, RMS", "{:.2f}°"),
-    ("path_error_rms_m", "off the planned path, RMS", "{:.2f} m"),
-    ("path_error_max_m", "off the planned path, greatest", "{:.2f} m"),
-    ("depth_estimate_error_rms_m", "error of the depth estimate, RMS", "{:.3f} m"),
-    ("depth_estimate_error_max_m", "error of the depth estimate, greatest", "{:.2f} m"),
-    ("navigation_error_end_m", "error of the horizontal position estimate, at the end", "{:.2f} m"),
-    ("navigation_error_max_m", "error of the horizontal position estimate, greatest", "{:.2f} m"),
-    ("turning_diameter_m", "turning diameter, steady", "{:.1f} m"),
-    ("turning_rate_deg_s", "turning rate, steady", "{:.2f} °/s"),
-    ("overshoot_first_deg", "first overshoot", "{:.1f}°"),
-    ("overshoot_second_deg", "second overshoot", "{:.1f}°"),
-    ("zigzag_period_s", "zigzag period", "{:.1f} s"),
-    ("fin_travel_deg_s", "fin travel", "{:.2f} °/s"),
-    ("late_cycles", "late cycles", "{:d}"),
+_ACCURACY: _Formats = (
+    ("off the planned path", "{:.2f} m RMS, {:.2f} m at most", ("path_error_rms_m", "path_error_max_m")),
+    ("depth off its reference", "{:.3f} m RMS", ("depth_tracking_error_rms_m",)),
+    ("heading off its reference", "{:.2f}° RMS", ("heading_tracking_error_rms_deg",)),
+    (
+        "depth estimate off",
+        "{:.3f} m RMS, {:.2f} m at most",
+        ("depth_estimate_error_rms_m", "depth_estimate_error_max_m"),
+    ),
+    ("heading estimate off, mean", "{:+.2f}°", ("heading_estimate_error_mean_deg",)),
+    (
+        "position estimate off",
+        "{:.2f} m at the end, {:.2f} m at most",
+        ("navigation_error_end_m", "navigation_error_max_m"),
+    ),
+)
+_MANOEUVRES: _Formats = (
+    ("turning diameter, steady", "{:.1f} m", ("turning_diameter_m",)),
+    ("turning rate, steady", "{:.2f} °/s", ("turning_rate_deg_s",)),
+    ("first overshoot", "{:.1f}°", ("overshoot_first_deg",)),
+    ("second overshoot", "{:.1f}°", ("overshoot_second_deg",)),
+    ("zigzag period", "{:.1f} s", ("zigzag_period_s",)),
+    ("fin travel", "{:.2f} °/s", ("fin_travel_deg_s",)),
+)
+_COMPUTER: _Formats = (
+    ("wall time", "{:.1f} s", ("wall_time_s",)),
+    ("speed-up", "{:.1f} ×", ("speed_up",)),
+    ("late cycles", "{:d}", ("late_cycles",)),
 )
 
 
 def summary_table(summary: Summary) -> Group:
-    """The summary as the terminal shows it: the outcome in a line of its own, then the figures."""
-    rows = Table(show_header=False, box=None, padding=(0, 2))
-    for label, value in key_figures(summary):
-        rows.add_row(label, value)
-    if summary["faults"]:
-        rows.add_row("faults", ", ".join(summary["faults"]))
-    if summary["faults_not_begun"]:
-        rows.add_row("faults that had not begun at the end", ", ".join(summary["faults_not_begun"]))
-    return Group(Padding(Text(outcome(summary)), (0, 2)), rows)
+    """The summary as the terminal shows it: the outcome in a line of its own, then the figures in their groups."""
+    groups = key_figures(summary)
+    width = min(LABEL_WIDTH, max(len(label) for rows in groups.values() for label, _ in rows))
+    parts = [Padding(Text(outcome(summary), style="bold"), (0, 2))]
+    for title, rows in groups.items():
+        table = Table(show_header=False, box=None, padding=(0, 2, 0, 0), pad_edge=False)
+        table.add_column(width=width)
+        table.add_column(overflow="fold")
+        for label, value in rows:
+            table.add_row(label, value)
+        parts += [Padding(Text(title, style="dim"), (0, 2)), Padding(table, (0, 0, 0, 4))]
+    return Group(*parts)
 
 
 def outcome(summary: Summary) -> str:
@@ -79,20 +95,69 @@ def unlogged(summary: Summary) -> str:
     )
 
 
-def key_figures(summary: Summary) -> list[tuple[str, str]]:
-    """Return (label, figure with its unit), without what the log cannot say; labels tell what it says of a part."""
+def key_figures(summary: Summary) -> dict[str, Rows]:
+    """Return (label, figure with its unit) by group, in the order in which people ask, without what the log cannot say.
+
+    A group's title tells where its figures are of the logged part alone, and where they are of the estimate.
+    """
     part = ", while logged" if summary.get("after_log") else ""
-    whole = _rows(summary, _WHOLE)
+    believed = " by the estimate" if summary["against"] == "estimate" else ""
+    groups = {
+        "end of the flight": _ended(summary),
+        f"found in flight{part}": _found(summary),
+        f"learned{part}": [*_learned(summary), *_adopted(summary)],
+        f"accuracy{believed}{part}": [
+            *_rows(summary, _ACCURACY),
+            *_sigma(summary),
+            *_rows(summary, _MANOEUVRES),
+        ],
+        "computer and links": [*_rows(summary, _COMPUTER), *_lateness(summary), *_lost(summary)],
+    }
+    return {title: rows for title, rows in groups.items() if rows}
+
+
+def _ended(summary: Summary) -> Rows:
+    """Return where the vehicle was at the end, and how far it came."""
+    end = summary["ended"]
+    found = [] if end["depth_m"] is None else [("ended", f"{end['mode'].lower()}, {end['depth_m']:.1f} m deep")]
+    if None not in (end["north_m"], end["east_m"]):
+        north, east = (_side(end[key], *words) for key, words in _SIDES.items())
+        found.append(("ended at", f"{north}, {east} of the origin"))
     if summary["waypoints_total"]:
-        whole.append(("waypoints", f"{summary['waypoints_passed']} of {summary['waypoints_total']}"))
-    if part:
-        whole.append(("logged", f"{summary['logged_s']:.1f} s"))
-    logged = [*_rows(summary, _LOGGED), *_lateness(summary), *_learned(summary), *_adopted(summary)]
-    logged += health_record.key_figures(summary["health"])
-    return [*whole, *((f"{label}{part}", text) for label, text in logged), *_lost(summary)]
+        found.append(("waypoints", f"{summary['waypoints_passed']} of {summary['waypoints_total']}"))
+    found += _rows(summary, _TRAVELLED)
+    if summary.get("after_log"):
+        found.append(("logged", f"{summary['logged_s']:.1f} s"))
+    part = " while logged" if summary.get("after_log") else ""
+    return [*found, ("distance travelled", f"{summary['distance_m']:.0f} m{part}")]
 
 
-def _lost(summary: Summary) -> list[tuple[str, str]]:
+def _side(metres: float, positive: str, negative: str) -> str:
+    return f"{abs(metres):.0f} m {negative if metres < 0.0 else positive}"
+
+
+def _found(summary: Summary) -> Rows:
+    """Return what was wrong, as the vehicle found it, and what was made wrong on purpose."""
+    found = health_record.key_figures(summary["health"], summary["logged_s"])
+    if left := left_by_the_fins(summary):
+        found.append(("left at the end", left))
+    for label, key in (("faults injected", "faults"), ("of these not begun at the end", "faults_not_begun")):
+        if summary[key]:
+            found.append((label, ", ".join(summary[key])))
+    return found
+
+
+def left_by_the_fins(summary: Summary) -> str:
+    """Return what of diving and turning is left at the end; "" where all is, and for a log that does not tell."""
+    limits = summary["limits"] or {}
+    names = {"dive_left_pct": "diving", "turn_left_pct": "turning"}
+    shares = {word: limits[key]["end"] for key, word in names.items() if limits.get(key)}
+    if all(share is None or share > 99.5 for share in shares.values()):
+        return ""
+    return ", ".join(f"{share:.0f} % of {word}" for word, share in shares.items() if share is not None)
+
+
+def _lost(summary: Summary) -> Rows:
     """Return what was lost, the worst first."""
     told = losses.told(summary["losses"], summary["received"])
     found = [(loss.source, loss.text) for loss in told[:_MOST_LOSSES]]
@@ -100,16 +165,20 @@ def _lost(summary: Summary) -> list[tuple[str, str]]:
     return [*found, ("other losses", f"and {more} more: see the report")] if more > 0 else found
 
 
-def _rows(summary: Summary, rows: tuple[tuple[str, str, str], ...]) -> list[tuple[str, str]]:
-    believed = ", by the estimate" if summary["against"] == "estimate" else ""
+def _rows(summary: Summary, formats: _Formats) -> Rows:
     return [
-        (f"{label}{believed if key.startswith(_TRACKED) else ''}", form.format(summary[key]))
-        for key, label, form in rows
-        if summary[key] is not None
+        (label, form.format(*(summary[key] for key in keys)))
+        for label, form, keys in formats
+        if all(summary[key] is not None for key in keys)
     ]
 
 
-def _lateness(summary: Summary) -> list[tuple[str, str]]:
+def _sigma(summary: Summary) -> Rows:
+    std = summary["position_std_end_m"]
+    return [] if std is None else [("position 3 σ at the end", f"{3.0 * std:.2f} m")]
+
+
+def _lateness(summary: Summary) -> Rows:
     late = summary["lateness"]
     if not late:
         return []
@@ -117,7 +186,7 @@ def _lateness(summary: Summary) -> list[tuple[str, str]]:
     return [(f"lateness, {name}", lateness_histogram.with_unit(late[key])) for name, key in names]
 
 
-def _learned(summary: Summary) -> list[tuple[str, str]]:
+def _learned(summary: Summary) -> Rows:
     learned = summary["learned"]
     if not learned:
         return []
@@ -127,26 +196,23 @@ def _learned(summary: Summary) -> list[tuple[str, str]]:
     if errors:
         worst = max(errors, key=lambda name: abs(errors[name]))
         sigmas = abs(valid[worst]["error_sigmas"])
-        text = f"{worst} {errors[worst]:+.2g} % ({sigmas:.1f} σ)"
-        found.append(("largest error of the valid coefficients", text))
+        found.append(("worst valid coefficient", f"{worst} {errors[worst]:+.2g} % ({sigmas:.1f} σ)"))
     return found
 
 
-def _adopted(summary: Summary) -> list[tuple[str, str]]:
+def _adopted(summary: Summary) -> Rows:
     """Return from when the laws used what was learned, and errors before and after."""
     adoption = summary["adoption"]
     if not adoption:
         return [("laws designed from", "vehicle.toml: adoption is off")] if summary["adoption_off"] else []
     found = []
     for (law, one), form in zip(adoption["laws"].items(), ("{:.3f} m", "{:.2f}°"), strict=True):
-        t, errors = one["adopted_s"], (one["rms_before"], one["rms_after"])
-        found.append((f"{law} law designed from what is learned alone", "never" if t is None else f"from {t:.1f} s"))
+        errors = (one["rms_before"], one["rms_after"])
+        found.append((f"{law} law learned", adopted_text(one)))
         if None not in errors:
-            found.append((f"{law} off its reference, before and after that, RMS", ", ".join(map(form.format, errors))))
+            found.append((f"{law} error before all, after", f"{', '.join(map(form.format, errors))} RMS"))
     known = [one for one in adoption["coefficients"].values() if one["error_before_pct"] is not None]
     if known:
         worst = [max(abs(one[key]) for one in known) for key in ("error_before_pct", "error_after_pct")]
-        found.append(
-            ("coefficients of the laws, greatest error", "{:.3g} % by the file, {:.3g} % at the end".format(*worst))
-        )
+        found.append(("worst coefficient of the laws", "{:.3g} % off by the file, {:.3g} % at the end".format(*worst)))
     return found

@@ -105,6 +105,21 @@ def depth_estimate_error(piece: Piece) -> Array:
     return off
 
 
+def heading_estimate_error(piece: Piece) -> Array:
+    """Estimated heading minus the true one, degrees, in the cycles in which it is held; empty without truth."""
+    return _heading_error(piece, "state.eta.psi", held_cycles(piece.columns))
+
+
+def ahrs_heading_error(piece: Piece) -> Array:
+    """What the AHRS tells minus the true heading, degrees, when it is heard in those cycles; empty without truth."""
+    c = piece.columns
+    return _heading_error(piece, "frame.ahrs.value.psi", held_cycles(c) & c["frame.ahrs.fresh"])
+
+
+def _heading_error(piece: Piece, name: str, when: Array) -> Array:
+    return wrapped_deg(piece.columns[name] - piece.truth["eta.psi"])[when] if piece.truth else np.empty(0)
+
+
 class PathError:
     """The horizontal distance to the planned path, of one piece of a log after the other.
 

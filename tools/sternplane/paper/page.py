@@ -43,7 +43,7 @@ def page(
             mood="good" if good else "bad",
             description="J.-Y. Kim, “Controller Design for an Autonomous Underwater Vehicle Using Estimated "
             "Hydrodynamic Coefficients”, with this project's plant, estimators, laws and simulator.",
-            key_figures=_key_figures(found, flown),
+            key_figures={"": _key_figures(found, flown)},
             sections=sections,
             footnote="The figures are beside this page as PNG files, the numbers in results.json, the flights in "
             "vehicles and flights: `sternplane sitl --config DIR/vehicles/smo --scenario paper-depth` flies it again.",

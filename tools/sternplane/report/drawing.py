@@ -14,7 +14,8 @@ TRUTH, ESTIMATE, REFERENCE = "#0f172a", "#2563eb", "#f59e0b"
 class Plot(NamedTuple):
     """A figure with its title and a sentence on what is in it; `over_time` if its x axis is the vehicle's time.
 
-    Plots of one `section` stand together under that heading. `height`: in pixels; None is that of the page.
+    Plots of one `section` stand together under that heading. `height`: in pixels; None is that of the page. `tall`: it
+    is better seen in half the width and the height of two others than in the whole width.
     """
 
     title: str
@@ -23,6 +24,7 @@ class Plot(NamedTuple):
     over_time: bool = True
     section: str = ""
     height: int | None = None
+    tall: bool = False
 
 
 def line(

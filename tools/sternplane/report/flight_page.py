@@ -9,12 +9,13 @@ from firmware_py import config_files
 from firmware_py.control.control import LawKind
 from firmware_py.control.sliding_mode_params import PAPER_DEPTH_GAINS, PAPER_HEADING_GAINS, GainSet
 from firmware_py.params import ParamError, dump
-from firmware_py.records.event import Cause, Event
+from firmware_py.records.event import Cause
 from firmware_py.records.event_text import texts
 from sternplane.logs import losses
+from sternplane.logs.health_record import actuator_text
 from sternplane.logs.run import Run
 from sternplane.logs.summary import Summary
-from sternplane.logs.summary_text import key_figures, outcome, unlogged
+from sternplane.logs.summary_text import key_figures, left_by_the_fins, outcome, unlogged
 from sternplane.report import health_plot
 from sternplane.report.adoption_table import adoption_section
 from sternplane.report.figures import Figures, mode_colours
@@ -43,13 +44,13 @@ def flight_page(log: Run, summary: Summary) -> str:
         if plot.section != group:
             group = plot.section
             sections.append(Heading(group, anchor=group.lower()))
-        sections.append(plot_section(plot, wide=i == 0 or plot.title == health_plot.TITLE))
+        sections.append(plot_section(plot, wide=not plot.tall and (i == 0 or plot.title == health_plot.TITLE)))
     sections += _losses(summary)
     sections.append(Heading("Set-up", anchor="setup"))
     if settings := [*_settings(header)]:
-        sections.append(Section("Law, gains and configuration", tables=(Table(settings, style="log"),)))
+        sections.append(Section("Law, gains and configuration", tables=(Table(settings, style="log"),), wide=True))
     made_by = header.get("machine", {}) | header.get("versions", {})
-    sections.append(Section("Made by", tables=(Table(rows_of(made_by.items()), style="log"),)))
+    sections.append(Section("Made by", tables=(Table(rows_of(made_by.items()), style="log"),), wide=True))
     page = Page(
         title=str(header.get("scenario", "run")),
         status=outcome(summary),
@@ -84,15 +85,31 @@ def _losses(summary: Summary) -> Iterator[Section]:
 
 
 def _warnings(log: Run, summary: Summary) -> list[str]:
-    damage = [f"At {t:.1f} s: {text}." for t, events in log.events for text in texts(filter(_of_damage, events))]
+    damage = _damage(log, summary)
     if summary["after_log"]:
         part = f"Plots and figures are of a part of the flight alone: {unlogged(summary)}. Events are of all of it."
         return [part, *damage]
     return [f"The log is {log.lost}.", *damage] if log.lost else damage
 
 
-def _of_damage(event: Event) -> bool:
-    return event.cause is Cause.DAMAGED
+def _damage(log: Run, summary: Summary) -> list[str]:
+    """Return one warning of all that was wrong with fins and propeller, with what they can still do; none if nothing.
+
+    Where the motion told of an axis alone the event says so.
+    """
+    faulty = summary["health"]["actuators"]
+    found = [f"{name} {actuator_text(one, summary['logged_s'])}" for name, one in faulty.items()]
+    damage = ((t, event) for t, events in log.events for event in events if event.cause is Cause.DAMAGED)
+    found += [
+        f"at {t:.1f} s {text}"
+        for t, event in damage
+        if not faulty.keys() & set(event.names)
+        for text in texts((event,))
+    ]
+    if not found:
+        return []
+    left = left_by_the_fins(summary)
+    return [f"Fins and propeller: {'; '.join(found)}.{f' At the end {left} are left.' if left else ''}"]
 
 
 def _identity(header: Mapping[str, Any]) -> str:

@@ -30,3 +30,18 @@ for (const id of timed) {
       .finally(() => { moving = false; });
   });
 }
+// Paper has another width than the window: plots are drawn anew for it, lower, three to a page.
+const paper = {width: 660, share: 0.8, mostHigh: 480};
+function drawForPaper() {
+  for (const [id] of plots) {
+    const height = Math.min(paper.share * document.getElementById(id).clientHeight, paper.mostHigh);
+    const size = {autosize: false, width: paper.width, height};
+    Plotly.relayout(id, size);
+    Plotly.relayout(id, size);  // once more: the first one leaves room for the legend of the old width
+  }
+}
+function drawForWindow() {
+  for (const [id] of plots) Plotly.relayout(id, {autosize: true, width: null, height: null});
+}
+window.addEventListener("beforeprint", drawForPaper);
+window.addEventListener("afterprint", drawForWindow);

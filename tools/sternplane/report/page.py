@@ -6,14 +6,15 @@ A page is a title with a status, key figures, and sections of text, tables and p
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import jinja2
 import plotly.offline
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from sternplane.report.drawing import Plot
 
@@ -70,6 +71,11 @@ class Section(NamedTuple):
     wide: bool = False
     anchor: str = ""
 
+    @property
+    def tall(self) -> bool:
+        """It stands beside two others."""
+        return self.plot is not None and self.plot.tall and not self.wide
+
 
 class Heading(NamedTuple):
     """A heading across the page, above the sections that follow it."""
@@ -91,7 +97,7 @@ class Page:
         description: a sentence or two below the title.
         identity: what was measured and by which revision; shown small, one line each.
         warnings: shown in boxes that nobody overlooks.
-        key_figures: (label, value with unit).
+        key_figures: (label, value with unit), by the title of their group; "" for none.
         colours: (colour, label): what the shades in the plots mean.
         footnote: below everything.
     """
@@ -103,19 +109,31 @@ class Page:
     description: str = ""
     identity: Sequence[str] = ()
     warnings: Sequence[str] = ()
-    key_figures: Sequence[tuple[str, str]] = ()
+    key_figures: Mapping[str, Sequence[tuple[str, str]]] = field(default_factory=dict)
     colours: Sequence[tuple[str, str]] = ()
     footnote: str = ""
 
 
 def environment(*folders: Path) -> jinja2.Environment:
     """The templates in these folders and in this one; whatever is filled in is escaped."""
-    return jinja2.Environment(
+    made = jinja2.Environment(
         loader=jinja2.FileSystemLoader([*folders, _HERE]),
         autoescape=jinja2.select_autoescape(["html"]),
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+    )
+    made.filters["breakable"] = breakable
+    return made
+
+
+def breakable(text: str) -> str:
+    """Return a text in which a line may end behind each slash of a path rather than inside of a word."""
+    if isinstance(text, Markup):
+        return text
+    return Markup("").join(
+        Markup("/<wbr>").join(word.split("/")) if word.count("/") > 1 else escape(word)
+        for word in re.split(r"(\s+)", text)
     )
 
 

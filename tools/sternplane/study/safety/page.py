@@ -50,14 +50,16 @@ def page(
                 "0.1 m/s. Of four seeds two learn coefficients in flight, which takes time; the others do not.",
             ),
             warnings=warnings,
-            key_figures=(
-                ("flights with faults", str(len(verdicts))),
-                ("unsafe", str(unsafe)),
-                ("unsafe, beyond a bound of physics", str(excused)),
-                ("named in time", f"{sum(v.in_time for v in named)} of {len(named)}"),
-                ("weight released", str(sum(v.flight["found"]["t_drop"] is not None for v in verdicts))),
-                ("deepest", f"{max((v.flight['found']['deepest'] for v in verdicts), default=math.nan):.1f} m"),
-            ),
+            key_figures={
+                "": (
+                    ("flights with faults", str(len(verdicts))),
+                    ("unsafe", str(unsafe)),
+                    ("unsafe, beyond a bound of physics", str(excused)),
+                    ("named in time", f"{sum(v.in_time for v in named)} of {len(named)}"),
+                    ("weight released", str(sum(v.flight["found"]["t_drop"] is not None for v in verdicts))),
+                    ("deepest", f"{max((v.flight['found']['deepest'] for v in verdicts), default=math.nan):.1f} m"),
+                )
+            },
             sections=[
                 Section("At a glance", text=overview(verdicts), wide=True, anchor="overview"),
                 Section("Faults and outcomes", text=_matrix(verdicts), wide=True, anchor="matrix"),
