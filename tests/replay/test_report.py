@@ -23,6 +23,8 @@ from sternplane.report.drawing import Plot
 
 from firmware_py.adapters.kernel_cache import ROOT
 from firmware_py.adapters.storage.recorder import LogError
+from firmware_py.records.event import Cause, Event, EventKind, Severity
+from firmware_py.records.health import ActuatorFault
 from firmware_py.records.order import Mode
 
 
@@ -38,7 +40,7 @@ class Page(HTMLParser):
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.fetched += [str(value) for name, value in attrs if name in ("src", "href", "srcset", "action")]
-        if tag not in ("meta", "link", "br"):
+        if tag not in ("meta", "link", "br", "wbr"):
             self.open.append(tag)
 
     def handle_endtag(self, tag: str) -> None:
@@ -255,9 +257,87 @@ def test_an_uncertainty_of_hundreds_of_metres_does_not_hide_the_error(tmp_path: 
     log.truth["eta.x"] = log.columns["state.eta.x"] + np.linspace(0.0, 3.0, 300)
     plot = drawn(log, "Navigation error, horizontal")
     assert 3.0 < plot.figure.layout.yaxis.autorangeoptions.clipmax < 10.0
-    assert plot.note.endswith("The band goes on beyond the plot.")
+    assert plot.note.endswith("3 σ is up to 300 m, beyond the plot.")
     log.columns["state.position_std"] = np.full(300, 1.0)
-    assert drawn(log, "Navigation error, horizontal").note == "Distance from estimate to truth."
+    note = drawn(log, "Navigation error, horizontal").note
+    assert note == "Distance from estimate to truth, without a sign. 3 σ is up to 3 m."
+
+
+def test_an_uncertainty_that_grows_from_fix_to_fix_is_held_by_the_plot(tmp_path: Path, toy: SimpleNamespace) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap"))
+    log.columns["state.position_std"] = np.where(np.arange(300) < 100, 100.0, np.linspace(0.5, 9.0, 300))
+    log.truth["eta.x"] = log.columns["state.eta.x"] + np.linspace(0.0, 3.0, 300)
+    plot = drawn(log, "Navigation error, horizontal")
+    assert 26.0 < plot.figure.layout.yaxis.autorangeoptions.clipmax < 30.0
+    assert plot.note.endswith("; at first 300 m, beyond the plot.")
+
+
+def test_a_heading_that_the_ahrs_has_wrong_is_named(tmp_path: Path, toy: SimpleNamespace) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap"))
+    assert "off the truth" not in drawn(log, "Heading error").note
+    log.columns["state.eta.psi"] = log.truth["eta.psi"] + np.radians(0.3)
+    log.columns["frame.ahrs.value.psi"] = log.truth["eta.psi"] + np.radians(0.25)
+    note = drawn(log, "Heading error").note
+    assert "+0.30° off the truth in the mean; the heading of its AHRS is +0.25° off." in note
+
+
+def test_errors_say_which_of_them_have_a_sign(tmp_path: Path, toy: SimpleNamespace) -> None:
+    plot = drawn(read(toy.fly(tmp_path / "log.mcap")), "Tracking error")
+    assert plot.figure.layout.yaxis.title.text == "error, m"
+    assert "Depth: reference minus actual. Path: horizontal distance to the planned path" in plot.note
+    assert plot.note.endswith("without a sign.")
+
+
+def test_every_waypoint_has_its_number_beside_the_track(tmp_path: Path, toy: SimpleNamespace) -> None:
+    figure = drawn(read(toy.fly(tmp_path / "log.mcap")), "Plan view").figure
+    assert [trace.name for trace in figure.data][:3] == ["truth", "estimate", "legs"], "waypoints lie above the track"
+    assert [note.text for note in figure.layout.annotations] == ["<b>1</b>", "<b>2</b>", "<b>3</b>"]
+    first, second, third = figure.layout.annotations  # at (60, 0), (60, 60) and (-20, 60) north and east
+    assert (first.ax < 0.0, first.ay < 0.0) == (True, True), "north-west of a turn to the right from north"
+    assert (second.ax > 0.0, second.ay < 0.0) == (True, True)
+    assert (abs(third.ax) > 20.0, abs(third.ay)) == (True, pytest.approx(0.0, abs=1e-6)), "beside the last leg"
+
+
+def test_a_plan_takes_the_shape_that_its_flight_has(tmp_path: Path, toy: SimpleNamespace) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap"))
+    assert drawn(log, "Plan view").tall
+    assert 'class="card tall"' in flight_page.flight_page(log, summarise(log))
+    log.columns["state.eta.y"] = np.linspace(0.0, 400.0, 300)
+    assert not drawn(log, "Plan view").tall
+    assert 'class="card tall"' not in flight_page.flight_page(log, summarise(log))
+
+
+def test_paths_end_lines_behind_a_slash_and_nothing_is_cut_on_paper(flown: Path) -> None:
+    log = read(flown)
+    log.header["configuration"] = {"files": {"vehicle": "/a/boat/vehicle.toml"}}
+    text = flight_page.flight_page(log, summarise(log))
+    assert "<td>/<wbr>a/<wbr>boat/<wbr>vehicle.toml</td>" in text
+    paper = re.search(r"@media print \{(.*?)\n  \}", text, re.DOTALL)[1]  # type: ignore[index]
+    assert ".scroll.long:not(:has(.numbers)) { max-height: none; overflow: visible; }" in paper
+    assert 'addEventListener("beforeprint", drawForPaper)' in text
+    assert '<div class="scroll long">' not in text, "a short table has no box to scroll in"
+
+
+def test_one_warning_tells_of_all_that_failed_of_fins_and_propeller(tmp_path: Path, toy: SimpleNamespace) -> None:
+    log = read(toy.fly(tmp_path / "log.mcap"))
+    log.columns["actuators.fins"] = np.zeros((300, 4), dtype=np.int8)
+    log.columns["actuators.fins"][50:, 1] = ActuatorFault.JAMMED
+    log.columns["actuators.fins"][80:120, 2] = ActuatorFault.WEAK
+    log.columns["actuators.left.stuck"] = np.where(np.arange(4) == 1, np.radians(-9.9), np.nan) * np.ones((300, 1))
+    numbers = float(ActuatorFault.JAMMED), 0.3, 1.0
+    log.events[:] = [
+        (0.6, (Event(EventKind.RULE_WARNS, Severity.WARNING, cause=Cause.DAMAGED, numbers=numbers, names=("fin 2",)),)),
+        (
+            0.9,
+            (Event(EventKind.RULE_WARNS, Severity.WARNING, cause=Cause.DAMAGED, numbers=numbers, names=("planes",)),),
+        ),
+    ]
+    summary = summarise(log)
+    summary["limits"] = {"dive_left_pct": {"end": 28.4}, "turn_left_pct": {"end": 100.0}}
+    (warning,) = re.findall(r'<p class="warning">(.*?)</p>', flight_page.flight_page(log, summary))
+    assert warning.startswith("Fins and propeller: fin 2 jammed at -9.9°, from 0.5 s; fin 3 makes less force")
+    assert "from 0.8 s to 1.2 s; at 0.9 s damage found: planes: jammed" in warning
+    assert warning.endswith("At the end 28 % of diving, 100 % of turning are left.")
 
 
 def test_the_scenarios_sentence_is_there(tmp_path: Path, toy: SimpleNamespace) -> None:

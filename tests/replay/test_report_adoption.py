@@ -7,10 +7,13 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import plotly.graph_objects as go
 import pytest
-from sternplane.logs.adoption import AdoptionFigures
+from sternplane.logs.adoption import AdoptionFigures, adopted_text, design_states
+from sternplane.logs.health_record import Timeline
 from sternplane.logs.reading import Columns, Piece
 from sternplane.report.adoption_table import adoption_section
+from sternplane.report.design_plot import design_plot
 
 from firmware_py.adapters.installation import configs
 from firmware_py.records.adoption import Refusal, Source
@@ -109,9 +112,37 @@ def test_where_nothing_was_adopted_nothing_is_said() -> None:
 
 
 def test_the_section_has_a_row_for_each_law_and_each_coefficient() -> None:
-    (section,) = adoption_section({"adoption": figures()})
+    (section,) = adoption_section({"adoption": figures(), "learned": {"coefficients": {"M_ds": {"valid": False}}}})
     laws, coefficients = section.tables
     assert [row[0] for row in laws.rows] == ["depth", "heading"]
-    assert laws.rows[0][1:4] == ["2.0 s", "0.4 m", "0.1 m"]
+    assert laws.rows[0][1:5] == ["2.0 s", "2.0 s", "0.4 m", "0.1 m"]
     assert [row[0] for row in coefficients.rows] == [*DIVING, *STEERING]
     assert coefficients.rows[1][-2:] == ["+100 %", "+10 %"]
+    assert [row[4] for row in coefficients.rows[:2]] == ["–", "no"]
+
+
+def test_one_adoption_is_told_alike_wherever_it_is_told() -> None:
+    """Its first values at 2 s, all of it at 4 s: in the summary, in the table and below the plot."""
+    pieces = [
+        piece([Source.FILE, Source.FILE], [1.0, 1.0], [0.4, -0.4]),
+        piece([Source.LEARNED, Source.LEARNED], [0.8, 0.7], [0.1, 0.1], begin=2),
+        piece([Source.LEARNED, Source.LEARNED], [0.6, 0.55], [0.1, 0.1], begin=4),
+    ]
+    pieces[1].columns["adopted.depth.refusal"] = np.full(2, int(Refusal.UNCERTAIN))
+    found, designs = AdoptionFigures(a_run()), {law: Timeline() for law in ("depth", "heading")}
+    for one in pieces:
+        found.add(one)
+        for law, timeline in designs.items():
+            timeline.add(one.columns["t"], design_states(one.columns, law), 1.0)
+    assert found.summary is not None
+    depth, heading = found.summary["laws"]["depth"], found.summary["laws"]["heading"]
+    assert (depth["first_s"], depth["adopted_s"]) == (2.0, 4.0)
+    assert adopted_text(depth) == "first values 2.0 s, all of it 4.0 s"
+    assert adopted_text(heading) == "never"
+    assert adopted_text({**depth, "adopted_s": None}) == "first values 2.0 s, never all of it"
+    (section,) = adoption_section({"adoption": found.summary, "learned": None})
+    assert section.tables[0].rows[0][1:3] == ["2.0 s", "4.0 s"]
+    columns = {name: np.concatenate([one.columns[name] for one in pieces]) for name in pieces[0].columns}
+    plot = design_plot(columns | {"adopted.caution": np.ones(6)}, designs, "Coefficients", go.Figure())
+    assert plot is not None
+    assert f"Depth law: vehicle file, {adopted_text(depth)}. Heading law: vehicle file." in plot.note

@@ -131,11 +131,12 @@ def test_what_was_not_good_is_in_the_summary_and_drawn(eventful: Log) -> None:
     assert health["weight_commanded_s"] == health["weight_released_s"] == pytest.approx(47.01)
     (plot,) = [plot for plot in figures.Figures(eventful) if plot.title == "Health"]
     bars = {bar.name: bar for bar in plot.figure.data}
-    assert list(plot.figure.layout.yaxis.categoryarray) == ["dvl", "velocity", "fin 2", "ascent", "drop weight"]
+    assert list(plot.figure.layout.yaxis.categoryarray) == ["dvl", "velocity", "fin 2", "coming up", "drop weight"]
     assert bars["lost"].text == ("lost: silent",)
     assert (bars["lost"].base[0], bars["lost"].x[0]) == (pytest.approx(7.01), pytest.approx(1.99))
     assert bars["fault"].text == ("jammed",)
-    assert bars["ascent"].text == ("propeller astern",)
+    assert bars["coming up: propeller astern"].text == ("propeller astern",)
+    assert plot.figure.layout.showlegend
 
 
 def test_where_all_was_well_nothing_is_drawn_of_it(flown: Path) -> None:

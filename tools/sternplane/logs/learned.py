@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from firmware_py.control.adoption_params import AdoptionParams
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_validity import SENSORS, STAY, ValidityParams, band
 from firmware_py.estimation.model.observer_model import SCALED
@@ -173,9 +174,31 @@ def with_none(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-def _params(cls: type[Any], header: Mapping[str, Any], name: str) -> Any:
-    """A table of the header's estimation; its defaults where it is not there or is another version's."""
-    table = header.get("configuration", {}).get("autopilot", {}).get("estimation", {}).get(name, {})
+class Certainty(NamedTuple):
+    """Below which 1 sigma, of its size in the vehicle file, a coefficient is adopted, and becomes valid."""
+
+    adopted: float
+    valid: float
+
+    def text(self, sigma: float) -> str:
+        """Return why what is in force may not be valid, as a clause; for a 1 sigma of that size."""
+        return (
+            f"its 1 σ is {sigma:.0%} of the vehicle file's value; laws adopt it below {self.adopted:.0%}, "
+            f"valid is what came below {self.valid:.0%} while the motion told of it"
+        )
+
+
+def certainty(header: Mapping[str, Any]) -> Certainty:
+    """Return the limits of the header's configuration."""
+    return Certainty(
+        _params(AdoptionParams, header, "adoption", "control").std,
+        _params(ValidityParams, header, "health").valid_std,
+    )
+
+
+def _params(cls: type[Any], header: Mapping[str, Any], name: str, part: str = "estimation") -> Any:
+    """A table of a part of the header's configuration; its defaults where it is not there or is another version's."""
+    table = header.get("configuration", {}).get("autopilot", {}).get(part, {}).get(name, {})
     try:
         return load(cls, table, name)
     except ParamError:

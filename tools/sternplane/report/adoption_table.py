@@ -11,9 +11,10 @@ from sternplane.report.page import Section, Table
 _UNITS = {"depth": "m", "heading": "°"}
 _LAWS = (
     "law",
-    "all learned from",
-    "off its reference until then, RMS",
-    "off its reference from then on, RMS",
+    "first values from",
+    "all of it from",
+    "error before all of it, RMS",
+    "error after, RMS",
     "poles, 1/s",
     "s'b by the file",
     "s'b at the end",
@@ -25,9 +26,17 @@ _COEFFICIENTS = (
     "vehicle file",
     "first adopted",
     "in force at the end",
+    "valid at the end",
     "truth at the end",
     "file off the truth by",
     "in force off the truth by",
+)
+
+
+_NOTE = (
+    "First values: those of the law's coefficients that are certain enough are in force, the others are the vehicle "
+    "file's. All of it: every one is. Valid asks for more certainty than adoption does: a coefficient may be in force "
+    "before it is valid."
 )
 
 
@@ -36,10 +45,13 @@ def adoption_section(summary: Summary) -> Iterator[Section]:
     adoption = summary["adoption"]
     if not adoption:
         return
+    learned = (summary["learned"] or {}).get("coefficients", {})
+    valid = {name: "yes" if one["valid"] else "no" for name, one in learned.items()}
     laws = [_law(name, one) for name, one in adoption["laws"].items()]
-    coefficients = [_coefficient(name, one) for name, one in adoption["coefficients"].items()]
+    coefficients = [_coefficient(name, one, valid.get(name, "–")) for name, one in adoption["coefficients"].items()]
     tables = (Table(laws, head=_LAWS, style="numbers"), Table(coefficients, head=_COEFFICIENTS, style="numbers"))
-    yield Section("Adoption: what the laws were designed from", tables=tables, wide=True, anchor="adoption")
+    title = "Adoption: what the laws were designed from"
+    yield Section(title, notes=(_NOTE,), tables=tables, wide=True, anchor="adoption")
 
 
 def _law(name: str, one: dict[str, Any]) -> list[str]:
@@ -47,13 +59,14 @@ def _law(name: str, one: dict[str, Any]) -> list[str]:
     file, now = one["by_file"], one["in_force"]
     poles = ", ".join(_text(pole, ".3g") for pole in now["poles"])
     strengths = [_text(design[key], ".3g") for key in ("s_b", "authority") for design in (file, now)]
-    return [name, _text(one["adopted_s"], ".1f", " s"), *errors, poles, *strengths]
+    times = [_text(one[key], ".1f", " s") for key in ("first_s", "adopted_s")]
+    return [name, *times, *errors, poles, *strengths]
 
 
-def _coefficient(name: str, one: dict[str, Any]) -> list[str]:
+def _coefficient(name: str, one: dict[str, Any], valid: str) -> list[str]:
     values = [_text(one["file"], ".4g"), _text(one["adopted_s"], ".1f", " s"), _text(one["in_force"], ".4g")]
     errors = [_text(one[key], "+.3g", " %") for key in ("error_before_pct", "error_after_pct")]
-    return [name, *values, _text(one["truth"], ".4g"), *errors]
+    return [name, *values, valid, _text(one["truth"], ".4g"), *errors]
 
 
 def _text(value: float | None, form: str, unit: str = "") -> str:

@@ -9,12 +9,13 @@ import numpy as np
 
 from firmware_py.estimation.coefficient_validity import SENSORS
 from sternplane.logs.adoption import in_force
-from sternplane.logs.learned import Coefficient, LearnedFigures, coefficients, manoeuvre_results
+from sternplane.logs.learned import Certainty, Coefficient, certainty, coefficients, manoeuvre_results
 from sternplane.logs.reading import Columns
 from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array
-from sternplane.report.design_plot import design_plot
+from sternplane.report.design_plot import design_plot, was_adopted
 from sternplane.report.drawing import ESTIMATE, REFERENCE, TRUTH, Plot, band, line, minimum_height
+from sternplane.report.thinning import Drawn
 
 SECTION = "Coefficients"
 _SENSORS = dict(zip(SENSORS, (("DVL", ESTIMATE), ("gyros", "#059669"), ("attitude", "#be185d")), strict=True))
@@ -23,25 +24,24 @@ _STATES = ("#e2e8f0", "#a5b4fc", "#bbf7d0", "#16a34a")
 """Of the timeline: neither, excited, valid, both."""
 
 
-def plots(
-    log: Run, figures: LearnedFigures, c: Columns, current: Array | None, figure: Callable[[str], Any]
-) -> Iterator[Plot]:
+def plots(log: Run, drawn: Drawn, current: Array | None, figure: Callable[[str], Any]) -> Iterator[Plot]:
     """All of them; none where nothing was learned.
 
     Args:
         log: the run.
-        figures: of all its cycles.
-        c: columns of the cycles that are drawn.
-        current: the true current in them, if it is known.
+        drawn: its data.
+        current: the true current at the points, if it is known.
         figure: makes an empty plot over time with a y axis of that name.
     """
+    figures, c = drawn.learned, drawn.c
     last, t = figures.last, c["t"].astype(np.float32)
     learned, adopted = coefficients(log.header, c) if last else [], in_force(c)
-    if learned and (design := design_plot(c, SECTION, figure("ratio"))):
+    if learned and (design := design_plot(c, drawn.designs, SECTION, figure("ratio"))):
         yield design
+    limits = certainty(log.header) if any(map(was_adopted, drawn.designs.values())) else None
     for coefficient, end in zip(learned, last, strict=False):
         name = coefficient.name
-        yield _coefficient(coefficient, end, adopted.get(name), t, figure(f"{name}, nondimensional"))
+        yield _coefficient(coefficient, end, adopted.get(name), limits, t, figure(f"{name}, nondimensional"))
     if not learned:
         return
     yield _timeline(learned, manoeuvre_results(log), t, figure(""))
@@ -55,8 +55,10 @@ def plots(
     yield _turbulence(np.where(running, c["state.learned.turbulence"], np.nan), t, figure("intensity, m/s"))
 
 
-def _coefficient(one: Coefficient, end: Coefficient, in_force: Array | None, t: Array, figure: Any) -> Plot:
-    """The estimate in its band. What is valid makes the height of the axis, not what was tried at first."""
+def _coefficient(
+    one: Coefficient, end: Coefficient, in_force: Array | None, limits: Certainty | None, t: Array, figure: Any
+) -> Plot:
+    """The estimate in its band. What is valid or in force makes the height of the axis, not what was tried at first."""
     value, reach, valid = one.value, 3.0 * one.std, one.valid
     band(figure, t, value - reach, value + reach, "±3 σ")
     for level, name, colour in ((one.believed, "vehicle file", REFERENCE), (one.earlier, "passport", _EARLIER)):
@@ -68,8 +70,14 @@ def _coefficient(one: Coefficient, end: Coefficient, in_force: Array | None, t: 
     if in_force is not None:
         line(figure, t, in_force, "in force", _IN_FORCE, dash="dash")
     ends = [*value[valid if valid.any() else slice(None)], value[-1] - reach[-1], value[-1] + reach[-1]]
-    _fit(figure, [*ends, one.believed, *one.truth[steps]], 0.1 * abs(value[-1]))
-    return Plot(one.name, _note(end), figure, section=SECTION)
+    flown = [] if in_force is None or limits is None else [*in_force]
+    low, high = _fit(figure, [*ends, one.believed, *one.truth[steps], *flown], 0.1 * abs(value[-1]))
+    note = _note(end)
+    if np.nanmin(value) < low or np.nanmax(value) > high:
+        note += f" Where the estimate leaves the plot it was {'neither valid nor in force' if flown else 'not valid'}."
+    if limits and flown and not end.valid[-1] and flown[-1] != one.believed:
+        note += f" In force all the same: {limits.text(float(end.std[-1] / abs(one.believed)))}."
+    return Plot(one.name, note, figure, section=SECTION)
 
 
 def _note(one: Coefficient) -> str:
@@ -155,8 +163,9 @@ def _turbulence(intensity: Array, t: Array, figure: Any) -> Plot:
     return Plot("Turbulence", note, figure, section=SECTION)
 
 
-def _fit(figure: Any, values: list[float], least: float) -> None:
-    """Makes the y axis as high as these, and at least so high; the rest goes on beyond it."""
+def _fit(figure: Any, values: list[float], least: float) -> tuple[float, float]:
+    """Make the y axis as high as these, and at least so high; the rest goes on beyond it. Return its ends."""
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     middle, half = 0.5 * (low + high), max(0.55 * (high - low), 0.5 * least)
     figure.update_yaxes(range=[middle - half, middle + half])
+    return middle - half, middle + half

@@ -14,11 +14,13 @@ from firmware_py.records.order import Mode
 from sternplane.logs.health_record import Timeline, fin_names
 from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array
-from sternplane.report import areas, fault_marks
+from sternplane.report import fault_marks
 from sternplane.report.coefficient_plots import plots
-from sternplane.report.drawing import ESTIMATE, REFERENCE, TRUTH, Plot, band, line, minimum_height
+from sternplane.report.drawing import ESTIMATE, REFERENCE, TRUTH, Plot, line, minimum_height
+from sternplane.report.error_plots import error_plots
 from sternplane.report.health_plot import health_plot
 from sternplane.report.lateness_plot import histogram
+from sternplane.report.plan_view import plan_view
 from sternplane.report.thinning import Drawn
 
 _PAIRS = ("#2563eb", "#dc2626", "#059669", "#9333ea", "#d97706", "#0891b2", "#be185d", "#4d7c0f")
@@ -68,7 +70,7 @@ class Figures:
 
     def _plots(self) -> Iterator[Plot]:
         c, truth, drawn = self._c, self._truth, self._drawn
-        yield self.plan()
+        yield plan_view(self._log, drawn)
         yield self.depth()
         yield self.heading()
         yield self._three(
@@ -79,45 +81,10 @@ class Figures:
         yield self.propeller()
         if timeline := health_plot(drawn.health, self._figure("")):
             yield timeline
-        if drawn.steered:
-            yield from self.tracking()
-        yield from self.navigation()
+        yield from error_plots(drawn, self._figure)
         if drawn.late:
             yield histogram(drawn.late, drawn.dt * 1e6)
-        yield from plots(self._log, drawn.learned, c, truth.get("current"), self._figure)
-
-    def plan(self) -> Plot:
-        """North over east, with the legs of the mission that was flown last, the fence and the rally points."""
-        c, truth, figure = self._drawn.plan, self._drawn.plan_truth, go.Figure()
-        waypoints = self._drawn.mission.waypoints
-        if len(waypoints):
-            numbers = [str(i + 1) for i in range(len(waypoints))]
-            label: dict[str, Any] = {
-                "mode": "lines+markers+text",
-                "text": numbers,
-                "textposition": "top center",
-                "marker": {"size": 9, "symbol": "diamond-open"},
-            }
-            line(
-                figure,
-                waypoints[:, 1],
-                waypoints[:, 0],
-                "legs",
-                REFERENCE,
-                dash="dot",
-                **label,
-            )
-        if truth:
-            line(figure, truth["eta.y"], truth["eta.x"], "truth", TRUTH, width=3)
-        line(figure, c["eta.y"], c["eta.x"], "estimate", ESTIMATE)
-        for name, at, symbol in (("begin", 0, "circle"), ("end", -1, "square")):
-            marker = {"size": 10, "symbol": symbol, "color": TRUTH}
-            x, y = c["eta.y"][at : at + 1 or None], c["eta.x"][at : at + 1 or None]
-            figure.add_scatter(x=x, y=y, name=name, mode="markers", marker=marker)
-        figure.update_xaxes(title="east, m")
-        figure.update_yaxes(title="north, m", scaleanchor="x", scaleratio=1)
-        beyond = " The fence or a rally point is beyond the plot." if areas.draw(figure, self._log) else ""
-        return Plot("Plan view", f"Local frame; scales are equal.{beyond}", figure, over_time=False)
+        yield from plots(self._log, drawn, truth.get("current"), self._figure)
 
     def depth(self) -> Plot:
         """Depth, downwards, with the bottom where the vehicle hears it and the events where they happened."""
@@ -167,9 +134,10 @@ class Figures:
         for i, name in enumerate(fin_names(self._log.header, commanded.shape[1])):
             colour = _PAIRS[i % len(_PAIRS)]
             line(figure, self._t, commanded[:, i], name, colour, legendgroup=name)
-            line(figure, self._t, reported[:, i], f"{name}, reported", colour, dash="dot", legendgroup=name)
+            pen: dict[str, Any] = {"dash": "dot", "legendgroup": name, "showlegend": False}
+            line(figure, self._t, reported[:, i], f"{name}, reported", colour, **pen)
         minimum_height(figure, 4.0)
-        return Plot("Fins", "Commanded, and what the servos report.", figure)
+        return Plot("Fins", "Commanded; dotted: what the servos report.", figure)
 
     def propeller(self) -> Plot:
         """Propeller: commanded and reported."""
@@ -178,48 +146,6 @@ class Figures:
         line(figure, self._t, 60.0 * self._c["frame.n"], "reported", "#dc2626", dash="dot")
         minimum_height(figure, 20.0)
         return Plot("Propeller", "Commanded, and what its controller reports.", figure)
-
-    def tracking(self) -> Iterator[Plot]:
-        """What was wanted minus what was true, or believed where nobody knew."""
-        against = "the truth" if self._truth else "the estimate"
-        figure = self._figure("reference minus actual, m")
-        line(figure, self._t, self._c["depth_error"], "depth", ESTIMATE)
-        line(figure, self._t, self._c["path_error"], "path", "#059669")
-        minimum_height(figure, 0.1)
-        flown = (
-            " Path: horizontal distance to the planned path, in MISSION."
-            if np.isfinite(self._c["path_error"]).any()
-            else ""
-        )
-        yield Plot("Tracking error", f"Against {against}.{flown}", figure)
-        figure = self._figure("reference minus actual, degrees")
-        line(figure, self._t, self._c["heading_error"], "heading", ESTIMATE)
-        minimum_height(figure, 1.0)
-        yield Plot("Heading error", f"Against {against}.", figure)
-
-    def navigation(self) -> Iterator[Plot]:
-        """Estimate minus truth, and what the estimate thinks of itself; nothing where nobody knew the truth."""
-        c = self._c
-        if not self._truth:
-            return
-        horizontal, vertical = 3.0 * c["state.position_std"], 3.0 * c["state.depth_std"]
-        said = "Distance from estimate to truth."
-        yield self._within("Navigation error, horizontal", said, c["away"], 0.0 * horizontal, horizontal, 1.0)
-        yield self._within("Navigation error, depth", "Estimate minus truth.", c["depth_off"], -vertical, vertical, 0.1)
-
-    def _within(self, title: str, note: str, error: Array, low: Array, high: Array, least: float) -> Plot:
-        """An error in the band where it should be. The error makes the height of the axis, at `least` so much."""
-        figure = self._figure("error, m")
-        band(figure, self._t, low, high, "3 σ")
-        line(figure, self._t, error, "error", ESTIMATE)
-        top = max(2.0 * float(np.nanmax(np.abs(error), initial=0.0)), least)
-        bottom = -top if low.min() < 0.0 else 0.0
-        figure.update_yaxes(
-            autorangeoptions={"include": [bottom, top], "clipmin": 1.05 * bottom, "clipmax": 1.05 * top}
-        )
-        if high.max() > top:
-            note += " The band goes on beyond the plot."
-        return Plot(title, note, figure)
 
     def _three(
         self, title: str, unit: str, least: float, wanted: Array, believed: Array, true: Array | None, note: str = ""

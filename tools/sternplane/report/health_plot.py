@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
+from firmware_py.records.command import AscentStage
 from firmware_py.records.estimate import VelocitySource
 from firmware_py.records.health import WEIGHT_FAULTS, SourceState
 from sternplane.logs.health_record import (
@@ -21,7 +22,15 @@ from sternplane.logs.health_record import (
 from sternplane.report.drawing import Plot
 
 TITLE = "Health"
-_GOOD, _SUSPECT, _BAD, _STAGE, _RELEASED = "#86efac", "#fbbf24", "#fca5a5", "#93c5fd", "#c4b5fd"
+_GOOD, _SUSPECT, _BAD, _RELEASED = "#86efac", "#fbbf24", "#fca5a5", "#c4b5fd"
+_STAGES = {
+    AscentStage.POWERED: "#93c5fd",
+    AscentStage.BLIND: "#f9a8d4",
+    AscentStage.LEVEL: "#a5f3fc",
+    AscentStage.REVERSE: "#fdba74",
+    AscentStage.STOPPED: "#cbd5e1",
+    AscentStage.WAITING: "#fde68a",
+}
 _ROW_PX, _AROUND_PX = 26, 100
 """Height of a row, and of the legend and the axis around them, pixels."""
 _WORDS = "#111827"
@@ -72,7 +81,8 @@ def health_plot(health: HealthRecord, figure: Any) -> Plot | None:
     figure.update_layout(barmode="overlay", hovermode="closest", uniformtext={"minsize": 10, "mode": "hide"})
     rows = [strip.name for strip in strips]
     figure.update_yaxes(autorange="reversed", type="category", categoryorder="array", categoryarray=rows)
-    note = "What was ever not good, and the ascent. All else was good throughout."
+    figure.update_layout(showlegend=True)
+    note = "What was ever not good, and how the vehicle came up. All else was good throughout."
     return Plot(TITLE, note, figure, height=_AROUND_PX + _ROW_PX * len(rows))
 
 
@@ -86,7 +96,7 @@ def _strips(health: HealthRecord) -> Iterator[_Strip]:
         if not line.quiet:
             yield _Strip(name, line, actuator_words, _actuator)
     if not health.ascent.quiet:
-        yield _Strip("ascent", health.ascent, stage_words, lambda _: ("ascent", _STAGE))
+        yield _Strip("coming up", health.ascent, stage_words, _stage)
     if not health.drop.quiet:
         yield _Strip("drop weight", health.drop, weight_words, _drop)
 
@@ -107,6 +117,11 @@ def _velocity(value: int) -> tuple[str, str]:
 
 def _actuator(value: int) -> tuple[str, str]:
     return ("fault", _BAD) if value else ("good", _GOOD)
+
+
+def _stage(value: int) -> tuple[str, str]:
+    """Each stage is named in the legend, as most are too short for words."""
+    return f"coming up: {stage_words(value)}", _STAGES.get(AscentStage(value), _GOOD)
 
 
 def _drop(value: int) -> tuple[str, str]:

@@ -17,7 +17,7 @@ def limits_section(summary: Summary) -> Iterator[Section]:
     rows = [[FIGURES[name], *(_text(name, value) for value in one.values())] for name, one in limits.items()]
     note = "By the coefficients in force and by what is known of each fin. Guidance, depth limit and checks go by it."
     table = Table(rows, head=("", "at the beginning", "at its worst", "at the end"), style="numbers")
-    yield Section("Limits: what the vehicle can do", notes=(note,), tables=(table,), anchor="limits")
+    yield Section("Limits: what the vehicle can do", notes=(note,), tables=(table,), wide=True, anchor="limits")
 
 
 def _text(name: str, value: float | None) -> str:

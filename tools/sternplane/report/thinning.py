@@ -7,9 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from firmware_py.records.order import Mode
+from sternplane.logs.adoption import design_states
 from sternplane.logs.health_record import HealthRecord, Timeline
 from sternplane.logs.lateness_histogram import LatenessHistogram, LatenessRecord
 from sternplane.logs.learned import LearnedFigures
+from sternplane.logs.mean import Mean
 from sternplane.logs.reading import Columns, Piece
 from sternplane.logs.run import Run
 from sternplane.logs.tracking import (
@@ -18,6 +20,8 @@ from sternplane.logs.tracking import (
     PathError,
     Planned,
     UnwrappedHeading,
+    ahrs_heading_error,
+    heading_estimate_error,
     navigation_error,
     pose_of,
     surplus_turns,
@@ -86,6 +90,9 @@ class Drawn:
         plan, plan_truth: columns of the place, at more points.
         steered: whether it ever was by laws.
         learned, mission, late, health, modes: of all cycles.
+        heading_off, ahrs_off: of all cycles in which the heading is held, by the truth, where it is known: how far the
+            estimate is off, and what the AHRS told then, degrees.
+        designs: by law, over all cycles, what it was designed from (`adoption.design_states`).
         events: vehicle time, s, and estimated depth, m, of each event.
     """
 
@@ -95,6 +102,8 @@ class Drawn:
         self.rate = 1.0 / self.dt / self.stride.cycles
         self.modes, self.health, self.learned = Timeline(), HealthRecord(log), LearnedFigures(log)
         self._path, self._psi, self._points = PathError(log), UnwrappedHeading(), _Points(self.stride)
+        self.heading_off, self.ahrs_off = Mean(), Mean()
+        self.designs = {law: Timeline() for law in ("depth", "heading")}
         late, missions, moments = LatenessRecord(), FlownMissions(log), np.array([t for t, _ in log.sentences])
         events = [np.empty((2, 0))]
         for piece in log.pieces(2 * self.stride.cycles):  # a group of points never spans two pieces
@@ -102,6 +111,11 @@ class Drawn:
                 part.add(piece)
             t, z = piece.columns["t"], piece.columns["state.eta.z"]
             self.modes.add(t, piece.columns["mode.mode"], self.dt)
+            self.heading_off.add(heading_estimate_error(piece))
+            self.ahrs_off.add(ahrs_heading_error(piece))
+            for law, timeline in self.designs.items():
+                if (states := design_states(piece.columns, law)).size:
+                    timeline.add(t, states, self.dt)
             here = moments[(moments >= t[0]) & (moments < t[-1] + 0.5 * self.dt)]
             events.append(np.stack((here, np.interp(here, t, z))))
             self._draw(piece)
