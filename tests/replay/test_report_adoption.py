@@ -128,7 +128,7 @@ def test_one_adoption_is_told_alike_wherever_it_is_told() -> None:
         piece([Source.LEARNED, Source.LEARNED], [0.8, 0.7], [0.1, 0.1], begin=2),
         piece([Source.LEARNED, Source.LEARNED], [0.6, 0.55], [0.1, 0.1], begin=4),
     ]
-    pieces[1].columns["adopted.depth.refusal"] = np.full(2, int(Refusal.UNCERTAIN))
+    pieces[1].columns["adopted.depth.refusal"] = np.array([int(Refusal.UNCERTAIN), int(Refusal.BOUND)])
     found, designs = AdoptionFigures(a_run()), {law: Timeline() for law in ("depth", "heading")}
     for one in pieces:
         found.add(one)

@@ -19,8 +19,6 @@ from sternplane.logs.true_coefficients import truth
 _LAWS = {"depth": ("diving", DivingCoefficients._fields), "heading": ("steering", SteeringCoefficients._fields)}
 ALL_LEARNED = 1 + max(Source)
 """Of `design_states`."""
-_COMPLETE = (Refusal.NONE, Refusal.BOUND)
-"""What may be against what is learned while the law is designed from nothing else."""
 
 
 def in_force(c: Columns) -> dict[str, Array]:
@@ -33,9 +31,9 @@ def in_force(c: Columns) -> dict[str, Array]:
 
 
 def designed_from(c: Columns, law: str) -> Array:
-    """Return in which cycles a law was designed from learned values alone."""
+    """Return in which cycles a law was designed from learned values alone: all certain, and none held at a bound."""
     source, refusal = (c.get(f"adopted.{law}.{key}", np.empty(0)) for key in ("source", "refusal"))
-    learned: Array = (source == Source.LEARNED) & np.isin(refusal, _COMPLETE)
+    learned: Array = (source == Source.LEARNED) & (refusal == Refusal.NONE)
     return learned
 
 

@@ -35,8 +35,8 @@ _COEFFICIENTS = (
 
 _NOTE = (
     "First values: those of the law's coefficients that are certain enough are in force, the others are the vehicle "
-    "file's. All of it: every one is. Valid asks for more certainty than adoption does: a coefficient may be in force "
-    "before it is valid."
+    "file's. All of it: every one is, none held at a bound. Valid asks for more certainty than adoption does: a "
+    "coefficient may be in force before it is valid."
 )
 
 
