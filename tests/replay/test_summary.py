@@ -297,7 +297,7 @@ def test_what_is_asked_first_comes_first(flown: Path) -> None:
     assert [title.partition(",")[0] for title in groups] == [
         *("end of the flight", "found in flight", "learned", "accuracy", "computer and links")
     ]
-    assert [label for label, _ in groups["end of the flight"]][:3] == ["ended", "ended at", "waypoints"]
+    assert [label for label, _ in groups["end of the flight"]][:3] == ["ended", "ended, from the origin", "waypoints"]
 
 
 def test_where_the_flight_ended_and_how_sure_it_was_of_it_is_told(flown: Path) -> None:
@@ -306,7 +306,7 @@ def test_where_the_flight_ended_and_how_sure_it_was_of_it_is_told(flown: Path) -
     log.columns["state.position_std"] = np.full(300, 1.5)
     s = summarise(log)
     assert s["ended"] == {"mode": "MISSION", "north_m": -12.4, "east_m": 33.6, "depth_m": log.truth["eta.z"][-1]}
-    assert figures(s)["ended at"] == "12 m south, 34 m east of the origin"
+    assert figures(s)["ended, from the origin"] == "12 m south, 34 m east"
     assert figures(s)["position 3 σ at the end"] == "4.50 m"
 
 

@@ -182,9 +182,10 @@ class Certainty(NamedTuple):
 
     def text(self, sigma: float) -> str:
         """Return why what is in force may not be valid, as a clause; for a 1 sigma of that size."""
+        size, adopted, valid = (f"{100.0 * share:.0f} %" for share in (sigma, *self))
         return (
-            f"its 1 σ is {sigma:.0%} of the vehicle file's value; laws adopt it below {self.adopted:.0%}, "
-            f"valid is what came below {self.valid:.0%} while the motion told of it"
+            f"its 1 σ is {size} of the vehicle file's value; laws adopt it below {adopted}, valid is what came below "
+            f"{valid} while the motion told of it"
         )
 
 

@@ -122,7 +122,7 @@ def _ended(summary: Summary) -> Rows:
     found = [] if end["depth_m"] is None else [("ended", f"{end['mode'].lower()}, {end['depth_m']:.1f} m deep")]
     if None not in (end["north_m"], end["east_m"]):
         north, east = (_side(end[key], *words) for key, words in _SIDES.items())
-        found.append(("ended at", f"{north}, {east} of the origin"))
+        found.append(("ended, from the origin", f"{north}, {east}"))
     if summary["waypoints_total"]:
         found.append(("waypoints", f"{summary['waypoints_passed']} of {summary['waypoints_total']}"))
     found += _rows(summary, _TRAVELLED)
@@ -214,5 +214,5 @@ def _adopted(summary: Summary) -> Rows:
     known = [one for one in adoption["coefficients"].values() if one["error_before_pct"] is not None]
     if known:
         worst = [max(abs(one[key]) for one in known) for key in ("error_before_pct", "error_after_pct")]
-        found.append(("worst coefficient of the laws", "{:.3g} % off by the file, {:.3g} % at the end".format(*worst)))
+        found.append(("laws' coefficients, worst error", "{:.3g} % by the file, {:.3g} % at the end".format(*worst)))
     return found

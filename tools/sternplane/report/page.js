@@ -34,7 +34,8 @@ for (const id of timed) {
 const paper = {width: 660, share: 0.8, mostHigh: 480};
 function drawForPaper() {
   for (const [id] of plots) {
-    const height = Math.min(paper.share * document.getElementById(id).clientHeight, paper.mostHigh);
+    const {style, clientHeight} = document.getElementById(id);
+    const height = style.height ? clientHeight : Math.min(paper.share * clientHeight, paper.mostHigh);
     const size = {autosize: false, width: paper.width, height};
     Plotly.relayout(id, size);
     Plotly.relayout(id, size);  // once more: the first one leaves room for the legend of the old width
