@@ -81,7 +81,7 @@ lock: .venv/.dev ## pin the newest versions that pyproject.toml and the *.in fil
 		--generate-hashes --no-emit-index-url --no-header --excludes exclude.txt --extra report --extra i2c \
 		../../pyproject.toml $$name.in -o $$name.txt; done
 	@cd $(LOCKS) && ../../$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
-		--no-emit-index-url --no-header --constraints run.txt ../../pyproject.toml -o vehicle.txt
+		--no-emit-index-url --no-header --extra i2c --constraints run.txt ../../pyproject.toml -o vehicle.txt
 
 clean: ## remove what was installed, compiled and flown
 	rm -rf .venv .cache build runs wheels *.egg-info
