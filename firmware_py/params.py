@@ -16,7 +16,7 @@ import functools
 import math
 import types
 import typing
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -218,7 +218,10 @@ def parse_value(hint: Any, declaration: Declaration | None, raw: Any, where: str
         for member in hint:
             if member.name.lower() == raw:
                 return member
-        raise ParamError(f"{where} = {quoted(raw)}: must be {_expected(hint, declaration)}")
+        word = shortened(raw).lower() if isinstance(raw, str) else ""
+        near = difflib.get_close_matches(word, [member.name.lower() for member in hint], n=1)
+        also = f"; did you mean {near[0]}?" if near else ""
+        raise ParamError(f"{where} = {quoted(raw)}: must be {_expected(hint, declaration)}{also}")
     if hint in (bool, str):
         if not isinstance(raw, hint):
             raise ParamError(f"{where} = {quoted(raw)}: must be {_expected(hint, declaration)}")
@@ -277,6 +280,10 @@ def unknown_key_text(where: str, key: str, fields: Mapping[str, dataclasses.Fiel
         declaration = declaration_of(field)
         if field.name in (stem, key) and declaration is not None:
             return f"{where}: {key} has the wrong unit; write {right} (unit {declaration.unit or 'none'})"
-    close = difflib.get_close_matches(key, fields, n=1)
-    hint = f"did you mean {close[0]}?" if close else f"known here: {', '.join(sorted(fields))}"
-    return f"{where}: {key} is unknown; {hint}"
+    return f"{where}: {key} is unknown; {probably(key, sorted(fields))}"
+
+
+def probably(word: str, known: Sequence[str]) -> str:
+    """Return what of the known words was probably meant; if none is near, all of them."""
+    close = difflib.get_close_matches(shortened(word).lower(), known, n=1)
+    return f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"

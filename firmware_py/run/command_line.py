@@ -6,7 +6,7 @@ import argparse
 import re
 import sys
 from collections.abc import Callable
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from firmware_py import __version__
 
@@ -19,7 +19,19 @@ _LONG_WORD = re.compile(rf"\S{{{_WORD_MAX},}}")
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line."""
+    """A parser whose errors are one line, and name the help of the command that was given."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.set_defaults(prog=self.prog)
+
+    def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Return the options; refuse what is none of the command's."""
+        options, rest = self.parse_known_args(args, namespace)
+        if rest:
+            unknown = one_line(f"unrecognized arguments: {' '.join(rest)}")
+            self.exit(BAD, f"sternplane: {unknown}; see `{options.prog} --help`\n")
+        return options
 
     def error(self, message: str) -> NoReturn:
         """Print what is wrong, and exit."""

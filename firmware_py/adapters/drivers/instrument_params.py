@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
@@ -9,7 +10,7 @@ from typing import NamedTuple, Protocol
 from firmware_py.adapters.drivers.instrument_table import I2C_SENSORS, INSTRUMENTS
 from firmware_py.adapters.drivers.mounting import STRAIGHT, Mounting
 from firmware_py.error_text import quoted
-from firmware_py.params import ParamError, param
+from firmware_py.params import ParamError, param, probably
 from firmware_py.records.sensing import MOST_CANDIDATES, NODE_OF, ROLES, candidate_name
 
 DRONECAN = "dronecan"
@@ -18,6 +19,7 @@ _ROLES = {
     **{name: instrument.role for name, instrument in INSTRUMENTS.items()},
     **{name: sensor.role for name, sensor in I2C_SENSORS.items()},
 }
+_HOST_PORT = re.compile(r"(?!i2c:)[\w.-]+:\d+")
 _TURNED = ("ahrs", "dvl")
 """What these measure depends on how they are mounted."""
 
@@ -56,10 +58,11 @@ class InstrumentParams:
                 raise ParamError(f'mounting: driver "{DRONECAN}" has none; tell the node itself how it is mounted')
             return
         if self.driver not in _ROLES:
-            known = ", ".join([*_ROLES, DRONECAN])
-            raise ParamError(f"driver = {quoted(self.driver)}: is not known; known: {known}")
+            raise ParamError(f"driver = {quoted(self.driver)} is unknown; {probably(self.driver, [*_ROLES, DRONECAN])}")
         if not self.port or self.node or self.role:
             raise ParamError(f'driver "{self.driver}" needs the port of the device, port = NAME, and no node or role')
+        if _HOST_PORT.fullmatch(self.port):
+            raise ParamError(f"port = {quoted(self.port)}: of a TCP port write tcp:{self.port}")
         if (self.driver in I2C_SENSORS) != self.port.startswith("i2c:"):
             right = "i2c:N for /dev/i2c-N" if self.driver in I2C_SENSORS else "a serial device or tcp:HOST:PORT"
             raise ParamError(f'port = {quoted(self.port)}: of driver "{self.driver}" it must be {right}')

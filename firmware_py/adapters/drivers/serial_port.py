@@ -25,7 +25,7 @@ _ERRORS = slice(6, 11)
 _UNPLUGGED = (errno.ENOENT, errno.ENODEV, errno.ENXIO, errno.EIO)
 _SIMULATED = "a simulated plant makes its own: start it first, sternplane plant"
 _WHY = {
-    errno.ENOENT: f"there is no such device; {_SIMULATED}",
+    errno.ENOENT: f"there is no such device; is it plugged in, its name right (ls -l /dev/serial/by-id)? {_SIMULATED}",
     errno.EIO: f"its other end is closed; {_SIMULATED}",
     errno.EAGAIN: f"another program has it; end that one, or give another port; {_SIMULATED}",
     errno.EBUSY: "another program has it; end that one, or give another port",

@@ -8,7 +8,7 @@ from firmware_py.adapters.installation import configs
 
 
 def refuse_early(options: argparse.Namespace) -> None:
-    """Refuse a scenario, a configuration folder or a log that is not there, or is no scenario.
+    """Refuse a scenario, a configuration folder or a log that is not there, or is no scenario, and a wrong io file.
 
     Raises:
         LogError, ParamError: as the command itself raises them later.
@@ -21,6 +21,12 @@ def refuse_early(options: argparse.Namespace) -> None:
         from firmware_py.params import ParamError
 
         raise ParamError(f"{options.config}: there is no such configuration folder; configs/npsauv2 is an example")
+    if getattr(options, "io", None) is not None:
+        from firmware_py.adapters.io_params import IoParams
+        from firmware_py.adapters.storage.toml_files import read_toml
+        from firmware_py.params import load
+
+        load(IoParams, read_toml(options.io), str(options.io))
     log = getattr(options, "log", None)
     if log is not None and not log.exists():
         from firmware_py.adapters.storage.recorder import LogError

@@ -39,7 +39,7 @@ def _add_io(commands: Any, lazily: Lazily) -> None:
         + _STATUS.format(good="every role but those of --without hears something fresh and sound"),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    check.add_argument("file", type=Path, metavar="FILE", help="an io_*.toml")
+    check.add_argument("io", type=Path, metavar="FILE", help="an io_*.toml")
     _add_vehicle(check)
     check.add_argument("--dvl", metavar="PATH", help="the DVL's serial port [as the io file says]")
     vehicle.add_lines(check, "find")

@@ -148,7 +148,7 @@ def parser() -> argparse.ArgumentParser:
     )
     passport.add_argument("file", type=Path, metavar="FILE", help="a passport.json, or a state folder")
     passport.add_argument("--config", type=Path, metavar="DIR", help="vehicle and autopilot that are to begin with it")
-    passport.set_defaults(run=_lazily("sternplane.cli.passport", kernels=()))
+    passport.set_defaults(run=_lazily("sternplane.cli.passport", kernels=("firmware_py",)))
 
     identify = commands.add_parser(
         "identify",

@@ -120,7 +120,7 @@ class Check:
 
 def command(options: argparse.Namespace) -> int:
     """Listen to the devices of an io file; return 0 if every one that is needed is heard, fresh and sound."""
-    io = load(IoParams, read_toml(options.file), str(options.file))
+    io = load(IoParams, read_toml(options.io), str(options.io))
     io = at_desk(io, options.lines) if options.lines else io
     configuration = config_files.read_configuration(options.config)
     fins, rate = config_files.vehicle(configuration).fins, config_files.autopilot_params(configuration).rate
