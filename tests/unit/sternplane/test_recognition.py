@@ -8,16 +8,19 @@ import pytest
 from sternplane.hardware.recognition import Recognition
 from sternplane.hardware.serial_protocols import PROTOCOLS
 
+from firmware_py.wire.serial import dynamixel
 from tests.wire.streams import STREAMS
 
 DECODERS = {protocol.decoder: protocol for protocol in PROTOCOLS}
+SNIFFED = {name: stream for name, stream in STREAMS.items() if stream.decoder is not dynamixel.packets}
+"""All, but the two directions of a Dynamixel line at once: it is told by the one that is heard more."""
 
 
 def test_every_decoder_of_the_wire_is_tried() -> None:
-    assert {stream.decoder for stream in STREAMS.values()} <= set(DECODERS)
+    assert {stream.decoder for stream in SNIFFED.values()} <= set(DECODERS)
 
 
-@pytest.mark.parametrize("name", STREAMS)
+@pytest.mark.parametrize("name", SNIFFED)
 def test_a_protocol_is_recognised_by_name_with_every_message(name: str) -> None:
     stream, heard = STREAMS[name], Recognition()
     content = b"".join(stream.pieces) * 3
