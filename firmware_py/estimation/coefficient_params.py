@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from firmware_py.estimation.model.equations import COEFFICIENTS
-from firmware_py.estimation.model.observer_model import GROUPS
+from firmware_py.estimation.model.observer_model import GROUPS, X_G
 from firmware_py.estimation.model.state import MOTIONS
 from firmware_py.params import ParamError, TakesEffect, named_numbers, param
 from firmware_py.vehicle.vehicle import Vehicle
@@ -26,7 +26,7 @@ class CoefficientParams:
     names: tuple[str, ...] = param(
         TEN,
         doc="What is learned: coefficients of vehicle.toml, C_d0, C_dy, C_dz, or X_dot, Y_dot, Z_dot, K_dot, M_dot, "
-        "N_dot, the scale of all added mass in an equation; or buoyancy, its scale.",
+        "N_dot, the scale of all added mass in an equation; buoyancy, its scale; or x_G.",
     )
     considered: tuple[str, ...] = param(
         (),
@@ -78,6 +78,15 @@ class CoefficientParams:
         high=100.0,
         doc="1 sigma of the buoyancy, where it is learned or considered.",
         mav="STD_BUOY",
+        when=TakesEffect.RESTART,
+    )
+    trim_std: float = param(
+        0.2,
+        unit="%",
+        low=0.001,
+        high=10.0,
+        doc="1 sigma of x_G, of the length, where it is learned or considered.",
+        mav="STD_TRIM",
         when=TakesEffect.RESTART,
     )
     stds: Mapping[str, float] = named_numbers("1 sigma of single coefficients, by name, as share of their size.")
@@ -253,6 +262,8 @@ def relative_std(name: str, params: CoefficientParams) -> float:
         return params.stds[name]
     if name == BUOYANCY:
         return params.buoyancy_std
+    if name == X_G:
+        return params.trim_std
     if name not in params.names:
         return params.considered_std
     if name in GROUPS:

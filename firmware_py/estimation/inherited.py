@@ -13,7 +13,7 @@ from firmware_py.error_text import quoted
 from firmware_py.estimation.filter.bank_arrays import BankArrays
 from firmware_py.estimation.model.equations import COEFFICIENTS
 from firmware_py.estimation.model.jacobians import Array
-from firmware_py.estimation.model.observer_model import SCALED
+from firmware_py.estimation.model.observer_model import SCALED, X_G
 from firmware_py.params import ParamError
 from firmware_py.records.passport import LearnedModel, Restored
 
@@ -21,7 +21,7 @@ STD_LEAST = 1e-4
 """Of the 1 sigma before any flight: no flight tells more; an hour of learning leaves a hundredth."""
 _EIGENVALUE_LEAST = 1e-10
 """Of the correlation matrix."""
-_NAMES = frozenset((*COEFFICIENTS, *SCALED))
+_NAMES = frozenset((*COEFFICIENTS, *SCALED, X_G))
 """Whatever any filter can learn."""
 _LEVERS = (("M_ds", "Z_ds"), ("N_dr", "Y_dr"))
 """Moment and force of a fin's lift: the one over the other is its lever arm, in lengths of the vehicle."""

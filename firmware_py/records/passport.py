@@ -175,7 +175,7 @@ def _figures(name: Any, entry: Any) -> tuple[float, float, float, bool]:
     for key in _FIGURES:
         if not _is_number(entry.get(key)):
             raise ParamError(f"{quoted(name)}: {key} = {quoted(entry.get(key))}: must be a number")
-    if not entry["file"]:
+    if entry["valid"] and not entry["file"]:
         raise ParamError(f"{quoted(name)}: file = 0: what is learned has a size in the vehicle file")
     return float(entry["file"]), float(entry["value"]), float(entry["std"]), entry["valid"]
 

@@ -45,15 +45,20 @@ def flown(
     delta_s: float = 0.12,
     delta_r: float = 0.12,
     current: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    x_G: float = 0.0,
 ) -> BuslessFlight:
-    """Both planes swing at three frequencies each, the vehicle held about its depth; seconds long."""
+    """Both planes swing at three frequencies each, the vehicle held about its depth; seconds long.
+
+    Its centre of gravity is x_G forward, m, of where the vehicle file has it.
+    """
+    truth = dataclasses.replace(TRUTH, body=dataclasses.replace(TRUTH.body, r_G=(x_G, *TRUTH.body.r_G[1:])))
     t = DT * (np.arange(round(seconds / DT)) + 0.5)
 
     def swing(*periods: float) -> np.ndarray:
         return sum(np.sin(math.tau * t / period) for period in periods) / len(periods)
 
     demands = np.column_stack((delta_s * swing(3.1, 5.3, 1.7), delta_r * swing(4.1, 7.3, 2.3)))
-    return fly(TRUTH, demands, N_TRIM, DT, current=current, hold=held_level() if delta_s else None)
+    return fly(truth, demands, N_TRIM, DT, current=current, hold=held_level() if delta_s else None)
 
 
 def moments(

@@ -8,7 +8,7 @@ import numpy as np
 
 from firmware_py.compiled import Flags
 from firmware_py.estimation.model.jacobians import Array
-from firmware_py.estimation.model.observer_model import ObserverModel
+from firmware_py.estimation.model.observer_model import X_G, ObserverModel
 
 FINS = ("ds", "dr", "db")
 """The fins of an axis, as coefficients are named after them: stern planes, rudders, bow planes."""
@@ -16,6 +16,8 @@ DRAG = 0.25
 """Part of a boost that the drag of fins gets by itself, beside what it shares with all that the same fins make."""
 HULL = 0.1
 """The same of what the hull makes, damping: fins have a part in it."""
+TRIM = 0.005
+"""The same of x_G: a weight that has shifted contradicts the gyros as damage does."""
 LIFT = 0.02
 """The same of what a fin's lift makes: force and moment are one lift, and damage leaves it its lever arm."""
 
@@ -44,12 +46,19 @@ def boost_covariance(model: ObserverModel, names: Sequence[str], learns: Flags, 
         std: 1 sigma of the factor.
         values: of the parameters by now, (filters, parameters).
     """
-    size = std * np.array(model.believed)
-    chosen = [name in names or (bool(own) and by_fins(name)) for name, own in zip(model.names, learns, strict=True)]
-    alone = [LIFT if by_lift(name) else DRAG if by_fins(name) else HULL for name in model.names]
+    size = std * np.array(model.sizes)
+    also = [by_fins(name) or name == X_G for name in model.names]
+    chosen = [name in names or (bool(own) and one) for name, own, one in zip(model.names, learns, also, strict=True)]
+    alone = [_alone(name) for name in model.names]
     covariance = np.repeat(np.diag(np.where(chosen, np.square(np.array(alone) * size), 0.0))[None], len(values), axis=0)
     for fins in FINS:
         of_axis = [one and fins in name for one, name in zip(chosen, model.names, strict=True)]
         shared = np.where(of_axis, std * values, 0.0)
         covariance += shared[:, :, None] * shared[:, None, :]
     return covariance
+
+
+def _alone(name: str) -> float:
+    if name == X_G:
+        return TRIM
+    return LIFT if by_lift(name) else DRAG if by_fins(name) else HULL

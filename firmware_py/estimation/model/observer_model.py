@@ -14,7 +14,7 @@ from firmware_py.estimation.model.jacobians import REGRESSORS, Array, mass
 from firmware_py.estimation.model.kernel_arguments import ForceTerms, Model, grouped, new_linearisation
 from firmware_py.estimation.model.prediction import load_parameters, predict, rates, water_velocity
 from firmware_py.estimation.model.state import CURRENT, EQUATIONS, MOTIONS, MOVING, WATER, WATER_AXIS
-from firmware_py.estimation.model.transition import BUOYANCY, DRAG, Nine, invert
+from firmware_py.estimation.model.transition import BUOYANCY, DRAG, TRIM, Nine, invert
 from firmware_py.params import ParamError
 from firmware_py.vehicle.vehicle import Vehicle
 
@@ -26,6 +26,8 @@ GROUPS = {
 """One scale, 1 as believed, for all added mass of an equation: estimated in the place of its members."""
 SCALED = {**GROUPS, "buoyancy": ("B",)}
 """All that is estimated as a scale, and what of the constants it scales."""
+X_G = "x_G"
+"""The centre of gravity, forward, m: 0 as believed mostly, so that its size, by which it is uncertain, is L."""
 _CROSS_FLOW = tuple(AXES.index(axis) for axis in "YZMN")
 """The equations that cross-flow drag acts in."""
 _PLACES = {
@@ -35,31 +37,33 @@ _PLACES = {
         for i, name in enumerate(("C_dy", "C_dz"))
     },
     "B": tuple((BUOYANCY + i, i) for i in range(EQUATIONS)),
+    X_G: ((TRIM, AXES.index("M")), (TRIM + 1, AXES.index("N"))),
 }
 """Where the regressors of a coefficient stand, and the equations that they act in."""
-_REGRESSORS = BUOYANCY + EQUATIONS
+_REGRESSORS = TRIM + 2
 
 
 class ObserverModel:
     """x_dot = f(x, inputs) of one vehicle; it keeps the arrays that the kernels work on.
 
     Attributes:
-        names: the parameters: nondimensional coefficients, or scales of groups and of the buoyancy.
+        names: the parameters: nondimensional coefficients, scales of groups and of the buoyancy, x_G.
         water: how many states the water has: STILL, CURRENT or EDDIES.
         biases: motion states whose sensors have a bias.
         believed: the parameters as the vehicle file has them.
+        sizes: what each is measured in where it is uncertain.
         first: place of the first parameter in the state x; see `state` for the layout.
         size: how many states there are.
         arrays: what the kernels read.
         linearisation: what a step leaves.
     """
 
-    __slots__ = ("arrays", "believed", "biases", "first", "linearisation", "names", "size", "water")
+    __slots__ = ("arrays", "believed", "biases", "first", "linearisation", "names", "size", "sizes", "water")
 
     def __init__(
         self, vehicle: Vehicle, names: Sequence[str], water: int = CURRENT, biases: Sequence[str] = ()
     ) -> None:
-        """Packs the vehicle, with `names` as parameters: any of COEFFICIENTS or SCALED.
+        """Packs the vehicle, with `names` as parameters: any of COEFFICIENTS or SCALED, or X_G.
 
         Raises:
             ParamError: a name is unknown, or occurs twice, or the mass matrix is not positive definite.
@@ -69,6 +73,8 @@ class ObserverModel:
         values = constants(vehicle)
         terms = _force_terms(self.names, values)
         self.believed = tuple(1.0 if name in SCALED else float(values[CONSTANTS.index(name)]) for name in self.names)
+        sizes = zip(self.names, self.believed, strict=True)
+        self.sizes = tuple(vehicle.hull.length if name == X_G else abs(x) for name, x in sizes)
         self.first = MOVING + water + len(self.biases)
         self.size = self.first + len(self.names)
         self.arrays = Model(
@@ -188,9 +194,9 @@ def _members(names: tuple[str, ...]) -> list[tuple[str, ...]]:
     owner: dict[str, str] = {}
     members = []
     for name in names:
-        if name not in COEFFICIENTS and name not in SCALED:
-            near = difflib.get_close_matches(shortened(name), (*COEFFICIENTS, *SCALED), 3, 0.5)
-            known = "the names are those of [coefficients], C_d0, C_dy, C_dz, buoyancy, X_dot to N_dot"
+        if name not in (*COEFFICIENTS, *SCALED, X_G):
+            near = difflib.get_close_matches(shortened(name), (*COEFFICIENTS, *SCALED, X_G), 3, 0.5)
+            known = "the names are those of [coefficients], C_d0, C_dy, C_dz, buoyancy, x_G, X_dot to N_dot"
             hint = f"did you mean {', '.join(near)}?" if near else known
             raise ParamError(f"no coefficient is called {quoted(name)}; {hint}")
         members.append(SCALED.get(name, (name,)))

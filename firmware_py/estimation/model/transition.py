@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from firmware_py.compiled import Matrix, Vector, kernel
+from firmware_py.estimation.model.equations import CONSTANTS
 from firmware_py.estimation.model.flow import cross_flow_slopes, race, race_slopes, turn
 from firmware_py.estimation.model.jacobians import (
     REGRESSORS,
@@ -29,6 +30,9 @@ DRAG = len(REGRESSORS)
 """Where the regressors of cross-flow drag begin, behind the others."""
 BUOYANCY = DRAG + 8
 """Where those of the buoyancy begin, in the order of the equations."""
+TRIM = BUOYANCY + 6
+"""Where those of x_G are, in M and N: what weight makes of it. What inertia makes of it is a fiftieth of that."""
+_WEIGHT = CONSTANTS.index("W")
 
 
 @kernel()
@@ -93,6 +97,8 @@ def linearise(model: Model, inputs: Vector, x: Nine, x_dot: Nine, water: Three, 
     lift = buoyancy(c, t[0], t[1], t[2], t[3])
     for i in range(EQUATIONS):
         step.regressors[BUOYANCY + i] = lift[i]
+    step.regressors[TRIM] = -c[_WEIGHT] * t[1] * t[3]
+    step.regressors[TRIM + 1] = c[_WEIGHT] * t[0] * t[3]
     for i in range(MOVING):
         for j in range(WIDTH):
             A[i, j] = 0.0
