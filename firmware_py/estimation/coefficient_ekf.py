@@ -31,7 +31,7 @@ from firmware_py.estimation.iteration.acceptance import Verdict
 from firmware_py.estimation.iteration.iterated_filter import IteratedFilter
 from firmware_py.estimation.model.jacobians import Array
 from firmware_py.estimation.model.observer_model import Floats
-from firmware_py.estimation.model.state import CURRENT_EAST, CURRENT_NORTH, EDDY_NORTH, MOVING, PHI, STILL
+from firmware_py.estimation.model.state import CURRENT_EAST, CURRENT_NORTH, MOVING, PHI, STILL
 from firmware_py.vehicle.vehicle import Vehicle
 
 RESET_STD = (1.0,) * 3 + (0.2,) * 3 + (0.5, 0.5, math.pi)
@@ -135,7 +135,7 @@ class CoefficientEkf:
         """
         self.resets += 1
         mean = self.combine()[0]
-        self.reset_current()
+        self.bank.reset_current()
         settled = self.iteration.settled(self.age[0])
         self.bursts += settled and self._since_reset >= RESET_AGAIN_TIME and contradicts(self._monitor.window[GYRO])
         if not settled:
@@ -153,10 +153,7 @@ class CoefficientEkf:
             self.iteration.begin(self.bank, self.age[0])
 
     def _heed_burst(self) -> None:
-        """The gyros contradict the filter: the vehicle has changed, by damage most likely, before the filter is lost.
-
-        Coefficients become less certain at once, and what was recorded before is of another vehicle.
-        """
+        """The gyros contradict the filter, before it is lost: the vehicle has changed, by damage most likely."""
         self._monitor.burst[WAIT] = BURST_PAUSE
         if self.iteration.settled(self.age[0]):
             self.bursts += 1
@@ -172,17 +169,13 @@ class CoefficientEkf:
             self.P[:, first:, first:] += added
             self.iteration.begin(self.bank, self.age[0])
 
-    def go_back(self, known: Constants) -> None:
+    def go_back(self, known: Constants, *, water: bool) -> None:
         """Knows what it knew earlier, see `BankArrays.constants`; what it has learned since was in vain.
 
-        It knows the current no longer: where the water was the cause, and not the vehicle, the current of then, which
-        was known well, would go into the coefficients (N_v 73 sigma off, after a step of 0.36 m/s).
+        Where the cause may be the `water`, the current is not known any longer: that of then, known well, would go into
+        the coefficients (N_v 73 sigma off, after a step of 0.36 m/s).
         """
-        current = self.x[:, MOVING:EDDY_NORTH].copy()
-        self.bank.put_constants(known)
-        if self.model.water != STILL:
-            self.x[:, MOVING:EDDY_NORTH] = current
-            self.bank.forget(MOVING, EDDY_NORTH, self.prior[MOVING:EDDY_NORTH] ** 2)
+        self.bank.put_constants(known, current=not water)
         self._monitor.window[:] = 0.0
         self.iteration.begin(self.bank, self.age[0], near=True)
 
@@ -191,11 +184,10 @@ class CoefficientEkf:
         self.bank.forget_axis(letters, self._believed)
         self.iteration.begin(self.bank, self.age[0])
 
-    def reset_current(self) -> None:
-        """Makes the current as unknown as in the beginning."""
-        if self.model.water != STILL:
-            self.x[:, MOVING:EDDY_NORTH] = 0.0
-            self.bank.forget(MOVING, EDDY_NORTH, self.prior[MOVING:EDDY_NORTH] ** 2)
+    def exchange_sensors(self) -> None:
+        """Knows nothing of the biases of sensors, and of the current: others measure from now on."""
+        self.bank.forget_sensors()
+        self.iteration.begin(self.bank, self.age[0], near=True)
 
     def permit(self, learned: Flags) -> None:
         """Says which of the learned coefficients, (names,), may learn; the others neither learn nor become uncertain.

@@ -15,6 +15,7 @@ from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import EkfMemory
 from firmware_py.estimation.coefficient_validity import CoefficientValidity, ValidityMemory, ValidityParams
 from firmware_py.estimation.doubted_fins import DoubtedFins, DoubtedMemory
+from firmware_py.estimation.doubted_sensors import DoubtedSensors, Teachers
 from firmware_py.estimation.filter_velocity import filter_velocity
 from firmware_py.estimation.fixed_lag_buffer import FixedLagBuffer, FixedLagBufferMemory, Span
 from firmware_py.estimation.identifiability import LearnedState, report, reported
@@ -55,6 +56,7 @@ class CoefficientEstimatorMemory(NamedTuple):
     last: Learned
     velocity: FilterVelocity | None
     fins: DoubtedMemory
+    teachers: Teachers
 
 
 class CoefficientEstimator:
@@ -79,6 +81,7 @@ class CoefficientEstimator:
         first, count = self.ekf.model.first, len(coefficients.names)
         self._count, self._learned = count, slice(first, first + count)
         self._buffer, self._fins = FixedLagBuffer(params.horizon, vehicle), DoubtedFins(self.ekf, vehicle)
+        self._sensors = DoubtedSensors(self.ekf, self._fins)
         self._health = CoefficientValidity(health, self.ekf.model, count)
         self._running = self._begun = False
         self._whole = True
@@ -137,7 +140,8 @@ class CoefficientEstimator:
             elif ping.t >= span.t and span.t - turn.t <= ATTITUDE_AGE_MAX:
                 self._begin(span)
         if tick.every(VALUES_RATE):
-            if self._fins.update(tick.t, buffer.mute, buffer.rates(applied.fins), doubts):
+            doubted = self._sensors.update(tick.t, state)
+            if self._fins.update(tick.t, buffer.mute, buffer.rates(applied.fins), doubts) or doubted:
                 self._bounds, self._running = unbounded(self._count), False  # the motion was followed by a wrong model
                 self._permit()
             self.last = self._learned_now(self.last, self._report() if tick.every(REPORT_RATE) else self.last.report)
@@ -276,6 +280,7 @@ class CoefficientEstimator:
             self.last,
             self.velocity,
             self._fins.freeze(),
+            self._sensors.freeze(),
         )
 
     def thaw(self, memory: CoefficientEstimatorMemory) -> None:
@@ -284,6 +289,7 @@ class CoefficientEstimator:
         self.ekf.thaw(memory.ekf)
         self._health.thaw(memory.health)
         self._fins.thaw(memory.fins)
+        self._sensors.thaw(memory.teachers)
         self._running, self._begun = memory.running, memory.begun
         self._resets, self._bounds, self.last = memory.resets, memory.bounds, memory.last
         self.velocity = memory.velocity

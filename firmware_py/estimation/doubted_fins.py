@@ -123,8 +123,7 @@ class DoubtedFins:
             self._go_back(t, 0.0)
             ekf.boost()
             changed = True
-        changed |= self._follow_effect(t, doubts)
-        return changed
+        return changed | self._follow_effect(t, doubts)
 
     def _follow_angles(
         self,
@@ -157,7 +156,8 @@ class DoubtedFins:
             return False
         begins = [now and not was for now, was in zip(held, m.held, strict=True)]
         if any(begins):
-            self._go_back(t, max(doubt.stays for doubt, begun in zip(doubts, begins, strict=True) if begun))
+            stays = max(doubt.stays for doubt, begun in zip(doubts, begins, strict=True) if begun)
+            self._go_back(t, stays, water=False)
             if ekf.bursts != m.bursts and not all(silent):
                 ekf.boost(ekf.withheld)  # of those that report, which it took back
         return True
@@ -176,6 +176,11 @@ class DoubtedFins:
             self._ekf.forget("".join(found))
         self._memory = self._memory._replace(weak=weak)
         return bool(found)
+
+    def unlearn(self, t: float) -> None:
+        """Know nothing of any axis: what was learned is of a sensor that lies."""
+        self._go_back(t, math.inf)
+        self._ekf.forget("".join(AXES))
 
     def forget(self) -> None:
         """Keep nothing of what was known: the filter begins anew."""
@@ -204,11 +209,11 @@ class DoubtedFins:
             known = (*known[1 - _MOST :], Known(t, self._ekf.bank.constants(), iterated))
         self._memory = m._replace(known=known)
 
-    def _go_back(self, t: float, doubted: float) -> None:
-        """Know what was known before something spoke for a fault, for so long, s."""
+    def _go_back(self, t: float, doubted: float, *, water: bool = True) -> None:
+        """Know what was known before something spoke for a fault, for so long, s; `water` as in `CoefficientEkf`."""
         known = self._memory.known
         if known:
             before = [one for one in known if one.t <= t - doubted - _MARGIN]
             last = before[-1] if before else known[0]
-            self._ekf.go_back(last.constants)
+            self._ekf.go_back(last.constants, water=water)
             self._memory = self._memory._replace(known=(last,))

@@ -102,7 +102,7 @@ def test_a_reset_of_motion_keeps_the_rest_and_one_of_the_current_too() -> None:
     assert not ekf.P[:, :9, 9:].any()
     np.testing.assert_allclose(ekf.P[:, 11, 11], np.square(ekf.intensity))
 
-    ekf.reset_current()
+    ekf.bank.reset_current()
     assert not ekf.x[:, 9:11].any()
     assert not ekf.P[:, 9:11, first:].any()
     np.testing.assert_allclose(ekf.P[:, [9, 10], [9, 10]], 0.3**2)

@@ -99,7 +99,7 @@ class BankArrays:
         self.model = model = ObserverModel(vehicle, (*params.names, *nuisances, *considered), water, biases)
         n, first = model.size, model.first
         self.learned, self.learning = len(params.names), len(params.names) + len(nuisances)
-        scale = np.abs(np.array(model.believed))
+        scale = np.array(model.sizes)
         shares = np.array([relative_std(name, params) for name in model.names])
         for name, size in zip(model.names, scale, strict=True):
             if size == 0.0:
@@ -173,13 +173,29 @@ class BankArrays:
         block = self._constant
         return Constants(self.x[:, block].copy(), self.P[:, block[:, None], block].copy(), self.log_likelihood.copy())
 
-    def put_constants(self, known: Constants) -> None:
-        """Know what `constants` returned, without correlation with motion and eddies."""
-        block = self._constant
+    def put_constants(self, known: Constants, *, current: bool) -> None:
+        """Know what `constants` returned, without correlation with motion and eddies; the current is open if not so."""
+        block, now = self._constant, self.x[:, MOVING:EDDY_NORTH].copy()
         self.x[:, block] = known.values
         self.P[:, block, :], self.P[:, :, block] = 0.0, 0.0
         self.P[:, block[:, None], block] = known.covariance
         self.log_likelihood[:] = known.log_likelihood
+        if not current and self.model.water != STILL:
+            self.reset_current()
+            self.x[:, MOVING:EDDY_NORTH] = now
+
+    def reset_current(self) -> None:
+        """Know no more of the current than in the beginning."""
+        if self.model.water != STILL:
+            self.x[:, MOVING:EDDY_NORTH] = 0.0
+            self.forget(MOVING, EDDY_NORTH, self.prior[MOVING:EDDY_NORTH] ** 2)
+
+    def forget_sensors(self) -> None:
+        """Know no more of the biases of sensors, and of the current that they tell of, than in the beginning."""
+        begin, end = MOVING + self.model.water, self.model.first
+        self.x[:, begin:end] = 0.0
+        self.forget(begin, end, self.prior[begin:end] ** 2)
+        self.reset_current()
 
     def forget(self, begin: int, end: int, variance: Array) -> None:
         """Give these states a variance, (end - begin,) or a row a filter, and no correlation with any other."""
