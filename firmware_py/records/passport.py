@@ -28,6 +28,8 @@ _STD_AGREES = 1e-6
 """The 1 sigma that is written for people and that of the covariance differ by this share at most."""
 SHARE, SIGMAS = 0.05, 3.0
 """What moved by more than both has changed."""
+_TRIM, _BUOYANCY, _TRIM_SIGMAS = 2e-3, 1e-3, 5.0
+"""So do the centre of gravity, m, and the buoyancy, a share of it: no law goes by them, and payload moves both."""
 _GROUPS = {
     **dict.fromkeys(("N_dr", "Y_dr"), "rudder"),
     **dict.fromkeys(("M_ds", "Z_ds"), "stern planes"),
@@ -166,6 +168,18 @@ def moved(model: LearnedModel, before: Sequence[float], now: Sequence[float], st
 def moved_text(group: str, share: float, sigmas: float) -> str:
     """Return a clause such as "rudder -22 %, 6 sigma"."""
     return f"{group} {100.0 * share:+.0f} %, {sigmas:.0f} sigma"
+
+
+def trimmed(model: LearnedModel) -> list[str]:
+    """Return clauses on what payload has changed against vehicle.toml, "buoyancy -0.4 %, 12 sigma"."""
+    found = []
+    for name, file, value, std in zip(model.names, model.file, model.value, model.std, strict=True):
+        change, sigmas = value - file, abs(value - file) / std
+        if name == "x_G" and abs(change) > _TRIM and sigmas > _TRIM_SIGMAS:
+            found.append(f"centre of gravity {1e3 * change:+.0f} mm forward, {sigmas:.0f} sigma")
+        elif name == "buoyancy" and abs(change) > _BUOYANCY and sigmas > _TRIM_SIGMAS:
+            found.append(f"buoyancy {100.0 * change:+.1f} %, {sigmas:.0f} sigma")
+    return found
 
 
 def _figures(name: Any, entry: Any) -> tuple[float, float, float, bool]:

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_py.params import ParamError
-from firmware_py.records.passport import LearnedModel, model_of, moved, moved_text, to_plain
+from firmware_py.records.passport import LearnedModel, model_of, moved, moved_text, to_plain, trimmed
 
 MODEL = LearnedModel(
     ("M_q", "N_dr", "Y_dr"),
@@ -102,3 +102,16 @@ def test_what_moved_by_three_sigma_and_five_percent_is_told_once_for_each_group(
     assert moved(model, model.file, model.value, [0.1] * 3) == []
     assert moved(model, model.file, [math.nan] * 3, model.std) == []
     assert moved(model, [0.0] * 3, model.value, model.std) == []
+
+
+def test_what_payload_has_changed_is_told_and_what_is_known_to_no_better_is_not() -> None:
+    known = LearnedModel(
+        ("buoyancy", "x_G", "M_w"),
+        (1.0, 0.0, 0.1),
+        (0.996, 0.0055, 0.2),
+        (False,) * 3,
+        ((9e-8,), (0.0, 1e-7), (0.0, 0.0, 1e-4)),
+    )
+    assert trimmed(known) == ["buoyancy -0.4 %, 13 sigma", "centre of gravity +6 mm forward, 17 sigma"]
+    assert trimmed(known._replace(value=(0.9995, 0.0015, 0.2))) == []
+    assert trimmed(known._replace(covariance=((1e-6,), (0.0, 4e-6), (0.0, 0.0, 1e-4)))) == []
