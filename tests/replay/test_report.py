@@ -156,8 +156,8 @@ def test_the_depth_limit_is_drawn_and_the_law_is_named(flown: Path) -> None:
     assert "k_p" in words
 
 
-def test_events_come_before_the_plots(page: str) -> None:
-    assert page.index(">Events<") < page.index(">Plan view<")
+def test_plots_of_the_flight_come_first_and_a_link_leads_to_the_events(page: str) -> None:
+    assert page.index('href="#events"') < page.index(">Plan view<") < page.index('id="events"')
 
 
 def test_words_from_the_log_stay_words(tmp_path: Path, toy: SimpleNamespace) -> None:

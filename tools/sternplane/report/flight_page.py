@@ -34,17 +34,18 @@ def flight_page(log: Run, summary: Summary) -> str:
     if len(events) > 2 * _MOST_EVENTS:
         left_out = ("", f"{len(events) - 2 * _MOST_EVENTS} more: see summary.json")
         events = [*events[:_MOST_EVENTS], left_out, *events[-_MOST_EVENTS:]]
-    sections: list[Section | Heading] = [
-        Section("Events", tables=(Table(rows_of(events), style="log"),), wide=True, anchor="events")
-    ]
+    shown = [(plot, not plot.tall and (i == 0 or plot.title == health_plot.TITLE)) for i, plot in enumerate(figures)]
+    sections: list[Section | Heading] = [plot_section(plot, wide=wide) for plot, wide in shown if not plot.section]
+    sections.append(Section("Events", tables=(Table(rows_of(events), style="log"),), wide=True, anchor="events"))
     sections += adoption_section(summary)
     sections += limits_section(summary)
     group = ""
-    for i, plot in enumerate(figures):
-        if plot.section != group:
+    for plot, wide in shown:
+        if plot.section and plot.section != group:
             group = plot.section
             sections.append(Heading(group, anchor=group.lower()))
-        sections.append(plot_section(plot, wide=not plot.tall and (i == 0 or plot.title == health_plot.TITLE)))
+        if plot.section:
+            sections.append(plot_section(plot, wide=wide))
     sections += _losses(summary)
     sections.append(Heading("Set-up", anchor="setup"))
     if settings := [*_settings(header)]:
