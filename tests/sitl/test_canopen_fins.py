@@ -5,29 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from sternplane.logs.reading import Log, read
+from sternplane.logs.reading import Log
 from sternplane.logs.replay import replay
-from sternplane.sitl.flight import CONFIG, FlightRequest, fly, prepare
+from sternplane.sitl.flight import CONFIG
 
 from firmware_py.app import build
 from firmware_py.records.event import EventKind
-from tests.straight_run import hold, under_way
+from tests.sitl.fin_flight import flown_with
 
 IO = CONFIG / "io_canopen.toml"
-FINS = 4
-
-
-def flown_with(folder: Path, io: Path, *faults: str) -> Log:
-    folder.mkdir()
-    scenario = folder / "dive.toml"
-    scenario.write_text(under_way(12.0, 10.0, hold(14.0, 60.0)))
-    fly(prepare(FlightRequest(str(scenario), io=io, faults=faults), {}), folder / "log.mcap")
-    return read(folder / "log.mcap")
+FINS, SECONDS = 4, 12.0
 
 
 @pytest.fixture(scope="module")
 def shipped(tmp_path_factory: pytest.TempPathFactory) -> Log:
-    return flown_with(tmp_path_factory.mktemp("canopen") / "shipped", IO)
+    return flown_with(tmp_path_factory.mktemp("canopen") / "shipped", IO, SECONDS)
 
 
 def test_fins_are_started_up_armed_and_follow_and_the_flight_replays(shipped: Log) -> None:
@@ -53,13 +45,13 @@ def test_fins_are_started_up_armed_and_follow_and_the_flight_replays(shipped: Lo
 def test_drives_on_a_bus_of_their_own_give_the_same_flight(shipped: Log, tmp_path: Path) -> None:
     io = tmp_path / "io.toml"
     io.write_text(IO.read_text().replace('bus = ""  ', 'bus = "virtual:drives"  '))
-    apart = flown_with(tmp_path / "apart", io)
+    apart = flown_with(tmp_path / "apart", io, SECONDS)
     assert apart.cycle_bytes == shipped.cycle_bytes
     assert apart.end["losses"]["second_bus_not_sent"] == 0
 
 
 def test_drives_without_power_are_told_and_flown_on_with_when_it_is_back(tmp_path: Path) -> None:
-    log = flown_with(tmp_path / "fault", IO, "off:servo_hub@4+2")
+    log = flown_with(tmp_path / "fault", IO, SECONDS, "off:servo_hub@4+2")
     cycles = list(log.cycles)
     told = {event.kind for cycle in cycles for event in cycle.events}
     assert EventKind.NODE_RESTARTED in told

@@ -5,29 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from sternplane.logs.reading import Log, read
+from sternplane.logs.reading import Log
 from sternplane.logs.replay import replay
-from sternplane.sitl.flight import CONFIG, FlightRequest, fly, prepare
+from sternplane.sitl.flight import CONFIG
 
 from firmware_py.app import build
 from firmware_py.records.event import EventKind
-from tests.straight_run import hold, under_way
+from tests.sitl.fin_flight import flown_with
 
 IO = CONFIG / "io_dynamixel.toml"
-FINS = 4
-
-
-def flown_with(folder: Path, *faults: str) -> Log:
-    folder.mkdir()
-    scenario = folder / "dive.toml"
-    scenario.write_text(under_way(8.0, 10.0, hold(14.0, 60.0)))
-    fly(prepare(FlightRequest(str(scenario), io=IO, faults=faults), {}), folder / "log.mcap")
-    return read(folder / "log.mcap")
+FINS, SECONDS = 4, 8.0
 
 
 @pytest.fixture(scope="module")
 def shipped(tmp_path_factory: pytest.TempPathFactory) -> Log:
-    return flown_with(tmp_path_factory.mktemp("dynamixel") / "shipped")
+    return flown_with(tmp_path_factory.mktemp("dynamixel") / "shipped", IO, SECONDS)
 
 
 def test_servos_are_set_up_armed_and_follow_and_the_flight_replays(shipped: Log) -> None:
@@ -52,11 +44,11 @@ def test_servos_are_set_up_armed_and_follow_and_the_flight_replays(shipped: Log)
 
 
 def test_the_same_flight_again_is_the_same_byte_for_byte(shipped: Log, tmp_path: Path) -> None:
-    assert flown_with(tmp_path / "again").cycle_bytes == shipped.cycle_bytes
+    assert flown_with(tmp_path / "again", IO, SECONDS).cycle_bytes == shipped.cycle_bytes
 
 
 def test_servos_without_power_are_told_and_flown_on_with_when_it_is_back(tmp_path: Path) -> None:
-    log = flown_with(tmp_path / "fault", "off:servo_hub@3+2")
+    log = flown_with(tmp_path / "fault", IO, SECONDS, "off:servo_hub@3+2")
     cycles = list(log.cycles)
     told = {event.kind for cycle in cycles for event in cycle.events}
     assert {EventKind.NODE_RESTARTED, EventKind.ACTUATOR_FAULT, EventKind.ACTUATOR_GOOD} <= told
@@ -66,7 +58,7 @@ def test_servos_without_power_are_told_and_flown_on_with_when_it_is_back(tmp_pat
 
 
 def test_one_silent_servo_is_steered_on_and_the_others_are_heard(tmp_path: Path) -> None:
-    log = flown_with(tmp_path / "silent", "silent:stern_port@2+4")
+    log = flown_with(tmp_path / "silent", IO, SECONDS, "silent:stern_port@2+4")
     cycles = list(log.cycles)
     assert not any(cycle.frame.fins[0].fresh for cycle in cycles[210:600])
     for fin in (1, 2, 3):

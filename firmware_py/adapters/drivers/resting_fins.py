@@ -22,9 +22,8 @@ class RestingFins:
     def wanted(self, i: int, applied: Applied) -> float | None:
         """Return the angle that the i-th fin is to have, rad; None: its drive is to have no power."""
         rest = self._at_rest[i]
-        if (
-            applied.armed or self.exercised or rest is AtRest.CENTRE
-        ):  # the gate itself centres a disarmed vehicle's fins
+        # Also one that rests in the centre: the gate itself centres a disarmed vehicle's fins.
+        if applied.armed or self.exercised or rest is AtRest.CENTRE:
             self._angles[i] = applied.fins[i]
         elif rest is AtRest.OFF:
             return None

@@ -106,12 +106,11 @@ def run(flight: Flight, places: Sequence[str], out: Path | None, wait: float, co
         lockstep = LockstepLink(bus, io.can.plant_id, [io.can.node_id])
         wired = wiring(io, flight.truth)
         port_of = {device.name: place for device, place in zip(io.lines, places, strict=True)}
-        for device in io.lines:
-            if I2C_BUS.fullmatch(port_of[device.name]):
-                why = "an I2C bus is a device of the kernel; give --lines DIR here and to the vehicle"
-                console.print(f"{device.name} on {port_of[device.name]} is not simulated: {why}")
-        simulated = [device for device in io.lines if not I2C_BUS.fullmatch(port_of[device.name])]
-        wired = wired._replace(on_lines=tuple(simulated))
+        real = [device for device in io.lines if I2C_BUS.fullmatch(port_of[device.name])]
+        for device in real:
+            why = "an I2C bus is a device of the kernel; give --lines DIR here and to the vehicle"
+            console.print(f"{device.name} on {port_of[device.name]} is not simulated: {why}")
+        wired = wired._replace(on_lines=tuple([device for device in io.lines if device not in real]))
         lines = [stack.enter_context(_line(port_of[device.name], free)) for device in wired.on_lines]
         port = bus if free else lockstep
         bridge = build_bridge(
