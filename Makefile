@@ -77,9 +77,9 @@ wheels: .venv/.run ## a folder of wheels for a vehicle without internet; BOARD=a
 	@echo "wheels/: $$(ls wheels/*.whl | wc -l) wheels; copy the folder, see configs/vehicle.md"
 
 lock: .venv/.dev ## pin the newest versions that pyproject.toml and the *.in files permit
-	@cd $(LOCKS) && for name in run dev; do ../../$(BIN)/uv pip compile --quiet --universal --python-version 3.11 \
-		--generate-hashes --no-emit-index-url --no-header --excludes exclude.txt --extra report --extra i2c \
-		../../pyproject.toml $$name.in -o $$name.txt; done
+	@cd $(LOCKS) && lock() { ../../$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+		--no-emit-index-url --no-header --excludes exclude.txt --extra report --extra i2c --extra data \
+		../../pyproject.toml "$$@"; }; lock run.in -o run.txt; lock --extra cluster --extra gym dev.in -o dev.txt
 	@cd $(LOCKS) && ../../$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 		--no-emit-index-url --no-header --extra i2c --constraints run.txt ../../pyproject.toml -o vehicle.txt
 
