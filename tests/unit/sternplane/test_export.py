@@ -13,14 +13,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas
 import pytest
+from pyarrow import parquet
 from pymavlink import DFReader
 from sternplane.cli import main
+from sternplane.logs import streaming
 from sternplane.logs.export.command import write_export
 from sternplane.logs.reading import Log, read
 from sternplane.sitl.flight import FlightRequest, fly, prepare
 
 from firmware_py.adapters.ground.mavlink_ground import Grounds
+from firmware_py.adapters.storage.recorder import from_json
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.health import ActuatorFault, SourceFault, SourceState
 from firmware_py.records.order import NO_ORDER, Order, ParameterChange
@@ -225,8 +229,46 @@ def test_a_table_has_a_row_for_each_cycle_and_units_in_its_names(log: Log, tmp_p
         ("state.learned.current_m_s[1]", c["state.learned.current"][:, 0]),
         ("mode.mode", c["mode.mode"]),
         ("applied.armed", c["applied.armed"]),
+        ("truth.eta.z_m", log.truth["eta.z"]),
+        ("truth.nu.p_rad_s", log.truth["nu.p"]),
+        ("truth.current_m_s[2]", log.truth["current"][:, 1]),
+        ("truth.drop_weight_N", log.truth["drop_weight"]),
+        ("left.turn_1_m", c["left.turn"]),
+        ("actuators.fins[1]", c["actuators.fins"][:, 0]),
     ):
         np.testing.assert_array_equal(np.array([float(row[name]) for row in rows]), expected, name)
+
+
+def test_parquet_is_the_same_table_in_groups_of_rows(log: Log, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(streaming, "ROWS", 500)
+    for form in ("csv", "parquet"):
+        assert main.main(["export", str(log.path), "--format", form, "--out", str(tmp_path / f"table.{form}")]) == 0
+    file = parquet.ParquetFile(tmp_path / "table.parquet")
+    assert file.num_row_groups == -(-log.count // 500)
+    table, text = file.read(), pandas.read_csv(tmp_path / "table.csv")
+    assert table.column_names == [*text.columns]
+    for name in text.columns:
+        np.testing.assert_array_equal(table[name].to_numpy().astype(float), text[name].to_numpy(dtype=float), name)
+    assert str(table.schema.field("applied.armed").type) == "bool"
+    assert from_json(file.schema_arrow.metadata[b"sternplane"])["seed"] == log.header["seed"]
+
+
+def test_a_log_without_truth_has_a_table_without_it(log: Log, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Log, "truth", {})
+    write_export(log, tmp_path / "table.csv", "csv")
+    with (tmp_path / "table.csv").open(newline="") as file:
+        names = next(csv.reader(file))
+    assert "state.eta.z_m" in names
+    assert not [name for name in names if name.startswith("truth.")]
+
+
+def test_parquet_without_its_library_is_refused_with_the_remedy(
+    log: Log, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sternplane.logs.export.command.find_spec", lambda name: None)
+    assert main.main(["export", str(log.path), "--format", "parquet"]) == 2
+    said = "sternplane: Parquet needs pyarrow: pip install 'sternplane[data]', or choose --format csv\n"
+    assert capsys.readouterr().err == said
 
 
 @pytest.mark.parametrize("out", ["/nowhere/at/all.csv", "LOG"])

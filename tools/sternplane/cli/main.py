@@ -17,6 +17,7 @@ from sim_bridge.faults.catalogue import FORM, help_text
 from sternplane.cli.early_checks import refuse_early
 from sternplane.cli.extras import require_report
 from sternplane.cli.hardware_commands import add_hardware
+from sternplane.cli.log_commands import add_logs
 
 Command = Callable[[argparse.Namespace], int]
 
@@ -113,31 +114,7 @@ def parser() -> argparse.ArgumentParser:
     _add_fault(plant, aboard=False)
     plant.set_defaults(run=_lazily("sternplane.sitl.plant"))
 
-    replay = commands.add_parser(
-        "replay",
-        help="run the same code on a log's inputs and compare every output",
-        description="Runs the autopilot on the inputs of a log and compares every output, byte for byte.",
-        epilog="Exit status 0 if all are equal, 1 if one differs (it is named), 2 for bad input.",
-    )
-    replay.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
-    replay.add_argument("--anyway", action="store_true", help="also if another CPU or other libraries made the log")
-    replay.set_defaults(run=_lazily("sternplane.logs.replay"))
-
-    report = commands.add_parser("report", help="make report.html and summary.json of a log again")
-    report.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
-    report.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [beside the log]")
-    report.set_defaults(run=_lazily("sternplane.report.report", draws=True))
-
-    export = commands.add_parser(
-        "export",
-        help="write a log anew, for the tools of others",
-        description="Writes a log as DataFlash (.bin), which pymavlink's tools and log viewers for ArduPilot read, or "
-        "as a table with a row for each cycle (.csv).",
-    )
-    export.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
-    export.add_argument("--format", choices=("bin", "csv"), default="bin", help="what it becomes [bin]")
-    export.add_argument("--out", type=Path, metavar="FILE", help="where to leave it [beside the log]")
-    export.set_defaults(run=_lazily("sternplane.logs.export.command"))
+    add_logs(commands, _lazily)
 
     passport = commands.add_parser(
         "passport",

@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
+import shutil
 from collections.abc import Callable, Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import IO, Any
 
@@ -13,17 +15,30 @@ from rich.console import Console
 from rich.progress import Progress
 
 from firmware_py.run.usage_error import UsageError
-from sternplane.logs.export import messages, table
+from sternplane.logs.export import mcap_export, messages, table
 from sternplane.logs.reading import find
 from sternplane.logs.run import Run
 from sternplane.logs.streaming import stream
 
+_ENDINGS = {
+    "bin": ".bin",
+    "csv": ".csv",
+    "parquet": ".parquet",
+    "foxglove": ".foxglove.mcap",
+    "rosbag2": "_rosbag2",
+}
+"""By format, what a file or folder beside the log is called behind the log's name."""
+
+Step = Callable[[int], None]
+
 
 def command(options: argparse.Namespace) -> int:
-    """Write the file and print where it is."""
+    """Write the file or folder and print where it is."""
+    if options.format == "parquet" and find_spec("pyarrow") is None:
+        raise UsageError("Parquet needs pyarrow: pip install 'sternplane[data]', or choose --format csv")
     path = find(options.log)
     log = stream(path)
-    out = options.out or path.with_suffix(f".{options.format}")
+    out = options.out or path.with_name(f"{path.stem}{_ENDINGS[options.format]}")
     if out.exists() and out.samefile(path):
         raise UsageError(f"--out {out}: is the log itself; choose another file")
     total = log.count
@@ -37,21 +52,27 @@ def command(options: argparse.Namespace) -> int:
     return 0
 
 
-def write_export(log: Run, out: Path, form: str, step: Callable[[int], None] = lambda _: None) -> None:
-    """Write a log to a file as "bin" or "csv", whole or not at all.
+def write_export(log: Run, out: Path, form: str, step: Step = lambda _: None) -> None:
+    """Write a log in one of the formats, whole or not at all.
 
     Raises:
         LogError: there is nothing to write.
-        UsageError: the file cannot be written, or is there and not a regular file.
+        UsageError: it cannot be written, or something else is in its place.
     """
     try:
-        replaced = _file_to_replace(out)
-        if form == "bin":
-            with _whole(replaced, mode="wb") as file:
-                messages.export(log, file, step)
-        else:
-            with _whole(replaced, mode="w", encoding="utf-8", newline="") as file:
+        if form == "rosbag2":
+            with _whole_folder(_folder_to_replace(out)) as folder:
+                mcap_export.export_rosbag2(log, folder, out.name, step)
+        elif form == "csv":
+            with _whole(_file_to_replace(out), mode="w", encoding="utf-8", newline="") as file:
                 table.export(log, file, step)
+        elif form == "parquet":
+            with _whole(_file_to_replace(out), mode="wb") as file:
+                table.export_parquet(log, file, step)
+        else:
+            export = messages.export if form == "bin" else mcap_export.export_foxglove
+            with _whole(_file_to_replace(out), mode="wb") as file:
+                export(log, file, step)
     except OSError as error:
         raise UsageError(f"--out {out}: cannot be written ({error.strerror}); choose another file") from None
 
@@ -60,6 +81,15 @@ def _file_to_replace(out: Path) -> Path:
     """Return the file itself, or the regular file that it is a link to: devices, FIFOs and links are not replaced."""
     if os.path.lexists(out) and not out.is_file():
         raise UsageError(f"--out {out}: is not a regular file; choose another file")
+    return out.resolve()
+
+
+def _folder_to_replace(out: Path) -> Path:
+    """Return the folder itself, which is not there yet, is empty, or holds an earlier bag of this name alone."""
+    if os.path.lexists(out):
+        ours = {mcap_export.METADATA_FILE, mcap_export.BAG_FILE.format(out.name)}
+        if not out.is_dir() or not {one.name for one in out.iterdir()} <= ours:
+            raise UsageError(f"--out {out}: is there, and is not an earlier bag; choose another folder")
     return out.resolve()
 
 
@@ -73,3 +103,17 @@ def _whole(out: Path, **how: Any) -> Iterator[IO[Any]]:
         fresh.replace(out)
     finally:
         fresh.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _whole_folder(out: Path) -> Iterator[Path]:
+    """Make a folder that takes its place when it is whole."""
+    fresh = out.with_name(f".{out.name}.{os.getpid()}")
+    try:
+        fresh.mkdir()
+        yield fresh
+        if out.exists():
+            shutil.rmtree(out)
+        fresh.replace(out)
+    finally:
+        shutil.rmtree(fresh, ignore_errors=True)

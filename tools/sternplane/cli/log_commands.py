@@ -1,0 +1,45 @@
+"""The sub-commands that read logs: replay, report, export."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from sternplane.cli.hardware_commands import Lazily
+
+
+def add_logs(commands: Any, lazily: Lazily) -> None:
+    """Add them; `lazily` makes a command that is imported when it runs."""
+    replay = commands.add_parser(
+        "replay",
+        help="run the same code on a log's inputs and compare every output",
+        description="Runs the autopilot on the inputs of a log and compares every output, byte for byte.",
+        epilog="Exit status 0 if all are equal, 1 if one differs (it is named), 2 for bad input.",
+    )
+    replay.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
+    replay.add_argument("--anyway", action="store_true", help="also if another CPU or other libraries made the log")
+    replay.set_defaults(run=lazily("sternplane.logs.replay"))
+
+    report = commands.add_parser("report", help="make report.html and summary.json of a log again")
+    report.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
+    report.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [beside the log]")
+    report.set_defaults(run=lazily("sternplane.report.report", draws=True))
+
+    export = commands.add_parser(
+        "export",
+        help="write a log anew, for the tools of others",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Writes a log anew, in a format that other tools read; its memory does not grow with the flight.",
+        epilog="formats:\n"
+        "  bin       DataFlash, for MAVExplorer, UAVLogViewer and mavlogdump\n"
+        "  csv       a row a cycle, with the truth of a simulated vehicle beside the estimate, units in the names\n"
+        "  parquet   the same table, for pandas, Polars, DuckDB and MATLAB\n"
+        "  rosbag2   a folder for ROS 2: odometry, TF, NavSatFix, Imu, battery, ...; frames ENU and FLU (REP 103)\n"
+        "  foxglove  an MCAP file for Foxglove; tools/layouts/foxglove.json is a layout for it",
+    )
+    export.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
+    formats = ("bin", "csv", "parquet", "rosbag2", "foxglove")
+    export.add_argument("--format", choices=formats, default="bin", help="what it becomes [bin]; see below")
+    export.add_argument("--out", type=Path, metavar="PATH", help="where to leave it [beside the log]")
+    export.set_defaults(run=lazily("sternplane.logs.export.command"))
