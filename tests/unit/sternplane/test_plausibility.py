@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from sternplane.sitl import plausibility
-from sternplane.sitl.flight import FlightRequest, prepare
+from sternplane.sitl.flight import CONFIG, SCENARIOS, FlightRequest, prepare
 
 from firmware_py import config_files
 from firmware_py.marine import Origin
@@ -17,6 +17,7 @@ from firmware_py.mavlink.base.water_frame import WaterFrame
 from firmware_py.mavlink.plans.items import UNLIMITED, PlanItem
 from firmware_py.mavlink.plans.plan_builder import FENCE, FILES, PlanBuilder
 from firmware_py.params import ParamError
+from sim_bridge.scenarios import known
 
 
 def test_actuators_that_the_simulated_vehicle_does_not_have_are_named_with_both_files() -> None:
@@ -50,3 +51,45 @@ def test_a_mission_beyond_the_limits_of_the_files_is_refused(tmp_path: Path) -> 
     (tmp_path / "deep.toml").write_text(f"{brief}[[waypoints]]\n{place}")
     with pytest.raises(ParamError, match=r"deep.toml: waypoints\[0\]: depth 900.0 m, limit 30 m"):
         prepare(FlightRequest(scenario=str(tmp_path / "deep.toml")), {})
+
+
+SHALLOW = 'description = "x"\nduration_s = 60.0\ncompletes = "time"\n[environment]\nbottom_depth_m = {}\n'
+ORDER = "[[orders]]\nt_s = 1.0\ndepth_m = {}\n"
+POINT = "[[waypoints]]\nx_m = {}\ny_m = 0.0\nspeed_m_s = {}\ndepth_m = {}\n"
+
+
+def doubts_of(folder: Path, text: str) -> tuple[str, ...]:
+    path = folder / "mine.toml"
+    path.write_text(text)
+    found = prepare(FlightRequest(scenario=str(path)), {}).doubts
+    return tuple(doubt.replace(f"{folder}/", "") for doubt in found)
+
+
+def test_a_speed_that_the_planes_cannot_hold_is_refused_before_the_flight(tmp_path: Path) -> None:
+    with pytest.raises(ParamError, match=r"mine.toml: waypoints\[1\]: speed_m_s = 0.3 is under 0.48 m/s"):
+        doubts_of(tmp_path, SHALLOW.format(40.0) + POINT.format(100.0, 1.5, 5.0) + POINT.format(200.0, 0.3, 5.0))
+
+
+def test_depths_beyond_the_limit_and_the_dvls_range_are_told_with_both_files(tmp_path: Path) -> None:
+    order, blind = doubts_of(tmp_path, SHALLOW.format(100.0) + ORDER.format(10.0) + ORDER.format(60.0))
+    assert order == "mine.toml: orders[1]: depth_m = 60 is over safety.depth_max_m = 30: depth_max_action follows there"
+    assert blind.startswith("mine.toml: orders[0]: no bottom lock: the bottom is 100 m deep, 90 m below the vehicle")
+    assert "dvl.range_max_m = 50 in " in blind
+    assert "npsauv2/sensors.toml" in blind
+
+
+def test_the_bottom_counts_along_the_legs_of_a_mission(tmp_path: Path) -> None:
+    trench = "bottom = [{north_m = 0, depth_m = 40}, {north_m = 60, depth_m = 90}, {north_m = 120, depth_m = 40}]\n"
+    legs = [POINT.format(x, 1.5, 5.0) for x in (-50.0, 200.0, 400.0)]
+    (blind,) = doubts_of(tmp_path, SHALLOW.format(40.0) + trench + "".join(legs))
+    assert blind.startswith("mine.toml: waypoints[1]: no bottom lock: the bottom is 90 m deep, 85 m below")
+    assert doubts_of(tmp_path, SHALLOW.format(40.0) + trench + legs[0]) == ()
+    many = "".join(POINT.format(100.0 + x, 1.5, 5.0) for x in range(6))
+    (blind,) = doubts_of(tmp_path, SHALLOW.format(60.0) + many)
+    assert "waypoints[0], waypoints[1], waypoints[2], waypoints[3] and 2 more: no bottom lock" in blind
+
+
+@pytest.mark.parametrize("name", known(SCENARIOS))
+def test_the_scenarios_that_come_with_it_give_rise_to_no_doubt(name: str) -> None:
+    config = CONFIG.with_name("remus100") if "remus100" in name else CONFIG
+    assert prepare(FlightRequest(scenario=name, config=config), {}).doubts == ()

@@ -100,11 +100,13 @@ class Flight:
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Return what the vehicle file believes that the simulated vehicle does not have, a sentence each."""
+        """Return what the files say that does not fit the simulated vehicle and its sea, a sentence each."""
         files = self.configuration["files"]["vehicle"], str(self.request.config / "truth.toml")
         vehicle, sensors = config_files.vehicle(self.configuration), str(self.request.config / "sensors.toml")
         placed = plausibility.misplaced(vehicle, self.devices, files[0], sensors)
-        return (*plausibility.doubts(vehicle, self.truth, *files), *placed)
+        where = str(scenario_path(self.request.scenario, SCENARIOS))
+        course = plausibility.doubtful_course(self.scenario, where, self.params, self.devices, sensors)
+        return (*plausibility.doubts(vehicle, self.truth, *files), *placed, *course)
 
     @property
     def rate(self) -> int:
@@ -170,7 +172,8 @@ def prepare(request: FlightRequest, kept: Mapping[str, Any]) -> Flight:
     over = laid_over(request, scenario)
     shipped = config_files.read_configuration(request.config, over, factors=scenario.vehicle_factors)
     by_files = config_files.autopilot_params(shipped)
-    plausibility.refuse_mission(scenario, str(scenario_path(request.scenario, SCENARIOS)), by_files)
+    able = plausibility.abilities(config_files.read_configuration(request.config, over))
+    plausibility.refuse_mission(scenario, str(scenario_path(request.scenario, SCENARIOS)), by_files, able)
     configuration = with_kept_plans(
         {
             **config_files.with_kept_changes(shipped, request.state),

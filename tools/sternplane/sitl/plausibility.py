@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
-from firmware_py import mission_check
-from firmware_py.params import ParamError
+from firmware_py import config_files, mission_check
+from firmware_py.params import ParamError, prefix_errors
 from firmware_py.reconfiguration import AutopilotParams
 from firmware_py.records.fence import NO_FENCE
+from firmware_py.records.manoeuvrability import Manoeuvrability
+from firmware_py.records.mission import Loiter, Waypoint
+from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.plant.truth import Truth
@@ -16,6 +20,10 @@ from sim_bridge.scenarios import Scenario
 
 _RATE_SLACK = 2.0
 """A commanded rate over the servo's by more than this factor is a mistake; a little more lets the servo do its best."""
+_AFLOAT = 1.0
+"""Not deeper than this, m, the vehicle is at the surface."""
+_MOST_NAMED = 4
+"""So many places are named."""
 
 
 def refuse_slow_sensors(params: AutopilotParams, devices: DevicesParams, autopilot: str, sensors: str) -> None:
@@ -55,7 +63,17 @@ def refuse_other_scale(vehicle: Vehicle, devices: DevicesParams, vehicle_file: s
     raise ParamError(f"{sensors}: {keys} in {vehicle_file}: over mavlink-hil a command is a share of it")
 
 
-def refuse_mission(scenario: Scenario, where: str, params: AutopilotParams) -> None:
+def abilities(configuration: Mapping[str, Any]) -> Manoeuvrability:
+    """Return what the vehicle of a configuration can do by its file.
+
+    Raises:
+        ParamError: names the file and the key.
+    """
+    with prefix_errors(configuration["files"]["vehicle"]):
+        return ManoeuvrabilityModel(config_files.vehicle(configuration)).of(None, ())
+
+
+def refuse_mission(scenario: Scenario, where: str, params: AutopilotParams, able: Manoeuvrability) -> None:
     """Refuse a scenario's mission that no station could upload.
 
     Limits and fences that stations have sent, and that were kept, do not count: a vehicle that starts again must start.
@@ -64,13 +82,61 @@ def refuse_mission(scenario: Scenario, where: str, params: AutopilotParams) -> N
         scenario: with the mission and the bottom.
         where: its file.
         params: of the files alone.
+        able: what the vehicle can do.
 
     Raises:
         ParamError: names the file, the item and the limit.
     """
-    key = "waypoints" if scenario.waypoints else "items"
-    mission_check.refuse_mission(scenario.mission, params, NO_FENCE, where, key)
+    key = _items_key(scenario)
+    mission_check.refuse_mission(scenario.mission, params, NO_FENCE, where, key, able)
     mission_check.refuse_near_bottom(scenario.mission, scenario.bottoms, params.safety.altitude_min, where, key)
+
+
+def doubtful_course(
+    scenario: Scenario, where: str, params: AutopilotParams, devices: DevicesParams, sensors: str
+) -> Iterator[str]:
+    """Yield what of a scenario's orders and mission is hardly meant, a sentence each.
+
+    These are depths beyond the limit, which no station could order but a scenario may to see what follows, and a bottom
+    beyond the DVL's range: under water at the start, at the depths that are ordered, as if the vehicle stayed there,
+    and along the mission. At the surface it has fixes.
+    """
+    limit = f"safety.depth_max_m = {params.safety.depth_max:g}"
+    for i, order in enumerate(scenario.orders):
+        if order.depth > params.safety.depth_max:
+            yield f"{where}: orders[{i}]: depth_m = {order.depth:g} is over {limit}: depth_max_action follows there"
+    reach = devices.dvl.range_max
+    far = [(name, bottom, z) for name, bottom, z in _places(scenario) if bottom - z > reach]
+    if far:
+        names, (_, bottom, z) = [*dict.fromkeys(name for name, _, _ in far)], far[0]
+        more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+        yield (
+            f"{where}: {', '.join(names[:_MOST_NAMED])}{more}: no bottom lock: the bottom is {bottom:g} m deep, "
+            f"{bottom - z:g} m below the vehicle, and dvl.range_max_m = {reach:g} in {sensors}; without the DVL's "
+            "velocity the position drifts, and learning does not begin"
+        )
+
+
+def _places(scenario: Scenario) -> Iterator[tuple[str, float, float]]:
+    """Yield name, depth of the bottom and of the vehicle, m, of the places that a scenario leads to."""
+    start, key, bottom_at = scenario.start, _items_key(scenario), scenario.environment.bottom_at
+    before = start.x
+    if start.depth > _AFLOAT:
+        yield "start", bottom_at(start.x), start.depth
+    for i, order in enumerate(scenario.orders):
+        if order.depth > _AFLOAT:
+            yield f"orders[{i}]", bottom_at(start.x), order.depth
+    for i, item in enumerate(scenario.mission.items):
+        if isinstance(item, Waypoint | Loiter) and not item.above:
+            low, high = sorted((before, item.x))
+            corners = [corner.north for corner in scenario.environment.bottom if low < corner.north < high]
+            for x in (item.x, *corners):
+                yield f"{key}[{i}]", bottom_at(x), item.z
+            before = item.x
+
+
+def _items_key(scenario: Scenario) -> str:
+    return "waypoints" if scenario.waypoints else "items"
 
 
 def misplaced(vehicle: Vehicle, devices: DevicesParams, vehicle_file: str, sensors: str) -> Iterator[str]:
