@@ -102,4 +102,9 @@ _REFUSALS = {
 
 def design_text(source: float, refusal: float) -> str:
     """Return a clause on what a law is designed from, and why."""
-    return f"{_SOURCES[Source(int(source))]}; {_REFUSALS[Refusal(int(refusal))]}"
+    return f"{_SOURCES[Source(int(source))]}; {refusal_text(Refusal(int(refusal)))}"
+
+
+def refusal_text(refusal: Refusal) -> str:
+    """Return why what is learned is not in force, as a clause."""
+    return _REFUSALS[refusal]

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from firmware_py.records.adoption import Refusal, Source
+from firmware_py.records.adoption import Refusal, Source, refusal_text
 from firmware_py.vehicle.linear_models import DivingCoefficients, SteeringCoefficients
 from sternplane.logs.learned import believed, with_none
 from sternplane.logs.mean import Mean
@@ -70,6 +70,7 @@ class AdoptionFigures:
         self._first: dict[str, float] = {}
         self._t: dict[str, float] = {}
         self._moved: dict[str, float] = {}
+        self._refused: dict[str, tuple[Refusal, Source]] = {}
         self._last: dict[str, float] = {}
         self._designs: dict[str, tuple[Design, Design]] = {}
         self._errors = {law: (Mean(), Mean()) for law in _LAWS}
@@ -95,12 +96,24 @@ class AdoptionFigures:
                 self._first[law] = float(c["t"][int(np.argmax(source == Source.LEARNED))])
             if law not in self._t and complete.any():
                 self._t[law] = float(c["t"][int(np.argmax(complete))])
+            if source.size:
+                self._refused[law] = Refusal(int(c[f"adopted.{law}.refusal"][-1])), Source(int(source[-1]))
             if f"adopted.{law}.s_b" in c:
                 first, last = (_design(c, law, row) for row in (0, -1))
                 self._designs[law] = self._designs.get(law, (first, last))[0], last
             after = c["t"] >= self._t.get(law, np.inf)
             for figures, when in zip(self._errors[law], (~after, after), strict=True):
                 figures.add(error[held & when])
+
+    @property
+    def refused(self) -> dict[str, str]:
+        """Return by law why it is designed from the vehicle file alone at the end; nothing of one that is not."""
+        at_file = (Source.FILE, Source.NOMINAL)
+        return {
+            law: refusal_text(refusal)
+            for law, (refusal, source) in self._refused.items()
+            if source in at_file and refusal is not Refusal.NONE
+        }
 
     @property
     def summary(self) -> dict[str, Any] | None:

@@ -80,7 +80,7 @@ def coefficients(header: Mapping[str, Any], c: Columns, begun: bool = False) -> 
             *(name, value[:, i], std[:, i], valid[:, i], excited[:, i], known.get(name, nan)),
             *(true.get(name, unknown)[1:], float(true.get(name, unknown)[0]), earlier.get(name, nan)),
         )
-        for i, name in enumerate(_names(header, value.shape[1]))
+        for i, name in enumerate(coefficient_names(header, value.shape[1]))
     ]
 
 
@@ -115,7 +115,7 @@ class LearnedFigures:
 
         It holds all but one in a thousand of what chance makes, and the slack that the configuration grants.
         """
-        params = _params(ValidityParams, self._log.header, "health")
+        params = params_of(ValidityParams, self._log.header, "health")
         slack = 1.0 + params.nis_slack
         span = float(self._last["t"][-1]) - self._first_t or 1.0
         # An exponential window of n measurements, three numbers each, weighs as much as one of 2 n that count alike.
@@ -192,13 +192,13 @@ class Certainty(NamedTuple):
 def certainty(header: Mapping[str, Any]) -> Certainty:
     """Return the limits of the header's configuration."""
     return Certainty(
-        _params(AdoptionParams, header, "adoption", "control").std,
-        _params(ValidityParams, header, "health").valid_std,
+        params_of(AdoptionParams, header, "adoption", "control").std,
+        params_of(ValidityParams, header, "health").valid_std,
     )
 
 
-def _params(cls: type[Any], header: Mapping[str, Any], name: str, part: str = "estimation") -> Any:
-    """A table of a part of the header's configuration; its defaults where it is not there or is another version's."""
+def params_of(cls: type[Any], header: Mapping[str, Any], name: str, part: str = "estimation") -> Any:
+    """Return a table of a part of the header's configuration; its defaults where it is not there or does not fit."""
     table = header.get("configuration", {}).get("autopilot", {}).get(part, {}).get(name, {})
     try:
         return load(cls, table, name)
@@ -206,8 +206,9 @@ def _params(cls: type[Any], header: Mapping[str, Any], name: str, part: str = "e
         return cls()
 
 
-def _names(header: Mapping[str, Any], count: int) -> list[str]:
-    names = _params(CoefficientParams, header, "coefficients").names
+def coefficient_names(header: Mapping[str, Any], count: int) -> list[str]:
+    """Return the names of so many coefficients, in the order of the configuration."""
+    names = params_of(CoefficientParams, header, "coefficients").names
     return list(names) if len(names) == count else [f"coefficient {i + 1}" for i in range(count)]
 
 

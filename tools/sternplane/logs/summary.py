@@ -12,6 +12,7 @@ from firmware_py.records.order import Mode
 from sternplane.logs import after_log, health_record, lateness_histogram, losses, standard_manoeuvres
 from sternplane.logs.adoption import AdoptionFigures
 from sternplane.logs.learned import LearnedFigures, with_none
+from sternplane.logs.learning_reasons import LearningReasons, with_reasons
 from sternplane.logs.manoeuvrability import LimitFigures
 from sternplane.logs.mean import Mean
 from sternplane.logs.reading import Piece
@@ -74,13 +75,15 @@ def summarise(log: Run) -> Summary:
     what faults have left of the fins: `true_coefficients`), error_pct and error_sigmas where the truth was logged;
     mean_square_error_sigmas over them, correlations left out; nis by sensor, current_m_s and current_std_m_s (north,
     east), turbulence_m_s, rejected, dropped, resets; and taught: when each learning manoeuvre was over (s), and the
-    sentence on what it taught and what not.
+    sentence on what it taught and what not. not_valid_because: of each coefficient, and of all that are not valid in
+    one line (`LearningReasons`). not_learned_because: why learned is None, None where it is not known.
     adoption: None if no law ever used what was learned; else by law, depth and heading: first_s, from when some of its
     values were learned in this flight, adopted_s, from when its design was of such values alone (None: never),
     rms_before and rms_after, of the tracking errors as above (m, deg) up to then and from then on, and the design
     by_file and in_force at the end; by coefficient: file, adopted_s (when its value first left the file's), in_force at
     the end, and truth (at the end, as above), error_before_pct (of the file) and error_after_pct (of what is in force),
     both against it, where the truth was logged.
+    adoption_refused: by law, why it is designed from the vehicle file alone at the end; {} where it is not.
     limits: by name what the vehicle could do, by the coefficients in force and what was left of its fins: at the
     begin, at its worst and at the end (`manoeuvrability.LimitFigures`).
     cycles, complete, lost, events: of the log. notes: sentences on the state of an earlier run.
@@ -88,7 +91,8 @@ def summarise(log: Run) -> Summary:
     figures, learned, late = _Figures(log), LearnedFigures(log), lateness_histogram.LatenessRecord()
     manoeuvres, health = standard_manoeuvres.StandardManoeuvres(), health_record.HealthRecord(log)
     received, adoption, limits = losses.Received(), AdoptionFigures(log), LimitFigures()
-    parts = (figures, learned, adoption, limits, late, manoeuvres, health, received)
+    reasons = LearningReasons(log)
+    parts = (figures, learned, reasons, adoption, limits, late, manoeuvres, health, received)
     for piece in log.pieces():
         for part in parts:
             part.add(piece)
@@ -117,9 +121,11 @@ def summarise(log: Run) -> Summary:
         "losses_seen_s": losses.times(log),
         "received": received.counts,
         "health": health.document(),
-        "learned": learned.summary,
+        "learned": with_reasons(learned.summary, reasons.of(learned)),
+        "not_learned_because": reasons.nothing or None,
         "adoption": adoption.summary,
         "adoption_off": _is_off(log.header),
+        "adoption_refused": adoption.refused,
         "limits": limits.summary,
         "after_log": None,
         "complete": log.complete,

@@ -189,9 +189,12 @@ def _lateness(summary: Summary) -> Rows:
 def _learned(summary: Summary) -> Rows:
     learned = summary["learned"]
     if not learned:
-        return []
+        why = summary["not_learned_because"]
+        return [("coefficients", f"not learned: {why}")] if why else []
     valid = {name: one for name, one in learned["coefficients"].items() if one["valid"]}
     found = [("coefficients valid", f"{len(valid)} of {len(learned['coefficients'])}")]
+    if why := learned.get("not_valid_because"):
+        found.append(("why not the others" if valid else "why none", why))
     errors = {name: one["error_pct"] for name, one in valid.items() if one["error_pct"] is not None}
     if errors:
         worst = max(errors, key=lambda name: abs(errors[name]))
@@ -204,7 +207,10 @@ def _adopted(summary: Summary) -> Rows:
     """Return from when the laws used what was learned, and errors before and after."""
     adoption = summary["adoption"]
     if not adoption:
-        return [("laws designed from", "vehicle.toml: adoption is off")] if summary["adoption_off"] else []
+        if summary["adoption_off"]:
+            return [("laws designed from", "vehicle.toml: adoption is off")]
+        refused = summary["adoption_refused"] if summary["learned"] else {}
+        return [(f"{law} law designed from", f"vehicle.toml: {why}") for law, why in refused.items()]
     found = []
     for (law, one), form in zip(adoption["laws"].items(), ("{:.3f} m", "{:.2f}°"), strict=True):
         errors = (one["rms_before"], one["rms_after"])

@@ -39,9 +39,11 @@ def plots(log: Run, drawn: Drawn, current: Array | None, figure: Callable[[str],
     if learned and (design := design_plot(c, drawn.designs, SECTION, figure("ratio"))):
         yield design
     limits = certainty(log.header) if any(map(was_adopted, drawn.designs.values())) else None
+    reasons = drawn.reasons.of(figures) if last else {}
     for coefficient, end in zip(learned, last, strict=False):
         name = coefficient.name
-        yield _coefficient(coefficient, end, adopted.get(name), limits, t, figure(f"{name}, nondimensional"))
+        plot = _coefficient(coefficient, end, adopted.get(name), limits, t, figure(f"{name}, nondimensional"))
+        yield plot._replace(note=f"{plot.note} Why it is not valid: {reasons[name].text}.") if name in reasons else plot
     if not learned:
         return
     yield _timeline(learned, manoeuvre_results(log), t, figure(""))

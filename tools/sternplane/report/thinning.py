@@ -11,6 +11,7 @@ from sternplane.logs.adoption import design_states
 from sternplane.logs.health_record import HealthRecord, Timeline
 from sternplane.logs.lateness_histogram import LatenessHistogram, LatenessRecord
 from sternplane.logs.learned import LearnedFigures
+from sternplane.logs.learning_reasons import LearningReasons
 from sternplane.logs.mean import Mean
 from sternplane.logs.reading import Columns, Piece
 from sternplane.logs.run import Run
@@ -89,7 +90,7 @@ class Drawn:
         truth: columns of the truth at the points; empty where nobody knew it.
         plan, plan_truth: columns of the place, at more points.
         steered: whether it ever was by laws.
-        learned, mission, late, health, modes: of all cycles.
+        learned, reasons, mission, late, health, modes: of all cycles.
         heading_off, ahrs_off: of all cycles in which the heading is held, by the truth, where it is known: how far the
             estimate is off, and what the AHRS told then, degrees.
         designs: by law, over all cycles, what it was designed from (`adoption.design_states`).
@@ -101,13 +102,14 @@ class Drawn:
         self.stride = stride_of(log.count, self.dt, most)
         self.rate = 1.0 / self.dt / self.stride.cycles
         self.modes, self.health, self.learned = Timeline(), HealthRecord(log), LearnedFigures(log)
+        self.reasons = LearningReasons(log)
         self._path, self._psi, self._points = PathError(log), UnwrappedHeading(), _Points(self.stride)
         self.heading_off, self.ahrs_off = Mean(), Mean()
         self.designs = {law: Timeline() for law in ("depth", "heading")}
         late, missions, moments = LatenessRecord(), FlownMissions(log), np.array([t for t, _ in log.sentences])
         events = [np.empty((2, 0))]
         for piece in log.pieces(2 * self.stride.cycles):  # a group of points never spans two pieces
-            for part in (self.health, self.learned, late, missions):
+            for part in (self.health, self.learned, self.reasons, late, missions):
                 part.add(piece)
             t, z = piece.columns["t"], piece.columns["state.eta.z"]
             self.modes.add(t, piece.columns["mode.mode"], self.dt)
