@@ -1,4 +1,4 @@
-"""The sub-commands that read logs: replay, report, export."""
+"""The sub-commands that read logs: replay, report, compare, export."""
 
 from __future__ import annotations
 
@@ -25,6 +25,22 @@ def add_logs(commands: Any, lazily: Lazily) -> None:
     report.add_argument("log", type=Path, metavar="LOG", help="a log.mcap, or the folder of a run")
     report.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [beside the log]")
     report.set_defaults(run=lazily("sternplane.report.report", draws=True))
+
+    compare = commands.add_parser(
+        "compare",
+        help="several runs in one page: what differs, key figures side by side, plots over each other",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Prints which settings of the runs differ and their key figures side by side, and writes a page "
+        "with\ndepth, heading, track, errors and coefficients over each other. Up to eight runs.",
+        epilog="examples:\n"
+        "  sternplane compare runs/a runs/b\n"
+        "  sternplane compare sliding=runs/a pid=runs/b --out laws.html\n"
+        "  sternplane compare runs/a runs/b --json | jq '.differences, .runs[].summary.path_error_rms_m'",
+    )
+    compare.add_argument("runs", nargs="+", metavar="[NAME=]LOG", help="a log.mcap, or the folder of a run")
+    compare.add_argument("--out", type=Path, metavar="FILE", help="the page [compare.html; with --json none]")
+    compare.add_argument("--json", action="store_true", help="print all of it as JSON instead of a table")
+    compare.set_defaults(run=lazily("sternplane.compare.command"))
 
     export = commands.add_parser(
         "export",

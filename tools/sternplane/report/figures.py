@@ -16,14 +16,13 @@ from sternplane.logs.run import Run
 from sternplane.logs.tracking import Array
 from sternplane.report import fault_marks
 from sternplane.report.coefficient_plots import plots
-from sternplane.report.drawing import ESTIMATE, REFERENCE, TRUTH, Plot, line, minimum_height
+from sternplane.report.drawing import COLOURS, ESTIMATE, REFERENCE, TRUTH, Plot, line, minimum_height
 from sternplane.report.error_plots import error_plots
 from sternplane.report.health_plot import health_plot
 from sternplane.report.lateness_plot import histogram
 from sternplane.report.plan_view import plan_view
 from sternplane.report.thinning import Drawn
 
-_PAIRS = ("#2563eb", "#dc2626", "#059669", "#9333ea", "#d97706", "#0891b2", "#be185d", "#4d7c0f")
 _MODES = {
     Mode.DISARMED: "#94a3b8",
     Mode.MANUAL: "#f97316",
@@ -132,7 +131,7 @@ class Figures:
         figure = self._figure("fin angle, degrees")
         commanded, reported = (np.degrees(self._c[name]) for name in ("applied.fins", "frame.fins"))
         for i, name in enumerate(fin_names(self._log.header, commanded.shape[1])):
-            colour = _PAIRS[i % len(_PAIRS)]
+            colour = COLOURS[i % len(COLOURS)]
             line(figure, self._t, commanded[:, i], name, colour, legendgroup=name)
             pen: dict[str, Any] = {"dash": "dot", "legendgroup": name, "showlegend": False}
             line(figure, self._t, reported[:, i], f"{name}, reported", colour, **pen)

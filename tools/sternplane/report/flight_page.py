@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from firmware_py import config_files
 from firmware_py.control.control import LawKind
 from firmware_py.control.sliding_mode_params import PAPER_DEPTH_GAINS, PAPER_HEADING_GAINS, GainSet
-from firmware_py.params import ParamError, dump
+from firmware_py.params import dump
 from firmware_py.records.event import Cause
 from firmware_py.records.event_text import texts
 from sternplane.logs import losses
@@ -21,6 +20,7 @@ from sternplane.report.adoption_table import adoption_section
 from sternplane.report.figures import Figures, mode_colours
 from sternplane.report.limits_table import limits_section
 from sternplane.report.page import Heading, Page, Section, Table, plot_section, render, rows_of
+from sternplane.report.steering_text import control_of, steering_text
 
 _MOST_EVENTS = 500
 """So many from the begin and so many from the end are listed."""
@@ -57,7 +57,7 @@ def flight_page(log: Run, summary: Summary) -> str:
         status=outcome(summary),
         mood="warn" if summary["surfaced"] else {True: "good", False: "bad"}.get(summary["completed"], "neutral"),
         description=str(header.get("description", "")),
-        identity=[line for line in (_identity(header), _law(header)) if line],
+        identity=[line for line in (_identity(header), steering_text(header)) if line],
         warnings=_warnings(log, summary),
         key_figures=key_figures(summary),
         colours=mode_colours(figures.bands),
@@ -121,18 +121,6 @@ def _identity(header: Mapping[str, Any]) -> str:
     )
 
 
-def _law(header: Mapping[str, Any]) -> str:
-    """Return vehicle, law, gains and configuration in one line."""
-    control, files = _control(header), header.get("configuration", {}).get("files", {})
-    if control is None:
-        return ""
-    law = f"law {control.law.name.lower()}"
-    if control.law is LawKind.SLIDING:
-        law += ", the paper's gains" if control.gains is GainSet.PAPER else ", gains of the configuration"
-    name = header["configuration"].get("vehicle", {}).get("name", "")
-    return " · ".join(part for part in (f"vehicle {name}" if name else "", law, files.get("autopilot", "")) if part)
-
-
 def _settings(header: Mapping[str, Any]) -> Iterator[list[str]]:
     """Yield the files that the vehicle was made from, what it began with, its laws and their gains."""
     for name, path in header.get("configuration", {}).get("files", {}).items():
@@ -141,7 +129,7 @@ def _settings(header: Mapping[str, Any]) -> Iterator[list[str]]:
         yield ["vehicle file times, by the scenario", ", ".join(_multiplied(factors))]
     for note in header.get("notes", []):
         yield ["of an earlier run", str(note)]
-    control = _control(header)
+    control = control_of(header)
     if control is None:
         return
     sliding = control.law is LawKind.SLIDING
@@ -168,14 +156,6 @@ def _value(value: Any) -> str:
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_value, value))}]"
     return f"{value:.6g}" if isinstance(value, float) else str(value).lower()
-
-
-def _control(header: Mapping[str, Any]) -> Any:
-    """Return the control parameters of the header; None if it has none that this version can read."""
-    try:
-        return config_files.autopilot_params(header["configuration"]).control
-    except (KeyError, TypeError, ParamError):
-        return None
 
 
 def _footnote(figures: Figures) -> str:

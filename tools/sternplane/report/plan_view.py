@@ -37,14 +37,14 @@ def plan_view(log: Run, drawn: Drawn) -> Plot:
         marker = {"size": 10, "symbol": symbol, "color": TRUTH}
         x, y = c["eta.y"][at : at + 1 or None], c["eta.x"][at : at + 1 or None]
         figure.add_scatter(x=x, y=y, name=name, mode="markers", marker=marker)
-    wide = _is_wide(np.column_stack((c["eta.x"], c["eta.y"])), waypoints[:, :2])
+    wide = is_wide(np.column_stack((c["eta.x"], c["eta.y"])), waypoints[:, :2])
     figure.update_xaxes(title="east, m")
     figure.update_yaxes(title="north, m", scaleanchor="x", scaleratio=1)
     beyond = " The fence or a rally point is beyond the plot." if areas.draw(figure, log) else ""
     return Plot("Plan view", f"Local frame; scales are equal.{beyond}", figure, over_time=False, tall=not wide)
 
 
-def _is_wide(*places: Array) -> bool:
+def is_wide(*places: Array) -> bool:
     """Return whether places (n, 2), north and east, want a wide plot rather than a tall one."""
     spans = np.ptp(np.vstack(places), axis=0)
     return bool(spans[1] > _WIDER * spans[0])

@@ -1,0 +1,1 @@
+"""`sternplane compare`: runs side by side."""
