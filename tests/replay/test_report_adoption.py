@@ -146,3 +146,11 @@ def test_one_adoption_is_told_alike_wherever_it_is_told() -> None:
     plot = design_plot(columns | {"adopted.caution": np.ones(6)}, designs, "Coefficients", go.Figure())
     assert plot is not None
     assert f"Depth law: vehicle file, {adopted_text(depth)}. Heading law: vehicle file." in plot.note
+
+
+def test_a_law_that_stays_with_the_vehicle_file_tells_why() -> None:
+    figures = AdoptionFigures(a_run())
+    figures.add(piece([Source.FILE, Source.LEARNED], [1.0, 0.7], [0.0, 0.0]))
+    assert figures.refused == {"heading": "not all of it is known well enough"}
+    figures.add(piece([Source.NOMINAL], [1.0], [0.0], begin=2))  # of the depth law nothing is refused there
+    assert figures.refused == {"heading": "not all of it is known well enough"}

@@ -234,6 +234,21 @@ def test_piece_by_piece_is_the_same(log: Log, tmp_path: Path, form: str, monkeyp
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
+def test_rosbags_reads_the_bag_and_knows_its_types(bag: Path, ros: Messages) -> None:
+    highlevel, typesys = pytest.importorskip("rosbags.highlevel"), pytest.importorskip("rosbags.typesys")
+    store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+    read: dict[str, int] = defaultdict(int)
+    with highlevel.AnyReader([bag], default_typestore=store) as reader:
+        for connection in reader.connections:
+            own, theirs = (one.hash_rihs01(connection.msgtype) for one in (reader.typestore, store))
+            assert own == theirs, connection.msgtype
+        for connection, _, raw in reader.messages():
+            message = store.deserialize_cdr(raw, connection.msgtype)
+            assert bytes(store.serialize_cdr(message, connection.msgtype)) == bytes(raw), connection.topic
+            read[connection.topic] += 1
+    assert read == {topic: len(messages) for topic, messages in ros.items()}
+
+
 def test_an_earlier_bag_is_replaced_and_nothing_else(
     log: Log, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -78,6 +78,8 @@ FILES: tuple[tuple[str, type[Any], str], ...] = (
         Scenario,
         "What is flown in the simulation. A table [autopilot] overrides autopilot.toml, and [sensors] sensors.toml.\n"
         "Factors in [vehicle_factors] multiply numbers of vehicle.toml, what the autopilot believes; not truth.toml.\n"
+        "A mission is held to what a station could upload: limits of depth, altitude and speed, and the bottom. What\n"
+        "is only doubtful is told before the flight: depths ordered over the limit, a bottom out of the DVL's range.\n"
         f"Faults, for `faults` and `--fault`, are written {FORM}, with times in s:\n\n```\n{help_text()}\n```",
     ),
 )

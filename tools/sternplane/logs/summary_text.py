@@ -214,7 +214,8 @@ def _adopted(summary: Summary) -> Rows:
     found = []
     for (law, one), form in zip(adoption["laws"].items(), ("{:.3f} m", "{:.2f}°"), strict=True):
         errors = (one["rms_before"], one["rms_after"])
-        found.append((f"{law} law learned", adopted_text(one)))
+        why = summary.get("adoption_refused", {}).get(law)
+        found.append((f"{law} law learned", f"{adopted_text(one)}{f': {why}' if why else ''}"))
         if None not in errors:
             found.append((f"{law} error before all, after", f"{', '.join(map(form.format, errors))} RMS"))
     known = [one for one in adoption["coefficients"].values() if one["error_before_pct"] is not None]
