@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -26,9 +29,10 @@ CONFIG = configs() / "npsauv2"
 Said = pytest.CaptureFixture[str]
 
 
-@pytest.fixture
-def runs(tmp_path: Path, toy: SimpleNamespace) -> Path:
-    """Three runs: a sliding law, PID that flies shorter with other gains and a wrong file, and one without truth."""
+@pytest.fixture(scope="module")
+def flown_once(tmp_path_factory: pytest.TempPathFactory, toy: SimpleNamespace) -> Path:
+    """Three runs: a sliding law, PID that flies shorter with a wrong file, and one without truth."""
+    tmp_path = tmp_path_factory.mktemp("runs")
     made = [
         ("sliding", 3.0, {}, {}),
         ("pid", 2.5, {"over": {"control": {"law": "pid"}}, "factors": {"coefficients": {"M_q": 1.5}}}, {"seed": 2}),
@@ -39,6 +43,12 @@ def runs(tmp_path: Path, toy: SimpleNamespace) -> Path:
         configuration = config_files.read_configuration(CONFIG, **how)
         toy.fly(tmp_path / name / "log.mcap", seconds, configuration=configuration, **more)
     return tmp_path
+
+
+@pytest.fixture
+def runs(flown_once: Path, tmp_path: Path) -> Path:
+    """The same, in a folder to write into."""
+    return shutil.copytree(flown_once, tmp_path, dirs_exist_ok=True)
 
 
 def compared(*paths: Path) -> Comparison:
@@ -151,6 +161,18 @@ def test_the_command_prints_a_table_and_leaves_a_page(
     page = (runs / "compare.html").read_text()
     heads = re.findall(r"<h[23][^>]*>(.*?)</h[23]>", page)
     assert heads[:4] == ["Runs", "What differs", "Key figures", "Over each other"]
+
+
+def test_without_the_libraries_that_draw_there_is_the_table_alone(
+    runs: Path, capsys: Said, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(runs)
+    monkeypatch.setattr("sternplane.cli.extras.missing", lambda: ["plotly"])
+    assert main.main(["compare", "sliding", "pid"]) == 0
+    assert "no page without plotly: pip install 'sternplane[report]'" in capsys.readouterr().out
+    assert not (runs / "compare.html").exists()
+    asked = "import sys, sternplane.compare.command; sys.exit('plotly' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", asked], check=False).returncode == 0
 
 
 def test_json_has_all_of_it_and_leaves_no_page(runs: Path, capsys: Said, monkeypatch: pytest.MonkeyPatch) -> None:

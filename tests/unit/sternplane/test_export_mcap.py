@@ -249,6 +249,26 @@ def test_rosbags_reads_the_bag_and_knows_its_types(bag: Path, ros: Messages) -> 
     assert read == {topic: len(messages) for topic, messages in ros.items()}
 
 
+def test_a_log_without_truth_has_no_topics_of_it(log: Log, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Log, "truth", {})
+    for form, ending in (("rosbag2", "bag/bag_0.mcap"), ("foxglove", "bag.mcap")):
+        write_export(log, tmp_path / ending.partition("/")[0], form)
+        found = messages_of(tmp_path / ending)
+        assert not [topic for topic in found if "truth" in topic]
+        assert [one.child_frame_id for one in found["/tf"][-1].ros_msg.transforms] == ["base_link"]
+
+
+def test_what_is_not_known_has_no_message(log: Log, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    t = log.columns["t"]
+    monkeypatch.setitem(log.columns, "state.eta.phi", np.where(t < 1.0, np.nan, 0.0))
+    monkeypatch.setitem(log.columns, "frame.altitude.ok", t > 2.0)
+    write_export(log, tmp_path / "bag", "rosbag2")
+    found = messages_of(tmp_path / "bag" / "bag_0.mcap")
+    assert found["/odometry"][0].log_time_ns == found["/pose"][0].log_time_ns == 1_000_000_000
+    assert len(found["/tf"][0].ros_msg.transforms) == 1  # the truth is known
+    assert found["/altimeter"][0].log_time_ns > 2_000_000_000
+
+
 def test_an_earlier_bag_is_replaced_and_nothing_else(
     log: Log, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

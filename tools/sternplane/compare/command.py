@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 
 from rich.console import Console
@@ -22,7 +23,7 @@ _MOST_DIFFERENCES = 30
 
 def command(options: argparse.Namespace) -> int:
     """Print what differs and the key figures, and write the page."""
-    comparison = Comparison(open_runs(options.runs))
+    comparison = Comparison(open_runs(options.runs, lambda text: print(text, file=sys.stderr)))
     out = options.out or (None if options.json else _PAGE)
     drawn = out is not None and not extras.missing()
     if out is not None and drawn:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from firmware_py.run.usage_error import UsageError
-from sternplane.logs.reading import Columns, Piece, find
+from sternplane.logs.reading import LARGE, Columns, Piece, find
 from sternplane.logs.run import Run
 from sternplane.logs.streaming import StreamedLog, stream
 from sternplane.logs.summary import Summary, summarise
@@ -43,8 +43,8 @@ class ComparedRun:
         return float(self.summary["logged_s"])
 
 
-def open_runs(words: Sequence[str]) -> list[ComparedRun]:
-    """Read the runs of a command line: each a folder or a log, or NAME=LOG.
+def open_runs(words: Sequence[str], tell: Callable[[str], None] = lambda _: None) -> list[ComparedRun]:
+    """Read the runs of a command line: each a folder or a log, or NAME=LOG; `tell` hears of those that take a while.
 
     Raises:
         UsageError: too few or too many, or two of one name.
@@ -58,8 +58,14 @@ def open_runs(words: Sequence[str]) -> list[ComparedRun]:
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
         raise UsageError(f"two runs are called {twice}: give each a name of its own, such as first=LOG")
-    logs = [stream(find(path)) for path in paths]
-    return [ComparedRun(name, log, summarise(log)) for name, log in zip(names, logs, strict=True)]
+    return [_opened(name, find(path), tell) for name, path in zip(names, paths, strict=True)]
+
+
+def _opened(name: str, path: Path, tell: Callable[[str], None]) -> ComparedRun:
+    if path.exists() and (size := path.stat().st_size) > LARGE:
+        tell(f"reading {name}, a log of {size / 1e6:.0f} MB")
+    log = stream(path)
+    return ComparedRun(name, log, summarise(log))
 
 
 def _named(word: str) -> tuple[str, Path]:

@@ -38,6 +38,9 @@ Columns = dict[str, npt.NDArray[Any]]
 TRUTH_FILE = "truth.mcap"
 """Where a plant in a process of its own leaves what was really the case, in the folder of the run."""
 
+LARGE = 10_000_000
+"""A log of so many bytes takes ten seconds to report."""
+
 _MALFORMED = (*DAMAGE, ArithmeticError, AttributeError, StopIteration, TypeError)
 """What decoding a change raises besides, on numbers and text that no vehicle logs."""
 

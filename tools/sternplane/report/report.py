@@ -11,15 +11,12 @@ from rich.console import Console
 
 from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.recorder import LogError
-from sternplane.logs.reading import find
+from sternplane.logs.reading import LARGE, find
 from sternplane.logs.run import Run
 from sternplane.logs.streaming import stream
 from sternplane.logs.summary import Summary, summarise
 from sternplane.logs.summary_text import summary_table
 from sternplane.report.flight_page import flight_page
-
-_LARGE = 10_000_000
-"""A log of so many bytes takes ten seconds to report."""
 
 
 def write_report(log: Run, folder: str | Path) -> Summary:
@@ -43,7 +40,7 @@ def write_report(log: Run, folder: str | Path) -> Summary:
 def write_report_of_file(path: Path, folder: Path) -> Summary:
     """Read a log and call `write_report`; a message comes first if the log is so large that it takes a while."""
     size = path.stat().st_size if path.exists() else 0
-    if size > _LARGE:
+    if size > LARGE:
         print(f"making the report of a log of {size / 1e6:.0f} MB", file=sys.stderr)
     return write_report(stream(path), folder)
 
