@@ -15,7 +15,6 @@ from sternplane.report.steering_text import control_of, gains_text
 
 _SAME_LENGTH = 1.0
 """Runs that differ by less, s, are as long as each other."""
-
 _LONG = ("events", "losses", "losses_seen_s", "received")
 """Lists of a summary that a comparison leaves out."""
 
@@ -131,9 +130,7 @@ def _plain(title: str) -> str:
 
 def _brief(summary: Mapping[str, Any]) -> dict[str, Any]:
     """Return a summary without its long lists."""
-    return {
-        key: value for key, value in summary.items() if key not in ("events", "losses", "losses_seen_s", "received")
-    }
+    return {key: value for key, value in summary.items() if key not in _LONG}
 
 
 def _named(text: Any) -> str:
