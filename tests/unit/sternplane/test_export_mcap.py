@@ -15,6 +15,8 @@ import pytest
 import yaml
 from mcap.reader import make_reader
 from mcap_ros2.reader import read_ros2_messages
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
 from sternplane.cli import main
 from sternplane.logs import streaming
 from sternplane.logs.export.cdr_message import CdrMessage
@@ -235,10 +237,9 @@ def test_piece_by_piece_is_the_same(log: Log, tmp_path: Path, form: str, monkeyp
 
 
 def test_rosbags_reads_the_bag_and_knows_its_types(bag: Path, ros: Messages) -> None:
-    highlevel, typesys = pytest.importorskip("rosbags.highlevel"), pytest.importorskip("rosbags.typesys")
-    store = typesys.get_typestore(typesys.Stores.ROS2_JAZZY)
+    store = get_typestore(Stores.ROS2_JAZZY)
     read: dict[str, int] = defaultdict(int)
-    with highlevel.AnyReader([bag], default_typestore=store) as reader:
+    with AnyReader([bag], default_typestore=store) as reader:
         for connection in reader.connections:
             own, theirs = (one.hash_rihs01(connection.msgtype) for one in (reader.typestore, store))
             assert own == theirs, connection.msgtype
