@@ -9,7 +9,7 @@ it so, and "changed" has the value of each such key in the files.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,10 +23,13 @@ from firmware_py.reconfiguration import AutopilotParams
 from firmware_py.records.fence import NO_FENCE
 from firmware_py.records.mission import Mission
 from firmware_py.records.mission_tables import ItemTable, WaypointTable, mission_of, mission_to_plain
+from firmware_py.settings import Setting, lay_settings, of_file
 from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel
 from firmware_py.vehicle.vehicle import Vehicle
 
 Configuration = Mapping[str, Any]
+FILES: Mapping[str, type[Any]] = {"vehicle": Vehicle, "autopilot": AutopilotParams}
+"""What each file is loaded into: those whose keys can be set (`settings`)."""
 _NUMBERS = (int, float)
 
 
@@ -41,11 +44,11 @@ class MissionParams:
         mission_of(self.waypoints, self.items)
 
 
-def read_mission(folder: Path) -> dict[str, Any]:
+def read_mission(folder: Path, settings: Sequence[Setting] = ()) -> dict[str, Any]:
     """The mission of a configuration's mission.toml as `build` takes it; an empty one if there is no such file.
 
-    It is checked against autopilot.toml, but not against what stations have changed: a vehicle that starts again under
-    water must start.
+    It is checked against autopilot.toml and what is set, but not against what stations have changed: a vehicle that
+    starts again under water must start.
 
     Raises:
         ParamError: an error that names the file and the key.
@@ -55,7 +58,7 @@ def read_mission(folder: Path) -> dict[str, Any]:
         return mission_to_plain(Mission())
     tables = load(MissionParams, read_toml(path), str(path))
     mission, key = mission_of(tables.waypoints, tables.items), "waypoints" if tables.waypoints else "items"
-    configuration = read_configuration(folder)
+    configuration = read_configuration(folder, settings=settings)
     able = ManoeuvrabilityModel(vehicle(configuration)).of(None, ())
     refuse_mission(mission, autopilot_params(configuration), NO_FENCE, str(path), key, able)
     return mission_to_plain(mission)
@@ -66,6 +69,7 @@ def read_configuration(
     over: Mapping[str, Any] | None = None,
     state: Path | None = None,
     factors: Mapping[str, Any] | None = None,
+    settings: Sequence[Setting] = (),
 ) -> dict[str, Any]:
     """The tables of a configuration folder.
 
@@ -74,10 +78,11 @@ def read_configuration(
         over: is laid upon autopilot.toml.
         state: where what stations changed is kept, which is laid upon both.
         factors: multiply numbers of vehicle.toml.
+        settings: of single keys of both, upon all but what stations changed; `refuse_changed` refuses those of these.
 
     Raises:
         ParamError: a file is missing or is not TOML, or autopilot.toml, alone or under what is laid upon it, is wrong,
-            or vehicle.toml times its factors; vehicle.toml as it stands is checked later.
+            or vehicle.toml times its factors, or either with what is set; vehicle.toml as it stands is checked later.
     """
     if not os.path.isdir(folder):
         raise ParamError(f"{folder}: there is no such configuration folder; configs/npsauv2 is an example")
@@ -88,6 +93,10 @@ def read_configuration(
         "autopilot": read_table(AutopilotParams, files["autopilot"], over or {}),
         "changed": {},
     }
+    for name, cls in FILES.items():
+        if of_this := of_file(settings, name):
+            configuration[name], where = lay_settings(cls, configuration[name], of_this, str(files[name]))
+            load(cls, configuration[name], where)
     return with_kept_changes(configuration, state)
 
 
@@ -113,6 +122,27 @@ def with_kept_changes(configuration: Configuration, state: Path | None) -> dict[
         "autopilot": merge(base, changes),
         "changed": {key: _below(was, key) for key in _dotted(changes)},
     }
+
+
+def refuse_changed(settings: Sequence[Setting], state: Path | None) -> None:
+    """Refuse to set what a station has changed in an earlier run: one of the two would be lost without a word.
+
+    Raises:
+        ParamError: which key, and what to do. Changes that cannot be read are no matter of this.
+    """
+    path = state / store.FILE if state is not None else None
+    if not settings or path is None or not path.exists():
+        return
+    try:
+        changed = {tuple(key.split(".")) for key in _dotted(read_toml(path))}
+    except ParamError:
+        return
+    for setting in settings:
+        if setting.file == "autopilot" and any(key[: len(setting.path)] == setting.path[: len(key)] for key in changed):
+            raise ParamError(
+                f"--set {setting.key}: a station has changed it in an earlier run, which holds; leave one of them away "
+                f"({path}, or --state)"
+            )
 
 
 def _dotted(table: Mapping[str, Any], prefix: str = "") -> Iterator[str]:

@@ -36,8 +36,11 @@ from firmware_py.run.run_folders import flight_folder, numbered_folder, point_la
 from firmware_py.run.service_manager import ServiceManager
 from firmware_py.run.state_lock import alone_with
 from firmware_py.run.usage_error import UsageError
+from firmware_py.settings import lay_settings, of_file, parse_setting, plain_settings
 from firmware_py.tick import Rate
 
+_FILES = {**config_files.FILES, "io": IoParams}
+"""The files of which single keys can be set."""
 _LOST = 1
 """The exit status of a flight whose plant was lost."""
 _AGAIN = 3
@@ -68,15 +71,18 @@ def fly(options: argparse.Namespace) -> FlightResult:
             f"--link {options.link} has no bus, no DVL and the plant's pace: no --bus, --dvl, --pace realtime"
         )
     over = over_hil.OVER_HIL if address else None
-    config_files.read_configuration(options.config, over)  # what is wrong there is said before all else
-    io = load(IoParams, read_toml(io_file), str(io_file))
+    settings = [parse_setting(text, _FILES) for text in options.settings]
+    if address:
+        over_hil.refuse_settings(settings)
+    config_files.read_configuration(options.config, over, settings=settings)  # what is wrong there is said before all
+    io = load(IoParams, *lay_settings(IoParams, read_toml(io_file), of_file(settings, "io"), str(io_file)))
     io = at_desk(io, options.lines) if options.lines else io
     choice = PassportChoice(options.passport, options.no_passport)
-    resumed, notes = resume_state(options.config, over, options.state, io.state, choice)
+    resumed, notes = resume_state(options.config, over, options.state, io.state, choice, settings=settings)
     configuration = with_kept_plans(
         {
-            **config_files.read_configuration(options.config, over, options.state),
-            "mission": config_files.read_mission(options.config),
+            **config_files.read_configuration(options.config, over, options.state, settings=settings),
+            "mission": config_files.read_mission(options.config, settings),
             "kept": resumed,
         },
         options.state,
@@ -89,7 +95,8 @@ def fly(options: argparse.Namespace) -> FlightResult:
         resolve(address)
     else:
         over_can.check(spec, pace)
-    header = provenance.header("fly", configuration, pace=pace, link=options.link, notes=notes)
+    told = {"pace": pace, "link": options.link, "notes": notes, "settings": plain_settings(settings)}
+    header = provenance.header("fly", configuration, **told)
     lost, reason, began = False, "", time.monotonic()
     with (
         alone_with(options.state),

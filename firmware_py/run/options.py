@@ -56,10 +56,23 @@ def add_fly(parser: argparse.ArgumentParser) -> None:
     add_ground(parser)
 
 
-def add_config(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add the configuration folder and the io file."""
+def add_config(parser: argparse.ArgumentParser, what: str, files: str = "vehicle, autopilot, io") -> None:
+    """Add the configuration folder and the io file, and what sets single keys of them."""
     parser.add_argument("--config", type=Path, default=CONFIG, metavar="DIR", help=f"{what} [configs/npsauv2]")
     parser.add_argument("--io", type=Path, metavar="FILE", help="node ids, ports and latencies [DIR/io_sitl.toml]")
+    add_settings(parser, files)
+
+
+def add_settings(parser: argparse.ArgumentParser, files: str) -> None:
+    """Add what sets single keys of files."""
+    parser.add_argument(
+        "--set",
+        dest="settings",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help=f"a key of {files}, in its unit, such as vehicle.M_q=-0.05; may be repeated",
+    )
 
 
 def add_real_bus(parser: argparse.ArgumentParser) -> None:

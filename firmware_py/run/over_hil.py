@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from firmware_py import config_files, loop
 from firmware_py.adapters import linux_realtime
@@ -12,7 +12,9 @@ from firmware_py.adapters.hil.hil_link import Address, HilLink, connect
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.autopilot import Autopilot
+from firmware_py.params import ParamError
 from firmware_py.ports import Ground, Recorder
+from firmware_py.settings import Setting
 from firmware_py.tick import step_ns
 
 PLANT_S = 60.0
@@ -22,6 +24,21 @@ OVER_HIL = {"safety": {"fin_needed": False}, "estimation": {"learning": {"enable
 
 Without the lag of the fins, learned coefficients are wrong by more than their sigma.
 """
+
+
+def refuse_settings(settings: Iterable[Setting]) -> None:
+    """Refuse to set what `OVER_HIL` has to hold.
+
+    Raises:
+        ParamError: which key.
+    """
+    for setting in settings:
+        below: object = OVER_HIL if setting.file == "autopilot" else {}
+        for part in setting.path:
+            below = below.get(part) if isinstance(below, dict) else None
+        if below is not None:
+            holds = f"is {str(below).lower()} on mavlink-hil, which reports no fin angles"
+            raise ParamError(f"--set {setting.key}: {holds}; leave it away")
 
 
 def run(

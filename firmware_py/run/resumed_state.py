@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from firmware_py.run import kept_navigation, kept_node_ids, kept_passport, kept_
 from firmware_py.run.kept_passport import FROM_STATE, PassportChoice
 from firmware_py.run.moment import moment
 from firmware_py.run.usage_error import UsageError
+from firmware_py.settings import Setting
 
 _UNUSABLE = (ParamError, UsageError, OSError, ValueError, RecursionError)
 _ROUNDING = 1.0
@@ -33,6 +34,7 @@ def resume_state(
     params: StateParams,
     choice: PassportChoice = FROM_STATE,
     factors: Mapping[str, Any] | None = None,
+    settings: Sequence[Setting] = (),
 ) -> tuple[dict[str, Any], list[str]]:
     """Set aside what cannot be used; return what to start from as a configuration has it, and sentences for people.
 
@@ -43,16 +45,19 @@ def resume_state(
         params: how sigma grows between runs.
         choice: of the passport to start with.
         factors: of numbers of vehicle.toml, as for `config_files.read_configuration`.
+        settings: of single keys, likewise.
 
     Raises:
-        ParamError, UsageError: as `set_aside_unusable`; or the file of `choice` cannot be used.
+        ParamError, UsageError: as `set_aside_unusable`; or the file of `choice` cannot be used; or what is set was
+            changed by a station.
     """
-    kept, notes = _navigation(folder, over, state, params, factors) if state is not None else ({}, [])
+    config_files.refuse_changed(settings, state)
+    kept, notes = _navigation(folder, over, state, params, factors, settings) if state is not None else ({}, [])
     chosen = kept_passport.passport_in(choice.file) if choice.file is not None else None
     path = chosen or (state / kept_passport.FILE if state is not None else None)
     if choice.refused or path is None or (choice.file is None and not is_there(path)):
         return kept, notes
-    configuration = config_files.read_configuration(folder, over, state, factors)
+    configuration = config_files.read_configuration(folder, over, state, factors, settings)
     try:
         begins, said = kept_passport.resume_passport(path, configuration, params, moment())
     except OSError as error:
@@ -66,12 +71,14 @@ def _navigation(
     state: Path,
     params: StateParams,
     factors: Mapping[str, Any] | None,
+    settings: Sequence[Setting],
 ) -> tuple[dict[str, Any], list[str]]:
-    notes = set_aside_unusable(folder, over, state, factors)
+    notes = set_aside_unusable(folder, over, state, factors, settings)
     kept, sentence = kept_navigation.resume(kept_navigation.load_navigation(state), params, moment())
     notes += [sentence] if sentence else []
     if kept:
-        params_now = config_files.autopilot_params(config_files.read_configuration(folder, over, state))
+        configuration = config_files.read_configuration(folder, over, state, settings=settings)
+        params_now = config_files.autopilot_params(configuration)
         air, doubt = usable_air(kept["surface_pressure"], params_now.estimation.depth)
         kept["surface_pressure"] = air
         notes += [doubt] if doubt else []
@@ -101,7 +108,11 @@ def usable_air(kept: float, params: DepthParams) -> tuple[float, str]:
 
 
 def set_aside_unusable(
-    folder: Path, over: Mapping[str, Any] | None, state: Path, factors: Mapping[str, Any] | None = None
+    folder: Path,
+    over: Mapping[str, Any] | None,
+    state: Path,
+    factors: Mapping[str, Any] | None = None,
+    settings: Sequence[Setting] = (),
 ) -> list[str]:
     """Rename what an earlier run left and this one cannot start with; return a sentence on each such file.
 
@@ -110,6 +121,7 @@ def set_aside_unusable(
         over: laid upon autopilot.toml, as for `config_files.read_configuration`.
         state: the state folder; it need not be there.
         factors: of numbers of vehicle.toml, likewise.
+        settings: of single keys, likewise.
 
     Raises:
         ParamError: the configuration itself cannot be used, without any state.
@@ -119,14 +131,16 @@ def set_aside_unusable(
         return []
     if not state.is_dir():
         raise UsageError(f"--state {state}: is not a folder; choose another")
-    plain = {**config_files.read_configuration(folder, over), "mission": {"waypoints": []}, "kept": {}}
+    shipped = config_files.read_configuration(folder, over, settings=settings)
+    plain = {**shipped, "mission": {"waypoints": []}, "kept": {}}
     app.parts_factory(plain).parts()
 
     def changed() -> None:
-        app.parts_factory({**plain, **config_files.read_configuration(folder, over, state)}).parts()
+        configuration = config_files.read_configuration(folder, over, state, settings=settings)
+        app.parts_factory({**plain, **configuration}).parts()
 
     def passport() -> None:
-        configuration = config_files.read_configuration(folder, over, state, factors)
+        configuration = config_files.read_configuration(folder, over, state, factors, settings)
         kept_passport.resume_passport(state / kept_passport.FILE, configuration, StateParams(), moment())
 
     checks: dict[str, Callable[[], object]] = {

@@ -16,6 +16,7 @@ from sternplane.logs.reading import read
 
 from firmware_py.__main__ import main
 from firmware_py.adapters.storage.recorder import LogError, LogWriter
+from firmware_py.params import ParamError
 from firmware_py.run import flight_recorder, kept_navigation, options, over_can, run_folders
 from firmware_py.run import fly as fly_module
 from firmware_py.run.fly import FlightResult, fly
@@ -191,3 +192,12 @@ def test_the_vehicles_own_program_takes_the_same_options_and_refuses_in_one_line
         "sternplane: a virtual bus ends at its process; give --bus udp:N or socketcan:IFACE\n"
     )
     assert not (tmp_path / "out").exists()
+
+
+def test_what_is_set_stands_in_the_log_of_the_vehicle_alone(tmp_path: Path, flown: Fly) -> None:
+    flown("--out", tmp_path / "out", "--set", "autopilot.depth_max=20", "--set", "io.latency.ahrs=0.02")
+    header = read(tmp_path / "out" / "log.mcap").header
+    assert header["settings"] == {"autopilot.safety.depth_max_m": 20, "io.latency.ahrs_s": 0.02}
+    assert header["configuration"]["autopilot"]["safety"]["depth_max_m"] == 20
+    with pytest.raises(ParamError, match="'truth' is no file"):
+        flown("--out", tmp_path / "none", "--set", "truth.M_q=1")

@@ -20,6 +20,7 @@ from sternplane.cli.hardware_commands import add_hardware
 from sternplane.cli.log_commands import add_logs
 
 Command = Callable[[argparse.Namespace], int]
+_FILES = "vehicle, autopilot, truth, sensors, io or scenario (truth.current: of the scenario)"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -45,7 +46,7 @@ def parser() -> argparse.ArgumentParser:
     sitl.add_argument(
         "--scenario", default="demo", metavar="NAME", help="see `sternplane scenarios`, or a .toml file [demo]"
     )
-    vehicle.add_config(sitl, "vehicle and autopilot")
+    vehicle.add_config(sitl, "vehicle and autopilot", _FILES)
     sitl.add_argument(
         "--bus",
         default="virtual",
@@ -72,6 +73,7 @@ def parser() -> argparse.ArgumentParser:
     )
     vehicle.add_passport(sitl)
     vehicle.add_ground(sitl)
+    sitl.add_argument("--no-report", action="store_true", help="leave summary.json, and make no report.html")
     _add_fault(sitl)
     sitl.set_defaults(run=_lazily("sternplane.sitl.command"))
 
@@ -95,7 +97,7 @@ def parser() -> argparse.ArgumentParser:
         description="Put a simulated vehicle on a bus; `sternplane fly` in another process flies it.",
     )
     plant.add_argument("--scenario", default="demo", metavar="NAME", help="where it starts, in what water [demo]")
-    vehicle.add_config(plant, "truth and sensors")
+    vehicle.add_config(plant, "truth and sensors", _FILES)
     vehicle.add_real_bus(plant)
     vehicle.add_link(plant)
     plant.add_argument(

@@ -86,7 +86,8 @@ def summarise(log: Run) -> Summary:
     adoption_refused: by law, why it is designed from the vehicle file alone at the end; {} where it is not.
     limits: by name what the vehicle could do, by the coefficients in force and what was left of its fins: at the
     begin, at its worst and at the end (`manoeuvrability.LimitFigures`).
-    cycles, complete, lost, events: of the log. notes: sentences on the state of an earlier run.
+    settings: what was set upon the files (--set), key to value. cycles, complete, lost, events: of the log.
+    notes: sentences on the state of an earlier run.
     """
     figures, learned, late = _Figures(log), LearnedFigures(log), lateness_histogram.LatenessRecord()
     manoeuvres, health = standard_manoeuvres.StandardManoeuvres(), health_record.HealthRecord(log)
@@ -130,6 +131,7 @@ def summarise(log: Run) -> Summary:
         "after_log": None,
         "complete": log.complete,
         "lost": log.lost,
+        "settings": log.header.get("settings", {}),
         "faults": log.header.get("faults", []),
         "faults_not_begun": [fault.text for fault in faults_of(log.header) if fault.t >= t_end],
         "notes": log.header.get("notes", []),

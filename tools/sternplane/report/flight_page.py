@@ -114,11 +114,13 @@ def _damage(log: Run, summary: Summary) -> list[str]:
 
 
 def _identity(header: Mapping[str, Any]) -> str:
-    return " · ".join(
+    known = [
         f"{name} {', '.join(map(str, header[key])) if isinstance(header[key], list) else header[key]}"
         for name, key in _IDENTITY
         if header.get(key) not in (None, [])
-    )
+    ]
+    settings = [f"{key} = {_value(value)}" for key, value in header.get("settings", {}).items()]
+    return " · ".join([*known, f"set {', '.join(settings)}"] if settings else known)
 
 
 def _settings(header: Mapping[str, Any]) -> Iterator[list[str]]:
@@ -127,6 +129,8 @@ def _settings(header: Mapping[str, Any]) -> Iterator[list[str]]:
         yield [f"{name} file", str(path)]
     if factors := header.get("vehicle_factors"):
         yield ["vehicle file times, by the scenario", ", ".join(_multiplied(factors))]
+    for key, value in header.get("settings", {}).items():
+        yield ["set", f"{key} = {_value(value)}"]
     for note in header.get("notes", []):
         yield ["of an earlier run", str(note)]
     control = control_of(header)

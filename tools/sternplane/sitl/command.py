@@ -16,7 +16,7 @@ from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.records.cycle import Cycle
 from firmware_py.run import kept_navigation
 from firmware_py.run.ground_links import open_ground
-from firmware_py.run.kept_passport import PassportChoice, PassportKeeper
+from firmware_py.run.kept_passport import PassportKeeper
 from firmware_py.run.run_folders import LOG_FILE, flight_folder, point_latest
 from firmware_py.run.usage_error import UsageError
 from sternplane.cli import extras
@@ -26,7 +26,8 @@ from sternplane.logs.reading import TRUTH_FILE
 from sternplane.logs.streaming import stream
 from sternplane.logs.summary import Summary, summarise
 from sternplane.logs.summary_text import summary_table
-from sternplane.sitl.flight import FlightRequest, fly
+from sternplane.sitl.flight import fly
+from sternplane.sitl.request import parse_settings, requested
 from sternplane.sitl.resumed_flight import prepare_to_resume
 from sternplane.sitl.two_process import fly_two_processes
 
@@ -35,22 +36,12 @@ def command(options: argparse.Namespace) -> int:
     """Fly and report; return the exit status."""
     if options.seed < 0:
         raise UsageError(f"--seed {options.seed}: must be 0 or more")
-    bus, faults, address = options.bus, tuple(options.fault), parse_hil_link(options.link)
+    bus, address = options.bus, parse_hil_link(options.link)
     if address and not bus.startswith("virtual"):
         raise UsageError(f"--bus {bus} and --link {options.link}: there is no bus on that link; leave --bus away")
-    request = FlightRequest(
-        options.scenario,
-        options.config,
-        bus,
-        options.pace,
-        options.seed,
-        options.io,
-        faults,
-        options.link,
-        options.state,
-        PassportChoice(options.passport, options.no_passport),
-    )
-    flight = prepare_to_resume(request)
+    flight = prepare_to_resume(requested(options))
+    for setting in parse_settings(flight.request.settings):
+        print(f"sternplane: {setting.key} = {setting.value} set", file=sys.stderr)
     for note in (*flight.notes, *(f"{doubt}; the flight goes on" for doubt in flight.doubts)):
         print(f"sternplane: {note}", file=sys.stderr)
     # What cannot be opened is refused before anything is written.
@@ -97,7 +88,7 @@ def command(options: argparse.Namespace) -> int:
     passports.leave(options.state or folder / "state")
     point_latest(folder)
     console = Console()
-    console.print(summary_table(_leave(log, folder)))
+    console.print(summary_table(_leave(log, folder, not options.no_report)))
     for name in ("report.html", "summary.json", LOG_FILE):
         if (folder / name).exists():
             console.print(f"  {folder / name}", highlight=False, soft_wrap=True)
@@ -118,11 +109,11 @@ def _claim(log: Path) -> None:
         raise LogError(f"{log}: cannot be written ({error.strerror}); choose another --out") from None
 
 
-def _leave(log: Path, folder: Path) -> Summary:
-    """Leave summary.json and report.html; only the first where nothing can draw, and say what to install."""
+def _leave(log: Path, folder: Path, wanted: bool) -> Summary:
+    """Leave summary.json, and report.html if it is wanted; where nothing can draw, say what to install."""
     if not log.exists():
         raise LogError(f"{log}: was removed in flight, and is lost")
-    if not extras.missing():
+    if wanted and not extras.missing():
         from sternplane.report import report
 
         return report.write_report_of_file(log, folder)
@@ -132,5 +123,6 @@ def _leave(log: Path, folder: Path) -> Summary:
         write_atomically(folder / "summary.json", f"{json.dumps(summary, indent=2, ensure_ascii=False)}\n".encode())
     except OSError as error:
         raise LogError(f"{folder}: the summary cannot be written ({error.strerror})") from None
-    print(f"no report.html without {', '.join(extras.missing())}: {extras.HINT}", file=sys.stderr)
+    if wanted:
+        print(f"no report.html without {', '.join(extras.missing())}: {extras.HINT}", file=sys.stderr)
     return summary

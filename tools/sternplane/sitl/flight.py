@@ -9,28 +9,25 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from firmware_py import app, config_files, loop
 from firmware_py.adapters.buses.can_bus import CanBus, open_bus
 from firmware_py.adapters.fitting import fitted, open_second
 from firmware_py.adapters.hil.hil_link import parse_hil_link
-from firmware_py.adapters.installation import configs
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.linux_realtime import apply_while
 from firmware_py.adapters.loss_watch import LossWatch
 from firmware_py.adapters.realtime_schedule import RealTimeSchedule
 from firmware_py.autopilot import Autopilot
-from firmware_py.params import load
 from firmware_py.ports import Ground, Schedule
 from firmware_py.reconfiguration import AutopilotParams
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.mission_tables import mission_to_plain
 from firmware_py.run import over_hil, provenance
 from firmware_py.run.interrupt import interruptible
-from firmware_py.run.kept_passport import FROM_STATE, PassportChoice
 from firmware_py.run.kept_plans import with_kept_plans
+from firmware_py.settings import plain_settings
 from firmware_py.tick import step_ns
 from sim_bridge.bridge import PlantSchedule
 from sim_bridge.build import build_bridge, wiring
@@ -40,38 +37,19 @@ from sim_bridge.devices.line_device import line_losses
 from sim_bridge.hil_server import refuse_faults
 from sim_bridge.plant.plant import PlantError
 from sim_bridge.plant.truth import Truth, refuse_other_fins
-from sim_bridge.scenarios import Scenario, load_scenario, scenario_path
+from sim_bridge.scenarios import Scenario, scenario_path
 from sim_bridge.scripted_operator import ScriptedOperator
 from sternplane.sitl import plausibility
 from sternplane.sitl.aboard_faults import AboardFaults
 from sternplane.sitl.lines import opened
+from sternplane.sitl.request import CONFIG as CONFIG
+from sternplane.sitl.request import SCENARIOS as SCENARIOS
+from sternplane.sitl.request import FlightRequest as FlightRequest
+from sternplane.sitl.request import parse_settings, read_devices, read_io, read_scenario, read_truth
 from sternplane.sitl.simulation_recorder import NoLog, SimulationRecorder, Witness
 
-SCENARIOS = configs() / "scenarios"
-CONFIG = configs() / "npsauv2"
 _PATIENCE = {"max": 1.0, "realtime": 0.002}
 """How long a tick waits for a line of the DVL, s. On a busy machine the kernel takes 70 ms, and a clock goes on."""
-
-
-@dataclass(frozen=True, slots=True)
-class FlightRequest:
-    """What a person asked for."""
-
-    scenario: str = "demo"
-    config: Path = CONFIG
-    bus: str = "virtual"
-    pace: str = "max"
-    seed: int = 1
-    io: Path | None = None
-    """The io file; None is the configuration's io_sitl.toml."""
-    faults: tuple[str, ...] = ()
-    """As `faults.fault` writes them, beside the scenario's own."""
-    link: str = "can"
-    """As `hil_link.parse_hil_link` reads it: the bus, or a PX4-compatible simulator's interface in its place."""
-    state: Path | None = None
-    """What the vehicle kept of an earlier run; None is nothing."""
-    passport: PassportChoice = FROM_STATE
-    """What it learned there, and begins with."""
 
 
 class Outcome(NamedTuple):
@@ -125,6 +103,7 @@ class Flight:
             link=request.link,
             faults=list(self.scenario.faults),
             vehicle_factors={**self.scenario.vehicle_factors},
+            settings=plain_settings(parse_settings(request.settings)),
             truth=self._built(),
             notes=list(self.notes),
         )
@@ -145,16 +124,6 @@ class Flight:
         }
 
 
-def read_io(request: FlightRequest) -> IoParams:
-    """Read the io file.
-
-    Raises:
-        ParamError: in one line, which key is wrong, and what would be right.
-    """
-    io: IoParams = _load(IoParams, request.io or request.config / "io_sitl.toml")
-    return io
-
-
 def prepare(request: FlightRequest, kept: Mapping[str, Any]) -> Flight:
     """Read and check all that a flight needs; write nothing.
 
@@ -165,12 +134,13 @@ def prepare(request: FlightRequest, kept: Mapping[str, Any]) -> Flight:
     Raises:
         ParamError: in one line, which file and key is wrong, and what would be right.
     """
-    scenario = load_scenario(request.scenario, SCENARIOS)
-    scenario = dataclasses.replace(scenario, faults=(*scenario.faults, *request.faults))
+    settings, scenario = parse_settings(request.settings), read_scenario(request)
     if parse_hil_link(request.link):
         refuse_faults(scenario)
-    over = laid_over(request, scenario)
-    shipped = config_files.read_configuration(request.config, over, factors=scenario.vehicle_factors)
+        over_hil.refuse_settings(settings)
+    config_files.refuse_changed(settings, request.state)
+    over, factors = laid_over(request, scenario), scenario.vehicle_factors
+    shipped = config_files.read_configuration(request.config, over, factors=factors, settings=settings)
     by_files = config_files.autopilot_params(shipped)
     able = plausibility.abilities(config_files.read_configuration(request.config, over))
     plausibility.refuse_mission(scenario, str(scenario_path(request.scenario, SCENARIOS)), by_files, able)
@@ -182,7 +152,7 @@ def prepare(request: FlightRequest, kept: Mapping[str, Any]) -> Flight:
         },
         request.state,
     )
-    autopilot, truth = app.build(configuration), _load(Truth, request.config / "truth.toml")
+    autopilot, truth = app.build(configuration), read_truth(request)
     believed = len(autopilot.applied.fins)
     refuse_other_fins(truth, str(request.config / "truth.toml"), believed, configuration["files"]["vehicle"])
     flight = Flight(
@@ -193,7 +163,7 @@ def prepare(request: FlightRequest, kept: Mapping[str, Any]) -> Flight:
         params=config_files.autopilot_params(configuration),
         io=read_io(request),
         truth=truth,
-        devices=_load(DevicesParams, request.config / "sensors.toml", scenario.sensors),
+        devices=read_devices(request, scenario),
         aboard=AboardFaults(scenario.injected, realtime=request.pace == "realtime"),
     )
     files, sensors = configuration["files"], str(request.config / "sensors.toml")
@@ -287,10 +257,6 @@ def outcome_of(completion: Completion, interrupted: bool) -> Outcome:
     if completion.completed:
         return Outcome(True, "completed")
     return Outcome(False, completion.reason, completion.surfaced)
-
-
-def _load(cls: type[Any], path: Path, over: Mapping[str, Any] = MappingProxyType({})) -> Any:
-    return load(cls, config_files.read_table(cls, path, over), str(path))
 
 
 def _bus(stack: contextlib.ExitStack, flight: Flight) -> CanBus:

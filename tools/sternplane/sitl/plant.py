@@ -26,6 +26,7 @@ from firmware_py.adapters.storage.recorder import TRUTH_TOPIC, LogWriter
 from firmware_py.run import provenance
 from firmware_py.run.interrupt import interruptible
 from firmware_py.run.usage_error import UsageError
+from firmware_py.settings import plain_settings
 from firmware_py.tick import step_ns
 from sim_bridge import hil_server
 from sim_bridge.bridge import Bridge
@@ -37,8 +38,9 @@ from sim_bridge.faults.fault import parse_fault
 from sim_bridge.lockstep_server import LockstepServer, accept_vehicle
 from sim_bridge.plant.plant import PlantError
 from sternplane.logs.reading import TRUTH_FILE
-from sternplane.sitl.flight import Flight, FlightRequest, prepare
+from sternplane.sitl.flight import Flight, prepare
 from sternplane.sitl.i2c_server import i2c_server
+from sternplane.sitl.request import parse_settings, requested
 
 WAIT_S = 60.0
 """How long a vehicle may take to come in lockstep, s; in real time the plant does not wait."""
@@ -51,16 +53,14 @@ Stop = Callable[[], bool]
 
 def command(options: argparse.Namespace) -> int:
     """Run the plant until the scenario's time is over or it is interrupted; return the exit status."""
-    faults, address = tuple(options.fault), parse_hil_link(options.link)
+    address = parse_hil_link(options.link)
     if address and (options.bus or options.dvl):
         raise UsageError(
             f"--link {options.link}: there is neither bus nor DVL on that link; leave --bus and --dvl away"
         )
-    if aboard := [text for text in faults if parse_fault(text).kind.aboard]:
+    if aboard := [text for text in options.fault if parse_fault(text).kind.aboard]:
         raise UsageError(f"--fault {aboard[0]}: strikes the vehicle, not the plant; fly it with `sternplane sitl`")
-    bus, link = options.bus, options.link
-    request = FlightRequest(options.scenario, options.config, bus, options.pace, options.seed, options.io, faults, link)
-    flight = prepare(request, {})
+    flight = prepare(requested(options), {})
     if options.lines:
         _make_folder(options.lines, "--lines")
         flight = dataclasses.replace(flight, io=at_desk(flight.io, options.lines))
@@ -71,7 +71,7 @@ def command(options: argparse.Namespace) -> int:
         if address:
             console.print(run_hil(flight, address, options.out, wait, console))
         else:
-            places = places_of(flight.io, request.bus or flight.io.can.bus, options.dvl)
+            places = places_of(flight.io, options.bus or flight.io.can.bus, options.dvl)
             console.print(run(flight, places, options.out, wait, console))
     except (LockstepError, PlantError) as error:
         console.print(f"sternplane: {error}")
@@ -228,7 +228,9 @@ def _truth_log(stack: contextlib.ExitStack, flight: Flight, out: Path | None) ->
     if out is None:
         return None
     _make_folder(out, "--out")
-    header = {"scenario": flight.request.scenario, "seed": flight.request.seed, "git": provenance.git_revision()}
+    request, settings = flight.request, plain_settings(parse_settings(flight.request.settings))
+    git = provenance.git_revision()
+    header = {"scenario": request.scenario, "seed": request.seed, "settings": settings, "git": git}
     return stack.enter_context(LogWriter(out / TRUTH_FILE, header))
 
 

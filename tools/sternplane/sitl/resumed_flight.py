@@ -6,8 +6,8 @@ import dataclasses
 
 from firmware_py.run.kept_passport import FROM_STATE
 from firmware_py.run.resumed_state import resume_state
-from sim_bridge.scenarios import load_scenario
-from sternplane.sitl.flight import SCENARIOS, Flight, FlightRequest, laid_over, prepare, read_io
+from sternplane.sitl.flight import Flight, FlightRequest, laid_over, prepare
+from sternplane.sitl.request import parse_settings, read_io, read_scenario
 
 
 def prepare_to_resume(request: FlightRequest) -> Flight:
@@ -18,7 +18,7 @@ def prepare_to_resume(request: FlightRequest) -> Flight:
     """
     if request.state is None and request.passport == FROM_STATE:
         return prepare(request, {})
-    scenario, io = load_scenario(request.scenario, SCENARIOS), read_io(request)
+    scenario, io, settings = read_scenario(request), read_io(request), parse_settings(request.settings)
     over, factors = laid_over(request, scenario), scenario.vehicle_factors
-    kept, notes = resume_state(request.config, over, request.state, io.state, request.passport, factors)
+    kept, notes = resume_state(request.config, over, request.state, io.state, request.passport, factors, settings)
     return dataclasses.replace(prepare(request, kept), notes=tuple(notes))

@@ -153,6 +153,7 @@ def _plant(flight: Flight, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
     of_the_plant = [fault for fault in request.faults if not parse_fault(fault).kind.aboard]
     arguments += [word for fault in of_the_plant for word in ("--fault", fault)]
     arguments += ["--io", str(request.io)] if request.io else []
+    arguments += [word for setting in request.settings for word in ("--set", setting)]
     with (folder / PLANT_WORDS).open("wb") as words:
         child = subprocess.Popen(
             [sys.executable, "-m", "sternplane.cli.main", "plant", *arguments],
