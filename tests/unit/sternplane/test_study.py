@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.stats import binom, chi2, norm
+from sternplane.campaign.files import file_name
 from sternplane.cli import main
 from sternplane.study import command
 from sternplane.study.adaptation import command as adaptation
 from sternplane.study.cases import CASES, consistency, exact, noisy
 from sternplane.study.chance import K_SIGMA, MISS, chi_square_band, greatest_of, median_of, rms_band, share_of
-from sternplane.study.files import file_name
 from sternplane.study.kept_runs import FOLDER, KeptRuns
 from sternplane.study.page import page
 from sternplane.study.rows import Case, Results, Row, RunArrays, Study

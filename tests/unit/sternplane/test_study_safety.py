@@ -317,7 +317,7 @@ def test_one_log_is_kept_for_each_cell_and_every_one_that_must_be(tmp_path):
         add(seed, steps)
     store.close()
     assert [path.name for path in sorted((tmp_path / "logs").iterdir())] == ["1.mcap", "3.mcap", "4.mcap"]
-    assert [flight["log"] for flight in store.flights.values()] == [
+    assert [flight["log"] for flight in store.rows()] == [
         f"logs/{seed}.mcap" if seed in (1, 3, 4) else "" for seed in range(1, 7)
     ]
 

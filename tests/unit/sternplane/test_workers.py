@@ -10,13 +10,13 @@ import time
 from io import StringIO
 
 from rich.console import Console
-from sternplane.cli.workers import complete
+from sternplane.campaign.engine import complete
 
 HEARS = "signal.signal(signal.SIGINT, signal.default_int_handler)  # as a child of a shell's background would not\n"
 STARTER = f"""
 import os, signal, time
 from rich.console import Console
-from sternplane.cli.workers import workers
+from sternplane.campaign.workers import workers
 {HEARS}
 if __name__ == "__main__":
     with workers(1, Console(stderr=True)) as (_, pool):
@@ -30,7 +30,7 @@ INTERRUPTED = STARTER.replace("print(pool", "pool.submit(time.sleep, 600.0); pri
 INTERRUPTED_WHILE_STARTING = f"""
 import multiprocessing.popen_spawn_posix as popen, os, signal, time
 from rich.console import Console
-from sternplane.cli.workers import workers
+from sternplane.campaign.workers import workers
 {HEARS}
 start = popen.Popen._launch
 
@@ -110,6 +110,6 @@ def test_an_interrupt_ends_workers_in_the_middle_of_their_work(tmp_path) -> None
 
 def test_all_jobs_are_done_and_each_part_is_told() -> None:
     told, found = Console(file=StringIO(), width=200), {}
-    complete(divmod, {k: (k, 3) for k in range(8)}, found.__setitem__, "divisions", 4, told)
+    complete(divmod, range(8), lambda k: (k, 3), found.__setitem__, "divisions", told, parts=4)
     assert found == {k: divmod(k, 3) for k in range(8)}
     assert told.file.getvalue().splitlines() == [f"{k} of 8 divisions" for k in (2, 4, 6, 8)]

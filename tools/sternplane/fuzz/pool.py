@@ -9,7 +9,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn
 
-from sternplane.cli.workers import workers
+from sternplane.campaign.workers import workers
 from sternplane.fuzz.flight import PACKETS, FuzzResult, Job, flown
 
 MOST_FAILURES = 20

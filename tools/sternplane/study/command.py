@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,10 +12,10 @@ from rich.table import Table
 
 from firmware_py.run import provenance
 from firmware_py.run.run_folders import run_folder
-from firmware_py.run.usage_error import UsageError
+from sternplane.campaign.files import write
+from sternplane.campaign.seeds import seeds_of
 from sternplane.study.cases import CASES
 from sternplane.study.chance import MISS
-from sternplane.study.files import write
 from sternplane.study.kept_runs import KeptRuns
 from sternplane.study.page import page, target_text
 from sternplane.study.pool import run_all
@@ -59,20 +58,6 @@ def run_study(study: Study, options: argparse.Namespace, most: int) -> int:
     write(folder / "report.html", page(study, results, identity))
     _print(rows, folder, study.chance)
     return 1 if any(row.ok is False for row in rows) else 0
-
-
-def seeds_of(text: str | None, otherwise: range) -> range:
-    """Return the seeds of A:B, A to B - 1; `otherwise` if none are given.
-
-    Raises:
-        UsageError: not two numbers, or none between them.
-    """
-    if text is None:
-        return otherwise
-    match = re.fullmatch(r"(\d+):(\d+)", text)
-    if match is None or int(match[1]) >= int(match[2]):
-        raise UsageError(f"--seeds {text}: write A:B with A below B, such as 0:40; B itself is not flown")
-    return range(int(match[1]), int(match[2]))
 
 
 def chance_text(rows: Sequence[Row]) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from firmware_py.run.usage_error import UsageError
-from sternplane.study.files import file_name, write
+from sternplane.campaign.files import file_name, write
 from sternplane.study.rows import Case, RunArrays
 
 FOLDER = "runs"

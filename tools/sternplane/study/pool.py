@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Sequence
+from typing import Any
 
 from rich.console import Console
 
-from sternplane.cli.workers import complete
+from sternplane.campaign.engine import complete
 from sternplane.study.kept_runs import KeptRuns
 from sternplane.study.rows import Case, RunArrays
 
@@ -35,16 +36,16 @@ def run_all(
     for index, k in wanted:
         if (run := kept.found(cases[index], seeds.start + k, k)) is not None:
             runs[index, k] = run
-    if runs:
-        console.print(
-            f"{len(runs)} of {len(wanted)} runs are in {kept.folder} already", highlight=False, soft_wrap=True
-        )
+    missing = [job for job in wanted if job not in runs]
 
     def keep(job: tuple[int, int], run: RunArrays) -> None:
         index, k = job
         kept.keep(cases[index], seeds.start + k, k, run)
         runs[job] = run
 
-    if jobs := {(index, k): (cases[index].run, seeds.start + k, k) for index, k in wanted if (index, k) not in runs}:
-        complete(operator.call, jobs, keep, "runs", 10, console)
+    def arguments(job: tuple[int, int]) -> tuple[Any, ...]:
+        index, k = job
+        return cases[index].run, seeds.start + k, k
+
+    complete(operator.call, missing, arguments, keep, "runs", console, done=len(runs), place=kept.folder)
     return [[runs[index, k] for k in range(count)] for index, count in enumerate(counts)]

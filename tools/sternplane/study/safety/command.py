@@ -12,8 +12,9 @@ from rich.console import Console
 
 from firmware_py.run import provenance
 from firmware_py.run.run_folders import run_folder
-from sternplane.study.command import JUDGED_FROM, seeds_of
-from sternplane.study.files import write
+from sternplane.campaign.files import write
+from sternplane.campaign.seeds import seeds_of
+from sternplane.study.command import JUDGED_FROM
 from sternplane.study.page import target_text
 from sternplane.study.rows import Row
 from sternplane.study.safety.campaign import SEEDS, jobs
@@ -33,7 +34,7 @@ def command(options: argparse.Namespace) -> int:
         fly_all(wanted, store, revision, Console(stderr=True))
     finally:
         store.close()
-    flights = store.of(wanted)
+    flights = store.of(job.key for job in wanted)
     found = rows(flights)
     form = "short form" if options.short else "full form"
     hours = sum(flight["found"]["t_end"] for flight in flights) / 3600.0, sum(f["cpu_s"] for f in flights) / 3600.0

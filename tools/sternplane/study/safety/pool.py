@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.console import Console
 
-from sternplane.cli.workers import complete
+from sternplane.campaign.engine import complete
 from sternplane.study.safety.campaign import Job
 from sternplane.study.safety.flight import run
 from sternplane.study.safety.judge import Ending
@@ -17,14 +17,14 @@ from sternplane.study.safety.store import Store
 def fly_all(jobs: Sequence[Job], store: Store, revision: str, console: Console) -> None:
     """Fly every job that the store does not have; where the console is no terminal, a line says each twentieth."""
     missing = store.missing(jobs)
-    if len(missing) < len(jobs):
-        console.print(f"{len(jobs) - len(missing)} of {len(jobs)} flights are in {store.path} already", soft_wrap=True)
-    if not missing:
-        return
 
     def keep(_: Job, flight: dict[str, Any]) -> None:
         store.add(flight)
         if Ending(flight["ending"]).unsafe:
             console.print(f"{flight['ending']}: {flight['key']}: {flight['outcome']}", highlight=False, soft_wrap=True)
 
-    complete(run, {job: (job, str(store.logs), revision) for job in missing}, keep, "flights", 20, console)
+    def arguments(job: Job) -> tuple[Job, str, str]:
+        return job, str(store.logs), revision
+
+    done = len(jobs) - len(missing)
+    complete(run, missing, arguments, keep, "flights", console, parts=20, done=done, place=store.path)

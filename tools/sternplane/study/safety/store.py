@@ -1,13 +1,13 @@
-"""The flights of a campaign in a file: one line of JSON each, written when the flight is over."""
+"""The flights of a campaign in a file: one line of JSON each, written when the flight is over; and their logs."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from firmware_py.run.usage_error import UsageError
+from sternplane.campaign.line_store import LineStore
 from sternplane.logs.after_log import place_of
 from sternplane.study.safety.campaign import Job
 
@@ -15,7 +15,7 @@ FILE = "flights.jsonl"
 LOGS = "logs"
 
 
-class Store:
+class Store(LineStore):
     """What was flown already, and what is flown now.
 
     Args:
@@ -26,44 +26,29 @@ class Store:
     """
 
     def __init__(self, folder: Path) -> None:
-        self.path, self.logs = folder / FILE, folder / LOGS
-        self.flights: dict[str, dict[str, Any]] = {}
+        self.logs = folder / LOGS
         try:
             self.logs.mkdir(exist_ok=True)
-            whole = self.path.read_bytes() if self.path.exists() else b""
-            self._file = self.path.open("r+b" if whole else "wb")
         except OSError as error:
-            raise UsageError(f"{self.path}: cannot be written ({error.strerror}); choose another --out") from None
-        ends = whole.rfind(b"\n") + 1
-        for line in whole[:ends].splitlines():
-            flight = json.loads(line)
-            self.flights[flight["key"]] = flight
-        self._file.seek(ends)
-        self._file.truncate()  # a line that a killed study had begun
+            raise UsageError(f"{self.logs}: cannot be written ({error.strerror}); choose another --out") from None
+        super().__init__(folder / FILE)
+        self._logged = {_cell(flight) for flight in self.rows() if flight["log"]}
 
-    def add(self, flight: dict[str, Any]) -> None:
+    def add(self, row: dict[str, Any]) -> None:
         """Keep a flight; of logs that need not be kept one for each cell of the matrix, the first."""
-        keep = flight.pop("keep")
-        if not keep and _cell(flight) in {_cell(other) for other in self.flights.values() if other["log"]}:
-            log = self.logs.parent / flight["log"]
+        keep, cell = row.pop("keep"), _cell(row)
+        if not keep and cell in self._logged:
+            log = self.logs.parent / row["log"]
             for path in (log, place_of(log)):
                 path.unlink(missing_ok=True)
-            flight["log"] = ""
-        self.flights[flight["key"]] = flight
-        self._file.write(json.dumps(flight, allow_nan=False).encode() + b"\n")
-        self._file.flush()
+            row["log"] = ""
+        if row["log"]:
+            self._logged.add(cell)
+        super().add(row)
 
     def missing(self, jobs: Iterable[Job]) -> list[Job]:
         """Return the jobs that were not flown yet."""
-        return [job for job in jobs if job.key not in self.flights]
-
-    def of(self, jobs: Iterable[Job]) -> list[dict[str, Any]]:
-        """Return the flights of these jobs, in their order; those that were not flown are left out."""
-        return [self.flights[job.key] for job in jobs if job.key in self.flights]
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
+        return [job for job in jobs if job.key not in self.keys]
 
 
 def _cell(flight: Mapping[str, Any]) -> tuple[str, int, str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from sternplane.study.files import file_name
+from sternplane.campaign.files import file_name
 from sternplane.study.safety.mission import NPS, ONSETS
 
 

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from firmware_py.run.run_folders import run_folder
-from sternplane.study.files import write
+from sternplane.campaign.files import write
 from sternplane.study.tuning.closed_loop import ClosedLoop
 from sternplane.study.tuning.search import (
     BEGIN,

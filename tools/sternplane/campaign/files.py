@@ -1,4 +1,4 @@
-"""The files of a study: their names, made from titles, and how they are written."""
+"""The files of a campaign: their names, made from titles, and how they are written."""
 
 from __future__ import annotations
 

@@ -1,0 +1,17 @@
+"""Jobs of a campaign that end their process, for tests of who does them."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+
+def squared(k: int, folder: str, deadly: int, once: bool) -> int:
+    """Return k * k, and leave a mark; number `deadly` kills its process, if `once` only the first time."""
+    mark = Path(folder) / f"{k}.begun"
+    before = mark.exists()
+    mark.touch()
+    if k == deadly and not (once and before):
+        os.kill(os.getpid(), signal.SIGKILL)
+    return k * k

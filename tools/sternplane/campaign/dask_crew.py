@@ -1,0 +1,93 @@
+"""Who does the jobs of a campaign: the workers of a Dask cluster. One that dies costs no job."""
+
+from __future__ import annotations
+
+import contextlib
+import uuid
+from collections.abc import Callable, Generator, Iterable
+from importlib import import_module
+from itertools import islice
+from typing import Any, TypeVar
+
+from rich.console import Console
+
+from firmware_py.error_text import shortened
+from firmware_py.run.usage_error import UsageError
+from sternplane.campaign.crew import Died
+
+Job = TypeVar("Job")
+Result = TypeVar("Result")
+_AHEAD = 2
+_CONNECT, _WORKERS = 10.0, 60.0
+"""How long a scheduler, and then a worker, may take to be there, s."""
+
+
+class DaskCrew(contextlib.AbstractContextManager["DaskCrew"]):
+    """The workers of a cluster, those too that come later.
+
+    Args:
+        address: of the scheduler, such as tcp://10.0.0.1:8786.
+        console: for what is going on.
+
+    Raises:
+        UsageError: no scheduler is there, or no worker comes.
+    """
+
+    def __init__(self, address: str, console: Console) -> None:
+        distributed: Any = import_module("distributed")
+
+        told = f"--dask {shortened(address)}"
+        try:
+            self._client = distributed.Client(address, timeout=_CONNECT, set_as_default=False)
+        except (OSError, ValueError) as error:
+            why = f"no scheduler answers ({' '.join(str(error).split())[:80]})"
+            raise UsageError(f"{told}: {why}; start one with `dask scheduler`") from None
+        try:
+            if not self.size:
+                console.print(f"{address}: waiting for workers", highlight=False)
+                self._client.wait_for_workers(1, timeout=_WORKERS)
+        except TimeoutError:
+            self._client.close()
+            start = f"dask worker {address} --nworkers auto --nthreads 1"
+            raise UsageError(f"{told}: no worker came for {_WORKERS:g} s; start some with `{start}`") from None
+        except BaseException:
+            self._client.close()
+            raise
+
+    @property
+    def size(self) -> int:
+        """Return how many workers there are; each does one job at a time."""
+        return len(self._client.scheduler_info(n_workers=-1)["workers"])
+
+    def results(
+        self, work: Callable[..., Result], jobs: Iterable[tuple[Job, tuple[Any, ...]]]
+    ) -> Generator[tuple[Job, Result | Died]]:
+        """See `crew.Crew`."""
+        distributed: Any = import_module("distributed")
+        waiting, finished = iter(jobs), distributed.as_completed(loop=self._client.loop)
+        begun: dict[str, Job] = {}
+
+        def hand_out() -> None:
+            for job, arguments in islice(waiting, max(_AHEAD * self.size - len(begun), 0)):
+                future = self._client.submit(work, *arguments, key=f"sternplane-{uuid.uuid4().hex}", pure=False)
+                begun[future.key] = job
+                finished.add(future)
+
+        hand_out()
+        for future in finished:
+            job = begun.pop(future.key)
+            try:
+                yield job, future.result()
+            except distributed.KilledWorker as error:
+                yield job, Died(" ".join(str(error).split())[:200])
+            except (distributed.CancelledError, OSError) as error:
+                raise UsageError(f"the cluster has gone ({type(error).__name__}); start it again to go on") from None
+            future.release()
+            hand_out()
+
+    def close(self) -> None:
+        """Leave the cluster; what it was to do for us is forgotten."""
+        self._client.close()
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

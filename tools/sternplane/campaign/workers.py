@@ -1,0 +1,86 @@
+"""Worker processes with a progress bar."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import multiprocessing
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from typing import Any, TypeVar
+
+from rich.console import Console
+from rich.progress import (
+    Progress,
+    ProgressColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+Job = TypeVar("Job")
+Result = TypeVar("Result")
+_PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
+
+
+def end_with_parent() -> None:
+    """Ask Linux to kill this process when the one that started it is killed: it would else wait for work forever.
+
+    A flight takes a milder signal for its own end, and the process would go on to the next.
+    """
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+@contextlib.contextmanager
+def _interrupt_held() -> Iterator[None]:
+    """Let an interrupt wait for the end of the block: only the main thread gets any."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    held: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: held.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if held:
+            signal.raise_signal(signal.SIGINT)
+
+
+class _Workers(ProcessPoolExecutor):
+    """Starts no process that nobody knows: an interrupt between its start and its entry would leave it to work on."""
+
+    def submit(self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any) -> Future[Result]:
+        with _interrupt_held():
+            return super().submit(fn, *args, **kwargs)
+
+
+@contextlib.contextmanager
+def pool_of(processes: int) -> Iterator[ProcessPoolExecutor]:
+    """Start worker processes; on an exception, Ctrl-C among them, they are ended at once."""
+    others = multiprocessing.active_children()
+    with _Workers(processes, mp_context=multiprocessing.get_context("spawn"), initializer=end_with_parent) as pool:
+        try:
+            yield pool
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process in multiprocessing.active_children():
+                if process not in others:
+                    process.kill()  # what is begun would else be worked on to its end
+            raise
+
+
+def progress_bar(console: Console, *columns: ProgressColumn, transient: bool = False) -> Progress:
+    """Return a bar with the time that has passed and that is left, which is drawn if the console is a terminal."""
+    times = (TimeElapsedColumn(), TimeRemainingColumn())
+    return Progress(*columns, *times, console=console, transient=transient, disable=not console.is_terminal)
+
+
+@contextlib.contextmanager
+def workers(
+    processes: int, console: Console, *columns: ProgressColumn
+) -> Iterator[tuple[Progress, ProcessPoolExecutor]]:
+    """Start a progress bar and worker processes, as `progress_bar` and `pool_of`."""
+    with progress_bar(console, *columns) as bar, pool_of(processes) as pool:
+        yield bar, pool
