@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom, chi2, norm
 from sternplane.campaign.files import file_name
+from sternplane.campaign.seeds import seeds_of
 from sternplane.cli import main
 from sternplane.study import command
 from sternplane.study.adaptation import command as adaptation
@@ -184,8 +185,8 @@ def test_seeds_that_are_none_are_refused_in_one_line(text: str, capsys: pytest.C
 def test_seeds_count_from_1000_by_default() -> None:
     counted = range(command.JUDGED_FROM, command.JUDGED_FROM + command.MOST)
     assert counted == range(1000, 1400)
-    assert command.seeds_of(None, counted) == counted
-    assert command.seeds_of("0:40", counted) == range(40)
+    assert seeds_of(None, counted) == counted
+    assert seeds_of("0:40", counted) == range(40)
 
 
 def test_the_whole_study_runs_in_processes_and_exits_by_its_targets(

@@ -16,6 +16,20 @@ def missing() -> list[str]:
     return [name for name in _DRAWING if find_spec(name) is None]
 
 
+def require(extra: str, *libraries: str) -> None:
+    """Refuse a command that cannot do without libraries that are not installed.
+
+    Args:
+        extra: of the package, that has them.
+        libraries: by the names under which they are imported.
+
+    Raises:
+        UsageError: what is missing, and how to install it.
+    """
+    if absent := [name for name in libraries if find_spec(name) is None]:
+        raise UsageError(f"this needs {', '.join(absent)}: pip install 'sternplane[{extra}]'")
+
+
 def require_report() -> None:
     """Refuse a command that draws where it cannot.
 

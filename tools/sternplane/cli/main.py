@@ -18,6 +18,7 @@ from sternplane.cli.early_checks import refuse_early
 from sternplane.cli.extras import require_report
 from sternplane.cli.hardware_commands import add_hardware
 from sternplane.cli.log_commands import add_logs
+from sternplane.cli.sweep_command import add_sweep
 
 Command = Callable[[argparse.Namespace], int]
 _FILES = "vehicle, autopilot, truth, sensors, io or scenario (truth.current: of the scenario)"
@@ -219,6 +220,7 @@ def parser() -> argparse.ArgumentParser:
     paper.add_argument("--out", type=Path, metavar="DIR", help="where to leave them [runs/<stamp>]")
     paper.set_defaults(run=_lazily("sternplane.paper.command", draws=True))
 
+    add_sweep(commands, _lazily, _FILES)
     add_hardware(commands, _lazily)
 
     scenarios = commands.add_parser("scenarios", help="list the scenarios, with a sentence each")

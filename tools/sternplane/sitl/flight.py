@@ -29,6 +29,7 @@ from firmware_py.run.interrupt import interruptible
 from firmware_py.run.kept_plans import with_kept_plans
 from firmware_py.settings import plain_settings
 from firmware_py.tick import step_ns
+from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.bridge import PlantSchedule
 from sim_bridge.build import build_bridge, wiring
 from sim_bridge.completion import Completion
@@ -48,6 +49,8 @@ from sternplane.sitl.request import FlightRequest as FlightRequest
 from sternplane.sitl.request import parse_settings, read_devices, read_io, read_scenario, read_truth
 from sternplane.sitl.simulation_recorder import NoLog, SimulationRecorder, Witness
 
+NOT_REPRODUCIBLE = "the run is not reproducible"
+"""What the reason says of a flight that a busy computer has disturbed: it may be flown again."""
 _PATIENCE = {"max": 1.0, "realtime": 0.002}
 """How long a tick waits for a line of the DVL, s. On a busy machine the kernel takes 70 ms, and a clock goes on."""
 
@@ -85,6 +88,11 @@ class Flight:
         where = str(scenario_path(self.request.scenario, SCENARIOS))
         course = plausibility.doubtful_course(self.scenario, where, self.params, self.devices, sensors)
         return (*plausibility.doubts(vehicle, self.truth, *files), *placed, *course)
+
+    @property
+    def vehicle(self) -> Vehicle:
+        """What the autopilot believes of the vehicle."""
+        return config_files.vehicle(self.configuration)
 
     @property
     def rate(self) -> int:
@@ -241,7 +249,7 @@ def fly(
             outcome = Outcome(False, str(error))
         late = sum(line.late for line in lines)
         if late and request.pace == "max":
-            outcome = Outcome(False, f"{late} messages on lines came late: the run is not reproducible")
+            outcome = Outcome(False, f"{late} messages on lines came late: {NOT_REPRODUCIBLE}")
         if log is None:
             return outcome
         end = {**outcome._asdict(), "judged_by": operator.completion.judged_by}

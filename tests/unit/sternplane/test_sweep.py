@@ -1,0 +1,203 @@
+"""What a sweep varies, which flights it has, and what it says of them."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy as np
+import pytest
+from sternplane.campaign.files import write
+from sternplane.sitl.flight import FlightRequest, prepare
+from sternplane.sweep.axes import Axis, axis_of, parse_axis
+from sternplane.sweep.explain import associations, chance_bound, parts, ranks, spearman, success_interval
+from sternplane.sweep.plan import LAW, Flights, Plan, laws_of, read_plan, refuse_other
+from sternplane.sweep.sampling import grid, latin_hypercube
+from sternplane.sweep.table import parquet
+from sternplane.sweep.worst import judged_by, outcome_text, worst
+
+from firmware_py.params import ParamError
+from firmware_py.run.usage_error import UsageError
+
+
+@pytest.fixture(scope="module")
+def demo():
+    return prepare(FlightRequest("demo"), {})
+
+
+def test_what_is_relative_is_so_to_what_flies(demo) -> None:
+    axis = parse_axis("vehicle.M_q=±20%", demo)
+    assert axis.key == "vehicle.coefficients.M_q"
+    believed = 0.6 * -0.068  # the scenario's factor times the file
+    assert (axis.low, axis.high) == pytest.approx((1.2 * believed, 0.8 * believed))
+    assert parse_axis("vehicle.M_q=+-20%", demo) == axis
+    assert parse_axis("truth.M_q=±0.01", demo)[:3] == pytest.approx(("truth.coefficients.M_q", -0.078, -0.058))
+    assert parse_axis("truth.current=±50%", demo)[:3] == pytest.approx(("truth.current_m_s", 0.05, 0.15))
+    assert parse_axis("truth.current=0..0.3", demo)[1:3] == (0.0, 0.3)
+    assert parse_axis("sensors.dvl.rate=2..8", demo).whole
+    assert parse_axis("autopilot.law=sliding,pid", demo).choices == ("sliding", "pid")
+    assert parse_axis("truth.current_ned=[0,0.1,0],[0.1,0,0]", demo).choices == ((0, 0.1, 0), (0.1, 0, 0))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("vehicle.M_q", "write KEY=VALUES"),
+        ("vehicle.Mq=±20%", r"did you mean vehicle.coefficients.M_q\?"),
+        ("vehicle.K_prop=±20%", "is 0 as it stands, so that nothing varies"),
+        ("autopilot.law=±20%", "is no number but sliding"),
+        ("truth.current=0.3..0", "LOW below HIGH"),
+        ("truth.current=log:0..0.3", "above 0 behind log:"),
+        ("truth.current=0.3", "one value does not vary"),
+    ],
+)
+def test_what_cannot_be_varied_is_told(text: str, said: str, demo) -> None:
+    with pytest.raises(ParamError, match=said):
+        parse_axis(text, demo)
+
+
+def test_each_part_of_each_range_has_one_sample_and_the_seed_decides_which() -> None:
+    n, axes = 40, [Axis("a", -2.0, 2.0), Axis("b", 0.01, 1.0, log=True), Axis("c", choices=("x", "y", "z", "w"))]
+    samples = list(latin_hypercube(n, axes, seed=5))
+    a, b, c = zip(*samples, strict=True)
+    assert sorted(math.floor(n * (value + 2.0) / 4.0) for value in a) == list(range(n))
+    assert sorted(math.floor(n * (math.log(value) - math.log(0.01)) / math.log(100.0)) for value in b) == list(range(n))
+    assert {value: c.count(value) for value in c} == dict.fromkeys("xyzw", 10)
+    assert samples == list(latin_hypercube(n, axes, seed=5)) != list(latin_hypercube(n, axes, seed=6))
+    assert abs(spearman(np.array(a), np.array(b))) < 0.6
+
+
+def test_a_grid_has_every_combination_from_end_to_end() -> None:
+    axes = [Axis("a", 0.0, 1.0), Axis("n", 1.0, 4.0, whole=True), Axis("c", choices=("x", "y"))]
+    found = list(grid(3, axes))
+    assert (found[0], found[-1], len(found)) == ((0.0, 1, "x"), (1.0, 4, "y"), 18)
+    assert len(set(found)) == 18
+
+
+def plan(**other) -> Plan:
+    axes = (Axis("vehicle.coefficients.M_q", -0.08, -0.05), Axis("truth.current_m_s", choices=(0.0, 0.3)))
+    usual = {"n": 5, "grid": 0, "seed": 7, "seeds": None, "laws": ("sliding", "pid"), "settings": (), "faults": ()}
+    return Plan(**{"scenario": "demo", "axes": axes, **usual, **other})
+
+
+def test_laws_fly_the_same_samples_with_the_same_noise() -> None:
+    flights = Flights(plan(), "sliding")
+    jobs = [flights.job(k) for k in range(len(flights))]
+    assert [(job.sample, job.seed, job.law) for job in jobs[:4]] == [
+        *((0, 7, "sliding"), (0, 7, "pid")),
+        *((1, 8, "sliding"), (1, 8, "pid")),
+    ]
+    assert all(jobs[k].values == jobs[k + 1].values for k in range(0, 10, 2))
+    assert jobs[1].settings[0] == f"{LAW}=pid"
+    seeded = Flights(plan(seeds=(3, 5), laws=()), "pid")
+    assert [(job.sample, job.seed, job.law) for job in map(seeded.job, range(3))] == [
+        *((0, 3, "pid"), (0, 4, "pid"), (1, 3, "pid")),
+    ]
+
+
+def test_a_flight_has_to_the_last_bit_the_values_of_its_row() -> None:
+    job = Flights(plan(), "sliding").job(4)
+    flown = prepare(FlightRequest("demo", seed=job.seed, settings=job.settings), {})
+    assert flown.vehicle.coefficients.M_q == job.values["vehicle.coefficients.M_q"]
+    assert flown.header()["settings"]["truth.current_m_s"] == job.values["truth.current_m_s"]
+
+
+def test_a_plan_comes_back_from_its_file_and_another_is_refused(tmp_path) -> None:
+    import json
+
+    path, mine = tmp_path / "sweep.json", plan(seeds=(0, 2), settings=("vehicle.M_w=0.1",))
+    write(path, json.dumps({"plan": mine.plain()}))
+    assert read_plan(path)[0] == mine
+    assert axis_of(mine.axes[1].plain()) == mine.axes[1]
+    refuse_other(mine, mine, tmp_path)
+    with pytest.raises(UsageError, match=r"another --n, 5, here 6; choose another --out"):
+        refuse_other(mine, mine._replace(n=6), tmp_path)
+    path.write_text("{}")
+    with pytest.raises(UsageError, match="is no plan of a sweep"):
+        read_plan(path)
+    with pytest.raises(UsageError, match="at most 10,000,000"):
+        Flights(plan(n=6_000_000), "pid")
+    with pytest.raises(ParamError, match="each once"):
+        laws_of("pid,pid")
+
+
+def row(flight: int, completed: bool = True, error: str = "", **other) -> dict:
+    return {"key": str(flight), "flight": flight, "sample": flight, "completed": completed, "error": error, **other}
+
+
+def test_the_table_is_the_same_in_whatever_order_flights_came() -> None:
+    pytest.importorskip("pyarrow")
+    import io
+
+    import pyarrow.parquet as pq
+
+    rows = [row(k, bool(k % 2), seed=k, law="pid", x=0.1 * k, m=None if k < 3 else 2.0) for k in range(20)]
+    rows[5]["late"], rows[7]["late"] = 1, 2.5
+    mixed = rows[:]
+    random.Random(1).shuffle(mixed)
+    content = parquet(rows, {"n": 20})
+    assert parquet(mixed, {"n": 20}) == content
+    table = pq.read_table(io.BytesIO(content))
+    assert table.column("flight").to_pylist() == list(range(20))
+    assert table.column("x").to_pylist() == [0.1 * k for k in range(20)]
+    assert table.column("late").to_pylist()[4:9] == [None, 1.0, None, 2.5, None]
+    assert "key" not in table.column_names
+
+
+def test_errors_are_the_worst_then_failures_then_the_greatest_figure() -> None:
+    rows = [
+        row(0, path_error_rms_m=9.0),
+        row(1, False, path_error_rms_m=1.0, surfaced=False, reason="aground"),
+        row(2, False, path_error_rms_m=5.0, surfaced=True, reason="leak"),
+        row(3, False, error="ParamError: x"),
+        row(4, path_error_rms_m=11.0),
+        row(5, False, path_error_rms_m=2.0, surfaced=False, reason="aground"),
+    ]
+    judge = judged_by(rows, None)
+    assert judge == "path_error_rms_m"
+    assert [one["flight"] for one in worst(rows, judge, 6)] == [3, 5, 1, 2, 4, 0]
+    assert outcome_text(rows[2]) == "came up: leak"
+    with pytest.raises(UsageError, match="--judge depth: no flight has such a number; there are path_error_rms_m"):
+        judged_by(rows, "depth")
+
+
+def test_ranks_share_the_places_of_equals() -> None:
+    assert ranks(np.array([3.0, 1.0, 3.0, 2.0])).tolist() == [2.5, 0.0, 2.5, 1.0]
+    x = np.arange(30.0)
+    assert spearman(x, -np.exp(x)) == pytest.approx(-1.0)
+    assert math.isnan(spearman(x, np.ones(30)))
+    assert math.isnan(spearman(x[:5], x[:5]))
+
+
+def test_chance_shows_something_in_one_sweep_of_twenty_and_a_cause_is_found() -> None:
+    generator, shown, sweeps, n, keys = np.random.default_rng(3), 0, 400, 60, ["a", "b", "c", "d"]
+    for _ in range(sweeps):
+        values = generator.random((n, len(keys)))
+        rows = [row(k, **dict(zip(keys, values[k].tolist(), strict=True))) for k in range(n)]
+        found = associations(rows, keys, {k: float(generator.random() < 0.3) for k in range(n)})
+        shown += any(one.beyond_chance for one in found)
+    assert 5 <= shown <= 36  # 20 expected; a right bound leaves this band in one of a thousand
+    failed = {k: float(values[k, 2] + 0.3 * generator.random() > 0.8) for k in range(n)}
+    first, *rest = associations(rows, keys, failed)
+    assert (first.key, first.beyond_chance, first.rho > 0.5) == ("c", True, True)
+    assert not any(one.beyond_chance for one in rest)
+
+
+def test_flights_of_one_sample_count_once() -> None:
+    keys, outcome = ["a"], {k: float(k % 20 < 4) for k in range(200)}
+    once = [row(k, a=float(k % 20)) | {"sample": k % 20} for k in range(200)]
+    [one] = associations(once, keys, outcome)
+    assert (one.n, one.bound) == (20, chance_bound(20, 1))
+
+
+def test_the_interval_of_a_share_holds_it_at_both_ends() -> None:
+    assert success_interval(0, 10) == pytest.approx((0.0, 0.2775), abs=1e-4)
+    assert success_interval(10, 10) == pytest.approx((0.7225, 1.0), abs=1e-4)
+    assert success_interval(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-4)
+
+
+def test_flights_are_grouped_by_value_where_there_are_few_else_evenly() -> None:
+    rows = [row(k, k % 3 > 0, x=0.01 * k, c=("b", "a")[k % 2]) for k in range(80)]
+    assert [(part.at, part.n) for part in parts(rows, "c")] == [("b", 40), ("a", 40)]
+    assert [part.n for part in parts(rows, "x")] == [10] * 8
+    assert sum(part.completed for part in parts(rows, "x")) == sum(one["completed"] for one in rows)

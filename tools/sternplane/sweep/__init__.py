@@ -1,0 +1,1 @@
+"""`sternplane sweep`: one scenario flown many times with other values, and what came of it as a table."""

@@ -1,0 +1,132 @@
+"""What explains failures and errors: how outcomes go with each varied key, and what chance alone would show.
+
+Flights of one sample share their values: they are taken together, so that n independent samples stand behind each
+figure, however many laws and seeds flew them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from statistics import NormalDist
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sternplane.logs.tracking import Array
+from sternplane.sweep.worst import Row
+
+CHANCE = 0.05
+"""How probable it may be that chance alone shows anything in the whole table."""
+_FEWEST = 8
+"""Samples below which nothing is said."""
+
+
+class Association(NamedTuple):
+    """How an outcome goes with a key.
+
+    Attributes:
+        key: what was varied.
+        rho: Spearman's rank correlation with the outcome, -1 to 1; NaN where either does not vary.
+        bound: what |rho| stays below by chance in 95 % of all sweeps, of all keys together.
+        n: samples.
+    """
+
+    key: str
+    rho: float
+    bound: float
+    n: int
+
+    @property
+    def beyond_chance(self) -> bool:
+        """Return whether it is more than chance would show."""
+        return abs(self.rho) > self.bound
+
+
+def associations(rows: Sequence[Row], keys: Sequence[str], outcome: Mapping[int, float]) -> list[Association]:
+    """Return how an outcome goes with each key, the strongest first.
+
+    Args:
+        rows: flights.
+        keys: those with numbers.
+        outcome: of each flight by its number; one that is left out counts for nothing.
+    """
+    values, means = samples_of(rows, keys, outcome)
+    n = len(means)
+    bound = chance_bound(n, len(keys))
+    found = [Association(key, spearman(values[:, i], means), bound, n) for i, key in enumerate(keys)]
+    return sorted(found, key=lambda one: -abs(one.rho) if math.isfinite(one.rho) else 1.0)
+
+
+def samples_of(rows: Sequence[Row], keys: Sequence[str], outcome: Mapping[int, float]) -> tuple[Array, Array]:
+    """Return (n, keys) the values of each sample, and (n,) the mean outcome of its flights."""
+    found: dict[int, tuple[list[float], list[float]]] = {}
+    for row in rows:
+        if row["flight"] in outcome:
+            _, those = found.setdefault(row["sample"], ([float(row[key]) for key in keys], []))
+            those.append(outcome[row["flight"]])
+    values = np.array([values for values, _ in found.values()]).reshape(len(found), len(keys))
+    return values, np.array([float(np.mean(those)) for _, those in found.values()])
+
+
+def spearman(a: Array, b: Array) -> float:
+    """Return the correlation of ranks, equal values sharing theirs (Spearman 1904); NaN where one does not vary."""
+    if len(a) < _FEWEST:
+        return math.nan
+    x, y = ranks(a) - 0.5 * (len(a) - 1), ranks(b) - 0.5 * (len(b) - 1)
+    size = math.sqrt(float(x @ x) * float(y @ y))
+    return float(x @ y) / size if size > 0.0 else math.nan
+
+
+def ranks(values: Array) -> Array:
+    """Return the rank of each value from 0 on; equal ones have the mean of theirs."""
+    _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
+    first = np.cumsum(counts) - counts
+    found: Array = (first + 0.5 * (counts - 1))[inverse]
+    return found
+
+
+def chance_bound(n: int, keys: int) -> float:
+    """Return what all |rho| of `keys` stay below by chance with probability 1 - `CHANCE`.
+
+    For n independent samples rho scatters by 1 / sqrt(n - 1); the probabilities of the keys are added (Bonferroni).
+    """
+    if n < _FEWEST or not keys:
+        return math.inf
+    return min(NormalDist().inv_cdf(1.0 - 0.5 * CHANCE / keys) / math.sqrt(n - 1.0), 1.0)
+
+
+def success_interval(k: int, n: int) -> tuple[float, float]:
+    """Return the 95 % interval of a probability of which k of n were seen (Wilson 1927)."""
+    if n == 0:
+        return 0.0, 1.0
+    z, p = NormalDist().inv_cdf(0.975), k / n
+    middle, wide = p + 0.5 * z * z / n, z * math.sqrt(p * (1.0 - p) / n + 0.25 * (z / n) ** 2)
+    return max((middle - wide) / (1.0 + z * z / n), 0.0), min((middle + wide) / (1.0 + z * z / n), 1.0)
+
+
+class Part(NamedTuple):
+    """Flights whose values of a key are near each other, or equal: where they are, how many, how many succeeded."""
+
+    at: Any
+    n: int
+    completed: int
+
+
+def parts(rows: Sequence[Row], key: str, most: int = 8) -> list[Part]:
+    """Return flights by their value of a key: every value where there are few, else equal numbers of flights."""
+    listed = [row[key] if not isinstance(row[key], list) else str(row[key]) for row in rows]
+    if len(set(listed)) <= most or not all(isinstance(value, int | float) for value in listed):
+        groups = [
+            (value, [row for row, own in zip(rows, listed, strict=True) if own == value]) for value in _order(listed)
+        ]
+    else:
+        ordered = sorted(rows, key=lambda row: row[key])
+        pieces = [ordered[i * len(rows) // most : (i + 1) * len(rows) // most] for i in range(most)]
+        groups = [(float(np.mean([row[key] for row in piece])), piece) for piece in pieces if piece]
+    return [Part(at, len(those), sum(bool(row["completed"]) for row in those)) for at, those in groups]
+
+
+def _order(values: Sequence[Any]) -> list[Any]:
+    unique = list(dict.fromkeys(values))
+    return sorted(unique) if all(isinstance(value, int | float) for value in unique) else unique

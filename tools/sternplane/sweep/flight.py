@@ -1,0 +1,112 @@
+"""One flight of a sweep, in any process of any computer: files and settings in, one row out."""
+
+from __future__ import annotations
+
+import functools
+import threading
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from sternplane.sweep.plan import Job
+
+SCENARIO_FILE = "scenario.toml"
+_LEFT_OUT = frozenset(
+    {
+        *("wall_time_s", "speed_up", "late_cycles", "lateness", "losses", "losses_seen_s", "received"),
+        *("complete", "lost", "after_log", "settings", "faults", "faults_not_begun", "notes", "events", "adoption_off"),
+    }
+)
+"""Of the summary: what the computer's speed decides, and what no table holds."""
+_TRIES = 3
+"""So often a flight is begun that a busy computer has made one that cannot be reproduced."""
+_ONE = threading.Lock()
+"""One flight at a time in a process: a worker of a cluster may have several threads."""
+
+
+def fly_row(job: Job, inputs: Mapping[str, bytes], keep: str | None = None) -> dict[str, Any]:
+    """Fly once; return the row: number, values, and all figures of its summary that a table can hold.
+
+    A flight that cannot be flown, say for a value out of bounds, has its error in the row.
+
+    Args:
+        job: what to fly.
+        inputs: the files, by name: of the configuration, and scenario.toml.
+        keep: where its log is left; None is nowhere.
+    """
+    from firmware_py.adapters.kernel_compile import prepare_kernels
+
+    with _ONE, TemporaryDirectory() as name:
+        prepare_kernels()  # before a kernel is imported, where this process is the first
+        folder = Path(name)
+        for file, content in inputs.items():
+            (folder / file).write_bytes(content)
+        return {**_begun(job), **_flown(job, folder, keep)}
+
+
+@functools.cache
+def _made_by() -> dict[str, str]:
+    """Return which code, and which processor: both decide the bits of a flight."""
+    from firmware_py.run import provenance
+
+    return {"revision": provenance.git_revision(), "cpu": provenance.fingerprint()["cpu"]}
+
+
+def died_row(job: Job, why: str) -> dict[str, Any]:
+    """Return the row of a flight that no process survives."""
+    return {**_begun(job), "error": why}
+
+
+def _begun(job: Job) -> dict[str, Any]:
+    values = {key: list(value) if isinstance(value, tuple) else value for key, value in job.values.items()}
+    numbers = {"flight": job.flight, "sample": job.sample, "seed": job.seed, "law": job.law}
+    return {"key": str(job.flight), **numbers, **values}
+
+
+def _flown(job: Job, folder: Path, keep: str | None) -> dict[str, Any]:
+    from firmware_py.adapters.buses.can_bus import BusError
+    from firmware_py.adapters.storage.recorder import LogError
+    from sternplane.logs.streaming import stream
+    from sternplane.logs.summary import summarise
+    from sternplane.sitl.flight import NOT_REPRODUCIBLE, FlightRequest, fly, prepare
+
+    made_by = _made_by()
+    request = FlightRequest(
+        str(folder / SCENARIO_FILE), folder, seed=job.seed, faults=job.faults, settings=job.settings
+    )
+    log = folder / "log.mcap"
+    try:
+        for _ in range(_TRIES):
+            outcome = fly(prepare(request, {}), log)
+            if outcome.reason == "interrupted":
+                raise KeyboardInterrupt
+            if NOT_REPRODUCIBLE not in outcome.reason:
+                break
+        summary = summarise(stream(log))
+    except (LogError, BusError, OSError, MemoryError):
+        raise  # not the flight's fault: the sweep ends, and can go on
+    except Exception as error:
+        said = " ".join(str(error).replace(f"{folder}/", "").split())
+        return {"completed": False, "error": f"{type(error).__name__}: {said}"[:300], **made_by}
+    if keep is not None:
+        place = Path(keep)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        part = place.with_name(f"{place.name}.part")
+        part.write_bytes(log.read_bytes())
+        part.replace(place)
+    return {**dict(_flat(summary)), "error": "", **made_by}
+
+
+def _flat(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield what a table of rows can hold, by names with dots; of a list of numbers each by its place."""
+    for key, value in table.items():
+        if not before and key in _LEFT_OUT:
+            continue
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{before}{key}.")
+        elif isinstance(value, list | tuple):
+            if all(isinstance(one, int | float) for one in value):
+                yield from _flat({str(i): one for i, one in enumerate(value)}, f"{before}{key}.")
+        else:
+            yield f"{before}{key}", value

@@ -1,0 +1,66 @@
+"""The files that a sweep flies: copied when it begins, so that all of its flights have the same, here and elsewhere."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from firmware_py.adapters.storage.regular_file import read_regular
+from firmware_py.run.usage_error import UsageError
+from sim_bridge.scenarios import scenario_path
+from sternplane.campaign.files import write
+from sternplane.sitl.request import SCENARIOS, FlightRequest
+from sternplane.sweep.flight import SCENARIO_FILE
+
+FOLDER = "inputs"
+_IO = "io_sitl.toml"
+
+
+def files_of(request: FlightRequest) -> dict[str, bytes]:
+    """Return the files of a request by the names that they have in a sweep.
+
+    Raises:
+        UsageError: one cannot be read.
+    """
+    io = request.io or request.config / _IO
+    paths = {path.name: path for path in sorted(request.config.glob("*.toml")) if not path.name.startswith("io_")}
+    paths |= {_IO: io, SCENARIO_FILE: scenario_path(request.scenario, SCENARIOS)}
+    return {name: _read(path) for name, path in paths.items()}
+
+
+def freeze(files: dict[str, bytes], folder: Path) -> None:
+    """Leave the files in the sweep's folder.
+
+    Raises:
+        UsageError: they cannot be written.
+    """
+    place = folder / FOLDER
+    try:
+        place.mkdir(exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"{place}: cannot be made ({error.strerror}); choose another --out") from None
+    for name, content in files.items():
+        write(place / name, content)
+
+
+def read_inputs(folder: Path) -> dict[str, bytes]:
+    """Return the files that a sweep flies.
+
+    Raises:
+        UsageError: they are not there.
+    """
+    files = {path.name: _read(path) for path in sorted((folder / FOLDER).glob("*.toml"))}
+    if SCENARIO_FILE not in files:
+        raise UsageError(f"{folder / FOLDER}: has no {SCENARIO_FILE}; the sweep cannot go on; choose another --out")
+    return files
+
+
+def frozen_request(folder: Path) -> FlightRequest:
+    """Return the request that flies what was frozen."""
+    return FlightRequest(str(folder / FOLDER / SCENARIO_FILE), folder / FOLDER)
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return read_regular(path)
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read ({error.strerror})") from None

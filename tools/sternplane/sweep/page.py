@@ -1,0 +1,197 @@
+"""report.html of a sweep: how many flights succeeded, which were the worst, and what explains the failures."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from markupsafe import Markup
+
+from sternplane.report.page import Cell, Heading, Page, Section, Table, environment, plot_section, render
+from sternplane.sweep.explain import Association, associations, success_interval
+from sternplane.sweep.plan import Flights
+from sternplane.sweep.plots import against, distributions, ranking
+from sternplane.sweep.worst import Row, badness, outcome_text, worst
+
+_STATE = ("good", "", "bad", "bad")
+_FIGURES = ("path_error_rms_m", "depth_tracking_error_rms_m", "heading_tracking_error_rms_deg")
+
+
+def page(flights: Flights, rows: Sequence[Row], judge: str, again: Mapping[int, str], folder: Path, most: int) -> str:
+    """Return the report as HTML.
+
+    Args:
+        flights: of the sweep.
+        rows: of all of them, in the order of their numbers.
+        judge: the column that flights are judged by, the greater the worse; "" for none.
+        again: the command that flies a flight again, by number.
+        folder: of the sweep, where the logs of the worst are.
+        most: how many of the worst are shown.
+    """
+    plan, completed = flights.plan, sum(bool(row["completed"]) for row in rows)
+    errors = sum(bool(row["error"]) for row in rows)
+    keys = [axis.key for axis in plan.axes]
+    each = f", each with {flights.each} flights" if flights.each > 1 else ""
+    sailed = sum(row.get("vehicle_time_s") or 0.0 for row in rows)
+    sections: list[Section | Heading] = [
+        Section("Outcomes", tables=(_laws(rows), _outcomes(rows)), wide=True, anchor="outcomes"),
+        Section(
+            "Worst flights",
+            (_worst_note(judge),),
+            _worst(rows, keys, judge, again, folder, most),
+            wide=True,
+            anchor="worst",
+        ),
+        *_explained(flights, rows, judge),
+        Heading("Distributions", anchor="distributions"),
+        *[plot_section(plot) for plot in distributions(rows, judge)],
+        Heading("Against what was varied", anchor="against"),
+        *[plot_section(plot) for key in keys for plot in against(rows, key, judge)],
+        Section("Set-up", tables=(_setup(flights),), wide=True, anchor="setup"),
+    ]
+    return render(
+        Page(
+            title=f"Sweep of {plan.scenario}",
+            status=f"{completed} of {len(rows)} flights completed",
+            mood="bad" if errors else "good" if completed == len(rows) else "warn",
+            description=f"{len(flights.samples)} samples of {', '.join(keys)}{each}.",
+            identity=_identity(rows),
+            warnings=[f"{errors} flights ended in an error, see the table of outcomes."] if errors else [],
+            key_figures={
+                "": (
+                    ("completed", f"{100.0 * completed / len(rows):.1f} %"),
+                    ("came up safely", str(sum(badness(row) == 1 for row in rows))),
+                    ("failed", str(sum(badness(row) == 2 for row in rows))),
+                    ("errors", str(errors)),
+                    ("vehicle time", f"{sailed / 3600.0:.1f} h" if sailed > 7200.0 else f"{sailed / 60.0:.0f} min"),
+                )
+            },
+            sections=sections,
+            footnote="flights.parquet has every row and figure.",
+        )
+    )
+
+
+def _identity(rows: Sequence[Row]) -> list[str]:
+    """Return who flew them: more than one revision or processor is told."""
+    revisions, cpus = (sorted({str(row[name]) for row in rows if name in row}) for name in ("revision", "cpu"))
+    return [f"revision {', '.join(revisions)} · {', '.join(cpus)}"]
+
+
+def _laws(rows: Sequence[Row]) -> Table:
+    lines = []
+    for law in dict.fromkeys(row["law"] for row in rows):
+        own = [row for row in rows if row["law"] == law]
+        done = sum(bool(row["completed"]) for row in own)
+        low, high = success_interval(done, len(own))
+        figures = [[row[name] for row in own if row.get(name) is not None] for name in _FIGURES]
+        share = f"{100.0 * done / len(own):.1f} % ({100.0 * low:.0f} … {100.0 * high:.0f})"
+        lines.append([law, str(len(own)), str(done), share, *[f"{median(one):.3g}" if one else "–" for one in figures]])
+    head = ("law", "flights", "completed", "share (95 %)", *[f"median {name}" for name in _FIGURES])
+    return Table(lines, head=head, style="numbers")
+
+
+def _outcomes(rows: Sequence[Row]) -> Table:
+    counts = Counter((badness(row), outcome_text(row)) for row in rows)
+    lines = [
+        [Cell(text, _STATE[bad]), str(n)] for (bad, text), n in sorted(counts.items(), key=lambda one: -one[1])[:20]
+    ]
+    return Table(lines, head=("how they ended", "flights"), style="numbers")
+
+
+def _worst_note(judge: str) -> str:
+    then = f", then those of the greatest {judge}" if judge else ""
+    return f"Errors first, then flights that failed, then those that came up safely{then}."
+
+
+def _worst(
+    rows: Sequence[Row], keys: Sequence[str], judge: str, again: Mapping[int, str], folder: Path, most: int
+) -> Markup:
+    lines = []
+    for row in worst(rows, judge, most):
+        place = f"worst/{row['flight']:06d}"
+        files = {"report": f"{place}/report.html", "log": f"{place}/log.mcap"}
+        lines.append(
+            {
+                **{name: row[name] for name in ("flight", "law", "seed")},
+                "state": _STATE[badness(row)],
+                "outcome": outcome_text(row),
+                "figure": _text(row.get(judge)),
+                "varied": [_text(row[key]) for key in keys],
+                "links": [(name, file) for name, file in files.items() if (folder / file).exists()],
+                "again": again.get(row["flight"], ""),
+            }
+        )
+    template = environment(Path(__file__).parent).get_template("worst.html")
+    return Markup(template.render(rows=lines, keys=keys, judge=judge))
+
+
+def _explained(flights: Flights, rows: Sequence[Row], judge: str) -> Iterator[Section]:
+    """Yield what goes with failures, and with the figure that flights are judged by."""
+    keys = [axis.key for axis in flights.plan.axes if axis.numeric]
+    if not keys:
+        return
+    failed = {row["flight"]: float(not row["completed"]) for row in rows}
+    found = {"failure": associations(rows, keys, failed)}
+    if judge:
+        figure = {row["flight"]: float(row[judge]) for row in rows if row.get(judge) is not None}
+        found[judge] = associations(rows, keys, figure)
+    notes = [_said(name, those) for name, those in found.items()]
+    notes.append(
+        "A rank correlation shows what goes steadily up or down with a key; what is worst at both ends, or depends on "
+        "two keys at once, it does not. See the plots below."
+    )
+    plot = ranking(found)
+    table = Table(
+        [
+            [name, one.key, f"{one.rho:+.2f}" if one.rho == one.rho else "–", _bound(one), _verdict(one), str(one.n)]
+            for name, those in found.items()
+            for one in those
+        ],
+        head=("outcome", "key", "rank correlation", "chance stays below", "", "samples"),
+        style="numbers",
+    )
+    yield Section(plot.title, (*notes, plot.note), tables=(table,), plot=plot, wide=True, anchor="explained")
+
+
+def _said(outcome: str, those: Sequence[Association]) -> str:
+    """Return what may be said of an outcome in one sentence."""
+    if not any(one.rho == one.rho for one in those):
+        return f"{outcome}: it is the same in all samples, or they are too few, so that nothing can be said."
+    beyond = [f"{one.key} ({one.rho:+.2f})" for one in those if one.beyond_chance]
+    if not beyond:
+        return f"{outcome}: nothing goes with it that could not be chance with {those[0].n} samples."
+    return f"{outcome}: more than chance goes with it {', '.join(beyond)}."
+
+
+def _bound(one: Association) -> str:
+    return f"{one.bound:.2f}" if one.bound < 1.0 else "–"
+
+
+def _verdict(one: Association) -> Cell:
+    return Cell("beyond chance", "good") if one.beyond_chance else Cell("may be chance", "note")
+
+
+def _setup(flights: Flights) -> Table:
+    plan = flights.plan
+    lines = [["scenario", plan.scenario]]
+    for axis in plan.axes:
+        span = ", ".join(map(_text, axis.choices)) if axis.choices else f"{axis.low:.6g} … {axis.high:.6g}"
+        lines.append(["varied", f"{axis.key}: {span}{', even in the logarithm' if axis.log else ''}"])
+    lines += [["set", text] for text in plan.settings]
+    lines += [["fault", text] for text in plan.faults]
+    lines.append(["laws", ", ".join(flights.laws)])
+    form = f"Latin hypercube of {plan.n} samples" if plan.n else f"grid, {plan.grid} values of each range"
+    lines.append(["samples", f"{form}, seed {plan.seed}"])
+    last = f"{plan.seed} + number of the sample"
+    lines.append(
+        ["seeds of flights", f"{plan.seeds[0]} to {plan.seeds[1] - 1}, each with every sample" if plan.seeds else last]
+    )
+    return Table(lines, style="log")
+
+
+def _text(value: Any) -> str:
+    return f"{value:.5g}" if isinstance(value, float) else "–" if value is None else str(value)

@@ -1,0 +1,175 @@
+"""What a sweep flies: its inputs, frozen when it begins, and the values of each flight."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from firmware_py.adapters.storage.regular_file import read_regular
+from firmware_py.params import ParamError
+from firmware_py.run.usage_error import UsageError
+from firmware_py.settings import setting_text
+from sternplane.sweep.axes import Axis, axis_of
+from sternplane.sweep.sampling import grid, latin_hypercube
+
+LAW = "autopilot.control.law"
+_MOST = 10_000_000
+"""Flights of a sweep: more are a mistake."""
+
+
+class Job(NamedTuple):
+    """One flight: its number, its sample, its seed, its law, the varied values, and all settings as texts."""
+
+    flight: int
+    sample: int
+    seed: int
+    law: str
+    values: dict[str, Any]
+    settings: tuple[str, ...]
+    faults: tuple[str, ...]
+
+
+class Plan(NamedTuple):
+    """A sweep, as sweep.json has it.
+
+    Attributes:
+        scenario: as it was called.
+        axes: what is varied.
+        n: samples of a Latin hypercube; 0 for a grid.
+        grid: values of each range in a grid; 0 for a Latin hypercube.
+        seed: of the samples, and of the flights unless `seeds` are given: sample k flies with seed + k.
+        seeds: (first, behind the last) of the seeds with each of which every sample flies.
+        laws: with each of which every sample flies; empty is the one that is configured.
+        settings: what is set in all flights.
+        faults: in all flights.
+    """
+
+    scenario: str
+    axes: tuple[Axis, ...]
+    n: int
+    grid: int
+    seed: int
+    seeds: tuple[int, int] | None
+    laws: tuple[str, ...]
+    settings: tuple[str, ...]
+    faults: tuple[str, ...]
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as JSON has it."""
+        return {
+            **self._asdict(),
+            "axes": [axis.plain() for axis in self.axes],
+            "seeds": list(self.seeds) if self.seeds else None,
+            **{key: list(getattr(self, key)) for key in ("laws", "settings", "faults")},
+        }
+
+
+class Flights:
+    """The flights of a plan, by their numbers: sample by sample, so that what was broken off has all laws and seeds.
+
+    Args:
+        plan: of the sweep.
+        law: the configured one.
+
+    Attributes:
+        laws: with each of which every sample flies.
+        each: how many flights each sample has.
+
+    Raises:
+        UsageError: too many.
+    """
+
+    def __init__(self, plan: Plan, law: str) -> None:
+        self.plan = plan
+        self.laws: tuple[str, ...] = plan.laws or (law,)
+        self.each = len(self.laws) * (plan.seeds[1] - plan.seeds[0] if plan.seeds else 1)
+        combinations = 1
+        for axis in plan.axes:
+            combinations *= len(axis.grid(plan.grid)) if plan.grid else 1
+        if max(plan.n, combinations) * self.each > _MOST:
+            raise UsageError(f"{max(plan.n, combinations) * self.each:,} flights: at most {_MOST:,} in one sweep")
+
+    @cached_property
+    def samples(self) -> list[tuple[Any, ...]]:
+        """The values of each sample, in the order of the axes."""
+        plan = self.plan
+        return list(grid(plan.grid, plan.axes) if plan.grid else latin_hypercube(plan.n, plan.axes, plan.seed))
+
+    @property
+    def digest(self) -> str:
+        """What tells these samples from all others."""
+        return hashlib.sha256(json.dumps(self.samples).encode()).hexdigest()[:16]
+
+    def __len__(self) -> int:
+        return len(self.samples) * self.each
+
+    def job(self, flight: int) -> Job:
+        """Return one flight."""
+        plan, (sample, rest) = self.plan, divmod(flight, self.each)
+        number, law = divmod(rest, len(self.laws))
+        seed = plan.seeds[0] + number if plan.seeds else plan.seed + sample
+        values = dict(zip([axis.key for axis in plan.axes], self.samples[sample], strict=True))
+        settings = [*plan.settings, *([f"{LAW}={self.laws[law]}"] if plan.laws else [])]
+        settings += [setting_text(key, value) for key, value in values.items()]
+        return Job(flight, sample, seed, self.laws[law], values, tuple(settings), plan.faults)
+
+
+def read_plan(path: Path) -> tuple[Plan, dict[str, Any]]:
+    """Return the plan that a sweep.json has, and all of it.
+
+    Raises:
+        UsageError: it cannot be read, or is none.
+    """
+    try:
+        found = json.loads(read_regular(path).decode())
+        plain = found["plan"]
+        plan = Plan(
+            **{
+                **plain,
+                "axes": tuple(axis_of(axis) for axis in plain["axes"]),
+                "seeds": tuple(plain["seeds"]) if plain["seeds"] else None,
+                **{key: tuple(plain[key]) for key in ("laws", "settings", "faults")},
+            }
+        )
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read ({error.strerror}); is --out the folder of a sweep?") from None
+    except (ValueError, KeyError, TypeError, RecursionError):
+        raise UsageError(f"{path}: is no plan of a sweep; choose another --out") from None
+    return plan, found
+
+
+def refuse_other(there: Plan, here: Plan, folder: Path) -> None:
+    """Refuse to go on with another sweep.
+
+    Raises:
+        UsageError: what is different.
+    """
+    named = {"axes": "--vary", "laws": "--law", "settings": "--set", "faults": "--fault"}
+    for key, mine in here.plain().items():
+        if mine != (other := there.plain()[key]):
+            option = named.get(key, f"--{key}")
+            raise UsageError(
+                f"{folder}: holds a sweep with another {option}, {_short(other)}, here {_short(mine)}; choose another "
+                "--out, or leave all but --out away to go on with that one"
+            )
+
+
+def laws_of(text: str | None) -> tuple[str, ...]:
+    """Return the laws of a list with commas.
+
+    Raises:
+        ParamError: an empty one, or one twice.
+    """
+    laws = tuple([law.strip() for law in text.split(",")]) if text else ()
+    if not all(laws) or len(set(laws)) < len(laws):
+        raise ParamError(f"--law {text}: write names with commas between them, each once, such as sliding,pid")
+    return laws
+
+
+def _short(value: Any) -> str:
+    text = ", ".join(map(_short, value)) if isinstance(value, Sequence) and not isinstance(value, str) else str(value)
+    return text if len(text) <= 60 else f"{text[:56]} ..."

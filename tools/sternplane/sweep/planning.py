@@ -1,0 +1,130 @@
+"""Options into a plan: checked before anything flies, and compared with the plan that is there already."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+from pathlib import Path
+
+from rich.console import Console
+
+from firmware_py.run import provenance
+from firmware_py.run.run_folders import run_folder
+from firmware_py.run.usage_error import UsageError
+from firmware_py.settings import setting_text
+from sternplane.campaign.files import write
+from sternplane.campaign.seeds import seeds_of
+from sternplane.sitl.flight import Flight, FlightRequest, prepare
+from sternplane.sweep import inputs
+from sternplane.sweep.axes import FORM, Axis, parse_axis
+from sternplane.sweep.plan import LAW, Flights, Plan, laws_of, read_plan, refuse_other
+
+PLAN = "sweep.json"
+_SAMPLES, _SEED = 100, 1
+"""Unless told otherwise."""
+
+
+def planned(options: argparse.Namespace, console: Console) -> tuple[Flights, Path]:
+    """Return the flights of a sweep, a new one or one that goes on, and its folder.
+
+    Raises:
+        ParamError, UsageError: in one line, what is wrong.
+    """
+    there = options.out / PLAN if options.out is not None else None
+    if there is not None and there.exists():
+        return _going_on(options, there, console), options.out
+    if not options.vary:
+        raise UsageError(f"sweep: nothing is varied; give --vary {FORM}")
+    request = FlightRequest(options.scenario, options.config, io=options.io)
+    plan, law = _checked(options, request)
+    flights, folder = Flights(plan, law), run_folder(options.out)
+    if left := [path.name for path in folder.iterdir() if path.name in ("flights.jsonl", "flights.parquet")]:
+        raise UsageError(f"{folder}: holds {left[0]} of something else; choose another --out")
+    inputs.freeze(inputs.files_of(request), folder)
+    made_by = {"law": law, "samples": flights.digest, "revision": provenance.git_revision()}
+    write(folder / PLAN, json.dumps({"plan": plan.plain(), **made_by}, indent=1) + "\n")
+    _tell(flights, folder, console)
+    return flights, folder
+
+
+def _going_on(options: argparse.Namespace, path: Path, console: Console) -> Flights:
+    """Return the flights of a sweep that is there; options that are given must be those of then."""
+    plan, found = read_plan(path)
+    if options.vary:
+        request = inputs.frozen_request(path.parent)
+        refuse_other(plan, _checked(options, request)[0], path.parent)
+        then, now = (
+            inputs.read_inputs(path.parent),
+            inputs.files_of(FlightRequest(options.scenario, options.config, io=options.io)),
+        )
+        if changed := [name for name in now if now[name] != then.get(name)]:
+            console.print(f"{', '.join(changed)} changed since: the sweep goes on with {path.parent / inputs.FOLDER}")
+    flights = Flights(plan, found["law"])
+    if flights.digest != found["samples"]:
+        raise UsageError(f"{path}: this version draws other samples; go on with revision {found['revision']}")
+    _tell(flights, path.parent, console)
+    return flights
+
+
+def _checked(options: argparse.Namespace, request: FlightRequest) -> tuple[Plan, str]:
+    """Return the plan of the options, and the configured law; every end of every axis is tried."""
+    laws, settings, faults = laws_of(options.law), tuple(options.settings), tuple(options.fault)
+    if options.seed is not None and options.seed < 0:
+        raise UsageError(f"--seed {options.seed}: must be 0 or more")
+    if options.n is not None and options.grid is not None:
+        raise UsageError("--n and --grid: choose one")
+    for name in ("n", "grid", "jobs", "worst"):
+        value = getattr(options, name)
+        if value is not None and value < (0 if name == "worst" else 1):
+            raise UsageError(f"--{name} {value}: must be {0 if name == 'worst' else 1} or more")
+    base = dataclasses.replace(request, settings=settings, faults=faults)
+    nominal = prepare(base, {})
+    axes = tuple(parse_axis(text, nominal) for text in options.vary)
+    keys = [axis.key for axis in axes]
+    if twice := [key for key in keys if keys.count(key) > 1 or (key == LAW and laws)]:
+        raise UsageError(f"--vary {twice[0]}: is varied twice")
+    for law in laws:
+        _try(base, f"{LAW}={law}")
+    for axis in axes:
+        for value in axis.choices or (axis.low, axis.high):
+            _try(base, setting_text(axis.key, round(value) if axis.whole else value))
+    seeds = seeds_of(options.seeds, range(0)) if options.seeds else None
+    plan = Plan(
+        scenario=options.scenario,
+        axes=axes,
+        n=0 if options.grid else options.n or _SAMPLES,
+        grid=options.grid or 0,
+        seed=_SEED if options.seed is None else options.seed,
+        seeds=(seeds.start, seeds.stop) if seeds else None,
+        laws=laws,
+        settings=settings,
+        faults=faults,
+    )
+    return plan, _law(nominal)
+
+
+def _try(request: FlightRequest, text: str) -> None:
+    """Refuse a value with which nothing can fly, before anything does."""
+    prepare(dataclasses.replace(request, settings=(*request.settings, text)), {})
+
+
+def _law(flight: Flight) -> str:
+    law = flight.params.control.law
+    return str(getattr(law, "name", law)).lower()
+
+
+def _tell(flights: Flights, folder: Path, console: Console) -> None:
+    plan = flights.plan
+    parts = [f"{len(flights.samples):,} samples"]
+    parts += [f"{plan.seeds[1] - plan.seeds[0]} seeds"] if plan.seeds else []
+    parts += [f"{len(plan.laws)} laws"] if plan.laws else []
+    console.print(f"{' × '.join(parts)} = {len(flights):,} flights, seed {plan.seed}, in {folder}")
+    for axis in plan.axes:
+        console.print(f"  {axis.key}: {_span(axis)}")
+
+
+def _span(axis: Axis) -> str:
+    if axis.choices:
+        return ", ".join(map(str, axis.choices))
+    return f"{axis.low:.6g} to {axis.high:.6g}{' (log)' if axis.log else ''}"

@@ -1,0 +1,54 @@
+"""Which flights of a sweep were the worst: those that failed, and then those of the greatest error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from firmware_py.run.usage_error import UsageError
+
+Row = Mapping[str, Any]
+_JUDGED = ("path_error_rms_m", "depth_tracking_error_rms_m", "heading_tracking_error_rms_deg", "navigation_error_end_m")
+"""What flights are judged by, unless a person says otherwise: the first that any flight has."""
+
+
+def judged_by(rows: Sequence[Row], wanted: str | None) -> str:
+    """Return the column that flights are judged by, the greater the worse; "" if there is none.
+
+    Raises:
+        UsageError: no flight has the one that is wanted.
+    """
+    if wanted is None:
+        return next((name for name in _JUDGED if any(row.get(name) is not None for row in rows)), "")
+    if not any(isinstance(row.get(wanted), int | float) for row in rows):
+        known = sorted({name for row in rows for name, value in row.items() if isinstance(value, float)})
+        raise UsageError(f"--judge {wanted}: no flight has such a number; there are {', '.join(known)}")
+    return wanted
+
+
+def worst(rows: Sequence[Row], judge: str, most: int) -> list[Row]:
+    """Return the worst flights, the worst first; of equals the first."""
+    return sorted(rows, key=lambda row: (-badness(row), -figure_of(row, judge), row["flight"]))[:most]
+
+
+def badness(row: Row) -> int:
+    """Return 0 for a completed flight, 1 for one that came up safely, 2 for one that did not, 3 for an error."""
+    if row["error"]:
+        return 3
+    return 0 if row["completed"] else 1 if row.get("surfaced") else 2
+
+
+def outcome_text(row: Row) -> str:
+    """Return how a flight ended."""
+    if row["error"]:
+        return f"error: {row['error']}"
+    if row["completed"]:
+        return "completed"
+    return f"{'came up: ' if row.get('surfaced') else 'failed: '}{row.get('reason', '')}"
+
+
+def figure_of(row: Row, judge: str) -> float:
+    """Return the figure of a flight that it is judged by; -inf where it has none."""
+    value = row.get(judge)
+    return float(value) if isinstance(value, int | float) else -math.inf
