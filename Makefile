@@ -5,7 +5,7 @@ BIN := .venv/bin
 LOCKS := tools/requirements
 PIP := $(BIN)/python $(LOCKS)/install.py
 
-.PHONY: help setup sitl gcs test test-vcan lint rooms bench fuzz kill load soak soak-vcan study study-safety study-adaptation paper wheels lock clean
+.PHONY: help setup sitl gcs test test-vcan lint rooms bench bench-sweep fuzz kill load soak soak-vcan study study-safety study-adaptation paper wheels lock clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -40,6 +40,9 @@ rooms: setup .venv/.dev ## the folders, how many files and lines they have, and 
 
 bench: setup .venv/.dev ## measure, and print JSON
 	@$(BIN)/python -m sternplane.bench
+
+bench-sweep: setup ## 1,000 flights of 60 s: flights/s, memory, killed twice and the same table; hours; ARGS="--n 60" for fewer
+	@$(BIN)/python -m sternplane.bench.sweep $(ARGS)
 
 fuzz: setup ## ten million odd packets into the ground links; ARGS="--packets 100000" for fewer, "--configurations 5000" for files, "--instruments 1000000" for devices
 	@$(BIN)/python -m sternplane.fuzz $(ARGS)

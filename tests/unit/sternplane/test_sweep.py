@@ -156,6 +156,7 @@ def test_errors_are_the_worst_then_failures_then_the_greatest_figure() -> None:
     judge = judged_by(rows, None)
     assert judge == "path_error_rms_m"
     assert [one["flight"] for one in worst(rows, judge, 6)] == [3, 5, 1, 2, 4, 0]
+    assert [one["flight"] for one in worst(rows, judge, 1)] == [3, 5]
     assert outcome_text(rows[2]) == "came up: leak"
     with pytest.raises(UsageError, match="--judge depth: no flight has such a number; there are path_error_rms_m"):
         judged_by(rows, "depth")

@@ -54,10 +54,18 @@ class DaskCrew(contextlib.AbstractContextManager["DaskCrew"]):
             self._client.close()
             raise
 
+        if threaded := [name for name, one in self._workers().items() if one["nthreads"] > 1]:
+            advice = "start it with --nworkers N --nthreads 1 to use N processors"
+            console.print(f"{threaded[0]} has several threads, and does one job at a time; {advice}", highlight=False)
+
     @property
     def size(self) -> int:
         """Return how many workers there are; each does one job at a time."""
-        return len(self._client.scheduler_info(n_workers=-1)["workers"])
+        return len(self._workers())
+
+    def _workers(self) -> dict[str, Any]:
+        found: dict[str, Any] = self._client.scheduler_info(n_workers=-1)["workers"]
+        return found
 
     def results(
         self, work: Callable[..., Result], jobs: Iterable[tuple[Job, tuple[Any, ...]]]

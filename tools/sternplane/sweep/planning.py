@@ -51,6 +51,10 @@ def planned(options: argparse.Namespace, console: Console) -> tuple[Flights, Pat
 def _going_on(options: argparse.Namespace, path: Path, console: Console) -> Flights:
     """Return the flights of a sweep that is there; options that are given must be those of then."""
     plan, found = read_plan(path)
+    of_a_plan = {"--n": options.n, "--grid": options.grid, "--seed": options.seed, "--seeds": options.seeds}
+    of_a_plan |= {"--law": options.law, "--set": options.settings or None, "--fault": options.fault or None}
+    if not options.vary and (given := [name for name, value in of_a_plan.items() if value is not None]):
+        raise UsageError(f"{given[0]}: {path.parent} holds a sweep, which goes on as it began; give --out alone")
     if options.vary:
         request = inputs.frozen_request(path.parent)
         refuse_other(plan, _checked(options, request)[0], path.parent)

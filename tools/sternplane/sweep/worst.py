@@ -28,8 +28,9 @@ def judged_by(rows: Sequence[Row], wanted: str | None) -> str:
 
 
 def worst(rows: Sequence[Row], judge: str, most: int) -> list[Row]:
-    """Return the worst flights, the worst first; of equals the first."""
-    return sorted(rows, key=lambda row: (-badness(row), -figure_of(row, judge), row["flight"]))[:most]
+    """Return the worst flights, the worst first, of equals the first: `most` with an error, and `most` that flew."""
+    ordered = sorted(rows, key=lambda row: (-badness(row), -figure_of(row, judge), row["flight"]))
+    return [row for row in ordered if row["error"]][:most] + [row for row in ordered if not row["error"]][:most]
 
 
 def badness(row: Row) -> int:

@@ -1,0 +1,220 @@
+"""A sweep flown for real: killed and gone on with, on a cluster that loses a worker, with flights that fail."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from sternplane.logs.reading import read
+from sternplane.logs.replay import replay
+from sternplane.sweep import command as sweep_command
+from sternplane.sweep.flight import fly_row
+
+from firmware_py.app import build
+from tests.command import called
+from tests.sitl.conftest import Start
+from tests.sitl.flights import BRIEF
+
+pytest.importorskip("pyarrow")
+WORDS = ("sweep", "--scenario", "brief.toml", "--vary", "vehicle.M_q=±20%", "--vary", "truth.current=0..0.3")
+WORDS += ("--law", "sliding,pid", "--n", "3", "--no-report", "--worst", "0")
+FLIGHTS = 6
+
+
+class Here:
+    """Flies in this process: what comes of a flight does not hang on where it is flown."""
+
+    def __init__(self, size: int = 1) -> None:
+        self.size = size
+
+    def results(self, work, jobs):
+        yield from [(job, work(*arguments)) for job, arguments in reversed(list(jobs))]
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a scenario; sweeps fly in this process, from the last flight to the first."""
+    (tmp_path / "brief.toml").write_text(BRIEF)
+    monkeypatch.setattr(sweep_command, "LocalCrew", Here)
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The hash of the table of a sweep that nobody disturbed."""
+    folder = tmp_path_factory.mktemp("undisturbed")
+    (folder / "brief.toml").write_text(BRIEF)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sweep_command, "LocalCrew", Here)
+        done = called(*WORDS, "--out", "undisturbed", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return table(folder / "undisturbed")
+
+
+def table(folder: Path) -> str:
+    return hashlib.sha256((folder / "flights.parquet").read_bytes()).hexdigest()
+
+
+def rows(folder: Path) -> list[dict]:
+    path = folder / "flights.jsonl"
+    lines = path.read_bytes().split(b"\n")[:-1] if path.exists() else []
+    return [json.loads(line) for line in lines]
+
+
+def until(true: Callable[[], bool], goes_on: Callable[[], bool], seconds: float = 90.0) -> None:
+    end = time.monotonic() + seconds
+    while not true():
+        assert goes_on()
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_a_sweep_that_is_killed_goes_on_to_the_same_table(here: Path, start: Start, undisturbed: str) -> None:
+    folder = here / "killed"
+    killed = start(*WORDS, "--jobs", "2", "--out", "killed")
+    until(lambda: len(rows(folder)) >= 2, lambda: killed.returncode is None)
+    killed.send_signal(signal.SIGKILL)
+    killed.communicate(20.0)
+    kept = len(rows(folder))
+    assert 2 <= kept < FLIGHTS
+    with (folder / "flights.jsonl").open("ab") as file:
+        file.write(b'{"key": "5", "flight"')  # as if killed in the middle of a line
+    done = called("sweep", "--out", "killed", "--no-report", "--worst", "0", cwd=here)
+    assert done.returncode == 0, done.stderr
+    assert f"{kept} of {FLIGHTS} flights are in killed/flights.jsonl already" in done.stderr
+    assert sorted(row["flight"] for row in rows(folder)) == list(range(FLIGHTS))
+    assert table(folder) == undisturbed
+
+
+@contextlib.contextmanager
+def dask(part: str, *words: str | Path, cwd: Path) -> Iterator[subprocess.Popen]:
+    """A process of a cluster, ended with the block."""
+    command = [sys.executable, "-m", f"distributed.cli.dask_{part}", *map(str, words), "--no-dashboard"]
+    process = subprocess.Popen(command, cwd=cwd, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+@pytest.fixture
+def scheduler(tmp_path: Path) -> Iterator[str]:
+    """The address of a Dask scheduler."""
+    pytest.importorskip("distributed")
+    file = tmp_path / "scheduler.json"
+    words = ("--host", "127.0.0.1", "--port", "0", "--scheduler-file", file)
+    with dask("scheduler", *words, cwd=tmp_path) as process:
+        until(lambda: file.exists() and file.stat().st_size > 0, lambda: process.poll() is None)
+        yield json.loads(file.read_text())["address"]
+
+
+def test_a_cluster_that_loses_a_worker_gives_the_same_table(
+    here: Path, start: Start, undisturbed: str, scheduler: str
+) -> None:
+    with contextlib.ExitStack() as stack:
+        workers = [
+            stack.enter_context(
+                dask("worker", scheduler, "--no-nanny", "--nthreads", "1", "--name", f"w{i}", cwd=here),
+            )
+            for i in (1, 2)
+        ]
+        sweep = start(*WORDS, "--out", "cluster", "--dask", scheduler)
+        until(lambda: len(rows(here / "cluster")) >= 2, lambda: sweep.returncode is None)
+        os.kill(workers[0].pid, signal.SIGKILL)
+        out, err = sweep.communicate(90.0)
+    assert sweep.returncode == 0, err + out
+    assert sorted(row["flight"] for row in rows(here / "cluster")) == list(range(FLIGHTS))
+    assert table(here / "cluster") == undisturbed
+
+
+def test_where_no_scheduler_answers_that_is_said_in_one_line(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("sternplane.campaign.dask_crew._CONNECT", 0.3)
+    done = called(*WORDS, "--out", "none", "--dask", "tcp://127.0.0.1:1", cwd=here)
+    assert done.returncode == 2
+    assert "--dask tcp://127.0.0.1:1: no scheduler answers" in done.stderr.splitlines()[-1]
+
+
+def test_a_flight_that_cannot_be_flown_ends_no_sweep_and_a_row_flies_again(here: Path) -> None:
+    (here / "brief.toml").write_text(BRIEF + "[environment]\nbottom_depth_m = 40.0\n")
+    words = ("--grid", "3", "--vary", "scenario.start.depth=1..9", "--vary", "truth.bottom_depth=2,30", "--worst", "1")
+    words = ("sweep", "--scenario", "brief.toml", *words, "--out", "errors")
+    done = called(*words, cwd=here)
+    assert done.returncode == 1, done.stderr
+    found = {row["flight"]: row["error"] for row in rows(here / "errors")}
+    assert {flight for flight, error in found.items() if error} == {2, 4}  # 5 m and 9 m deep over a bottom of 2 m
+    assert found[4].startswith("ParamError: scenario.toml with ")
+    assert "depth_m = 9 is below the bottom" in found[4]
+    page = (here / "errors" / "report.html").read_text()
+    assert "2 flights ended in an error" in page
+    assert "--again 2<" in page
+    again = called("sweep", "--out", "errors", "--again", "3", "--no-report", cwd=here)
+    assert "sternplane sitl --scenario errors/inputs/scenario.toml" in again.stderr
+    log = read(here / "errors" / "again" / "000003" / "log.mcap")
+    assert log.header["settings"] == {"scenario.start.depth_m": 5.0, "scenario.environment.bottom_depth_m": 30}
+    assert replay(log, build).equal
+    other = called(*words, "--seed", "2", cwd=here)
+    assert (other.returncode, "holds a sweep with another --seed, 1, here 2" in other.stderr) == (2, True)
+    other = called("sweep", "--out", "errors", "--law", "pid", cwd=here)
+    assert (other.returncode, "--law: errors holds a sweep, which goes on as it began" in other.stderr) == (2, True)
+
+
+def test_the_worst_leave_their_logs_and_a_page_says_what_goes_with_failures(here: Path) -> None:
+    words = ("sweep", "--scenario", "brief.toml", "--vary", "truth.current=0..0.3", "--n", "9", "--out", "page")
+    done = called(*words, "--judge", "navigation_error_end_m", "--worst", "1", cwd=here)
+    assert done.returncode == 0, done.stderr
+    folder = here / "page"
+    worst = max(rows(folder), key=lambda row: row["navigation_error_end_m"])
+    [left] = (folder / "worst").iterdir()
+    assert left.name == f"{worst['flight']:06d}"
+    assert {path.name for path in left.iterdir()} == {"log.mcap", "report.html", "summary.json"}
+    summary = json.loads((left / "summary.json").read_text())
+    assert summary["navigation_error_end_m"] == worst["navigation_error_end_m"]
+    page = (folder / "report.html").read_text()
+    assert f'href="worst/{left.name}/report.html"' in page
+    assert "failure: it is the same in all samples" in page
+    assert 'src="http' not in page
+
+
+def test_what_is_no_fault_of_a_flight_ends_the_sweep(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("sternplane.logs.summary.summarise", full)
+    from sternplane.sweep.plan import Job
+
+    inputs = {"scenario.toml": BRIEF.encode()}
+    from sternplane.sitl.request import CONFIG
+
+    inputs |= {path.name: path.read_bytes() for path in CONFIG.glob("*.toml")}
+    with pytest.raises(OSError, match="No space left"):
+        fly_row(Job(0, 0, 1, "pid", {}, (), ()), inputs)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ((), "nothing is varied; give --vary KEY=VALUES"),
+        (("--vary", "truth.current=0..30"), "current_m_s = 30.0: out of bounds"),
+        (("--vary", "truth.current=0..1", "--law", "pdi"), "did you mean pid?"),
+        (("--vary", "truth.current=0..1", "--vary", "truth.current_m_s=0,1"), "truth.current_m_s: is varied twice"),
+        (("--vary", "truth.current=0..1", "--n", "3", "--grid", "3"), "--n and --grid: choose one"),
+        (("--vary", "truth.current=0..1", "--n", "0"), "--n 0: must be 1 or more"),
+        (("--again", "3", "--out", "nowhere"), "is --out the folder of a sweep?"),
+    ],
+)
+def test_what_cannot_be_flown_is_refused_before_anything_is_written(words: tuple, said: str, here: Path) -> None:
+    done = called("sweep", "--scenario", "brief.toml", *words, cwd=here)
+    assert (done.returncode, said in done.stderr) == (2, True), done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert not (here / "runs").exists()
