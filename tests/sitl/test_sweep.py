@@ -14,12 +14,16 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from sternplane.campaign.crew import Died
 from sternplane.logs.reading import read
 from sternplane.logs.replay import replay
+from sternplane.sitl.request import CONFIG
 from sternplane.sweep import command as sweep_command
 from sternplane.sweep.flight import fly_row
+from sternplane.sweep.plan import Job
 
 from firmware_py.app import build
+from firmware_py.run.usage_error import UsageError
 from tests.command import called
 from tests.sitl.conftest import Start
 from tests.sitl.flights import BRIEF
@@ -186,18 +190,27 @@ def test_the_worst_leave_their_logs_and_a_page_says_what_goes_with_failures(here
     assert 'src="http' not in page
 
 
+def test_a_flight_that_no_process_survives_is_a_row_with_an_error(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Deadly(Here):
+        def results(self, work, jobs):
+            for job, result in super().results(work, jobs):
+                yield job, Died("killed") if job == 1 else result
+
+    monkeypatch.setattr(sweep_command, "LocalCrew", Deadly)
+    words = ("--vary", "truth.current=0..0.3", "--n", "2", "--worst", "0", "--out", "out")
+    done = called("sweep", "--scenario", "brief.toml", *words, cwd=here)
+    assert (done.returncode, "flight 1: killed" in done.stderr, "1 of 2 completed" in done.stdout) == (1, True, True)
+    assert [row["error"] for row in rows(here / "out")] == ["killed", ""]
+    assert "error: killed" in (here / "out" / "report.html").read_text()
+
+
 def test_what_is_no_fault_of_a_flight_ends_the_sweep(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("sternplane.logs.summary.summarise", full)
-    from sternplane.sweep.plan import Job
-
-    inputs = {"scenario.toml": BRIEF.encode()}
-    from sternplane.sitl.request import CONFIG
-
-    inputs |= {path.name: path.read_bytes() for path in CONFIG.glob("*.toml")}
-    with pytest.raises(OSError, match="No space left"):
+    inputs = {"scenario.toml": BRIEF.encode()} | {path.name: path.read_bytes() for path in CONFIG.glob("*.toml")}
+    with pytest.raises(UsageError, match="No space left on device; start it again to go on"):
         fly_row(Job(0, 0, 1, "pid", {}, (), ()), inputs)
 
 

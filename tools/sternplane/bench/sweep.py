@@ -10,6 +10,7 @@ import argparse
 import hashlib
 import json
 import os
+import resource
 import signal
 import statistics
 import subprocess
@@ -78,12 +79,16 @@ def main() -> int:
 def _paired(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
     """Fly the same flights with one worker and with all, in turns; the first flight of each worker does not count."""
     rates: dict[int, list[float]] = {1: [], options.jobs: []}
+    costs: dict[int, list[float]] = {1: [], options.jobs: []}
     for turn in range(options.turns):
         for jobs in list(rates)[:: 1 if turn % 2 else -1]:
             run = _Sweep(folder, f"turn{turn}.{jobs}", options.paired, jobs)
-            rates[jobs].append(run.run()["flights_s"])
+            measured = run.run()
+            rates[jobs].append(measured["flights_s"])
+            costs[jobs].append(measured["cpu_s_of_a_flight"])
     ratios = [many / one for many, one in zip(rates[options.jobs], rates[1], strict=True)]
-    return {"flights_s": rates, "ratio": ratios, "median ratio": statistics.median(ratios)}
+    cost = {"cpu_s_of_a_flight": costs}
+    return {"flights_s": rates, "ratio": ratios, "median ratio": statistics.median(ratios), **cost}
 
 
 class _Sweep:
@@ -103,6 +108,7 @@ class _Sweep:
         command += ["--n", str(self._n), "--jobs", str(self._jobs), "--out", str(self._out)]
         times: list[tuple[int, float]] = []
         memory: list[tuple[int, float, float]] = []
+        before, there = _processor_s(), self._done()
         with subprocess.Popen(command, cwd=self._folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as child:
             last = 0.0
             while child.poll() is None:
@@ -123,6 +129,7 @@ class _Sweep:
         (first, since), (last_done, until) = begun[0], begun[-1]
         return {
             "jobs": self._jobs,
+            "cpu_s_of_a_flight": (_processor_s() - before) / max(self._done() - there, 1),
             "flights_s": (last_done - first) / (until - since) if until > since else 0.0,
             "memory_mb": {"flights, command, greatest worker": _quarters(memory)},
         }
@@ -135,6 +142,12 @@ class _Sweep:
 def _quarters(memory: list[tuple[int, float, float]]) -> list[tuple[int, float, float]]:
     """Return the memory at five moments, evenly from the first to the last."""
     return [memory[round(i * (len(memory) - 1) / 4.0)] for i in range(5)] if memory else []
+
+
+def _processor_s() -> float:
+    """Return the processor time of all processes that have ended, with what they started, s."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def _children(pid: int) -> Iterator[int]:

@@ -55,8 +55,8 @@ def command(options: argparse.Namespace) -> int:
     finally:
         store.close()
     _told_speed(rows, {*missing}, time.monotonic() - began, console)
-    judge = judged_by(rows, options.judge)
     write(folder / TABLE, parquet(rows, flights.plan.plain()))
+    judge = judged_by(rows, options.judge)
     _fly_worst(flights, worst(rows, judge, options.worst), files, folder, options, console)
     _report(flights, rows, judge, folder, options)
     return 1 if any(row["error"] for row in rows) else 0

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import functools
+import platform
 import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from firmware_py.run.usage_error import UsageError
 from sternplane.sweep.plan import Job
 
 SCENARIO_FILE = "scenario.toml"
@@ -34,15 +36,22 @@ def fly_row(job: Job, inputs: Mapping[str, bytes], keep: str | None = None) -> d
         job: what to fly.
         inputs: the files, by name: of the configuration, and scenario.toml.
         keep: where its log is left; None is nowhere.
+
+    Raises:
+        BusError, LogError, UsageError: what the computer lacks, and no flight is to blame for.
     """
     from firmware_py.adapters.kernel_compile import prepare_kernels
 
-    with _ONE, TemporaryDirectory() as name:
-        prepare_kernels()  # before a kernel is imported, where this process is the first
-        folder = Path(name)
-        for file, content in inputs.items():
-            (folder / file).write_bytes(content)
-        return {**_begun(job), **_flown(job, folder, keep)}
+    try:
+        with _ONE, TemporaryDirectory() as name:
+            prepare_kernels()  # before a kernel is imported, where this process is the first
+            folder = Path(name)
+            for file, content in inputs.items():
+                (folder / file).write_bytes(content)
+            return {**_begun(job), **_flown(job, folder, keep)}
+    except (OSError, MemoryError) as error:
+        why = getattr(error, "strerror", None) or type(error).__name__
+        raise UsageError(f"flight {job.flight} on {platform.node()}: {why}; start it again to go on") from None
 
 
 @functools.cache
@@ -55,7 +64,7 @@ def _made_by() -> dict[str, str]:
 
 def died_row(job: Job, why: str) -> dict[str, Any]:
     """Return the row of a flight that no process survives."""
-    return {**_begun(job), "error": why}
+    return {**_begun(job), "completed": False, "error": why}
 
 
 def _begun(job: Job) -> dict[str, Any]:
@@ -85,7 +94,7 @@ def _flown(job: Job, folder: Path, keep: str | None) -> dict[str, Any]:
                 break
         summary = summarise(stream(log))
     except (LogError, BusError, OSError, MemoryError):
-        raise  # not the flight's fault: the sweep ends, and can go on
+        raise
     except Exception as error:
         said = " ".join(str(error).replace(f"{folder}/", "").split())
         return {"completed": False, "error": f"{type(error).__name__}: {said}"[:300], **made_by}
