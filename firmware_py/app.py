@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from firmware_py.allocation import Allocator
 from firmware_py.autopilot import Autopilot
+from firmware_py.chosen_parts import chosen, refuse_no_data
 from firmware_py.config_files import Configuration, autopilot_params, vehicle
 from firmware_py.estimation.navigation.navigation import KeptNavigation
 from firmware_py.marine import Origin
@@ -30,7 +31,8 @@ def parts_factory(configuration: Configuration) -> PartsFactory:
     params, model = autopilot_params(configuration), vehicle(configuration)
     fence, rally = (configuration.get(name, {}) for name in ("fence", "rally"))  # old logs have none
     plans = mission_from_plain(configuration["mission"]), fence_from_plain(fence), rally_from_plain(rally)
-    return PartsFactory(configuration["files"], model, ActiveConfiguration(params, *plans))
+    active, own = ActiveConfiguration(params, *plans), chosen(configuration)
+    return PartsFactory(configuration["files"], model, active, own)
 
 
 def parameter_store(configuration: Configuration) -> ParameterStore:
@@ -68,6 +70,7 @@ def build(configuration: Configuration) -> Autopilot:
         model = vehicle(configuration)
         allocator, abilities = Allocator(model), ManoeuvrabilityModel(model)
     parts = factory.parts()
+    refuse_no_data(factory.own, parts)
     kept = dict(configuration["kept"])
     if passport := kept.pop("passport", None):
         restored = restored_of(passport)

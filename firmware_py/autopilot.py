@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple, Protocol
 
 from firmware_py.allocation import Allocator
 from firmware_py.control.adoption import Adoption
 from firmware_py.guidance.guidance import Guidance
+from firmware_py.own_parts import OwnParts
 from firmware_py.records.adoption import Adopted
 from firmware_py.records.command import Applied, Demand, ModeState, Reference
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import Event
 from firmware_py.records.health import AxisDoubt
-from firmware_py.records.order import Arming, Change, Order
+from firmware_py.records.order import Arming, Change, Mode, Order
 from firmware_py.records.passport import LearnedModel, Restored
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.safety.actuator_watch import ActuatorWatch
@@ -53,6 +55,12 @@ class StateEstimator(Protocol):
         `doubts` is what the motion said of planes and rudders then, `adopted` what the laws were designed from.
         """
 
+    def flown_by(self, mode: Mode, state: StateEstimate, /) -> StateEstimate:
+        """Return the state that guidance and laws fly by in a mode, of the one that the supervisor goes by."""
+
+    def told(self) -> tuple[Event, ...]:
+        """Return what happened since the last call."""
+
     def keep(self) -> Any:
         """Return what a later run may start from."""
 
@@ -80,6 +88,9 @@ class ControlLaw(Protocol):
     ) -> Demand:
         """Return the demand of stern planes, rudder and propeller for this tick."""
 
+    def told(self) -> tuple[Event, ...]:
+        """Return what happened since the last call."""
+
     def freeze(self) -> Any:
         """Return the whole memory."""
 
@@ -101,6 +112,10 @@ class Parts(NamedTuple):
 
 class Reconfigurator(Protocol):
     """Interface of what makes an autopilot's parts anew for an order's changes; see `reconfiguration`."""
+
+    @property
+    def own(self) -> OwnParts:
+        """Return the classes of the parts of one's own."""
 
     def apply(self, changes: tuple[Change, ...], parts: Parts) -> tuple[Parts, tuple[Event, ...]]:
         """Return the parts to go on with, which remember what the old ones did, and what is to be told of it."""
@@ -144,12 +159,15 @@ class Autopilot:
         left = self.abilities.of(adopted, actuators.left)
         flown = guidance.finished, guidance.last, left
         mode = supervisor.update(tick, estimator.believed, state, actuators, order, *flown)  # may only make it safer
+        state = estimator.flown_by(mode.mode, state)
+        if frame.payload:
+            state = replace(state, payload=frame.payload)
         guidance.limit(left, adopted.caution)
         reference = guidance.update(tick, mode, order, state)
         demand = control.update(tick, mode, order, reference, state, adopted)
         fins = self.allocator.allocate(demand, actuators.left)
         self.applied = gate.limit(tick, mode, estimator.heard, fins, self.applied)  # last word; knows no law
-        events = changed + adoption.events + supervisor.events + guidance.events
+        events = changed + adoption.events + supervisor.events + guidance.events + estimator.told() + control.told()
         return Cycle(
             *(tick, frame, order, state, actuators, adopted, left, mode, reference, demand, fins, self.applied, events)
         )

@@ -14,6 +14,7 @@ from firmware_py.params import (
     Declaration,
     ParamError,
     TakesEffect,
+    choice_names,
     choices_text,
     declaration_of,
     field_types,
@@ -24,6 +25,7 @@ from firmware_py.params import (
     toml_key,
     unknown_key_text,
 )
+from firmware_py.part_name import PartName
 from firmware_py.units import UNITS
 
 T = TypeVar("T")
@@ -63,7 +65,8 @@ def _doc_of(declaration: Declaration, hint: Any) -> str:
     )
     if choices is None:
         return declaration.doc or {str: "Text.", bool: "true or false."}.get(hint, "")
-    return f"{declaration.doc or _first_line(choices)} One of {choices_text(choices)}."
+    others = ", or the name of one's own" if PartName in typing.get_args(hint) else ""
+    return f"{declaration.doc or _first_line(choices)} One of {choices_text(choices)}{others}."
 
 
 def _first_line(cls: type[Any]) -> str:
@@ -172,8 +175,9 @@ def _entries(
     listed = isinstance(now, tuple)
     default = None if field.default is dataclasses.MISSING else field.default
     for i, value in enumerate(now if listed else (now,)):
-        kind = type(value)
-        choices = tuple(m.name.lower() for m in kind) if issubclass(kind, enum.Enum) else ()
+        kind = type(default if isinstance(value, PartName) else value)
+        choices = choice_names(kind) if issubclass(kind, enum.Enum) else ()
+        choices += tuple(dict.fromkeys(str(one) for one in (was, now) if isinstance(one, PartName)))
         low, high = (0.0, len(choices) - 1.0) if choices else (declaration.low, declaration.high)
         if kind is bool:
             low, high = 0.0, 1.0
@@ -182,9 +186,9 @@ def _entries(
             name=f"{name}{i + 1}" if listed else name,
             key=f"{group}.{toml_key(field)}",
             index=i if listed else -1,
-            value=_as_number(value, declaration),
-            base=_as_number(before, declaration),
-            default=None if first is None else _as_number(first, declaration),
+            value=_as_number(value, declaration, choices),
+            base=_as_number(before, declaration, choices),
+            default=None if first is None else _as_number(first, declaration, choices),
             unit=declaration.unit,
             low=low,
             high=high,
@@ -202,7 +206,7 @@ def _entry(value: Any, i: int, listed: bool) -> Any:
     return value[i] if i < len(value) else None
 
 
-def _as_number(value: Any, declaration: Declaration) -> float:
-    if isinstance(value, enum.Enum):
-        return float(list(type(value)).index(value))
+def _as_number(value: Any, declaration: Declaration, choices: tuple[str, ...]) -> float:
+    if isinstance(value, enum.Enum | PartName):
+        return float(choices.index(value if isinstance(value, PartName) else value.name.lower()))
     return float(to_toml_value(value, UNITS[declaration.unit][1]))

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from firmware_py.error_text import quoted, shortened
+from firmware_py.part_name import PartName, is_part_name
 from firmware_py.units import UNITS, from_si, to_si
 
 T = TypeVar("T")
@@ -105,10 +106,10 @@ def table(cls: type[Any], mav: str = "") -> Any:
     return dataclasses.field(default_factory=cls, metadata={_PREFIX: mav})
 
 
-def named_numbers(doc: str) -> Any:
-    """Declare a table of numbers whose keys are not fixed; empty by default."""
+def named_values(doc: str) -> Any:
+    """Declare a table whose keys are not fixed; empty by default."""
     metadata = {_DECLARATION: Declaration("", -math.inf, math.inf, doc, "", TakesEffect.AT_ONCE)}
-    return dataclasses.field(default_factory=lambda: types.MappingProxyType({}), metadata=metadata)
+    return dataclasses.field(default_factory=dict, metadata=metadata)
 
 
 def declaration_of(field: dataclasses.Field[Any]) -> Declaration | None:
@@ -171,7 +172,12 @@ field_types = typing.cast("Callable[[type[Any]], dict[str, Any]]", functools.cac
 
 def choices_text(choices: type[enum.Enum]) -> str:
     """Return an enum's members as they are written in TOML, separated by commas."""
-    return ", ".join(f'"{member.name.lower()}"' for member in choices)
+    return ", ".join(f'"{name}"' for name in choice_names(choices))
+
+
+def choice_names(choices: type[enum.Enum]) -> tuple[str, ...]:
+    """Return an enum's members as they are written in TOML."""
+    return tuple(member.name.lower() for member in choices)
 
 
 def is_table(hint: Any) -> bool:
@@ -202,7 +208,12 @@ def parse_value(hint: Any, declaration: Declaration | None, raw: Any, where: str
             raise ParamError(f"{where} must be a table")
         return load(hint, raw, where)
     if origin in (typing.Union, types.UnionType):
-        return parse_value(next(a for a in args if a is not type(None)), declaration, raw, where)
+        first = next(a for a in args if a is not type(None))
+        if PartName in args and is_part_name(raw, choice_names(first)):
+            return PartName(raw)
+        return parse_value(first, declaration, raw, where)
+    if hint is Any:
+        return raw
     if origin is tuple:
         if not isinstance(raw, list | tuple):
             raise ParamError(f"{where} = {quoted(raw)}: must be a list")
@@ -219,7 +230,7 @@ def parse_value(hint: Any, declaration: Declaration | None, raw: Any, where: str
             if member.name.lower() == raw:
                 return member
         word = shortened(raw).lower() if isinstance(raw, str) else ""
-        near = difflib.get_close_matches(word, [member.name.lower() for member in hint], n=1)
+        near = difflib.get_close_matches(word, choice_names(hint), n=1)
         also = f"; did you mean {near[0]}?" if near else ""
         raise ParamError(f"{where} = {quoted(raw)}: must be {_expected(hint, declaration)}{also}")
     if hint in (bool, str):

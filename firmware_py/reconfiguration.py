@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from firmware_py.autopilot import Parts
 from firmware_py.contradictions import contradictions
@@ -13,11 +13,17 @@ from firmware_py.control.adoption import Adoption
 from firmware_py.control.control import Control, ControlParams
 from firmware_py.estimation.estimator import EstimationParams, Estimator, refuse_no_filter, same_filter
 from firmware_py.estimation.model.observer_model import refuse_no_inertia
+from firmware_py.estimation.own_estimator import OwnEstimator
 from firmware_py.guidance.guidance import Guidance, GuidanceParams
+from firmware_py.guidance.own_guidance import OwnGuidance
 from firmware_py.marine import Origin
 from firmware_py.mavlink.settings import MavlinkParams, NodeSettings
-from firmware_py.parameter_tree import describe_keys, value_text, with_values
+from firmware_py.own_part import OwnClass, OwnPart
+from firmware_py.own_parts import NO_OWN_PARTS, OwnParts
+from firmware_py.parameter_changes import parts_of, told
+from firmware_py.parameter_tree import describe_keys, with_values
 from firmware_py.params import ParamError, TakesEffect, param, prefix_errors, table
+from firmware_py.part_name import PartName
 from firmware_py.records.event import Event, EventKind, event
 from firmware_py.records.fence import HOME, NO_FENCE, Fence, Place
 from firmware_py.records.limits import OperatingLimits
@@ -60,6 +66,9 @@ class AutopilotParams:
             raise ParamError(contradiction)
 
 
+P = TypeVar("P", bound=OwnPart)
+
+
 class ActiveConfiguration(NamedTuple):
     """What stations may change, as it is in force."""
 
@@ -69,19 +78,8 @@ class ActiveConfiguration(NamedTuple):
     rally: tuple[Place, ...] = ()
 
 
-_MADE_OF: dict[str, tuple[str, ...]] = {
-    "origin": ("estimator",),
-    "estimation": ("estimator", "supervisor"),
-    "safety": ("actuator_watch", "supervisor", "guidance", "gate"),
-    "guidance": ("guidance", "supervisor"),
-    "control": ("control", "adoption"),
-    "mavlink": (),
-}
-"""The parts that depend on each table of autopilot.toml."""
 _AT_START = frozenset(key for key, it, _ in describe_keys(AutopilotParams) if it.when is TakesEffect.RESTART)
 """Parameters that an autopilot is made with: stations' changes of them wait in the store for the next start."""
-_TOLD = ("safety.", "estimation.integrity.")
-"""Tables whose changes are told as events; all changes are in the log."""
 
 
 def node_settings(params: AutopilotParams) -> NodeSettings:
@@ -93,10 +91,15 @@ def node_settings(params: AutopilotParams) -> NodeSettings:
 class PartsFactory:
     """An `autopilot.Reconfigurator` that makes the parts of an autopilot."""
 
-    def __init__(self, files: Mapping[str, str], vehicle: Vehicle, now: ActiveConfiguration) -> None:
-        """`files` has the names of the files "vehicle" and "autopilot", for errors; `now` is what is in force."""
+    def __init__(
+        self, files: Mapping[str, str], vehicle: Vehicle, now: ActiveConfiguration, own: OwnParts = NO_OWN_PARTS
+    ) -> None:
+        """`files` has the names of the files "vehicle" and "autopilot", for errors; `now` is what is in force.
+
+        `own` are the classes of parts of one's own that may be chosen.
+        """
         self._files, self._vehicle = files, vehicle
-        self._now = now
+        self._now, self.own = now, own
 
     @property
     def params(self) -> AutopilotParams:
@@ -135,9 +138,9 @@ class PartsFactory:
             ParamError: a value that is wrong, alone or beside the others; the error names file and key.
         """
         params = with_values(self._now.params, values, self._files["autopilot"])
-        factory = PartsFactory(self._files, self._vehicle, self._now._replace(params=params))
+        factory = PartsFactory(self._files, self._vehicle, self._now._replace(params=params), self.own)
         makers = factory.makers()
-        for part in _parts_of(values):
+        for part in parts_of(values):
             if part != "estimator":
                 makers[part]()
             elif not same_filter(params.estimation, self.params.estimation):
@@ -149,7 +152,7 @@ class PartsFactory:
         """See `autopilot.Reconfigurator`. Orders were checked before; a change that fails leaves all as it was."""
         if not changes:
             return parts, ()
-        told = list[Event]()
+        events = list[Event]()
         for change in changes:
             before = self._now
             try:
@@ -157,10 +160,10 @@ class PartsFactory:
             except (ValueError, LookupError, TypeError) as error:
                 self._now = before
                 why = " ".join(str(error).split())
-                told.append(event(EventKind.CHANGE_FAILED, names=(why,)))
+                events.append(event(EventKind.CHANGE_FAILED, names=(why,)))
             else:
-                told += _told(change, before.params, self.params)
-        return parts, tuple(told)
+                events += told(change, before.params, self.params)
+        return parts, tuple(events)
 
     def freeze(self) -> ActiveConfiguration:
         """Return the active configuration."""
@@ -189,7 +192,7 @@ class PartsFactory:
                 if key in _AT_START:
                     raise ParamError(f"{self._files['autopilot']}: {key} takes effect with the next start alone")
             self._now = now._replace(params=with_values(self.params, values, self._files["autopilot"]))
-            return self._remake(parts, _parts_of(values))
+            return self._remake(parts, parts_of(values))
         if isinstance(change, MissionChange):
             self._now = now._replace(mission=change.mission)
             parts = self._remake(parts, ("supervisor", "guidance"))
@@ -214,11 +217,21 @@ class PartsFactory:
                 made[name].thaw(before.freeze())
         return parts._replace(**made)
 
-    def _estimator(self) -> Estimator:
+    def _estimator(self) -> Estimator | OwnEstimator:
         with prefix_errors(self._files["vehicle"]):
             refuse_no_inertia(self._vehicle)
         with self._naming_coefficients():
-            return Estimator(self.params.estimation, self._origin, self._vehicle)
+            built_in = Estimator(self.params.estimation, self._origin, self._vehicle)
+        own = self._chosen(self.params.estimation.estimator, self.own.estimator, "estimation.estimator")
+        return built_in if own is None else OwnEstimator(built_in, own, self._vehicle)
+
+    def _chosen(self, choice: Any, own: OwnClass[P] | None, key: str) -> OwnClass[P] | None:
+        """Return the class of one's own that a choice is; None if it is a built-in one."""
+        if not isinstance(choice, PartName):
+            return None
+        if own is None or own.name != choice:
+            raise ParamError(f"{self._files['autopilot']}: {key} = {choice}: was not there when the program started")
+        return own
 
     def _naming_coefficients(self) -> AbstractContextManager[None]:
         return prefix_errors(f"{self._files['autopilot']}: estimation.coefficients")
@@ -256,14 +269,15 @@ class PartsFactory:
     def _guidance(self) -> Guidance:
         safety, now = self.params.safety, self._now
         with prefix_errors(self._files["autopilot"]):
-            return Guidance(
-                *(now.params.guidance, now.mission, safety.depth_max, safety.altitude_min),
-                *(now.rally, now.fence, self._returns),
-            )
+            limits = safety.depth_max, safety.altitude_min
+            given = now.params.guidance, now.mission, *limits, now.rally, now.fence, self._returns
+            own = self._chosen(now.params.guidance.law, self.own.guidance, "guidance.law")
+            return Guidance(*given) if own is None else OwnGuidance(own, self._vehicle, *given)
 
     def _control(self) -> Control:
+        own = self._chosen(self.params.control.law, self.own.law, "control.law")
         with prefix_errors(self._files["vehicle"]):
-            return Control(self.params.control, self._vehicle)
+            return Control(self.params.control, self._vehicle, own)
 
     def _adoption(self) -> Adoption:
         with prefix_errors(self._files["vehicle"]):
@@ -284,17 +298,3 @@ class PartsFactory:
                 rate_max=tuple(fin.rate_max for fin in vehicle.fins),
                 n_max=vehicle.propeller.n_max,
             )
-
-
-def _told(change: Change, before: AutopilotParams, after: AutopilotParams) -> Iterator[Event]:
-    """Yield an event for each parameter that safety rests on and that a change made another."""
-    for key in dict(change.values) if isinstance(change, ParameterChange) else ():
-        if key.startswith(_TOLD):
-            texts = value_text(before, key), value_text(after, key)
-            if texts[0] != texts[1]:
-                yield event(EventKind.PARAMETER_CHANGED, names=(key, *texts))
-
-
-def _parts_of(values: Mapping[str, Any]) -> tuple[str, ...]:
-    tables = dict.fromkeys(key.partition(".")[0] for key in values)
-    return tuple(dict.fromkeys(part for table in tables for part in _MADE_OF[table]))

@@ -21,6 +21,7 @@ from sim_bridge.devices.instruments import Instruments, Water
 from sim_bridge.devices.line_device import Line, LineDevice
 from sim_bridge.devices.lines.table import FIRMWARE, I2C_CHIPS
 from sim_bridge.devices.ms5837_sensor import Ms5837Device
+from sim_bridge.devices.payload import PayloadDevice
 from sim_bridge.faults.injector import FaultInjector
 from sim_bridge.plant.environment import Environment
 from sim_bridge.plant.plant import Plant
@@ -71,6 +72,8 @@ def build_bridge(
     of_fins = (line for device, line in line_of.items() if device.role == "fins" and not isinstance(line, I2cLine))
     fin_line = next(of_fins, None)
     devices = Devices(params, wiring, instruments, bus, on_lines, base_hz, autopilot_id, second_bus, fin_line)
+    for i, one in enumerate(params.payload):
+        devices.add_payload(PayloadDevice(one, f"sensors.toml: payload[{i}]", devices.bus, seed, base_hz))
     return Bridge(
         plant, devices, FaultInjector(scenario.injected, plant, devices, instruments.by_name, seed, nodes=devices)
     )

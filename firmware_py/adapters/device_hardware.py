@@ -7,13 +7,14 @@ from dataclasses import fields
 from types import MappingProxyType
 from typing import Any
 
-from firmware_py.adapters.drivers.driver import Driver
+from firmware_py.adapters.drivers.driver import PAYLOAD, Driver
 from firmware_py.records.command import Applied
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.sensing import (
     MEASURES,
     Heard,
     NodeBits,
+    PayloadReading,
     SensorFrame,
     candidate_bit,
     fin_bit,
@@ -56,11 +57,13 @@ class DeviceHardware:
                 fins[i] = Heard(old.value, old.t_valid, False, old.ok)
         for several in spares.values():
             several[:] = [Heard(old.value, old.t_valid, False, old.ok) if old.fresh else old for old in several]
-        wrong = NodeBits()
+        wrong, payload = NodeBits(), list[PayloadReading]()
         for driver in self._drivers:
             for role, number, one in driver.poll(t):
                 if role == "fins":
                     fins[number] = one
+                elif role == PAYLOAD:
+                    payload.append(one.value)
                 elif number:
                     spares[role][number - 1] = one
                 else:
@@ -79,6 +82,7 @@ class DeviceHardware:
             unhealthy=unhealthy,
             replaced=replaced,
             restarted=restarted,
+            payload=tuple(payload),
             **several_each,
         )
 

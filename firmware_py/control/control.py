@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import enum
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from firmware_py.control.adoption_params import AdoptionParams
 from firmware_py.control.ascent import AscentControlMemory, AscentControlParams, PitchControl
 from firmware_py.control.axis_law import AxisLaw
 from firmware_py.control.depth import DepthControl, DepthControlMemory
 from firmware_py.control.feed_forward import attitude_rates
+from firmware_py.control.fin_demand import fin_demand
 from firmware_py.control.heading import HeadingControl, HeadingControlMemory
+from firmware_py.control.own_law import Law, Steering, steering
 from firmware_py.control.pid import DepthPidGains, DepthPidLaw, HeadingPidLaw, PidGains
 from firmware_py.control.sliding_mode_law import SlidingModeLaw
 from firmware_py.control.sliding_mode_params import (
@@ -26,10 +29,13 @@ from firmware_py.control.sliding_mode_params import (
 )
 from firmware_py.control.speed import SpeedControl, SpeedParams
 from firmware_py.marine import clip
-from firmware_py.params import ParamError, TakesEffect, param, table
+from firmware_py.own_part import Guard, GuardMemory, OwnClass
+from firmware_py.params import ParamError, TakesEffect, named_values, param, table
+from firmware_py.part_name import PartName
 from firmware_py.records.adoption import Adopted
 from firmware_py.records.command import AscentStage, Demand, ModeState, Reference
 from firmware_py.records.estimate import StateEstimate
+from firmware_py.records.event import Event
 from firmware_py.records.order import Mode, Order
 from firmware_py.tick import Rate, Tick
 from firmware_py.vehicle.linear_models import DivingCoefficients, SteeringCoefficients, diving_model, steering_model
@@ -49,7 +55,7 @@ class LawKind(enum.Enum):
 class ControlParams:
     """Choice of the laws, their gains, and the speeds that they are scheduled over."""
 
-    law: LawKind = param(
+    law: LawKind | PartName = param(
         LawKind.SLIDING,
         doc="Law of depth and heading: sliding mode, or the PID baseline with the same references and feed-forward.",
         mav="LAW",
@@ -93,6 +99,7 @@ class ControlParams:
     speed: SpeedParams = table(SpeedParams, mav="SPD_")
     ascent: AscentControlParams = table(AscentControlParams, mav="ASC_")
     adoption: AdoptionParams = table(AdoptionParams, mav="ADO_")
+    own: Mapping[str, Any] = named_values("Parameters of a law of one's own.")
 
     @property
     def poles(self) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -107,12 +114,13 @@ class ControlParams:
 
 
 class ControlMemory(NamedTuple):
-    """Memory of the laws: depth, heading, the integral of the speed controller, rev/s, and the pitch in SURFACE."""
+    """Memory of the laws: depth, heading, the integral of the speed controller, rev/s, pitch in SURFACE, one's own."""
 
     depth: DepthControlMemory
     heading: HeadingControlMemory
     speed: float
     pitch: AscentControlMemory
+    own: GuardMemory | None = None
 
 
 class Control:
@@ -122,7 +130,9 @@ class Control:
         ParamError: no law can be designed for the vehicle's coefficients.
     """
 
-    def __init__(self, params: ControlParams, vehicle: Vehicle) -> None:
+    def __init__(self, params: ControlParams, vehicle: Vehicle, own: OwnClass[Law] | None = None) -> None:
+        """Make the laws; `own` is the class of one's own, if `params` chooses it."""
+        self._own = None if own is None else Guard("law", own, vehicle)
         self._params = params
         self._n_max = vehicle.propeller.n_max
         effectiveness = vehicle.effectiveness
@@ -170,15 +180,25 @@ class Control:
         fade = clip(nu.u / self._params.u_min, 0.0, 1.0)
         if mode.mode is Mode.SURFACE:
             return self._come_up(mode, reference, state, theta_dot, psi_dot, fade, dt)
+        steered = None if self._own is None else steering(self._own, tick, reference, state)
+        if steered is not None:
+            return self._steer(steered, reference, state, psi_dot, fade, dt)
         delta_s, sigma_z = self._depth.update(reference, state, theta_dot, fade, dt)
         self._pitch.follow(delta_s, state, dt)
         delta_r, sigma_psi = self._heading.update(reference, state, psi_dot, fade, dt)
         n = self._speed.update(reference.u_d, nu.u, state.velocity_ok, dt)
         return Demand(delta_s, delta_r, n, sigma_z, sigma_psi)
 
+    def told(self) -> tuple[Event, ...]:
+        """Return what happened since the last call: that a law of one's own has failed."""
+        return () if self._own is None else self._own.told()
+
     def freeze(self) -> ControlMemory:
         """Return the whole memory."""
-        return ControlMemory(self._depth.freeze(), self._heading.freeze(), self._speed.freeze(), self._pitch.freeze())
+        own = None if self._own is None else self._own.freeze()
+        return ControlMemory(
+            self._depth.freeze(), self._heading.freeze(), self._speed.freeze(), self._pitch.freeze(), own
+        )
 
     def thaw(self, memory: ControlMemory) -> None:
         """Restore the memory that `freeze` returned."""
@@ -187,6 +207,8 @@ class Control:
         self._speed.thaw(memory.speed)
         self._pitch.adopt(memory.depth.coefficients)
         self._pitch.thaw(memory.pitch)
+        if self._own is not None and memory.own is not None:
+            self._own.thaw(memory.own)
 
     def _schedule(self, u: float, adopted: Adopted | None) -> None:
         """Redesign depth and heading for the speed u, m/s, kept in [u_min, u_max], from what is adopted."""
@@ -204,6 +226,22 @@ class Control:
         self._heading.reset()
         self._speed.reset()
         self._pitch.reset()
+        if self._own is not None:
+            self._own.rest()
+
+    def _steer(
+        self, own: Steering, reference: Reference, state: StateEstimate, psi_dot: float, fade: float, dt: float
+    ) -> Demand:
+        """Return the demand of a law of one's own; the built-in ones follow, so that they can go on at any time."""
+        excited, grip = (reference.delta_s, reference.delta_r), reference.grip
+        delta_s = fin_demand(own.delta_s, excited[0], grip, self._delta_s_max, fade)
+        delta_r = fin_demand(own.delta_r, excited[1], grip, self._delta_r_max, fade)
+        self._depth.reset()
+        self._heading.follow(psi_dot, delta_r, dt)
+        self._pitch.follow(delta_s, state, dt)
+        n = self._speed.update(reference.u_d, state.nu.u, state.velocity_ok, dt)
+        n = n if own.n is None else clip(own.n, -self._n_max, self._n_max)
+        return Demand(delta_s, delta_r, n, own.sigma_z, own.sigma_psi)
 
     def _come_up(
         self,

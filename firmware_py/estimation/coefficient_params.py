@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from firmware_py.estimation.model.equations import COEFFICIENTS
 from firmware_py.estimation.model.observer_model import GROUPS, X_G
 from firmware_py.estimation.model.state import MOTIONS
-from firmware_py.params import ParamError, TakesEffect, named_numbers, param
+from firmware_py.params import ParamError, TakesEffect, named_values, param
 from firmware_py.vehicle.vehicle import Vehicle
 
 TEN = ("M_q", "M_ds", "N_r", "N_dr", "N_v", "Z_ds", "Z_q", "Y_dr", "Y_r", "Y_v")
@@ -89,7 +89,7 @@ class CoefficientParams:
         mav="STD_TRIM",
         when=TakesEffect.RESTART,
     )
-    stds: Mapping[str, float] = named_numbers("1 sigma of single coefficients, by name, as share of their size.")
+    stds: Mapping[str, float] = named_values("1 sigma of single coefficients, by name, as share of their size.")
     bound: float = param(
         5.0, low=1.0, high=100.0, doc="How many of these sigmas a value may leave its belief.", mav="BOUND"
     )

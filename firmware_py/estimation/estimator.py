@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import copy
+import enum
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from operator import attrgetter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from firmware_py.estimation.coefficient_estimator import CoefficientEstimator, CoefficientEstimatorMemory
 from firmware_py.estimation.coefficient_params import CoefficientParams, relative_std
@@ -21,11 +22,14 @@ from firmware_py.estimation.learning_params import LearningParams
 from firmware_py.estimation.lever_arms import LeverArms, LeverArmsMemory
 from firmware_py.estimation.navigation.navigation import KeptNavigation, Navigation, NavigationMemory, NavigationParams
 from firmware_py.marine import Origin
-from firmware_py.params import table
+from firmware_py.params import TakesEffect, named_values, param, table
+from firmware_py.part_name import PartName
 from firmware_py.records.adoption import Adopted, Refusal, Source
 from firmware_py.records.command import Applied
 from firmware_py.records.estimate import Learned, StateEstimate
+from firmware_py.records.event import Event
 from firmware_py.records.health import NO_DOUBTS, AxisDoubt
+from firmware_py.records.order import Mode
 from firmware_py.records.passport import LearnedModel, Restored
 from firmware_py.records.sensing import SensorFrame, silence
 from firmware_py.tick import Rate, Tick
@@ -34,6 +38,12 @@ from firmware_py.vehicle.vehicle import Vehicle
 
 _NAVIGATED = attrgetter(*(field.name for field in fields(StateEstimate) if field.name != "learned"))
 """All of a state but what is learned, which stands last."""
+
+
+class EstimatorKind(enum.Enum):
+    """The estimator that guidance and laws fly by."""
+
+    BUILT_IN = enum.auto()
 
 
 @dataclass(frozen=True)
@@ -45,6 +55,12 @@ class EstimationParams(NavigationParams):
     learning: LearningParams = table(LearningParams, mav="LRN_")
     coefficients: CoefficientParams = table(CoefficientParams, mav="COF_")
     health: ValidityParams = table(ValidityParams, mav="HLT_")
+    estimator: EstimatorKind | PartName = param(
+        EstimatorKind.BUILT_IN,
+        doc="Estimate that guidance and laws fly by. The built-in one runs too: the supervisor goes by it.",
+        when=TakesEffect.RESTART,
+    )
+    own: Mapping[str, Any] = named_values("Parameters of an estimator of one's own.")
 
 
 def same_filter(one: EstimationParams, other: EstimationParams) -> bool:
@@ -171,6 +187,14 @@ class Estimator:
         known = dict(zip(self._params.coefficients.names, zip(learned.value, learned.std, strict=True), strict=True))
         pairs = [(now, *known.get(name, (now, 0.0))) for name, now in steering._asdict().items()]
         self._selection.follow(steering, [math.hypot(sigma, now - value) for now, value, sigma in pairs])
+
+    def flown_by(self, _mode: Mode, state: StateEstimate) -> StateEstimate:
+        """Return the state that guidance and laws fly by, of the one that the supervisor goes by: the same."""
+        return state
+
+    def told(self) -> tuple[Event, ...]:
+        """Return what happened since the last call; what it says of sensors, the supervisor tells."""
+        return ()
 
     def keep(self) -> KeptNavigation:
         """Return what a later run may start from."""

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
+import enum
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from firmware_py.guidance.line_of_sight import LineOfSightParams
 from firmware_py.guidance.manoeuvre import ManoeuvreParams
 from firmware_py.guidance.reference_model import Shape
 from firmware_py.guidance.waypoint_reach import Reach
-from firmware_py.params import TakesEffect, param, table
+from firmware_py.params import TakesEffect, named_values, param, table
+from firmware_py.part_name import PartName
 from firmware_py.records.command import AscentStage
 from firmware_py.records.turning import Turning
 
 _LAGS = 3
 """Of the heading's reference model, each of the length `heading_way`."""
+
+
+class GuidanceKind(enum.Enum):
+    """The guidance law of missions."""
+
+    BUILT_IN = enum.auto()
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +82,12 @@ class GuidanceParams:
     )
     line_of_sight: LineOfSightParams = table(LineOfSightParams)
     learning: ManoeuvreParams = table(ManoeuvreParams, mav="LRN_")
+    law: GuidanceKind | PartName = param(
+        GuidanceKind.BUILT_IN,
+        doc="What chooses depth, heading and speed in a mission: legs between waypoints, or one's own.",
+        when=TakesEffect.RESTART,
+    )
+    own: Mapping[str, Any] = named_values("Parameters of a guidance law of one's own.")
 
     def surfacing_speed(self, stage: AscentStage) -> float:
         """Return the speed of a stage of SURFACE, m/s: none without the propeller, half of it to wait."""

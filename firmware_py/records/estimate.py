@@ -10,6 +10,7 @@ from firmware_py.marine import Eta, Nu
 from firmware_py.records.event import Event
 from firmware_py.records.health import ALL_GOOD, Candidate, SensorHealth
 from firmware_py.records.order import BESIDE
+from firmware_py.records.sensing import PayloadReading
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +85,8 @@ class StateEstimate:
     believed; `learned` what is known of vehicle and water beyond their files. `velocity_source` is what the velocity
     rests on, `water` the water's velocity north and east, eddies included, m/s, with 1 sigma `water_std` of each; NaN:
     not known. `fix_jump` is by how much fixes that contradicted the position put it right in this tick, m.
-    `candidates` are the devices of every role that has more than one, the first in priority first.
+    `candidates` are the devices of every role that has more than one, the first in priority first. `payload` is that of
+    the frame.
     """
 
     eta: Eta
@@ -103,6 +105,7 @@ class StateEstimate:
     water_std: float = math.nan
     fix_jump: float = 0.0
     candidates: tuple[Candidate, ...] = ()
+    payload: tuple[PayloadReading, ...] = field(default=(), metadata={BESIDE: True})
     learned: Learned = NOTHING_LEARNED
 
     @property

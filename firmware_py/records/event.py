@@ -70,6 +70,7 @@ class EventKind(enum.IntEnum):
     POSITION_RESET = 40  # fixes that agree contradicted it; numbers: by how much, m
     CANDIDATE_BELIEVED = 41  # another device of a role; numbers: which, and which before, from 1, and the `SourceFault`
     # of that one, NONE: it is of less priority, CONTRADICTED: other sensors are; names: the role
+    OWN_PART_FAILED = 42  # a part of one's own; the built-in one goes on; names: "law", its name, how
 
 
 class Cause(enum.IntEnum):
@@ -229,6 +230,7 @@ _SEVERITIES: Mapping[EventKind, Severity] = {
     EventKind.MODEL_CHANGED: Severity.NOTICE,
     EventKind.POSITION_RESET: Severity.WARNING,
     EventKind.CANDIDATE_BELIEVED: Severity.WARNING,
+    EventKind.OWN_PART_FAILED: Severity.ERROR,
 }
 _BY_CAUSE: Mapping[tuple[EventKind, Cause], Severity] = {
     **{(EventKind.MODE_CHANGED, cause): Severity.INFO for cause in INTENDED_CAUSES},

@@ -293,4 +293,5 @@ _ONE: Mapping[EventKind, Callable[[Event, ModeName], str]] = {
     EventKind.WEIGHT_NOT_RELEASED: lambda event, _: f"drop weight not released{_because(event)}",
     EventKind.WEIGHT_HELD: lambda *_: "drop weight held: its hardpoint says so",
     EventKind.WEIGHT_SILENT: lambda *_: "drop weight: its hardpoint says nothing any longer",
+    EventKind.OWN_PART_FAILED: lambda event, _: "{} {} failed, the built-in one goes on: {}".format(*event.names),
 }

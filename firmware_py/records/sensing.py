@@ -5,8 +5,10 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Generic, NamedTuple, TypeVar
+
+from firmware_py.records.order import BESIDE
 
 T = TypeVar("T")
 
@@ -77,6 +79,20 @@ class Battery(NamedTuple):
     remaining: float
 
 
+class PayloadReading(NamedTuple):
+    """What a sensor that the autopilot does not know has said.
+
+    Attributes:
+        key: what it is, such as "ctd.temperature".
+        value: in the unit that belongs to the key.
+        t_valid: vehicle time at which it was true, s.
+    """
+
+    key: str
+    value: float
+    t_valid: float
+
+
 def never(value: T) -> Heard[T]:
     """What has not been heard yet."""
     return Heard(value, -math.inf, False, False)
@@ -125,6 +141,9 @@ class SensorFrame:
 
     Each of ROLES may have several devices, its candidates: the first in priority has the field of its name, the others
     that of `spare_`, in their order. `candidate_bit` is the bit of a candidate's node.
+
+    `payload` is what sensors that the autopilot does not know have said since the last tick; a log keeps it in a topic
+    of its own, for it has no fixed length.
     """
 
     ahrs: Heard[Ahrs]
@@ -146,6 +165,7 @@ class SensorFrame:
     spare_pressure: tuple[Heard[float], ...] = ()
     spare_altitude: tuple[Heard[float], ...] = ()
     spare_fix: tuple[Heard[Fix], ...] = ()
+    payload: tuple[PayloadReading, ...] = field(default=(), metadata={BESIDE: True})
 
 
 class NodeBits(NamedTuple):

@@ -96,7 +96,7 @@ def fly(options: argparse.Namespace) -> FlightResult:
     else:
         over_can.check(spec, pace)
     told = {"pace": pace, "link": options.link, "notes": notes, "settings": plain_settings(settings)}
-    header = provenance.header("fly", configuration, **told)
+    header = provenance.header("fly", configuration, autopilot.reconfigurator.own, **told)
     lost, reason, began = False, "", time.monotonic()
     with (
         alone_with(options.state),

@@ -13,6 +13,8 @@ from typing import Any
 from firmware_py import __version__
 from firmware_py.adapters.installation import ROOT, is_checkout
 from firmware_py.adapters.processor import processor
+from firmware_py.chosen_parts import described
+from firmware_py.own_parts import NO_OWN_PARTS, OwnParts
 
 _COMPUTING = ("numpy", "numba", "llvmlite")
 _DISTRIBUTIONS = (*_COMPUTING, "python-can", "pyserial", "pymavlink", "mcap", "zstandard")
@@ -45,8 +47,12 @@ def versions() -> dict[str, str]:
     return {name: _version(name) for name in _DISTRIBUTIONS}
 
 
-def header(scenario: str, configuration: Mapping[str, Any], **more: Any) -> dict[str, Any]:
-    """Return the header of a log: all that a replay needs, and the provenance."""
+def header(
+    scenario: str, configuration: Mapping[str, Any], own: OwnParts = NO_OWN_PARTS, **more: Any
+) -> dict[str, Any]:
+    """Return the header of a log: all that a replay needs, and the provenance; `own` are the parts of one's own."""
+    if parts := described(own):
+        more["own_parts"] = parts
     return {
         "scenario": scenario,
         **more,

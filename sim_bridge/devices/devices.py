@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from firmware_py.adapters.buses.can_bus import FramePort, NodeIds
 from firmware_py.adapters.buses.shared_port import split
 from firmware_py.adapters.drivers.instrument_params import Device
-from firmware_py.params import table
+from firmware_py.params import ParamError, table
 from firmware_py.wire.canopen.fin_drive import CanOpenParams, FinDrive
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
@@ -28,6 +28,7 @@ from sim_bridge.devices.instrument_nodes import publishers
 from sim_bridge.devices.instruments import Instruments, InstrumentsParams
 from sim_bridge.devices.line_device import Line
 from sim_bridge.devices.node import DeviceNode
+from sim_bridge.devices.payload import PayloadDevice, PayloadParams
 from sim_bridge.devices.sensors import Corruption, Timing, due
 from sim_bridge.plant.plant import Plant
 
@@ -45,12 +46,16 @@ class DevicesParams(InstrumentsParams):
     servo_hub: ServoHubParams
     esc: EscParams
     hardpoint: HardpointParams = table(HardpointParams)
+    payload: tuple[PayloadParams, ...] = ()
 
     def within(self, base_hz: int) -> DevicesParams:
         """Return the same with no device faster than the base rate: a faster one sends once every tick."""
-        slowed = {}
+        slowed: dict[str, Any] = {}
         for field in fields(self):
             device = getattr(self, field.name)
+            if field.name == "payload":
+                slowed[field.name] = tuple(replace(one, rate=min(one.rate, base_hz)) for one in device)
+                continue
             key = "rate" if isinstance(device, Timing) else "status"
             slowed[field.name] = replace(device, **{key: min(getattr(device, key), base_hz)})
         return replace(self, **slowed)
@@ -141,6 +146,7 @@ class Devices:
             [m.ARRAY_COMMAND, m.RPM_COMMAND, m.RAW_COMMAND, m.HARDPOINT_COMMAND, m.ARMING_STATUS]
         )
         self._by_id = {node.node_id: node for node in (*self.nodes.values(), *self._servo_nodes.values())}
+        self._payload: list[PayloadDevice] = []
         self._base_hz = base_hz
         self._hardpoint_rate = params.hardpoint.status
 
@@ -192,7 +198,21 @@ class Devices:
                 node.publish_status(t)
         for device in self._on_lines.values():
             device.update(k, t, plant)
+        for payload in self._payload:
+            payload.update(k, t, plant)
         self.bus.tick(1.0 / self._base_hz)
+
+    def add_payload(self, device: PayloadDevice) -> None:
+        """Add a sensor of one's own.
+
+        Raises:
+            ParamError: another device has its node id.
+        """
+        node_id = device.node.node_id
+        if node_id in self._by_id or node_id == self._autopilot_id:
+            raise ParamError(f"sensors.toml: payload: node = {node_id}: another device has this id; choose a free one")
+        self._by_id[node_id] = device.node
+        self._payload.append(device)
 
     def switch_off(self, device: str) -> Callable[[], None]:
         """Switch a node, or what is on a line, off; what it has measured and not yet sent is lost."""

@@ -186,6 +186,7 @@ GOLDEN = [
     (m.ALLOCATION, nodes.Allocation(73, True, b"\x01\x02\x03\x04\x05\x06"), "93 010203040506"),
     (m.GLOBAL_TIME_SYNC, nodes.GlobalTimeSync(0x01020304050607), "07060504030201"),
     (m.LOG_MESSAGE, nodes.LogMessage(nodes.LogLevel(2), b"node", b"no"), "44 6e6f6465 6e6f"),
+    (m.KEY_VALUE, nodes.KeyValue(1.0, b"ctd.t"), "0000803f 6374642e74"),
     (m.EXECUTE_OPCODE, nodes.ExecuteOpcodeRequest(1, -2), "01 feffffffffff"),
     (m.EXECUTE_OPCODE_RESPONSE, nodes.ExecuteOpcodeResponse(0, True), "000000000000 80"),
     (m.RESTART_NODE, nodes.RestartNodeRequest(), "1e1b55ceac"),

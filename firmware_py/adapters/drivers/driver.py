@@ -14,6 +14,9 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.sensing import Heard, NodeBits
 from firmware_py.tick import Tick
 
+PAYLOAD = "payload"
+"""The role of a reading whose value is a `PayloadReading`; several may come in a tick."""
+
 
 class Reading(NamedTuple):
     """One measurement that has come.

@@ -26,6 +26,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.wire.log import changes
 from firmware_py.wire.log.cdr_codec import CdrCodec
 from firmware_py.wire.log.losses import LoggedLoss, LoggedLosses
+from firmware_py.wire.log.payload import LoggedPayload
 
 R = TypeVar("R")
 Codecs: TypeAlias = dict[str, CdrCodec[Any]]
@@ -39,6 +40,8 @@ CHANGES_TOPIC = "/changes"
 """`changes.LoggedChanges`: what of the orders a cycle's message leaves out, always before that cycle."""
 LOSSES_TOPIC = "/losses"
 """`losses.LoggedLosses`: once a second the counts of what was lost that have changed."""
+PAYLOAD_TOPIC = "/payload"
+"""`payload.LoggedPayload`: what sensors that the autopilot does not know have said, always before that cycle."""
 TRUTH_TOPIC = "/truth"
 
 MEMORY = "memory"
@@ -226,6 +229,8 @@ class LogRecorder:
         if cycle.order.changes:
             logged = tuple(map(changes.encode, cycle.order.changes))
             self._keep(CHANGES_TOPIC, cycle.tick.t_ns, changes.LoggedChanges(cycle.tick.k, logged))
+        if cycle.frame.payload:
+            self._keep(PAYLOAD_TOPIC, cycle.tick.t_ns, LoggedPayload(cycle.tick.k, cycle.frame.payload))
         self._keep(CYCLE_TOPIC, cycle.tick.t_ns, cycle)
         changed = self._losses.update(cycle) if self._losses is not None else {}
         if changed:

@@ -76,6 +76,7 @@ def _service(
 ALLOCATION = _message(1, p.Allocation, "uavcan.protocol.dynamic_node_id.Allocation", 0x0B2A812620A11D40)
 GLOBAL_TIME_SYNC = _message(4, p.GlobalTimeSync, "uavcan.protocol.GlobalTimeSync", 0x20271116A793C2DB)
 NODE_STATUS = _message(341, p.NodeStatus, "uavcan.protocol.NodeStatus", 0x0F0868D0C1A7C6F1)
+KEY_VALUE = _message(16370, p.KeyValue, "uavcan.protocol.debug.KeyValue", 0xE02F25D6E0C98AE0)
 LOG_MESSAGE = _message(16383, p.LogMessage, "uavcan.protocol.debug.LogMessage", 0xD654A48E0C049D75)
 
 AHRS_SOLUTION = _message(1000, eq.AhrsSolution, "uavcan.equipment.ahrs.Solution", 0x72A63A3C6F41FA9B)

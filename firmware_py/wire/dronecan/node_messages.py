@@ -103,6 +103,16 @@ class LogMessage(NamedTuple):
     text: Annotated[bytes, upto(uint8, 90)]
 
 
+KEY_LONGEST = 58
+
+
+class KeyValue(NamedTuple):
+    """A number with a name, for which DroneCAN has no message of its own."""
+
+    value: float32
+    key: Annotated[bytes, upto(uint8, KEY_LONGEST)]
+
+
 class CanIfaceStats(NamedTuple):
     """Part of GetTransportStats: frames sent and received, errors of the interface."""
 

@@ -119,10 +119,10 @@ def test_a_mistake_is_looked_for_in_the_file_first_and_then_in_what_is_laid_over
     merged = config_files.read_configuration(folder, over)["autopilot"]
     assert merged == config_files.merge(tomllib.loads(path.read_text()), over)
     assert merged["control"]["u_min_m_s"] == 0.5
-    said = refused(folder, {"control": {"law": "fuzzy"}})
-    assert said.startswith(f"{path} under the scenario's [autopilot]: control: law = 'fuzzy': must be one of")
+    said = refused(folder, {"control": {"gains": "fuzzy"}})
+    assert said.startswith(f"{path} under the scenario's [autopilot]: control: gains = 'fuzzy': must be one of")
     edit(path, "depth_max_m = 30.0", "depth_max_m = -3.0")
-    for laid in (over, {"control": {"law": "fuzzy"}}, {"safety": {"depth_max_m": 20.0}}, {}):
+    for laid in (over, {"control": {"gains": "fuzzy"}}, {"safety": {"depth_max_m": 20.0}}, {}):
         assert refused(folder, laid).startswith(f"{path}: safety: depth_max_m = -3.0: out of bounds")
 
 

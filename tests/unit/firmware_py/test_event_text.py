@@ -130,6 +130,7 @@ def test_all_that_changed_of_a_vehicle_is_one_sentence() -> None:
     sorted(
         set(EventKind)
         - {EventKind.LEARNING_REPORT, EventKind.DESIGN_CHANGED, EventKind.MODEL_CHANGED, EventKind.CANDIDATE_BELIEVED}
+        - {EventKind.OWN_PART_FAILED}
         - set(OF_HEALTH)
     ),
 )

@@ -24,6 +24,11 @@ NOT_FOR_STATIONS = {
     "estimation.coefficients.considered",
     "estimation.coefficients.nuisances",
     "estimation.coefficients.stds",
+    "estimation.estimator",  # parts of one's own, and their parameters
+    "estimation.own",
+    "guidance.law",
+    "guidance.own",
+    "control.own",
 }
 BOUNDED = {"safety.attitude_timeout_s"}
 """By another parameter, from above: the gate's time-out."""
@@ -109,7 +114,9 @@ def test_replacing_is_loading_what_was_changed(params: AutopilotParams) -> None:
         ("contrl.u_min_m_s", 0.5, "x: contrl is unknown; did you mean control?"),
         ("control.u_min_m_s", 5.5, "x: control: u_min_m_s = 5.5: out of bounds, must be a number in m/s in [0.05, 5]"),
         ("control.u_min_m_s", 4.5, "x: control: u_min_m_s = 4.5: must be below u_max_m_s = 4"),
-        ("control.law", "fuzzy", "x: control: law = 'fuzzy': must be one of"),
+        ("control.gains", "fuzzy", "x: control: gains = 'fuzzy': must be one of"),
+        ("control.law", "no name", "x: control: law = 'no name': must be one of"),
+        ("control.law", "Sliding", "x: control: law = 'Sliding': must be one of"),
     ],
 )
 def test_a_wrong_replacement_names_file_and_key(params: AutopilotParams, key: str, value: object, words: str) -> None:

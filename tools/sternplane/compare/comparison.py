@@ -37,7 +37,7 @@ class Comparison:
             ["scenario", *(_named(header.get("scenario")) for header in headers)],
             ["vehicle", *(_named(one.get("vehicle", {}).get("name")) for one in configurations)],
             ["configuration", *(_named(one.get("files", {}).get("autopilot")) for one in configurations)],
-            ["law", *(MISSING if one is None else one.law.name.lower() for one in controls)],
+            ["law", *(MISSING if one is None else to_toml_value(one.law, 1.0) for one in controls)],
             ["gains", *(MISSING if one is None else gains_text(one) for one in controls)],
             ["outcome", *(outcome(run.summary) for run in self.runs)],
             ["log", *(str(run.log.path) for run in self.runs)],

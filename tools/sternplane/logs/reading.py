@@ -17,6 +17,7 @@ from firmware_py.adapters.storage.recorder import (
     CHANGES_TOPIC,
     CYCLE_TOPIC,
     LOSSES_TOPIC,
+    PAYLOAD_TOPIC,
     TRUTH_TOPIC,
     LogError,
 )
@@ -24,6 +25,7 @@ from firmware_py.records.cycle import Cycle
 from firmware_py.records.event import Event
 from firmware_py.records.event_text import texts
 from firmware_py.records.order import Change
+from firmware_py.records.sensing import PayloadReading
 from firmware_py.wire.log import ros2_schema
 from firmware_py.wire.log.cdr_codec import CdrCodec, closing_records
 from firmware_py.wire.log.changes import LoggedChange
@@ -114,9 +116,12 @@ class LoggedRun:
         except SchemaError as error:
             raise self._other_version(error) from None
 
-    def decoded(self, time: int, message: bytes) -> Cycle:
-        """Decode the cycle of a vehicle time in ns, with what its order changed."""
+    def decoded(self, time: int, message: bytes, payload: tuple[PayloadReading, ...] = ()) -> Cycle:
+        """Decode the cycle of a vehicle time in ns, with what its order changed, and what its payload said."""
         cycle = self.codec.decode(message)
+        if payload:
+            state = dataclasses.replace(cycle.state, payload=payload)
+            cycle = dataclasses.replace(cycle, frame=dataclasses.replace(cycle.frame, payload=payload), state=state)
         if changed := self.changes.get(time):
             cycle = dataclasses.replace(cycle, order=dataclasses.replace(cycle.order, changes=changed))
         return cycle
@@ -140,6 +145,11 @@ class LoggedRun:
                 where = f"{self.path}: {CHANGES_TOPIC} at {t * 1e-9:.2f} s"
                 raise LogError(f"{where}: is malformed; no vehicle logs such a change") from None
         return found
+
+    @cached_property
+    def payload_of(self) -> Callable[[bytes], tuple[PayloadReading, ...]]:
+        """What decodes a message of the payload's topic; raises as `events`."""
+        return self._closing(PayloadReading, self.topics[PAYLOAD_TOPIC])
 
     @cached_property
     def events(self) -> list[tuple[float, tuple[Event, ...]]]:
@@ -201,7 +211,14 @@ class Log(LoggedRun):
     def cycles(self) -> Iterator[Cycle]:
         """Every cycle, decoded as it is asked for, with what its order changed."""
         for time, message in zip(self._cycles.times, self.cycle_bytes, strict=True):
-            yield self.decoded(time, message)
+            yield self.decoded(time, message, self.payload.get(time, ()))
+
+    @cached_property
+    def payload(self) -> dict[int, tuple[PayloadReading, ...]]:
+        """Vehicle time in ns -> what sensors that the autopilot does not know had said by then."""
+        topic = self.topics.get(PAYLOAD_TOPIC)
+        found = zip(topic.times, topic.messages, strict=True) if topic is not None else ()
+        return {time: self.payload_of(message) for time, message in found}
 
     @property
     def columns(self) -> Columns:

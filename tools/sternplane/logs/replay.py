@@ -13,6 +13,8 @@ from firmware_py import loop
 from firmware_py.adapters.storage import memory_pickle
 from firmware_py.adapters.storage.recorder import LogError
 from firmware_py.autopilot import Autopilot
+from firmware_py.chosen_parts import described
+from firmware_py.params import ParamError
 from firmware_py.records.command import Applied
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.order import Order
@@ -81,20 +83,26 @@ def replay(log: Run, build: Build, *, anyway: bool = False) -> ReplayResult:
     differs = provenance.difference(log.header.get("machine", {}), provenance.fingerprint())
     if differs and not anyway:
         raise LogError(f"{log.path}: log of another machine ({differs}); replay it there, or add --anyway")
-    comparison = ReplayedLog(log)
+    comparison, cautions = ReplayedLog(log), [*_cautions(log, differs)]
     if log.count:
         hardware, ground = _LoggedHardware(comparison), _LoggedGround(comparison)
-        loop.run(_at_its_begin(log, build), hardware, ground, _ComparingRecorder(comparison), comparison)
+        autopilot = _at_its_begin(log, build)
+        cautions += _other_parts(log, autopilot)
+        loop.run(autopilot, hardware, ground, _ComparingRecorder(comparison), comparison)
     first = None
     if comparison.first is not None:
         logged, replayed = (codec.decode(data) for data in comparison.first)
         first = difference(logged, replayed)
-    return ReplayResult(comparison.count, comparison.differing, first, tuple(_cautions(log, differs)))
+    return ReplayResult(comparison.count, comparison.differing, first, tuple(cautions))
 
 
 def _at_its_begin(log: Run, build: Build) -> Autopilot:
     """Return the autopilot as it was when the log began."""
-    autopilot = build(log.header["configuration"])
+    try:
+        autopilot = build(log.header["configuration"])
+    except ParamError as error:
+        flew = [f"{part['class']} of {part['package']}" for part in log.header.get("own_parts", {}).values()]
+        raise LogError(f"{log.path}: {error}{'; it flew with ' if flew else ''}{', '.join(flew)}") from None
     if log.memory:
         try:
             autopilot.thaw(memory_pickle.decode(log.memory))
@@ -185,6 +193,16 @@ def _cautions(log: Run, differs: str) -> Iterator[str]:
     there, here = log.header.get("git", "unknown"), provenance.git_revision()
     if there != here:
         yield f"the log was written at revision {there}, this is {here}"
+
+
+def _other_parts(log: Run, autopilot: Autopilot) -> Iterator[str]:
+    """Yield a sentence for each part of one's own whose source is another than that which flew."""
+    here = described(autopilot.reconfigurator.own)
+    for key, there in log.header.get("own_parts", {}).items():
+        now = here.get(key, there)
+        if now["source"] != there["source"]:
+            flew, is_now = (f"source {one['source']} of {one['package']}" for one in (there, now))
+            yield f"{key} = {there['name']} flew with {flew}; this is {is_now}"
 
 
 def _flat(path: str, value: Any) -> Iterator[tuple[str, Any]]:

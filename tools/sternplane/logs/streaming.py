@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from firmware_py.adapters.storage.recorder import CHANGES_TOPIC, CYCLE_TOPIC, LOSSES_TOPIC, TRUTH_TOPIC
+from firmware_py.adapters.storage.recorder import CHANGES_TOPIC, CYCLE_TOPIC, LOSSES_TOPIC, PAYLOAD_TOPIC, TRUTH_TOPIC
 from firmware_py.records.cycle import Cycle
+from firmware_py.records.sensing import PayloadReading
 from sternplane.logs.log_file import LogFile
 from sternplane.logs.reading import TRUTH_FILE, Columns, LoggedRun, Piece, Topic
 
@@ -53,10 +54,13 @@ class StreamedLog(LoggedRun):
 
     def logged_cycles(self) -> Iterator[tuple[bytes, Cycle]]:
         """Yield every cycle, as bytes and decoded."""
+        said: tuple[int, tuple[PayloadReading, ...]] = -1, ()
         for messages in LogFile(self.path).chunks():
             for topic, time, data in messages:
-                if topic == CYCLE_TOPIC:
-                    yield data, self.decoded(time, data)
+                if topic == PAYLOAD_TOPIC:
+                    said = time, self.payload_of(data)
+                elif topic == CYCLE_TOPIC:
+                    yield data, self.decoded(time, data, said[1] if said[0] == time else ())
 
 
 class _Truth:

@@ -7,7 +7,8 @@ from typing import Any
 
 from firmware_py.control.control import LawKind
 from firmware_py.control.sliding_mode_params import PAPER_DEPTH_GAINS, PAPER_HEADING_GAINS, GainSet
-from firmware_py.params import dump
+from firmware_py.params import dump, to_toml_value
+from firmware_py.part_name import PartName
 from firmware_py.records.event import Cause
 from firmware_py.records.event_text import texts
 from sternplane.logs import losses
@@ -137,7 +138,13 @@ def _settings(header: Mapping[str, Any]) -> Iterator[list[str]]:
     if control is None:
         return
     sliding = control.law is LawKind.SLIDING
-    yield ["law", control.law.name.lower()]
+    yield ["law", to_toml_value(control.law, 1.0)]
+    for key, part in header.get("own_parts", {}).items():
+        yield [f"{key}, one's own", f"{part['class']}, source {part['source']} of {part['package']}"]
+    if isinstance(control.law, PartName):
+        if control.own:
+            yield ["own", ", ".join(f"{one} = {_value(value)}" for one, value in control.own.items())]
+        return
     if sliding:
         yield ["gains", control.gains.name.lower()]
     printed = {"depth": PAPER_DEPTH_GAINS, "heading": PAPER_HEADING_GAINS} if control.gains is GainSet.PAPER else {}

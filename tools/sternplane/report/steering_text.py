@@ -8,7 +8,7 @@ from typing import Any
 from firmware_py import config_files
 from firmware_py.control.control import ControlParams, LawKind
 from firmware_py.control.sliding_mode_params import GainSet
-from firmware_py.params import ParamError
+from firmware_py.params import ParamError, to_toml_value
 
 
 def control_of(header: Mapping[str, Any]) -> ControlParams | None:
@@ -30,7 +30,7 @@ def steering_text(header: Mapping[str, Any]) -> str:
     control, files = control_of(header), header.get("configuration", {}).get("files", {})
     if control is None:
         return ""
-    law = f"law {control.law.name.lower()}"
+    law = f"law {to_toml_value(control.law, 1.0)}"
     if control.law is LawKind.SLIDING:
         law += ", the paper's gains" if control.gains is GainSet.PAPER else ", gains of the configuration"
     name = header["configuration"].get("vehicle", {}).get("name", "")

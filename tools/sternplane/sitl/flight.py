@@ -38,7 +38,7 @@ from sim_bridge.devices.line_device import line_losses
 from sim_bridge.hil_server import refuse_faults
 from sim_bridge.plant.plant import PlantError
 from sim_bridge.plant.truth import Truth, refuse_other_fins
-from sim_bridge.scenarios import Scenario, scenario_path
+from sim_bridge.scenarios import Scenario
 from sim_bridge.scripted_operator import ScriptedOperator
 from sternplane.sitl import plausibility
 from sternplane.sitl.aboard_faults import AboardFaults
@@ -46,7 +46,7 @@ from sternplane.sitl.lines import opened
 from sternplane.sitl.request import CONFIG as CONFIG
 from sternplane.sitl.request import SCENARIOS as SCENARIOS
 from sternplane.sitl.request import FlightRequest as FlightRequest
-from sternplane.sitl.request import parse_settings, read_devices, read_io, read_scenario, read_truth
+from sternplane.sitl.request import parse_settings, read_devices, read_io, read_scenario, read_truth, scenario_place
 from sternplane.sitl.simulation_recorder import NoLog, SimulationRecorder, Witness
 
 NOT_REPRODUCIBLE = "the run is not reproducible"
@@ -85,7 +85,7 @@ class Flight:
         files = self.configuration["files"]["vehicle"], str(self.request.config / "truth.toml")
         vehicle, sensors = config_files.vehicle(self.configuration), str(self.request.config / "sensors.toml")
         placed = plausibility.misplaced(vehicle, self.devices, files[0], sensors)
-        where = str(scenario_path(self.request.scenario, SCENARIOS))
+        where = scenario_place(self.request)
         course = plausibility.doubtful_course(self.scenario, where, self.params, self.devices, sensors)
         return (*plausibility.doubts(vehicle, self.truth, *files), *placed, *course)
 
@@ -105,6 +105,7 @@ class Flight:
         return provenance.header(
             request.scenario,
             self.configuration,
+            self.autopilot.reconfigurator.own,
             description=description,
             seed=request.seed,
             pace=request.pace,
@@ -151,7 +152,7 @@ def prepare(request: FlightRequest, kept: Mapping[str, Any]) -> Flight:
     shipped = config_files.read_configuration(request.config, over, factors=factors, settings=settings)
     by_files = config_files.autopilot_params(shipped)
     able = plausibility.abilities(config_files.read_configuration(request.config, over))
-    plausibility.refuse_mission(scenario, str(scenario_path(request.scenario, SCENARIOS)), by_files, able)
+    plausibility.refuse_mission(scenario, scenario_place(request), by_files, able)
     configuration = with_kept_plans(
         {
             **config_files.with_kept_changes(shipped, request.state),
@@ -176,6 +177,7 @@ def prepare(request: FlightRequest, kept: Mapping[str, Any]) -> Flight:
     )
     files, sensors = configuration["files"], str(request.config / "sensors.toml")
     if parse_hil_link(request.link):
+        plausibility.refuse_payload(flight.devices, sensors)
         plausibility.refuse_other_scale(config_files.vehicle(configuration), flight.devices, files["vehicle"], sensors)
     plausibility.refuse_slow_sensors(by_files, flight.devices, shipped["files"]["autopilot"], sensors)
     return flight

@@ -48,6 +48,16 @@ def refuse_slow_sensors(params: AutopilotParams, devices: DevicesParams, autopil
             )
 
 
+def refuse_payload(devices: DevicesParams, sensors: str) -> None:
+    """Refuse sensors of one's own where there is no bus for their messages.
+
+    Raises:
+        ParamError: names the file and the key.
+    """
+    if devices.payload:
+        raise ParamError(f"{sensors}: payload: there is no bus over mavlink-hil that could carry it; leave --link away")
+
+
 def refuse_other_scale(vehicle: Vehicle, devices: DevicesParams, vehicle_file: str, sensors: str) -> None:
     """Refuse a full scale that differs: over mavlink-hil a command is a share of it.
 

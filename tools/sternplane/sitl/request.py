@@ -56,6 +56,8 @@ class FlightRequest:
     """What the vehicle kept of an earlier run; None is nothing."""
     passport: PassportChoice = FROM_STATE
     """What it learned there, and begins with."""
+    table: Mapping[str, Any] | None = None
+    """The scenario itself, as its file would have it, in place of one of that name."""
     settings: tuple[str, ...] = ()
     """Single values of files, FILE.KEY=VALUE each, as `parse_settings` reads them."""
 
@@ -144,11 +146,20 @@ def read_devices(request: FlightRequest, scenario: Scenario) -> DevicesParams:
     return devices
 
 
+def scenario_place(request: FlightRequest) -> str:
+    """Return what errors call the scenario: its file, or its name where there is none.
+
+    Raises:
+        ParamError: there is no such scenario.
+    """
+    return request.scenario if request.table is not None else str(scenario_path(request.scenario, SCENARIOS))
+
+
 def read_scenario(request: FlightRequest) -> Scenario:
     """Read the scenario, with the faults that were asked for; raises as `read_io`."""
-    path, settings = scenario_path(request.scenario, SCENARIOS), parse_settings(request.settings)
-    table = read_toml(path)
-    laid, where = lay_settings(Scenario, table, of_file(settings, "scenario"), str(path))
+    where, settings = scenario_place(request), parse_settings(request.settings)
+    table = read_toml(Path(where)) if request.table is None else request.table
+    laid, where = lay_settings(Scenario, table, of_file(settings, "scenario"), where)
     if flow := {one.path[0]: one.value for one in of_file(settings, "truth") if one.path[0] in _names(_Flow)}:
         parse(laid, where)
         laid["environment"] = {**laid.get("environment", {}), "current_ned_m_s": _flowing(laid, **flow)}

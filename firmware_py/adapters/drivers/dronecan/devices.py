@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any
 
 from firmware_py.adapters.buses.can_bus import FramePort
-from firmware_py.adapters.drivers.driver import Driver, Reading
+from firmware_py.adapters.drivers.driver import PAYLOAD, Driver, Reading
 from firmware_py.adapters.drivers.dronecan.bus_params import BusParams
 from firmware_py.adapters.drivers.dronecan.node_monitor import NodeMonitor
 from firmware_py.adapters.drivers.dronecan.node_watch import NodeWatch
@@ -18,13 +18,13 @@ from firmware_py.adapters.drivers.dronecan.own_status import OwnStatus
 from firmware_py.marine import euler_from_quaternion
 from firmware_py.records.command import Applied
 from firmware_py.records.cycle import Cycle
-from firmware_py.records.sensing import Ahrs, Battery, Fix, Hardpoint, Heard, NodeBits
+from firmware_py.records.sensing import Ahrs, Battery, Fix, Hardpoint, Heard, NodeBits, PayloadReading
 from firmware_py.tick import Rate, Tick
 from firmware_py.wire.dronecan import equipment_messages as eq
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.fin_servo import AtRest, FinServo
-from firmware_py.wire.dronecan.node_messages import CanIfaceStats, GetTransportStatsResponse
+from firmware_py.wire.dronecan.node_messages import CanIfaceStats, GetTransportStatsResponse, KeyValue
 from firmware_py.wire.dronecan.propeller_drive import PropellerDrive
 from firmware_py.wire.dronecan.transfer import Reassembler, Transfer, TransferSender
 
@@ -32,6 +32,8 @@ FRAMES_PER_TICK = 256
 """Maximum number of frames taken from the bus in one tick; the rest waits."""
 ARMED, DISARMED = 255, 0
 SAFETY_ON, SAFETY_OFF = 0, 255
+PAYLOAD_PER_TICK = 32
+"""Maximum number of payload readings taken in one tick; the others are left out, and counted."""
 VALID_RANGE = 1
 DROP_WEIGHT = 0
 """Hardpoint id of the drop weight."""
@@ -97,7 +99,8 @@ class DroneCan(Driver):
             (m.HARDPOINT_STATUS, nodes.hardpoint): (self._hardpoint, 0.0),
             **{(m.NODE_STATUS, node): (partial(self._nodes.hear_status, node), 0.0) for node in self._nodes.names},
         }
-        wanted = [*{*self._own.wanted, *(kind for kind, _ in self._handlers)}]
+        wanted = [*{*self._own.wanted, *(kind for kind, _ in self._handlers), m.KEY_VALUE}]
+        self._payload_left_out = 0
         # Room for every node: no flood of other transfers displaces one of ours.
         self._reassembler = Reassembler(wanted, params.can.node_id, most_open=127 * len(wanted))
 
@@ -155,8 +158,9 @@ class DroneCan(Driver):
         del total["foreign"]  # a message that was not asked for is no loss
         dropped = {f"transfers_{cause}": count for cause, count in total.items()}
         bus = {f"bus_{cause}": count for cause, count in self._bus.losses().items()}
+        payload = {"payload_left_out": self._payload_left_out} if self._payload_left_out else {}
         nodes = self._nodes.losses(self._reassembler.dropped_from)
-        return {**bus, "transfers_malformed": self._malformed, **dropped, **nodes}
+        return {**bus, **payload, "transfers_malformed": self._malformed, **dropped, **nodes}
 
     def exercise(self, on: bool) -> None:
         """Have fins follow although the vehicle is disarmed; or no longer."""
@@ -197,6 +201,8 @@ class DroneCan(Driver):
     def _dispatch(self, transfer: Transfer) -> None:
         kind, source, _, _, payload, t = transfer
         entry = self._handlers.get((kind, source))
+        if entry is None and kind is m.KEY_VALUE:
+            entry = self._payload, 0.0
         if entry is None:
             if kind in self._own.wanted:
                 self._own.hear(transfer)
@@ -228,6 +234,13 @@ class DroneCan(Driver):
 
     def _hear(self, role: str, heard: Heard[Any], number: int = 0) -> None:
         self._readings.append(Reading(role, number, heard))
+
+    def _payload(self, message: KeyValue, t: float) -> None:
+        if sum(reading.role == PAYLOAD for reading in self._readings) >= PAYLOAD_PER_TICK:
+            self._payload_left_out += 1
+        else:
+            key = message.key.decode("ascii", "replace")
+            self._hear(PAYLOAD, Heard(PayloadReading(key, message.value, t), t, True, True))
 
     def _ahrs(self, number: int, message: eq.AhrsSolution, t: float) -> None:
         phi, theta, psi = euler_from_quaternion(*message.orientation_xyzw)

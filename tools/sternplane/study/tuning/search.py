@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from firmware_py.control.control import ControlParams, LawKind
-from firmware_py.params import toml_key
+from firmware_py.params import to_toml_value, toml_key
 from sternplane.logs.tracking import Array
 from sternplane.sitl.flight import CONFIG, Flight, FlightRequest, fly, prepare
 from sternplane.study.adaptation.courses import track
@@ -179,7 +179,11 @@ def _with(shipped: ControlParams, search: Search, points: Sequence[Array]) -> Co
 
 def as_toml(search: Search, params: ControlParams, comments: Iterable[str] = ()) -> str:
     """Return the gains of a search as tables that a scenario lays over autopilot.toml, rounded to four digits."""
-    lines = [*(f"# {comment}" for comment in comments), "[autopilot.control]", f'law = "{params.law.name.lower()}"']
+    lines = [
+        *(f"# {comment}" for comment in comments),
+        "[autopilot.control]",
+        f'law = "{to_toml_value(params.law, 1.0)}"',
+    ]
     for space in search.spaces:
         gains = getattr(params, space.table)
         names = dict.fromkeys(name.split()[0] for name in space.fields)

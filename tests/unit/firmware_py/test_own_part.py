@@ -1,0 +1,101 @@
+"""A part of one's own is asked until it fails; then never again until the vehicle is disarmed, and it is told once."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firmware_py.adapters.storage import memory_pickle
+from firmware_py.own_part import Guard, NoParams, OwnClass, OwnPart
+from firmware_py.params import ParamError, load
+from firmware_py.records.event import EventKind, Severity
+from firmware_py.records.event_text import texts
+from firmware_py.vehicle.vehicle import Vehicle
+
+CONFIG = Path(__file__).resolve().parents[3] / "configs" / "npsauv2"
+VEHICLE = load(Vehicle, tomllib.loads((CONFIG / "vehicle.toml").read_text()), "vehicle.toml")
+
+
+class Counting(OwnPart):
+    def __init__(self, vehicle, params):
+        super().__init__(vehicle, params)
+        self.count, self.resets, self.gains = 0, 0, np.zeros(2)
+
+    def reset(self):
+        self.resets += 1
+
+    def next(self, fail: bool = False) -> int:
+        self.count += 1
+        self.gains[0] = self.count
+        if fail:
+            raise RuntimeError(f"no solution\nin {object()!r}")
+        return self.count
+
+
+def guard(cls: type[OwnPart] = Counting) -> Guard:
+    return Guard("law", OwnClass("mine", cls, NoParams()), VEHICLE)
+
+
+def test_a_part_that_fails_is_asked_no_more_and_told_once() -> None:
+    one = guard()
+    assert [one.ask(k, Counting.next) for k in range(3)] == [1, 2, 3]
+    assert one.told() == ()
+    assert one.ask(3, lambda part: part.next(fail=True)) is None
+    (event,) = one.told()
+    assert (event.kind, event.severity) == (EventKind.OWN_PART_FAILED, Severity.ERROR)
+    assert event.names == ("law", "mine", "RuntimeError: no solution in <object object at 0x>")
+    assert texts((event,)) == ["law mine failed, the built-in one goes on: " + event.names[2]]
+    assert one.ask(4, Counting.next) is None
+    assert one.part.count == 4
+    assert one.told() == ()
+
+
+def test_it_is_used_again_once_the_vehicle_was_disarmed() -> None:
+    one = guard()
+    one.ask(0, lambda part: part.next(fail=True))
+    one.rest()
+    assert one.ask(9, Counting.next) == 2
+
+
+def test_it_is_reset_before_its_first_use_and_after_every_break() -> None:
+    one = guard()
+    for k in (0, 1, 2, 7, 8):
+        one.ask(k, Counting.next)
+    assert one.part.resets == 2
+
+
+def test_what_it_remembers_is_a_copy_which_a_log_can_hold() -> None:
+    one, other = guard(), guard()
+    for k in range(5):
+        one.ask(k, Counting.next)
+    memory = memory_pickle.decode(memory_pickle.encode(one.freeze()))
+    one.ask(5, Counting.next)
+    other.thaw(memory)
+    assert other.ask(5, Counting.next) == 6
+    assert other.part.gains.tolist() == [6.0, 0.0]
+    assert other.part.resets == 1  # it goes on, as if there had been no break
+    assert memory.own["count"] == 5
+
+
+def test_a_part_that_cannot_tell_its_memory_fails_and_the_flight_goes_on() -> None:
+    class Mute(Counting):
+        def freeze(self):
+            raise OSError("disk")
+
+    one = guard(Mute)
+    one.ask(0, Counting.next)
+    assert one.freeze().failure == "OSError: disk"
+    assert len(one.told()) == 1
+    assert one.ask(1, Counting.next) is None
+
+
+def test_a_part_that_cannot_be_made_is_an_error_of_one_line() -> None:
+    class Wrong(OwnPart):
+        def __init__(self, vehicle, params):
+            raise KeyError("gain")
+
+    with pytest.raises(ParamError, match=r"^mine cannot be made: KeyError: 'gain'$"):
+        guard(Wrong)
