@@ -52,7 +52,7 @@ class PayloadSensor:
 
         Args:
             plant: the true vehicle, to be read: eta (m, rad), nu (m/s, rad/s), nu_r, altitude (m), current_ned (m/s).
-            chance: seeded by the run's seed and the sensor's name; draw all noise from it.
+            chance: seeded by the run's seed, node id and name; draw all noise from it.
         """
         raise NotImplementedError
 
@@ -87,9 +87,15 @@ class PayloadDevice:
             raise ParamError(f"{where}: {name} cannot be made: {type(error).__name__}: {error}") from error
         self._name, self._base_hz = name, base_hz
         self._keys = [_key(key, f"{where}: {name}") for key in self._own.keys]
-        chance = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, *b"own.", *name.encode()])))
+        chance = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, params.node, *name.encode()])))
         self._sensor: Sensor[Plant, tuple[float, ...]] = Sensor(
-            f"payload.{name}", params, lambda plant, _: self._measured(plant, chance), (), (), seed, base_hz
+            f"payload.{params.node}.{name}",
+            params,
+            lambda plant, _: self._measured(plant, chance),
+            (),
+            (),
+            seed,
+            base_hz,
         )
         self.node = DeviceNode(params.node, name.rpartition(":")[2].lower(), bus)
 

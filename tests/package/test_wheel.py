@@ -151,6 +151,16 @@ def test_another_user_lists_scenarios_flies_one_and_replays_it(run: Run, place: 
     assert "200 cycles replayed: every byte equal" in replayed.stdout
 
 
+def test_an_example_runs_as_it_is_without_the_repository(run: Run, place: Path) -> None:
+    example = place / "first_flight.py"
+    source = (ROOT / "tools" / "examples" / "first_flight.py").read_text()
+    example.write_text(source.replace('"duration_s": 20.0', '"duration_s": 3.0'))
+    flown = run(example)
+    assert flown.returncode == 0, flown.stderr
+    assert "completed; 300 cycles" in flown.stdout
+    assert (place / "home" / "first_flight.png").exists()
+
+
 def test_without_what_draws_a_flight_leaves_all_but_the_report_and_says_what_to_install(run: Run, place: Path) -> None:
     scenario = place / "plain.toml"
     scenario.write_text(BRIEF)

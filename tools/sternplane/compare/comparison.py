@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from firmware_py.params import to_toml_value
 from sternplane.compare.compared_run import ComparedRun, until
 from sternplane.compare.settings import MISSING, Difference, differences
 from sternplane.logs.summary import Summary, summarise

@@ -197,8 +197,9 @@ def _cautions(log: Run, differs: str) -> Iterator[str]:
 
 def _other_parts(log: Run, autopilot: Autopilot) -> Iterator[str]:
     """Yield a sentence for each part of one's own whose source is another than that which flew."""
-    here = described(autopilot.reconfigurator.own)
-    for key, there in log.header.get("own_parts", {}).items():
+    flown = log.header.get("own_parts", {})
+    here = described(autopilot.reconfigurator.own) if flown else {}
+    for key, there in flown.items():
         now = here.get(key, there)
         if now["source"] != there["source"]:
             flew, is_now = (f"source {one['source']} of {one['package']}" for one in (there, now))

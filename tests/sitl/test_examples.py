@@ -1,0 +1,44 @@
+"""The examples run, each as it is but with shorter flights, and are as short as they are said to be."""
+
+from __future__ import annotations
+
+import runpy
+import sys
+from pathlib import Path
+
+import matplotlib.figure
+import pytest
+import sternplane
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "tools" / "examples"
+SAID = {
+    "first_flight": "completed; ",
+    "own_mission": "damaged: completed, path error ",
+    "own_law": "cycles replayed: every byte equal",
+    "own_estimator": "DepthEstimator: ",
+    "log_analysis": "normalised innovations squared",
+    "gym_environment": "return ",
+}
+
+
+def test_there_are_six_of_at_most_forty_lines() -> None:
+    files = {path.stem: len(path.read_text().splitlines()) for path in EXAMPLES.glob("*.py")}
+    assert files.keys() == SAID.keys()
+    assert max(files.values()) <= 40
+
+
+@pytest.mark.parametrize("name", SAID)
+def test_it_runs(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fly, environment = sternplane.fly, sternplane.DepthHeadingEnv
+    short = {"autopilot": {"estimation": {"learning": {"enabled": False}}}} if name != "own_mission" else {}
+    monkeypatch.setattr(sternplane, "fly", lambda what, **more: fly({**what, **short, "duration_s": 6.0}, **more))
+    monkeypatch.setattr(sternplane, "DepthHeadingEnv", lambda **more: environment(**{**more, "duration": 5.0}))
+    monkeypatch.setattr(matplotlib.figure.Figure, "savefig", lambda figure, path: Path(path).touch())
+    monkeypatch.setattr(sys, "argv", [name])
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
+    assert SAID[name] in capsys.readouterr().out
+    sys.modules.pop("first_flight", None)

@@ -1,0 +1,66 @@
+"""A figure of one flight, or of several on top of each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from firmware_py.run.usage_error import UsageError
+from sternplane.library.flights import FlightResult
+from sternplane.library.recordings import Recording
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_Flown = Recording | FlightResult
+
+
+def plot(flown: _Flown | Mapping[str, _Flown]) -> Figure:
+    """Return a matplotlib figure: the track, and over time depth, heading and fins; `.savefig("flight.png")` keeps it.
+
+    Lines are the truth where it is known, else the estimate; what was asked for is dashed.
+
+    Args:
+        flown: a flight, or several by the names that the legend shows.
+
+    Raises:
+        UsageError: matplotlib is not installed.
+    """
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise UsageError("a figure needs matplotlib: pip install 'sternplane[report]'") from None
+    several = flown if isinstance(flown, Mapping) else {"": flown}
+    figure = Figure(figsize=(10.0, 7.0), layout="constrained")
+    axes = figure.subplot_mosaic([["track", "depth"], ["track", "heading"], ["planes", "rudder"]])
+    for i, (name, one) in enumerate(several.items()):
+        _draw(axes, one.recording if isinstance(one, FlightResult) else one, name, f"C{i}")
+    for name, label in (
+        ("depth", "depth, m"),
+        ("heading", "heading, deg"),
+        ("planes", "stern planes, deg"),
+        ("rudder", "rudder, deg"),
+    ):
+        axes[name].set(xlabel="t, s", ylabel=label)
+    axes["track"].set(xlabel="east, m", ylabel="north, m", aspect="equal")
+    axes["track"].set_adjustable("datalim")
+    axes["depth"].invert_yaxis()
+    if len(several) > 1:
+        axes["depth"].legend()
+    return figure
+
+
+def _draw(axes: Mapping[str, Any], recording: Recording, name: str, colour: str) -> None:
+    t, state, columns = recording.t, recording.truth or recording.estimate, recording.columns
+    flown = columns["mode.mode"] != 0
+    axes["track"].plot(state["y"], state["x"], color=colour)
+    axes["depth"].plot(t, state["z"], color=colour, label=name)
+    axes["heading"].plot(t, np.degrees(np.unwrap(state["psi"])), color=colour)
+    desired = np.degrees(np.unwrap(columns["reference.psi_d"]))
+    desired += 360.0 * np.round((np.degrees(np.unwrap(state["psi"])) - desired) / 360.0)
+    for axis, values in (("depth", columns["reference.z_d"]), ("heading", desired)):
+        axes[axis].plot(t, np.where(flown, values, np.nan), "--", color=colour, linewidth=0.8)
+    axes["planes"].plot(t, np.degrees(columns["demand.delta_s"]), color=colour, linewidth=0.8)
+    axes["rudder"].plot(t, np.degrees(columns["demand.delta_r"]), color=colour, linewidth=0.8)

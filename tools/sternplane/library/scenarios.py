@@ -1,0 +1,42 @@
+"""A scenario by its name, by its file, or as a table in Python; and the request that a flight of it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from os import PathLike, fspath
+from typing import TYPE_CHECKING, Any
+
+from sternplane.library.vehicles import Settings, folder_of, texts_of
+
+if TYPE_CHECKING:
+    from sternplane.sitl.request import FlightRequest
+
+Scenario = str | PathLike[str] | Mapping[str, Any]
+"""The name of a shipped scenario, a .toml file, or what such a file would hold, as a dictionary."""
+_UNNAMED = "a scenario of one's own"
+
+
+def request_of(
+    scenario: Scenario,
+    config: str | PathLike[str],
+    *,
+    seed: int,
+    faults: Sequence[str] = (),
+    over: Mapping[str, Any] | None = None,
+    set: Settings | None = None,
+) -> FlightRequest:
+    """Return what is asked for of a flight; `over` is laid upon the scenario.
+
+    Raises:
+        ParamError: there is no such scenario.
+    """
+    from firmware_py import config_files
+    from firmware_py.adapters.storage.toml_files import read_toml
+    from sim_bridge.scenarios import scenario_path
+    from sternplane.sitl.request import SCENARIOS, FlightRequest
+
+    table: Mapping[str, Any] | None = scenario if isinstance(scenario, Mapping) else None
+    name = _UNNAMED if isinstance(scenario, Mapping) else fspath(scenario)
+    if over:
+        table = config_files.merge(read_toml(scenario_path(name, SCENARIOS)) if table is None else table, over)
+    return FlightRequest(name, folder_of(config), seed=seed, faults=tuple(faults), table=table, settings=texts_of(set))
