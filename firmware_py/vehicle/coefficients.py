@@ -9,12 +9,18 @@ from firmware_py.params import param
 
 
 def _coefficient() -> Any:
+    return param(0.0, low=-10.0, high=10.0)
+
+
+def _needed() -> Any:
     return param(low=-10.0, high=10.0)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Coefficients:
-    """The coefficients of Healey and Lienard (1993). None has a default.
+    """The coefficients of Healey and Lienard (1993); one that a file leaves out is 0, as published tables leave them out.
+
+    Those without which no law can be designed (Eq. 26 and Eq. 30) have no default: 0 there is a table read halfway.
 
     A name spells its term: force or moment, then the factors that the coefficient multiplies. `dot` marks added mass;
     ds, dr and db are stern planes, rudders and *one* bow plane; a final n marks a term in the propeller's slipstream,
@@ -49,13 +55,13 @@ class Coefficients:
     Y_pq: float = _coefficient()
     Y_qr: float = _coefficient()
     Y_p: float = _coefficient()
-    Y_r: float = _coefficient()
-    Y_v: float = _coefficient()
+    Y_r: float = _needed()
+    Y_v: float = _needed()
     Y_vq: float = _coefficient()
     Y_wp: float = _coefficient()
     Y_wr: float = _coefficient()
     Y_vw: float = _coefficient()
-    Y_dr: float = _coefficient()
+    Y_dr: float = _needed()
 
     Z_qdot: float = _coefficient()
     Z_wdot: float = _coefficient()
@@ -93,12 +99,12 @@ class Coefficients:
     M_pp: float = _coefficient()
     M_pr: float = _coefficient()
     M_rr: float = _coefficient()
-    M_q: float = _coefficient()
+    M_q: float = _needed()
     M_w: float = _coefficient()
     M_vp: float = _coefficient()
     M_vr: float = _coefficient()
     M_vv: float = _coefficient()
-    M_ds: float = _coefficient()
+    M_ds: float = _needed()
     M_db: float = _coefficient()
     M_qn: float = _coefficient()
     M_wn: float = _coefficient()
@@ -110,11 +116,11 @@ class Coefficients:
     N_pq: float = _coefficient()
     N_qr: float = _coefficient()
     N_p: float = _coefficient()
-    N_r: float = _coefficient()
-    N_v: float = _coefficient()
+    N_r: float = _needed()
+    N_v: float = _needed()
     N_vq: float = _coefficient()
     N_wp: float = _coefficient()
     N_wr: float = _coefficient()
     N_vw: float = _coefficient()
-    N_dr: float = _coefficient()
+    N_dr: float = _needed()
     N_prop: float = _coefficient()

@@ -15,12 +15,18 @@ _LENGTHS = {"udot": 1, "vdot": 1, "wdot": 1, "pdot": 2, "qdot": 2, "rdot": 2, "p
 
 
 def _coefficient() -> Any:
+    return param(0.0, low=-10.0, high=10.0)
+
+
+def _needed() -> Any:
     return param(low=-10.0, high=10.0)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PlantCoefficients:
-    """Healey and Lienard (1993), all of them, none with a default; `db` terms are those of one bow plane.
+    """Healey and Lienard (1993), all of them; `db` terms are those of one bow plane. One that is left out is 0.
+
+    Damping and fins of pitch, sway and yaw have no default: without them nothing can be steered.
 
     The name spells the term: `X_qdsn` multiplies u q delta_s eps(n) in the surge equation.
     """
@@ -54,13 +60,13 @@ class PlantCoefficients:
     Y_qr: float = _coefficient()
     Y_vdot: float = _coefficient()
     Y_p: float = _coefficient()
-    Y_r: float = _coefficient()
+    Y_r: float = _needed()
     Y_vq: float = _coefficient()
     Y_wp: float = _coefficient()
     Y_wr: float = _coefficient()
-    Y_v: float = _coefficient()
+    Y_v: float = _needed()
     Y_vw: float = _coefficient()
-    Y_dr: float = _coefficient()
+    Y_dr: float = _needed()
 
     Z_qdot: float = _coefficient()
     Z_pp: float = _coefficient()
@@ -98,12 +104,12 @@ class PlantCoefficients:
     M_pr: float = _coefficient()
     M_rr: float = _coefficient()
     M_wdot: float = _coefficient()
-    M_q: float = _coefficient()
+    M_q: float = _needed()
     M_vp: float = _coefficient()
     M_vr: float = _coefficient()
     M_w: float = _coefficient()
     M_vv: float = _coefficient()
-    M_ds: float = _coefficient()
+    M_ds: float = _needed()
     M_db: float = _coefficient()
     M_qn: float = _coefficient()
     M_wn: float = _coefficient()
@@ -115,13 +121,13 @@ class PlantCoefficients:
     N_qr: float = _coefficient()
     N_vdot: float = _coefficient()
     N_p: float = _coefficient()
-    N_r: float = _coefficient()
+    N_r: float = _needed()
     N_vq: float = _coefficient()
     N_wp: float = _coefficient()
     N_wr: float = _coefficient()
-    N_v: float = _coefficient()
+    N_v: float = _needed()
     N_vw: float = _coefficient()
-    N_dr: float = _coefficient()
+    N_dr: float = _needed()
     N_prop: float = _coefficient()
 
 

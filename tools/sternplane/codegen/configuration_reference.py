@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -28,20 +27,10 @@ from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.faults.catalogue import FORM, help_text
 from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import Scenario
+from sternplane.codegen.coefficient_reference import meaning
+from sternplane.vehicles.terms import NAMES
 
 PATH = configs() / "README.md"
-_FACTOR = re.compile(r"[uvwpqr]dot|d[srb]|[uvwpqr]")
-_COEFFICIENT = re.compile(rf"coefficients\.([XYZKMN])_(prop|(?:{_FACTOR.pattern})+)(n?)")
-_FACTORS = {"ds": "delta_s", "dr": "delta_r", "db": "delta_b"} | {f"{v}dot": f"{v}_dot" for v in "uvwpqr"}
-_FORCES = {
-    "X": "Surge force",
-    "Y": "Sway force",
-    "Z": "Heave force",
-    "K": "Roll moment",
-    "M": "Pitch moment",
-    "N": "Yaw moment",
-}
-
 INTRODUCTION = """# Configurations
 
 Each folder except `scenarios/`, `systemd/` and `udev/` is one vehicle:
@@ -115,18 +104,15 @@ def _table(cls: type[Any]) -> Iterator[str]:
 
 
 def _coefficient_meaning(key: str) -> str:
-    """Return the meaning of `coefficients.F_factors`, which its name spells: the force and the factors of the term.
+    """Return the meaning of `coefficients.NAME`, which its name spells.
 
     Raises:
         ValueError: another key, or another name: a key without description.
     """
-    found = _COEFFICIENT.fullmatch(key)
-    if found is None:
+    table, _, name = key.partition(".")
+    if table != "coefficients" or name not in NAMES:
         raise ValueError(f"{key} has no description: give its declaration one")
-    force, factors, race = found.groups()
-    names = " ".join(_FACTORS.get(factor, factor) for factor in _FACTOR.findall(factors))
-    term = "u^2, from the propeller" if factors == "prop" else names + (" eps(n)" if race else "")
-    return f"{_FORCES[force]}: coefficient of {term}."
+    return meaning(name)
 
 
 def _name(declaration: Declaration, default: Any) -> str:
