@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from firmware_py.adapters.storage.toml_files import merge as merge
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.error_text import quoted
 from firmware_py.mavlink.parameters import store
@@ -192,15 +193,6 @@ def _times(table: Mapping[str, Any], factors: Mapping[str, Any], where: str) -> 
         else:
             raise ParamError(f"{where}: {quoted(key)} is no number of vehicle.toml with a factor for it")
     return product
-
-
-def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """`base` with the values of `over` laid upon it, table by table."""
-    merged = dict(base)
-    for key, value in over.items():
-        below = merged.get(key)
-        merged[key] = merge(below, value) if isinstance(below, Mapping) and isinstance(value, Mapping) else value
-    return merged
 
 
 def autopilot_params(configuration: Configuration) -> AutopilotParams:

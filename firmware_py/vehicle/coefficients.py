@@ -18,7 +18,7 @@ def _needed() -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Coefficients:
-    """The coefficients of Healey and Lienard (1993); one that a file leaves out is 0, as published tables leave them out.
+    """The coefficients of Healey and Lienard (1993); one that a file leaves out is 0, as tables leave them out.
 
     Those without which no law can be designed (Eq. 26 and Eq. 30) have no default: 0 there is a table read halfway.
 

@@ -1,8 +1,9 @@
-"""Reading of configuration files (TOML)."""
+"""Reading of configuration files (TOML), and one laid upon another."""
 
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,15 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise ParamError(f"{path}: cannot be read ({error.strerror})") from None
     except (ValueError, RecursionError) as error:  # ValueError: not TOML, not UTF-8, or an integer of 4,300 digits
         raise ParamError(f"{path}: is not TOML ({_first_sentence(error)})") from None
+
+
+def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """`base` with the values of `over` laid upon it, table by table."""
+    merged = dict(base)
+    for key, value in over.items():
+        below = merged.get(key)
+        merged[key] = merge(below, value) if isinstance(below, Mapping) and isinstance(value, Mapping) else value
+    return merged
 
 
 def _first_sentence(error: Exception) -> str:

@@ -94,7 +94,9 @@ def test_the_name_elsewhere_spells_the_same_term(name: str) -> None:
 @pytest.mark.parametrize("folder", ["npsauv2", "remus100"])
 def test_the_hulls_have_the_signs_that_the_page_calls_usual(folder: str) -> None:
     shipped = tomllib.loads((configs() / folder / "vehicle.toml").read_text())["coefficients"]
-    wrong = {n: v for n, v in shipped.items() if v * {NEGATIVE: 1.0, POSITIVE: -1.0}.get(SIGNS.get(n, "-")[0], 0.0) > 0.0}
+    wrong = {
+        n: v for n, v in shipped.items() if v * {NEGATIVE: 1.0, POSITIVE: -1.0}.get(SIGNS.get(n, "-")[0], 0.0) > 0.0
+    }
     assert wrong == {}
 
 

@@ -34,7 +34,6 @@ from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.guidance.guidance import Guidance
 from firmware_py.guidance.manoeuvre import ManoeuvreParams
 from firmware_py.marine import Eta, Nu
-from firmware_py.params import load
 from firmware_py.records.command import ModeState
 from firmware_py.records.estimate import StateEstimate
 from firmware_py.records.event import EventKind
@@ -42,6 +41,7 @@ from firmware_py.records.mission import Manoeuvre, ManoeuvreKind, Mission
 from firmware_py.records.order import NO_ORDER, Mode
 from firmware_py.tick import Tick, step_ns
 from sim_bridge.plant.truth import Truth
+from sim_bridge.truth_file import read_truth
 from sternplane.identification.cramer_rao_bound import bound, true_states
 from sternplane.logs.tracking import Array
 from sternplane.sitl.busless_flight import SENSOR_STD, BuslessFlight, Start, fly, measurement_mask
@@ -153,7 +153,7 @@ def main() -> None:
     )
     parser.add_argument("--grip", type=float, nargs="+", default=[ManoeuvreParams().grip], help="shares of the laws")
     options = parser.parse_args()
-    truth = load(Truth, config_files.read_table(Truth, CONFIG / "truth.toml", {}), "truth.toml")
+    truth = read_truth(CONFIG / "truth.toml")
     wanted = [(m, grip) for kind in options.kind or ManoeuvreKind for m in candidates(kind) for grip in options.grip]
     console = Console(stderr=True)
     rows = [(evaluate(truth, m, grip), m, grip) for m, grip in track(wanted, "flying", console=console, transient=True)]

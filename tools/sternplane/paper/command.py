@@ -19,7 +19,7 @@ from firmware_py.estimation.coefficient_params import TEN
 from firmware_py.params import load
 from firmware_py.run.run_folders import run_folder
 from firmware_py.vehicle.vehicle import Vehicle
-from sim_bridge.plant.truth import Truth
+from sim_bridge.truth_file import read_truth
 from sternplane.paper import control, design, drawings, estimation, figures
 from sternplane.paper.page import page
 from sternplane.paper.printed import TABLE_1
@@ -36,7 +36,7 @@ _PARTS = 3
 def command(options: argparse.Namespace) -> int:
     """Do every experiment and write the report; return 1 if an EKF row is above the paper's, or a flight failed."""
     folder = run_folder(options.out)
-    truth: Truth = load(Truth, read_toml(CONFIG / "truth.toml"), str(CONFIG / "truth.toml"))
+    truth = read_truth(CONFIG / "truth.toml")
     vehicle: Vehicle = load(Vehicle, read_toml(CONFIG / "vehicle.toml"), str(CONFIG / "vehicle.toml"))
     who = {"fig9": tuple(figures.BY), "fig10": (*figures.BY, control.IDEAL)}
     total = (_PARTS + 2) * ExperimentProgress.REST + sum(map(len, who.values())) * _FLIGHT

@@ -24,6 +24,7 @@ from sim_bridge.devices.devices import DevicesParams
 from sim_bridge.plant.environment import EnvironmentParams
 from sim_bridge.plant.truth import Truth
 from sim_bridge.scenarios import Scenario, parse, scenario_path
+from sim_bridge.truth_file import truth_source
 
 SCENARIOS = configs() / "scenarios"
 CONFIG = configs() / "npsauv2"
@@ -133,10 +134,10 @@ def read_io(request: FlightRequest) -> IoParams:
 
 
 def read_truth(request: FlightRequest) -> Truth:
-    """Read truth.toml; raises as `read_io`."""
+    """Read truth.toml, and what it derives from; raises as `read_io`."""
     settings = [one for one in parse_settings(request.settings) if one.path[0] not in _names(_Flow)]
-    truth: Truth = _read(Truth, request.config / "truth.toml", "truth", settings)
-    return truth
+    table, where = truth_source(request.config / "truth.toml")
+    return load(Truth, *lay_settings(Truth, table, of_file(settings, "truth"), where))
 
 
 def read_devices(request: FlightRequest, scenario: Scenario) -> DevicesParams:

@@ -22,6 +22,7 @@ from firmware_py.estimation.model.state import EDDIES, MOVING
 from firmware_py.guidance.excitation import PERIOD, opposite, prbs
 from firmware_py.vehicle.vehicle import Vehicle
 from sim_bridge.plant.truth import Truth
+from sim_bridge.truth_file import read_truth
 from sternplane.identification.cramer_rao_bound import bounds, true_states
 from sternplane.logs.tracking import Array
 from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, BuslessFlight, fly, held_level, measure, measurement_mask
@@ -49,8 +50,7 @@ POINTS = 24
 @functools.cache
 def true_vehicle() -> Truth:
     """Return the simulated vehicle."""
-    path = CONFIG / "truth.toml"
-    return params.load(Truth, tomllib.loads(path.read_text()), str(path))
+    return read_truth(CONFIG / "truth.toml")
 
 
 @functools.cache

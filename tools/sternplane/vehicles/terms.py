@@ -1,7 +1,7 @@
 """The term that each coefficient multiplies, spelled out: the names of SNAME, of MSS and of Prestero are read here.
 
-A name is a force or moment and the factors of a product: `Y_v`, `Yuv` and `Yv` are sway force by u v, `Yuudr` and `Y_dr`
-by u|u| delta_r. What a name leaves out are powers of u, since every hydrodynamic force goes with the square of speeds.
+A name is a force or moment and the factors of a product: `Y_v`, `Yuv` and `Yv` are sway force by u v, `Yuudr` and
+`Y_dr` by u|u| delta_r. What a name leaves out are powers of u, since every force goes with the square of speeds.
 """
 
 from __future__ import annotations

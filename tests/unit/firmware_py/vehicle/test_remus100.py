@@ -13,11 +13,11 @@ import pytest
 from firmware_py import params
 from firmware_py.estimation.model.observer_model import ObserverModel
 from firmware_py.vehicle.vehicle import Vehicle
-from sim_bridge.plant.truth import Truth
+from sim_bridge.truth_file import read_truth
 
 FOLDER = Path(__file__).resolve().parents[4] / "configs" / "remus100"
 VEHICLE = params.load(Vehicle, tomllib.loads((FOLDER / "vehicle.toml").read_text()), "vehicle.toml")
-TRUTH = params.load(Truth, tomllib.loads((FOLDER / "truth.toml").read_text()), "truth.toml")
+TRUTH = read_truth(FOLDER / "truth.toml")
 U = 1.54
 SOURCE = {  # Prestero (2001): linear model at 1.54 m/s, in SI
     "Z_w": (-66.6, 2, 1),
