@@ -43,16 +43,17 @@ Each folder except `scenarios/`, `systemd/` and `udev/` is one vehicle:
 | `mission.toml` | the mission of a vehicle without a ground station; optional |
 | `truth.toml`, `sensors.toml` | the simulated vehicle and its devices; the autopilot never reads them |
 
-To configure another vehicle, make a folder from a table of derivatives with `sternplane vehicle import`, or copy a folder
-and change it: [Another hull](hull.md). `sternplane vehicle check DIR` tells what it can do and what contradicts; pass it
-with `--config`. `scenarios/` holds what can be flown in the simulation: `sternplane scenarios` lists them, and
-`--scenario FILE.toml` flies one of your own. `systemd/` and `udev/` start a vehicle at boot: [From simulation to your
-vehicle](vehicle.md).
+To configure another vehicle, make a folder from a table of derivatives with `sternplane vehicle import`, or copy a
+folder and change it: [Another hull](hull.md). `sternplane vehicle check DIR` tells what it can do and what contradicts;
+pass it with `--config`. `scenarios/` holds what can be flown in the simulation: `sternplane scenarios` lists them, and
+`--scenario FILE.toml` flies one of your own. `systemd/` and `udev/` start a vehicle at boot:
+[From simulation to your vehicle](vehicle.md).
 
 A key ends in the unit of its value. An unknown key, a wrong unit and a value out of bounds are errors that name file
 and key. `name[].key` stands for a key in each `[[name]]` table. What each coefficient multiplies, its scale, sign, unit
-and size: [coefficients](coefficients.md). The last column is the MAVLink name under which ground stations see and change a
-parameter. Changes are saved in `parameters.toml` in the `--state` folder and override `autopilot.toml` at the next start.
+and size: [coefficients](coefficients.md). The last column is the MAVLink name under which ground stations see and
+change a parameter. Changes are saved in `parameters.toml` in the `--state` folder and override `autopilot.toml` at the
+next start.
 
 For one flight, `--set FILE.KEY=VALUE` sets a key without a change of files: `--set autopilot.control.law=pid`. FILE
 is `vehicle`, `autopilot` or `io`, and in simulation `truth`, `sensors` or `scenario` too. The tables before a key and
@@ -73,9 +74,9 @@ FILES: tuple[tuple[str, type[Any], str], ...] = (
     (
         "truth.toml",
         Truth,
-        'The simulated vehicle. With `derives = "vehicle.toml"` at the top it is what that file believes, and only what\n'
-        "differs is given here: hull, body, propeller, coefficients, fins (by name) and drop weight need not be said twice.\n"
-        "Required then are servo, shaft, place and diameter of the propeller, and place and span of each fin.",
+        'The simulated vehicle. With `derives = "vehicle.toml"` at the top it is what that file believes, and only\n'
+        "what differs is given here: hull, body, propeller, coefficients, fins (by name) and drop weight need not be\n"
+        "said twice. Required then are servo, shaft, place and diameter of the propeller, place and span of fins.",
     ),
     ("sensors.toml", DevicesParams, "Sensors and devices of the simulated vehicle."),
     (
