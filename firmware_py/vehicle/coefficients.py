@@ -20,7 +20,8 @@ def _needed() -> Any:
 class Coefficients:
     """The coefficients of Healey and Lienard (1993); one that a file leaves out is 0, as tables leave them out.
 
-    Those without which no law can be designed (Eq. 26 and Eq. 30) have no default: 0 there is a table read halfway.
+    Those without which no law can be designed (Eq. 26, Eq. 30, and Z_w for climbing) have no default: 0 there is a
+    table read halfway.
 
     A name spells its term: force or moment, then the factors that the coefficient multiplies. `dot` marks added mass;
     ds, dr and db are stern planes, rudders and *one* bow plane; a final n marks a term in the propeller's slipstream,
@@ -69,7 +70,7 @@ class Coefficients:
     Z_pr: float = _coefficient()
     Z_rr: float = _coefficient()
     Z_q: float = _coefficient()
-    Z_w: float = _coefficient()
+    Z_w: float = _needed()
     Z_vp: float = _coefficient()
     Z_vr: float = _coefficient()
     Z_vv: float = _coefficient()

@@ -26,7 +26,7 @@ def _needed() -> Any:
 class PlantCoefficients:
     """Healey and Lienard (1993), all of them; `db` terms are those of one bow plane. One that is left out is 0.
 
-    Damping and fins of pitch, sway and yaw have no default: without them nothing can be steered.
+    Damping of heave, pitch, sway and yaw and fins have no default: without them nothing can be steered.
 
     The name spells the term: `X_qdsn` multiplies u q delta_s eps(n) in the surge equation.
     """
@@ -76,7 +76,7 @@ class PlantCoefficients:
     Z_q: float = _coefficient()
     Z_vp: float = _coefficient()
     Z_vr: float = _coefficient()
-    Z_w: float = _coefficient()
+    Z_w: float = _needed()
     Z_vv: float = _coefficient()
     Z_ds: float = _coefficient()
     Z_db: float = _coefficient()

@@ -42,7 +42,7 @@ def test_the_vehicle_of_the_source() -> None:
     assert [fin.name for fin in truth.fins] == ["stern_port", "stern_starboard", "rudder_upper", "rudder_lower"]
 
 
-NEEDED = {"M_q", "M_ds", "Y_v", "Y_r", "Y_dr", "N_v", "N_r", "N_dr"}
+NEEDED = {"Z_w", "M_q", "M_ds", "Y_v", "Y_r", "Y_dr", "N_v", "N_r", "N_dr"}
 
 
 @pytest.mark.parametrize("name", [field.name for field in dataclasses.fields(PlantCoefficients)])

@@ -19,6 +19,7 @@ from sternplane.cli.extras import require_report
 from sternplane.cli.hardware_commands import add_hardware
 from sternplane.cli.log_commands import add_logs
 from sternplane.cli.sweep_command import add_sweep
+from sternplane.cli.vehicle_commands import add_vehicle_commands
 
 Command = Callable[[argparse.Namespace], int]
 _FILES = "vehicle, autopilot, truth, sensors, io or scenario (truth.current: of the scenario)"
@@ -221,6 +222,7 @@ def parser() -> argparse.ArgumentParser:
     paper.set_defaults(run=_lazily("sternplane.paper.command", draws=True))
 
     add_sweep(commands, _lazily, _FILES)
+    add_vehicle_commands(commands, _lazily)
     add_hardware(commands, _lazily)
 
     scenarios = commands.add_parser("scenarios", help="list the scenarios, with a sentence each")

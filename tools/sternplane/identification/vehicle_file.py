@@ -1,4 +1,4 @@
-"""Writes a vehicle file: what a tool has learned of a vehicle, in a form that can be flown."""
+"""Writes a vehicle file, or another table: what a tool has learned of a vehicle, in a form that can be flown."""
 
 from __future__ import annotations
 
@@ -27,14 +27,20 @@ def write(path: Path, table: Mapping[str, Any], comment: str) -> None:
         LogError: the file cannot be written.
     """
     load(Vehicle, table, str(path))
-    lines = [*(f"# {line}".rstrip() for line in comment.splitlines()), "", *_table(table, "")]
-    text = "\n".join(lines) + "\n"
-    if tomllib.loads(text) != table:
-        raise AssertionError(f"{path}: would read otherwise than it is written")
+    text = text_of(table, comment)
     try:
         write_atomically(path, text.encode())
     except OSError as error:
         raise LogError(f"{path}: cannot be written ({error.strerror}); choose another --out") from None
+
+
+def text_of(table: Mapping[str, Any], comment: str) -> str:
+    """Return a table as TOML, which reads as it is to the last bit; `comment` stands at the top."""
+    lines = [*(f"# {line}".rstrip() for line in comment.splitlines()), "", *_table(table, "")]
+    text = "\n".join(lines) + "\n"
+    if tomllib.loads(text) != table:
+        raise AssertionError(f"{comment}: would read otherwise than it is written")
+    return text
 
 
 def _table(table: Mapping[str, Any], name: str) -> Iterator[str]:

@@ -34,7 +34,7 @@ _AXIS = {"gridcolor": "#e2e8f0", "zerolinecolor": "#cbd5e1", "linecolor": "#cbd5
 
 
 class Cell(NamedTuple):
-    """A cell of a table: its text, and "good", "bad", "head", "note" or ""; `span` columns wide."""
+    """A cell of a table: its text, and "good", "warn", "bad", "head", "note" or ""; `span` columns wide."""
 
     text: str
     state: str = ""

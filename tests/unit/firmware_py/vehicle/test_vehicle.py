@@ -111,7 +111,7 @@ def test_fins_that_do_nothing_or_the_opposite_are_refused(name: str, value: floa
         load(Vehicle, wrong, "vehicle.toml")
 
 
-NEEDED = {"M_q", "M_ds", "Y_v", "Y_r", "Y_dr", "N_v", "N_r", "N_dr"}
+NEEDED = {"Z_w", "M_q", "M_ds", "Y_v", "Y_r", "Y_dr", "N_v", "N_r", "N_dr"}
 """What the laws are designed from (Eq. 26, Eq. 30), beside added mass."""
 
 

@@ -1,0 +1,113 @@
+"""The check finds what would spoil a flight, says both keys, and passes what flies."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+from sternplane.cli.main import main
+from sternplane.vehicles.check import by_files
+from sternplane.vehicles.finding import Finding, Grade
+from sternplane.vehicles.limits import read_files
+from sternplane.vehicles.stability import doubling_time, poles, poles_over
+from sternplane.vehicles.trim import level
+
+from firmware_py.adapters.installation import configs
+from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel
+
+
+@pytest.fixture
+def remus(tmp_path: Path) -> Path:
+    return Path(shutil.copytree(configs() / "remus100", tmp_path / "boat"))
+
+
+def edit(folder: Path, file: str, key: str, value: str) -> None:
+    path = folder / file
+    text, times = re.subn(rf"(?m)^{key} = [^#\n]*", f"{key} = {value} ", path.read_text())
+    assert times >= 1, key
+    path.write_text(text)
+
+
+def wrong(findings: Sequence[Finding], topic: str, *words: str) -> bool:
+    texts = [one.text for one in findings if one.topic == topic and one.grade is not Grade.PASS]
+    return any(all(word in text for word in words) for text in texts)
+
+
+def found(folder: Path) -> tuple[Finding, ...]:
+    """What the files alone tell."""
+    files = read_files(folder)
+    speeds = [0.3, 1.0, 2.0]
+    return tuple(by_files(files, poles_over(files.vehicle, speeds), ManoeuvrabilityModel(files.vehicle).of(None, ())))
+
+
+def test_the_command_says_what_a_shipped_vehicle_holds_and_draws_it(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    page = tmp_path / "page.html"
+    assert main(["vehicle", "check", str(configs() / "remus100"), "--picture", str(page)]) == 0
+    said = capsys.readouterr().out
+    assert "what the vehicle can hold" in said
+    assert "it can be flown" in said
+    assert "Turning circles" in page.read_text()
+
+
+@pytest.mark.parametrize("folder", ["npsauv2", "remus100"])
+def test_nothing_in_the_files_of_a_shipped_vehicle_is_doubtful(folder: str) -> None:
+    assert {one.grade for one in found(configs() / folder)} == {Grade.PASS}
+
+
+def test_a_speed_controller_that_stops_short_is_told_with_the_speed_that_it_leaves(
+    remus: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    edit(remus, "sensors.toml", "n_max_rpm", "1000.0")
+    told = found(remus)
+    assert wrong(told, "propeller", "esc.n_max_rpm in sensors.toml = 1000", "propeller.n_max_rpm = 2000", "1.03 m/s")
+    assert wrong(told, "speed", "guidance.cruise_speed_m_s = 1.5 is not reached")
+    assert main(["vehicle", "check", str(remus)]) == 1
+    assert "mend what failed first" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("file", "key", "value", "topic", "words"),
+    [
+        ("autopilot.toml", "n_trim_rpm", "500.0", "speed", ("u_trim_m_s / n_trim_rpm", "+200 %")),
+        ("sensors.toml", "travel_deg", "10.0", "fins", ("servo_hub.travel_deg = 10", "delta_max_deg = 20")),
+        ("truth.toml", "limit_rpm", "1700.0", "propeller", ("shaft.limit_rpm in truth.toml = 1700",)),
+        ("autopilot.toml", "density_kg_m3", "1000.0", "water", ("hull.density_kg_m3 = 1030", "3.0 %")),
+        ("vehicle.toml", "z_G_m", "-0.0196", "righting", ("turns over",)),
+        ("vehicle.toml", "K_p", "0.0", "damping", ("K_p is left out",)),
+        ("vehicle.toml", "Z_ds", "0.02338", "fins", ("Z_ds and M_ds are those of fins ahead",)),
+        ("vehicle.toml", "buoyancy_n", "280.0", "buoyancy", ("stays down",)),
+        ("vehicle.toml", "M_w", "0.3", "dive plane", ("unstable from",)),
+    ],
+)
+def test_what_does_not_fit_is_told(
+    remus: Path, file: str, key: str, value: str, topic: str, words: tuple[str, ...]
+) -> None:
+    edit(remus, file, key, value)
+    assert wrong(found(remus), topic, *words)
+
+
+def test_level_flight_leaves_no_force_and_no_moment(remus: Path) -> None:
+    vehicle = read_files(remus).vehicle
+    c, u = vehicle.coefficients, 1.4
+    held = level(vehicle, u)
+    half, L = 0.5 * vehicle.hull.density * vehicle.hull.length**2, vehicle.hull.length
+    w = u * held.theta
+    Z = half * (c.Z_w * u * w + c.Z_ds * u * u * held.delta_s) + vehicle.body.weight - vehicle.body.buoyancy
+    M = half * L * (c.M_w * u * w + c.M_ds * u * u * held.delta_s) - vehicle.body.z_G * vehicle.body.weight * held.theta
+    assert abs(Z) < 1e-9
+    assert abs(M) < 1e-9
+
+
+def test_poles_at_rest_are_those_of_a_pendulum_and_grow_with_speed(remus: Path) -> None:
+    vehicle = read_files(remus).vehicle
+    still = poles(vehicle, 1e-6)
+    inertia = vehicle.body.I_x - 0.5 * 1030.0 * 1.33**5 * vehicle.coefficients.K_pdot
+    assert max(abs(pole) for pole in still.rolling) == pytest.approx((0.0196 * 299.0 / inertia) ** 0.5, rel=1e-3)
+    slow, fast = poles(vehicle, 1.0), poles(vehicle, 2.0)
+    assert fast.worst("steering") == pytest.approx(2.0 * slow.worst("steering"), rel=1e-6)
+    assert doubling_time(-1.0) == float("inf")

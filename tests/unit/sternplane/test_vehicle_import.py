@@ -1,0 +1,225 @@
+"""Published tables: every name and unit understood or told, and the same hull whatever form its table has."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import tomllib
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sternplane.cli.main import main
+from sternplane.sitl.flight import FlightRequest, prepare
+from sternplane.vehicles.import_command import Imported, import_table
+from sternplane.vehicles.propeller_curves import OpenWater, fit_propeller
+from sternplane.vehicles.swum import steady_speed
+from sternplane.vehicles.terms import elsewhere, parse, term_of, unit
+from sternplane.vehicles.units import parse_unit
+
+from firmware_py.adapters.installation import configs
+from firmware_py.params import ParamError
+from firmware_py.vehicle.coefficients import Coefficients
+from sim_bridge.plant.coefficients import length_power
+from sim_bridge.truth_file import read_truth
+
+NPS = tomllib.loads((configs() / "npsauv2" / "vehicle.toml").read_text())
+HULL = {"L": 5.3, "d": 0.53, "rho": 1000.0, "m": 5454.54, "W": 53400.0, "Ix": 2038.0, "Iy": 13587.0, "U": 1.8288}
+HULL |= {"zG": 0.061, "n_trim": 500.0, "D_prop": 0.3, "C_dy": 0.5, "C_dz": 0.6}
+NEEDED = {each.name for each in fields(Coefficients) if each.default is MISSING}
+
+
+def imported(folder: Path, rows: dict[str, Any], units: dict[str, str] | None = None, **over: Any) -> Imported:
+    path = folder / "table.csv"
+    lines = [f"{name},{value!r},{(units or {}).get(name, '')}" for name, value in rows.items()]
+    path.write_text("\n".join(["name,value,unit", *lines]).replace("'", ""))
+    return import_table(path, None, over)
+
+
+def si(name: str) -> float:
+    return float(NPS["coefficients"][name]) * 500.0 * 5.3 ** length_power(name)
+
+
+def close(found: Imported) -> bool:
+    made = {name: pytest.approx(value, rel=1e-4) for name, value in NPS["coefficients"].items() if value}
+    return {name: value for name, value in found.vehicle["coefficients"].items() if value} == made
+
+
+NAMES = [name for name, value in NPS["coefficients"].items() if value]
+
+
+def test_a_table_in_si_with_prestero_s_names_and_units_is_the_hull_again(tmp_path: Path) -> None:
+    units = {elsewhere(name): unit(name).replace(" / rad^2", "/rad^2").replace(" / ", "/") for name in NAMES}
+    found = imported(tmp_path, HULL | {"Xuu": -0.00385 * 500.0 * 5.3**2} | {elsewhere(n): si(n) for n in NAMES}, units)
+    assert close(found)
+    assert found.vehicle["propeller"]["C_d0"] == pytest.approx(0.00385)
+    assert found.converted.lost == []
+
+
+def test_a_prime_table_is_the_hull_again(tmp_path: Path) -> None:
+    rows = {"form": "prime", "Xuu": -0.00385} | {name.replace("_", ""): NPS["coefficients"][name] for name in NAMES}
+    assert close(imported(tmp_path, HULL | rows))
+
+
+def test_derivatives_at_a_speed_are_the_hull_again_with_and_without_units(tmp_path: Path) -> None:
+    """Zw in kg/s, Mds in N m: every u that a name leaves out is a speed in its value."""
+    short = {}
+    for name in NAMES:
+        missing = 0 if term_of(name).is_inertia else 2 - (parse(name) or term_of(name)).speeds
+        short[name] = si(name) * 1.8288**missing
+    assert close(imported(tmp_path, HULL | short))
+
+
+def test_the_unit_tells_whether_a_speed_is_in_a_value(tmp_path: Path) -> None:
+    base = HULL | {elsewhere(name): si(name) for name in NEEDED}
+    by_name = imported(tmp_path, {**base, "Zw": -66.6}).vehicle["coefficients"]["Z_w"]
+    by_unit = imported(tmp_path, {**base, "Zw": -66.6 / 1.8288}, {"Zw": "kg/m"}).vehicle["coefficients"]["Z_w"]
+    assert by_name == pytest.approx(by_unit, rel=1e-4)
+    wrong = imported(tmp_path, {**base, "Zw": -66.6}, {"Zw": "kg m"})
+    assert [(row.name, row.ours) for row in wrong.converted.lost] == [("Zw", "")]
+    assert "is not that of Zw, kg s^-1" in wrong.converted.lost[0].remark
+
+
+def test_degrees_become_radians(tmp_path: Path) -> None:
+    base = HULL | {elsewhere(name): si(name) for name in NEEDED - {"N_dr"}}
+    found = imported(tmp_path, {**base, "Nuudr": si("N_dr") * math.pi / 180.0}, {"Nuudr": "kg/deg"})
+    assert found.vehicle["coefficients"]["N_dr"] == pytest.approx(NPS["coefficients"]["N_dr"], rel=1e-4)
+
+
+STRANGE = ("Yvvv", "Y_v|r|", "Xvvv", "Z_qdot_stern", "Mtheta", "Yddd", "Kphi", "X_{v|v|}", "foo")
+
+
+def test_nothing_is_dropped_without_a_word(tmp_path: Path) -> None:
+    rows = HULL | {elsewhere(name): si(name) for name in NEEDED} | dict.fromkeys(STRANGE, 1.0)
+    found = imported(tmp_path, rows)
+    assert {row.name for row in found.converted.lost} == set(STRANGE)
+    assert all(row.remark for row in found.converted.lost)
+    assert {elsewhere(name) for name in NEEDED} <= {row.name for row in found.converted.rows if row.ours}
+
+
+def test_damping_by_squares_is_cross_flow_drag_and_what_is_left_of_it_is_linear_at_a_told_amplitude(
+    tmp_path: Path,
+) -> None:
+    base = {k: v for k, v in HULL.items() if not k.startswith("C_")} | {elsewhere(n): si(n) for n in NEEDED}
+    plain = imported(tmp_path, base).vehicle
+    C_dy, k = 0.9, 500.0 * 0.53 * 5.3
+    drag_alone = imported(tmp_path, base | {"Yvv": -C_dy * k, "Nrr": -C_dy * k * 5.3**3 / 32.0}).vehicle
+    assert drag_alone["hull"]["C_dy"] == pytest.approx(C_dy)
+    assert drag_alone["coefficients"]["N_r"] == pytest.approx(plain["coefficients"]["N_r"], rel=1e-3)
+    amplitude = {"amplitude_r_deg_s": math.degrees(0.1)}
+    more = imported(tmp_path, base | amplitude | {"Y_v|v|": -C_dy * k, "N_r|r|": -C_dy * k * 5.3**3 / 32.0 - 4000.0})
+    linear = -4000.0 * 8.0 / (3.0 * math.pi) * 0.1 / (500.0 * 5.3**4 * 1.8288)
+    assert more.vehicle["coefficients"]["N_r"] == pytest.approx(plain["coefficients"]["N_r"] + linear, rel=1e-3)
+    assert any("r = 0.1 rad/s, 1.8288 m/s" in row.remark for row in more.converted.rows)
+
+
+def test_fins_that_are_counted_the_other_way_are_turned(tmp_path: Path) -> None:
+    rows = {elsewhere(name): si(name) * (-1.0 if name.endswith("dr") else 1.0) for name in NAMES}
+    found = imported(tmp_path, HULL | rows)
+    for name in ("N_dr", "Y_dr", "X_drdr"):
+        sign = -1.0 if name == "X_drdr" else 1.0  # even in the angle: turned by the table above, and left here
+        assert found.vehicle["coefficients"][name] == pytest.approx(sign * NPS["coefficients"][name], rel=1e-4)
+
+
+def test_a_round_hull_needs_one_plane(tmp_path: Path) -> None:
+    upright = [name for name in NAMES if name[0] in "ZM"]
+    rows = HULL | {elsewhere(name): si(name) for name in upright}
+    with pytest.raises(ParamError, match=r"Y_v.* missing, without which no law .* symmetric = true"):
+        imported(tmp_path, rows)
+    made = imported(tmp_path, rows, symmetric=True).vehicle["coefficients"]
+    given = NPS["coefficients"]
+    assert (made["Y_v"], made["N_v"], made["Y_r"], made["N_r"], made["Y_dr"], made["N_dr"]) == (
+        pytest.approx(given["Z_w"]),
+        pytest.approx(-given["M_w"]),
+        pytest.approx(-given["Z_q"]),
+        pytest.approx(given["M_q"]),
+        pytest.approx(-given["Z_ds"]),
+        pytest.approx(given["M_ds"]),
+    )
+
+
+def test_an_x_of_four_fins_makes_in_each_plane_what_its_table_says(tmp_path: Path) -> None:
+    rows = HULL | {elsewhere(name): si(name) for name in NAMES}
+    plus, cross = imported(tmp_path, rows), imported(tmp_path, rows, tail="x")
+    force = {}
+    for made in (plus, cross):
+        share = sum(abs(0.5 * math.cos(math.radians(fin["hinge_deg"]))) for fin in made.vehicle["fins"])
+        force[made.tail] = share * made.vehicle["coefficients"]["M_ds"]
+    assert force["x"] == pytest.approx(force["plus"], rel=1e-4)
+
+
+def test_propeller_curves_drive_the_simulated_hull_at_its_trim(tmp_path: Path) -> None:
+    table = tmp_path / "boat.toml"
+    lines = [f"{name} = {value!r}" for name, value in (HULL | {elsewhere(n): si(n) for n in NAMES}).items()]
+    curves = "J = [0.0, 0.375, 0.6632, 1.1]\nK_T = [0.4566, 0.3, 0.1798, 0.0]\nK_Q = [0.07, 0.05, 0.0312, 0.01]"
+    table.write_text("\n".join([*(line for line in lines if not line.startswith("n_trim")), "Xuu = -54.1", curves]))
+    folder = tmp_path / "boat"
+    assert main(["vehicle", "import", str(table), "--out", str(folder)]) == 0
+    made = tomllib.loads((folder / "vehicle.toml").read_text())
+    assert "steady at J = " in (folder / "vehicle.toml").read_text()
+    assert made["coefficients"]["K_prop"] < 0.0
+    n = made["propeller"]["n_trim_rpm"] / 60.0
+    J = 1.8288 / (n * 0.3)
+    K_T = 54.1 * 1.8288**2 / (1000.0 * n * n * 0.3**4)
+    assert pytest.approx(0.4566 + (0.3 - 0.4566) / 0.375 * J, rel=1e-3) == K_T or J > 0.375
+    assert steady_speed(read_truth(folder / "truth.toml"), n, 1.8288) == pytest.approx(1.8288, rel=0.01)
+
+
+def test_the_error_of_the_propeller_is_that_of_a_thrust_that_knows_no_speed() -> None:
+    linear = OpenWater([0.0, 1.0], [0.4, 0.0], [])
+    fit = fit_propeller(linear, 0.002, 2.0, 1000.0, 2.0, 0.2, 0.0, 0.0)
+    assert dict(fit.errors)[1.0] == pytest.approx(1.0)
+    assert dict(fit.errors)[0.0] == pytest.approx(1.0 - fit.J)
+    assert math.isnan(fit.power)
+    with pytest.raises(ParamError, match="check the drag"):
+        fit_propeller(OpenWater([0.0, 0.3], [0.4, 0.3], []), 1e-4, 2.0, 1000.0, 2.0, 0.2, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "its first line must name the columns"),
+        ("name,value\nYv,1\nYv,2\n", "'Yv' stands there 2 times"),
+        ("name,value\nYuv,-1\n", "length_m (or L) is missing"),
+        ("name,value\nL,5\nm,-4\n", "m = -4: must be above 0"),
+        ("name,value\nL,5\nm,4 kg\n", "m = '4 kg': must be a number"),
+        ("name,value\nL,5\nU,2\nm,4000\nform,bis\n", "form = 'bis': must be dimensional or prime"),
+        ("name,value\nL,5\nU,2\nm,4000\nYvv,-1e6\n", "Yvv = -1e+06 makes C_dy"),
+        ("name,value\nL,5\nU,2\nm,4000\nsymmetric,maybe\n", "must be true or false"),
+    ],
+)
+def test_a_table_that_is_none_is_one_line(
+    tmp_path: Path, text: str, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(text)
+    assert main(["vehicle", "import", str(path), "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert words in said
+    assert said.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_is_made_is_loaded_by_every_reader_and_a_folder_that_is_there_is_kept(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, folder = tmp_path / "t.csv", tmp_path / "boat"
+    rows = itertools.chain(HULL.items(), ((elsewhere(name), si(name)) for name in NEEDED))
+    path.write_text("\n".join(["name,value", *(f"{name},{value}" for name, value in rows)]))
+    assert main(["vehicle", "import", str(path), "--out", str(folder)]) == 0
+    said = capsys.readouterr().out
+    assert "assumed, as the table does not say:" in said
+    flight = prepare(FlightRequest(config=folder), {})
+    assert flight.doubts == ()
+    before = {file.name: file.read_bytes() for file in folder.iterdir()}
+    assert main(["vehicle", "import", str(path), "--out", str(folder)]) == 2
+    assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("text", "kg", "m", "s", "deg"),
+    [("kg·m²/(s·rad)", 1, 2, -1, 0), ("N s/m", 1, 0, -1, 0), ("N/deg", 1, 1, -2, -1), ("kg*m^2/rad^2", 1, 2, 0, 0)],
+)
+def test_units_are_read_as_people_write_them(text: str, kg: int, m: int, s: int, deg: int) -> None:
+    assert parse_unit(text) == (kg, m, s, deg)

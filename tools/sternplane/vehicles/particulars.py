@@ -1,0 +1,188 @@
+"""Particulars of a hull in a published table: what they are called there, and what is assumed where they lack."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from firmware_py.error_text import quoted
+from firmware_py.params import ParamError, probably
+from sternplane.vehicles.derivative_table import Entry
+from sternplane.vehicles.units import parse_unit
+
+G = 9.81
+_LENGTHS = {"weight_n": 2, "buoyancy_n": 2, "mass_kg": 3, "I_x": 5, "I_y": 5, "I_z": 5, "I_xy": 5, "I_yz": 5, "I_xz": 5}
+"""Powers of L in rho/2 L^k of what may be given without dimension, as m' and Iy'; W' and B' are over U^2 too."""
+
+
+class Known(NamedTuple):
+    """A particular: what else it is called, and whether it must be above zero."""
+
+    aliases: str = ""
+    positive: bool = True
+
+
+KNOWN: dict[str, Known] = {
+    "length_m": Known("L length Lpp LOA l"),
+    "diameter_m": Known("d diam diameter"),
+    "height_m": Known("height"),
+    "width_m": Known("width"),
+    "density_kg_m3": Known("rho density ρ"),
+    "mass_kg": Known("m mass"),
+    "weight_n": Known("W weight"),
+    "buoyancy_n": Known("B buoyancy"),
+    **{f"I_{a}_kg_m2": Known(f"I{a} I{a}{a} I_{a} I_{a}{a}") for a in "xyz"},
+    **{f"I_{a}_kg_m2": Known(f"I{a} I_{a}", positive=False) for a in ("xy", "yz", "xz")},
+    **{f"{a}_{c}_m": Known(f"{a}{c} {a}{c.lower()} {a}_{c} {a}_{c.lower()}", False) for c in "GB" for a in "xyz"},
+    "speed_m_s": Known("U U0 U_0 u0 u_0 speed"),
+    "u_trim_m_s": Known("u_trim"),
+    "n_trim_rpm": Known("n_trim rpm"),
+    "n_max_rpm": Known("n_max"),
+    "thrust_n": Known("Xprop X_prop", positive=False),
+    "propeller_diameter_m": Known("D_prop D_propeller D"),
+    "wake_fraction": Known("w_prop wake", positive=False),
+    "thrust_deduction": Known("t t_prop", positive=False),
+    "delta_max_deg": Known("delta_max"),
+    "C_dy": Known("Cdy cdy C_DY", positive=False),
+    "C_dz": Known("Cdz cdz C_DZ", positive=False),
+    **{f"amplitude_{a}_m_s": Known(f"amplitude_{a}") for a in "vw"},
+    **{f"amplitude_{a}_deg_s": Known(f"amplitude_{a}") for a in "pqr"},
+}
+_CALLED = {alias: key for key, known in KNOWN.items() for alias in (key, *known.aliases.split())}
+_TEXTS = ("name", "source", "form", "tail")
+_SWITCHES = ("symmetric", "coriolis", "left_handed")
+
+
+@dataclass
+class Particulars:
+    """What a table says of a hull beside its derivatives, and what had to be assumed.
+
+    Attributes:
+        values: by our key, SI; angles and rates in the unit of the key.
+        texts: name, source, form ("dimensional" or "prime"), tail ("plus" or "x").
+        switches: symmetric, coriolis, left_handed.
+        assumed: a sentence for each number that the table does not have.
+        where: the file.
+    """
+
+    where: str
+    values: dict[str, float] = field(default_factory=dict)
+    texts: dict[str, str] = field(default_factory=dict)
+    switches: dict[str, bool] = field(default_factory=dict)
+    assumed: list[str] = field(default_factory=list)
+    _prime: dict[str, float] = field(default_factory=dict)
+
+    def take(self, entry: Entry) -> bool:
+        """Take an entry if it is a particular; return whether it is.
+
+        Raises:
+            ParamError: it is one, with a value that it cannot have.
+        """
+        name, value = entry.name, entry.value
+        if name.lower() in _TEXTS:
+            self.texts[name.lower()] = str(value)
+            return True
+        if name.lower() in _SWITCHES:
+            if isinstance(value, str) and value.lower() not in ("true", "false"):
+                raise ParamError(f"{self.where}: {name} = {quoted(value)}: must be true or false")
+            self.switches[name.lower()] = value.lower() == "true" if isinstance(value, str) else bool(value)
+            return True
+        key = _CALLED.get(name)
+        if key is None and re.sub("['’′]$", "", name) in _CALLED and name[-1:] in "'’′":
+            self._prime[_CALLED[name[:-1]]] = self._number(name, value)
+            return True
+        if key is None:
+            return False
+        number = self._number(name, value)
+        if KNOWN[key].positive and not number > 0.0:
+            raise ParamError(f"{self.where}: {name} = {number:g}: must be above 0")
+        unit = parse_unit(entry.unit) if entry.unit else None
+        self.values[key] = number / 1000.0 if entry.unit.strip() == "mm" else number
+        if key in ("weight_n", "buoyancy_n") and unit is not None and (unit.kg, unit.m, unit.s) == (1, 0, 0):
+            self.values[key] = number * G
+        return True
+
+    def _number(self, name: str, value: float | str | bool) -> float:
+        if isinstance(value, bool | str) or not math.isfinite(value):
+            raise ParamError(f"{self.where}: {name} = {quoted(value)}: must be a number")
+        return float(value)
+
+    def get(self, key: str, otherwise: float | None = None) -> float:
+        """Return a particular.
+
+        Raises:
+            ParamError: the table has none, and nothing is assumed for it.
+        """
+        if key in self.values:
+            return self.values[key]
+        if otherwise is None:
+            also = f" (or {KNOWN[key].aliases.split()[0]})" if KNOWN[key].aliases else ""
+            raise ParamError(f"{self.where}: {key}{also} is missing")
+        return otherwise
+
+    def assume(self, key: str, value: float, why: str) -> None:
+        """Fill in what the table does not have."""
+        if key not in self.values:
+            self.values[key] = value
+            self.assumed.append(f"{key} = {value:.4g}: {why}")
+
+    def complete(self) -> None:
+        """Fill in everything that a hull needs.
+
+        Raises:
+            ParamError: length, mass or speed are missing.
+        """
+        v = self.values
+        L = self.get("length_m")
+        self.assume("density_kg_m3", 1025.0, "sea water")
+        U = self.get("speed_m_s")
+        for key, value in self._prime.items():
+            power = _LENGTHS.get(key.removesuffix("_kg_m2"), _LENGTHS.get(key))
+            pressure = 0.5 * v["density_kg_m3"] * (U * U if key in ("weight_n", "buoyancy_n") else 1.0)
+            v[key] = value * pressure * L**power if power else value * L
+        if "diameter_m" in v:
+            v.setdefault("height_m", v["diameter_m"])
+            v.setdefault("width_m", v["diameter_m"])
+        if "mass_kg" not in v and "weight_n" in v:
+            self.assume("mass_kg", v["weight_n"] / G, "weight over 9.81")
+        if "mass_kg" not in v and {"height_m", "width_m"} <= v.keys():
+            volume = 0.7 * L * 0.25 * math.pi * v["height_m"] * v["width_m"]
+            self.assume("mass_kg", v["density_kg_m3"] * volume, "the water displaced, 0.7 of a cylinder of its size")
+        self.get("mass_kg")
+        d = math.sqrt(v["mass_kg"] / (v["density_kg_m3"] * 0.7 * L * 0.25 * math.pi))
+        self.assume("height_m", v.get("width_m", d), "a round hull of that mass, 0.7 of the cylinder around it")
+        self.assume("width_m", v["height_m"], "as its height")
+        self.assume("weight_n", v["mass_kg"] * G, "mass times 9.81")
+        self.assume("buoyancy_n", v["weight_n"], "as the weight")
+        for key, axis in (("I_y_kg_m2", "I_z_kg_m2"), ("I_z_kg_m2", "I_y_kg_m2")):
+            if axis in v:
+                self.assume(key, v[axis], f"as {axis}")
+        self.assume("I_y_kg_m2", v["mass_kg"] * L * L / 16.0, "radius of gyration L / 4")
+        self.assume("I_z_kg_m2", v["I_y_kg_m2"], "as I_y_kg_m2")
+        I_x = 0.1 * v["mass_kg"] * v["height_m"] * v["width_m"]
+        self.assume("I_x_kg_m2", I_x, "radius of gyration 0.32 of the height")
+        if "z_G_m" not in v and "z_B_m" not in v:
+            self.assume("z_G_m", 0.1 * v["height_m"], "a tenth of the height below the centre of buoyancy")
+        self.assume("delta_max_deg", 20.0, "usual")
+
+
+def unknown_text(name: str) -> str:
+    """Return what a name that nobody knows was probably meant to be."""
+    return probably(name, sorted(_CALLED))
+
+
+def read_particulars(entries: Iterable[Entry], where: str) -> tuple[Particulars, tuple[Entry, ...]]:
+    """Return the particulars of a table, and the entries that are none.
+
+    Raises:
+        ParamError: a particular with an impossible value.
+    """
+    found = Particulars(where)
+    rest = tuple([entry for entry in entries if not found.take(entry)])
+    for text, choices in (("form", ("dimensional", "prime")), ("tail", ("plus", "x"))):
+        if found.texts.get(text, choices[0]) not in choices:
+            raise ParamError(f"{where}: {text} = {quoted(found.texts[text])}: must be {' or '.join(choices)}")
+    return found, rest

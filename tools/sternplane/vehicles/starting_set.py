@@ -1,0 +1,153 @@
+"""The files around a vehicle file that its first flight needs: plant, sensors, wiring, and gains to begin with.
+
+The gains are those of the two hulls here, taken over by the time T = L / U in which a hull swims its own length: a
+quantity that is a on one and b on the other is a (T / T_a)^k between and beyond them, not further than by a factor of
+two and a half.
+What has the size of a speed goes with the cruising speed, and what turns or pulls up is what the vehicle file can do.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from firmware_py.adapters.installation import configs
+from firmware_py.adapters.storage.toml_files import merge, read_toml
+from firmware_py.params import load
+from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel
+from firmware_py.vehicle.vehicle import Vehicle
+
+BASE = configs() / "remus100"
+"""Whose files are changed."""
+_T_NPS, _T_REMUS = 5.3 / 1.8288, 1.33 / 1.54
+_FARTHEST = 2.5
+"""Factor of T beyond the two hulls after which nothing is carried on."""
+_STEP = 0.01
+"""s, of the autopilot and of the plant."""
+
+
+def between(nps: float, remus: float, T: float) -> float:
+    """Return what a quantity of the two hulls is on one that swims its length in T, s."""
+    inside = min(max(T, _T_REMUS / _FARTHEST), _T_NPS * _FARTHEST)
+    exponent = math.log(nps / remus) / math.log(_T_NPS / _T_REMUS)
+    return float(f"{remus * (inside / _T_REMUS) ** exponent:.3g}")
+
+
+def autopilot(vehicle: Vehicle) -> dict[str, Any]:
+    """Return autopilot.toml to begin with."""
+    L, U, n = vehicle.hull.length, vehicle.propeller.u_trim, 60.0 * vehicle.propeller.n_trim
+    T, top = L / U, U * min(vehicle.propeller.n_max / vehicle.propeller.n_trim, 1.3)
+    able = ManoeuvrabilityModel(vehicle).of(None, ())
+    curvature = able.turn if math.isfinite(able.turn) else 1.0 / (2.0 * L)
+    radius = max(between(20.0, 10.0, T), math.ceil(2.0 / curvature) if curvature > 0.0 else 0.0)
+    turn_rate = min(between(4.0, 8.0, T), 0.5 * math.degrees(curvature * U))
+    cruise, surface = 0.97 * U, 0.83 * U
+    base = read_toml(BASE / "autopilot.toml")
+    learned = [name for name in base["estimation"]["coefficients"]["names"] if getattr(vehicle.coefficients, name)]
+    changes: dict[str, Any] = {
+        "estimation": {
+            "coefficients": {"names": learned},
+            "velocity": {"u_trim_m_s": U, "n_trim_rpm": n},
+            "depth": {"density_kg_m3": vehicle.hull.density},
+        },
+        "safety": {"gate": {"n_rate_rpm_s": _round(1.2 * n)}},
+        "control": {
+            "u_min_m_s": _round(min(0.3 * U, 0.9 * surface)),
+            "u_max_m_s": _round(2.0 * U),
+            "ascent": {"n_reverse_rpm": n},
+            "speed": {
+                "k_p_rpm": _round(between(4.39, 3.08, T) * n / U),
+                "k_i_rpm_s": _round(between(0.029, 0.051, T) * n / U),
+            },
+            "depth": {
+                "poles_1_s": [-between(0.4, 0.8, T), -between(0.45, 0.9, T)],
+                "delta_sw_rad": between(0.4, 0.2, T),
+                "bandwidth_1_s": between(0.9, 2.0, T),
+                "climb_bias_time_s": between(8.0, 4.0, T),
+            },
+            "heading": {
+                "poles_1_s": [-between(0.45, 0.8, T), -between(0.5, 0.9, T)],
+                "delta_sw_rad": between(0.4, 0.2, T),
+                "bandwidth_1_s": between(1.0, 2.0, T),
+            },
+        },
+        "guidance": {
+            "climb_max_m_s": _round(0.25 * U),
+            "turn_rate_max_deg_s": _round(turn_rate),
+            "turn_radius_m": _round(radius),
+            "speed_max_m_s": _round(top),
+            "cruise_speed_m_s": _round(cruise),
+            "surface_speed_m_s": _round(surface),
+            "line_of_sight": {
+                "look_ahead_m": between(15.0, 8.0, T),
+                "acceptance_m": between(5.0, 3.0, T),
+                "pivot_m": _round(0.4 * L),
+            },
+        },
+    }
+    return merge(base, changes)
+
+
+def sensors(vehicle: Vehicle, power: float) -> dict[str, Any]:
+    """Return sensors.toml: devices that do what the vehicle file asks of them; `power` of the shaft in trim, W."""
+    electric = max(2.0 * power, 5.0)
+    base = read_toml(BASE / "sensors.toml")
+    changes = {
+        "servo_hub": {"travel_deg": math.degrees(max(fin.delta_max for fin in vehicle.fins))},
+        "esc": {"n_max_rpm": _round(60.0 * vehicle.propeller.n_max)},
+        "battery": {
+            "capacity_wh": _round(max(base["battery"]["capacity_wh"], 10.0 * electric)),
+            "propeller_w": _round(electric),
+            "propeller_at_rpm": _round(60.0 * vehicle.propeller.n_trim),
+        },
+    }
+    return merge(base, changes)
+
+
+def truth(vehicle: Vehicle, diameter: float, centres: Mapping[str, tuple[float, float, float]], span: float) -> Any:
+    """Return truth.toml: as vehicle.toml, with what that does not say; `centres` and `span` of the fins, m."""
+    travel = math.degrees(max(fin.delta_max for fin in vehicle.fins))
+    table: dict[str, Any] = {"derives": "vehicle.toml", "substeps": substeps(vehicle)}
+    table["propeller"] = {"x_m": _round(-0.5 * vehicle.hull.length), "z_m": 0.0, "diameter_m": diameter}
+    table["servo"] = {"tau_s": 0.1, "rate_deg_s": 40.0, "backlash_deg": 0.1, "limit_deg": travel}
+    n_max = _round(60.0 * vehicle.propeller.n_max)
+    table["shaft"] = {"tau_s": 0.3, "rate_rpm_s": n_max, "limit_rpm": n_max}
+    table["fins"] = [{"name": n, "centre_m": [_round(x) for x in c], "span_m": span} for n, c in centres.items()]
+    return table
+
+
+def substeps(vehicle: Vehicle) -> int:
+    """Return the steps of the integration within a tick that the quickest motion at top speed needs."""
+    c, hull, body = vehicle.coefficients, vehicle.hull, vehicle.body
+    u = vehicle.propeller.u_trim * vehicle.propeller.n_max / vehicle.propeller.n_trim
+    half, L = 0.5 * hull.density, hull.length
+    rates = (
+        half * L**4 * c.K_p * u / (body.I_x - half * L**5 * c.K_pdot),
+        half * L**4 * c.M_q * u / (body.I_y - half * L**5 * c.M_qdot),
+        half * L**4 * c.N_r * u / (body.I_z - half * L**5 * c.N_rdot),
+        half * L**2 * c.Z_w * u / (body.mass - half * L**3 * c.Z_wdot),
+    )
+    fastest = max(abs(rate) for rate in rates)
+    return int(np.clip(math.ceil(_STEP * fastest / 0.1), 1, 20))
+
+
+def io() -> str:
+    """Return io_sitl.toml, as it is."""
+    return (BASE / "io_sitl.toml").read_text(encoding="utf-8")
+
+
+def vehicle_of(table: Mapping[str, Any], where: Path) -> Vehicle:
+    """Return the vehicle of a table.
+
+    Raises:
+        ParamError: which key is wrong.
+    """
+    return load(Vehicle, table, str(where))
+
+
+def _round(value: float) -> float:
+    return float(f"{value:.4g}")
