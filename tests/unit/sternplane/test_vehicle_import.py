@@ -103,6 +103,7 @@ def test_damping_by_squares_is_cross_flow_drag_and_what_is_left_of_it_is_linear_
 ) -> None:
     base = {k: v for k, v in HULL.items() if not k.startswith("C_")} | {elsewhere(n): si(n) for n in NEEDED}
     plain = imported(tmp_path, base).vehicle
+    assert plain["hull"]["C_dy"] == 1.0  # assumed, and told
     C_dy, k = 0.9, 500.0 * 0.53 * 5.3
     drag_alone = imported(tmp_path, base | {"Yvv": -C_dy * k, "Nrr": -C_dy * k * 5.3**3 / 32.0}).vehicle
     assert drag_alone["hull"]["C_dy"] == pytest.approx(C_dy)

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 from sternplane.vehicles.conversion import Became, Converted
+from sternplane.vehicles.particulars import Particulars
+
+_CROSS_FLOW, _ROLL_DAMPING = 1.0, 0.3
 
 _MIRRORED = (
     ("Y_v", "Z_w", 1.0),
@@ -66,3 +71,20 @@ def coriolis(made: Converted, fill: bool) -> None:
     if absent and not fill:
         why = "not in the table; coriolis = true takes them from added mass"
         made.rows.append(Became("", "", "0", f"{', '.join(absent)}: {why}"))
+
+
+def assume_damping(made: Converted, hull: Particulars) -> None:
+    """Assume what no hull is without: drag across it, and some damping of roll; both are told."""
+    if not made.drag.keys() & {"C_dy", "C_dz"} and not hull.values.keys() & {"C_dy", "C_dz"}:
+        for key in ("C_dy", "C_dz"):
+            hull.assume(key, _CROSS_FLOW, "a cylinder across the flow; no Yvv, no Zww")
+    if "K_p" in made.coefficients:
+        return
+    v = hull.values
+    scale = 0.5 * v["density_kg_m3"] * v["length_m"] ** 4
+    inertia = v["I_x_kg_m2"] - scale * v["length_m"] * made.coefficients.get("K_pdot", 0.0)
+    moment = v.get("z_G_m", 0.0) * v["weight_n"] - v.get("z_B_m", 0.0) * v["buoyancy_n"]
+    if moment > 0.0 and inertia > 0.0:
+        made.coefficients["K_p"] = -2.0 * _ROLL_DAMPING * math.sqrt(moment * inertia) / (scale * v["speed_m_s"])
+        why = f"no K_p; {_ROLL_DAMPING:g} of the critical damping of roll at {v['speed_m_s']:g} m/s"
+        hull.assumed.append(f"K_p = {made.coefficients['K_p']:.4g}: {why}")

@@ -16,7 +16,7 @@ from sternplane.identification.vehicle_file import text_of
 from sternplane.vehicles import starting_set
 from sternplane.vehicles.conversion import Became, Converted, convert, needed
 from sternplane.vehicles.derivative_table import read_entries, read_lists
-from sternplane.vehicles.fill import coriolis, symmetric
+from sternplane.vehicles.fill import assume_damping, coriolis, symmetric
 from sternplane.vehicles.particulars import Particulars, read_particulars
 from sternplane.vehicles.propeller_curves import PropellerFit, errors_text, fit_propeller, open_water
 from sternplane.vehicles.tails import PLUS, TAILS, centres
@@ -100,9 +100,11 @@ def import_table(path: Path, curves: Path | None = None, over: Mapping[str, Any]
         (hull.values if isinstance(value, float) else into)[key] = value
     hull.complete()
     made = convert(rest, hull)
-    symmetric(made) if hull.switches.get("symmetric") else None
+    if hull.switches.get("symmetric"):
+        symmetric(made)
     coriolis(made, fill=hull.switches.get("coriolis", False))
     needed(made, _NEEDED, str(path))
+    assume_damping(made, hull)
     tail = hull.texts.get("tail", PLUS)
     if tail != PLUS:
         _share_among_four(made)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 import re
 from collections.abc import Iterable
@@ -9,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from firmware_py.error_text import quoted
-from firmware_py.params import ParamError, probably
+from firmware_py.params import ParamError
 from sternplane.vehicles.derivative_table import Entry
 from sternplane.vehicles.units import parse_unit
 
@@ -170,8 +171,11 @@ class Particulars:
 
 
 def unknown_text(name: str) -> str:
-    """Return what a name that nobody knows was probably meant to be."""
-    return probably(name, sorted(_CALLED))
+    """Return what to do with a name that nobody knows: what was probably meant, or where all names are told."""
+    if any(angle in name.lower() for angle in ("theta", "phi")):
+        return "weight and z_G make what rights the hull: write z_G, or z_G = -Mtheta / W"
+    near = difflib.get_close_matches(name, sorted(_CALLED), n=1)
+    return f"did you mean {near[0]}?" if near else "configs/hull.md tells the names"
 
 
 def read_particulars(entries: Iterable[Entry], where: str) -> tuple[Particulars, tuple[Entry, ...]]:
