@@ -1,7 +1,7 @@
 """PythonVehicleSimulator beside our plant: its REMUS 100, imported as a table, does the same under the same steps.
 
-What it did was recorded from commit c717e07 (github.com/cybergalactic/PythonVehicleSimulator) at its step of 0.02 s, its
-rudder counted the other way: speed, turn and pitch after 60 to 100 s. How configs/remus100, which follows another
+What it did was recorded from commit c717e07 (github.com/cybergalactic/PythonVehicleSimulator) at its step of 0.02 s,
+its rudder counted the other way: speed, turn and pitch after 60 to 100 s. How configs/remus100, which follows another
 source, differs from it, and why, is told in configs/hull.md.
 """
 
