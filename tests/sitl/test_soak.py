@@ -37,7 +37,7 @@ def test_a_course_is_as_long_as_wanted_and_turns_about_nowhere(seconds: float) -
     assert all(5.0 <= one.z <= 10.0 and one.u == SPEED for one in found)
 
 
-@pytest.mark.parametrize("vehicle", ["npsauv2", "remus100"])
+@pytest.mark.parametrize("vehicle", ["npsauv2", "remus100", "torpedo_x"])
 def test_the_vehicle_of_a_soak_is_the_demonstrations_and_knows_its_course(tmp_path: Path, vehicle: str) -> None:
     made = configuration(configs() / vehicle, tmp_path, 600.0)
     believed, shipped = (config_files.read_configuration(one)["vehicle"] for one in (made, configs() / vehicle))

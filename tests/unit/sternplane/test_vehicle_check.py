@@ -54,7 +54,7 @@ def test_the_command_says_what_a_shipped_vehicle_holds_and_draws_it(
     assert "Turning circles" in page.read_text()
 
 
-@pytest.mark.parametrize("folder", ["npsauv2", "remus100"])
+@pytest.mark.parametrize("folder", ["npsauv2", "remus100", "torpedo_x"])
 def test_nothing_in_the_files_of_a_shipped_vehicle_is_doubtful(folder: str) -> None:
     assert {one.grade for one in found(configs() / folder)} == {Grade.PASS}
 

@@ -1,0 +1,42 @@
+"""The third layout: every fin of an X steers both planes, also with one that is stuck."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from firmware_py.adapters.installation import configs
+from firmware_py.config_files import read_configuration
+from firmware_py.config_files import vehicle as vehicle_of
+from tests.sitl.flights import Flights
+from tests.straight_run import hold, under_way
+
+X = "torpedo_x"
+NAMES = ("upper_port", "upper_starboard", "lower_starboard", "lower_port")
+
+
+def turned_and_dived(flown: Flights, *faults: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """True depth, m, and heading, deg, over time, and the fins that were commanded, rad, of a dive into a turn."""
+    outcome, log = flown(under_way(24.0, 10.0, hold(12.0, 40.0), faults=faults, rpm=1753.0), vehicle=X)
+    assert outcome.completed
+    return log.truth["eta.z"], np.degrees(log.truth["eta.psi"]), log.columns["applied.fins"]
+
+
+def test_four_fins_dive_and_turn_at_once(flown: Flights) -> None:
+    z, psi, fins = turned_and_dived(flown)
+    assert z[-300:] == pytest.approx(12.0, abs=0.15)
+    assert psi[-300:] == pytest.approx(40.0, abs=2.0)
+    assert (np.abs(fins[100:]).max(axis=0) > np.radians(0.5)).all()  # none of them is idle
+
+
+def test_a_stuck_fin_of_an_x_is_opposed_by_the_three_others(flown: Flights) -> None:
+    z, psi, fins = turned_and_dived(flown, "jam:upper_port=8@4")
+    assert z[-300:] == pytest.approx(12.0, abs=0.3)
+    assert psi[-300:] == pytest.approx(40.0, abs=3.0)
+    believed = vehicle_of(read_configuration(configs() / X))
+    assert tuple(fin.name for fin in believed.fins) == NAMES
+    s, r = believed.effectiveness.s, believed.effectiveness.r
+    others = fins[-300:].mean(axis=0) * np.array([0.0, 1.0, 1.0, 1.0])
+    stuck = np.radians(8.0)
+    assert abs(np.dot(s, others) + s[0] * stuck) < 0.4 * abs(s[0] * stuck)
+    assert abs(np.dot(r, others) + r[0] * stuck) < 0.4 * abs(r[0] * stuck)
