@@ -59,10 +59,18 @@ def truth_table(path: Path) -> dict[str, Any]:
     if not isinstance(name, str) or not name.strip():
         raise ParamError(f'{path}: {DERIVES} = {quoted(name)}: must be a vehicle file, such as "vehicle.toml"')
     source = path.parent / name
-    fins = own.pop("fins", [])
-    believed = _believed(read_toml(source), str(source))
-    merged = merge(believed, own)
-    merged["fins"] = _fins(believed["fins"], fins, str(path), str(source))
+    return derive(read_toml(source), own, str(path), str(source))
+
+
+def derive(vehicle: Mapping[str, Any], own: Mapping[str, Any], where: str, source: str) -> dict[str, Any]:
+    """Return the table of a truth: the vehicle file's (`source`), and the `own` keys of the truth (`where`) upon them.
+
+    Raises:
+        ParamError: a fin or table is not what can be derived.
+    """
+    believed = _believed(vehicle, source)
+    merged = merge(believed, {key: value for key, value in own.items() if key not in (DERIVES, "fins")})
+    merged["fins"] = _fins(believed["fins"], own.get("fins", []), where, source)
     return merged
 
 

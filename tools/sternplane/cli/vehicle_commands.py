@@ -42,7 +42,7 @@ def _add_import(ways: Any, lazily: Lazily) -> None:
     bring.add_argument("--propeller", type=Path, metavar="FILE", help="K_T and K_Q over J, a .csv [of the table]")
     bring.add_argument("--symmetric", action="store_true", help="take what one plane lacks from the other")
     bring.add_argument("--coriolis", action="store_true", help="take the turning of added mass from added mass")
-    bring.set_defaults(run=lazily("sternplane.vehicles.import_command", kernels=()))
+    bring.set_defaults(run=lazily("sternplane.vehicles.import_command", kernels=("sim_bridge",)))
 
 
 def _add_check(ways: Any, lazily: Lazily) -> None:

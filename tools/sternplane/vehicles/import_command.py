@@ -10,8 +10,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from firmware_py.adapters.storage.atomic_file import write_atomically
+from firmware_py.params import load
 from firmware_py.run.usage_error import UsageError
 from firmware_py.vehicle.coefficients import Coefficients
+from sim_bridge.plant.truth import Truth
+from sim_bridge.truth_file import derive
 from sternplane.identification.vehicle_file import text_of
 from sternplane.vehicles import starting_set
 from sternplane.vehicles.conversion import Became, Converted, convert, needed
@@ -192,11 +195,12 @@ def texts(found: Imported, folder: Path) -> dict[str, str]:
     power = power if power == power else 2.0 * thrust * vehicle.propeller.u_trim
     places = centres(found.tail, vehicle.hull.length, vehicle.hull.height)
     truth = starting_set.truth(vehicle, found.diameter, places, _figures(0.4 * vehicle.hull.height))
+    simulated = load(Truth, derive(found.vehicle, truth, "truth.toml", "vehicle.toml"), "truth.toml")
     begin = "To begin with: gains of the hulls in configs/, by size and speed. configs/README.md explains every key."
     return {
         "vehicle.toml": text_of(found.vehicle, "\n".join(said)),
         "truth.toml": text_of(truth, "The simulated vehicle: what vehicle.toml believes, and what is given here."),
-        "autopilot.toml": text_of(starting_set.autopilot(vehicle), begin),
+        "autopilot.toml": text_of(starting_set.autopilot(vehicle, simulated), begin),
         "sensors.toml": text_of(starting_set.sensors(vehicle, power), "Sensors and devices of the simulated vehicle."),
         "io_sitl.toml": starting_set.io(),
     }

@@ -18,14 +18,17 @@ import numpy as np
 from firmware_py.adapters.installation import configs
 from firmware_py.adapters.storage.toml_files import merge, read_toml
 from firmware_py.params import load
-from firmware_py.vehicle.manoeuvrability import ManoeuvrabilityModel
 from firmware_py.vehicle.vehicle import Vehicle
+from sim_bridge.plant.truth import Truth
+from sternplane.vehicles.swum import steady_turn
 
 BASE = configs() / "remus100"
 """Whose files are changed."""
 _T_NPS, _T_REMUS = 5.3 / 1.8288, 1.33 / 1.54
 _FARTHEST = 2.5
 """Factor of T beyond the two hulls after which nothing is carried on."""
+_RESERVE = 1.6
+"""Circles are so much wider than the tightest that full rudder makes, and rates of turn as much slower."""
 _STEP = 0.01
 """s, of the autopilot and of the plant."""
 
@@ -37,14 +40,15 @@ def between(nps: float, remus: float, T: float) -> float:
     return float(f"{remus * (inside / _T_REMUS) ** exponent:.3g}")
 
 
-def autopilot(vehicle: Vehicle) -> dict[str, Any]:
-    """Return autopilot.toml to begin with."""
+def autopilot(vehicle: Vehicle, simulated: Truth) -> dict[str, Any]:
+    """Return autopilot.toml to begin with: turns are those that the simulated vehicle can swim, with a reserve."""
     L, U, n = vehicle.hull.length, vehicle.propeller.u_trim, 60.0 * vehicle.propeller.n_trim
     T, top = L / U, U * min(vehicle.propeller.n_max / vehicle.propeller.n_trim, 1.3)
-    able = ManoeuvrabilityModel(vehicle).of(None, ())
-    curvature = able.turn if math.isfinite(able.turn) else 1.0 / (2.0 * L)
-    radius = max(between(20.0, 10.0, T), math.ceil(2.0 / curvature) if curvature > 0.0 else 0.0)
-    turn_rate = min(between(4.0, 8.0, T), 0.5 * math.degrees(curvature * U))
+    turn = steady_turn(simulated, vehicle.effectiveness.delta_r_max, vehicle.propeller.n_trim, U)
+    radius, turn_rate = between(20.0, 10.0, T), between(4.0, 8.0, T)
+    if not turn.diverged and math.isfinite(turn.radius):
+        radius = max(radius, math.ceil(_RESERVE * turn.radius))
+        turn_rate = min(turn_rate, math.degrees(abs(turn.rate)) / _RESERVE)
     cruise, surface = 0.97 * U, 0.83 * U
     base = read_toml(BASE / "autopilot.toml")
     learned = [name for name in base["estimation"]["coefficients"]["names"] if getattr(vehicle.coefficients, name)]
