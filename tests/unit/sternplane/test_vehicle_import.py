@@ -76,6 +76,8 @@ def test_the_unit_tells_whether_a_speed_is_in_a_value(tmp_path: Path) -> None:
     by_name = imported(tmp_path, {**base, "Zw": -66.6}).vehicle["coefficients"]["Z_w"]
     by_unit = imported(tmp_path, {**base, "Zw": -66.6 / 1.8288}, {"Zw": "kg/m"}).vehicle["coefficients"]["Z_w"]
     assert by_name == pytest.approx(by_unit, rel=1e-4)
+    with pytest.raises(ParamError, match="speed_m_s = -1: must be above 0"):
+        imported(tmp_path, base, speed_m_s=-1.0)
     wrong = imported(tmp_path, {**base, "Zw": -66.6}, {"Zw": "kg m"})
     assert [(row.name, row.ours) for row in wrong.converted.lost] == [("Zw", "")]
     assert "is not that of Zw, kg s^-1" in wrong.converted.lost[0].remark

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from firmware_py.adapters.storage.atomic_file import write_atomically
-from firmware_py.params import load
+from firmware_py.params import ParamError, load
 from firmware_py.run.usage_error import UsageError
 from firmware_py.vehicle.coefficients import Coefficients
 from sim_bridge.plant.truth import Truth
@@ -99,6 +99,8 @@ def import_table(path: Path, curves: Path | None = None, over: Mapping[str, Any]
     """
     hull, rest = read_particulars(read_entries(path), str(path))
     for key, value in (over or {}).items():
+        if isinstance(value, float) and not 0.0 < value < math.inf:
+            raise ParamError(f"{key} = {value:g}: must be above 0")
         into: dict[str, Any] = hull.switches if isinstance(value, bool) else hull.texts
         (hull.values if isinstance(value, float) else into)[key] = value
     hull.complete()
