@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from firmware_py.compiled import Flags, Matrix, Vector, kernel
+from firmware_py.compiled import Flags, Matrix, Vector, kernel, unchecked
 from firmware_py.estimation.filter.consistency import COUNT, SQUARES, SUM, add_nis
 from firmware_py.estimation.model.jacobians import Array
 from firmware_py.estimation.model.kernel_arguments import ForceTerms, first_terms
@@ -146,13 +146,13 @@ class CoefficientValidity:
         """
         params = self._params
         self._wait = max(0.0, self._wait - dt)
-        add_nis(nis, math.exp(-dt / params.nis_time), self._window)
-        self._consistent = inside(self._window, STAY if self._consistent else ENTER, 1.0 + params.nis_slack)
+        _add_nis(nis, math.exp(-dt / params.nis_time), self._window)
+        self._consistent = _inside(self._window, STAY if self._consistent else ENTER, 1.0 + params.nis_slack)
         settled = self._wait == 0.0
         share = -math.expm1(-dt / params.excitation_time) if settled else 0.0
-        changed = excite(self._terms, self._gain, regressors, share, self._level, self.excited)
+        changed = _excite(self._terms, self._gain, regressors, share, self._level, self.excited)
         trusted = self._consistent and settled
-        judge(std, self._scale, params.valid_std, params.invalid_std, trusted, self.excited, self._valid)
+        _judge(std, self._scale, params.valid_std, params.invalid_std, trusted, self.excited, self._valid)
         return changed
 
     def reset(self) -> None:
@@ -249,3 +249,7 @@ def judge(std: Vector, scale: Vector, enter: float, leave: float, trusted: bool,
     for i in range(len(valid)):
         certain = std[i] <= (leave if valid[i] else enter) * scale[i]
         valid[i] = trusted and certain and (valid[i] or excited[i])
+
+
+_add_nis, _inside = unchecked(add_nis), unchecked(inside)
+_excite, _judge = unchecked(excite), unchecked(judge)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from firmware_py.compiled import Indices, Matrix, Vector, kernel
+from firmware_py.compiled import Indices, Matrix, Vector, kernel, unchecked
 from firmware_py.estimation.model.jacobians import Array
 
 ROOM = 1024
@@ -48,7 +48,7 @@ class IntervalMeans:
 
         A quantity that was never reported counts as 0.
         """
-        mean(self._times, self._values, self._held, self._weights, a, b, sums)
+        _mean(self._times, self._values, self._held, self._weights, a, b, sums)
 
     def freeze(self) -> tuple[Reports, ...]:
         """All it remembers."""
@@ -90,3 +90,6 @@ def mean(times: Matrix, values: Matrix, held: Indices, weights: Matrix, a: float
         area += (b - low) * values[i, last]
         for row in range(len(sums)):
             sums[row] += weights[row, i] * area / (b - a)
+
+
+_mean = unchecked(mean)
