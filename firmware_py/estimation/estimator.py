@@ -6,8 +6,7 @@ import copy
 import enum
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from operator import attrgetter
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from firmware_py.estimation.coefficient_estimator import CoefficientEstimator, CoefficientEstimatorMemory
@@ -26,7 +25,7 @@ from firmware_py.params import TakesEffect, named_values, param, table
 from firmware_py.part_name import PartName
 from firmware_py.records.adoption import Adopted, Refusal, Source
 from firmware_py.records.command import Applied
-from firmware_py.records.estimate import Learned, StateEstimate
+from firmware_py.records.estimate import NOTHING_LEARNED, Learned, StateEstimate
 from firmware_py.records.event import Event
 from firmware_py.records.health import NO_DOUBTS, AxisDoubt
 from firmware_py.records.order import Mode
@@ -35,9 +34,6 @@ from firmware_py.records.sensing import SensorFrame, silence
 from firmware_py.tick import Rate, Tick
 from firmware_py.vehicle.linear_models import SteeringCoefficients, steering_coefficients
 from firmware_py.vehicle.vehicle import Vehicle
-
-_NAVIGATED = attrgetter(*(field.name for field in fields(StateEstimate) if field.name != "learned"))
-"""All of a state but what is learned, which stands last."""
 
 
 class EstimatorKind(enum.Enum):
@@ -167,12 +163,14 @@ class Estimator:
         correction, integrity = selection.correction, selection.integrity
         if correction is not NO_CORRECTION:
             self._navigation.correct(correction.depth, correction.heading)
-        state = self._navigation.update(tick, believed, applied, integrity.health, known, integrity.hull)
+        before = self._learning.last if self._learning is not None else NOTHING_LEARNED
+        state = self._navigation.update(tick, believed, applied, integrity.health, known, integrity.hull, before)
         if selection.candidates:
             state = replace(state, candidates=selection.candidates)
         if self._learning is None:
             return state
-        return StateEstimate(*(*_NAVIGATED(state), self._learning.update(tick, believed, applied, state, doubts)))
+        learned = self._learning.update(tick, believed, applied, state, doubts)
+        return state if learned is before else replace(state, learned=learned)
 
     def _follow(self, learned: Learned, adopted: Adopted) -> None:
         """Let integrity judge headings by the coefficients in force, as well as they are known, once all are certain.

@@ -17,7 +17,7 @@ from firmware_py.estimation.navigation.velocity_params import VelocityParams
 from firmware_py.marine import Eta, Nu, Origin, body_to_ned
 from firmware_py.params import param, table
 from firmware_py.records.command import Applied
-from firmware_py.records.estimate import NOTHING_LEARNED, StateEstimate
+from firmware_py.records.estimate import NOTHING_LEARNED, Learned, StateEstimate
 from firmware_py.records.health import ALL_GOOD, HEADING_FAULTS, SensorHealth
 from firmware_py.records.sensing import SensorFrame
 from firmware_py.tick import Tick
@@ -92,11 +92,13 @@ class Navigation:
         sensors: SensorHealth = ALL_GOOD,
         known: velocity.FilterVelocity | None = None,
         hull: velocity.HullVelocity | None = None,
+        learned: Learned = NOTHING_LEARNED,
     ) -> StateEstimate:
         """Return the state at the tick, from what was received up to it and what was commanded one tick ago.
 
         `sensors` is what is known of the sensors; what is not believed is not ok in the frame. `known` is the velocity
-        of the coefficient filter, `hull` that of the vehicle's model, each None if it is not to be believed.
+        of the coefficient filter, `hull` that of the vehicle's model, each None if it is not to be believed. `learned`
+        becomes part of the state as it is.
         """
         params, was, t, dt = self._params, self._memory, tick.t, tick.dt
 
@@ -154,7 +156,7 @@ class Navigation:
             water=(north, east),
             water_std=water_std,
             fix_jump=pos.jump,
-            learned=NOTHING_LEARNED,
+            learned=learned,
         )
 
     def keep(self) -> KeptNavigation:
