@@ -62,10 +62,9 @@ class NodeIdentities:
         """Return whether a node has neither answered yet nor been asked in vain."""
         return bool(self._wanted)
 
-    def restarted_within(self, node_id: int, seconds: float, t: float) -> bool:
-        """Return whether a restart of a node was told in the last seconds."""
-        told = self._restarted.get(node_id)
-        return told is not None and t - told <= seconds
+    def restarted_within(self, seconds: float, t: float) -> list[int]:
+        """Return the nodes whose restart was told in the last seconds."""
+        return [node_id for node_id, told in self._restarted.items() if t - told <= seconds]
 
     def _restart(self, node_id: int, t: float) -> None:
         self._began_anew.discard(node_id)

@@ -59,8 +59,8 @@ class NodeWatch:
 
     def restarted(self, t: float) -> int:
         """Return the bits of the nodes that have restarted within HOLD before t, s."""
-        told = self._monitor.identities.restarted_within
-        return self._bits_of([node_id for node_id in self.names if told(node_id, HOLD, t)])
+        told = self._monitor.identities.restarted_within(HOLD, t)
+        return self._bits_of([node_id for node_id in told if node_id in self.names])
 
     def losses(self, dropped_from: Mapping[int, Dropped]) -> dict[str, int]:
         """Return what was lost of each node, by its role and the cause, without what did not happen.
