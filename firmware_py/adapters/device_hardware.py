@@ -7,7 +7,7 @@ from dataclasses import fields
 from types import MappingProxyType
 from typing import Any
 
-from firmware_py.adapters.drivers.driver import PAYLOAD, Driver
+from firmware_py.adapters.drivers.driver import PAYLOAD, SOUND, Driver
 from firmware_py.records.command import Applied
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.sensing import (
@@ -57,7 +57,7 @@ class DeviceHardware:
                 fins[i] = Heard(old.value, old.t_valid, False, old.ok)
         for several in spares.values():
             several[:] = [Heard(old.value, old.t_valid, False, old.ok) if old.fresh else old for old in several]
-        wrong, payload = NodeBits(), list[PayloadReading]()
+        wrong, payload = SOUND, list[PayloadReading]()
         for driver in self._drivers:
             for role, number, one in driver.poll(t):
                 if role == "fins":
@@ -69,7 +69,7 @@ class DeviceHardware:
                 else:
                     heard[role] = one
             bits = driver.nodes(t)
-            if any(bits):
+            if bits != SOUND:
                 wrong = NodeBits(*(a | b for a, b in zip(wrong, bits, strict=True)))
         two_senders, unhealthy, replaced, restarted = wrong
         if two_senders | unhealthy | replaced:

@@ -74,7 +74,7 @@ def position_events(fix_jump: float) -> tuple[Event, ...]:
 
 def actuator_events(before: ActuatorHealth, now: ActuatorHealth, fins: Sequence[str]) -> tuple[Event, ...]:
     """Return an event for each actuator whose fault is another one now; `fins` are their names."""
-    if now == before:
+    if now is before or now == before:
         return ()
     names, olds, news = (*fins, "propeller"), (*before.fins, before.propeller), (*now.fins, now.propeller)
     return tuple(

@@ -172,7 +172,8 @@ def update(
             ping = None
     if known is not None and _believed(params, memory, known, t):
         if known.t <= memory.t:
-            return memory._replace(source=VelocitySource.FILTER)
+            followed = memory.source is VelocitySource.FILTER
+            return memory if followed else memory._replace(source=VelocitySource.FILTER)
         now = known.t, known.u, known.v, known.w, known.std, memory.ping, VelocitySource.FILTER
         water = known.current, known.eddy, known.turbulence
         return VelocityMemory(*now, *water, memory.anchor, memory.t_broken, memory.since)
