@@ -217,7 +217,7 @@ class CurrentCheck:
         if hull is None or m.t - m.known > _HOLDS:
             return hull
         doubt = math.hypot(m.ahead, m.aside) if m.fault is SourceFault.CURRENT else 0.0
-        return hull._replace(u=hull.u + m.off_u, v=hull.v + m.off_v, doubt=doubt)
+        return HullVelocity(hull.u + m.off_u, hull.v + m.off_v, hull.current, doubt)
 
     def _begin(self, t: float, through: tuple[float, float], heard: Heard[Dvl], c: float, s: float) -> None:
         """Take the current that a ping tells for the one that is known; how strong eddies are stays."""

@@ -197,4 +197,4 @@ class ShareWatch:
 
 
 def _faded(change: Change, stale: float) -> Change:
-    return change._replace(evidence=stale * change.evidence)
+    return Change(change.follower, stale * change.evidence, change.over, change.lasts)
