@@ -64,7 +64,7 @@ def conditions(
 ) -> Conditions:
     """Return what the rules look at in this tick, in which the mode `wanted` is in force or ordered."""
     tick, frame, state, _, order, reference, left = seen
-    t, eta = tick.t, state.eta
+    t, eta, z_dot = tick.t, state.eta, state.z_dot
     sensors, battery, leak = state.sensors, frame.battery, frame.leak
     charge = battery.value.remaining if battery.ok else math.nan
     breach, weight = fence.breach_at(eta.x, eta.y), was.actuators.drop_weight
@@ -77,7 +77,7 @@ def conditions(
         depth_ok=depth_ok,
         depth=eta.z,
         altitude=state.altitude,
-        z_dot=state.z_dot,
+        z_dot=z_dot,
         fix_heard=sensors.fix.state is _GOOD and frame.fix.usable(t, params.fix_timeout),
         leak=state.leak,
         charge=charge,
@@ -105,7 +105,7 @@ def conditions(
         sticks_silence=t - order.t_sticks,
         watched=was.watched and not in_hand(order),
         left=left,
-        slope=math.atan2(state.z_dot, max(state.nu.u, _SLOW)),
+        slope=math.atan2(z_dot, max(state.nu.u, _SLOW)),
         start=was.start,
         weight_gone=weight not in _HANGS and (was.drop or was.weight_gone or weight is WeightState.GONE),
     )

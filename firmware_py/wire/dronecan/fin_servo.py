@@ -80,6 +80,7 @@ class FinServo:
     def __init__(self, params: FinServoParams) -> None:
         self.params = params
         self._factor = -params.scale if params.reversed else params.scale
+        self._command_type = params.command.value
         self.status_id = params.id if params.status_id < 0 else params.status_id
         self._report = params.travel if params.report is ReportUnit.UNITLESS else 1.0
         """Of what is reported, rad."""
@@ -107,7 +108,7 @@ class FinServo:
             servo /= params.travel
         elif kind is CommandType.PWM:
             servo = (params.pwm_centre + params.pwm_span * servo / params.travel) / US
-        return ActuatorCommand(params.id, kind.value, servo)
+        return ActuatorCommand(params.id, self._command_type, servo)
 
     def angle(self, position: float) -> float:
         """Return the fin angle, rad, of a reported position."""
@@ -123,7 +124,7 @@ class FinServo:
         It is for simulated servos: a real one obeys one type alone too.
         """
         params, value = self.params, command.command_value
-        if command.command_type != params.command.value:
+        if command.command_type != self._command_type:
             return math.nan
         if params.command is CommandType.UNITLESS:
             value *= params.travel

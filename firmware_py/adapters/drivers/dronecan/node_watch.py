@@ -76,4 +76,4 @@ class NodeWatch:
         return found
 
     def _bits_of(self, node_ids: Iterable[int]) -> int:
-        return sum(self._bits.get(node_id, 0) for node_id in node_ids)
+        return sum([self._bits.get(node_id, 0) for node_id in node_ids])
