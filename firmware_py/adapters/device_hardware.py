@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 from firmware_py.adapters.drivers.driver import PAYLOAD, SOUND, Driver
+from firmware_py.adapters.fin_reports import FinReports
 from firmware_py.records.command import Applied
 from firmware_py.records.cycle import Cycle
 from firmware_py.records.sensing import (
@@ -30,13 +31,17 @@ class DeviceHardware:
     """A `ports.Hardware` of any drivers.
 
     What a node measures is not ok while a driver says that two speak under its id, that it reports itself that it does
-    not work, or that another device answers there than at first.
+    not work, or that another device answers there than at first; nor is an angle that no fin can have.
+
+    Args:
+        fins: judges what is reported of each.
+        drivers: in the order in which they are asked.
+        spares: of each role with several devices how many there are beside the first.
     """
 
-    def __init__(self, fins: int, drivers: Sequence[Driver], spares: Mapping[str, int] = NO_SPARES) -> None:
-        """Take the drivers, and of each role with several devices how many there are beside the first."""
-        self._drivers = drivers
-        nothing = silence(fins)
+    def __init__(self, fins: FinReports, drivers: Sequence[Driver], spares: Mapping[str, int] = NO_SPARES) -> None:
+        self._drivers, self._reports = drivers, fins
+        nothing = silence(fins.count)
         self._fins = list(nothing.fins)
         self._heard: dict[str, Any] = {
             field.name: getattr(nothing, field.name)
@@ -61,7 +66,7 @@ class DeviceHardware:
         for driver in self._drivers:
             for role, number, one in driver.poll(t):
                 if role == "fins":
-                    fins[number] = one
+                    fins[number] = self._reports.judged(number, one, t)
                 elif role == PAYLOAD:
                     payload.append(one.value)
                 elif number:
@@ -113,7 +118,8 @@ class DeviceHardware:
 
     def losses(self) -> dict[str, int]:
         """Return how much was lost or refused on the wires, by cause."""
-        return {cause: count for driver in self._drivers for cause, count in driver.losses().items()}
+        each = {cause: count for driver in self._drivers for cause, count in driver.losses().items()}
+        return {**each, **self._reports.losses()}
 
     def park(self) -> None:
         """Leave every actuator centred, stopped and told that the vehicle is disarmed."""

@@ -26,6 +26,7 @@ from firmware_py.adapters.drivers.instrument_table import I2C_SENSORS, INSTRUMEN
 from firmware_py.adapters.drivers.serial_port import SerialPort
 from firmware_py.adapters.drivers.stream_driver import ByteStream, StreamDriver
 from firmware_py.adapters.drivers.tcp_stream import TcpStream
+from firmware_py.adapters.fin_reports import FinReports
 from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import ParamError
 from firmware_py.vehicle.fins import Fin
@@ -76,7 +77,8 @@ def fitted(
             own.append(_driver(device, line))
     counts = Counter(device.role for device in io.devices)
     spares = {role: count - 1 for role, count in counts.items() if count > 1}
-    return DeviceHardware(len(fins), [DroneCan(io, servos, bus, node_ids), *watches, *own], spares)
+    reports = FinReports(names, [one.reach for one in moved])
+    return DeviceHardware(reports, [DroneCan(io, servos, bus, node_ids), *watches, *own], spares)
 
 
 def open_second(io: IoParams, stack: ExitStack, *, awaited: bool = False) -> CanBus | None:

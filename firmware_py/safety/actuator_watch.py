@@ -167,7 +167,9 @@ class ActuatorWatch:
     def _left(self, i: int, fault: ActuatorFault, frame: SensorFrame) -> FinHealth:
         """Return what is left of a fin."""
         if self._feedback[i].fault in _STUCK:
-            return FinHealth(1.0, frame.fins[i].value, FinEvidence.FEEDBACK)
+            heard = frame.fins[i]
+            known = heard.value if heard.ok else self._health.left[i].stuck  # what is not vouched for is no angle
+            return FinHealth(1.0, known, FinEvidence.FEEDBACK)
         stuck = self._hull.stuck(i)
         if stuck == stuck and fault is ActuatorFault.JAMMED:
             return FinHealth(1.0, stuck, FinEvidence.MOTION)

@@ -6,11 +6,14 @@ import enum
 import math
 from collections.abc import Sequence
 
+from firmware_py.marine import clip
 from firmware_py.records.health import ActuatorFault, FinHealth
 from firmware_py.records.sensing import Heard
 
 _RESERVE = 0.8
 """Share of what the healthy planes can do that may be needed against the stuck ones."""
+_STALL = math.radians(45.0)
+"""Beyond this angle, the most that a vehicle file takes for a limit, a fin stalls: it does no more than here, rad."""
 
 
 class PlaneJam(enum.IntEnum):
@@ -34,7 +37,8 @@ class Planes:
     ) -> PlaneJam:
         """Return what the fins do that are jammed or hard over.
 
-        An angle that is neither reported nor known by what is `left` of a fin counts as the worst.
+        An angle that is neither reported nor known by what is `left` of a fin counts as the worst; one beyond
+        the stall counts as that there.
         """
         if not self._fins or not any(faults):
             return PlaneJam.NONE
@@ -44,10 +48,10 @@ class Planes:
             reach = abs(share) * limit
             if fault not in (ActuatorFault.JAMMED, ActuatorFault.HARD_OVER):
                 authority += 0.0 if fault is ActuatorFault.LOST else reach
-            elif heard.ok and math.isfinite(heard.value):
-                least, greatest = least + share * heard.value, greatest + share * heard.value
-            elif stuck == stuck:
-                least, greatest = least + share * stuck, greatest + share * stuck
+                continue
+            angle = clip(heard.value if heard.ok and math.isfinite(heard.value) else stuck, -_STALL, _STALL)
+            if angle == angle:
+                least, greatest = least + share * angle, greatest + share * angle
             else:
                 least, greatest = least - reach, greatest + reach
         if greatest > _RESERVE * authority and greatest > 0.0:

@@ -67,6 +67,11 @@ class FinPositions:
         low, high = sorted((self.counts(-self.travel), self.counts(self.travel)))
         return low, high
 
+    @property
+    def reach(self) -> float:
+        """Return the greatest angle to which the fin is turned, rad."""
+        return self.travel
+
     def refuse_less_than(self, delta_max: float) -> None:
         """Refuse a drive that is not to turn its fin to delta_max, rad.
 

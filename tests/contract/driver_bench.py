@@ -11,6 +11,7 @@ import pytest
 from firmware_py.adapters.device_hardware import DeviceHardware
 from firmware_py.adapters.drivers.driver import Driver
 from firmware_py.adapters.drivers.stream_driver import StreamDriver
+from firmware_py.adapters.fin_reports import FinReports
 from firmware_py.records.sensing import Heard
 from firmware_py.tick import Tick
 
@@ -30,7 +31,7 @@ class Bench:
         self.device, self.role = device, device.instrument.role
         self.wire = make(folder, plugged=plugged)
         self.driver: Driver = StreamDriver("device", device.instrument, self.wire.stream())
-        self.hardware = DeviceHardware(4, [self.driver])
+        self.hardware = DeviceHardware(FinReports((), ()), [self.driver])
         self._k = 100
         self.clock = START
         """How far the device's clock is ahead of the vehicle's, s."""

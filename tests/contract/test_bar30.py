@@ -15,6 +15,7 @@ from firmware_py.adapters.device_hardware import DeviceHardware
 from firmware_py.adapters.drivers.bar30 import Bar30
 from firmware_py.adapters.drivers.i2c_bus import I2cBus
 from firmware_py.adapters.drivers.instrument_table import I2C_SENSORS
+from firmware_py.adapters.fin_reports import FinReports
 from firmware_py.tick import Tick
 from firmware_py.wire.serial import ms5837
 from firmware_py.wire.serial.ms5837 import BAR02, BAR30, Prom
@@ -77,7 +78,7 @@ class Bench:
     def __init__(self, sensor: Sensor | None = None, **options: object) -> None:
         self.sensor = sensor or Sensor()
         self.driver = Bar30("pressure", self.sensor, **options)
-        self.hardware = DeviceHardware(4, [self.driver])
+        self.hardware = DeviceHardware(FinReports((), ()), [self.driver])
         self.k = 100
 
     @property

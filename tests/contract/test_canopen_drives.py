@@ -17,6 +17,8 @@ from hypothesis import strategies as st
 from firmware_py.adapters.buses.can_bus import open_bus
 from firmware_py.adapters.device_hardware import DeviceHardware
 from firmware_py.adapters.drivers.canopen.drives import FRAMES_PER_TICK, HOLD, CanOpenDrives
+from firmware_py.adapters.fin_reports import HOLD as FORGIVEN
+from firmware_py.adapters.fin_reports import FinReports
 from firmware_py.params import ParamError, load
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame, fin_bit, node_bit
@@ -55,7 +57,7 @@ class Bench:
         self.fins = drives_of(declared.fins, NAMES)
         self.port = open_bus("virtual", channel, standard=True)
         self.driver = CanOpenDrives(declared, self.fins, self.port)
-        self.hardware = DeviceHardware(2, (self.driver,))
+        self.hardware = DeviceHardware(FinReports(NAMES, [fin.reach for fin in self.fins]), (self.driver,))
         self.others = can.Bus(interface="virtual", channel=channel)
         self.drives: dict[int, Drive] = {one.params.node: Drive(one.params.node) for one in self.fins}
         self.lost: Callable[[], bool] = lambda: False
@@ -205,6 +207,37 @@ def test_a_target_starts_where_the_fin_is_and_never_moves_faster_than_the_file_s
 def test_a_command_beyond_the_travel_stops_at_its_end(flying):
     frame = flying.run(1.0, (5.0, -5.0), armed=True)
     assert [heard.value for heard in frame.fins] == pytest.approx([math.radians(45), -math.radians(45)], abs=1e-4)
+
+
+@pytest.mark.parametrize("degrees", [405.0, -315.0, 61.0, 65_536.0])
+def test_a_fin_where_none_can_be_is_not_believed_and_one_at_its_stop_is(launch, degrees):
+    bench = launch()
+    bench.run(1.0)
+    drive, before = bench.drives[NODE], bench.losses.get("port_impossible_angles", 0)
+    drive.position = bench.fins[PORT].counts(0.0) + round(COUNTS * 58.0 / 360.0)
+    assert bench.run(0.1).fins[PORT].ok
+    drive.position = round(COUNTS * degrees / 360.0)
+    frame = bench.run(0.1)
+    assert (frame.fins[PORT].ok, frame.fins[TOP].ok) == (False, True)
+    assert frame.fins[PORT].value == pytest.approx(math.radians(degrees), abs=1e-4)
+    assert bench.hardware.losses()["port_impossible_angles"] > before
+    drive.position = 0
+    assert not bench.run(FORGIVEN - 0.1).fins[PORT].ok
+    assert bench.run(0.2).fins[PORT].ok
+
+
+def test_a_drive_that_has_lost_its_turn_starts_at_the_end_of_the_travel(flying):
+    drive = flying.drives[NODE]
+    flying.run(0.5)
+    drive.position += round(COUNTS)
+    flying.said.clear()
+    flying.run(1.0, (0.2, 0.0), armed=True)
+    targets = [
+        cia402.decode_command(message).target
+        for identifier, data in flying.said
+        if isinstance(message := frames.decode(identifier, data), frames.Rpdo) and message.node == NODE
+    ]
+    assert targets[-1] == round(0.2 / (2 * math.pi) * COUNTS)
 
 
 @pytest.mark.parametrize("boots_up", [True, False])
@@ -472,8 +505,9 @@ def test_the_judges_node_is_started_up_told_and_heard(mode):
     network.connect()
     node = canopen.LocalNode(NODE, dictionary())
     network.add_node(node)
-    driver = CanOpenDrives(declared, drives_of(declared.fins, NAMES[:1]), open_bus("virtual", channel, standard=True))
-    hardware, ticks = DeviceHardware(1, (driver,)), itertools.count()
+    fins = drives_of(declared.fins, NAMES[:1])
+    driver = CanOpenDrives(declared, fins, open_bus("virtual", channel, standard=True))
+    hardware, ticks = DeviceHardware(FinReports(NAMES[:1], [fins[0].reach]), (driver,)), itertools.count()
     frame: list[SensorFrame] = []
 
     def tick() -> SensorFrame:

@@ -14,6 +14,8 @@ from sternplane.fuzz.mutation import mutated
 from firmware_py.adapters.device_hardware import DeviceHardware
 from firmware_py.adapters.drivers.dynamixel.servos import HOLD, DynamixelServos
 from firmware_py.adapters.drivers.serial_port import BYTES_PER_TICK
+from firmware_py.adapters.fin_reports import HOLD as FORGIVEN
+from firmware_py.adapters.fin_reports import FinReports
 from firmware_py.params import ParamError, load
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame, fin_bit
@@ -53,7 +55,7 @@ class Bench:
         self.fins = servos_of(declared.fins, NAMES)
         self.wire = WIRES[wire](folder, plugged=plugged)
         self.driver = DynamixelServos("fins", declared, self.fins, self.wire.stream())
-        self.hardware = DeviceHardware(3, (self.driver,))
+        self.hardware = DeviceHardware(FinReports(NAMES, [fin.reach for fin in self.fins]), (self.driver,))
         self.servos = [Servo(one.params.id) for one in self.fins]
         self.chain = ServoChain(self.servos)
         self.plugged, self.echo, self.k = plugged, echo, 0
@@ -321,6 +323,21 @@ def test_extreme_positions_are_angles(flying, item):
         [link, *_] = flying.driver._links
         assert math.isfinite(link.hear_position(counts))
         assert link.fin.ends[0] <= link.goal(0.0, begins=True) <= link.fin.ends[1]
+
+
+@pytest.mark.parametrize("counts", [2048 + 4096, 2048 - 4096, 2**31 - 1, -(2**31), 2048 + 700])
+def test_a_fin_where_none_can_be_is_not_believed_and_one_at_its_stop_is(launch, counts):
+    bench = launch()
+    bench.run(1.0)
+    servo, believed = bench.servos[PORT], []
+    for position, seconds in ((2048 + 660, 0.1), (counts, 0.1), (2048, FORGIVEN - 0.1), (2048, 0.2)):
+        servo.position = position
+        frame = bench.run(seconds)
+        believed.append(frame.fins[PORT].ok)
+        assert frame.fins[PORT].value == pytest.approx(bench.fins[PORT].angle(position))
+        assert frame.fins[TOP].ok
+    assert believed == [True, False, False, True]
+    assert bench.hardware.losses()["port_impossible_angles"] > 0
 
 
 def test_a_position_with_the_pattern_of_a_header_is_heard(launch):

@@ -75,6 +75,19 @@ def test_each_fin_has_its_place_and_actuators_beyond_the_fins_have_none():
         assert [heard.value for heard in later] == [-0.125, 0.0625, 0.5, 0.25]
 
 
+@pytest.mark.parametrize("angle", [60_000.0, -65_504.0, 0.25 + 2.0 * math.pi, 1.06])
+def test_a_fin_where_none_can_be_is_not_believed_and_one_at_its_stop_is(angle):
+    believed = []
+    with Vehicle() as vehicle:
+        for k, told in ((0, 1.03), (1, angle), (2, 0.25), (499, 0.25), (502, 0.25)):
+            vehicle.node("servo_hub").send(fin(1, told))
+            one = vehicle.read(k).fins[1]
+            assert one.value == pytest.approx(told, rel=1e-3)
+            believed.append(one.ok)
+        assert vehicle.hardware.losses()[f"{FIN_NAMES[1]}_impossible_angles"] == 1
+    assert believed == [True, False, False, False, True]
+
+
 def test_only_the_hardpoint_of_the_drop_weight_is_ours():
     with Vehicle() as vehicle:
         vehicle.node("hardpoint").send(hardpoint(0, which=1))

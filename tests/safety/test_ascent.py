@@ -357,6 +357,16 @@ def test_a_stuck_plane_that_reports_nothing_is_where_its_motion_shows() -> None:
     assert jams == [PlaneJam.NONE, PlaneJam.DOWN]
 
 
+def test_a_stuck_plane_counts_for_no_more_than_it_can_do_where_it_stalls() -> None:
+    planes, stuck = Planes((0.5, 0.25, 0.25, 0.25), (math.radians(45.0),) * 4), (JAMMED, NONE, NONE, NONE)
+    assert planes.jam(stuck, angles(25.0, 0.0, 0.0, 0.0)) is PlaneJam.NONE
+    far = [planes.jam(faults, angles(at, -at, 0.0, 0.0)) for at in (45.0, 6e4) for faults in (stuck, (JAMMED,) * 4)]
+    assert far[:2] == far[2:]
+    many = Planes((0.5,) * 4, (math.radians(45.0),) * 4)
+    assert many.jam(stuck, angles(6e4, 0.0, 0.0, 0.0)) is PlaneJam.NONE
+    assert many.jam(stuck, angles(math.nan, 0.0, 0.0, 0.0), (FinHealth(1.0, 6e4), *[SOUND_FIN] * 3)) is PlaneJam.NONE
+
+
 @pytest.mark.parametrize("depth_rate", [0.0, -0.04])
 def test_a_depth_that_stays_does_not_keep_the_weight_where_velocity_and_altitude_say_that_it_sinks(
     depth_rate: float,

@@ -85,6 +85,11 @@ class FinServo:
         self._report = params.travel if params.report is ReportUnit.UNITLESS else 1.0
         """Of what is reported, rad."""
 
+    @property
+    def reach(self) -> float:
+        """Return the greatest angle to which the servo turns its fin, rad."""
+        return max(abs(self._fin_angle(side * self.params.travel)) for side in (-1.0, 1.0))
+
     def refuse_less_than(self, delta_max: float) -> None:
         """Refuse a servo that cannot turn its fin to delta_max, rad.
 
