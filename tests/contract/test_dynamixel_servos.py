@@ -471,6 +471,40 @@ def test_a_second_host_is_named_and_nothing_is_believed_until_it_is_gone(flying)
     at_goals(frame)
 
 
+@pytest.mark.parametrize("late", [2, 3])
+def test_an_adapter_that_returns_our_packets_late_once_is_no_second_host(launch, late):
+    bench = launch(echo=True)
+    bench.run(1.0)
+    at_goals(bench.fly(1.0))
+    kept = [b""]
+
+    def held(answers: bytes) -> bytes:
+        kept[0] += answers
+        return b""
+
+    bench.change = held
+    for _ in range(late + 1):
+        bench.tick(GOALS, armed=True)
+    bench.change = lambda answers: kept.pop() + answers if kept else answers
+    frames = [bench.tick(GOALS, armed=True) for _ in range(50)]
+    assert not any(frame.two_senders for frame in frames)
+    assert "fins_other_host" not in bench.losses
+    bench.wire.send(dynamixel.sync_read([one.params.id for one in bench.fins], *x.PRESENT_POSITION) * 4)
+    assert bench.tick(GOALS, armed=True).two_senders
+
+
+def test_a_supply_whose_alarm_comes_and_goes_is_counted_and_no_fin_is_doubted(flying):
+    frames = []
+    for k in range(300):
+        for servo in flying.servos:
+            servo._put(x.HARDWARE_ERROR_STATUS, HardwareError.INPUT_VOLTAGE * (k // 2 % 2))
+        frames.append(flying.tick(GOALS, armed=True))
+    assert not any(frame.unhealthy for frame in frames)
+    assert all(heard.ok for frame in frames for heard in frame.fins)
+    assert min(sum(frame.fins[i].fresh for frame in frames) for i in range(3)) > 60
+    assert flying.losses["port_error_input_voltage"] > 1
+
+
 def test_two_servos_under_one_id_are_noticed_and_one_answer_twice_is_not(flying):
     own = dynamixel.status(Status(9, 0, (2048).to_bytes(4, "little")))
 

@@ -83,8 +83,11 @@ class ServoLink:
 
     @property
     def faulty(self) -> bool:
-        """Return whether it says itself that it does not work: a fault has shut it down, or has not been read yet."""
-        return self._alert or bool(self._error & self._shutdown)
+        """Return whether it says itself that it does not work: a fault has shut it down.
+
+        An alert alone says so of none: what is the matter is read at once, and low voltage stops no servo as sold.
+        """
+        return bool(self._error & self._shutdown)
 
     def begin(self, t: float, pause: float = 0.0) -> None:
         """Set it up anew, at the earliest so long after t, s."""

@@ -13,6 +13,7 @@ from functools import partial
 from itertools import cycle
 
 from firmware_py.adapters.drivers.driver import SOUND, Driver, Reading
+from firmware_py.adapters.drivers.dynamixel.echoes import Echoes
 from firmware_py.adapters.drivers.dynamixel.exchange import Exchange
 from firmware_py.adapters.drivers.dynamixel.servo_link import FAULT, TORQUE, ServoLink
 from firmware_py.adapters.drivers.resting_fins import RestingFins
@@ -60,9 +61,7 @@ class DynamixelServos(Driver):
         self._resting = RestingFins([one.params.at_rest for one in fins])
         self._decoder = dynamixel.packets()
         self._exchange: Exchange | None = None
-        self._burst = b""
-        self._echoes: list[Instruction] | None = None
-        """What of it may come back still; None: not looked at, as most adapters return nothing."""
+        self._echoes = Echoes()
         self._readings: list[Reading] = []
         self._due, self._turn = False, 0
         self._t = self._t_watched = self._t_other = 0.0
@@ -180,7 +179,7 @@ class DynamixelServos(Driver):
         packets = orders + ([question] if question else [])
         if packets:
             burst = b"".join(packets)
-            self._burst, self._echoes = burst, None
+            self._echoes.sent(burst)
             self._stream.write(burst)
 
     def _positions(self, t: float, looking: bool) -> bytes | None:
@@ -247,13 +246,9 @@ class DynamixelServos(Driver):
 
     def _hear_host(self, packet: Instruction, t: float) -> None:
         """Take an instruction: our own, that the adapter returns, or another host's."""
-        if self._echoes is None:
-            self._echoes = dynamixel.instructions().feed(self._burst)
-        if packet in self._echoes:
-            self._echoes.remove(packet)
-            return
-        self._counts["other_host"] += 1
-        self._t_host = t
+        if not self._echoes.take(packet):
+            self._counts["other_host"] += 1
+            self._t_host = t
 
 
 def _sync_write(item: Item, data: Sequence[tuple[int, bytes]]) -> bytes:
