@@ -279,6 +279,19 @@ def test_an_emergency_withholds_the_fin_until_it_is_over(flying):
     assert (frame.fins[PORT].ok, frame.unhealthy) == (True, 0)
 
 
+def test_a_storm_of_ever_new_emergencies_is_counted_and_leaves_few_counts(flying):
+    before = len(flying.driver.losses())
+    for code in range(0x1000, 0x1000 + 2000):
+        flying.say(frames.encode(frames.Emergency(NODE, code, 1)))
+        if code % 100 == 0:
+            flying.tick((0.2, -0.1), armed=True)
+    flying.run(0.3, (0.2, -0.1), armed=True)
+    counted = {cause: n for cause, n in flying.losses.items() if "_emergency_" in cause}
+    assert sum(counted.values()) == 2000
+    assert counted["port_emergency_0x1000"] == 1
+    assert len(flying.driver.losses()) - before <= 20
+
+
 def test_a_fault_is_reset_once_a_second_and_the_drive_led_back(flying):
     drive = flying.drives[NODE]
     drive.broken = True

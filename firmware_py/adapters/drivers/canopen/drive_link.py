@@ -12,6 +12,8 @@ from firmware_py.wire.fin_positions import AtRest
 
 _AGAIN_S = 1.0
 """Pause before a start-up that has failed is tried again, and between two resets of a fault, s."""
+_MOST_CODES = 16
+"""So many codes of emergencies are counted each by itself; a drive that tells ever other ones tells nothing by them."""
 _TWICE = 3
 """So many times in succession two answers to one SYNC are two drives under one id; once is a frame that came twice."""
 
@@ -36,6 +38,7 @@ class DriveLink:
         self._t_again = self._t_heard = self._t_started = self._t_reset = 0.0
         self._known = self._alive = False
         self._emergency = False
+        self._codes: set[int] = set()
         self._feedback: Feedback | None = None
         self._word, self._target = 0, 0.0
         self._answers = self._twice = 0
@@ -94,7 +97,9 @@ class DriveLink:
         """Take an emergency, or the end of all."""
         self._emergency = not message.over
         if not message.over:
-            self._count(f"emergency_0x{message.code:04X}")
+            if len(self._codes) < _MOST_CODES:
+                self._codes.add(message.code)
+            self._count(f"emergency_0x{message.code:04X}" if message.code in self._codes else "emergency_others")
 
     def hear_feedback(self, feedback: Feedback) -> float:
         """Take where it is; return the angle of its fin, rad."""
