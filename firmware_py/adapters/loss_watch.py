@@ -10,6 +10,8 @@ from firmware_py.tick import NS_PER_S, Rate
 
 FAST = 10
 """More than so many in a second are told."""
+_ALWAYS = ("_unknown_model_", "set_ups_failed", "start_ups_failed", "watchdog_lost", "never_armed")
+"""Parts of the names of counts that are told however slowly they rise: somebody must mend it."""
 _AGAIN_S = 60.0
 """Of one count no more than one sentence within this time."""
 
@@ -72,7 +74,8 @@ class LossWatch:
         self.count(totals, self._received())
         for name, count in changed.items():
             more = count - last.get(name, 0)
-            if more > FAST and tick.t - self._told.get(name, -math.inf) >= _AGAIN_S:
+            told = more > FAST or (more > 0 and any(part in name for part in _ALWAYS))
+            if told and tick.t - self._told.get(name, -math.inf) >= _AGAIN_S:
                 self._told[name] = tick.t
                 self.tell(f"{name.replace('_', ' ')}: {more} in the last second, {count} in all")
         return changed

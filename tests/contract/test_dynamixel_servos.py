@@ -505,6 +505,47 @@ def test_a_supply_whose_alarm_comes_and_goes_is_counted_and_no_fin_is_doubted(fl
     assert flying.losses["port_error_input_voltage"] > 1
 
 
+@pytest.mark.parametrize("model", [1280, XM430_W350])
+def test_servos_of_the_x_series_are_known(launch, model):
+    bench = launch()
+    for servo in bench.servos:
+        servo._put(x.MODEL_NUMBER, model)
+    bench.run(1.0)
+    at_goals(bench.fly(0.5))
+
+
+def test_a_first_set_up_that_needs_several_tries_is_no_restart(launch):
+    bench = launch()
+    for k in range(400):
+        bench.change = (lambda _: b"") if k // 11 % 2 else (lambda answers: answers)
+        assert not bench.tick().restarted
+    bench.change = lambda answers: answers
+    assert not any(bench.tick().restarted for _ in range(200))
+    assert not any("restarts" in cause or "watchdog_lost" in cause for cause in bench.losses)
+
+
+def test_a_servo_that_does_not_keep_its_watchdog_is_told_once_and_heard(flying):
+    frames = []
+    for _ in range(300):
+        flying.servos[TOP]._put(x.BUS_WATCHDOG, 0)
+        frames.append(flying.tick(GOALS, armed=True))
+    assert not any(frame.restarted for frame in frames)
+    assert flying.losses["top_watchdog_lost"] == 1
+    assert sum(frame.fins[TOP].fresh for frame in frames[-100:]) > 40
+    flying.servos[TOP].power_on(flying.t)
+    assert sum(bool(flying.tick(GOALS, armed=True).restarted) for _ in range(200)) == 1
+    at_goals(flying.fly(0.5))
+
+
+def test_a_late_position_is_no_answer_to_a_ping(launch):
+    bench = launch()
+    late = dynamixel.status(Status(5, 0, (2048).to_bytes(4, "little")))
+    bench.change = lambda answers: late + answers if bench.k < 50 else answers
+    bench.run(3.0)
+    at_goals(bench.fly(0.5))
+    assert not any("unknown_model" in cause for cause in bench.losses)
+
+
 def test_two_servos_under_one_id_are_noticed_and_one_answer_twice_is_not(flying):
     own = dynamixel.status(Status(9, 0, (2048).to_bytes(4, "little")))
 

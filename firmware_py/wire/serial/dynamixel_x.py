@@ -25,7 +25,7 @@ class Item(NamedTuple):
     length: int
 
 
-MODELS = frozenset({30, 311, 321, *range(1000, 1241, 10), 1001, 1011, 1101, 1111, 1270, 1310})
+MODELS = frozenset({30, 311, 321, *range(1000, 1241, 10), 1001, 1011, 1101, 1111, 1270, 1280, 1310})
 """Numbers of the models with this table, as a ping tells: MX-28, -64, -106, then XH430-W350 to XW540-H260."""
 MODEL_NUMBER = Item(0, 2)
 FIRMWARE_VERSION = Item(6, 1)

@@ -10,13 +10,18 @@ from typing import Any, cast
 
 import pytest
 from sternplane.hardware.fin_judgement import Verdict
+from sternplane.hardware.fin_tables import HUB, FinTable, table_of, why_not_believed
 from sternplane.hardware.fins_sweep import _Guard
 from sternplane.hardware.sweep import Sweep
 from sternplane.hardware.trailing_edge import trailing_edge
 from sternplane.hardware.watched_bus import WatchedBus
+from sternplane.sitl.flight import CONFIG
 
 from firmware_py.adapters.buses.can_bus import BusError
+from firmware_py.adapters.io_params import IoParams
+from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.marine import clip
+from firmware_py.params import load
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import Heard, SensorFrame, silence
 from firmware_py.tick import Tick
@@ -53,8 +58,8 @@ class Servos:
         self.last = applied
 
 
-def swept(servos: Servos, chosen: tuple[int, ...] = (0, 1, 2, 3), share: float = 1.0) -> Sweep:
-    sweep = Sweep(FINS, chosen, share, rate_share=0.4)
+def swept(servos: Servos, chosen: tuple[int, ...] = (0, 1, 2, 3), share: float = 1.0, table: FinTable = HUB) -> Sweep:
+    sweep = Sweep(FINS, chosen, share, 0.4, table)
     for k in range(60_000):
         sweep.update(Tick(k, DT_NS), servos)
         if sweep.finished:
@@ -149,3 +154,37 @@ def test_who_leads_drives_or_servos_besides_is_found_in_the_counts_of_their_driv
     assert not guard.alone
     with pytest.raises(BusError, match=f"another program leads the fins' drives or servos .{cause}.: end that one"):
         guard.refuse(cast("WatchedBus", None))
+
+
+@pytest.mark.parametrize(
+    ("io", "table", "losses", "words"),
+    [
+        ("dynamixel", "[[dynamixel.fins]]", {"stern_port_unknown_model_77": 3}, "of model 77"),
+        ("dynamixel", "[[dynamixel.fins]]", {"stern_port_impossible_angles": 3}, "scale or zero_deg in [[dynamixel"),
+        ("dynamixel", "[[dynamixel.fins]]", {"stern_port_set_ups_failed": 3, "stern_port_refused": 3}, "refused"),
+        (
+            "canopen",
+            "[[canopen.fins]]",
+            {"stern_port_impossible_angles": 3},
+            "counts_per_turn or zero_deg in [[canopen",
+        ),
+        ("servos", "[[fins]]", {"stern_port_impossible_angles": 3, "rudder_upper_refused": 1}, "report, scale or zero"),
+        ("servos", "[[fins]]", {"stern_port_impossible_angles": 0, "stern_port_timeouts": 4}, ""),
+    ],
+)
+def test_what_is_wrong_is_looked_for_in_the_table_that_the_io_file_has(
+    io: str, table: str, losses: dict[str, int], words: str
+) -> None:
+    found = table_of(load(IoParams, read_toml(CONFIG / f"io_{io}.toml"), "a test"))
+    assert found.name == table
+    said = why_not_believed("stern_port", losses, found)
+    assert words in said if words else not said
+
+
+def test_a_fin_that_is_not_heard_is_told_with_the_cause_and_the_table() -> None:
+    mute = Servos(reports=lambda angles: [math.nan, *angles[1:]])
+    own, cause = FinTable("[[dynamixel.fins]]", "id", "id", "id"), {"port": "why"}
+    for table, unheard, words in ((HUB, {}, "in [[fins]]"), (own, {}, "see id in [[dynamixel"), (own, cause, "why")):
+        sweep = swept(mute, (0,), table=table)
+        sweep.unheard = unheard
+        assert words in sweep.judged()[0].sentence

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from sternplane.hardware.fin_move import Step, tolerance
+from sternplane.hardware.fin_tables import HUB, FinTable
 
 _STILL, _FOLLOWS = 0.25, 0.5
 """A fin has not moved under the one, and moved along over the other, of what was told."""
@@ -34,7 +35,9 @@ class Judgement(NamedTuple):
     sentence: str = ""
 
 
-def judge(fin: int, names: Sequence[str], steps: Sequence[Step], slowest: float) -> Judgement:
+def judge(
+    fin: int, names: Sequence[str], steps: Sequence[Step], slowest: float, table: FinTable = HUB, why: str = ""
+) -> Judgement:
     """Return what is the matter with a fin.
 
     Args:
@@ -42,14 +45,16 @@ def judge(fin: int, names: Sequence[str], steps: Sequence[Step], slowest: float)
         names: of all fins.
         steps: its moves, at least one.
         slowest: a sound servo turns no slower, rad/s.
+        table: where the io file describes the fins' servos.
+        why: what is known of why it is not heard.
     """
-    worst = [_of_step(fin, names, step) for step in steps]
+    worst = [_of_step(fin, names, step, table, why) for step in steps]
     for verdict in (Verdict.UNHEARD, Verdict.OTHER, Verdict.REVERSED, Verdict.STILL, Verdict.TOGETHER):
         for judgement in worst:
             if judgement.verdict is verdict:
                 return judgement
     return (
-        _offset(fin, steps)
+        _offset(fin, steps, table)
         or next((one for one in worst if one.verdict is Verdict.SHORT), None)
         or _slow(steps, slowest)
     )
@@ -66,7 +71,7 @@ def stops_here(fin: int, names: Sequence[str], step: Step) -> bool:
     )
 
 
-def _of_step(fin: int, names: Sequence[str], step: Step) -> Judgement:
+def _of_step(fin: int, names: Sequence[str], step: Step, table: FinTable = HUB, why: str = "") -> Judgement:
     told, moved = step.target - step.start, step.moved(fin)
     others = {
         i: step.moved(i) / told for i in range(len(names)) if i != fin and abs(step.moved(i)) > _FOLLOWS * abs(told)
@@ -74,23 +79,23 @@ def _of_step(fin: int, names: Sequence[str], step: Step) -> Judgement:
     also = ", ".join(f"{names[i]}{'' if share > 0.0 else ' (the other way)'}" for i, share in others.items())
     if others and not abs(moved) > _STILL * abs(told):
         return Judgement(
-            Verdict.OTHER, f"{also} moves instead: ids or plugs are swapped; see id and status_id in [[fins]]"
+            Verdict.OTHER, f"{also} moves instead: ids or plugs are swapped; see {table.which} in {table.name}"
         )
     if not step.heard:
         return Judgement(
-            Verdict.UNHEARD, "nothing reports its angle: watch it move; see node, id and status_id in [[fins]]"
+            Verdict.UNHEARD, why or f"nothing reports its angle: watch it move; see {table.heard} in {table.name}"
         )
     if abs(moved) < _STILL * abs(told):
         return Judgement(
             Verdict.STILL,
             f"stays at {_deg(step.after[fin])}: no power at the servo, jammed, or it does not obey what it is told "
-            "(id, command in [[fins]]; some wait for SafetyState)",
+            f"({table.told})",
         )
     if moved * told < 0.0:
         return Judgement(
             Verdict.REVERSED,
-            f"told {_deg(step.target)}, it reports {_deg(step.after[fin])}: `reversed` in [[fins]] is wrong, or the "
-            "servo reports with the other sign than it obeys",
+            f"told {_deg(step.target)}, it reports {_deg(step.after[fin])}: `reversed` in {table.name} is wrong, or "
+            "the servo reports with the other sign than it obeys",
         )
     if others:
         return Judgement(Verdict.TOGETHER, f"{also} moves too: two servos obey one id")
@@ -98,19 +103,19 @@ def _of_step(fin: int, names: Sequence[str], step: Step) -> Judgement:
         return Judgement(
             Verdict.SHORT,
             f"told {_deg(step.target)}, it reports {_deg(step.after[fin])}: a stop, or travel_deg, scale or zero_deg "
-            "in [[fins]] is wrong",
+            f"in {table.name} is wrong",
         )
     return Judgement(Verdict.WELL)
 
 
-def _offset(fin: int, steps: Sequence[Step]) -> Judgement | None:
+def _offset(fin: int, steps: Sequence[Step], table: FinTable) -> Judgement | None:
     """Return that a fin is off by the same angle wherever it is told to be, if so."""
     off = [step.after[fin] - step.target for step in steps]
     mean = sum(off) / len(off)
     if abs(mean) <= tolerance(0.0) or max(off) - min(off) > abs(mean):
         return None
     return Judgement(
-        Verdict.OFFSET, f"is off by {_deg(mean)} everywhere: zero_deg in [[fins]], or the horn on the servo"
+        Verdict.OFFSET, f"is off by {_deg(mean)} everywhere: zero_deg in {table.name}, or the horn on the servo"
     )
 
 

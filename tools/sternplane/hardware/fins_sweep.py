@@ -26,6 +26,7 @@ from firmware_py.run.usage_error import UsageError
 from firmware_py.tick import NS_PER_S, Tick, step_ns
 from firmware_py.vehicle.fins import Fin
 from sternplane.hardware.bus_nodes import BusNodes
+from sternplane.hardware.fin_tables import table_of, why_not_believed
 from sternplane.hardware.fins_report import found, sentences, sheet
 from sternplane.hardware.fitted_vehicle import FittedVehicle, fitted_vehicle
 from sternplane.hardware.other_autopilots import OtherAutopilots
@@ -57,7 +58,8 @@ def command(options: argparse.Namespace) -> int:
     chosen = _chosen(options.fin, [fin.name for fin in fins])
     io = at_desk(io, options.lines) if options.lines else io
     out, spec, guard = console(), options.bus or io.can.bus, _Guard(io.can.node_id)
-    sweep = Sweep(fins, chosen, options.travel / 100.0, params.safety.actuators.rate_share)
+    table = table_of(io)
+    sweep = Sweep(fins, chosen, options.travel / 100.0, params.safety.actuators.rate_share, table)
     with fitted_vehicle(io, fins, spec, guard.see) as fitted:
         guard.listen(fitted)
         if not options.yes:
@@ -65,6 +67,8 @@ def command(options: argparse.Namespace) -> int:
             guard.listen(fitted)  # a yes may have taken its time
         with interruptible() as interrupted, live(out, lambda: [sheet(sweep, fins)], not options.json) as draw:
             _run(sweep, fitted.hardware, step_ns(params.rate), lambda: bool(interrupted), guard, draw)
+        losses = fitted.hardware.losses()
+        sweep.unheard = {fin.name: why_not_believed(fin.name, losses, table) for fin in fins}
         if options.json:
             show_json(out, found(sweep, fins))
         else:

@@ -19,6 +19,7 @@ from firmware_py.vehicle.fins import Fin
 from firmware_py.wire.dronecan import message_table as m
 from firmware_py.wire.dronecan.fin_servo import servos_of
 from firmware_py.wire.dronecan.message_table import MessageType
+from sternplane.hardware.fin_tables import HUB, FinTable, table_of
 from sternplane.hardware.shared_bus import shared_bus
 from sternplane.hardware.watched_bus import WatchedBus
 
@@ -140,12 +141,14 @@ class FittedVehicle(NamedTuple):
         bus: the bus that it is on.
         places: by role, as `heard_roles` names them.
         lines: the lines of devices that are not on the bus, by role.
+        table: where the io file describes the fins' servos.
     """
 
     hardware: DeviceHardware
     bus: WatchedBus
     places: dict[str, Place]
     lines: dict[str, CountedLine | I2cBus]
+    table: FinTable = HUB
 
 
 @contextlib.contextmanager
@@ -188,7 +191,7 @@ def fitted_vehicle(
             if isinstance(line, CountedLine | I2cBus)
             for role in _roles_of(device, fins)
         }
-        yield FittedVehicle(hardware, watched, places_by_role(io, fins, spec, ports), counted)
+        yield FittedVehicle(hardware, watched, places_by_role(io, fins, spec, ports), counted, table_of(io))
 
 
 def places_by_role(

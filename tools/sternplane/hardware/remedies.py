@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator
 
 from firmware_py.adapters.drivers.i2c_bus import I2cBus
 from sternplane.hardware.bus_nodes import BusNodes
+from sternplane.hardware.fin_tables import why_not_believed
 from sternplane.hardware.fitted_vehicle import CountedLine, FittedVehicle, Place
 from sternplane.hardware.heard_roles import HeardRoles, State
 from sternplane.hardware.traffic import Traffic
@@ -34,7 +35,12 @@ class Remedies:
     """
 
     def __init__(
-        self, vehicle: FittedVehicle, roles: HeardRoles, traffic: Traffic, nodes: BusNodes, own_id: int
+        self,
+        vehicle: FittedVehicle,
+        roles: HeardRoles,
+        traffic: Traffic,
+        nodes: BusNodes,
+        own_id: int,
     ) -> None:
         self._vehicle, self._roles, self._traffic, self._nodes = vehicle, roles, traffic, nodes
         self._own_id = own_id
@@ -54,7 +60,9 @@ class Remedies:
             state, place = self._roles.state(role), self._vehicle.places[role]
             if state is State.FRESH or (place.node and not self._traffic.frames):
                 continue
-            text = self._of_line(role, self._vehicle.lines[role], place, state) if role in self._vehicle.lines else ""
+            text = self._of_fin(role.removeprefix("fin ")) if role.startswith("fin ") else ""
+            if not text and role in self._vehicle.lines:
+                text = self._of_line(role, self._vehicle.lines[role], place, state)
             yield f"{role}: {text or self._of_node(role, place, state)}"
         yield from self._restarts()
         silent = [role for role in wanted if self._roles.state(role) is State.SILENT]
@@ -73,6 +81,10 @@ class Remedies:
         elif self._bus.startswith("udp:"):
             checks = f"is anybody there? `sternplane plant --bus {self._bus} --pace realtime` is a simulated vehicle"
         return f"nothing at all was heard on {self._bus}: {checks}"
+
+    def _of_fin(self, name: str) -> str:
+        """Return what to say of a fin whose servo is there, and not believed."""
+        return why_not_believed(name, self._vehicle.hardware.losses(), self._vehicle.table)
 
     def _of_line(self, role: str, line: CountedLine | I2cBus, place: Place, state: State) -> str:
         """Return what to say of a device on a line of its own; "" if its values are the matter."""

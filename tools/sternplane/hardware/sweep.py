@@ -11,6 +11,7 @@ from firmware_py.tick import Tick
 from firmware_py.vehicle.fins import Fin
 from sternplane.hardware.fin_judgement import Judgement, Verdict, judge, stops_here
 from sternplane.hardware.fin_move import Move, Step
+from sternplane.hardware.fin_tables import HUB, FinTable
 
 SHARES = (0.15, 0.5, 1.0)
 """Of the travel, one after the other; a fin that does not do well at one is not sent to the next."""
@@ -28,16 +29,21 @@ class Sweep:
         chosen: the numbers of those that are moved.
         share: of the travel that is used, in (0, 1].
         rate_share: of the rate that vehicle.toml permits, that of the slowest sound servo.
+        table: where the io file describes the fins' servos.
 
     Attributes:
         steps: what was done so far, by fin.
         finished: whether it is over.
+        unheard: why fins are not heard, in words, by their names, as far as it is known.
         centred: the command that leaves every fin at 0.
     """
 
-    def __init__(self, fins: Sequence[Fin], chosen: Sequence[int], share: float, rate_share: float) -> None:
+    def __init__(
+        self, fins: Sequence[Fin], chosen: Sequence[int], share: float, rate_share: float, table: FinTable = HUB
+    ) -> None:
         self.steps: dict[int, list[Step]] = {}
-        self.finished = False
+        self.finished, self._table = False, table
+        self.unheard: dict[str, str] = {}
         self.centred = _disarmed([0.0] * len(fins))
         self._fins, self._names, self._rate_share = fins, [fin.name for fin in fins], rate_share
         self._angles = [math.nan] * len(fins)
@@ -65,7 +71,11 @@ class Sweep:
     def judged(self) -> dict[int, Judgement]:
         """Return what is the matter with each fin that has moved, or was told to."""
         slowest = [self._rate_share * fin.rate_max for fin in self._fins]
-        return {fin: judge(fin, self._names, steps, slowest[fin]) for fin, steps in self.steps.items()}
+        why = [self.unheard.get(name, "") for name in self._names]
+        return {
+            fin: judge(fin, self._names, steps, slowest[fin], self._table, why[fin])
+            for fin, steps in self.steps.items()
+        }
 
     @property
     def well(self) -> bool:

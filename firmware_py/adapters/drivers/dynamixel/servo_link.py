@@ -25,6 +25,10 @@ _ABSENT = "absent"
 _SETTINGS = Item(x.RETURN_DELAY_TIME.address, 3)
 """Return delay, drive mode, operating mode."""
 _LIMITS = Item(x.MAX_POSITION_LIMIT.address, 8)
+_PROFILE = Item(x.PROFILE_VELOCITY.address - 2, 6)
+"""The velocity with what stands before it: see `TORQUE`."""
+_PONG = 3
+"""Bytes: model and firmware."""
 _SHUTDOWN_AND_TORQUE = Item(x.SHUTDOWN.address, 2)
 
 TORQUE, FAULT = Item(x.TORQUE_ENABLE.address, 2), Item(x.STATUS_RETURN_LEVEL.address, 3)
@@ -57,7 +61,7 @@ class ServoLink:
         self.fin, self.id, self._params = fin, fin.params.id, params
         self.counts: dict[str, int] = {}
         self.restarted = self.doubled = self.torque = False
-        self._ready = self._known = self._seen = False
+        self._ready = self._known = self._seen = self._watched = self._forgets = False
         self._wanted, self._t_told = False, 0.0
         self._alert, self._error, self._shutdown = False, HardwareError(0), HardwareError(0)
         self._t_heard = self._t_again = self._t_reboot = 0.0
@@ -83,10 +87,7 @@ class ServoLink:
 
     @property
     def faulty(self) -> bool:
-        """Return whether it says itself that it does not work: a fault has shut it down.
-
-        An alert alone says so of none: what is the matter is read at once, and low voltage stops no servo as sold.
-        """
+        """Return whether a fault has shut it down. An alert alone does not tell: it may be of low voltage."""
         return bool(self._error & self._shutdown)
 
     def begin(self, t: float, pause: float = 0.0) -> None:
@@ -148,11 +149,14 @@ class ServoLink:
         if item == x.BUS_WATCHDOG and value != self._watchdog:
             if value == x.WATCHDOG_STRUCK:
                 self.count("watchdog_struck")
-            self.begin(t)
+            if value or not self._forgets:
+                self.begin(t)
         elif item == TORQUE and t - self._t_told > _SETTLE_S:
             on = bool(value & 0xFF)
             if self.torque and not on:
                 self.count("torque_lost")
+                if self._forgets:  # its watchdog would not tell that it has restarted
+                    self.begin(t)
             self.torque = on
         elif item == FAULT:
             self._take_error(value >> 16)
@@ -207,6 +211,8 @@ class ServoLink:
         pong = yield dynamixel.ping(self.id)
         if pong is None:
             raise SetUpError(_ABSENT)
+        if len(pong.parameters) != _PONG:
+            raise SentenceError(f"{len(pong.parameters)} bytes from servo {self.id}: no answer to a ping")
         model = int.from_bytes(pong.parameters[:2], "little")
         if model not in x.MODELS:
             raise SetUpError(f"unknown_model_{model}")
@@ -216,10 +222,9 @@ class ServoLink:
         yield from self._sought()
         answering = self._told(x.STATUS_RETURN_LEVEL, 2)
         watchdog = yield from self._read(x.BUS_WATCHDOG, before=answering)
-        if self._known and not watchdog:
-            self.restarted = True
-            self.count("restarts")
         self._known = True
+        if self._watched and not watchdog:
+            yield from self._restart_or_not()
         both = yield from self._read(_SHUTDOWN_AND_TORQUE)
         self._shutdown, torque = HardwareError(both & 0xFF), bool(both >> 8)
         yield from self._error_read()
@@ -230,7 +235,14 @@ class ServoLink:
         if (yield from self._read(x.BUS_WATCHDOG, before=unlocked + running)) != self._watchdog:
             raise SetUpError("refused")
         self._position = yield from self._read(x.PRESENT_POSITION, signed=True)
-        self.torque, self._ready = torque, True
+        self.torque, self._ready, self._watched = torque, True, True
+
+    def _restart_or_not(self) -> Talk:
+        """Find out why a watchdog that was set is off: a restart makes the servo forget its profile too."""
+        profile = (yield from self._read(_PROFILE)) >> 16
+        self._watched, self._forgets = False, profile == self.fin.profile_velocity
+        self.restarted = not self._forgets
+        self.count("watchdog_lost" if self._forgets else "restarts")
 
     def _kept_differs(self) -> Generator[bytes, Status | None, bool]:
         """Set what it keeps without power; return whether anything had to be written."""

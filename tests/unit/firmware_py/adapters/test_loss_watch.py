@@ -37,6 +37,15 @@ def test_a_count_that_rises_fast_is_told_once_a_minute() -> None:
     assert told == ["bus not sent: 11 in the last second, 11 in all", "bus not sent: 11 in the last second, 671 in all"]
 
 
+def test_what_somebody_must_mend_is_told_however_slowly_it_rises() -> None:
+    watch, counts, told = LossWatch(), {"stern_port_unknown_model_77": 1, "stern_port_malformed": 1}, []
+    watch.tell = lambda sentence: told.append(sentence)
+    watch.add(lambda: counts)
+    for k in range(0, 501, 100):
+        watch.update(cycle(k))
+    assert told == ["stern port unknown model 77: 1 in the last second, 1 in all"]
+
+
 def test_counts_of_what_is_closed_stay() -> None:
     watch, counts = LossWatch(), {"dvl_breaks": 2}
     freeze = watch.add(lambda: counts)
