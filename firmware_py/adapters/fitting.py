@@ -63,6 +63,8 @@ def fitted(
     moved: Sequence[FinServo | FinPositions] = drives or on_line or servos
     for one, fin in zip(moved, fins, strict=True):
         one.refuse_less_than(fin.delta_max)
+        if isinstance(one, FinPositions):
+            one.refuse_slower_than(fin.rate_max)
     watches: list[Driver] = [BusWatch("bus", bus)]
     if drives and second is None:
         bus, standard = split(bus)

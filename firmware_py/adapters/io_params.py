@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from firmware_py.adapters.buses.can_bus import CanParams, NodeIds
 from firmware_py.adapters.drivers.dronecan.bus_params import CommandParams, LatencyParams, NetworkParams
-from firmware_py.adapters.drivers.instrument_params import Device, InstrumentParams, devices_of
+from firmware_py.adapters.drivers.instrument_params import Device, InstrumentParams, devices_of, refuse_port
 from firmware_py.adapters.linux_realtime import RealtimeParams
 from firmware_py.adapters.storage.log_params import LogParams
 from firmware_py.error_text import quoted
@@ -100,6 +100,12 @@ class IoParams:
             key = f"instruments[{i}]"
             if instrument.port and (other := ports.setdefault(instrument.port, key)) != key:
                 raise ParamError(f"{key}: port {quoted(instrument.port)} is that of {other} already; each has its own")
+        if self.dynamixel.fins:
+            refuse_port("dynamixel.", self.dynamixel.port)
+            if self.dynamixel.port.startswith("i2c:"):
+                raise ParamError(
+                    f"dynamixel.port = {quoted(self.dynamixel.port)}: must be a serial device or tcp:HOST:PORT"
+                )
         tables = {"fins": self.fins, "canopen.fins": self.canopen.fins, "dynamixel.fins": self.dynamixel.fins}
         given = [key for key, fins in tables.items() if fins]
         if len(given) > 1:

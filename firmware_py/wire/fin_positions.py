@@ -9,6 +9,7 @@ from typing import Protocol, TypeVar
 
 from firmware_py.marine import clip
 from firmware_py.params import ParamError
+from firmware_py.tick import Rate
 
 _TURN = 2.0 * math.pi
 
@@ -43,13 +44,14 @@ class FinPositions:
         middle: counts where the drive itself is at 0.
         zero: angle of the drive's position, from there, where the fin is at 0, rad of the fin's shaft.
         travel: where targets stop, to either side of the fin's 0, rad.
+        speed: fastest that it turns the fin, rad/s.
         against: whether the drive turns against the fin.
     """
 
     def __init__(
-        self, key: str, counts_per_turn: float, middle: int, zero: float, travel: float, *, against: bool
+        self, key: str, counts_per_turn: float, middle: int, zero: float, travel: float, speed: float, *, against: bool
     ) -> None:
-        self.key, self.travel = key, travel
+        self.key, self.travel, self._speed = key, travel, speed
         self._counts = counts_per_turn / _TURN * (-1.0 if against else 1.0)
         self._zero = middle + zero / _TURN * counts_per_turn
 
@@ -83,6 +85,30 @@ class FinPositions:
                 f"{self.key}: travel_deg = {math.degrees(self.travel):.4g}: must be at least the "
                 f"fin's delta_max_deg = {math.degrees(delta_max):.4g}"
             )
+
+    def refuse_slower_than(self, rate_max: float) -> None:
+        """Refuse a drive that is not to turn its fin as fast as it is commanded, rad/s: it would be taken for jammed.
+
+        Raises:
+            ParamError: it is slower.
+        """
+        if rate_max > self._speed + 1e-9:
+            raise ParamError(
+                f"{self.key}: speed_deg_s = {math.degrees(self._speed):.4g}: must be at least the fin's "
+                f"rate_max_deg_s = {math.degrees(rate_max):.4g}; give vehicle.toml less where the servo is slower"
+            )
+
+
+def refuse_rate(key: str, rate: Rate) -> None:
+    """Refuse a rate of commands and positions at which no vehicle is steered, nor its fins watched.
+
+    Raises:
+        ParamError: it is too low.
+    """
+    if rate < Rate.HZ_10:
+        raise ParamError(
+            f'{key}.rate = "{rate.name.lower()}": fins that report so rarely cannot be watched; give "hz_10" or more'
+        )
 
 
 def by_fin(key: str, declared: Sequence[E], fins: Sequence[str]) -> list[E]:

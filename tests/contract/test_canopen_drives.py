@@ -492,6 +492,20 @@ def test_a_file_that_cannot_be_right_is_refused_in_one_line(change, text):
         drives_of(params([FINS[0] | change, FINS[1]]).fins, NAMES)
 
 
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"rate": "hz_5"}, 'canopen.rate = "hz_5": fins that report so rarely cannot be watched'),
+        ({"timeout_s": 0.05}, "canopen.timeout_s = 0.05: must be 2 times heartbeat_s = 0.1 or more"),
+        ({"heartbeat_s": 0.3}, "canopen.timeout_s = 0.5: must be 2 times heartbeat_s = 0.3 or more"),
+    ],
+)
+def test_times_that_contradict_each_other_are_refused(change, text):
+    with pytest.raises(ParamError, match=text):
+        params(**change)
+    params(timeout_s=0.2)
+
+
 def test_a_drive_that_stops_before_its_fin_is_refused():
     [drive] = drives_of(params(FINS[:1]).fins, NAMES[:1])
     drive.refuse_less_than(math.radians(45.0))

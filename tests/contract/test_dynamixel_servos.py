@@ -16,6 +16,7 @@ from firmware_py.adapters.drivers.dynamixel.servos import HOLD, DynamixelServos
 from firmware_py.adapters.drivers.serial_port import BYTES_PER_TICK
 from firmware_py.adapters.fin_reports import HOLD as FORGIVEN
 from firmware_py.adapters.fin_reports import FinReports
+from firmware_py.adapters.io_params import IoParams
 from firmware_py.params import ParamError, load
 from firmware_py.records.command import Applied
 from firmware_py.records.sensing import SensorFrame, fin_bit
@@ -516,11 +517,16 @@ def test_servos_of_the_x_series_are_known(launch, model):
 
 def test_a_first_set_up_that_needs_several_tries_is_no_restart(launch):
     bench = launch()
-    for k in range(400):
-        bench.change = (lambda _: b"") if k // 11 % 2 else (lambda answers: answers)
-        assert not bench.tick().restarted
+
+    def deaf(answers: bytes) -> bytes:
+        asked = bench.said[-1]
+        return b"" if asked.code == dynamixel.READ and asked.parameters[0] == x.SHUTDOWN.address else answers
+
+    bench.change = deaf
+    assert not any(bench.tick().restarted for _ in range(300))
     bench.change = lambda answers: answers
     assert not any(bench.tick().restarted for _ in range(200))
+    at_goals(bench.fly(0.5))
     assert not any("restarts" in cause or "watchdog_lost" in cause for cause in bench.losses)
 
 
@@ -671,6 +677,10 @@ def test_a_file_that_cannot_be_right_is_refused_in_one_line(change, text):
     ("change", "text"),
     [
         ({"port": ""}, "dynamixel.port: must be the serial device"),
+        ({"rate": "hz_5"}, 'dynamixel.rate = "hz_5": fins that report so rarely cannot be watched'),
+        ({"patience_s": 0.06}, "dynamixel.patience_s = 0.06: must be at least 0.08"),
+        ({"timeout_s": 0.06}, "dynamixel.timeout_s = 0.06: must be at least 0.08"),
+        ({"rate": "hz_10", "answer_s": 0.2}, "dynamixel.timeout_s = 0.5: must be at least 0.6"),
         ({"baud": 57600}, "dynamixel.baud = 57600: goals and positions of 3 servos take 16 ms of the 20 ms"),
     ],
 )
@@ -678,6 +688,21 @@ def test_a_line_that_cannot_carry_the_fins_is_refused(change, text):
     with pytest.raises(ParamError, match=text):
         params(**change)
     params(baud=57600, rate="hz_25")
+
+
+@pytest.mark.parametrize("port", ["i2c:1", "192.168.2.1:4000", "loop://", "socket://192.168.2.1:4000"])
+def test_a_port_that_is_no_line_of_servos_is_refused(port):
+    nodes = {"servo_hub": 21, "esc": 22, "ahrs": 23, "pressure": 24, "altimeter": 25, "fix": 26, "battery": 27}
+    io = {"can": {"node_id": 10}, "nodes": nodes | {"hardpoint": 28}, "dynamixel": {"port": port, "fins": FINS}}
+    with pytest.raises(ParamError, match=r"dynamixel\.port = '.*': .*tcp:"):
+        load(IoParams, io, "a test")
+
+
+def test_a_servo_that_is_slower_than_its_fin_is_commanded_is_refused():
+    [servo, *_] = servos_of(params(speed_deg_s=59.0).fins, NAMES)
+    servo.refuse_slower_than(math.radians(59.0))
+    with pytest.raises(ParamError, match=r"port: speed_deg_s = 59: must be at least the fin's rate_max_deg_s = 60"):
+        servo.refuse_slower_than(math.radians(60.0))
 
 
 def test_a_servo_that_stops_before_its_fin_is_refused():

@@ -91,6 +91,21 @@ def test_every_sensor_on_an_i2c_bus_is_fitted_by_its_name(name, monkeypatch):
     hardware.close()
 
 
+@pytest.mark.parametrize(
+    "table",
+    [
+        {"dynamixel": {"port": "/dev/x", "fins": [{"id": i} for i in range(4)]}},
+        {"canopen": {"fins": [{"node": 11 + i, "counts_per_turn": 4096.0} for i in range(4)]}},
+    ],
+)
+def test_drives_that_turn_fins_slower_than_they_are_commanded_are_refused(table):
+    [(protocol, entry)] = table.items()
+    named = [one | {"name": fin.name, "speed_deg_s": 1.0} for one, fin in zip(entry["fins"], FIN_LIST, strict=True)]
+    io = load(IoParams, {"can": {"node_id": OWN}, "nodes": NODES, protocol: entry | {"fins": named}}, "io")
+    with pytest.raises(ParamError, match=rf"{protocol}.fins: stern_port: speed_deg_s = 1: must be at least"):
+        fitted(io, FIN_LIST, open_bus("virtual", f"slow-{protocol}"), [None for _ in io.lines])
+
+
 def test_what_is_mounted_at_an_angle_is_turned():
     with SerialLine() as line:
         hardware = fit(driver="waterlink", port=line.path, mounting={"yaw_deg": 90.0})

@@ -24,6 +24,18 @@ _TURNED = ("ahrs", "dvl")
 """What these measure depends on how they are mounted."""
 
 
+def refuse_port(key: str, port: str) -> None:
+    """Refuse the name of a line that would be waited for as a serial device that never comes.
+
+    Raises:
+        ParamError: the name of a TCP port in another form, or a URL.
+    """
+    if _HOST_PORT.fullmatch(port):
+        raise ParamError(f"{key}port = {quoted(port)}: of a TCP port write tcp:{port}")
+    if "://" in port:
+        raise ParamError(f"{key}port = {quoted(port)}: must be a serial device, or tcp:HOST:PORT")
+
+
 @dataclass(frozen=True, slots=True)
 class InstrumentParams:
     """Table [[instruments]] of io_*.toml: a device on a line of its own, or a further one on the bus.
@@ -61,8 +73,7 @@ class InstrumentParams:
             raise ParamError(f"driver = {quoted(self.driver)} is unknown; {probably(self.driver, [*_ROLES, DRONECAN])}")
         if not self.port or self.node or self.role:
             raise ParamError(f'driver "{self.driver}" needs the port of the device, port = NAME, and no node or role')
-        if _HOST_PORT.fullmatch(self.port):
-            raise ParamError(f"port = {quoted(self.port)}: of a TCP port write tcp:{self.port}")
+        refuse_port("", self.port)
         if (self.driver in I2C_SENSORS) != self.port.startswith("i2c:"):
             right = "i2c:N for /dev/i2c-N" if self.driver in I2C_SENSORS else "a serial device or tcp:HOST:PORT"
             raise ParamError(f'port = {quoted(self.port)}: of driver "{self.driver}" it must be {right}')

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from firmware_py.params import ParamError, param
 from firmware_py.tick import Rate
 from firmware_py.wire.canopen.cia402 import Mode
-from firmware_py.wire.fin_positions import AtRest, FinPositions, by_fin
+from firmware_py.wire.fin_positions import AtRest, FinPositions, by_fin, refuse_rate
+
+_HEARTBEATS = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +56,13 @@ class CanOpenParams:
     fins: tuple[FinDriveParams, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse one node for two drives, or for a drive and the autopilot."""
+        """Refuse one node for two drives, or for a drive and the autopilot, and times that contradict each other."""
+        refuse_rate("canopen", self.rate)
+        if self.timeout < _HEARTBEATS * self.heartbeat:
+            raise ParamError(
+                f"canopen.timeout_s = {self.timeout:g}: must be {_HEARTBEATS} times heartbeat_s = {self.heartbeat:g} "
+                "or more; else sound drives are lost between two heartbeats"
+            )
         taken = {self.node_id: "canopen.node_id"} if self.node_id else {}
         for one in self.fins:
             if one.node in taken:
@@ -73,7 +81,8 @@ class FinDrive(FinPositions):
     def __init__(self, params: FinDriveParams) -> None:
         self.params = params
         key = f"canopen.fins: {params.name}"
-        super().__init__(key, params.counts_per_turn, 0, params.zero, params.travel, against=params.reversed)
+        travel, speed = params.travel, params.speed
+        super().__init__(key, params.counts_per_turn, 0, params.zero, travel, speed, against=params.reversed)
 
     def refuse_less_than(self, delta_max: float) -> None:
         """Refuse a drive that is not to turn its fin to delta_max, rad.

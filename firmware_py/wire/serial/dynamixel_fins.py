@@ -9,12 +9,14 @@ from dataclasses import dataclass
 from firmware_py.marine import clip
 from firmware_py.params import ParamError, param
 from firmware_py.tick import Rate
-from firmware_py.wire.fin_positions import AtRest, FinPositions, by_fin
+from firmware_py.wire.fin_positions import AtRest, FinPositions, by_fin, refuse_rate
 from firmware_py.wire.serial.dynamixel_x import COUNTS_PER_TURN, MIDDLE, VELOCITY_STEP
 
 _BITS_PER_BYTE = 10
 _FASTEST = 1023
 """Profile velocity that every model takes."""
+_MISSED = 2
+"""So many cycles may go without an answer before that is told apart from silence."""
 _SHARE = 0.6
 """Of the period, for goals, question and answers: the rest is for other questions."""
 
@@ -63,7 +65,15 @@ class DynamixelParams:
     fins: tuple[DynamixelFinParams, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse one id for two servos, fins without a line, and a line that is too slow."""
+        """Refuse one id for two servos, fins without a line, times that contradict each other, and too slow a line."""
+        refuse_rate("dynamixel", self.rate)
+        least = _MISSED * (1.0 / self.rate + self.answer)
+        for name, time in (("timeout_s", self.timeout), ("patience_s", self.patience)):
+            if time < least:
+                raise ParamError(
+                    f"dynamixel.{name} = {time:g}: must be at least {least:g}, as long as {_MISSED} cycles of rate "
+                    "whose answers do not come take with answer_s; else sound servos stop"
+                )
         taken: dict[int, str] = {}
         for one in self.fins:
             if one.id in taken:
@@ -105,7 +115,13 @@ class DynamixelFin(FinPositions):
         self.params = params
         per_turn, zero = COUNTS_PER_TURN * params.scale, params.zero / params.scale
         super().__init__(
-            f"dynamixel.fins: {params.name}", per_turn, MIDDLE, zero, params.travel, against=params.reversed
+            f"dynamixel.fins: {params.name}",
+            per_turn,
+            MIDDLE,
+            zero,
+            params.travel,
+            params.speed,
+            against=params.reversed,
         )
         low, high = self.ends
         if not 0 <= low < high < COUNTS_PER_TURN:
