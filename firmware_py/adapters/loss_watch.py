@@ -10,7 +10,7 @@ from firmware_py.tick import NS_PER_S, Rate
 
 FAST = 10
 """More than so many in a second are told."""
-_ALWAYS = ("_unknown_model_", "set_ups_failed", "start_ups_failed", "watchdog_lost", "never_armed")
+_ALWAYS = ("_unknown_model_", "set_ups_failed", "start_ups_failed", "watchdog_lost", "impossible_angles")
 """Parts of the names of counts that are told however slowly they rise: somebody must mend it."""
 _AGAIN_S = 60.0
 """Of one count no more than one sentence within this time."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,10 @@ from sternplane.sitl.flight import CONFIG
 
 from firmware_py.app import build
 from firmware_py.records.event import EventKind
+from firmware_py.records.health import ActuatorFault
+from firmware_py.records.order import Mode
+from firmware_py.wire.serial.dynamixel_x import COUNTS_PER_TURN
+from sim_bridge.devices.dynamixel_servos import DynamixelFins
 from tests.sitl.fin_flight import flown_with
 
 IO = CONFIG / "io_dynamixel.toml"
@@ -66,3 +72,24 @@ def test_one_silent_servo_is_steered_on_and_the_others_are_heard(tmp_path: Path)
     assert cycles[-1].frame.fins[0].ok
     faulty = [event for cycle in cycles for event in cycle.events if event.kind is EventKind.ACTUATOR_FAULT]
     assert {name for event in faulty for name in event.names} == {"stern_port"}
+
+
+def test_a_sound_fin_that_is_reported_a_turn_away_is_a_warning_and_costs_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told, truly = itertools.count(), DynamixelFins.publish_status
+
+    def a_turn_away(self: DynamixelFins, fins: Sequence[float], servos: Sequence[float] = ()) -> None:
+        truly(self, fins, servos)
+        if next(told) > 300:
+            self._servos[0].position += COUNTS_PER_TURN
+
+    monkeypatch.setattr(DynamixelFins, "publish_status", a_turn_away)
+    log = flown_with(tmp_path / "turn", IO, SECONDS)
+    cycles = list(log.cycles)
+    faults = {(name, event.cause) for cycle in cycles for event in cycle.events for name in event.names}
+    assert cycles[-1].actuators.fins == (ActuatorFault.SILENT, *[ActuatorFault.NONE] * 3)
+    assert {name for name, _ in faults} == {"stern_port"}
+    assert {cycle.mode.mode for cycle in cycles[100:]} == {Mode.HOLD}
+    assert not any(cycle.applied.drop for cycle in cycles)
+    assert log.end["losses"]["stern_port_impossible_angles"] > 100

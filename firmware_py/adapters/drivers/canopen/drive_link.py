@@ -130,7 +130,7 @@ class DriveLink:
             self._count("fault_resets")
         if now is not State.ENABLED or angle is None:
             travel, where = self.fin.travel, 0.0 if feedback is None else self.fin.angle(feedback.position)
-            self._target = clip(where, -travel, travel)  # from farther away it would be told long after us
+            self._target = clip(where, -travel, travel)  # beyond it, nothing would move for seconds
         else:
             step = params.speed / self._params.rate
             self._target += clip(angle - self._target, -step, step)
