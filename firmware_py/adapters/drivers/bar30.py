@@ -1,8 +1,8 @@
 """The driver of a pressure sensor MS5837 on an I2C bus: Blue Robotics Bar30 and Bar02.
 
 The sensor converts for milliseconds and is never waited for: each tick begins or ends one step, which moves a few bytes
-(about 1 ms at 100 kHz). One that does not answer is silence, and is begun with anew every second: it has lost its
-power, or is another one.
+(about 1 ms at 100 kHz). A transfer that nobody answers is done again, with ever longer pauses: long cables lose some.
+A sensor that has not answered for a while is begun with anew: it has lost its power, or is another one.
 """
 
 from __future__ import annotations
@@ -22,7 +22,10 @@ MARGIN = 2e-3
 """A conversion is read so much later, s: ticks begin at uneven times."""
 TEMPERATURE_S = 0.5
 """How often the temperature is converted too, s."""
-RETRY_S = 1.0
+FIRST_PAUSE_S, LONGEST_PAUSE_S = 5e-3, 0.25
+"""Before a transfer is tried again, s: twice as long each time. One that hangs makes a cycle late."""
+KEPT_S = 0.25
+"""So long after its last answer a sensor is still the same one, s, and its calibration holds."""
 MOST_UNREADY = 3
 """After so many conversions in a row without a result the sensor is begun with anew."""
 
@@ -68,42 +71,52 @@ class Bar30(Driver):
         self._there = False
         self._command = 0
         """The conversion that is under way; 0: none."""
-        self._t_step = self._t_tried = -math.inf
-        self._t_temperature = -math.inf
+        self._t_step = self._t_answered = self._t_temperature = -math.inf
+        self._t_next, self._pause = -math.inf, FIRST_PAUSE_S
         self._d2 = 0
         self._unready_in_row = 0
-        self._breaks = self._bad_checksum = self._malformed = self._unready = 0
+        self._unanswered = self._breaks = self._bad_checksum = self._malformed = self._unready = 0
 
     def poll(self, t: float) -> list[Reading]:
         """Take the step that is due at `t`, s; return the pressure if it ends a conversion."""
+        readings: list[Reading] = []
+        if t < self._t_next:
+            return readings
         try:
             if not self._there:
                 self._begin(t)
             elif self._prom is None:
                 self._read_prom(t)
-            else:
-                return self._convert(t, self._prom)
+            elif not self._command:
+                self._convert(t)
+            elif t - self._t_step >= ms5837.CONVERSION_TIME[OVERSAMPLING] + MARGIN:
+                readings = self._end(self._prom)
+                self._convert(t)
         except OSError:
-            self._breaks += self._prom is not None
-            self._lose()
+            self._unanswered += 1
+            self._wait(t)
         except ChecksumError:
             self._bad_checksum += 1
             self._lose()
         except SentenceError:
             self._malformed += 1
             self._lose()
-        return []
+        else:
+            self._t_answered, self._pause = t, FIRST_PAUSE_S
+        return readings
 
     def losses(self) -> dict[str, int]:
         """Return what is wrong with the sensor.
 
         Returns:
             broken: 1 while it does not answer; breaks: how often that began.
+            unanswered: transfers to which nobody answered.
             bad_checksum, malformed: calibrations that could not be read; unready: conversions without a result.
         """
         counts = {
             "broken": int(self._prom is None),
             "breaks": self._breaks,
+            "unanswered": self._unanswered,
             "bad_checksum": self._bad_checksum,
             "malformed": self._malformed,
             "unready": self._unready,
@@ -115,10 +128,8 @@ class Bar30(Driver):
         self._bus.close()
 
     def _begin(self, t: float) -> None:
-        if t - self._t_tried >= RETRY_S:
-            self._t_tried = t
-            self._bus.write_byte(self._address, ms5837.RESET)
-            self._there, self._t_step, self._words = True, t, b""
+        self._bus.write_byte(self._address, ms5837.RESET)
+        self._there, self._t_step, self._words = True, t, b""
 
     def _read_prom(self, t: float) -> None:
         """Read a word of the calibration."""
@@ -129,31 +140,32 @@ class Bar30(Driver):
             self._prom = ms5837.decode_prom(self._words)
             self._command, self._d2, self._unready_in_row, self._t_temperature = 0, 0, 0, -math.inf
 
-    def _convert(self, t: float, prom: Prom) -> list[Reading]:
-        """End the conversion that is under way if it is done, and begin the next one."""
-        if self._command and t - self._t_step < ms5837.CONVERSION_TIME[OVERSAMPLING] + MARGIN:
-            return []
-        readings: list[Reading] = []
-        if self._command:
-            content = bytes(self._bus.read_i2c_block_data(self._address, ms5837.ADC_READ, 3))
-            try:
-                readings = self._ended(ms5837.decode_adc(content), prom)
-                self._unready_in_row = 0
-            except SentenceError:
-                self._unready += 1
-                self._unready_in_row += 1
-                if self._unready_in_row >= MOST_UNREADY:
-                    self._breaks += 1
-                    self._lose()
-                    return []
+    def _convert(self, t: float) -> None:
+        """Begin a conversion, if the sensor is still there."""
+        if self._prom is None:
+            return
         temperature = not self._d2 or t - self._t_temperature >= TEMPERATURE_S
-        commands = ms5837.CONVERT_TEMPERATURE if temperature else ms5837.CONVERT_PRESSURE
-        self._command, self._t_step = commands[OVERSAMPLING], t
-        self._bus.write_byte(self._address, self._command)
-        return readings
+        command = (ms5837.CONVERT_TEMPERATURE if temperature else ms5837.CONVERT_PRESSURE)[OVERSAMPLING]
+        self._bus.write_byte(self._address, command)
+        self._command, self._t_step = command, t
 
-    def _ended(self, value: int, prom: Prom) -> list[Reading]:
-        if self._command == ms5837.CONVERT_TEMPERATURE[OVERSAMPLING]:
+    def _end(self, prom: Prom) -> list[Reading]:
+        """Read what was converted; it stays in the sensor until it is read, or the next conversion begins."""
+        content = bytes(self._bus.read_i2c_block_data(self._address, ms5837.ADC_READ, 3))
+        command, self._command = self._command, 0
+        try:
+            value = ms5837.decode_adc(content)
+        except SentenceError:
+            self._unready += 1
+            self._unready_in_row += 1
+            if self._unready_in_row >= MOST_UNREADY:
+                self._lose()
+            return []
+        self._unready_in_row = 0
+        return self._converted(command, value, prom)
+
+    def _converted(self, command: int, value: int, prom: Prom) -> list[Reading]:
+        if command == ms5837.CONVERT_TEMPERATURE[OVERSAMPLING]:
             self._d2, self._t_temperature = value, self._t_step
             return []
         model = ms5837.VERSIONS.get(prom.version, self._unversioned)
@@ -161,5 +173,12 @@ class Bar30(Driver):
         t_valid = self._t_step + 0.5 * ms5837.CONVERSION_TIME[OVERSAMPLING] - self._latency
         return [Reading("pressure", self._number, Heard(pressure, t_valid, True, ok))]
 
+    def _wait(self, t: float) -> None:
+        """Leave the sensor alone for a while, and begin with it anew if it has been silent for too long."""
+        self._t_next, self._pause = t + self._pause, min(2.0 * self._pause, LONGEST_PAUSE_S)
+        if t - self._t_answered > KEPT_S:
+            self._lose()
+
     def _lose(self) -> None:
+        self._breaks += self._prom is not None
         self._there, self._prom = False, None
