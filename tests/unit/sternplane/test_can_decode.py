@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import io
 import json
+import math
+import time
 from pathlib import Path
 
 import can
 import dronecan
 import pytest
 from dronecan.transport import Transfer
+from sternplane.hardware.can_frames import FrameLog
 from sternplane.hardware.canopen_text import canopen_text
 from sternplane.hardware.messages import Port, port_of
+from sternplane.hardware.traffic import Traffic
 from sternplane.hardware.type_names import MESSAGES, SERVICES
 
 from firmware_py.wire.canopen import frames as co
@@ -116,6 +120,61 @@ def test_what_cannot_be_read_is_counted_and_named(tmp_path: Path) -> None:
     assert "com.volz.servo.ActuatorStatus of node 24" in done.stderr
     assert "left out: 3 error frames" in done.stderr
     assert f"2 lines are no frames of candump, the first is line {count + 1}" in done.stderr
+
+
+TO_NOBODY = (0x1E018085, b"\xc0")
+"""A request to node 0, which is none."""
+
+
+@pytest.mark.parametrize("flags", [0x8000, 0])
+def test_a_service_to_no_node_is_counted_and_ends_nothing(tmp_path: Path, flags: int) -> None:
+    path = tmp_path / "candump.log"
+    path.write_text(logged([(TO_NOBODY[0] & ~0x8000 | flags, TO_NOBODY[1]), *STATUS]))
+    done = called("can", "decode", path, cwd=tmp_path)
+    assert (done.returncode, len(done.stdout.splitlines())) == (0, 1)
+    assert "not put together: 1 malformed" in done.stderr
+
+
+def test_the_monitor_survives_a_service_to_no_node() -> None:
+    traffic = Traffic()
+    for can_id, data in [TO_NOBODY, *STATUS]:
+        traffic.hear(can_id, data, 1.0)
+    assert [part.port.source for part in traffic.streams] == [21]
+    assert traffic.reader.malformed == 1
+
+
+LONG = 20_000
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "can0 TX" + " " * LONG,
+        "can0 TX" + " -" * LONG,
+        "can0 RX B E" + " " * 800 + "x",
+        "can0 123 [8] " + ("11" + " " * 90) * 8 + "x",
+        "can0 123 [8] " + "11 " * LONG,
+        "(" * LONG,
+        "(1.0) can0 123#" + "1." * LONG,
+    ],
+)
+def test_no_line_takes_long(line: str) -> None:
+    log, began = FrameLog(), time.process_time()
+    assert [*log.of_text([f"{line}|\n"] * 20)] == []
+    assert log.broken == 20
+    assert time.process_time() - began < 1.0
+
+
+@pytest.mark.parametrize("flags", ["RX - -", "TX B -", "RX - E", "TX B E", "RX  - - ", "TX"])
+def test_the_direction_of_candump_x_is_read(flags: str) -> None:
+    [frame] = FrameLog().of_text([f" (000.001)  can0  {flags}  1F334415   [3]  11 22 33\n"])
+    assert (frame.can_id, frame.data) == (0x1F334415, b"\x11\x22\x33")
+
+
+@pytest.mark.parametrize("stamp", ["nan", "inf", "1e999", "0001-01-01 00:00:00", "9999-12-31 23:59:59.9", "x"])
+def test_a_time_that_is_none_makes_no_time_but_a_number(stamp: str) -> None:
+    [frame] = FrameLog().of_text([f"({stamp}) can0 123#11\n"])
+    assert math.isfinite(frame.t)
 
 
 def test_one_node_alone(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator
 from datetime import datetime
@@ -19,10 +20,14 @@ _EXTENDED = 0x1FFFFFFF
 _HEX = "[0-9A-Fa-f]"
 _LOGGED = re.compile(rf"\((?P<t>[^)]+)\)\s+(?P<bus>\S+)\s+(?P<id>{_HEX}{{3,8}})#(?P<data>\S*)(?:\s+[RT])?")
 _SHOWN = re.compile(
-    rf"(?:\((?P<t>[^)]+)\)\s+)?(?P<bus>\S+)\s+(?:[TR]X\s+[-BE ]*\s+)?(?P<id>{_HEX}{{3,8}})\s+\[\d+\]"
+    rf"(?:\((?P<t>[^)]+)\)\s+)?(?P<bus>\S+)\s+(?:[TR]X(?:\s+[-BE]){{0,2}}\s+)?(?P<id>{_HEX}{{3,8}})\s+\[\d+\]"
     rf"\s*(?P<data>remote request|(?:{_HEX}{{2}}\s*)*)(?:'.*|ERRORFRAME.*)?"
 )
-_BYTES = re.compile(rf"(?:{_HEX}{{2}}[. ]?\s*){{0,8}}")
+_BYTES = re.compile(rf"(?:{_HEX}{{2}}\.?\s*){{0,8}}")
+
+
+_LONGEST_LINE = 1024
+"""Characters; candump's are less than 400 long."""
 
 
 class Frame(NamedTuple):
@@ -61,7 +66,7 @@ class FrameLog:
             line = line.strip()
             if not line or line.startswith("#"):
                 continue
-            found = _LOGGED.fullmatch(line) or _SHOWN.fullmatch(line)
+            found = None if len(line) > _LONGEST_LINE else _LOGGED.fullmatch(line) or _SHOWN.fullmatch(line)
             if found is None:
                 self._leave_out(number)
                 continue
@@ -114,12 +119,12 @@ class FrameLog:
 
 
 def _seconds(stamp: str | None) -> float:
-    """Return a time stamp of candump, s: seconds, or (-t A) a date with the time of day."""
+    """Return a time stamp of candump, s: seconds, or (-t A) a date with the time of day; 0 of any other."""
     try:
-        return float(stamp or 0.0)
+        seconds = float(stamp or 0.0)
     except ValueError:
-        pass
-    try:
-        return datetime.fromisoformat(str(stamp)).timestamp()
-    except ValueError:
-        return 0.0
+        try:
+            seconds = datetime.fromisoformat(str(stamp)).timestamp()
+        except (ValueError, OverflowError):
+            return 0.0
+    return seconds if math.isfinite(seconds) else 0.0

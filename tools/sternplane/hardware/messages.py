@@ -78,7 +78,7 @@ class MessageReader:
     """Puts the frames of all nodes together; of types that are not known it says the name alone.
 
     Attributes:
-        malformed: transfers whose payload did not fit their type.
+        malformed: transfers whose payload did not fit their type; requests and responses to no node.
     """
 
     def __init__(self) -> None:
@@ -95,6 +95,9 @@ class MessageReader:
     def accept(self, can_id: int, data: bytes, t: float) -> Message | None:
         """Take a frame with a 29-bit id; return the message that it completes, if any."""
         port = port_of(can_id)
+        if port.kind is not TransferKind.MESSAGE and not port.destination:
+            self.malformed += 1
+            return None
         transfer = self._reassembler(port).accept(can_id, data, t)
         if transfer is None:
             return None
