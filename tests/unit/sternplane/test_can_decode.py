@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import json
 import math
+import random
+import re
 import time
 from pathlib import Path
 
@@ -139,8 +141,19 @@ def test_the_monitor_survives_a_service_to_no_node() -> None:
     traffic = Traffic()
     for can_id, data in [TO_NOBODY, *STATUS]:
         traffic.hear(can_id, data, 1.0)
-    assert [part.port.source for part in traffic.streams] == [21]
+    assert traffic.nodes() == [21]
     assert traffic.reader.malformed == 1
+
+
+def test_a_log_of_noise_is_read_in_bounded_memory_and_told_in_few_words(tmp_path: Path) -> None:
+    chance, path = random.Random(1), tmp_path / "candump.log"
+    lines = [f"(1.0) bus{k} {chance.getrandbits(21) << 8 & 0x1FFFFF00 | 9:08X}#{k:08X}C0\n" for k in range(100)]
+    lines += [f"(1.0) bus0 {0x10000000 | k << 8 | 9:08X}#00C0\n" for k in range(5000)]
+    path.write_text("".join(lines))
+    done = called("can", "decode", path, cwd=tmp_path)
+    assert "left out: 68 frames of further buses than 32" in done.stderr
+    assert re.search(r"of node 9, \d+ of others", done.stderr)
+    assert len(done.stderr) < 2000
 
 
 LONG = 20_000

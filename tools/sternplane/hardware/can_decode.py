@@ -17,6 +17,12 @@ from sternplane.hardware.canopen_text import canopen_text
 from sternplane.hardware.messages import MessageReader, fields_text, port_of
 from sternplane.hardware.output import console, show_json
 
+_MOST_BUSES, _MOST_UNKNOWN = 32, 1000
+"""So many buses and types that are not known are told apart; a log that is none may name any number."""
+_MOST_SAID = 20
+"""So many of the latter are said, the most frequent first."""
+_FURTHER = ("further types", 0)
+
 
 class Line(NamedTuple):
     """A line of the result.
@@ -44,11 +50,12 @@ class Decoder:
     Attributes:
         frames: how many have come.
         malformed: transfers that do not fit their type.
-        unknown: frames of types that are not known, by name and node.
+        unknown: frames of types that are not known, by name and node; "further types" of node 0 are all others.
+        other_buses: frames of further buses than are told apart, which are left out.
     """
 
     def __init__(self, node: int | None = None) -> None:
-        self.frames = 0
+        self.frames = self.other_buses = 0
         self.unknown: Counter[tuple[str, int]] = Counter()
         self._node = node
         self._readers: dict[str, MessageReader] = {}
@@ -66,12 +73,16 @@ class Decoder:
                 text = canopen_text(frame.can_id, frame.data)
                 yield Line(t, frame.bus, node, "CANopen", f"0x{frame.can_id:03X} {text}", text)
             return
+        if frame.bus not in self._readers and len(self._readers) >= _MOST_BUSES:
+            self.other_buses += 1
+            return
         reader = self._readers.setdefault(frame.bus, MessageReader())
         port = port_of(frame.can_id)
         if self._node not in (None, port.source, port.destination):
             return
         if not reader.known(port):
-            self.unknown[port.name, port.source] += 1
+            key = (port.name, port.source)
+            self.unknown[key if key in self.unknown or len(self.unknown) < _MOST_UNKNOWN else _FURTHER] += 1
             return
         message = reader.accept(frame.can_id, frame.data, frame.t)
         if message is None:
@@ -125,8 +136,12 @@ def _remarks(log: FrameLog, decoder: Decoder, shown: int) -> Iterator[str]:
     if losses := decoder.losses():
         yield f"not put together: {_counted(losses)}"
     if decoder.unknown:
-        unknown = {f"{name} of node {node or 'without id'}": n for (name, node), n in decoder.unknown.most_common()}
-        yield f"frames of types whose fields are not known: {_counted(unknown)}"
+        said = decoder.unknown.most_common(_MOST_SAID)
+        unknown = {f"{name} of node {node or 'without id'}": n for (name, node), n in said}
+        more = decoder.unknown.total() - sum(unknown.values())
+        yield f"frames of types whose fields are not known: {_counted(unknown)}{f', {more} of others' if more else ''}"
+    if decoder.other_buses:
+        yield f"left out: {decoder.other_buses} frames of further buses than {_MOST_BUSES}"
     if log.others:
         yield f"left out: {log.others} error frames, remote requests or frames of CAN FD"
     if log.broken:

@@ -120,6 +120,10 @@ class Monitor:
         for part, stream in sorted(shown.items(), key=lambda item: (item[0].port.title, item[0].number)):
             yield Row((*cells, _short(part), f"{stream.rate(self.t):.1f}", stream.text), look)
             cells = [""] * 4
+        if left_out := self.traffic.left_out[node]:
+            yield Row(
+                ("", "", "", "", "left out", "", f"{left_out} more kinds of message, mostly heard once"), DOUBTFUL
+            )
 
     def _node(self, node: int) -> dict[str, Any]:
         report = self.nodes.report(node)
@@ -130,6 +134,7 @@ class Monitor:
             **known,
             "silent_s": self.t - self.nodes.t_heard.get(node, self.t),
             "lost": self.traffic.reader.dropped(node),
+            "left_out": self.traffic.left_out[node],
             "messages": [self._stream(part, stream) for part, stream in self.traffic.of_node(node).items()],
         }
 

@@ -103,13 +103,14 @@ def live(where: Console, sheets: Callable[[], Iterable[Sheet]], wanted: bool = T
             nonlocal drawn
             if (now := time.monotonic()) - drawn >= _REDRAW_S:
                 drawn = now
-                screen.update(_drawn(sheets(), where.width), refresh=True)
+                screen.update(_drawn(sheets(), where.width, where.height), refresh=True)
 
         yield draw
 
 
-def _drawn(sheets: Iterable[Sheet], width: int) -> RenderableType:
-    return Group(*[_table(sheet, width) for sheet in sheets])
+def _drawn(sheets: Iterable[Sheet], width: int, most: int | None = None) -> RenderableType:
+    """Return tables for a terminal; `most` rows of each, where no more can be seen."""
+    return Group(*[_table(sheet._replace(rows=sheet.rows[:most]), width) for sheet in sheets])
 
 
 def _table(sheet: Sheet, width: int) -> Table:

@@ -1,8 +1,8 @@
-"""What every node of a bus sends: types, rates, last values, and what of it was lost."""
+"""What every node of a bus sends: types, rates, last values, and what of it was lost; in bounded memory."""
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from typing import Any, NamedTuple
 
 from firmware_py.adapters.buses.frame_id import STANDARD
@@ -13,6 +13,8 @@ from sternplane.hardware.messages import MessageReader, Port, fields_text, port_
 
 _WINDOW = 64
 """So many last arrivals make a rate."""
+_MOST_STREAMS = 64
+"""Of one node, so much is told apart; 16 actuators, 4 motors and all that a node says of itself are fewer."""
 _FRAME_BITS, _STANDARD_BITS = 67, 47
 """Bits of a frame with an id of 29 or 11 bits beside its data, with the gap behind it; without stuffed bits."""
 _START = 0x80
@@ -69,14 +71,15 @@ class Traffic:
 
     Attributes:
         frames: how many have come; bits: how long they were.
-        streams: by what they are.
+        left_out: by node, how many streams were dropped for others, when it had sent too many kinds.
         standard: frames with ids of 11 bits, by id.
         reader: what put the frames together.
     """
 
     def __init__(self) -> None:
         self.frames = self.bits = 0
-        self.streams: dict[Part, Stream] = {}
+        self.left_out: Counter[int] = Counter()
+        self._streams: dict[int, dict[Part, Stream]] = {}
         self.standard: dict[int, Stream] = {}
         self.reader = MessageReader()
 
@@ -103,26 +106,39 @@ class Traffic:
 
     def nodes(self) -> list[int]:
         """Return the ids of the nodes that have sent something."""
-        return sorted({part.port.source for part in self.streams if part.port.source})
+        return sorted(node for node in self._streams if node)
 
     def of_node(self, node: int) -> dict[Part, Stream]:
-        """Return what a node sends."""
-        return {part: stream for part, stream in self.streams.items() if part.port.source == node}
+        """Return what a node sends; of node 0, what nodes without an id do."""
+        return self._streams.get(node, {})
 
     def senders(self, data_type_id: int) -> dict[int, list[int]]:
         """Return the nodes that send messages of a type, with the numbers of what these are about."""
         found: dict[int, list[int]] = {}
-        for port, number in self.streams:
-            if port.data_type_id == data_type_id and port.kind is TransferKind.MESSAGE:
-                found.setdefault(port.source, []).append(number)
+        for node, streams in self._streams.items():
+            for port, number in streams:
+                if port.data_type_id == data_type_id and port.kind is TransferKind.MESSAGE:
+                    found.setdefault(node, []).append(number)
         return found
 
     def rate(self, node: int, data_type_id: int, number: int, t: float) -> float:
         """Return how many messages of a type about a thing a node sends a second; `number` -1 stands for any."""
         wanted = Port(node, TransferKind.MESSAGE, data_type_id)
-        found = [s.rate(t) for part, s in self.streams.items() if part.port == wanted and number in (-1, part.number)]
+        streams = self.of_node(node).items()
+        found = [s.rate(t) for part, s in streams if part.port == wanted and number in (-1, part.number)]
         return max(found, default=0.0)
 
     def _stream(self, port: Port, record: Any = None) -> Stream:
         numbers = (getattr(record, name) for name in _NUMBERS if hasattr(record, name))
-        return self.streams.setdefault(Part(port, next(numbers, -1)), Stream())
+        part, streams = Part(port, next(numbers, -1)), self._streams.setdefault(port.source, {})
+        found = streams.get(part)
+        if found is None:
+            if len(streams) >= _MOST_STREAMS:
+                self._leave_one_out(port.source, streams)
+            found = streams[part] = Stream()
+        return found
+
+    def _leave_one_out(self, node: int, streams: dict[Part, Stream]) -> None:
+        """Make room: what came once goes first, then what was heard longest ago."""
+        del streams[min(streams, key=lambda part: (streams[part].count > 1, streams[part].t_last))]
+        self.left_out[node] += 1
