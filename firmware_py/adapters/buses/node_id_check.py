@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from firmware_py.adapters.buses.can_bus import BusError, CanBus
 from firmware_py.adapters.buses.frame_id import STANDARD
+from firmware_py.foreign_text import visible
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.message_table import GET_NODE_INFO, GET_NODE_INFO_RESPONSE
 from firmware_py.wire.dronecan.node_messages import GetNodeInfoRequest
@@ -62,6 +63,6 @@ def _described(node_id: int, role: str, name: str) -> str:
 
 def _name(payload: bytes) -> str:
     try:
-        return GET_NODE_INFO_RESPONSE.decode(payload).name.decode("utf-8", "replace")
+        return visible(GET_NODE_INFO_RESPONSE.decode(payload).name)
     except DecodeError:
         return ""

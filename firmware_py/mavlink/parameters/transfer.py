@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
+from firmware_py.foreign_text import visible
 from firmware_py.mavlink.base.codec import Message, dialect
 from firmware_py.mavlink.base.link_output import LinkOutput
 from firmware_py.mavlink.base.modes import Identity
@@ -87,7 +88,7 @@ class ParameterTransfer:
         if i >= 0:
             self._queue_value(i)
         else:
-            asked = message.param_id if message.param_index == -1 else f"at index {message.param_index}"
+            asked = visible(message.param_id) if message.param_index == -1 else f"at index {message.param_index}"
             system, component = message.get_srcSystem(), message.get_srcComponent()
             self._error(system, component, message.param_id, message.param_index, DOES_NOT_EXIST)
             self._output.send_text(f"there is no parameter {asked}", _NOTICE)

@@ -48,3 +48,26 @@ def test_json_has_no_nan_and_no_bytes() -> None:
     show_json(Console(file=out), found)
     told = {"x": [None, None, 1.5], "two": {"a": None, "b": "abc"}, "raw": "00ff", "7": True}
     assert json.loads(out.getvalue()) == told == plain(found)
+
+
+EVIL = "evil\x1b[2J\x1b]0;owned\x07\n[/red]\x9b1m\u202ex\r"
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_what_a_device_calls_itself_moves_no_cursor_and_breaks_no_table(terminal: bool) -> None:
+    out = io.StringIO()
+    sheet = Sheet("a bus", ("node>", "name*"), [Row(("7", EVIL), GOOD), Row(("8", "plain"))])
+    show(
+        Console(file=out, width=200, force_terminal=terminal, color_system=None), [sheet], [f"node 7 ({EVIL}) is there"]
+    )
+    text = out.getvalue()
+    assert [one for one in text if not one.isprintable()] == ["\n"] * text.count("\n")
+    assert text.count("evil\\x1b[2J\\x1b]0;owned\\x07\\n[/red]\\x9b1m\\u202ex\\r") == 2
+    assert len([line for line in text.splitlines() if "evil" in line or "plain" in line]) == 3
+
+
+def test_json_shows_it_so_too() -> None:
+    out = io.StringIO()
+    show_json(Console(file=out), {EVIL: [EVIL, {"name": EVIL}]}, indent=None)
+    [line] = out.getvalue().splitlines()
+    assert line.isprintable()

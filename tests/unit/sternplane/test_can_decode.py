@@ -156,6 +156,12 @@ def test_a_log_of_noise_is_read_in_bounded_memory_and_told_in_few_words(tmp_path
     assert len(done.stderr) < 2000
 
 
+def test_the_name_of_a_bus_acts_on_no_terminal(tmp_path: Path) -> None:
+    path = tmp_path / "candump.log"
+    path.write_text(logged(STATUS).replace("can0", "can\x1b[2J\x9b1m0"))
+    assert "can\\x1b[2J\\x9b1m0" in called("can", "decode", path, cwd=tmp_path).stdout
+
+
 LONG = 20_000
 
 

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from rich.console import Console
 
+from firmware_py.foreign_text import visible
 from sternplane.hardware.can_frames import Frame, FrameLog
 from sternplane.hardware.canopen_text import canopen_text
 from sternplane.hardware.messages import MessageReader, fields_text, port_of
@@ -128,7 +129,7 @@ def _print(out: Console, line: Line, as_json: bool) -> None:
         show_json(out, found, indent=None)
     else:
         bus = f"{line.bus}  " if line.bus else ""
-        out.out(f"{line.t:12.6f}  {bus}{line.node:3d}  {line.what}  {line.text}", highlight=False)
+        out.out(visible(f"{line.t:12.6f}  {bus}{line.node:3d}  {line.what}  {line.text}"), highlight=False)
 
 
 def _remarks(log: FrameLog, decoder: Decoder, shown: int) -> Iterator[str]:

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from typing import Any
 
 from firmware_py.adapters.drivers.dronecan.node_client import NodeClient
+from firmware_py.foreign_text import text_or_hex
 from firmware_py.wire.dronecan.node_messages import Empty, GetSetResponse, NumericValue, Value
 from sternplane.hardware.bus_nodes import BusNodes
-from sternplane.hardware.output import Row, Sheet, console, show, show_json, text_of
+from sternplane.hardware.output import Row, Sheet, console, show, show_json
 from sternplane.hardware.shared_bus import shared_bus
 
 _BOOLEAN = 3
@@ -52,7 +53,7 @@ def _remarks(node: int, bus: str, complete: bool, nodes: BusNodes, found: int) -
 
 def _cells(one: GetSetResponse) -> tuple[str, ...]:
     texts = [_text(one.value), _text(one.default_value), _text(one.min_value), _text(one.max_value)]
-    return text_of(one.name), *texts, _KINDS[one.value.tag]
+    return text_or_hex(one.name), *texts, _KINDS[one.value.tag]
 
 
 def _text(value: Value | NumericValue) -> str:
@@ -61,7 +62,7 @@ def _text(value: Value | NumericValue) -> str:
         return "true" if plain else "false"
     if isinstance(plain, float):
         return f"{plain:.7g}"
-    return "-" if plain is None else text_of(plain) if isinstance(plain, bytes) else f"{plain}"
+    return "-" if plain is None else text_or_hex(plain) if isinstance(plain, bytes) else f"{plain}"
 
 
 def _plain(one: GetSetResponse) -> dict[str, Any]:

@@ -6,10 +6,10 @@ import math
 from dataclasses import asdict
 from typing import Any, NamedTuple
 
+from firmware_py.foreign_text import text_or_hex
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.message_table import BY_ID, MessageType, TransferKind
 from firmware_py.wire.dronecan.transfer import Dropped, Reassembler
-from sternplane.hardware.output import text_of
 from sternplane.hardware.type_names import MESSAGES, SERVICES
 
 _SERVICE = 0x80
@@ -145,7 +145,7 @@ def _item(value: Any, brief: bool = False) -> str:
     if isinstance(value, float):
         return _UNKNOWN if math.isnan(value) else f"{value:.6g}"
     if isinstance(value, bytes):
-        return f'"{text_of(value)}"'
+        return f'"{text_or_hex(value)}"'
     if hasattr(value, "_asdict"):
         return f"({fields_text(value, brief)})"
     if isinstance(value, tuple):

@@ -1,4 +1,7 @@
-"""How a bench tool shows what it found: tables in colour on a terminal, plain columns in a pipe, or JSON."""
+"""How a bench tool shows what it found: tables in colour on a terminal, plain columns in a pipe, or JSON.
+
+Whatever is shown may hold what a device said of itself, and is made visible here.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +17,8 @@ from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
+
+from firmware_py.foreign_text import text_or_hex, visible
 
 _REDRAW_S = 0.25
 _GAP = "  "
@@ -71,20 +76,16 @@ def plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, bytes):
-        return text_of(value)
+        return text_or_hex(value)
+    if isinstance(value, str):
+        return visible(value)
     if isinstance(value, Mapping):
-        return {str(key): plain(one) for key, one in value.items()}
+        return {visible(str(key)): plain(one) for key, one in value.items()}
     if hasattr(value, "_asdict"):
         return plain(value._asdict())
-    if isinstance(value, Iterable) and not isinstance(value, str):
+    if isinstance(value, Iterable):
         return [plain(one) for one in value]
     return value
-
-
-def text_of(content: bytes) -> str:
-    """Return bytes as text where they are, else as hexadecimal digits."""
-    text = content.decode("ascii", "replace")
-    return text if text.isprintable() and "\N{REPLACEMENT CHARACTER}" not in text else content.hex()
 
 
 @contextlib.contextmanager
@@ -128,7 +129,7 @@ def _table(sheet: Sheet, width: int) -> Table:
             Text(_titled(column)), justify="right" if column.endswith(">") else "left", width=wide, no_wrap=True
         )
     for cells, look in sheet.rows:
-        table.add_row(*map(Text, cells), style=look or None)
+        table.add_row(*[Text(visible(cell)) for cell in cells], style=look or None)
     return table
 
 
@@ -151,14 +152,14 @@ def _fitting(sheet: Sheet, width: int) -> list[int]:
 
 def _widths(sheet: Sheet) -> list[int]:
     """Return how wide each column is, if nothing is cut."""
-    table = [[_titled(column) for column in sheet.columns], *(list(row.cells) for row in sheet.rows)]
+    table = [[_titled(column) for column in sheet.columns], *([*map(visible, row.cells)] for row in sheet.rows)]
     return [max(map(len, column)) for column in zip(*table, strict=True)]
 
 
 def _aligned(sheet: Sheet) -> Iterator[str]:
     """Yield the lines of a table without a frame; nothing in it is cut."""
     widths = _widths(sheet)
-    for row in ([_titled(column) for column in sheet.columns], *(row.cells for row in sheet.rows)):
+    for row in ([_titled(column) for column in sheet.columns], *([*map(visible, row.cells)] for row in sheet.rows)):
         cells = [
             cell.rjust(width) if title.endswith(">") else cell.ljust(width)
             for cell, width, title in zip(row, widths, sheet.columns, strict=True)
@@ -168,4 +169,4 @@ def _aligned(sheet: Sheet) -> Iterator[str]:
 
 def _say(where: Console, lines: Iterable[str]) -> None:
     for line in lines:
-        where.print(line, highlight=False, markup=False, soft_wrap=not where.is_terminal)
+        where.print(visible(line), highlight=False, markup=False, soft_wrap=not where.is_terminal)

@@ -12,8 +12,9 @@ from rich.console import Console
 from serial.tools import list_ports
 
 from firmware_py.adapters.drivers.serial_port import SerialPort
+from firmware_py.foreign_text import text_or_hex
 from firmware_py.run.usage_error import UsageError
-from sternplane.hardware.output import GOOD, Row, Sheet, console, show, show_json, text_of
+from sternplane.hardware.output import GOOD, Row, Sheet, console, show, show_json
 from sternplane.hardware.recognition import Found, Recognition
 
 BAUDS = (115200, 9600, 57600, 38400, 19200, 4800, 230400, 460800, 921600, 1_000_000, 2_000_000)
@@ -126,7 +127,7 @@ def _sentences(port: str, heard: list[Heard]) -> Iterator[str]:
         most = max(heard, key=lambda one: _text_share(one.recognition.sample))
         yield (
             f"{most.recognition.received} bytes came, but nothing that is known, at {rates} baud. "
-            f"At {most.baud}: {text_of(most.recognition.sample)}"
+            f"At {most.baud}: {text_or_hex(most.recognition.sample)}"
         )
 
 

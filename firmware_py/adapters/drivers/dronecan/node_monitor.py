@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from firmware_py.adapters.drivers.dronecan.node_identity import NodeIdentities
 from firmware_py.adapters.drivers.dronecan.sender_watch import SenderWatch
+from firmware_py.foreign_text import visible
 from firmware_py.wire.dronecan.dsdl_types import DecodeError
 from firmware_py.wire.dronecan.message_table import GET_NODE_INFO_RESPONSE, NODE_STATUS
 from firmware_py.wire.dronecan.node_messages import GetNodeInfoResponse, NodeStatus
@@ -181,7 +182,7 @@ class NodeMonitor:
         mode = "" if status is None else MODES.get(status.mode, f"mode {status.mode}")
         return NodeReport(
             node_id=node_id,
-            name="" if node.info is None else node.info.name.decode("ascii", "replace"),
+            name="" if node.info is None else visible(node.info.name),
             online=t - node.t <= OFFLINE and mode != "offline",
             health="" if status is None else HEALTH[status.health],
             mode=mode,

@@ -82,6 +82,13 @@ def test_a_node_is_named_with_health_mode_uptime_and_its_makers_code() -> None:
     assert tool.asked == [42]
 
 
+def test_a_name_that_would_act_on_a_terminal_is_escaped() -> None:
+    tool, node = Tool(), Node(42, name=b"evil\x1b[2J\n\xff\xc2\x9b")
+    for t in range(3):
+        node.live(t, tool)
+    assert only(tool, 2.5).name == "evil\\x1b[2J\\n\\xff\\x9b"
+
+
 def test_nodes_stand_in_the_order_of_their_ids_and_those_that_are_gone_stay_in_the_list() -> None:
     tool, nodes = Tool(), [Node(90), Node(7), Node(50)]
     for t in range(10):
