@@ -62,6 +62,25 @@ def test_a_table_says_it_in_degrees_and_microseconds_and_the_defaults_are_the_pl
     assert plain == (0, 1, 0.25)
 
 
+@pytest.mark.parametrize(
+    ("command", "centre", "span", "kept"),
+    [
+        ("pwm", 1500.0, 1000.0, True),
+        ("pwm", 2500.0, 1500.0, False),
+        ("pwm", 1520.0, 1000.0, False),
+        ("pwm", 700.0, 300.0, False),
+        ("radians", 2500.0, 1500.0, True),
+    ],
+)
+def test_pulses_that_no_servo_knows_are_refused(command: str, centre: float, span: float, kept: bool) -> None:
+    table = {"name": "fin", "id": 3, "command": command, "pwm_centre_us": centre, "pwm_span_us": span}
+    if kept:
+        assert load(FinServoParams, table, "io.toml").pwm_span == pytest.approx(span * 1e-6)
+        return
+    with pytest.raises(ParamError, match=r"^io.toml: fin: .*make pulses from .* us: must stay within 500 and 2500 us$"):
+        load(FinServoParams, table, "io.toml")
+
+
 def test_without_a_word_of_it_the_fins_are_the_first_actuators_in_their_order() -> None:
     servos = servos_of((), ("port", "starboard"))
     assert [(one.params.name, one.params.id, one.status_id, one.params.node) for one in servos] == [

@@ -77,6 +77,8 @@ class InstrumentParams:
         if (self.driver in I2C_SENSORS) != self.port.startswith("i2c:"):
             right = "i2c:N for /dev/i2c-N" if self.driver in I2C_SENSORS else "a serial device or tcp:HOST:PORT"
             raise ParamError(f'port = {quoted(self.port)}: of driver "{self.driver}" it must be {right}')
+        if plain := re.fullmatch(r"i2c:0+(\d+)", self.port):  # one chip under two names would have two drivers
+            raise ParamError(f"port = {quoted(self.port)}: write i2c:{plain[1]}")
         if self.mounting != STRAIGHT and self.measures not in _TURNED:
             raise ParamError(f"mounting: of {self.measures} it changes nothing; leave it out")
 

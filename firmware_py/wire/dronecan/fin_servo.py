@@ -37,6 +37,10 @@ class ReportUnit(enum.Enum):
     """A share of its travel, as libcanard's servo example."""
 
 
+_SHORTEST_US, _LONGEST_US = 500.0, 2500.0
+"""Pulses of servos: the widest that makers give."""
+
+
 class AtRest(enum.Enum):
     """What a servo is told while the vehicle is disarmed."""
 
@@ -72,6 +76,16 @@ class FinServoParams:
         500.0, unit="us", low=50.0, high=1500.0, doc="Pulse from there to that at the end of the travel."
     )
     at_rest: AtRest = AtRest.CENTRE
+
+    def __post_init__(self) -> None:
+        """Refuse pulses that no servo knows: beyond them it stands against its stop, or does not answer."""
+        centre, span = round(self.pwm_centre / US, 6), round(self.pwm_span / US, 6)
+        least, most = centre - span, centre + span
+        if self.command is CommandType.PWM and not _SHORTEST_US <= least <= most <= _LONGEST_US:
+            raise ParamError(
+                f"{self.name}: pwm_centre_us = {centre:g} and pwm_span_us = {span:g} make pulses from {least:g} to "
+                f"{most:g} us: must stay within {_SHORTEST_US:g} and {_LONGEST_US:g} us"
+            )
 
 
 class FinServo:

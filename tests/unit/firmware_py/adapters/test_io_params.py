@@ -33,6 +33,7 @@ def with_instruments(*instruments: dict[str, object]) -> IoParams:
     return load(IoParams, TABLE | {"instruments": [*instruments]}, "io.toml")
 
 
+CHIP = {"driver": "bar30", "port": "i2c:1", "priority": 2}
 LINE = {"driver": "waterlink", "port": "/dev/ttyUSB0"}
 OTHER = LINE | {"port": "/dev/ttyUSB1", "priority": 3}
 NODE = {"driver": "dronecan", "node": 34, "role": "pressure"}
@@ -63,6 +64,7 @@ def test_devices_of_a_role_are_in_the_order_of_their_priority_however_they_are_w
         ([LINE, LINE], "instruments[1]: dvl has priority 1, as instruments[0] has; give another"),
         ([NODE | {"priority": 2, "node": 23}], "instruments[0] = 23: is nodes.ahrs already; every node needs an id"),
         ([LINE | {"priority": i} for i in range(1, 6)], "instruments: 5 devices measure dvl; 4 are the most"),
+        ([CHIP, CHIP | {"port": "i2c:01", "priority": 3}], "instruments[1]: port = 'i2c:01': write i2c:1"),
         ([LINE | {"prt": "x"}], "instruments[0]: prt is unknown; did you mean port?"),
     ],
 )
