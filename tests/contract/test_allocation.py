@@ -244,9 +244,45 @@ def test_no_id_is_given_while_armed_nor_before_all_are_known_nor_unless_it_is_as
         assert not bus.spoken
 
 
-def test_a_full_bus_has_no_id_left() -> None:
-    with Vehicle("hz_1", kept=KeptNodeIds({bytes((i,)) * 16: i for i in range(1, 126)}), **ON) as vehicle:
-        assert network(vehicle).given(ONE) == 0
+def unique(i: int) -> bytes:
+    return bytes((i, 7)) * 8
+
+
+def test_a_bus_on_which_every_id_is_heard_has_none_left() -> None:
+    with Vehicle("hz_1", **ON) as vehicle:
+        bus = Network(vehicle)
+        bus.present = {i: unique(i) for i in range(1, 126) if i not in (OWN, PLANT)}
+        bus.run(READY + 300)
+        assert bus.given(ONE) == 0
+
+
+def test_who_asks_hundreds_of_times_and_never_comes_keeps_nobody_out_for_good() -> None:
+    table: dict[bytes, int] = {unique(i): i for i in range(1, 126) if i not in (60, 61, 124)}
+    with Vehicle("hz_1", kept=KeptNodeIds(table), **ON) as vehicle:
+        bus = network(vehicle)
+        bus.present = {100: unique(100)}
+        bus.run(300)
+        first = bus.given(ONE)
+        bus.present[first] = ONE
+        bus.run(300)
+        assert {bus.given(unique(200 + i)) for i in range(2)} == {60, 61}
+        bogus = next(owner for owner, i in table.items() if i == 61)
+        assert (first, bus.given(OTHER)) == (124, 61)  # the oldest of this run that nobody has come under
+        bus.present[61] = OTHER
+        bus.run(300)
+        assert bogus not in table
+        assert [bus.given(unique(210 + i), seconds=6) for i in range(3)] == [60, 60, 60]
+        assert (table[ONE], table[OTHER], table[unique(100)]) == (first, 61, 100)
+
+
+def test_what_a_storm_has_left_in_the_file_is_taken_back_in_the_next_run_but_no_id_of_the_io_file() -> None:
+    table = {unique(i): i for i in range(125, 0, -1)}
+    with Vehicle("hz_1", kept=KeptNodeIds(table), **ON) as vehicle:
+        bus = network(vehicle)
+        bus.present = {124: unique(124), 123: bytes(16)}
+        bus.run(300)
+        assert bus.given(ONE) == 122
+        assert (table[unique(124)], table[unique(NODES["ahrs"])]) == (124, NODES["ahrs"])
 
 
 class ForeignAllocator:

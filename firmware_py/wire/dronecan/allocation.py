@@ -31,6 +31,9 @@ class HeardNode(NamedTuple):
 class Allocator:
     """Answers requests, one node at a time.
 
+    Where no id is free, the oldest one under which nobody was heard is taken back: who asks for hundreds and never
+    comes keeps nobody out, nor does what he left in the table of earlier runs.
+
     The first request that is heard is not answered: another allocator would answer it, and is left alone with it. The
     node asks again within a second.
 
@@ -49,6 +52,8 @@ class Allocator:
     ) -> None:
         self._own, self._reserved = frozenset(own), frozenset((*own, *reserved))
         self._table, self._changed = table, changed
+        self._given: dict[int, None] = {}
+        """Ids given out in this run, the oldest first."""
         self._known = b""
         self._t = 0.0
         self._first_t: float | None = None
@@ -94,7 +99,7 @@ class Allocator:
         return Allocation(node_id, unique_id=unique_id) if node_id else None
 
     def _granted(self, unique_id: bytes, preferred: int, heard: Mapping[int, HeardNode]) -> int:
-        """Return the id for a device; 0 if there is none, or not yet."""
+        """Return the id for a device; 0 if all are heard or another's, or not yet."""
         kept = self._table.get(unique_id)
         if kept is not None and kept not in self._own:
             there = heard.get(kept)
@@ -106,7 +111,18 @@ class Allocator:
         taken = self._reserved.union(heard, self._table.values())
         for candidate in chain(range(start, HIGHEST + 1), range(start - 1, 0, -1)):
             if candidate not in taken:
-                self._table[unique_id] = candidate
-                self._changed()
-                return candidate
+                return self._give(candidate, unique_id)
+        owners = {node_id: owner for owner, node_id in self._table.items()}
+        untouched = self._reserved.union(heard)
+        unseen = (i for i in (*self._given, *owners) if i in owners and i not in untouched)
+        if taken_back := next(unseen, 0):
+            del self._table[owners[taken_back]]
+            return self._give(taken_back, unique_id)
         return 0
+
+    def _give(self, node_id: int, unique_id: bytes) -> int:
+        self._table[unique_id] = node_id
+        self._given.pop(node_id, None)
+        self._given[node_id] = None
+        self._changed()
+        return node_id
