@@ -5,7 +5,9 @@ from __future__ import annotations
 import itertools
 import json
 import math
+import os
 import shutil
+import socket
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +41,7 @@ def test_a_course_is_as_long_as_wanted_and_turns_about_nowhere(seconds: float) -
 
 @pytest.mark.parametrize("vehicle", ["npsauv2", "remus100", "torpedo_x"])
 def test_the_vehicle_of_a_soak_is_the_demonstrations_and_knows_its_course(tmp_path: Path, vehicle: str) -> None:
-    made = configuration(configs() / vehicle, tmp_path, 600.0)
+    made = configuration(configs() / vehicle / "io_sitl.toml", tmp_path, 600.0)
     believed, shipped = (config_files.read_configuration(one)["vehicle"] for one in (made, configs() / vehicle))
     assert believed["coefficients"]["M_q"] == pytest.approx(0.6 * shipped["coefficients"]["M_q"])
     assert len(config_files.read_mission(made)["waypoints"]) == len(course(600.0))
@@ -81,9 +83,24 @@ def test_a_file_that_cannot_be_flown_is_counted_as_not_flown_with_why(
     said = capsys.readouterr().out
     assert "boat/io_odd  not" in said
     assert "0 of 1 io files flew within the limits" in said
-    assert soak.main([str(config / "io_sitl.toml"), "--bus", "socketcan:nowhere0"]) == 1
-    assert "npsauv2" not in (said := capsys.readouterr().out)
-    assert "boat/io_sitl.toml: bus 'socketcan:nowhere0' cannot be opened: " in said
+
+
+def test_of_the_folder_of_an_io_file_the_configuration_alone_is_taken(tmp_path: Path) -> None:
+    boat, flight = tmp_path / "boat", tmp_path / "flight"
+    shutil.copytree(configs() / "npsauv2", boat)
+    flight.mkdir()
+    (boat / "logs").mkdir()
+    (boat / "logs" / "log.mcap").write_bytes(b"1")
+    (boat / "video.mp4").write_bytes(b"1")
+    os.mkfifo(boat / "pipe")
+    os.mkfifo(boat / "pipe.toml")
+    (boat / "gone.toml").symlink_to("nowhere")
+    (boat / "io_boat.txt").write_text((boat / "io_sitl.toml").read_text())
+    with socket.socket(socket.AF_UNIX) as listening:
+        listening.bind(str(boat / "socket"))
+        made = configuration(boat / "io_boat.txt", flight, 60.0)
+    shipped = {file.name for file in (configs() / "npsauv2").glob("*.toml")}
+    assert {file.name for file in made.iterdir()} == {*shipped, "io_boat.txt", "mission.toml", "vehicle.toml"}
 
 
 @pytest.mark.parametrize(
@@ -93,6 +110,12 @@ def test_a_file_that_cannot_be_flown_is_counted_as_not_flown_with_why(
         (("nowhere.toml",), "nowhere.toml: there is no such io file"),
         (("--jobs", "2", "--bus", "udp:0"), "--jobs 2 needs --bus udp:N"),
         (("--jobs", "2", "--bus", "socketcan:vcan0"), "--jobs 2 needs --bus udp:N"),
+        (("--bus", "socketcan:nowhere0"), "bus 'socketcan:nowhere0' cannot be opened: "),
+        (("--bus", "udp:77"), "bus 'udp:77' cannot be opened: there is no bus '77'"),
+        (("--bus", "kan:1"), "bus 'kan:1' is not known; write one of: virtual, udp:N"),
+        (("--bus", "virtual"), "a virtual bus ends at its process"),
+        (("--fault", "jam:sail"), "fault 'jam:sail': write "),
+        (("--fault", "melt:pressure@60"), "melt is not known"),
     ],
 )
 def test_bad_words_are_refused_before_anything_flies(

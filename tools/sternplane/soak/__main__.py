@@ -19,9 +19,13 @@ from typing import Any
 from rich.console import Console
 
 from firmware_py.adapters import kernel_cache
+from firmware_py.adapters.buses.can_bus import BusError
 from firmware_py.adapters.installation import configs
 from firmware_py.adapters.storage.recorder import LogError
+from firmware_py.params import ParamError
+from firmware_py.run.usage_error import UsageError
 from sternplane.hardware.output import BAD, GOOD, Row, Sheet, console, live, show, show_json
+from sternplane.hardware.shared_bus import shared_bus
 
 _SHORTEST, _LONGEST = 20.0, 20_000.0
 _LOOK_S = 0.25
@@ -49,6 +53,10 @@ def main(arguments: list[str] | None = None) -> int:
         parser.error(f"{missing[0]}: there is no such io file")
     if options.jobs < 1 or (options.jobs > 1 and options.bus not in [f"udp:{n}" for n in range(options.jobs - 1, 10)]):
         parser.error(f"--jobs {options.jobs} needs --bus udp:N with so many numbers from N down to 0")
+    try:
+        _refuse(options)
+    except (BusError, ParamError, UsageError) as error:
+        parser.error(str(error))
     kernel_cache.use()
     with tempfile.TemporaryDirectory() as kept:
         before = signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends what was started
@@ -67,6 +75,28 @@ def main(arguments: list[str] | None = None) -> int:
     return 0 if all(one["flown"] and not one["wrong"] for one in found.values()) else 1
 
 
+def _refuse(options: argparse.Namespace) -> None:
+    """Refuse a bus that cannot be opened, and faults that the plant does not know, before anything flies.
+
+    Raises:
+        BusError, ParamError, UsageError: one line that says what would be right.
+    """
+    from sim_bridge.faults.fault import parse_fault
+
+    for bus in _buses(options):
+        with shared_bus(bus):
+            pass
+    if aboard := [text for text in options.fault if parse_fault(text).kind.aboard]:
+        raise UsageError(f"--fault {aboard[0]}: strikes the vehicle, not the plant; fly it with `sternplane sitl`")
+
+
+def _buses(options: argparse.Namespace) -> list[str]:
+    """Return the buses of the flights: one for each job, numbered down from --bus."""
+    if options.jobs == 1:
+        return [options.bus]
+    return [f"udp:{int(options.bus[4:]) - i}" for i in range(options.jobs)]
+
+
 class _StoppedError(Exception):
     """Somebody wants no more."""
 
@@ -77,8 +107,7 @@ class _Campaign:
     def __init__(self, files: Sequence[Path], options: argparse.Namespace, out: Path) -> None:
         self.states = dict.fromkeys(map(_name, files), _WAITS)
         self._files, self._options, self._out = files, options, out
-        first = int(options.bus[4:]) if options.jobs > 1 else 0
-        self._buses = [f"udp:{first - i}" for i in range(options.jobs)] if options.jobs > 1 else [options.bus]
+        self._buses = _buses(options)
         self._stopped = False
 
     def fly(self) -> dict[str, dict[str, Any]]:

@@ -38,10 +38,16 @@ def course(seconds: float) -> list[Waypoint]:
     raise AssertionError("a course goes round and round")
 
 
-def configuration(shipped: Path, folder: Path, seconds: float) -> Path:
-    """Make a configuration as the demonstration's vehicle has it, 40 % wrong, with a course; return its folder."""
-    made = folder / "config"
-    shutil.copytree(shipped, made)
+def configuration(io_file: Path, folder: Path, seconds: float) -> Path:
+    """Make a configuration as the demonstration's vehicle has it, 40 % wrong, with a course; return its folder.
+
+    Of the folder of the io file the TOML files are taken, and nothing else that may stand there.
+    """
+    made, shipped = folder / "config", io_file.parent
+    made.mkdir()
+    for file in {io_file, *shipped.glob("*.toml")}:
+        if file.is_file():  # to read a FIFO would wait for a writer
+            shutil.copyfile(file, made / file.name)
     factors = load_scenario("demo", SCENARIOS).vehicle_factors
     vehicle = config_files.read_configuration(shipped, factors=factors)["vehicle"]
     vehicle_file.write(made / "vehicle.toml", vehicle, "As the demonstration has it: 40 % wrong.")

@@ -84,7 +84,7 @@ def fly(trial: Trial, folder: Path, tell: Tell) -> Flown:
     """
     seconds, bus = trial.seconds, trial.bus
     try:
-        config = configuration(trial.io_file.parent, folder, seconds)
+        config = configuration(trial.io_file, folder, seconds)
         io_file = config / trial.io_file.name
         table = read_toml(io_file)
         if trial.at_sea and "realtime" not in table:
@@ -92,6 +92,8 @@ def fly(trial: Trial, folder: Path, tell: Tell) -> Flown:
         io = load(IoParams, table, str(io_file))
     except ParamError as error:
         raise NotFlownError(str(error)) from None
+    except OSError as error:
+        raise NotFlownError(f"{error.filename}: cannot be copied ({error.strerror})") from None
     common: tuple[str | Path, ...] = ("--config", config, "--io", io_file, "--bus", bus, "--lines", folder / "lines")
     water = scenario(folder, 2.0 * longest(seconds))
     struck = [word for fault in trial.faults for word in ("--fault", fault)]
