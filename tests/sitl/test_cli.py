@@ -74,7 +74,12 @@ def assert_one_line(result: subprocess.CompletedProcess[str], *words: str) -> No
         ("autopilot.toml", "rate_hz = 100", "rate_hz = 1e", ("autopilot.toml: is not TOML",)),
         ("autopilot.toml", "depth_max_m = 30.0", "depth_max_m = -3.0", ("safety: depth_max_m = -3.0: out of bounds",)),
         ("autopilot.toml", "pitch_max_deg = ", "pitch_max_rad = ", ("guidance: pitch_max_rad", "write pitch_max_deg")),
-        ("autopilot.toml", 'law = "sliding"', 'law = "fuzzy"', ("control: law = 'fuzzy'", '"sliding", "pid"')),
+        (
+            "autopilot.toml",
+            'law = "sliding"',
+            'law = "fuzzy"',
+            ("control.law = fuzzy: no installed package", "known here: pid, sliding"),
+        ),
         ("vehicle.toml", "hinge_deg = 90", "hinge_deg = 0", ()),
         ("vehicle.toml", 'name = "rudder_upper"', 'name = "rudder_lower"', ("vehicle.toml", "rudder_lower")),
         (
@@ -124,7 +129,7 @@ def test_a_bad_configuration_is_one_line_with_file_and_key(
         (("--scenario", "slow.toml"), ("sensors.toml: pressure.rate_hz = 1: safety.depth_timeout_s = 0.5 in ",)),
         (
             ("--scenario", "law.toml"),
-            ("autopilot.toml under the scenario's [autopilot]: control: law = 'fuzzy'", "pid"),
+            ("control.law = fuzzy: no installed package", "known here: pid, sliding"),
         ),
         (("--config", "nowhere"), ("nowhere", "configs/npsauv2")),
         (("--seed", "-1"), ("--seed -1",)),
