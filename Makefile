@@ -51,7 +51,7 @@ kill: setup ## kill -9 at fifty random times, and judge the start after each by 
 	@$(BIN)/python -m sternplane.kill $(ARGS)
 
 load: setup ## what cycles cost, and how late they are: alone, with three busy stations, flooded; ARGS="--seconds 20" for less
-	@$(BIN)/python -m sternplane.load $(ARGS)
+	@$(BIN)/python -m sternplane.link_load $(ARGS)
 
 soak: setup ## every io file in configs/ flies ten minutes in real time against a plant; ARGS="--seconds 60" for less, --at-sea, --fault
 	@$(BIN)/python -m sternplane.soak $(ARGS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from sternplane.load.flight import busy
+from sternplane.link_load.flight import busy
 
 ITEMS = 60
 

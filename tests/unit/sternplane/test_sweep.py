@@ -35,7 +35,7 @@ def test_what_is_relative_is_so_to_what_flies(demo) -> None:
     assert parse_axis("truth.current=±50%", demo)[:3] == pytest.approx(("truth.current_m_s", 0.05, 0.15))
     assert parse_axis("truth.current=0..0.3", demo)[1:3] == (0.0, 0.3)
     assert parse_axis("sensors.dvl.rate=2..8", demo).whole
-    assert parse_axis("autopilot.law=sliding,pid", demo).choices == ("sliding", "pid")
+    assert parse_axis("autopilot.control.law=sliding,pid", demo).choices == ("sliding", "pid")
     assert parse_axis("truth.current_ned=[0,0.1,0],[0.1,0,0]", demo).choices == ((0, 0.1, 0), (0.1, 0, 0))
 
 
@@ -45,7 +45,7 @@ def test_what_is_relative_is_so_to_what_flies(demo) -> None:
         ("vehicle.M_q", "write KEY=VALUES"),
         ("vehicle.Mq=±20%", r"did you mean vehicle.coefficients.M_q\?"),
         ("vehicle.K_prop=±20%", "is 0 as it stands, so that nothing varies"),
-        ("autopilot.law=±20%", "is no number but sliding"),
+        ("autopilot.control.law=±20%", "is no number but sliding"),
         ("truth.current=0.3..0", "LOW below HIGH"),
         ("truth.current=log:0..0.3", "above 0 behind log:"),
         ("truth.current=0.3", "one value does not vary"),

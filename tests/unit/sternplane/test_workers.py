@@ -112,4 +112,5 @@ def test_all_jobs_are_done_and_each_part_is_told() -> None:
     told, found = Console(file=StringIO(), width=200), {}
     complete(divmod, range(8), lambda k: (k, 3), found.__setitem__, "divisions", told, parts=4)
     assert found == {k: divmod(k, 3) for k in range(8)}
-    assert told.file.getvalue().splitlines() == [f"{k} of 8 divisions" for k in (2, 4, 6, 8)]
+    lines = [line.partition(",")[0] for line in told.file.getvalue().splitlines()]  # a slow machine tells what is left
+    assert lines == [f"{k} of 8 divisions" for k in (2, 4, 6, 8)]

@@ -12,7 +12,7 @@ from firmware_py.adapters.io_params import IoParams
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.params import ParamError, load
 from sternplane.kill.processes import Clock, Process, Station, ended
-from sternplane.load.flight import AS_AT_SEA
+from sternplane.link_load.flight import AS_AT_SEA
 from sternplane.soak.course import configuration, scenario
 
 STARTS_S = 120.0

@@ -237,8 +237,9 @@ def test_configuration_chooses_and_carries_the_laws() -> None:
     error = {"z": 9.8, "psi": 0.01}
     demands = {name: hold(Control(law, VEHICLE), state(**error)) for name, law in LAWS.items()}
     assert len({round(d.delta_s, 6) for d in demands.values()}) == 3
+    assert load(ControlParams, {"law": "lqr"}, "control").law == "lqr"  # one's own: looked for when parts are found
     with pytest.raises(ParamError, match='must be one of "sliding", "pid"'):
-        load(ControlParams, {"law": "lqr"}, "control")
+        load(ControlParams, {"law": 3}, "control")
     with pytest.raises(ParamError, match="must be below u_max_m_s"):
         load(ControlParams, {"u_min_m_s": 4.5}, "control")
 

@@ -12,7 +12,7 @@ from collections import Counter
 
 from pymavlink import mavutil  # type: ignore[import-untyped]
 
-from sternplane.load.stations import COMES_S, GIVE_WAY
+from sternplane.link_load.stations import COMES_S, GIVE_WAY
 
 _BATCH_S = 1e-3
 _KINDS = 1000

@@ -1,4 +1,4 @@
-"""`python -m sternplane.load.vehicle FILE sitl ...`: runs the command, and writes its cycles' cost.
+"""`python -m sternplane.link_load.vehicle FILE sitl ...`: runs the command, and writes its cycles' cost.
 
 Lateness tells of the whole machine; the processor time of the flight's thread tells of the vehicle alone.
 """

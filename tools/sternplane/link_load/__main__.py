@@ -1,4 +1,4 @@
-"""`python -m sternplane.load`: cycles while three stations keep a vehicle busy, under a flood, and with nobody there.
+"""`python -m sternplane.link_load`: cycles with three busy stations, under a flood, and with nobody there.
 
 All three stations want more telemetry than a link carries. Meanwhile one fetches the list of parameters again and
 again and sets twenty values a second, one fetches the log of the flight by MAVLink FTP, and one uploads a long mission
@@ -41,7 +41,7 @@ _FLIGHTS = {"alone": "alone", "stations": "three stations", "flood": "flood"}
 
 def main(arguments: list[str] | None = None) -> int:
     """Measure; return 0 if all flights and all stations did their work, 1 if not. Lateness is for people to judge."""
-    parser = argparse.ArgumentParser(prog="python -m sternplane.load", description="Measures cycles under load.")
+    parser = argparse.ArgumentParser(prog="python -m sternplane.link_load", description="Measures cycles under load.")
     parser.add_argument("--seconds", type=float, default=600.0, metavar="S", help="of each of the three flights [600]")
     parser.add_argument("--items", type=int, default=500, metavar="N", help="of each mission [500]")
     parser.add_argument("--flood", type=float, default=17_000.0, metavar="N", help="datagrams a second [17000]")
@@ -50,7 +50,7 @@ def main(arguments: list[str] | None = None) -> int:
     if options.seconds < 5.0 or not 1 <= options.items <= 2000 or not 1.0 <= options.flood <= 1e6:
         parser.error("--seconds must be 5 or more, --items 1 to 2000, --flood 1 to 1000000")
     kernel_cache.use()
-    from sternplane.load.flight import Problem, measure
+    from sternplane.link_load.flight import Problem, measure
 
     logging.disable(logging.CRITICAL)  # pymavlink's FTP client tells there what it tries again
     Console(stderr=True).print(f"flying three times, {options.seconds:g} s each", highlight=False)

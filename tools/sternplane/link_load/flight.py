@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from sternplane.load.flood import Flood
-from sternplane.load.stations import Files, LoadStation, Missions, Parameters
+from sternplane.link_load.flood import Flood
+from sternplane.link_load.stations import Files, LoadStation, Missions, Parameters
 from sternplane.logs import lateness_histogram
 from sternplane.logs.reading import read
 from sternplane.sitl.flight import CONFIG
@@ -106,7 +106,7 @@ def _flown(seconds: float, folder: Path, stations: Sequence[LoadStation | Flood]
     io.write_text((CONFIG / "io_sitl.toml").read_text(encoding="utf-8") + AS_AT_SEA, encoding="utf-8")
     links = [word for station in stations for word in ("--gcs", f"udpout:127.0.0.1:{station.port}")]
     cost = folder / "cost.json"
-    command = [sys.executable, "-m", "sternplane.load.vehicle", str(cost), "sitl"]
+    command = [sys.executable, "-m", "sternplane.link_load.vehicle", str(cost), "sitl"]
     command += ["--scenario", str(scenario), "--io", str(io), "--pace", "realtime"]
     before = _cpu_s()
     with (folder / "output").open("w+") as output, contextlib.ExitStack() as stack:
