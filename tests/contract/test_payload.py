@@ -50,3 +50,8 @@ def test_a_node_that_floods_is_held_to_so_many_a_tick_and_the_rest_is_counted(ve
         say(vehicle, float(k), "flood")
     assert [value for _, value, _ in heard(vehicle, 0)] == [float(k) for k in range(PAYLOAD_PER_TICK)]
     assert vehicle.hardware.losses()["payload_left_out"] == 5
+
+
+def test_a_key_that_is_no_text_reaches_nobodys_terminal_as_it_is(vehicle: Vehicle) -> None:
+    say(vehicle, 1.0, b"\x1b[2Jctd\n\xff")
+    assert [key for key, _, _ in heard(vehicle, 0)] == ["\\x1b[2Jctd\\n\\xff"]

@@ -15,6 +15,7 @@ from firmware_py.adapters.drivers.dronecan.node_monitor import NodeMonitor
 from firmware_py.adapters.drivers.dronecan.node_watch import NodeWatch
 from firmware_py.adapters.drivers.dronecan.own_node import KeptNodeIds, OwnNode
 from firmware_py.adapters.drivers.dronecan.own_status import OwnStatus
+from firmware_py.foreign_text import visible
 from firmware_py.marine import euler_from_quaternion
 from firmware_py.records.command import Applied
 from firmware_py.records.cycle import Cycle
@@ -239,8 +240,8 @@ class DroneCan(Driver):
         if sum(reading.role == PAYLOAD for reading in self._readings) >= PAYLOAD_PER_TICK:
             self._payload_left_out += 1
         else:
-            key = message.key.decode("ascii", "replace")
-            self._hear(PAYLOAD, Heard(PayloadReading(key, message.value, t), t, True, True))
+            reading = PayloadReading(visible(message.key), message.value, t)
+            self._hear(PAYLOAD, Heard(reading, t, True, True))
 
     def _ahrs(self, number: int, message: eq.AhrsSolution, t: float) -> None:
         phi, theta, psi = euler_from_quaternion(*message.orientation_xyzw)
