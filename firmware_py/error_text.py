@@ -1,4 +1,4 @@
-"""Values as error texts repeat them: cut where they are long."""
+"""Values and exceptions as error texts repeat them: cut where they are long, in one line."""
 
 from __future__ import annotations
 
@@ -28,6 +28,11 @@ def quoted(value: Any) -> str:
 def shortened(text: str) -> str:
     """Return a text, such as a key, as an error text repeats it: cut where it is long."""
     return text if len(text) <= _QUOTED_MAX else f"{text[: _QUOTED_MAX - 12]} ... {text[-7:]}"
+
+
+def one_line(error: BaseException | str) -> str:
+    """Return what an error says as one line."""
+    return " ".join(str(error).split())
 
 
 def printable(value: Any, longest: int) -> bool:

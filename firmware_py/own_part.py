@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
-from firmware_py.error_text import shortened
+from firmware_py.error_text import one_line, shortened
 from firmware_py.params import ParamError
 from firmware_py.records.event import Event, EventKind, event
 from firmware_py.vehicle.vehicle import Vehicle
@@ -149,5 +149,5 @@ class Guard(Generic[P]):
 
 def _reason(error: Exception) -> str:
     """Return an exception as one line that is the same in every run."""
-    text = " ".join(_ADDRESS.sub("0x", str(error)).split())
+    text = one_line(_ADDRESS.sub("0x", str(error)))
     return shortened(f"{type(error).__name__}: {text}" if text else type(error).__name__)

@@ -11,6 +11,7 @@ from firmware_py.autopilot import Parts
 from firmware_py.contradictions import contradictions
 from firmware_py.control.adoption import Adoption
 from firmware_py.control.control import Control, ControlParams
+from firmware_py.error_text import one_line
 from firmware_py.estimation.estimator import EstimationParams, Estimator, refuse_no_filter, same_filter
 from firmware_py.estimation.model.observer_model import refuse_no_inertia
 from firmware_py.estimation.own_estimator import OwnEstimator
@@ -159,8 +160,7 @@ class PartsFactory:
                 parts = self._apply_change(change, parts)
             except (ValueError, LookupError, TypeError) as error:
                 self._now = before
-                why = " ".join(str(error).split())
-                events.append(event(EventKind.CHANGE_FAILED, names=(why,)))
+                events.append(event(EventKind.CHANGE_FAILED, names=(one_line(error),)))
             else:
                 events += told(change, before.params, self.params)
         return parts, tuple(events)

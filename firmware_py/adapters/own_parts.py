@@ -19,7 +19,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from firmware_py.error_text import shortened
+from firmware_py.error_text import one_line, shortened
 from firmware_py.params import ParamError, probably
 
 T = TypeVar("T")
@@ -115,4 +115,4 @@ def _in_module(name: str) -> Any:
 
 
 def _line(error: Exception) -> str:
-    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+    return f"{type(error).__name__}: {one_line(error)}"

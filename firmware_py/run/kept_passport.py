@@ -19,7 +19,7 @@ from firmware_py.adapters.io_params import StateParams
 from firmware_py.adapters.storage.atomic_file import write_atomically
 from firmware_py.adapters.storage.regular_file import read_regular
 from firmware_py.control.adoption import Adoption
-from firmware_py.error_text import printable, quoted
+from firmware_py.error_text import one_line, printable, quoted
 from firmware_py.estimation.filter.bank_arrays import BankArrays
 from firmware_py.estimation.inherited import prior
 from firmware_py.estimation.model.observer_model import GROUPS
@@ -68,7 +68,7 @@ def load_passport(path: Path) -> dict[str, Any]:
         try:
             found = json.loads(read_regular(path).decode(), parse_int=float)
         except (ValueError, RecursionError) as error:
-            raise ParamError(f"cannot be read ({' '.join(str(error).split())[:100]})") from None
+            raise ParamError(f"cannot be read ({one_line(error)[:100]})") from None
         passport.model_of(found)
         for key, (low, high) in TIMES.items():
             if not (isinstance(found[key], float) and low <= found[key] <= high):

@@ -9,6 +9,7 @@ from typing import Any
 
 from firmware_py import app, config_files
 from firmware_py.adapters.io_params import StateParams
+from firmware_py.error_text import one_line
 from firmware_py.estimation.navigation.depth import DepthParams
 from firmware_py.marine import depth_of_pressure
 from firmware_py.mavlink.parameters import store
@@ -163,7 +164,7 @@ def set_aside_unusable(
                 raise UsageError(f"{path}: is not a regular file")
             check()
         except _UNUSABLE as error:
-            why = " ".join(str(error).split())[:_LONGEST]
+            why = one_line(error)[:_LONGEST]
             sentences.append(f"{path}: cannot be used, and is set aside as {_set_aside(path).name}: {why}")
     return sentences
 

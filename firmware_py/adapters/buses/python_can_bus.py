@@ -17,7 +17,7 @@ import can
 from firmware_py.adapters.buses.bus_health import BusHealth
 from firmware_py.adapters.buses.frame_id import STANDARD
 from firmware_py.adapters.buses.slcan_bus import SlcanBus
-from firmware_py.error_text import quoted
+from firmware_py.error_text import one_line, quoted
 
 _RETRY_S = 1.0
 """How often an interface that has failed is opened again, s."""
@@ -150,7 +150,7 @@ class PythonCanBus:
             return can.Bus(interface=self._interface, channel=self._channel, **more)
         except _FAILURES as error:
             missing = isinstance(error, NameError | ImportError)
-            text = "its maker's library is not installed" if missing else " ".join(str(error).split())
+            text = "its maker's library is not installed" if missing else one_line(error)
             raise can.CanInitializationError(f"{self._interface}: {text}") from None
 
     def _reopened(self) -> bool:

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from rich.console import Console
 
-from firmware_py.error_text import shortened
+from firmware_py.error_text import one_line, shortened
 from firmware_py.run.usage_error import UsageError
 from sternplane.campaign.crew import Died
 
@@ -40,7 +40,7 @@ class DaskCrew(contextlib.AbstractContextManager["DaskCrew"]):
         try:
             self._client = distributed.Client(address, timeout=_CONNECT, set_as_default=False)
         except (OSError, ValueError) as error:
-            why = f"no scheduler answers ({' '.join(str(error).split())[:80]})"
+            why = f"no scheduler answers ({one_line(error)[:80]})"
             raise UsageError(f"{told}: {why}; start one with `dask scheduler`") from None
         try:
             if not self.size:
@@ -87,7 +87,7 @@ class DaskCrew(contextlib.AbstractContextManager["DaskCrew"]):
             try:
                 yield job, future.result()
             except distributed.KilledWorker as error:
-                yield job, Died(" ".join(str(error).split())[:200])
+                yield job, Died(one_line(error)[:200])
             except (distributed.CancelledError, OSError) as error:
                 raise UsageError(f"the cluster has gone ({type(error).__name__}); start it again to go on") from None
             future.release()

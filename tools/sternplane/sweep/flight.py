@@ -10,6 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from firmware_py.error_text import one_line
 from firmware_py.run.usage_error import UsageError
 from sternplane.sweep.plan import Job
 
@@ -96,7 +97,7 @@ def _flown(job: Job, folder: Path, keep: str | None) -> dict[str, Any]:
     except (LogError, BusError, OSError, MemoryError):
         raise
     except Exception as error:
-        said = " ".join(str(error).replace(f"{folder}/", "").split())
+        said = one_line(str(error).replace(f"{folder}/", ""))
         return {"completed": False, "error": f"{type(error).__name__}: {said}"[:300], **made_by}
     if keep is not None:
         place = Path(keep)
