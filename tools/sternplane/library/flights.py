@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from sim_bridge.devices.payload import PayloadSensor
     from sternplane.logs.replay import ReplayResult
 
+_FIRST_NODE = 60
+"""The DroneCAN node id of the first sensor of one's own; the others follow."""
+
 
 @dataclass(frozen=True)
 class FlightResult:
@@ -150,9 +153,6 @@ def _over(
         raise ParamError(f"params: {', '.join(params)}: there is no such part of one's own in this flight")
     over: dict[str, Any] = {"autopilot": autopilot} if autopilot else {}
     return {**over, "sensors": {"payload": payload}} if payload else over
-
-
-_FIRST_NODE = 60
 
 
 def _name(part: type[Any] | str) -> str:
