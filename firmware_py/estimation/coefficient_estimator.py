@@ -14,8 +14,7 @@ from firmware_py.estimation.coefficient_ekf import CoefficientEkf
 from firmware_py.estimation.coefficient_params import CoefficientParams
 from firmware_py.estimation.coefficient_records import EkfMemory
 from firmware_py.estimation.coefficient_validity import CoefficientValidity, ValidityMemory, ValidityParams
-from firmware_py.estimation.doubted_fins import DoubtedFins, DoubtedMemory
-from firmware_py.estimation.doubted_sensors import DoubtedSensors, Teachers
+from firmware_py.estimation.doubts import Doubts, DoubtsMemory
 from firmware_py.estimation.filter_velocity import filter_velocity
 from firmware_py.estimation.fixed_lag_buffer import FixedLagBuffer, FixedLagBufferMemory, Span
 from firmware_py.estimation.identifiability import LearnedState, report, reported
@@ -55,8 +54,7 @@ class CoefficientEstimatorMemory(NamedTuple):
     bounds: ValueBounds
     last: Learned
     velocity: FilterVelocity | None
-    fins: DoubtedMemory
-    teachers: Teachers
+    doubts: DoubtsMemory
 
 
 class CoefficientEstimator:
@@ -80,8 +78,7 @@ class CoefficientEstimator:
         self.ekf = CoefficientEkf(vehicle, coefficients)
         first, count = self.ekf.model.first, len(coefficients.names)
         self._count, self._learned = count, slice(first, first + count)
-        self._buffer, self._fins = FixedLagBuffer(params.horizon, vehicle), DoubtedFins(self.ekf, vehicle)
-        self._sensors = DoubtedSensors(self.ekf, self._fins)
+        self._buffer, self._doubts = FixedLagBuffer(params.horizon, vehicle), Doubts(self.ekf, vehicle)
         self._health = CoefficientValidity(health, self.ekf.model, count)
         self._running = self._begun = False
         self._whole = True
@@ -111,7 +108,7 @@ class CoefficientEstimator:
     @property
     def held(self) -> tuple[bool, ...]:
         """Return whether what planes and rudders do is held; see `doubted_fins`."""
-        return self._fins.held
+        return self._doubts.fins.held
 
     def update(
         self,
@@ -123,7 +120,7 @@ class CoefficientEstimator:
     ) -> Learned:
         """Return what is known after the tick.
 
-        `state` is what navigation makes of the same frame, `doubts` is for `DoubtedFins`.
+        `state` is what navigation makes of the same frame, `doubts` is for `Doubts`.
         """
         params, buffer = self._params, self._buffer
         gone = applied.drop or (frame.hardpoint.ok and not frame.hardpoint.value.holds)
@@ -140,8 +137,8 @@ class CoefficientEstimator:
             elif ping.t >= span.t and span.t - turn.t <= ATTITUDE_AGE_MAX:
                 self._begin(span)
         if tick.every(VALUES_RATE):
-            doubted = self._sensors.update(tick.t, state)
-            if self._fins.update(tick.t, buffer.mute, buffer.rates(applied.fins), doubts) or doubted:
+            mute, rates = buffer.mute, buffer.rates(applied.fins)
+            if self._doubts.update(tick.t, state, mute, rates, doubts, self._health.trusted, self.last.turbulence):
                 self._bounds, self._running = unbounded(self._count), False  # the motion was followed by a wrong model
                 self._permit()
             self.last = self._learned_now(self.last, self._report() if tick.every(REPORT_RATE) else self.last.report)
@@ -188,12 +185,12 @@ class CoefficientEstimator:
         self.ekf.start((0.0,) * 6, (0.0,) * 3, (1.0,) * MOVING)
         self._ever[:] = self._health.excited
         self._bounds = unbounded(self._count)
-        self._fins.forget()
+        self._doubts.fins.forget()
         self._running = self._begun = False
 
     def _permit(self) -> None:
         """Let only excited coefficients learn that are not held; the others do not become less certain."""
-        held = [self._fins.holds(name) for name in self.ekf.names]
+        held = [self._doubts.fins.holds(name) for name in self.ekf.names]
         self.ekf.permit(self._health.excited & ~np.array(held, dtype=np.bool_))
         self._ever |= self._health.excited
 
@@ -243,7 +240,9 @@ class CoefficientEstimator:
         """
         valid, iterated = self._health.verdict.valid, self.ekf.iterated.tolist()
         known = self._begun and self._whole
-        free = [a and b and not self._fins.holds(n) for a, b, n in zip(valid, iterated, self.ekf.names, strict=True)]
+        free = [
+            a and b and not self._doubts.fins.holds(n) for a, b, n in zip(valid, iterated, self.ekf.names, strict=True)
+        ]
         each = zip(free, self._low, value, self._high, sigma, strict=True)
         return tuple([known and a and low + s < x < high - s for a, low, x, high, s in each])
 
@@ -279,8 +278,7 @@ class CoefficientEstimator:
             self._bounds,
             self.last,
             self.velocity,
-            self._fins.freeze(),
-            self._sensors.freeze(),
+            self._doubts.freeze(),
         )
 
     def thaw(self, memory: CoefficientEstimatorMemory) -> None:
@@ -288,8 +286,7 @@ class CoefficientEstimator:
         self._buffer.thaw(memory.buffer)
         self.ekf.thaw(memory.ekf)
         self._health.thaw(memory.health)
-        self._fins.thaw(memory.fins)
-        self._sensors.thaw(memory.teachers)
+        self._doubts.thaw(memory.doubts)
         self._running, self._begun = memory.running, memory.begun
         self._resets, self._bounds, self.last = memory.resets, memory.bounds, memory.last
         self.velocity = memory.velocity

@@ -5,11 +5,11 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
-from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, BuslessFlight, fly, held_level, measure
+from sternplane.sitl.busless_flight import N_TRIM, SENSOR_STD, BuslessFlight, Current, fly, held_level, measure
 
 from firmware_py.estimation.coefficient_estimator import CoefficientEstimator
 from firmware_py.estimation.coefficient_params import CoefficientParams
@@ -44,7 +44,7 @@ def flown(
     seconds: float = 40.0,
     delta_s: float = 0.12,
     delta_r: float = 0.12,
-    current: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    current: Current | Callable[[float], Current] = (0.0, 0.0, 0.0),
     x_G: float = 0.0,
 ) -> BuslessFlight:
     """Both planes swing at three frequencies each, the vehicle held about its depth; seconds long.

@@ -221,6 +221,11 @@ class BankArrays:
         walks = [acceleration * std for acceleration, std in axes]
         self.tuning.Q_final[list(FIN_DRIVEN)] = self._sound_fins + np.square(walks) * FIN_HOLD
 
+    def let_current_change(self, walk: float) -> None:
+        """Take the current for a random walk, north and east, of this, m/s by sqrt(s); 0: it is steady."""
+        if self.model.water != STILL:
+            self.tuning.Q_final[MOVING:EDDY_NORTH] = walk * walk
+
     def reset_motion(self, motion: Array, variance: Array) -> None:
         """See `bank.reset_motion`."""
         reset_motion(self.kernel, motion, variance)

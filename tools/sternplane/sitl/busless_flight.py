@@ -19,6 +19,7 @@ from sim_bridge.plant.truth import Truth
 from sternplane.logs.tracking import Array
 
 Hold = Callable[[Eta, Nu], tuple[float, float]]
+Current = tuple[float, float, float]
 """What is added to the demands (delta_s, delta_r), rad, at a true state."""
 
 N_TRIM = 500.0 / 60.0
@@ -70,7 +71,7 @@ def fly(
     n: float,
     h: float,
     seed: int = 0,
-    current: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    current: Current | Callable[[float], Current] = (0.0, 0.0, 0.0),
     turbulence: float = 0.0,
     start: Start | None = None,
     ideal_fins: bool = True,
@@ -84,7 +85,7 @@ def fly(
         n: shaft speed asked for, rev/s.
         h: step, s.
         seed: of the turbulence.
-        current: steady, NED, m/s.
+        current: NED, m/s; or a function of the time, s, that returns it.
         turbulence: 1 sigma on each axis, m/s; it is held within a (sub)step of the plant.
         start: where it begins, None being 100 m deep in trim.
         ideal_fins: fins and shaft at the demand at once; else with the lag, rate and play of the truth's servos.
@@ -94,13 +95,16 @@ def fly(
         PlantError: the plant's state has left the numbers.
     """
     parts = 1 if ideal_fins else _PARTS
-    sea = Environment(EnvironmentParams(current, turbulence), np.random.SeedSequence([seed, *b"trial"]), h / parts)
+    first = current(0.0) if callable(current) else current
+    sea = Environment(EnvironmentParams(first, turbulence), np.random.SeedSequence([seed, *b"trial"]), h / parts)
     begin = start or Start()
     plant = (_Ideal if ideal_fins else Plant)(truth, sea, h / parts, 1, begin.eta, begin.nu, begin.n)
     shares = np.array([fin.share for fin in truth.fins])
     to_fins, limit, steps = np.linalg.pinv(shares.T)[:, :2].tolist(), truth.servo.limit, len(demands)
     motion, acts, flow = [(*plant.nu, *plant.eta)], [(*plant.fins, plant.n)], []
-    for delta_s, delta_r in demands.tolist():
+    for k, (delta_s, delta_r) in enumerate(demands.tolist()):
+        if callable(current):
+            sea.mean = current(k * h)
         if hold is not None:
             more_s, more_r = hold(plant.eta, plant.nu)
             delta_s, delta_r = delta_s + more_s, delta_r + more_r
