@@ -1,14 +1,15 @@
 # A fresh machine needs python3 (3.11 or newer, with venv), git and make; everything else goes into .venv.
 
 PYTHON ?= python3
+PYTHONS ?= $(PYTHON)
 BIN := .venv/bin
 LOCKS := tools/requirements
 PIP := $(BIN)/python $(LOCKS)/install.py
 
-.PHONY: help setup sitl gcs test test-vcan lint rooms bench bench-sweep fuzz kill load soak soak-vcan study study-safety study-adaptation paper wheels lock clean
+.PHONY: help setup sitl gcs test test-vcan test-pythons lint rooms bench bench-sweep fuzz kill load soak soak-vcan study study-safety study-adaptation paper wheels lock clean
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: .venv/.run .venv/.kernels ## install into .venv and compile the kernels
 
@@ -28,6 +29,11 @@ test: setup .venv/.dev ## run the tests
 
 test-vcan: setup .venv/.dev ## run the tests that need SocketCAN (root; says what is missing)
 	@tests/vcan/run $(BIN)/python -m pytest -m vcan tests/vcan $(ARGS)
+
+test-pythons: setup .venv/.dev ## install the wheel, fly and run the examples on each Python of PYTHONS="python3.11 python3.12 ..."
+	@rm -rf build/wheel; $(BIN)/python -m pip --disable-pip-version-check wheel --quiet --no-deps --no-build-isolation \
+		--wheel-dir build/wheel .
+	@set -e; for python in $(PYTHONS); do $$python tests/package/on_python.py build/wheel/*.whl; done
 
 lint: setup .venv/.dev ## style, types, import rules
 	@$(BIN)/ruff check
