@@ -100,6 +100,13 @@ def test_nothing_is_dropped_without_a_word(tmp_path: Path) -> None:
     assert {elsewhere(name) for name in NEEDED} <= {row.name for row in found.converted.rows if row.ours}
 
 
+def test_two_products_that_are_one_of_our_coefficients_add(tmp_path: Path) -> None:
+    base = HULL | {elsewhere(name): si(name) for name in NEEDED} | {"Yvr": 1.0, "Y_v|r|": 1.0}
+    alone = imported(tmp_path, base).vehicle["coefficients"]["Y_v"]
+    both = imported(tmp_path, base | {"Yv": si("Y_v") * 1.8288}).vehicle["coefficients"]["Y_v"]
+    assert both == pytest.approx(2.0 * alone, rel=1e-4)
+
+
 def test_damping_by_squares_is_cross_flow_drag_and_what_is_left_of_it_is_linear_at_a_told_amplitude(
     tmp_path: Path,
 ) -> None:
@@ -189,6 +196,9 @@ def test_the_error_of_the_propeller_is_that_of_a_thrust_that_knows_no_speed() ->
         ("name,value\nL,5\nm,4 kg\n", "m = '4 kg': must be a number"),
         ("name,value\nL,5\nU,2\nm,4000\nform,bis\n", "form = 'bis': must be dimensional or prime"),
         ("name,value\nL,5\nU,2\nm,4000\nYvv,-1e6\n", "Yvv = -1e+06 makes C_dy"),
+        ("name,value\nL,5\nU,2\nm,4000\nYvdot,-35.5\nY_vdot,-99\n", "'Yvdot' and 'Y_vdot' are the same derivative"),
+        ("name,value\nL,5\nU,2\nm,4000\nYvv,-9\nY_{v|v|},-9\n", "'Yvv' and 'Y_{v|v|}' are the same derivative"),
+        ("name,value\nL,5\nU,2\nm,4000\nmass_kg,5000\n", "'m' and 'mass_kg' are the same"),
         ("name,value\nL,5\nU,2\nm,4000\nsymmetric,maybe\n", "must be true or false"),
     ],
 )

@@ -13,6 +13,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from firmware_py.error_text import quoted
 from firmware_py.params import ParamError
 from sternplane.vehicles.derivative_table import Entry
 from sternplane.vehicles.particulars import Particulars, unknown_text
@@ -62,7 +63,12 @@ def convert(entries: Iterable[Entry], hull: Particulars) -> Converted:
     Args:
         entries: the derivatives.
         hull: complete.
+
+    Raises:
+        ParamError: two entries are the same derivative, or one has an impossible value.
     """
+    entries = tuple(entries)
+    _refuse_twice(entries, hull.where)
     made, squares = Converted(), []
     for entry in entries:
         term = parse(entry.name)
@@ -77,10 +83,26 @@ def convert(entries: Iterable[Entry], hull: Particulars) -> Converted:
         elif _is_square(full, term.bars):
             squares.append((entry, full, value, remark))
         else:
-            made.rows.append(_placed(made, entry.name, shown, full, term.bars, value, remark))
+            made.rows.append(_placed(made, entry.name, shown, full, value, remark))
     _linearise(made, squares, hull)
     _turn_fins(made)
     return made
+
+
+def _refuse_twice(entries: Iterable[Entry], where: str) -> None:
+    """Refuse a derivative under two names, such as Yvdot and Y_vdot; Yv and Yuv are two products, and add."""
+    named: dict[Term, str] = {}
+    for entry in entries:
+        term = parse(entry.name)
+        if term is None:
+            continue
+        plain = term._replace(bars=False)
+        # bars tell a product such as v|r| from v r; damping by squares is odd without them too
+        known = term if _is_odd(term) and not _is_square(plain, False) else plain
+        if known in named:
+            both = f"{quoted(named[known])} and {quoted(entry.name)}"
+            raise ParamError(f"{where}: {both} are the same derivative, which has one value; leave one of them out")
+        named[known] = entry.name
 
 
 def _whole(entry: Entry, term: Term, hull: Particulars) -> tuple[float | None, Term, str]:
@@ -140,14 +162,19 @@ def _is_square(term: Term, bars: bool) -> bool:
     return doubled and term.axis != "X" and (bars or term not in OURS)
 
 
-def _placed(made: Converted, name: str, shown: str, full: Term, bars: bool, value: float, remark: str) -> Became:
+def _is_odd(term: Term) -> bool:
+    """Return whether bars make a term change its sign with one of two motions."""
+    return term.bars and len([factor for factor in term.factors if factor in "vwpqr"]) == 2
+
+
+def _placed(made: Converted, name: str, shown: str, full: Term, value: float, remark: str) -> Became:
     plain = full._replace(bars=False)
     if plain == Term("X", ("u", "u")):
         if not value < 0.0:
             return Became(name, shown, "", "drag is negative here; write it so")
         made.drag["C_d0"] = made.drag.get("C_d0", 0.0) - value
         return Became(name, shown, f"C_d0 = {-value:.4g}", remark)
-    odd = bars and len([factor for factor in full.factors if factor in "vwpqr"]) == 2
+    odd = _is_odd(full)
     ours = None if odd else OURS.get(plain)
     if ours is None:
         said = f"the model has no {'odd ' if odd else ''}term {' '.join(full.factors)} in {full.axis}"

@@ -75,14 +75,16 @@ class Particulars:
     switches: dict[str, bool] = field(default_factory=dict)
     assumed: list[str] = field(default_factory=list)
     _prime: dict[str, float] = field(default_factory=dict)
+    _named: dict[str, str] = field(default_factory=dict)
 
     def take(self, entry: Entry) -> bool:
         """Take an entry if it is a particular; return whether it is.
 
         Raises:
-            ParamError: it is one, with a value that it cannot have.
+            ParamError: it is one, with a value that it cannot have, or under a second name.
         """
         name, value = entry.name, entry.value
+        self._refuse_twice(name)
         if name.lower() in _TEXTS:
             self.texts[name.lower()] = str(value)
             return True
@@ -105,6 +107,13 @@ class Particulars:
         if key in ("weight_n", "buoyancy_n") and unit is not None and (unit.kg, unit.m, unit.s) == (1, 0, 0):
             self.values[key] = number * G
         return True
+
+    def _refuse_twice(self, name: str) -> None:
+        """Refuse a particular under two names, such as m and mass_kg."""
+        key = _CALLED.get(name) or _CALLED.get(re.sub("['’′]$", "", name)) or name.lower()
+        if key in (*KNOWN, *_TEXTS, *_SWITCHES) and (first := self._named.setdefault(key, name)) != name:
+            both = f"{quoted(first)} and {quoted(name)}"
+            raise ParamError(f"{self.where}: {both} are the same, which has one value; leave one of them out")
 
     def _number(self, name: str, value: float | str | bool) -> float:
         if isinstance(value, bool | str) or not math.isfinite(value):
