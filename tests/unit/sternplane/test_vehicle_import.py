@@ -199,6 +199,10 @@ def test_the_error_of_the_propeller_is_that_of_a_thrust_that_knows_no_speed() ->
         ("name,value\nL,5\nU,2\nm,4000\nYvdot,-35.5\nY_vdot,-99\n", "'Yvdot' and 'Y_vdot' are the same derivative"),
         ("name,value\nL,5\nU,2\nm,4000\nYvv,-9\nY_{v|v|},-9\n", "'Yvv' and 'Y_{v|v|}' are the same derivative"),
         ("name,value\nL,5\nU,2\nm,4000\nmass_kg,5000\n", "'m' and 'mass_kg' are the same"),
+        ("name,value\nL,5\nU,2\nm,4000\nname,a\x1b[31mb\n", r"'a\x1b[31mb' has a control character"),
+        ("name,value\nL,5\nU,2\nm,4000\nY\0vdot,-3\n", r"'Y\x00vdot' has a control character"),
+        ("name,value,unit\nL,5\nU,2\nm,4000\nYvdot,-3,k\x1bg\n", r"'k\x1bg' has a control character"),
+        (f"name,value\nL,5\nfoo,{'9' * 200_000}\n", "is not CSV (field larger than field limit"),
         ("name,value\nL,5\nU,2\nm,4000\nsymmetric,maybe\n", "must be true or false"),
     ],
 )
@@ -217,7 +221,7 @@ def test_a_table_that_is_none_is_one_line(
 def test_what_is_made_is_loaded_by_every_reader_and_a_folder_that_is_there_is_kept(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path, folder = tmp_path / "t.csv", tmp_path / "boat"
+    path, folder = tmp_path / "t\x1b.csv", tmp_path / "boat"
     rows = itertools.chain(HULL.items(), ((elsewhere(name), si(name)) for name in NEEDED))
     path.write_text("\n".join(["name,value", *(f"{name},{value}" for name, value in rows)]))
     assert main(["vehicle", "import", str(path), "--out", str(folder)]) == 0

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import io
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,9 +13,12 @@ from typing import Any, NamedTuple
 from firmware_py.adapters.storage.regular_file import read_regular
 from firmware_py.adapters.storage.toml_files import read_toml
 from firmware_py.error_text import quoted
+from firmware_py.foreign_text import visible
 from firmware_py.params import ParamError
 
 _NAMES, _VALUES, _UNITS = ("name", "symbol", "coefficient", "parameter"), ("value",), ("unit", "units")
+_CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]")
+"""Characters that may act on a terminal; tabs and line ends do not."""
 
 
 class Entry(NamedTuple):
@@ -31,9 +36,14 @@ def read_entries(path: Path) -> tuple[Entry, ...]:
     likes, `unit`; further columns are notes.
 
     Raises:
-        ParamError: the file cannot be read, has a name twice, or a value that is neither a number nor a text.
+        ParamError: the file cannot be read, has a name twice, a value that is neither a number nor a text, or a control
+            character, which no TOML file may have.
     """
-    entries = tuple(_from_csv(path) if path.suffix.lower() == ".csv" else _from_toml(read_toml(path), path))
+    with _refused(path):
+        entries = tuple(_from_csv(path) if path.suffix.lower() == ".csv" else _from_toml(read_toml(path), path))
+    for entry in entries:
+        if control := next((text for text in map(str, entry) if _CONTROL.search(text)), None):
+            raise ParamError(f"{path}: {quoted(control)} has a control character, which cannot be seen; take it out")
     names = [entry.name for entry in entries]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
@@ -51,11 +61,23 @@ def read_lists(path: Path) -> dict[str, list[float]]:
     """
     if path.suffix.lower() != ".csv":
         return {key: _numbers(value, key, path) for key, value in _lists(read_toml(path))}
-    rows = [row for row in csv.reader(io.StringIO(_text(path))) if any(cell.strip() for cell in row)]
+    with _refused(path):
+        rows = [row for row in csv.reader(io.StringIO(_text(path))) if any(cell.strip() for cell in row)]
     if len(rows) < 2 or any(len(row) != len(rows[0]) for row in rows):
         raise ParamError(f"{path}: must have a head, such as J,K_T,K_Q, and rows of as many numbers")
     columns = zip(*rows[1:], strict=True)
     return {key.strip(): _numbers(list(column), key, path) for key, column in zip(rows[0], columns, strict=True)}
+
+
+@contextlib.contextmanager
+def _refused(path: Path) -> Iterator[None]:
+    """Say in one line what a reader of CSV or of numbers stumbles over."""
+    try:
+        yield
+    except csv.Error as error:
+        raise ParamError(f"{path}: is not CSV ({error})") from None
+    except OverflowError:
+        raise ParamError(f"{path}: has a number beyond 1e308") from None
 
 
 def _from_toml(table: Mapping[str, Any], path: Path) -> Iterator[Entry]:
@@ -97,8 +119,8 @@ def _lists(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 def _numbers(values: Any, key: str, path: Path) -> list[float]:
     try:
         return [float(value) for value in values]
-    except (TypeError, ValueError):
-        raise ParamError(f"{path}: {key.strip()}: must be numbers only") from None
+    except (TypeError, ValueError, OverflowError):
+        raise ParamError(f"{path}: {visible(key.strip())}: must be numbers only") from None
 
 
 def _text(path: Path) -> str:

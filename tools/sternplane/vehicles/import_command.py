@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from firmware_py.adapters.storage.atomic_file import write_atomically
+from firmware_py.foreign_text import visible
 from firmware_py.params import ParamError, load
 from firmware_py.run.usage_error import UsageError
 from firmware_py.vehicle.coefficients import Coefficients
@@ -160,7 +161,7 @@ def _propeller(
 
 
 def _vehicle(made: Converted, hull: Particulars, propeller: Mapping[str, float], tail: str) -> dict[str, Any]:
-    values, name = hull.values, hull.texts.get("name", Path(hull.where).stem)
+    values, name = hull.values, hull.texts.get("name", visible(Path(hull.where).stem))
     body = {
         key: values[key] for key in ("mass_kg", "weight_n", "buoyancy_n", *(k for k in values if k.startswith("I_")))
     }
@@ -188,7 +189,7 @@ def texts(found: Imported, folder: Path) -> dict[str, str]:
     """
     vehicle = starting_set.vehicle_of(found.vehicle, folder / "vehicle.toml")
     hull, source = found.hull, found.hull.texts.get("source", "")
-    said = [f"The autopilot's model of {vehicle.name}, imported from {Path(hull.where).name}."]
+    said = [f"The autopilot's model of {vehicle.name}, imported from {visible(Path(hull.where).name)}."]
     said += [source] if source else []
     said += ["", *(line.rstrip() for line in report(found))]
     drag = found.vehicle["propeller"]["C_d0"]
