@@ -223,6 +223,9 @@ def test_what_is_no_fault_of_a_flight_ends_the_sweep(here: Path, monkeypatch: py
         (("--vary", "truth.current=0..1", "--vary", "truth.current_m_s=0,1"), "truth.current_m_s: is varied twice"),
         (("--vary", "truth.current=0..1", "--n", "3", "--grid", "3"), "--n and --grid: choose one"),
         (("--vary", "truth.current=0..1", "--n", "0"), "--n 0: must be 1 or more"),
+        (("--vary", "truth.current=0..1", "--seed", "9" * 20), f"--seed {'9' * 20}: seeds must stay below 2^63"),
+        (("--vary", "truth.current=0..1", "--n", "3", "--seed", str(2**63 - 2)), "seeds must stay below 2^63"),
+        (("--vary", "truth.current=0..1", "--seeds", f"{2**63 - 1}:{2**63 + 1}"), "seeds must stay below 2^63"),
         (("--again", "3", "--out", "nowhere"), "is --out the folder of a sweep?"),
     ],
 )

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from firmware_py.adapters.storage.regular_file import read_regular
+from firmware_py.error_text import shortened
 from firmware_py.params import ParamError
 from firmware_py.run.usage_error import UsageError
 from firmware_py.settings import setting_text
@@ -19,6 +20,8 @@ from sternplane.sweep.sampling import grid, latin_hypercube
 LAW = "autopilot.control.law"
 _MOST = 10_000_000
 """Flights of a sweep: more are a mistake."""
+_SEED_END = 2**63
+"""The first seed that a column of whole numbers cannot hold."""
 
 
 class Job(NamedTuple):
@@ -80,7 +83,7 @@ class Flights:
         each: how many flights each sample has.
 
     Raises:
-        UsageError: too many.
+        UsageError: too many, or a seed that is too large for the table.
     """
 
     def __init__(self, plan: Plan, law: str) -> None:
@@ -92,6 +95,9 @@ class Flights:
             combinations *= len(axis.grid(plan.grid)) if plan.grid else 1
         if max(plan.n, combinations) * self.each > _MOST:
             raise UsageError(f"{max(plan.n, combinations) * self.each:,} flights: at most {_MOST:,} in one sweep")
+        if (plan.seeds[1] if plan.seeds else plan.seed + max(plan.n, combinations)) > _SEED_END:
+            option, given = ("--seeds", f"{plan.seeds[0]}:{plan.seeds[1]}") if plan.seeds else ("--seed", plan.seed)
+            raise UsageError(f"{option} {shortened(str(given))}: seeds must stay below 2^63, about 9.2e18")
 
     @cached_property
     def samples(self) -> list[tuple[Any, ...]]:
