@@ -13,6 +13,7 @@ from sternplane.campaign.engine import JobDied, complete
 from sternplane.campaign.line_store import LineStore
 
 from firmware_py.run.usage_error import UsageError
+from tests.command import no_file_larger_than
 from tests.unit.sternplane.campaign_jobs import squared
 
 QUIET = Console(file=StringIO())
@@ -73,6 +74,19 @@ def test_a_line_that_was_being_written_is_lost_and_no_other(tmp_path: Path) -> N
     assert [row["x"] for row in again.of("cab")] == [3, 1, 1]
     again.close()
     assert path.read_bytes() == whole + json.dumps({"key": "c", "x": 3}).encode() + b"\n"
+
+
+def test_on_a_full_disk_the_error_is_that_of_the_row_and_what_was_kept_stays(tmp_path: Path) -> None:
+    path = tmp_path / "rows.jsonl"
+    store = LineStore(path)
+    store.add({"key": "a"})
+    with no_file_larger_than(path.stat().st_size + 4):
+        with pytest.raises(UsageError, match=r"cannot be written .* start it again to go on"):
+            store.add({"key": "b"})
+        store.close()
+    again = LineStore(path)
+    assert again.keys == {"a"}
+    again.close()
 
 
 def test_two_processes_do_not_write_one_file(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import json
 import os
@@ -83,5 +84,6 @@ class LineStore:
         return [found[key] for key in wanted if key in found]
 
     def close(self) -> None:
-        """Close the file."""
-        self._file.close()
+        """Close the file; what `add` could not write is lost, and was told."""
+        with contextlib.suppress(OSError):
+            self._file.close()
